@@ -17,6 +17,7 @@ find_path(MESHOPTIMIZER_INCLUDE meshoptimizer.h REQUIRED)  # its CMake config li
 find_library(MESHOPTIMIZER_LIBRARY meshoptimizer REQUIRED)
 pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)
 pkg_check_modules(ARCHIVE REQUIRED IMPORTED_TARGET libarchive)
+pkg_check_modules(NETTLE REQUIRED IMPORTED_TARGET nettle)
 pkg_check_modules(QHULL REQUIRED IMPORTED_TARGET qhull_r)
 find_path(GIF_INCLUDE gif_lib.h REQUIRED)
 find_library(GIF_LIBRARY gif REQUIRED)

@@ -9,16 +9,16 @@
 //     value(ball, q): the contribution; 0 beyond ball.limit
 //     negated_derivative(ball, q): minus its derivative, up to a positive factor common to all
 //       balls; 0 beyond ball.limit
-//     share(ball, q): what counts where shares of the field are meant; >= 0, also beyond the cutoff
+//     share(ball, q): the value that shares of the field are taken of: >= 0, not cut off
 //   for the rest, with the plain coordinate:
 //     coordinate(ball, d), coordinate_gradient(ball, d)
 //     log_value(ball, q) and log_slope(ball, q), its derivative
 //     end(ball, level): q beyond which a ball adds less than `level`
-//     surface(ball): q where a lone ball's value is 1, at most; <= 0 where it shows no surface
-//     radius(ball): what counts as its size
+//     surface(ball): the largest q at which a lone ball's value is 1; <= 0 if there is none
+//     radius(ball): a measure of its size
 //     of_sphere(center, radius, constants): a ball for a sphere
-//     rescale(ball, level): what was at `level` is at 1 then
-//     share_of_weight(w, share): the weight with which a ball has that share of its value
+//     rescale(ball, level): moves the surface at `level` to the level 1
+//     share_of_weight(w, share): the weight at which a ball's values are `share` times as large
 // A new kind is a struct here, an enumerator in types.h and its name in visit() and kFieldKinds.
 #pragma once
 
@@ -36,13 +36,14 @@ namespace polymorph {
 /// first is added, so that a ball's centre has a finite, large value; products of four then stay
 /// within the normal floats, and four balls share a division.
 constexpr float kMinDistance2 = 1e-9f, kMaxDistance2 = 1e9f;
-/// One axis' share of a separable field's coordinate, at most: within a ball's reach it is less.
+/// Upper bound of one axis' part of a separable field's coordinate; within a ball's support it is
+/// less.
 constexpr float kMaxFactor = 125.0f;
 
 /// Scales that all balls of a set share.
 struct FieldScale {
-  float log2_floor = 0;  ///< log2(cutoff iso); of exponential fields
-  float length = 1;      ///< a power of two, about the size of the set; of infinite support
+  float log2_floor = 0;  ///< exponential fields: log2(cutoff iso)
+  float length = 1;      ///< infinite support: a power of two, about the size of the set
 };
 
 /// Constants by which spheres become balls (scene key `field`; docs/method.md, Field).
@@ -77,7 +78,7 @@ struct GaussianField : EllipsoidCoordinate {
   template <class B>
   PM_HD static double prepare(const Ball& ball, FieldScale scale, B& out) {
     constexpr double kLog2E = 1.4426950408889634;
-    // Not so strong that one axis alone could leave the range of exp2() within reach.
+    // Limit the strength so that within the support one axis alone stays in the range of exp2().
     const float strongest = min(kMaxExponent, kMaxFactor - 5 + scale.log2_floor);
     out.base = -min(ball.w * static_cast<float>(kLog2E), strongest);
     out.limit = -scale.log2_floor;
@@ -153,7 +154,7 @@ struct WyvillField : EllipsoidCoordinate {
     }
     return inside;
   }
-  /// A strength of 2 is halved at half the reach, which is the sphere's radius.
+  /// A strength of 2 falls to 1 at half the support's radius, which is the sphere's radius.
   static Ball of_sphere(Vec3 center, float radius, const BallConstants& c) {
     return {center, 0.25f / (radius * radius), 2 * c.magnitude / c.threshold};
   }

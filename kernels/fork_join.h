@@ -1,6 +1,6 @@
-// Frame of parallel loops. It makes them end early (interruption.h), and tells ThreadSanitizer
-// where they begin and end: TBB's library is not built for it, so that to it nothing would happen
-// before a loop or after one, and every loop would be a race.
+// Wrapper of parallel loops: ends them early on request (interruption.h), and tells ThreadSanitizer
+// where they begin and end. TBB's library is not instrumented, so ThreadSanitizer would otherwise
+// see no order between a loop and the code around it, and report races.
 #pragma once
 
 #include "interruption.h"

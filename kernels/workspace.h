@@ -72,9 +72,9 @@ struct Workspace {
   Buffer<Node> nodes[kMaxLevels];
   Buffer<std::uint32_t> entries[2];
   Buffer<FarField> far[2];
-  Buffer<Counts> sums[2];
+  Buffer<Counts> sums[2];  ///< children and entries per node
   Buffer<std::uint32_t> child_entries;
-  Buffer<Offsets> first;
+  Buffer<Offsets> first;  ///< prefix sums of `sums`
 
   /// [level]: nodes and entries; [kMaxLevels]: vertices and triangles.
   Buffer<Offsets> totals_buffer;
@@ -82,7 +82,7 @@ struct Workspace {
 
   // Bricks (bricks.h).
   Buffer<BrickTable> table;
-  bool has_table = false;  ///< does `table` hold brick_table()?
+  bool has_table = false;  ///< whether `table` holds brick_table()
   Buffer<float> values;
   Buffer<std::uint8_t> inside;
   Buffer<std::uint32_t> rows;

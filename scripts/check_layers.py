@@ -17,7 +17,7 @@ KERNEL_TYPES = {"kernels/types.h", "kernels/field_kinds.h", "kernels/host_device
                 "kernels/ball_set.h", "kernels/devices.h", "kernels/engine.h", "kernels/morph_surface.h", "kernels/fork_join.h", "kernels/interruption.h", "kernels/mc_tables.h",
                 "kernels/floating_point.h", "kernels/morph_field.h", "kernels/distance_field.h"}
 ONLY_IN = {"embree3/": "src/render", "OpenImageIO/": "src/image/oiio", "CLI/": "src/cli", "meshoptimizer.h": "src/interchange", "assimp/": "src/model/assimp",
-           "nlohmann/": "src/base"}
+           "nlohmann/": "src/base", "nettle/": "src/base"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.M)
 
 # base/exact_math.h has these with the same bits everywhere. The rooms below measure, or write for other programs.

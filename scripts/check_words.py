@@ -13,7 +13,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 RIDDLE = re.compile(r"(What|Where|How|Which|Whether|Of|The same|As|That|Those|By|At|In|With|From|To)\b")
 FRAGMENT = re.compile(r"///<\s*(of|by|in|from|which|as|at|to|with|where|that|what|how|on|for)\b")
-LOCAL = r"(ways?|of|by|rest|off|apart|aside|straight|made|wanted|whole)"
+LOCAL = r"(ways?|of|by|rest|off|apart|aside|straight|made|wanted|whole|these|who|goes|never|same|told|was|then|placed|how|which|tight)"
 TYPE = r"(?:auto|bool|char|int|float|double|std::[\w:]+(?:<[^;=(){}]*>)?|[A-Z]\w*(?:<[^;=(){}]*>)?)"
 VARIABLE = re.compile(rf"\b{TYPE}\s*[&*]*\s+[&*]?{LOCAL}\s*(?=[;=,){{(\[:])")
 FUNCTION = re.compile(rf"^\s*(?:(?:PM_HD|inline|static|constexpr|virtual|template\s*<[^>]*>|\[\[nodiscard\]\])\s+)*(?:const\s+)?{TYPE}[&*]*\s+[&*]?(?:\w+::)*([a-z]\w*)\(", re.M)
@@ -23,7 +23,7 @@ ESTABLISHED = {"clamped", "normalized", "transposed", "interpolated", "transform
 MAX_GENITIVES, MAX_PARTICIPLES = 40, 15
 PREPOSITION = r'"(?:of|by|in|from|which|as|with|at|to|on|for|where|how|what)\b[^"]* [^"]*"'
 # The text of an option of the command line, and any text of the table of keys.
-HELP = {"src/cli/": re.compile(r'\badd_(?:option|flag|argument|command)\(\s*(?:[^",()]+,\s*)?"[^"]*",\s*(?:[^",()]+,\s*)?(' + PREPOSITION + ")"),
+HELP = {"src/cli/": re.compile(r'\badd_(?:option|flag|argument|command)\(\s*(?:[^",()]+,\s*)?"[^"]*",\s*(?:[^",()]+,\s*)?(?:fmt::format\(\s*)?(' + PREPOSITION + ")"),
         "src/scene/describe.h": re.compile(r"[,(]\s*(" + PREPOSITION + ")")}
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""render --denoise with and without Open Image Denoise.
+"""image.denoise with and without Open Image Denoise.
 
 denoise_test.py PROGRAM FOLDER      PROGRAM: polymorph; FOLDER: where a library that had to be fetched is kept
 
@@ -77,28 +77,28 @@ class Denoise(unittest.TestCase):
         return (sum(squares) / len(squares)) ** 0.5
 
     def test_without_the_library_one_line_says_how_to_get_it(self):
-        done = self.run_program(["render", "scene.json", "-o", "f.exr", "--denoise"], "/nowhere/oidn.so")
+        done = self.run_program(["render", "scene.json", "-o", "f.exr", "--set", "image.denoise=true"], "/nowhere/oidn.so")
         self.assertEqual(done.returncode, 5)
-        for word in ("/nowhere/oidn.so", "pip install pyoidn", "POLYMORPH_OIDN", "--denoise"):
+        for word in ("/nowhere/oidn.so", "pip install pyoidn", "POLYMORPH_OIDN", "image.denoise"):
             self.assertIn(word, done.stderr)
         self.assertEqual(list(self.path.glob("*.exr")), [])
 
     @unittest.skipIf(LIBRARY is None, REASON)
     def test_noise_goes_and_the_rest_stays(self):
         clean = self.render("clean.exr", ["--spp", "512"])
-        noisy = self.render("noisy.exr", ["--aovs", "all"])
-        denoised = self.render("denoised.exr", ["--aovs", "all", "--denoise"])
+        noisy = self.render("noisy.exr", ["--set", "image.aovs=all"])
+        denoised = self.render("denoised.exr", ["--set", "image.aovs=all", "--set", "image.denoise=true"])
         self.assertEqual(set(noisy.channels), set(denoised.channels), "no guides are left behind")
         for channel in noisy.channels:
             same = noisy.channels[channel] == denoised.channels[channel]
             self.assertEqual(same, channel not in "RGB", channel)
         self.assertLess(self.distance(denoised, clean), 0.5 * self.distance(noisy, clean))
-        again = self.render("again.exr", ["--aovs", "all", "--denoise"])
+        again = self.render("again.exr", ["--set", "image.aovs=all", "--set", "image.denoise=true"])
         self.assertEqual(again.channels, denoised.channels, "the same pixels every time")
 
 
 if __name__ == "__main__":
     done = unittest.main(exit=False).result
     if LIBRARY is None:
-        print(f"SKIPPED: --denoise was not tried with a library: {REASON}", file=sys.stderr)
+        print(f"SKIPPED: image.denoise was not tried with a library: {REASON}", file=sys.stderr)
     sys.exit(1 if not done.wasSuccessful() else 77 if LIBRARY is None else 0)

@@ -295,16 +295,16 @@ Result<Limit> parse_limit(const std::string& text) {
   Limit limit;
   limit.text = text;
   if (sign != std::string::npos) {
-    const bool two = sign + 1 < text.size() && text[sign + 1] == '=';
+    const bool has_equals_sign = sign + 1 < text.size() && text[sign + 1] == '=';
     const auto trimmed = [](std::string part) {
       part.erase(0, part.find_first_not_of(' '));
       part.erase(part.find_last_not_of(' ') + 1);
       return part;
     };
     limit.metric = trimmed(text.substr(0, sign));
-    limit.comparison = text.substr(sign, two ? 2 : 1);
+    limit.comparison = text.substr(sign, has_equals_sign ? 2 : 1);
     if (limit.comparison == "==") limit.comparison = "=";
-    const auto bound = parse_number(trimmed(text.substr(sign + (two ? 2 : 1))));
+    const auto bound = parse_number(trimmed(text.substr(sign + (has_equals_sign ? 2 : 1))));
     if (bound && !limit.metric.empty()) {
       limit.bound = *bound;
       const std::vector<std::string> names = metric_names();

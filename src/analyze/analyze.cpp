@@ -229,14 +229,14 @@ void add_monotonicity(Analysis& analysis) {
   const auto add_direction = [&](const char* backtrack, const char* dip, const auto& value,
                                  const char* what_back, const char* what_dip) {
     const double first = value(rows.front()), last = value(rows.back());
-    double back = 0, lowest = first;
+    double lost = 0, lowest = first;
     for (std::size_t k = 0; k + 1 < rows.size(); ++k) {
       const double step = value(rows[k + 1]) - value(rows[k]);
       const double sign = last > first ? 1 : last < first ? -1 : 0;
-      back += std::max(0.0, -sign * step);
+      lost += std::max(0.0, -sign * step);
       lowest = std::min(lowest, value(rows[k + 1]));
     }
-    add(analysis, backtrack, "6 monotonicity", back / std::max(first, last), "<= 0.005", what_back);
+    add(analysis, backtrack, "6 monotonicity", lost / std::max(first, last), "<= 0.005", what_back);
     add(analysis, dip, "6 monotonicity", lowest / std::min(first, last), ">= 0.98", what_dip);
   };
   add_direction(
@@ -297,15 +297,15 @@ void add_slow_in_out(Analysis& analysis) {
 
 void add_certificates(Analysis& analysis) {
   const std::vector<FrameMeasures>& rows = analysis.frames;
-  double leakage = 0, bad = 0;
+  double leakage = 0, invalid_surfaces = 0;
   for (const FrameMeasures& row : rows) {
     leakage = std::max(leakage, row.leakage);
-    bad += row.surface.is_manifold() && row.surface.triangles > 0 ? 0 : 1;
+    invalid_surfaces += row.surface.is_manifold() && row.surface.triangles > 0 ? 0 : 1;
   }
   const double volume = std::max(rows.front().surface.volume, rows.back().surface.volume);
   add(analysis, "leakage", "10 no leakage", volume > 0 ? leakage / volume : leakage, "<= 0",
       "largest volume outside both objects' hull, dilated by 2 % of L, over the larger end's");
-  add(analysis, "bad_surfaces", "surface", bad, "<= 0",
+  add(analysis, "bad_surfaces", "surface", invalid_surfaces, "<= 0",
       "frames without a surface that is closed, manifold and oriented");
 }
 

@@ -51,8 +51,8 @@ std::optional<std::string> load_cached(const std::filesystem::path& folder, cons
 void store_cached(const std::filesystem::path& folder, const std::string& key,
                   const CacheKind& kind, std::string_view origin, std::string_view content);
 
-/// Kind of a cache file and the origin stored in it; no kind (null) if it is no cache file. A file
-/// that ends within its first bytes is one if a key is its name.
+/// Kind of a cache file and the origin stored in it. The kind is null if the file is no cache file;
+/// one that is too short to tell is a cache file if its name is a key.
 struct CacheLabel {
   const CacheKind* kind = nullptr;
   std::string origin;
@@ -64,7 +64,7 @@ CacheLabel cache_label(const std::filesystem::path& file);
 void warn_unusable(const std::filesystem::path& folder, const std::string& key,
                    const CacheKind& kind, const char* problem);
 
-/// Appends a value's bytes, and removes them from the front.
+/// put() appends a value's bytes to a string; take() removes a value from the front of one.
 template <class T>
 void put(std::string& bytes, T value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
@@ -77,7 +77,7 @@ T take(std::string_view& bytes) {
   return value;
 }
 
-/// Appends many values, and removes them; `bytes` must contain at least `count` of them.
+/// put_all() and take_all() do so for many values; `bytes` must contain at least `count` of them.
 template <class T>
 void put_all(std::string& bytes, const std::vector<T>& values) {
   bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));

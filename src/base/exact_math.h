@@ -2,7 +2,7 @@
 // each of which IEEE 754 rounds in one way, in one order. The C library's own differ between its
 // versions and, as it chooses by the processor, between machines. Double precision, a few units in
 // the last place; for values that a frame computes once or a few thousand times, not for inner
-// loops (those have kernels/math.h).
+// loops (those have kernels/simd_math.h).
 #pragma once
 
 #include <cmath>

@@ -283,7 +283,7 @@ struct Replacement {
 
   /// Replaces the file. Returns 0, or the errno value of a failure, after which the path is
   /// unchanged.
-  int put() {
+  int replace() {
     had_old = ::link(path.c_str(), old.path.c_str()) == 0;
     if (!had_old && errno != ENOENT) {
       // The file system has no hard links: rename the old file instead.
@@ -399,7 +399,7 @@ Status write_files(const std::vector<NewFile>& files) {
       PM_TRY_STATUS(write_temporary(file.path, make_source(file.bytes),
                                     replacements.emplace_back(file.path).bytes));
   for (std::size_t i = 0; i < replacements.size(); ++i) {
-    const int number = replacements[i].put();
+    const int number = replacements[i].replace();
     if (number == 0) continue;
     for (std::size_t done = i; done > 0; --done) replacements[done - 1].undo();
     return write_error(replacements[i].path, number, suggest_remedy(number));

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kMaxDepth = 64;
 
-/// Reads a string and counts what was taken, which is where the lexer stands at each SAX event.
+/// Iterator that counts the characters read: at each SAX event, that is the lexer's position.
 class CountingIterator {
  public:
   using iterator_category = std::input_iterator_tag;
@@ -45,7 +45,7 @@ class CountingIterator {
 
 bool continues_character(char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; }
 
-/// The line at `offset` with a caret below the place.
+/// The line of text around `offset`, with a caret below that character.
 std::string excerpt(const JsonDocument& document, std::size_t offset) {
   const std::string& text = document.text;
   offset = std::min(offset, text.size());
@@ -53,11 +53,11 @@ std::string excerpt(const JsonDocument& document, std::size_t offset) {
   while (begin > 0 && text[begin - 1] != '\n') --begin;
   if (begin == 0 && text.starts_with("\xEF\xBB\xBF")) begin = std::min<std::size_t>(3, offset);
   std::size_t end = std::min(text.find('\n', offset), text.size());
-  // A minified scene is one long line: show the part around the place, cut between characters.
-  constexpr std::size_t kAround = 50;
-  if (offset - begin > kAround) begin = offset - kAround;
+  // A minified scene is one long line: show a part of it, cut between characters.
+  constexpr std::size_t kContext = 50;
+  if (offset - begin > kContext) begin = offset - kContext;
   while (begin < offset && continues_character(text[begin])) ++begin;
-  end = std::min(end, offset + kAround);
+  end = std::min(end, offset + kContext);
   while (end < text.size() && end > offset && continues_character(text[end])) --end;
   std::string line = text.substr(begin, end - begin);
   for (char& c : line)
@@ -78,12 +78,12 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
 
   std::string error;
 
-  bool null() override { return place({}); }
-  bool boolean(bool value) override { return place(value); }
-  bool number_integer(number_integer_t value) override { return place(value); }
-  bool number_unsigned(number_unsigned_t value) override { return place(value); }
-  bool number_float(number_float_t value, const string_t&) override { return place(value); }
-  bool string(string_t& value) override { return place(std::move(value)); }
+  bool null() override { return add_value({}); }
+  bool boolean(bool value) override { return add_value(value); }
+  bool number_integer(number_integer_t value) override { return add_value(value); }
+  bool number_unsigned(number_unsigned_t value) override { return add_value(value); }
+  bool number_float(number_float_t value, const string_t&) override { return add_value(value); }
+  bool string(string_t& value) override { return add_value(std::move(value)); }
   bool binary(binary_t&) override { return false; }
   bool start_object(std::size_t) override { return open(JsonValue::Kind::kObject); }
   bool start_array(std::size_t) override { return open(JsonValue::Kind::kArray); }
@@ -128,7 +128,7 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
   }
 
  private:
-  bool place(JsonValue value) {
+  bool add_value(JsonValue value) {
     const std::size_t offset = token_start();
     const bool number = value.is_number();
     value.offset = offset;
@@ -166,7 +166,7 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     parent.items.emplace_back();
     return parent.items.back();
   }
-  /// Behind what may stand between two tokens, comments included; the lexer has checked those.
+  /// Offset of the next token: skips space, separators and comments, which the lexer has checked.
   std::size_t token_start() const {
     const std::string& text = document_.text;
     std::size_t at = end_;

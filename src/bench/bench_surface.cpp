@@ -59,14 +59,23 @@ Status extract_once(Engine& engine, const BallSet& balls, const Grid& grid,
   return to_status(engine.extract(balls, grid, settings, mesh));
 }
 
+struct ExtractedBalls {
+  const BallSet& balls;
+  const ExtractSettings& settings;
+  const Mesh& mesh;
+};
+
 /// Times a frame's colours: eight values of each ball, carried to the surface's vertices.
-Status bench_carry(Bench& bench, const std::string& name, const BallSet& balls,
-                   const ExtractSettings& settings, Engine& engine, const Mesh& mesh) {
+Status bench_carry(Bench& bench, const std::string& name, const ExtractedBalls& surface,
+                   Engine& engine) {
+  const BallSet& balls = surface.balls;
+  const Mesh& mesh = surface.mesh;
   std::vector<BallAttribute> carried(2 * balls.size());
   for (std::size_t i = 0; i < carried.size(); ++i) carried[i].value[0] = static_cast<float>(i);
   std::vector<AttributeValues> values;
   PM_TRY(const Timing timing, time_it(bench.settings.repeats, [&] {
-           return to_status(engine.interpolate(balls, carried, mesh.positions, settings, values));
+           return to_status(
+               engine.interpolate(balls, carried, mesh.positions, surface.settings, values));
          }));
   const double bytes = static_cast<double>(mesh.positions.size()) * (12 + 32);
   auto row = report_row(bench, name + ", carry", timing,
@@ -203,7 +212,7 @@ Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Me
     settings.download = true;
     PM_TRY_STATUS(measure(name, 5e10, "50 GB/s"));
   }
-  return bench_carry(bench, name, balls, settings, engine, mesh);
+  return bench_carry(bench, name, {balls, settings, mesh}, engine);
 }
 
 Status bench_report(Bench& bench, Engine& engine) {

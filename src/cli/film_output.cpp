@@ -31,7 +31,7 @@ std::string label_of(const std::string& kind, const Film& film, int number) {
 
 }  // namespace
 
-std::vector<int> spread(const std::vector<int>& numbers, int n) {
+std::vector<int> choose_evenly(const std::vector<int>& numbers, int n) {
   if (n >= static_cast<int>(numbers.size())) return numbers;
   std::vector<int> chosen;
   for (int i = 0; i < n; ++i) {
@@ -43,7 +43,7 @@ std::vector<int> spread(const std::vector<int>& numbers, int n) {
   return chosen;
 }
 
-std::vector<int> spread_by_change(const Film& film, int n) {
+std::vector<int> choose_by_change(const Film& film, int n) {
   std::vector<double> change_until{0};  // how far the pictures have come since the first
   for (std::size_t i = 1; i < film.images.size(); ++i) {
     const std::vector<float>&a = film.images[i - 1].pixels, &b = film.images[i].pixels;
@@ -52,7 +52,7 @@ std::vector<int> spread_by_change(const Film& film, int n) {
       change += std::abs(static_cast<double>(b[k]) - static_cast<double>(a[k]));
     change_until.push_back(change_until.back() + change);
   }
-  if (n < 2 || change_until.back() == 0) return spread(film.numbers, n);
+  if (n < 2 || change_until.back() == 0) return choose_evenly(film.numbers, n);
   std::vector<int> chosen;
   for (int i = 0; i < n; ++i) {
     const double goal = change_until.back() * i / (n - 1);  // rounding may take it beyond the last
@@ -93,8 +93,8 @@ Image resized_colors(const Image& image, int width) {
   return resize_image(colors, width, std::max(1, width * image.height / image.width));
 }
 
-Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> numbers, int width,
-                         const std::string& isa) {
+Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> numbers,
+                         int width) {
   Film film;
   film.last = frame_count(scene);
   film.fps = scene.frames.fps;
@@ -106,7 +106,7 @@ Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> 
   PM_TRY(const PreparedScene prepared,
          prepare_scene(scene, *engine, cache_folder(line.common), {line.common.max_memory, 2}));
   for (const std::string& warning : prepared.warnings) log_warning("{}", warning);
-  PM_TRY(Renderer renderer, Renderer::create(isa));
+  PM_TRY(Renderer renderer, Renderer::create());
   const ProgressCallback progress = make_progress(progress_mode(line.common));
   struct Traced {
     Result<Image> image;
@@ -159,9 +159,10 @@ Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> 
 
 Status write_sheet(const std::filesystem::path& path, const Film& film,
                    const SheetSettings& settings) {
-  const std::vector<int> chosen = settings.all         ? film.numbers
-                                  : settings.by_change ? spread_by_change(film, settings.count)
-                                                       : spread(film.numbers, settings.count);
+  const std::vector<int> chosen = settings.all ? film.numbers
+                                  : settings.by_change
+                                      ? choose_by_change(film, settings.count)
+                                      : choose_evenly(film.numbers, settings.count);
   std::vector<Image> cells;
   std::vector<std::string> labels;
   for (const int number : chosen) {

@@ -21,19 +21,19 @@ struct Film {
 struct SheetSettings {
   int count = 8;           ///< cells, evenly spread over the film
   bool all = false;        ///< every frame of the film is a cell
-  bool by_change = false;  ///< spread_by_change() instead of evenly
+  bool by_change = false;  ///< choose_by_change() instead of evenly
   int columns = 4;
   int cell_width = 0;           ///< pixels; 0 = as rendered
   std::string label = "frame";  ///< frame, t or none
 };
 
 /// n of the numbers, evenly spread, first and last included.
-std::vector<int> spread(const std::vector<int>& numbers, int n);
+std::vector<int> choose_evenly(const std::vector<int>& numbers, int n);
 
 /// Chooses at most n of the film's frames, first and last included, so that the picture changes by
 /// about as much from each to the next (the sum of the pixels' differences): where an easing
 /// lingers, one is enough.
-std::vector<int> spread_by_change(const Film& film, int n);
+std::vector<int> choose_by_change(const Film& film, int n);
 
 /// Brightens R, G, B by `stops`.
 void expose(Image& image, float stops);
@@ -46,8 +46,7 @@ Image resized_colors(const Image& image, int width);
 /// progress. The surface of a frame is made while the one before is traced, and frames that show
 /// the same are traced once. Errors: those of prepare_scene(), geometry_at() and render_frame();
 /// the signal's code when stopped.
-Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> numbers, int width,
-                         const std::string& isa = "");
+Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> numbers, int width);
 
 /// Writes a contact sheet (.png or .exr) of the film.
 Status write_sheet(const std::filesystem::path& path, const Film& film,

@@ -55,7 +55,15 @@ OptionRow row_of(const CLI::Option& option) {
   return row;
 }
 
+/// Options of former versions, and what does the same.
+constexpr std::pair<const char*, const char*> kRetired[] = {
+    {"--noise", "--set image.noise=E"},      {"--denoise", "--set image.denoise=true"},
+    {"--aovs", "--set image.aovs=LIST"},     {"--seed", "--set image.seed=N"},
+    {"--isa", "the variable POLYMORPH_ISA"}, {"--only", "--frames"}};
+
 std::string unknown_option(const CLI::App& command, const std::string& word) {
+  for (const auto& [name, instead] : kRetired)
+    if (word == name) return fmt::format("{} is now {}", name, instead);
   std::vector<std::string> known;
   for (const CLI::Option* option : command.get_options())
     for (const std::string& name : option->get_lnames()) known.push_back("--" + name);

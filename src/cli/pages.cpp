@@ -168,7 +168,8 @@ std::string program_page(const std::vector<CommandTable>& commands) {
     }
   out +=
       ".TP\n.B POLYMORPH_DATA_DIR\nThe folder of the models, effects and scenes.\n"
-      ".TP\n.B POLYMORPH_OIIO_MODULE\nThe image reader polymorph_oiio.so.\n";
+      ".TP\n.B POLYMORPH_OIIO_MODULE\nThe image reader polymorph_oiio.so.\n"
+      ".TP\n.B POLYMORPH_ISA\nEmbree's instruction set; all give the same pixels.\n";
   return out;
 }
 

@@ -11,22 +11,15 @@
 namespace polymorph {
 
 struct SceneOptions {
-  bool preview = false, denoise = false;
-  int samples = 0;      ///< 0 = the scene's
-  double noise = -1;    ///< negative = the scene's
-  long long seed = -1;  ///< negative = the scene's
-  std::string aovs, isa;
+  bool preview = false;
+  int samples = 0;  ///< 0 = the scene's
   std::vector<std::string> sets;
 };
 
-/// --preview in group Main; --spp, --noise, --denoise, --aovs, --seed and --set in Scene; --isa in
-/// Farm.
+/// --preview in group Main; --spp and --set in Scene.
 void add_scene_options(Command command, SceneOptions& options);
 
-/// --set and those options that are settings of the scene file. Errors: kUsage.
-Result<std::vector<Override>> overrides_of(const SceneOptions& options);
-
-/// All other options, applied to a scene that was loaded with those overrides.
+/// Applies the options to a scene that was loaded with the overrides of --set.
 void apply_scene_options(Scene& scene, const SceneOptions& options);
 
 /// The scene with these options applied. Errors: those of load_scene(), kUsage.

@@ -102,7 +102,10 @@ class Comparer {
       }
       if (u == v) continue;
       equal = false;
-      add_difference(pair, u, v, x, sums.channels[c], sums.clipped_squares);
+      if (add_difference(pair, u, v, x, sums.channels[c]) && pair.visible) {
+        const double shown = std::clamp<double>(u, 0, 1) - std::clamp<double>(v, 0, 1);
+        sums.clipped_squares += shown * shown;
+      }
       const float limit = allowed_difference(pair.rule, u, v, tolerance_),
                   difference = std::abs(u - v);
       const bool over = difference > limit;
@@ -128,10 +131,10 @@ class Comparer {
     return equal ? PixelState::kEqual : PixelState::kWithin;
   }
 
-  static void add_difference(const Pair& pair, float u, float v, int x, Sums& sums,
-                             double& clipped) {
+  /// Returns false for values that do not count.
+  static bool add_difference(const Pair& pair, float u, float v, int x, Sums& sums) {
     // Depths that mean nothing hit would drown all others.
-    if (pair.rule == ChannelRule::kDepth && (u >= kNothingHit || v >= kNothingHit)) return;
+    if (pair.rule == ChannelRule::kDepth && (u >= kNothingHit || v >= kNothingHit)) return false;
     const double difference = std::abs(static_cast<double>(u) - static_cast<double>(v));
     if (difference > sums.max) {
       sums.max = difference;
@@ -139,9 +142,7 @@ class Comparer {
     }
     sums.sum += difference;
     sums.squares += difference * difference;
-    if (!pair.visible) return;
-    const double shown = std::clamp<double>(u, 0, 1) - std::clamp<double>(v, 0, 1);
-    clipped += shown * shown;
+    return true;
   }
 
   bool on_silhouette(int x, int y) const {

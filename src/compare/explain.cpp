@@ -87,40 +87,36 @@ std::string explain_camera(const ImagePair& pair, const PinholeView& now,
 /// Describes moved surfaces by the layers: how much of them moved, and how far at most.
 std::string explain_surface(const ImagePair& pair, const std::optional<PinholeView>& view,
                             const ChangeContext& context) {
-  int seen = 0, moved = 0, gone = 0;
-  double worst = 0;
-  Vec3 where;
-  bool placed = false;
+  int seen = 0, moved = 0, outline = 0;
+  double max_shift = 0;
+  std::optional<Vec3> max_point;  // where the shift is largest
   for (int i = 0; i < pair.pixels(); ++i) {
-    const bool was = !pair.has("id") || pair.reference(i, "id") > 1;
-    const bool is = !pair.has("id") || pair.actual(i, "id") > 1;
-    if (!was && !is) continue;
+    const bool in_reference = !pair.has("id") || pair.reference(i, "id") > 1;
+    const bool in_actual = !pair.has("id") || pair.actual(i, "id") > 1;
+    if (!in_reference && !in_actual) continue;
     ++seen;
     if (pair.equal(i, {"Z", "N.X", "N.Y", "N.Z", "id", "P.X", "P.Y", "P.Z"})) continue;
     ++moved;
-    if (was != is || (pair.has("id") && !pair.equal(i, "id"))) {
-      ++gone;
+    if (in_reference != in_actual || (pair.has("id") && !pair.equal(i, "id"))) {
+      ++outline;
       continue;
     }
     if (!pair.has("Z")) continue;
     const float a = pair.actual(i, "Z"), b = pair.reference(i, "Z");
     if (a >= kNothingHit || b >= kNothingHit) continue;
-    // Across the surface, not along the view: a flat look at it makes much of a small move.
-    double across = 1;
+    // Measure along the normal: at a grazing angle a small shift changes the depth a lot.
+    double cosine = 1;
     if (view && pair.has("N.X")) {
       const Vec3 normal{pair.reference(i, "N.X"), pair.reference(i, "N.Y"),
                         pair.reference(i, "N.Z")};
       const Vec3 p = unproject(*view, pair.width(), pair.height(), i, b);
       const Vec3 direction = normalized(p - view->position);
-      across = std::max(0.05, std::fabs(static_cast<double>(dot(normal, direction))));
+      cosine = std::max(0.05, std::fabs(static_cast<double>(dot(normal, direction))));
     }
-    const double far = std::fabs(static_cast<double>(a) - static_cast<double>(b)) * across;
-    if (far <= worst) continue;
-    worst = far;
-    if (view) {
-      where = unproject(*view, pair.width(), pair.height(), i, a);
-      placed = true;
-    }
+    const double shift = std::fabs(static_cast<double>(a) - static_cast<double>(b)) * cosine;
+    if (shift <= max_shift) continue;
+    max_shift = shift;
+    if (view) max_point = unproject(*view, pair.width(), pair.height(), i, a);
   }
   if (moved == 0)
     return context.surfaces_known && !context.surfaces_equal
@@ -132,16 +128,16 @@ std::string explain_surface(const ImagePair& pair, const std::optional<PinholeVi
   else
     text += fmt::format("1 pixel in {} moved",
                         std::max(1L, std::lround(static_cast<double>(seen) / moved)));
-  if (worst > 0 && context.cell > 0)
-    text += fmt::format(", worst {:.2g} cells", worst / static_cast<double>(context.cell));
-  else if (worst > 0)
-    text += fmt::format(", worst {:.3g}", worst);
-  if (gone > 0) text += fmt::format(", the outline at {} pixels", gone);
-  if (placed && !context.balls.empty()) {
-    const auto near =
-        std::min_element(context.balls.begin(), context.balls.end(),
-                         [&](Vec3 u, Vec3 v) { return length(u - where) < length(v - where); });
-    text += fmt::format(", near ball {}", near - context.balls.begin());
+  if (max_shift > 0 && context.cell > 0)
+    text += fmt::format(", worst {:.2g} cells", max_shift / static_cast<double>(context.cell));
+  else if (max_shift > 0)
+    text += fmt::format(", worst {:.3g}", max_shift);
+  if (outline > 0) text += fmt::format(", the outline at {} pixels", outline);
+  if (max_point && !context.balls.empty()) {
+    const auto nearest = std::min_element(
+        context.balls.begin(), context.balls.end(),
+        [&](Vec3 u, Vec3 v) { return length(u - *max_point) < length(v - *max_point); });
+    text += fmt::format(", near ball {}", nearest - context.balls.begin());
   }
   return text;
 }
@@ -151,7 +147,7 @@ std::string explain_surface(const ImagePair& pair, const std::optional<PinholeVi
 std::string explain_albedo(const ImagePair& pair) {
   struct Object {
     int seen = 0, changed = 0;
-    double sum = 0, squares = 0;  // of the changes' ratios
+    double sum = 0, squares = 0;  // sums over ratio and ratio^2 of the changed pixels
   };
   std::map<int, Object> objects;
   for (int i = 0; i < pair.pixels(); ++i) {
@@ -169,16 +165,18 @@ std::string explain_albedo(const ImagePair& pair) {
   for (const auto& [id, object] : objects) {
     if (object.changed == 0) continue;
     const double mean = object.sum / object.changed;
-    const double spread = std::sqrt(std::max(0.0, object.squares / object.changed - mean * mean));
-    const bool even = object.changed * 10 >= object.seen * 9 && spread < 0.1 * mean;
+    const double deviation =
+        std::sqrt(std::max(0.0, object.squares / object.changed - mean * mean));
+    const bool uniform = object.changed * 10 >= object.seen * 9 && deviation < 0.1 * mean;
     const auto name = names.find(id);
-    const std::string who = id == 1               ? "the floor"
-                            : id == 0             ? "what nothing hit"
-                            : name != names.end() ? "`" + name->second + "`"
-                                                  : fmt::format("object {}", id);
-    text += fmt::format("{}albedo differs on {}{}: {}", text.empty() ? "" : ", ", who,
-                        even ? "" : fmt::format(" at {} of {} pixels", object.changed, object.seen),
-                        even ? "colour" : "texture");
+    const std::string subject = id == 1               ? "the floor"
+                                : id == 0             ? "what nothing hit"
+                                : name != names.end() ? "`" + name->second + "`"
+                                                      : fmt::format("object {}", id);
+    text +=
+        fmt::format("{}albedo differs on {}{}: {}", text.empty() ? "" : ", ", subject,
+                    uniform ? "" : fmt::format(" at {} of {} pixels", object.changed, object.seen),
+                    uniform ? "colour" : "texture");
   }
   return text;
 }
@@ -192,9 +190,9 @@ std::string explain_light(const ImagePair& pair) {
   if (!has_geometry)
     return edges_stay(pair) ? "the edges stay: light or colours differ"
                             : "the edges moved: shapes, shadows or textures differ";
-  // Light that changes shows on the floor and behind; what an object reflects only near it.
+  // A changed light changes floor and background everywhere, a changed material only near it.
   std::map<int, double> changes;  // by id
-  int around = 0, changed = 0;
+  int background = 0, changed = 0;
   for (int i = 0; i < pair.pixels(); ++i) {
     const int id = static_cast<int>(pair.reference(i, "id"));
     const Vec3 before = pair.color(false, i, "");
@@ -203,10 +201,10 @@ std::string explain_light(const ImagePair& pair) {
       changes[id] += change;
       continue;
     }
-    ++around;
+    ++background;
     changed += change > 0.01 * length_of(before);
   }
-  if (changes.empty() || !pair.has("id") || changed * 25 > around) return "only light differs";
+  if (changes.empty() || !pair.has("id") || changed * 25 > background) return "only light differs";
   const int object = std::max_element(changes.begin(), changes.end(), [](auto& a, auto& b) {
                        return a.second < b.second;
                      })->first;
@@ -217,7 +215,7 @@ std::string explain_light(const ImagePair& pair) {
       name != names.end() ? "`" + name->second + "`" : fmt::format("object {}", object));
 }
 
-/// Describes changed numbers of balls, told by two lists such as "cube 12, sphere 12".
+/// Describes changed numbers of balls; the images' lists read "cube 12, sphere 12".
 std::string explain_balls(const Image& actual, const Image& reference) {
   const auto texts = attributes<std::string>(actual, reference, kBallsAttribute);
   if (!texts || texts->first == texts->second) return "";

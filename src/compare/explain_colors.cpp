@@ -123,13 +123,13 @@ bool edges_stay(const ImagePair& pair) {
   constexpr double kStrong = 0.25, kWeak = 0.08, kMaxGone = 0.03;
   const std::vector<double> a = relative_gradients(pair, true), b = relative_gradients(pair, false);
   for (const auto& [one, other] : {std::pair(&a, &b), std::pair(&b, &a)}) {
-    std::size_t strong = 0, gone = 0;
+    std::size_t strong = 0, vanished = 0;
     for (std::size_t i = 0; i < one->size(); ++i) {
       if ((*one)[i] < kStrong) continue;
       ++strong;
-      gone += (*other)[i] < kWeak;
+      vanished += (*other)[i] < kWeak;
     }
-    if (static_cast<double>(gone) > kMaxGone * static_cast<double>(strong)) return false;
+    if (static_cast<double>(vanished) > kMaxGone * static_cast<double>(strong)) return false;
   }
   return true;
 }

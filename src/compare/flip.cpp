@@ -117,11 +117,13 @@ Filters make_filters(double pixels_per_degree) {
   for (int k = 0; k < 2; ++k) filters.share[k] = static_cast<float>(parts[k] / total);
   // Features are as wide as the finest edges that are easily seen: 0.082 degrees.
   const double sigma = 0.5 * 0.082 * pixels_per_degree, bend = 1 / (2 * sigma * sigma);
-  const auto reach = static_cast<int>(std::ceil(3 * sigma));
-  filters.smooth = gaussian(reach, bend, sum);
-  filters.edge = balance(sample(reach, [&](double x) { return -x * std::exp(-bend * x * x); }));
-  filters.spot = balance(sample(
-      reach, [&](double x) { return (x * x / (sigma * sigma) - 1) * std::exp(-bend * x * x); }));
+  const auto feature_radius = static_cast<int>(std::ceil(3 * sigma));
+  filters.smooth = gaussian(feature_radius, bend, sum);
+  filters.edge =
+      balance(sample(feature_radius, [&](double x) { return -x * std::exp(-bend * x * x); }));
+  filters.spot = balance(sample(feature_radius, [&](double x) {
+    return (x * x / (sigma * sigma) - 1) * std::exp(-bend * x * x);
+  }));
   return filters;
 }
 
@@ -180,7 +182,7 @@ struct Seen {
 
 struct Picture {
   Plane opponent[3];
-  std::vector<bool> bad;
+  std::vector<bool> not_finite;
 };
 
 Picture read_picture(const Image& image, Size size, float exposure) {
@@ -190,13 +192,13 @@ Picture read_picture(const Image& image, Size size, float exposure) {
   const float gain = std::exp2(exposure);
   Picture picture;
   for (Plane& plane : picture.opponent) plane.resize(size.pixels());
-  picture.bad.resize(size.pixels());
+  picture.not_finite.resize(size.pixels());
   for (std::size_t i = 0; i < size.pixels(); ++i) {
     Color rgb;
     for (std::size_t c = 0; c < 3; ++c) {
       const float value =
           image.pixels[i * image.channel_count() + static_cast<std::size_t>(channels[c])];
-      if (!std::isfinite(value)) picture.bad[i] = true;
+      if (!std::isfinite(value)) picture.not_finite[i] = true;
       rgb[c] = value > 0 && std::isfinite(value) ? std::min(gain * value, 1.0f) : 0.0f;
     }
     const Color opponent = to_opponent(rgb);
@@ -268,7 +270,7 @@ std::vector<float> flip_map(const Image& actual, const Image& reference,
               std::max(std::abs(a.edges[i] - b.edges[i]), std::abs(a.spots[i] - b.spots[i]));
           const float strength = std::min(1.0f, std::sqrt(feature / std::numbers::sqrt2_v<float>));
           map[i] = std::pow(color_difference(a.lab[i], b.lab[i], largest), 1 - strength);
-          if (pictures[0].bad[i] || pictures[1].bad[i]) map[i] = 1;
+          if (pictures[0].not_finite[i] || pictures[1].not_finite[i]) map[i] = 1;
         }
       });
   return map;

@@ -151,8 +151,8 @@ Status check_shard(const fs::path& path, const Shard& shard) {
 
 /// Is it a failed frame that was kept, in a folder of its own?
 bool is_kept_frame(const std::string& name) {
-  for (const char* kept : {".actual.", ".reference.", ".difference."})
-    if (name.find('/') != std::string::npos && name.find(kept) != std::string::npos) return true;
+  for (const char* part : {".actual.", ".reference.", ".difference."})
+    if (name.find('/') != std::string::npos && name.find(part) != std::string::npos) return true;
   return false;
 }
 

@@ -72,10 +72,10 @@ Result<std::size_t> check_moments(const ActorFrames& shown, const CarriedActor& 
     PM_TRY(const CarryTarget before, surface.at(carried.moments[k - 1].time));
     const auto furthest = [](const CarryTarget& from, const CarryTarget& to) {
       const std::vector<ClosestPoint> hits = to.tree->closest(from.surface.positions);
-      const auto most = std::max_element(
+      const auto farthest = std::max_element(
           hits.begin(), hits.end(),
           [](const ClosestPoint& a, const ClosestPoint& b) { return a.distance < b.distance; });
-      return std::pair(most->distance, from.surface.positions[most - hits.begin()]);
+      return std::pair(farthest->distance, from.surface.positions[farthest - hits.begin()]);
     };
     const auto out = furthest(target, before), in = furthest(before, target);
     return make_error(ErrorCode::kInput,

@@ -56,11 +56,11 @@ std::shared_ptr<const Regression> ball_map(const MorphPlan& plan, float time,
   for (std::size_t e = 0; e < balls.size(); ++e) {
     map->samples.push_back({balls[e].center, 1, 1});
     for (const bool on : {false, true}) {
-      const Mat3& turn = on ? frames[e].to_target : frames[e].to_source;
+      const Mat3& rotation = on ? frames[e].to_target : frames[e].to_source;
       const Vec3 end = on ? plan.to[plan.pairs[e].to].center : plan.from[plan.pairs[e].from].center;
       BallAttribute carried{{end.x, end.y, end.z, 0}, {}};
       for (int i = 0; i < 3; ++i)
-        carried.slope[i] = to_float({turn.at(i, 0), turn.at(i, 1), turn.at(i, 2)});
+        carried.slope[i] = to_float({rotation.at(i, 0), rotation.at(i, 1), rotation.at(i, 2)});
       map->values.push_back(carried);
     }
   }
@@ -208,8 +208,8 @@ Result<PlayPage> make_play_page(const PreparedScene& prepared, Engine& engine) {
     play_actor.cell = actor.settings.cell;
     PM_TRY(play_actor.objects, make_play_objects(actor, engine));
     for (int leg = 0; leg < static_cast<int>(actor.legs.size()); ++leg) {
-      PM_TRY(PlayLeg one, make_play_leg(actor, leg, engine));
-      play_actor.legs.push_back(std::move(one));
+      PM_TRY(PlayLeg play_leg, make_play_leg(actor, leg, engine));
+      play_actor.legs.push_back(std::move(play_leg));
     }
     for (int frame = 1; frame <= actor.timeline.count; ++frame) {
       const MorphState moment = morph_state_at(actor.timeline, frame);

@@ -63,8 +63,8 @@ std::vector<Material> wheel() {
   std::vector<Material> materials;
   for (int i = 0; i < 12; ++i) {
     const auto part = [&](int shift) {
-      const double turn = (i * 5 + shift) % 12 / 12.0 * 2 * exact::kPi;
-      return static_cast<float>(0.42 + 0.26 * exact::cos(turn));
+      const double angle = (i * 5 + shift) % 12 / 12.0 * 2 * exact::kPi;
+      return static_cast<float>(0.42 + 0.26 * exact::cos(angle));
     };
     Material material;
     material.color = {part(0), part(8), part(4)};

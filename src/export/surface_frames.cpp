@@ -210,10 +210,12 @@ std::vector<SurfaceFrame> surface_frames(const PreparedScene& prepared,
   std::vector<SurfaceFrame> frames;
   for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
     const PreparedActor& actor = prepared.actors[a];
-    const ActorGeometry& one = geometry.actors[a];
-    const bool is_model = one.surface.triangles.empty() && !one.points.empty();
+    const ActorGeometry& actor_geometry = geometry.actors[a];
+    const bool is_model =
+        actor_geometry.surface.triangles.empty() && !actor_geometry.points.empty();
     const LookSettings& look = prepared.scene.look;
-    frames.push_back(is_model ? model_frame(actor, one, look) : extracted_frame(actor, one, look));
+    frames.push_back(is_model ? model_frame(actor, actor_geometry, look)
+                              : extracted_frame(actor, actor_geometry, look));
     SurfaceFrame& frame = frames.back();
     if (frame.velocities.empty()) continue;
     if (next) end_on(shown_mesh(actor, next->actors[a]), frame);

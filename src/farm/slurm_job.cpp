@@ -56,7 +56,6 @@ Result<Costs> measure_costs(const SlurmRequest& request, const Scene& scene,
   settings.dry_run = true;
   settings.device = request.device;
   settings.max_memory = request.max_memory;
-  settings.isa = request.isa;
   settings.cache_folder = request.cache_folder;
   settings.stop = &stop_requested();
   log_info("measuring frames here; --frame-seconds saves it");

@@ -21,8 +21,8 @@ struct SlurmRequest {
   double task_minutes = 2;
   double frame_seconds = 0;  ///< 0: measured here
   std::uint64_t memory = 0;
-  std::string device = "auto", isa;  ///< settings of the measurement
-  std::uint64_t max_memory = 0;      ///< limit of the measurement
+  std::string device = "auto";   ///< device of the measurement
+  std::uint64_t max_memory = 0;  ///< limit of the measurement
   std::filesystem::path cache_folder;
   std::vector<std::string> scene_arguments, render_arguments, directives;  ///< those of SlurmJob
 };

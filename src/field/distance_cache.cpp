@@ -23,13 +23,12 @@ namespace {
 constexpr int kEdge = 4;  ///< points along a block's edge
 constexpr std::size_t kBlockPoints = kEdge * kEdge * kEdge;
 
-std::string make_key(const Model& model, float cell, float thinnest, double min_part,
-                     bool solidified) {
+std::string make_key(const Model& model, const DistanceMeasure& measure) {
   Hasher hasher;
   hasher.add("distances").add(kDistancesVersion);
   hasher.add(std::span<const Vec3>(model.points)).add(std::span<const Triangle>(model.triangles));
-  hasher.add(cell).add(thinnest).add(min_part);
-  hasher.add(static_cast<std::uint8_t>(solidified ? 1 : 0));
+  hasher.add(measure.cell).add(measure.thinnest).add(measure.min_component_share);
+  hasher.add(static_cast<std::uint8_t>(measure.solidified ? 1 : 0));
   return hasher.hex();
 }
 
@@ -189,14 +188,13 @@ bool decode(std::string_view bytes, std::size_t triangles, ObjectDistances& obje
 }  // namespace
 
 Result<ObjectDistances> load_or_measure_distances(const Model& model,
-                                                  const ClosestPointQuery& closest, float cell,
-                                                  float thinnest, double min_part, bool solidified,
-                                                  Engine& engine,
+                                                  const ClosestPointQuery& closest,
+                                                  const DistanceMeasure& measure, Engine& engine,
                                                   const std::filesystem::path& folder) {
   /// Distance from a face, in cells, at which its two sides are classified.
   constexpr float kFaceStep = 0.01f;
   ObjectDistances object;
-  object.key = make_key(model, cell, thinnest, min_part, solidified);
+  object.key = make_key(model, measure);
   if (!folder.empty()) {
     if (const auto bytes = load_cached(folder, object.key, kDistanceFiles)) {
       const char* problem = nullptr;
@@ -207,26 +205,26 @@ Result<ObjectDistances> load_or_measure_distances(const Model& model,
     }
   }
   SmoothDistances smooth;
-  const auto measure = [&](const Model& solid, const ClosestPointQuery& query) {
+  const auto measure_solid = [&](const Model& solid, const ClosestPointQuery& query) {
     const InsideTest inside(solid);
     const Mesh faces{solid.points, {}, solid.triangles};
     const bool closed = check_mesh(faces).is_closed() && volume_of(faces) > 0;
     object.undecided = closed ? 0 : undecided_fraction(solid, inside);
     object.sides = object.undecided < kMinShellFraction
-                       ? classify_faces(solid, inside, kFaceStep * cell)
+                       ? classify_faces(solid, inside, kFaceStep * measure.cell)
                        : std::vector<FaceSide>(solid.triangles.size(), FaceSide::kSheet);
     object.grid = std::make_shared<const DistanceGrid>(compute_signed_distances(
-        solid, inside, query, object.sides, 0.5f * cell, thinnest, &smooth));
+        {solid, inside, query, object.sides}, 0.5f * measure.cell, measure.thinnest, &smooth));
   };
-  if (solidified) {
+  if (measure.solidified) {
     PM_TRY(const Model solid, solidify(model));
-    measure(solid, ClosestPointQuery(solid));
+    measure_solid(solid, ClosestPointQuery(solid));
     object.sides.assign(model.triangles.size(), FaceSide::kBoundary);
   } else {
-    measure(model, closest);
+    measure_solid(model, closest);
   }
-  PM_TRY(Mesh mesh, extract_distances(engine, object.grid, cell, {}));
-  remove_small_components(mesh, min_part);
+  PM_TRY(Mesh mesh, extract_distances(engine, object.grid, measure.cell, {}));
+  remove_small_components(mesh, measure.min_component_share);
   object.volume = volume_of(mesh);
   object.smallest_component_share = smallest_component_share(mesh);
   object.genus = compute_genus(mesh);

@@ -33,15 +33,21 @@ inline bool is_shell(const ObjectDistances& object) {
   return object.undecided >= kMinShellFraction;
 }
 
+/// Settings of an object's distances.
+struct DistanceMeasure {
+  float cell = 0;                  ///< edge of the cells whose surface is measured
+  float thinnest = 0;              ///< thickness below which parts are thickened
+  double min_component_share = 0;  ///< share of the volume below which components are left out
+  bool solidified = false;         ///< measures solidify(model) instead
+};
+
 /// Computes signed distances on cells of half of `cell`; then, on the surface extracted with cells
-/// of size `cell` and without components below the fraction `min_part` of the volume, the volume,
-/// the smallest component and the genus. Reads and writes a cache file in `folder`, unless that is
-/// empty. `solidified`: uses solidify(model). Only distances near the surface are stored, about 10
-/// MB for a grid of 256^3. Errors: the engine's.
+/// of size `cell`, the volume, the smallest component and the genus. Reads and writes a cache file
+/// in `folder`, unless that is empty. Only distances near the surface are stored, about 10 MB for a
+/// grid of 256^3. Errors: the engine's.
 Result<ObjectDistances> load_or_measure_distances(const Model& model,
-                                                  const ClosestPointQuery& closest, float cell,
-                                                  float thinnest, double min_part, bool solidified,
-                                                  Engine& engine,
+                                                  const ClosestPointQuery& closest,
+                                                  const DistanceMeasure& measure, Engine& engine,
                                                   const std::filesystem::path& folder);
 
 }  // namespace polymorph

@@ -266,25 +266,24 @@ void bound_slopes(DistanceGrid& distances) {
         float c[8];
         for (std::size_t i = 0; i < 8; ++i)
           c[i] = low[(i & 1) + (i >> 1 & 1) * row + (i >> 2) * layer_size];
-        float square = 0;
+        float slope2 = 0;
         for (int axis = 0; axis < 3; ++axis) {
           float steepest = 0;
           for (int i = 0; i < 8; ++i)
             if (!(i >> axis & 1)) steepest = std::max(steepest, std::fabs(c[i | 1 << axis] - c[i]));
-          square += steepest * steepest;
+          slope2 += steepest * steepest;
         }
-        largest = std::max(largest, square);
+        largest = std::max(largest, slope2);
       }
     layer_max[static_cast<std::size_t>(z)] = largest;
   });
-  const float square = *std::max_element(layer_max.begin(), layer_max.end());
-  distances.lipschitz = std::max(1.0f, std::sqrt(square) / distances.grid.cell);
+  const float slope2 = *std::max_element(layer_max.begin(), layer_max.end());
+  distances.lipschitz = std::max(1.0f, std::sqrt(slope2) / distances.grid.cell);
 }
 
-DistanceGrid compute_signed_distances(const Model& model, const InsideTest& inside,
-                                      const ClosestPointQuery& closest,
-                                      std::span<const FaceSide> sides, float cell, float thinnest,
+DistanceGrid compute_signed_distances(const QueriedModel& queried, float cell, float thinnest,
                                       SmoothDistances* smooth) {
+  const auto& [model, inside, closest, sides] = queried;
   PM_CHECK(cell > 0 && !model.triangles.empty() && sides.size() == model.triangles.size());
   const Grid coarse = make_coarse_grid(model.box(), cell);
   DistanceGrid result;

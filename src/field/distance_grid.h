@@ -37,6 +37,14 @@ inline constexpr float kThinnestPart = 0.9f;
 /// or a 256th of the longest side, whichever is larger.
 Grid make_distance_grid(const Box& box, float cell);
 
+/// A model and what answers for it.
+struct QueriedModel {
+  const Model& model;
+  const InsideTest& inside;
+  const ClosestPointQuery& closest;
+  std::span<const FaceSide> sides;  ///< those of classify_faces()
+};
+
 /// Computes signed distances to the model on the grid of make_distance_grid(). They are exact
 /// within two cells of the surface; over two more cells they blend into a smooth field (a quadratic
 /// B-spline over every fourth point), which rounds the ridges half way between faces. Faces inside
@@ -45,11 +53,8 @@ Grid make_distance_grid(const Box& box, float cell);
 /// gaps; thin parts, narrow gaps and sharp edges are smoothed over about `thinnest`. 0 disables
 /// both.
 /// A model that consists of sheets has no inside.
-/// `inside`, `closest` and `sides` (classify_faces()) belong to the model. `smooth`, if given,
-/// receives the spline. Deterministic.
-DistanceGrid compute_signed_distances(const Model& model, const InsideTest& inside,
-                                      const ClosestPointQuery& closest,
-                                      std::span<const FaceSide> sides, float cell, float thinnest,
+/// `smooth`, if given, receives the spline. Deterministic.
+DistanceGrid compute_signed_distances(const QueriedModel& queried, float cell, float thinnest,
                                       SmoothDistances* smooth = nullptr);
 
 }  // namespace polymorph

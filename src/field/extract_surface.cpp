@@ -50,10 +50,10 @@ Box surface_bounds(const std::vector<Ball>& balls, const ExtractSettings& settin
     if (max_q <= 0) continue;
     // The half extents of an ellipsoid's box are the roots of the diagonal of its inverse matrix.
     const Sym3& s = ball.shape;
-    const Vec3 square =
+    const Vec3 half2 =
         Vec3{s.yy * s.zz - s.yz * s.yz, s.xx * s.zz - s.xz * s.xz, s.xx * s.yy - s.xy * s.xy} *
         (max_q / (ball.a * determinant(s)));
-    const Vec3 half{std::sqrt(square.x), std::sqrt(square.y), std::sqrt(square.z)};
+    const Vec3 half{std::sqrt(half2.x), std::sqrt(half2.y), std::sqrt(half2.z)};
     box = unite(box, {ball.center - half, ball.center + half});
   }
   return box;

@@ -25,8 +25,9 @@ Result<std::vector<float>> field_at_centers(Engine& engine, const BallSet& balls
 
 }  // namespace
 
-Result<float> iso_for_volume(Engine& engine, const BallSet& balls, float cell,
-                             const ExtractSettings& settings, double volume, float start) {
+Result<float> iso_for_volume(Engine& engine, const BallSet& balls, const VolumeMeasure& measure,
+                             float start) {
+  const double volume = measure.volume;
   PM_CHECK(volume > 0 && start > 0);
   // The volume decreases with ln iso. Doubling steps find a bracket; then the Illinois variant of
   // false position, which does not stall where the surface vanishes (volume 0 for any larger iso).
@@ -40,9 +41,9 @@ Result<float> iso_for_volume(Engine& engine, const BallSet& balls, float cell,
          best_error = std::numeric_limits<double>::infinity();
   int side = 0;  // last iteration: +1 volume too large, -1 too small
   for (int i = 0; i < 30; ++i) {
-    ExtractSettings at = settings;
+    ExtractSettings at = measure.extract;
     at.iso = static_cast<float>(exact::exp(x));
-    PM_TRY(const Mesh mesh, extract_surface(engine, balls, cell, at));
+    PM_TRY(const Mesh mesh, extract_surface(engine, balls, measure.cell, at));
     const double excess = volume_of(mesh) / volume - 1;
     if (std::abs(excess) < best_error) best_error = std::abs(excess), best = x;
     if (best_error <= kTolerance) break;

@@ -10,11 +10,16 @@
 
 namespace polymorph {
 
-/// Finds the iso value at which the surface encloses `volume`, measured on meshes with cells of
-/// edge `cell`, to 0.2 % of the volume; where cells are too coarse for that, the best value found.
-/// `start` is tried first. Errors as extract_surface().
-Result<float> iso_for_volume(Engine& engine, const BallSet& balls, float cell,
-                             const ExtractSettings& settings, double volume, float start = 1);
+/// The volume that a surface of balls shall enclose, and how it is measured.
+struct VolumeMeasure {
+  double volume = 0;
+  float cell = 0;  ///< edge of the cells of the measured surface
+  ExtractSettings extract = {};
+};
+/// Finds the iso value at which the surface encloses the volume, to 0.2 % of it; where cells are
+/// too coarse for that, the best value found. `start` is tried first. Errors as extract_surface().
+Result<float> iso_for_volume(Engine& engine, const BallSet& balls, const VolumeMeasure& measure,
+                             float start = 1);
 
 /// A surface between two objects and its level.
 struct LevelSurface {

@@ -64,9 +64,9 @@ std::vector<std::uint16_t> squared_ridge_distances(const DistanceGrid& distances
     for (int y = 1; y + 1 < n.y; ++y)
       for (int x = 1; x + 1 < n.x; ++x)
         if (is_on_ridge(distances, x, y, z, radius))
-          for_each_near(x, n.x, [&](int k, std::uint16_t square) {
+          for_each_near(x, n.x, [&](int k, std::uint16_t distance2) {
             std::uint16_t& v = squares[array3_index(n, k, y, z)];
-            v = std::min(v, square);
+            v = std::min(v, distance2);
           });
   });
   // In each plane, combines `count` rows of x that are `step` apart.
@@ -79,10 +79,10 @@ std::vector<std::uint16_t> squared_ridge_distances(const DistanceGrid& distances
                     copy.data() + static_cast<std::size_t>(i) * stride.row);
       for (int i = 0; i < count; ++i) {
         std::uint16_t* to = rows + static_cast<std::size_t>(i) * step;
-        for_each_near(i, count, [&](int k, std::uint16_t square) {
+        for_each_near(i, count, [&](int k, std::uint16_t distance2) {
           const std::uint16_t* from = copy.data() + static_cast<std::size_t>(k) * stride.row;
           for (std::size_t x = 0; x < stride.row; ++x)
-            to[x] = std::min(to[x], static_cast<std::uint16_t>(from[x] + square));
+            to[x] = std::min(to[x], static_cast<std::uint16_t>(from[x] + distance2));
         });
       }
     });

@@ -94,7 +94,6 @@ SequenceSettings sequence_settings(const BitTest& test, const Variant& variant) 
   if (variant.last_alone) settings.frames = {test.suite.frames.back()};
   settings.exr = frames_in(test.folder / variant.name);
   settings.device = test.settings.device;
-  settings.isa = test.settings.isa;
   if (variant.cached) settings.cache_folder = test.folder / "cache";
   return settings;
 }

@@ -1,4 +1,4 @@
-// Bit test of a build: a golden suite's frames, rendered in every way that must not matter.
+// Bit test of a build: renders a golden suite's frames in several ways that must give equal bits.
 #pragma once
 
 #include <vector>
@@ -10,10 +10,10 @@
 
 namespace polymorph {
 
-/// Renders the suite's frames in every way that must not matter and compares decoded pixels and
-/// surfaces to the bit: again; 1 and 3 threads; in shards; interrupted and resumed; with a cold and
-/// a warm cache; a frame alone. One case per way; works in a folder of its own that it removes. The
-/// goldens take no part. Errors: kInput, kResource, kOutput.
+/// Renders the suite's frames in several ways and compares their decoded pixels and surfaces with
+/// each other, to the bit: again; with 1 and 3 threads; in shards; interrupted and resumed; with a
+/// cold and a warm cache; a frame alone. Returns one case per way. The golden frames are not read.
+/// Works in a temporary folder. Errors: kInput, kResource, kOutput.
 Result<std::vector<ReportCase>> test_golden_bits(const GoldenSuite& suite,
                                                  const GoldenSettings& settings);
 

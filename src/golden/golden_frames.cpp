@@ -92,7 +92,7 @@ Result<SuiteRenderer> SuiteRenderer::create(const GoldenSuite& suite,
   scene.image.denoise = false;  // another library's pixels prove nothing about this program's
   PM_TRY(state.engine, make_engine(settings.device, state.device));
   PM_TRY(state.prepared, prepare_scene(scene, *state.engine, settings.cache_folder));
-  PM_TRY(Renderer renderer, Renderer::create(settings.isa));
+  PM_TRY(Renderer renderer, Renderer::create());
   state.renderer = std::make_unique<Renderer>(std::move(renderer));
   for (const int frame : suite.frames)
     if (frame < 1 || frame > state.prepared.frame_count)

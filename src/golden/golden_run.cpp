@@ -60,18 +60,30 @@ void forget_failure(const GoldenSuite& suite, const GoldenSettings& settings, in
     fs::remove(failure_path(suite, settings, frame, what), ignored);
 }
 
+/// A rendered frame and what it was compared with.
+struct Judgement {
+  const GoldenSuite& suite;
+  const GoldenSettings& settings;
+  const RenderedFrame& rendered;
+  const Image* reference = nullptr;  ///< null: missing or unreadable
+  Image actual = {};                 ///< the frame with its masked pixels hidden
+  PixelMaps maps = {};
+};
+
 /// Keeps actual, reference and difference of a failure as files.
-Status keep_failure(const GoldenSuite& suite, const GoldenSettings& settings,
-                    const RenderedFrame& rendered, const Image* reference,
-                    const Comparison& comparison, const PixelMaps& maps) {
+Status keep_failure(const Judgement& judgement, const Comparison& comparison) {
+  const GoldenSuite& suite = judgement.suite;
+  const GoldenSettings& settings = judgement.settings;
+  const RenderedFrame& rendered = judgement.rendered;
   if (settings.failures.empty()) return Ok{};
   const auto path = [&](const char* what) {
     return failure_path(suite, settings, rendered.surface.frame, what);
   };
   PM_TRY_STATUS(write_file(actual_path(suite, settings, rendered.surface.frame), rendered.bytes));
-  if (reference) {
+  if (const Image* reference = judgement.reference) {
     PM_TRY_STATUS(write_image(path("reference.exr"), *reference));
-    PM_TRY(const Image difference, failure_picture(rendered.image, *reference, comparison, maps));
+    PM_TRY(const Image difference,
+           failure_picture(rendered.image, *reference, comparison, judgement.maps));
     PM_TRY_STATUS(write_image(path("difference.png"), difference));
   }
   return Ok{};
@@ -99,9 +111,8 @@ std::vector<fs::path> find_orphans(const GoldenSuite& suite) {
 }
 
 /// Fills in the case of the report.
-Status fill_report(const GoldenSuite& suite, const GoldenSettings& settings,
-                   const RenderedFrame& rendered, const Image& actual, const Image* reference,
-                   const PixelMaps& maps, GoldenFrame& result) {
+Status fill_report(const Judgement& judgement, GoldenFrame& result) {
+  const auto& [suite, settings, rendered, reference, actual, maps] = judgement;
   ReportCase& report = result.report;
   report.group = suite.name;
   report.name = fmt::format("frame {}", result.frame);
@@ -116,6 +127,12 @@ Status fill_report(const GoldenSuite& suite, const GoldenSettings& settings,
   }
   if (!settings.pictures) return Ok{};
   return add_pictures(report, actual, reference, maps, *settings.pictures);
+}
+
+/// Keeps and reports a frame that has nothing to be compared with.
+Status report_uncompared(const Judgement& judgement, GoldenFrame& result) {
+  PM_TRY_STATUS(keep_failure(judgement, {}));
+  return fill_report(judgement, result);
 }
 
 /// Fails masks that cover more than the suite allows: they could let everything pass.
@@ -144,26 +161,24 @@ Result<GoldenFrame> judge(const GoldenSuite& suite, const GoldenSettings& settin
   result.surface_passed = result.message.empty();
   result.report.surface = rendered.surface;
   result.report.pixels = rendered.pixels;
+  Judgement judgement{suite, settings, rendered, nullptr, rendered.image};
   const fs::path golden = golden_image_path(suite, result.frame);
   if (!fs::exists(golden)) {
     result.missing = true;
     result.message = golden.string() + " is missing";  // the report says how to accept it
-    PM_TRY_STATUS(keep_failure(suite, settings, rendered, nullptr, {}, {}));
-    PM_TRY_STATUS(fill_report(suite, settings, rendered, rendered.image, nullptr, {}, result));
+    PM_TRY_STATUS(report_uncompared(judgement, result));
     return result;
   }
   const auto reference = read_image(golden, {.single_picture = true});
   if (!reference) {
     result.unreadable = true;
     result.message = reference.error().message;
-    PM_TRY_STATUS(keep_failure(suite, settings, rendered, nullptr, {}, {}));
-    PM_TRY_STATUS(fill_report(suite, settings, rendered, rendered.image, nullptr, {}, result));
+    PM_TRY_STATUS(report_uncompared(judgement, result));
     return result;
   }
-  Image actual = rendered.image;
-  PM_TRY(result.masked_percent, hide_masked(suite, *reference, actual));
-  PixelMaps maps;
-  result.image = compare_images(actual, *reference, suite.tolerance, &maps);
+  judgement.reference = &*reference;
+  PM_TRY(result.masked_percent, hide_masked(suite, *reference, judgement.actual));
+  result.image = compare_images(judgement.actual, *reference, suite.tolerance, &judgement.maps);
   if (!suite.masks.empty()) result.report.masked_percent = result.masked_percent;
   result.report.max_masked_percent = suite.max_masked_percent;
   for (const std::string& reason : {result.image->passed() ? "" : result.image->reason,
@@ -173,9 +188,9 @@ Result<GoldenFrame> judge(const GoldenSuite& suite, const GoldenSettings& settin
     result.image->reason += fmt::format("; {:.3g} % masked", result.masked_percent);
   if (!result.message.empty()) {
     result.report.cause = explanation(rendered, *reference, result);
-    PM_TRY_STATUS(keep_failure(suite, settings, rendered, &*reference, *result.image, maps));
+    PM_TRY_STATUS(keep_failure(judgement, *result.image));
   }
-  PM_TRY_STATUS(fill_report(suite, settings, rendered, actual, &*reference, maps, result));
+  PM_TRY_STATUS(fill_report(judgement, result));
   return result;
 }
 

@@ -15,7 +15,6 @@ namespace polymorph {
 
 struct GoldenSettings {
   std::string device = "cpu";
-  std::string isa;  ///< Embree's instruction set; "" = the best. All give the same bits.
   std::filesystem::path cache_folder;
   std::filesystem::path failures;  ///< actual, reference and difference of failing frames go here
   /// Budget of a report's pictures; null: none are made.

@@ -23,8 +23,8 @@ struct Pattern {
     constexpr int kRadius = 6;
     static const std::vector<float> weights = [] {
       std::vector<float> all;
-      for (int square = 0; square <= 2 * kRadius * kRadius; ++square)
-        all.push_back(static_cast<float>(exact::exp(-square / 4.5)));
+      for (int distance2 = 0; distance2 <= 2 * kRadius * kRadius; ++distance2)
+        all.push_back(static_cast<float>(exact::exp(-distance2 / 4.5)));
       return all;
     }();
     const float sign = set[at] ? -1.0f : 1.0f;

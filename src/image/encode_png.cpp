@@ -110,9 +110,16 @@ void keep_error(png_structp png, png_const_charp text) {
 
 void ignore_warning(png_structp, png_const_charp) {}
 
+/// The pixels of an image as PNG stores them.
+struct Codes {
+  int width, height;
+  int bits, samples;  ///< per sample; per pixel
+  std::vector<png_bytep> rows;
+  Texts texts;
+};
+
 /// All of libpng's calls: errors jump back here over frames that own nothing.
-void write_png(Writer& writer, const Image& image, int bits, int samples, const Effort& effort,
-               std::vector<png_bytep>& rows, Texts& texts) {
+void write_png(Writer& writer, const Effort& effort, Codes& codes) {
   png_structp png =
       png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer, keep_error, ignore_warning);
   png_infop info = png ? png_create_info_struct(png) : nullptr;
@@ -125,16 +132,16 @@ void write_png(Writer& writer, const Image& image, int bits, int samples, const 
     png_set_write_fn(png, &writer, append, nullptr);
     // A picture may be wider than libpng's default limit for what it reads.
     png_set_user_limits(png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
-    png_set_IHDR(png, info, static_cast<png_uint_32>(image.width),
-                 static_cast<png_uint_32>(image.height), bits,
-                 samples == 4 ? PNG_COLOR_TYPE_RGB_ALPHA : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
-                 PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_set_IHDR(png, info, static_cast<png_uint_32>(codes.width),
+                 static_cast<png_uint_32>(codes.height), codes.bits,
+                 codes.samples == 4 ? PNG_COLOR_TYPE_RGB_ALPHA : PNG_COLOR_TYPE_RGB,
+                 PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
     png_set_sRGB_gAMA_and_cHRM(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
     png_set_compression_level(png, effort.level);
     png_set_compression_strategy(png, effort.strategy);
     png_set_compression_buffer_size(png, 1 << 18);
     png_set_filter(png, PNG_FILTER_TYPE_BASE, effort.filters);
-    for (auto& [keyword, value] : texts) {
+    for (auto& [keyword, value] : codes.texts) {
       png_text text = {};
       text.compression = PNG_TEXT_COMPRESSION_NONE;
       text.key = keyword.data();
@@ -143,17 +150,15 @@ void write_png(Writer& writer, const Image& image, int bits, int samples, const 
       png_set_text(png, info, &text, 1);  // copies both
     }
     png_write_info(png, info);
-    png_write_image(png, rows.data());
+    png_write_image(png, codes.rows.data());
     png_write_end(png, info);
   }
   png_destroy_write_struct(&png, &info);
 }
 
-Result<std::string> encode_rows(const Image& image, int bits, int samples, const Effort& effort,
-                                std::vector<png_bytep>& rows) {
+Result<std::string> encode_rows(const Effort& effort, Codes& codes) {
   Writer writer;
-  Texts texts = make_texts(image.attributes);
-  write_png(writer, image, bits, samples, effort, rows, texts);
+  write_png(writer, effort, codes);
   if (!writer.error.empty())
     return make_error(ErrorCode::kOutput, "cannot encode the PNG: {}", writer.error);
   return std::move(writer.bytes);
@@ -167,20 +172,22 @@ Result<std::string> encode_png(const Image& image, const PngSettings& settings) 
   const std::size_t stride = static_cast<std::size_t>(image.width) *
                              static_cast<std::size_t>(layout.samples()) *
                              static_cast<std::size_t>(settings.bits / 8);
-  std::vector<std::uint8_t> codes(stride * static_cast<std::size_t>(image.height));
-  std::vector<png_bytep> rows(static_cast<std::size_t>(image.height));
-  for (std::size_t y = 0; y < rows.size(); ++y) rows[y] = &codes[y * stride];
+  std::vector<std::uint8_t> bytes(stride * static_cast<std::size_t>(image.height));
+  Codes codes{image.width,      image.height, settings.bits,
+              layout.samples(), {},           make_texts(image.attributes)};
+  for (std::size_t y = 0; y < static_cast<std::size_t>(image.height); ++y)
+    codes.rows.push_back(&bytes[y * stride]);
   const Encoder encoder{image, layout, settings,
                         static_cast<float>(exact::exp2(static_cast<double>(settings.exposure))),
                         SrgbQuantizer::instance()};
   parallel_for(
-      image.height, [&](std::int64_t y) { encoder.row(y, rows[static_cast<std::size_t>(y)]); }, 16);
-  if (settings.effort == PngEffort::kFast)
-    return encode_rows(image, settings.bits, layout.samples(), kFast, rows);
+      image.height,
+      [&](std::int64_t y) { encoder.row(y, codes.rows[static_cast<std::size_t>(y)]); }, 16);
+  if (settings.effort == PngEffort::kFast) return encode_rows(kFast, codes);
   std::string best;
   for (const Effort& effort : kSmall) {
-    PM_TRY(std::string bytes, encode_rows(image, settings.bits, layout.samples(), effort, rows));
-    if (best.empty() || bytes.size() < best.size()) best = std::move(bytes);
+    PM_TRY(std::string encoded, encode_rows(effort, codes));
+    if (best.empty() || encoded.size() < best.size()) best = std::move(encoded);
   }
   return best;
 }

@@ -192,11 +192,11 @@ std::uint8_t PaletteMap::dither(Rgb8 color, float threshold) const {
   const std::uint8_t second =
       nearest({2 * color[0] - near[0], 2 * color[1] - near[1], 2 * color[2] - near[2]});
   if (first == second) return first;
-  const Rgb8 far = palette_[second];
+  const Rgb8 partner = palette_[second];
   int along = 0, length = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    along += (color[axis] - near[axis]) * (far[axis] - near[axis]);
-    length += (far[axis] - near[axis]) * (far[axis] - near[axis]);
+    along += (color[axis] - near[axis]) * (partner[axis] - near[axis]);
+    length += (partner[axis] - near[axis]) * (partner[axis] - near[axis]);
   }
   return static_cast<float>(along) > threshold * static_cast<float>(length) ? second : first;
 }

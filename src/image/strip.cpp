@@ -16,8 +16,11 @@ constexpr float kLabelOnLight = 0.03f;
 /// Tests for continuation bytes of UTF-8, which add no character.
 bool is_continuation(char c) { return (static_cast<unsigned char>(c) & 0xc0) == 0x80; }
 
-void fill_rectangle(Image& image, int left, int top, int size, const std::array<int, 3>& channels,
-                    float grey) {
+struct Square {
+  int left, top, size;
+};
+void fill_square(Image& image, Square square, const std::array<int, 3>& channels, float grey) {
+  const auto [left, top, size] = square;
   for (int y = std::max(top, 0); y < std::min(top + size, image.height); ++y)
     for (int x = std::max(left, 0); x < std::min(left + size, image.width); ++x)
       for (const int channel : channels)
@@ -81,7 +84,8 @@ int text_width(const std::string& text, int scale) {
 
 int text_height(int scale) { return kFontHeight * scale; }
 
-void draw_text(Image& image, int x, int y, const std::string& text, float grey, int scale) {
+void draw_text(Image& image, int x, int y, const std::string& text, TextStyle style) {
+  const auto [grey, scale] = style;
   const std::array<int, 3> channels{image.find_channel("R"), image.find_channel("G"),
                                     image.find_channel("B")};
   for (const char c : text) {
@@ -90,7 +94,7 @@ void draw_text(Image& image, int x, int y, const std::string& text, float grey, 
     for (int row = 0; row < kFontHeight; ++row)
       for (int column = 0; column < glyph.width; ++column)
         if (glyph.rows[static_cast<std::size_t>(row)] >> column & 1)
-          fill_rectangle(image, x + column * scale, y + row * scale, scale, channels, grey);
+          fill_square(image, {x + column * scale, y + row * scale, scale}, channels, grey);
     x += (glyph.width + kFontGap) * scale;
   }
 }
@@ -123,7 +127,7 @@ Result<Image> make_strip(std::span<const Image> frames, std::span<const std::str
     const std::string text = fit_text(labels[n], cell_width, scale);
     draw_text(sheet, left + (cell_width - text_width(text, scale)) / 2,
               top + cell_height + label_gap, text,
-              settings.background < 0.2f ? kLabelOnDark : kLabelOnLight, scale);
+              {settings.background < 0.2f ? kLabelOnDark : kLabelOnLight, scale});
   }
   return sheet;
 }

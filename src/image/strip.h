@@ -25,9 +25,13 @@ struct StripSettings {
 Result<Image> make_strip(std::span<const Image> frames, std::span<const std::string> labels,
                          const StripSettings& settings = {});
 
-/// Draws ASCII text in an own bitmap font onto R, G, B; `x`, `y` is its top left corner, `grey` is
-/// linear. Clipped at the image's edges; characters outside ASCII are drawn as hollow boxes.
-void draw_text(Image& image, int x, int y, const std::string& text, float grey, int scale = 1);
+struct TextStyle {
+  float grey = 1;  ///< linear
+  int scale = 1;   ///< pixels per dot of the font
+};
+/// Draws ASCII text in an own bitmap font onto R, G, B; `x`, `y` is its top left corner. Clipped at
+/// the image's edges; characters outside ASCII are drawn as hollow boxes.
+void draw_text(Image& image, int x, int y, const std::string& text, TextStyle style);
 int text_width(const std::string& text, int scale = 1);
 int text_height(int scale = 1);
 

@@ -153,12 +153,12 @@ Result<SpheresResult> inspect_spheres(const SpheresRequest& request) {
                            !request.write_surface.empty() || !request.output.empty();
   if (fitted.balls.empty() && needs_balls) {
     PM_TRY(fitted.balls,
-           make_unfitted_balls(fitted.approximation.tree.leaves(), settings.method,
-                               solid_volume(solid, inside), FieldSettings{}, cell, {}, *engine));
+           make_unfitted_balls(fitted.approximation.tree.leaves(), settings.method, FieldSettings{},
+                               {solid_volume(solid, inside), cell}, *engine));
   }
   if (request.measure) {
     PM_TRY(measured.figures,
-           measure_quality(solid, inside, fitted.balls, FieldKind::kGaussian, request.grid));
+           measure_quality(solid, inside, fitted.balls, FieldKind::kGaussian, {request.grid}));
     if (!is_good_fit(*measured.figures))
       log_warning("{}: {}", model.name, describe_fit(*measured.figures));
   }

@@ -1,4 +1,4 @@
-// Approximation of a model by spheres and balls, measured: the work of `polymorph spheres`.
+// Quality of a model's approximation by spheres and balls (`polymorph spheres`).
 #pragma once
 
 #include <filesystem>
@@ -20,7 +20,7 @@ struct SpheresRequest {
   std::string write_balls, write_surface, write_spheres, output;  ///< files; empty: none
 };
 
-/// A model, its approximation and how good that is.
+/// A model, its approximation, and the measures of their difference.
 struct SpheresResult {
   Model model;
   Approximation approximation;

@@ -119,9 +119,15 @@ class GlbWriter : public SurfaceWriter {
   std::vector<std::size_t> add_materials(const SurfaceFrame& frame);
   Status add_mesh(const SurfaceFrame& frame, const std::string& name, Shown& shown);
   Result<std::size_t> add_view(const std::string& bytes, int target, std::size_t stride = 0);
-  Result<std::size_t> add_accessor(const std::string& bytes, int target, int component,
-                                   const char* type, std::size_t count, bool normalized = false,
-                                   std::size_t stride = 0);
+  /// Contents of an accessor, in glTF's terms.
+  struct Elements {
+    int component;
+    const char* type;
+    std::size_t count;
+    bool normalized = false;
+    std::size_t stride = 0;
+  };
+  Result<std::size_t> add_accessor(const std::string& bytes, int target, const Elements& elements);
   Status add_vertices(const SurfaceFrame& frame, const SplitSurface& split, JsonValue& attributes,
                       Shown& shown);
   Status add_quantized(const SurfaceFrame& frame, const SplitSurface& split, JsonValue& attributes,
@@ -185,9 +191,9 @@ Result<std::size_t> GlbWriter::add_view(const std::string& bytes, int target, st
   return views_.size() - 1;
 }
 
-Result<std::size_t> GlbWriter::add_accessor(const std::string& bytes, int target, int component,
-                                            const char* type, std::size_t count, bool normalized,
-                                            std::size_t stride) {
+Result<std::size_t> GlbWriter::add_accessor(const std::string& bytes, int target,
+                                            const Elements& elements) {
+  const auto& [component, type, count, normalized, stride] = elements;
   PM_TRY(const std::size_t view, add_view(bytes, target, stride));
   JsonValue accessor = {
       {"bufferView", view}, {"componentType", component}, {"count", count}, {"type", type}};
@@ -219,7 +225,7 @@ Status GlbWriter::add_vertices(const SurfaceFrame& frame, const SplitSurface& sp
                                JsonValue& attributes, Shown&) {
   const std::size_t count = split.position_of.size();
   const auto put = [&](const char* name, const char* type, const std::string& bytes) -> Status {
-    PM_TRY(attributes[name], add_accessor(bytes, kVertexBuffer, kFloat, type, count));
+    PM_TRY(attributes[name], add_accessor(bytes, kVertexBuffer, {kFloat, type, count}));
     return Ok{};
   };
   Vec3 low = frame.positions[split.position_of[0]], high = low;
@@ -269,7 +275,7 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
   const auto put = [&](const char* name, const char* type, int component, std::size_t stride,
                        const std::string& bytes) -> Status {
     PM_TRY(attributes[name],
-           add_accessor(bytes, kVertexBuffer, component, type, count, true, stride));
+           add_accessor(bytes, kVertexBuffer, {component, type, count, true, stride}));
     return Ok{};
   };
   std::array<std::uint16_t, 3> lowest{65535, 65535, 65535}, highest{};
@@ -312,9 +318,9 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
     append(all, quantize<std::uint16_t>(uv.x, 65535));
     append(all, quantize<std::uint16_t>(uv.y, 65535));
   });
-  PM_TRY(
-      attributes["TEXCOORD_0"],
-      add_accessor(bytes, kVertexBuffer, within ? kUnsignedShort : kFloat, "VEC2", count, within));
+  PM_TRY(attributes["TEXCOORD_0"],
+         add_accessor(bytes, kVertexBuffer,
+                      {within ? kUnsignedShort : kFloat, "VEC2", count, within}));
   return Ok{};
 }
 
@@ -345,8 +351,8 @@ Status GlbWriter::add_mesh(const SurfaceFrame& frame, const std::string& name, S
     }
     if (count == 0) continue;
     PM_TRY(const std::size_t indices,
-           add_accessor(bytes, kIndexBuffer, is_short ? kUnsignedShort : kUnsignedInt, "SCALAR",
-                        count));
+           add_accessor(bytes, kIndexBuffer,
+                        {is_short ? kUnsignedShort : kUnsignedInt, "SCALAR", count}));
     primitives.push_back(
         {{"attributes", attributes}, {"indices", indices}, {"material", material}});
   }
@@ -390,7 +396,7 @@ Status GlbWriter::add_targets(int frame, std::span<const SurfaceFrame> frames) {
             append(all, offset);
           });
       PM_TRY(target[name],
-             add_accessor(bytes, kVertexBuffer, kFloat, "VEC3", split.position_of.size()));
+             add_accessor(bytes, kVertexBuffer, {kFloat, "VEC3", split.position_of.size()}));
       accessors_.items.back()["min"] = to_array(low);
       accessors_.items.back()["max"] = to_array(high);
       return Ok{};
@@ -415,12 +421,12 @@ Status GlbWriter::add_weights() {
     for (std::size_t target = 0; target < targets; ++target)
       append(weights, target + 1 == k ? 1.0f : 0.0f);
   }
-  PM_TRY(const std::size_t input, add_accessor(times, 0, kFloat, "SCALAR", frames_.size()));
+  PM_TRY(const std::size_t input, add_accessor(times, 0, {kFloat, "SCALAR", frames_.size()}));
   accessors_.items.back()["min"] = JsonValue::array({0.0f});
   accessors_.items.back()["max"] = JsonValue::array(
       {static_cast<float>(frames_.back() - sequence_.first_frame) / sequence_.fps});
   PM_TRY(const std::size_t output,
-         add_accessor(weights, 0, kFloat, "SCALAR", frames_.size() * targets));
+         add_accessor(weights, 0, {kFloat, "SCALAR", frames_.size() * targets}));
   samplers.push_back({{"input", input}, {"output", output}, {"interpolation", "LINEAR"}});
   for (std::size_t n = 0; n < shown_.size(); ++n) {
     meshes_.items[n]["weights"] = std::vector<float>(targets, 0.0f);
@@ -560,12 +566,12 @@ Status GlbWriter::add_animation() {
       const float scale = v ? shown.scale : 0.0f;
       append(scale_bytes, Vec3{scale, scale, scale});
     }
-    PM_TRY(const std::size_t input, add_accessor(time_bytes, 0, kFloat, "SCALAR", times.size()));
+    PM_TRY(const std::size_t input, add_accessor(time_bytes, 0, {kFloat, "SCALAR", times.size()}));
     accessors_.items.back()["min"] = JsonValue::array({times.front()});
     accessors_.items.back()["max"] = JsonValue::array({times.back()});
-    PM_TRY(const std::size_t scales, add_accessor(scale_bytes, 0, kFloat, "VEC3", times.size()));
+    PM_TRY(const std::size_t scales, add_accessor(scale_bytes, 0, {kFloat, "VEC3", times.size()}));
     PM_TRY(const std::size_t seen,
-           add_accessor(visible_bytes, 0, kUnsignedByte, "SCALAR", times.size()));
+           add_accessor(visible_bytes, 0, {kUnsignedByte, "SCALAR", times.size()}));
     samplers.push_back({{"input", input}, {"output", scales}, {"interpolation", "STEP"}});
     channels.push_back(
         {{"sampler", samplers.size() - 1}, {"target", {{"node", n}, {"path", "scale"}}}});

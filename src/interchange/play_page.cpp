@@ -73,11 +73,11 @@ void refine(const Shape& shape, const std::vector<double>& values, const F& visi
       const std::int64_t neighbour_step = half * stride[axis];
       visit_all(first, step, [&](const int(&at)[3], std::int64_t i) {
         const auto value = [&](std::int64_t j) { return values[static_cast<std::size_t>(j)]; };
-        const int here = at[axis], n = shape.n[axis];
+        const int index = at[axis], n = shape.n[axis];
         const double low = value(i - neighbour_step);
-        if (here + half >= n) return low;
+        if (index + half >= n) return low;
         const double high = value(i + neighbour_step);
-        if (here < 3 * half || here + 3 * half >= n) return (low + high) / 2;
+        if (index < 3 * half || index + 3 * half >= n) return (low + high) / 2;
         return (9 * (low + high) -
                 (value(i - 3 * neighbour_step) + value(i + 3 * neighbour_step))) /
                16;

@@ -71,14 +71,14 @@ float measure_distance(const SurfaceFrame& frame, const ClosestPointQuery& befor
   }
   if (farthest <= limit) return farthest;
   for (int ring = 0; ring < 1; ++ring) {
-    std::vector<std::uint8_t> grown = near;
+    std::vector<std::uint8_t> dilated = near;
     for (std::size_t t = 0; t < frame.triangles.size(); ++t) {
       const auto& v = frame.triangles[t].v;
       if (!near[v[0]] && !near[v[1]] && !near[v[2]]) continue;
       is_fixed[t] = 1;
-      for (const std::uint32_t p : v) grown[p] = 1;
+      for (const std::uint32_t p : v) dilated[p] = 1;
     }
-    near = std::move(grown);
+    near = std::move(dilated);
   }
   return farthest;
 }

@@ -68,17 +68,17 @@ char* put(char* to, Rounded r) {
   if (!(size >= 1e-4 && size < 9.99999))
     return std::to_chars(to, to + 24, r.value, std::chars_format::general, 6).ptr;
   // The usual case needs one multiplication and an integer's digits.
-  std::uint32_t one = 100000;
-  while (size * one < 99999.5) one *= 10;
-  auto digits = static_cast<std::uint32_t>(std::lrint(size * one));
+  std::uint32_t unit = 100000;
+  while (size * unit < 99999.5) unit *= 10;
+  auto digits = static_cast<std::uint32_t>(std::lrint(size * unit));
   if (r.value < 0) *to++ = '-';
-  *to++ = static_cast<char>('0' + digits / one);
-  digits %= one;
+  *to++ = static_cast<char>('0' + digits / unit);
+  digits %= unit;
   if (digits > 0) *to++ = '.';
   while (digits > 0) {
-    one /= 10;
-    *to++ = static_cast<char>('0' + digits / one);
-    digits %= one;
+    unit /= 10;
+    *to++ = static_cast<char>('0' + digits / unit);
+    digits %= unit;
   }
   return to;
 }
@@ -502,12 +502,12 @@ void UsdWriter::add_mesh(const ActorSamples& actor, const LookSamples& look,
       put(type, name, interpolation, samples);
       return;
     }
-    const std::string how =
+    const std::string metadata =
         *interpolation ? fmt::format(" (\n                interpolation = \"{}\"\n            )",
                                      interpolation)
                        : "";
     parts.push_back(
-        text(fmt::format("            {} {} = {}{}\n", type, name, samples.last(), how)));
+        text(fmt::format("            {} {} = {}{}\n", type, name, samples.last(), metadata)));
   };
   put("token", "visibility", "", look.visibility);
   put("float3[]", "extent", "", look.extent);

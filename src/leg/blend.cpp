@@ -77,7 +77,7 @@ Status fill(const BlendInputs& in, DistanceGrid& model, DistanceGrid& balls) {
   const Int3 blocks = {blocks_along(n.x), blocks_along(n.y), blocks_along(n.z)};
   const float band = kBand * grid.cell;
   constexpr float kHalf = 0.5f * (kBlock - 1);
-  const float reach = std::sqrt(3.0f) * kHalf * grid.cell * 1.001f;
+  const float block_radius = std::sqrt(3.0f) * kHalf * grid.cell * 1.001f;
   std::vector<Int3> corners;
   std::vector<Vec3> middles;
   for (int z = 0; z < n.z; z += kBlock)
@@ -86,8 +86,8 @@ Status fill(const BlendInputs& in, DistanceGrid& model, DistanceGrid& balls) {
         corners.push_back({x, y, z});
         middles.push_back(grid_point(grid, {x, y, z}) + Vec3{kHalf, kHalf, kHalf} * grid.cell);
       }
-  PM_TRY(const Distances at_middle, distances_at(in, middles, band + reach));
-  const std::vector<bool> looked_at = passable(at_middle, blocks, band + reach);
+  PM_TRY(const Distances at_middle, distances_at(in, middles, band + block_radius));
+  const std::vector<bool> looked_at = passable(at_middle, blocks, band + block_radius);
   // Many at a time, for the sake of memory.
   constexpr std::size_t kBatch = 1 << 18;
   std::vector<std::size_t> numbers;

@@ -85,9 +85,9 @@ Result<std::vector<float>> sample_distances(const MorphSurface& field,
   std::vector<float> values(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const AttributeValues &a = maps[2 * i], &b = maps[2 * i + 1];
-    const float both[kRegressionValues] = {a.v[0], a.v[1], a.v[2], a.v[3],
-                                           b.v[0], b.v[1], b.v[2], b.v[3]};
-    values[i] = sampled.value(Points<float>{points[i].x, points[i].y, points[i].z}, both);
+    const float both_maps[kRegressionValues] = {a.v[0], a.v[1], a.v[2], a.v[3],
+                                                b.v[0], b.v[1], b.v[2], b.v[3]};
+    values[i] = sampled.value(Points<float>{points[i].x, points[i].y, points[i].z}, both_maps);
   }
   return values;
 }

@@ -32,8 +32,8 @@ Result<float> volume_iso(const Leg& leg, const LegState& state, Engine& engine) 
     const double volume = (1 - u) * leg.from->ball_volume + u * leg.to->ball_volume;
     // Most of the search on cells twice as large, which cost a fourth.
     PM_TRY(const float near,
-           iso_for_volume(engine, state.balls, 2 * settings.cell, settings.measured, volume));
-    return iso_for_volume(engine, state.balls, settings.cell, settings.measured, volume, near);
+           iso_for_volume(engine, state.balls, {volume, 2 * settings.cell, settings.measured}));
+    return iso_for_volume(engine, state.balls, {volume, settings.cell, settings.measured}, near);
   };
   return visit(leg, search, [](const DistanceLeg&) -> Result<float> { return 1.0f; });
 }

@@ -34,13 +34,13 @@ Result<std::vector<float>> surface_field(const Leg& leg, const LegSurface& surfa
 Result<PullBack> pull_back(const Leg& leg, const LegState& state, const std::vector<Vec3>& points,
                            Engine& engine);
 
-/// Motion of points of the leg's surface until the time `next`. Of `state` only time and balls
-/// count. Errors: the engine's.
+/// Motion of points of the leg's surface from `state` to the time `next`. Reads only the time and
+/// the balls of `state`. Errors: the engine's.
 Result<Flow> flow_until(const Leg& leg, const LegState& state, float next,
                         const std::vector<Vec3>& points, Engine& engine);
 
-/// Label of each point of the leg's surface, as an index into the actor's names: by the balls'
-/// shares (morph/labels.h). Errors: the engine's.
+/// Label of each point of the leg's surface, as an index into the actor's names: that of the balls
+/// which contribute most there (morph/labels.h). Errors: the engine's.
 Result<std::vector<std::uint32_t>> leg_labels(const Leg& leg, const LegState& state,
                                               const std::vector<Vec3>& points, Engine& engine);
 

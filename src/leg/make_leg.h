@@ -19,14 +19,15 @@ struct LegParts {
   double pace = 1;  ///< motion time of `before` that goes by in a unit of this leg's (leg_pace())
 };
 
-/// A leg of the kind that its timing says; one made of distances is invert_pacing where its balls
+/// Makes a leg of the kind that its timing says. One made of distances gets a pacing if its balls
 /// share one eased time. Errors: the engine's.
 Result<std::shared_ptr<const Leg>> make_leg(LegParts parts, const LegTiming& timing,
                                             const LegSettings& settings, Engine& engine,
                                             const std::filesystem::path& cache);
 
-/// The balls with which a leg is left, as the source of the next; `with_distances`: that is made of
-/// distances. Errors: kInput where they have no surface; the engine's.
+/// Makes an object of the balls with which a leg is left: the source of the next leg.
+/// `with_distances`: the next leg is made of distances. Errors: kInput where the balls have no
+/// surface; the engine's.
 Result<PreparedObject> object_in_flight(const Leg& leg, bool with_distances, Engine& engine,
                                         const std::filesystem::path& cache);
 

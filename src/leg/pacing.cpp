@@ -17,7 +17,7 @@ namespace {
 constexpr int kSteps = 12;  ///< even steps that are measured first, and between levels
 constexpr int kTimes = 24;  ///< steps between the times of the pace
 
-/// A moment of a leg whose time is not yet invert_pacing.
+/// A moment of a leg that has no pacing yet.
 struct Moment {
   float time = 0;   ///< time of the motion, [0, 1]
   float level = 0;  ///< level that keeps the volume
@@ -37,7 +37,7 @@ double mean_distance(const Mesh& from, const ClosestPointQuery& to) {
   return points.empty() ? 0 : sum / static_cast<double>(points.size());
 }
 
-/// Mean distances there and back.
+/// Sums the mean distances from a to b and from b to a.
 double change_between(const Mesh& a, const Mesh& b) {
   return mean_distance(a, ClosestPointQuery(b.positions, b.triangles)) +
          mean_distance(b, ClosestPointQuery(a.positions, a.triangles));
@@ -45,15 +45,15 @@ double change_between(const Mesh& a, const Mesh& b) {
 
 float step_time(int k) { return static_cast<float>(k) / static_cast<float>(kSteps); }
 
-/// Times at which 0, 1 / kTimes, ... 1 of the change is done, or of what is made of it: a part of
-/// the pace is left to the time itself, so that it goes on where nothing changes.
+/// Times at which 0, 1 / kTimes, ... 1 of the progress is made. Progress is a mean of the share of
+/// the change and the time itself, so that it never stops where nothing changes.
 std::vector<float> even_times(const std::vector<Moment>& moments, double change) {
-  constexpr double kOwnShare = 0.43;
+  constexpr double kTimeShare = 0.43;  // weight of the time in that mean
   std::vector<double> done;
   double sum = 0;
   for (const Moment& moment : moments) {
     sum += moment.change;
-    done.push_back((1 - kOwnShare) * sum / change + kOwnShare * static_cast<double>(moment.time));
+    done.push_back((1 - kTimeShare) * sum / change + kTimeShare * static_cast<double>(moment.time));
   }
   std::vector<float> times{0};
   for (int k = 1; k < kTimes; ++k) {
@@ -67,7 +67,7 @@ std::vector<float> even_times(const std::vector<Moment>& moments, double change)
   return times;
 }
 
-/// A value at a time, between those of the moments around.
+/// Interpolates a value between the two moments around `time`.
 template <class Value>
 float interpolate(const std::vector<Moment>& moments, float time, const Value& value) {
   std::size_t next = 1;
@@ -188,8 +188,8 @@ Result<LegSurface> measured_surface(const Leg& linear, float time, const LevelSe
   return surface;
 }
 
-/// The moment of a leg at a time, on cells as frames have them but none too small: a dozen surfaces
-/// and more are held at once. `near`: its level, about.
+/// Measures a moment of the leg on the frames' cells, but not on very small ones, because a dozen
+/// and more surfaces are in memory at once. `near`: an estimate of its level.
 Result<Moment> measure_moment(const Leg& linear, float time, std::optional<float> near,
                               Engine& engine) {
   constexpr float kMaxResolution = 128;
@@ -199,21 +199,21 @@ Result<Moment> measure_moment(const Leg& linear, float time, std::optional<float
       settings.cell * std::max(1.0f, static_cast<float>(settings.resolution) / kMaxResolution);
   PM_TRY(LegSurface surface,
          measured_surface(linear, time, {cell, settings.measured, near, kTolerance}, engine));
-  // A component that has come off counts when it is left out of the picture.
+  // A component that comes off changes the surface when frames leave it out.
   remove_small_components(surface.mesh, min_component_share(linear));
   return Moment{time, surface.field.level, std::move(surface.mesh), 0};
 }
 
-/// Measures the quarters of steps within which more changes than elsewhere, where a limb grows
-/// perhaps. They share what the whole step changes: of a part that shrinks, mean distances tell the
-/// square of how far it went.
+/// Divides steps with more change than others, for instance where a limb grows, into quarters.
+/// Their changes are scaled to add up to the step's: the mean distance of a shrinking part falls
+/// with the square of its length.
 Result<std::vector<Moment>> refine(const Leg& linear, std::vector<Moment> steps, double change,
                                    Engine& engine) {
-  constexpr double kMuch = 1.5;  // times the mean step
+  constexpr double kMaxChange = 1.5;  // relative to the mean step
   constexpr int kParts = 4;
   std::vector<Moment> moments;
   for (Moment& step : steps) {
-    if (step.change * kSteps > kMuch * change) {
+    if (step.change * kSteps > kMaxChange * change) {
       const std::size_t before = moments.size() - 1;
       const float time = moments[before].time, level = moments[before].level;
       double sum = 0;
@@ -236,7 +236,7 @@ Result<std::vector<Moment>> refine(const Leg& linear, std::vector<Moment> steps,
   return moments;
 }
 
-/// kSteps + 1 moments at even times, fewer where one has no surface.
+/// Measures kSteps + 1 moments at even times; stops at the first without a surface.
 Result<std::vector<Moment>> measure_steps(const Leg& linear, Engine& engine) {
   std::vector<Moment> steps;
   for (int k = 0; k <= kSteps; ++k) {
@@ -250,17 +250,18 @@ Result<std::vector<Moment>> measure_steps(const Leg& linear, Engine& engine) {
   return steps;
 }
 
-/// Levels at even times of the leg at its pace.
-Result<std::vector<float>> measure_levels(const Leg& invert_pacing,
-                                          const std::vector<Moment>& moments, Engine& engine) {
-  constexpr double kTolerance = 0.0005;  // a fourth of that of frames: most are at their first try
+/// Measures the levels at even times of the leg with its pacing.
+Result<std::vector<float>> measure_levels(const Leg& paced, const std::vector<Moment>& moments,
+                                          Engine& engine) {
+  // A fourth of the frames' tolerance, so that most frames need a single extraction.
+  constexpr double kTolerance = 0.0005;
   std::vector<float> levels;
-  if (!keeps_volume(invert_pacing)) return levels;
+  if (!keeps_volume(paced)) return levels;
   for (int k = 0; k <= kSteps; ++k) {
-    const float time = invert_pacing.plan.pacing[static_cast<std::size_t>(k * kTimes / kSteps)];
+    const float time = paced.plan.pacing[static_cast<std::size_t>(k * kTimes / kSteps)];
     PM_TRY(const LegSurface surface,
-           measured_surface(invert_pacing, step_time(k),
-                            {2 * invert_pacing.settings.cell, invert_pacing.settings.measured,
+           measured_surface(paced, step_time(k),
+                            {2 * paced.settings.cell, paced.settings.measured,
                              level_near(moments, time), kTolerance},
                             engine));
     levels.push_back(surface.field.level);

@@ -28,10 +28,10 @@ struct Pacing {
   std::vector<float> lifts;
 };
 
-/// The pacing of a leg made of distances whose plan has none yet and no offsets, from the mean
-/// distances between its surfaces at even eased times, closer where much changes; and its levels at
-/// that pace, on cells twice as large. The leg's balls must share one eased time. Errors: the
-/// engine's.
+/// Measures the pacing of a leg made of distances whose plan has none yet and no offsets, from the
+/// mean distances between its surfaces at even eased times (at more times where much changes); then
+/// the levels with that pacing, on cells twice as large. The leg's balls must share one eased time.
+/// Errors: the engine's.
 Result<Pacing> measure_pacing(const Leg& leg, Engine& engine, const std::filesystem::path& cache);
 
 }  // namespace polymorph

@@ -14,8 +14,7 @@ Result<ObjectDistances> measure_distances(const PreparedObject& object,
                                           const std::filesystem::path& cache) {
   const Activity activity("measuring distances to " + object.name);
   PM_TRY(ObjectDistances distances,
-         load_or_measure_distances(object.model, *object.closest, measure.cell, measure.thinnest,
-                                   measure.min_component_share, measure.solidified, engine, cache));
+         load_or_measure_distances(object.model, *object.closest, measure, engine, cache));
   if (is_shell(distances))
     log_info(
         "{}: its faces leave {:.0f} % of what they go around undecided (open, or turned at "

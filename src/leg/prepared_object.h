@@ -52,14 +52,6 @@ struct PreparedObject {
   ObjectDistances distances;  ///< measured where a leg to or from it is made of distances
 };
 
-/// Settings of an object's distances.
-struct DistanceMeasure {
-  float cell = 0;                  ///< edge of the cells whose surface is measured
-  float thinnest = 0;              ///< thickness below which parts are thickened
-  double min_component_share = 0;  ///< share of the volume below which components are left out
-  bool solidified = false;         ///< whether the model comes from solidify()
-};
-
 /// Distances to the object's model, whose `closest` is set, and measures of their surface. Errors:
 /// kInput where that encloses nothing; the engine's.
 Result<ObjectDistances> measure_distances(const PreparedObject& object,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "base/morton.h"
 #include "base/parallel.h"
@@ -19,9 +20,9 @@ float distance_in(const LogField& field) {
   return steep > 0 ? static_cast<float>(field.value) / steep : 1e30f;
 }
 
-/// The root of the field along `direction` nearest to p within `reach`; false when there is none.
-bool root_along(const NearBalls& balls, std::span<const std::uint32_t> list, Vec3 p, Vec3 direction,
-                float reach, Vec3& root) {
+/// Finds the root of the field along `direction` nearest to p, within `max_distance`.
+std::optional<Vec3> root_along(const NearBalls& balls, std::span<const std::uint32_t> list, Vec3 p,
+                               Vec3 direction, float max_distance) {
   const auto at = [&](float t) { return balls.log_field(p + direction * t, list).value; };
   const bool inside = at(0) > 0;
   // Outward from inside, inward from outside, then the other way: a bulge may hide the near root.
@@ -29,35 +30,36 @@ bool root_along(const NearBalls& balls, std::span<const std::uint32_t> list, Vec
   for (const float side : {inside ? 1.0f : -1.0f, inside ? -1.0f : 1.0f}) {
     float near = 0;
     for (int i = 1; i <= kSteps; ++i) {
-      const float far = side * reach * static_cast<float>(i) / kSteps;
-      if ((at(far) > 0) == inside) {
-        near = far;
+      const float distance = side * max_distance * static_cast<float>(i) / kSteps;
+      if ((at(distance) > 0) == inside) {
+        near = distance;
         continue;
       }
-      float a = near, b = far;
+      float a = near, b = distance;
       for (int step = 0; step < 14; ++step) {
         const float middle = (a + b) / 2;
         ((at(middle) > 0) == inside ? a : b) = middle;
       }
-      root = p + direction * ((a + b) / 2);
-      return true;
+      return p + direction * ((a + b) / 2);
     }
   }
-  return false;
+  return std::nullopt;
 }
 
-/// Down the gradient; ends wherever it is after some steps.
+/// Follows the gradient from p towards a root for a limited number of steps, and returns the last
+/// point within twice `max_distance`.
 Vec3 root_along_gradient(const NearBalls& balls, std::span<const std::uint32_t> list, Vec3 p,
-                         float reach) {
+                         float max_distance) {
   Vec3 x = p;
   for (int step = 0; step < 20; ++step) {
     const LogField field = balls.log_field(x, list);
     const float steep = length(field.gradient), distance = distance_in(field);
     if (!(steep > 0) || !std::isfinite(distance)) break;
-    const Vec3 next = x - field.gradient * (std::clamp(distance, -reach / 4, reach / 4) / steep);
-    if (length(next - p) > 2 * reach) break;
+    const float step_length = std::clamp(distance, -max_distance / 4, max_distance / 4);
+    const Vec3 next = x - field.gradient * (step_length / steep);
+    if (length(next - p) > 2 * max_distance) break;
     x = next;
-    if (std::abs(distance) < 1e-4f * reach) break;
+    if (std::abs(distance) < 1e-4f * max_distance) break;
   }
   return x;
 }
@@ -86,25 +88,25 @@ double arrived_share(const Model& model, const Projection& projection,
         (projection.points[v[0]] + projection.points[v[1]] + projection.points[v[2]]) / 3.0f;
   }
   std::vector<std::uint8_t> point_there(model.points.size()), middle_there(middles.size());
-  const auto look = [&](const std::vector<Vec3>& points, std::vector<std::uint8_t>& there) {
+  const auto look = [&](const std::vector<Vec3>& points, std::vector<std::uint8_t>& is_shown) {
     for_each_near(balls, points, near, [&](std::size_t begin, std::size_t end, auto list) {
       for (std::size_t i = begin; i < end; ++i)
-        there[i] = std::abs(distance_in(balls.log_field(points[i], list))) <= near;
+        is_shown[i] = std::abs(distance_in(balls.log_field(points[i], list))) <= near;
     });
   };
   look(projection.points, point_there);
   look(middles, middle_there);
-  double there = 0, all = 0;
+  double visible_area = 0, total_area = 0;
   for (std::size_t t = 0; t < middles.size(); ++t) {
     const auto& v = model.triangles[t].v;
     if (!boundary[v[0]] || !boundary[v[1]] || !boundary[v[2]]) continue;
     const double area = static_cast<double>(length(
         cross(model.points[v[1]] - model.points[v[0]], model.points[v[2]] - model.points[v[0]])));
-    all += area;
+    total_area += area;
     if (middle_there[t] && point_there[v[0]] && point_there[v[1]] && point_there[v[2]])
-      there += area;
+      visible_area += area;
   }
-  return all > 0 ? there / all : 0;
+  return total_area > 0 ? visible_area / total_area : 0;
 }
 
 }  // namespace
@@ -112,7 +114,7 @@ double arrived_share(const Model& model, const Projection& projection,
 Projection project_model(const Model& model, const InsideTest& inside, std::span<const Ball> given,
                          FieldKind kind) {
   const Box box = model.box();
-  const float size = box.diagonal(), reach = 0.05f * size, near = 0.005f * size;
+  const float size = box.diagonal(), max_distance = 0.05f * size, near = 0.005f * size;
   const NearBalls balls(given, kind);
   const std::vector<Vec3> normals = point_normals(model);
   const std::vector<std::uint8_t> boundary = on_boundary(model, normals, inside, 2e-4f * size);
@@ -127,13 +129,15 @@ Projection project_model(const Model& model, const InsideTest& inside, std::span
   Projection projection;
   projection.points = model.points;
   projection.normals = normals;
-  for_each_near(balls, sorted, reach, [&](std::size_t begin, std::size_t end, auto list) {
+  for_each_near(balls, sorted, max_distance, [&](std::size_t begin, std::size_t end, auto list) {
     for (std::size_t k = begin; k < end; ++k) {
       const std::size_t i = order[k].second;
       if (!boundary[i]) continue;
-      Vec3 root;
-      if (!root_along(balls, list, model.points[i], normals[i], reach, root))
-        root = root_along_gradient(balls, list, model.points[i], reach);
+      const std::optional<Vec3> along_normal =
+          root_along(balls, list, model.points[i], normals[i], max_distance);
+      const Vec3 root = along_normal
+                            ? *along_normal
+                            : root_along_gradient(balls, list, model.points[i], max_distance);
       projection.points[i] = root;
       const Vec3 down = -normalized(balls.log_field(root, list).gradient);
       // A normal that turns around belongs to the other side of a thin wall.

@@ -81,8 +81,8 @@ class Homology {
   /// surface if it crosses each of these loops an even number of times.
   void span_triangles(std::vector<std::uint8_t>& in_tree) {
     const std::size_t count = mesh_.triangles.size();
-    std::vector<std::uint32_t> across(count,
-                                      kNone);  // the side across which a triangle was visited
+    std::vector<std::uint32_t> entered_by(count,
+                                          kNone);  // the side across which a triangle was visited
     std::vector<std::uint8_t> is_visited(count, 0);
     std::vector<std::uint32_t> queue;
     for (std::uint32_t root = 0; root < count; ++root) {
@@ -94,7 +94,7 @@ class Homology {
           const std::uint32_t next = mate_[side] / 3;
           if (in_tree[side] || is_visited[next]) continue;
           is_visited[next] = 1;
-          across[next] = side;
+          entered_by[next] = side;
           in_tree[side] = in_tree[mate_[side]] = 1;
           queue.push_back(next);
         }
@@ -109,7 +109,7 @@ class Homology {
       bit <<= 1;
     }
     for (std::size_t i = queue.size(); i-- > 0;) {
-      const std::uint32_t side = across[queue[i]];
+      const std::uint32_t side = entered_by[queue[i]];
       if (side == kNone) continue;
       bits_[side] = bits_[mate_[side]] = odd[queue[i]];
       odd[side / 3] ^= odd[queue[i]];

@@ -182,7 +182,7 @@ void InsideTest::Tree::add_leaf(Node& node, std::span<const std::uint32_t> order
 double InsideTest::Tree::winding(Vec3 point) const {
   const Vec3d q = to_frame(point), eye(point);
   AngleSums near;  // all triangles, or those whose multiplicity has the lowest digit
-  double far = 0;
+  double far_sum = 0;
   std::optional<std::array<AngleSums, kMaxDigits>> digit_sums;
   if (!multiplicities.empty()) digit_sums.emplace();
   for (std::uint32_t i = 0; i < nodes.size();) {
@@ -193,10 +193,10 @@ double InsideTest::Tree::winding(Vec3 point) const {
       // The first two terms of the Taylor series of n . r / |r|^3 around the node's centre (Barill
       // et al. 2018, equation 9). Without the second one the sum is off by up to 0.14 on flat
       // models.
-      const Vec3d square(r.x * r.x, r.y * r.y, r.z * r.z), mixed(r.y * r.z, r.z * r.x, r.x * r.y);
+      const Vec3d squares(r.x * r.x, r.y * r.y, r.z * r.z), mixed(r.y * r.z, r.z * r.x, r.x * r.y);
       const double trace = node.diagonal.x + node.diagonal.y + node.diagonal.z;
-      const double second = dot(node.diagonal, square) + dot(node.off_diagonal, mixed);
-      far += (dot(r, node.dipole) + trace - 3 * second / r2) / (r2 * std::sqrt(r2));
+      const double second = dot(node.diagonal, squares) + dot(node.off_diagonal, mixed);
+      far_sum += (dot(r, node.dipole) + trace - 3 * second / r2) / (r2 * std::sqrt(r2));
       i = node.skip;
       continue;
     }
@@ -213,7 +213,7 @@ double InsideTest::Tree::winding(Vec3 point) const {
   double sum = near.sum();
   for (std::uint32_t digit = 1; digit < digits; ++digit)
     sum += std::ldexp((*digit_sums)[digit].sum(), static_cast<int>(digit));
-  return sum / (2 * std::numbers::pi) + far / (4 * std::numbers::pi);
+  return sum / (2 * std::numbers::pi) + far_sum / (4 * std::numbers::pi);
 }
 
 // Projected along the ray, a point lies in exactly one of two triangles with a common edge: each

@@ -181,8 +181,8 @@ std::vector<Piece> split_long_triangles(std::span<const Vec3> points,
   double piece = kPiece * diagonal;
   while (count(piece) > kMaxPieces) piece *= 2;
   std::vector<Piece> pieces;
-  const Vec3 far = max(box.high, -box.low);
-  const float slack = 1e-6f * (box.diagonal() + std::max({far.x, far.y, far.z, 0.0f}));
+  const Vec3 extent = max(box.high, -box.low);
+  const float slack = 1e-6f * (box.diagonal() + std::max({extent.x, extent.y, extent.z, 0.0f}));
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     const auto& v = triangles[t].v;
     split({Vec3d(points[v[0]]), Vec3d(points[v[1]]), Vec3d(points[v[2]])}, t, piece, slack, pieces);

@@ -124,15 +124,15 @@ std::optional<ClusteredMesh> cluster_long_triangles(MeshView mesh) {
 
 std::vector<std::uint32_t> thin_long_triangles(MeshView mesh) {
   const std::optional<ClusteredMesh> clustered = cluster_long_triangles(mesh);
-  std::vector<std::uint32_t> kept;
-  if (!clustered || !clustered->thinned) return kept;
+  std::vector<std::uint32_t> kept_vertices;
+  if (!clustered || !clustered->thinned) return kept_vertices;
   const double diagonal = static_cast<double>(mesh.box().diagonal());
   const std::size_t n = (count_long(mesh, diagonal) + kFewStrewn - 1) / kFewStrewn;
   std::size_t seen = 0;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
     if (!is_long(mesh, mesh.triangles[i], diagonal) || seen++ % n == 0)
-      kept.push_back(static_cast<std::uint32_t>(i));
-  return kept;
+      kept_vertices.push_back(static_cast<std::uint32_t>(i));
+  return kept_vertices;
 }
 
 }  // namespace polymorph

@@ -36,8 +36,17 @@ JsonValue make_outcome(const PairsFile& file, const PairsPiece& piece, Kind kind
 /// Extra frames at the end: one for events in the last frame and one for the leg of static actors.
 constexpr int kExtraFrames = 2;
 
-JsonValue make_actor(const PairsFile& file, const PairsPlay& play, int level, int piece, int frames,
-                     const std::vector<PairsPiece>& board) {
+/// One level of a play, as a film of `frames` frames.
+struct LevelFilm {
+  const PairsFile& file;
+  const PairsPlay& play;
+  int level;
+  int frames;
+  std::vector<PairsPiece> board;
+};
+
+JsonValue make_actor(const LevelFilm& film, int piece) {
+  const auto& [file, play, level, frames, board] = film;
   const PairsLevel& grid = file.game.levels[static_cast<std::size_t>(level)];
   const double fps = frames_per_second(file);
   const int column = piece % grid.columns, row = piece / grid.columns;
@@ -97,10 +106,10 @@ JsonValue make_board_scene(const PairsFile& file, const PairsPlay& play, int lev
   JsonValue scene;
   scene["description"] = fmt::format("Pairs, level {}", level + 1);
   if (file.stage.is_object()) scene.update(file.stage);
-  const std::vector<PairsPiece> board = deal_board(file.game, level);
+  const LevelFilm film{file, play, level, frames, deal_board(file.game, level)};
   scene["actors"] = JsonValue::array();
   for (int piece = 0; piece < grid.columns * grid.rows; ++piece)
-    scene["actors"].push_back(make_actor(file, play, level, piece, frames, board));
+    scene["actors"].push_back(make_actor(film, piece));
   if (!file.board.empty()) {
     const JsonValue model{{"model", file.board.string()}, {"arrange", false}};
     scene["actors"].push_back({{"name", "board"},

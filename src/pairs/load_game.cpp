@@ -211,16 +211,16 @@ Status apply_move(PairsPlay& play, const std::string& text) {
   std::istringstream stream(words);
   std::string first, second, more;
   stream >> first >> second >> more;
-  const auto bad = [&] {
+  const auto fail = [&] {
     return make_error(ErrorCode::kInput,
                       "\"{}\" is no move - write two places, as in \"a1 b2\", "
                       "or \"wait 2.5\"",
                       text);
   };
-  if (second.empty() || !more.empty()) return bad();
+  if (second.empty() || !more.empty()) return fail();
   if (first == "wait") {
     const auto seconds = parse_number(second);
-    return seconds ? play.wait(*seconds) : Status(bad());
+    return seconds ? play.wait(*seconds) : Status(fail());
   }
   const PairsLevel& level = play.game().levels[static_cast<std::size_t>(play.level())];
   PM_TRY(const int a, parse_place(level, first));

@@ -150,8 +150,8 @@ Status check_denoiser();
 /// Denoises the colours last if image.denoise is set (render/film/denoise.h).
 class Renderer {
  public:
-  /// Creates a renderer. `isa`: "" = the best of the machine; "avx2", "sse2", ... pins it
-  /// (goldens). Errors: kResource.
+  /// Creates a renderer. `isa`: "" = the environment's POLYMORPH_ISA or else the best of the
+  /// machine; "avx2", "sse2", ... pins it (goldens). Errors: kResource.
   static Result<Renderer> create(const std::string& isa = "");
   ~Renderer();
   Renderer(Renderer&&) noexcept;

@@ -42,14 +42,14 @@ Cameras interpolate_cameras(const Camera& opening, const Camera& closing, Pack t
           at(opening.focus, closing.focus)};
 }
 
-/// Makes rays through (x, y), in pixels from the image's upper left corner, and through the points
-/// (u, v) of the lens. Pixels are square.
-RayOf<Pack3> camera_rays(const Cameras& camera, const ImageSettings& image, Pack x, Pack y,
+/// Makes rays through points of the film, in pixels from the image's upper left corner, and through
+/// the points (u, v) of the lens. Pixels are square.
+RayOf<Pack3> camera_rays(const Cameras& camera, const ImageSettings& image, Vec2Of<Pack> film,
                          Vec2Of<Pack> lens, bool pinhole) {
   const Pack scale = 2.0f * camera.tan_half_fov_y / static_cast<float>(image.height);
-  const Pack across = (x - 0.5f * static_cast<float>(image.width)) * scale;
-  const Pack upward = (0.5f * static_cast<float>(image.height) - y) * scale;
-  const Pack3 direction = camera.forward + camera.right * across + camera.up * upward;
+  const Pack right = (film.x - 0.5f * static_cast<float>(image.width)) * scale;
+  const Pack up = (0.5f * static_cast<float>(image.height) - film.y) * scale;
+  const Pack3 direction = camera.forward + camera.right * right + camera.up * up;
   if (pinhole) return {camera.position, normalized(direction)};
   const Pack2 at = concentric_disc(lens.x, lens.y) * camera.lens_radius;
   const Pack3 shift = camera.right * at.x + camera.up * at.y;
@@ -139,11 +139,11 @@ class Tile {
     const Cameras camera = broadcast_camera(job_.camera);
     for (int y = 0; y < height_; ++y) {
       CenterRow& row = centers_[y];
-      for (int k = 0; k < 2; ++k)
-        row.rays[k] =
-            camera_rays(camera, job_.image,
-                        Lanes<Pack>::iota() + (static_cast<float>(left_ + k * kLanes) + 0.5f),
-                        broadcast<Pack>(static_cast<float>(top_ + y) + 0.5f), Pack2{}, true);
+      const Pack film_y = broadcast<Pack>(static_cast<float>(top_ + y) + 0.5f);
+      for (int k = 0; k < 2; ++k) {
+        const Pack film_x = Lanes<Pack>::iota() + (static_cast<float>(left_ + k * kLanes) + 0.5f);
+        row.rays[k] = camera_rays(camera, job_.image, {film_x, film_y}, Pack2{}, true);
+      }
       intersect_closest(job_.world, row.rays, row.intersections, width_, true, stats_);
       if (!steady) continue;
       for (int x = 0; x < width_; ++x) {
@@ -270,9 +270,10 @@ class Tile {
         blurred && job_.camera_motion
             ? interpolate_cameras(job_.camera_motion->opening, job_.camera_motion->closing, time)
             : broadcast_camera(job_.camera);
-    RayOf<Pack3> rays = camera_rays(cameras, job_.image, x + filter_offset(*job_.filter, random.a),
-                                    y + filter_offset(*job_.filter, random.b), {random.c, random.d},
-                                    !(job_.camera.lens_radius > 0));
+    RayOf<Pack3> rays = camera_rays(
+        cameras, job_.image,
+        {x + filter_offset(*job_.filter, random.a), y + filter_offset(*job_.filter, random.b)},
+        {random.c, random.d}, !(job_.camera.lens_radius > 0));
     rays.time = time;
     for (int i = first; i < end; ++i) wave_.rays[i] = lane(rays, i - first);
   }
@@ -314,13 +315,13 @@ class Tile {
 
   /// Motion to the next frame, in pixels.
   Vec2 compute_motion(const FirstHit& hit, Vec3 direction) const {
-    const Camera &now = job_.camera,
+    const Camera &current = job_.camera,
                  &then = job_.camera_motion ? job_.camera_motion->next : job_.camera;
     // A sky is infinitely far away; the studio's paper moves with the camera.
     const bool sky = hit.id == 0 && job_.world.backdrop.sky;
     if (hit.id == 0 && !sky) return {};
     const Vec2 from =
-        project_to_film(now, job_.image, sky ? direction : hit.position - now.position);
+        project_to_film(current, job_.image, sky ? direction : hit.position - current.position);
     const Vec2 to = project_to_film(then, job_.image, sky ? direction : hit.next - then.position);
     return {to.x - from.x, to.y - from.y};
   }

@@ -2,6 +2,7 @@
 
 #include "base/json.h"
 #include "scene/load_scene.h"
+#include "scene/scene.h"
 
 namespace polymorph {
 namespace {
@@ -15,6 +16,10 @@ bool add_values(const JsonValue& schema, const std::string& key, std::vector<std
   for (const JsonValue& word : schema.get("enum").items) list.push_back(key + "=" + word.string);
   if (schema.get("type").string == "boolean")
     for (const char* word : {"true", "false"}) list.push_back(key + "=" + word);
+  if (key == "image.aovs") {  // a text in the schema, because layers may be combined
+    for (const char* word : {"all", "none"}) list.push_back(key + "=" + word);
+    for (const std::string& layer : kAovNames) list.push_back(key + "=" + layer);
+  }
   // Keyframes have properties, too, which nobody types.
   if (!schema.contains("$ref")) add_keys(schema, key + ".", list);
   for (const JsonValue& choice : schema.get("oneOf").items) add_values(choice, key, list);

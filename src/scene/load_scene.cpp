@@ -28,9 +28,9 @@ void name_objects(Scene& scene) {
     name(actor.target);
     if (actor.name.empty()) actor.name = actor.source.name;
     actor.name = printable(actor.name);  // it stands in the headers of meshes and images
-    const std::string same = actor.name;
+    const std::string shared_name = actor.name;
     for (int n = 2; !names.insert(actor.name).second; ++n)
-      actor.name = fmt::format("{} {}", same, n);
+      actor.name = fmt::format("{} {}", shared_name, n);
   }
 }
 

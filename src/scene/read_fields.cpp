@@ -25,11 +25,11 @@ bool ReadFields::read_key(const JsonValue& item, const std::string& pointer, Key
     report_at(item.offset, pointer, fmt::format("must be an object (is {})", kind_name(item.kind)));
     return false;
   }
-  ReadFields one(document_, item, pointer, folder_, findings_, tracks_);
+  ReadFields fields(document_, item, pointer, folder_, findings_, tracks_);
   KeyMoment moment;
-  describe(one, moment);
-  read(one);
-  one.finish();
+  describe(fields, moment);
+  read(fields);
+  fields.finish();
   if (!item.find("value")) report_at(item.offset, pointer, "needs a \"value\"");
   const int given = moment.share.has_value() + moment.frame.has_value() + moment.leg.has_value();
   if (given != 1) {

@@ -136,18 +136,18 @@ class SchemaFields {
 
   /// Keyframes of a setting, whatever their values are.
   static JsonValue keyframes_schema() {
-    SchemaFields track, one;
+    SchemaFields track, time;
     KeyframeTrack settings;
     KeyMoment moment;
     describe(track, settings);
-    describe(one, moment);
+    describe(time, moment);
     JsonValue units = JsonValue::array();
-    for (const JsonMember& unit : one.properties.members)
+    for (const JsonMember& unit : time.properties.members)
       units.push_back({{"required", JsonValue::array({unit.key})}});
-    one.properties["value"] = true;
+    time.properties["value"] = true;
     const JsonValue key{{"type", "object"},
                         {"additionalProperties", false},
-                        {"properties", one.properties},
+                        {"properties", time.properties},
                         {"required", JsonValue::array({"value"})},
                         {"oneOf", units}};
     JsonValue properties{{"keys", {{"type", "array"}, {"items", key}, {"minItems", 1}}}};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "base/exact_math.h"
@@ -237,16 +238,17 @@ Term make_term(Terms& terms, const FitBall& ball, std::size_t k) {
   return term;
 }
 
-/// Derivative of psi / g with respect to (w, c, D), times `factor`, where g = |grad psi|. `along` =
+/// Derivative of psi / g with respect to (w, c, D), times `scale`, where g = |grad psi|. `along` =
 /// root grad / g; where the steepness is clamped, `ratio` = psi / g is 0. With t = w - u^2, dg = q
 /// (dt (-2 slope . grad / g - g) + (grad / g) . d(-2 slope)).
 struct Derivation {
   Vector3d direction = Vector3d::Zero();  ///< grad / g
-  double steepness = 1, ratio = 0;
+  double steepness = 1, ratio = 0, scale = 1;
 };
-void derive(const Term& term, const FitBall& ball, const Derivation& at, double scale,
-            int parameters, float* out) {
-  const double factor = scale * term.q / at.steepness;
+/// Writes one number per parameter of the ball, kRoundNumbers or more, to `out`.
+void derive(const Term& term, const FitBall& ball, const Derivation& at, std::span<float> numbers) {
+  float* out = numbers.data();
+  const double factor = at.scale * term.q / at.steepness;
   const Vector3d along = ball.root * at.direction;
   const double t_factor = 1 - at.ratio * (-2 * term.slope.dot(at.direction) - at.steepness);
   const auto put = [&](double value_derivative, double slope_derivative) {
@@ -257,7 +259,7 @@ void derive(const Term& term, const FitBall& ball, const Derivation& at, double 
   const Vector3d rotated_direction = ball.root.transpose() * along;
   for (int i = 0; i < 3; ++i) put(2 * term.slope[i], 2 * rotated_direction[i]);
   const Vector3d& u = term.u;
-  if (parameters == kRoundNumbers) {
+  if (numbers.size() == std::size_t{kRoundNumbers}) {
     put(-u.squaredNorm(), -2 * along.dot(u));
     return;
   }
@@ -280,11 +282,20 @@ Vector3d compute_half_gradient(Terms& terms, const GroupBalls& balls) {
   return sum;
 }
 
+/// The balls near a group of points, and what their rows depend on.
+struct PointBalls {
+  const std::vector<FitBall>& all;
+  const GroupBalls& group;
+  Terms& terms;  ///< scratch
+  double length;
+  int parameters;  ///< per ball
+};
+
 /// Writes the per-point values of point p to `rows`, and appends its entries to `entries`. Returns
 /// its cost.
-double add_rows(std::size_t p, const FitPoint& point, const std::vector<FitBall>& all,
-                const GroupBalls& balls, Terms& terms, double length, int parameters, FitRows& rows,
+double add_rows(std::size_t p, const FitPoint& point, const PointBalls& at, FitRows& rows,
                 GroupRows& entries) {
+  const auto& [all, balls, terms, length, parameters] = at;
   const double psi = compute_weights(compute_logarithms(point.point, balls, terms), terms);
   const Vector3d half = compute_half_gradient(terms, balls);
   const double slope = 2 * half.norm();
@@ -294,7 +305,7 @@ double add_rows(std::size_t p, const FitPoint& point, const std::vector<FitBall>
   rows.residuals[p] = scale * loss.distance;
   rows.psi[p] = psi;
   rows.steepness[p] = steepness;
-  Derivation derivation{-2 * half / std::max(slope, 1e-300), steepness, 0};
+  Derivation derivation{-2 * half / std::max(slope, 1e-300), steepness, 0, scale};
   if (slope == steepness) derivation.ratio = psi / steepness;
   const std::size_t before = entries.balls.size();
   for (std::size_t k = 0; scale > 0 && k < balls.size(); ++k) {
@@ -304,9 +315,9 @@ double add_rows(std::size_t p, const FitPoint& point, const std::vector<FitBall>
     const Term term = make_term(terms, ball, k);
     entries.balls.push_back(balls.indices[k]);
     entries.weights.push_back(static_cast<float>(term.q));
-    const std::size_t at = entries.derivatives.size();
-    entries.derivatives.resize(at + static_cast<std::size_t>(parameters));
-    derive(term, ball, derivation, scale, parameters, entries.derivatives.data() + at);
+    const auto numbers = static_cast<std::size_t>(parameters);
+    entries.derivatives.resize(entries.derivatives.size() + numbers);
+    derive(term, ball, derivation, std::span(entries.derivatives).last(numbers));
   }
   rows.begins[p + 1] = static_cast<std::uint32_t>(entries.balls.size() - before);
   return loss.cost;
@@ -337,7 +348,7 @@ void add_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>
         entries.derivatives.reserve(kTypicalEntries * count * static_cast<std::size_t>(parameters));
         double cost = 0;
         for (std::size_t i = 0; i < count; ++i)
-          cost += add_rows(g * kGroup + i, at[i], balls, near, terms, length, parameters, rows,
+          cost += add_rows(g * kGroup + i, at[i], {balls, near, terms, length, parameters}, rows,
                            entries);
         rows.group_costs[g] = cost;
       });

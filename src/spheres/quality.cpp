@@ -107,16 +107,15 @@ constexpr std::size_t kSamples = 20000;
 
 Result<ApproximationQuality> measure_quality(const Model& model, const InsideTest& inside,
                                              const std::vector<Ball>& balls, FieldKind kind,
-                                             int grid, double points) {
+                                             const QualitySettings& settings) {
   const Vec3 size = model.box().size();
   const double diagonal = static_cast<double>(model.box().diagonal());
   const auto engine = make_cpu_engine();
-  ExtractSettings settings;
-  settings.field = kind;
-  PM_TRY(const Mesh mesh,
-         extract_surface(*engine, balls,
-                         std::max({size.x, size.y, size.z}) / static_cast<float>(grid), settings));
-  PM_TRY(const Counts counts, count_lattice(model, inside, balls, kind, points));
+  ExtractSettings extract;
+  extract.field = kind;
+  const float cell = std::max({size.x, size.y, size.z}) / static_cast<float>(settings.grid);
+  PM_TRY(const Mesh mesh, extract_surface(*engine, balls, cell, extract));
+  PM_TRY(const Counts counts, count_lattice(model, inside, balls, kind, settings.points));
   ApproximationQuality quality;
   quality.triangles = mesh.triangles.size();
   const auto count = [](std::size_t n) { return static_cast<double>(std::max<std::size_t>(n, 1)); };
@@ -173,9 +172,9 @@ Result<double> hausdorff_distance(const Model& model, const std::vector<Boundary
          extract_surface(*engine, approximation.balls, model.box().diagonal() / 300, {}));
   if (mesh.triangles.empty()) return 1.0;
   const Distances out = measure_distances(mesh.positions, ClosestPointQuery(model), diagonal, 0);
-  const Distances back = measure_distances(
+  const Distances backward = measure_distances(
       list_points(samples), ClosestPointQuery(mesh.positions, mesh.triangles), diagonal, 0);
-  return std::max(out.largest, back.largest);
+  return std::max(out.largest, backward.largest);
 }
 
 double solid_volume(const Model& model, const InsideTest& inside) {

@@ -23,14 +23,18 @@ struct ApproximationQuality {
   std::size_t triangles = 0;                            ///< triangles of the surface
 };
 
-/// Compares the surface field = 1 of the balls, extracted on `grid` cells along the longest side,
-/// with the model. Volumes are counted on one jittered lattice of about `points` points (300 000:
-/// standard error about 0.0005), distances are measured at 20 000 samples of each surface and at
+struct QualitySettings {
+  int grid = 96;        ///< cells along the longest side
+  double points = 3e5;  ///< points of the lattice that measures volumes (standard error 0.0005)
+};
+
+/// Compares the surface field = 1 of the balls with the model. Volumes are counted on one jittered
+/// lattice, distances are measured at 20 000 samples of each surface and at
 /// every surface vertex. If the field has no surface: iou 0, distances 1. Errors: as
 /// extract_surface().
 Result<ApproximationQuality> measure_quality(const Model& model, const InsideTest& inside,
                                              const std::vector<Ball>& balls, FieldKind kind,
-                                             int grid, double points = 3e5);
+                                             const QualitySettings& settings);
 
 /// Is the overlap at least 70 %, and nothing further off than 15 % of the size?
 bool is_good_fit(const ApproximationQuality& quality);

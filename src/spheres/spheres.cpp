@@ -73,7 +73,7 @@ Result<std::vector<Ball>> match_volume(const Solid& solid, std::vector<Ball> bal
     volume = volume_of(mesh) / std::max(ratio, 1e-6);
   }
   if (!(volume > 0)) return balls;
-  PM_TRY(const float iso, iso_for_volume(*engine, balls, cell, extract, volume));
+  PM_TRY(const float iso, iso_for_volume(*engine, balls, {volume, cell, extract}));
   return rescale_balls(std::move(balls), FieldKind::kGaussian, iso);
 }
 
@@ -144,7 +144,7 @@ Result<Model> thicken_shell(const Model& model, const InsideTest& inside, bool c
   if (!(cell > 0)) return make_error(ErrorCode::kInput, "model \"{}\" has no extent", model.name);
   const std::vector<FaceSide> sheets(model.triangles.size(), FaceSide::kSheet);
   const auto distances = std::make_shared<const DistanceGrid>(compute_signed_distances(
-      model, inside, ClosestPointQuery(model), sheets, 0.5f * cell, kThinnestPart * cell));
+      {model, inside, ClosestPointQuery(model), sheets}, 0.5f * cell, kThinnestPart * cell));
   const auto engine = make_cpu_engine();
   PM_TRY(Mesh mesh, extract_distances(*engine, distances, cell, {}));
   if (mesh.triangles.empty()) return make_no_volume_error(model);
@@ -230,9 +230,9 @@ Result<Approximation> approximate(const Model& model, const SphereSettings& sett
 }
 
 Result<std::vector<Ball>> make_unfitted_balls(const std::vector<Sphere>& spheres,
-                                              SphereMethod method, double volume,
-                                              FieldSettings field, float cell,
-                                              const ExtractSettings& extract, Engine& engine) {
+                                              SphereMethod method, FieldSettings field,
+                                              const VolumeMeasure& measure, Engine& engine) {
+  const auto& [volume, cell, extract] = measure;
   const bool cells = method == SphereMethod::kOctree || method == SphereMethod::kActive;
   // Spheres of cells do not overlap and must blend into one body; those of a cover overlap and
   // already have the shape.
@@ -245,7 +245,7 @@ Result<std::vector<Ball>> make_unfitted_balls(const std::vector<Sphere>& spheres
   // At this level a ball of infinite support has its sphere's radius, whatever the constants are.
   const bool compact = visit(field.kind, [](auto kind) { return decltype(kind)::kCompactSupport; });
   const float start = !compact ? field.blob_constant * field.magnitude / field.threshold : 1.0f;
-  PM_TRY(const float iso, iso_for_volume(engine, balls, cell, extract, volume, start));
+  PM_TRY(const float iso, iso_for_volume(engine, balls, measure, start));
   return rescale_balls(std::move(balls), field.kind, iso);
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "field/level.h"
 #include "kernels/engine.h"
 #include "kernels/types.h"
 #include "mesh/inside.h"
@@ -86,8 +87,7 @@ std::vector<Ball> convert_to_balls(const std::vector<Sphere>& spheres, const Fie
 /// Converts spheres to balls; equalizes the field and matches `volume` if the settings ask for it,
 /// measured on a surface with cells of edge `cell`. Errors: as extract_surface().
 Result<std::vector<Ball>> make_unfitted_balls(const std::vector<Sphere>& spheres,
-                                              SphereMethod method, double volume,
-                                              FieldSettings field, float cell,
-                                              const ExtractSettings& extract, Engine& engine);
+                                              SphereMethod method, FieldSettings field,
+                                              const VolumeMeasure& measure, Engine& engine);
 
 }  // namespace polymorph

@@ -112,7 +112,7 @@ int run(int argc, char** argv) {
         }
         row.balls = result->balls.size();
         const auto figures =
-            measure_quality(model, InsideTest(model), result->balls, FieldKind::kGaussian, grid);
+            measure_quality(model, InsideTest(model), result->balls, FieldKind::kGaussian, {grid});
         if (!figures) continue;
         row.figures = *figures;
         const ApproximationQuality& f = row.figures;

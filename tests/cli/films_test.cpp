@@ -129,7 +129,8 @@ TEST_F(Films, AWatchedSceneIsRenderedAgainWhenItChanges) {
 
 TEST_F(Films, DenoisingSaysWhatItNeeds) {
   variables = {{"POLYMORPH_OIDN", "/nowhere/oidn.so"}};
-  const Ran ran = run(5, {"render", "scene.json", "-o", "f.####.exr", "--denoise"});
+  const Ran ran =
+      run(5, {"render", "scene.json", "-o", "f.####.exr", "--set", "image.denoise=true"});
   EXPECT_TRUE(contains(ran.err, "pip install pyoidn")) << ran.err;
   EXPECT_EQ(count_files(".exr"), 0u);
 }

@@ -64,7 +64,7 @@ TEST_F(Products, AMovieOrWhatItTakes) {
 }
 
 TEST_F(Products, LayersOnDemand) {
-  run(0, {"render", "scene.json", "-f", "2", "-o", "all.exr", "--aovs", "all"});
+  run(0, {"render", "scene.json", "-f", "2", "-o", "all.exr", "--set", "image.aovs=all"});
   const Ran all = run(0, {"info", "all.exr"});
   for (const char* name :
        {"Z ", "N.X", "P.Z", "albedo.R", "uv.U", "motion.X", "morph.blend", "morph.t", "id "})
@@ -84,9 +84,11 @@ TEST_F(Products, LayersOnDemand) {
   if (const std::string said = said_by("oiiotool", " --info -v"); !said.empty()) {
     EXPECT_TRUE(contains(said, "motion.X")) << said;
   }
-  run(0, {"render", "scene.json", "-f", "2", "-o", "two.exr", "--aovs", "P,id", "-j", "2"});
+  run(0,
+      {"render", "scene.json", "-f", "2", "-o", "two.exr", "--set", "image.aovs=P,id", "-j", "2"});
   EXPECT_TRUE(contains(run(0, {"info", "two.exr"}).out, "8 channels"));
-  const Ran wrong = run(2, {"render", "scene.json", "-f", "2", "-o", "x.exr", "--aovs", "Z,albdo"});
+  const Ran wrong =
+      run(2, {"render", "scene.json", "-f", "2", "-o", "x.exr", "--set", "image.aovs=Z,albdo"});
   EXPECT_TRUE(contains(wrong.err, "did you mean \"albedo\"")) << wrong.err;
 }
 

@@ -38,6 +38,15 @@ TEST_F(Usage, UnknownFlag) {
                "options come after the command: polymorph check --threads");
 }
 
+TEST_F(Usage, RetiredOptionsSayTheirNewNames) {
+  expect_usage({"render", "scene.json", "--noise=0.01"}, "--noise is now --set image.noise=E");
+  expect_usage({"strip", "scene.json", "--denoise"}, "--denoise is now --set image.denoise=true");
+  expect_usage({"status", "out", "scene.json", "--aovs", "all"}, "--set image.aovs=LIST");
+  expect_usage({"submit", "slurm", "scene.json", "--seed", "7"}, "--set image.seed=N");
+  expect_usage({"golden", "test", "--isa", "sse2"}, "--isa is now the variable POLYMORPH_ISA");
+  expect_usage({"golden", "accept", "report", "--only", "3"}, "--only is now --frames");
+}
+
 TEST_F(Usage, MissingArgument) {
   for (const std::string command : {"render", "check", "mesh"})
     expect_usage({command}, "SCENE is missing - write polymorph " + command + " SCENE\n");
@@ -223,32 +232,22 @@ TEST_F(Usage, NumbersAreFiniteAndInRange) {
       {"compare", "a.exr", "b.exr", "--flip-p99"},
       {"compare", "a.exr", "b.exr", "--warn"},
       {"compare", "a.exr", "b.exr", "--warnpercent"},
-      {"render", "scene.json", "--noise"},
       {"strip", "scene.json", "--fps"},
       {"spheres", "cube", "--error"},
       {"render", "scene.json", "--max-memory"},
       {"cache", "gc", "--max-size"},
       {"cache", "gc", "--max-age"}};
-  const std::vector<std::vector<std::string>> of_whole{{"render", "scene.json", "--spp"},
-                                                       {"render", "scene.json", "--seed"},
-                                                       {"render", "scene.json", "--jobs"},
-                                                       {"render", "scene.json", "--threads"},
-                                                       {"strip", "scene.json", "--count"},
-                                                       {"strip", "scene.json", "--columns"},
-                                                       {"strip", "scene.json", "--width"},
-                                                       {"spheres", "cube", "--balls"},
-                                                       {"spheres", "cube", "--resolution"},
-                                                       {"spheres", "cube", "--grid"},
-                                                       {"spheres", "cube", "--width"},
-                                                       {"analyze", "scene.json", "--count"},
-                                                       {"bench", "surface", "--torus"},
-                                                       {"bench", "surface", "--grid"},
-                                                       {"bench", "surface", "--spp"},
-                                                       {"bench", "surface", "--repeats"},
-                                                       {"cubes"},
-                                                       {"render", "scene.json", "--frames"},
-                                                       {"render", "scene.json", "--shard"},
-                                                       {"render", "scene.json", "--device"}};
+  const std::vector<std::vector<std::string>> of_whole{
+      {"render", "scene.json", "--spp"},     {"render", "scene.json", "--jobs"},
+      {"render", "scene.json", "--threads"}, {"strip", "scene.json", "--count"},
+      {"strip", "scene.json", "--columns"},  {"strip", "scene.json", "--width"},
+      {"spheres", "cube", "--balls"},        {"spheres", "cube", "--resolution"},
+      {"spheres", "cube", "--grid"},         {"spheres", "cube", "--width"},
+      {"analyze", "scene.json", "--count"},  {"bench", "surface", "--torus"},
+      {"bench", "surface", "--grid"},        {"bench", "surface", "--spp"},
+      {"bench", "surface", "--repeats"},     {"cubes"},
+      {"render", "scene.json", "--frames"},  {"render", "scene.json", "--shard"},
+      {"render", "scene.json", "--device"}};
   const auto refuse = [&](std::vector<std::string> arguments, const std::string& value) {
     const std::string option = arguments.back();
     const bool named = option.starts_with("--");
@@ -307,8 +306,9 @@ TEST_F(Help, HelpIsACommand) {
 
 TEST_F(Help, SchemaListsWhatSetTakes) {
   const std::vector<std::string> lines = lines_of(run(0, {"schema", "--keys"}).out);
-  for (const char* line : {"camera.fov=", "look.kind=metal", "ground.enabled=false",
-                           "target.rotate=", "motion.easing=spring", "target.shape=torus"})
+  for (const char* line :
+       {"camera.fov=", "look.kind=metal", "ground.enabled=false",
+        "target.rotate=", "motion.easing=spring", "target.shape=torus", "image.aovs=albedo"})
     EXPECT_NE(std::find(lines.begin(), lines.end(), line), lines.end()) << line;
   for (const std::string& line : lines) EXPECT_TRUE(contains(line, "=")) << line;
 }

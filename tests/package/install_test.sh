@@ -33,7 +33,7 @@ bash -ec 'source "$1"; COMP_WORDS=(polymorph render --sk); COMP_CWORD=2; _polymo
   COMP_WORDS=(polymorph render s.json --set camera.fo); COMP_CWORD=4; _polymorph; [[ ${COMPREPLY[*]} == *"camera.fov="* ]]
   COMP_WORDS=(polymorph render s.json --set look.kind = me); COMP_CWORD=6; _polymorph; [[ ${COMPREPLY[*]} == "metal" ]]
   COMP_WORDS=(polymorph render s.json --set ground.enabled =); COMP_CWORD=5; _polymorph; [[ ${COMPREPLY[*]} == "true false" ]]
-  COMP_WORDS=(polymorph render s.json --aovs albe); COMP_CWORD=4; _polymorph; [[ ${COMPREPLY[*]} == "albedo" ]]
+  COMP_WORDS=(polymorph render s.json --set image.aovs = albe); COMP_CWORD=6; _polymorph; [[ ${COMPREPLY[*]} == "albedo" ]]
   COMP_WORDS=(polymorph render --progress j); COMP_CWORD=3; _polymorph; [[ ${COMPREPLY[*]} == "json" ]]' \
   -- "$work/usr/share/bash-completion/completions/polymorph"
 # And as zsh and fish do, where they are installed.

@@ -67,9 +67,8 @@ Analysis analyze(const Case& given) {
     frame.time = static_cast<double>(time);
     frame.u = static_cast<double>(progress_at(plan, time));
     const double volume = (1 - frame.u) * from_volume + frame.u * to_volume;
-    const float iso = k == 0 || k == kFrames - 1
-                          ? 1.0f
-                          : iso_for_volume(*engine, balls, kCell, {}, volume).value();
+    const float iso =
+        k == 0 || k == kFrames - 1 ? 1.0f : iso_for_volume(*engine, balls, {volume, kCell}).value();
     frame.surface = surface(balls, iso);
     for (const Ball& ball : balls) frame.centers.push_back(ball.center);
     frames.push_back(std::move(frame));

@@ -17,7 +17,7 @@ class DistanceCacheTest : public ::testing::Test {
   ObjectDistances made(const Model& model, bool cached, float cell = 0.05f) {
     const auto engine = make_cpu_engine();
     auto made =
-        load_or_measure_distances(model, ClosestPointQuery(model), cell, 0.04f, 0.001, false,
+        load_or_measure_distances(model, ClosestPointQuery(model), {cell, 0.04f, 0.001, false},
                                   *engine, cached ? folder_.path() : std::filesystem::path{});
     EXPECT_TRUE(made.ok());
     return std::move(*made);

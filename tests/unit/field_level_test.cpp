@@ -75,7 +75,7 @@ TEST(IsoForVolume, FindsTheLevelOfTheWantedVolume) {
                                   ? std::vector<Ball>{gaussian_ball({0, 0, 0}, 0.5f)}
                                   : std::vector<Ball>{{{0, 0, 0}, 1, 0.25f}};
     const double wanted = 4.0 / 3 * kPi * 0.3 * 0.3 * 0.3;
-    const auto iso = iso_for_volume(*engine, balls, 0.02f, settings, wanted);
+    const auto iso = iso_for_volume(*engine, balls, {wanted, 0.02f, settings});
     ASSERT_TRUE(iso.ok());
     settings.iso = *iso;
     const auto mesh = extract_surface(*engine, balls, 0.02f, settings);
@@ -89,7 +89,7 @@ TEST(IsoForVolume, FindsTheLevelOfTheWantedVolume) {
 TEST(IsoForVolume, ComesBackFromAStartWhereNothingShows) {
   const auto engine = make_cpu_engine();
   const std::vector<Ball> balls{gaussian_ball({0, 0, 0}, 0.5f)};
-  const auto iso = iso_for_volume(*engine, balls, 0.02f, {}, 0.4, 1e4f);
+  const auto iso = iso_for_volume(*engine, balls, {0.4, 0.02f}, 1e4f);
   ASSERT_TRUE(iso.ok());
   ExtractSettings settings;
   settings.iso = *iso;
@@ -137,7 +137,7 @@ TEST(IsoForVolume, TakesFewSurfacesEvenNextToAVanishingOne) {
   // A flat-topped field: a little too high a level and nothing is left.
   const auto even = equalize_field(engine, rod_and_block(), {});
   ASSERT_TRUE(even.ok());
-  const auto iso = iso_for_volume(engine, *even, 0.02f, {}, 0.22);
+  const auto iso = iso_for_volume(engine, *even, {0.22, 0.02f});
   ASSERT_TRUE(iso.ok());
   EXPECT_LE(engine.calls, 14);
   ExtractSettings settings;

@@ -120,8 +120,8 @@ TEST(Font, EveryPrintableCharacterIsDrawnAndDifferent) {
 
 TEST(Font, TextIsClippedAndOnlyDrawnOnColours) {
   Image image = make_image(10, 10, {"R", "G", "B", "Z"});
-  draw_text(image, -3, -4, "MMMM", 0.5f, 2);
-  draw_text(image, 8, 8, "MMMM", 0.5f, 3);
+  draw_text(image, -3, -4, "MMMM", {0.5f, 2});
+  draw_text(image, 8, 8, "MMMM", {0.5f, 3});
   float colors = 0, depth = 0;
   for (int y = 0; y < 10; ++y)
     for (int x = 0; x < 10; ++x) {

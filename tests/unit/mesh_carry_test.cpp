@@ -46,7 +46,7 @@ TEST(Deviation, FindsWhatCornersAndMiddlesMiss) {
   const std::vector<Triangle> sides = {{{0, 1, 4}}, {{0, 4, 3}}, {{1, 2, 5}}, {{1, 5, 4}}};
   const ClosestPointQuery tree(valley, sides);
   const Deviation d =
-      measure_deviation(square, halves, {valley, sides, tree}, {0.001f, 0.0001f, 1});
+      measure_deviation({square, halves}, {valley, sides, tree}, {0.001f, 0.0001f, 1});
   // The distance of (0.3, y, 0) from the steeper side.
   const float slope = 0.1f / (9 - deepest), truth = 0.1f / std::sqrt(1 + slope * slope);
   EXPECT_GE(largest(d), truth * 0.999f);
@@ -58,8 +58,7 @@ TEST(Deviation, BoundsEveryPoint) {
   const ClosestPointQuery tree(cube.positions, cube.triangles);
   const MeshQuery other{cube.positions, cube.triangles, tree};
   const float precision = 0.005f;
-  const Deviation d =
-      measure_deviation(ball.positions, ball.triangles, other, {0.01f, precision, 1});
+  const Deviation d = measure_deviation(ball, other, {0.01f, precision, 1});
   for (std::size_t f = 0; f < ball.triangles.size(); ++f) {
     const Triangle& t = ball.triangles[f];
     float most = 0;

@@ -28,8 +28,8 @@ SphereSettings medial(int balls, FitKind fit = FitKind::kEllipsoid) {
 }
 
 ApproximationQuality figures_of(const Model& model, const Approximation& approximation) {
-  const auto figures =
-      measure_quality(model, InsideTest(model), approximation.balls, FieldKind::kGaussian, 64, 5e4);
+  const auto figures = measure_quality(model, InsideTest(model), approximation.balls,
+                                       FieldKind::kGaussian, {64, 5e4});
   EXPECT_TRUE(figures);
   return figures ? *figures : ApproximationQuality{};
 }
@@ -392,7 +392,8 @@ TEST(ApproximationQuality, OfTheSurfaceItselfAreNearlyPerfect) {
   Model model;
   model.points = mesh->positions;
   model.triangles = mesh->triangles;
-  const auto figures = measure_quality(model, InsideTest(model), balls, FieldKind::kGaussian, 100);
+  const auto figures =
+      measure_quality(model, InsideTest(model), balls, FieldKind::kGaussian, {100});
   ASSERT_TRUE(figures);
   EXPECT_GT(figures->iou, 0.998);
   EXPECT_NEAR(figures->volume_ratio, 1, 0.002);

@@ -106,8 +106,9 @@ void add_bench(CommandLine& line) {
   std::vector<std::string> fields;
   for (const FieldKind kind : kFieldKinds) fields.emplace_back(field_name(kind));
   command
-      .add_option("--field", options->settings.field,
-                  fmt::format("of the balls: {} (gaussian)", fmt::join(fields, ", ")))
+      .add_option(
+          "--field", options->settings.field,
+          fmt::format("field function of the balls: {} (gaussian)", fmt::join(fields, ", ")))
       .choices(fields)
       .type_name("FIELD")
       .group("Main");

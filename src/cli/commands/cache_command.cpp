@@ -38,24 +38,24 @@ Result<int> list(const fs::path& folder, const CacheOptions& options) {
   JsonValue json{{"folder", folder.string()}};
   json["entries"] = JsonValue::array();
   std::uint64_t bytes = 0;
-  std::size_t bad = 0;
+  std::size_t invalid = 0;
   for (const CacheEntry& entry : entries) {
     bytes += entry.bytes;
-    bad += entry.problem.empty() ? 0 : 1;
-    JsonValue one{{"key", entry.key},
-                  {"kind", entry.kind->name},
-                  {"origin", entry.origin},
-                  {"bytes", entry.bytes},
-                  {"age_seconds", entry.age}};
+    invalid += entry.problem.empty() ? 0 : 1;
+    JsonValue record{{"key", entry.key},
+                     {"kind", entry.kind->name},
+                     {"origin", entry.origin},
+                     {"bytes", entry.bytes},
+                     {"age_seconds", entry.age}};
     if (verify) {
-      one["ok"] = entry.problem.empty();
+      record["ok"] = entry.problem.empty();
       if (entry.spheres > 0) {
-        one["spheres"] = entry.spheres;
-        one["balls"] = entry.balls;
+        record["spheres"] = entry.spheres;
+        record["balls"] = entry.balls;
       }
-      if (!entry.problem.empty()) one["problem"] = entry.problem;
+      if (!entry.problem.empty()) record["problem"] = entry.problem;
     }
-    json["entries"].push_back(one);
+    json["entries"].push_back(record);
     if (options.json.enabled) continue;
     if (!entry.problem.empty())
       print_data("{}: {}\n", entry.file.filename().string(), entry.problem);
@@ -71,13 +71,14 @@ Result<int> list(const fs::path& folder, const CacheOptions& options) {
   }
   json["bytes"] = bytes;
   if (options.json.enabled) {
-    if (verify) json["ok"] = bad == 0;
+    if (verify) json["ok"] = invalid == 0;
     PM_TRY_STATUS(write_json(options.json, json));
   } else {
-    print_data("{}: {}{}\n", folder.string(), format_files(entries.size(), bytes),
-               bad > 0 ? fmt::format(", {} bad - polymorph cache clear removes all", bad) : "");
+    print_data(
+        "{}: {}{}\n", folder.string(), format_files(entries.size(), bytes),
+        invalid > 0 ? fmt::format(", {} bad - polymorph cache clear removes all", invalid) : "");
   }
-  return bad > 0 ? static_cast<int>(ErrorCode::kAnswerNo) : 0;
+  return invalid > 0 ? static_cast<int>(ErrorCode::kAnswerNo) : 0;
 }
 
 Result<int> clean(const fs::path& folder, const CacheOptions& options) {

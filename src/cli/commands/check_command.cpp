@@ -57,8 +57,8 @@ Result<std::optional<ApproximationQuality>> measure_fit(const Model& model,
   if (!approximation || approximation->balls.empty()) return std::optional<ApproximationQuality>();
   const Model& solid = *stand_in ? **stand_in : model;
   PM_TRY(const ApproximationQuality quality,
-         measure_quality(solid, InsideTest(solid), approximation->balls, FieldKind::kGaussian, 96,
-                         5e4));
+         measure_quality(solid, InsideTest(solid), approximation->balls, FieldKind::kGaussian,
+                         {96, 5e4}));
   return std::optional(quality);
 }
 
@@ -145,9 +145,9 @@ Result<int> run_check(const CommandLine& line, const CheckOptions& options) {
   }
   if (!checked) return checked.error();
   const CheckResult& result = *checked;
-  const bool good = result.findings.empty() && result.errors.empty() &&
-                    !(options.strict && !result.warnings.empty());
-  if (options.json.enabled) PM_TRY_STATUS(write_json(options.json, to_json(result, good)));
+  const bool ok = result.findings.empty() && result.errors.empty() &&
+                  !(options.strict && !result.warnings.empty());
+  if (options.json.enabled) PM_TRY_STATUS(write_json(options.json, to_json(result, ok)));
   for (const SceneFinding& finding : result.findings)
     log_message(LogLevel::kError, to_string(finding, options.scene));
   for (const std::string& error : result.errors) log_message(LogLevel::kError, error);
@@ -156,7 +156,7 @@ Result<int> run_check(const CommandLine& line, const CheckOptions& options) {
     for (const auto& [name, diagnosis] : result.objects)
       print_data("{}\n", describe_object(name, diagnosis));
     for (const std::string& note : result.notes) print_data("{}\n", note);
-    if (good)
+    if (ok)
       print_data("{}: ok, {} objects, {} frames, about {} of memory\n", options.scene,
                  result.objects.size(), result.frames,
                  format_bytes(static_cast<double>(result.memory.total())));
@@ -166,7 +166,7 @@ Result<int> run_check(const CommandLine& line, const CheckOptions& options) {
                  result.findings.size() + result.errors.size() == 1 ? "" : "s",
                  result.warnings.size(), result.warnings.size() == 1 ? "" : "s");
   }
-  return good ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
+  return ok ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ std::string difference_path(const CompareOptions& options, const FilePair& pair,
 /// The previous pair of a sequence, for differences between neighbouring frames.
 struct Previous {
   Image actual, reference;
-  std::optional<double> flicker, reference_flicker;  ///< change between it and the last one taken
+  std::optional<double> flicker, reference_flicker;  ///< change from the pair before it
 
   void take(Image next_actual, Image next_reference) {
     const auto mean = [](const std::optional<Flicker>& f) {
@@ -75,26 +75,27 @@ Result<ReportCase> compare_pair(const CompareOptions& options, const FilePair& p
   PM_TRY(Image actual, read_image(pair.actual, single));
   PM_TRY(Image reference, read_image(pair.reference, single));
   PixelMaps maps;
-  ReportCase one;
-  one.name = pair.actual.filename().string();
-  one.actual = pair.actual;
-  one.reference = pair.reference;
-  one.tolerance = options.tolerance;
-  one.comparison = compare_images(actual, reference, options.tolerance, &maps);
-  if (!one.comparison->passed()) {
-    one.message = one.comparison->reason;
-    one.accept = fmt::format("cp {} {}", quote_for_shell(pair.actual.string()),
-                             quote_for_shell(pair.reference.string()));
+  ReportCase result;
+  result.name = pair.actual.filename().string();
+  result.actual = pair.actual;
+  result.reference = pair.reference;
+  result.tolerance = options.tolerance;
+  result.comparison = compare_images(actual, reference, options.tolerance, &maps);
+  if (!result.comparison->passed()) {
+    result.message = result.comparison->reason;
+    result.accept = fmt::format("cp {} {}", quote_for_shell(pair.actual.string()),
+                                quote_for_shell(pair.reference.string()));
     if (!options.difference.empty()) {
       const std::string path = difference_path(options, pair, many);
       PM_TRY_STATUS(write_image(path, difference_triptych(actual, reference)));
       log_info("reference | actual | difference: {}", path);
     }
   }
-  one.cause = explain_change(actual, reference);
-  if (options.report.pictures()) PM_TRY_STATUS(add_pictures(one, actual, &reference, maps, budget));
+  result.cause = explain_change(actual, reference);
+  if (options.report.pictures())
+    PM_TRY_STATUS(add_pictures(result, actual, &reference, maps, budget));
   previous.take(std::move(actual), std::move(reference));
-  return one;
+  return result;
 }
 
 Result<int> run_compare(const CompareOptions& options, bool overwrite) {
@@ -115,22 +116,22 @@ Result<int> run_compare(const CompareOptions& options, bool overwrite) {
   PictureBudget budget;
   Previous previous;
   for (const FilePair& pair : pairs) {
-    PM_TRY(ReportCase one, compare_pair(options, pair, pairs.size() > 1, previous, budget));
+    PM_TRY(ReportCase result, compare_pair(options, pair, pairs.size() > 1, previous, budget));
     if (!report.cases.empty()) {
       report.cases.back().flicker = previous.flicker;
       report.cases.back().reference_flicker = previous.reference_flicker;
     }
     if (!options.json.enabled)
-      print_data("{}: {}{}{}\n", pair.actual.string(), one.comparison->reason,
-                 one.cause.empty() ? "" : "; seen: ", one.cause);
-    if (one.warned())
+      print_data("{}: {}{}{}\n", pair.actual.string(), result.comparison->reason,
+                 result.cause.empty() ? "" : "; seen: ", result.cause);
+    if (result.warned())
       log_warning("{}: {} pixels differ by more than {}", pair.actual.string(),
-                  one.comparison->warning_pixels, options.tolerance.warn);
-    report.cases.push_back(std::move(one));
+                  result.comparison->warning_pixels, options.tolerance.warn);
+    report.cases.push_back(std::move(result));
   }
   if (options.json.enabled) {
     JsonValue json{{"cases", JsonValue::array()}};
-    for (const ReportCase& one : report.cases) json["cases"].push_back(case_json(one));
+    for (const ReportCase& result : report.cases) json["cases"].push_back(case_json(result));
     PM_TRY_STATUS(write_json(options.json, json));
   }
   if (pairs.size() > 1 && !options.json.enabled)

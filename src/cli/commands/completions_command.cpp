@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include "cli/option_table.h"
-#include "scene/scene.h"
 
 namespace polymorph {
 namespace {
@@ -20,7 +19,6 @@ std::string lister(const OptionRow& row) {
   if (row.value == "EFFECT") return list + "'/^  / {print $1}' | sort -u";
   if (row.value == "DEVICE") return "printf '%s\\n' auto cpu cuda";
   if (row.value == "KEY=VALUE") return "polymorph schema --keys 2>/dev/null";
-  if (row.value == "LAYERS") return "printf '%s\\n' all none " + joined(kAovNames);
   return "";
 }
 
@@ -36,14 +34,14 @@ std::string command_names(const std::vector<CommandTable>& commands) {
   return joined(names);
 }
 
-/// Inside single quotes of a shell.
+/// Quotes a text for a shell.
 std::string quoted(const std::string& text) {
   std::string out = "'";
   for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return out + "'";
 }
 
-/// Inside a specification of zsh's _arguments, which gives []: and \ a meaning.
+/// Escapes []: and \, which have a meaning in a specification of zsh's _arguments.
 std::string zsh_text(const std::string& text) {
   std::string out;
   for (const char c : text)
@@ -72,15 +70,15 @@ std::string bash_completion(const std::vector<CommandTable>& commands) {
     int arguments = 0;
     for (const OptionRow& row : command.options) {
       names.insert(names.end(), row.names.begin(), row.names.end());
-      const std::string these = words_for(row, "$(");
-      if (these.empty()) continue;
-      if (row.positional) words = these, ++arguments;
+      const std::string choices = words_for(row, "$(");
+      if (choices.empty()) continue;
+      if (row.positional) words = choices, ++arguments;
       if (row.names.empty()) continue;
       std::string patterns;
       for (const std::string& name : row.names)
         patterns +=
             fmt::format("{}{} {}", patterns.empty() ? "" : "|", "\"" + command.name, name + "\"");
-      values += fmt::format("    {}) words=\"{}\" ;;\n", patterns, these);
+      values += fmt::format("    {}) words=\"{}\" ;;\n", patterns, choices);
     }
     options += fmt::format("    {}) options=\"{}\" arguments=\"{}\" count={} ;;\n", command.name,
                            joined(names), words, arguments);
@@ -121,7 +119,7 @@ std::string bash_completion(const std::vector<CommandTable>& commands) {
 
 std::string zsh_completion(const std::vector<CommandTable>& commands) {
   std::string list, cases, listers;
-  for (const char* value : {"FROM", "TO", "EFFECT", "DEVICE", "KEY=VALUE", "LAYERS"}) {
+  for (const char* value : {"FROM", "TO", "EFFECT", "DEVICE", "KEY=VALUE"}) {
     OptionRow row;
     row.value = value;
     const bool may_be_file = row.value == "FROM" || row.value == "TO" || row.value == "EFFECT";
@@ -176,16 +174,16 @@ std::string fish_completion(const std::vector<CommandTable>& commands) {
     out += fmt::format("complete -c polymorph -n __fish_use_subcommand -f -a {} -d {}\n",
                        command.name, quoted(command.purpose));
   for (const CommandTable& command : commands) {
-    const std::string here =
+    const std::string condition =
         fmt::format("complete -c polymorph -n '__fish_seen_subcommand_from {}'", command.name);
     for (const OptionRow& row : command.options) {
-      std::string line = here;
+      std::string line = condition;
       for (const std::string& name : row.names)
         line += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
       const std::string words = words_for(row, "(");
       if (row.names.empty() && words.empty()) continue;
       if (!words.empty()) line += " -a " + quoted(words);
-      // What is listed may also be a file, and what is chosen from may not.
+      // Listed words may be replaced by a file name, choices may not.
       if (!row.value.empty()) line += row.choices.empty() ? " -r" : " -x";
       out += line + " -d " + quoted(row.description) + "\n";
     }

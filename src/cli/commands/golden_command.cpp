@@ -20,8 +20,7 @@ namespace {
 struct GoldenOptions {
   std::string verb;
   std::vector<std::string> suites;
-  std::string root = "golden_frames", failures, reason, only, frames;
-  std::string isa = GoldenSettings{}.isa;
+  std::string root = "golden_frames", failures, reason, frames;
   bool overwrite = false, any_program = false, bits = false;
   std::string output;
   JsonOutput json;
@@ -38,7 +37,6 @@ GoldenSettings golden_settings(const CommandLine& line, const GoldenOptions& opt
                       : !options.report.folder.empty()
                           ? std::filesystem::path(options.report.folder) / "frames"
                           : std::filesystem::path("golden-failures");
-  settings.isa = options.isa;
   return settings;
 }
 
@@ -49,9 +47,9 @@ std::string root_argument(const GoldenOptions& options) {
 /// Command that makes the failed frames goldens: by `accept` where the report keeps them, else by
 /// `update`, which renders.
 std::string accept_command(const GoldenOptions& options, const std::string& suite) {
-  const bool kept = !options.report.folder.empty() && options.failures.empty();
+  const bool keeps_frames = !options.report.folder.empty() && options.failures.empty();
   const std::string what =
-      kept ? "accept " + quote_for_shell(options.report.folder) + " " : "update ";
+      keeps_frames ? "accept " + quote_for_shell(options.report.folder) + " " : "update ";
   return fmt::format("polymorph golden {}{}{} --reason \"...\"", what, quote_for_shell(suite),
                      root_argument(options));
 }
@@ -66,8 +64,7 @@ Status check_options(const GoldenOptions& options) {
   const ReportOptions& report = options.report;
   const Rule rules[] = {
       {"--reason", !options.reason.empty(), {"new", "update", "accept"}},
-      {"-f", !options.frames.empty(), {"new"}},
-      {"--only", !options.only.empty(), {"accept"}},
+      {"-f", !options.frames.empty(), {"new", "accept"}},
       {"--any-program", options.any_program, {"accept"}},
       {"--failures", !options.failures.empty(), {"test"}},
       {"--bits", options.bits, {"test"}},
@@ -179,8 +176,7 @@ Result<int> test_all(const GoldenOptions& options, GoldenSettings settings) {
   Report report{"Golden frames",
                 {{"polymorph", PM_VERSION},
                  {"program", std::string(program_identity())},
-                 {"device", settings.device},
-                 {"isa", settings.isa.empty() ? "best" : settings.isa}},
+                 {"device", settings.device}},
                 {},
                 {}};
   int code = 0;  // of the first thing that could not be tested
@@ -294,7 +290,7 @@ Result<int> accept(const GoldenOptions& options) {
   AcceptSettings settings;
   settings.root = options.root;
   settings.suites.assign(options.suites.begin() + 1, options.suites.end());
-  settings.frames = options.only;
+  settings.frames = options.frames;
   settings.reason = options.reason;
   settings.any_program = options.any_program;
   PM_TRY(const auto written, accept_report(options.suites[0], settings));
@@ -367,7 +363,9 @@ void add_golden(CommandLine& line) {
                   "golden-failures")
       .type_name("DIR")
       .group("Main");
-  command.add_option("-f,--frames", options->frames, "new: its frames, as in 1,12,24")
+  command
+      .add_option("-f,--frames", options->frames,
+                  "new: its frames, as in 1,12,24; accept: these frames; default: all that failed")
       .type_name("FRAMES")
       .group("Main");
   command
@@ -375,25 +373,12 @@ void add_golden(CommandLine& line) {
                   "reason for changed golden frames; goes to CHANGES.md")
       .type_name("TEXT")
       .group("Main");
-  command
-      .add_option("--only", options->only,
-                  "accept: these frames, as in 4,9-15; default: all that failed")
-      .type_name("FRAMES")
-      .group("Main");
   command.add_option("-o,--output", options->output, "merge: the folder of the new report")
       .type_name("DIR")
       .group("Output");
   command
       .add_flag("--any-program", options->any_program,
                 "accept: also what another build of polymorph rendered")
-      .group("Main");
-  command
-      .add_option("--isa", options->isa,
-                  "Embree's instructions: sse2, sse4.2, avx, avx2 or avx512; default: the best. "
-                  "All give the same pixels")
-      .choices({"sse2", "sse4.2", "avx", "avx2", "avx512"})
-      .environment("POLYMORPH_ISA")
-      .type_name("ISA")
       .group("Main");
   command
       .add_flag("--bits", options->bits,

@@ -130,7 +130,7 @@ class Session {
       for (std::size_t i = 0; channel >= 0 && i < rows * static_cast<std::size_t>(image.width); ++i)
         image.pixels[i * channels + static_cast<std::size_t>(channel)] *= kShade;
     }
-    draw_text(image, border, border, text, kWhite, scale);
+    draw_text(image, border, border, text, {kWhite, scale});
   }
 
   const CommandLine& line_;

@@ -52,7 +52,6 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
       options.jobs > 0 ? options.jobs : jobs_for(image.width, image.height, settings.frames.size());
   settings.device = line.common.device;
   settings.max_memory = line.common.max_memory;
-  settings.isa = options.scene_options.isa;
   settings.cache_folder = cache_folder(line.common);
   settings.command = line.text;
   settings.stop = &stop_requested();
@@ -69,7 +68,7 @@ void print_plan(const RunReport& report, const SequenceSettings& settings) {
   }
   const auto planned = report.count(FrameRecord::State::kPlanned);
   const auto frames = static_cast<double>(planned);
-  const auto kept = report.count(FrameRecord::State::kSkipped);
+  const auto skipped = report.count(FrameRecord::State::kSkipped);
   const FrameEstimate estimate = report.estimate.value_or(FrameEstimate{});
   const auto writes = [](const FramePattern& p) { return !p.before.empty() || p.has_number(); };
   const double bytes = (writes(settings.exr) ? estimate.exr_bytes : 0) +
@@ -78,7 +77,7 @@ void print_plan(const RunReport& report, const SequenceSettings& settings) {
   log_info(
       "{} frame{} to render{}: about {} on {} thread{} ({} a frame, {} to prepare), {} on disk, {} "
       "of memory",
-      planned, planned == 1 ? "" : "s", kept ? fmt::format(", {} kept", kept) : "",
+      planned, planned == 1 ? "" : "s", skipped ? fmt::format(", {} kept", skipped) : "",
       format_seconds(prepare + frames * estimate.seconds), report.threads,
       report.threads == 1 ? "" : "s", format_seconds(estimate.seconds), format_seconds(prepare),
       format_bytes(frames * bytes), format_bytes(static_cast<double>(estimate.memory)));
@@ -138,7 +137,7 @@ Result<Scene> load_turntable(const RenderOptions& options, std::span<const Overr
 
 Result<int> render_once(const CommandLine& line, const RenderOptions& given) {
   RenderOptions options = given;
-  PM_TRY(const std::vector<Override> overrides, overrides_of(options.scene_options));
+  PM_TRY(const std::vector<Override> overrides, parse_overrides(options.scene_options.sets));
   PM_TRY(Scene scene, options.turntable ? load_turntable(options, overrides, options.frames)
                                         : load_scene(options.scene, overrides));
   apply_scene_options(scene, options.scene_options);

@@ -64,12 +64,12 @@ Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
     PM_TRY_STATUS(write_json(options.json, to_json(frames, states, hashes.scene)));
   std::vector<int> todo;
   for (const StateName& state : kStates) {
-    std::vector<int> these;
+    std::vector<int> matching;
     for (std::size_t i = 0; i < frames.size(); ++i)
-      if (states[i] == state.state) these.push_back(frames[i]);
-    if (state.state != FileState::kWhole) todo.insert(todo.end(), these.begin(), these.end());
-    if (!options.json.enabled && !(these.empty() && state.state != FileState::kWhole))
-      print_data("{:<10} {:>6}  {}\n", state.name, these.size(), frame_list(these));
+      if (states[i] == state.state) matching.push_back(frames[i]);
+    if (state.state != FileState::kWhole) todo.insert(todo.end(), matching.begin(), matching.end());
+    if (!options.json.enabled && !(matching.empty() && state.state != FileState::kWhole))
+      print_data("{:<10} {:>6}  {}\n", state.name, matching.size(), frame_list(matching));
   }
   if (todo.empty()) return 0;
   std::sort(todo.begin(), todo.end());

@@ -26,14 +26,13 @@ struct StripOptions {
 };
 
 /// Chooses frames of a scene by how much the picture changes, from small pictures of all.
-Result<std::vector<int>> choose_by_change(const CommandLine& line, Scene scene,
-                                          const std::vector<int>& numbers,
-                                          const StripOptions& options) {
+Result<std::vector<int>> choose_frames_by_change(const CommandLine& line, Scene scene,
+                                                 const std::vector<int>& numbers,
+                                                 const StripOptions& options) {
   constexpr int kWidth = 96;
   scene.image.samples = 1;
-  PM_TRY(const Film film,
-         render_film(line, std::move(scene), numbers, kWidth, options.scene_options.isa));
-  return spread_by_change(film, options.count);
+  PM_TRY(const Film film, render_film(line, std::move(scene), numbers, kWidth));
+  return choose_by_change(film, options.count);
 }
 
 Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
@@ -44,13 +43,12 @@ Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
       parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
   if (!options.moves() && options.frames.empty()) {
     if (options.by_change()) {
-      PM_TRY(numbers, choose_by_change(line, scene, numbers, options));
+      PM_TRY(numbers, choose_frames_by_change(line, scene, numbers, options));
     } else {
-      numbers = spread(numbers, options.count);
+      numbers = choose_evenly(numbers, options.count);
     }
   }
-  return render_film(line, std::move(scene), std::move(numbers), options.width,
-                     options.scene_options.isa);
+  return render_film(line, std::move(scene), std::move(numbers), options.width);
 }
 
 /// A header's rate, which EXR keeps as a number and PNG as text.
@@ -89,7 +87,7 @@ Result<Film> from_images(const StripOptions& options) {
                         "{}: frame {} is missing (there are {} to {}) - render it first",
                         options.input, frame, film.first, film.last);
   if (!options.moves() && options.frames.empty() && !options.by_change())
-    film.numbers = spread(film.numbers, options.count);
+    film.numbers = choose_evenly(film.numbers, options.count);
   for (const int number : film.numbers) {
     remember_input(frame_path(pattern, number));
     PM_TRY(Image image, read_image(frame_path(pattern, number)));

@@ -18,7 +18,6 @@ Result<int> run_submit(const CommandLine& line, const SubmitOptions& options) {
   SlurmRequest request = options.job;
   request.device = line.common.device;
   request.max_memory = line.common.max_memory;
-  request.isa = options.scene_options.isa;
   request.cache_folder = cache_folder(line.common);
   request.scene_arguments = to_arguments(options.scene_options);
   std::vector<std::string>& words = request.render_arguments;

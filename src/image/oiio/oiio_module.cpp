@@ -138,9 +138,9 @@ bool read_pixels(OIIO::ImageInput& input, const OIIO::ImageSpec& spec, bool keep
 
 /// Copies the data window to its position in the display window.
 std::vector<float> to_display_window(const OIIO::ImageSpec& spec, std::vector<float> pixels) {
-  const bool same = spec.x == spec.full_x && spec.y == spec.full_y &&
-                    spec.width == spec.full_width && spec.height == spec.full_height;
-  if (same) return pixels;
+  const bool fills_window = spec.x == spec.full_x && spec.y == spec.full_y &&
+                            spec.width == spec.full_width && spec.height == spec.full_height;
+  if (fills_window) return pixels;
   const auto channels = static_cast<std::int64_t>(spec.nchannels);
   const std::int64_t dx = std::int64_t{spec.x} - spec.full_x,
                      dy = std::int64_t{spec.y} - spec.full_y;

@@ -115,7 +115,7 @@ void Carrier::map_patches(Points& points, const CarryTarget& target, CarryMeasur
       if (m.triangle_distance[f] > settings_.limit) seeds.push_back(f);
     if (seeds.empty()) return;
     Points mapped_points = points;
-    if (polymorph::map_patches(mapped_points, triangles_, seeds, rings, target, m.mesh_near) == 0)
+    if (polymorph::map_patches(mapped_points, triangles_, {seeds, rings}, target, m.mesh_near) == 0)
       continue;
     repair(view(mapped_points), target, kEnough * settings_.limit, m.near, seeds);
     CarryMeasure after = measure(mapped_points);

@@ -66,8 +66,8 @@ CarryMeasure CarryMeter::measure(std::span<const Vec3> points,
     keys.push_back({a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z});
   }
   if (!mesh_to_surface_) {
-    mesh_to_surface_ = measure_deviation(points, triangles, surface, settings);
-    surface_to_mesh_ = measure_deviation(surface.points, surface.triangles, mesh, settings);
+    mesh_to_surface_ = measure_deviation({points, triangles}, surface, settings);
+    surface_to_mesh_ = measure_deviation({surface.points, surface.triangles}, mesh, settings);
   } else {
     std::vector<std::uint32_t> old_index = find_in_last_mesh(keys), all(surface.triangles.size()),
                                new_index(mesh_to_surface_->triangles.size(), KnownDeviation::kNew);
@@ -78,10 +78,10 @@ CarryMeasure CarryMeter::measure(std::span<const Vec3> points,
     for (std::uint32_t& t : mesh_near) t = new_index[t];
     const KnownDeviation out{*mesh_to_surface_, std::move(old_index), {}, true},
         in{*surface_to_mesh_, std::move(all), std::move(new_index), false};
-    Deviation nearer = measure_deviation(surface.points, surface.triangles, mesh, settings,
+    Deviation nearer = measure_deviation({surface.points, surface.triangles}, mesh, settings,
                                          std::move(mesh_near), &in);
     mesh_to_surface_ =
-        measure_deviation(points, triangles, surface, settings, mesh_to_surface_->nearest, &out);
+        measure_deviation({points, triangles}, surface, settings, mesh_to_surface_->nearest, &out);
     surface_to_mesh_ = std::move(nearer);
   }
   last_index_.clear();

@@ -110,18 +110,20 @@ void fit_to_surface(const MovedMesh& mesh, std::span<const std::uint32_t> faces,
       256);
 }
 
+constexpr float kBadQuality = 0.05f;  // triangles below this are nearly inverted
+
 /// Moves a point that is stuck: far from the surface, or at a triangle that is nearly inverted.
 /// Each candidate position is judged by the surface normals there, which differ on ridges and in
 /// grooves from those at the point.
 void free_point(const MovedMesh& mesh, const CarryTarget& target, std::span<const TriangleFit> fits,
-                std::uint32_t v, float far, float bad) {
+                std::uint32_t v, float max_distance) {
   constexpr float kSufficientQuality = 0.25f;
   std::vector<Vec3>& points = mesh.points;
   const std::span<const std::uint32_t> fan = mesh.fans.around(v);
   const MeshQuery query = target.query();
   const std::uint32_t hint = fits[fan.front()].nearest;
   const auto score_at = [&](Vec3 at) {
-    float worst = 1, deficit = 0;
+    float min_quality = 1, deficit = 0;
     const float distance = query.closest(at, hint).distance;
     for (const std::uint32_t f : fan) {
       const Triangle& t = mesh.triangles[f];
@@ -129,11 +131,11 @@ void free_point(const MovedMesh& mesh, const CarryTarget& target, std::span<cons
       for (int k = 0; k < 3; ++k) p[k] = t.v[k] == v ? at : points[t.v[k]];
       const Vec3 normal = fit_to_surface(p[0], p[1], p[2], target, fits[f].nearest).normal;
       const float quality = triangle_quality(p[0], p[1], p[2], normal);
-      worst = std::min(worst, quality);
+      min_quality = std::min(min_quality, quality);
       deficit += std::max(kSufficientQuality - quality, 0.0f);
     }
-    const float excess = std::max(distance / far - 1, 0.0f) * 0.5f;
-    return std::pair(deficit + excess, worst < bad || excess > 0);
+    const float excess = std::max(distance / max_distance - 1, 0.0f) * 0.5f;
+    return std::pair(deficit + excess, min_quality < kBadQuality || excess > 0);
   };
   auto [best, is_stuck] = score_at(points[v]);
   if (!is_stuck) return;
@@ -218,7 +220,6 @@ void move_onto_surface(const MovedMesh& mesh, const CarryTarget& target, float r
 void repair(const MovedMesh& mesh, const CarryTarget& target, float far,
             std::span<const std::uint32_t> near, std::span<const std::uint32_t> seeds) {
   constexpr int kMaxAttempts = 30, kSeeded = 6, kInner = 5, kRings = 3;
-  constexpr float kBadQuality = 0.05f;
   std::vector<TriangleFit> fits(mesh.triangles.size());
   std::vector<std::uint32_t> faces(mesh.triangles.size()), active;
   std::iota(faces.begin(), faces.end(), 0u);
@@ -259,7 +260,7 @@ void repair(const MovedMesh& mesh, const CarryTarget& target, float far,
         mover.move(active[i],
                    target_position(mesh, active[i], foot.points[i], foot.normals[i], kRelax));
     add_rings(stuck, mesh, 0);
-    for (const std::uint32_t v : stuck) free_point(mesh, target, fits, v, far, kBadQuality);
+    for (const std::uint32_t v : stuck) free_point(mesh, target, fits, v, far);
   }
 }
 

@@ -118,22 +118,22 @@ bool reuse(const KnownDeviation& known, std::uint32_t f, float negligible,
 
 }  // namespace
 
-Deviation measure_deviation(std::span<const Vec3> points, std::span<const Triangle> triangles,
-                            const MeshQuery& other, const DeviationSettings& settings,
-                            std::vector<std::uint32_t> hints, const KnownDeviation* known) {
+Deviation measure_deviation(MeshView mesh, const MeshQuery& other,
+                            const DeviationSettings& settings, std::vector<std::uint32_t> hints,
+                            const KnownDeviation* known) {
   Deviation d;
   d.nearest = std::move(hints);
-  const std::vector<ClosestPoint> hits = other.closest(points, d.nearest);
-  d.triangles.resize(triangles.size());
+  const std::vector<ClosestPoint> hits = other.closest(mesh.points, d.nearest);
+  d.triangles.resize(mesh.triangles.size());
   parallel_for(
-      static_cast<std::int64_t>(triangles.size()),
+      static_cast<std::int64_t>(mesh.triangles.size()),
       [&](std::int64_t i) {
         const auto f = static_cast<std::uint32_t>(i);
         if (known && reuse(*known, f, settings.negligible, d.triangles[f])) return;
         Piece corners;
         for (int k = 0; k < 3; ++k) {
-          const std::uint32_t v = triangles[f].v[k];
-          corners[k] = {points[v], hits[v].distance, hits[v].triangle};
+          const std::uint32_t v = mesh.triangles[f].v[k];
+          corners[k] = {mesh.points[v], hits[v].distance, hits[v].triangle};
         }
         d.triangles[f] = TriangleDeviation(other, settings).measure(corners);
         for (int k = 0; k < 3; ++k)

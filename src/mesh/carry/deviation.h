@@ -49,8 +49,8 @@ struct KnownDeviation {
 /// Measures by dividing triangles until their corners bound their distance (after Guthe, Borodin
 /// and Klein, Fast and accurate Hausdorff distance calculation between meshes, 2005). `hints` per
 /// point: see MeshQuery.
-Deviation measure_deviation(std::span<const Vec3> points, std::span<const Triangle> triangles,
-                            const MeshQuery& other, const DeviationSettings& settings,
+Deviation measure_deviation(MeshView mesh, const MeshQuery& other,
+                            const DeviationSettings& settings,
                             std::vector<std::uint32_t> hints = {},
                             const KnownDeviation* known = nullptr);
 

@@ -195,9 +195,11 @@ DiskPosition locate(const Disk& disk, std::span<const Triangle> triangles,
   return best;
 }
 
-/// Maps one patch onto the disk `ground` of the surface. Returns false if that is impossible.
+/// Maps one patch onto the disk `ground` of the target's surface. Returns false if that is
+/// impossible.
 bool map_patch(std::vector<Vec3>& points, std::span<const Triangle> triangles, const Disk& patch,
-               const Mesh& surface, const Disk& ground, const ClosestPointQuery& closest) {
+               const CarryTarget& target, const Disk& ground) {
+  const Mesh& surface = target.surface;
   // Map the border of the ground to the unit circle, by arc length.
   std::vector<Vec2d> flat(ground.points.size());
   double total = 0;
@@ -229,7 +231,7 @@ bool map_patch(std::vector<Vec3>& points, std::span<const Triangle> triangles, c
   for (const std::uint32_t f : ground.faces) is_ground[f] = 1;
   std::vector<Vec2d> patch_flat(patch.points.size());
   for (std::size_t i = 0; i < patch.border.size(); ++i) {
-    const ClosestPoint hit = closest.closest(points[patch.border[i]]);
+    const ClosestPoint hit = target.tree->closest(points[patch.border[i]]);
     if (!is_ground[hit.triangle]) return false;
     const Triangle& t = surface.triangles[hit.triangle];
     const TriangleWeights w = weights_at(surface, hit);
@@ -253,14 +255,14 @@ bool map_patch(std::vector<Vec3>& points, std::span<const Triangle> triangles, c
 }  // namespace
 
 std::size_t map_patches(std::vector<Vec3>& points, std::span<const Triangle> triangles,
-                        std::span<const std::uint32_t> seeds, int rings, const CarryTarget& target,
+                        const PatchSeeds& seeds, const CarryTarget& target,
                         std::span<const std::uint32_t> mesh_near) {
   const Mesh& surface = target.surface;
   const std::vector<Triangle> neighbours = find_neighbours(triangles),
                               ground_neighbours = find_neighbours(surface.triangles);
   Flags near(triangles.size(), 0);
-  for (const std::uint32_t f : seeds) near[f] = 1;
-  grow(triangles, points.size(), rings, near);
+  for (const std::uint32_t f : seeds.triangles) near[f] = 1;
+  grow(triangles, points.size(), seeds.rings, near);
   const Components patches = find_components(neighbours, near, 1);
   std::size_t mapped_count = 0;
   for (std::uint32_t component = 1; component < patches.size.size(); ++component) {
@@ -280,7 +282,7 @@ std::size_t map_patches(std::vector<Vec3>& points, std::span<const Triangle> tri
     const std::optional<Disk> ground =
         make_disk(surface.triangles, ground_neighbours, surface.positions.size(), under);
     if (!ground) continue;
-    mapped_count += map_patch(points, triangles, *patch, surface, *ground, *target.tree);
+    mapped_count += map_patch(points, triangles, *patch, target, *ground);
   }
   return mapped_count;
 }

@@ -1,12 +1,9 @@
 #include "model/load/build_model.h"
 
-#include <tiny_obj_loader.h>
-
 #include <algorithm>
 #include <bit>
 #include <map>
 #include <numeric>
-#include <sstream>
 #include <utility>
 
 #include "base/parallel.h"
@@ -25,42 +22,18 @@ namespace {
 
 constexpr std::uint32_t kNone = 0xffffffffu;
 
-/// Data that tinyobjloader parsed: face k has scan.faces[k].corners corners.
-struct RawObj {
-  tinyobj::attrib_t attributes;
-  std::vector<tinyobj::index_t> corners;
-};
-
-RawObj parse(ObjScan& scan) {
-  RawObj raw;
-  std::vector<tinyobj::shape_t> shapes;
-  std::string warning, error;
-  std::istringstream stream(std::move(scan.text));
-  // tinyobjloader triangulates concave polygons wrongly (its issues 295, 319, 386) and stores face
-  // sizes as bytes, so we use its plain polygons with our own sizes.
-  const bool is_ok = tinyobj::LoadObj(&raw.attributes, &shapes, nullptr, &warning, &error, &stream,
-                                      nullptr, false, false);
-  PM_CHECK(is_ok && shapes.size() == 1);
-  raw.corners = std::move(shapes[0].mesh.indices);
-  std::size_t corners = 0;
-  for (const ObjFace& face : scan.faces) corners += face.corners;
-  PM_CHECK(raw.corners.size() == corners &&
-           raw.attributes.vertices.size() == 3 * std::size_t{scan.points});
-  return raw;
-}
-
-Vec3 vertex_position(const RawObj& raw, std::uint32_t i) {
-  const auto& v = raw.attributes.vertices;
-  return {v[3 * std::size_t{i}], v[3 * std::size_t{i} + 1], v[3 * std::size_t{i} + 2]};
+Vec3 vertex_position(const ObjScan& scan, std::uint32_t i) {
+  const float* v = &scan.positions[3 * std::size_t{i}];
+  return {v[0], v[1], v[2]};
 }
 
 /// Finds, for each vertex, the first one with exactly the same coordinates.
-std::vector<std::uint32_t> find_first_equal(const RawObj& raw, std::uint32_t count) {
+std::vector<std::uint32_t> find_first_equal(const ObjScan& scan) {
   const auto bits = [&](std::uint32_t i, int axis) {
     return std::bit_cast<std::uint32_t>(
-        raw.attributes.vertices[3 * std::size_t{i} + static_cast<std::size_t>(axis)]);
+        scan.positions[3 * std::size_t{i} + static_cast<std::size_t>(axis)]);
   };
-  std::vector<std::uint32_t> order(count), first(count);
+  std::vector<std::uint32_t> order(scan.point_count()), first(scan.point_count());
   std::iota(order.begin(), order.end(), 0u);
   const auto compare = [&](std::uint32_t a, std::uint32_t b) {
     for (int axis = 0; axis < 3; ++axis)
@@ -103,15 +76,15 @@ class Builder {
  public:
   Builder(ObjScan& scan, const MtlSet& mtls, const std::filesystem::path& path,
           std::vector<std::string>& warnings)
-      : scan_(scan), mtls_(mtls), file_(path.string()), warnings_(warnings), raw_(parse(scan)) {
+      : scan_(scan), mtls_(mtls), file_(path.string()), warnings_(warnings) {
     model_.name = printable(path.stem().string());
   }
 
   Result<Model> build() {
-    representative_ = find_first_equal(raw_, scan_.points);
-    point_index_.assign(scan_.points, kNone);
-    has_uvs_ = std::any_of(raw_.corners.begin(), raw_.corners.end(),
-                           [](const tinyobj::index_t& c) { return c.texcoord_index >= 0; });
+    representative_ = find_first_equal(scan_);
+    point_index_.assign(scan_.point_count(), kNone);
+    has_uvs_ = std::any_of(scan_.corners.begin(), scan_.corners.end(),
+                           [](const ObjCorner& c) { return c.vt >= 0; });
     map_materials();
     add_faces();
     drop_duplicates();
@@ -134,13 +107,13 @@ class Builder {
  private:
   /// The vertex that represents all at the position of a corner's vertex.
   std::uint32_t point_at(std::size_t corner) const {
-    return representative_[static_cast<std::size_t>(raw_.corners[corner].vertex_index)];
+    return representative_[static_cast<std::size_t>(scan_.corners[corner].v)];
   }
   void map_materials();
   std::uint32_t color_material(const ObjFace& face, std::size_t material);
   /// A face without repeated corners, and its triangles.
   struct Outline {
-    std::vector<std::size_t> corners;  ///< indices in RawObj::corners
+    std::vector<std::size_t> corners;  ///< indices in ObjScan::corners
     std::vector<Vec3> positions;
     PolygonTriangles polygon;
   };
@@ -165,7 +138,6 @@ class Builder {
   const MtlSet& mtls_;
   std::string file_;
   std::vector<std::string>& warnings_;
-  RawObj raw_;
   Model model_;
   std::vector<std::uint32_t> representative_, point_index_;
   std::vector<std::uint32_t> material_index_;  ///< material per usemtl name; the default is last
@@ -234,7 +206,7 @@ Builder::Outline Builder::make_outline(const ObjFace& face, std::size_t first) c
     corners.pop_back();
   if (corners.size() < 3) return outline;
   for (const std::size_t c : corners)
-    outline.positions.push_back(vertex_position(raw_, point_at(c)));
+    outline.positions.push_back(vertex_position(scan_, point_at(c)));
   outline.polygon = triangulate(outline.positions);
   return outline;
 }
@@ -290,25 +262,23 @@ void Builder::add_triangle(const ObjFace& face, const std::array<std::size_t, 3>
       face.material < 0 ? material_index_.size() - 1 : static_cast<std::size_t>(face.material);
   Triangle triangle;
   for (std::size_t k = 0; k < 3; ++k) {
-    const tinyobj::index_t& corner = raw_.corners[corners[k]];
-    const std::uint32_t vertex = representative_[static_cast<std::size_t>(corner.vertex_index)];
+    const ObjCorner& corner = scan_.corners[corners[k]];
+    const std::uint32_t vertex = point_at(corners[k]);
     if (point_index_[vertex] == kNone) {
       point_index_[vertex] = static_cast<std::uint32_t>(model_.points.size());
-      model_.points.push_back(vertex_position(raw_, vertex));
+      model_.points.push_back(vertex_position(scan_, vertex));
     }
     triangle.v[k] = point_index_[vertex];
     Vec3 normal;
-    if (corner.normal_index >= 0) {
-      const tinyobj::real_t* n =
-          &raw_.attributes.normals[3 * static_cast<std::size_t>(corner.normal_index)];
+    if (corner.vn >= 0) {
+      const float* n = &scan_.normals[3 * static_cast<std::size_t>(corner.vn)];
       normal = to_float(normalized(Vec3d(n[0], n[1], n[2])));
     }
     model_.corner_normals.push_back(normal);
     if (!has_uvs_) continue;
     Vec2 uv;
-    if (corner.texcoord_index >= 0) {
-      const tinyobj::real_t* t =
-          &raw_.attributes.texcoords[2 * static_cast<std::size_t>(corner.texcoord_index)];
+    if (corner.vt >= 0) {
+      const float* t = &scan_.uvs[2 * static_cast<std::size_t>(corner.vt)];
       uv = {t[0], t[1]};
     }
     if (const MtlMaterial* mtl = mtls_by_material_[material])

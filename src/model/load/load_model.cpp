@@ -229,15 +229,15 @@ Result<LoadedModel> run_and_parse(const fs::path& path, const LoadObjSettings& s
   PM_TRY(MtlSet mtls, parse_mtl(std::string(imported.mtl), file));
   run.bytes = {};
   LoadedModel loaded;
-  loaded.file_points = scan.points;
+  loaded.file_points = scan.point_count();
   for (const std::string& warning : imported.warnings)
     loaded.warnings.push_back(fmt::format("{}: {}", file, first_line(warning)));
   loaded.warnings.insert(loaded.warnings.end(), scan.warnings.begin(), scan.warnings.end());
   loaded.warnings.insert(loaded.warnings.end(), mtls.warnings.begin(), mtls.warnings.end());
   PM_TRY(loaded.model, build_model(scan, mtls, path, loaded.warnings));
   if (settings.textures)
-    PM_TRY_STATUS(load_textures(path, scan, mtls, settings.strict, loaded.model, loaded.warnings,
-                                imported.textures));
+    PM_TRY_STATUS(load_textures({path, scan, mtls, imported.textures}, settings.strict,
+                                loaded.model, loaded.warnings));
   return loaded;
 }
 

@@ -33,12 +33,13 @@ Result<LoadedModel> load_obj(const std::filesystem::path& path, const LoadObjSet
   PM_TRY(ObjScan scan, scan_obj(bytes, path.string()));
   PM_TRY(const MtlSet mtls, load_mtls(path, scan.libraries, settings.strict));
   LoadedModel loaded;
-  loaded.file_points = scan.points;
+  loaded.file_points = scan.point_count();
   loaded.warnings = scan.warnings;
   loaded.warnings.insert(loaded.warnings.end(), mtls.warnings.begin(), mtls.warnings.end());
   PM_TRY(loaded.model, build_model(scan, mtls, path, loaded.warnings));
   if (settings.textures) {
-    PM_TRY_STATUS(load_textures(path, scan, mtls, settings.strict, loaded.model, loaded.warnings));
+    PM_TRY_STATUS(
+        load_textures({path, scan, mtls, {}}, settings.strict, loaded.model, loaded.warnings));
   }
   return loaded;
 }

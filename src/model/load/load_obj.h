@@ -23,8 +23,8 @@ struct LoadedModel {
   std::uint32_t file_points = 0;  ///< v lines; the model keeps only distinct points that faces use
 };
 
-/// Loads a Wavefront OBJ. A strict scan precedes tinyobjloader, which silently accepts malformed
-/// input: every bad number, index or file is an error with FILE:LINE (up to 20 at once).
+/// Loads a Wavefront OBJ. Every bad number, index or file is an error with FILE:LINE (up to 20 at
+/// once).
 /// Points at equal positions are merged, in the file's order. Faces are triangulated by ear
 /// clipping; faces without area are dropped with a warning. Where a face has no normals of its own,
 /// they are computed, smooth up to kCreaseDegrees (smoothing groups are ignored). A closed model

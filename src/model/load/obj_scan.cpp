@@ -15,11 +15,7 @@ namespace polymorph {
 namespace {
 
 constexpr float kUnknown = -1;               // a component of the colour of a point that has none
-constexpr std::uint32_t kMaxCorners = 4096;  // triangulation takes quadratic time in tinyobjloader
-
-struct Corner {
-  std::int32_t v = -1, vt = -1, vn = -1;  // 0-based, -1 = not given
-};
+constexpr std::uint32_t kMaxCorners = 4096;  // triangulation takes quadratic time
 
 class Scanner {
  public:
@@ -30,29 +26,31 @@ class Scanner {
     while (lines_.next() && !errors_.full()) scan_line(lines_.line());
     if (!errors_.full()) check_ranges();
     if (!errors_.empty()) return errors_.error();
-    if (result_.points == 0 || result_.faces.empty()) return make_no_faces_error();
+    if (result_.point_count() == 0 || result_.faces.empty()) return make_no_faces_error();
     report_occurrences();
     color_faces();
-    write_text();
     return std::move(result_);
   }
 
  private:
   void scan_line(std::string_view line);
-  int scan_reals(std::string_view text, std::vector<float>& values, int used_count, int min_count,
-                 int max_count, const char* what);
+  /// Numbers on a line: how many are stored, and how many there must and may be.
+  struct RealCounts {
+    int used, min, max;
+  };
+  int scan_reals(std::string_view text, std::vector<float>& values, RealCounts counts,
+                 const char* what);
   void scan_point(std::string_view text);
   void color_faces();
   void scan_face(std::string_view text);
-  std::optional<Corner> scan_corner(std::string_view word);
+  std::optional<ObjCorner> scan_corner(std::string_view word);
   std::optional<std::int64_t> resolve(std::string_view digits, std::uint32_t count,
                                       const char* what);
   void check_ranges();
-  bool check_corner(const Corner& corner, std::uint32_t line);
+  bool check_corner(const ObjCorner& corner, std::uint32_t line);
   void report(const Occurrences& what, const char* text);
   void report_occurrences();
   Error make_no_faces_error() const;
-  void write_text();
   std::uint32_t label_index();
   std::int32_t material_index();
   std::uint32_t count(const std::vector<float>& values, unsigned dimension) const {
@@ -64,8 +62,7 @@ class Scanner {
   std::string file_;
   ErrorList errors_;
   ObjScan result_;
-  std::vector<float> points_, uvs_, normals_, point_numbers_;
-  std::vector<Corner> corners_;
+  std::vector<float> point_numbers_;
   std::string object_, group_;
   NamedLine material_;
   std::map<std::string, std::uint32_t> label_indices_;
@@ -84,9 +81,9 @@ void Scanner::scan_line(std::string_view line) {
   if (word == "v") {
     scan_point(text);
   } else if (word == "vt") {
-    scan_reals(text, uvs_, 2, 1, 3, "texture coordinate");
+    scan_reals(text, result_.uvs, {2, 1, 3}, "texture coordinate");
   } else if (word == "vn") {
-    scan_reals(text, normals_, 3, 3, 3, "normal");
+    scan_reals(text, result_.normals, {3, 3, 3}, "normal");
   } else if (word == "f" || word == "fo") {
     scan_face(text);
   } else if (word == "g") {
@@ -119,20 +116,20 @@ void Scanner::scan_line(std::string_view line) {
 void Scanner::scan_point(std::string_view text) {
   std::vector<float>& numbers = point_numbers_;
   numbers.clear();
-  const int given = scan_reals(text, numbers, 7, 3, 8, "vertex");
-  points_.insert(points_.end(), numbers.begin(), numbers.begin() + 3);
-  ++result_.points;
+  const int given = scan_reals(text, numbers, {7, 3, 8}, "vertex");
+  result_.positions.insert(result_.positions.end(), numbers.begin(), numbers.begin() + 3);
   const bool is_colored = given == 6 || given == 7;
   if (!is_colored && given > 4) odd_numbers_.note(lines_.number());
   if (!is_colored && colors_.empty()) return;
-  colors_.resize(points_.size(), kUnknown);
+  colors_.resize(result_.positions.size(), kUnknown);
   if (is_colored) std::copy_n(numbers.begin() + 3, 3, colors_.end() - 3);
 }
 
-/// Values are appended to `values`, `used_count` of them whatever the line holds, which keeps later
-/// indices valid after a bad line. Returns how many numbers the line has.
-int Scanner::scan_reals(std::string_view text, std::vector<float>& values, int used_count,
-                        int min_count, int max_count, const char* what) {
+/// Values are appended to `values`, `counts.used` of them whatever the line holds, which keeps
+/// later indices valid after a bad line. Returns how many numbers the line has.
+int Scanner::scan_reals(std::string_view text, std::vector<float>& values, RealCounts counts,
+                        const char* what) {
+  const auto [used_count, min_count, max_count] = counts;
   const std::size_t size = values.size();
   int count_read = 0;
   // A comment may follow the numbers.
@@ -181,7 +178,7 @@ std::optional<std::int64_t> Scanner::resolve(std::string_view digits, std::uint3
   return count + index;
 }
 
-std::optional<Corner> Scanner::scan_corner(std::string_view word) {
+std::optional<ObjCorner> Scanner::scan_corner(std::string_view word) {
   std::array<std::string_view, 3> fields;
   std::size_t field_count = 0;
   for (std::string_view text = word; field_count < 3; ++field_count) {
@@ -197,8 +194,8 @@ std::optional<Corner> Scanner::scan_corner(std::string_view word) {
       return std::nullopt;
     }
   }
-  Corner corner;
-  const auto v = resolve(fields[0], result_.points, "vertex");
+  ObjCorner corner;
+  const auto v = resolve(fields[0], result_.point_count(), "vertex");
   if (!v) return std::nullopt;
   corner.v = static_cast<std::int32_t>(*v);
   if (corner.v < 0) {
@@ -206,13 +203,13 @@ std::optional<Corner> Scanner::scan_corner(std::string_view word) {
     return std::nullopt;
   }
   if (field_count > 1 && !fields[1].empty()) {
-    const auto vt = resolve(fields[1], count(uvs_, 2), "texture coordinate");
+    const auto vt = resolve(fields[1], count(result_.uvs, 2), "texture coordinate");
     if (!vt) return std::nullopt;
     corner.vt = static_cast<std::int32_t>(*vt);
     if (corner.vt < 0) zero_uvs_.note(lines_.number());
   }
   if (field_count > 2 && !fields[2].empty()) {
-    const auto vn = resolve(fields[2], count(normals_, 3), "normal");
+    const auto vn = resolve(fields[2], count(result_.normals, 3), "normal");
     if (!vn) return std::nullopt;
     corner.vn = static_cast<std::int32_t>(*vn);
     if (corner.vn < 0) zero_normals_.note(lines_.number());
@@ -223,24 +220,24 @@ std::optional<Corner> Scanner::scan_corner(std::string_view word) {
 void Scanner::scan_face(std::string_view text) {
   ObjFace face;
   face.line = lines_.number();
-  const std::size_t first = corners_.size();
+  const std::size_t first = result_.corners.size();
   text = text.substr(0, text.find('#'));  // a comment may follow without a space
   for (std::string_view word = take_word(text); !word.empty(); word = take_word(text)) {
     if (++face.corners > kMaxCorners) {
       fail(fmt::format("face has more than {} corners - split it", kMaxCorners));
-      corners_.resize(first);
+      result_.corners.resize(first);
       return;
     }
     const auto corner = scan_corner(word);
     if (!corner) {
-      corners_.resize(first);
+      result_.corners.resize(first);
       return;
     }
-    corners_.push_back(*corner);
+    result_.corners.push_back(*corner);
   }
   if (face.corners < 3) {
     few_corners_.note(face.line);
-    corners_.resize(first);
+    result_.corners.resize(first);
     return;
   }
   face.label = label_index();
@@ -270,16 +267,16 @@ std::int32_t Scanner::material_index() {
   return *material_id_;
 }
 
-bool Scanner::check_corner(const Corner& corner, std::uint32_t line) {
+bool Scanner::check_corner(const ObjCorner& corner, std::uint32_t line) {
   const auto check = [&](std::int64_t index, std::uint32_t limit, const char* what) {
     if (index < static_cast<std::int64_t>(limit)) return true;
     errors_.add(line,
                 fmt::format("{} index {} is beyond the {} of the file", what, index + 1, limit));
     return false;
   };
-  return check(corner.v, result_.points, "vertex") &&
-         check(corner.vt, count(uvs_, 2), "texture coordinate") &&
-         check(corner.vn, count(normals_, 3), "normal");
+  return check(corner.v, result_.point_count(), "vertex") &&
+         check(corner.vt, count(result_.uvs, 2), "texture coordinate") &&
+         check(corner.vn, count(result_.normals, 3), "normal");
 }
 
 // Runs after the whole file is read, because faces may precede the vertices that they use.
@@ -289,7 +286,7 @@ void Scanner::check_ranges() {
     const std::size_t first = next;
     next += face.corners;
     for (std::size_t i = first; i < next; ++i)
-      if (!check_corner(corners_[i], face.line)) break;
+      if (!check_corner(result_.corners[i], face.line)) break;
   }
 }
 
@@ -302,14 +299,14 @@ Error Scanner::make_no_faces_error() const {
         ErrorCode::kInput,
         "{}:{}: no faces: free-form curves and surfaces are not read - export polygons", file_,
         curves_.first_line);
-  if (unknown_.count > 0 && result_.points == 0)
+  if (unknown_.count > 0 && result_.point_count() == 0)
     return make_error(
         ErrorCode::kInput,
         "{}:{}: no faces: {} lines start with an unknown word - is this a Wavefront OBJ?", file_,
         unknown_.first_line, unknown_.count);
   return make_error(ErrorCode::kInput,
                     "{}: no faces ({} vertices) - export the model with its faces", file_,
-                    result_.points);
+                    result_.point_count());
 }
 
 void Scanner::report(const Occurrences& what, const char* text) {
@@ -330,7 +327,7 @@ void Scanner::report_occurrences() {
 /// Gives faces the mean colour of their points, in steps of 4/255, as the other formats' have it.
 /// White everywhere says nothing: many programs write it beside a material.
 void Scanner::color_faces() {
-  colors_.resize(colors_.empty() ? 0 : points_.size(), kUnknown);
+  colors_.resize(colors_.empty() ? 0 : result_.positions.size(), kUnknown);
   if (std::all_of(colors_.begin(), colors_.end(), [](float c) { return c == kUnknown || c >= 1; }))
     return;
   std::size_t next = 0;
@@ -338,7 +335,7 @@ void Scanner::color_faces() {
     std::array<double, 3> sum{};
     bool all_known = true;
     for (std::uint32_t k = 0; k < face.corners; ++k) {
-      const float* color = &colors_[3 * static_cast<std::size_t>(corners_[next++].v)];
+      const float* color = &colors_[3 * static_cast<std::size_t>(result_.corners[next++].v)];
       all_known = all_known && color[0] != kUnknown;
       for (std::size_t c = 0; c < 3; ++c)
         sum[c] += std::clamp(static_cast<double>(color[c]), 0.0, 1.0);
@@ -349,46 +346,6 @@ void Scanner::color_faces() {
       const int step = static_cast<int>(std::lround(v / face.corners * 255 / 4));
       face.color = face.color << 8 | std::min(4 * step, 255);
     }
-  }
-}
-
-void append_reals(std::string& text, const char* keyword, const std::vector<float>& values,
-                  std::size_t dimension) {
-  std::array<char, 32> buffer;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    text += i % dimension == 0 ? keyword : " ";
-    const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), values[i]);
-    text.append(buffer.data(), end.ptr);
-    if (i % dimension + 1 == dimension) text += '\n';
-  }
-}
-
-void append_index(std::string& text, char before, std::int64_t index) {
-  std::array<char, 24> buffer;
-  const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), index + 1);
-  if (before) text += before;
-  text.append(buffer.data(), end.ptr);
-}
-
-void Scanner::write_text() {
-  std::string& text = result_.text;
-  text.reserve(points_.size() * 11 + uvs_.size() * 10 + normals_.size() * 10 +
-               corners_.size() * 20);
-  append_reals(text, "v ", points_, 3);
-  append_reals(text, "vt ", uvs_, 2);
-  append_reals(text, "vn ", normals_, 3);
-  std::size_t next = 0;
-  for (const ObjFace& face : result_.faces) {
-    text += 'f';
-    for (std::uint32_t k = 0; k < face.corners; ++k) {
-      const Corner& corner = corners_[next++];
-      append_index(text, ' ', corner.v);
-      if (corner.vt >= 0) append_index(text, '/', corner.vt);
-      if (corner.vn < 0) continue;
-      if (corner.vt < 0) text += '/';
-      append_index(text, '/', corner.vn);
-    }
-    text += '\n';
   }
 }
 

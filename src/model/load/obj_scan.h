@@ -1,6 +1,5 @@
-// Strict OBJ scanner that runs before tinyobjloader, which silently accepts almost anything: bad
-// numbers become 0, indices wrap or stay out of range, 256 corners become 0, directories are empty
-// models.
+// Strict OBJ scanner. Other readers accept almost anything: bad numbers become 0, indices wrap or
+// stay out of range, 256 corners become 0, directories are empty models.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +10,11 @@
 #include "base/result.h"
 
 namespace polymorph {
+
+/// Indices of a face's corner, from 0; -1: not given.
+struct ObjCorner {
+  std::int32_t v = -1, vt = -1, vn = -1;
+};
 
 struct ObjFace {
   std::uint32_t corners = 0;
@@ -29,16 +33,16 @@ struct NamedLine {
 
 /// Contents of an OBJ file, in file order.
 struct ObjScan {
-  /// Input for tinyobjloader: v, vt, vn and f lines only, with numbers in shortest form and indices
-  /// absolute and in range. Its face k is faces[k].
-  std::string text;
+  std::vector<float> positions, uvs, normals;  ///< 3, 2 and 3 per v, vt and vn line
   std::vector<ObjFace> faces;
+  std::vector<ObjCorner> corners;  ///< those of the faces, one face after the other; all in range
   std::vector<std::string>
       labels;  ///< names of groups (or of objects, where there is no group) that have faces
   std::vector<NamedLine> materials;   ///< usemtl names that have faces, as written
   std::vector<NamedLine> libraries;   ///< mtllib lines without the keyword
   std::vector<std::string> warnings;  ///< "FILE:LINE: ..."
-  std::uint32_t points = 0;           ///< number of v lines
+
+  std::uint32_t point_count() const { return static_cast<std::uint32_t>(positions.size() / 3); }
 };
 
 /// Scans a whole OBJ. Errors: kInput, up to 20 at once. `file` is the name used in messages.

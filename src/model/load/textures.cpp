@@ -86,9 +86,9 @@ class TextureReader {
 
 }  // namespace
 
-Status load_textures(const fs::path& obj, const ObjScan& scan, const MtlSet& mtls, bool strict,
-                     Model& model, std::vector<std::string>& warnings,
-                     const std::map<std::string, std::string>& embedded) {
+Status load_textures(const TextureNames& textures, bool strict, Model& model,
+                     std::vector<std::string>& warnings) {
+  const auto& [obj, scan, mtls, embedded] = textures;
   TextureReader reader(obj, model, warnings, embedded);
   std::vector<std::string> problems;
   const MtlNames names(mtls);

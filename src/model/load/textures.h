@@ -12,13 +12,20 @@
 
 namespace polymorph {
 
+/// The textures that a model's file names.
+struct TextureNames {
+  const std::filesystem::path& obj;
+  const ObjScan& scan;
+  const MtlSet& mtls;
+  /// Files contained in the model, by the names that the materials use.
+  const std::map<std::string, std::string>& embedded;
+};
+
 /// Reads each texture that a triangle uses, once, and sets Material::texture. One that is missing,
 /// broken, outside the model's folder or contains NaN causes a warning, and the material becomes a
 /// default grey; with `strict` all of these form one error (kInput). Each message names the MTL and
-/// its line. Other errors (kResource): no image reader. `embedded`: files contained in the model,
-/// by the names that the materials use.
-Status load_textures(const std::filesystem::path& obj, const ObjScan& scan, const MtlSet& mtls,
-                     bool strict, Model& model, std::vector<std::string>& warnings,
-                     const std::map<std::string, std::string>& embedded = {});
+/// its line. Other errors (kResource): no image reader.
+Status load_textures(const TextureNames& textures, bool strict, Model& model,
+                     std::vector<std::string>& warnings);
 
 }  // namespace polymorph

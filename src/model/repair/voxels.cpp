@@ -176,8 +176,8 @@ std::vector<std::uint8_t> mark_wall_points(const Grid& grid, const ClosestPointQ
     for (int z = low.z; z < std::min(low.z + kBlock, grid.points.z); ++z)
       for (int y = low.y; y < std::min(low.y + kBlock, grid.points.y); ++y)
         for (int x = low.x; x < std::min(low.x + kBlock, grid.points.x); ++x) {
-          const ClosestPoint found = surface.closest(grid_point(grid, {x, y, z}), max_distance);
-          if (found.triangle == ClosestPoint::kNoTriangle) continue;
+          const ClosestPoint nearest = surface.closest(grid_point(grid, {x, y, z}), max_distance);
+          if (nearest.triangle == ClosestPoint::kNoTriangle) continue;
           wall[array3_index(grid.points, x, y, z)] = 1;
         }
   });

@@ -46,7 +46,7 @@ Result<Library> load_library() {
     return make_error(ErrorCode::kResource,
                       "cannot denoise: {} - get Open Image Denoise 2 from openimagedenoise.org or "
                       "by \"pip install pyoidn\", name its {} in POLYMORPH_OIDN, or render without "
-                      "--denoise",
+                      "image.denoise",
                       reason ? reason : "no reason given", kLibrary);
   }
   Library library;
@@ -71,7 +71,7 @@ Result<Library> load_library() {
   dlclose(handle);
   return make_error(ErrorCode::kResource,
                     "cannot denoise: {} is not version 2 of Open Image Denoise - name another file "
-                    "in POLYMORPH_OIDN, or render without --denoise",
+                    "in POLYMORPH_OIDN, or render without image.denoise",
                     file);
 }
 

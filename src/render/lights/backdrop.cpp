@@ -26,8 +26,8 @@ Pack3 backdrop_radiance(const Backdrop& backdrop, const Pack3& direction) {
   const Pack x = d.x / forward * backdrop.scale, y = d.y / forward * backdrop.scale;
   // A pool of light behind the subject, a little above the middle; darker towards the corners and
   // the top.
-  const Pack away = sqrt(0.55f * x * x + square(y - 0.1f));
-  return backdrop.paper * (1.10f - 0.34f * smoothstep(0, 1.9f, away));
+  const Pack distance = sqrt(0.55f * x * x + square(y - 0.1f));
+  return backdrop.paper * (1.10f - 0.34f * smoothstep(0, 1.9f, distance));
 }
 
 }  // namespace polymorph

@@ -30,14 +30,14 @@ Floor make_floor(const GroundSettings& settings, const Box& bounds);
 template <class T3>
 inline ComponentOf<T3> intersect_floor(const Floor& floor, const RayOf<T3>& ray) {
   using V = ComponentOf<T3>;
-  const V never = broadcast<V>(std::numeric_limits<float>::infinity());
-  if (!floor.enabled) return never;
+  const V no_hit = broadcast<V>(std::numeric_limits<float>::infinity());
+  if (!floor.enabled) return no_hit;
   const V distance = (floor.height - ray.origin.y) / ray.direction.y;
   const V x = ray.origin.x + ray.direction.x * distance - floor.center.x;
   const V z = ray.origin.z + ray.direction.z * distance - floor.center.z;
   const MaskOf<T3> hit = (ray.direction.y < 0.0f) & (ray.origin.y > floor.height) &
                          (distance < ray.far) & (x * x + z * z < floor.fade_end * floor.fade_end);
-  return select(hit, distance, never);
+  return select(hit, distance, no_hit);
 }
 
 /// The floor where a ray hits it.
@@ -55,10 +55,11 @@ inline FloorPointOf<T3> floor_point(const Floor& floor, const RayOf<T3>& ray,
   point.position = ray.origin + ray.direction * distance;
   point.position.y = broadcast<V>(floor.height);
   const V x = point.position.x - floor.center.x, z = point.position.z - floor.center.z;
-  const V away = sqrt(x * x + z * z);
-  point.fade = smoothstep(floor.fade_start, floor.fade_end, away);
-  const V far = smoothstep(0.2f * floor.fade_start, 0.8f * floor.fade_end, away);
-  point.tone = 1.0f + (floor.far_tone - 1.0f) * far;
+  const V distance_to_center = sqrt(x * x + z * z);
+  point.fade = smoothstep(floor.fade_start, floor.fade_end, distance_to_center);
+  const V far_share =
+      smoothstep(0.2f * floor.fade_start, 0.8f * floor.fade_end, distance_to_center);
+  point.tone = 1.0f + (floor.far_tone - 1.0f) * far_share;
   return point;
 }
 

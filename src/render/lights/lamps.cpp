@@ -19,7 +19,7 @@ V cap_height(float radius, V distance2) {
 template <class T3>
 ComponentOf<T3> intersect(const Lamp& lamp, const RayOf<T3>& ray) {
   using V = ComponentOf<T3>;
-  const V never = broadcast<V>(kNever);
+  const V no_hit = broadcast<V>(kNever);
   const T3 to_lamp = lamp.position - ray.origin;
   if (lamp.panel) {
     const V facing = -dot(ray.direction, lamp.frame.z);
@@ -28,14 +28,14 @@ ComponentOf<T3> intersect(const Lamp& lamp, const RayOf<T3>& ray) {
     const MaskOf<T3> hit = (facing > 1e-6f) & (distance > 0.0f) & (distance < ray.far) &
                            (abs(dot(offset, lamp.frame.x)) <= lamp.half_width) &
                            (abs(dot(offset, lamp.frame.y)) <= lamp.half_height);
-    return select(hit, distance, never);
+    return select(hit, distance, no_hit);
   }
-  if (!(lamp.radius > 0)) return never;
+  if (!(lamp.radius > 0)) return no_hit;
   const V along = dot(to_lamp, ray.direction);
   const T3 perpendicular = to_lamp - ray.direction * along;
   const V inside2 = lamp.radius * lamp.radius - dot(perpendicular, perpendicular);
   const V distance = along - sqrt(max(inside2, 0.0f));
-  return select((inside2 >= 0.0f) & (distance > 0.0f) & (distance < ray.far), distance, never);
+  return select((inside2 >= 0.0f) & (distance > 0.0f) & (distance < ray.far), distance, no_hit);
 }
 
 template <class T3>

@@ -38,11 +38,11 @@ constexpr float kStudioIrradiance = 1.6f;
 float soft_box_cover(const SoftBox& box, Vec3 d) {
   const float a = radians(box.azimuth), e = radians(box.elevation);
   const Vec3 center = direction_at(a, e);
-  const Vec3 across{cosine(a), 0, -sine(a)};
-  const Vec3 upward = cross(center, across);
+  const Vec3 sideways{cosine(a), 0, -sine(a)};
+  const Vec3 upward = cross(center, sideways);
   const float facing = dot(d, center);
   if (facing <= 0.01f) return 0;
-  const float x = std::fabs(dot(d, across) / facing), y = std::fabs(dot(d, upward) / facing);
+  const float x = std::fabs(dot(d, sideways) / facing), y = std::fabs(dot(d, upward) / facing);
   const float outside = std::sqrt(square(std::max(x - box.width + box.edge, 0.0f)) +
                                   square(std::max(y - box.height + box.edge, 0.0f)));
   const float cover = 1 - smoothstep(0, box.edge, outside);
@@ -66,13 +66,14 @@ Vec3 studio_radiance(Vec3 d) {
 }  // namespace
 
 Frame make_rig(const Camera& camera) {
-  Vec3 back{-camera.forward.x, 0, -camera.forward.z};
+  Vec3 backward{-camera.forward.x, 0, -camera.forward.z};
   // When looking straight down (up), the image's lower (upper) edge is the camera's side.
-  if (dot(back, back) < 1e-6f) back = Vec3{camera.up.x, 0, camera.up.z} * camera.forward.y;
-  back = normalized(back);
-  if (!(dot(back, back) > 0.5f)) back = {0, 0, 1};
+  if (dot(backward, backward) < 1e-6f)
+    backward = Vec3{camera.up.x, 0, camera.up.z} * camera.forward.y;
+  backward = normalized(backward);
+  if (!(dot(backward, backward) > 0.5f)) backward = {0, 0, 1};
   const Vec3 up{0, 1, 0};
-  return {cross(up, back), up, back};
+  return {cross(up, backward), up, backward};
 }
 
 namespace {

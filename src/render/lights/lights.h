@@ -47,8 +47,9 @@ inline MaskOf<T3> key_is_clear(const KeyLight& key, T3 point, Vec3 center, float
   using V = ComponentOf<T3>;
   const T3 to_center = center - point;
   const V along = dot(to_center, key.frame.z);
-  const V away = sqrt(max(dot(to_center, to_center) - along * along, 0.0f));
-  return (along + radius < 0.0f) | (away * key.cos_radius - along * key.sin_radius > radius);
+  const V axis_distance = sqrt(max(dot(to_center, to_center) - along * along, 0.0f));
+  return (along + radius < 0.0f) |
+         (axis_distance * key.cos_radius - along * key.sin_radius > radius);
 }
 
 /// Makes the frame of the camera's horizontal direction: x to its right, y up in the world, z from

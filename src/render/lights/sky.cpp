@@ -25,8 +25,8 @@ Vec2Of<ComponentOf<T3>> lat_long(T3 d) {
 }
 
 Vec3 from_lat_long(float u, float v) {
-  const Vec2 around = cos_sin_turns(u - 0.5f), down = cos_sin_turns(0.5f * v);
-  return {around.y * down.y, down.x, -around.x * down.y};
+  const Vec2 azimuth = cos_sin_turns(u - 0.5f), polar = cos_sin_turns(0.5f * v);
+  return {azimuth.y * polar.y, polar.x, -azimuth.x * polar.y};
 }
 
 /// Solid angle of a cell of row y out of `height`, for `width` columns.
@@ -315,9 +315,9 @@ SkySample sample_bright_sky(const Sky& sky, float u, float v) {
   };
   const float height = lerp(cosine(row.index), cosine(row.index + 1), row.fraction);
   const float flat = std::sqrt(std::max(0.0f, 1 - height * height));
-  const Vec2 around = cos_sin_turns(
+  const Vec2 azimuth = cos_sin_turns(
       (static_cast<float>(column.index) + column.fraction) / static_cast<float>(d.width) - 0.5f);
-  return {{around.y * flat, height, -around.x * flat},
+  return {{azimuth.y * flat, height, -azimuth.x * flat},
           d.pdf[static_cast<std::size_t>(row.index) * d.width + column.index]};
 }
 

@@ -43,10 +43,10 @@ template <class T3>
 inline T3 sample_ggx_normal(T3 view, ComponentOf<T3> alpha, ComponentOf<T3> u, ComponentOf<T3> v) {
   using V = ComponentOf<T3>;
   const T3 stretched = normalized(T3{alpha * view.x, alpha * view.y, view.z});
-  const Vec2Of<V> around = cos_sin_turns(u);
+  const Vec2Of<V> azimuth = cos_sin_turns(u);
   const V z = (1.0f - v) * (1.0f + stretched.z) - stretched.z;
   const V r = sqrt(clamp01(1.0f - z * z));
-  const T3 h = T3{r * around.x, r * around.y, z} + stretched;
+  const T3 h = T3{r * azimuth.x, r * azimuth.y, z} + stretched;
   return normalized(T3{alpha * h.x, alpha * h.y, max(h.z, 1e-7f)});
 }
 /// Schlick 1994: the fraction of 1 - f0 that is reflected in addition to f0.

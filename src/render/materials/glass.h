@@ -15,8 +15,8 @@ inline float dielectric_fresnel(float cosine, float eta) {
   if (sin2 >= 1) return 1;
   const float t = std::sqrt(1 - sin2);
   const float parallel = (c - eta * t) / (c + eta * t);
-  const float across = (eta * c - t) / (eta * c + t);
-  return 0.5f * (parallel * parallel + across * across);
+  const float perpendicular = (eta * c - t) / (eta * c + t);
+  return 0.5f * (parallel * parallel + perpendicular * perpendicular);
 }
 
 /// Direction of refracted light that arrives along `direction` (unit) at a boundary whose normal

@@ -47,7 +47,7 @@ void add_material(BsdfOf<T3>& bsdf, const ShadingOf<T3>& material, ComponentOf<T
   const MaskOf<T3> glossy = (!is_black(f0)) & is_present;
   const MaskOf<T3> diffuse = (!is_black(base)) & is_present;
   DiffuseLobeOf<T3> lobe{{}, {}, broadcast<V>(1), white<T3>()};
-  T3 left = white<T3>();
+  T3 remaining = white<T3>();
   if (any(glossy)) {
     const GlossEnergy<T3> energy = compute_gloss_energy(f0, alpha, bsdf.view.z);
     bsdf.gloss[bsdf.gloss_count] = {f0, alpha, zero_unless(glossy, weight), energy.compensation};
@@ -55,7 +55,7 @@ void add_material(BsdfOf<T3>& bsdf, const ShadingOf<T3>& material, ComponentOf<T
     bsdf.has_gloss = bsdf.has_gloss | glossy;
     bsdf.sharpest_alpha = select(glossy, min(alpha, bsdf.sharpest_alpha), bsdf.sharpest_alpha);
     if (!any(diffuse)) return;
-    left = select(glossy, max(white<T3>() - energy.albedo, T3{}), left);
+    remaining = select(glossy, max(white<T3>() - energy.albedo, T3{}), remaining);
     const SplitAlbedoOf<V> mean = mean_split_albedo(alpha);
     const T3 coat = f0 * mean.scale + white<T3>() * mean.bias;
     lobe.coat_f0 = zero_unless(glossy, f0);
@@ -63,7 +63,7 @@ void add_material(BsdfOf<T3>& bsdf, const ShadingOf<T3>& material, ComponentOf<T
     lobe.coat_normalization = reciprocal(white<T3>() - min(coat, white<T3>() * 0.99f));
   }
   if (!any(diffuse)) return;
-  lobe.albedo = zero_unless(diffuse, base * left * weight);
+  lobe.albedo = zero_unless(diffuse, base * remaining * weight);
   bsdf.diffuse_albedo = bsdf.diffuse_albedo + lobe.albedo;
   bsdf.has_diffuse = bsdf.has_diffuse | diffuse;
   bsdf.diffuse[bsdf.diffuse_count++] = lobe;
@@ -95,13 +95,14 @@ BsdfValueOf<T3> evaluate(const BsdfOf<T3>& bsdf, T3 direction) {
   // Kelemen and Szirmay-Kalos 2001: transmittance of the coat on entry and on exit, normalized.
   for (int i = 0; i < bsdf.diffuse_count; ++i) {
     const DiffuseLobeOf<T3>& lobe = bsdf.diffuse[i];
-    T3 left = white<T3>();
+    T3 remaining = white<T3>();
     const MaskOf<T3> coated = !is_black(lobe.coat_f0);
     if (any(coated)) {
       const T3 coat = compute_gloss_energy(lobe.coat_f0, lobe.coat_alpha, direction.z).albedo;
-      left = select(coated, max(white<T3>() - coat, T3{}) * lobe.coat_normalization, left);
+      remaining =
+          select(coated, max(white<T3>() - coat, T3{}) * lobe.coat_normalization, remaining);
     }
-    result.value = result.value + lobe.albedo * left * (kInvPi * direction.z);
+    result.value = result.value + lobe.albedo * remaining * (kInvPi * direction.z);
   }
   result.pdf = bsdf.choose_diffuse * kInvPi * direction.z;
   if (bsdf.gloss_count > 0) {

@@ -194,7 +194,11 @@ class Tracer {
     const SurfacePointOf<Pack3> point = world_.geometry->surface_point(path.ray, hit);
     const VertexRandom random = make_vertex_random(path);
     if (world_.has_glass) {
-      handled_ = pass_glass_one_by_one(path, rows, live, hit, point, random.glass());
+      const Sample4Of<Pack> sample = random.glass();
+      const ShadingOf<Pack3> shading = mixed_shading(world_, hit);
+      handled_ = live & (shading.transmission > sample.b);
+      store(path, rows, handled_);
+      pass_glass_one_by_one(rows, handled_, point, shading, sample);
       live = live & !handled_;
       if (!any(live)) return PackMask{};
     }
@@ -204,13 +208,9 @@ class Tracer {
     return scatter_on_mesh(world_, at, point, bsdf, random);
   }
 
-  /// Continues the paths that hit glass, one by one; returns their lanes.
-  PackMask pass_glass_one_by_one(const Paths& path, PackBits rows, PackMask live,
-                                 const MeshHitOf<Pack>& hit, const SurfacePointOf<Pack3>& point,
-                                 const Sample4Of<Pack>& random) {
-    const ShadingOf<Pack3> shading = mixed_shading(world_, hit);
-    const PackMask glass = live & (shading.transmission > random.b);
-    store(path, rows, glass);
+  /// Continues the stored paths that hit glass, one by one.
+  void pass_glass_one_by_one(PackBits rows, PackMask glass, const SurfacePointOf<Pack3>& point,
+                             const ShadingOf<Pack3>& shading, const Sample4Of<Pack>& random) {
     for (int l = 0; l < kLanes; ++l) {
       if (!glass[l]) continue;
       PathRow& row = paths_[rows[l]];
@@ -223,7 +223,6 @@ class Tracer {
       pass_glass(world_, row, lane(point, l), lane(shading, l), lane(random, l));
       active_.add(rows[l]);
     }
-    return glass;
   }
 
   /// Traces the last ray of paths at the depth limit, which only finds the sky; the floor counts as

@@ -45,20 +45,20 @@ void add_sky(const World& world, Paths& path, Pack share, PackMask where) {
   }
   const Pack3 seen = path.throughput * share;
   const Pack3 unknown = seen - path.control_variate;
-  const PackMask later =
+  const PackMask indirect =
       where & !camera & (broadcast_mask<PackMask>(world.sky->has_bright) | !is_black(unknown));
   path.control_variate = zero_unless(!where, path.control_variate);
-  if (!any(later)) return;
+  if (!any(indirect)) return;
   const SkySplitOf<Pack3> sky =
       split_radiance(*world.sky, sky_radiance(*world.sky, path.ray.direction));
-  path.radiance = path.radiance + zero_unless(later, unknown * sky.calm);
+  path.radiance = path.radiance + zero_unless(indirect, unknown * sky.calm);
   if (!world.sky->has_bright) return;
   const Pack weight = power_heuristic(path.pdf, bright_sky_pdf(*world.sky, path.ray.direction));
   // A mirror shows the sky unclamped.
   const Pack3 light = seen * sky.bright * weight;
   const Pack3 clamped =
       select(has(path, kScattered), clamp_light(light, kIndirectLimit * world.white), light);
-  path.radiance = path.radiance + zero_unless(later, clamped);
+  path.radiance = path.radiance + zero_unless(indirect, clamped);
 }
 
 void add_hit_lamps(const World& world, Paths& path, Pack distance, PackMask where) {

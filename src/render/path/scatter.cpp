@@ -12,43 +12,54 @@ constexpr float kMirrorAlpha = 0.1f;
 // Represents the Dirac delta of a smooth mirror or glass.
 constexpr float kDeltaPdf = 1e30f;
 
-/// Adds a shadow ray towards a light. Where `unlit`, the unoccluded light is recorded as well.
-void add_direct(const World& world, Vertices& at, const Pack3& direction, Pack distance,
-                const Pack3& light, PackMask lanes, PackMask unlit) {
-  at.path.unlit = at.path.unlit + zero_unless(unlit & lanes, luminance(light));
+/// Light that arrives from one direction unless something is in between.
+struct DirectLight {
+  Pack3 direction;
+  Pack distance;  ///< distance of the light
+  Pack3 radiance;
+  PackMask lanes;
+};
+
+/// Adds a shadow ray towards a light. Where at.records_unlit, the unoccluded light is recorded as
+/// well.
+void add_direct(const World& world, Vertices& at, const DirectLight& light) {
+  const auto& [direction, distance, radiance, lanes] = light;
+  at.path.unlit = at.path.unlit + zero_unless(at.records_unlit & lanes, luminance(radiance));
   at.shadows.add({at.origin, direction, at.path.ray.time, distance},
-                 clamp_indirect(world, at.path, light), at.rows, lanes);
+                 clamp_indirect(world, at.path, radiance), at.rows, lanes);
 }
 
 /// Adds the light of one sun. `scatter(direction)` returns bsdf times cosine and the pdf.
 template <class Scatter>
-void add_sun(const World& world, Vertices& at, const KeyLight& sun, Pack u, Pack v,
-             const Scatter& scatter, PackMask lanes, PackMask unlit) {
-  const Pack3 direction = sample_key(sun, u, v);
+void add_sun(const World& world, Vertices& at, const KeyLight& sun, const Sample4Of<Pack>& random,
+             const Scatter& scatter) {
+  const Pack3 direction = sample_key(sun, random.a, random.b);
   const BsdfValueOf<Pack3> bsdf = scatter(direction);
   const PackMask shared = at.shared & broadcast_mask<PackMask>(sun.pdf > 0);
   const Pack weight =
       select(shared, balance_heuristic(broadcast<Pack>(sun.pdf), bsdf.pdf), broadcast<Pack>(1));
-  add_direct(world, at, direction, broadcast<Pack>(kInfinity),
-             at.path.throughput * bsdf.value * sun.sample_power * weight, lanes, unlit);
+  add_direct(world, at,
+             {direction, broadcast<Pack>(kInfinity),
+              at.path.throughput * bsdf.value * sun.sample_power * weight, at.live});
 }
 
 template <class Scatter>
-void add_lamp(const World& world, Vertices& at, const Lamp& lamp, Pack u, Pack v,
-              const Scatter& scatter, PackMask unlit) {
-  const LampSampleOf<Pack3> sample = sample_lamp(lamp, at.origin, u, v);
+void add_lamp(const World& world, Vertices& at, const Lamp& lamp, const Sample4Of<Pack>& random,
+              const Scatter& scatter) {
+  const LampSampleOf<Pack3> sample = sample_lamp(lamp, at.origin, random.a, random.b);
   const BsdfValueOf<Pack3> bsdf = scatter(sample.direction);
   const Pack weight = select(at.shared & (sample.pdf > 0.0f),
                              balance_heuristic(sample.pdf, bsdf.pdf), broadcast<Pack>(1));
-  add_direct(world, at, sample.direction, sample.distance,
-             at.path.throughput * bsdf.value * sample.power * weight,
-             at.live & !is_black(sample.power), unlit);
+  add_direct(
+      world, at,
+      {sample.direction, sample.distance, at.path.throughput * bsdf.value * sample.power * weight,
+       at.live & !is_black(sample.power)});
 }
 
 /// Adds light from the bright part of the sky.
 template <class Scatter>
 void add_bright_sky(const World& world, Vertices& at, const Sample4Of<Pack>& random,
-                    const Scatter& scatter, PackMask unlit) {
+                    const Scatter& scatter) {
   Pack3 direction;
   Pack pdf;
   for (int l = 0; l < kLanes; ++l) {
@@ -58,25 +69,21 @@ void add_bright_sky(const World& world, Vertices& at, const Sample4Of<Pack>& ran
   }
   const BsdfValueOf<Pack3> bsdf = scatter(direction);
   const Pack3 bright = split_radiance(*world.sky, sky_radiance(*world.sky, direction)).bright;
-  add_direct(world, at, direction, broadcast<Pack>(kInfinity),
-             at.path.throughput * bsdf.value * bright * (power_heuristic(pdf, bsdf.pdf) / pdf),
-             at.live & (pdf > 0.0f), unlit);
+  add_direct(world, at,
+             {direction, broadcast<Pack>(kInfinity),
+              at.path.throughput * bsdf.value * bright * (power_heuristic(pdf, bsdf.pdf) / pdf),
+              at.live & (pdf > 0.0f)});
 }
 
 /// Adds all lights except the key light.
 template <class Scatter>
 void add_more_lights(const World& world, Vertices& at, const VertexRandom& random,
-                     const Scatter& scatter, PackMask unlit) {
+                     const Scatter& scatter) {
   std::size_t light = 0;
-  for (const KeyLight& sun : world.suns.subspan(1)) {
-    const Sample4Of<Pack> r = random.light(light++);
-    add_sun(world, at, sun, r.a, r.b, scatter, at.live, unlit);
-  }
-  for (const Lamp& lamp : world.lamps) {
-    const Sample4Of<Pack> r = random.light(light++);
-    add_lamp(world, at, lamp, r.a, r.b, scatter, unlit);
-  }
-  if (world.sky->has_bright) add_bright_sky(world, at, random.sky(), scatter, unlit);
+  for (const KeyLight& sun : world.suns.subspan(1))
+    add_sun(world, at, sun, random.light(light++), scatter);
+  for (const Lamp& lamp : world.lamps) add_lamp(world, at, lamp, random.light(light++), scatter);
+  if (world.sky->has_bright) add_bright_sky(world, at, random.sky(), scatter);
 }
 
 /// Weight of the control variate on the floor: the fraction of the calm sky's light that a ball of
@@ -133,10 +140,14 @@ PackMask scatter_on_floor(const World& world, Vertices& at, const FloorPointOf<P
     path.unlit = path.unlit + zero_unless(records_unlit, luminance(light));
   }
   const PackMask uncertain = at.live & !clear;
-  if (any(uncertain))
-    add_sun(world, at, key, own.a, own.b, lambert, uncertain,
-            records_unlit & broadcast_mask<PackMask>(!is_above_horizon));
-  add_more_lights(world, at, random, lambert, records_unlit);
+  if (any(uncertain)) {
+    Vertices unsure = at;
+    unsure.live = uncertain;
+    unsure.records_unlit = records_unlit & broadcast_mask<PackMask>(!is_above_horizon);
+    add_sun(world, unsure, key, own, lambert);
+  }
+  at.records_unlit = records_unlit;
+  add_more_lights(world, at, random, lambert);
   const Pack share = control_variate_weight(world, at.origin);
   const Pack3 sky_light = path.throughput * albedo * kInvPi * world.sky->upper_irradiance;
   path.unlit = path.unlit + zero_unless(records_unlit, luminance(sky_light));
@@ -169,8 +180,8 @@ PackMask scatter_on_mesh(const World& world, Vertices& at, const SurfacePointOf<
     value.value = value.value * shadow_terminator(point, d);
     return value;
   };
-  add_sun(world, at, world.suns.front(), own.a, own.b, scatter, at.live, PackMask{});
-  add_more_lights(world, at, random, scatter, PackMask{});
+  add_sun(world, at, world.suns.front(), own, scatter);
+  add_more_lights(world, at, random, scatter);
   if (bsdf.diffuse_count > 0)
     path.radiance = path.radiance + path.throughput * bsdf.diffuse_albedo * kInvPi *
                                         sky_irradiance(*world.sky, point.shading);

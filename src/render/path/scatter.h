@@ -32,6 +32,7 @@ struct Vertices {
   PackMask live;
   PackMask shared{};  ///< lanes whose next ray may also hit suns and lamps
   ShadowRays& shadows;
+  PackMask records_unlit{};  ///< lanes whose unoccluded light is recorded as well (Paths::unlit)
 };
 
 /// Scatter paths at a surface; both return the lanes whose paths continue.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <numeric>
 
@@ -227,7 +228,9 @@ Box compute_bounds(const std::vector<MeshToTrace>& meshes) {
 
 }  // namespace
 
-Result<RayDevice> make_ray_device(const std::string& isa) {
+Result<RayDevice> make_ray_device(const std::string& chosen) {
+  const char* variable = std::getenv("POLYMORPH_ISA");
+  const std::string isa = chosen.empty() && variable ? variable : chosen;
   if (!isa.empty() && std::find(kIsas.begin(), kIsas.end(), isa) == kIsas.end())
     return make_error(
         ErrorCode::kUsage,

@@ -34,10 +34,10 @@ struct RayDevice {
   std::unique_ptr<Report> report;
 };
 
-/// Creates a device. `isa`: "" = the best of the machine, or one of sse2, sse4.2, avx, avx2,
-/// avx512. Errors: kUsage for another name; kResource if the machine lacks it or Embree gives no
-/// device.
-Result<RayDevice> make_ray_device(const std::string& isa);
+/// Creates a device. `chosen`: "" = POLYMORPH_ISA or else the best of the machine, or one of sse2,
+/// sse4.2, avx, avx2, avx512. Errors: kUsage for another name; kResource if the machine lacks it or
+/// Embree gives no device.
+Result<RayDevice> make_ray_device(const std::string& chosen);
 
 /// Returns the first error since the device was made or last checked, if there is one (kResource).
 Status take_device_error(const RayDevice& device);

@@ -244,22 +244,22 @@ MeshHit TracedScene::closest(const Ray& ray) const {
   Query query(*this, &pack);
   query.distance[0] = static_cast<double>(ray.far);
   query.mesh[0] = kNoMesh;
-  RTCRayHit one;
-  one.ray = {ray.origin.x,
-             ray.origin.y,
-             ray.origin.z,
-             0.0f,
-             ray.direction.x,
-             ray.direction.y,
-             ray.direction.z,
-             ray.time,
-             ray.far + slack(),
-             0xffffffffu,
-             0,
-             0};
-  one.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-  one.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  rtcIntersect1(scene_.get(), &query.context, &one);
+  RTCRayHit single;
+  single.ray = {ray.origin.x,
+                ray.origin.y,
+                ray.origin.z,
+                0.0f,
+                ray.direction.x,
+                ray.direction.y,
+                ray.direction.z,
+                ray.time,
+                ray.far + slack(),
+                0xffffffffu,
+                0,
+                0};
+  single.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  single.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect1(scene_.get(), &query.context, &single);
   if (query.mesh[0] == kNoMesh) return {};
   return {query.mesh[0], query.triangle[0], static_cast<float>(query.distance[0]), query.u[0],
           query.v[0]};

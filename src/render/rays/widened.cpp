@@ -29,10 +29,10 @@ struct Circle {
 };
 Circle make_inscribed_circle(const Corners& c) {
   const Vec3d s = sides(c);
-  const double around = s.x + s.y + s.z;
-  if (!(around > 0)) return {c[0], 0};
-  return {(c[0] * s.x + c[1] * s.y + c[2] * s.z) * (1 / around),
-          size(cross(c[1] - c[0], c[2] - c[0])) / around};
+  const double weight_sum = s.x + s.y + s.z;
+  if (!(weight_sum > 0)) return {c[0], 0};
+  return {(c[0] * s.x + c[1] * s.y + c[2] * s.z) * (1 / weight_sum),
+          size(cross(c[1] - c[0], c[2] - c[0])) / weight_sum};
 }
 
 bool is_sharp(const Corners& c) {

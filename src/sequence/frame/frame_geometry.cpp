@@ -101,24 +101,24 @@ Mesh shown_mesh(const PreparedActor& actor, const ActorGeometry& geometry) {
 Result<FrameGeometry> geometry_at(const PreparedScene& prepared, Engine& engine, int frame) {
   const Scene& scene = prepared.scene;
   const int shown = shown_frame(scene, frame);
-  const bool turned = scene.frames.turntable > 0;  // nothing but the camera moves
-  const bool last = turned || frame == prepared.frame_count;
+  const bool turntable = scene.frames.turntable > 0;  // nothing but the camera moves
+  const bool last = turntable || frame == prepared.frame_count;
   const bool flows = wants_flow(scene_at(scene, static_cast<double>(frame)));
   const bool labels =
       aov_is_chosen(scene.image.aovs, "label") || aov_is_chosen(scene.image.aovs, "crypto_label");
   FrameGeometry geometry{frame, sequence_time(scene, shown), stage_names(prepared, frame), {}};
   for (const PreparedActor& actor : prepared.actors) {
     const MorphState moment = morph_state_at(actor.timeline, shown);
-    PM_TRY(ActorGeometry one, moment.object >= 0 ? model_geometry(actor, moment, engine)
-                                                 : leg_geometry(actor, moment, engine));
-    if (flows) PM_TRY_STATUS(add_flow(actor, last, engine, one));
-    one.moves = !turned && moves_at(actor.timeline, shown);
-    if (labels && !one.surface.positions.empty()) {
-      PM_TRY(one.surface_labels, surface_labels(actor, one, engine));
+    PM_TRY(ActorGeometry actor_geometry, moment.object >= 0 ? model_geometry(actor, moment, engine)
+                                                            : leg_geometry(actor, moment, engine));
+    if (flows) PM_TRY_STATUS(add_flow(actor, last, engine, actor_geometry));
+    actor_geometry.moves = !turntable && moves_at(actor.timeline, shown);
+    if (labels && !actor_geometry.surface.positions.empty()) {
+      PM_TRY(actor_geometry.surface_labels, surface_labels(actor, actor_geometry, engine));
     }
-    if (labels && !one.points.empty())
-      one.point_labels = model_labels(object_of(actor, moment.object));
-    geometry.actors.push_back(std::move(one));
+    if (labels && !actor_geometry.points.empty())
+      actor_geometry.point_labels = model_labels(object_of(actor, moment.object));
+    geometry.actors.push_back(std::move(actor_geometry));
   }
   return geometry;
 }

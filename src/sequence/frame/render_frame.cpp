@@ -43,8 +43,8 @@ std::string ball_counts(const PreparedScene& prepared) {
   return counts;
 }
 
-/// "2 teapot to penguin, 3 teapot, 4 penguin": what the ids of the picture mean (add_meshes() in
-/// geometry.cpp gives them): an actor's surface, then its objects.
+/// Lists the meanings of the picture's ids (render_scene() assigns them), an actor's surface before
+/// its objects: "2 teapot to penguin, 3 teapot, 4 penguin".
 std::string object_names(const PreparedScene& prepared) {
   std::string names;
   int id = 2;

@@ -56,7 +56,7 @@ RenderMesh surface_mesh(const PreparedActor& actor, const ActorGeometry& geometr
   return mesh;
 }
 
-/// The mesh of the model that shows.
+/// The mesh of the model that the actor shows in this frame.
 RenderMesh object_mesh(const PreparedActor& actor, const ActorGeometry& geometry,
                        const MeshIds& ids) {
   const Model& model = object_of(actor, geometry.moment.object).model;
@@ -93,12 +93,14 @@ RenderScene render_scene(const PreparedScene& prepared, const FrameGeometry& geo
   MeshIds ids;
   for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
     const PreparedActor& actor = prepared.actors[a];
-    const ActorGeometry& one = geometry.actors[a];
+    const ActorGeometry& actor_geometry = geometry.actors[a];
     ids.label_names = actor.label_names;
     if (prepared.actors.size() > 1)
       for (std::string& name : ids.label_names) name = actor.name + "." + name;
-    if (!one.surface.triangles.empty()) scene.meshes.push_back(surface_mesh(actor, one, ids));
-    if (!one.points.empty()) scene.meshes.push_back(object_mesh(actor, one, ids));
+    if (!actor_geometry.surface.triangles.empty())
+      scene.meshes.push_back(surface_mesh(actor, actor_geometry, ids));
+    if (!actor_geometry.points.empty())
+      scene.meshes.push_back(object_mesh(actor, actor_geometry, ids));
     ids.first_label += static_cast<std::uint32_t>(actor.label_names.size());
     ids.id += 1 + static_cast<float>(actor.objects.size());
   }

@@ -24,13 +24,13 @@ struct LandmarkEnd {
 std::string far_landmark(const ChainObject& object, const Model& model, const LandmarkEnd& end) {
   const Vec3 p = end.point;
   const Box box = model.box();
-  const float away = distance_to(box, p);
-  if (away <= box.diagonal()) return {};
+  const float distance = distance_to(box, p);
+  if (distance <= box.diagonal()) return {};
   return fmt::format(
       "{}: landmark {}: \"{}\" ({:.4g}, {:.4g}, {:.4g}) is {:.3g} away from {}, which reaches from "
       "({:.4g}, {:.4g}, {:.4g}) to ({:.4g}, {:.4g}, {:.4g}) - give the point where the object "
       "stands in the scene",
-      object.actor->name, end.number, end.key, p.x, p.y, p.z, away, object.settings->name,
+      object.actor->name, end.number, end.key, p.x, p.y, p.z, distance, object.settings->name,
       box.low.x, box.low.y, box.low.z, box.high.x, box.high.y, box.high.z);
 }
 
@@ -43,8 +43,8 @@ void check_actor(std::span<const ChainObject> chain, std::span<const Model> mode
   if (const Status known = check_label_map(labels, actor.plan.labels); !known)
     problems.push_back(known.error().message);
   const auto look_at = [&](std::size_t object, const LandmarkEnd& end) {
-    const std::string far = far_landmark(chain[object], models[object], end);
-    if (!far.empty()) problems.push_back(far);
+    const std::string problem = far_landmark(chain[object], models[object], end);
+    if (!problem.empty()) problems.push_back(problem);
   };
   for (std::size_t i = 0; i < actor.plan.landmarks.size(); ++i) {
     const LandmarkSettings& landmark = actor.plan.landmarks[i];

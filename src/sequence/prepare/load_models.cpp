@@ -22,8 +22,10 @@ namespace {
 
 /// The rotation that makes an axis of the file point up.
 Transform upright(UpAxis up) {
-  const Vec3 turn = up == UpAxis::kZ ? Vec3{-90, 0, 0} : up == UpAxis::kX ? Vec3{0, 0, 90} : Vec3{};
-  return make_transform({}, turn, {1, 1, 1});
+  const Vec3 degrees = up == UpAxis::kZ   ? Vec3{-90, 0, 0}
+                       : up == UpAxis::kX ? Vec3{0, 0, 90}
+                                          : Vec3{};
+  return make_transform({}, degrees, {1, 1, 1});
 }
 
 Result<Model> load_object(const ObjectSettings& object, bool textures,
@@ -108,14 +110,14 @@ Model arrange(const Model& model, const ObjectSettings& object, bool stand, floa
   if (!stand)
     return transformed(
         model, compose(stage, make_transform(object.translate, object.rotate, object.scale)));
-  const Model turned = transformed(model, make_transform({}, object.rotate, {1, 1, 1}));
-  const Box box = turned.box();
+  const Model rotated = transformed(model, make_transform({}, object.rotate, {1, 1, 1}));
+  const Box box = rotated.box();
   const float diagonal = model.box().diagonal();  // before turning: a turn must not change the size
   const float factor = size > 0 && diagonal > 0 ? size / diagonal : 1;
   const Vec3 foot{box.center().x, box.low.y, box.center().z};
   const Transform to_origin = make_transform(-factor * foot, {}, {factor, factor, factor});
   const Transform by_user = make_transform(object.translate, {}, object.scale);
-  return transformed(turned, compose(stage, compose(by_user, to_origin)));
+  return transformed(rotated, compose(stage, compose(by_user, to_origin)));
 }
 
 /// Puts an object, as it was read, in its place; `size` is the first source's, or 0 for that one

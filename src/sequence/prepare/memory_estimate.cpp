@@ -44,13 +44,14 @@ double point_count(const Grid& grid) {
 
 MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> chain,
                                std::span<const Model> models, std::size_t pictures) {
-  double held = 0, trees = 0, fits = 0, distances = 0, making = 0, surfaces = 0, maps = 0;
+  double models_bytes = 0, trees = 0, fits = 0, distances = 0, making = 0, surfaces = 0, maps = 0;
   std::set<const Image*> textures;
   for (const Model& model : models) {
-    held += bytes_of(model);
+    models_bytes += bytes_of(model);
     trees += kTreesPerTriangle * static_cast<double>(model.triangles.size());
     for (const auto& texture : model.textures)
-      if (texture && textures.insert(texture.get()).second) held += bytes_of(texture->pixels);
+      if (texture && textures.insert(texture.get()).second)
+        models_bytes += bytes_of(texture->pixels);
   }
   for (const ChainObject& object : chain)
     if (is_fitted(scene, object.settings->spheres))
@@ -81,17 +82,17 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
     }
   }
   // Half of the pictures are traced, the others written.
-  const auto more = static_cast<double>((std::max<std::size_t>(pictures, 1) - 1) / 2);
+  const auto extra_pictures = static_cast<double>((std::max<std::size_t>(pictures, 1) - 1) / 2);
   const auto to_bytes = [](double bytes) { return static_cast<std::uint64_t>(bytes); };
   MemoryEstimate estimate;
   estimate.program = to_bytes(kProgram);
-  estimate.models = to_bytes(held);
+  estimate.models = to_bytes(models_bytes);
   estimate.trees = to_bytes(trees);
   estimate.fits = to_bytes(fits);
   estimate.distances = to_bytes(distances);
   estimate.making = to_bytes(making);
-  estimate.surfaces =
-      to_bytes(maps + (kBytesPerSurfaceTriangle + more * kBytesPerTracedTriangle) * surfaces);
+  estimate.surfaces = to_bytes(
+      maps + (kBytesPerSurfaceTriangle + extra_pictures * kBytesPerTracedTriangle) * surfaces);
   estimate.pictures = pictures * picture_bytes(scene.image);
   return estimate;
 }
@@ -126,7 +127,7 @@ Status check_memory(const MemoryEstimate& estimate, std::uint64_t limit) {
        "a lower surface.resolution, "},
       {estimate.surfaces, "surfaces", "a lower surface.resolution, "},
       {estimate.pictures, "pictures", "smaller pictures, fewer image.aovs, "}};
-  const Part& most =
+  const Part& largest =
       *std::max_element(std::begin(parts), std::end(parts),
                         [](const Part& a, const Part& b) { return a.bytes < b.bytes; });
   return make_error(
@@ -134,8 +135,8 @@ Status check_memory(const MemoryEstimate& estimate, std::uint64_t limit) {
       "the scene needs about {} of memory, {} of it for {}, and the limit is {} - use "
       "{}or raise --max-memory",
       format_bytes(static_cast<double>(estimate.total())),
-      format_bytes(static_cast<double>(most.bytes)), most.what,
-      format_bytes(static_cast<double>(limit)), most.remedy);
+      format_bytes(static_cast<double>(largest.bytes)), largest.what,
+      format_bytes(static_cast<double>(limit)), largest.remedy);
 }
 
 }  // namespace polymorph

@@ -49,10 +49,10 @@ Result<std::vector<Ball>> make_balls(const Preparation& preparation, const Spher
     return make_error(approximation.error().code, "{}: {}", object.name,
                       approximation.error().message);
   if (!approximation->balls.empty()) return std::move(approximation->balls);
-  return make_unfitted_balls(approximation->tree.leaves(), spheres.method,
-                             solid_volume(object.model, InsideTest(object.model)),
-                             preparation.scene.field, settings.cell, settings.measured,
-                             preparation.engine);
+  const VolumeMeasure measure{solid_volume(object.model, InsideTest(object.model)), settings.cell,
+                              settings.measured};
+  return make_unfitted_balls(approximation->tree.leaves(), spheres.method, preparation.scene.field,
+                             measure, preparation.engine);
 }
 
 /// The surface of the object's balls.

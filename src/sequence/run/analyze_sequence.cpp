@@ -24,20 +24,20 @@ Mesh mesh_of(const Model& model) { return {model.points, point_normals(model), m
 /// Labels' purity in the plan and by chance (principle 1); nothing where no labels match.
 void measure_labels(const MorphPlan& plan, MorphEnds& ends) {
   std::map<std::int32_t, double> in_from, in_to;
-  double same = 0, matched = 0;
+  double same_label = 0, matched = 0;
   for (const Pair& pair : plan.pairs) {
     const std::int32_t i = plan.from_labels.empty() ? kNoLabel : plan.from_labels[pair.from];
     const std::int32_t j = plan.to_labels.empty() ? kNoLabel : plan.to_labels[pair.to];
     in_from[i] += pair.mass;
     in_to[j] += pair.mass;
-    if (i == j) same += pair.mass;
+    if (i == j) same_label += pair.mass;
     if (i != kNoLabel && i == j) matched += pair.mass;
   }
   if (in_from.size() < 2 || in_to.size() < 2) return;
   double chance = 0;
   for (const auto& [label, mass] : in_from)
     if (const auto other = in_to.find(label); other != in_to.end()) chance += mass * other->second;
-  ends.purity = same;
+  ends.purity = same_label;
   ends.chance = chance;
 }
 
@@ -126,9 +126,10 @@ MorphEnds measure_ends(const PreparedActor& actor, const PlanSettings& settings,
   measure_labels(plan, ends);
   measure_landmarks(plan, settings.landmarks, static_cast<int>(number), ends);
   ends.truth = fit_similarity(from.model.points, to.model.points);
-  const Alignment& found = plan.alignment;
-  ends.recovered = Similarity{found.rotation, found.scale,
-                              found.to_center - found.rotation * found.from_center * found.scale};
+  const Alignment& alignment = plan.alignment;
+  ends.recovered = Similarity{
+      alignment.rotation, alignment.scale,
+      alignment.to_center - alignment.rotation * alignment.from_center * alignment.scale};
   return ends;
 }
 

@@ -44,13 +44,13 @@ void add_fits(const PreparedScene& prepared, FrameEstimate& estimate) {
 }  // namespace
 
 Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, Engine& engine,
-                                      const std::string& isa, std::span<const int> frames) {
+                                      std::span<const int> frames) {
   FrameEstimate estimate;
   estimate.memory = prepared.memory.total();
   add_fits(prepared, estimate);
   if (frames.empty()) return estimate;
   const Activity activity("rendering some frames to estimate the others");
-  PM_TRY(Renderer renderer, Renderer::create(isa));
+  PM_TRY(Renderer renderer, Renderer::create());
   const int samples = prepared.scene.image.samples;
   const int measured_samples = std::max(1, samples / kFewerSamples);
   RenderSettings settings;

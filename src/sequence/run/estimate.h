@@ -15,6 +15,6 @@ namespace polymorph {
 /// least one), and scales the time of tracing up. Writes nothing. With image.noise it is the time
 /// at the full number of samples, which most pixels do not need. Errors: kResource, kOutput.
 Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, Engine& engine,
-                                      const std::string& isa, std::span<const int> frames);
+                                      std::span<const int> frames);
 
 }  // namespace polymorph

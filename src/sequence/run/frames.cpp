@@ -15,7 +15,7 @@ struct Range {
 };
 
 Result<Range> parse_range(std::string_view part, std::string_view list) {
-  const auto bad = [&](const char* why) {
+  const auto fail = [&](const char* why) {
     return make_error(ErrorCode::kUsage,
                       "--frames {}: \"{}\" {} - write 1-48, 1-48x2, 5-1 or 1,5,10-20", list, part,
                       why);
@@ -24,7 +24,7 @@ Result<Range> parse_range(std::string_view part, std::string_view list) {
   std::string_view ends = part;
   if (const auto mark = part.find_first_of("xy"); mark != std::string_view::npos) {
     const auto step = parse_integer(part.substr(mark + 1));
-    if (!step || *step < 1) return bad("has a bad step");
+    if (!step || *step < 1) return fail("has a bad step");
     range.step = *step;
     range.complement = part[mark] == 'y';
     ends = part.substr(0, mark);
@@ -36,7 +36,7 @@ Result<Range> parse_range(std::string_view part, std::string_view list) {
     left = ends.substr(0, dash), right = ends.substr(dash + 1);
   }
   const auto from = parse_integer(left), to = parse_integer(right);
-  if (!from || !to) return bad("is not a frame or a range");
+  if (!from || !to) return fail("is not a frame or a range");
   range.from = *from;
   range.to = *to;
   return range;

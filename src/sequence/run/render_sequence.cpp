@@ -126,7 +126,7 @@ class SequenceRun {
           PM_TRY_STATUS(check_writable(file));
     report_.prepare_seconds = stopwatch.seconds();
     for (int i = 0; i < settings_.jobs; ++i) {
-      PM_TRY(Renderer renderer, Renderer::create(settings_.isa));
+      PM_TRY(Renderer renderer, Renderer::create());
       tracers_.push_back(std::make_unique<Tracer>(std::move(renderer)));
       idle_.push_back(tracers_.back().get());
       writers_.push_back(std::make_unique<Worker>());
@@ -151,7 +151,7 @@ class SequenceRun {
       std::vector<int> planned;
       for (const FrameRecord& record : report_.frames)
         if (record.state == FrameRecord::State::kPlanned) planned.push_back(record.frame);
-      PM_TRY(report_.estimate, estimate_frames(prepared_, *engine_, settings_.isa, planned));
+      PM_TRY(report_.estimate, estimate_frames(prepared_, *engine_, planned));
     }
     report_.frames_seconds = frames.seconds();
     report_.peak_memory = peak_memory_bytes();

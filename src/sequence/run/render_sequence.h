@@ -30,7 +30,6 @@ struct SequenceSettings {
   int jobs = 1;  ///< frames traced at once, and as many written; one more has its surface made
   std::string device = "auto";
   std::size_t max_memory = 0;          ///< bytes that the whole run may take; 0 = no limit
-  std::string isa;                     ///< Embree's instruction set; "" = the best
   std::filesystem::path cache_folder;  ///< empty: none
   std::string command;                 ///< command line that the image headers state
   /// Set from outside (a signal handler) to stop after what is in progress.

@@ -30,7 +30,7 @@ void check(cudaError_t error) {
   if (error != cudaSuccess) throw std::runtime_error(cudaGetErrorString(error));
 }
 
-/// The balls of `polymorph bench surface` (cli/commands/bench.cpp).
+/// The balls of `polymorph bench surface` (bench/bench_surface.cpp).
 std::vector<Ball> torus_balls(int n) {
   constexpr double kPi = 3.14159265358979323846, kMinor = 0.4;
   const double spacing = std::sqrt(4 * kPi * kPi * kMinor / n);

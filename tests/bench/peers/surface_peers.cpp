@@ -41,7 +41,7 @@ namespace {
 
 constexpr float kCutoff = 1e-4f;
 
-/// The balls of `polymorph bench surface` (cli/commands/bench.cpp).
+/// The balls of `polymorph bench surface` (bench/bench_surface.cpp).
 std::vector<Ball> torus_balls(int n) {
   constexpr double kPi = 3.14159265358979323846, kMinor = 0.4;
   const double spacing = std::sqrt(4 * kPi * kPi * kMinor / n);
