@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -15,6 +16,7 @@
 #include "mesh/closest.h"
 #include "model/color_volume.h"
 #include "model/model.h"
+#include "model/transform.h"
 
 namespace polymorph {
 
@@ -31,12 +33,14 @@ struct LegSettings {
 /// An object of the chain, or balls in flight, with which a leg was left.
 struct PreparedObject {
   std::string name;
-  Model model;  ///< balls in flight: their surface, without materials
+  Model model;         ///< balls in flight: their surface, without materials
+  Transform to_scene;  ///< takes the coordinates of the model's file into the scene
   bool meta = false;
   int missing_balls = 0;                     ///< count that is still to be fitted (Fits::kCached)
   std::vector<Ball> balls;                   ///< surface at field = 1
   std::vector<std::uint32_t> ball_labels;    ///< one per ball: index into model.label_names
   std::vector<std::uint32_t> label_numbers;  ///< one per label: index into the actor's label_names
+  std::map<std::string, Vec3> landmarks;     ///< places on the surface, by name
   double ball_volume = 0;                    ///< enclosed by the balls' surface
   float field_maximum = 1;
   std::shared_ptr<const ClosestPointQuery> closest;  ///< query of the model

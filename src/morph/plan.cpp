@@ -83,6 +83,25 @@ double lowest(const std::vector<Ball>& balls) {
   return static_cast<double>(low);
 }
 
+/// The landmarks, each with the pair that is nearest to it at both ends, by the objects' sizes.
+std::vector<PlanLandmark> landmarks_with_pairs(const MorphPlan& plan, std::span<const Vec3> from,
+                                               std::span<const Vec3> to) {
+  const double from_size = rms_size(plan.from), to_size = rms_size(plan.to);
+  std::vector<PlanLandmark> landmarks;
+  for (std::size_t l = 0; l < from.size(); ++l) {
+    const auto away = [&](const Pair& pair) {
+      const Vec3d p = Vec3d(plan.from[pair.from].center) - Vec3d(from[l]),
+                  q = Vec3d(plan.to[pair.to].center) - Vec3d(to[l]);
+      return dot(p, p) / (from_size * from_size) + dot(q, q) / (to_size * to_size);
+    };
+    const auto nearest =
+        std::min_element(plan.pairs.begin(), plan.pairs.end(),
+                         [&](const Pair& a, const Pair& b) { return away(a) < away(b); });
+    landmarks.push_back({from[l], to[l], static_cast<std::uint32_t>(nearest - plan.pairs.begin())});
+  }
+  return landmarks;
+}
+
 /// The limbs that a plan goes by, if any; notes them in `plan`. They are looked for only where
 /// objects may turn, as one that faces another way has its limbs elsewhere, and where the plan's
 /// pairs without limbs leave a strain: near copies are better laid on each other as they are.
@@ -111,14 +130,16 @@ std::optional<LimbPlan> find_limb_plan(MorphPlan& plan, const PlanSide& from, co
 
 /// Pairs the balls by limbs. The rotation is that of the pairs where the limbs face another side or
 /// the whole had turned without them; limbs that only point elsewhere do not turn an object.
+/// `fixed`: it is known.
 Mat3 find_pairs_by_limbs(MorphPlan& plan, const LimbPlan& limbs, const CostPair& sides,
-                         const Mat3& rotation, LabelMode mode) {
+                         const Mat3& rotation, bool fixed, LabelMode mode) {
   constexpr double kAnotherSide = 35 * exact::kPi / 180;
   CostPair by_limbs;
   by_limbs.label_cost = sides.label_cost;
   std::tie(by_limbs.a, by_limbs.b) = limb_cost_sides(limbs, plan.from, plan.to, sides.a, sides.b);
   plan.pairs = pair_by_transport(by_limbs, mode);
   set_masses(plan.pairs, plan.from_masses, plan.to_masses);
+  if (fixed) return rotation;
   const double angle = limbs.match.angle;
   const bool turns = std::fabs(angle) > kAnotherSide || rotation_angle(rotation) > 0;
   return turns ? fit_rotation(sides.a, sides.b, list_flows(plan.pairs), RotationAxis::kVertical)
@@ -156,7 +177,13 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
     set_masses(plan.pairs, from_mass, to_mass);
   };
   FoundRotation found;
-  if (settings.align == AlignMethod::kRigid || settings.align == AlignMethod::kSimilarity) {
+  const bool may_turn =
+      settings.align == AlignMethod::kRigid || settings.align == AlignMethod::kSimilarity;
+  const std::optional<Mat3> by_landmarks =
+      may_turn ? rotation_of_landmarks(from.landmarks, to.landmarks) : std::nullopt;
+  if (by_landmarks) {
+    found = {*by_landmarks, RotationAxis::kVertical};
+  } else if (may_turn) {
     // While the rotation is searched for, hard labels are soft ones with a high cost.
     constexpr float kHardCost = 100;
     const float label_cost = settings.label_mode == LabelMode::kHard ? kHardCost : sides.label_cost;
@@ -169,16 +196,17 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
   const CostSide unturned = sides.a;
   if (turns) sides.a = rotate_side(unturned, rotation);
   pair_up();
-  // The turn was found on a few dozen balls: once more with all.
-  for (int step = 0; turns && step < 2; ++step) {
+  // The turn was found on a few dozen balls: once more with all. Landmarks know better.
+  const bool refits = turns && !by_landmarks;
+  for (int step = 0; refits && step < 2; ++step) {
     rotation = fit_rotation(unturned, sides.b, list_flows(plan.pairs), found.axis);
     sides.a = rotate_side(unturned, rotation);
     pair_up();
   }
-  if (turns) rotation = fit_rotation(unturned, sides.b, list_flows(plan.pairs), found.axis);
+  if (refits) rotation = fit_rotation(unturned, sides.b, list_flows(plan.pairs), found.axis);
   if (const auto limbs = find_limb_plan(plan, from, to, settings, {rotation, found.axis}))
     return find_pairs_by_limbs(plan, *limbs, {unturned, sides.b, sides.label_cost}, rotation,
-                               settings.label_mode);
+                               by_landmarks.has_value(), settings.label_mode);
   return rotation;
 }
 
@@ -241,6 +269,8 @@ MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSetti
     plan.alignment = {transposed(fit.rotation), fit.turn * -1.0, 1 / fit.scale, fit.to_center,
                       fit.from_center,          fit.strain};
   }
+  plan.landmarks = landmarks_with_pairs(plan, swap ? to.landmarks : from.landmarks,
+                                        swap ? from.landmarks : to.landmarks);
   plan.size = std::sqrt(rms_size(plan.from) * rms_size(plan.to));
   plan.floor = std::min(lowest(plan.from), lowest(plan.to));
   plan.motion = motion;
