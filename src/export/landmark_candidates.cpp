@@ -13,7 +13,7 @@ namespace {
 struct NamedLimbs {
   Limbs limbs;
   std::vector<std::string> names;
-  std::vector<Vec3> tips;  ///< on the surface, in the file's coordinates
+  std::vector<Vec3> tips;  ///< places on the surface, in the file's coordinates
 };
 
 /// The point of the surface that is nearest to where a limb's centre line leaves it.

@@ -18,13 +18,13 @@ struct LegCandidates {
   std::string from_key, to_key;
   struct Tip {
     std::string name;
-    std::optional<Vec3> from, to;  ///< on the surface, in each file's coordinates
+    std::optional<Vec3> from, to;  ///< places on the surface, in each file's coordinates
   };
   std::vector<Tip> tips;  ///< matched ones first; an object on the way keeps its limbs' names
 };
 
-/// What plan.landmarks calls an object of a chain: its file's name, or its own where another object
-/// of the scene has a file of that name.
+/// Name of an object in plan.landmarks: its file's, or its own where another object of the scene
+/// has a file of that name.
 std::string landmark_key(const Scene& scene, const ObjectSettings& object);
 
 /// The legs between objects that are reached, in order, with the tips that find_limbs() sees.

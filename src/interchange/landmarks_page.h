@@ -14,12 +14,12 @@ namespace polymorph {
 /// A point of two objects, by name.
 struct NamedPair {
   std::string name;
-  Vec3 from, to;  ///< in each file's coordinates
+  Vec3 from, to;  ///< places in each file's coordinates
 };
 
 struct LandmarksObject {
-  std::string key;  ///< what plan.landmarks calls it
-  Mesh mesh;        ///< in the scene
+  std::string key;  ///< name in plan.landmarks
+  Mesh mesh;        ///< surface in the scene
   Transform to_scene, to_file;
 };
 

@@ -24,7 +24,7 @@ std::vector<Vec3> some_of(const std::vector<Vec3>& points) {
   return some;
 }
 
-/// Whether each point lies where either map is inside out.
+/// Says of each point whether either map is inside out there.
 Result<std::vector<bool>> folded_points(const std::shared_ptr<const Regression>& map,
                                         const std::vector<Vec3>& points, Engine& engine) {
   const float step = kStep * map->lattice.cell;

@@ -19,7 +19,7 @@ struct LandmarksOptions {
   JsonOutput json;
 };
 
-/// As a scene has it.
+/// A point as a scene has it.
 JsonValue point_json(Vec3 p) {
   JsonValue point = JsonValue::array();
   for (const float v : {p.x, p.y, p.z})
