@@ -12,6 +12,7 @@
 #include "distance_field.h"
 #include "engine.h"
 #include "level_set.h"
+#include "meet_landmarks.h"
 #include "mesh.h"
 #include "morph_field.h"
 #include "morph_surface.h"
@@ -139,6 +140,27 @@ UploadedSamples upload_samples(Workspace<B>& work, const Regression& regression)
   return out;
 }
 
+/// Bends the map, whose nodes are `coefficients`, so that it meets the regression's landmarks.
+template <class B>
+void meet_landmarks(Workspace<B>& work, const Regression& regression, const SmoothMap& map,
+                    const View<float>& coefficients) {
+  std::vector<Vec3> places;
+  for (const RegressionLandmark& landmark : regression.landmarks) places.push_back(landmark.place);
+  const auto count = static_cast<std::int64_t>(places.size());
+  const View<Vec3> at = work.landmark_places.resize(work.backend, count);
+  const View<AttributeValues> out =
+      work.landmark_values.resize(work.backend, regression.maps * count);
+  work.backend.upload(at, places.data());
+  work.backend.for_each(count, SampleMap{map, at, out, regression.maps}, "regress");
+  std::vector<AttributeValues> values(static_cast<std::size_t>(out.size));
+  work.backend.download(values.data(), out);
+  const std::vector<LandmarkTerm> found = find_landmark_terms(regression, values);
+  const View<LandmarkTerm> terms = work.landmark_terms.resize(work.backend, count);
+  work.backend.upload(terms, found.data());
+  work.backend.for_each(coefficients.size / kRegressionValues,
+                        AddLandmarks{regression.lattice, terms, coefficients}, "regress");
+}
+
 /// Computes the regression's nodes, where backend memory does not hold them yet.
 template <class B>
 SmoothMap compute_map(Workspace<B>& work, const std::shared_ptr<const Regression>& regression) {
@@ -157,6 +179,7 @@ SmoothMap compute_map(Workspace<B>& work, const std::shared_ptr<const Regression
       &count[0].first, runs.first,
       RegressNodes{regression->lattice, in.samples, in.values, regression->sloped, coefficients},
       "regress");
+  if (!regression->landmarks.empty()) meet_landmarks(work, *regression, map, coefficients);
   if (regression->thinness[0]) {
     WeighLevel weigh;
     weigh.map = map;

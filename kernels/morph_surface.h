@@ -41,6 +41,13 @@ struct AffineMap {
   Vec3 offset;
 };
 
+/// A place that a regression's maps take exactly where they are told to.
+struct RegressionLandmark {
+  Vec3 place;
+  float deviation = 1;  ///< deviation of the Gaussian that bends the maps around it, scene units, > 0
+  Vec3 goal[2];         ///< the first three values of each map there, with its affine map
+};
+
 /// Input of a regression: samples with one or two quadruples of values each (maps).
 struct Regression {
   std::vector<RegressionSample> samples;
@@ -51,6 +58,7 @@ struct Regression {
   /// Added to the first three values of each map.
   AffineMap affine[2];
   Grid lattice;  ///< nodes; the spline is defined from node 1 to the last but one
+  std::vector<RegressionLandmark> landmarks;  ///< met after the regression (meet_landmarks.h)
   /// Thinness of both objects, in [0, 1], 0 beyond the grids. Where given, the second map's fourth
   /// value is no regression but ((1 - thinness[0]) (1 - thinness[1]))^2 at each node (WeighLevel).
   std::shared_ptr<const DistanceGrid> thinness[2];

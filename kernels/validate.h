@@ -75,6 +75,14 @@ inline EngineStatus check_regression(const Regression& regression) {
           "plan that made it");
     }
   }
+  for (const RegressionLandmark& landmark : regression.landmarks) {
+    if (!is_finite(landmark.place) || !is_finite(landmark.goal[0]) ||
+        !is_finite(landmark.goal[1]) || !(landmark.deviation > 0)) {
+      return bad_input(
+          "a landmark of a map has a place that is not finite, or no deviation, look at the plan "
+          "that made it");
+    }
+  }
   const auto& [from, to] = regression.thinness;
   if (!from && !to) return {};
   if (!from || !to || regression.maps != 2) {

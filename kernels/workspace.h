@@ -14,6 +14,7 @@
 #include "engine.h"
 #include "falloff.h"
 #include "far_field.h"
+#include "meet_landmarks.h"
 #include "morph_surface.h"
 #include "regression.h"
 #include "tree.h"
@@ -59,6 +60,9 @@ struct Workspace {
   std::shared_ptr<const Regression> uploaded_regression;  ///< contents of lattice_nodes
   Buffer<Strain> strain;
   Buffer<Offsets> regress_count;
+  Buffer<Vec3> landmark_places;
+  Buffer<AttributeValues> landmark_values;
+  Buffer<LandmarkTerm> landmark_terms;
 
   /// A distance grid in backend memory.
   struct UploadedDistances {

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Every control of every page that polymorph writes, in headless Chromium, by mouse, touch and keys, in narrow and wide windows: the page
-that plays a morph, those of `compare` and `golden`, and that of `analyze`. The console stays empty.
+that plays a morph, that on which landmarks are clicked, those of `compare` and `golden`, and that of `analyze`. The console stays empty.
 
 pages_test.py PROGRAM [FOLDER]    FOLDER gets pictures of the pages.
 Exit code 77: Chromium, its driver or Selenium is missing. POLYMORPH_CHROMIUM names a browser.
@@ -264,6 +264,98 @@ class PlayPage(Pages):
             self.browser.press(Keys.ESCAPE)
             self.assertFalse(self.browser.run(is_open))
         self.visits(visit)
+
+
+class LandmarksPage(Pages):
+    @classmethod
+    def make(cls):
+        polymorph("landmarks", "scene.json", "--html", "landmarks.html", "-q")
+
+    def point(self, side):
+        """A place of the window where the object of a side is in front, and the point of the object's file there."""
+        self.browser.wait("return polymorph.resting()")
+        return self.browser.run("""
+            const view = polymorph.views[arguments[0]], p = view.object.solid.positions, {eye} = view.orbit.axes(), box = view.canvas.getBoundingClientRect();
+            const all = [...Array(p.length / 3).keys()].map(i => [p[3 * i], p[3 * i + 1], p[3 * i + 2]]);
+            const away = q => Math.hypot(...q.map((v, i) => v - eye[i])), nearest = all.reduce((a, b) => away(a) < away(b) ? a : b);
+            const [x, y] = view.placeOf(nearest).map((v, i) => Math.round(v + (i ? box.top : box.left)));
+            const hit = view.pointAt(x, y), m = view.object.to_file;
+            return [x, y, [0, 4, 8].map(i => m[i] * hit[0] + m[i + 1] * hit[1] + m[i + 2] * hit[2] + m[i + 3])];""", side)
+
+    def pin(self, side, touch):
+        x, y, point = self.point(side)
+        self.browser.touch([(x, y)]) if touch else self.browser.click(x, y)
+        return point
+
+    def count(self, side):
+        return len(self.browser.all(f"#pins{side} .pin"))
+
+    def test_clicks_make_landmarks(self):
+        def visit(width, height, touch):
+            expected = {"cube": [], "torus": []}
+            for n in (1, 2):
+                expected["cube"].append(self.pin(0, touch))
+                self.browser.wait("return document.querySelectorAll('#pins0 .pin').length === arguments[0]", n)
+                self.assertIn(f"click the place of {n} on the other object", self.browser.find("#note").text)
+                self.assertEqual(self.count(1), n - 1, "a pin of one object is no landmark")
+                expected["torus"].append(self.pin(1, touch))
+                self.browser.wait("return document.querySelectorAll('#pins1 .pin').length === arguments[0]", n)
+                for side in (0, 1):  # the next pin elsewhere
+                    self.browser.run("polymorph.views[arguments[0]].orbit.turn(.9, .3); polymorph.views[arguments[0]].moved()", side)
+            landmarks = self.browser.run("return polymorph.landmarks()")
+            for key, points in expected.items():
+                self.assertEqual(sorted(landmarks[key]), ["p1", "p2"])
+                for n, point in enumerate(points):
+                    for found, wanted in zip(landmarks[key][f"p{n + 1}"], point):
+                        self.assertAlmostEqual(found, wanted, delta=1e-4)
+            # A drag turns and sets nothing.
+            x, y, _ = self.point(0)
+            before = self.browser.run("return polymorph.views[0].orbit.azimuth")
+            self.browser.touch([(x, y)], [(x + 30, y)], [(x + 60, y)]) if touch else self.browser.drag((x, y), (x + 30, y), (x + 60, y))
+            self.assertNotEqual(self.browser.run("return polymorph.views[0].orbit.azimuth"), before)
+            self.browser.wait("return polymorph.resting()")
+            self.assertEqual(self.count(0), 2)
+            # A name, and a pin that is taken away.
+            name = self.browser.find("#list input")
+            name.clear()
+            name.send_keys("nose")
+            self.assertEqual(sorted(self.browser.run("return polymorph.landmarks()")["cube"]), ["nose", "p2"])
+            self.browser.all("#list button")[1].click()
+            self.browser.wait("return document.querySelectorAll('#pins0 .pin').length === 1")
+            self.tap("#copy", touch)
+            self.browser.wait("return document.getElementById('note').textContent.startsWith('copied')")
+            text = self.browser.run("return document.getElementById('json').value")
+            # What it says is what a scene takes.
+            scene = {**SCENE, "plan": json.loads("{" + text + "}")}
+            self.assertEqual(sorted(scene["plan"]["landmarks"]["torus"]), ["nose"])
+            (self.folder / "with.json").write_text(json.dumps(scene))
+            polymorph("check", "with.json")
+            self.tap("#clear", touch)
+            self.browser.wait("return !document.querySelector('.pin')")
+            self.assertEqual(self.browser.run("return polymorph.landmarks()"), {})
+        self.in_windows("landmarks.html", "return window.polymorph && polymorph.resting()", True, visit)
+
+    def test_the_scenes_landmarks_are_pins_and_both_objects_have_colours(self):
+        scene = {**SCENE, "plan": {"landmarks": {"cube": {"a": [1, 0, 0], "b": [0, 0, 1]}, "torus": {"a": "v1", "b": "v90"}}}}
+        (self.folder / "given.json").write_text(json.dumps(scene))
+        polymorph("landmarks", "given.json", "--html", "given.html", "-q")
+        self.browser.open(self.folder / "given.html", 1280, 800)
+        self.browser.wait("return window.polymorph && polymorph.resting()")
+        self.assertEqual((self.count(0), self.count(1)), (2, 2))
+        self.assertEqual(self.browser.run("return polymorph.landmarks().cube"), {"a": [1, 0, 0], "b": [0, 0, 1]})
+        colors = self.browser.run("""
+            return polymorph.views.map(view => {
+              const gl = view.picture.gl, {width, height} = view.canvas, bytes = new Uint8Array(4 * width * height);
+              view.draw([], {back: [0, 0, 0], dark: 0, plan: [0, 0, 0, 1]});
+              gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
+              const seen = new Set();
+              for (let i = 0; i < bytes.length; i += 4) if (bytes[i] + bytes[i + 1] + bytes[i + 2]) seen.add(bytes.slice(i, i + 3).map(v => v >> 5).join());
+              return seen.size;
+            });""")
+        self.keep("given")
+        for count in colors:
+            self.assertGreater(count, 20)
+        self.assertEqual(self.browser.console(), [])
 
 
 class ReportPages(Pages):

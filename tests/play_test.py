@@ -177,6 +177,12 @@ class Play(unittest.TestCase):
         self.assertIsNone(re.search(r"(src|href)=|url\(|@import|https?://(?!www\.w3\.org)", page.split('<script type="application/json"')[0]))
         self.expect_same_surface(page, points)
 
+    def test_the_surface_with_landmarks_is_the_programs(self):
+        landmarks = {"penguin.obj": {"tip": [-0.7025, 0.52359, -0.10021], "crown": [0, 1.88333, 0.03], "beak": "v2455"},
+                     "monkey.obj": {"tip": [-1.03776, 0.84732, -0.20341], "crown": "v2809", "beak": [0.0875, 0.35, 0.815]}}
+        page, points = self.made("landmarks", f"plan.landmarks={json.dumps(landmarks)}")
+        self.expect_same_surface(page, points)
+
     def test_the_surface_of_balls_is_the_programs(self):
         page, points = self.made("balls", "motion.interpolate=balls")
         self.assertLessEqual(len(page.encode()), 1_500_000)

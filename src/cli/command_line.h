@@ -113,6 +113,7 @@ void add_info(CommandLine& line);
 void add_compare(CommandLine& line);
 void add_golden(CommandLine& line);
 void add_analyze(CommandLine& line);
+void add_landmarks(CommandLine& line);
 void add_bench(CommandLine& line);
 void add_cache(CommandLine& line);
 void add_cubes(CommandLine& line);

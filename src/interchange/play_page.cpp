@@ -225,6 +225,23 @@ JsonValue common_json(const PlayKey& key) {
   return numbers;
 }
 
+/// Landmarks of a leg's maps: where they are on both objects, and for each key their places and
+/// deviations.
+JsonValue landmarks_json(const PlayLeg& leg) {
+  JsonValue goals = JsonValue::array(), places = JsonValue::array();
+  for (const RegressionLandmark& landmark : leg.keys.front().between.map->landmarks) {
+    const auto& [a, b] = landmark.goal;
+    goals.push_back(JsonValue::array({a.x, a.y, a.z, b.x, b.y, b.z}));
+  }
+  for (const PlayKey& key : leg.keys) {
+    JsonValue numbers = JsonValue::array();
+    for (const auto& [place, deviation, goal] : key.between.map->landmarks)
+      for (const float v : {place.x, place.y, place.z, deviation}) numbers.push_back(v);
+    places.push_back(numbers);
+  }
+  return {{"goals", goals}, {"places", places}};
+}
+
 JsonValue leg_json(const PlayLeg& leg, Packer& packer) {
   JsonValue times = JsonValue::array(), common = JsonValue::array();
   std::vector<std::vector<float>> rows;  // one per key and pair
@@ -252,6 +269,7 @@ JsonValue leg_json(const PlayLeg& leg, Packer& packer) {
           {"weighed", leg.keys.front().between.map->thinness[0] != nullptr},
           {"times", times},
           {"common", common},
+          {"landmarks", landmarks_json(leg)},
           {"pairs", pairs},
           {"channels", channels}};
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -29,6 +30,7 @@ struct Leg {
   std::shared_ptr<const PreparedObject> from, to;
   std::shared_ptr<const Leg> before;  ///< leg whose balls in flight `from` is; else null
   MorphPlan plan;
+  std::vector<std::string> landmark_names;  ///< one per landmark of the plan
   float until = 1;  ///< time of the motion at which the balls are left to the next leg
   LegSettings settings;
   std::variant<BallLeg, DistanceLeg> kind;

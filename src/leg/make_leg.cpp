@@ -43,6 +43,7 @@ Result<std::shared_ptr<const Leg>> make_leg(LegParts parts, const LegTiming& tim
           std::move(parts.to),
           std::move(parts.before),
           std::move(parts.plan),
+          std::move(parts.landmark_names),
           timing.until,
           settings,
           BallLeg{}};
@@ -97,6 +98,9 @@ Result<PreparedObject> object_in_flight(const Leg& leg, bool with_distances, Eng
     PM_TRY(object.distances, measure_distances(object, measure, engine, cache));
   }
   add_flight_labels(leg, left.state.u, object);
+  const std::vector<Vec3> places = landmark_places(leg.plan, leg.until, left.state.balls);
+  for (std::size_t l = 0; l < places.size(); ++l)
+    object.landmarks[leg.landmark_names[l]] = places[l];
   return object;
 }
 

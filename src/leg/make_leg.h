@@ -3,6 +3,8 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "base/result.h"
 #include "kernels/engine.h"
@@ -15,7 +17,8 @@ namespace polymorph {
 struct LegParts {
   std::shared_ptr<const PreparedObject> from, to;
   MorphPlan plan;
-  std::shared_ptr<const Leg> before;  ///< leg whose balls in flight `from` is; else null
+  std::shared_ptr<const Leg> before;             ///< leg whose balls in flight `from` is; else null
+  std::vector<std::string> landmark_names = {};  ///< one per landmark of the plan
   double pace = 1;  ///< motion time of `before` that goes by in a unit of this leg's (leg_pace())
 };
 

@@ -125,6 +125,8 @@ std::string cache_key(const Leg& leg, const std::vector<FrameMap>& maps) {
     hasher.add(std::span<const BallAttribute>(regression.values));
     hasher.add(std::span<const AffineMap>(regression.affine));
     hasher.add_bytes(&regression.lattice, sizeof regression.lattice);
+    if (!regression.landmarks.empty())
+      hasher.add(std::span<const RegressionLandmark>(regression.landmarks));
     hasher.add(map.from_scale).add(map.to_scale);
     hasher.add_bytes(&map.box, sizeof map.box);
   }
@@ -132,8 +134,9 @@ std::string cache_key(const Leg& leg, const std::vector<FrameMap>& maps) {
 }
 // No padding is hashed.
 static_assert(sizeof(BallAttribute) == 16 * sizeof(float) &&
-              sizeof(RegressionSample) == 5 * sizeof(float) && sizeof(Grid) == 7 * sizeof(float) &&
-              sizeof(Box) == 6 * sizeof(float));
+              sizeof(RegressionSample) == 5 * sizeof(float) &&
+              sizeof(RegressionLandmark) == 10 * sizeof(float) &&
+              sizeof(Grid) == 7 * sizeof(float) && sizeof(Box) == 6 * sizeof(float));
 
 std::optional<Pacing> load_pacing(const std::filesystem::path& cache, const std::string& key,
                                   const Leg& leg) {

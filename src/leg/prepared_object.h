@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -16,6 +17,7 @@
 #include "mesh/closest.h"
 #include "model/color_volume.h"
 #include "model/model.h"
+#include "model/transform.h"
 
 namespace polymorph {
 
@@ -33,7 +35,8 @@ struct LegSettings {
 /// An object of the chain, or balls in flight, with which a leg was left.
 struct PreparedObject {
   std::string name;
-  Model model;  ///< balls in flight: their surface, without materials
+  Model model;         ///< balls in flight: their surface, without materials
+  Transform to_scene;  ///< takes the coordinates of the model's file into the scene
   bool meta = false;
   /// Azimuth of the front, radians from +z towards +x; nothing where the scene does not say it.
   std::optional<double> front;
@@ -41,6 +44,7 @@ struct PreparedObject {
   std::vector<Ball> balls;                   ///< surface at field = 1
   std::vector<std::uint32_t> ball_labels;    ///< one per ball: index into model.label_names
   std::vector<std::uint32_t> label_numbers;  ///< one per label: index into the actor's label_names
+  std::map<std::string, Vec3> landmarks;     ///< places on the surface, by name
   double ball_volume = 0;                    ///< enclosed by the balls' surface
   float field_maximum = 1;
   std::shared_ptr<const ClosestPointQuery> closest;  ///< query of the model

@@ -38,6 +38,30 @@ Transform compose(const Transform& second, const Transform& first) {
   return result;
 }
 
+std::optional<Transform> inverse(const Transform& t) {
+  const double volume = determinant(t);
+  if (volume == 0) return std::nullopt;
+  const Vec3d row[3] = {{t.m[0][0], t.m[0][1], t.m[0][2]},
+                        {t.m[1][0], t.m[1][1], t.m[1][2]},
+                        {t.m[2][0], t.m[2][1], t.m[2][2]}};
+  const Vec3d column[3] = {cross(row[1], row[2]) * (1 / volume),
+                           cross(row[2], row[0]) * (1 / volume),
+                           cross(row[0], row[1]) * (1 / volume)};
+  const Vec3d shift(t.m[0][3], t.m[1][3], t.m[2][3]);
+  const auto along = [&](double Vec3d::*axis, float(&out)[4]) {
+    out[0] = static_cast<float>(column[0].*axis);
+    out[1] = static_cast<float>(column[1].*axis);
+    out[2] = static_cast<float>(column[2].*axis);
+    out[3] = static_cast<float>(
+        -(column[0].*axis * shift.x + column[1].*axis * shift.y + column[2].*axis * shift.z));
+  };
+  Transform result;
+  along(&Vec3d::x, result.m[0]);
+  along(&Vec3d::y, result.m[1]);
+  along(&Vec3d::z, result.m[2]);
+  return result;
+}
+
 Transform make_transform(Vec3 translate, Vec3 degrees, Vec3 scale) {
   // Exact at multiples of 90 degrees, so that rotated boxes stay axis-aligned.
   const auto sine = [](double angle) {

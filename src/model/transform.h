@@ -1,6 +1,8 @@
 // Affine transforms of points and models.
 #pragma once
 
+#include <optional>
+
 #include "model/model.h"
 
 namespace polymorph {
@@ -13,6 +15,8 @@ struct Transform {
 Vec3 apply(const Transform& t, Vec3 p);
 /// The transform that applies `first`, then `second`.
 Transform compose(const Transform& second, const Transform& first);
+/// The transform that undoes it; nothing where it flattens.
+std::optional<Transform> inverse(const Transform& t);
 /// Scales, then rotates by `degrees` about x, then y, then z (fixed axes), then translates.
 Transform make_transform(Vec3 translate, Vec3 degrees, Vec3 scale);
 

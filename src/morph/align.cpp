@@ -34,10 +34,18 @@ std::vector<Mat3> cube_turns() {
   return turns;
 }
 
+/// The cheapest plan; its cost without what the distances to landmarks add.
 TransportPlan plan_between(const CostSide& a, const CostSide& b, float label_cost) {
-  return solve_transport(a.mass, b.mass, [&](std::uint32_t from, std::span<float> costs) {
-    cost_row(a, b, label_cost, from, costs);
-  });
+  TransportPlan plan = solve_transport(
+      a.mass, b.mass,
+      [&](std::uint32_t from, std::span<float> costs) { cost_row(a, b, label_cost, from, costs); });
+  for (std::size_t axis = CostSide::kPlain; axis < a.values.size(); ++axis)
+    for (const TransportFlow& flow : plan.flows) {
+      const double difference = static_cast<double>(a.values[axis][flow.from]) -
+                                static_cast<double>(b.values[axis][flow.to]);
+      plan.cost -= flow.amount * difference * difference;
+    }
+  return plan;
 }
 
 struct Fit {
@@ -113,6 +121,35 @@ Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const Transpor
               static_cast<double>(a.values[first + static_cast<std::size_t>(c)][flow.from]);
   if (axis == RotationAxis::kAny) return nearest_rotation(sum);
   const double sine = sum.at(0, 2) - sum.at(2, 0), cosine = sum.at(0, 0) + sum.at(2, 2);
+  return about_vertical(exact::atan2(sine, cosine));
+}
+
+std::optional<Mat3> rotation_of_landmarks(std::span<const Vec3> from, std::span<const Vec3> to) {
+  // Of the landmarks' lengths across the vertical, how much must agree with one turn.
+  constexpr double kAgreement = 0.3;
+  // What they reach from the vertical through their centre, over what they reach in all.
+  constexpr double kAcross = 0.1;
+  if (from.size() < 3) return std::nullopt;
+  const auto center = [](std::span<const Vec3> points) {
+    Vec3d sum;
+    for (const Vec3 p : points) sum = sum + Vec3d(p);
+    return sum * (1 / static_cast<double>(points.size()));
+  };
+  const Vec3d from_center = center(from), to_center = center(to);
+  double sine = 0, cosine = 0, across = 0, from_across = 0, to_across = 0, from_all = 0, to_all = 0;
+  for (std::size_t l = 0; l < from.size(); ++l) {
+    const Vec3d p = Vec3d(from[l]) - from_center, q = Vec3d(to[l]) - to_center;
+    const double p2 = p.x * p.x + p.z * p.z, q2 = q.x * q.x + q.z * q.z;
+    sine += q.x * p.z - q.z * p.x;
+    cosine += q.x * p.x + q.z * p.z;
+    across += std::sqrt(p2 * q2);
+    from_across += p2, to_across += q2;
+    from_all += dot(p, p), to_all += dot(q, q);
+  }
+  const bool spread = from_across > kAcross * kAcross * from_all &&
+                      to_across > kAcross * kAcross * to_all && across > 0;
+  if (!spread || std::sqrt(sine * sine + cosine * cosine) < kAgreement * across)
+    return std::nullopt;
   return about_vertical(exact::atan2(sine, cosine));
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "base/matrix_decompositions.h"
@@ -28,9 +29,16 @@ struct FoundRotation {
 /// about the vertical unless the objects are as good as copies of each other: another makes it a
 /// good deal cheaper than the best of those and leaves a mean squared distance of at most
 /// `tip_residual` between what it pairs, over the mean squared radius. Copies are at 0.04 to 0.13,
-/// different objects from 0.16 on. Among rotations that are as good, the smallest.
+/// different objects from 0.16 on. Among rotations that are as good, the smallest. Distances to
+/// landmarks lead the plans, but they are the same however `a` is turned: of the costs that are
+/// compared they are no part.
 FoundRotation find_rotation(const CostSide& a, const CostSide& b, float label_cost, double gain,
                             double tip_residual);
+
+/// The rotation about the vertical that lays `from` on `to` best, both about their centres
+/// (Procrustes). Nothing where there are fewer than three points, or they say nothing of a turn:
+/// all above each other, or each pointing elsewhere.
+std::optional<Mat3> rotation_of_landmarks(std::span<const Vec3> from, std::span<const Vec3> to);
 
 /// The admitted rotation that makes the flows' distances least, both sides about their origins.
 Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const TransportFlow> flows,

@@ -19,6 +19,7 @@ constexpr std::int32_t kNoLabel = -1;
 /// numbers, so a ball is a point of a space whose first axes turn with the object.
 struct CostSide {
   static constexpr std::size_t kTurning = 6;  ///< position, then outward direction
+  static constexpr std::size_t kPlain = 10;   ///< all but the distances to landmarks
   std::vector<double> mass;                   ///< sums to 1
   std::vector<std::int32_t> labels;
   /// values[axis][ball]: position (unit RMS), outward, ln size, distance, linearity, planarity, and

@@ -170,6 +170,11 @@ double wrapped(double angle) { return exact::atan2(exact::sin(angle), exact::cos
 
 }  // namespace
 
+bool is_symmetric(const Limbs& limbs) {
+  constexpr double kSymmetric = 0.8;
+  return !limbs.mirror_planes.empty() && limbs.mirror_planes[0].overlap >= kSymmetric;
+}
+
 std::optional<double> find_facing(const Limbs& from, const Limbs& to, double given,
                                   std::optional<double> from_front,
                                   std::optional<double> to_front) {

@@ -12,8 +12,6 @@
 namespace polymorph {
 namespace {
 
-/// CostSide::values up to the landmarks', of a side without limbs.
-constexpr std::size_t kPlainAxes = 10;
 /// Weight of the squared difference of the distances from the centres.
 constexpr double kOutWeight = 0.3;
 
@@ -256,7 +254,7 @@ std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::
     axis([&](std::size_t b) {
       return std::sqrt(kOutWeight) * own.ball_distances[b] / std::max(own.reach, 1e-9);
     });
-    for (std::size_t k = kPlainAxes; k < plain.values.size(); ++k)
+    for (std::size_t k = CostSide::kPlain; k < plain.values.size(); ++k)
       side.values.push_back(plain.values[k]);
     side.labels = plain.labels;
     return side;

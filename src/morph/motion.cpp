@@ -192,6 +192,22 @@ MotionState make_motion_state(const MorphPlan& plan, float time) {
   return moment;
 }
 
+/// Moves balls along their paths; `own`: their own eased times, or none.
+std::vector<Ball> move_on_host(const std::vector<BallPath>& paths,
+                               const std::vector<PathPart>& parts, const std::vector<float>& own,
+                               const MotionState& moment) {
+  std::vector<Ball> balls(paths.size());
+  const std::vector<PartPlace> places = places_at(parts, moment.eased);
+  const auto view = [](const auto& array) {
+    return View(array.data(), static_cast<std::int64_t>(array.size()));
+  };
+  const MoveBalls step = {view(paths),  view(parts),
+                          view(places), view(own),
+                          moment,       {balls.data(), static_cast<std::int64_t>(balls.size())}};
+  parallel_for(static_cast<std::int64_t>(balls.size()), step, 256);
+  return balls;
+}
+
 /// Applies the steps that no ball can take alone.
 void finish(const MorphPlan& plan, float time, std::vector<Ball>& balls) {
   if (!plan.graph) return;
@@ -299,20 +315,8 @@ void set_paths(MorphPlan& plan) {
 
 std::vector<Ball> balls_at(const MorphPlan& plan, float time) {
   PM_CHECK(plan.paths && plan.paths->balls.size() == plan.pairs.size());
-  std::vector<Ball> balls(plan.pairs.size());
-  const MotionState moment = make_motion_state(plan, time);
-  const std::vector<float> own = own_times(plan, time);
-  const std::vector<PartPlace> places = places_at(plan.paths->parts, moment.eased);
-  const auto view = [](const auto& array) {
-    return View(array.data(), static_cast<std::int64_t>(array.size()));
-  };
-  const MoveBalls step = {view(plan.paths->balls),
-                          view(plan.paths->parts),
-                          view(places),
-                          view(own),
-                          moment,
-                          {balls.data(), static_cast<std::int64_t>(balls.size())}};
-  parallel_for(static_cast<std::int64_t>(balls.size()), step, 256);
+  std::vector<Ball> balls = move_on_host(plan.paths->balls, plan.paths->parts,
+                                         own_times(plan, time), make_motion_state(plan, time));
   finish(plan, time, balls);
   return balls;
 }
@@ -325,6 +329,37 @@ Result<BallSet> balls_at(const MorphPlan& plan, float time, Engine& engine) {
   std::vector<Ball> finished = balls.balls();
   finish(plan, time, finished);
   return BallSet(std::move(finished));
+}
+
+std::vector<Vec3> landmark_places(const MorphPlan& plan, float time, const BallSet& balls) {
+  if (plan.landmarks.empty()) return {};
+  // A landmark moves as a ball of its pair's part would, and with what moves the pair's ball beside
+  // that: the graph of neighbours and the drift.
+  const std::vector<float> own = own_times(plan, time);
+  BallPaths paths;
+  std::vector<float> times;
+  for (const PlanLandmark& landmark : plan.landmarks) {
+    BallPath beside = plan.paths->balls[landmark.pair], path;
+    beside.drift = {};
+    const Alignment& alignment = plan.parts[beside.part];
+    path.start.center = landmark.from;
+    path.end.center = landmark.to;
+    path.from = Vec3d(landmark.from) - alignment.from_center;
+    path.to = transposed(alignment.rotation) * (Vec3d(landmark.to) - alignment.to_center) *
+              (1 / alignment.scale);
+    path.bow = beside.bow;
+    path.part = beside.part;
+    paths.balls.push_back(path);
+    paths.balls.push_back(beside);
+    if (!own.empty()) times.insert(times.end(), 2, own[landmark.pair]);
+  }
+  const std::vector<Ball> moved =
+      move_on_host(paths.balls, plan.paths->parts, times, make_motion_state(plan, time));
+  std::vector<Vec3> places;
+  for (std::size_t l = 0; l < plan.landmarks.size(); ++l)
+    places.push_back(moved[2 * l].center +
+                     (balls[plan.landmarks[l].pair].center - moved[2 * l + 1].center));
+  return places;
 }
 
 void carry_on(MorphPlan& plan, const MorphPlan& before, float until, double pace) {

@@ -31,6 +31,10 @@ std::vector<Ball> balls_at(const MorphPlan& plan, float time);
 /// (field/extract_surface.h: to_status).
 Result<BallSet> balls_at(const MorphPlan& plan, float time, Engine& engine);
 
+/// Places of the plan's landmarks when the balls are balls_at(plan, time): each goes the way of its
+/// pair's part. At 0 (1) exactly where it is on the source (target).
+std::vector<Vec3> landmark_places(const MorphPlan& plan, float time, const BallSet& balls);
+
 /// Makes a plan whose source is the balls of `before` at `until` go on with their velocity, which
 /// fades: its balls' centres leave with the velocity at which they came, whatever its easing, and
 /// arrive as they would. `pace`: how much time of `before` goes by in a unit of this plan's.

@@ -84,6 +84,25 @@ double lowest(const std::vector<Ball>& balls) {
   return static_cast<double>(low);
 }
 
+/// The landmarks, each with the pair that is nearest to it at both ends, by the objects' sizes.
+std::vector<PlanLandmark> landmarks_with_pairs(const MorphPlan& plan, std::span<const Vec3> from,
+                                               std::span<const Vec3> to) {
+  const double from_size = rms_size(plan.from), to_size = rms_size(plan.to);
+  std::vector<PlanLandmark> landmarks;
+  for (std::size_t l = 0; l < from.size(); ++l) {
+    const auto away = [&](const Pair& pair) {
+      const Vec3d p = Vec3d(plan.from[pair.from].center) - Vec3d(from[l]),
+                  q = Vec3d(plan.to[pair.to].center) - Vec3d(to[l]);
+      return dot(p, p) / (from_size * from_size) + dot(q, q) / (to_size * to_size);
+    };
+    const auto nearest =
+        std::min_element(plan.pairs.begin(), plan.pairs.end(),
+                         [&](const Pair& a, const Pair& b) { return away(a) < away(b); });
+    landmarks.push_back({from[l], to[l], static_cast<std::uint32_t>(nearest - plan.pairs.begin())});
+  }
+  return landmarks;
+}
+
 /// Tests whether a plan looks at both objects' limbs and fronts: where objects may turn, as one
 /// that faces another way has its limbs elsewhere.
 bool looks_at_structure(const MorphPlan& plan, const PlanSettings& settings, RotationAxis axis) {
@@ -128,6 +147,45 @@ Mat3 find_pairs_by_limbs(MorphPlan& plan, const LimbPlan& limbs, const CostPair&
                : Mat3{};
 }
 
+/// Source of a turn: the balls' cost, the facing of bodies that are hardly symmetric, or landmarks,
+/// fronts and mirror planes, which nothing else changes.
+enum class Certainty : std::uint8_t { kFound, kFaced, kKnown };
+
+struct Turn {
+  Mat3 rotation;
+  RotationAxis axis = RotationAxis::kVertical;
+  Certainty certainty = Certainty::kFound;
+};
+
+/// The turn that lays `from` on `to`; `limbs` gets those of both, where the plan looks at them.
+Turn find_turn(const MorphPlan& plan, const PlanSide& from, const PlanSide& to,
+               const CostPair& sides, const PlanSettings& settings,
+               std::optional<LimbPlan>& limbs) {
+  Turn turn;
+  if (settings.align != AlignMethod::kRigid && settings.align != AlignMethod::kSimilarity)
+    return turn;
+  if (const auto by_landmarks = rotation_of_landmarks(from.landmarks, to.landmarks)) {
+    turn = {*by_landmarks, RotationAxis::kVertical, Certainty::kKnown};
+  } else {
+    // While the rotation is searched for, hard labels are soft ones with a high cost.
+    constexpr float kHardCost = 100;
+    const float label_cost = settings.label_mode == LabelMode::kHard ? kHardCost : sides.label_cost;
+    const FoundRotation found = find_rotation(
+        sides.a, sides.b, label_cost, static_cast<double>(settings.weights.align_gain),
+        static_cast<double>(settings.weights.align_tip_residual));
+    turn = {found.rotation, found.axis, Certainty::kFound};
+  }
+  if (!looks_at_structure(plan, settings, turn.axis)) return turn;
+  limbs = LimbPlan{find_limbs(from.balls), find_limbs(to.balls), {}};
+  if (turn.certainty == Certainty::kKnown) return turn;
+  const double given = log_rotation(turn.rotation).y;
+  const auto facing = find_facing(limbs->from, limbs->to, given, from.front, to.front);
+  const bool has_fronts = from.front && to.front;
+  if (!facing || (!has_fronts && *facing == given)) return turn;
+  const bool is_known = has_fronts || (is_symmetric(limbs->from) && is_symmetric(limbs->to));
+  return {about_vertical(*facing), turn.axis, is_known ? Certainty::kKnown : Certainty::kFaced};
+}
+
 /// Pairs and turn of a morph from `plan.from` to `plan.to`.
 Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
                 const PlanSettings& settings) {
@@ -158,46 +216,28 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
                      : pair_by_transport(sides, settings.label_mode);
     set_masses(plan.pairs, from_mass, to_mass);
   };
-  FoundRotation found;
-  if (settings.align == AlignMethod::kRigid || settings.align == AlignMethod::kSimilarity) {
-    // While the rotation is searched for, hard labels are soft ones with a high cost.
-    constexpr float kHardCost = 100;
-    const float label_cost = settings.label_mode == LabelMode::kHard ? kHardCost : sides.label_cost;
-    found = find_rotation(sides.a, sides.b, label_cost,
-                          static_cast<double>(settings.weights.align_gain),
-                          static_cast<double>(settings.weights.align_tip_residual));
-  }
-  Mat3 rotation = found.rotation;
   std::optional<LimbPlan> limbs;
-  bool is_fixed = false;  // the turn, by both objects' fronts or mirror planes
-  bool is_given = false;  // by their fronts
-  if (looks_at_structure(plan, settings, found.axis)) {
-    limbs = LimbPlan{find_limbs(from.balls), find_limbs(to.balls), {}};
-    if (const auto facing =
-            find_facing(limbs->from, limbs->to, log_rotation(rotation).y, from.front, to.front)) {
-      is_given = from.front && to.front;
-      is_fixed = is_given || *facing != log_rotation(rotation).y;
-      if (is_fixed) rotation = about_vertical(*facing);
-    }
-  }
-  const bool turns = rotation_angle(rotation) > 0;
+  Turn turn = find_turn(plan, from, to, sides, settings, limbs);
+  const bool turns = rotation_angle(turn.rotation) > 0;
   const CostSide unturned = sides.a;
-  if (turns) sides.a = rotate_side(unturned, rotation);
+  const auto refit = [&] {
+    turn.rotation = fit_rotation(unturned, sides.b, list_flows(plan.pairs), turn.axis);
+  };
+  if (turns) sides.a = rotate_side(unturned, turn.rotation);
   pair_up();
-  // The turn was found on a few dozen balls: once more with all.
-  for (int step = 0; turns && !is_fixed && step < 2; ++step) {
-    rotation = fit_rotation(unturned, sides.b, list_flows(plan.pairs), found.axis);
-    sides.a = rotate_side(unturned, rotation);
+  // A turn that was found on a few dozen balls: once more with all.
+  for (int step = 0; turns && turn.certainty == Certainty::kFound && step < 2; ++step) {
+    refit();
+    sides.a = rotate_side(unturned, turn.rotation);
     pair_up();
   }
-  if (turns && !is_fixed)
-    rotation = fit_rotation(unturned, sides.b, list_flows(plan.pairs), found.axis);
-  if (limbs && use_limbs(plan, *limbs, from, to, settings, rotation)) {
+  if (turns && turn.certainty == Certainty::kFound) refit();
+  if (limbs && use_limbs(plan, *limbs, from, to, settings, turn.rotation)) {
     const Mat3 by_limbs = find_pairs_by_limbs(plan, *limbs, {unturned, sides.b, sides.label_cost},
-                                              rotation, settings.label_mode);
-    if (!is_given) rotation = by_limbs;
+                                              turn.rotation, settings.label_mode);
+    if (turn.certainty != Certainty::kKnown) turn.rotation = by_limbs;
   }
-  return rotation;
+  return turn.rotation;
 }
 
 /// Masses, pairs and turn, found or from the cache.
@@ -259,6 +299,8 @@ MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSetti
     plan.alignment = {transposed(fit.rotation), fit.turn * -1.0, 1 / fit.scale, fit.to_center,
                       fit.from_center,          fit.strain};
   }
+  plan.landmarks = landmarks_with_pairs(plan, swap ? to.landmarks : from.landmarks,
+                                        swap ? from.landmarks : to.landmarks);
   plan.size = std::sqrt(rms_size(plan.from) * rms_size(plan.to));
   plan.floor = std::min(lowest(plan.from), lowest(plan.to));
   plan.motion = motion;

@@ -56,6 +56,12 @@ struct PairTiming {
   float inertia = 1;  ///< spring: of mean 1, about
 };
 
+/// A point of the source and the point of the target that it becomes.
+struct PlanLandmark {
+  Vec3 from, to;
+  std::uint32_t pair = 0;  ///< index of the pair with which it moves: the nearest one at both ends
+};
+
 class BallGraph;  // morph/parts.h
 
 struct MorphPlan {
@@ -69,6 +75,7 @@ struct MorphPlan {
   std::vector<std::pair<std::string, std::string>> limb_names;
   std::vector<double> from_masses, to_masses;  ///< ball_masses() of each
   std::vector<Pair> pairs;
+  std::vector<PlanLandmark> landmarks;
   Alignment alignment;
   MotionSettings motion;
   /// The rotations and scalings of balls: one for all, or (path `parts`) one each.

@@ -65,6 +65,30 @@ float kernel_deviation(const MorphPlan& plan, const Pair& pair, double u, float 
   return static_cast<float>(std::sqrt(share * share + radius * radius));
 }
 
+/// Deviation of the Gaussians that bend the map around landmarks, as a share of the objects' size;
+/// half of the way to the next landmark where that is nearer. Below some share of the lattice's
+/// spacing the spline cannot show them.
+std::vector<float> landmark_deviations(std::span<const Vec3> places, float size, float spacing) {
+  constexpr float kLandmarkDeviation = 0.09f, kApart = 0.5f, kLeast = 0.75f;
+  std::vector<float> deviations;
+  for (std::size_t l = 0; l < places.size(); ++l) {
+    float deviation = kLandmarkDeviation * size;
+    for (std::size_t k = 0; k < places.size(); ++k)
+      if (k != l) deviation = std::min(deviation, kApart * length(places[k] - places[l]));
+    deviations.push_back(std::max(deviation, kLeast * spacing));
+  }
+  return deviations;
+}
+
+/// The box, grown so that it has what landmarks draw out.
+Box with_landmarks(Box box, std::span<const Vec3> places, float size) {
+  constexpr float kAround = 0.1f;
+  const float reach = kAround * size;
+  for (const Vec3 p : places)
+    box = unite(box, {p - Vec3{reach, reach, reach}, p + Vec3{reach, reach, reach}});
+  return box;
+}
+
 Grid lattice_over(const Box& box, float size) {
   Grid lattice;
   const Vec3 extent = box.size();
@@ -135,11 +159,16 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
                    const std::shared_ptr<const DistanceGrid>& to_thinness) {
   PM_CHECK(balls.size() == plan.pairs.size() && size > 0);
   const std::vector<float> eased = eased_times(plan, time);
+  const std::vector<Vec3> places = landmark_places(plan, time, balls);
   FrameMap map;
-  map.box = box_around(balls, size);
+  map.box = with_landmarks(box_around(balls, size), places, size);
   auto regression = std::make_shared<Regression>();
   regression->maps = 2;
   regression->lattice = lattice_over(map.box, size);
+  const std::vector<float> deviations = landmark_deviations(places, size, regression->lattice.cell);
+  for (std::size_t l = 0; l < places.size(); ++l)
+    regression->landmarks.push_back(
+        {places[l], deviations[l], {plan.landmarks[l].from, plan.landmarks[l].to}});
   regression->samples = make_samples(plan, eased, balls, size);
   // What all have in common is exact: the rotation and scaling of the whole.
   const auto mean = static_cast<double>(mean_progress(plan, eased));
@@ -229,7 +258,12 @@ Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const BallSe
   const BallSet later = next != time ? BallSet(balls_at(plan, next)) : balls;
   auto regression = std::make_shared<Regression>();
   regression->samples = make_samples(plan, eased, balls, size);
-  regression->lattice = lattice_over(box_around(balls, size), size);
+  const std::vector<Vec3> places = landmark_places(plan, time, balls),
+                          next_places = landmark_places(plan, next, later);
+  regression->lattice = lattice_over(with_landmarks(box_around(balls, size), places, size), size);
+  const std::vector<float> deviations = landmark_deviations(places, size, regression->lattice.cell);
+  for (std::size_t l = 0; l < places.size(); ++l)
+    regression->landmarks.push_back({places[l], deviations[l], {next_places[l] - places[l], {}}});
   const Mat3 zero = scale(Mat3{}, 0);
   regression->affine[0] = affine(zero, {});
   for (std::size_t e = 0; e < balls.size(); ++e) {

@@ -27,7 +27,8 @@ struct FrameMap {
 /// `balls` are those of balls_at(plan, time), `size` the diagonal of the objects. The regression's
 /// kernels have a deviation of 5.5 % of that, wider for large balls: X_A(x) = sum_e k_e (p_e + F_e
 /// (x - x_e)) / sum_e k_e, with p_e the ball that x_e comes from and F_e the rotation and scaling
-/// since then, undone; X_B likewise. At time 0 (1) X_A (X_B) is the identity exactly. Where both
+/// since then, undone; X_B likewise. At time 0 (1) X_A (X_B) is the identity exactly. At each
+/// landmark's place (landmark_places()) X_A and X_B are where it is on either object. Where both
 /// objects' compute_thinness() is given, the level's weights are made of them. The formulas are in
 /// docs/method.md, Surface between.
 FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, float size,

@@ -28,6 +28,7 @@ class ContradictionFinder {
       for (std::size_t i = 0; i < std::min(list->items.size(), scene_.actors.size()); ++i)
         check_actor(scene_.actors[i], fmt::format("/actors/{}", i), list->items[i]);
     }
+    check_all_landmarks();
     if (!scene_.frames.per_leg.empty() && scene_.frames.count > 0)
       report("/frames/count", inner(&root, {"frames", "count"}),
              "contradicts per_leg - give one of the two");
@@ -63,15 +64,85 @@ class ContradictionFinder {
       if (actor.intermediate[i].retarget < 1 && actor.intermediate[i].hold > 0)
         report(fmt::format("{}/intermediate/{}/hold", pointer, i), &on_the_way->items[i],
                "an object that is left before it is reached cannot stand still");
-    const JsonValue* actors_landmarks = inner(&value, {"plan", "landmarks"});
-    const JsonValue* landmarks =
-        actors_landmarks ? actors_landmarks : inner(&document_.root, {"plan", "landmarks"});
-    for (std::size_t i = 0; i < actor.plan.landmarks.size(); ++i)
-      if (static_cast<std::size_t>(actor.plan.landmarks[i].leg) > legs)
-        report(fmt::format("{}/plan/landmarks/{}/leg", actors_landmarks ? pointer : "", i),
-               landmarks && i < landmarks->items.size() ? &landmarks->items[i] : nullptr,
-               fmt::format("is {}, but there {} {}", actor.plan.landmarks[i].leg,
-                           legs == 1 ? "is" : "are", legs_text));
+  }
+  /// Checks each list of landmarks once, for all actors that have it.
+  void check_all_landmarks() {
+    const JsonValue* list = document_.root.find("actors");
+    std::vector<const ActorSettings*> with_scenes;
+    for (std::size_t i = 0; i < scene_.actors.size(); ++i) {
+      const JsonValue* actor = list && i < list->items.size() ? &list->items[i] : nullptr;
+      if (const JsonValue* own = inner(actor, {"plan", "landmarks"}))
+        check_landmarks(*own, fmt::format("/actors/{}/plan/landmarks", i), {&scene_.actors[i]});
+      else
+        with_scenes.push_back(&scene_.actors[i]);
+    }
+    if (const JsonValue* scenes = inner(&document_.root, {"plan", "landmarks"}))
+      check_landmarks(*scenes, "/plan/landmarks", with_scenes);
+  }
+  using Chain = std::vector<const ObjectSettings*>;
+  /// Is every object there, once, and is every landmark one of a neighbour, too?
+  void check_landmarks(const JsonValue& landmarks, const std::string& pointer,
+                       const std::vector<const ActorSettings*>& actors) {
+    std::vector<Chain> chains;
+    for (const ActorSettings* actor : actors) chains.push_back(chain_objects(*actor));
+    if (chains.empty()) return;
+    const PlanSettings& plan = actors.front()->plan;
+    for (std::size_t k = 0; k < landmarks.members.size(); ++k) {
+      const JsonMember& member = landmarks.members[k];
+      const std::string place = pointer + "/" + member.key;
+      bool is_known = false;
+      std::vector<std::string> theirs;  // landmarks of the object's neighbours
+      for (const Chain& chain : chains)
+        for (std::size_t i = 0; i < chain.size(); ++i) {
+          if (!is_named(*chain[i], member.key)) continue;
+          is_known = true;
+          add_neighbours_landmarks(chain, i, plan, theirs);
+          for (std::size_t before = 0; before < k; ++before)
+            if (is_named(*chain[i], landmarks.members[before].key))
+              return report_at(place, member.key_offset,
+                               fmt::format("is the same object as \"{}\" - name it once",
+                                           printable(landmarks.members[before].key)));
+        }
+      if (is_known)
+        check_partners(member, place, plan, theirs);
+      else
+        report_unknown_object(member, place, chains);
+    }
+  }
+  static void add_neighbours_landmarks(const Chain& chain, std::size_t i, const PlanSettings& plan,
+                                       std::vector<std::string>& names) {
+    for (const std::size_t j : {i - 1, i + 1}) {
+      const ObjectLandmarks* other = j < chain.size() ? find_landmarks(plan, *chain[j]) : nullptr;
+      if (!other) continue;
+      for (const auto& [name, point] : *other) names.push_back(name);
+    }
+  }
+  void check_partners(const JsonMember& object, const std::string& pointer,
+                      const PlanSettings& plan, const std::vector<std::string>& theirs) {
+    const auto own = plan.landmarks.find(object.key);
+    if (own == plan.landmarks.end()) return;  // an error already
+    for (const JsonMember& point : object.value.members)
+      if (own->second.contains(point.key) &&
+          std::find(theirs.begin(), theirs.end(), point.key) == theirs.end())
+        report_at(pointer + "/" + point.key, point.key_offset,
+                  fmt::format("no neighbour of {} in the chain has a landmark \"{}\"{}",
+                              printable(object.key), printable(point.key),
+                              did_you_mean(point.key, theirs)));
+  }
+  void report_unknown_object(const JsonMember& object, const std::string& pointer,
+                             const std::vector<Chain>& chains) {
+    std::vector<std::string> names;
+    for (const Chain& chain : chains)
+      for (const ObjectSettings* known : chain) {
+        const std::string name = !known->name.empty()   ? known->name
+                                 : known->model.empty() ? known->shape
+                                                        : known->model.filename().string();
+        if (!name.empty() && std::find(names.begin(), names.end(), name) == names.end())
+          names.push_back(name);
+      }
+    report_at(pointer, object.key_offset,
+              fmt::format("no object is called that{} (known: {})", did_you_mean(object.key, names),
+                          join_quoted(names)));
   }
   /// Does the actor get its chain into the scene's frames?
   void check_time(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
@@ -142,7 +213,10 @@ class ContradictionFinder {
     return value;
   }
   void report(const std::string& pointer, const JsonValue* value, const std::string& message) {
-    const TextPosition at = document_.position(value ? value->offset : JsonValue::kNowhere);
+    report_at(pointer, value ? value->offset : JsonValue::kNowhere, message);
+  }
+  void report_at(const std::string& pointer, std::size_t offset, const std::string& message) {
+    const TextPosition at = document_.position(offset);
     // What several actors have from the scene is wrong once.
     for (const SceneFinding& known : findings_)
       if (known.pointer == pointer && known.message == message) return;

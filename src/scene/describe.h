@@ -3,10 +3,10 @@
 // Schema, one writes a scene back. To add a setting, add a member in scene.h and a line here: each
 // function takes its struct apart, so that it does not compile while a member is missing.
 //
-// A visitor `v` offers integer, number, boolean, choice, text, text_map, path, vector, scale,
-// color, integers, numbers, object, objects, actors; and retired, a key of former versions, whose
-// use is an error that says the new one. An object whose keys have a kShort may be written as the
-// value of that key alone. In a keyed_object every number, vector and colour may have keyframes
+// A visitor `v` offers integer, number, boolean, choice, text, text_map, landmarks, path, vector,
+// scale, color, integers, numbers, object, objects, actors; and retired, a key of former versions,
+// whose use is an error that says the new one. An object whose keys have a kShort may be written as
+// the value of that key alone. In a keyed_object every number, vector and colour may have keyframes
 // (scene/keyframes.h), unless the number itself says otherwise.
 #pragma once
 
@@ -161,14 +161,6 @@ void describe(V& v, FieldSettings& s) {
 }
 
 template <class V>
-void describe(V& v, LandmarkSettings& s) {
-  auto& [leg, from, to] = s;
-  v.integer("leg", leg, 1, 100000, "leg of the chain that it is for; 1 leaves the source");
-  v.vector("from", from, "a point of the leg's first object, in scene units");
-  v.vector("to", to, "the point of its second object that belongs to it");
-}
-
-template <class V>
 void describe(V& v, PlanSettings& s) {
   [[maybe_unused]] auto& [method, seed, align, weights, label_mode, structure, labels, landmarks] =
       s;
@@ -198,7 +190,10 @@ void describe(V& v, PlanSettings& s) {
   v.text_map("labels", labels,
              "group that each group becomes, {\"teapot.spout\": \"penguin.beak\"}; groups of the "
              "same name belong together");
-  v.objects("landmarks", landmarks, "pairs of points that belong together");
+  v.landmarks("landmarks", landmarks,
+              "points that become each other exactly, {\"elk.obj\": {\"nose\": [x, y, z], "
+              "\"left_hand\": \"v1234\"}, \"spot.obj\": {\"nose\": ...}}: by an object's "
+              "file or name, in its file's own coordinates or by the number of a vertex, from 1");
 }
 
 /// The path of the balls, and the parameters of each kind of path.

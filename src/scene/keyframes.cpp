@@ -79,6 +79,7 @@ class ApplyKeyframes {
   void choice(const char*, E&, std::initializer_list<std::pair<const char*, E>>, const char*) {}
   void text(const char*, std::string&, const char*) {}
   void text_map(const char*, std::map<std::string, std::string>&, const char*) {}
+  void landmarks(const char*, LandmarkSettings&, const char*) {}
   void path(const char*, std::filesystem::path&, const char*) {}
   void model_path(const char*, std::filesystem::path&, const char*) {}
   void vector(const char* key, Vec3& value, const char*) {

@@ -161,6 +161,20 @@ std::vector<std::span<const ChainObject>> actor_chains(std::span<const ChainObje
   return chains;
 }
 
+bool is_named(const ObjectSettings& object, const std::string& key) {
+  const std::string shown = printable(key);
+  const std::string own = object.name.empty() ? object.shape : object.name;
+  return shown == printable(own) ||
+         (!object.model.empty() && (shown == printable(object.model.filename().string()) ||
+                                    shown == printable(object.model.stem().string())));
+}
+
+const ObjectLandmarks* find_landmarks(const PlanSettings& plan, const ObjectSettings& object) {
+  for (const auto& [key, landmarks] : plan.landmarks)
+    if (is_named(object, key)) return &landmarks;
+  return nullptr;
+}
+
 bool is_fitted(const Scene& scene, const SphereSettings& spheres) {
   return scene.field.kind == FieldKind::kGaussian && spheres.fit != FitKind::kNone;
 }

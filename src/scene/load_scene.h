@@ -73,6 +73,12 @@ std::vector<ChainObject> chain_objects(const Scene& scene);
 /// Cuts the list into one part per actor.
 std::vector<std::span<const ChainObject>> actor_chains(std::span<const ChainObject> chain);
 
+/// True if a key of plan.landmarks names the object: by its file's name, that without its suffix,
+/// or its name in the scene.
+bool is_named(const ObjectSettings& object, const std::string& key);
+/// The object's landmarks; null if it has none.
+const ObjectLandmarks* find_landmarks(const PlanSettings& plan, const ObjectSettings& object);
+
 /// Are balls fitted to an object of these settings? Fits are Gaussian.
 bool is_fitted(const Scene& scene, const SphereSettings& spheres);
 

@@ -237,6 +237,65 @@ void ReadFields::text_map(const char* key, std::map<std::string, std::string>& o
   }
 }
 
+void ReadFields::landmarks(const char* key, LandmarkSettings& out, const char*) {
+  const JsonValue* value = find(key);
+  if (value && value->kind == JsonValue::Kind::kArray)
+    return report(*value, key,
+                  "is no list any more - write {\"first.obj\": {\"nose\": [x, y, z]}, "
+                  "\"second.obj\": {\"nose\": \"v12\"}}: points in each file's own coordinates, or "
+                  "its vertices");
+  value = expect(key, JsonValue::Kind::kObject);
+  if (!value) return;
+  out.clear();
+  for (const JsonMember& member : value->members) {
+    const std::string pointer = pointer_ + "/" + key + "/" + member.key;
+    if (member.value.kind == JsonValue::Kind::kObject)
+      read_landmarks(member.value, pointer, out[member.key]);
+    else
+      report_at(member.value.offset, pointer,
+                fmt::format("must be an object, {{\"nose\": [x, y, z], ...}} (is {})",
+                            kind_name(member.value.kind)));
+  }
+}
+
+void ReadFields::read_landmarks(const JsonValue& value, const std::string& pointer,
+                                ObjectLandmarks& out) {
+  constexpr double kLimit = 1e9;
+  if (value.members.size() > kMaxLandmarks)
+    report_at(value.offset, pointer,
+              fmt::format("has {} landmarks - an object may have at most {}", value.members.size(),
+                          kMaxLandmarks));
+  for (const JsonMember& member : value.members) {
+    if (out.size() == kMaxLandmarks) break;
+    const JsonValue& given = member.value;
+    LandmarkPoint at;
+    at.pointer = pointer + "/" + member.key;
+    const TextPosition position = document_.position(given.offset);
+    at.line = position.line, at.column = position.column;
+    const bool is_point =
+        given.items.size() == 3 &&
+        std::all_of(given.items.begin(), given.items.end(), [&](const JsonValue& item) {
+          return item.kind == JsonValue::Kind::kNumber && std::fabs(item.number) <= kLimit;
+        });
+    const bool is_vertex =
+        given.kind == JsonValue::Kind::kString && given.string.size() > 1 && given.string[0] == 'v';
+    const auto number = is_vertex ? parse_integer(given.string.substr(1)) : std::nullopt;
+    if (is_point) {
+      at.point = {static_cast<float>(given.items[0].number),
+                  static_cast<float>(given.items[1].number),
+                  static_cast<float>(given.items[2].number)};
+    } else if (number && *number >= 1) {
+      at.vertex = *number;
+    } else {
+      report_at(given.offset, at.pointer,
+                "must be a point [x, y, z] in the file's own coordinates, or a vertex of the file, "
+                "\"v1\" being the first");
+      continue;
+    }
+    out.emplace(member.key, std::move(at));
+  }
+}
+
 void ReadFields::before_actors(Scene& scene) {
   ObjectSettings object;
   object.spheres = scene.spheres;

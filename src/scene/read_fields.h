@@ -81,6 +81,7 @@ class ReadFields {
   void numbers(const char* key, std::vector<float>& out,
                std::initializer_list<std::pair<double, double>> ranges, const char*);
   void text_map(const char* key, std::map<std::string, std::string>& out, const char*);
+  void landmarks(const char* key, LandmarkSettings& out, const char*);
   template <class T>
   void object(const char* key, T& out, const char*) {
     const JsonValue* value = find(key);
@@ -170,6 +171,7 @@ class ReadFields {
   /// "source": "teapot.obj" is short for {"model": "teapot.obj"}; "sphere" for {"shape": "sphere"}.
   void read_name(const JsonValue& value, const std::string& pointer, ObjectSettings& out);
   void check_object(const ObjectSettings& object, const JsonValue& value);
+  void read_landmarks(const JsonValue& value, const std::string& pointer, ObjectLandmarks& out);
   bool read_vector(const JsonValue& value, const char* key, Vec3& out, double low, double high);
   static bool read_hex(const std::string& text, Vec3& out);
   std::filesystem::path resolve(const std::string& file) const;

@@ -146,11 +146,20 @@ enum class LabelMode : std::uint8_t {
   kHard,  ///< no ball leaves its label
 };
 
-/// A point of one object and the point of the next that belongs to it.
-struct LandmarkSettings {
-  int leg = 1;  ///< 1 = source to next object
-  Vec3 from, to;
+/// A named point of an object, as its file has it: before up, scale and everything else.
+struct LandmarkPoint {
+  std::optional<Vec3> point;  ///< empty: `vertex`
+  long long vertex = 0;       ///< number of a vertex, from 1
+  /// Its place in the scene file, for messages: 0 where it came from the command line.
+  int line = 0, column = 0;
+  std::string pointer;  ///< "/plan/landmarks/elk.obj/nose"
 };
+/// Landmarks of an object by name. Those of the same name of two neighbours in a chain belong
+/// together.
+using ObjectLandmarks = std::map<std::string, LandmarkPoint>;
+/// Landmarks by object: its file's name, that without suffix, or its name in the scene.
+using LandmarkSettings = std::map<std::string, ObjectLandmarks>;
+inline constexpr std::size_t kMaxLandmarks = 64;  ///< limit of one object
 
 /// Constants of the plan's cost and alignment, calibrated together: no keys of a scene.
 struct PlanWeights {
@@ -178,7 +187,7 @@ struct PlanSettings {
   PlanStructure structure = PlanStructure::kAuto;  ///< kAuto: where both objects' limbs are certain
   /// "object.label" or "label" of one object -> of another; equal names belong together anyway.
   std::map<std::string, std::string> labels;
-  std::vector<LandmarkSettings> landmarks;
+  LandmarkSettings landmarks;
 };
 
 enum class BoundaryMethod : std::uint8_t {

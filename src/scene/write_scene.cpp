@@ -93,6 +93,13 @@ class SchemaFields {
   void text_map(const char* key, std::map<std::string, std::string>&, const char* doc) {
     add(key, doc, {{"type", "object"}, {"additionalProperties", {{"type", "string"}}}});
   }
+  void landmarks(const char* key, LandmarkSettings&, const char* doc) {
+    const JsonValue vertex{{"type", "string"}, {"pattern", "^v[1-9][0-9]*$"}};
+    const JsonValue point{{"oneOf", JsonValue::array({vector_schema(-1e9, 1e9), vertex})}};
+    const JsonValue object{
+        {"type", "object"}, {"additionalProperties", point}, {"maxProperties", kMaxLandmarks}};
+    add(key, doc, {{"type", "object"}, {"additionalProperties", object}});
+  }
   template <class T>
   void object(const char* key, T& value, const char* doc) {
     add(key, doc, schema_of(value, keyed_));
@@ -247,6 +254,13 @@ class WriteFields {
   }
   void text_map(const char* key, std::map<std::string, std::string>& values, const char*) {
     if (!values.empty()) json[key] = values;
+  }
+  void landmarks(const char* key, LandmarkSettings& values, const char*) {
+    for (const auto& [object, points] : values) {
+      JsonValue& written_points = json[key][object] = JsonValue::object();
+      for (const auto& [name, at] : points)
+        written_points[name] = at.point ? tidy(*at.point) : fmt::format("v{}", at.vertex);
+    }
   }
   template <class T>
   void object(const char* key, T& value, const char*) {

@@ -241,6 +241,50 @@ TEST_P(BetweenTest, RegressionReproducesAffineMapsExactly) {
   }
 }
 
+TEST_P(BetweenTest, RegressionTakesLandmarksWhereTheyBelong) {
+  const auto plain = random_map(40, 0.5f, 5, true);
+  const auto map = map_with_landmarks(*plain, 12, 0.3f, 9);
+  std::vector<Vec3> places;
+  for (const RegressionLandmark& landmark : map->landmarks) places.push_back(landmark.place);
+  const std::vector<AttributeValues> met = regress(map, places), before = regress(plain, places);
+  for (std::size_t l = 0; l < places.size(); ++l)
+    for (std::size_t m = 0; m < 2; ++m) {
+      const auto away = [&](const AttributeValues& at) {
+        return length(Vec3{at.v[0], at.v[1], at.v[2]} - map->landmarks[l].goal[m]);
+      };
+      EXPECT_GT(away(before[2 * l + m]), 0.01f);
+      EXPECT_LT(away(met[2 * l + m]), 1e-5f);
+      EXPECT_EQ(met[2 * l + m].v[3], before[2 * l + m].v[3]) << "progress and weight stay";
+    }
+  // Far from all landmarks nothing changes.
+  const std::vector<Vec3> corner{{-1.95f, -1.95f, 1.95f}};
+  auto one = std::make_shared<Regression>(*map);
+  one->landmarks.resize(1);
+  one->landmarks[0].place = {0.5f, 0.5f, -0.5f};
+  EXPECT_EQ(regress(one, corner)[0].v[0], regress(plain, corner)[0].v[0]);
+}
+
+TEST_P(BetweenTest, LandmarksThatAreThereAlreadyChangeNothing) {
+  auto map = std::make_shared<Regression>(*identity_map(0.5f));
+  for (const Vec3 place : scattered(5, 3)) map->landmarks.push_back({place, 0.3f, {place, place}});
+  for (const Vec3 p : scattered(100, 4)) {
+    const AttributeValues at = regress(map, {p})[0];
+    EXPECT_EQ((Vec3{at.v[0], at.v[1], at.v[2]}), p);
+  }
+}
+
+/// Two landmarks in one place with two goals cannot both be met.
+TEST_P(BetweenTest, LandmarksThatContradictEachOtherStayFinite) {
+  auto map = std::make_shared<Regression>(*identity_map(0.5f));
+  const Vec3 place{0.1f, 0.2f, 0.3f}, aside{0.3f, 0, 0};
+  for (const Vec3 away : {Vec3{0, 0, 0}, Vec3{1e-4f, 0, 0}}) {
+    map->landmarks = {{place, 0.2f, {place + aside, place}},
+                      {place + away, 0.2f, {place - aside, place}}};
+    const AttributeValues at = regress(std::make_shared<Regression>(*map), {place})[0];
+    EXPECT_LT(length(Vec3{at.v[0], at.v[1], at.v[2]} - place), 1);
+  }
+}
+
 TEST_P(BetweenTest, RefusesWhatItCannotMakeASurfaceOf) {
   const Grid grid = cube_grid(21, 1.5f);
   Mesh mesh;
@@ -260,6 +304,11 @@ TEST_P(BetweenTest, RefusesWhatItCannotMakeASurfaceOf) {
   EXPECT_EQ(code({map, object, object, 1, 1, 0}), EngineCode::kBadInput);
   map->values.resize(2);
   map->samples[0].mass = 0;
+  EXPECT_EQ(code({map, object, object, 1, 1, 0}), EngineCode::kBadInput);
+  map = std::make_shared<Regression>(*identity_map(0));
+  map->landmarks = {{{NAN, 0, 0}, 1, {}}};
+  EXPECT_EQ(code({map, object, object, 1, 1, 0}), EngineCode::kBadInput);
+  map->landmarks = {{{0, 0, 0}, 0, {}}};
   EXPECT_EQ(code({map, object, object, 1, 1, 0}), EngineCode::kBadInput);
   map = std::make_shared<Regression>(*identity_map(0));
   map->thinness[0] = object;

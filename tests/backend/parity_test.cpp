@@ -105,6 +105,12 @@ std::vector<BetweenCase> between_cases() {
         cases.push_back(
             {{map, torus, sphere, 1.1f, 0.9f, 0.03f}, cube_grid(sloped ? 91 : 127, 1.7f)});
       }
+  for (const int landmarks : {1, 9}) {
+    auto map = std::make_shared<Regression>(
+        *map_with_landmarks(*random_map(300, 0.3f, 31, true), landmarks, 0.2f, 32));
+    map->thinness[0] = sphere, map->thinness[1] = torus;
+    cases.push_back({{map, torus, sphere, 1.1f, 0.9f, 0.03f}, cube_grid(91, 1.7f)});
+  }
   return cases;
 }
 void expect_same_between(Engine& a, Engine& b) {

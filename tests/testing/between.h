@@ -66,6 +66,23 @@ inline std::shared_ptr<const Regression> random_map(int count, float stir, unsig
   return map;
 }
 
+/// The map with `count` landmarks at random, each to be taken `stir` away from where it is.
+inline std::shared_ptr<const Regression> map_with_landmarks(const Regression& map, int count,
+                                                            float stir, unsigned seed) {
+  std::mt19937 random(seed);
+  const auto unit = [&random] { return static_cast<float>(random() >> 8) * 0x1p-23f - 1; };
+  const auto offset = [&] { return Vec3{unit(), unit(), unit()}; };
+  auto out = std::make_shared<Regression>(map);
+  for (int i = 0; i < count; ++i) {
+    RegressionLandmark landmark;
+    landmark.place = offset();
+    landmark.deviation = 0.3f;
+    for (Vec3& goal : landmark.goal) goal = landmark.place + stir * offset();
+    out->landmarks.push_back(landmark);
+  }
+  return out;
+}
+
 /// The identity, with one progress everywhere.
 inline std::shared_ptr<const Regression> identity_map(float progress) {
   auto map = std::make_shared<Regression>();

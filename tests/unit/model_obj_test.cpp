@@ -37,6 +37,18 @@ class LoadObj : public testing::Test {
 
 const std::string kTriangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 
+TEST_F(LoadObj, KeepsTheFilesVerticesWhereAsked) {
+  // Two in one place, and one that no face uses.
+  const auto file =
+      folder_.write("model.obj", "v 9 9 9\n" + kTriangle + "v 0 0 0\nf 2 3 4\nf 5 4 3\n");
+  const auto loaded = load_obj(file, {.textures = false, .vertices = true});
+  ASSERT_TRUE(loaded);
+  EXPECT_EQ(loaded->vertices,
+            (std::vector<Vec3>{{9, 9, 9}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0}}));
+  EXPECT_EQ(loaded->model.points.size(), 3u);
+  EXPECT_TRUE(load_obj(file, {.textures = false})->vertices.empty());
+}
+
 TEST_F(LoadObj, OfEqualFacesOneIsKept) {
   // The reverse of a face is none of its equals; a turned list of its corners is.
   const Model model = good(kTriangle + "g a\nf 1 2 3\nf 1 3 2\ng b\nf 2 3 1\nf 1 2 3\n");

@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "base/parallel.h"
+#include "morph/align.h"
 #include "morph/cost.h"
 #include "morph/labels.h"
 #include "morph/mass.h"
@@ -289,6 +290,63 @@ TEST(TransportPlan, LandmarksOverruleNearness) {
   const MorphPlan plan =
       plan_morph({two, {}, {{-1, 0, 0}}}, {two, {}, {{1, 0, 0}}}, FieldKind::kGaussian, settings);
   for (const Pair& pair : plan.pairs) EXPECT_NE(pair.from, pair.to);
+}
+
+/// Whether a plan from an object to a copy that is turned about the vertical, and of other shape at
+/// one end, turns by so much.
+double turn_of(const MorphPlan& plan) { return plan.alignment.turn.y * 57.29577951308232; }
+
+TEST(TransportPlan, LandmarksDoNotHoldATurnBack) {
+  const Mat3 turn = exp_rotation({0, 1.5, 0});
+  const std::vector<Ball> a = bar(), b = moved(a, turn, 1, {});
+  PlanSettings settings;
+  const std::vector<Vec3> from{{0.8f, 0.4f, 0}, {-1, 0, 0}};
+  std::vector<Vec3> to;
+  for (const Vec3 p : from) to.push_back(to_float(turn * Vec3d(p)));
+  const double without =
+      turn_of(plan_morph({a, {}, {}}, {b, {}, {}}, FieldKind::kGaussian, settings));
+  EXPECT_NEAR(without, 85.9, 1);
+  // However much the landmarks weigh.
+  for (const float weight : {1.0f, 100.0f}) {
+    settings.weights.landmark = weight;
+    EXPECT_NEAR(turn_of(plan_morph({a, {}, from}, {b, {}, to}, FieldKind::kGaussian, settings)),
+                without, 1);
+  }
+}
+
+TEST(TransportPlan, ThreeLandmarksGiveTheTurn) {
+  // Balls that say nothing of a turn: three in a column.
+  const std::vector<Ball> column{ball_at({0, 0, 0}, 0.5f), ball_at({0, 0.4f, 0}, 0.5f),
+                                 ball_at({0, 0.8f, 0}, 0.5f)};
+  const std::vector<Vec3> from{{0.5f, 0, 0}, {0, 0, 0.5f}, {0, 1.3f, 0}};
+  const auto turn_with = [&](double angle, std::size_t count, AlignMethod align) {
+    PlanSide a{column, {}, {}}, b{column, {}, {}};
+    for (std::size_t l = 0; l < count; ++l) {
+      a.landmarks.push_back(from[l]);
+      b.landmarks.push_back(to_float(exp_rotation({0, angle, 0}) * Vec3d(from[l])) +
+                            Vec3{0.1f, 0, 0});
+    }
+    PlanSettings settings;
+    settings.align = align;
+    return plan_morph(a, b, FieldKind::kGaussian, settings).alignment.turn.y;
+  };
+  for (const double angle : {0.4, -2.0, 3.0}) {
+    EXPECT_NEAR(turn_with(angle, 3, AlignMethod::kSimilarity), angle, 1e-5);
+    EXPECT_NEAR(turn_with(angle, 3, AlignMethod::kRigid), angle, 1e-5);
+    EXPECT_EQ(turn_with(angle, 3, AlignMethod::kTranslate), 0);
+  }
+}
+
+TEST(RotationOfLandmarks, NeedsThreeThatAgree) {
+  const std::vector<Vec3> from{{1, 0, 0}, {0, 0, 1}, {-1, 0, -1}};
+  EXPECT_TRUE(rotation_of_landmarks(from, from));
+  EXPECT_FALSE(rotation_of_landmarks(std::span(from).first(2), std::span(from).first(2)));
+  const std::vector<Vec3> column{{0, 0, 0}, {0, 1, 0}, {0.01f, 2, 0}};
+  EXPECT_FALSE(rotation_of_landmarks(column, from));
+  EXPECT_FALSE(rotation_of_landmarks(from, column));
+  const std::vector<Vec3> square{{1, 0, 0}, {0, 0, 1}, {-1, 0, 0}, {0, 0, -1}},
+      crossed{{1, 0, 0}, {0, 0, -1}, {-1, 0, 0}, {0, 0, 1}};
+  EXPECT_FALSE(rotation_of_landmarks(square, crossed)) << "a mirror image is no turn";
 }
 
 TEST(BallMasses, AreWhatEachBallEncloses) {

@@ -99,6 +99,75 @@ TEST(SmoothMap, FlowTakesPointsWhereTheyComeFromTheSamePlace) {
   EXPECT_LT(missed, moved) << "a point keeps where it comes from better than one that stands still";
 }
 
+/// Landmarks of plan_with_landmarks(): the bar's knob and an end become others' places than the
+/// balls there do.
+const std::vector<Vec3> kFrom{{0.8f, 0.5f, 0}, {-1.15f, 0, 0}, {-0.6f, 0, 0.35f}};
+const std::vector<Vec3> kTo{{0.2f, 0.9f, 0.3f}, {0.9f, 0.1f, 0.8f}, {0.1f, 0.1f, 0.9f}};
+MorphPlan plan_with_landmarks(Path path, Stagger stagger, bool backwards = false) {
+  MotionSettings motion;
+  motion.path = path;
+  motion.stagger = stagger;
+  PlanSide source, target;
+  source.balls = bar();
+  target.balls = random_balls(40, 3);
+  source.landmarks = kFrom;
+  target.landmarks = kTo;
+  if (backwards) std::swap(source, target);
+  return plan_morph(std::move(source), std::move(target), FieldKind::kGaussian, {}, motion);
+}
+
+TEST(SmoothMap, LandmarksAreMetOnTheirWay) {
+  for (const Path path : {Path::kStraight, Path::kBezier, Path::kRigid, Path::kParts})
+    for (const Stagger stagger : {Stagger::kNone, Stagger::kAxis}) {
+      const MorphPlan plan = plan_with_landmarks(path, stagger);
+      for (const float time : {0.0f, 0.1f, 0.37f, 0.5f, 0.9f, 1.0f}) {
+        const std::vector<Vec3> places = landmark_places(plan, time, balls_at(plan, time));
+        const PullBack met = pulled(plan, time, places);
+        for (std::size_t l = 0; l < places.size(); ++l) {
+          EXPECT_LT(length(met.source[l] - kFrom[l]), 1e-4f * kSize) << time;
+          EXPECT_LT(length(met.target[l] - kTo[l]), 1e-4f * kSize) << time;
+          if (time == 0) EXPECT_EQ(places[l], kFrom[l]);
+          if (time == 1) EXPECT_EQ(places[l], kTo[l]);
+        }
+      }
+    }
+}
+
+TEST(SmoothMap, LandmarksGoTheSameWayBackwards) {
+  const MorphPlan there = plan_with_landmarks(Path::kRigid, Stagger::kNone),
+                  back = plan_with_landmarks(Path::kRigid, Stagger::kNone, true);
+  for (const float time : {0.25f, 0.5f}) {
+    const auto a = landmark_places(there, time, balls_at(there, time)),
+               b = landmark_places(back, 1 - time, balls_at(back, 1 - time));
+    for (std::size_t l = 0; l < a.size(); ++l) EXPECT_LT(length(a[l] - b[l]), 1e-4f);
+  }
+}
+
+TEST(SmoothMap, FlowTakesLandmarksAlong) {
+  const MorphPlan plan = plan_with_landmarks(Path::kRigid, Stagger::kNone);
+  constexpr float kTime = 0.4f, kNext = 0.45f;
+  const std::vector<Ball> balls = balls_at(plan, kTime), later = balls_at(plan, kNext);
+  const std::vector<Vec3> places = landmark_places(plan, kTime, balls),
+                          next = landmark_places(plan, kNext, later);
+  const auto engine = make_cpu_engine();
+  const auto flow = flow_at(plan, kTime, kNext, balls, kSize, places, *engine);
+  ASSERT_TRUE(flow.ok()) << flow.error().message;
+  for (std::size_t l = 0; l < places.size(); ++l)
+    EXPECT_LT(length(places[l] + flow->displacement[l] - next[l]), 1e-5f);
+}
+
+TEST(SmoothMap, LandmarksReachBeyondAllBalls) {
+  // A landmark that is drawn far out takes the surface's bounds along.
+  MorphPlan plan = plan_with_landmarks(Path::kStraight, Stagger::kNone);
+  plan.landmarks[0].to = {0, 4, 0};
+  const FrameMap map = frame_map(plan, 0.5f, balls_at(plan, 0.5f), kSize);
+  const Vec3 place = map.regression->landmarks[0].place;
+  EXPECT_GT(place.y, 2);
+  EXPECT_GT(map.box.high.y, place.y);
+  const PullBack met = pulled(plan, 0.5f, {place});
+  EXPECT_LT(length(met.target[0] - Vec3{0, 4, 0}), 1e-3f);
+}
+
 TEST(SmoothMap, TipsWithoutACounterpartLead) {
   // A bar becomes a ball: its ends are further out than anything there.
   const MorphPlan plan =

@@ -290,7 +290,7 @@ TEST_F(SceneTest, AListOfActorsIsReadAndOneChainIsAnActorToo) {
   ASSERT_EQ(alone->actors.size(), 1u);
   EXPECT_EQ(alone->actors[0].name, "a");
   const auto scene = load(R"({"spheres": {"balls": 77}, "plan": {"method": "nearest", "seed": 3,
-      "landmarks": [{"from": [0, 1, 0], "to": [0, 2, 0]}]},
+      "landmarks": {"a.obj": {"nose": [0, 1, 0]}, "b": {"nose": "v2"}}},
     "actors": [{"source": "a.obj", "target": {"model": "b.obj", "spheres": {"fit": "round"}}},
                {"source": "a.obj", "intermediate": ["sphere"], "target": "b.obj", "start": 9,
                 "translate": [2, 0, 0], "scale": 0.5, "per_leg": [5, 6],
@@ -305,7 +305,7 @@ TEST_F(SceneTest, AListOfActorsIsReadAndOneChainIsAnActorToo) {
   EXPECT_EQ(first.plan.method, PlanMethod::kNearest);
   EXPECT_EQ(second.plan.method, PlanMethod::kIndex);
   EXPECT_EQ(second.plan.seed, 3u) << "the scene's plan is every actor's default";
-  EXPECT_EQ(first.plan.landmarks.size(), 1u);
+  EXPECT_EQ(first.plan.landmarks.at("b").at("nose").vertex, 2);
   EXPECT_EQ(second.start, 9);
   EXPECT_EQ(second.per_leg, (std::vector<int>{5, 6}));
   EXPECT_EQ(second.translate.x, 2);
@@ -314,7 +314,38 @@ TEST_F(SceneTest, AListOfActorsIsReadAndOneChainIsAnActorToo) {
   const auto again = load(text);
   ASSERT_TRUE(again.ok()) << again.error().message;
   EXPECT_EQ(scene_to_json(*again, folder), text);
-  EXPECT_EQ(again->actors[0].plan.landmarks.size(), 1u) << "a list replaces the default";
+  EXPECT_EQ(again->actors[0].plan.landmarks.at("a.obj").at("nose").point, Vec3(0, 1, 0));
+}
+
+TEST_F(SceneTest, WhatIsWrongWithLandmarksHasItsPlace) {
+  const auto expect_error = [&](const std::string& landmarks, const std::string& expected) {
+    const auto bad = load(
+        "{\"source\": \"a.obj\", \"intermediate\": [\"sphere\"], \"target\": \"b.obj\",\n"
+        " \"plan\": {\"landmarks\": " +
+        landmarks + "}}");
+    ASSERT_FALSE(bad.ok()) << landmarks;
+    EXPECT_NE(bad.error().message.find(expected), std::string::npos) << bad.error().message;
+  };
+  expect_error(R"([{"from": [0, 0, 0], "to": [0, 0, 0]}])",
+               "scene.json:2:24: /plan/landmarks: is no list any more - write {\"first.obj\": "
+               "{\"nose\": [x, y, z]}");
+  expect_error(R"({"a.obj": [1, 2, 3]})",
+               "scene.json:2:34: /plan/landmarks/a.obj: must be an object");
+  expect_error(R"({"a.obj": {"nose": "1"}})",
+               "scene.json:2:43: /plan/landmarks/a.obj/nose: must be a point [x, y, z]");
+  for (const char* wrong :
+       {"[1, 2]", "\"v0\"", "\"v-1\"", "\"v\"", "7", "[1, 2, \"3\"]", "[1, 2, 1e99]"})
+    expect_error(R"({"a.obj": {"nose": )" + std::string(wrong) + "}}", "must be a point [x, y, z]");
+  expect_error(R"({"c.obj": {"nose": [0, 0, 0]}})",
+               "scene.json:2:25: /plan/landmarks/c.obj: no object is called that");
+  expect_error(
+      R"({"a.obj": {"nose": [0, 0, 0]}, "sphere": {"noes": [0, 1, 0]}})",
+      "scene.json:2:35: /plan/landmarks/a.obj/nose: no neighbour of a.obj in the chain has a "
+      "landmark \"nose\" - did you mean \"noes\"?");
+  expect_error(R"({"a.obj": {"nose": [0, 0, 0]}, "b": {"nose": [0, 1, 0]}})",
+               "no neighbour of a.obj in the chain has a landmark \"nose\"");
+  expect_error(R"({"a.obj": {"nose": [0, 0, 0]}, "sphere": {"nose": "v1"}, "a": {"nose": "v1"}})",
+               "/plan/landmarks/a: is the same object as \"a.obj\"");
 }
 
 TEST_F(SceneTest, WhatIsWrongWithActorsHasItsPlace) {

@@ -78,6 +78,9 @@ class ChangeField {
   void text_map(const char* key, std::map<std::string, std::string>& value, const char*) {
     if (turn(key)) value["x"] = "y";
   }
+  void landmarks(const char* key, LandmarkSettings& value, const char*) {
+    if (turn(key)) value["x"]["nose"].vertex = 1;
+  }
   void path(const char* key, std::filesystem::path& value, const char*) {
     if (turn(key)) value = "another.file";
   }
@@ -145,7 +148,6 @@ TEST(ContentHash, EveryKeyOfASceneCounts) {
   };
   Scene whole = scene();
   whole.actors[0].intermediate.resize(1);
-  whole.actors[0].plan.landmarks.resize(1);
   whole.lights.lamps.resize(1);
   const Model model = triangle();
   const auto hash_with = [&](int target, std::vector<std::string>* names = nullptr) {

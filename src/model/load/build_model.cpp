@@ -80,6 +80,12 @@ class Builder {
     model_.name = printable(path.stem().string());
   }
 
+  std::vector<Vec3> vertices() const {
+    std::vector<Vec3> all;
+    for (std::uint32_t i = 0; i < scan_.points; ++i) all.push_back(vertex_position(raw_, i));
+    return all;
+  }
+
   Result<Model> build() {
     representative_ = find_first_equal(scan_);
     point_index_.assign(scan_.point_count(), kNone);
@@ -429,8 +435,10 @@ void Builder::check_distance_from_origin() {
 }  // namespace
 
 Result<Model> build_model(ObjScan& scan, const MtlSet& mtls, const std::filesystem::path& path,
-                          std::vector<std::string>& warnings) {
-  return Builder(scan, mtls, path, warnings).build();
+                          std::vector<std::string>& warnings, std::vector<Vec3>* vertices) {
+  Builder builder(scan, mtls, path, warnings);
+  if (vertices) *vertices = builder.vertices();
+  return builder.build();
 }
 
 }  // namespace polymorph

@@ -234,7 +234,8 @@ Result<LoadedModel> run_and_parse(const fs::path& path, const LoadObjSettings& s
     loaded.warnings.push_back(fmt::format("{}: {}", file, first_line(warning)));
   loaded.warnings.insert(loaded.warnings.end(), scan.warnings.begin(), scan.warnings.end());
   loaded.warnings.insert(loaded.warnings.end(), mtls.warnings.begin(), mtls.warnings.end());
-  PM_TRY(loaded.model, build_model(scan, mtls, path, loaded.warnings));
+  PM_TRY(loaded.model, build_model(scan, mtls, path, loaded.warnings,
+                                   settings.vertices ? &loaded.vertices : nullptr));
   if (settings.textures)
     PM_TRY_STATUS(load_textures({path, scan, mtls, imported.textures}, settings.strict,
                                 loaded.model, loaded.warnings));

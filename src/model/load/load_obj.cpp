@@ -36,7 +36,8 @@ Result<LoadedModel> load_obj(const std::filesystem::path& path, const LoadObjSet
   loaded.file_points = scan.point_count();
   loaded.warnings = scan.warnings;
   loaded.warnings.insert(loaded.warnings.end(), mtls.warnings.begin(), mtls.warnings.end());
-  PM_TRY(loaded.model, build_model(scan, mtls, path, loaded.warnings));
+  PM_TRY(loaded.model, build_model(scan, mtls, path, loaded.warnings,
+                                   settings.vertices ? &loaded.vertices : nullptr));
   if (settings.textures) {
     PM_TRY_STATUS(
         load_textures({path, scan, mtls, {}}, settings.strict, loaded.model, loaded.warnings));

@@ -15,12 +15,14 @@ struct LoadObjSettings {
   std::uint64_t max_bytes = 2ull << 30;
   bool textures = true;  ///< false: geometry and materials only (check, spheres)
   bool strict = false;   ///< a missing MTL and a missing or broken texture are errors, not warnings
+  bool vertices = false;  ///< keep the file's own vertices
 };
 
 struct LoadedModel {
   Model model;
   std::vector<std::string> warnings;  ///< "FILE:LINE: problem - consequence"
   std::uint32_t file_points = 0;  ///< v lines; the model keeps only distinct points that faces use
+  std::vector<Vec3> vertices;     ///< all of them in the file's order, where they are asked for
 };
 
 /// Loads a Wavefront OBJ. Every bad number, index or file is an error with FILE:LINE (up to 20 at

@@ -1,4 +1,4 @@
-// Plan validation against the models (labels, landmarks), used by both `check` and `render`.
+// Plan validation against the models (labels), used by both `check` and `render`.
 #pragma once
 
 #include <span>
@@ -10,9 +10,8 @@
 
 namespace polymorph {
 
-/// A line for each name in plan.labels that no object has, and for each landmark that is farther
-/// from its object than the object is large. `models`: one per object of the chain, as
-/// load_models() gives them.
+/// A line for each name in plan.labels that no object has. `models`: one per object of the chain,
+/// as load_models() gives them.
 std::vector<std::string> plan_problems(std::span<const ChainObject> chain,
                                        std::span<const Model> models);
 

@@ -58,6 +58,8 @@ std::string inputs_hash(const SceneInputs& inputs, std::string_view program) {
   }
   hasher.add(inputs.models.size());
   for (const Model& model : inputs.models) add(hasher, model);
+  for (const ObjectPlacing& placing : inputs.placings)
+    if (!placing.vertices.empty()) hasher.add(std::span<const Vec3>(placing.vertices));
   hasher.add(inputs.environment != nullptr);
   if (inputs.environment) hasher.add(pixel_digest(*inputs.environment));
   return hasher.hex();

@@ -10,6 +10,7 @@
 #include "model/model.h"
 #include "scene/load_scene.h"
 #include "scene/scene.h"
+#include "sequence/prepare/loaded_scene.h"
 
 namespace polymorph {
 
@@ -19,6 +20,8 @@ struct SceneInputs {
   std::span<const ChainObject> chain;  ///< chain_objects(scene)
   std::span<const Model> models;       ///< one per object, as load_models() gives them
   const Image* environment = nullptr;
+  /// One per object, too, where landmarks may name vertices.
+  std::span<const ObjectPlacing> placings = {};
 };
 
 /// Hash of the scene's settings, its files' contents and the program. Contents count and not

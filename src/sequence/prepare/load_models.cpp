@@ -15,6 +15,7 @@
 #include "model/transform.h"
 #include "morph/timeline.h"
 #include "sequence/prepare/check_plan.h"
+#include "sequence/prepare/place_landmarks.h"
 #include "spheres/spheres.h"
 
 namespace polymorph {
@@ -28,15 +29,41 @@ Transform upright(UpAxis up) {
   return make_transform({}, degrees, {1, 1, 1});
 }
 
-Result<Model> load_object(const ObjectSettings& object, bool textures,
-                          std::vector<std::string>& warnings) {
-  if (!object.shape.empty()) return make_shape(object.shape);
+/// An object as it was read, turned upright.
+struct ReadObject {
+  Model model;
+  ObjectPlacing placing;  ///< up to there
+};
+
+Result<ReadObject> load_object(const ObjectSettings& object, bool textures, bool vertices,
+                               std::vector<std::string>& warnings) {
+  ReadObject read;
+  if (!object.shape.empty()) {
+    PM_TRY(read.model, make_shape(object.shape));
+    read.placing.box = read.model.box();
+    if (vertices) read.placing.vertices = read.model.points;
+    return read;
+  }
   const Activity activity("reading " + object.model.filename().string());
   LoadObjSettings settings;
   settings.textures = textures;
+  settings.vertices = vertices;
   PM_TRY(LoadedModel loaded, load_model(object.model, settings));
   warnings.insert(warnings.end(), loaded.warnings.begin(), loaded.warnings.end());
-  return turned_upright(std::move(loaded.model), object.up);
+  read.placing.box = loaded.model.box();
+  read.placing.vertices = std::move(loaded.vertices);
+  read.model = std::move(loaded.model);
+  if (object.up == UpAxis::kY) return read;
+  read.placing.to_scene = upright(object.up);
+  read.model = transformed(read.model, read.placing.to_scene);
+  return read;
+}
+
+/// Does a landmark of the object name a vertex?
+bool names_vertices(const ChainObject& object) {
+  const ObjectLandmarks* landmarks = find_landmarks(object.actor->plan, *object.settings);
+  return landmarks && std::any_of(landmarks->begin(), landmarks->end(),
+                                  [](const auto& entry) { return !entry.second.point; });
 }
 
 /// Text that equal objects have in common, whatever stands where.
@@ -71,8 +98,9 @@ std::vector<std::size_t> first_with_key(std::span<const ChainObject> chain, cons
 struct Readings {
   struct Reading {
     std::vector<std::string> warnings;
-    Result<Model> model = Model{};
+    Result<ReadObject> object = ReadObject{};
     std::size_t uses = 0;
+    bool vertices = false;  ///< are the file's own asked for?
   };
   std::vector<std::size_t> first;  ///< index of each object's reading
   std::vector<Reading> readings;
@@ -81,15 +109,18 @@ struct Readings {
       : first(first_with_key(chain,
                              [](const ChainObject& object) { return file_key(*object.settings); })),
         readings(chain.size()) {
-    for (const std::size_t i : first) ++readings[i].uses;
+    for (std::size_t i = 0; i < chain.size(); ++i) {
+      ++readings[first[i]].uses;
+      readings[first[i]].vertices |= names_vertices(chain[i]);
+    }
   }
-  /// The model of an object, and its warnings where it is the first of its file.
-  Result<Model> take(std::size_t object, std::vector<std::string>& warnings) {
+  /// An object as it was read, and its warnings where it is the first of its file.
+  Result<ReadObject> take(std::size_t object, std::vector<std::string>& warnings) {
     Reading& reading = readings[first[object]];
     if (first[object] == object)
       warnings.insert(warnings.end(), reading.warnings.begin(), reading.warnings.end());
-    if (--reading.uses > 0) return reading.model;
-    return std::move(reading.model);
+    if (--reading.uses > 0) return reading.object;
+    return std::move(reading.object);
   }
 };
 
@@ -105,26 +136,33 @@ void paint(Model& model, Vec3 color) {
 /// Puts an object in its place. Standing: turned, brought to the wanted size, centred on the y axis
 /// with its foot on y = 0; the user's scale then works about that foot. `size` <= 0 leaves the size
 /// as it is. `stage` then puts the actor in its own.
-Model arrange(const Model& model, const ObjectSettings& object, bool stand, float size,
-              const Transform& stage) {
-  if (!stand)
-    return transformed(
-        model, compose(stage, make_transform(object.translate, object.rotate, object.scale)));
-  const Model rotated = transformed(model, make_transform({}, object.rotate, {1, 1, 1}));
-  const Box box = rotated.box();
+void arrange(ReadObject& read, const ObjectSettings& object, bool stand, float size,
+             const Transform& stage) {
+  Model& model = read.model;
+  const auto put = [&read](const Transform& to) {
+    read.placing.to_scene = compose(to, read.placing.to_scene);
+    return transformed(read.model, to);
+  };
+  if (!stand) {
+    model = put(compose(stage, make_transform(object.translate, object.rotate, object.scale)));
+    return;
+  }
   const float diagonal = model.box().diagonal();  // before turning: a turn must not change the size
+  model = put(make_transform({}, object.rotate, {1, 1, 1}));
+  const Box box = model.box();
   const float factor = size > 0 && diagonal > 0 ? size / diagonal : 1;
   const Vec3 foot{box.center().x, box.low.y, box.center().z};
   const Transform to_origin = make_transform(-factor * foot, {}, {factor, factor, factor});
   const Transform by_user = make_transform(object.translate, {}, object.scale);
-  return transformed(rotated, compose(stage, compose(by_user, to_origin)));
+  model = put(compose(stage, compose(by_user, to_origin)));
 }
 
 /// Puts an object, as it was read, in its place; `size` is the first source's, or 0 for that one
 /// itself.
-Model place_object(const Scene& scene, const ChainObject& chained, Model model, float& size) {
+void place_object(const Scene& scene, const ChainObject& chained, ReadObject& read, float& size) {
   const ObjectSettings& object = *chained.settings;
   const ActorSettings& actor = *chained.actor;
+  Model& model = read.model;
   if (object.crease) model.corner_normals = creased_normals(model, *object.crease);
   if (object.color) paint(model, *object.color);
   for (Material& material : model.materials) {
@@ -135,8 +173,8 @@ Model place_object(const Scene& scene, const ChainObject& chained, Model model, 
   const bool is_source = size == 0;
   if (is_source) size = model.box().diagonal();
   const bool stand = scene.arrange == Arrange::kStand && object.arrange;
-  return arrange(model, object, stand, is_source ? 0 : size,
-                 make_transform(actor.translate, actor.rotate, actor.scale));
+  arrange(read, object, stand, is_source ? 0 : size,
+          make_transform(actor.translate, actor.rotate, actor.scale));
 }
 
 }  // namespace
@@ -166,14 +204,17 @@ Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject>
         const auto i = static_cast<std::size_t>(index);
         if (read.first[i] != i) return;
         Readings::Reading& reading = read.readings[i];
-        reading.model = load_object(*chain[i].settings, textures, reading.warnings);
+        reading.object =
+            load_object(*chain[i].settings, textures, reading.vertices, reading.warnings);
       },
       1);
   LoadedScene loaded;
   float size = 0;
   for (std::size_t i = 0; i < chain.size(); ++i) {
-    PM_TRY(Model model, read.take(i, loaded.warnings));
-    loaded.models.push_back(place_object(scene, chain[i], std::move(model), size));
+    PM_TRY(ReadObject object, read.take(i, loaded.warnings));
+    place_object(scene, chain[i], object, size);
+    loaded.models.push_back(std::move(object.model));
+    loaded.placings.push_back(std::move(object.placing));
   }
   return loaded;
 }
@@ -206,11 +247,12 @@ std::vector<std::string> find_problems(const Scene& scene, std::span<const Chain
     const ObjectSettings& object = *chain[i].settings;
     if (read.first[i] == i) {
       Readings::Reading& reading = read.readings[i];
-      reading.model = load_object(object, true, reading.warnings);
+      reading.object = load_object(object, true, reading.vertices, reading.warnings);
     }
-    auto model = read.take(i, loaded.warnings);
-    if (model) model = place_object(scene, chain[i], std::move(*model), size);
-    loaded.models.push_back(model ? std::move(*model) : Model{});
+    auto taken = read.take(i, loaded.warnings);
+    if (taken) place_object(scene, chain[i], *taken, size);
+    loaded.models.push_back(taken ? std::move(taken->model) : Model{});
+    loaded.placings.push_back(taken ? std::move(taken->placing) : ObjectPlacing{});
     if (alike[i] != i) continue;
     // A fit takes seconds and fails at nothing that its spheres do not fail at.
     const Activity activity("looking at " + object.name);
@@ -218,14 +260,17 @@ std::vector<std::string> find_problems(const Scene& scene, std::span<const Chain
     unfitted.fit = FitKind::kNone;
     unfitted.error = 0;
     unfitted.coarse = true;
-    if (!model) {
-      problems.push_back(model.error().message);
+    if (!taken) {
+      problems.push_back(taken.error().message);
     } else if (const auto spheres = approximate_cached(loaded.models.back(), unfitted, cache);
                !spheres) {
       problems.push_back(fmt::format("{}: {}", object.name, spheres.error().message));
     }
   }
-  if (problems.empty()) problems = plan_problems(chain, loaded.models);
+  if (problems.empty()) {
+    problems = plan_problems(chain, loaded.models);
+    place_landmarks(scene, chain, loaded, problems);
+  }
   if (const std::string problem = turntable_problem(scene); !problem.empty())
     problems.push_back(problem);
   if (!scene.lights.environment.empty())

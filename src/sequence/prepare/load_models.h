@@ -10,16 +10,11 @@
 
 #include "base/result.h"
 #include "image/image.h"
-#include "model/model.h"
 #include "scene/load_scene.h"
+#include "sequence/prepare/loaded_scene.h"
 
 namespace polymorph {
 
-/// The models of all actors, loaded and arranged.
-struct LoadedScene {
-  std::vector<Model> models;  ///< actor by actor, in chain order
-  std::vector<std::string> warnings;
-};
 /// `chain`: chain_objects(scene).
 Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject> chain,
                                 bool textures);

@@ -3,19 +3,24 @@
 #include "sequence/prepare/check_plan.h"
 #include "sequence/prepare/film_settings.h"
 #include "sequence/prepare/load_models.h"
+#include "sequence/prepare/place_landmarks.h"
 #include "sequence/prepare/prepare_legs.h"
 #include "sequence/prepare/prepare_objects.h"
 
 namespace polymorph {
 namespace {
 
-Status check_scene(const Scene& scene, std::span<const ChainObject> chain,
-                   std::span<const Model> models) {
-  if (const auto problems = plan_problems(chain, models); !problems.empty())
-    return make_error(ErrorCode::kInput, "{}", fmt::join(problems, "\n"));
+/// The landmarks of all objects. Errors (kInput): these, labels or the turntable are not those of
+/// the models.
+Result<std::vector<PlacedLandmarks>> check_scene(const Scene& scene,
+                                                 std::span<const ChainObject> chain,
+                                                 const LoadedScene& loaded) {
+  std::vector<std::string> problems = plan_problems(chain, loaded.models);
+  std::vector<PlacedLandmarks> landmarks = place_landmarks(scene, chain, loaded, problems);
+  if (!problems.empty()) return make_error(ErrorCode::kInput, "{}", fmt::join(problems, "\n"));
   if (const std::string problem = turntable_problem(scene); !problem.empty())
     return make_error(ErrorCode::kInput, "{}: {}", scene.path.string(), problem);
-  return Ok{};
+  return landmarks;
 }
 
 void place_camera(PreparedScene& prepared) {
@@ -50,22 +55,23 @@ Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
   PM_TRY(LoadedScene loaded, load_models(scene, chain, /*textures=*/true));
   prepared.warnings = std::move(loaded.warnings);
   // Refuse labels and landmarks that do not belong to the models.
-  PM_TRY_STATUS(check_scene(scene, chain, loaded.models));
+  PM_TRY(const std::vector<PlacedLandmarks> landmarks, check_scene(scene, chain, loaded));
   // Refuse what memory cannot hold, before search trees, distances and surfaces are made.
   prepared.memory = estimate_memory(scene, chain, loaded.models, limit.pictures);
   PM_TRY_STATUS(check_memory(prepared.memory, limit.bytes));
   // Read the environment. Beyond this point, nothing more is read but the cache.
   PM_TRY(prepared.environment, load_environment(scene));
   // Hash everything that decides the frames.
-  prepared.hashes = hash_sequence({scene, chain, loaded.models, prepared.environment.get()});
+  prepared.hashes =
+      hash_sequence({scene, chain, loaded.models, prepared.environment.get(), loaded.placings});
   // Lay out each actor: its timeline, box, cells and labels.
   PM_TRY(const std::vector<ActorOutline> outlines, outline_actors(scene, chain, loaded.models));
   for (const ActorOutline& outline : outlines) prepared.box = unite(prepared.box, outline.box);
   // Make the objects: balls, distances, colours, boundary stages.
   PM_TRY(const std::vector<ObjectList> objects,
-         make_objects(preparation, chain, loaded.models, outlines));
+         make_objects(preparation, chain, loaded, landmarks, outlines));
   // Make the legs: plans between the objects, pacing, balls in flight.
-  PM_TRY(prepared.actors, make_actors(preparation, outlines, objects));
+  PM_TRY(prepared.actors, make_actors(preparation, outlines, objects, prepared.warnings));
   // Place the camera so that all objects are in the picture.
   place_camera(prepared);
   return prepared;

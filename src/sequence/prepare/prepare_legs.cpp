@@ -5,6 +5,7 @@
 #include "base/activity.h"
 #include "base/log.h"
 #include "leg/make_leg.h"
+#include "leg/map_fold.h"
 #include "morph/labels.h"
 
 namespace polymorph {
@@ -45,22 +46,29 @@ void log_limbs(const MorphPlan& plan, const std::string& from, const std::string
   if (!limbs.empty()) log_info("{} -> {}: limbs: {}", from, to, fmt::join(limbs, ", "));
 }
 
-/// Objects that a leg goes between, and its number in the actor's plan settings, from 1.
+/// Names of landmarks that both objects have.
+std::vector<std::string> common_landmarks(const PreparedObject& from, const PreparedObject& to) {
+  std::vector<std::string> names;
+  for (const auto& [name, place] : from.landmarks)
+    if (to.landmarks.contains(name)) names.push_back(name);
+  return names;
+}
+
+/// Objects that a leg goes between, and the landmarks that they have in common.
 struct LegEnds {
   const PreparedObject &from, &to;
-  int number = 1;
+  std::vector<std::string> landmarks;
 };
 
 MorphPlan plan_leg(const PlanSettings& settings, const LegEnds& ends, const MotionSettings& motion,
                    FieldKind kind, const std::filesystem::path& cache) {
-  const auto& [from, to, number] = ends;
+  const auto& [from, to, landmarks] = ends;
   const LabelMatch match = match_labels(label_list(from), label_list(to), settings.labels);
   PlanSide source = plan_side(from, match.from), target = plan_side(to, match.to);
-  for (const LandmarkSettings& landmark : settings.landmarks)
-    if (landmark.leg == number) {
-      source.landmarks.push_back(landmark.from);
-      target.landmarks.push_back(landmark.to);
-    }
+  for (const std::string& name : landmarks) {
+    source.landmarks.push_back(from.landmarks.at(name));
+    target.landmarks.push_back(to.landmarks.at(name));
+  }
   MorphPlan plan = plan_morph(std::move(source), std::move(target), kind, settings, motion, cache);
   log_rotation(plan, from.name, to.name);
   log_limbs(plan, from.name, to.name);
@@ -69,8 +77,8 @@ MorphPlan plan_leg(const PlanSettings& settings, const LegEnds& ends, const Moti
 
 /// Makes the actor's legs, in order: a leg may start from the balls with which the one before it is
 /// left.
-Status add_legs(const Preparation& preparation, const PlanSettings& settings,
-                PreparedActor& actor) {
+Status add_legs(const Preparation& preparation, const PlanSettings& settings, PreparedActor& actor,
+                std::vector<std::string>& warnings) {
   const auto& [scene, engine, cache, fits] = preparation;
   std::vector<LabelledObject> labels;
   for (const auto& object : actor.objects) labels.push_back(label_list(*object));
@@ -81,13 +89,15 @@ Status add_legs(const Preparation& preparation, const PlanSettings& settings,
   for (std::size_t i = 0; i < timings.size(); ++i) {
     const std::shared_ptr<const PreparedObject> target = actor.objects[i + 1];
     const Activity activity("planning " + source->name + " -> " + target->name);
-    MorphPlan plan = plan_leg(settings, {*source, *target, static_cast<int>(i) + 1},
-                              timings[i].motion, scene.field.kind, cache);
-    LegParts parts{source, target, std::move(plan), before};
+    LegParts parts{source, target, {}, before, common_landmarks(*source, *target)};
+    parts.plan = plan_leg(settings, {*source, *target, parts.landmark_names}, timings[i].motion,
+                          scene.field.kind, cache);
     if (before) parts.pace = leg_pace(timings[i - 1]) / leg_pace(timings[i]);
     PM_TRY(const std::shared_ptr<const Leg> leg,
            make_leg(std::move(parts), timings[i], actor.settings, engine, cache));
     actor.legs.push_back(leg);
+    PM_TRY(const std::string fold, describe_fold(*leg, engine));
+    if (!fold.empty()) warnings.push_back(fold);
     source = target;
     before = nullptr;
     if (leg->until == 1) continue;
@@ -105,11 +115,12 @@ Status add_legs(const Preparation& preparation, const PlanSettings& settings,
 
 Result<std::vector<PreparedActor>> make_actors(const Preparation& preparation,
                                                std::span<const ActorOutline> outlines,
-                                               std::span<const ObjectList> objects) {
+                                               std::span<const ObjectList> objects,
+                                               std::vector<std::string>& warnings) {
   std::vector<PreparedActor> actors;
   for (std::size_t a = 0; a < outlines.size(); ++a) {
     PreparedActor& actor = actors.emplace_back(PreparedActor{outlines[a], objects[a], {}});
-    PM_TRY_STATUS(add_legs(preparation, preparation.scene.actors[a].plan, actor));
+    PM_TRY_STATUS(add_legs(preparation, preparation.scene.actors[a].plan, actor, warnings));
   }
   return actors;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "base/result.h"
@@ -12,10 +13,12 @@
 
 namespace polymorph {
 
-/// The actors with their legs, from their outlines and objects. Errors: kInput where the plan names
+/// The actors with their legs, from their outlines and objects; `warnings` gets what landmarks do
+/// to their maps. Errors: kInput where the plan names
 /// labels that no object has, or a leg is left without a surface; the engine's.
 Result<std::vector<PreparedActor>> make_actors(const Preparation& preparation,
                                                std::span<const ActorOutline> outlines,
-                                               std::span<const ObjectList> objects);
+                                               std::span<const ObjectList> objects,
+                                               std::vector<std::string>& warnings);
 
 }  // namespace polymorph

@@ -138,7 +138,8 @@ Result<std::vector<ActorOutline>> outline_actors(const Scene& scene,
 
 Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
                                              std::span<const ChainObject> chain,
-                                             std::span<Model> models,
+                                             LoadedScene& loaded,
+                                             std::span<const PlacedLandmarks> landmarks,
                                              std::span<const ActorOutline> outlines) {
   if (std::any_of(chain.begin(), chain.end(), [&](const ChainObject& object) {
         const SphereSettings& spheres = object.settings->spheres;
@@ -155,7 +156,9 @@ Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
       object.name = settings.name;
       object.meta = settings.meta;
       object.front = front_azimuth(chain[next]);
-      object.model = std::move(models[next]);
+      object.model = std::move(loaded.models[next]);
+      object.to_scene = loaded.placings[next].to_scene;
+      object.landmarks = landmarks[next];
       object.label_numbers = label_numbers(object.model.label_names, outline.label_names);
       PM_TRY_STATUS(complete_object(preparation, settings, outline.settings,
                                     leg_kinds(outline.timeline, i), object));

@@ -8,6 +8,7 @@
 #include "base/result.h"
 #include "kernels/engine.h"
 #include "scene/load_scene.h"
+#include "sequence/prepare/place_landmarks.h"
 #include "sequence/prepare/prepared_scene.h"
 
 namespace polymorph {
@@ -26,11 +27,12 @@ Result<std::vector<ActorOutline>> outline_actors(const Scene& scene,
                                                  std::span<const ChainObject> chain,
                                                  std::span<const Model> models);
 
-/// The objects of each actor, from the models of the chain, which are moved into them. Errors:
-/// kInput where a model has no balls or encloses nothing; the engine's.
+/// The objects of each actor, from the models of the chain, which are moved out of `loaded`, and
+/// their landmarks. Errors: kInput where a model has no balls or encloses nothing; the engine's.
 Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
                                              std::span<const ChainObject> chain,
-                                             std::span<Model> models,
+                                             LoadedScene& loaded,
+                                             std::span<const PlacedLandmarks> landmarks,
                                              std::span<const ActorOutline> outlines);
 
 }  // namespace polymorph

@@ -41,11 +41,22 @@ void measure_labels(const MorphPlan& plan, MorphEnds& ends) {
   ends.chance = chance;
 }
 
-/// Measures how far the balls around each landmark arrive from its counterpart.
-void measure_landmarks(const MorphPlan& plan, const std::vector<LandmarkSettings>& landmarks,
-                       int leg, MorphEnds& ends) {
-  for (const LandmarkSettings& landmark : landmarks) {
-    if (landmark.leg != leg + 1) continue;
+/// Measures how far from its counterpart each landmark arrives: by the map half way, where the leg
+/// has one, else by the balls around it.
+Status measure_landmarks(const Leg& leg, Engine& engine, MorphEnds& ends) {
+  const MorphPlan& plan = leg.plan;
+  if (plan.landmarks.empty()) return Ok{};
+  if (std::holds_alternative<DistanceLeg>(leg.kind)) {
+    PM_TRY(const LegState half, leg_state(leg, 0.5f * leg.until, engine));
+    const std::vector<Vec3> places = landmark_places(plan, half.time, half.balls);
+    PM_TRY(const PullBack met, pull_back(leg, half, places, engine));
+    for (std::size_t l = 0; l < places.size(); ++l)
+      ends.landmark_errors.push_back(
+          static_cast<double>(std::max(length(met.source[l] - plan.landmarks[l].from),
+                                       length(met.target[l] - plan.landmarks[l].to))));
+    return Ok{};
+  }
+  for (const PlanLandmark& landmark : plan.landmarks) {
     // The nearest ball's parts, each keeping its place beside the landmark.
     std::uint32_t nearest = 0;
     for (std::uint32_t i = 0; i < plan.from.size(); ++i)
@@ -58,6 +69,7 @@ void measure_landmarks(const MorphPlan& plan, const std::vector<LandmarkSettings
         arrives = arrives + Vec3d(plan.to[pair.to].center) * static_cast<double>(pair.from_share);
     ends.landmark_errors.push_back(length(arrives - Vec3d(landmark.to)));
   }
+  return Ok{};
 }
 
 /// Degrees about the vertical between the plan's turn and the one that fits its pairs best.
@@ -111,8 +123,7 @@ Result<std::optional<TrueErrors>> measure_truth(const PreparedActor& actor,
 
 /// The ends of leg `number`. Where it is left before its target is reached, the morph goes to the
 /// source of the next leg.
-MorphEnds measure_ends(const PreparedActor& actor, const PlanSettings& settings,
-                       std::size_t number) {
+Result<MorphEnds> measure_ends(const PreparedActor& actor, std::size_t number, Engine& engine) {
   const Leg& leg = *actor.legs[number];
   const MorphPlan& plan = leg.plan;
   const PreparedObject& from = *leg.from;
@@ -124,7 +135,7 @@ MorphEnds measure_ends(const PreparedActor& actor, const PlanSettings& settings,
   ends.target = mesh_of(to.model);
   for (const Pair& pair : plan.pairs) ends.masses.push_back(pair.mass);
   measure_labels(plan, ends);
-  measure_landmarks(plan, settings.landmarks, static_cast<int>(number), ends);
+  PM_TRY_STATUS(measure_landmarks(leg, engine, ends));
   ends.truth = fit_similarity(from.model.points, to.model.points);
   const Alignment& alignment = plan.alignment;
   ends.recovered = Similarity{
@@ -190,7 +201,7 @@ Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engin
         PM_TRY(MorphFrame sample, measure_sample(leg, share, engine));
         samples.push_back(std::move(sample));
       }
-      MorphEnds ends = measure_ends(actor, prepared.scene.actors[a].plan, number);
+      PM_TRY(MorphEnds ends, measure_ends(actor, number, engine));
       if (prepared.actors.size() > 1) ends.actor = actor.name;
       ends.facing = measure_facing(leg.plan);
       // A leg that is left on its way does not show what its map says of the end.

@@ -1,0 +1,106 @@
+#include "export/landmark_candidates.h"
+
+#include "mesh/closest.h"
+#include "morph/limb_names.h"
+#include "morph/limbs.h"
+#include "morph/match_limbs.h"
+#include "scene/load_scene.h"
+
+namespace polymorph {
+namespace {
+
+/// The limbs of an object, with their names and tips.
+struct NamedLimbs {
+  Limbs limbs;
+  std::vector<std::string> names;
+  std::vector<Vec3> tips;  ///< places on the surface, in the file's coordinates
+};
+
+/// The point of the surface that is nearest to where a limb's centre line leaves it.
+Vec3 tip_on_surface(const Limb& limb, const ClosestPointQuery& surface) {
+  // How far beyond the limb, as a share of its last piece: short ones end bluntly.
+  constexpr double kBeyond = 1.5;
+  const Vec3d last = limb.line[kLimbStations - 1];
+  const Vec3d ahead = (last - limb.line[kLimbStations - 2]) * kBeyond;
+  return surface.closest(to_float(last + ahead)).point;
+}
+
+Result<NamedLimbs> name_limbs(const PreparedObject& object) {
+  const auto to_file = inverse(object.to_scene);
+  if (!to_file)
+    return make_error(ErrorCode::kInput,
+                      "{}: its scale flattens it, so no point of it has a place in its file",
+                      object.name);
+  NamedLimbs out;
+  out.limbs = find_limbs(object.balls);
+  out.names = limb_names(out.limbs);
+  for (const Limb& limb : out.limbs.limbs)
+    out.tips.push_back(apply(*to_file, tip_on_surface(limb, *object.closest)));
+  return out;
+}
+
+/// Gives limb `k` of an object a name that no other of its limbs has.
+void rename(NamedLimbs& limbs, std::size_t k, const std::string& name) {
+  for (std::size_t i = 0; i < limbs.names.size(); ++i)
+    if (i != k && limbs.names[i] == name) limbs.names[i] = limbs.names[k];
+  limbs.names[k] = name;
+}
+
+/// Names the target's limbs as those of the source that they are matched with, and lists the tips.
+std::vector<LegCandidates::Tip> list_tips(const NamedLimbs& from, NamedLimbs& to, double angle) {
+  std::vector<LegCandidates::Tip> tips;
+  std::vector<bool> from_done(from.names.size()), to_done(to.names.size());
+  if (!from.names.empty() && !to.names.empty())
+    for (const auto& [i, k] : match_limbs(from.limbs, to.limbs, angle).limbs) {
+      rename(to, k, from.names[i]);
+      from_done[i] = to_done[k] = true;
+      tips.push_back({from.names[i], from.tips[i], to.tips[k]});
+    }
+  for (std::size_t i = 0; i < from.names.size(); ++i)
+    if (!from_done[i]) tips.push_back({from.names[i], from.tips[i], std::nullopt});
+  for (std::size_t k = 0; k < to.names.size(); ++k)
+    if (!to_done[k]) tips.push_back({to.names[k], std::nullopt, to.tips[k]});
+  return tips;
+}
+
+}  // namespace
+
+std::string landmark_key(const Scene& scene, const ObjectSettings& object) {
+  if (object.model.empty()) return object.name;
+  const std::filesystem::path file = object.model.filename();
+  for (const ChainObject& other : chain_objects(scene))
+    if (other.settings->model.filename() == file && other.settings->model != object.model)
+      return object.name;
+  return file.string();
+}
+
+Result<std::vector<LegCandidates>> landmark_candidates(const PreparedScene& prepared) {
+  std::vector<LegCandidates> out;
+  for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
+    const PreparedActor& actor = prepared.actors[a];
+    const std::vector<const ObjectSettings*> chain = chain_objects(prepared.scene.actors[a]);
+    std::vector<NamedLimbs> limbs;
+    for (std::size_t i = 0; i < chain.size(); ++i) {
+      PM_TRY(NamedLimbs named, name_limbs(*actor.objects[i]));
+      limbs.push_back(std::move(named));
+    }
+    for (std::size_t i = 0; i + 1 < chain.size(); ++i) {
+      if (actor.legs[i]->from != actor.objects[i]) continue;  // balls in flight have no file
+      const double angle = actor.legs[i]->plan.alignment.turn.y;
+      out.push_back({static_cast<int>(a), static_cast<int>(i), static_cast<int>(i + 1),
+                     landmark_key(prepared.scene, *chain[i]),
+                     landmark_key(prepared.scene, *chain[i + 1]),
+                     list_tips(limbs[i], limbs[i + 1], angle)});
+    }
+  }
+  return out;
+}
+
+std::vector<NamedPair> matched_tips(const LegCandidates& leg) {
+  std::vector<NamedPair> matched;
+  for (const auto& [name, from, to] : leg.tips)
+    if (from && to) matched.push_back({name, *from, *to});
+  return matched;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,83 @@
+#include "export/landmarks_data.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "export/landmark_candidates.h"
+#include "leg/leg_surface.h"
+#include "mesh/normals.h"
+
+namespace polymorph {
+namespace {
+
+/// A colour for each place of a box: its place in the cube of colours.
+std::vector<Vec3> colors_by_place(const std::vector<Vec3>& points, const Box& box) {
+  constexpr float kDarkest = 0.1f, kRange = 0.85f;
+  const Vec3 size = box.size();
+  const auto channel = [&](float v, float low, float extent) {
+    return kDarkest + kRange * (extent > 0 ? std::clamp((v - low) / extent, 0.0f, 1.0f) : 0.5f);
+  };
+  std::vector<Vec3> colors;
+  for (const Vec3 p : points)
+    colors.push_back({channel(p.x, box.low.x, size.x), channel(p.y, box.low.y, size.y),
+                      channel(p.z, box.low.z, size.z)});
+  return colors;
+}
+
+Result<LandmarksLeg> make_landmarks_leg(const Leg& leg, const LegCandidates& candidates,
+                                        Engine& engine) {
+  LandmarksLeg out;
+  const Box box = leg.from->model.box();
+  out.from_colors = colors_by_place(leg.from->model.points, box);
+  PM_TRY(const LegState end, leg_state(leg, 1, engine));
+  PM_TRY(const PullBack pulled, pull_back(leg, end, leg.to->model.points, engine));
+  out.to_colors = colors_by_place(pulled.source, box);
+  out.candidates = matched_tips(candidates);
+  // landmark_candidates() has refused flattened objects.
+  const Transform from_file = *inverse(leg.from->to_scene), to_file = *inverse(leg.to->to_scene);
+  for (std::size_t l = 0; l < leg.plan.landmarks.size(); ++l)
+    out.given.push_back({leg.landmark_names[l], apply(from_file, leg.plan.landmarks[l].from),
+                         apply(to_file, leg.plan.landmarks[l].to)});
+  return out;
+}
+
+}  // namespace
+
+Result<LandmarksPage> make_landmarks_page(const PreparedScene& prepared, Engine& engine) {
+  PM_TRY(const std::vector<LegCandidates> legs, landmark_candidates(prepared));
+  if (legs.empty())
+    return make_error(
+        ErrorCode::kInput,
+        "{}: no leg begins at an object that is reached, so there is nothing to click",
+        prepared.scene.path.string());
+  LandmarksPage page;
+  std::map<std::pair<int, int>, int> indices;  // of the page's objects, by actor and object
+  const auto index_of = [&](int actor, int object, const std::string& key) {
+    const auto [entry, is_new] =
+        indices.try_emplace({actor, object}, static_cast<int>(page.objects.size()));
+    if (is_new) {
+      const PreparedObject& from = *prepared.actors[static_cast<std::size_t>(actor)]
+                                        .objects[static_cast<std::size_t>(object)];
+      page.objects.push_back({key,
+                              {from.model.points, point_normals(from.model), from.model.triangles},
+                              from.to_scene,
+                              *inverse(from.to_scene)});
+    }
+    return entry->second;
+  };
+  for (const LegCandidates& leg : legs) {
+    const PreparedActor& actor = prepared.actors[static_cast<std::size_t>(leg.actor)];
+    PM_TRY(LandmarksLeg one,
+           make_landmarks_leg(*actor.legs[static_cast<std::size_t>(leg.from)], leg, engine));
+    one.from = index_of(leg.actor, leg.from, leg.from_key);
+    one.to = index_of(leg.actor, leg.to, leg.to_key);
+    page.legs.push_back(std::move(one));
+    if (!page.title.empty()) page.title += ", ";
+    page.title += actor.objects[static_cast<std::size_t>(leg.from)]->name + " to " +
+                  actor.objects[static_cast<std::size_t>(leg.to)]->name;
+  }
+  return page;
+}
+
+}  // namespace polymorph

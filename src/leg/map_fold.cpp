@@ -1,0 +1,95 @@
+#include "leg/map_fold.h"
+
+#include <algorithm>
+#include <map>
+
+#include "base/text.h"
+#include "field/extract_surface.h"
+#include "kernels/linear.h"
+#include "leg/leg_surface.h"
+#include "morph/motion.h"
+
+namespace polymorph {
+namespace {
+
+/// Points that are looked at, at most.
+constexpr std::size_t kPoints = 4000;
+/// Step of the differences, in spacings of the map's nodes: within one piece of the spline, mostly.
+constexpr float kStep = 0.25f;
+
+std::vector<Vec3> some_of(const std::vector<Vec3>& points) {
+  const std::size_t stride = std::max<std::size_t>(1, points.size() / kPoints);
+  std::vector<Vec3> some;
+  for (std::size_t i = 0; i < points.size(); i += stride) some.push_back(points[i]);
+  return some;
+}
+
+/// Says of each point whether either map is inside out there.
+Result<std::vector<bool>> folded_points(const std::shared_ptr<const Regression>& map,
+                                        const std::vector<Vec3>& points, Engine& engine) {
+  const float step = kStep * map->lattice.cell;
+  std::vector<Vec3> around;
+  for (const Vec3 p : points)
+    for (const Vec3 d : {Vec3{0, 0, 0}, Vec3{step, 0, 0}, Vec3{0, step, 0}, Vec3{0, 0, step}})
+      around.push_back(p + d);
+  std::vector<AttributeValues> values;
+  PM_TRY_STATUS(to_status(engine.regress(map, around, values)));
+  std::vector<bool> folded(points.size(), false);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    for (std::size_t m = 0; m < 2; ++m) {
+      const auto at = [&](std::size_t k) {
+        const float* v = values[2 * (4 * i + k) + m].v;
+        return Vec3d(Vec3{v[0], v[1], v[2]});
+      };
+      const Vec3d x = at(1) - at(0), y = at(2) - at(0), z = at(3) - at(0);
+      if (!(dot(x, cross(y, z)) > 0)) folded[i] = true;
+    }
+  return folded;
+}
+
+}  // namespace
+
+Result<std::string> describe_fold(const Leg& leg, Engine& engine) {
+  const bool of_distances = visit(
+      leg, [] { return false; }, [](const DistanceLeg&) { return true; });
+  if (!of_distances || leg.plan.landmarks.empty()) return std::string();
+  std::size_t count = 0, all = 0;
+  std::map<std::string, std::size_t> nearest;  // folded points by the landmark next to them
+  for (const float time : {0.0f, 0.5f, 1.0f}) {
+    PM_TRY(const LegState state, leg_state(leg, time, engine));
+    std::vector<Vec3> points;
+    if (time == 0.5f) {
+      PM_TRY(const LegSurface surface, leg_surface(leg, time, engine));
+      points = some_of(surface.mesh.positions);
+    } else {
+      points = some_of((time == 0 ? leg.from : leg.to)->model.points);
+    }
+    auto plain = std::make_shared<Regression>(*state.map.regression);
+    plain->landmarks.clear();
+    PM_TRY(const std::vector<bool> folded, folded_points(state.map.regression, points, engine));
+    PM_TRY(const std::vector<bool> before, folded_points(plain, points, engine));
+    const std::vector<Vec3> places = landmark_places(leg.plan, time, state.balls);
+    all += points.size();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (!folded[i] || before[i]) continue;
+      ++count;
+      const auto near = std::min_element(places.begin(), places.end(), [&](Vec3 a, Vec3 b) {
+        return length(a - points[i]) < length(b - points[i]);
+      });
+      ++nearest[leg.landmark_names[static_cast<std::size_t>(near - places.begin())]];
+    }
+  }
+  if (count == 0) return std::string();
+  const auto most =
+      std::max_element(nearest.begin(), nearest.end(),
+                       [](const auto& a, const auto& b) { return a.second < b.second; });
+  return fmt::format(
+      "{} -> {}: landmarks fold the map, most of all around \"{}\": {:.2g} % of the surface's "
+      "points "
+      "are turned inside out on the way - look whether it is the same place on both, or leave it "
+      "out",
+      leg.from->name, leg.to->name, printable(most->first),
+      std::max(100 * static_cast<double>(count) / static_cast<double>(all), 0.01));
+}
+
+}  // namespace polymorph

@@ -1,0 +1,102 @@
+#include "sequence/prepare/place_landmarks.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "base/text.h"
+#include "mesh/closest.h"
+
+namespace polymorph {
+namespace {
+
+std::string point_text(Vec3 p) { return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x, p.y, p.z); }
+
+/// Says what is wrong with the landmarks of one scene, each thing once.
+class LandmarkProblems {
+ public:
+  LandmarkProblems(const Scene& scene, std::vector<std::string>& problems)
+      : file_(scene.path.string()), problems_(problems) {}
+
+  void add(const LandmarkPoint& landmark, const std::string& message) {
+    const std::string line =
+        to_string({landmark.line, landmark.column, landmark.pointer, message}, file_);
+    if (std::find(problems_.begin(), problems_.end(), line) == problems_.end())
+      problems_.push_back(line);
+  }
+
+ private:
+  std::string file_;
+  std::vector<std::string>& problems_;
+};
+
+/// One object of the chain, as it was loaded.
+struct LoadedObject {
+  const ObjectSettings& settings;
+  const Model& model;
+  const ObjectPlacing& placing;
+};
+
+/// The landmark in the file's coordinates; nothing where there is no such vertex.
+std::optional<Vec3> point_in_file(const LoadedObject& object, const LandmarkPoint& landmark,
+                                  LandmarkProblems& problems) {
+  if (landmark.point) return landmark.point;
+  const auto count = static_cast<long long>(object.placing.vertices.size());
+  if (landmark.vertex <= count)
+    return object.placing.vertices[static_cast<std::size_t>(landmark.vertex - 1)];
+  problems.add(landmark, fmt::format("is vertex {}, but {} has {}", landmark.vertex,
+                                     object.settings.name, count));
+  return std::nullopt;
+}
+
+PlacedLandmarks place_on_surface(const LoadedObject& object, const ObjectLandmarks& landmarks,
+                                 LandmarkProblems& problems) {
+  // Shares of the object's size.
+  constexpr float kFar = 0.1f, kSame = 1e-3f;
+  const float size = object.model.box().diagonal();
+  const ClosestPointQuery surface(object.model);
+  PlacedLandmarks placed;
+  for (const auto& [name, landmark] : landmarks) {
+    const std::optional<Vec3> point = point_in_file(object, landmark, problems);
+    if (!point) continue;
+    const ClosestPoint hit = surface.closest(apply(object.placing.to_scene, *point));
+    if (!(hit.distance <= kFar * size)) {
+      const Box& box = object.placing.box;
+      problems.add(landmark,
+                   fmt::format("{} is {:.3g} times the size of {} away from its surface, which "
+                               "reaches from {} to {} - give the point in the file's own "
+                               "coordinates",
+                               point_text(*point), hit.distance / size, object.settings.name,
+                               point_text(box.low), point_text(box.high)));
+      continue;
+    }
+    const auto same = std::find_if(placed.begin(), placed.end(), [&](const auto& other) {
+      return length(other.second - hit.point) < kSame * size;
+    });
+    if (same != placed.end())
+      problems.add(landmark, fmt::format("is in the same place as \"{}\" - leave one of them out",
+                                         printable(same->first)));
+    else
+      placed.emplace(name, hit.point);
+  }
+  return placed;
+}
+
+}  // namespace
+
+std::vector<PlacedLandmarks> place_landmarks(const Scene& scene, std::span<const ChainObject> chain,
+                                             const LoadedScene& loaded,
+                                             std::vector<std::string>& problems) {
+  LandmarkProblems found(scene, problems);
+  std::vector<PlacedLandmarks> placed;
+  for (std::size_t i = 0; i < chain.size(); ++i) {
+    const ObjectLandmarks* landmarks = find_landmarks(chain[i].actor->plan, *chain[i].settings);
+    const bool is_there = landmarks && !loaded.models[i].triangles.empty();
+    placed.push_back(
+        is_there ? place_on_surface({*chain[i].settings, loaded.models[i], loaded.placings[i]},
+                                    *landmarks, found)
+                 : PlacedLandmarks{});
+  }
+  return placed;
+}
+
+}  // namespace polymorph
