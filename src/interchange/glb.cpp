@@ -519,12 +519,12 @@ Status GlbWriter::add_camera_motion() {
     last = rotation;
     append(angles, static_cast<float>(field_of_view(all[i])));
   }
-  PM_TRY(const std::size_t input, add_accessor(times, 0, kFloat, "SCALAR", all.size()));
+  PM_TRY(const std::size_t input, add_accessor(times, 0, {kFloat, "SCALAR", all.size()}));
   accessors_.items.back()["min"] = JsonValue::array({0.0f});
   accessors_.items.back()["max"] =
       JsonValue::array({static_cast<float>(all.size() - 1) / sequence_.fps});
   const auto add = [&](const std::string& bytes, const char* type, JsonValue target) -> Status {
-    PM_TRY(const std::size_t output, add_accessor(bytes, 0, kFloat, type, all.size()));
+    PM_TRY(const std::size_t output, add_accessor(bytes, 0, {kFloat, type, all.size()}));
     animation_["channels"].push_back(
         {{"sampler", animation_["samplers"].size()}, {"target", std::move(target)}});
     animation_["samplers"].push_back(

@@ -82,7 +82,8 @@ class Builder {
 
   std::vector<Vec3> vertices() const {
     std::vector<Vec3> all;
-    for (std::uint32_t i = 0; i < scan_.points; ++i) all.push_back(vertex_position(raw_, i));
+    for (std::uint32_t i = 0; i < scan_.point_count(); ++i)
+      all.push_back(vertex_position(scan_, i));
     return all;
   }
 
