@@ -126,8 +126,12 @@ TEST(SmoothMap, LandmarksAreMetOnTheirWay) {
         for (std::size_t l = 0; l < places.size(); ++l) {
           EXPECT_LT(length(met.source[l] - kFrom[l]), 1e-4f * kSize) << time;
           EXPECT_LT(length(met.target[l] - kTo[l]), 1e-4f * kSize) << time;
-          if (time == 0) EXPECT_EQ(places[l], kFrom[l]);
-          if (time == 1) EXPECT_EQ(places[l], kTo[l]);
+          if (time == 0) {
+            EXPECT_EQ(places[l], kFrom[l]);
+          }
+          if (time == 1) {
+            EXPECT_EQ(places[l], kTo[l]);
+          }
         }
       }
     }

@@ -6,6 +6,7 @@
 #include "leg/leg_surface.h"
 #include "mesh/closest.h"
 #include "morph/motion.h"
+#include "sequence/prepare/load_models.h"
 #include "sequence/prepare/place_landmarks.h"
 #include "testing/scene.h"
 
@@ -73,7 +74,6 @@ TEST_F(LandmarksTest, FollowTheModelsPlace) {
     std::vector<std::string> problems;
     auto placed = place_landmarks(scene, chain, *loaded, problems);
     EXPECT_TRUE(problems.empty()) << problems.front();
-    // Vertex 2809 of the file is the model's highest point before it is turned.
     return std::pair(placed[0], loaded->models[0]);
   };
   for (const auto& [source, arrange] :
