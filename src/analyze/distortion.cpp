@@ -21,12 +21,13 @@ Metric2 measure_triangle(MeshView mesh, const Triangle& t) {
   return {dot(a, a), dot(a, b), dot(b, b), length(cross(a, b))};
 }
 
-double dilatation(const Metric2& rest, const Metric2& now) {
+double dilatation(const Metric2& before, const Metric2& after) {
   constexpr double kLargest = 100;
-  const double areas = rest.twice_area * now.twice_area;
+  const double areas = before.twice_area * after.twice_area;
   if (!(areas > 0)) return kLargest;
-  // The trace of rest^-1 now over twice the root of its determinant: (K + 1 / K) / 2.
-  const double mean = (rest.bb * now.aa - 2 * rest.ab * now.ab + rest.aa * now.bb) / (2 * areas);
+  // The trace of inverse(before) * after over twice the root of its determinant: (K + 1 / K) / 2.
+  const double mean =
+      (before.bb * after.aa - 2 * before.ab * after.ab + before.aa * after.bb) / (2 * areas);
   const double excess = std::max(mean * mean - 1, 0.0);
   return std::clamp(mean + std::sqrt(excess), 1.0, kLargest);
 }
@@ -44,21 +45,21 @@ bool corresponds(MeshView a, MeshView b) {
                     [&](const Triangle& s, const Triangle& t) { return corners(s) == corners(t); });
 }
 
-double conformal_distortion(MeshView rest, MeshView now) {
-  PM_CHECK(corresponds(rest, now));
-  std::vector<Metric2> before, after;
+double conformal_distortion(MeshView before, MeshView after) {
+  PM_CHECK(corresponds(before, after));
+  std::vector<Metric2> first, last;
   double rest_area = 0, now_area = 0;
-  for (std::size_t t = 0; t < rest.triangles.size(); ++t) {
-    before.push_back(measure_triangle(rest, rest.triangles[t]));
-    after.push_back(measure_triangle(now, rest.triangles[t]));
-    rest_area += before.back().twice_area;
-    now_area += after.back().twice_area;
+  for (std::size_t t = 0; t < before.triangles.size(); ++t) {
+    first.push_back(measure_triangle(before, before.triangles[t]));
+    last.push_back(measure_triangle(after, before.triangles[t]));
+    rest_area += first.back().twice_area;
+    now_area += last.back().twice_area;
   }
   if (!(rest_area > 0 && now_area > 0)) return 0;
   double sum = 0;
-  for (std::size_t t = 0; t < before.size(); ++t)
-    sum += dilatation(before[t], after[t]) *
-           (before[t].twice_area / rest_area + after[t].twice_area / now_area) / 2;
+  for (std::size_t t = 0; t < first.size(); ++t)
+    sum += dilatation(first[t], last[t]) *
+           (first[t].twice_area / rest_area + last[t].twice_area / now_area) / 2;
   return sum;
 }
 

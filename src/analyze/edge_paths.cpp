@@ -12,14 +12,14 @@
 namespace polymorph {
 namespace {
 
-struct Way {
+struct Link {
   std::uint32_t to = 0;
   double length = 0;
 };
-/// The edges that leave each point: those of point v are `ways` from first[v] to first[v + 1].
+/// The edges that leave each point: those of point v are `links` from first[v] to first[v + 1].
 struct EdgeGraph {
   std::vector<std::size_t> first;
-  std::vector<Way> ways;
+  std::vector<Link> links;
 };
 
 EdgeGraph make_graph(MeshView mesh) {
@@ -32,12 +32,12 @@ EdgeGraph make_graph(MeshView mesh) {
   });
   for (std::size_t v = 1; v < graph.first.size(); ++v) graph.first[v] += graph.first[v - 1];
   std::vector<std::size_t> next(graph.first.begin(), graph.first.end() - 1);
-  graph.ways.resize(graph.first.back());
+  graph.links.resize(graph.first.back());
   for_each_edge(uses, [&](std::size_t use, std::size_t) {
     const std::uint32_t a = uses[use].low, b = uses[use].high;
     const double length_ab = length(Vec3d(mesh.points[a]) - Vec3d(mesh.points[b]));
-    graph.ways[next[a]++] = {b, length_ab};
-    graph.ways[next[b]++] = {a, length_ab};
+    graph.links[next[a]++] = {b, length_ab};
+    graph.links[next[b]++] = {a, length_ab};
   });
   return graph;
 }
@@ -55,10 +55,10 @@ double shortest(const EdgeGraph& graph, std::uint32_t from, std::uint32_t to) {
     if (v == to) return reached;
     if (reached > distance[v]) continue;
     for (std::size_t k = graph.first[v]; k < graph.first[v + 1]; ++k) {
-      const Way& way = graph.ways[k];
-      if (!(reached + way.length < distance[way.to])) continue;
-      distance[way.to] = reached + way.length;
-      queue.emplace(distance[way.to], way.to);
+      const Link& link = graph.links[k];
+      if (!(reached + link.length < distance[link.to])) continue;
+      distance[link.to] = reached + link.length;
+      queue.emplace(distance[link.to], link.to);
     }
   }
   return kInfinity;

@@ -28,10 +28,10 @@ std::optional<double> share_off(const ThicknessSamples& samples, const std::vect
   PM_CHECK(carried.size() == samples.points.size());
   if (carried.empty() || other.triangles.empty()) return std::nullopt;
   const std::vector<ClosestPoint> closest = ClosestPointQuery(other).closest(carried);
-  double off = 0;
+  double missed = 0;
   for (std::size_t i = 0; i < carried.size(); ++i)
-    if (static_cast<double>(closest[i].distance) > scale * samples.half_thickness[i]) ++off;
-  return off / static_cast<double>(carried.size());
+    if (static_cast<double>(closest[i].distance) > scale * samples.half_thickness[i]) ++missed;
+  return missed / static_cast<double>(carried.size());
 }
 
 }  // namespace polymorph

@@ -20,7 +20,7 @@ struct TrueModel {
   std::string name;
   std::filesystem::path model;  ///< absolute, if the truth's file was
   UpAxis up = UpAxis::kY;
-  std::map<std::string, Vec3> points;  ///< in the coordinates of the model's file, near its surface
+  std::map<std::string, Vec3> points;  ///< coordinates of the model's file, near its surface
 };
 
 /// A file of true points. Points of the same name on two models belong together.

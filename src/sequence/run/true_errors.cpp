@@ -56,16 +56,16 @@ Vec3 carry_by_plan(Vec3 point, const MorphPlan& plan, bool back) {
   return sum;
 }
 
-/// Appends the distances of places from those wanted, over the diagonal.
-void add_errors(const std::vector<Vec3>& arrived, const std::vector<Vec3>& wanted, float diagonal,
+/// Appends the distances of places from those partners, over the diagonal.
+void add_errors(const std::vector<Vec3>& arrived, const std::vector<Vec3>& partners, float diagonal,
                 std::vector<double>& errors) {
   for (std::size_t k = 0; k < arrived.size(); ++k)
-    errors.push_back(static_cast<double>(length(arrived[k] - wanted[k]) / diagonal));
+    errors.push_back(static_cast<double>(length(arrived[k] - partners[k]) / diagonal));
 }
 
 /// Ways along the edges between the points nearest to the places, over the root of the area.
 std::vector<double> geodesic_errors(const std::vector<Vec3>& arrived,
-                                    const std::vector<Vec3>& wanted, MeshView mesh, double area) {
+                                    const std::vector<Vec3>& partners, MeshView mesh, double area) {
   const ClosestPointQuery query(mesh);
   const auto nearest_corners = [&](const std::vector<Vec3>& places) {
     std::vector<std::uint32_t> corners;
@@ -79,11 +79,11 @@ std::vector<double> geodesic_errors(const std::vector<Vec3>& arrived,
     }
     return corners;
   };
-  const std::vector<std::uint32_t> from = nearest_corners(wanted), to = nearest_corners(arrived);
+  const std::vector<std::uint32_t> from = nearest_corners(partners), to = nearest_corners(arrived);
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
   for (std::size_t k = 0; k < from.size(); ++k) pairs.emplace_back(from[k], to[k]);
   std::vector<double> lengths = edge_path_lengths(mesh, pairs);
-  for (double& way : lengths) way /= std::sqrt(area);
+  for (double& path_length : lengths) path_length /= std::sqrt(area);
   return lengths;
 }
 

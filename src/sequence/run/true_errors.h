@@ -22,7 +22,7 @@ struct TruePair {
 /// An object of a leg as its scene names it.
 struct NamedObject {
   const ObjectSettings& settings;
-  const Model& model;  ///< in its place
+  const Model& model;  ///< moved to its place
 };
 
 /// Measures a leg between two objects, whose motion is not left on the way. Nothing if the two have
