@@ -151,11 +151,11 @@ PointPairs pair_points(const TrueModel& from, const TrueModel& to) {
 }
 
 std::vector<Vec3> place_points(const std::vector<Vec3>& points, MeshView mesh,
-                               std::span<const Vec3> placed) {
-  PM_CHECK(!mesh.triangles.empty() && placed.size() == mesh.points.size());
+                               std::span<const Vec3> positions) {
+  PM_CHECK(!mesh.triangles.empty() && positions.size() == mesh.points.size());
   std::vector<Vec3> result;
   for (const ClosestPoint& hit : ClosestPointQuery(mesh).closest(points))
-    result.push_back(interpolate(placed, mesh.triangles[hit.triangle], weights_at(mesh, hit)));
+    result.push_back(interpolate(positions, mesh.triangles[hit.triangle], weights_at(mesh, hit)));
   return result;
 }
 

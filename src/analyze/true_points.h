@@ -45,8 +45,8 @@ struct PointPairs {
 PointPairs pair_points(const TrueModel& from, const TrueModel& to);
 
 /// Moves each point to the surface of `mesh`, and with that to where its triangle is when the
-/// mesh's points are at `placed`. The mesh has triangles.
+/// mesh's points are at `positions`. The mesh has triangles.
 std::vector<Vec3> place_points(const std::vector<Vec3>& points, MeshView mesh,
-                               std::span<const Vec3> placed);
+                               std::span<const Vec3> positions);
 
 }  // namespace polymorph

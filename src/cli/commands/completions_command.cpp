@@ -124,9 +124,9 @@ std::string zsh_completion(const std::vector<CommandTable>& commands) {
     row.value = value;
     const bool may_be_file = row.value == "FROM" || row.value == "TO" || row.value == "EFFECT";
     // A value follows KEY= at once.
-    const char* how = row.value == "KEY=VALUE" ? "-S '' " : "";
+    const char* suffix = row.value == "KEY=VALUE" ? "-S '' " : "";
     listers += fmt::format("{}() {{ compadd {}-- ${{(f)\"$({})\"}}{} }}\n", zsh_function(value),
-                           how, lister(row), may_be_file ? "; _files" : "");
+                           suffix, lister(row), may_be_file ? "; _files" : "");
   }
   for (const CommandTable& command : commands) {
     list += "    " + quoted(zsh_text(command.name) + ":" + command.purpose) + "\n";

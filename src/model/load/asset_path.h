@@ -28,8 +28,9 @@ class AssetFinder {
   /// outside `root` (absolute paths, `..`) are never opened, because a downloaded model must not
   /// read arbitrary files. If the named file is outside or missing, a file of the same base name in
   /// `folder` or `root` is used instead, with a note. Links are followed where they lead to files
-  /// inside `root`, or beside the file that the model's own link names. Errors (kInput): the file is outside, or is a link that leads outside, and
-  /// there is none with its base name; the message does not start with file and line.
+  /// inside `root`, or beside the file that the model's own link names. Errors (kInput): the file
+  /// is outside, or is a link that leads outside, and there is none with its base name; the message
+  /// does not start with file and line.
   Result<AssetPath> find(const std::filesystem::path& folder, std::string_view name);
 
  private:

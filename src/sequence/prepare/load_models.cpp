@@ -228,7 +228,7 @@ std::optional<double> front_azimuth(const ChainObject& object) {
                               apply(make_transform({}, settings.rotate, settings.scale),
                                     apply(upright(settings.up), in_file)));
   constexpr float kLevel = 1e-3f;
-  if (std::hypot(in_place.x, in_place.z) < kLevel * length(in_place) || in_file == Vec3{})
+  if (length(Vec3{in_place.x, 0, in_place.z}) < kLevel * length(in_place) || in_file == Vec3{})
     return std::nullopt;
   return exact::atan2(static_cast<double>(in_place.x), static_cast<double>(in_place.z));
 }

@@ -54,7 +54,7 @@ PlacedLandmarks place_on_surface(const LoadedObject& object, const ObjectLandmar
   constexpr float kFar = 0.1f, kSame = 1e-3f;
   const float size = object.model.box().diagonal();
   const ClosestPointQuery surface(object.model);
-  PlacedLandmarks placed;
+  PlacedLandmarks points;
   for (const auto& [name, landmark] : landmarks) {
     const std::optional<Vec3> point = point_in_file(object, landmark, problems);
     if (!point) continue;
@@ -69,16 +69,16 @@ PlacedLandmarks place_on_surface(const LoadedObject& object, const ObjectLandmar
                                point_text(box.low), point_text(box.high)));
       continue;
     }
-    const auto same = std::find_if(placed.begin(), placed.end(), [&](const auto& other) {
+    const auto twin = std::find_if(points.begin(), points.end(), [&](const auto& other) {
       return length(other.second - hit.point) < kSame * size;
     });
-    if (same != placed.end())
+    if (twin != points.end())
       problems.add(landmark, fmt::format("is in the same place as \"{}\" - leave one of them out",
-                                         printable(same->first)));
+                                         printable(twin->first)));
     else
-      placed.emplace(name, hit.point);
+      points.emplace(name, hit.point);
   }
-  return placed;
+  return points;
 }
 
 }  // namespace
@@ -87,16 +87,16 @@ std::vector<PlacedLandmarks> place_landmarks(const Scene& scene, std::span<const
                                              const LoadedScene& loaded,
                                              std::vector<std::string>& problems) {
   LandmarkProblems found(scene, problems);
-  std::vector<PlacedLandmarks> placed;
+  std::vector<PlacedLandmarks> lists;
   for (std::size_t i = 0; i < chain.size(); ++i) {
     const ObjectLandmarks* landmarks = find_landmarks(chain[i].actor->plan, *chain[i].settings);
     const bool is_there = landmarks && !loaded.models[i].triangles.empty();
-    placed.push_back(
+    lists.push_back(
         is_there ? place_on_surface({*chain[i].settings, loaded.models[i], loaded.placings[i]},
                                     *landmarks, found)
                  : PlacedLandmarks{});
   }
-  return placed;
+  return lists;
 }
 
 }  // namespace polymorph

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <map>
 
-#include "analyze/facing.h"
-#include "analyze/registration.h"
+#include "analyze/facing_error.h"
+#include "analyze/registration_error.h"
 #include "leg/boundary_surface.h"
 #include "leg/leg_surface.h"
 #include "mesh/append.h"

@@ -5,7 +5,7 @@
 
 #include "analyze/distortion.h"
 #include "analyze/edge_paths.h"
-#include "analyze/facing.h"
+#include "analyze/facing_error.h"
 #include "leg/leg_surface.h"
 #include "mesh/closest.h"
 #include "mesh/normals.h"
@@ -97,13 +97,13 @@ std::optional<double> missing_turn(const std::vector<Vec3>& from, const std::vec
 
 /// The points of an entry's model when it is laid over a mesh by its box.
 Result<std::vector<Vec3>> lay_over(const TrueModel& entry, const std::vector<Vec3>& points,
-                                   const Mesh& mesh, Model& placed) {
+                                   const Mesh& mesh, Model& model) {
   PM_TRY(const Model file, read_model(entry.model));
-  placed = turned_upright(file, entry.up);
-  const Box own = placed.box(), box = box_of(mesh.positions);
+  model = turned_upright(file, entry.up);
+  const Box own = model.box(), box = box_of(mesh.positions);
   const float scale = own.diagonal() > 0 ? box.diagonal() / own.diagonal() : 1;
-  for (Vec3& p : placed.points) p = box.center() + (p - own.center()) * scale;
-  return place_points(points, file, placed.points);
+  for (Vec3& p : model.points) p = box.center() + (p - own.center()) * scale;
+  return place_points(points, file, model.points);
 }
 
 /// The turn about the vertical from one mesh to one that corresponds to it.

@@ -1,4 +1,4 @@
-#include "analyze/registration.h"
+#include "analyze/registration_error.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "analyze/facing.h"
+#include "analyze/facing_error.h"
 
 #include <cmath>
 #include <numbers>
