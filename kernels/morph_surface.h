@@ -44,7 +44,7 @@ struct AffineMap {
 /// A place that a regression's maps take exactly where they are told to.
 struct RegressionLandmark {
   Vec3 place;
-  float deviation = 1;  ///< deviation of the Gaussian that bends the maps around it, scene units, > 0
+  float deviation = 1;  ///< deviation of its Gaussian, scene units, > 0
   Vec3 goal[2];         ///< the first three values of each map there, with its affine map
 };
 
