@@ -16,6 +16,8 @@ namespace {
 constexpr std::size_t kPoints = 4000;
 /// Step of the differences, in spacings of the map's nodes: within one piece of the spline, mostly.
 constexpr float kStep = 0.25f;
+/// A smaller share is no fold: single points where the map nearly was one without landmarks.
+constexpr double kFew = 1e-3;
 
 std::vector<Vec3> some_of(const std::vector<Vec3>& points) {
   const std::size_t stride = std::max<std::size_t>(1, points.size() / kPoints);
@@ -79,7 +81,8 @@ Result<std::string> describe_fold(const Leg& leg, Engine& engine) {
       ++nearest[leg.landmark_names[static_cast<std::size_t>(near - places.begin())]];
     }
   }
-  if (count == 0) return std::string();
+  const double share = static_cast<double>(count) / static_cast<double>(all);
+  if (!(share > kFew)) return std::string();
   const auto most =
       std::max_element(nearest.begin(), nearest.end(),
                        [](const auto& a, const auto& b) { return a.second < b.second; });
@@ -88,8 +91,7 @@ Result<std::string> describe_fold(const Leg& leg, Engine& engine) {
       "points "
       "are turned inside out on the way - look whether it is the same place on both, or leave it "
       "out",
-      leg.from->name, leg.to->name, printable(most->first),
-      std::max(100 * static_cast<double>(count) / static_cast<double>(all), 0.01));
+      leg.from->name, leg.to->name, printable(most->first), 100 * share);
 }
 
 }  // namespace polymorph

@@ -39,6 +39,8 @@ class ContradictionFinder {
   }
 
  private:
+  using Chain = std::vector<const ObjectSettings*>;
+
   void check_actor(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
     for (const char* key : {"source", "target"})
       if (!value.find(key))
@@ -65,32 +67,31 @@ class ContradictionFinder {
         report(fmt::format("{}/intermediate/{}/hold", pointer, i), &on_the_way->items[i],
                "an object that is left before it is reached cannot stand still");
   }
-  /// Checks each list of landmarks once, for all actors that have it.
+  /// Checks the scene's landmarks, which any actor may have use for, and what actors have besides.
   void check_all_landmarks() {
+    const JsonValue* scenes = inner(&document_.root, {"plan", "landmarks"});
     const JsonValue* list = document_.root.find("actors");
-    std::vector<const ActorSettings*> with_scenes;
-    for (std::size_t i = 0; i < scene_.actors.size(); ++i) {
-      const JsonValue* actor = list && i < list->items.size() ? &list->items[i] : nullptr;
-      if (const JsonValue* own = inner(actor, {"plan", "landmarks"}))
-        check_landmarks(*own, fmt::format("/actors/{}/plan/landmarks", i), {&scene_.actors[i]});
-      else
-        with_scenes.push_back(&scene_.actors[i]);
-    }
-    if (const JsonValue* scenes = inner(&document_.root, {"plan", "landmarks"}))
-      check_landmarks(*scenes, "/plan/landmarks", with_scenes);
-  }
-  using Chain = std::vector<const ObjectSettings*>;
-  /// Is every object there, once, and is every landmark one of a neighbour, too?
-  void check_landmarks(const JsonValue& landmarks, const std::string& pointer,
-                       const std::vector<const ActorSettings*>& actors) {
     std::vector<Chain> chains;
-    for (const ActorSettings* actor : actors) chains.push_back(chain_objects(*actor));
-    if (chains.empty()) return;
-    const PlanSettings& plan = actors.front()->plan;
+    for (std::size_t i = 0; i < scene_.actors.size(); ++i) {
+      const ActorSettings& actor = scene_.actors[i];
+      chains.push_back(chain_objects(actor));
+      const JsonValue* own = list && i < list->items.size() ? &list->items[i] : nullptr;
+      if (const JsonValue* landmarks = inner(own, {"plan", "landmarks"}))
+        check_landmarks(*landmarks, fmt::format("/actors/{}/plan/landmarks", i), actor.plan,
+                        {chains.back()}, scenes);
+    }
+    if (scenes) check_landmarks(*scenes, "/plan/landmarks", scene_.plan, chains, nullptr);
+  }
+  /// Is every object there, once, and is every landmark one of a neighbour, too? Those of `checked`
+  /// are left out.
+  void check_landmarks(const JsonValue& landmarks, const std::string& pointer,
+                       const PlanSettings& plan, const std::vector<Chain>& chains,
+                       const JsonValue* checked) {
     for (std::size_t k = 0; k < landmarks.members.size(); ++k) {
       const JsonMember& member = landmarks.members[k];
       const std::string place = pointer + "/" + member.key;
-      bool is_known = false;
+      const JsonValue* known_points = checked ? checked->find(member.key) : nullptr;
+      bool is_known = known_points != nullptr;
       std::vector<std::string> theirs;  // landmarks of the object's neighbours
       for (const Chain& chain : chains)
         for (std::size_t i = 0; i < chain.size(); ++i) {
@@ -103,6 +104,8 @@ class ContradictionFinder {
                                fmt::format("is the same object as \"{}\" - name it once",
                                            printable(landmarks.members[before].key)));
         }
+      if (known_points)
+        for (const JsonMember& point : known_points->members) theirs.push_back(point.key);
       if (is_known)
         check_partners(member, place, plan, theirs);
       else

@@ -139,17 +139,17 @@ TEST_F(BadScene, LabelsAndLandmarksThatNoObjectHas) {
   };
   expect_refused(scene(R"("labels": {"tail": "wing"})"), {"tail"});
   expect_refused(
-      scene(R"("landmarks": {"cube": {"top": [0, 1, 0]}, "sphere": {"top": [0, 100, 0]}})"),
+      scene(R"("landmarks": {"cube": {"top": [0, 2, 0]}, "sphere": {"top": [0, 100, 0]}})"),
       {"scene.json:6:", "/plan/landmarks/sphere/top: (0, 100, 0) is ",
-       " times the size of sphere away from its surface, which reaches from (-1, -1, -1) to (1, 1, "
+       " times the size of sphere away from its surface, which reaches from (-1, 0, -1) to (1, 2, "
        "1)"});
-  expect_refused(scene(R"("landmarks": {"cube": {"top": "v9"}, "sphere": {"top": [0, 1, 0]}})"),
-                 {"/plan/landmarks/cube/top: is vertex 9, but cube has 8"});
-  expect_refused(scene(R"("landmarks": {"cube": {"a": [0, 1, 0], "b": [0, 1.01, 0]},
-                       "sphere": {"a": [1, 0, 0], "b": [0, 1, 0]}})"),
+  expect_refused(scene(R"("landmarks": {"cube": {"top": "v99999"}, "sphere": {"top": [0, 2, 0]}})"),
+                 {"/plan/landmarks/cube/top: is vertex 99999, but cube has "});
+  expect_refused(scene(R"("landmarks": {"cube": {"a": [0, 2, 0], "b": [0, 2, 0.002]},
+                       "sphere": {"a": [1, 1, 0], "b": [0, 2, 0]}})"),
                  {"scene.json:6:", "/plan/landmarks/cube/b: is in the same place as \"a\""});
   write("scene.json",
-        scene(R"("landmarks": {"cube": {"top": [0, 1, 0]}, "sphere": {"top": "v1"}})"));
+        scene(R"("landmarks": {"cube": {"top": [0, 2, 0]}, "sphere": {"top": "v1"}})"));
   run(0, {"check", "scene.json"});
 }
 

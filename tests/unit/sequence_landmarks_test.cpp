@@ -100,8 +100,8 @@ TEST_F(LandmarksTest, FollowTheModelsPlace) {
 TEST_F(LandmarksTest, AreHandedOnByAnObjectThatIsLeftBefore) {
   const PreparedScene prepared = prepared_of(
       R"("source": "cube", "intermediate": [{"shape": "sphere", "retarget": 0.5}], "target": "torus",
-         "plan": {"landmarks": {"cube": {"a": [1, 0, 0], "b": [0, 1, 0]},
-                                "sphere": {"a": [1, 0, 0], "c": [0, 0, 1]},
+         "plan": {"landmarks": {"cube": {"a": [1, 1, 0]},
+                                "sphere": {"a": [1, 1, 0], "c": [0, 1, 1]},
                                 "torus": {"a": "v1", "c": "v40"}}})");
   const PreparedActor& actor = prepared.actors[0];
   EXPECT_EQ(actor.legs[0]->landmark_names, (std::vector<std::string>{"a"}));
@@ -117,13 +117,13 @@ TEST_F(LandmarksTest, AreHandedOnByAnObjectThatIsLeftBefore) {
 TEST_F(LandmarksTest, WarnWhereTheyFoldTheMap) {
   const auto warnings = [&](const std::string& target) {
     return prepared_of(R"("source": "cube", "target": "sphere",
-        "plan": {"align": "none", "landmarks": {"cube": {"east": [1, 0, 0], "west": [-1, 0, 0]},
+        "plan": {"align": "none", "landmarks": {"cube": {"east": [1, 1, 0], "west": [-1, 1, 0]},
                                "sphere": )" +
                        target + "}}")
         .warnings;
   };
-  EXPECT_TRUE(warnings(R"({"east": [1, 0, 0], "west": [-1, 0, 0]})").empty());
-  const auto folded = warnings(R"({"east": [-1, 0, 0], "west": [1, 0, 0]})");
+  EXPECT_TRUE(warnings(R"({"east": [1, 1, 0], "west": [-1, 1, 0]})").empty());
+  const auto folded = warnings(R"({"east": [-1, 1, 0], "west": [1, 1, 0]})");
   ASSERT_EQ(folded.size(), 1u);
   EXPECT_NE(folded[0].find("cube -> sphere: landmarks fold the map, most of all around \""),
             std::string::npos)
