@@ -155,17 +155,6 @@ double fused_discrepancy(const Body& a, const Body& b, double angle) {
   return value();
 }
 
-/// Azimuth of a line that an object's front lies on: that of its mirror plane, if it has but one,
-/// or of the front itself.
-std::optional<double> find_axis(const Limbs& limbs, std::optional<double> front) {
-  if (front) return front;
-  const std::vector<MirrorPlane>& planes = limbs.mirror_planes;
-  if (planes.empty() || planes[0].overlap < kLeastOverlap) return std::nullopt;
-  if (planes.size() > 1 && rank_plane(planes[1]) >= kSecondPlane * rank_plane(planes[0]))
-    return std::nullopt;
-  return planes[0].azimuth + exact::kPi / 2;
-}
-
 double wrapped(double angle) { return exact::atan2(exact::sin(angle), exact::cos(angle)); }
 
 }  // namespace
@@ -175,11 +164,20 @@ bool is_symmetric(const Limbs& limbs) {
   return !limbs.mirror_planes.empty() && limbs.mirror_planes[0].overlap >= kSymmetric;
 }
 
+std::optional<double> find_front_line(const Limbs& limbs) {
+  const std::vector<MirrorPlane>& planes = limbs.mirror_planes;
+  if (planes.empty() || planes[0].overlap < kLeastOverlap) return std::nullopt;
+  if (planes.size() > 1 && rank_plane(planes[1]) >= kSecondPlane * rank_plane(planes[0]))
+    return std::nullopt;
+  return planes[0].azimuth + exact::kPi / 2;
+}
+
 std::optional<double> find_facing(const Limbs& from, const Limbs& to, double given,
                                   std::optional<double> from_front,
                                   std::optional<double> to_front) {
   if (from_front && to_front) return wrapped(*to_front - *from_front);
-  const std::optional<double> a = find_axis(from, from_front), b = find_axis(to, to_front);
+  const auto a = from_front ? from_front : find_front_line(from),
+             b = to_front ? to_front : find_front_line(to);
   if (!a || !b) return std::nullopt;
   // Either way round; the turn that is given already, where it is one of these.
   std::array<double, 2> angles = {wrapped(*b - *a), wrapped(*b - *a + exact::kPi)};

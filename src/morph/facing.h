@@ -11,6 +11,10 @@ namespace polymorph {
 /// Tests whether an object is so much its own mirror image that the plane's direction is exact.
 bool is_symmetric(const Limbs& limbs);
 
+/// Finds the azimuth of the line on which an object's front lies, radians from +z towards +x in
+/// [pi/2, 3 pi/2): that of its mirror plane. Nothing where it has none, or more than one.
+std::optional<double> find_front_line(const Limbs& limbs);
+
 /// Finds the turn, in radians, by which `from` faces as `to` does. It lays the mirror plane of the
 /// one on that of the other, either way round: the way at which their limbs match better, or, where
 /// these are not certain, the bodies are more alike by the fused Gromov-Wasserstein discrepancy of

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <map>
 #include <optional>
 
@@ -7,6 +8,7 @@
 #include "base/text.h"
 #include "cli/command_line.h"
 #include "model/repair/diagnose.h"
+#include "morph/facing.h"
 #include "morph/timeline.h"
 #include "sequence/prepare/load_models.h"
 #include "sequence/prepare/memory_estimate.h"
@@ -46,20 +48,35 @@ std::string describe_object(const std::string& name, const Diagnosis& d) {
   return text;
 }
 
-/// Fits the balls of an object and measures the fit; empty where there are none to fit.
-Result<std::optional<ApproximationQuality>> measure_fit(const Model& model,
-                                                        const ObjectSettings& object,
-                                                        const std::filesystem::path& cache) {
+/// The quality of an object's balls, and the line that its front lies on, if they tell one.
+struct FitFindings {
+  ApproximationQuality quality;
+  std::optional<double> front_line;  ///< find_front_line()
+};
+
+/// Fits the balls of an object and looks at the fit; empty where there are none to fit.
+Result<std::optional<FitFindings>> measure_fit(const Model& model, const ObjectSettings& object,
+                                               const std::filesystem::path& cache) {
   const Activity activity("fitting balls to " + object.name);
   const auto stand_in = make_solid_proxy(model, object.spheres);
-  if (!stand_in) return std::optional<ApproximationQuality>();  // said already
+  if (!stand_in) return std::optional<FitFindings>();  // said already
   const auto approximation = approximate_cached(model, object.spheres, cache, &*stand_in);
-  if (!approximation || approximation->balls.empty()) return std::optional<ApproximationQuality>();
+  if (!approximation || approximation->balls.empty()) return std::optional<FitFindings>();
   const Model& solid = *stand_in ? **stand_in : model;
   PM_TRY(const ApproximationQuality quality,
          measure_quality(solid, InsideTest(solid), approximation->balls, FieldKind::kGaussian,
                          {96, 5e4}));
-  return std::optional(quality);
+  return std::optional(FitFindings{quality, find_front_line(find_limbs(approximation->balls))});
+}
+
+/// Says where an object's front may be, unless the scene says it.
+std::string describe_front(const ObjectSettings& object, double front_line) {
+  constexpr double kDegrees = 57.29577951308232;
+  const int degrees = static_cast<int>(std::lround(front_line * kDegrees)) % 180;
+  return fmt::format(
+      "{}: by its mirror plane it looks to {} or {} degrees from +z towards +x - \"front\" says "
+      "which",
+      object.name, degrees, degrees - 180);
 }
 
 Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions& common) {
@@ -84,7 +101,7 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
     result.errors.push_back(fits.error().message);
   const std::vector<std::size_t> alike = find_alike(chain);
   std::map<std::size_t, Diagnosis> diagnoses;
-  std::map<std::size_t, std::optional<ApproximationQuality>> fits;
+  std::map<std::size_t, std::optional<FitFindings>> fits;
   for (std::size_t i = 0; i < chain.size(); ++i) {
     const ObjectSettings& object = *chain[i].settings;
     if (loaded.models[i].triangles.empty()) continue;
@@ -103,9 +120,12 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
     if (alike[i] == i) {
       PM_TRY(fits[i], measure_fit(loaded.models[i], object, cache));
     }
-    if (const auto& quality = fits.at(alike[i]))
-      (is_good_fit(*quality) ? result.notes : result.warnings)
-          .push_back(object.name + ": " + describe_fit(*quality));
+    if (const auto& fit = fits.at(alike[i])) {
+      (is_good_fit(fit->quality) ? result.notes : result.warnings)
+          .push_back(object.name + ": " + describe_fit(fit->quality));
+      if (fit->front_line && object.front == Front::kAuto)
+        result.notes.push_back(describe_front(object, *fit->front_line));
+    }
   }
   return result;
 }
