@@ -63,7 +63,7 @@ TEST(Thickness, OfAHollowBoxIsItsWalls) {
   EXPECT_TRUE(is_thin(t));
   const std::vector<std::string> lines = describe_problems(diagnose_fully(model));
   EXPECT_TRUE(any_contains(lines, "it is thin: half of its walls are thinner than 0.05"));
-  EXPECT_TRUE(any_contains(lines, "solidify"));
+  EXPECT_TRUE(any_contains(lines, "thicken it in the modeller"));
 }
 
 TEST(ThinWalls, MiddlesAreHalfWayBetweenTheFacesOfAPlate) {
