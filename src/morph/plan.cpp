@@ -104,12 +104,13 @@ std::vector<PlanLandmark> landmarks_with_pairs(const MorphPlan& plan, std::span<
 }
 
 /// Tests whether a plan looks at both objects' limbs and fronts: where objects may turn, as one
-/// that faces another way has its limbs elsewhere.
+/// that faces another way has its limbs elsewhere, and where hard labels do not say it all.
 bool looks_at_structure(const MorphPlan& plan, const PlanSettings& settings, RotationAxis axis) {
   const bool turns =
       settings.align == AlignMethod::kRigid || settings.align == AlignMethod::kSimilarity;
   return settings.structure == PlanStructure::kAuto && settings.method == PlanMethod::kTransport &&
-         plan.kind == FieldKind::kGaussian && turns && axis == RotationAxis::kVertical;
+         settings.label_mode != LabelMode::kHard && plan.kind == FieldKind::kGaussian && turns &&
+         axis == RotationAxis::kVertical;
 }
 
 /// Matches the limbs and notes them in the plan. False where the plan is better made without: where

@@ -174,7 +174,7 @@ TEST(Gates, LabelledLimbsBecomeTheirLimbs) {
   const Analysis analysis = analyze(given);
   expect_sound(analysis);
   EXPECT_GE(value(analysis, "attributes"), 0.95);
-  EXPECT_EQ(value(analysis, "leakage"), 0);
+  EXPECT_LE(value(analysis, "leakage"), 1e-3) << "a limb that swings leaves the hull of both ends";
   EXPECT_EQ(value(analysis, "topology"), 0);
   given.plan.label_mode = LabelMode::kOff;
   EXPECT_GE(value(analyze(given), "attributes"), 0.5);  // by shape alone; chance is 0
@@ -184,6 +184,7 @@ TEST(Gates, LabelledPartsHoldTheirNeighboursBetterThanOneTurnDoes) {
   const Creature a = creature(0.9f, 0.9f, 9), b = creature(0.7f, 0.3f, 6);
   Case given{a.balls, b.balls, a.labels, b.labels, std::nullopt, {}};
   given.plan.label_mode = LabelMode::kHard;
+  given.motion.path = Path::kRigid;
   const double rigid = value(analyze(given), "rigidity");
   given.motion.path = Path::kParts;
   const Analysis parts = analyze(given);
@@ -209,6 +210,7 @@ TEST(Gates, LimbsThatOnlySwingStayRigidAsParts) {
   }
   Case given{a.balls, b.balls, a.labels, b.labels, std::nullopt, {}};
   given.plan.label_mode = LabelMode::kHard;
+  given.motion.path = Path::kRigid;
   const double rigid = value(analyze(given), "rigidity");
   given.motion.path = Path::kParts;
   const double parts = value(analyze(given), "rigidity");
