@@ -184,7 +184,7 @@ TEST_F(Reports, AsCiMakesThem) {
   const std::string summary = read_text(folder / "summary.md");
   EXPECT_TRUE(contains(summary, "tiny: golden frames: 1 of 1 failed")) << summary;
   EXPECT_TRUE(contains(summary, "| tiny frame 1 | ")) << summary;
-  EXPECT_TRUE(contains(summary, "polymorph golden update tiny")) << summary;
+  EXPECT_TRUE(contains(summary, "polymorph golden accept report tiny")) << summary;
   EXPECT_TRUE(exists("report/junit.xml"));
   EXPECT_TRUE(exists("report/frames/tiny/frame.0001.actual.exr"));
 

@@ -34,6 +34,7 @@ TEST_F(SpheresCommand, TellsHowGoodTheBallsAre) {
 }
 
 TEST_F(SpheresCommand, NeedNotBeMeasured) {
+  write("box.obj", box_text(0.5));
   const std::vector<std::string> command{"spheres",  "box.obj",      "--method",
                                          "octree",   "--resolution", "5",
                                          "--no-fit", "--json",       "--no-measure"};
@@ -114,7 +115,7 @@ TEST_F(SpheresCommand, ThinAndBrokenModelsAreNamedWithARemedy) {
   const Ran open = run(0, {"spheres", "open.obj", "--balls", "16"});
   EXPECT_TRUE(contains(open.err, "4 edges have only one face, in 1 of 1 shells, first from "))
       << open.err;
-  EXPECT_TRUE(contains(open.err, "\"solidify\"")) << open.err;
+  EXPECT_TRUE(contains(open.err, "--solidify fills it")) << open.err;
   const auto solid =
       parse(run(0, {"spheres", "open.obj", "--balls", "16", "--solidify", "--json"}).out);
   EXPECT_GT(solid["volume_ratio"].get<double>(), 0.5) << "a box, not its walls";
