@@ -18,20 +18,26 @@ Status check_play_page(const CommandLine& line, const std::filesystem::path& pat
   return check_output(path, line.common.overwrite);
 }
 
-Status write_play_page(const CommandLine& line, Scene scene, const std::filesystem::path& path) {
+Result<PageScene> prepare_page(const CommandLine& line, Scene scene) {
   scene.surface.resolution = std::min(scene.surface.resolution, kPlayResolution);
+  PageScene page;
   std::string device;
-  PM_TRY(const auto engine, make_engine(line.common.device, device, line.common.max_memory));
-  PM_TRY(const PreparedScene prepared,
-         prepare_scene(scene, *engine, cache_folder(line.common), {line.common.max_memory}));
-  for (const std::string& warning : prepared.warnings) log_warning("{}", warning);
+  PM_TRY(page.engine, make_engine(line.common.device, device, line.common.max_memory));
+  PM_TRY(page.prepared,
+         prepare_scene(scene, *page.engine, cache_folder(line.common), {line.common.max_memory}));
+  for (const std::string& warning : page.prepared.warnings) log_warning("{}", warning);
+  return page;
+}
+
+Status write_play_page(const CommandLine& line, Scene scene, const std::filesystem::path& path) {
+  PM_TRY(const PageScene ready, prepare_page(line, std::move(scene)));
   // Once more: only now is it known which files the models and their materials name.
   PM_TRY_STATUS(check_play_page(line, path));
-  PM_TRY(const PlayPage page, make_play_page(prepared, *engine));
+  PM_TRY(const PlayPage page, make_play_page(ready.prepared, *ready.engine));
   const std::string html = encode_play_page(page);
   PM_TRY_STATUS(write_file(path, html));
   print_data("{} {} actor{}, {} frames, {}\n", path.string(), page.actors.size(),
-             page.actors.size() == 1 ? "" : "s", prepared.frame_count,
+             page.actors.size() == 1 ? "" : "s", ready.prepared.frame_count,
              format_bytes(static_cast<double>(html.size())));
   return Ok{};
 }

@@ -1,6 +1,7 @@
 #include "leg/map_fold.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
 
 #include "base/text.h"
@@ -26,30 +27,30 @@ std::vector<Vec3> some_of(const std::vector<Vec3>& points) {
   return some;
 }
 
-/// Says of each point whether either map is inside out there.
-Result<std::vector<bool>> folded_points(const std::shared_ptr<const Regression>& map,
-                                        const std::vector<Vec3>& points, Engine& engine) {
-  const float step = kStep * map->lattice.cell;
+}  // namespace
+
+Result<std::vector<std::uint8_t>> find_folds(const std::shared_ptr<const Regression>& regression,
+                                             std::span<const std::size_t> maps,
+                                             const std::vector<Vec3>& points, float step,
+                                             Engine& engine) {
   std::vector<Vec3> around;
   for (const Vec3 p : points)
     for (const Vec3 d : {Vec3{0, 0, 0}, Vec3{step, 0, 0}, Vec3{0, step, 0}, Vec3{0, 0, step}})
       around.push_back(p + d);
   std::vector<AttributeValues> values;
-  PM_TRY_STATUS(to_status(engine.regress(map, around, values)));
-  std::vector<bool> folded(points.size(), false);
+  PM_TRY_STATUS(to_status(engine.regress(regression, around, values)));
+  std::vector<std::uint8_t> folds(points.size(), 0);
   for (std::size_t i = 0; i < points.size(); ++i)
-    for (std::size_t m = 0; m < 2; ++m) {
+    for (const std::size_t m : maps) {
       const auto at = [&](std::size_t k) {
         const float* v = values[2 * (4 * i + k) + m].v;
         return Vec3d(Vec3{v[0], v[1], v[2]});
       };
       const Vec3d x = at(1) - at(0), y = at(2) - at(0), z = at(3) - at(0);
-      if (!(dot(x, cross(y, z)) > 0)) folded[i] = true;
+      if (!(dot(x, cross(y, z)) > 0)) folds[i] = 1;
     }
-  return folded;
+  return folds;
 }
-
-}  // namespace
 
 Result<std::string> describe_fold(const Leg& leg, Engine& engine) {
   const bool of_distances = visit(
@@ -68,8 +69,10 @@ Result<std::string> describe_fold(const Leg& leg, Engine& engine) {
     }
     auto plain = std::make_shared<Regression>(*state.map.regression);
     plain->landmarks.clear();
-    PM_TRY(const std::vector<bool> folded, folded_points(state.map.regression, points, engine));
-    PM_TRY(const std::vector<bool> before, folded_points(plain, points, engine));
+    const float step = kStep * plain->lattice.cell;
+    constexpr std::array<std::size_t, 2> kBoth{0, 1};
+    PM_TRY(const auto folded, find_folds(state.map.regression, kBoth, points, step, engine));
+    PM_TRY(const auto before, find_folds(plain, kBoth, points, step, engine));
     const std::vector<Vec3> places = landmark_places(leg.plan, time, state.balls);
     all += points.size();
     for (std::size_t i = 0; i < points.size(); ++i) {

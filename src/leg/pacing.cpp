@@ -21,6 +21,7 @@ constexpr int kTimes = 24;  ///< steps between the times of the pace
 struct Moment {
   float time = 0;   ///< time of the motion, [0, 1]
   float level = 0;  ///< level that keeps the volume
+  float low = 0;    ///< height of the surface's lowest point
   Mesh surface;
   double change = 0;  ///< change since the moment before
 };
@@ -79,25 +80,17 @@ float level_near(const std::vector<Moment>& moments, float time) {
   return interpolate(moments, time, [](const Moment& moment) { return moment.level; });
 }
 
-float lowest_point(const Mesh& mesh) {
-  float low = mesh.positions[0].y;
-  for (const Vec3 p : mesh.positions) low = std::min(low, p.y);
-  return low;
-}
-
 /// Heights that bring the surface, at each of the times, down or up to where both ends stand; none
 /// where one end stands higher than the other.
 std::vector<float> find_lifts(const std::vector<Moment>& moments, const std::vector<float>& times,
                               float size) {
   constexpr float kEquallyLow = 0.01f;
-  std::vector<float> lows;
-  for (const Moment& moment : moments) lows.push_back(lowest_point(moment.surface));
-  const float start = lows.front(), end = lows.back();
+  const float start = moments.front().low, end = moments.back().low;
   if (std::fabs(end - start) > kEquallyLow * size) return {};
   std::vector<float> lifts;
   for (const float time : times)
     lifts.push_back(interpolate(moments, time, [&](const Moment& moment) {
-      return lerp(start, end, moment.time) - lows[static_cast<std::size_t>(&moment - &moments[0])];
+      return lerp(start, end, moment.time) - moment.low;
     }));
   return lifts;
 }
@@ -204,7 +197,8 @@ Result<Moment> measure_moment(const Leg& linear, float time, std::optional<float
          measured_surface(linear, time, {cell, settings.measured, near, kTolerance}, engine));
   // A component that comes off changes the surface when frames leave it out.
   remove_small_components(surface.mesh, min_component_share(linear));
-  return Moment{time, surface.field.level, std::move(surface.mesh), 0};
+  const float low = box_of(surface.mesh.positions).low.y;
+  return Moment{time, surface.field.level, low, std::move(surface.mesh), 0};
 }
 
 /// Divides steps with more change than others, for instance where a limb grows, into quarters.

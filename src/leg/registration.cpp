@@ -1,11 +1,14 @@
 #include "leg/registration.h"
 
 #include <algorithm>
+#include <array>
 
 #include "base/parallel.h"
 #include "field/extract_surface.h"
 #include "leg/distance_leg.h"
+#include "leg/map_fold.h"
 #include "mesh/closest.h"
+#include "mesh/normals.h"
 #include "mesh/sample_surface.h"
 #include "morph/motion.h"
 #include "morph/smooth_map.h"
@@ -24,12 +27,15 @@ constexpr float kAgree = 0.3f;
 /// Share of the points whose normals must agree with the closest ones at first: where the plan
 /// matches parts that are unlike, what is closest misleads.
 constexpr double kLeastAgreement = 0.6;
+/// Step of differences, a share of the size.
+constexpr float kStep = 0.005f;
 /// Halvings of the offsets, at most, until they fold the map nowhere.
 constexpr int kHalvings = 6;
 
 /// An object's surface.
 struct Surface {
   Mesh mesh;
+  std::vector<Vec3> normals;  ///< one per triangle
   std::vector<SurfaceSample> samples;
 };
 
@@ -38,14 +44,10 @@ Result<Surface> make_surface(const PreparedObject& object, const LegSettings& se
   Surface surface;
   PM_TRY(surface.mesh,
          extract_distances(engine, object.distances.grid, 2 * settings.cell, settings.measured));
-  surface.samples = sample_surface({surface.mesh.positions, surface.mesh.triangles}, kSamples);
+  const MeshView view(surface.mesh.positions, surface.mesh.triangles);
+  surface.normals = face_normals(view);
+  surface.samples = sample_surface(view, kSamples);
   return surface;
-}
-
-Vec3 face_normal(const Mesh& mesh, std::uint32_t triangle) {
-  const auto& v = mesh.triangles[triangle].v;
-  const Vec3 a = mesh.positions[v[0]];
-  return normalized(cross(mesh.positions[v[1]] - a, mesh.positions[v[2]] - a));
 }
 
 /// One of a leg's maps at its start or end: the one to the other object.
@@ -61,6 +63,13 @@ struct EndMap {
     plan.to_offsets.assign(plan.pairs.size(), {});
   }
   std::vector<Vec3>& offsets() { return time <= 0 ? plan.to_offsets : plan.from_offsets; }
+  /// Marks the points that the map folds, by differences over half a hundredth of the size.
+  Result<std::vector<std::uint8_t>> find_folds(const std::vector<Vec3>& points,
+                                               Engine& engine) const {
+    const std::array<std::size_t, 1> own{time <= 0 ? std::size_t{1} : std::size_t{0}};
+    return polymorph::find_folds(frame_map(plan, time, balls, size).regression, own, points,
+                                 kStep * size, engine);
+  }
   Result<std::vector<Vec3>> carry(const std::vector<Vec3>& points, Engine& engine) const {
     PM_TRY(PullBack places, pull_back(frame_map(plan, time, balls, size), points, engine));
     return std::move(time <= 0 ? places.target : places.source);
@@ -77,7 +86,6 @@ struct Residuals {
 /// Measures the way from each carried sample to the closest point of the other surface.
 Result<Residuals> find_residuals(const EndMap& map, const Surface& own, const Surface& other,
                                  const ClosestPointQuery& closest, Engine& engine) {
-  constexpr float kStep = 0.005f;  // of the size: along the normal, which is carried, too
   std::vector<Vec3> points;
   for (const SurfaceSample& sample : own.samples) {
     points.push_back(sample.point);
@@ -91,7 +99,7 @@ Result<Residuals> find_residuals(const EndMap& map, const Surface& own, const Su
   for (std::size_t i = 0; i < at.size(); ++i) {
     const Vec3 normal = normalized(carried[2 * i + 1] - carried[2 * i]);
     const bool agrees = hits[i].distance < kFarthest * map.size &&
-                        dot(normal, face_normal(other.mesh, hits[i].triangle)) > kAgree;
+                        dot(normal, other.normals[hits[i].triangle]) > kAgree;
     residuals.vectors.push_back(hits[i].point - at[i]);
     residuals.counts.push_back(agrees ? 1 : 0);
     residuals.agreeing += agrees ? 1 : 0;
@@ -124,34 +132,16 @@ void follow(const Surface& own, const Residuals& residuals, EndMap& map) {
       16);
 }
 
-/// Marks the samples whose neighbourhood the map turns inside out: its determinant is not positive.
-Result<std::vector<std::uint8_t>> find_folds(const EndMap& map, const Surface& own,
-                                             Engine& engine) {
-  constexpr float kStep = 0.005f;
-  std::vector<Vec3> points;
-  for (const SurfaceSample& sample : own.samples)
-    for (const Vec3 offset : {Vec3{}, Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}})
-      points.push_back(sample.point + offset * (kStep * map.size));
-  PM_TRY(const std::vector<Vec3> carried, map.carry(points, engine));
-  std::vector<std::uint8_t> folds;
-  for (std::size_t i = 0; i < carried.size(); i += 4) {
-    const Vec3 x = carried[i + 1] - carried[i], y = carried[i + 2] - carried[i],
-               z = carried[i + 3] - carried[i];
-    folds.push_back(dot(cross(x, y), z) > 0 ? 0 : 1);
-  }
-  return folds;
-}
-
 /// Halves the offsets around samples that they fold, until they fold none that is not folded
 /// without them.
-Status unfold(EndMap& map, const Surface& own, const std::vector<std::uint8_t>& folded,
+Status unfold(EndMap& map, const std::vector<Vec3>& points, const std::vector<std::uint8_t>& folded,
               Engine& engine) {
   const float radius = kRadius * map.size;
   for (int k = 0; k <= kHalvings; ++k) {
-    PM_TRY(const std::vector<std::uint8_t> now, find_folds(map, own, engine));
+    PM_TRY(const std::vector<std::uint8_t> now, map.find_folds(points, engine));
     std::vector<Vec3> worse;
     for (std::size_t i = 0; i < now.size(); ++i)
-      if (now[i] > folded[i]) worse.push_back(own.samples[i].point);
+      if (now[i] > folded[i]) worse.push_back(points[i]);
     if (worse.empty()) return Ok{};
     std::vector<Vec3>& offsets = map.offsets();
     for (std::size_t e = 0; e < offsets.size(); ++e)
@@ -166,7 +156,9 @@ Status unfold(EndMap& map, const Surface& own, const std::vector<std::uint8_t>& 
 Result<std::vector<Vec3>> register_map(EndMap map, const Surface& own, const Surface& other,
                                        Engine& engine) {
   const ClosestPointQuery closest(other.mesh.positions, other.mesh.triangles);
-  PM_TRY(const std::vector<std::uint8_t> folded, find_folds(map, own, engine));
+  std::vector<Vec3> points;
+  for (const SurfaceSample& sample : own.samples) points.push_back(sample.point);
+  PM_TRY(const std::vector<std::uint8_t> folded, map.find_folds(points, engine));
   for (int round = 0; round < kRounds; ++round) {
     PM_TRY(const Residuals residuals, find_residuals(map, own, other, closest, engine));
     if (round == 0 && static_cast<double>(residuals.agreeing) <
@@ -174,7 +166,7 @@ Result<std::vector<Vec3>> register_map(EndMap map, const Surface& own, const Sur
       return std::move(map.offsets());
     follow(own, residuals, map);
   }
-  PM_TRY_STATUS(unfold(map, own, folded, engine));
+  PM_TRY_STATUS(unfold(map, points, folded, engine));
   return std::move(map.offsets());
 }
 

@@ -7,6 +7,7 @@
 
 #include "base/exact_math.h"
 #include "base/parallel.h"
+#include "morph/align.h"
 #include "morph/match_limbs.h"
 #include "morph/transport.h"
 
@@ -114,14 +115,13 @@ double sum_products(const Matrix& a, const Matrix& b) {
 /// exact steps, from the coupling that the places alone ask for.
 double fused_discrepancy(const Body& a, const Body& b, double angle) {
   const std::size_t n = a.size(), m = b.size();
-  const double sine = exact::sin(angle), cosine = exact::cos(angle);
+  const Mat3 rotation = about_vertical(angle);
   Matrix places(n * m), squares(n * m);
   const std::vector<double> a_squares = square_means(a), b_squares = square_means(b);
   for (std::size_t i = 0; i < n; ++i) {
-    const Vec3d p = a.points[i],
-                turned = {cosine * p.x + sine * p.z, p.y, cosine * p.z - sine * p.x};
+    const Vec3d rotated = rotation * a.points[i];
     for (std::size_t k = 0; k < m; ++k) {
-      const Vec3d away = turned - b.points[k];
+      const Vec3d away = rotated - b.points[k];
       const double center = a.mean_distances[i] - b.mean_distances[k];
       places[i * m + k] = dot(away, away) + kCentrality * center * center;
       squares[i * m + k] = a_squares[i] + b_squares[k];

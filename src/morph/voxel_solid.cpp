@@ -272,20 +272,25 @@ void measure_depth(VoxelSolid& solid) {
   spread(solid, solid.depth);
 }
 
+/// The voxel whose cell holds a place (Vec3 or Vec3d), or kNone.
+template <class Place>
+std::uint32_t voxel_at(const VoxelSolid& solid, Place place) {
+  using T = decltype(place.x);
+  const auto rounded = [&](T x, float origin) {
+    return static_cast<int>(
+        std::floor((x - static_cast<T>(origin)) / static_cast<T>(solid.grid.cell) + T(0.5)));
+  };
+  const Int3 p = {rounded(place.x, solid.grid.origin.x), rounded(place.y, solid.grid.origin.y),
+                  rounded(place.z, solid.grid.origin.z)};
+  return holds(solid.grid, p) ? solid.voxel[flat_index(solid.grid, p)] : VoxelSolid::kNone;
+}
+
 }  // namespace
 
 Int3 VoxelSolid::point(std::uint32_t i) const { return grid_place(grid, cells[i]); }
 Vec3d VoxelSolid::center(std::uint32_t i) const { return Vec3d(grid_point(grid, point(i))); }
 
-bool VoxelSolid::contains(Vec3d place) const {
-  const auto rounded = [&](double x, float origin) {
-    return static_cast<int>(
-        std::floor((x - static_cast<double>(origin)) / static_cast<double>(grid.cell) + 0.5));
-  };
-  const Int3 p = {rounded(place.x, grid.origin.x), rounded(place.y, grid.origin.y),
-                  rounded(place.z, grid.origin.z)};
-  return holds(grid, p) && voxel[flat_index(grid, p)] != kNone;
-}
+bool VoxelSolid::contains(Vec3d place) const { return voxel_at(*this, place) != kNone; }
 
 VoxelSolid voxel_solid(const std::vector<Ball>& balls) {
   constexpr int kCoarse = 48, kFine = 96;
@@ -350,14 +355,7 @@ std::vector<std::uint32_t> local_radii(const VoxelSolid& solid) {
 }
 
 std::uint32_t nearest_voxel(const VoxelSolid& solid, Vec3 place) {
-  const auto rounded = [&](float x, float origin) {
-    return static_cast<int>(std::floor((x - origin) / solid.grid.cell + 0.5f));
-  };
-  const Int3 p = {rounded(place.x, solid.grid.origin.x), rounded(place.y, solid.grid.origin.y),
-                  rounded(place.z, solid.grid.origin.z)};
-  if (holds(solid.grid, p))
-    if (const std::uint32_t i = solid.voxel[flat_index(solid.grid, p)]; i != VoxelSolid::kNone)
-      return i;
+  if (const std::uint32_t i = voxel_at(solid, place); i != VoxelSolid::kNone) return i;
   std::uint32_t nearest = 0;
   float least = std::numeric_limits<float>::infinity();
   for (std::uint32_t i = 0; i < solid.size(); ++i) {

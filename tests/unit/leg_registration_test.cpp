@@ -30,20 +30,26 @@ std::shared_ptr<const PreparedObject> make_full_object(const std::string& shape,
   return std::make_shared<const PreparedObject>(std::move(object));
 }
 
-std::shared_ptr<const Leg> make_full_leg(Engine& engine) {
-  LegParts parts{make_full_object("cube", {}, engine),
-                 make_full_object("sphere", {0.4f, 0, 0}, engine),
-                 {},
-                 {}};
-  PlanSide from, to;
-  from.balls = parts.from->balls;
-  to.balls = parts.to->balls;
+/// The leg between two objects that is made of distances.
+std::shared_ptr<const Leg> make_leg_between(std::shared_ptr<const PreparedObject> from,
+                                            std::shared_ptr<const PreparedObject> to,
+                                            const LegSettings& settings, Engine& engine) {
+  PlanSide from_side, to_side;
+  from_side.balls = from->balls;
+  to_side.balls = to->balls;
   LegTiming timing;
   timing.interpolation = Interpolation::kDistance;
-  parts.plan = plan_morph(from, to, FieldKind::kGaussian, {}, timing.motion);
-  const auto leg = make_leg(std::move(parts), timing, test_leg_settings(), engine, {});
+  LegParts parts{std::move(from), std::move(to), {}, {}};
+  parts.plan = plan_morph(from_side, to_side, FieldKind::kGaussian, {}, timing.motion);
+  const auto leg = make_leg(std::move(parts), timing, settings, engine, {});
   EXPECT_TRUE(leg.ok());
   return *leg;
+}
+
+std::shared_ptr<const Leg> make_full_leg(Engine& engine) {
+  return make_leg_between(make_full_object("cube", {}, engine),
+                          make_full_object("sphere", {0.4f, 0, 0}, engine), test_leg_settings(),
+                          engine);
 }
 
 /// Mean distance from the target of points of the source that the map carries there.
@@ -105,31 +111,22 @@ TEST(Registration, NothingIsDrawnWhereNormalsDisagree) {
 TEST(Contact, WhatStandsAtBothEndsStandsInBetween) {
   const auto engine = make_cpu_engine();
   const auto height = [&](bool contact) {
-    LegParts parts{make_test_object("cube", {}, 0, *engine),
-                   make_test_object("torus", {}, 1, *engine),
-                   {},
-                   {}};
+    const auto cube = make_test_object("cube", {}, 0, *engine);
     // The torus is flatter: it is put where it stands as low as the cube.
-    const float fall = parts.to->model.box().low.y - parts.from->model.box().low.y;
-    parts.to = make_test_object("torus", {0, -fall, 0}, 1, *engine);
-    PlanSide from, to;
-    from.balls = parts.from->balls;
-    to.balls = parts.to->balls;
-    LegTiming timing;
-    timing.interpolation = Interpolation::kDistance;
-    parts.plan = plan_morph(from, to, FieldKind::kGaussian, {}, timing.motion);
+    const float fall =
+        make_test_object("torus", {}, 1, *engine)->model.box().low.y - cube->model.box().low.y;
     LegSettings settings = test_leg_settings();
     settings.contact = contact;
-    const auto leg = make_leg(std::move(parts), timing, settings, *engine, {});
-    EXPECT_TRUE(leg.ok());
-    EXPECT_EQ((*leg)->plan.lifts.empty(), !contact);
+    const auto leg = make_leg_between(cube, make_test_object("torus", {0, -fall, 0}, 1, *engine),
+                                      settings, *engine);
+    EXPECT_EQ(leg->plan.lifts.empty(), !contact);
     float farthest = 0;
     for (const float time : {0.2f, 0.4f, 0.5f, 0.6f, 0.8f}) {
-      const auto surface = leg_surface(**leg, time, *engine);
+      const auto surface = leg_surface(*leg, time, *engine);
       EXPECT_TRUE(surface.ok());
       float low = surface->mesh.positions[0].y;
       for (const Vec3 p : surface->mesh.positions) low = std::min(low, p.y);
-      farthest = std::max(farthest, std::abs(low - (*leg)->from->model.box().low.y));
+      farthest = std::max(farthest, std::abs(low - leg->from->model.box().low.y));
     }
     return farthest;
   };

@@ -58,14 +58,9 @@ Result<int> run_landmarks(const CommandLine& line, const LandmarksOptions& optio
   if (!options.html.empty()) PM_TRY_STATUS(check_play_page(line, options.html));
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
   PM_TRY(Scene scene, load_scene(options.scene, overrides));
-  scene.surface.resolution = std::min(scene.surface.resolution, kPlayResolution);
-  std::string device;
-  PM_TRY(const auto engine, make_engine(line.common.device, device, line.common.max_memory));
-  PM_TRY(const PreparedScene prepared,
-         prepare_scene(scene, *engine, cache_folder(line.common), {line.common.max_memory}));
-  for (const std::string& warning : prepared.warnings) log_warning("{}", warning);
+  PM_TRY(const PageScene ready, prepare_page(line, std::move(scene)));
   if (options.html.empty()) {
-    PM_TRY(const std::vector<LegCandidates> legs, landmark_candidates(prepared));
+    PM_TRY(const std::vector<LegCandidates> legs, landmark_candidates(ready.prepared));
     if (options.json.enabled)
       PM_TRY_STATUS(write_json(options.json, {{"landmarks", landmarks_json(legs)}}));
     else
@@ -74,7 +69,7 @@ Result<int> run_landmarks(const CommandLine& line, const LandmarksOptions& optio
   }
   // Once more: only now is it known which files the models and their materials name.
   PM_TRY_STATUS(check_play_page(line, options.html));
-  PM_TRY(const LandmarksPage page, make_landmarks_page(prepared, *engine));
+  PM_TRY(const LandmarksPage page, make_landmarks_page(ready.prepared, *ready.engine));
   const std::string html = encode_landmarks_page(page);
   PM_TRY_STATUS(write_file(options.html, html));
   print_data("{} {} leg{}, {}\n", options.html, page.legs.size(), page.legs.size() == 1 ? "" : "s",
