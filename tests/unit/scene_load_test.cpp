@@ -314,7 +314,7 @@ TEST_F(SceneTest, AListOfActorsIsReadAndOneChainIsAnActorToo) {
   const auto again = load(text);
   ASSERT_TRUE(again.ok()) << again.error().message;
   EXPECT_EQ(scene_to_json(*again, folder), text);
-  EXPECT_EQ(again->actors[0].plan.landmarks.at("a.obj").at("nose").point, Vec3(0, 1, 0));
+  EXPECT_EQ(again->actors[0].plan.landmarks.at("a.obj").at("nose").point, (Vec3{0, 1, 0}));
 }
 
 TEST_F(SceneTest, WhatIsWrongWithLandmarksHasItsPlace) {
