@@ -21,6 +21,7 @@ struct DistanceField {
   Vec3 last;  ///< points - 1 along each axis
   std::uint32_t row = 1, layer = 1;
   const float* values = nullptr;
+  const float* smooth = nullptr;  ///< distances without detail at the same points; null: none
 
   DistanceField() = default;
   DistanceField(const Grid& grid, const float* data)
@@ -36,25 +37,28 @@ struct DistanceField {
 
   template <class V>
   PM_HD V value(const Points<V>& p) const {
-    V distance2 = broadcast<V>(0.0f);  // squared distance from the grid, in cells
-    V tx, ty, tz;
-    const auto x = find_cell(p.x, origin.x, last.x, tx, distance2);
-    const auto y = find_cell(p.y, origin.y, last.y, ty, distance2);
-    const auto z = find_cell(p.z, origin.z, last.z, tz, distance2);
-    const auto i = x + y * row + z * layer;
-    const auto interpolate_x = [&](std::uint32_t offset) {
-      const V a = gather(values + offset, i), b = gather(values + offset + 1, i);
-      return fma(tx, b - a, a);
-    };
-    const V near_low = interpolate_x(0), near_high = interpolate_x(row);
-    const V far_low = interpolate_x(layer), far_high = interpolate_x(layer + row);
-    const V near = fma(ty, near_high - near_low, near_low);
-    const V far = fma(ty, far_high - far_low, far_low);
-    const V inside = fma(tz, far - near, near);
-    if (Lanes<V>::bits(distance2 > 0.0f) == 0) return inside;
-    const V in_cells = inside * inv_cell;
-    const V outside = -(cell * sqrt(distance2 + in_cells * in_cells));
-    return select(distance2 > 0.0f, outside, inside);
+    const Place<V> place = find_place(p);
+    return interpolate(values, place);
+  }
+
+  /// The distances with a share of their detail in [0, 1].
+  template <class V>
+  PM_HD V value(const Points<V>& p, V detail) const {
+    const Place<V> place = find_place(p);
+    // Most points have all of the detail or none, and one of the two grids is enough.
+    if (!smooth || Lanes<V>::bits(detail < 1.0f) == 0) return interpolate(values, place);
+    const V without = interpolate(smooth, place);
+    if (Lanes<V>::bits(detail > 0.0f) == 0) return without;
+    const V with = interpolate(values, place);
+    return select(detail < 1.0f, fma(detail, with - without, without), with);
+  }
+
+  /// Computes what detail adds to the distances.
+  template <class V>
+  PM_HD V detail(const Points<V>& p) const {
+    if (!smooth) return broadcast<V>(0.0f);
+    const Place<V> place = find_place(p);
+    return interpolate(values, place) - interpolate(smooth, place);
   }
 
   template <class V>
@@ -62,22 +66,58 @@ struct DistanceField {
     return value(line_points<V>(grid, start));
   }
 
-  /// The gradient by central differences over two cells.
+  /// The gradient by central differences over two cells, where there is a share of the detail.
   template <class V>
-  PM_HD Points<V> gradient(const Points<V>& p) const {
+  PM_HD Points<V> gradient(const Points<V>& p, V detail) const {
     const auto slope = [&](float dx, float dy, float dz) {
       const Points<V> high = {p.x + dx, p.y + dy, p.z + dz}, low = {p.x - dx, p.y - dy, p.z - dz};
-      return (value(high) - value(low)) * (0.5f * inv_cell);
+      return (value(high, detail) - value(low, detail)) * (0.5f * inv_cell);
     };
     return {slope(cell, 0, 0), slope(0, cell, 0), slope(0, 0, cell)};
   }
   template <class V>
   PM_HD Points<V> negated_gradient(const Points<V>& p) const {
-    const Points<V> g = gradient(p);
+    const Points<V> g = gradient(p, broadcast<V>(1.0f));
     return {0.0f - g.x, 0.0f - g.y, 0.0f - g.z};  // never -0
   }
 
  private:
+  /// A point's cell, its place there in [0, 1], and how far it is from the grid.
+  template <class V>
+  struct Place {
+    using Index = decltype(to_index(V{}));
+    Index index;
+    V x, y, z;
+    V distance2;  ///< squared distance from the grid, in cells
+  };
+  template <class V>
+  PM_HD Place<V> find_place(const Points<V>& p) const {
+    Place<V> place;
+    place.distance2 = broadcast<V>(0.0f);
+    const auto x = find_cell(p.x, origin.x, last.x, place.x, place.distance2);
+    const auto y = find_cell(p.y, origin.y, last.y, place.y, place.distance2);
+    const auto z = find_cell(p.z, origin.z, last.z, place.z, place.distance2);
+    place.index = x + y * row + z * layer;
+    return place;
+  }
+
+  template <class V>
+  PM_HD V interpolate(const float* data, const Place<V>& place) const {
+    const auto interpolate_x = [&](std::uint32_t offset) {
+      const V a = gather(data + offset, place.index), b = gather(data + offset + 1, place.index);
+      return fma(place.x, b - a, a);
+    };
+    const V near_low = interpolate_x(0), near_high = interpolate_x(row);
+    const V far_low = interpolate_x(layer), far_high = interpolate_x(layer + row);
+    const V near = fma(place.y, near_high - near_low, near_low);
+    const V far = fma(place.y, far_high - far_low, far_low);
+    const V inside = fma(place.z, far - near, near);
+    if (Lanes<V>::bits(place.distance2 > 0.0f) == 0) return inside;
+    const V in_cells = inside * inv_cell;
+    const V outside = -(cell * sqrt(place.distance2 + in_cells * in_cells));
+    return select(place.distance2 > 0.0f, outside, inside);
+  }
+
   /// Finds the cell along an axis and the fraction t in it, and adds to the squared distance from
   /// the grid.
   template <class V>

@@ -88,11 +88,15 @@ DistanceField upload_distances(Workspace<B>& work,
   if constexpr (B::kHostMemory) {
     return DistanceField(object->grid, object->values.data());
   } else {
-    for (auto& known : work.uploaded_distances) {
-      if (known->object == object) return DistanceField(object->grid, known->values.data);
+    auto& all = work.uploaded_distances;
+    for (auto known = all.begin(); known != all.end(); ++known) {
+      if ((*known)->object != object) continue;
+      // Those used last stand at the end, so that none is freed that the same surface still needs.
+      std::rotate(known, known + 1, all.end());
+      return DistanceField(object->grid, all.back()->values.data);
     }
-    // Two grids per object, and several actors take turns.
-    constexpr std::size_t kMaxGrids = 16;
+    // Three grids per object, and several actors take turns.
+    constexpr std::size_t kMaxGrids = 24;
     if (work.uploaded_distances.size() >= kMaxGrids)
       work.uploaded_distances.erase(work.uploaded_distances.begin());
     auto uploaded = std::make_unique<typename Workspace<B>::UploadedDistances>();
@@ -103,6 +107,15 @@ DistanceField upload_distances(Workspace<B>& work,
     work.uploaded_distances.push_back(std::move(uploaded));
     return DistanceField(object->grid, work.uploaded_distances.back()->values.data);
   }
+}
+
+/// An object's distances, and those without detail where there are such, in backend memory.
+template <class B>
+DistanceField upload_object(Workspace<B>& work, const std::shared_ptr<const DistanceGrid>& object,
+                            const std::shared_ptr<const DistanceGrid>& smooth) {
+  DistanceField field = upload_distances(work, object);
+  if (smooth) field.smooth = upload_distances(work, smooth).values;
+  return field;
 }
 
 template <class B>
@@ -229,8 +242,8 @@ template <class B>
 void extract_morph(Workspace<B>& work, const MorphSurface& between, const Grid& grid,
                    const ExtractSettings& settings, Mesh& mesh) {
   const MorphField field = {compute_map(work, between.map),
-                            upload_distances(work, between.from),
-                            upload_distances(work, between.to),
+                            upload_object(work, between.from, between.smooth_from),
+                            upload_object(work, between.to, between.smooth_to),
                             between.from_scale,
                             between.to_scale,
                             between.level,
@@ -240,7 +253,9 @@ void extract_morph(Workspace<B>& work, const MorphSurface& between, const Grid& 
   bounds.strain = bound_strain(work, between, field.map);
   bounds.affine_norm = std::max(between.from_scale * affine_norm(between.map->affine[0]),
                                 between.to_scale * affine_norm(between.map->affine[1]));
-  bounds.lipschitz = std::max(between.from->lipschitz, between.to->lipschitz);
+  for (const auto& object : {between.from, between.to, between.smooth_from, between.smooth_to}) {
+    if (object) bounds.lipschitz = std::max(bounds.lipschitz, object->lipschitz);
+  }
   bounds.rounding = distance_rounding(grid);
   extract_level_set(work, field, bounds, grid, settings, mesh);
 }

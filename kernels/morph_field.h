@@ -7,6 +7,9 @@
 // 1). X_A, X_B and t are one regression over the moving balls (regression.h). So is w where an
 // object is a shell; elsewhere it is made, at the lattice's nodes, of how thin both objects are
 // (WeighLevel). The surface is where the field is 0.
+//
+// Objects may have distances without detail too. Then that of the source is gone before that of the
+// target comes, as otherwise each would show as relief on the other (Hughes 1992).
 #pragma once
 
 #include <cstdint>
@@ -47,6 +50,18 @@ struct MorphField {
     const V t = min(max(progress, broadcast<V>(0.0f)), broadcast<V>(1.0f));
     return t * t * (3.0f - 2.0f * t);
   }
+  /// The source's share of its detail; the target has detail(1 - progress).
+  template <class V>
+  PM_HD static V detail(V progress) {
+    const V t = (kDetailEnd - progress) * (1 / (kDetailEnd - kDetailBegin));
+    return mixture(t);
+  }
+  static constexpr float kDetailBegin = 0.1f, kDetailEnd = 0.55f;
+  /// The derivative of detail().
+  PM_HD static float detail_slope(float progress) {
+    constexpr float kScale = 1 / (kDetailEnd - kDetailBegin);
+    return -kScale * mixture_slope((kDetailEnd - progress) * kScale);
+  }
   /// The derivative of mixture().
   PM_HD static float mixture_slope(float progress) {
     const float t = min(max(progress, 0.0f), 1.0f);
@@ -63,8 +78,10 @@ struct MorphField {
   /// The field at p, given the map's eight values there.
   template <class V>
   PM_HD V value(const Points<V>& p, const V (&m)[kRegressionValues]) const {
-    const V a = compress(from_scale * from.value(map.apply(0, p, Points<V>{m[0], m[1], m[2]})));
-    const V b = compress(to_scale * to.value(map.apply(1, p, Points<V>{m[4], m[5], m[6]})));
+    const V a = compress(from_scale *
+                         from.value(map.apply(0, p, Points<V>{m[0], m[1], m[2]}), detail(m[3])));
+    const V b = compress(
+        to_scale * to.value(map.apply(1, p, Points<V>{m[4], m[5], m[6]}), detail(1.0f - m[3])));
     return fma(broadcast<V>(-level), m[7], fma(mixture(m[3]), b - a, a));
   }
 
@@ -105,13 +122,13 @@ struct MorphField {
     }
   }
 
-  /// Both objects' distances at any points, before they are compressed and mixed, and the map's
-  /// values there.
+  /// Places of points on both objects, and the map's values there.
   template <class V>
-  PM_HD void distances(const Points<V>& p, V (&m)[kRegressionValues], V& a, V& b) const {
+  PM_HD void pull_back(const Points<V>& p, V (&m)[kRegressionValues], Points<V>& a,
+                       Points<V>& b) const {
     evaluate_map(p, m);
-    a = from_scale * from.value(map.apply(0, p, Points<V>{m[0], m[1], m[2]}));
-    b = to_scale * to.value(map.apply(1, p, Points<V>{m[4], m[5], m[6]}));
+    a = map.apply(0, p, Points<V>{m[0], m[1], m[2]});
+    b = map.apply(1, p, Points<V>{m[4], m[5], m[6]});
   }
 
   /// Minus the gradient: outward at the surface.
@@ -133,15 +150,24 @@ struct MorphField {
     const auto map_value = [&](int i) { return Lanes<V>::load(lanes[3][i]); };
     const Points<V> a = map.apply(0, p, Points<V>{map_value(0), map_value(1), map_value(2)});
     const Points<V> b = map.apply(1, p, Points<V>{map_value(4), map_value(5), map_value(6)});
-    const Points<V> gradient_a = from.gradient(a), gradient_b = to.gradient(b);
-    alignas(32) float db_dt[kLanes];
+    const V detail_a = detail(map_value(3)), detail_b = detail(1.0f - map_value(3));
+    const Points<V> gradient_a = from.gradient(a, detail_a), gradient_b = to.gradient(b, detail_b);
+    alignas(32) float db_dt[kLanes], slope_a[kLanes], slope_b[kLanes];
     Lanes<V>::store(db_dt, map_value(3));
-    for (int l = 0; l < kLanes; ++l) db_dt[l] = mixture_slope(db_dt[l]);
-    const V from_distance = from_scale * from.value(a), to_distance = to_scale * to.value(b);
-    const V df_dt = Lanes<V>::load(db_dt) * (compress(to_distance) - compress(from_distance));
+    for (int l = 0; l < kLanes; ++l) {
+      slope_a[l] = detail_slope(db_dt[l]), slope_b[l] = -detail_slope(1 - db_dt[l]);
+      db_dt[l] = mixture_slope(db_dt[l]);
+    }
+    const V from_distance = from_scale * from.value(a, detail_a);
+    const V to_distance = to_scale * to.value(b, detail_b);
     const V from_weight = from_scale / inv_slope(from_distance);
     const V to_weight = to_scale / inv_slope(to_distance);
     const V mixed = mixture(map_value(3));
+    // Detail comes and goes with the progress, too.
+    const V da_dt = from_weight * from.detail(a) * Lanes<V>::load(slope_a);
+    const V db_detail_dt = to_weight * to.detail(b) * Lanes<V>::load(slope_b);
+    const V df_dt = fma(Lanes<V>::load(db_dt), compress(to_distance) - compress(from_distance),
+                        fma(mixed, db_detail_dt - da_dt, da_dt));
     const auto negated_derivative = [&](int axis) {
       const auto map_slope = [&](int i) { return Lanes<V>::load(lanes[axis][i]); };
       // The chain rule: the distance's gradient times the map's derivative along the axis.
@@ -183,7 +209,7 @@ struct MorphBounds {
   MorphField field;
   View<const Strain> strain;
   float affine_norm = 1;  ///< the affine maps' norm times their object's scale, the larger one
-  float lipschitz = 1;    ///< Lipschitz constant of the distances, the larger one
+  float lipschitz = 0;    ///< Lipschitz constant of all distances, the largest one
   float rounding = 0;     ///< a generous bound of all rounding errors, scene units
 
   template <class Team>
@@ -221,8 +247,9 @@ struct MorphBounds {
   template <class V>
   PM_HD std::uint32_t crossing_boxes(const Points<V>& middle, Vec3 half, const Strain& max_strain,
                                      bool has_rim) const {
-    V a, b, map_values[kRegressionValues];
-    field.distances(middle, map_values, a, b);
+    V map_values[kRegressionValues];
+    Points<V> a, b;
+    field.pull_back(middle, map_values, a, b);
     const auto norm = [](Vec3 v) { return sqrt(dot(v, v)); };
     const float radius = 1.001f * norm(half);
     const float max_change = radius * lipschitz * (affine_norm + norm(max_strain.maps)) + rounding;
@@ -230,18 +257,39 @@ struct MorphBounds {
     const float level_size = field.level < 0 ? -field.level : field.level;
     const float max_level_change =
         level_size * (radius * norm(max_strain.fourth[1]) + 1e-5f) + rounding;
-    const V first = MorphField::mixture(map_values[3] - max_progress_change),
-            last = MorphField::mixture(map_values[3] + max_progress_change);
+    const V begin = map_values[3] - max_progress_change, end = map_values[3] + max_progress_change;
+    const V first = MorphField::mixture(begin), last = MorphField::mixture(end);
+    const Range<V> range_a = distance_range(field.from, field.from_scale, a,
+                                            MorphField::detail(end), MorphField::detail(begin));
+    const Range<V> range_b =
+        distance_range(field.to, field.to_scale, b, MorphField::detail(1.0f - begin),
+                       MorphField::detail(1.0f - end));
     const V shift = -field.level * map_values[7];
-    const V high_a = field.compress(a + max_change),
-            high_b = field.compress(b + max_change) - high_a;
+    const V high_a = field.compress(range_a.high + max_change),
+            high_b = field.compress(range_b.high + max_change) - high_a;
     const V high =
         max(fma(first, high_b, high_a), fma(last, high_b, high_a)) + shift + max_level_change;
     const std::uint32_t inside = Lanes<V>::bits(high > 0.0f);
     if (has_rim || inside == 0) return inside;
-    const V low_a = field.compress(a - max_change), low_b = field.compress(b - max_change) - low_a;
+    const V low_a = field.compress(range_a.low - max_change),
+            low_b = field.compress(range_b.low - max_change) - low_a;
     const V low = min(fma(first, low_b, low_a), fma(last, low_b, low_a)) + shift - max_level_change;
     return inside & Lanes<V>::bits(low <= 0.0f);
+  }
+
+ private:
+  template <class V>
+  struct Range {
+    V low, high;
+  };
+  /// The distances at a place, in scene units, for all shares of detail from `least` to `most`.
+  template <class V>
+  PM_HD static Range<V> distance_range(const DistanceField& object, float scale,
+                                       const Points<V>& place, V least, V most) {
+    const V one = scale * object.value(place, most);
+    if (Lanes<V>::bits(least < most) == 0) return {one, one};
+    const V other = scale * object.value(place, least);
+    return {min(one, other), max(one, other)};
   }
 };
 

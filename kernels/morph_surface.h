@@ -76,6 +76,9 @@ struct MorphSurface {
   /// Scene units; distances much longer than that count as the square root of 2 linear_range times
   /// their length. 0: all count as they are.
   float linear_range = 0;
+  /// Both objects without detail, on the grids of `from` and `to`; null: the object keeps its
+  /// detail throughout.
+  std::shared_ptr<const DistanceGrid> smooth_from = nullptr, smooth_to = nullptr;
 };
 
 }  // namespace polymorph

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstring>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "distance_field.h"
@@ -115,9 +116,18 @@ inline EngineStatus check_between(const MorphSurface& between, const ExtractSett
   if (!between.map || !between.from || !between.to) {
     return bad_input("a surface between two objects needs a map and both distance fields");
   }
-  for (const DistanceGrid* object : {between.from.get(), between.to.get()}) {
+  const auto same_grid = [](const Grid& a, const Grid& b) {
+    return a.origin == b.origin && a.cell == b.cell && a.points.x == b.points.x &&
+           a.points.y == b.points.y && a.points.z == b.points.z;
+  };
+  for (const auto& [object, smooth] : {std::pair(between.from.get(), between.smooth_from.get()),
+                                       std::pair(between.to.get(), between.smooth_to.get())}) {
     EngineStatus status = check_distances(*object);
+    if (status.code == EngineCode::kOk && smooth) status = check_distances(*smooth);
     if (status.code != EngineCode::kOk) return status;
+    if (smooth && !same_grid(object->grid, smooth->grid)) {
+      return bad_input("distances without detail lie on another grid than those with it");
+    }
   }
   if (!std::isfinite(between.level) || !(between.linear_range >= 0)) {
     return bad_input("the level or linear_range of a surface between two objects is out of range");

@@ -172,6 +172,7 @@ Result<std::vector<PlayObject>> make_play_objects(const PreparedActor& actor, En
     PlayObject& object = objects[i];
     object.name = from.name;
     object.distances = from.distances.grid;
+    object.smooth = from.distances.smooth;
     object.thinness = from.distances.thinness;
     if (!from.model.materials.empty()) object.color = from.model.materials.front().color;
     if (!from.colors) continue;

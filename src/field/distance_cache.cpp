@@ -8,6 +8,7 @@
 #include "base/hash.h"
 #include "base/parallel.h"
 #include "field/extract_surface.h"
+#include "field/remove_detail.h"
 #include "field/thinness.h"
 #include "mesh/components.h"
 #include "mesh/handles.h"
@@ -145,8 +146,16 @@ bool take_thinness(std::string_view& bytes, ObjectDistances& object) {
   return true;
 }
 
-bool decode(std::string_view bytes, std::size_t triangles, ObjectDistances& object) {
-  if (!take_counted(bytes, object.sides) || object.sides.size() != triangles) return false;
+/// Sets the object's distances without detail, unless it is a shell.
+void set_smooth(const SmoothDistances& spline, float size, ObjectDistances& object) {
+  if (!object.thinness) return;
+  object.smooth = std::make_shared<const DistanceGrid>(
+      remove_detail(*object.grid, spline, *object.thinness, size));
+}
+
+bool decode(std::string_view bytes, const Model& model, ObjectDistances& object) {
+  if (!take_counted(bytes, object.sides) || object.sides.size() != model.triangles.size())
+    return false;
   if (bytes.size() < 3 * sizeof(double) + sizeof(std::int64_t) + 2 * kGridSize + sizeof(float))
     return false;
   object.undecided = take<double>(bytes);
@@ -182,6 +191,7 @@ bool decode(std::string_view bytes, std::size_t triangles, ObjectDistances& obje
       },
       256);
   object.grid = std::make_shared<const DistanceGrid>(std::move(distances));
+  set_smooth(smooth, model.box().diagonal(), object);
   return true;
 }
 
@@ -200,7 +210,7 @@ Result<ObjectDistances> load_or_measure_distances(const Model& model,
       const char* problem = nullptr;
       const auto content = cached_content(*bytes, object.key, kDistanceFiles, problem);
       ObjectDistances stored = object;
-      if (content && decode(*content, model.triangles.size(), stored)) return stored;
+      if (content && decode(*content, model, stored)) return stored;
       warn_unusable(folder, object.key, kDistanceFiles, "holds no sound distances");
     }
   }
@@ -231,6 +241,7 @@ Result<ObjectDistances> load_or_measure_distances(const Model& model,
   if (!is_shell(object))
     object.thinness = std::make_shared<const DistanceGrid>(
         compute_thinness(*object.grid, model.box().diagonal()));
+  set_smooth(smooth, model.box().diagonal(), object);
   if (!folder.empty())
     store_cached(folder, object.key, kDistanceFiles, model.name, encode(object, smooth));
   return object;

@@ -142,18 +142,14 @@ Shape make_shape(Int3 points) { return {{points.x, points.y, points.z}, {true, t
 
 JsonValue object_json(const PlayObject& object, float cell, Packer& packer) {
   JsonValue json{{"name", printable(object.name)}, {"color", triple(object.color)}};
-  if (object.distances) {
-    const DistanceGrid& d = *object.distances;
-    json["distances"] = grid_json(d.grid);
-    json["distances"]["values"] =
-        packer.add(d.values, make_shape(d.grid.points), kDistanceStep * cell);
-  }
-  if (object.thinness) {
-    const DistanceGrid& thinness = *object.thinness;
-    json["thinness"] = grid_json(thinness.grid);
-    json["thinness"]["values"] =
-        packer.add(thinness.values, make_shape(thinness.grid.points), kThinnessStep);
-  }
+  const auto add_volume = [&](const char* name, const DistanceGrid* volume, float step) {
+    if (!volume) return;
+    json[name] = grid_json(volume->grid);
+    json[name]["values"] = packer.add(volume->values, make_shape(volume->grid.points), step);
+  };
+  add_volume("distances", object.distances.get(), kDistanceStep * cell);
+  add_volume("smooth", object.smooth.get(), kDistanceStep * cell);
+  add_volume("thinness", object.thinness.get(), kThinnessStep);
   if (!object.colors.empty()) {
     json["colors"] = grid_json(object.color_grid);
     for (float Vec3::*c : {&Vec3::x, &Vec3::y, &Vec3::z}) {

@@ -17,6 +17,7 @@ namespace polymorph {
 struct PlayObject {
   std::string name;
   std::shared_ptr<const DistanceGrid> distances;  ///< null if its legs are ball legs
+  std::shared_ptr<const DistanceGrid> smooth;     ///< without detail; null unless a solid
   std::shared_ptr<const DistanceGrid> thinness;   ///< null unless a solid with distances
   Vec3 color{1, 1, 1};                            ///< scene-linear; where there is no volume
   Grid color_grid;

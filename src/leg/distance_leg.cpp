@@ -49,7 +49,10 @@ Status extract_between(const Leg& leg, const LevelSearch& search, Engine& engine
   const bool at_an_end = state.time <= 0 || state.time >= 1;
   const bool has_shell = is_shell(from) || is_shell(to);
   // Walls would swell where both are compressed.
-  if (!has_shell) field.linear_range = kLinearRange * object_size(leg, state.u);
+  if (!has_shell) {
+    field.linear_range = kLinearRange * object_size(leg, state.u);
+    field.smooth_from = from.smooth, field.smooth_to = to.smooth;
+  }
   if (!at_an_end && keeps_volume(leg)) {
     const auto u = static_cast<double>(state.u);
     const double volume = (1 - u) * from.volume + u * to.volume;
@@ -79,6 +82,8 @@ Result<std::vector<float>> sample_distances(const MorphSurface& field,
   for (AffineMap& affine : sampled.map.affine) affine = {{Vec3{}, Vec3{}, Vec3{}}, {}};
   sampled.from = DistanceField(field.from->grid, field.from->values.data());
   sampled.to = DistanceField(field.to->grid, field.to->values.data());
+  if (field.smooth_from) sampled.from.smooth = field.smooth_from->values.data();
+  if (field.smooth_to) sampled.to.smooth = field.smooth_to->values.data();
   sampled.from_scale = field.from_scale, sampled.to_scale = field.to_scale;
   sampled.level = field.level;
   sampled.inv_range = field.linear_range > 0 ? 1 / field.linear_range : 0;

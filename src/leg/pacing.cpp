@@ -106,7 +106,7 @@ bool has_contact(const Leg& leg) {
 std::string cache_key(const Leg& leg, const std::vector<FrameMap>& maps) {
   Hasher hasher;
   const LegSettings& settings = leg.settings;
-  hasher.add("pacing").add(kPacingVersion).add(settings.cell).add(settings.cell);
+  hasher.add("pacing").add(kPacingVersion).add(settings.cell);
   hasher.add(settings.min_component_share);
   hasher.add(static_cast<std::uint8_t>(leg.plan.motion.keep_volume ? 1 : 0));
   hasher.add(static_cast<std::uint8_t>(has_contact(leg) ? 1 : 0));

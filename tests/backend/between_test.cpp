@@ -7,6 +7,7 @@
 #include <random>
 #include <vector>
 
+#include "kernels/morph_field.h"
 #include "testing/backend.h"
 #include "testing/between.h"
 #include "testing/mesh.h"
@@ -141,6 +142,47 @@ TEST_P(BetweenTest, ScalesEitherObjectsDistances) {
   EXPECT_LT(furthest_from_sphere(between(surface, cube_grid(61, 1.5f)), 0.9), 0.005);
 }
 
+TEST_P(BetweenTest, DetailOfTheSourceGoesBeforeThatOfTheTargetComes) {
+  // The detail of both is a third of their radius.
+  MorphSurface surface = {nullptr, sphere_distances(0.9f), sphere_distances(0.9f), 1, 1, 0};
+  surface.smooth_from = surface.smooth_to = sphere_distances(0.6f);
+  for (const float t : {0.0f, 0.05f, 0.2f, 0.4f, 0.5f, 0.7f, 0.9f, 1.0f}) {
+    surface.map = identity_map(t);
+    const auto share = [](float x) {
+      x = std::clamp((0.55f - x) / 0.45f, 0.0f, 1.0f);
+      return x * x * (3 - 2 * x);
+    };
+    const float mixed = t * t * (3 - 2 * t);
+    const float radius = 0.6f + 0.3f * ((1 - mixed) * share(t) + mixed * share(1 - t));
+    const Mesh mesh = between(surface, cube_grid(61, 1.5f));
+    EXPECT_LT(furthest_from_sphere(mesh, radius), 0.004) << t;
+    expect_sound(mesh);
+  }
+}
+
+/// Where the progress differs from place to place, detail does, and normals turn with it.
+TEST_P(BetweenTest, NormalsKnowThatDetailGoes) {
+  MorphSurface surface = {nullptr, sphere_distances(0.9f), sphere_distances(0.9f), 1, 1, 0};
+  surface.smooth_from = surface.smooth_to = sphere_distances(0.6f);
+  auto map = std::make_shared<Regression>(*identity_map(0.3f));
+  map->sloped = true;
+  map->values[0].slope[3] = {0.15f, 0, 0};
+  surface.map = map;
+  const Mesh mesh = between(surface, cube_grid(81, 1.2f));
+  expect_sound(mesh);
+  // Small triangles have odd normals, so those around a vertex are added.
+  std::vector<Vec3> normals(mesh.positions.size());
+  for (const Triangle& triangle : mesh.triangles) {
+    const Vec3 a = mesh.positions[triangle.v[0]], b = mesh.positions[triangle.v[1]],
+               c = mesh.positions[triangle.v[2]];
+    for (const std::uint32_t v : triangle.v) normals[v] = normals[v] + cross(b - a, c - a);
+  }
+  float worst = 1;
+  for (std::size_t v = 0; v < normals.size(); ++v)
+    worst = std::min(worst, dot(normalized(normals[v]), mesh.normals[v]));
+  EXPECT_GT(worst, 0.995f);
+}
+
 TEST_P(BetweenTest, IsClosedAndManifoldWhereMapsAreWild) {
   for (const unsigned seed : {1u, 2u, 3u}) {
     for (const bool sloped : {false, true}) {
@@ -150,7 +192,9 @@ TEST_P(BetweenTest, IsClosedAndManifoldWhereMapsAreWild) {
                                     1,
                                     1,
                                     0.05f,
-                                    sloped ? 0.05f : 0.0f};
+                                    sloped ? 0.05f : 0.0f,
+                                    sloped ? torus_distances(1, 0.28f) : nullptr,
+                                    sphere_distances(0.55f, {0.3f, 0, 0})};
       const Mesh mesh = between(surface, cube_grid(70, 1.7f));
       ASSERT_FALSE(mesh.triangles.empty());
       expect_sound(mesh);
@@ -162,20 +206,24 @@ TEST_P(BetweenTest, BricksLeftOutHoldNoSurface) {
   // The same cells, all in one brick's reach and as part of a grid of many levels: what is culled
   // must not change a vertex.
   const MorphSurface surface = {
-      random_map(80, 0.3f, 9), torus_distances(1, 0.3f), sphere_distances(0.7f), 1, 1, 0};
+      random_map(80, 0.3f, 9),  torus_distances(1, 0.3f), sphere_distances(0.7f), 1, 1, 0, 0,
+      torus_distances(1, 0.2f), sphere_distances(0.5f)};
   const Grid fine = cube_grid(161, 1.6f);
   const Mesh whole = between(surface, fine);
   // Sampled at every point by hand: as many crossed edges as vertices.
   const auto field_at = [&](const std::vector<Vec3>& points) {
     const std::vector<AttributeValues> maps = regress(surface.map, points);
-    const DistanceField from(surface.from->grid, surface.from->values.data()),
+    DistanceField from(surface.from->grid, surface.from->values.data()),
         to(surface.to->grid, surface.to->values.data());
+    from.smooth = surface.smooth_from->values.data();
+    to.smooth = surface.smooth_to->values.data();
     std::vector<float> values;
     for (std::size_t i = 0; i < points.size(); ++i) {
       const float *a = maps[2 * i].v, *b = maps[2 * i + 1].v;
       const float t = a[3], mix = t * t * (3 - 2 * t);
-      values.push_back((1 - mix) * from.value(Points<float>{a[0], a[1], a[2]}) +
-                       mix * to.value(Points<float>{b[0], b[1], b[2]}));
+      values.push_back((1 - mix) *
+                           from.value(Points<float>{a[0], a[1], a[2]}, MorphField::detail(t)) +
+                       mix * to.value(Points<float>{b[0], b[1], b[2]}, MorphField::detail(1 - t)));
     }
     return values;
   };
@@ -296,6 +344,8 @@ TEST_P(BetweenTest, RefusesWhatItCannotMakeASurfaceOf) {
   EXPECT_EQ(code({identity_map(0), object, nullptr, 1, 1, 0}), EngineCode::kBadInput);
   EXPECT_EQ(code({identity_map(0), object, object, 1, 1, NAN}), EngineCode::kBadInput);
   EXPECT_EQ(code({identity_map(0), object, object, 1, 1, 0, -1}), EngineCode::kBadInput);
+  EXPECT_EQ(code({identity_map(0), object, object, 1, 1, 0, 0, torus_distances(1, 0.3f)}),
+            EngineCode::kBadInput);
   auto broken = std::make_shared<DistanceGrid>(*object);
   broken->values.pop_back();
   EXPECT_EQ(code({identity_map(0), broken, object, 1, 1, 0}), EngineCode::kBadInput);

@@ -101,9 +101,13 @@ std::vector<BetweenCase> between_cases() {
       for (const bool thin : {false, true}) {
         auto map = std::make_shared<Regression>(
             *random_map(samples, 0.3f, static_cast<unsigned>(samples), sloped));
-        if (thin) map->thinness[0] = sphere, map->thinness[1] = torus;
-        cases.push_back(
-            {{map, torus, sphere, 1.1f, 0.9f, 0.03f}, cube_grid(sloped ? 91 : 127, 1.7f)});
+        MorphSurface surface = {map, torus, sphere, 1.1f, 0.9f, 0.03f};
+        if (thin) {
+          map->thinness[0] = sphere, map->thinness[1] = torus;
+          surface.smooth_from = torus_distances(1, 0.22f);
+          surface.smooth_to = sphere_distances(0.6f, {0.2f, 0, 0});
+        }
+        cases.push_back({surface, cube_grid(sloped ? 91 : 127, 1.7f)});
       }
   for (const int landmarks : {1, 9}) {
     auto map = std::make_shared<Regression>(

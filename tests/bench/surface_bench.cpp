@@ -104,7 +104,9 @@ void extract_between(benchmark::State& state, Backend backend, int samples, int 
     map.values.push_back(carried);
     map.values.push_back(carried);
   }
-  MorphSurface surface = {nullptr, torus_distances(1, 0.4f), torus_distances(0.9f, 0.5f), 1, 1, 0};
+  // Half way, where both objects' distances are read with and without detail.
+  const auto first = torus_distances(1, 0.4f), second = torus_distances(0.9f, 0.5f);
+  MorphSurface surface = {nullptr, first, second, 1, 1, 0, 0, first, second};
   const Grid grid = {
       {-1.9f, -1.9f, -1.9f}, 3.8f / static_cast<float>(points - 1), {points, points, points}};
   Mesh mesh;

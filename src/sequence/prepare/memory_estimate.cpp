@@ -77,7 +77,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
       if (!leg_kinds(timeline, i).distances || own[i].triangles.empty()) continue;
       const double points =
           point_count(make_distance_grid(own[i].box(), 0.5f * static_cast<float>(cell)));
-      distances += sizeof(float) * points;
+      distances += 2 * sizeof(float) * points;  // with and without detail
       making = std::max(making, kBytesPerPointMade * points);
     }
   }

@@ -1,0 +1,88 @@
+#include "field/remove_detail.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "field/thinness.h"
+#include "kernels/distance_field.h"
+
+namespace polymorph {
+namespace {
+
+constexpr float kSize = 4;  // of a body of radius 1 with a limb from x = 1 to x = 3
+
+/// A body with 24 furrows, 0.065 of the size apart and 0.06 deep, and a limb of radius 0.15.
+float distance(Vec3 p) {
+  const float body = 1 + 0.03f * std::cos(24 * std::atan2(p.y, p.z)) - length(p);
+  const Vec3 from_limb = p - Vec3{std::clamp(p.x, 0.0f, 2.85f), 0, 0};
+  return std::max(body, 0.15f - length(from_limb));
+}
+
+struct Object {
+  DistanceGrid distances;
+  SmoothDistances spline;
+};
+Object make_object(float cell) {
+  Object object;
+  const Grid coarse = {{-1.6f, -1.6f, -1.6f},
+                       4 * cell,
+                       {static_cast<int>(5.2f / (4 * cell)), static_cast<int>(3.2f / (4 * cell)),
+                        static_cast<int>(3.2f / (4 * cell))}};
+  object.spline.grid = coarse;
+  object.distances.grid = {
+      coarse.origin,
+      cell,
+      {4 * coarse.points.x - 3, 4 * coarse.points.y - 3, 4 * coarse.points.z - 3}};
+  const auto fill = [](const Grid& grid, std::vector<float>& values) {
+    for (int z = 0; z < grid.points.z; ++z)
+      for (int y = 0; y < grid.points.y; ++y)
+        for (int x = 0; x < grid.points.x; ++x)
+          values.push_back(distance(grid_point(grid, {x, y, z})));
+  };
+  fill(coarse, object.spline.values);
+  fill(object.distances.grid, object.distances.values);
+  close_border(object.distances);
+  bound_slopes(object.distances);
+  return object;
+}
+
+float at(const DistanceGrid& distances, Vec3 p) {
+  return DistanceField(distances.grid, distances.values.data()).value(Points<float>{p.x, p.y, p.z});
+}
+
+TEST(RemoveDetail, TakesFurrowsFromTheBodyAndLeavesTheLimb) {
+  const Object object = make_object(0.025f);
+  const DistanceGrid thinness = compute_thinness(object.distances, kSize);
+  const DistanceGrid smooth = remove_detail(object.distances, object.spline, thinness, kSize);
+  const auto depth = [](const DistanceGrid& distances) {
+    const float half = 3.14159265f / 24;
+    return at(distances, {-0.2f, 0, 0.97f}) -
+           at(distances, {-0.2f, 0.97f * std::sin(half), 0.97f * std::cos(half)});
+  };
+  EXPECT_NEAR(depth(object.distances), 0.06f, 0.01f);
+  EXPECT_LT(depth(smooth), 0.02f);
+  EXPECT_GT(at(smooth, {-0.9f, 0, 0}), 0) << "the body stays";
+  EXPECT_LT(at(smooth, {-1.1f, 0, 0}), 0);
+  for (const float x : {1.6f, 2.0f, 2.5f}) {
+    EXPECT_GT(at(smooth, {x, 0.1f, 0}), 0) << "the limb stays at " << x;
+    EXPECT_LT(at(smooth, {x, 0.2f, 0}), 0);
+  }
+  EXPECT_LE(smooth.lipschitz, object.distances.lipschitz + 0.1f);
+}
+
+TEST(RemoveDetail, HardlyDependsOnTheCells) {
+  const auto smoothed = [](float cell) {
+    const Object object = make_object(cell);
+    return remove_detail(object.distances, object.spline, compute_thinness(object.distances, kSize),
+                         kSize);
+  };
+  const DistanceGrid fine = smoothed(0.02f), coarse = smoothed(0.04f);
+  for (float x = -1.2f; x < 3; x += 0.1f)
+    for (float y = 0; y < 1; y += 0.1f)
+      EXPECT_NEAR(at(fine, {x, y, 0}), at(coarse, {x, y, 0}), 0.04f) << x << " " << y;
+}
+
+}  // namespace
+}  // namespace polymorph
