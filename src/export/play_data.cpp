@@ -71,6 +71,7 @@ Result<PlayKey> key_at(const Leg& leg, float time, Engine& engine) {
   PlayKey key;
   key.time = time;
   key.progress = std::clamp(progress_at(leg.plan, time), 0.0f, 1.0f);
+  key.min_part = static_cast<float>(min_component_share(leg, key.progress));
   const auto on_balls = [&]() -> Status {
     PM_TRY(const LegState state, leg_state(leg, time, engine));
     PM_TRY(const float iso, volume_iso(leg, state, engine));
@@ -119,7 +120,6 @@ Result<PlayLeg> make_play_leg(const PreparedActor& actor, int number, Engine& en
   play.to = object_index(actor, *leg.to);
   play.distance = visit(
       leg, [] { return false; }, [](const DistanceLeg&) { return true; });
-  play.min_part = static_cast<float>(min_component_share(leg));
   for (const float time : key_times(actor.timeline, number, leg.until)) {
     PM_TRY(PlayKey key, key_at(leg, time, engine));
     play.keys.push_back(std::move(key));

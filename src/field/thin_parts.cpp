@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "base/array3.h"
-#include "base/exact_math.h"
 #include "base/parallel.h"
 #include "base/result.h"
+#include "field/gaussian_filter.h"
 #include "mesh/normals.h"
 #include "mesh/thickness.h"
 #include "mesh/triangle_bvh.h"
@@ -164,45 +164,6 @@ double count_inside(const DistanceGrid& distances) {
                                            [](float v) { return v > 0; }));
 }
 
-/// Gaussian filter along each axis in turn, with the border repeated; sigma in cells.
-void low_pass(Int3 n, float sigma, std::vector<float>& values) {
-  const int radius = static_cast<int>(std::ceil(2.5f * sigma));
-  std::vector<float> weights;
-  float sum = 0;
-  for (int i = -radius; i <= radius; ++i) {
-    const double t = i / static_cast<double>(sigma);
-    weights.push_back(static_cast<float>(exact::exp(-0.5 * t * t)));
-    sum += weights.back();
-  }
-  for (float& w : weights) w /= sum;
-  // A line consists of `count` runs of `width` adjacent values, `step` apart.
-  const auto filter_lines = [&](std::size_t lines, std::size_t line_stride, int count,
-                                std::size_t step, std::size_t width) {
-    parallel_for(static_cast<std::int64_t>(lines), [&](std::int64_t l) {
-      float* line = values.data() + static_cast<std::size_t>(l) * line_stride;
-      std::vector<float> copy(static_cast<std::size_t>(count) * width);
-      for (int i = 0; i < count; ++i)
-        std::copy_n(line + static_cast<std::size_t>(i) * step, width,
-                    copy.data() + static_cast<std::size_t>(i) * width);
-      for (int i = 0; i < count; ++i) {
-        float* to = line + static_cast<std::size_t>(i) * step;
-        std::fill_n(to, width, 0.0f);
-        for (int k = -radius; k <= radius; ++k) {
-          const float w = weights[static_cast<std::size_t>(k + radius)];
-          const float* from =
-              copy.data() + static_cast<std::size_t>(std::clamp(i + k, 0, count - 1)) * width;
-          for (std::size_t x = 0; x < width; ++x) to[x] += w * from[x];
-        }
-      }
-    });
-  };
-  const Strides stride(n);
-  filter_lines(static_cast<std::size_t>(n.y) * static_cast<std::size_t>(n.z), stride.row, n.x, 1,
-               1);
-  filter_lines(static_cast<std::size_t>(n.z), stride.layer, n.y, stride.row, stride.row);
-  filter_lines(static_cast<std::size_t>(n.y), stride.row, n.z, stride.layer, stride.row);
-}
-
 }  // namespace
 
 void smooth_thin_parts(const Model& model, float thinnest, DistanceGrid& distances) {
@@ -233,7 +194,7 @@ void smooth_thin_parts(const Model& model, float thinnest, DistanceGrid& distanc
     return t * t * (3 - 2 * t);
   };
   std::vector<float> smooth = distances.values;
-  low_pass(distances.grid.points, sigma / cell, smooth);
+  filter_gaussian(distances.grid.points, sigma / cell, smooth);
   parallel_for(
       static_cast<std::int64_t>(squares.size()),
       [&](std::int64_t index) {

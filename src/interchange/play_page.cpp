@@ -216,7 +216,7 @@ JsonValue common_json(const PlayKey& key) {
   add(key.box.low);
   add(key.box.high);
   for (const float f : {key.between.map->lattice.cell, key.between.from_scale, key.between.to_scale,
-                        key.between.level, key.progress, key.between.linear_range})
+                        key.between.level, key.progress, key.between.linear_range, key.min_part})
     numbers.push_back(f);
   return numbers;
 }
@@ -261,7 +261,6 @@ JsonValue leg_json(const PlayLeg& leg, Packer& packer) {
   return {{"from", leg.from},
           {"to", leg.to},
           {"distance", leg.distance},
-          {"min_part", leg.min_part},
           {"weighed", leg.keys.front().between.map->thinness[0] != nullptr},
           {"times", times},
           {"common", common},

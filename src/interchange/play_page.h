@@ -28,6 +28,7 @@ struct PlayObject {
 struct PlayKey {
   float time = 0;      ///< time of the leg's motion, [0, 1]
   float progress = 0;  ///< eased progress, [0, 1]; blends the colours
+  float min_part = 0;  ///< components with a smaller fraction of the volume are removed
   /// Balls with their surface at field = 1, one per pair.
   std::vector<Ball> balls;
   /// The field between the objects, for a distance leg. A ball leg uses only `samples[].center` and
@@ -39,7 +40,6 @@ struct PlayKey {
 struct PlayLeg {
   int from = 0, to = 0;  ///< indices of the actor's objects
   bool distance = false;
-  float min_part = 0;         ///< components with a smaller fraction of the volume are removed
   std::vector<PlayKey> keys;  ///< two or more, ascending times
 };
 

@@ -11,18 +11,23 @@ float object_size(const Leg& leg, float u) {
               std::clamp(u, 0.0f, 1.0f));
 }
 
-double min_component_share(const Leg& leg) {
+double min_component_share(const Leg& leg, float u) {
   const auto min_share = static_cast<double>(leg.settings.min_component_share);
   return visit(
       leg, [&] { return min_share; },
       [&](const DistanceLeg&) {
         // Fragments that come off between two objects, a limb's tip perhaps, are left out unless
-        // they are as large as a component that one of them has.
+        // they are as large as a component that, near an end, this object has, and that half way
+        // both have.
         constexpr double kFragment = 0.015;
+        constexpr float kNear = 0.1f, kFar = 0.35f;  // from either end
         if (min_share <= 0) return min_share;
-        const double smallest = std::min(leg.from->distances.smallest_component_share,
-                                         leg.to->distances.smallest_component_share);
-        return std::max(min_share, std::min(kFragment, 0.5 * smallest));
+        const double from = leg.from->distances.smallest_component_share,
+                     to = leg.to->distances.smallest_component_share;
+        const double end = std::min(kFragment, 0.5 * (u < 0.5f ? from : to)),
+                     middle = std::min(kFragment, 0.5 * std::max(from, to));
+        const float t = std::clamp((std::min(u, 1 - u) - kNear) / (kFar - kNear), 0.0f, 1.0f);
+        return std::max(min_share, std::lerp(end, middle, static_cast<double>(t)));
       });
 }
 

@@ -58,8 +58,9 @@ struct LegSurface {
   Mesh mesh;
   MorphSurface field;  ///< field whose zero the mesh is, where the leg is made of distances
 };
-/// The share of the volume below which a component of the leg's surface is left out.
-double min_component_share(const Leg& leg);
+/// The share of the volume below which a component of the leg's surface is left out at the eased
+/// progress u.
+double min_component_share(const Leg& leg, float u);
 
 /// Diagonal of the objects at an eased time: the length by which a smooth map measures.
 float object_size(const Leg& leg, float u);

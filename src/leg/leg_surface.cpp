@@ -68,7 +68,7 @@ Result<LegSurface> leg_surface(const Leg& leg, float time, Engine& engine) {
       }));
   // The cubes of a matrix are components of their own.
   if (shown.method != SurfaceMethod::kMarchingCubes) return surface;
-  remove_small_components(surface.mesh, min_component_share(leg));
+  remove_small_components(surface.mesh, min_component_share(leg, surface.state.u));
   visit(
       leg, [] {},
       [&](const DistanceLeg&) {

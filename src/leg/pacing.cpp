@@ -80,13 +80,10 @@ float level_near(const std::vector<Moment>& moments, float time) {
   return interpolate(moments, time, [](const Moment& moment) { return moment.level; });
 }
 
-/// Heights that bring the surface, at each of the times, down or up to where both ends stand; none
-/// where one end stands higher than the other.
-std::vector<float> find_lifts(const std::vector<Moment>& moments, const std::vector<float>& times,
-                              float size) {
-  constexpr float kEquallyLow = 0.01f;
+/// Heights that bring the surface, at each of the times, down or up to the floor. At the ends there
+/// are none: thin feet may be missing on the cells, and the objects themselves are shown there.
+std::vector<float> find_lifts(const std::vector<Moment>& moments, const std::vector<float>& times) {
   const float start = moments.front().low, end = moments.back().low;
-  if (std::fabs(end - start) > kEquallyLow * size) return {};
   std::vector<float> lifts;
   for (const float time : times)
     lifts.push_back(interpolate(moments, time, [&](const Moment& moment) {
@@ -95,11 +92,14 @@ std::vector<float> find_lifts(const std::vector<Moment>& moments, const std::vec
   return lifts;
 }
 
-/// Tests whether the leg's surface is to stay on the floor; arcs and explosions leave it on
-/// purpose.
+/// Tests whether the leg's surface is to stay on the floor: where both objects stand equally low.
+/// Arcs and explosions leave it on purpose.
 bool has_contact(const Leg& leg) {
+  constexpr float kEquallyLow = 0.01f;
   const Path path = leg.plan.motion.path;
-  return leg.settings.contact && path != Path::kBezier && path != Path::kExplode;
+  const float difference = leg.from->model.box().low.y - leg.to->model.box().low.y;
+  return leg.settings.contact && path != Path::kBezier && path != Path::kExplode &&
+         std::fabs(difference) <= kEquallyLow * object_size(leg, 0.5f);
 }
 
 /// Hash of everything that the surfaces at these moments depend on: the maps and both objects.
@@ -196,7 +196,7 @@ Result<Moment> measure_moment(const Leg& linear, float time, std::optional<float
   PM_TRY(LegSurface surface,
          measured_surface(linear, time, {cell, settings.measured, near, kTolerance}, engine));
   // A component that comes off changes the surface when frames leave it out.
-  remove_small_components(surface.mesh, min_component_share(linear));
+  remove_small_components(surface.mesh, min_component_share(linear, time));
   const float low = box_of(surface.mesh.positions).low.y;
   return Moment{time, surface.field.level, low, std::move(surface.mesh), 0};
 }
@@ -289,7 +289,7 @@ Result<Pacing> measure_pacing(const Leg& leg, Engine& engine, const std::filesys
   if (steps.size() == kSteps + 1 && change > 0) {
     PM_TRY(const std::vector<Moment> moments, refine(linear, std::move(steps), change, engine));
     pacing.times = linear.plan.pacing = even_times(moments, change);
-    if (has_contact(leg)) pacing.lifts = find_lifts(moments, pacing.times, object_size(leg, 0.5f));
+    if (has_contact(leg)) pacing.lifts = find_lifts(moments, pacing.times);
     PM_TRY(pacing.levels, measure_levels(linear, moments, engine));
   }
   store_pacing(cache, key, leg, pacing);

@@ -120,6 +120,29 @@ TEST_P(LegSurfaceTest, ItsFieldIsZeroOnTheMeshAndPositiveInside) {
   }
 }
 
+/// A source of many small parts, and a target of one: near the source its parts stay, and what
+/// comes off later is a crumb.
+TEST(MinComponentShare, IsOfTheObjectNearEitherEnd) {
+  const auto engine = make_cpu_engine();
+  Leg leg = *make_test_leg(Interpolation::kDistance, *engine);
+  leg.settings.min_component_share = 1e-4f;
+  PreparedObject from = *leg.from;
+  from.distances.smallest_component_share = 0.004;
+  leg.from = std::make_shared<const PreparedObject>(from);
+  const float start = 0, near = 0.1f, on_the_way = 0.2f, half = 0.5f, end = 1;
+  EXPECT_DOUBLE_EQ(min_component_share(leg, start), 0.002);
+  EXPECT_DOUBLE_EQ(min_component_share(leg, near), 0.002);
+  EXPECT_GT(min_component_share(leg, on_the_way), 0.002);
+  EXPECT_DOUBLE_EQ(min_component_share(leg, half), 0.015);
+  EXPECT_DOUBLE_EQ(min_component_share(leg, end), 0.015);
+  // Parts that both have may meet.
+  PreparedObject to = *leg.to;
+  to.distances.smallest_component_share = 0.008;
+  leg.to = std::make_shared<const PreparedObject>(to);
+  EXPECT_DOUBLE_EQ(min_component_share(leg, half), 0.004);
+  EXPECT_DOUBLE_EQ(min_component_share(leg, end), 0.004);
+}
+
 INSTANTIATE_TEST_SUITE_P(Kinds, LegSurfaceTest,
                          ::testing::Values(Interpolation::kBalls, Interpolation::kDistance),
                          [](const auto& kind) {

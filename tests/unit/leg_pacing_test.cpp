@@ -26,7 +26,7 @@ TEST(Pacing, TheVersionBelongsToThisPace) {
                 .add(std::span<const Vec3>(leg->plan.from_offsets))
                 .add(std::span<const Vec3>(leg->plan.to_offsets))
                 .hex(),
-            "54dfa52f1bc834d8c9070132015151bc");
+            "fa9d653625b79a95e728e58635095056");
 }
 
 TEST(Pacing, IsMeasuredOnALegWithoutPace) {
