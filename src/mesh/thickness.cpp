@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "base/parallel.h"
@@ -32,6 +33,7 @@ double intersect(Vec3d origin, Vec3d direction, const TriangleBvh::Corners& c) {
 struct Hit {
   double distance = INFINITY;
   double cosine = -1;  ///< between the ray and the face normal; positive where the ray leaves
+  Vec3d normal;        ///< of the face, of length 1
 };
 
 /// Finds the nearest hit beyond `from` that is not on triangle `self`.
@@ -82,7 +84,8 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from
         const double t = intersect(origin, direction, c);
         if (!(t > from) || !(t < hit.distance)) continue;
         const Vec3d n = cross(Vec3d(c.p[1]) - Vec3d(c.p[0]), Vec3d(c.p[2]) - Vec3d(c.p[0]));
-        hit = {t, dot(n, direction) / std::max(std::sqrt(dot(n, n)), 1e-300)};
+        const Vec3d unit = n * (1 / std::max(std::sqrt(dot(n, n)), 1e-300));
+        hit = {t, dot(unit, direction), unit};
       }
     }
   }
@@ -160,6 +163,22 @@ std::vector<SurfaceSample> sample_evenly(MeshView mesh, double requested_spacing
   return samples;
 }
 
+/// The middle between a sample and the face behind it, where the part is thin there. Faces that
+/// enclose a wide angle may be the edge of something thick: they count where a third face lies
+/// behind them, as in a wire of three sides.
+std::optional<Vec3> thin_middle(const TriangleBvh& bvh, const SurfaceSample& sample, const Hit& hit,
+                                double max_thickness, double min_cosine) {
+  if (!(hit.distance < max_thickness) || !(hit.cosine > 0)) return std::nullopt;
+  const Vec3 middle = sample.point - sample.normal * static_cast<float>(0.5 * hit.distance);
+  if (hit.cosine > min_cosine) return middle;
+  const Vec3d away = (Vec3d(sample.normal) + hit.normal) * -1;
+  const double length = std::sqrt(dot(away, away));
+  if (!(length > 0)) return std::nullopt;
+  const Hit behind = first_hit(bvh, Vec3d(middle), away * (1 / length), 0, sample.triangle);
+  if (!(behind.distance < max_thickness) || !(behind.cosine > 0)) return std::nullopt;
+  return middle + to_float(away * (0.5 * behind.distance / length));
+}
+
 }  // namespace
 
 Thickness measure_thickness(MeshView mesh, const TriangleBvh& bvh, std::size_t samples) {
@@ -195,11 +214,17 @@ std::vector<Vec3> thin_wall_middles(MeshView mesh, const TriangleBvh& bvh, doubl
                                     double max_thickness, double min_cosine) {
   const std::vector<SurfaceSample> from = sample_evenly(mesh, spacing);
   const std::vector<Hit> hits = intersect_inward(mesh, bvh, from);
+  std::vector<std::optional<Vec3>> found(from.size());
+  parallel_for(
+      static_cast<std::int64_t>(from.size()),
+      [&](std::int64_t i) {
+        const auto k = static_cast<std::size_t>(i);
+        found[k] = thin_middle(bvh, from[k], hits[k], max_thickness, min_cosine);
+      },
+      64);
   std::vector<Vec3> middles;
-  for (std::size_t k = 0; k < from.size(); ++k)
-    if (hits[k].distance < max_thickness && hits[k].cosine > min_cosine)
-      middles.push_back(from[k].point -
-                        from[k].normal * static_cast<float>(0.5 * hits[k].distance));
+  for (const std::optional<Vec3>& middle : found)
+    if (middle) middles.push_back(*middle);
   return middles;
 }
 

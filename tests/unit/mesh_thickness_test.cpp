@@ -66,6 +66,26 @@ TEST(Thickness, OfAHollowBoxIsItsWalls) {
   EXPECT_TRUE(any_contains(lines, "thicken it in the modeller"));
 }
 
+/// A closed prism of `sides` sides about the axis y, from 0 to `length`.
+Model wire_model(int sides, float radius, float length) {
+  Model wire;
+  const auto n = static_cast<std::uint32_t>(sides);
+  for (std::uint32_t k = 0; k < n; ++k) {
+    const float angle = 6.2831853f * static_cast<float>(k) / static_cast<float>(n);
+    for (const float y : {0.0f, length})
+      wire.points.push_back({radius * std::cos(angle), y, radius * std::sin(angle)});
+  }
+  for (std::uint32_t k = 0; k < n; ++k) {
+    const std::uint32_t a = 2 * k, b = 2 * ((k + 1) % n);
+    wire.triangles.push_back({{a, a + 1, b}});
+    wire.triangles.push_back({{b, a + 1, b + 1}});
+    if (k == 0 || k + 1 == n) continue;
+    wire.triangles.push_back({{0, a, b}});
+    wire.triangles.push_back({{1, b + 1, a + 1}});
+  }
+  return wire;
+}
+
 TEST(ThinWalls, MiddlesAreHalfWayBetweenTheFacesOfAPlate) {
   const Model plate = box_model({-1, -0.05f, -1}, {1, 0.05f, 1});
   const TriangleBvh bvh = build_triangle_bvh(plate.points, plate.triangles);
@@ -83,6 +103,20 @@ TEST(ThinWalls, FacesThatMeetAtASharperAngleCountAndOthersDoNot) {
   const TriangleBvh bvh = build_triangle_bvh(wedge.points, wedge.triangles);
   EXPECT_TRUE(thin_wall_middles(wedge, bvh, 0.03, 0.5, 0.9).empty());
   EXPECT_FALSE(thin_wall_middles(wedge, bvh, 0.03, 0.5, 0.6).empty());
+}
+
+TEST(ThinWalls, AWireOfThreeSidesIsThin) {
+  // Its faces enclose 60 degrees, and the circle in its section has the radius 0.0289.
+  const Model wire = wire_model(3, 0.0577f, 2);
+  const TriangleBvh bvh = build_triangle_bvh(wire.points, wire.triangles);
+  const std::vector<Vec3> middles = thin_wall_middles(wire, bvh, 0.02, 0.12, 0.9);
+  std::vector<int> sections(20);
+  for (const Vec3 p : middles) {
+    EXPECT_LT(std::hypot(p.x, p.z), 0.03f);
+    if (p.y > 0 && p.y < 2) ++sections[static_cast<std::size_t>(10 * p.y)];
+  }
+  for (const int count : sections) EXPECT_GT(count, 5);
+  EXPECT_TRUE(thin_wall_middles(wire, bvh, 0.02, 0.05, 0.9).size() < middles.size() / 4);
 }
 
 TEST(Thickness, CountsWhatHasNothingBehindIt) {
