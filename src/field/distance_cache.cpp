@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "base/array3.h"
 #include "base/cache_file.h"
@@ -88,7 +90,8 @@ DistanceGrid make_smooth_part(const SmoothDistances& smooth, const Grid& grid) {
   return distances;
 }
 
-std::string encode(const ObjectDistances& object, const SmoothDistances& smooth) {
+std::string encode(const ObjectDistances& object, const SmoothDistances& smooth,
+                   const std::optional<DistanceGrid>& thinness) {
   std::string bytes;
   put_counted(bytes, object.sides);
   put(bytes, object.undecided);
@@ -117,10 +120,10 @@ std::string encode(const ObjectDistances& object, const SmoothDistances& smooth)
   }
   put_counted(bytes, block_numbers);
   put_counted(bytes, near_values);
-  if (!object.thinness) return bytes;
-  put_grid(bytes, object.thinness->grid);
-  put(bytes, object.thinness->lipschitz);
-  put_counted(bytes, object.thinness->values);
+  if (!thinness) return bytes;
+  put_grid(bytes, thinness->grid);
+  put(bytes, thinness->lipschitz);
+  put_counted(bytes, thinness->values);
   return bytes;
 }
 
@@ -134,23 +137,21 @@ std::size_t point_count(const Grid& grid) {
   return static_cast<std::size_t>(std::int64_t{grid.points.x} * grid.points.y * grid.points.z);
 }
 
-bool take_thinness(std::string_view& bytes, ObjectDistances& object) {
+bool take_thinness(std::string_view& bytes, DistanceGrid& thinness) {
   if (bytes.size() < kGridSize + sizeof(float)) return false;
-  DistanceGrid thinness;
   thinness.grid = take_grid(bytes);
   thinness.lipschitz = take<float>(bytes);
-  if (!is_sound(thinness.grid) || !take_counted(bytes, thinness.values) ||
-      thinness.values.size() != point_count(thinness.grid))
-    return false;
-  object.thinness = std::make_shared<const DistanceGrid>(std::move(thinness));
-  return true;
+  return is_sound(thinness.grid) && take_counted(bytes, thinness.values) &&
+         thinness.values.size() == point_count(thinness.grid);
 }
 
-/// Sets the object's distances without detail, unless it is a shell.
-void set_smooth(const SmoothDistances& spline, float size, ObjectDistances& object) {
-  if (!object.thinness) return;
-  object.smooth = std::make_shared<const DistanceGrid>(
-      remove_detail(*object.grid, spline, *object.thinness, size));
+/// Sets what is made of a solid's thinness: its distances without detail, and the level's limit.
+void apply_thinness(const SmoothDistances& spline, DistanceGrid thinness, float size,
+                    ObjectDistances& object) {
+  object.smooth =
+      std::make_shared<const DistanceGrid>(remove_detail(*object.grid, spline, thinness, size));
+  object.thinness =
+      std::make_shared<const DistanceGrid>(limit_thinness(std::move(thinness), *object.grid));
 }
 
 bool decode(std::string_view bytes, const Model& model, ObjectDistances& object) {
@@ -168,9 +169,10 @@ bool decode(std::string_view bytes, const Model& model, ObjectDistances& object)
   smooth.grid = take_grid(bytes);
   std::vector<std::uint32_t> block_numbers;
   std::vector<float> near_values;
+  DistanceGrid thinness;
   if (!is_sound(grid) || !is_sound(smooth.grid) || !take_counted(bytes, smooth.values) ||
       !take_counted(bytes, block_numbers) || !take_counted(bytes, near_values) ||
-      (!is_shell(object) && !take_thinness(bytes, object)) || !bytes.empty())
+      (!is_shell(object) && !take_thinness(bytes, thinness)) || !bytes.empty())
     return false;
   const Int3 blocks = count_blocks(grid);
   const std::int64_t count = std::int64_t{blocks.x} * blocks.y * blocks.z;
@@ -191,7 +193,8 @@ bool decode(std::string_view bytes, const Model& model, ObjectDistances& object)
       },
       256);
   object.grid = std::make_shared<const DistanceGrid>(std::move(distances));
-  set_smooth(smooth, model.box().diagonal(), object);
+  if (!is_shell(object))
+    apply_thinness(smooth, std::move(thinness), model.box().diagonal(), object);
   return true;
 }
 
@@ -238,12 +241,14 @@ Result<ObjectDistances> load_or_measure_distances(const Model& model,
   object.volume = volume_of(mesh);
   object.smallest_component_share = smallest_component_share(mesh);
   object.genus = compute_genus(mesh);
-  if (!is_shell(object))
-    object.thinness = std::make_shared<const DistanceGrid>(
-        compute_thinness(*object.grid, model.box().diagonal()));
-  set_smooth(smooth, model.box().diagonal(), object);
+  std::optional<DistanceGrid> thinness;
+  if (!is_shell(object)) {
+    const float size = model.box().diagonal();
+    thinness = compute_thinness(*object.grid, size);
+    apply_thinness(smooth, *thinness, size, object);
+  }
   if (!folder.empty())
-    store_cached(folder, object.key, kDistanceFiles, model.name, encode(object, smooth));
+    store_cached(folder, object.key, kDistanceFiles, model.name, encode(object, smooth, thinness));
   return object;
 }
 

@@ -22,7 +22,7 @@ struct ObjectDistances {
   std::vector<FaceSide> sides;  ///< one per triangle of the model
   double undecided = 0;  ///< undecided_fraction(); from kMinShellFraction on the object is a shell
   std::shared_ptr<const DistanceGrid> grid;
-  std::shared_ptr<const DistanceGrid> thinness;  ///< null for a shell (field/thinness.h)
+  std::shared_ptr<const DistanceGrid> thinness;  ///< limit_thinness(); null for a shell
   std::shared_ptr<const DistanceGrid> smooth;    ///< null for a shell (field/remove_detail.h)
   double volume = 0;  ///< volume of the surface extracted on cells of the requested size
   double smallest_component_share = 1;  ///< fraction of that volume in the smallest component

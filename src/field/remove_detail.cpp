@@ -26,7 +26,7 @@ DistanceGrid remove_detail(const DistanceGrid& distances, SmoothDistances spline
       for (int x = 0; x < grid.points.x; ++x) {
         const Vec3 p = grid_point(grid, {x, y, z});
         // Thinness is negative beyond its grid.
-        const float kept = std::clamp(thin.value(Points<float>{p.x, p.y, p.z}), 0.0f, 1.0f);
+        const float kept = std::clamp(2 * thin.value(Points<float>{p.x, p.y, p.z}), 0.0f, 1.0f);
         float& value = result.values[array3_index(grid.points, x, y, z)];
         value += kept * (distances.values[array3_index(grid.points, x, y, z)] - value);
       }

@@ -91,8 +91,10 @@ void dilate(float fall, DistanceGrid& result) {
 }
 
 /// Mean of 1 - thinness over the coarse points in the object; 1 if there are none.
-float compute_bulk(const DistanceGrid& distances, int stride, int margin,
-                   const DistanceGrid& result) {
+float compute_bulk(const DistanceGrid& distances, const DistanceGrid& result) {
+  const Grid &fine = distances.grid, &grid = result.grid;
+  const auto stride = static_cast<int>(std::lround(grid.cell / fine.cell)),
+             margin = static_cast<int>(std::lround((fine.origin.x - grid.origin.x) / grid.cell));
   double bulk = 0;
   std::int64_t points = 0;
   const Int3 n = distances.grid.points;
@@ -121,10 +123,13 @@ DistanceGrid compute_thinness(const DistanceGrid& distances, float size) {
   result.values.assign(array3_count(n), 0.0f);
   mark_medial_axis(distances, kThick * size, stride, margin, result);
   dilate(cell / falloff_distance, result);
-  // An object that is thin everywhere must still be moved by the level, so scale its thinness down.
-  const float factor = std::min(2 * compute_bulk(distances, stride, margin, result), 1.0f);
-  for (float& v : result.values) v *= factor;
   return result;
+}
+
+DistanceGrid limit_thinness(DistanceGrid thinness, const DistanceGrid& distances) {
+  const float factor = std::min(2 * compute_bulk(distances, thinness), 1.0f);
+  for (float& v : thinness.values) v *= factor;
+  return thinness;
 }
 
 }  // namespace polymorph

@@ -8,10 +8,13 @@ namespace polymorph {
 
 /// Computes the thinness of an object around each point of a coarse grid, in [0, 1]. On the medial
 /// axis of a part with half thickness h it is max(0, 1 - (h / (0.06 size))^2); from there it
-/// decreases by 1 over 0.1 size, and beyond the grid it is 0. If the mean of 1 - thinness over the
-/// object is below 1/2, all values are multiplied by twice that mean. The medial axis is where the
+/// decreases by 1 over 0.1 size, and beyond the grid it is 0. The medial axis is where the
 /// distances' gradient is short, without the branches into edges and corners. `size`: the object's
 /// diagonal, scene units. Deterministic.
 DistanceGrid compute_thinness(const DistanceGrid& distances, float size);
+
+/// Multiplies an object's thinness by twice the mean of 1 - thinness over the object, where that is
+/// below 1/2: an object that is thin everywhere must still be moved by the level.
+DistanceGrid limit_thinness(DistanceGrid thinness, const DistanceGrid& distances);
 
 }  // namespace polymorph

@@ -23,6 +23,8 @@ struct BallLeg {};
 struct DistanceLeg {
   /// Levels that keep the volume at even eased times, nearly; empty: not known.
   std::vector<float> levels;
+  /// The points furthest out along -x, x, -y, y, -z and z of the leg's surfaces; empty: not known.
+  std::vector<Vec3> extremes;
 };
 
 /// A leg, complete once make_leg() has made it; then it does not change.

@@ -58,6 +58,7 @@ Result<std::shared_ptr<const Leg>> make_leg(LegParts parts, const LegTiming& tim
       leg.plan.pacing = std::move(pacing.times);
       leg.plan.lifts = std::move(pacing.lifts);
       distances.levels = std::move(pacing.levels);
+      distances.extremes = std::move(pacing.extremes);
     } else {
       PM_TRY(registration, register_surfaces(leg, engine));
     }

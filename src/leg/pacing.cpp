@@ -92,6 +92,27 @@ std::vector<float> find_lifts(const std::vector<Moment>& moments, const std::vec
   return lifts;
 }
 
+/// The points furthest out along -x, x, -y, y, -z and z of the surfaces of all moments, each raised
+/// by its lift.
+std::vector<Vec3> find_extremes(const std::vector<Moment>& moments, bool has_contact) {
+  const float start = moments.front().low, end = moments.back().low;
+  std::vector<Vec3> extremes(6, moments.front().surface.positions.front());
+  for (const Moment& moment : moments) {
+    const float lift = has_contact ? lerp(start, end, moment.time) - moment.low : 0;
+    for (Vec3 p : moment.surface.positions) {
+      p.y += lift;
+      int k = 0;
+      for (float Vec3::*axis : {&Vec3::x, &Vec3::y, &Vec3::z}) {
+        Vec3 &low = extremes[static_cast<std::size_t>(k++)],
+             &high = extremes[static_cast<std::size_t>(k++)];
+        if (p.*axis < low.*axis) low = p;
+        if (p.*axis > high.*axis) high = p;
+      }
+    }
+  }
+  return extremes;
+}
+
 /// Tests whether the leg's surface is to stay on the floor: where both objects stand equally low.
 /// Arcs and explosions leave it on purpose.
 bool has_contact(const Leg& leg) {
@@ -142,20 +163,22 @@ std::optional<Pacing> load_pacing(const std::filesystem::path& cache, const std:
   std::string_view unread = *content;
   constexpr std::size_t kTimesSize = (kTimes + 1) * sizeof(float),
                         kLevelsSize = (kSteps + 1) * sizeof(float);
-  // Offsets of as many pairs as the plan has, then three flags that say which lists follow.
+  // Offsets of as many pairs as the plan has, then four flags that say which lists follow.
   const std::size_t pairs = leg.plan.pairs.size();
-  if (unread.size() < 2 * pairs * sizeof(Vec3) + 3) return std::nullopt;
+  if (unread.size() < 2 * pairs * sizeof(Vec3) + 4) return std::nullopt;
   Pacing pacing;
   pacing.registration.from_offsets = take_all<Vec3>(unread, pairs);
   pacing.registration.to_offsets = take_all<Vec3>(unread, pairs);
-  const bool has_times = unread[0] != 0, has_levels = unread[1] != 0, has_lifts = unread[2] != 0;
-  unread.remove_prefix(3);
-  if (unread.size() !=
-      (has_times ? kTimesSize : 0) + (has_levels ? kLevelsSize : 0) + (has_lifts ? kTimesSize : 0))
+  const bool has_times = unread[0] != 0, has_levels = unread[1] != 0, has_lifts = unread[2] != 0,
+             has_extremes = unread[3] != 0;
+  unread.remove_prefix(4);
+  if (unread.size() != (has_times ? kTimesSize : 0) + (has_levels ? kLevelsSize : 0) +
+                           (has_lifts ? kTimesSize : 0) + (has_extremes ? 6 * sizeof(Vec3) : 0))
     return std::nullopt;
   if (has_times) pacing.times = take_all<float>(unread, kTimes + 1);
   if (has_levels) pacing.levels = take_all<float>(unread, kSteps + 1);
   if (has_lifts) pacing.lifts = take_all<float>(unread, kTimes + 1);
+  if (has_extremes) pacing.extremes = take_all<Vec3>(unread, 6);
   return pacing;
 }
 
@@ -167,9 +190,11 @@ void store_pacing(const std::filesystem::path& cache, const std::string& key, co
   put_all(bytes, pacing.registration.to_offsets);
   for (const std::vector<float>* list : {&pacing.times, &pacing.levels, &pacing.lifts})
     bytes += list->empty() ? '\0' : '\1';
+  bytes += pacing.extremes.empty() ? '\0' : '\1';
   put_all(bytes, pacing.times);
   put_all(bytes, pacing.levels);
   put_all(bytes, pacing.lifts);
+  put_all(bytes, pacing.extremes);
   store_cached(cache, key, kPacingFiles, leg.from->name + ", " + leg.to->name, bytes);
 }
 
@@ -290,6 +315,7 @@ Result<Pacing> measure_pacing(const Leg& leg, Engine& engine, const std::filesys
     PM_TRY(const std::vector<Moment> moments, refine(linear, std::move(steps), change, engine));
     pacing.times = linear.plan.pacing = even_times(moments, change);
     if (has_contact(leg)) pacing.lifts = find_lifts(moments, pacing.times);
+    pacing.extremes = find_extremes(moments, has_contact(leg));
     PM_TRY(pacing.levels, measure_levels(linear, moments, engine));
   }
   store_pacing(cache, key, leg, pacing);

@@ -26,6 +26,8 @@ struct Pacing {
   /// Heights by which the surface is raised at each of `times`, so that it stays as low as its ends
   /// (MorphPlan::lifts); empty where these are not equally low, or nothing asks for it.
   std::vector<float> lifts;
+  /// The points furthest out along each axis at any measured moment (DistanceLeg::extremes).
+  std::vector<Vec3> extremes;
 };
 
 /// Measures the pacing of a leg made of distances whose plan has none yet and no offsets, from the

@@ -33,7 +33,7 @@ double intersect(Vec3d origin, Vec3d direction, const TriangleBvh::Corners& c) {
 struct Hit {
   double distance = INFINITY;
   double cosine = -1;  ///< between the ray and the face normal; positive where the ray leaves
-  Vec3d normal;        ///< of the face, of length 1
+  Vec3d normal;        ///< unit normal of the face
 };
 
 /// Finds the nearest hit beyond `from` that is not on triangle `self`.

@@ -33,9 +33,9 @@ std::vector<double> wall_thicknesses(MeshView mesh, const TriangleBvh& bvh,
                                      const std::vector<SurfaceSample>& samples);
 
 /// Finds midpoints of walls that are thinner than `max_thickness` and whose two faces enclose an
-/// angle with a cosine above `min_cosine`, or have a third face as near behind them (a wire). Rays go inward from points on every face, at most
-/// `spacing` apart; the spacing is doubled until there are at most 2^20 points plus one per face.
-/// The result is in the order of the faces.
+/// angle with a cosine above `min_cosine`, or have a third face as near behind them (a wire). Rays
+/// go inward from points on every face, at most `spacing` apart; the spacing is doubled until there
+/// are at most 2^20 points plus one per face. The result is in the order of the faces.
 std::vector<Vec3> thin_wall_middles(MeshView mesh, const TriangleBvh& bvh, double spacing,
                                     double max_thickness, double min_cosine);
 

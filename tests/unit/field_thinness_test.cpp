@@ -63,19 +63,24 @@ TEST(Thinness, FallsByOneOverATenthOfTheSize) {
   EXPECT_EQ(at(thin, {0.4f, 0, 0}), 0);
 }
 
-TEST(Thinness, OfAPlateIsLittle) {
+TEST(Thinness, OfAPlateIsLimited) {
   DistanceGrid plate;
   plate.grid = {{-1.2f, -0.2f, -1.2f}, 0.02f, {121, 21, 121}};
   for (int z = 0; z < 121; ++z)
     for (int y = 0; y < 21; ++y)
       for (int x = 0; x < 121; ++x)
         plate.values.push_back(
-            box_distance(grid_point(plate.grid, {x, y, z}), {0, 0, 0}, {1, 0.1f, 1}));
-  const DistanceGrid thin = compute_thinness(plate, 2.83f);
-  // 1 - (0.1 / 0.17)^2 = 0.65 in the middle by itself, more at the rim, so that less than 0.35 of
-  // the plate is no thin part.
-  EXPECT_GT(at(thin, {0, 0, 0}), 0.3f);
-  EXPECT_LT(at(thin, {0, 0, 0}), 0.6f);
+            box_distance(grid_point(plate.grid, {x, y, z}), {0, 0, 0}, {1, 0.06f, 1}));
+  const DistanceGrid whole = compute_thinness(plate, 2.83f), thin = limit_thinness(whole, plate);
+  // 1 - (0.06 / 0.17)^2 in the middle, so that hardly more than an eighth of it is no thin part.
+  EXPECT_NEAR(at(whole, {0, 0, 0}), 0.875f, 0.1f);
+  EXPECT_LT(at(thin, {0, 0, 0}), 0.6f * at(whole, {0, 0, 0}));
+  EXPECT_GT(at(thin, {0, 0, 0}), 0.1f);
+}
+
+TEST(Thinness, OfARodOnACubeIsNotLimited) {
+  const DistanceGrid object = cube_with_rod(0.02f), thin = compute_thinness(object, kSize);
+  EXPECT_EQ(limit_thinness(thin, object).values, thin.values);
 }
 
 TEST(Thinness, HardlyDependsOnTheCells) {

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "base/box.h"
 #include "base/hash.h"
+#include "leg/leg_surface.h"
 #include "testing/leg.h"
 
 namespace polymorph {
@@ -26,7 +28,24 @@ TEST(Pacing, TheVersionBelongsToThisPace) {
                 .add(std::span<const Vec3>(leg->plan.from_offsets))
                 .add(std::span<const Vec3>(leg->plan.to_offsets))
                 .hex(),
-            "fa9d653625b79a95e728e58635095056");
+            "1b750c2378e457e886e5377ca32dfcaa");
+}
+
+/// Frames lie between the measured moments, so that they may be larger by a little.
+TEST(Pacing, ExtremesHoldEverySurface) {
+  const auto engine = make_cpu_engine();
+  const auto leg = make_test_leg(Interpolation::kDistance, *engine);
+  const Box all = box_of(std::get<DistanceLeg>(leg->kind).extremes);
+  const float margin = 0.02f * object_size(*leg, 0.5f);
+  for (const float time : {0.0f, 0.3f, 0.45f, 0.55f, 0.8f, 1.0f}) {
+    const auto surface = leg_surface(*leg, time, *engine);
+    ASSERT_TRUE(surface.ok());
+    const Box box = box_of(surface->mesh.positions);
+    for (float Vec3::*axis : {&Vec3::x, &Vec3::y, &Vec3::z}) {
+      EXPECT_GT(box.low.*axis, all.low.*axis - margin) << time;
+      EXPECT_LT(box.high.*axis, all.high.*axis + margin) << time;
+    }
+  }
 }
 
 TEST(Pacing, IsMeasuredOnALegWithoutPace) {

@@ -15,6 +15,8 @@
 namespace polymorph {
 namespace {
 
+using std::string_literals::operator""s;
+
 /// Counts the surfaces between objects that another engine is asked for.
 class CountingEngine : public Engine {
  public:
@@ -129,6 +131,30 @@ TEST_F(PacingTest, AVolumeIsKeptByTwoSurfacesMoreThanTheOneThatShows) {
   EXPECT_NEAR(volume_of(searched->mesh) / ((1 - u) * from + u * to), 1, 0.002);
 }
 
+/// On an arc the surface rises above both objects, where the camera must see it.
+TEST_F(PacingTest, SurfacesBetweenTheObjectsAreInThePicture) {
+  const auto objects = R"("source": "cube", "target": "torus", "frames": {"count": 12})"s;
+  const PreparedScene straight = prepared_of(objects);
+  for (const std::string orbit : {"0", "90"}) {
+    const PreparedScene arc = prepared_of(
+        objects + R"(, "motion": {"path": {"kind": "bezier", "bend": 1}}, "camera": {"orbit": )" +
+        orbit + "}");
+    const auto at = leg_surface(*arc.actors[0].legs[0], 0.5f, *engine);
+    ASSERT_TRUE(at.ok());
+    const auto highest = [&](const Camera& camera) {
+      float largest = -1;
+      for (const Vec3 p : at->mesh.positions) {
+        const Vec3 way = p - camera.position;
+        largest = std::max(largest,
+                           dot(way, camera.up) / dot(way, camera.forward) / camera.tan_half_fov_y);
+      }
+      return largest;
+    };
+    EXPECT_GT(highest(straight.camera), 1) << "a camera for the models alone cuts it off";
+    EXPECT_LT(highest(arc.camera), 1) << orbit;
+  }
+}
+
 TEST_F(PacingTest, IsTheSameFromTheCache) {
   const Scene scene = scene_of(R"("source": "cube", "target": "torus", "frames": {"count": 12})");
   const auto pacing_of = [&](const std::filesystem::path& cache) {
@@ -137,6 +163,8 @@ TEST_F(PacingTest, IsTheSameFromTheCache) {
     const std::vector<float>& levels = std::get<DistanceLeg>(leg.kind).levels;
     std::vector<float> all = leg.plan.pacing;
     all.insert(all.end(), levels.begin(), levels.end());
+    for (const Vec3 p : std::get<DistanceLeg>(leg.kind).extremes)
+      all.insert(all.end(), {p.x, p.y, p.z});
     return all;
   };
   const std::filesystem::path cache = folder / "paces";

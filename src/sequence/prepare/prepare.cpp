@@ -23,15 +23,27 @@ Result<std::vector<PlacedLandmarks>> check_scene(const Scene& scene,
   return landmarks;
 }
 
+/// Places the camera so that the models and the surfaces between them are in the picture.
 void place_camera(PreparedScene& prepared) {
   const Scene& scene = prepared.scene;
   std::vector<Vec3> points;  // the models themselves: their common box has empty corners
   for (const PreparedActor& actor : prepared.actors)
     for (const auto& object : actor.objects)
       points.insert(points.end(), object->model.points.begin(), object->model.points.end());
+  // Between two objects a surface may be larger than both.
+  const Box models = box_of(points);
+  bool stands_out = false;
+  for (const PreparedActor& actor : prepared.actors)
+    for (const auto& leg : actor.legs)
+      if (const auto* distances = std::get_if<DistanceLeg>(&leg->kind))
+        for (const Vec3 p : distances->extremes) {
+          if (min(p, models.low) == models.low && max(p, models.high) == models.high) continue;
+          points.push_back(p);
+          stands_out = true;
+        }
   if (camera_moves(scene)) {
-    prepared.framing =
-        prepared.hashes.framing ? prepared.hashes.framing : film_framing(scene, points);
+    const std::optional<Framing>& of_models = prepared.hashes.framing;
+    prepared.framing = of_models && !stands_out ? of_models : film_framing(scene, points);
     prepared.camera = make_camera(scene_at(scene, 1.0).camera, *prepared.framing);
   } else {
     prepared.camera = make_camera(scene.camera, points, scene.image.width, scene.image.height);
@@ -72,7 +84,7 @@ Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
          make_objects(preparation, chain, loaded, landmarks, outlines));
   // Make the legs: plans between the objects, pacing, balls in flight.
   PM_TRY(prepared.actors, make_actors(preparation, outlines, objects, prepared.warnings));
-  // Place the camera so that all objects are in the picture.
+  // Place the camera so that all objects and what is between them are in the picture.
   place_camera(prepared);
   return prepared;
 }
