@@ -3,15 +3,18 @@
 #include <fcntl.h>
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/base_sink.h>
-#include <spdlog/sinks/basic_file_sink.h>
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cctype>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <mutex>
 
@@ -94,53 +97,111 @@ spdlog::level::level_enum to_spdlog(LogLevel level) {
   return spdlog::level::info;
 }
 
-/// Beginning of each line of a log file, with 0 for any digit: the pattern of set_log().
-constexpr std::string_view kTimePattern = "0000-00-00T00:00:00.000 ";
+/// Patterns of a log file's lines (spdlog's), and how these begin, with 0 for any digit.
+constexpr const char* kTextPattern = "%Y-%m-%dT%H:%M:%S.%e %l %v";
+constexpr const char* kJsonPattern =
+    R"({"time":"%Y-%m-%dT%H:%M:%S.%e","level":"%l","message":"%v"})";
+constexpr std::array<std::string_view, 2> kBeginnings{"0000-00-00T00:00:00.000 ",
+                                                      R"({"time":"0000-00-00T00:00:00.000",)"};
 
-bool begins_like_a_log(const std::filesystem::path& path) {
-  std::string start(kTimePattern.size(), 0);
-  std::ifstream in(path, std::ios::binary);
-  in.read(start.data(), static_cast<std::streamsize>(start.size()));
-  if (in.gcount() == 0) return true;  // an empty file has nothing to lose
-  for (std::size_t i = 0; i < start.size(); ++i) {
-    const bool digit = std::isdigit(static_cast<unsigned char>(start[i])) != 0;
-    if (kTimePattern[i] == '0' ? !digit : start[i] != kTimePattern[i]) return false;
+bool begins_with(std::string_view text, std::string_view pattern) {
+  if (text.size() < pattern.size()) return false;
+  for (std::size_t i = 0; i < pattern.size(); ++i) {
+    const bool digit = std::isdigit(static_cast<unsigned char>(text[i])) != 0;
+    if (pattern[i] == '0' ? !digit : text[i] != pattern[i]) return false;
   }
   return true;
 }
 
-Status open_log_file(const std::filesystem::path& path, bool replace) {
+bool begins_like_a_log(const std::filesystem::path& path) {
+  std::string start(64, 0);
+  std::ifstream in(path, std::ios::binary);
+  in.read(start.data(), static_cast<std::streamsize>(start.size()));
+  start.resize(static_cast<std::size_t>(in.gcount()));
+  // An empty file has nothing to lose.
+  return start.empty() || std::any_of(kBeginnings.begin(), kBeginnings.end(),
+                                      [&](auto pattern) { return begins_with(start, pattern); });
+}
+
+std::atomic<bool> file_is_incomplete{false};
+
+/// A log file. The first line that cannot be written ends it, with an error on standard error.
+class FileSink : public spdlog::sinks::base_sink<std::mutex> {
+ public:
+  FileSink(std::filesystem::path path, int fd, bool json)
+      : path_(std::move(path)), fd_(fd), json_(json) {
+    set_pattern_(json ? kJsonPattern : kTextPattern);
+  }
+  ~FileSink() override { ::close(fd_); }
+  FileSink(const FileSink&) = delete;
+  FileSink& operator=(const FileSink&) = delete;
+
+ protected:
+  void sink_it_(const spdlog::details::log_msg& message) override {
+    if (ended_) return;
+    spdlog::details::log_msg copy = message;
+    std::string escaped;
+    if (json_) {
+      escaped = escape_json(std::string_view(message.payload.data(), message.payload.size()));
+      copy.payload = escaped;
+    }
+    spdlog::memory_buf_t line;
+    formatter_->format(copy, line);
+    for (std::size_t done = 0; done < line.size() && !ended_;) {
+      const ssize_t n = ::write(fd_, line.data() + done, line.size() - done);
+      if (n >= 0)
+        done += static_cast<std::size_t>(n);
+      else if (errno != EINTR)
+        end(errno);
+    }
+  }
+  void flush_() override {}
+
+ private:
+  void end(int number) {
+    ended_ = true;
+    if (number == EPIPE) return;  // its reader has seen enough
+    file_is_incomplete = true;
+    terminal()->log({"polymorph", spdlog::level::err,
+                     fmt::format("{}: cannot write the log: {} - the run goes on without it",
+                                 path_.string(), std::strerror(number))});
+  }
+
+  std::filesystem::path path_;
+  int fd_;
+  bool json_;
+  bool ended_ = false;
+};
+
+Status open_log_file(const LogSettings& settings) {
+  const std::filesystem::path& path = settings.file;
   struct stat info {};
   const bool exists = ::stat(path.c_str(), &info) == 0;
   const bool regular = exists && S_ISREG(info.st_mode);
-  if (regular && !replace && !begins_like_a_log(path))
+  if (regular && !settings.replace_file && !begins_like_a_log(path))
     return make_error(ErrorCode::kOutput,
                       "{}: exists and is no log of this program - add --overwrite to replace it",
                       path.string());
   PM_TRY_STATUS(check_writable(path));
-  // Opening a pipe must not wait for a reader; this descriptor keeps it open until the log has
-  // opened its own.
-  int pipe = -1;
-  if (exists && S_ISFIFO(info.st_mode)) {
-    pipe = ::open(path.c_str(), O_WRONLY | O_NONBLOCK | O_CLOEXEC);
-    if (pipe < 0)
-      return make_error(ErrorCode::kOutput,
-                        "{}: cannot write the log: nobody reads this pipe - start its reader first",
-                        path.string());
-  }
-  Status status = Ok{};
-  try {
-    auto file =
-        std::make_shared<spdlog::sinks::basic_file_sink_mt>(path.string(), regular && replace);
-    file->set_pattern("%Y-%m-%dT%H:%M:%S.%e %l %v");
-    logger().sinks().push_back(file);
-    logger().flush_on(spdlog::level::info);
-  } catch (const spdlog::spdlog_ex& e) {
-    status =
-        make_error(ErrorCode::kOutput, "{}: cannot write the log: {}", path.string(), e.what());
-  }
-  if (pipe >= 0) ::close(pipe);
-  return status;
+  std::error_code ignored;  // opening the file tells
+  if (!exists && path.has_parent_path())
+    std::filesystem::create_directories(path.parent_path(), ignored);
+  // Opening a pipe must not wait for a reader, writing to it may.
+  const int fd = ::open(path.c_str(),
+                        O_WRONLY | O_CREAT | O_APPEND | O_NONBLOCK | O_CLOEXEC |
+                            (regular && settings.replace_file ? O_TRUNC : 0),
+                        0666);
+  if (fd < 0 && errno == ENXIO)
+    return make_error(ErrorCode::kOutput,
+                      "{}: cannot write the log: nobody reads this pipe - start its reader first",
+                      path.string());
+  if (fd < 0)
+    return make_error(ErrorCode::kOutput, "{}: cannot write the log: {}", path.string(),
+                      std::strerror(errno));
+  ::fcntl(fd, F_SETFL, O_APPEND);
+  logger().sinks().push_back(
+      std::make_shared<FileSink>(path, fd, settings.format == LogFormat::kJson));
+  return Ok{};
 }
 
 /// Shortens long lines: broken files contain names of megabytes.
@@ -172,9 +233,11 @@ Status set_log(const LogSettings& settings) {
                       (settings.color == ColorMode::kAuto && is_color_terminal);
   terminal()->json = settings.format == LogFormat::kJson;
   logger().set_level(to_spdlog(settings.level));
-  if (!settings.file.empty()) return open_log_file(settings.file, settings.replace_file);
+  if (!settings.file.empty()) return open_log_file(settings);
   return Ok{};
 }
+
+bool log_file_is_incomplete() { return file_is_incomplete; }
 
 void log_message(LogLevel level, const std::string& message) {
   logger().log(to_spdlog(level), "{}", shorten_lines(printable(message, Lines::kKeep)));

@@ -26,6 +26,10 @@ struct LogSettings {
 /// changed unless it may be replaced. Errors: kOutput.
 Status set_log(const LogSettings& settings);
 
+/// True where a line could not be written to the log file, as on a full disk; the error has been
+/// printed. A pipe whose reader has gone is no such case.
+bool log_file_is_incomplete();
+
 void log_message(LogLevel level, const std::string& message);
 
 template <class... Args>

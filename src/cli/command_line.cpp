@@ -69,7 +69,9 @@ void add_common(Command command, CommonOptions& common) {
   add(command.add_option("--log-file", common.log_file, "write the log there, too")
           .environment("POLYMORPH_LOG_FILE")
           .type_name("FILE"));
-  add(command.add_option("--log-format", common.log_format, "text or json")
+  add(command
+          .add_option("--log-format", common.log_format,
+                      "text or json, on standard error and in --log-file")
           .environment("POLYMORPH_LOG_FORMAT")
           .choices({"text", "json"})
           .type_name("FMT"));
@@ -144,6 +146,7 @@ void report_bug(const char* what) {
 
 /// Data that never arrived is a failure, unless its reader has seen enough.
 int finish_output(int code) {
+  if (code == 0 && log_file_is_incomplete()) code = static_cast<int>(ErrorCode::kOutput);
   if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return code;
   pollfd output{STDOUT_FILENO, POLLOUT, 0};
   if (poll(&output, 1, 0) == 1 && (output.revents & POLLERR) != 0) return code;

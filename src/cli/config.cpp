@@ -86,6 +86,7 @@ Status apply_config(const std::string& file, CLI::App& program) {
       const std::vector<std::string> values = values_for(item, *option);
       if (values.empty()) continue;
       for (const std::string& value : values) {
+        if (value.empty()) return bad(file, item, "is empty - give a value, or leave it out");
         remember_name(value);
         option->add_result(value);
       }

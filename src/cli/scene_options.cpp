@@ -18,7 +18,8 @@ void make_coarse(const Scene& scene, SphereSettings& spheres) {
   spheres.resolution = 0;
 }
 
-/// Half size, coarser surface and balls, direct light and a ray for what hides the sky.
+/// Half size, coarser surface and balls, direct light and a ray for what hides the sky,
+/// smoothed.
 void make_preview(Scene& scene) {
   for (ActorSettings& actor : scene.actors) {
     make_coarse(scene, actor.source.spheres);
@@ -30,6 +31,7 @@ void make_preview(Scene& scene) {
   scene.image.samples = std::min(scene.image.samples, 2);
   scene.image.noise = 0;
   scene.image.max_depth = 1;
+  scene.image.smooth = true;
   scene.surface.resolution = std::max(8, scene.surface.resolution / 2);
 }
 
@@ -38,7 +40,7 @@ void make_preview(Scene& scene) {
 void add_scene_options(Command command, SceneOptions& options) {
   command
       .add_flag("--preview", options.preview,
-                "half size, coarse balls and surface, direct light only")
+                "half size, coarse balls and surface, direct light only, its noise smoothed")
       .group("Main");
   command.add_option("--spp", options.samples, "samples per pixel")
       .range(1, 65536)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <vector>
 
 namespace polymorph {
 namespace {
@@ -19,14 +20,44 @@ bool is_cryptomatte_id(std::string name) {
          (channel == "r" || channel == "b" || channel == "red" || channel == "blue");
 }
 
+/// The words of a name in small letters: "ViewLayer.objectID" is "view", "layer", "object", "id".
+std::vector<std::string> words_of(const std::string& name) {
+  std::vector<std::string> words(1);
+  const auto is = [&](std::size_t i, int (*kind)(int)) {
+    return i < name.size() && kind(static_cast<unsigned char>(name[i])) != 0;
+  };
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    // A capital begins a word after a small letter, and where it ends capitals: "IDMask", not
+    // "IDs".
+    const bool plural = name.compare(i + 1, 1, "s") == 0 && !is(i + 2, std::isalpha);
+    const bool ends_capitals = is(i - 1, std::isupper) && is(i + 1, std::islower) && !plural;
+    const bool begins = i > 0 && is(i, std::isupper) && (is(i - 1, std::islower) || ends_capitals);
+    if (begins || !is(i, std::isalpha)) words.emplace_back();
+    if (is(i, std::isalpha))
+      words.back() += static_cast<char>(std::tolower(static_cast<unsigned char>(name[i])));
+  }
+  return words;
+}
+
+bool says_id(const std::string& name) {
+  const std::vector<std::string> words = words_of(name);
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    for (const char* id : {"id", "ids", "label", "labels", "objectid", "materialid", "instanceid"})
+      if (words[i] == id) return true;
+    if (i > 0 && words[i - 1] == "index" && (words[i] == "ob" || words[i] == "ma")) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 ChannelRule channel_rule(const std::string& name) {
   if (name == "R" || name == "G" || name == "B" || name == "A") return ChannelRule::kColor;
   if (name == "Z") return ChannelRule::kDepth;
   if (name.starts_with("N.")) return ChannelRule::kNormal;
-  if (name == "id" || name == "label" || name.starts_with("id.") || is_cryptomatte_id(name))
-    return ChannelRule::kId;
+  if (is_cryptomatte_id(name)) return ChannelRule::kId;
+  // A Cryptomatte's other channels are coverages and its preview.
+  if (words_of(name).front() != "crypto" && says_id(name)) return ChannelRule::kId;
   return ChannelRule::kOther;
 }
 

@@ -14,8 +14,10 @@ enum class ChannelRule : std::uint8_t {
   kOther
 };
 
-/// Ids are `id`, `id.NAME`, `label` and Cryptomatte ranks. A ranked layer, as in "crypto_object00"
-/// or "ViewLayer.CryptoMaterial01", has ids in R and B (in any spelling); G and A are coverages.
+/// Ids are channels with a word "id" or "label" in their names, however they are spelled
+/// ("objectId", "ID.X", "mat_ids"), Blender's "IndexOB" and "IndexMA", and Cryptomatte ranks. A
+/// ranked layer, as in "crypto_object00" or "ViewLayer.CryptoMaterial01", has ids in R and B (in
+/// any spelling); G and A are coverages.
 ChannelRule channel_rule(const std::string& name);
 
 }  // namespace polymorph

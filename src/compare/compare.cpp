@@ -5,8 +5,9 @@
 #include <limits>
 
 #include "base/parallel.h"
-#include "compare/channel_rule.h"
+#include "base/text.h"
 #include "compare/shown_mismatch.h"
+#include "image/image_io.h"
 
 namespace polymorph {
 namespace {
@@ -135,7 +136,9 @@ class Comparer {
   static bool add_difference(const Pair& pair, float u, float v, int x, Sums& sums) {
     // Depths that mean nothing hit would drown all others.
     if (pair.rule == ChannelRule::kDepth && (u >= kNothingHit || v >= kNothingHit)) return false;
-    const double difference = std::abs(static_cast<double>(u) - static_cast<double>(v));
+    const double difference = pair.rule == ChannelRule::kId
+                                  ? 1
+                                  : std::abs(static_cast<double>(u) - static_cast<double>(v));
     if (difference > sums.max) {
       sums.max = difference;
       sums.max_x = x;
@@ -178,20 +181,26 @@ std::string channel_mismatch(const Image& actual, const Image& reference) {
   return text;
 }
 
-/// Describes the largest difference of the channel with most failing pixels; where no pixel fails,
-/// that of the colours.
+/// Describes the largest difference of the channel with most failing pixels, where no pixel fails
+/// that of the colours, and the channel with most other ids.
 std::string describe_largest(const Comparison& result) {
-  const ChannelDifference* worst = nullptr;
+  const ChannelDifference *worst = nullptr, *ids = nullptr;
   for (const ChannelDifference& channel : result.channels) {
     if (channel.max <= 0) continue;
-    if (!worst || channel.failing > worst->failing ||
-        (channel.failing == 0 && worst->failing == 0 &&
-         channel_rule(channel.channel) == ChannelRule::kColor && channel.max > worst->max))
-      worst = &channel;
+    const ChannelDifference*& best = channel.rule == ChannelRule::kId ? ids : worst;
+    if (!best || channel.failing > best->failing ||
+        (channel.failing == 0 && best->failing == 0 && channel.rule == ChannelRule::kColor &&
+         channel.max > best->max))
+      best = &channel;
   }
-  if (!worst) return "";
-  return fmt::format("; largest difference {:.4g} in {} at ({}, {})", worst->max, worst->channel,
-                     worst->max_x, worst->max_y);
+  std::string text;
+  if (worst)
+    text = fmt::format("; largest difference {:.4g} in {} at ({}, {})", worst->max, worst->channel,
+                       worst->max_x, worst->max_y);
+  if (ids)
+    text += fmt::format("; another id in {} at {} pixel{}, the first at ({}, {})", ids->channel,
+                        ids->failing, ids->failing == 1 ? "" : "s", ids->max_x, ids->max_y);
+  return text;
 }
 
 bool over_flip(const Tolerance& tolerance, const FlipFigures& flip) {
@@ -246,11 +255,22 @@ void decide(const Tolerance& tolerance, bool equal, const std::string& shown, Co
   }
 }
 
+bool holds_ids(const Image& image, const std::string& channel) {
+  const auto attribute =
+      std::find_if(image.attributes.begin(), image.attributes.end(),
+                   [](const Attribute& a) { return a.name == kIdChannelsAttribute; });
+  if (attribute == image.attributes.end()) return false;
+  const std::vector<std::string> ids = split(std::get<std::string>(attribute->value), ',');
+  return std::find(ids.begin(), ids.end(), channel) != ids.end();
+}
+
 std::vector<Pair> pair_channels(const Image& actual, const Image& reference) {
   std::vector<Pair> pairs;
   for (std::size_t c = 0; c < reference.channel_count(); ++c) {
     const std::string& name = reference.channels[c];
-    const ChannelRule rule = channel_rule(name);
+    const ChannelRule rule = holds_ids(actual, name) || holds_ids(reference, name)
+                                 ? ChannelRule::kId
+                                 : channel_rule(name);
     pairs.push_back({static_cast<std::size_t>(actual.find_channel(name)), c, rule,
                      rule == ChannelRule::kColor && name != "A"});
   }
@@ -329,7 +349,8 @@ Comparison compare_images(const Image& actual, const Image& reference, const Tol
     return result;
   }
   const std::vector<Pair> pairs = pair_channels(actual, reference);
-  for (const std::string& name : reference.channels) result.channels.push_back({.channel = name});
+  for (const Pair& pair : pairs)
+    result.channels.push_back({.channel = reference.channels[pair.reference], .rule = pair.rule});
   const Comparer comparer(actual, reference, tolerance, pairs);
   maps->states.resize(result.pixels);
   std::vector<RowSums> rows(static_cast<std::size_t>(reference.height));

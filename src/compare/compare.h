@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "compare/channel_rule.h"
 #include "compare/flip.h"
 #include "image/image.h"
 
@@ -16,8 +17,8 @@ namespace polymorph {
 
 /// Limits as idiff users know them. A pixel fails when one of its channels does:
 ///   Z: |a - b| > depth * |b|, or only one of the two hit something (values from 1e9 on mean
-///   nothing hit); N.*: |a - b| > normal;  ids (channel_rule.h): any difference; all others: |a -
-///   b| > fail + relative * |b|.
+///   nothing hit); N.*: |a - b| > normal;  ids (channel_rule.h, and whatever is stored as whole
+///   numbers): any difference; all others: |a - b| > fail + relative * |b|.
 struct Tolerance {
   float fail = 0.004f;
   float relative = 0.01f;
@@ -57,9 +58,11 @@ enum class Verdict : std::uint8_t {
 
 struct ChannelDifference {
   std::string channel;
-  double max = 0, mean = 0, rms = 0;  ///< |actual - reference| over finite values
-  int max_x = 0, max_y = 0;           ///< the first pixel that differs by max
-  std::uint64_t failing = 0;          ///< pixels that fail in this channel
+  ChannelRule rule = ChannelRule::kOther;
+  /// |actual - reference| over finite values; between other ids it is 1
+  double max = 0, mean = 0, rms = 0;
+  int max_x = 0, max_y = 0;   ///< the first pixel that differs by max
+  std::uint64_t failing = 0;  ///< pixels that fail in this channel
 };
 
 /// Histogram of pixels by the share of their limits that they differ by: the worst channel's |a -

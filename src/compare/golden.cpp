@@ -222,7 +222,10 @@ Status check_suite_files(const fs::path& root, const std::string& name) {
     return unknown_suite(root, name);
   if (fs::status(file, error).type() == fs::file_type::regular) return Ok{};
   const std::string rule =
-      fmt::format("each folder in {} is a suite: mend it, or move it away", root.string());
+      fmt::format("each entry of {} is a suite: mend it, or move it away", root.string());
+  if (fs::exists(folder, ignored) && !fs::is_directory(folder, ignored))
+    return make_error(ErrorCode::kInput, "{}: no folder with a suite.json - {}", folder.string(),
+                      rule);
   const auto broken_link = [&](const fs::path& path) {
     return fs::is_symlink(fs::symlink_status(path, ignored)) && !fs::exists(path, ignored);
   };
@@ -271,18 +274,22 @@ Result<GoldenSuite> load_golden_suite(const fs::path& root, const std::string& n
   return suite;
 }
 
+/// Files that people and their programs put beside suites. Any other entry is a suite, or one that
+/// is broken.
+bool is_note(const std::string& name) {
+  return name.starts_with(".") || name.starts_with("README") || name.starts_with("LICENSE") ||
+         name.ends_with(".md") || name.ends_with(".txt");
+}
+
 Result<std::vector<std::string>> list_golden_suites(const fs::path& root) {
   std::error_code error;
   std::vector<std::string> names;
   for (fs::directory_iterator entry(root, error), end; !error && entry != end;
        entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
     std::error_code ignored;
-    const fs::file_type type = entry->status(ignored).type();
-    const bool is_folder = type == fs::file_type::directory;
-    const bool is_broken = type == fs::file_type::not_found || type == fs::file_type::none ||
-                           type == fs::file_type::unknown;
-    if (is_folder || is_broken)
-      remember_name(names.emplace_back(entry->path().filename().string()));
+    const bool is_file = entry->symlink_status(ignored).type() == fs::file_type::regular;
+    if (!(is_file && is_note(name))) remember_name(names.emplace_back(name));
   }
   if (error)
     return make_error(ErrorCode::kInput,

@@ -44,7 +44,7 @@ Result<Costs> measure_costs(const SlurmRequest& request, const Scene& scene,
   Costs costs;
   if (request.frame_seconds > 0) {
     PM_TRY(const ExpectedHashes hashes, expected_hashes(scene, settings.frames));
-    const auto states = frame_states(files, settings.frames, hashes.frames);
+    const auto states = frame_states(files, settings.frames, hashes);
     costs.frames = settings.frames.size() - static_cast<std::size_t>(std::count(
                                                 states.begin(), states.end(), FileState::kWhole));
     costs.frame_seconds = request.frame_seconds;

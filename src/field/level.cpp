@@ -7,6 +7,7 @@
 #include "base/activity.h"
 #include "base/exact_math.h"
 #include "field/extract_surface.h"
+#include "field/sample_field.h"
 #include "kernels/field_kinds.h"
 #include "kernels/linear.h"
 #include "mesh/mesh_check.h"
@@ -15,12 +16,11 @@ namespace polymorph {
 namespace {
 
 Result<std::vector<float>> field_at_centers(Engine& engine, const BallSet& balls,
-                                            const ExtractSettings& settings) {
+                                            const ExtractSettings& settings,
+                                            const std::string& name) {
   std::vector<Vec3> centers;
   for (const Ball& ball : balls) centers.push_back(ball.center);
-  std::vector<float> values;
-  PM_TRY_STATUS(to_status(engine.sample(balls, centers, settings, values)));
-  return values;
+  return sample_field(engine, balls, centers, settings, name);
 }
 
 }  // namespace
@@ -41,6 +41,8 @@ Result<float> iso_for_volume(Engine& engine, const BallSet& balls, const VolumeM
          best_error = std::numeric_limits<double>::infinity();
   int side = 0;  // last iteration: +1 volume too large, -1 too small
   for (int i = 0; i < 30; ++i) {
+    const Activity activity(
+        fmt::format("finding the level of {} balls, surface {}", balls.size(), i + 1));
     ExtractSettings at = measure.extract;
     at.iso = static_cast<float>(exact::exp(x));
     PM_TRY(const Mesh mesh, extract_surface(engine, balls, measure.cell, at));
@@ -142,7 +144,8 @@ std::vector<Ball> grow_balls(std::vector<Ball> balls, FieldKind kind, float grow
 
 Result<float> find_field_maximum(Engine& engine, const BallSet& balls,
                                  const ExtractSettings& settings) {
-  PM_TRY(const std::vector<float> values, field_at_centers(engine, balls, settings));
+  PM_TRY(const std::vector<float> values,
+         field_at_centers(engine, balls, settings, "looking for the field's maximum"));
   return values.empty() ? 0.0f : *std::max_element(values.begin(), values.end());
 }
 
@@ -153,9 +156,10 @@ Result<std::vector<Ball>> equalize_field(Engine& engine, std::vector<Ball> balls
   constexpr int kSteps = 3;
   constexpr float kDamping = 0.7f;
   for (int step = 0; step < kSteps; ++step) {
-    const Activity activity(fmt::format("evening out the field of {} balls, step {} of {}",
-                                        balls.size(), step + 1, kSteps));
-    PM_TRY(const std::vector<float> values, field_at_centers(engine, balls, settings));
+    const std::string name = fmt::format("evening out the field of {} balls, step {} of {}",
+                                         balls.size(), step + 1, kSteps);
+    const Activity activity(name);
+    PM_TRY(const std::vector<float> values, field_at_centers(engine, balls, settings, name));
     std::vector<float> sorted = values;
     std::sort(sorted.begin(), sorted.end());
     const float plateau = sorted[sorted.size() * 9 / 10];

@@ -29,6 +29,12 @@ inline constexpr const char* kGammaAttribute = "gamma";                   ///< f
 inline constexpr const char* kColorProfileAttribute = "colorProfile";
 inline constexpr const char* kColorPrimariesAttribute = "colorPrimaries";
 
+/// String: the channels whose numbers are whole, as ids are (OpenEXR's UINT), separated by commas.
+inline constexpr const char* kIdChannelsAttribute = "idChannels";
+/// Beginning of a string's name, as in "part 1 of 2": name, size and channels of each part of an
+/// OpenEXR file of several.
+inline constexpr const char* kPartAttribute = "part ";
+
 struct ReadImageSettings {
   /// Curve for decoding 8- and 16-bit formats (colour textures: kSrgb); float formats are always
   /// linear.
@@ -49,8 +55,10 @@ struct ReadImageSettings {
 /// large; each names the file and the reason. NaN or infinite pixels are kept, because comparisons
 /// must see them. kResource: the module is missing.
 /// Grey becomes R, G, B; the order of channels is R, G, B, A, Z, N.X, N.Y, N.Z, then the rest by
-/// name. The size is that of the display window; pixels outside the data window are 0. Attributes:
-/// the string, int and float ones that do not describe the encoding.
+/// name. Whole numbers of OpenEXR's UINT channels stay what they are; where one is above 2^24, a
+/// further channel NAME.low has the low bytes, and NAME the rest. The size is that of the display
+/// window; pixels outside the data window are 0. Attributes: the string, int and float ones that do
+/// not describe the encoding.
 Result<Image> read_image(const std::filesystem::path& path, const ReadImageSettings& settings = {});
 /// Decodes an image in memory; `name` is used in messages.
 Result<Image> decode_image(const std::string& bytes, const std::string& name,

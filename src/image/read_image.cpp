@@ -112,6 +112,14 @@ Image to_image(const PmOiioImage& decoded, const ReadImageSettings& settings) {
     if (from.kind == PM_OIIO_FLOAT) to.value = from.real;
     image.attributes.push_back(std::move(to));
   }
+  std::string ids;
+  for (const Source& source : sources)
+    if (decoded.ids && decoded.ids[source.channel]) ids += (ids.empty() ? "" : ",") + source.name;
+  if (!ids.empty()) image.attributes.push_back({kIdChannelsAttribute, ids});
+  for (int i = 0; i < decoded.part_count; ++i)
+    image.attributes.push_back(
+        {fmt::format("{}{} of {}", kPartAttribute, i + 1, decoded.part_count),
+         std::string(decoded.parts[i])});
   return image;
 }
 

@@ -7,6 +7,7 @@
 #include "base/parallel.h"
 #include "base/stopwatch.h"
 #include "render/film/denoise.h"
+#include "render/film/smooth.h"
 #include "render/lights/day_sky.h"
 #include "render/tile.h"
 
@@ -70,6 +71,28 @@ float max_start_distance(const RenderScene& scene) {
   if (box.empty()) return 0;
   const float floor = scene.ground.enabled ? make_floor(scene.ground, box).fade_end : 0;
   return std::max(length(scene.camera.position - box.center()), floor) + box.diagonal();
+}
+
+/// Is the noise smoothed? Lens and shutter blur textures, which the guides show sharp.
+bool is_smoothed(const ImageSettings& image, const Camera& camera) {
+  return image.smooth && !image.denoise && !(camera.lens_radius > 0) && !(camera.shutter > 0);
+}
+
+/// Layers of the film from which an image with `layers` is smoothed.
+std::string layers_to_smooth(const std::string& layers) {
+  if (layers == "all") return layers;
+  return layers == "none" ? kSmoothLayers : fmt::format("{},{}", layers, kSmoothLayers);
+}
+
+Image keep_channels(Image film, std::vector<std::string> channels) {
+  if (film.channels == channels) return film;
+  std::vector<int> from;
+  for (const std::string& channel : channels) from.push_back(film.find_channel(channel));
+  Image image = make_image(film.width, film.height, std::move(channels));
+  for (std::size_t i = 0, k = 0; i < image.pixels.size(); k += film.channel_count())
+    for (const int channel : from) image.pixels[i++] = film.pixels[k + channel];
+  image.attributes = std::move(film.attributes);
+  return image;
 }
 
 }  // namespace
@@ -159,7 +182,8 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   job.image = image;
   job.sampler = make_frame_sampler(image.seed, settings.frame, image.samples, image.steady);
   job.filter = &state.filter;
-  job.aovs = choose_aovs(image.aovs);
+  const bool smooth = is_smoothed(image, scene.camera);
+  job.aovs = choose_aovs(smooth ? layers_to_smooth(image.aovs) : image.aovs);
   const Mattes mattes(image.aovs, scene);
   job.mattes = &mattes;
   state.stats = {};
@@ -184,6 +208,12 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
     state.stats.paths += stats.paths;
   }
   state.stats.trace_seconds = trace_watch.seconds();
+  if (smooth) {
+    smooth_noise(film);
+    channels = list_film_channels(choose_aovs(image.aovs));
+    for (std::string& channel : mattes.channels()) channels.push_back(std::move(channel));
+    return keep_channels(std::move(film), std::move(channels));
+  }
   if (!image.denoise) return film;
   const Stopwatch denoise_watch;
   PM_TRY_STATUS(state.denoiser->denoise(film));
@@ -195,8 +225,10 @@ std::uint64_t picture_bytes(const ImageSettings& image) {
   std::size_t channels = list_film_channels(choose_aovs(image.aovs)).size();
   channels += Mattes(image.aovs, RenderScene{}).channels().size();
   if (image.denoise) channels += list_guide_channels().size();
-  return sizeof(float) * channels * static_cast<std::uint64_t>(image.width) *
-         static_cast<std::uint64_t>(image.height);
+  if (image.smooth) channels += 2 * choose_aovs(kSmoothLayers).size();
+  return (image.smooth ? smooth_bytes(image.width, image.height) : 0) +
+         sizeof(float) * channels * static_cast<std::uint64_t>(image.width) *
+             static_cast<std::uint64_t>(image.height);
 }
 
 Status check_denoiser() {

@@ -476,8 +476,8 @@ void describe(V& v, LookSettings& s) {
 
 template <class V>
 void describe(V& v, ImageSettings& s) {
-  auto& [width, height, samples, noise, max_depth, seed, steady, denoise, exposure, transparent,
-         aovs] = s;
+  auto& [width, height, samples, noise, max_depth, seed, steady, denoise, smooth, exposure,
+         transparent, aovs] = s;
   v.integer("width", width, 1, 32768, "width in pixels");
   v.integer("height", height, 1, 32768, "height in pixels");
   v.integer("samples", samples, 1, 65536,
@@ -492,6 +492,9 @@ void describe(V& v, ImageSettings& s) {
             "to frame; those that move have new noise in each");
   v.boolean("denoise", denoise,
             "clean the colours with Open Image Denoise, where it is installed (docs/films.md)");
+  v.boolean("smooth", smooth,
+            "smooth the noise of few samples where surfaces are even, as --preview does; edges and "
+            "textures keep theirs");
   v.number("exposure", exposure, -20, 20, "stops, for PNG, GIF and strips; EXR stays as it is",
            Keyframes::kAllowed);
   v.boolean("transparent", transparent, "alpha 0 instead of a backdrop");

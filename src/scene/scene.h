@@ -315,6 +315,7 @@ struct ImageSettings {
   std::uint64_t seed = 0;
   bool steady = true;        ///< things that stand still have the same noise in every frame
   bool denoise = false;      ///< use Open Image Denoise, where it is found
+  bool smooth = false;       ///< smooth the noise of few samples (render/film/smooth.h)
   float exposure = 0;        ///< stops, PNG only (EXR stays linear)
   bool transparent = false;  ///< no backdrop: alpha 0 where the camera sees no object and no floor
   std::string aovs = "Z,N,id";  ///< EXR layers beside R, G, B, A: names, "all" or "none"

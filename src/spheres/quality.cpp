@@ -7,6 +7,7 @@
 
 #include "base/random.h"
 #include "field/extract_surface.h"
+#include "field/sample_field.h"
 #include "kernels/linear.h"
 #include "mesh/closest.h"
 #include "mesh/sample_surface.h"
@@ -55,8 +56,8 @@ Result<Counts> count_lattice(const Model& model, const InsideTest& inside,
   const std::vector<std::uint8_t> is_inside = inside.inside(points);
   ExtractSettings settings;
   settings.field = kind;
-  std::vector<float> values;
-  PM_TRY_STATUS(to_status(make_cpu_engine()->sample(balls, points, settings, values)));
+  PM_TRY(const std::vector<float> values, sample_field(*make_cpu_engine(), balls, points, settings,
+                                                       "measuring how well the balls fit"));
   Counts counts;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const bool field = values[i] > 1;

@@ -96,6 +96,13 @@ TEST_F(Golden, List) {
   EXPECT_TRUE(contains(run(3, {"golden", "test", "tinny"}).err, "did you mean"));
 }
 
+TEST_F(Golden, InfoListsThePartsOfAFileOfSeveral) {
+  const std::string parts = (source_dir() / "tests/data/image/parts.exr").string();
+  const Ran ran = run(0, {"info", parts});
+  EXPECT_TRUE(contains(ran.out, "  part 1 of 2 = ")) << ran.out;
+  EXPECT_TRUE(contains(ran.out, "  part 2 of 2 = ")) << ran.out;
+}
+
 TEST_F(Golden, AFolderWithoutASuiteIsAnError) {
   std::filesystem::create_directories(folder / "empty");
   const Ran ran = run(3, {"golden", "test", "--root", "empty", "--junit", "junit.xml"});

@@ -92,6 +92,7 @@ TEST_F(Config, IsCheckedAsAWhole) {
   refused("[rendr]\npng = true\n", "the section names no command - did you mean \"render\"?");
   refused("[strip]\ncolums = 2\n", "[strip] colums: unknown option - did you mean \"columns\"?");
   refused("[render]\nspp = 0\n", "[render] spp: ");
+  refused("[render]\nframes = \"\"\n", "[render] frames: is empty");
   refused("threads = 1\nconfig = \"c.toml\"\n", "config: unknown option");
   EXPECT_TRUE(contains(run(2, {"render", "scene.json", "--config", "none.toml"}).err, "none.toml"));
 }

@@ -123,6 +123,30 @@ TEST_F(Render, KeepsNoFrameThatWouldChange) {
   write("a.obj", none);
   rendered({}, "no groups");
   rendered({"--set", "output.png_bits=16"}, "16 bits");
+  rendered({"--set", "output.png_bits=16", "--set", "image.smooth=true"}, "smoothed");
+}
+
+TEST_F(Render, KeepsAnExrWhateverIsSaidOfPngs) {
+  const std::vector<std::string> render{"render", "scene.json",     "-o", "f.####.exr", "-f",
+                                        "1-2",    "--skip-existing"};
+  run(0, render);
+  const auto says = [&](const std::vector<std::string>& more, const std::string& what) {
+    std::vector<std::string> arguments = render;
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Ran ran = run(0, arguments);
+    EXPECT_TRUE(contains(ran.err, what)) << ran.err;
+  };
+  const std::string kept = "0 frames rendered, 2 kept";
+  says({"--set", "output.png_bits=16"}, kept);
+  says({"--png"}, "2 frames rendered in");
+  says({"--png"}, kept);
+  says({"--png", "--set", "output.png_bits=16"}, "2 frames rendered in");
+  says({"--png", "--set", "output.png_bits=16"}, kept);
+  EXPECT_EQ(run(0, {"status", "f.####.exr", "scene.json", "-f", "1-2", "--png", "--set",
+                    "output.png_bits=16"})
+                .code,
+            0);
+  EXPECT_EQ(run(1, {"status", "f.####.exr", "scene.json", "-f", "1-2", "--png"}).code, 1);
 }
 
 TEST_F(Render, DryRunWritesNothing) {
@@ -216,6 +240,34 @@ TEST_F(Render, QuietSaysNothing) {
 TEST_F(Render, LogFileHoldsTheTalk) {
   run(0, {"render", "scene.json", "-o", "f.####.exr", "--log-file", "run.log"});
   EXPECT_TRUE(contains(read_text(folder / "run.log"), "4 frames rendered"));
+}
+
+TEST_F(Render, LogFileHasTheFormatThatIsAsked) {
+  const std::vector<std::string> render{
+      "render",          "scene.json", "-o",      "f.####.exr",   "-f",  "1",
+      "--skip-existing", "--log-file", "run.log", "--log-format", "json"};
+  run(0, render);
+  run(0, render);  // appends to it
+  const std::vector<std::string> lines = lines_of(read_text(folder / "run.log"));
+  ASSERT_GE(lines.size(), 2u);
+  for (const std::string& line : lines) {
+    const auto entry = parse(line);
+    EXPECT_EQ(entry["level"], "info") << line;
+    EXPECT_EQ(entry["time"].get<std::string>().size(), 23u) << line;
+    EXPECT_FALSE(entry["message"].get<std::string>().empty()) << line;
+  }
+}
+
+TEST_F(Render, LogFileThatCannotBeWrittenIsAnError) {
+  const std::vector<std::string> render{"render",     "scene.json", "-o", "f.####.exr",
+                                        "--log-file", "/dev/full",  "-f", "1-2"};
+  const Ran ran = run(4, render);
+  const std::string error =
+      "error: /dev/full: cannot write the log: No space left on device - the run goes on without";
+  EXPECT_EQ(ran.err.find(error), ran.err.rfind(error)) << ran.err;
+  EXPECT_TRUE(contains(ran.err, error)) << ran.err;
+  EXPECT_TRUE(contains(ran.err, "2 frames rendered")) << ran.err;
+  EXPECT_EQ(count_files(".exr"), 2u);
 }
 
 TEST_F(Render, SetChangesTheScene) {

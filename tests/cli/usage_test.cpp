@@ -66,6 +66,14 @@ TEST_F(Usage, MissingArgument) {
   expect_usage({"cache", "ls", "--max-size", "1G"}, "belong to cache gc");
 }
 
+TEST_F(Usage, AnEmptyValueIsNoDefault) {
+  for (const char* option : {"-f", "--frames", "-o", "--set", "--json", "--log-file", "--shard"})
+    expect_usage({"render", "scene.json", option, ""},
+                 std::string(option) + " \"\": is empty - give a value, or leave it out");
+  expect_usage({"render", "scene.json", "--frames="}, "--frames=: is empty");
+  expect_usage({"render", ""}, "error: \"\": is empty");
+}
+
 TEST_F(Usage, BadFrameList) {
   expect_usage({"render", "scene.json", "-f", "1-"}, "--frames 1-: \"1-\" is not a frame");
   expect_usage({"render", "scene.json", "-f", "one"}, "write 1-48, 1-48x2, 5-1 or 1,5,10-20");

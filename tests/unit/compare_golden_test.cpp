@@ -129,7 +129,7 @@ TEST_F(Golden, LimitsAreGivenOnce) {
 TEST_F(Golden, ListsSuitesInOrderAndNamesTheNearest) {
   for (const char* name : {"torus-teapot", "puddle", "monkey-torus"})
     put(std::string(name) + "/suite.json", "{}");
-  put("notes.txt", "");
+  for (const char* note : {"notes.txt", "README", ".gitattributes"}) put(note, "");
   const auto names = list_golden_suites(folder);
   ASSERT_TRUE(names);
   EXPECT_EQ(*names, (std::vector<std::string>{"monkey-torus", "puddle", "torus-teapot"}));
@@ -154,12 +154,15 @@ TEST_F(Golden, NoFolderOrLinkVanishes) {
   fs::create_symlink("/nowhere", folder / "link");
   fs::create_symlink("loop", folder / "loop");
   fs::create_directory_symlink(folder / "good", folder / "same");
+  fs::create_symlink("good/suite.json", folder / "README.md");  // a link is no note
+  put("suite.json", suite);                                     // a suite's, one folder too high
   put("unreadable/suite.json", suite);
   fs::permissions(folder / "unreadable", fs::perms::none);
   const auto names = list_golden_suites(folder);
   ASSERT_TRUE(names) << names.error().message;
-  EXPECT_EQ(*names, (std::vector<std::string>{"dangling", "good", "link", "loop", "looping",
-                                              "renamed", "same", "unreadable"}));
+  EXPECT_EQ(*names,
+            (std::vector<std::string>{"README.md", "dangling", "good", "link", "loop", "looping",
+                                      "renamed", "same", "suite.json", "unreadable"}));
   for (const std::string& name : *names) {
     const auto loaded = load_golden_suite(folder, name);
     // root may read all

@@ -111,10 +111,10 @@ TEST(EncodeExr, RefusesWhatItCannotStore) {
   EXPECT_FALSE(encode_exr(make_image(0, 4, {"R"})));
 }
 
-TEST(ReadImage, KeepsTheNumbersOfUintChannels) {
+/// A picture of 2 x 2 with R and "id", which is UINT.
+Result<Image> read_with_ids(std::vector<unsigned> ids) {
   const TemporaryFolder folder;
   const std::string path = (folder.path() / "ids.exr").string();
-  std::vector<unsigned> ids{7, 4000000, 0, 1};
   std::vector<float> reds{0.25f, 0.5f, 0.75f, 1.0f};
   {
     Imf::Header header(2, 2);
@@ -127,10 +127,26 @@ TEST(ReadImage, KeepsTheNumbersOfUintChannels) {
     file.setFrameBuffer(buffer);
     file.writePixels(2);
   }
-  const auto image = read_image(path);
+  return read_image(path);
+}
+
+TEST(ReadImage, KeepsTheNumbersOfUintChannels) {
+  const auto image = read_with_ids({7, 4000000, 0, 1});
   ASSERT_TRUE(image) << image.error().message;
   EXPECT_EQ(image->channels, (std::vector<std::string>{"R", "id"}));
+  ASSERT_EQ(image->attributes.size(), 1u);
+  EXPECT_EQ(image->attributes[0].name, kIdChannelsAttribute);
+  EXPECT_EQ(std::get<std::string>(image->attributes[0].value), "id");
   EXPECT_EQ(image->pixels, (std::vector<float>{0.25f, 7, 0.5f, 4000000, 0.75f, 0, 1, 1}));
+}
+
+TEST(ReadImage, KeepsIdsApartThatAFloatWouldRound) {
+  const auto image = read_with_ids({0xfffffffe, 0xffffffff, 0x80000001, 5});
+  ASSERT_TRUE(image) << image.error().message;
+  EXPECT_EQ(image->channels, (std::vector<std::string>{"R", "id", "id.low"}));
+  EXPECT_EQ(std::get<std::string>(image->attributes.at(0).value), "id,id.low");
+  EXPECT_EQ(image->pixels, (std::vector<float>{0.25f, 0xffffff00, 254, 0.5f, 0xffffff00, 255, 0.75f,
+                                               0x80000000, 1, 1, 0, 5}));
 }
 
 TEST(ReadImage, PlacesTheDataWindowInTheDisplayWindow) {

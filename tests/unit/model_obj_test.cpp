@@ -187,7 +187,7 @@ TEST_F(LoadObj, DegenerateFacesAreDroppedWithTheirLine) {
       good(kTriangle + "v 2 0 0\nf 1 2 3\nf 1 2\nf 1 1 2\nf 1 2 4\nl 1 2\np 1\nl 2 3\n");
   EXPECT_EQ(model.triangles.size(), 1u);
   EXPECT_EQ(model.points.size(), 3u) << "points that only dropped faces use are not kept";
-  EXPECT_TRUE(any_contains(warnings_, ":6: 1 faces with fewer than 3 corners")) << warnings_[0];
+  EXPECT_TRUE(any_contains(warnings_, ":6: 1 face with fewer than 3 corners")) << warnings_[0];
   EXPECT_TRUE(any_contains(warnings_, ":7: 2 faces have no area"));
   EXPECT_TRUE(any_contains(warnings_, ":9: 3 line or point elements"));
 }
@@ -341,8 +341,8 @@ TEST_F(LoadObj, FarFromTheOriginIsAWarning) {
 
 TEST_F(LoadObj, UnknownWordsAreIgnoredAndTold) {
   EXPECT_EQ(good("v 0 0 0 1 2\nv 1 0 0\nv 0 1 0\nf 1 2 3\nfoo bar\n").triangles.size(), 1u);
-  EXPECT_TRUE(any_contains(warnings_, ":1: 1 vertices with 5 or 8 numbers"));
-  EXPECT_TRUE(any_contains(warnings_, ":5: 1 lines start with an unknown word"));
+  EXPECT_TRUE(any_contains(warnings_, ":1: 1 vertex with 5 or 8 numbers"));
+  EXPECT_TRUE(any_contains(warnings_, ":5: 1 line starts with an unknown word"));
 }
 
 TEST_F(LoadObj, ColoursOfPointsBecomeMaterialsOfFaces) {

@@ -146,10 +146,9 @@ TEST_F(FilmTest, FramesAreKnownWithoutPreparingThem) {
     files.exr = s.exr;
     const auto same = expected_hashes(one, numbers), changed = expected_hashes(other, numbers);
     ASSERT_TRUE(same.ok() && changed.ok());
-    EXPECT_EQ(frame_states(files, numbers, same->frames),
-              std::vector<FileState>(4, FileState::kWhole));
+    EXPECT_EQ(frame_states(files, numbers, *same), std::vector<FileState>(4, FileState::kWhole));
     // What status calls stale is what a render does again.
-    const auto states = frame_states(files, numbers, changed->frames);
+    const auto states = frame_states(files, numbers, *changed);
     s.existing = Existing::kSkip;
     const auto report = render_sequence(other, s, nullptr);
     ASSERT_TRUE(report.ok());

@@ -144,7 +144,7 @@ TEST(ContentHash, EveryKeyOfASceneCounts) {
   // contents count by themselves.
   const auto is_free = [](const std::string& name) {
     return name == "polymorph" || name == "description" || name == "lights/environment" ||
-           name.ends_with("/model") || (name.starts_with("output/") && name != "output/png_bits");
+           name.ends_with("/model") || name.starts_with("output/");
   };
   Scene whole = scene();
   whole.actors[0].intermediate.resize(1);
@@ -216,7 +216,7 @@ TEST(ContentHash, EverythingThatDecidesAFrameCounts) {
   EXPECT_EQ(hashes.size(), changes.size());
   const Model model = triangle();
   const std::vector<std::function<void(Scene&)>> settings{
-      [](Scene& s) { s.output.png_bits = 16; }, [](Scene& s) { s.image.samples = 7; },
+      [](Scene& s) { s.image.smooth = true; }, [](Scene& s) { s.image.samples = 7; },
       [](Scene& s) { s.actors[0].target.name = "torus"; }};
   for (const auto& change : settings) {
     Scene changed = scene();

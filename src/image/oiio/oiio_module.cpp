@@ -21,6 +21,9 @@ struct Decoded : PmOiioImage {
   std::vector<const char*> name_pointers;
   std::vector<std::unique_ptr<std::string>> texts;
   std::vector<PmOiioAttribute> attribute_store;
+  std::vector<std::string> part_texts;
+  std::vector<const char*> part_pointers;
+  std::vector<unsigned char> id_store;
 };
 
 void fail(Decoded& image, PmOiioFailure failure, std::string reason) {
@@ -105,31 +108,71 @@ void take_attributes(const OIIO::ImageSpec& spec, Decoded& image) {
   image.attributes = image.attribute_store.data();
 }
 
-/// Reads the data window as floats. OpenEXR's uint channels contain ids, which must not be scaled
-/// to 0..1 as OpenImageIO does with integers.
-bool read_pixels(OIIO::ImageInput& input, const OIIO::ImageSpec& spec, bool keep_integers,
-                 std::vector<float>& pixels) {
-  const auto channels = static_cast<std::size_t>(spec.nchannels);
-  pixels.resize(static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height) *
-                channels);
-  if (!keep_integers)
-    return input.read_image(0, 0, 0, spec.nchannels, OIIO::TypeFloat, pixels.data());
+bool is_id(const OIIO::ImageSpec& spec, int channel) {
+  return spec.channelformat(channel) == OIIO::TypeDesc::UINT;
+}
+
+/// An id of 32 bits in a float would be rounded: a channel NAME that has such ids keeps all but the
+/// low byte, and a further channel, NAME.low, the low byte. Adds those to `spec`. Returns the
+/// channel of each.
+std::vector<int> split_large_ids(const std::vector<unsigned char>& native, OIIO::ImageSpec& spec) {
+  constexpr std::uint32_t kMaxExact = 1u << 24;
   const std::size_t bytes = spec.pixel_bytes(true);
-  std::vector<unsigned char> native(pixels.size() / channels * bytes);
-  if (!input.read_image(0, 0, 0, spec.nchannels, OIIO::TypeUnknown, native.data())) return false;
+  std::vector<int> split;
   std::size_t offset = 0;
-  for (int c = 0; c < spec.nchannels; ++c) {
-    const OIIO::TypeDesc type = spec.channelformat(c);
-    for (std::size_t i = 0; i < pixels.size() / channels; ++i) {
+  const int channels = spec.nchannels;
+  for (int c = 0; c < channels; offset += spec.channelformat(c++).size()) {
+    if (!is_id(spec, c)) continue;
+    bool large = false;
+    for (std::size_t at = offset; at < native.size() && !large; at += bytes) {
+      std::uint32_t value = 0;
+      std::memcpy(&value, &native[at], sizeof value);
+      large = value > kMaxExact;
+    }
+    if (!large) continue;
+    split.push_back(c);
+    spec.channelnames.push_back(spec.channelnames[static_cast<std::size_t>(c)] + ".low");
+    ++spec.nchannels;
+  }
+  return split;
+}
+
+/// Reads the data window as floats. OpenEXR's uint channels contain ids, which must not be scaled
+/// to 0..1 as OpenImageIO does with integers; `spec` gets a channel more for each whose ids are
+/// large.
+bool read_pixels(OIIO::ImageInput& input, OIIO::ImageSpec& spec, Decoded& image) {
+  const auto count = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
+  const int stored = spec.nchannels;
+  if (std::count(image.id_store.begin(), image.id_store.end(), 1) == 0) {
+    image.pixel_store.resize(count * static_cast<std::size_t>(stored));
+    return input.read_image(0, 0, 0, stored, OIIO::TypeFloat, image.pixel_store.data());
+  }
+  const std::size_t bytes = spec.pixel_bytes(true);
+  std::vector<unsigned char> native(count * bytes);
+  if (!input.read_image(0, 0, 0, stored, OIIO::TypeUnknown, native.data())) return false;
+  const OIIO::ImageSpec file = spec;
+  const std::vector<int> split = split_large_ids(native, spec);
+  image.id_store.resize(static_cast<std::size_t>(spec.nchannels), 1);
+  const auto channels = static_cast<std::size_t>(spec.nchannels);
+  image.pixel_store.resize(count * channels);
+  std::size_t offset = 0;
+  for (int c = 0; c < stored; ++c) {
+    const OIIO::TypeDesc type = file.channelformat(c);
+    const auto low = std::find(split.begin(), split.end(), c);
+    for (std::size_t i = 0; i < count; ++i) {
       const unsigned char* from = &native[i * bytes + offset];
-      float& to = pixels[i * channels + static_cast<std::size_t>(c)];
-      if (type == OIIO::TypeDesc::UINT) {
-        std::uint32_t value = 0;
-        std::memcpy(&value, from, sizeof value);
-        to = static_cast<float>(value);
-      } else {
-        OIIO::convert_pixel_values(type, from, OIIO::TypeFloat, &to, 1);
+      float* to = &image.pixel_store[i * channels];
+      if (!is_id(file, c)) {
+        OIIO::convert_pixel_values(type, from, OIIO::TypeFloat, to + c, 1);
+        continue;
       }
+      std::uint32_t value = 0;
+      std::memcpy(&value, from, sizeof value);
+      if (low != split.end()) {
+        to[stored + (low - split.begin())] = static_cast<float>(value & 0xff);
+        value &= ~0xffu;
+      }
+      to[c] = static_cast<float>(value);
     }
     offset += type.size();
   }
@@ -156,6 +199,21 @@ std::vector<float> to_display_window(const OIIO::ImageSpec& spec, std::vector<fl
   return full;
 }
 
+/// Describes the parts of an OpenEXR file, of which the headers are read already.
+void list_parts(OIIO::ImageInput& input, Decoded& image) {
+  OIIO::ImageSpec part;
+  for (int i = 0; input.seek_subimage(i, 0, part); ++i) {
+    std::string text = std::string(part.get_string_attribute("oiio:subimagename", "no name")) +
+                       ": " + std::to_string(part.full_width) + " x " +
+                       std::to_string(part.full_height);
+    for (const std::string& name : part.channelnames) text += ", " + name;
+    image.part_texts.push_back(std::move(text));
+  }
+  for (const std::string& text : image.part_texts) image.part_pointers.push_back(text.c_str());
+  image.part_count = static_cast<int>(image.part_pointers.size());
+  image.parts = image.part_pointers.data();
+}
+
 void decode(const PmOiioRequest& request, Decoded& image) {
   set_up_once();
   const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(request.format);
@@ -170,8 +228,12 @@ void decode(const PmOiioRequest& request, Decoded& image) {
   if (spec.width < 1 || spec.height < 1 || spec.full_width < 1 || spec.full_height < 1 ||
       spec.depth > 1 || spec.nchannels < 1)
     return fail(image, PM_OIIO_BROKEN, "the header gives no usable size");
+  const bool exr = std::strcmp(request.format, "openexr") == 0;
+  for (int c = 0; c < spec.nchannels; ++c) image.id_store.push_back(exr && is_id(spec, c));
+  const auto channels =
+      spec.nchannels + std::count(image.id_store.begin(), image.id_store.end(), 1);
   const auto compute_bytes = [&](int width, int height) {
-    return static_cast<double>(width) * height * spec.nchannels * sizeof(float);
+    return static_cast<double>(width) * height * static_cast<double>(channels) * sizeof(float);
   };
   const double needed = std::max(compute_bytes(spec.width, spec.height),
                                  compute_bytes(spec.full_width, spec.full_height));
@@ -181,12 +243,7 @@ void decode(const PmOiioRequest& request, Decoded& image) {
     image.channels = spec.nchannels;
     return fail(image, PM_OIIO_TOO_LARGE, "");
   }
-  const bool exr = std::strcmp(request.format, "openexr") == 0;
-  const bool has_ids =
-      exr && std::any_of(spec.channelformats.begin(), spec.channelformats.end(),
-                         [](OIIO::TypeDesc t) { return t == OIIO::TypeDesc::UINT; });
-  const bool only_ids = exr && spec.channelformats.empty() && spec.format == OIIO::TypeDesc::UINT;
-  if (!read_pixels(*input, spec, has_ids || only_ids, image.pixel_store)) {
+  if (!read_pixels(*input, spec, image)) {
     std::string reason = input->geterror();
     return fail(image, PM_OIIO_BROKEN, reason.empty() ? "the pixels cannot be decoded" : reason);
   }
@@ -198,12 +255,14 @@ void decode(const PmOiioRequest& request, Decoded& image) {
   image.names.resize(static_cast<std::size_t>(spec.nchannels));
   for (const std::string& name : image.names) image.name_pointers.push_back(name.c_str());
   image.channel_names = image.name_pointers.data();
+  image.ids = image.id_store.data();
   image.pixels = image.pixel_store.data();
   image.integer_format = !exr && !spec.format.is_floating_point();
   image.straight_alpha = spec.get_int_attribute("oiio:UnassociatedAlpha") != 0;
   take_attributes(spec, image);
   OIIO::ImageSpec next;
   image.has_more = input->seek_subimage(1, 0, next);
+  if (exr && image.has_more) list_parts(*input, image);
 }
 
 }  // namespace

@@ -96,14 +96,18 @@ class Builder {
     add_faces();
     drop_duplicates();
     add_seams();
-    report(repeated_, "faces repeat a corner - the repeated corners are merged");
-    report(flat_count_, "faces have no area - dropped");
-    report(crossing_, "faces cross themselves or fold over - triangulated as well as possible");
+    report(repeated_, "face repeats a corner - the repeated corners are merged",
+           "faces repeat a corner - the repeated corners are merged");
+    report(flat_count_, "face has no area - dropped", "faces have no area - dropped");
+    report(crossing_, "face crosses itself or folds over - triangulated as well as possible",
+           "faces cross themselves or fold over - triangulated as well as possible");
     report(bent_,
+           "face is far from planar (more than 10 % of its size) - triangulated all the same",
            "faces are far from planar (more than 10 % of their size) - triangulated all the same");
     if (model_.triangles.empty())
-      return make_error(ErrorCode::kInput, "{}: no faces: all {} have no area", file_,
-                        scan_.faces.size());
+      return make_error(ErrorCode::kInput, "{}: no faces: {} no area", file_,
+                        scan_.faces.size() == 1 ? "the only one has"
+                                                : fmt::format("all {} have", scan_.faces.size()));
     remove_unused_names();
     orient_outward();
     fill_normals();
@@ -136,9 +140,10 @@ class Builder {
   void fill_normals();
   void orient_outward();
   void check_distance_from_origin();
-  void report(const Occurrences& what, const char* text) {
+  void report(const Occurrences& what, const char* one, const char* many) {
     if (what.count > 0)
-      warnings_.push_back(fmt::format("{}:{}: {} {}", file_, what.first_line, what.count, text));
+      warnings_.push_back(fmt::format("{}:{}: {} {}", file_, what.first_line, what.count,
+                                      what.count == 1 ? one : many));
   }
 
   ObjScan& scan_;

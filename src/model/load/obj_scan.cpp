@@ -48,7 +48,7 @@ class Scanner {
                                       const char* what);
   void check_ranges();
   bool check_corner(const ObjCorner& corner, std::uint32_t line);
-  void report(const Occurrences& what, const char* text);
+  void report(const Occurrences& what, const char* one, const char* many);
   void report_occurrences();
   Error make_no_faces_error() const;
   std::uint32_t label_index();
@@ -292,8 +292,10 @@ void Scanner::check_ranges() {
 
 Error Scanner::make_no_faces_error() const {
   if (few_corners_.count > 0)
-    return make_error(ErrorCode::kInput, "{}:{}: no faces: all {} have fewer than 3 corners", file_,
-                      few_corners_.first_line, few_corners_.count);
+    return make_error(ErrorCode::kInput, "{}:{}: no faces: {} fewer than 3 corners", file_,
+                      few_corners_.first_line,
+                      few_corners_.count == 1 ? "the only one has"
+                                              : fmt::format("all {} have", few_corners_.count));
   if (curves_.count > 0)
     return make_error(
         ErrorCode::kInput,
@@ -301,27 +303,32 @@ Error Scanner::make_no_faces_error() const {
         curves_.first_line);
   if (unknown_.count > 0 && result_.point_count() == 0)
     return make_error(
-        ErrorCode::kInput,
-        "{}:{}: no faces: {} lines start with an unknown word - is this a Wavefront OBJ?", file_,
-        unknown_.first_line, unknown_.count);
-  return make_error(ErrorCode::kInput,
-                    "{}: no faces ({} vertices) - export the model with its faces", file_,
-                    result_.point_count());
+        ErrorCode::kInput, "{}:{}: no faces: {} with an unknown word - is this a Wavefront OBJ?",
+        file_, unknown_.first_line,
+        unknown_.count == 1 ? "1 line starts" : fmt::format("{} lines start", unknown_.count));
+  return make_error(ErrorCode::kInput, "{}: no faces ({} vert{}) - export the model with its faces",
+                    file_, result_.point_count(), result_.point_count() == 1 ? "ex" : "ices");
 }
 
-void Scanner::report(const Occurrences& what, const char* text) {
+void Scanner::report(const Occurrences& what, const char* one, const char* many) {
   if (what.count == 0) return;
-  result_.warnings.push_back(fmt::format("{}:{}: {} {}", file_, what.first_line, what.count, text));
+  result_.warnings.push_back(fmt::format("{}:{}: {} {}", file_, what.first_line, what.count,
+                                         what.count == 1 ? one : many));
 }
 
 void Scanner::report_occurrences() {
-  report(few_corners_, "faces with fewer than 3 corners - dropped");
-  report(zero_normals_, "normal indices are 0 - computed normals are used there");
-  report(zero_uvs_, "texture coordinate indices are 0 - dropped");
-  report(lines_and_points_, "line or point elements - ignored");
-  report(curves_, "free-form elements - ignored");
-  report(odd_numbers_, "vertices with 5 or 8 numbers - what follows the position is ignored");
-  report(unknown_, "lines start with an unknown word - ignored");
+  report(few_corners_, "face with fewer than 3 corners - dropped",
+         "faces with fewer than 3 corners - dropped");
+  report(zero_normals_, "normal index is 0 - the computed normal is used there",
+         "normal indices are 0 - computed normals are used there");
+  report(zero_uvs_, "texture coordinate index is 0 - dropped",
+         "texture coordinate indices are 0 - dropped");
+  report(lines_and_points_, "line or point element - ignored", "line or point elements - ignored");
+  report(curves_, "free-form element - ignored", "free-form elements - ignored");
+  report(odd_numbers_, "vertex with 5 or 8 numbers - what follows the position is ignored",
+         "vertices with 5 or 8 numbers - what follows the position is ignored");
+  report(unknown_, "line starts with an unknown word - ignored",
+         "lines start with an unknown word - ignored");
 }
 
 /// Gives faces the mean colour of their points, in steps of 4/255, as the other formats' have it.

@@ -34,7 +34,6 @@ void add(Hasher& hasher, const Model& model) {
 Scene settings_of(const Scene& scene) {
   Scene settings = scene;
   settings.output = {};
-  settings.output.png_bits = scene.output.png_bits;
   settings.description.clear();
   settings.path.clear();
   settings.lights.environment.clear();

@@ -26,7 +26,7 @@ struct SceneInputs {
 
 /// Hash of the scene's settings, its files' contents and the program. Contents count and not
 /// spellings: neither the files' places nor the folder that the program was started from changes
-/// it, and of `output` only the encoding of the pixels.
+/// it, nor does `output`: the bits of a PNG are looked up in the file (run/status.h).
 std::string content_hash(const SceneInputs& inputs, std::string_view program = program_identity());
 
 /// Hash of the part that is the same in all frames of a film: the contents of the scene's files,

@@ -343,7 +343,9 @@ class SequenceRun {
     for (const fs::path& file : record.files) {
       std::error_code error;
       if (!fs::exists(file, error)) return false;
-      if (file_state(file, hash, record.frame) == FileState::kWhole) continue;
+      if (file_state(file, hash, record.frame, prepared_.scene.output.png_bits) ==
+          FileState::kWhole)
+        continue;
       log_info("{}: is of another scene or settings - {}", file.string(),
                settings_.dry_run ? "it would be rendered again" : "rendering it again");
       return false;

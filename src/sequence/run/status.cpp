@@ -1,6 +1,8 @@
 #include "sequence/run/status.h"
 
 #include <algorithm>
+#include <array>
+#include <fstream>
 #include <variant>
 
 #include "base/parallel.h"
@@ -11,6 +13,19 @@
 #include "sequence/prepare/load_models.h"
 
 namespace polymorph {
+namespace {
+
+/// Bits per channel that a PNG's header states; 0: it is no PNG.
+int read_png_bits(const std::filesystem::path& file) {
+  constexpr std::string_view kSignature = "\x89PNG\r\n\x1a\n";
+  constexpr std::size_t kBits = 24;  // after signature, length, type, width and height
+  std::array<char, kBits + 1> head{};
+  std::ifstream in(file, std::ios::binary);
+  in.read(head.data(), head.size());
+  return std::string_view(head.data(), head.size()).starts_with(kSignature) ? head[kBits] : 0;
+}
+
+}  // namespace
 
 Result<std::string> source_hash(const Scene& scene) {
   const std::vector<ChainObject> chain = chain_objects(scene);
@@ -26,7 +41,7 @@ Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> 
   PM_TRY(const std::shared_ptr<const Image> environment, load_environment(scene));
   const SequenceHashes hashes =
       hash_sequence({scene, chain, loaded.models, environment.get(), loaded.placings});
-  ExpectedHashes out{hashes.scene, std::vector<std::string>(frames.size())};
+  ExpectedHashes out{hashes.scene, std::vector<std::string>(frames.size()), scene.output.png_bits};
   parallel_for(static_cast<std::int64_t>(frames.size()), [&](std::int64_t i) {
     const auto at = static_cast<std::size_t>(i);
     out.frames[at] = frame_hash(scene, hashes, frames[at]);
@@ -34,7 +49,8 @@ Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> 
   return out;
 }
 
-FileState file_state(const std::filesystem::path& file, const std::string& hash, int frame) {
+FileState file_state(const std::filesystem::path& file, const std::string& hash, int frame,
+                     int png_bits) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) return FileState::kMissing;
   const auto image = read_image(file);
@@ -46,19 +62,21 @@ FileState file_state(const std::filesystem::path& file, const std::string& hash,
              std::visit([](const auto& v) { return fmt::format("{}", v); }, a.value) == expected;
     });
   };
+  if (const int bits = read_png_bits(file); bits != 0 && bits != png_bits) return FileState::kStale;
   return says(kFrameHashAttribute, hash) && says(kFrameAttribute, fmt::format("{}", frame))
              ? FileState::kWhole
              : FileState::kStale;
 }
 
 std::vector<FileState> frame_states(const FrameFiles& files, std::span<const int> frames,
-                                    std::span<const std::string> hashes) {
+                                    const ExpectedHashes& expected) {
   std::vector<FileState> states(frames.size());
   parallel_for(static_cast<std::int64_t>(frames.size()), [&](std::int64_t i) {
     const auto at = static_cast<std::size_t>(i);
     for (const FramePattern* pattern : {&files.exr, &files.png}) {
       if (pattern->before.empty() && !pattern->has_number()) continue;
-      const FileState state = file_state(frame_path(*pattern, frames[at]), hashes[at], frames[at]);
+      const FileState state = file_state(frame_path(*pattern, frames[at]), expected.frames[at],
+                                         frames[at], expected.png_bits);
       if (state != FileState::kWhole) states[at] = state;
     }
   });

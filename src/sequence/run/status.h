@@ -29,17 +29,18 @@ Result<std::string> source_hash(const Scene& scene);
 struct ExpectedHashes {
   std::string scene;
   std::vector<std::string> frames;  ///< names, in the order of the frames asked for
+  int png_bits = 8;                 ///< bits per channel of PNG files
 };
 Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> frames);
 
 /// Reads the whole file: a name alone proves nothing. `hash`: frame_hash(), `frame` as in its
-/// header.
-FileState file_state(const std::filesystem::path& file, const std::string& hash, int frame);
+/// header; a PNG must have these bits per channel, too.
+FileState file_state(const std::filesystem::path& file, const std::string& hash, int frame,
+                     int png_bits);
 
 /// The states of these frames, in their order; a frame is as good as the worst of its files.
-/// `hashes`: one per frame.
 std::vector<FileState> frame_states(const FrameFiles& files, std::span<const int> frames,
-                                    std::span<const std::string> hashes);
+                                    const ExpectedHashes& expected);
 
 /// "1-4,7,9-12" of ascending frames.
 std::string frame_list(std::span<const int> frames);

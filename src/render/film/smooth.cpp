@@ -1,0 +1,316 @@
+#include "render/film/smooth.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "base/parallel.h"
+#include "base/result.h"
+
+namespace polymorph {
+namespace {
+
+constexpr int kPasses = 4;                   // of steps 1, 2, 4, 8
+constexpr int kMargin = 1 << (kPasses - 1);  // furthest tap
+constexpr float kMinAlbedo = 0.02f;          // darker ones would magnify what is no diffuse light
+constexpr float kMinCosine = 0.8f;           // between the normals of pixels beside each other
+constexpr float kTexture = 0.2f;             // share by which the albedos of those may differ
+constexpr float kDepth = 0.02f;              // share of the depth at which a tap has no weight
+constexpr float kDeviations = 4;             // differences of brightness that noise explains
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+/// Key of pixels that are not even: it equals nothing, not even itself.
+constexpr float kNoKey = std::numeric_limits<float>::quiet_NaN();
+
+/// A value for each pixel, and for a margin around them.
+using Plane = std::vector<float>;
+using Colors = std::array<Plane, 3>;
+
+/// The larger of `v` and 0, without a branch that compilers would split a loop at.
+float positive(float v) { return 0.5f * (v + std::fabs(v)); }
+
+/// Loops over the pixels of a row have no branches, so that compilers make them wide; each pixel's
+/// sums have one order however wide they are.
+class Smoother {
+ public:
+  explicit Smoother(Image& film)
+      : film_(film),
+        width_(film.width),
+        height_(film.height),
+        stride_(film.width + 2 * kMargin),
+        size_(static_cast<std::size_t>(stride_) *
+              static_cast<std::size_t>(film.height + 2 * kMargin)) {}
+
+  void run() {
+    take_layers();
+    find_even_pixels();
+    estimate_variance();
+    for (int pass = 0; pass < kPasses; ++pass) smooth(pass);
+    find_bounds();
+    write();
+  }
+
+ private:
+  std::size_t row(int y) const {
+    return static_cast<std::size_t>(y + kMargin) * static_cast<std::size_t>(stride_) + kMargin;
+  }
+  template <class F>
+  void for_rows(const F& f) const {
+    parallel_for(
+        height_, [&](std::int64_t y) { f(row(static_cast<int>(y))); }, 16);
+  }
+  /// Calls f(first pixel, offset to its neighbour) for the rows and their eight neighbours.
+  template <class F>
+  void for_neighbours(const F& f) const {
+    for_rows([&](std::size_t first) {
+      for (int dy = -1; dy <= 1; ++dy)
+        for (int dx = -1; dx <= 1; ++dx)
+          if (dx != 0 || dy != 0) f(first, dy * std::ptrdiff_t{stride_} + dx);
+    });
+  }
+
+  /// A layer as a plane; its margin repeats the outermost pixels.
+  Plane layer(const char* name) const {
+    Plane plane(size_);
+    const int channel = film_.find_channel(name);
+    PM_CHECK(channel >= 0);
+    parallel_for(
+        height_ + 2 * kMargin,
+        [&](std::int64_t line) {
+          const int y = std::clamp(static_cast<int>(line) - kMargin, 0, height_ - 1);
+          float* to = &plane[static_cast<std::size_t>(line) * static_cast<std::size_t>(stride_)];
+          for (int x = 0; x < stride_; ++x) {
+            const float value = film_.at(std::clamp(x - kMargin, 0, width_ - 1), y, channel);
+            to[x] = std::isfinite(value) ? value : 0;
+          }
+        },
+        16);
+    return plane;
+  }
+
+  void take_layers() {
+    id_ = layer("id");
+    depth_ = layer("Z");
+    steepness_.resize(size_);
+    for (std::size_t i = 0; i < size_; ++i) steepness_[i] = 1 / (kDepth * depth_[i]);
+    constexpr std::array<const char*, 3> kColors{"R", "G", "B"};
+    constexpr std::array<const char*, 3> kNormal{"N.X", "N.Y", "N.Z"};
+    constexpr std::array<const char*, 3> kAlbedo{"albedo.R", "albedo.G", "albedo.B"};
+    for (std::size_t c = 0; c < 3; ++c) {
+      light_[c] = layer(kColors[c]);
+      normal_[c] = layer(kNormal[c]);
+      albedo_[c] = layer(kAlbedo[c]);
+      for (std::size_t i = 0; i < size_; ++i) {
+        // What hits nothing shows its light itself.
+        const float albedo = std::max(kMinAlbedo, albedo_[c][i]);
+        albedo_[c][i] = id_[i] > 0 ? albedo : 1;
+        light_[c][i] = light_[c][i] / albedo_[c][i];
+      }
+    }
+  }
+
+  /// Finds the pixels amid one smooth surface of about one albedo: `key_` is its id there, else
+  /// kNoKey. `low_` and `high_` become the extremes of the albedos around each pixel.
+  void find_even_pixels() {
+    key_.assign(size_, kNoKey);
+    low_ = high_ = albedo_;
+    for_rows([&](std::size_t first) {
+      for (int x = 0; x < width_; ++x)
+        key_[first + x] = id_[first + x] > 0 ? id_[first + x] : kNoKey;
+    });
+    for_neighbours([&](std::size_t first, std::ptrdiff_t offset) {
+      const auto& [nx, ny, nz] = normal_;
+      const float *id = &id_[first], *x0 = &nx[first], *y0 = &ny[first], *z0 = &nz[first];
+      float* key = &key_[first];
+      for (int x = 0; x < width_; ++x) {
+        const std::ptrdiff_t q = x + offset;
+        const float cosine = x0[x] * x0[q] + y0[x] * y0[q] + z0[x] * z0[q];
+        const float smooth_key = cosine > kMinCosine ? key[x] : kNoKey;
+        key[x] = id[x] == id[q] ? smooth_key : kNoKey;
+      }
+      for (std::size_t c = 0; c < 3; ++c) {
+        const float* albedo = &albedo_[c][first];
+        float *low = &low_[c][first], *high = &high_[c][first];
+        for (int x = 0; x < width_; ++x) {
+          const float own = albedo[x], other = albedo[x + offset];
+          key[x] = std::fabs(own - other) <= kTexture * std::max(own, other) ? key[x] : kNoKey;
+          low[x] = std::min(low[x], other);
+          high[x] = std::max(high[x], other);
+        }
+      }
+    });
+  }
+
+  /// Brightness, and how much it varies among the even pixels of a surface that are beside each
+  /// other.
+  void estimate_variance() {
+    Plane count(size_, 1.0f), bright(size_), mean;
+    for_neighbours([&](std::size_t first, std::ptrdiff_t offset) {
+      const float* key = &key_[first];
+      float* to = &count[first];
+      for (int x = 0; x < width_; ++x) {
+        to[x] += key[x] == key[x + offset] ? 1.0f : 0.0f;
+      }
+    });
+    measure_brightness(bright);
+    guide_ = mean_around(bright, count);
+    for (float& value : bright) value = value * value;
+    mean = mean_around(bright, count);
+    for (std::size_t i = 0; i < size_; ++i)
+      mean[i] = std::max(mean[i] - guide_[i] * guide_[i], 0.0f);
+    variance_ = mean_around(mean, count);
+  }
+  void measure_brightness(Plane& to) const {
+    for (std::size_t i = 0; i < size_; ++i)
+      to[i] = (light_[0][i] + light_[1][i] + light_[2][i]) * (1 / 3.0f);
+  }
+  /// Means over 3 x 3 pixels with the same key, of which there are `count`.
+  Plane mean_around(const Plane& plane, const Plane& count) const {
+    Plane sum = plane;
+    for_neighbours([&](std::size_t first, std::ptrdiff_t offset) {
+      const float *key = &key_[first], *value = &plane[first];
+      float* to = &sum[first];
+      for (int x = 0; x < width_; ++x) {
+        const float other = value[x + offset];
+        to[x] += key[x] == key[x + offset] ? other : 0.0f;
+      }
+    });
+    for (std::size_t i = 0; i < size_; ++i) sum[i] = sum[i] / count[i];
+    return sum;
+  }
+
+  /// One pass: means over 3 x 3 taps that are a step apart.
+  void smooth(int pass) {
+    const int step = 1 << pass;
+    if (pass > 0) measure_brightness(guide_);
+    // Half the deviation is left after each pass.
+    const float noise = kDeviations * kDeviations / static_cast<float>(1 << (2 * pass));
+    next_ = light_;
+    for_rows([&](std::size_t first) {
+      std::vector<float> total(static_cast<std::size_t>(width_), 1), weights(total);
+      for (int dy = -1; dy <= 1; ++dy)
+        for (int dx = -1; dx <= 1; ++dx) {
+          if (dx == 0 && dy == 0) continue;
+          const float share = dx == 0 || dy == 0 ? 0.5f : 0.25f;  // of the centre's
+          add_tap({first, step * (dy * std::ptrdiff_t{stride_} + dx), share, noise,
+                   1 / static_cast<float>(step)},
+                  weights.data());
+          for (std::size_t x = 0; x < total.size(); ++x) total[x] += weights[x];
+        }
+      for (Plane& plane : next_) {
+        float* sum = &plane[first];
+        for (std::size_t x = 0; x < total.size(); ++x) sum[x] = sum[x] / total[x];
+      }
+    });
+    std::swap(light_, next_);
+  }
+
+  struct Tap {
+    std::size_t first;
+    std::ptrdiff_t offset;
+    float share, noise, depth_scale;
+  };
+  /// Sets the tap's weights, and adds its light to `next_`.
+  void add_tap(const Tap& tap, float* __restrict weights) {
+    // Pointers to the row, and to the taps of its pixels.
+    const auto own = [&](const Plane& plane) { return plane.data() + tap.first; };
+    const auto other = [&](const Plane& plane) { return own(plane) + tap.offset; };
+    const float *x0 = own(normal_[0]), *y0 = own(normal_[1]), *z0 = own(normal_[2]),
+                *x1 = other(normal_[0]), *y1 = other(normal_[1]), *z1 = other(normal_[2]),
+                *key0 = own(key_), *key1 = other(key_), *depth0 = own(depth_),
+                *depth1 = other(depth_), *steepness = own(steepness_), *guide0 = own(guide_),
+                *guide1 = other(guide_), *variance = own(variance_);
+    for (int x = 0; x < width_; ++x) {
+      const float cosine = positive(x0[x] * x1[x] + y0[x] * y1[x] + z0[x] * z1[x]);
+      const float c4 = cosine * cosine * cosine * cosine, c16 = c4 * c4 * c4 * c4;
+      const float distance = std::fabs(depth1[x] - depth0[x]) * steepness[x] * tap.depth_scale;
+      const float closeness = positive(1 - distance);
+      const float change = guide1[x] - guide0[x];
+      // 1 / (1 + change^2 / noise)
+      const float noise = variance[x] * tap.noise + 1e-6f;
+      weights[x] = tap.share * (c16 * c16) * closeness * noise / (noise + change * change);
+    }
+    for (int x = 0; x < width_; ++x) weights[x] = key0[x] == key1[x] ? weights[x] : 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float* light = other(light_[c]);
+      float* sum = &next_[c][tap.first];
+      for (int x = 0; x < width_; ++x) sum[x] += weights[x] * light[x];
+    }
+  }
+
+  /// Light that pixels which are not even may show: `low_` and `high_` become the bounds of the
+  /// light of even ones within two pixels, times the albedos around.
+  void find_bounds() {
+    Plane &low = next_[0], &high = next_[1], &low_before = next_[2];
+    Plane high_before;
+    std::fill(low.begin(), low.end(), kInfinity);
+    std::fill(high.begin(), high.end(), -kInfinity);
+    for (std::size_t c = 0; c < 3; ++c) {
+      for_rows([&](std::size_t first) {
+        for (std::size_t i = first; i < first + width_; ++i) {
+          const bool known = key_[i] >= 0 || !(id_[i] > 0);
+          low[i] = known ? light_[c][i] : kInfinity;
+          high[i] = known ? light_[c][i] : -kInfinity;
+        }
+      });
+      for (const std::ptrdiff_t step : {std::ptrdiff_t{1}, std::ptrdiff_t{stride_}}) {
+        low_before = low;
+        high_before = high;
+        for_rows([&](std::size_t first) {
+          for (const std::ptrdiff_t offset : {-2 * step, -step, step, 2 * step})
+            for (std::size_t i = first; i < first + width_; ++i) {
+              low[i] = std::min(low[i], low_before[i + offset]);
+              high[i] = std::max(high[i], high_before[i + offset]);
+            }
+        });
+      }
+      for_rows([&](std::size_t first) {
+        for (std::size_t i = first; i < first + width_; ++i) {
+          low_[c][i] *= low[i];
+          high_[c][i] *= high[i];
+        }
+      });
+    }
+  }
+
+  void write() {
+    std::array<int, 3> channels{film_.find_channel("R"), film_.find_channel("G"),
+                                film_.find_channel("B")};
+    parallel_for(
+        height_,
+        [&](std::int64_t y) {
+          const std::size_t first = row(static_cast<int>(y));
+          for (int x = 0; x < width_; ++x) {
+            const std::size_t i = first + x;
+            for (std::size_t c = 0; c < 3; ++c) {
+              float& value = film_.at(x, static_cast<int>(y), channels[c]);
+              if (key_[i] >= 0)
+                value = light_[c][i] * albedo_[c][i];
+              else if (id_[i] > 0 && low_[c][i] <= high_[c][i])
+                value = std::clamp(value, low_[c][i], high_[c][i]);
+            }
+          }
+        },
+        16);
+  }
+
+  Image& film_;
+  int width_, height_, stride_;
+  std::size_t size_;
+  Plane id_, depth_, steepness_, key_, guide_, variance_;
+  Colors light_, next_, normal_, albedo_, low_, high_;
+};
+
+}  // namespace
+
+void smooth_noise(Image& film) { Smoother(film).run(); }
+
+std::uint64_t smooth_bytes(int width, int height) {
+  constexpr std::uint64_t kPlanes = 26;
+  return kPlanes * sizeof(float) * static_cast<std::uint64_t>(width + 2 * kMargin) *
+         static_cast<std::uint64_t>(height + 2 * kMargin);
+}
+
+}  // namespace polymorph
