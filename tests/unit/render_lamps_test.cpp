@@ -68,7 +68,7 @@ TEST(Lamps, SamplesPointAtTheLampAndKnowTheirDensity) {
       EXPECT_NEAR(hit, s.distance, 1e-3f);
       EXPECT_NEAR(lamp_pdf(lamp, ray, hit) / s.pdf, 1, 1e-3f);
     }
-    EXPECT_FALSE(intersect_lamp(lamp, {{0.1f, 0, 0}, {0, -1, 0}}) < 100);
+    EXPECT_FALSE(intersect_lamp(lamp, Ray{{0.1f, 0, 0}, {0, -1, 0}}) < 100);
   }
   EXPECT_EQ(sample_lamp(make_lamp(panel, {}), {2, 4, 1}, 0.5f, 0.5f).power.x, 0) << "its dark side";
 }
@@ -126,11 +126,11 @@ TEST(DaySky, IsBlueAboveBrightByTheSunAndGivesItsIrradiance) {
   for (const float turbidity : {2.0f, 3.0f, 6.0f}) {
     const Sky sky = make_day_sky(sun, {0.4f, 0.4f, 0.4f}, turbidity, 1, SkyPart::kAboveHorizon);
     EXPECT_NEAR(luminance(sky.upper_irradiance), kDayIrradiance, 0.03f);
-    const Vec3 zenith = sky_radiance(sky, {0, 1, 0});
+    const Vec3 zenith = sky_radiance(sky, Vec3{0, 1, 0});
     EXPECT_GT(zenith.z, 1.2f * zenith.x) << turbidity;
     const Vec3 by_sun = sky_radiance(sky, sun.frame.z);
     EXPECT_GT(luminance(by_sun), 1.5f * luminance(zenith));
-    const Vec3 down = sky_radiance(sky, {0, -1, 0});
+    const Vec3 down = sky_radiance(sky, Vec3{0, -1, 0});
     EXPECT_NEAR(down.y, 0.4f * (sun.irradiance.y * sun.frame.z.y + sky.upper_irradiance.y) / kPiF,
                 0.02f)
         << "the ground is lit by this very sky";

@@ -40,12 +40,12 @@ TEST(Sky, ImageDirectionsAreAsDocumented) {
   image.at(2, 1, 1) = 1;
   image.at(0, 0, 2) = image.at(1, 0, 2) = image.at(2, 0, 2) = image.at(3, 0, 2) = 1;
   const Sky sky = make_image_sky(image, 1, SkyPart::kAll);
-  EXPECT_NEAR(sky_radiance(sky, {0, 1, 0}).z, 1, 1e-4f);  // row 0 is the zenith
+  EXPECT_NEAR(sky_radiance(sky, Vec3{0, 1, 0}).z, 1, 1e-4f);  // row 0 is the zenith
   // Column 2's centre is an eighth of a turn right of -z, column 0's an eighth left of +z.
   const float h = std::sqrt(0.5f);
-  EXPECT_NEAR(sky_radiance(sky, {h, 0, -h}).y, 1, 1e-4f);
-  EXPECT_NEAR(sky_radiance(sky, {-h, 0, h}).x, 1, 1e-4f);
-  EXPECT_NEAR(sky_radiance(sky, {0, -1, 0}).z, 0, 1e-4f);
+  EXPECT_NEAR(sky_radiance(sky, Vec3{h, 0, -h}).y, 1, 1e-4f);
+  EXPECT_NEAR(sky_radiance(sky, Vec3{-h, 0, h}).x, 1, 1e-4f);
+  EXPECT_NEAR(sky_radiance(sky, Vec3{0, -1, 0}).z, 0, 1e-4f);
 }
 
 TEST(Sky, DensityIsADensityAndSamplesFollowIt) {
@@ -173,7 +173,7 @@ TEST(Studio, FloorIsLitAsItsOwnSkySays) {
   const Vec3 floor{0.3f, 0.4f, 0.5f};
   const Sky sky = make_studio_sky(make_rig({}), key, floor, 1, SkyPart::kAboveHorizon);
   const Vec3 irradiance = key.irradiance * key.frame.z.y + sky.upper_irradiance;
-  const Vec3 below = sky_radiance(sky, {0, -1, 0});
+  const Vec3 below = sky_radiance(sky, Vec3{0, -1, 0});
   EXPECT_NEAR(below.x, floor.x * kInvPi * irradiance.x, 0.01f * below.x);
   EXPECT_NEAR(below.z, floor.z * kInvPi * irradiance.z, 0.01f * below.z);
 }
