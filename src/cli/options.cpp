@@ -278,17 +278,17 @@ std::vector<Command> subcommands_of(CLI::App& program) {
 }
 
 Status parse_arguments(CLI::App& program, int argc, char** argv) {
+  // An empty value, as of a variable that is not set, is no default.
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word.empty())
+      return make_error(ErrorCode::kUsage, "{}\"\": is empty - give a value, or leave it out",
+                        argv[i - 1][0] == '-' ? fmt::format("{} ", argv[i - 1]) : "");
+    if (word.starts_with("--") && word.find('=') == word.size() - 1)
+      return make_error(ErrorCode::kUsage, "{}: is empty - give a value, or leave it out", word);
+  }
   try {
     program.parse(argc, argv);
-    // An empty value, as of a variable that is not set, is no default.
-    for (int i = 1; i < argc; ++i) {
-      const std::string word = argv[i];
-      if (word.empty())
-        return make_error(ErrorCode::kUsage, "{}\"\": is empty - give a value, or leave it out",
-                          argv[i - 1][0] == '-' ? fmt::format("{} ", argv[i - 1]) : "");
-      if (word.starts_with("--") && word.find('=') == word.size() - 1)
-        return make_error(ErrorCode::kUsage, "{}: is empty - give a value, or leave it out", word);
-    }
   } catch (const CLI::ParseError& error) {
     return Error{ErrorCode::kUsage, usage_problem(program, argc, argv, error)};
   }
