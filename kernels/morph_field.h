@@ -282,13 +282,13 @@ struct MorphBounds {
   struct Range {
     V low, high;
   };
-  /// The distances at a place, in scene units, for all shares of detail from `least` to `most`.
+  /// The distances at a place, in scene units, for all shares of detail from `low` to `high`.
   template <class V>
   PM_HD static Range<V> distance_range(const DistanceField& object, float scale,
-                                       const Points<V>& place, V least, V most) {
-    const V one = scale * object.value(place, most);
-    if (Lanes<V>::bits(least < most) == 0) return {one, one};
-    const V other = scale * object.value(place, least);
+                                       const Points<V>& place, V low, V high) {
+    const V one = scale * object.value(place, high);
+    if (Lanes<V>::bits(low < high) == 0) return {one, one};
+    const V other = scale * object.value(place, low);
     return {min(one, other), max(one, other)};
   }
 };

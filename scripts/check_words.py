@@ -13,7 +13,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 RIDDLE = re.compile(r"(What|Where|How|Which|Whether|Of|The same|As|That|Those|By|At|In|With|From|To)\b")
 FRAGMENT = re.compile(r"///<\s*(of|by|in|from|which|as|at|to|with|where|that|what|how|on|for)\b")
-LOCAL = r"(ways?|of|by|rest|off|apart|aside|straight|made|wanted|whole|these|who|goes|never|same|told|was|then|placed|how|which|tight)"
+LOCAL = r"(ways?|of|by|rest|off|apart|aside|straight|made|wanted|whole|these|who|goes|never|same|told|was|then|placed|how|which|tight|turned|back|most|least)"
 TYPE = r"(?:auto|bool|char|int|float|double|std::[\w:]+(?:<[^;=(){}]*>)?|[A-Z]\w*(?:<[^;=(){}]*>)?)"
 VARIABLE = re.compile(rf"\b{TYPE}\s*[&*]*\s+[&*]?{LOCAL}\s*(?=[;=,){{(\[:])")
 FUNCTION = re.compile(rf"^\s*(?:(?:PM_HD|inline|static|constexpr|virtual|template\s*<[^>]*>|\[\[nodiscard\]\])\s+)*(?:const\s+)?{TYPE}[&*]*\s+[&*]?(?:\w+::)*([a-z]\w*)\(", re.M)

@@ -7,7 +7,7 @@
 
 namespace polymorph {
 
-std::optional<double> turn_about_vertical(const WeightedPairs& pairs, const Mat3& turned) {
+std::optional<double> turn_about_vertical(const WeightedPairs& pairs, const Mat3& applied) {
   PM_CHECK(pairs.from.size() == pairs.to.size() &&
            (pairs.weights.empty() || pairs.weights.size() == pairs.from.size()));
   const auto weight = [&](std::size_t i) { return pairs.weights.empty() ? 1 : pairs.weights[i]; };
@@ -22,7 +22,7 @@ std::optional<double> turn_about_vertical(const WeightedPairs& pairs, const Mat3
   p0 = p0 * (1 / sum), q0 = q0 * (1 / sum);
   double cosine = 0, sine = 0, from_spread = 0, to_spread = 0;
   for (std::size_t i = 0; i < pairs.from.size(); ++i) {
-    const Vec3d p = turned * (pairs.from[i] - p0), q = pairs.to[i] - q0;
+    const Vec3d p = applied * (pairs.from[i] - p0), q = pairs.to[i] - q0;
     cosine += weight(i) * (q.x * p.x + q.z * p.z);
     sine += weight(i) * (q.x * p.z - q.z * p.x);
     from_spread += weight(i) * (p.x * p.x + p.z * p.z);

@@ -16,9 +16,9 @@ struct WeightedPairs {
 };
 
 /// Returns the rotation about the y axis, in degrees from -180 to 180 (from z towards x), that
-/// takes the points nearest to those that they become, all about their centroids, after `turned`
+/// takes the points nearest to those that they become, all about their centroids, after `applied`
 /// was applied to them (weighted Procrustes in the plane). Nothing where no rotation is much better
 /// than another: the covariance keeps less than a tenth of both sides' spread.
-std::optional<double> turn_about_vertical(const WeightedPairs& pairs, const Mat3& turned = {});
+std::optional<double> turn_about_vertical(const WeightedPairs& pairs, const Mat3& applied = {});
 
 }  // namespace polymorph

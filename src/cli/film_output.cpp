@@ -14,6 +14,7 @@
 #include "image/strip.h"
 #include "morph/timeline.h"
 #include "sequence/frame/frame_geometry.h"
+#include "sequence/frame/paint_origins.h"
 #include "sequence/frame/render_frame.h"
 #include "sequence/prepare/prepare.h"
 #include "sequence/run/device.h"
@@ -93,19 +94,24 @@ Image resized_colors(const Image& image, int width) {
   return resize_image(colors, width, std::max(1, width * image.height / image.width));
 }
 
-Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> numbers,
-                         int width) {
-  Film film;
-  film.last = frame_count(scene);
-  film.fps = scene.frames.fps;
+Result<FilmScene> prepare_film(const CommandLine& line, Scene scene) {
   scene.image.aovs = "none";  // pictures have no layers
   // As it is traced, and its colours alone.
   PM_TRY_STATUS(check_picture_memory(scene.image, 2, line.common.max_memory));
-  std::string device;
-  PM_TRY(const auto engine, make_engine(line.common.device, device, line.common.max_memory));
-  PM_TRY(const PreparedScene prepared,
-         prepare_scene(scene, *engine, cache_folder(line.common), {line.common.max_memory, 2}));
-  for (const std::string& warning : prepared.warnings) log_warning("{}", warning);
+  FilmScene ready;
+  PM_TRY(ready.engine, make_engine(line.common.device, ready.device, line.common.max_memory));
+  PM_TRY(ready.prepared, prepare_scene(scene, *ready.engine, cache_folder(line.common),
+                                       {line.common.max_memory, 2}));
+  for (const std::string& warning : ready.prepared.warnings) log_warning("{}", warning);
+  return ready;
+}
+
+Result<Film> render_film(const CommandLine& line, const FilmScene& ready, std::vector<int> numbers,
+                         int width, FilmContent content) {
+  const PreparedScene& prepared = ready.prepared;
+  Film film;
+  film.last = frame_count(prepared.scene);
+  film.fps = prepared.scene.frames.fps;
   PM_TRY(Renderer renderer, Renderer::create());
   const ProgressCallback progress = make_progress(progress_mode(line.common));
   struct Traced {
@@ -120,7 +126,7 @@ Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> 
     Traced traced = tracing.get();
     PM_TRY(Image image, std::move(traced.image));
     const int traced_number = numbers[film.images.size()];
-    expose(image, scene_at(scene, static_cast<double>(traced_number)).image.exposure);
+    expose(image, scene_at(prepared.scene, static_cast<double>(traced_number)).image.exposure);
     const Image shown = resized_colors(image, width);
     for (; showing > 0; --showing) {
       FrameRecord record;
@@ -141,20 +147,30 @@ Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> 
       continue;
     }
     const Stopwatch stopwatch;
-    PM_TRY(FrameGeometry geometry, geometry_at(prepared, *engine, number));
+    PM_TRY(FrameGeometry geometry, geometry_at(prepared, *ready.engine, number));
+    if (content == FilmContent::kPlan)
+      PM_TRY_STATUS(paint_origins(prepared, *ready.engine, geometry));
     const double surface_seconds = stopwatch.seconds();
     PM_TRY_STATUS(finish());
     picture = std::move(key);
     showing = 1;
     tracing = worker.run([&, surface_seconds, geometry = std::move(geometry)]() -> Traced {
       const Stopwatch tracing_time;
-      auto image = render_frame(prepared, geometry, renderer, device, line.text);
+      auto image = render_frame(prepared, geometry, renderer, ready.device, line.text);
       return {std::move(image), surface_seconds + tracing_time.seconds()};
     });
   }
   PM_TRY_STATUS(finish());
   film.numbers = std::move(numbers);
   return film;
+}
+
+Status check_sheet(const std::filesystem::path& path, bool overwrite) {
+  const std::string extension = path.extension().string();
+  if (extension != ".png" && extension != ".exr")
+    return make_error(ErrorCode::kUsage, "{}: unknown image format \"{}\" - use .png or .exr",
+                      path.string(), extension);
+  return check_output(path, overwrite);
 }
 
 Status write_sheet(const std::filesystem::path& path, const Film& film,

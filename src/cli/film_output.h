@@ -1,12 +1,15 @@
 // Films in memory: the frames of a scene, contact sheets of them and animated GIFs.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "cli/command_line.h"
 #include "image/image.h"
+#include "kernels/engine.h"
 #include "scene/scene.h"
+#include "sequence/prepare/prepared_scene.h"
 
 namespace polymorph {
 
@@ -42,11 +45,30 @@ void expose(Image& image, float stops);
 /// memory.
 Image resized_colors(const Image& image, int width);
 
+/// A scene made ready for pictures without layers, with what surfaces are asked of.
+struct FilmScene {
+  std::unique_ptr<Engine> engine;
+  std::string device;  ///< name of the engine's device
+  PreparedScene prepared;
+};
+
+/// Prepares a scene for pictures and logs its warnings. Errors: those of make_engine() and
+/// prepare_scene(); kResource where the pictures need too much memory.
+Result<FilmScene> prepare_film(const CommandLine& line, Scene scene);
+
+/// Content of pictures: the scene, or colours of what becomes what
+/// (sequence/frame/paint_origins.h).
+enum class FilmContent { kScene, kPlan };
+
 /// Renders these frames of the scene, each `width` pixels wide (0 = as the scene says), with
 /// progress. The surface of a frame is made while the one before is traced, and frames that show
-/// the same are traced once. Errors: those of prepare_scene(), geometry_at() and render_frame();
-/// the signal's code when stopped.
-Result<Film> render_film(const CommandLine& line, Scene scene, std::vector<int> numbers, int width);
+/// the same are traced once. Errors: those of geometry_at() and render_frame(); the signal's code
+/// when stopped.
+Result<Film> render_film(const CommandLine& line, const FilmScene& ready, std::vector<int> numbers,
+                         int width, FilmContent content = FilmContent::kScene);
+
+/// Before any work: is it a .png or .exr file that may be written? Errors: kUsage, kOutput.
+Status check_sheet(const std::filesystem::path& path, bool overwrite);
 
 /// Writes a contact sheet (.png or .exr) of the film.
 Status write_sheet(const std::filesystem::path& path, const Film& film,

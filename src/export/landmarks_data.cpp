@@ -1,38 +1,27 @@
 #include "export/landmarks_data.h"
 
-#include <algorithm>
 #include <map>
+#include <memory>
 #include <utility>
 
 #include "export/landmark_candidates.h"
 #include "leg/leg_surface.h"
+#include "leg/origin_colors.h"
 #include "mesh/normals.h"
 
 namespace polymorph {
 namespace {
 
-/// A colour for each place of a box: its place in the cube of colours.
-std::vector<Vec3> colors_by_place(const std::vector<Vec3>& points, const Box& box) {
-  constexpr float kDarkest = 0.1f, kRange = 0.85f;
-  const Vec3 size = box.size();
-  const auto channel = [&](float v, float low, float extent) {
-    return kDarkest + kRange * (extent > 0 ? std::clamp((v - low) / extent, 0.0f, 1.0f) : 0.5f);
-  };
-  std::vector<Vec3> colors;
-  for (const Vec3 p : points)
-    colors.push_back({channel(p.x, box.low.x, size.x), channel(p.y, box.low.y, size.y),
-                      channel(p.z, box.low.z, size.z)});
-  return colors;
-}
-
-Result<LandmarksLeg> make_landmarks_leg(const Leg& leg, const LegCandidates& candidates,
-                                        Engine& engine) {
+Result<LandmarksLeg> make_landmarks_leg(const std::shared_ptr<const Leg>& shared,
+                                        const LegCandidates& candidates, Engine& engine) {
+  const Leg& leg = *shared;
   LandmarksLeg out;
   const Box box = leg.from->model.box();
   out.from_colors = colors_by_place(leg.from->model.points, box);
   PM_TRY(const LegState end, leg_state(leg, 1, engine));
-  PM_TRY(const PullBack pulled, pull_back(leg, end, leg.to->model.points, engine));
-  out.to_colors = colors_by_place(pulled.source, box);
+  PM_TRY(const std::vector<Vec3> origins,
+         trace_back({&shared, 1}, end, leg.to->model.points, engine));
+  out.to_colors = colors_by_place(origins, box);
   out.candidates = matched_tips(candidates);
   // landmark_candidates() has refused flattened objects.
   const Transform from_file = *inverse(leg.from->to_scene), to_file = *inverse(leg.to->to_scene);
@@ -69,7 +58,7 @@ Result<LandmarksPage> make_landmarks_page(const PreparedScene& prepared, Engine&
   for (const LegCandidates& leg : legs) {
     const PreparedActor& actor = prepared.actors[static_cast<std::size_t>(leg.actor)];
     PM_TRY(LandmarksLeg one,
-           make_landmarks_leg(*actor.legs[static_cast<std::size_t>(leg.from)], leg, engine));
+           make_landmarks_leg(actor.legs[static_cast<std::size_t>(leg.from)], leg, engine));
     one.from = index_of(leg.actor, leg.from, leg.from_key);
     one.to = index_of(leg.actor, leg.to, leg.to_key);
     page.legs.push_back(std::move(one));

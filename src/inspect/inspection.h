@@ -6,6 +6,7 @@
 #include "base/json.h"
 #include "base/result.h"
 #include "scene/scene.h"
+#include "sequence/prepare/prepared_scene.h"
 
 namespace polymorph {
 
@@ -26,5 +27,8 @@ Inspection inspect_scene(const std::string& file, const Scene& scene);
 
 /// The state of each actor in each frame.
 Inspection inspect_timeline(const Scene& scene);
+
+/// The plan of each leg: which limb becomes which, the turn, and how much is left between the ends.
+Inspection inspect_plan(const PreparedScene& prepared);
 
 }  // namespace polymorph

@@ -86,7 +86,7 @@ Result<std::string> describe_fold(const Leg& leg, Engine& engine) {
   }
   const double share = static_cast<double>(count) / static_cast<double>(all);
   if (!(share > kFew)) return std::string();
-  const auto most =
+  const auto worst =
       std::max_element(nearest.begin(), nearest.end(),
                        [](const auto& a, const auto& b) { return a.second < b.second; });
   return fmt::format(
@@ -94,7 +94,7 @@ Result<std::string> describe_fold(const Leg& leg, Engine& engine) {
       "points "
       "are turned inside out on the way - look whether it is the same place on both, or leave it "
       "out",
-      leg.from->name, leg.to->name, printable(most->first), 100 * share);
+      leg.from->name, leg.to->name, printable(worst->first), 100 * share);
 }
 
 }  // namespace polymorph

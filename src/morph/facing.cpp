@@ -8,7 +8,6 @@
 #include "base/exact_math.h"
 #include "base/parallel.h"
 #include "morph/align.h"
-#include "morph/match_limbs.h"
 #include "morph/transport.h"
 
 namespace polymorph {
@@ -93,11 +92,11 @@ Matrix carry_distances(const Body& a, const Matrix& coupling, const Body& b) {
 }
 
 Matrix solve_linear(const Body& a, const Body& b, const Matrix& costs) {
-  const double least = *std::min_element(costs.begin(), costs.end());
+  const double minimum = *std::min_element(costs.begin(), costs.end());
   const TransportPlan plan =
       solve_transport(a.shares, b.shares, [&](std::uint32_t from, std::span<float> row) {
         for (std::size_t k = 0; k < row.size(); ++k)
-          row[k] = static_cast<float>(costs[from * b.size() + k] - least);
+          row[k] = static_cast<float>(costs[from * b.size() + k] - minimum);
       });
   Matrix coupling(a.size() * b.size(), 0);
   for (const TransportFlow& flow : plan.flows)
@@ -159,6 +158,8 @@ double wrapped(double angle) { return exact::atan2(exact::sin(angle), exact::cos
 
 }  // namespace
 
+double turn_between(double from, double to) { return wrapped(to - from); }
+
 bool is_symmetric(const Limbs& limbs) {
   constexpr double kSymmetric = 0.8;
   return !limbs.mirror_planes.empty() && limbs.mirror_planes[0].overlap >= kSymmetric;
@@ -172,10 +173,10 @@ std::optional<double> find_front_line(const Limbs& limbs) {
   return planes[0].azimuth + exact::kPi / 2;
 }
 
-std::optional<double> find_facing(const Limbs& from, const Limbs& to, double given,
-                                  std::optional<double> from_front,
+std::optional<double> find_facing(LimbPlan& limbs, double given, std::optional<double> from_front,
                                   std::optional<double> to_front) {
-  if (from_front && to_front) return wrapped(*to_front - *from_front);
+  if (from_front && to_front) return turn_between(*from_front, *to_front);
+  const Limbs &from = limbs.from, &to = limbs.to;
   const auto a = from_front ? from_front : find_front_line(from),
              b = to_front ? to_front : find_front_line(to);
   if (!a || !b) return std::nullopt;
@@ -185,7 +186,10 @@ std::optional<double> find_facing(const Limbs& from, const Limbs& to, double giv
     if (std::fabs(wrapped(angle - given)) < kNear) angle = given;
   if (std::fabs(angles[1]) < std::fabs(angles[0])) std::swap(angles[0], angles[1]);
   std::array<LimbMatch, 2> matches;
-  for (std::size_t k = 0; k < 2; ++k) matches[k] = match_limbs(from, to, angles[k]);
+  for (std::size_t k = 0; k < 2; ++k)
+    // At the angle of the rotation by that angle, from which a plan asks for the same again.
+    matches[k] =
+        match_at(limbs, angles[k] == given ? given : log_rotation(about_vertical(angles[k])).y);
   if (is_certain(matches[0]) && is_certain(matches[1]))
     return angles[matches[1].cost < matches[0].cost ? 1 : 0];
   const Body body_a = make_body(from.sample), body_b = make_body(to.sample);

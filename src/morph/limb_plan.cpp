@@ -102,9 +102,9 @@ std::int32_t find_label(const PlanSide& side, const Limbs& limbs, std::uint32_t 
   for (std::size_t b = 0; b < side.labels.size(); ++b)
     if (limbs.holds(limb, b)) ++votes[side.labels[b]];
   std::int32_t best = kNoLabel;
-  std::size_t most = 0;
+  std::size_t votes_of_best = 0;
   for (const auto& [label, count] : votes)
-    if (count > most) most = count, best = label;
+    if (count > votes_of_best) votes_of_best = count, best = label;
   return best;
 }
 
@@ -143,12 +143,17 @@ AllowedLimbs allowed_limbs(const PlanSide& from, const PlanSide& to, const Limbs
 
 }  // namespace
 
-bool match_sides(LimbPlan& plan, const PlanSide& from, const PlanSide& to, LabelMode labels,
-                 double angle) {
-  if (plan.from.limbs.empty() || plan.to.limbs.empty()) return false;
-  plan.match =
-      match_limbs(plan.from, plan.to, angle, allowed_limbs(from, to, plan.from, plan.to, labels));
-  return is_certain(plan.match);
+LimbPlan find_limbs_of_sides(const PlanSide& from, const PlanSide& to, LabelMode labels) {
+  LimbPlan plan = {find_limbs(from.balls), find_limbs(to.balls)};
+  plan.allowed = allowed_limbs(from, to, plan.from, plan.to, labels);
+  return plan;
+}
+
+LimbMatch match_at(LimbPlan& plan, double angle) {
+  for (const auto& [known, match] : plan.searched)
+    if (known == angle) return match;
+  plan.searched.emplace_back(angle, match_limbs(plan.from, plan.to, angle, plan.allowed));
+  return plan.searched.back().second;
 }
 
 std::vector<Vec3d> warped_places(const std::vector<Ball>& balls, const Limbs& own,
@@ -225,16 +230,17 @@ std::pair<std::vector<double>, std::vector<double>> evened_masses(
 std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::vector<Ball>& from,
                                               const std::vector<Ball>& to,
                                               const CostSide& from_side, const CostSide& to_side) {
-  std::vector<MatchedLimbs> back;
+  std::vector<MatchedLimbs> reversed;
   std::vector<std::uint32_t> from_matched, to_matched;
   for (const auto& [i, k] : limbs.match.limbs) {
-    back.push_back({k, i});
+    reversed.push_back({k, i});
     from_matched.push_back(i);
     to_matched.push_back(k);
   }
   const std::vector<Vec3d> there =
       warped_places(from, limbs.from, limbs.to, limbs.match.limbs, limbs.match.angle);
-  const std::vector<Vec3d> here = warped_places(to, limbs.to, limbs.from, back, -limbs.match.angle);
+  const std::vector<Vec3d> here =
+      warped_places(to, limbs.to, limbs.from, reversed, -limbs.match.angle);
   const auto make_side = [&](std::size_t count, const CostSide& plain, const auto& in_to,
                              const auto& in_from, const Limbs& own) {
     CostSide side;

@@ -18,15 +18,18 @@ namespace polymorph {
 /// Two objects' limbs and which becomes which.
 struct LimbPlan {
   Limbs from, to;
-  LimbMatch match;
+  AllowedLimbs allowed = {};
+  LimbMatch match = {};  ///< the one that is planned by
+  /// Turns, radians, from which match_at() has searched, with what it found.
+  std::vector<std::pair<double, LimbMatch>> searched = {};
 };
 
-/// Matches the limbs of both sides; false where that is not certain. What the sides' labels (unless
-/// LabelMode::kOff) and landmarks say is heeded: limbs of other labels, or of which one alone holds
-/// a landmark, are not matched. `angle`: the turn about the vertical, in radians, that the objects
-/// themselves suggest.
-bool match_sides(LimbPlan& plan, const PlanSide& from, const PlanSide& to, LabelMode labels,
-                 double angle);
+/// Finds the limbs of both sides. What the sides' labels (unless LabelMode::kOff) and landmarks say
+/// is heeded: limbs of other labels, or of which one alone holds a landmark, may not be matched.
+LimbPlan find_limbs_of_sides(const PlanSide& from, const PlanSide& to, LabelMode labels);
+
+/// Matches the limbs from a turn about the vertical, in radians; once for each turn.
+LimbMatch match_at(LimbPlan& plan, double angle);
 
 /// Carries an object's balls into the shape of another. A ball of a matched limb keeps its share of
 /// the length of the centre line and, by the limb's thickness, its offset from it; the others

@@ -133,9 +133,9 @@ std::vector<std::uint32_t> prominent_tips(const Body& body) {
   });
   const std::uint32_t farthest = body.order.front();
   tips.push_back({farthest, body.distance[farthest], body.center});
-  const double least = kProminence * static_cast<double>(body.distance[farthest]);
+  const double minimum = kProminence * static_cast<double>(body.distance[farthest]);
   std::erase_if(tips, [&](const Tip& tip) {
-    return tip.prominence < least ||
+    return tip.prominence < minimum ||
            tip.prominence < kProminenceInThickness * static_cast<double>(body.radii[tip.saddle]);
   });
   std::stable_sort(tips.begin(), tips.end(),

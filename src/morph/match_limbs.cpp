@@ -32,7 +32,7 @@ constexpr double kLeastShare = 0.75;
 double square(double a) { return a * a; }
 double square(Vec3d a) { return dot(a, a); }
 
-Vec3d turned(Vec3d p, double sine, double cosine) {
+Vec3d rotate_place(Vec3d p, double sine, double cosine) {
   return {cosine * p.x + sine * p.z, p.y, cosine * p.z - sine * p.x};
 }
 
@@ -91,7 +91,7 @@ bool is_allowed(const Problem& problem, std::size_t i, std::size_t k) {
 
 /// The cost of one limb with another, `a` turned.
 double compute_cost(const Features& a, const Features& b, double sine, double cosine) {
-  const auto turn = [&](Vec3d p) { return turned(p, sine, cosine); };
+  const auto turn = [&](Vec3d p) { return rotate_place(p, sine, cosine); };
   double cost = kTip * square(turn(a.tip) - b.tip) + kRoot * square(turn(a.root) - b.root) +
                 kDirection * (1 - dot(turn(a.direction), b.direction)) +
                 kLength * square(a.length - b.length) + kVolume * square(a.volume - b.volume) +
@@ -138,7 +138,7 @@ double with_others(const Problem& problem, const Partial& partial, std::size_t i
   for (const MatchedLimbs& other : partial.limbs) {
     between += square(problem.from.tip_distances[i][other.from] / problem.from.size -
                       problem.to.tip_distances[k][other.to] / problem.to.size);
-    const Vec3d a = turned(problem.a[i].root - problem.a[other.from].root, sine, cosine),
+    const Vec3d a = rotate_place(problem.a[i].root - problem.a[other.from].root, sine, cosine),
                 b = problem.b[k].root - problem.b[other.to].root;
     roots += (1 - dot(normalized(a), normalized(b))) / 2;
     crossed += opposition(a, b);

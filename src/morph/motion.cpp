@@ -287,19 +287,19 @@ void set_paths(MorphPlan& plan) {
     BallPath& path = paths.balls[e];
     path.part = parts.part_of[e];
     const Alignment& alignment = plan.parts[path.part];
-    const Mat3 back = transposed(alignment.rotation);
+    const Mat3 unturn = transposed(alignment.rotation);
     path.start = p;
     path.end = q;
     path.start.w = strength(plan.kind, p.w, pair.from_share);
     path.end.w = strength(plan.kind, q.w, pair.to_share);
     path.from = Vec3d(p.center) - alignment.from_center;
-    path.to = back * (Vec3d(q.center) - alignment.to_center) * (1 / alignment.scale);
+    path.to = unturn * (Vec3d(q.center) - alignment.to_center) * (1 / alignment.scale);
     path.from_volume = volume_of_ball(p);
     path.to_volume = volume_of_ball(q);
     path.round = is_round(p) && is_round(q);
     if (!path.round) {
       path.from_log = to_sym3d(log_symmetric(to_mat3(p.shape)));
-      path.to_log = to_sym3d(back * log_symmetric(to_mat3(q.shape)) * alignment.rotation);
+      path.to_log = to_sym3d(unturn * log_symmetric(to_mat3(q.shape)) * alignment.rotation);
     }
     path.bow = bow;
     if (plan.motion.path == Path::kExplode)
@@ -394,13 +394,13 @@ std::vector<PairFrame> pair_frames(const MorphPlan& plan, float time) {
         const BallPath& path = plan.paths->balls[e];
         const auto u = static_cast<double>(eased[e]);
         const Alignment& alignment = plan.parts[path.part];
-        const Mat3 back = transposed(exp_rotation(alignment.turn * u));
-        Mat3 from = back, to = back;
+        const Mat3 unturn = transposed(exp_rotation(alignment.turn * u));
+        Mat3 from = unturn, to = unturn;
         if (!path.round) {
           const auto power = [](const Sym3d& log, double exponent) {
             return to_mat3(exp_symmetric(log * exponent));
           };
-          const Mat3 root = power(log_shape_at(path, u), 0.5 * remaining_stretch(soft, u)) * back;
+          const Mat3 root = power(log_shape_at(path, u), 0.5 * remaining_stretch(soft, u)) * unturn;
           from = power(path.from_log, -0.5) * root;
           to = power(path.to_log, -0.5) * root;
         }

@@ -53,7 +53,8 @@ std::vector<float> pair_progress(const MorphPlan& plan, float time);
 
 /// Do all balls share one eased time: no stagger and no spring?
 bool move_together(const MorphPlan& plan);
-/// Each ball's eased time at `time`, evenly invert_pacing; a spring's may lie outside [0, 1].
+/// Each ball's eased time at `time`, at an even pace where the plan has one; a spring's may lie
+/// outside [0, 1].
 std::vector<float> eased_times(const MorphPlan& plan, float time);
 /// Their mean by mass.
 float mean_progress(const MorphPlan& plan, const std::vector<float>& eased);

@@ -216,7 +216,7 @@ std::vector<Vec3d> BallGraph::joined(std::span<const Vec3d> places, std::span<co
                                      std::span<const double> progress) const {
   const std::size_t n = system_->edges.size();
   PM_CHECK(places.size() == n && turns.size() == n && progress.size() == n);
-  std::vector<Mat3> turned(turns.begin(), turns.end());
+  std::vector<Mat3> rotations(turns.begin(), turns.end());
   std::vector<Vec3d> now(places.begin(), places.end());
   Eigen::MatrixXd right(static_cast<Eigen::Index>(n), 3);
   // What an edge should be, by the ball at its near end; an edge's u is the mean of its ends'.
@@ -230,12 +230,12 @@ std::vector<Vec3d> BallGraph::joined(std::span<const Vec3d> places, std::span<co
           const auto e = static_cast<std::size_t>(index);
           Vec3d sum = places[e] * kAnchor;
           for (const Edge& edge : system_->edges[e]) {
-            const auto& back = system_->edges[edge.other];
+            const auto& neighbours = system_->edges[edge.other];
             const auto twin = std::lower_bound(
-                back.begin(), back.end(), static_cast<std::uint32_t>(e),
+                neighbours.begin(), neighbours.end(), static_cast<std::uint32_t>(e),
                 [](const Edge& one, std::uint32_t other) { return one.other < other; });
-            const Vec3d edge_sum = turned[e] * target_edge(e, edge) -
-                                   turned[edge.other] * target_edge(edge.other, *twin);
+            const Vec3d edge_sum = rotations[e] * target_edge(e, edge) -
+                                   rotations[edge.other] * target_edge(edge.other, *twin);
             sum = sum + edge_sum * 0.5;
           }
           right(index, 0) = sum.x;
@@ -264,7 +264,7 @@ std::vector<Vec3d> BallGraph::joined(std::span<const Vec3d> places, std::span<co
           }
           // The part's own turn where a ball's edges do not determine one.
           for (std::size_t k = 0; k < 9; ++k) sum.m[k] += 0.1 * size * turns[e].m[k];
-          turned[e] = nearest_rotation(sum);
+          rotations[e] = nearest_rotation(sum);
         },
         64);
   }

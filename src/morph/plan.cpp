@@ -113,14 +113,17 @@ bool looks_at_structure(const MorphPlan& plan, const PlanSettings& settings, Rot
          axis == RotationAxis::kVertical;
 }
 
-/// Matches the limbs and notes them in the plan. False where the plan is better made without: where
-/// they are not certain, and where the pairs without limbs leave next to no strain, as near copies
-/// are better laid on each other as they are.
-bool use_limbs(MorphPlan& plan, LimbPlan& limbs, const PlanSide& from, const PlanSide& to,
-               const PlanSettings& settings, const Mat3& rotation) {
+/// Tests whether the pairs without limbs leave next to no strain: near copies are better laid on
+/// each other as they are.
+bool are_alike(const MorphPlan& plan, const Mat3& rotation, AlignMethod align) {
   constexpr double kAlike = 0.2;
-  if (fit_alignment(plan, rotation, settings.align).strain < kAlike) return false;
-  if (!match_sides(limbs, from, to, settings.label_mode, log_rotation(rotation).y)) return false;
+  return fit_alignment(plan, rotation, align).strain < kAlike;
+}
+
+/// Matches the limbs and notes them in the plan; false where that is not certain.
+bool use_limbs(MorphPlan& plan, LimbPlan& limbs, const Mat3& rotation) {
+  limbs.match = match_at(limbs, log_rotation(rotation).y);
+  if (!is_certain(limbs.match)) return false;
   std::vector<std::uint32_t> from_matched, to_matched;
   for (const auto& [i, k] : limbs.match.limbs) {
     from_matched.push_back(i);
@@ -156,12 +159,12 @@ struct Turn {
   Mat3 rotation;
   RotationAxis axis = RotationAxis::kVertical;
   Certainty certainty = Certainty::kFound;
+  std::optional<LimbPlan> limbs = {};  ///< limbs of both objects, where it depends on them
 };
 
-/// The turn that lays `from` on `to`; `limbs` gets those of both, where the plan looks at them.
+/// The turn that lays `from` on `to`.
 Turn find_turn(const MorphPlan& plan, const PlanSide& from, const PlanSide& to,
-               const CostPair& sides, const PlanSettings& settings,
-               std::optional<LimbPlan>& limbs) {
+               const CostPair& sides, const PlanSettings& settings) {
   Turn turn;
   if (settings.align != AlignMethod::kRigid && settings.align != AlignMethod::kSimilarity)
     return turn;
@@ -176,15 +179,18 @@ Turn find_turn(const MorphPlan& plan, const PlanSide& from, const PlanSide& to,
         static_cast<double>(settings.weights.align_tip_residual));
     turn = {found.rotation, found.axis, Certainty::kFound};
   }
-  if (!looks_at_structure(plan, settings, turn.axis)) return turn;
-  limbs = LimbPlan{find_limbs(from.balls), find_limbs(to.balls), {}};
-  if (turn.certainty == Certainty::kKnown) return turn;
+  if (!looks_at_structure(plan, settings, turn.axis) || turn.certainty == Certainty::kKnown)
+    return turn;
+  if (from.front && to.front)
+    return {about_vertical(turn_between(*from.front, *to.front)), turn.axis, Certainty::kKnown};
+  LimbPlan& limbs = turn.limbs.emplace(find_limbs_of_sides(from, to, settings.label_mode));
   const double given = log_rotation(turn.rotation).y;
-  const auto facing = find_facing(limbs->from, limbs->to, given, from.front, to.front);
-  const bool has_fronts = from.front && to.front;
-  if (!facing || (!has_fronts && *facing == given)) return turn;
-  const bool is_known = has_fronts || (is_symmetric(limbs->from) && is_symmetric(limbs->to));
-  return {about_vertical(*facing), turn.axis, is_known ? Certainty::kKnown : Certainty::kFaced};
+  const auto facing = find_facing(limbs, given, from.front, to.front);
+  if (!facing || *facing == given) return turn;
+  turn.rotation = about_vertical(*facing);
+  const bool is_known = is_symmetric(limbs.from) && is_symmetric(limbs.to);
+  turn.certainty = is_known ? Certainty::kKnown : Certainty::kFaced;
+  return turn;
 }
 
 /// Pairs and turn of a morph from `plan.from` to `plan.to`.
@@ -217,8 +223,7 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
                      : pair_by_transport(sides, settings.label_mode);
     set_masses(plan.pairs, from_mass, to_mass);
   };
-  std::optional<LimbPlan> limbs;
-  Turn turn = find_turn(plan, from, to, sides, settings, limbs);
+  Turn turn = find_turn(plan, from, to, sides, settings);
   const bool turns = rotation_angle(turn.rotation) > 0;
   const CostSide unturned = sides.a;
   const auto refit = [&] {
@@ -233,9 +238,14 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
     pair_up();
   }
   if (turns && turn.certainty == Certainty::kFound) refit();
-  if (limbs && use_limbs(plan, *limbs, from, to, settings, turn.rotation)) {
-    const Mat3 by_limbs = find_pairs_by_limbs(plan, *limbs, {unturned, sides.b, sides.label_cost},
-                                              turn.rotation, settings.label_mode);
+  if (!looks_at_structure(plan, settings, turn.axis) ||
+      are_alike(plan, turn.rotation, settings.align))
+    return turn.rotation;
+  if (!turn.limbs) turn.limbs = find_limbs_of_sides(from, to, settings.label_mode);
+  if (use_limbs(plan, *turn.limbs, turn.rotation)) {
+    const Mat3 by_limbs =
+        find_pairs_by_limbs(plan, *turn.limbs, {unturned, sides.b, sides.label_cost}, turn.rotation,
+                            settings.label_mode);
     if (turn.certainty != Certainty::kKnown) turn.rotation = by_limbs;
   }
   return turn.rotation;

@@ -49,9 +49,9 @@ struct Undone {
 };
 Undone undone(const PathPart& part, double u) {
   const PartPlace place = place_at(part, u);
-  const Mat3 back = transposed(place.rotation);
-  const Mat3 on = exp_rotation(part.turn) * back;
-  return {scale(back, 1 / place.scale), scale(on, exp_scalar(part.log_scale) / place.scale),
+  const Mat3 unturn = transposed(place.rotation);
+  const Mat3 on = exp_rotation(part.turn) * unturn;
+  return {scale(unturn, 1 / place.scale), scale(on, exp_scalar(part.log_scale) / place.scale),
           place.center};
 }
 
@@ -188,16 +188,18 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
     const auto u = static_cast<double>(eased[e]);
     const PathPart& part = plan.paths->parts[path.part];
     const Undone own = undone(part, u);
-    BallAttribute back, on;
-    const Vec3d back_by = plan.from_offsets.empty() ? Vec3d{} : Vec3d(plan.from_offsets[e]) * u,
-                on_by = plan.to_offsets.empty() ? Vec3d{} : Vec3d(plan.to_offsets[e]) * (1 - u);
-    set_value(back, p + back_by - common.to_source * x - from_offset);
-    set_value(on, q + on_by - common.to_target * x - to_offset);
-    back.value[3] = mixing_progress(eased[e], plan.leads.empty() ? 0 : plan.leads[e]);
-    set_slope(back, minus(own.to_source, common.to_source), *regression);
-    set_slope(on, minus(own.to_target, common.to_target), *regression);
-    regression->values.push_back(back);
-    regression->values.push_back(on);
+    BallAttribute to_source, to_target;
+    const Vec3d source_offset =
+                    plan.from_offsets.empty() ? Vec3d{} : Vec3d(plan.from_offsets[e]) * u,
+                target_offset =
+                    plan.to_offsets.empty() ? Vec3d{} : Vec3d(plan.to_offsets[e]) * (1 - u);
+    set_value(to_source, p + source_offset - common.to_source * x - from_offset);
+    set_value(to_target, q + target_offset - common.to_target * x - to_offset);
+    to_source.value[3] = mixing_progress(eased[e], plan.leads.empty() ? 0 : plan.leads[e]);
+    set_slope(to_source, minus(own.to_source, common.to_source), *regression);
+    set_slope(to_target, minus(own.to_target, common.to_target), *regression);
+    regression->values.push_back(to_source);
+    regression->values.push_back(to_target);
   }
   map.from_scale = static_cast<float>(exp_scalar(mean_part.log_scale * mean));
   map.to_scale = static_cast<float>(exp_scalar(mean_part.log_scale * (mean - 1)));

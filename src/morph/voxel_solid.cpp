@@ -180,17 +180,17 @@ void join_components(const Grid& grid, std::vector<std::uint8_t>& inside) {
     return true;
   });
   while (components.size() > 1) {
-    const auto least =
+    const auto smallest =
         std::min_element(components.begin(), components.end(),
                          [](const auto& a, const auto& b) { return a.size() < b.size(); });
-    const std::vector<std::uint32_t> own = find_border(grid, inside, *least);
+    const std::vector<std::uint32_t> own = find_border(grid, inside, *smallest);
     std::vector<Int3> places;
     for (const std::uint32_t mine : own) places.push_back(grid_place(grid, mine));
     std::int64_t nearest = std::numeric_limits<std::int64_t>::max();
     std::uint32_t from = 0, to = 0;
     std::size_t partner = 0;
     for (std::size_t k = 0; k < components.size(); ++k) {
-      if (components.begin() + static_cast<std::ptrdiff_t>(k) == least) continue;
+      if (components.begin() + static_cast<std::ptrdiff_t>(k) == smallest) continue;
       for (const std::uint32_t other : find_border(grid, inside, components[k])) {
         const Int3 q = grid_place(grid, other);
         for (std::size_t i = 0; i < own.size(); ++i) {
@@ -203,8 +203,8 @@ void join_components(const Grid& grid, std::vector<std::uint8_t>& inside) {
     }
     auto& joined = components[partner];
     add_line(grid, grid_place(grid, from), grid_place(grid, to), inside, joined);
-    joined.insert(joined.end(), least->begin(), least->end());
-    components.erase(least);
+    joined.insert(joined.end(), smallest->begin(), smallest->end());
+    components.erase(smallest);
   }
 }
 
@@ -357,10 +357,10 @@ std::vector<std::uint32_t> local_radii(const VoxelSolid& solid) {
 std::uint32_t nearest_voxel(const VoxelSolid& solid, Vec3 place) {
   if (const std::uint32_t i = voxel_at(solid, place); i != VoxelSolid::kNone) return i;
   std::uint32_t nearest = 0;
-  float least = std::numeric_limits<float>::infinity();
+  float shortest = std::numeric_limits<float>::infinity();
   for (std::uint32_t i = 0; i < solid.size(); ++i) {
     const Vec3 d = grid_point(solid.grid, solid.point(i)) - place;
-    if (dot(d, d) < least) least = dot(d, d), nearest = i;
+    if (dot(d, d) < shortest) shortest = dot(d, d), nearest = i;
   }
   return nearest;
 }

@@ -92,6 +92,29 @@ TEST_F(Products, LayersOnDemand) {
   EXPECT_TRUE(contains(wrong.err, "did you mean \"albedo\"")) << wrong.err;
 }
 
+TEST_F(Products, ThePlanIsShown) {
+  run(0, {"strip", "scene.json", "-c", "2", "-o", "scene.png"});
+  run(0, {"strip", "scene.json", "-c", "2", "--show", "plan", "-o", "plan.png"});
+  EXPECT_NE(read_text(folder / "scene.png"), read_text(folder / "plan.png"));
+  const Ran ran = run(0, {"info", "scene.json", "--show", "plan", "-o", "ends.png"});
+  for (const char* words : {" -> ", "  limbs ", "  certainty ", "  turn ", " pairs\n"})
+    EXPECT_TRUE(contains(ran.out, words)) << ran.out;
+  // Two cells of 32 and 3 gaps of 6 pixels.
+  EXPECT_TRUE(contains(run(0, {"info", "ends.png"}).out, "ends.png: 82 x "));
+  const auto json = parse(run(0, {"info", "scene.json", "--show", "plan", "--json"}).out);
+  const auto& leg = json["actors"][0]["legs"][0];
+  EXPECT_GE(leg["pairs"].get<int>(), leg["balls"][0].get<int>());
+  for (const char* key : {"limbs", "turn_degrees", "strain", "landmarks"})
+    EXPECT_TRUE(leg.contains(key)) << key;
+  render_frames();
+  EXPECT_TRUE(contains(run(2, {"strip", "f.####.exr", "--show", "plan", "-o", "s.png"}).err,
+                       "--show plan is for the sheet"));
+  EXPECT_TRUE(contains(run(2, {"info", "f.0001.exr", "--show", "plan"}).err, "is for scenes"));
+  EXPECT_TRUE(contains(run(2, {"info", "scene.json", "-o", "s.png"}).err, "add that"));
+  EXPECT_TRUE(
+      contains(run(4, {"info", "scene.json", "--show", "plan", "-o", "ends.png"}).err, "exists"));
+}
+
 TEST_F(Products, StripNeedsFrames) {
   render_frames();
   EXPECT_TRUE(contains(run(3, {"strip", "g.####.exr", "-o", "s.png"}).err, "no such frames"));

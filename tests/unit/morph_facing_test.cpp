@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "base/exact_math.h"
+#include "morph/align.h"
 #include "morph/plan.h"
 #include "testing/figure.h"
 
@@ -51,7 +52,8 @@ TEST(Facing, AnimalsThatLookElsewhereTurn) {
   const Limbs from = find_limbs(animal(2, 0.9f));
   for (const double degrees : {0.0, 45.0, 90.0, 180.0, -120.0}) {
     const Limbs to = find_limbs(turn(animal(1.4f, 0.5f), degrees * kDegree));
-    const auto angle = find_facing(from, to, 0);
+    LimbPlan limbs{from, to};
+    const auto angle = find_facing(limbs, 0);
     ASSERT_TRUE(angle) << degrees;
     EXPECT_LT(difference(*angle, degrees * kDegree), 15 * kDegree) << degrees;
   }
@@ -61,19 +63,50 @@ TEST(Facing, FiguresTurnByTheirFeet) {
   const Limbs from = find_limbs(figure(-0.6f));
   for (const double degrees : {0.0, 90.0, 180.0}) {
     const Limbs to = find_limbs(turn(figure(0.3f), degrees * kDegree));
-    const auto angle = find_facing(from, to, 0);
+    LimbPlan limbs{from, to};
+    const auto angle = find_facing(limbs, 0);
     ASSERT_TRUE(angle) << degrees;
     EXPECT_LT(difference(*angle, degrees * kDegree), 15 * kDegree) << degrees;
   }
 }
 
+TEST(Facing, HeedsLandmarks) {
+  PlanSide from{figure(0.3f), {}, {}}, to{figure(0.3f), {}, {}};
+  const auto find = [&] {
+    LimbPlan limbs = find_limbs_of_sides(from, to, LabelMode::kSoft);
+    return find_facing(limbs, 0).value_or(-1);
+  };
+  EXPECT_EQ(find(), 0);
+  // Only from behind each hand and foot is the other one.
+  const Vec3 hand{1, 1.75f, 0}, foot{0.2f, 0.08f, 0};
+  for (const Vec3 place : {hand, foot})
+    for (const float side : {-1.0f, 1.0f}) {
+      from.landmarks.push_back({side * place.x, place.y, place.z});
+      to.landmarks.push_back({-side * place.x, place.y, place.z});
+    }
+  EXPECT_LT(difference(find(), exact::kPi), 15 * kDegree);
+}
+
+TEST(Facing, MatchesEachTurnOnce) {
+  LimbPlan limbs{find_limbs(animal(2, 0.9f)), find_limbs(turn(animal(1.4f, 0.5f), 1))};
+  const auto angle = find_facing(limbs, 0);
+  ASSERT_TRUE(angle);
+  EXPECT_EQ(limbs.searched.size(), 2u);
+  // A plan asks from the rotation that it turns by.
+  const LimbMatch again = match_at(limbs, log_rotation(about_vertical(*angle)).y);
+  EXPECT_EQ(limbs.searched.size(), 2u);
+  EXPECT_EQ(again.cost,
+            match_limbs(limbs.from, limbs.to, log_rotation(about_vertical(*angle)).y).cost);
+}
+
 TEST(Facing, WhatHasNoFrontDoesNotTurn) {
-  EXPECT_FALSE(find_facing(find_limbs(ring()), find_limbs(animal(2, 0.9f)), 0));
+  LimbPlan limbs{find_limbs(ring()), find_limbs(animal(2, 0.9f))};
+  EXPECT_FALSE(find_facing(limbs, 0));
 }
 
 TEST(Facing, FrontsThatAreKnownDecide) {
-  const Limbs from = find_limbs(animal(2, 0.9f)), to = find_limbs(ring());
-  const auto both = find_facing(from, to, 0, 90 * kDegree, -30 * kDegree);
+  LimbPlan limbs{find_limbs(animal(2, 0.9f)), find_limbs(ring())};
+  const auto both = find_facing(limbs, 0, 90 * kDegree, -30 * kDegree);
   ASSERT_TRUE(both);
   EXPECT_LT(difference(*both, -120 * kDegree), 1e-9);
 }

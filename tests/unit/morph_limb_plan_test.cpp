@@ -143,8 +143,9 @@ TEST(LimbPlan, MassesOfMatchedLimbsAreEven) {
 }
 
 std::optional<LimbPlan> plan_limbs(const PlanSide& a, const PlanSide& b, LabelMode labels) {
-  LimbPlan plan = {find_limbs(a.balls), find_limbs(b.balls), {}};
-  return match_sides(plan, a, b, labels, 0) ? std::optional(plan) : std::nullopt;
+  LimbPlan plan = find_limbs_of_sides(a, b, labels);
+  plan.match = match_at(plan, 0);
+  return is_certain(plan.match) ? std::optional(plan) : std::nullopt;
 }
 
 TEST(LimbPlan, LabelsAndLandmarksGoFirst) {

@@ -2,14 +2,18 @@
 
 #include "base/text.h"
 #include "cli/command_line.h"
+#include "cli/film_output.h"
+#include "image/image_io.h"
+#include "image/strip.h"
 #include "inspect/inspection.h"
 #include "model/load/load_model.h"
+#include "morph/timeline.h"
 
 namespace polymorph {
 namespace {
 
 struct InfoOptions {
-  std::string input;
+  std::string input, show, output;
   std::vector<std::string> sets;
   bool timeline = false;
   JsonOutput json;
@@ -25,18 +29,57 @@ Result<int> print(const JsonOutput& json, const Result<Inspection>& inspection) 
   return 0;
 }
 
-Result<int> run_info(const InfoOptions& options) {
+/// Frames in which the first actor shows an object, or comes nearest to one, in order.
+std::vector<int> object_frames(const Scene& scene) {
+  const Timeline timeline = make_timeline(scene, scene.actors.front());
+  std::vector<int> frames;
+  for (const LegTiming& leg : timeline.legs)
+    frames.push_back(1 + timeline.hold_start + leg.first_step);
+  frames.push_back(frames.back() + timeline.legs.back().steps);
+  return frames;
+}
+
+/// Draws the objects beside each other in colours of what becomes what.
+Status write_plan(const CommandLine& line, const FilmScene& ready,
+                  const std::filesystem::path& path) {
+  std::vector<int> numbers = object_frames(ready.prepared.scene);
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < numbers.size(); ++i)
+    names.push_back(ready.prepared.actors.front().objects[i]->name);
+  StripSettings strip;
+  strip.columns = static_cast<int>(numbers.size());
+  PM_TRY(const Film film, render_film(line, ready, std::move(numbers), 0, FilmContent::kPlan));
+  PM_TRY(const Image sheet, make_strip(film.images, names, strip));
+  PngSettings png;
+  png.effort = PngEffort::kSmall;
+  return write_image(path, sheet, png);
+}
+
+/// Tells the plan of each leg, and draws it where an output is given.
+Result<int> show_plan(const CommandLine& line, const InfoOptions& options, Scene scene) {
+  if (!options.output.empty()) PM_TRY_STATUS(check_sheet(options.output, line.common.overwrite));
+  scene.frames.turntable = 0;  // its frames are not the morph's
+  PM_TRY(const FilmScene ready, prepare_film(line, std::move(scene)));
+  if (!options.output.empty()) PM_TRY_STATUS(write_plan(line, ready, options.output));
+  return print(options.json, inspect_plan(ready.prepared));
+}
+
+Result<int> run_info(const CommandLine& line, const InfoOptions& options) {
+  if (options.show.empty() && !options.output.empty())
+    return make_error(ErrorCode::kUsage, "-o is the picture of --show plan - add that");
   std::string extension = std::filesystem::path(options.input).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return std::tolower(c); });
   if (extension != ".json") {
-    if (options.timeline)
-      return make_error(ErrorCode::kUsage, "{}: --timeline is for scenes (.json)", options.input);
+    if (options.timeline || !options.show.empty())
+      return make_error(ErrorCode::kUsage, "{}: {} is for scenes (.json)", options.input,
+                        options.timeline ? "--timeline" : "--show plan");
     const bool model = is_model_file(options.input) || is_unread_model(options.input);
     return print(options.json, model ? inspect_model(options.input) : inspect_image(options.input));
   }
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
-  PM_TRY(const Scene scene, load_scene(options.input, overrides));
+  PM_TRY(Scene scene, load_scene(options.input, overrides));
+  if (!options.show.empty()) return show_plan(line, options, std::move(scene));
   if (options.timeline) return print(options.json, inspect_timeline(scene));
   if (options.json.enabled) {
     const auto folder = std::filesystem::absolute(options.input).parent_path();
@@ -54,9 +97,11 @@ void add_info(CommandLine& line) {
   auto options = std::make_shared<InfoOptions>();
   Command command =
       add_command(line, "info", "Describe a scene, a model or an image.",
-                  "  polymorph info scene.json\n  polymorph info scene.json "
-                  "--json\n  polymorph info scene.json --timeline\n  polymorph info frame.0012.exr",
-                  "  0 described   2 usage   3 unreadable");
+                  "  polymorph info scene.json\n  polymorph info scene.json --json\n"
+                  "  polymorph info scene.json --timeline\n"
+                  "  polymorph info scene.json --show plan -o plan.png\n"
+                  "  polymorph info frame.0012.exr",
+                  "  0 described   2 usage   3 unreadable   4 cannot write   5 device or memory");
   command.add_option("input", options->input, "a scene (.json), a model or an image")
       .required()
       .type_name("FILE")
@@ -65,9 +110,22 @@ void add_info(CommandLine& line) {
       .add_flag("--timeline", options->timeline,
                 "scene: content of each frame, a line per frame; --json: with all stages")
       .group("Main");
+  command
+      .add_option("--show", options->show,
+                  "plan: the limb that each limb becomes, turn and balls of each leg of a scene")
+      .choices({"plan"})
+      .type_name("WHAT")
+      .group("Main");
+  command
+      .add_option("-o,--output", options->output,
+                  "picture of the objects for --show plan, .png or .exr: each point has the colour "
+                  "of the place that it comes from")
+      .type_name("FILE")
+      .group("Main");
+  add_overwrite(command, line.common).group("Main");
   add_overrides(command, options->sets);
   add_json(command, options->json);
-  set_action(line, command, [options] { return run_info(*options); });
+  set_action(line, command, [&line, options] { return run_info(line, *options); });
 }
 
 }  // namespace polymorph

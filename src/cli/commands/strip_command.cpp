@@ -17,10 +17,11 @@ namespace polymorph {
 namespace {
 
 struct StripOptions {
-  std::string input, output, gif, mp4, html, label = "frame", by = "time", frames;
+  std::string input, output, gif, mp4, html, label = "frame", by = "time", show = "scene", frames;
   int count = 8, columns = 4, width = 0;
   bool moves() const { return !gif.empty() || !mp4.empty(); }
   bool by_change() const { return by == "change"; }
+  FilmContent content() const { return show == "plan" ? FilmContent::kPlan : FilmContent::kScene; }
   float fps = 0;
   SceneOptions scene_options;
 };
@@ -31,7 +32,8 @@ Result<std::vector<int>> choose_frames_by_change(const CommandLine& line, Scene 
                                                  const StripOptions& options) {
   constexpr int kWidth = 96;
   scene.image.samples = 1;
-  PM_TRY(const Film film, render_film(line, std::move(scene), numbers, kWidth));
+  PM_TRY(const FilmScene ready, prepare_film(line, std::move(scene)));
+  PM_TRY(const Film film, render_film(line, ready, numbers, kWidth));
   return choose_by_change(film, options.count);
 }
 
@@ -48,7 +50,8 @@ Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
       numbers = choose_evenly(numbers, options.count);
     }
   }
-  return render_film(line, std::move(scene), std::move(numbers), options.width);
+  PM_TRY(const FilmScene ready, prepare_film(line, std::move(scene)));
+  return render_film(line, ready, std::move(numbers), options.width, options.content());
 }
 
 /// A header's rate, which EXR keeps as a number and PNG as text.
@@ -109,17 +112,14 @@ Status check_outputs(const StripOptions& options, bool overwrite) {
     return make_error(ErrorCode::kUsage,
                       "nothing to make - give -o strip.png, --gif morph.gif, --mp4 morph.mp4 or "
                       "--html play.html");
-  const std::string extension = std::filesystem::path(options.output).extension().string();
-  if (!options.output.empty() && extension != ".png" && extension != ".exr")
-    return make_error(ErrorCode::kUsage, "{}: unknown image format \"{}\" - use .png or .exr",
-                      options.output, extension);
+  if (!options.output.empty()) PM_TRY_STATUS(check_sheet(options.output, overwrite));
   if (!options.mp4.empty() && find_ffmpeg().empty())
     return make_error(ErrorCode::kResource,
                       "--mp4 needs ffmpeg, which is not installed - install it, or render PNGs and "
                       "run elsewhere: ffmpeg -framerate 24 -i frame.%04d.png -c:v libx264 -crf 18 "
                       "-pix_fmt yuv420p {}",
                       quote_for_shell(options.mp4));
-  for (const std::string& file : {options.output, options.gif, options.mp4}) {
+  for (const std::string& file : {options.gif, options.mp4}) {
     if (file.empty()) continue;
     PM_TRY_STATUS(check_output(file, overwrite));
   }
@@ -131,6 +131,10 @@ Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
   // A model is no scene either, but is told what to do with it.
   const bool is_scene =
       std::filesystem::path(options.input).extension() == ".json" || is_model_file(options.input);
+  if (options.content() == FilmContent::kPlan && (!is_scene || !options.html.empty()))
+    return make_error(ErrorCode::kUsage,
+                      "--show plan is for the sheet, GIF and movie of a scene, not for {}",
+                      is_scene ? "--html" : options.input);
   if (!options.html.empty()) {
     if (!is_scene)
       return make_error(ErrorCode::kUsage, "--html needs a scene, not frames: {}", options.input);
@@ -173,6 +177,7 @@ void add_strip(CommandLine& line) {
       line, "strip", "Make a contact sheet, a GIF or a movie of a sequence.",
       "  polymorph strip 'out/frame.####.exr' -c 8 -o strip.png\n"
       "  polymorph strip scene.json -c 6 --columns 3 --label t -o strip.png\n"
+      "  polymorph strip scene.json -c 6 --show plan -o plan.png\n"
       "  polymorph strip 'out/frame.####.png' --gif morph.gif --mp4 morph.mp4",
       "  0 made   2 usage   3 bad scene, unreadable or missing frames   4 cannot write\n"
       "  5 device or memory   130, 143 stopped by a signal");
@@ -191,6 +196,13 @@ void add_strip(CommandLine& line) {
       .add_option("--by", options->by,
                   "spread the cells by time, or by how much the picture changes (time)")
       .choices({"time", "change"})
+      .type_name("WHAT")
+      .group("Main");
+  command
+      .add_option("--show", options->show,
+                  "scene, or plan: what becomes what; each point has the colour of the place that "
+                  "it comes from (scene)")
+      .choices({"scene", "plan"})
       .type_name("WHAT")
       .group("Main");
   command.add_option("-f,--frames", options->frames, "these frames instead")

@@ -104,8 +104,8 @@ struct MeshToTrace {
 bool intersects_triangle(const MeshToTrace& traced, std::uint32_t triangle, const Ray& ray,
                          TriangleIntersection& intersection);
 
-/// Installs the callbacks with which closest() and occluded() decide about every triangle that
-/// Embree finds.
+/// Installs the callbacks with which closest() and test_occlusion() decide about every triangle
+/// that Embree finds.
 void set_filters(RTCGeometry geometry);
 
 /// One frame's meshes.

@@ -29,7 +29,10 @@ struct ActorGeometry {
   std::vector<Vec3> displacement;  ///< motion of the model's points; empty = still
   /// Index into the actor's label_names of each vertex, only where the scene asks for the layer.
   std::vector<std::uint32_t> surface_labels, point_labels;
-  SurfaceLook look;   ///< the surface's own
+  SurfaceLook look;  ///< the surface's own
+  /// Colours of the surface's and the model's points, scene-linear, that hide their materials and
+  /// the look; empty: none (paint_origins.h).
+  std::vector<Vec3> surface_paint, point_paint;
   bool moves = true;  ///< differs from the frames before and after
 };
 

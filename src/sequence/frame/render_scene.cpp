@@ -36,6 +36,19 @@ RenderMesh common_mesh(const PreparedActor& actor, const ActorGeometry& geometry
   return mesh;
 }
 
+/// Hides a mesh's materials and look under colours of its points, where there are any.
+void cover(RenderMesh& mesh, const std::vector<Vec3>& colors) {
+  static const Material matte{"", {0, 0, 0}, {0, 0, 0}, 1};
+  if (colors.empty()) return;
+  MaterialLayer plain;
+  plain.materials = std::span(&matte, 1);
+  static_cast<MaterialLayer&>(mesh) = plain;
+  mesh.over.clear();
+  mesh.vertex_colors = colors;
+  mesh.vertex_color_share = 1;
+  mesh.look = 0;
+}
+
 RenderMesh surface_mesh(const PreparedActor& actor, const ActorGeometry& geometry,
                         const MeshIds& ids) {
   RenderMesh mesh = common_mesh(actor, geometry, ids);
@@ -53,6 +66,7 @@ RenderMesh surface_mesh(const PreparedActor& actor, const ActorGeometry& geometr
   mesh.vertex_labels = geometry.surface_labels;
   mesh.displacement = geometry.flow.displacement;
   mesh.vertex_progress = geometry.flow.progress;
+  cover(mesh, geometry.surface_paint);
   return mesh;
 }
 
@@ -73,6 +87,7 @@ RenderMesh object_mesh(const PreparedActor& actor, const ActorGeometry& geometry
   mesh.id = ids.id + 1 + static_cast<float>(geometry.moment.object);
   mesh.vertex_labels = geometry.point_labels;
   mesh.displacement = geometry.displacement;
+  cover(mesh, geometry.point_paint);
   return mesh;
 }
 

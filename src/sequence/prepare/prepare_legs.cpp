@@ -1,12 +1,11 @@
 #include "sequence/prepare/prepare_legs.h"
 
-#include <cmath>
-
 #include "base/activity.h"
 #include "base/log.h"
 #include "leg/make_leg.h"
 #include "leg/map_fold.h"
 #include "morph/labels.h"
+#include "morph/plan_words.h"
 
 namespace polymorph {
 namespace {
@@ -24,26 +23,12 @@ PlanSide plan_side(const PreparedObject& object, const std::vector<std::int32_t>
   return side;
 }
 
-/// Says by how much an object turns as a whole between two others.
-void log_rotation(const MorphPlan& plan, const std::string& from, const std::string& to) {
-  constexpr double kDegrees = 57.29577951308232;
-  if (plan.motion.path == Path::kStraight) return;
-  const double angle = length(plan.alignment.turn) * kDegrees;
-  if (angle < 5) return;
-  const double vertical = std::fabs(plan.alignment.turn.y) * kDegrees;
-  if (vertical > 0.999 * angle)
-    log_info("{} -> {}: turns by {:.0f} degrees about the vertical", from, to, angle);
-  else
-    log_info("{} -> {}: turns by {:.0f} degrees about a tilted axis (see plan.align)", from, to,
-             angle);
-}
-
-/// Says which limb becomes which, where the plan goes by limbs.
-void log_limbs(const MorphPlan& plan, const std::string& from, const std::string& to) {
-  std::vector<std::string> limbs;
-  for (const auto& [a, b] : plan.limb_names)
-    limbs.push_back((a.empty() ? "nothing" : a) + " -> " + (b.empty() ? "nothing" : b));
-  if (!limbs.empty()) log_info("{} -> {}: limbs: {}", from, to, fmt::join(limbs, ", "));
+/// Says by how much an object turns as a whole between two others, and which limb becomes which.
+void log_plan(const MorphPlan& plan, const std::string& from, const std::string& to) {
+  if (const std::string turn = describe_turn(plan); !turn.empty())
+    log_info("{} -> {}: {}", from, to, turn);
+  if (const std::string limbs = describe_limbs(plan); !limbs.empty())
+    log_info("{} -> {}: limbs: {}", from, to, limbs);
 }
 
 /// Names of landmarks that both objects have.
@@ -70,8 +55,7 @@ MorphPlan plan_leg(const PlanSettings& settings, const LegEnds& ends, const Moti
     target.landmarks.push_back(to.landmarks.at(name));
   }
   MorphPlan plan = plan_morph(std::move(source), std::move(target), kind, settings, motion, cache);
-  log_rotation(plan, from.name, to.name);
-  log_limbs(plan, from.name, to.name);
+  log_plan(plan, from.name, to.name);
   return plan;
 }
 

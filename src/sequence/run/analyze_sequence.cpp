@@ -91,12 +91,12 @@ Result<std::optional<double>> measure_registration(const Leg& leg, const Mesh& f
                                                    const Mesh& last, Engine& engine) {
   const double growth = leg.plan.alignment.scale;
   std::optional<double> largest;
-  for (const bool back : {false, true}) {
-    const ThicknessSamples samples = sample_thickness(back ? last : first);
-    PM_TRY(const LegState state, leg_state(leg, back ? 1 : 0, engine));
+  for (const bool reversed : {false, true}) {
+    const ThicknessSamples samples = sample_thickness(reversed ? last : first);
+    PM_TRY(const LegState state, leg_state(leg, reversed ? 1 : 0, engine));
     PM_TRY(const PullBack carried, pull_back(leg, state, samples.points, engine));
-    const auto share = share_off(samples, back ? carried.source : carried.target,
-                                 back ? first : last, back ? 1 / growth : growth);
+    const auto share = share_off(samples, reversed ? carried.source : carried.target,
+                                 reversed ? first : last, reversed ? 1 / growth : growth);
     if (!share) return std::optional<double>();
     largest = std::max(largest.value_or(0), *share);
   }

@@ -40,8 +40,9 @@ Result<std::vector<Vec3>> place_on(const NamedObject& object, const std::vector<
 }
 
 /// Mean place that the parts of the ball nearest to the point go to.
-Vec3 carry_by_plan(Vec3 point, const MorphPlan& plan, bool back) {
-  const std::vector<Ball>&own = back ? plan.to : plan.from, &other = back ? plan.from : plan.to;
+Vec3 carry_by_plan(Vec3 point, const MorphPlan& plan, bool reversed) {
+  const std::vector<Ball>&own = reversed ? plan.to : plan.from,
+        &other = reversed ? plan.from : plan.to;
   const auto distance = [&](const Ball& ball) {
     return length(ball.center - point) - std::sqrt(std::max(ball.w, 0.0f) / ball.a);
   };
@@ -50,9 +51,9 @@ Vec3 carry_by_plan(Vec3 point, const MorphPlan& plan, bool back) {
     if (distance(own[b]) < distance(own[nearest])) nearest = b;
   Vec3 sum;
   for (const Pair& pair : plan.pairs)
-    if ((back ? pair.to : pair.from) == nearest)
-      sum =
-          sum + other[back ? pair.from : pair.to].center * (back ? pair.to_share : pair.from_share);
+    if ((reversed ? pair.to : pair.from) == nearest)
+      sum = sum + other[reversed ? pair.from : pair.to].center *
+                      (reversed ? pair.to_share : pair.from_share);
   return sum;
 }
 
@@ -87,11 +88,11 @@ std::vector<double> geodesic_errors(const std::vector<Vec3>& arrived,
   return lengths;
 }
 
-/// Degrees that the true points still have to turn about the vertical after `turned`.
+/// Degrees that the true points still have to turn about the vertical after `applied`.
 std::optional<double> missing_turn(const std::vector<Vec3>& from, const std::vector<Vec3>& to,
-                                   const Mat3& turned) {
+                                   const Mat3& applied) {
   const std::vector<Vec3d> p = in_double(from), q = in_double(to);
-  const std::optional<double> turn = turn_about_vertical({p, q, {}}, turned);
+  const std::optional<double> turn = turn_about_vertical({p, q, {}}, applied);
   return turn ? std::optional(std::abs(*turn)) : std::nullopt;
 }
 
