@@ -4,6 +4,7 @@
 #include "cli/command_line.h"
 #include "inspect/inspection.h"
 #include "model/load/load_model.h"
+#include "scene/mesh_numbers.h"
 
 namespace polymorph {
 namespace {
@@ -29,7 +30,9 @@ Result<int> run_info(const InfoOptions& options) {
   std::string extension = std::filesystem::path(options.input).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return std::tolower(c); });
-  if (extension != ".json") {
+  const bool is_scene =
+      extension == ".json" || (is_model_file(options.input) && is_numbered(options.input));
+  if (!is_scene) {
     if (options.timeline)
       return make_error(ErrorCode::kUsage, "{}: --timeline is for scenes (.json)", options.input);
     const bool model = is_model_file(options.input) || is_unread_model(options.input);
@@ -57,7 +60,9 @@ void add_info(CommandLine& line) {
                   "  polymorph info scene.json\n  polymorph info scene.json "
                   "--json\n  polymorph info scene.json --timeline\n  polymorph info frame.0012.exr",
                   "  0 described   2 usage   3 unreadable");
-  command.add_option("input", options->input, "a scene (.json), a model or an image")
+  command
+      .add_option("input", options->input,
+                  "a scene (.json), a model, a mesh sequence (seq.####.obj) or an image")
       .required()
       .type_name("FILE")
       .group("Main");
