@@ -146,6 +146,9 @@ class PythonScene {
         throw PythonError{make_error(ErrorCode::kUsage, "actor {}: there are actors 0 to {}", actor,
                                      prepared_.actors.size() - 1)};
       const PreparedActor& prepared = prepared_.actors[static_cast<std::size_t>(actor)];
+      if (prepared.sequence)
+        throw PythonError{
+            make_error(ErrorCode::kUsage, "actor {}: is a mesh sequence, without field", actor)};
       const MorphState moment =
           morph_state_at(prepared.timeline, shown_frame(prepared_.scene, frame));
       const Leg& leg = *prepared.legs[static_cast<std::size_t>(moment.leg)];

@@ -25,6 +25,11 @@ Result<PageScene> prepare_page(const CommandLine& line, Scene scene) {
   PM_TRY(page.engine, make_engine(line.common.device, device, line.common.max_memory));
   PM_TRY(page.prepared,
          prepare_scene(scene, *page.engine, cache_folder(line.common), {line.common.max_memory}));
+  for (const PreparedActor& actor : page.prepared.actors)
+    if (actor.sequence)
+      return make_error(ErrorCode::kInput,
+                        "{}: is a mesh sequence - the pages are for morphs between two objects",
+                        actor.name);
   for (const std::string& warning : page.prepared.warnings) log_warning("{}", warning);
   return page;
 }

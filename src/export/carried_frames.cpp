@@ -25,6 +25,10 @@ bool has_stages(const Leg& leg) {
 /// Finds the moments of the leg that frames show, each once.
 Status find_moments(const ActorFrames& shown, CarriedActor& carried) {
   const auto& [scene, actor, frames] = shown;
+  if (actor.sequence)
+    return make_error(ErrorCode::kInput,
+                      "{}: plays meshes that are not one through all frames - {}", actor.name,
+                      "leave out --topology");
   for (const int frame : frames) {
     const MorphState moment = morph_state_at(actor.timeline, shown_frame(scene, frame));
     if (!carried.moments.empty() && moment.leg != carried.moments.front().leg)

@@ -141,19 +141,19 @@ bool has_creases(const Model& model, std::span<const Vec3> smooth) {
 
 SurfaceFrame model_frame(const PreparedActor& actor, const ActorGeometry& geometry,
                          const LookSettings& look) {
-  const PreparedObject& object = object_of(actor, geometry.moment.object);
+  const Model& shown = shown_model(actor, geometry);
   SurfaceFrame frame;
   frame.is_model = true;
   frame.positions = geometry.points;
-  frame.triangles = object.model.triangles;
-  Model model = object.model;
+  frame.triangles = shown.triangles;
+  Model model = shown;
   model.points = geometry.points;
   if (!geometry.corner_normals.empty()) model.corner_normals = geometry.corner_normals;
   frame.normals = point_normals(model);
   if (has_creases(model, frame.normals)) frame.corner_normals = model.corner_normals;
   frame.labels = geometry.point_labels;
   if (!geometry.displacement.empty()) frame.velocities = geometry.displacement;
-  const Layer layer{&object.model, object.model.corner_uvs, object.model.triangle_materials, 1};
+  const Layer layer{&shown, shown.corner_uvs, shown.triangle_materials, 1};
   add_looks(actor, {&layer, 1}, geometry.moment.look, look, frame);
   return frame;
 }
@@ -229,6 +229,7 @@ SurfaceSequence surface_sequence(const PreparedScene& prepared, int first, int l
   for (const PreparedActor& actor : prepared.actors) {
     sequence.actors.push_back(actor.name);
     sequence.label_names.push_back(actor.label_names);
+    if (actor.sequence) sequence.has_corner_normals = true;
     for (const auto& object : actor.objects)
       if (!object->meta && has_creases(object->model, point_normals(object->model)))
         sequence.has_corner_normals = true;

@@ -1,6 +1,7 @@
 #include "inspect/inspection.h"
 #include "morph/timeline.h"
 #include "scene/load_scene.h"
+#include "scene/mesh_numbers.h"
 
 namespace polymorph {
 namespace {
@@ -25,11 +26,15 @@ void add_frames(Inspection& out, const Scene& scene, const ActorSettings& actor)
   }
   out.text += fmt::format("{:>5} {:>7} {:<24} {:<12} {:>8} {:>7}\n", "frame", "t", "from -> to",
                           "stage", "progress", "u");
+  const std::vector<int> numbers =
+      plays_meshes(actor) ? mesh_numbers(actor.source) : std::vector<int>{};
   for (int frame = 1; frame <= timeline.count; ++frame) {
     const MorphState m = morph_state_at(timeline, frame);
-    out.text +=
-        fmt::format("{:>5} {:>7.4f} {:<24} {:<12} {:>8.4f} {:>7.4f}\n", frame, m.t,
-                    name(m.leg) + " -> " + name(m.leg + 1), stage_name(m.stage), m.progress, m.u);
+    const int mesh = m.mesh >= 0 ? numbers[static_cast<std::size_t>(m.mesh)] : 0;
+    out.text += fmt::format("{:>5} {:>7.4f} {:<24} {:<12} {:>8.4f} {:>7.4f}\n", frame, m.t,
+                            m.mesh >= 0 ? fmt::format("{} {}", actor.source.name, mesh)
+                                        : name(m.leg) + " -> " + name(m.leg + 1),
+                            stage_name(m.stage), m.progress, m.u);
     json["frames"].push_back({{"frame", frame},
                               {"t", m.t},
                               {"leg", m.leg},
@@ -41,6 +46,7 @@ void add_frames(Inspection& out, const Scene& scene, const ActorSettings& actor)
                               {"look", m.look},
                               {"boundary", m.boundary},
                               {"growth", m.growth}});
+    if (m.mesh >= 0) json["frames"].items.back()["number"] = mesh;
   }
   out.json["actors"].push_back(json);
 }
@@ -54,6 +60,11 @@ void add_actor(Inspection& out, const Scene& scene, const ActorSettings& actor) 
     out.text +=
         fmt::format("  {}{} {}\n", objects[i]->name, objects[i]->meta ? " (meta)" : "",
                     objects[i]->shape.empty() ? objects[i]->model.string() : "built-in shape");
+  if (plays_meshes(actor)) {
+    out.text += fmt::format("  {}\n  frames {:>4} - {:<4} {}\n", describe_files(actor.source), 1,
+                            timeline.count, stage_name(Stage::kPlay));
+    return;
+  }
   for (int frame = 1; frame <= timeline.count;) {
     const MorphState moment = morph_state_at(timeline, frame);
     int last = frame;

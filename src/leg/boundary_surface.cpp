@@ -79,10 +79,10 @@ std::vector<Vec3> boundary_displacement(const PreparedObject& object,
   return displacement;
 }
 
-Mesh model_mesh(const PreparedObject& object, const std::vector<Vec3>& points) {
-  Model model = object.model;
-  model.points = points;
-  return {model.points, point_normals(model), model.triangles};
+Mesh model_mesh(const Model& model, const std::vector<Vec3>& points) {
+  Model moved = model;
+  moved.points = points;
+  return {moved.points, point_normals(moved), moved.triangles};
 }
 
 }  // namespace polymorph

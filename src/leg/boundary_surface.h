@@ -41,7 +41,7 @@ Result<BoundarySurface> boundary_surface(const Leg& leg, const BoundaryMoment& m
 std::vector<Vec3> boundary_displacement(const PreparedObject& object,
                                         const std::vector<Vec3>& points, float boundary);
 
-/// The object's model with its points moved, with smooth normals.
-Mesh model_mesh(const PreparedObject& object, const std::vector<Vec3>& points);
+/// A model with its points moved, with smooth normals.
+Mesh model_mesh(const Model& model, const std::vector<Vec3>& points);
 
 }  // namespace polymorph

@@ -49,11 +49,11 @@ std::vector<std::uint32_t> label_numbers(const std::vector<std::string>& names,
   return numbers;
 }
 
-std::vector<std::uint32_t> model_labels(const PreparedObject& object) {
-  std::vector<std::uint32_t> labels(object.model.points.size(), 0);
-  for (std::size_t t = 0; t < object.model.triangles.size(); ++t)
-    for (const std::uint32_t v : object.model.triangles[t].v)
-      labels[v] = object.label_numbers[object.model.labels[t]];
+std::vector<std::uint32_t> model_labels(const Model& model,
+                                        std::span<const std::uint32_t> numbers) {
+  std::vector<std::uint32_t> labels(model.points.size(), 0);
+  for (std::size_t t = 0; t < model.triangles.size(); ++t)
+    for (const std::uint32_t v : model.triangles[t].v) labels[v] = numbers[model.labels[t]];
   return labels;
 }
 

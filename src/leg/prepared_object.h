@@ -70,8 +70,9 @@ void add_colors(PreparedObject& object, bool with_colors);
 std::vector<std::uint32_t> label_numbers(const std::vector<std::string>& names,
                                          const std::vector<std::string>& all);
 
-/// Label of each point of the model: that of its last face, as an index into the actor's names.
-std::vector<std::uint32_t> model_labels(const PreparedObject& object);
+/// Label of each point of a model: that of its last face, as an index into the actor's names.
+/// `numbers`: label_numbers() of the model's labels.
+std::vector<std::uint32_t> model_labels(const Model& model, std::span<const std::uint32_t> numbers);
 
 /// Label of the model's face nearest to each point, as an index into the actor's names.
 std::vector<std::uint32_t> nearest_labels(const PreparedObject& object,

@@ -2,23 +2,26 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <numeric>
 
 #include "base/result.h"
 #include "morph/easing.h"
 #include "scene/load_scene.h"
+#include "scene/mesh_numbers.h"
 
 namespace polymorph {
 namespace {
 
 constexpr int kFramesPerLeg = 24;
-constexpr std::array<StageInfo, 5> kStages{{
+constexpr std::array<StageInfo, 6> kStages{{
     {Stage::kLookOut, "look-out", "the source's own materials fade to the common look"},
     {Stage::kBoundaryOut, "boundary-out", "the source's mesh becomes its balls"},
     {Stage::kVolume, "volume", "balls move from source to target"},
     {Stage::kBoundaryIn, "boundary-in", "the target's balls become its mesh"},
     {Stage::kLookIn, "look-in", "the common look fades to the target's own materials"},
+    {Stage::kPlay, "play", "meshes of a sequence, one after the other"},
 }};
 
 float smoothstep(float t) { return t * t * (3 - 2 * t); }
@@ -81,22 +84,67 @@ int held_frames(const ActorSettings& actor) {
   return held;
 }
 
+Playback make_playback(const Scene& scene, const ObjectSettings& object) {
+  Playback playback;
+  playback.meshes = static_cast<int>(mesh_numbers(object).size());
+  playback.pace = static_cast<double>(object.fps.value_or(scene.frames.fps)) /
+                  static_cast<double>(scene.frames.fps);
+  playback.hold = object.hold;
+  playback.fps = scene.frames.fps;
+  playback.loop = object.loop.value_or(false);
+  return playback;
+}
+
+constexpr double kRounding = 1e-6;  // of rates such as 23.976
+
+/// Frames of one round.
+int round_frames(const Playback& playback) {
+  return playback.hold +
+         std::max(1, static_cast<int>(std::ceil(playback.meshes / playback.pace - kRounding)));
+}
+
+/// Mesh that shows so many frames after the first.
+int mesh_at(const Playback& playback, int step) {
+  double gone = step;
+  if (playback.loop) gone = std::fmod(gone, playback.meshes / playback.pace + playback.hold);
+  return std::min(static_cast<int>(gone * playback.pace + kRounding), playback.meshes - 1);
+}
+
+/// State of an actor that plays a mesh sequence.
+MorphState play_state(const Timeline& timeline, int step, MorphState moment) {
+  moment.stage = Stage::kPlay;
+  moment.object = 0;
+  moment.mesh = mesh_at(timeline.playback, step);
+  moment.progress =
+      timeline.playback.meshes > 1
+          ? static_cast<float>(moment.mesh) / static_cast<float>(timeline.playback.meshes - 1)
+          : 0;
+  moment.look = moment.growth = 0;
+  moment.boundary = 1;
+  return moment;
+}
+
 }  // namespace
 
-std::span<const StageInfo> stage_table() { return kStages; }
+std::span<const StageInfo> stage_table() { return std::span(kStages).first(5); }
 
 const char* stage_name(Stage stage) { return kStages[static_cast<std::size_t>(stage)].name; }
 
 Timeline make_timeline(const Scene& scene, const ActorSettings& actor) {
+  Timeline timeline;
+  timeline.count = film_frame_count(scene);
+  timeline.hold_start = scene.frames.hold_start + actor.start - 1;
+  timeline.own_look = scene.look.kind == LookKind::kOwn;
+  if (plays_meshes(actor)) {
+    timeline.steps = timeline.count - timeline.hold_start - scene.frames.hold_end - 1;
+    timeline.playback = make_playback(scene, actor.source);
+    return timeline;
+  }
   const auto objects = chain_objects(actor);
   const std::size_t legs = objects.size() - 1;
   const std::vector<int> frames = leg_frames(scene, actor);
   PM_CHECK(frames.size() == legs);
 
-  Timeline timeline;
-  timeline.count = film_frame_count(scene);
-  timeline.hold_start = scene.frames.hold_start + actor.start - 1;
-  timeline.own_look = scene.look.kind == LookKind::kOwn;
   const int total = std::accumulate(frames.begin(), frames.end(), 0);
   int held = held_frames(actor);
   const bool until_the_end = is_counted(scene) && actor.per_leg.empty();
@@ -150,6 +198,11 @@ int film_frame_count(const Scene& scene) {
   if (is_counted(scene)) return scene.frames.count;
   int longest = 0;
   for (const ActorSettings& actor : scene.actors) {
+    if (plays_meshes(actor)) {
+      const int played = round_frames(make_playback(scene, actor.source));
+      longest = std::max(longest, actor.start - 1 + played);
+      continue;
+    }
     const std::vector<int> frames = leg_frames(scene, actor);
     const int total = std::accumulate(frames.begin(), frames.end(), 0);
     longest = std::max(longest, actor.start - 1 + std::max(2, total) + held_frames(actor));
@@ -179,6 +232,8 @@ FilmTime film_time(const Scene& scene, double frame) {
   time.turn = (frame - 1) / count;
   const Timeline timeline = make_timeline(scene, scene.actors.front());
   const double step = frame - 1 - timeline.hold_start;
+  if (timeline.legs.empty())  // to keyframes, playing is the first leg
+    time.leg = 1 + std::clamp(step / std::max(timeline.steps, 1), 0.0, 1.0);
   for (std::size_t i = 0; i < timeline.legs.size(); ++i) {
     const LegTiming& leg = timeline.legs[i];
     const double gone = (step - leg.first_step) / std::max(leg.steps, 1);
@@ -200,6 +255,7 @@ MorphState morph_state_at(const Timeline& timeline, int frame) {
   MorphState moment;
   moment.frame = frame;
   moment.t = timeline.steps > 0 ? static_cast<float>(step) / static_cast<float>(timeline.steps) : 0;
+  if (timeline.legs.empty()) return play_state(timeline, step, moment);
 
   // The last leg that has begun. One that few frames leave without a step is passed over, but the
   // first frame is the source's and the last the target's, always.
@@ -246,6 +302,8 @@ MorphState morph_state_at(const Timeline& timeline, int frame) {
       moment.object = to, moment.look = 1 - faded, moment.boundary = 1, moment.growth = 0,
       moment.time = 1;
       break;
+    case Stage::kPlay:
+      break;  // of no leg
   }
   if (timeline.own_look) moment.look = 0;
   moment.u = ease(leg.motion, moment.time);
@@ -255,7 +313,7 @@ MorphState morph_state_at(const Timeline& timeline, int frame) {
 bool same_moment(const MorphState& a, const MorphState& b) {
   return a.leg == b.leg && a.stage == b.stage && a.progress == b.progress && a.time == b.time &&
          a.object == b.object && a.look == b.look && a.boundary == b.boundary &&
-         a.growth == b.growth;
+         a.growth == b.growth && a.mesh == b.mesh;
 }
 
 bool moves_at(const Timeline& timeline, int frame) {

@@ -19,6 +19,7 @@ enum class Stage : std::uint8_t {
   kVolume,       ///< balls move from A to B
   kBoundaryIn,   ///< B's balls become B's mesh
   kLookIn,       ///< the common look fades to B's own materials
+  kPlay,         ///< meshes of a sequence show, one after the other; in no leg
 };
 
 struct StageInfo {
@@ -26,7 +27,7 @@ struct StageInfo {
   const char* name;
   const char* what;
 };
-/// Every stage with its name, in order.
+/// Every stage of a leg with its name, in order.
 std::span<const StageInfo> stage_table();
 const char* stage_name(Stage stage);
 
@@ -42,6 +43,15 @@ struct LegTiming {
   MotionSettings motion;
 };
 
+/// Playing of a mesh sequence.
+struct Playback {
+  int meshes = 0;   ///< 0: the actor morphs
+  double pace = 1;  ///< meshes per frame
+  int hold = 0;     ///< frames that the last mesh stays
+  bool loop = false;
+  float fps = 24;  ///< frames per second
+};
+
 /// The times of one actor's legs and holds.
 struct Timeline {
   int count = 24;  ///< frames 1..count, the scene's
@@ -51,6 +61,7 @@ struct Timeline {
   int steps = 23;
   /// Leg k goes from chain object k to k + 1. Steps between two legs show the object between them.
   std::vector<LegTiming> legs;
+  Playback playback;     ///< playing of a mesh sequence, in place of legs
   bool own_look = true;  ///< objects keep their own colours throughout: there is no look to fade to
 };
 
@@ -95,6 +106,7 @@ struct MorphState {
   float look = 1;      ///< look of that mesh: 0 own materials .. 1 common look
   float boundary = 0;  ///< size of that mesh: 1 whole .. 0 shrunk into its balls
   float growth = 1;    ///< size of the balls: 0 not there .. 1 whole
+  int mesh = -1;       ///< mesh of the object's sequence, counted from 0 in the order of play
 };
 
 /// `frame` in [1, count]. Depends on nothing but its arguments.

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "scene/mesh_numbers.h"
 
 namespace polymorph {
 namespace {
@@ -42,10 +43,18 @@ class ContradictionFinder {
   using Chain = std::vector<const ObjectSettings*>;
 
   void check_actor(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
+    if (plays_meshes(actor) && !value.find("target") && actor.intermediate.empty())
+      return check_play(actor, pointer, value);
     for (const char* key : {"source", "target"})
       if (!value.find(key))
         report(fmt::format("{}/{}", pointer, key), &value,
                "is missing - name a model file or a shape");
+    for (const ObjectSettings* object : chain_objects(actor))
+      if (is_mesh_sequence(*object))
+        report(pointer.empty() ? "/source" : pointer, &value,
+               fmt::format("the mesh sequence {} cannot be an object of a morph yet - show it "
+                           "alone: as source, without intermediate and target",
+                           object->model.filename().string()));
     const std::size_t legs = actor.intermediate.size() + 1;
     const auto legs_text = fmt::format("{} leg{}", legs, legs == 1 ? "" : "s");
     const bool own = !actor.per_leg.empty();
@@ -66,6 +75,13 @@ class ContradictionFinder {
       if (actor.intermediate[i].retarget < 1 && actor.intermediate[i].hold > 0)
         report(fmt::format("{}/intermediate/{}/hold", pointer, i), &on_the_way->items[i],
                "an object that is left before it is reached cannot stand still");
+  }
+  /// Checks an actor that plays a mesh sequence.
+  void check_play(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
+    if (!actor.per_leg.empty())
+      report(pointer + "/per_leg", value.find("per_leg"),
+             "is for morphs - \"range\" and \"fps\" say how long a mesh sequence plays");
+    if (scene_.frames.count > 0) check_time(actor, pointer, value);
   }
   /// Checks the scene's landmarks, which any actor may have use for, and what actors have besides.
   void check_all_landmarks() {
@@ -151,15 +167,16 @@ class ContradictionFinder {
   void check_time(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
     const FrameSettings& frames = scene_.frames;
     const int moving = frames.count - frames.hold_start - frames.hold_end;
-    if (moving < 2)
+    const int minimum = plays_meshes(actor) ? 1 : 2;
+    if (moving < minimum)
       return report("/frames/count", inner(&document_.root, {"frames", "count"}),
-                    fmt::format("leaves {} frames beside the holds ({} + {}) - at least 2 are "
+                    fmt::format("leaves {} frames beside the holds ({} + {}) - at least {} are "
                                 "needed",
-                                moving, frames.hold_start, frames.hold_end));
+                                moving, frames.hold_start, frames.hold_end, minimum));
     int needed = std::accumulate(actor.per_leg.begin(), actor.per_leg.end(), 0);
     for (const ObjectSettings& object : actor.intermediate)
       needed += actor.per_leg.empty() ? 0 : object.hold;
-    needed = std::max(needed, 2);
+    needed = std::max(needed, minimum);
     if (actor.start - 1 + needed > moving)
       report(pointer + "/start", value.find("start"),
              fmt::format("leaves {} of the scene's {} frames, and the actor needs {}",

@@ -77,11 +77,18 @@ void describe(V& v, SphereSettings& s) {
 
 template <class V>
 void describe(V& v, ObjectSettings& s) {
-  auto& [name, model, shape, up, front, meta, arrange, translate, rotate, scale, color, roughness,
-         metallic, glass, crease, spheres, motion, hold, retarget] = s;
+  auto& [name, model, range, fps, loop, shape, up, front, meta, arrange, translate, rotate, scale,
+         color, roughness, metallic, glass, crease, spheres, motion, hold, retarget] = s;
   v.text("name", name, "name in messages and reports; default: the file's stem or the shape");
   v.model_path("model", model,
-               "an OBJ, glTF, FBX, PLY, STL, DAE, OFF or 3DS file, relative to the scene file");
+               "an OBJ, glTF, FBX, PLY, STL, DAE, OFF or 3DS file, relative to the scene file; or "
+               "a mesh sequence, seq.####.ply, which is shown alone: as source, without a target");
+  v.integers("range", range, 0, 100000000,
+             "mesh sequence: first and last number of its files, last first to play it backwards, "
+             "and the step between two where it is not 1; default: the files that are there");
+  v.number("fps", fps, 0.001, 1000,
+           "mesh sequence: meshes per second; default: frames.fps, a mesh per frame");
+  v.boolean("loop", loop, "mesh sequence: begin again after the last mesh, until the scene ends");
   v.text("shape", shape,
          "a built-in shape instead of a file: sphere, cube, torus, puddle or drops");
   v.choice("up", up, {{"y", UpAxis::kY}, {"z", UpAxis::kZ}, {"x", UpAxis::kX}},
@@ -112,7 +119,8 @@ void describe(V& v, ObjectSettings& s) {
   v.object("spheres", spheres, "sphere settings of this object; default: the scene's");
   v.object("motion", motion, "motion of the balls towards this object; default: the scene's");
   v.integer("hold", hold, 0, 10000,
-            "frames that an object on the way stands still, the one that shows it not counted");
+            "frames that an object on the way stands still, the one that shows it not counted; or "
+            "that the last mesh of a mesh sequence stays, in each round");
   v.number(
       "retarget", retarget, 0.01, 1,
       "share of the motion's time after which the actor leaves for the next object, from where "
@@ -521,7 +529,7 @@ void describe_chain(V& v, ActorSettings& s) {
   v.object("source", s.source,
            "start of the morph: an object, or just its model file or shape as a string");
   v.objects("intermediate", s.intermediate, "objects on the way, in order");
-  v.object("target", s.target, "end of the morph");
+  v.object("target", s.target, "end of the morph; none where the source is a mesh sequence");
 }
 
 template <class V>

@@ -75,6 +75,7 @@ class ApplyKeyframes {
     if (find(key)) number(key, value.emplace(), low, high, doc);
   }
   void boolean(const char*, bool&, const char*) {}
+  void boolean(const char*, std::optional<bool>&, const char*) {}
   template <class E>
   void choice(const char*, E&, std::initializer_list<std::pair<const char*, E>>, const char*) {}
   void text(const char*, std::string&, const char*) {}

@@ -7,6 +7,7 @@
 #include "base/json.h"
 #include "base/text.h"
 #include "scene/contradictions.h"
+#include "scene/mesh_numbers.h"
 #include "scene/override.h"
 #include "scene/read_fields.h"
 
@@ -18,7 +19,9 @@ constexpr std::size_t kMaxFindings = 20;
 void name_objects(Scene& scene) {
   const auto name = [](ObjectSettings& object) {
     if (object.name.empty())
-      object.name = object.model.empty() ? object.shape : object.model.stem().string();
+      object.name = is_mesh_sequence(object) ? sequence_name(object.model)
+                    : object.model.empty()   ? object.shape
+                                             : object.model.stem().string();
     object.name = printable(object.name);
   };
   std::set<std::string> names;
@@ -57,7 +60,14 @@ Result<SceneReading> read_scene(const std::filesystem::path& path,
   const std::string name = path.string();
   std::string suffix = path.extension().string();
   for (char& c : suffix) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
-  if (std::find(std::begin(kModels), std::end(kModels), suffix) != std::end(kModels))
+  const bool is_model =
+      std::find(std::begin(kModels), std::end(kModels), suffix) != std::end(kModels);
+  if (is_model && is_numbered(path)) {
+    PM_TRY([[maybe_unused]] const std::vector<int> range, find_range(path));
+    const JsonValue json{{"source", {{"model", std::filesystem::absolute(path).string()}}}};
+    return read_scene_text(path, format_json(json), overrides);
+  }
+  if (is_model)
     return make_error(ErrorCode::kInput,
                       "{0}: is a model, not a scene - a scene names two of them: polymorph init "
                       "{0} OTHER; to see this one alone: polymorph render {0} --turntable",
@@ -141,7 +151,7 @@ Result<Scene> turntable_of_model(const std::filesystem::path& model,
 std::vector<const ObjectSettings*> chain_objects(const ActorSettings& actor) {
   std::vector<const ObjectSettings*> objects{&actor.source};
   for (const ObjectSettings& object : actor.intermediate) objects.push_back(&object);
-  objects.push_back(&actor.target);
+  if (!plays_meshes(actor)) objects.push_back(&actor.target);
   return objects;
 }
 

@@ -32,7 +32,8 @@ struct SceneReading {
   std::vector<SceneFinding> findings;
 };
 
-/// Errors (kInput): unreadable file or JSON syntax; (kUsage): a bad override.
+/// Reads a scene file, or makes the scene that shows a mesh sequence, seq.####.obj, alone. Errors
+/// (kInput): unreadable file or JSON syntax; (kUsage): a bad override.
 Result<SceneReading> read_scene(const std::filesystem::path& path,
                                 std::span<const Override> overrides = {});
 
@@ -60,7 +61,8 @@ std::string scene_schema();
 /// The scene with every default spelled out, as JSON; paths relative to `folder`.
 std::string scene_to_json(const Scene& scene, const std::filesystem::path& folder);
 
-/// Every object of an actor in chain order: source, intermediate..., target.
+/// Every object of an actor in chain order: source, intermediate..., target. A mesh sequence is
+/// alone.
 std::vector<const ObjectSettings*> chain_objects(const ActorSettings& actor);
 
 /// An object of a scene's chains, with its actor.

@@ -7,11 +7,13 @@
 #include "base/log.h"
 #include "base/odd_names.h"
 #include "image/srgb.h"
+#include "scene/mesh_numbers.h"
 
 namespace polymorph {
 namespace {
 
 constexpr std::size_t kMaxCollectedFindings = 200;  // each is looked up in the text
+constexpr std::size_t kMaxMeshes = 100000;          // as many as a scene may have frames
 
 Vec3 as_vector(float value) { return {value, 0, 0}; }
 Vec3 as_vector(Vec3 value) { return value; }
@@ -123,6 +125,13 @@ void ReadFields::boolean(const char* key, bool& out, const char*) {
   if (const JsonValue* value = expect(key, JsonValue::Kind::kBoolean)) out = value->boolean;
 }
 
+void ReadFields::boolean(const char* key, std::optional<bool>& out, const char* doc) {
+  if (!object_.find(key)) return seen(key);
+  bool value = false;
+  boolean(key, value, doc);
+  out = value;
+}
+
 void ReadFields::text(const char* key, std::string& out, const char*) {
   if (const JsonValue* value = expect(key, JsonValue::Kind::kString)) out = value->string;
 }
@@ -134,8 +143,11 @@ void ReadFields::path(const char* key, std::filesystem::path& out, const char*) 
   check_file(*value, key, out);
 }
 
-void ReadFields::model_path(const char* key, std::filesystem::path& out, const char* doc) {
-  path(key, out, doc);
+void ReadFields::model_path(const char* key, std::filesystem::path& out, const char*) {
+  const JsonValue* value = expect(key, JsonValue::Kind::kString);
+  if (!value) return;
+  out = resolve(value->string);
+  if (!is_numbered(out)) check_file(*value, key, out);
 }
 
 void ReadFields::vector(const char* key, Vec3& out, const char* doc) {
@@ -370,7 +382,7 @@ void ReadFields::read_name(const JsonValue& value, const std::string& pointer,
     report_at(value.offset, pointer,
               fmt::format("neither a file nor a shape: \"{}\"{}", value.string,
                           did_you_mean(value.string, kShapeNames)));
-  else
+  else if (!is_numbered(out.model))
     check_file_at(value.offset, pointer, out.model);
 }
 
@@ -383,6 +395,28 @@ void ReadFields::check_object(const ObjectSettings& object, const JsonValue& val
     report(*object_.find("shape"), "shape",
            fmt::format("must be {} (is \"{}\"){}", join_quoted(kShapeNames), object.shape,
                        did_you_mean(object.shape, kShapeNames)));
+}
+
+void ReadFields::find_meshes(const JsonValue& value, const std::string& pointer,
+                             ObjectSettings& out) {
+  const auto report_key = [&](const char* key, const std::string& message) {
+    const JsonValue* member = value.find(key);
+    report_at(member ? member->offset : value.offset, pointer + "/" + key, message);
+  };
+  if (!is_numbered(out.model)) {
+    for (const char* key : {"range", "fps", "loop"})
+      if (value.find(key))
+        report_key(key, "is for a mesh sequence - give a \"model\" such as seq.####.ply");
+    out.range.clear();
+    return;
+  }
+  auto found = find_range(out.model);
+  if (!found) return report_key("model", found.error().message);
+  if (out.range.empty()) out.range = std::move(*found);
+  if (out.range.size() < 2 || out.range.size() > 3 || (out.range.size() == 3 && out.range[2] < 1))
+    return report_key("range", "must be first and last number, and perhaps a step of 1 or more");
+  if (const std::size_t count = mesh_numbers(out).size(); count > kMaxMeshes)
+    report_key("range", fmt::format("has {} meshes - at most {} are possible", count, kMaxMeshes));
 }
 
 bool ReadFields::read_vector(const JsonValue& value, const char* key, Vec3& out, double low,

@@ -51,6 +51,7 @@ class ReadFields {
               Keyframes keyframes = Keyframes::kAsObject);
   void number(const char* key, std::optional<float>& out, double low, double high, const char* doc);
   void boolean(const char* key, bool& out, const char*);
+  void boolean(const char* key, std::optional<bool>& out, const char* doc);
   template <class E>
   void choice(const char* key, E& out, std::initializer_list<std::pair<const char*, E>> choices,
               const char*) {
@@ -139,7 +140,7 @@ class ReadFields {
   void read_object(const JsonValue& value, const std::string& pointer, T& out) {
     if constexpr (std::is_same_v<T, ObjectSettings>) {
       if (const JsonValue* word = word_of(value)) read_name(*word, pointer, out);
-      if (value.kind == JsonValue::Kind::kString) return;
+      if (value.kind == JsonValue::Kind::kString) return find_meshes(value, pointer, out);
     }
     constexpr bool kMayBeShort = requires { T::kShort; };
     if (value.kind != JsonValue::Kind::kObject &&
@@ -156,7 +157,10 @@ class ReadFields {
       inner.word_ = word_of(value);
     }
     describe(inner, out);
-    if constexpr (std::is_same_v<T, ObjectSettings>) inner.check_object(out, value);
+    if constexpr (std::is_same_v<T, ObjectSettings>) {
+      inner.check_object(out, value);
+      inner.find_meshes(value, pointer, out);
+    }
     inner.finish();
   }
   /// Reads the keyframes of a setting that has them in place of a value into a track; `out` becomes
@@ -171,6 +175,8 @@ class ReadFields {
   /// "source": "teapot.obj" is short for {"model": "teapot.obj"}; "sphere" for {"shape": "sphere"}.
   void read_name(const JsonValue& value, const std::string& pointer, ObjectSettings& out);
   void check_object(const ObjectSettings& object, const JsonValue& value);
+  /// Finds the range of a mesh sequence, unless it is given.
+  void find_meshes(const JsonValue& value, const std::string& pointer, ObjectSettings& out);
   void read_landmarks(const JsonValue& value, const std::string& pointer, ObjectLandmarks& out);
   bool read_vector(const JsonValue& value, const char* key, Vec3& out, double low, double high);
   static bool read_hex(const std::string& text, Vec3& out);

@@ -89,8 +89,13 @@ enum class Front : std::uint8_t { kAuto, kPlusX, kMinusX, kPlusY, kMinusY, kPlus
 struct ObjectSettings {
   std::string name;             ///< default: the file's stem or the shape's name
   std::filesystem::path model;  ///< absolute; empty when `shape` is given
-  std::string shape;            ///< built-in shape; empty when `model` is given
-  UpAxis up = UpAxis::kY;       ///< turned to y before everything else
+  /// Mesh sequence (scene/mesh_numbers.h): first and last number of its files and, if that is not
+  /// 1, the step between two; empty for every other object.
+  std::vector<int> range;
+  std::optional<float> fps;  ///< meshes per second; default: the scene's frames.fps
+  std::optional<bool> loop;  ///< begin again after the last mesh
+  std::string shape;         ///< built-in shape; empty when `model` is given
+  UpAxis up = UpAxis::kY;    ///< turned to y before everything else
   Front front = Front::kAuto;
   bool meta = false;    ///< passed through as balls only
   bool arrange = true;  ///< take part in the scene's arrangement
@@ -104,7 +109,7 @@ struct ObjectSettings {
   std::optional<float> crease;
   SphereSettings spheres;
   MotionSettings motion;  ///< motion of the leg that ends at this object
-  int hold = 0;           ///< frames that it stands still between its two legs
+  int hold = 0;           ///< frames that it stands still between its two legs, or on its last mesh
   /// Time of the motion to it at which the morph leaves for the next object; 1: it is reached.
   float retarget = 1;
 };

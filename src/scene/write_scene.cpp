@@ -4,6 +4,7 @@
 #include "base/text.h"
 #include "scene/describe.h"
 #include "scene/load_scene.h"
+#include "scene/mesh_numbers.h"
 
 namespace polymorph {
 namespace {
@@ -31,6 +32,9 @@ class SchemaFields {
   }
   void boolean(const char* key, bool& value, const char* doc) {
     add(key, doc, {{"type", "boolean"}, {"default", value}});
+  }
+  void boolean(const char* key, std::optional<bool>&, const char* doc) {
+    add(key, doc, {{"type", "boolean"}});
   }
   template <class E>
   void choice(const char* key, E& value, std::initializer_list<std::pair<const char*, E>> choices,
@@ -137,7 +141,7 @@ class SchemaFields {
     if constexpr (std::is_same_v<T, ObjectSettings>)
       return {{"oneOf", JsonValue::array({JsonValue{{"type", "string"}}, object})}};
     if constexpr (std::is_same_v<T, ActorSettings>)
-      object["required"] = JsonValue::array({"source", "target"});
+      object["required"] = JsonValue::array({"source"});
     return object;
   }
 
@@ -218,6 +222,9 @@ class WriteFields {
     if (value) number(key, *value, low, high, doc);
   }
   void boolean(const char* key, bool& value, const char*) { json[key] = value; }
+  void boolean(const char* key, std::optional<bool>& value, const char*) {
+    if (value) json[key] = *value;
+  }
   template <class E>
   void choice(const char* key, E& value, std::initializer_list<std::pair<const char*, E>> choices,
               const char*) {
@@ -264,6 +271,10 @@ class WriteFields {
   }
   template <class T>
   void object(const char* key, T& value, const char*) {
+    if constexpr (std::is_same_v<T, ObjectSettings>) {
+      if (std::string_view(key) == "source") plays_ = is_mesh_sequence(value);
+      if (std::string_view(key) == "target" && plays_) return;
+    }
     json[key] = written(value, pointer_ + "/" + key);
   }
   template <class T>
@@ -314,6 +325,7 @@ class WriteFields {
   std::filesystem::path folder_;
   const std::vector<KeyframeTrack>& tracks_;
   std::string pointer_;
+  bool plays_ = false;  ///< the source is a mesh sequence: there is no target
 };
 
 }  // namespace
@@ -331,7 +343,7 @@ std::string scene_schema() {
        "Paths are relative to the scene file."},
       {"type", "object"},
       {"additionalProperties", false},
-      {"oneOf", JsonValue::array({JsonValue{{"required", JsonValue::array({"source", "target"})}},
+      {"oneOf", JsonValue::array({JsonValue{{"required", JsonValue::array({"source"})}},
                                   JsonValue{{"required", JsonValue::array({"actors"})}}})},
       {"properties", fields.properties},
       {"$defs", {{"keyframes", SchemaFields::keyframes_schema()}}}};

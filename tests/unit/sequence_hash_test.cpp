@@ -62,6 +62,9 @@ class ChangeField {
   void boolean(const char* key, bool& value, const char*) {
     if (turn(key)) value = !value;
   }
+  void boolean(const char* key, std::optional<bool>& value, const char*) {
+    if (turn(key)) value = !value.value_or(false);
+  }
   template <class E>
   void choice(const char* key, E& value, std::initializer_list<std::pair<const char*, E>> choices,
               const char*) {

@@ -12,6 +12,7 @@
 #include "morph/timeline.h"
 #include "sequence/prepare/load_models.h"
 #include "sequence/prepare/memory_estimate.h"
+#include "sequence/prepare/mesh_sequence.h"
 #include "spheres/quality.h"
 #include "spheres/spheres.h"
 
@@ -31,6 +32,7 @@ struct CheckResult {
   std::vector<std::string> warnings;
   std::vector<std::string> notes;  ///< harmless oddities and good fits
   std::vector<std::pair<std::string, Diagnosis>> objects;
+  std::vector<std::string> sequences;  ///< mesh sequences in words
   int frames = 0;
   MemoryEstimate memory;
 };
@@ -96,9 +98,11 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
   result.errors = find_problems(reading.scene, chain, cache, loaded);
   result.warnings = loaded.warnings;
   const auto pictures = static_cast<std::size_t>(std::min(result.frames, 2));  // traced, written
-  result.memory = estimate_memory(reading.scene, chain, loaded.models, pictures);
+  result.memory = estimate_memory(reading.scene, chain, loaded, pictures);
   if (const Status fits = check_memory(result.memory, common.max_memory); !fits)
     result.errors.push_back(fits.error().message);
+  for (const auto& sequence : loaded.sequences)
+    if (sequence) result.sequences.push_back(describe_meshes(*sequence));
   const std::vector<std::size_t> alike = find_alike(chain);
   std::map<std::size_t, Diagnosis> diagnoses;
   std::map<std::size_t, std::optional<FitFindings>> fits;
@@ -139,6 +143,7 @@ JsonValue to_json(const CheckResult& result, bool good) {
   json["errors"] = result.errors;
   json["warnings"] = result.warnings;
   json["notes"] = result.notes;
+  json["sequences"] = result.sequences;
   json["objects"] = JsonValue::array();
   for (const auto& [name, d] : result.objects)
     json["objects"].push_back({{"name", name},
@@ -161,7 +166,9 @@ Result<int> run_check(const CommandLine& line, const CheckOptions& options) {
   auto checked = check_scene(options, line.common);
   // A scene that cannot even be read or parsed is an answer, too: "no".
   if (!checked && checked.error().code == ErrorCode::kInput) {
-    checked = CheckResult{{}, {checked.error().message}, {}, {}, {}, 0, {}};
+    CheckResult unread;
+    unread.errors = {checked.error().message};
+    checked = std::move(unread);
   }
   if (!checked) return checked.error();
   const CheckResult& result = *checked;
@@ -175,10 +182,11 @@ Result<int> run_check(const CommandLine& line, const CheckOptions& options) {
   if (!options.json.enabled) {
     for (const auto& [name, diagnosis] : result.objects)
       print_data("{}\n", describe_object(name, diagnosis));
+    for (const std::string& sequence : result.sequences) print_data("{}\n", sequence);
     for (const std::string& note : result.notes) print_data("{}\n", note);
     if (ok)
       print_data("{}: ok, {} objects, {} frames, about {} of memory\n", options.scene,
-                 result.objects.size(), result.frames,
+                 result.objects.size() + result.sequences.size(), result.frames,
                  format_bytes(static_cast<double>(result.memory.total())));
     else
       print_data("{}: {} error{}, {} warning{}\n", options.scene,

@@ -8,6 +8,7 @@
 #include "inspect/inspection.h"
 #include "model/load/load_model.h"
 #include "morph/timeline.h"
+#include "scene/mesh_numbers.h"
 
 namespace polymorph {
 namespace {
@@ -70,7 +71,9 @@ Result<int> run_info(const CommandLine& line, const InfoOptions& options) {
   std::string extension = std::filesystem::path(options.input).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return std::tolower(c); });
-  if (extension != ".json") {
+  const bool is_scene =
+      extension == ".json" || (is_model_file(options.input) && is_numbered(options.input));
+  if (!is_scene) {
     if (options.timeline || !options.show.empty())
       return make_error(ErrorCode::kUsage, "{}: {} is for scenes (.json)", options.input,
                         options.timeline ? "--timeline" : "--show plan");
@@ -102,7 +105,9 @@ void add_info(CommandLine& line) {
                   "  polymorph info scene.json --show plan -o plan.png\n"
                   "  polymorph info frame.0012.exr",
                   "  0 described   2 usage   3 unreadable   4 cannot write   5 device or memory");
-  command.add_option("input", options->input, "a scene (.json), a model or an image")
+  command
+      .add_option("input", options->input,
+                  "a scene (.json), a model, a mesh sequence (seq.####.obj) or an image")
       .required()
       .type_name("FILE")
       .group("Main");

@@ -165,8 +165,10 @@ Status MeshRun::check_outputs() {
   if (format_ != MeshFormat::kObj && format_ != MeshFormat::kUsd) return Ok{};
   // Known once the scene is prepared.
   std::size_t textures = 0;
-  for (const PreparedActor& actor : prepared_.actors)
+  for (const PreparedActor& actor : prepared_.actors) {
+    if (actor.sequence) textures += actor.sequence->most_textures;
     for (const auto& object : actor.objects) textures += object->model.textures.size();
+  }
   for (std::size_t i = 1; i <= textures; ++i)
     PM_TRY_STATUS(check_output(library_path(fmt::format(".texture{}.png", i)), overwrite));
   return Ok{};

@@ -9,6 +9,7 @@
 #include "cli/progress.h"
 #include "cli/scene_options.h"
 #include "morph/timeline.h"
+#include "scene/mesh_numbers.h"
 #include "sequence/run/frame_files.h"
 #include "sequence/run/render_sequence.h"
 
@@ -120,7 +121,7 @@ constexpr int kTurntableFrames = 72;
 /// names, or while the film runs. `frames` becomes those of the turn, as they are for a model.
 Result<Scene> load_turntable(const RenderOptions& options, std::span<const Override> overrides,
                              std::string& frames) {
-  if (std::filesystem::path(options.scene).extension() != ".json")
+  if (std::filesystem::path(options.scene).extension() != ".json" && !is_numbered(options.scene))
     return turntable_of_model(options.scene, overrides);
   PM_TRY(Scene scene, load_scene(options.scene, overrides));
   if (const auto frame = parse_integer(options.frames)) {
@@ -230,13 +231,17 @@ void add_render(CommandLine& line) {
   Command command =
       add_command(line, "render", "Render a scene's frames to EXR and PNG.",
                   "  polymorph render scene.json -o 'out/frame.####.exr' --png\n"
+                  "  polymorph render 'seq.####.obj' -o 'out/frame.####.png'\n"
                   "  polymorph render scene.json -o look.png -f 12 --preview\n"
                   "  polymorph render scene.json -o 'out/f.####.exr' --shard 2/8 --skip-existing",
                   "  0 all frames exist and are good   2 usage   3 bad scene, model or texture\n"
                   "  4 cannot write   5 device or memory   6 some frames failed (--keep-going)\n"
                   "  75 stopped early by SIGUSR1, 130, 143 stopped by another signal: finished\n"
                   "  frames are whole, run again with --skip-existing to go on");
-  command.add_option("scene", options->scene, "the scene file; with --turntable a model file, too")
+  command
+      .add_option("scene", options->scene,
+                  "the scene file, or a mesh sequence as seq.####.obj (also .ply, .stl, .off, "
+                  ".glb); with --turntable a model file, too")
       .required()
       .type_name("SCENE")
       .group("Main");

@@ -5,6 +5,8 @@
 #include "leg/boundary_surface.h"
 #include "leg/leg_surface.h"
 #include "mesh/append.h"
+#include "sequence/prepare/film_settings.h"
+#include "sequence/prepare/mesh_sequence.h"
 
 namespace polymorph {
 namespace {
@@ -39,11 +41,34 @@ Result<ActorGeometry> model_geometry(const PreparedActor& actor, const MorphStat
   return geometry;
 }
 
+/// The mesh of a sequence that shows in a moment.
+Result<ActorGeometry> sequence_geometry(const PreparedActor& actor, const MorphState& moment) {
+  ActorGeometry geometry;
+  geometry.moment = moment;
+  PM_TRY(Model mesh, load_mesh(*actor.sequence, moment.mesh));
+  geometry.points = mesh.points;
+  geometry.mesh = std::make_shared<const Model>(std::move(mesh));
+  return geometry;
+}
+
+/// Whatever shows of the actor in a moment.
+Result<ActorGeometry> actor_geometry_at(const PreparedActor& actor, const MorphState& moment,
+                                        Engine& engine) {
+  if (actor.sequence) return sequence_geometry(actor, moment);
+  return moment.object >= 0 ? model_geometry(actor, moment, engine)
+                            : leg_geometry(actor, moment, engine);
+}
+
 /// Adds the motion until the next frame, within the stage. The level's share of it, which keeps the
 /// volume, is left out, and so are blended surfaces, which move by less than a cell.
 Status add_flow(const PreparedActor& actor, bool last, Engine& engine, ActorGeometry& geometry) {
   const MorphState& now = geometry.moment;
   const MorphState next = last ? now : morph_state_at(actor.timeline, now.frame + 1);
+  if (actor.sequence) {
+    PM_TRY(geometry.displacement, mesh_motion(*actor.sequence, *geometry.mesh,
+                                              {now.mesh, next.mesh, actor.timeline.playback.fps}));
+    return Ok{};
+  }
   if (now.object < 0) {
     const Leg& leg = leg_of(actor, now.leg);
     const bool goes_on = next.leg == now.leg && next.object < 0;
@@ -94,7 +119,7 @@ Result<std::vector<std::uint32_t>> surface_labels(const PreparedActor& actor,
 Mesh shown_mesh(const PreparedActor& actor, const ActorGeometry& geometry) {
   Mesh mesh = geometry.surface;
   if (!geometry.points.empty())
-    append(mesh, model_mesh(object_of(actor, geometry.moment.object), geometry.points));
+    append(mesh, model_mesh(shown_model(actor, geometry), geometry.points));
   return mesh;
 }
 
@@ -109,15 +134,17 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, Engine& engine,
   FrameGeometry geometry{frame, sequence_time(scene, shown), stage_names(prepared, frame), {}};
   for (const PreparedActor& actor : prepared.actors) {
     const MorphState moment = morph_state_at(actor.timeline, shown);
-    PM_TRY(ActorGeometry actor_geometry, moment.object >= 0 ? model_geometry(actor, moment, engine)
-                                                            : leg_geometry(actor, moment, engine));
+    PM_TRY(ActorGeometry actor_geometry, actor_geometry_at(actor, moment, engine));
     if (flows) PM_TRY_STATUS(add_flow(actor, last, engine, actor_geometry));
     actor_geometry.moves = !turntable && moves_at(actor.timeline, shown);
     if (labels && !actor_geometry.surface.positions.empty()) {
       PM_TRY(actor_geometry.surface_labels, surface_labels(actor, actor_geometry, engine));
     }
-    if (labels && !actor_geometry.points.empty())
-      actor_geometry.point_labels = model_labels(object_of(actor, moment.object));
+    if (labels && !actor_geometry.points.empty()) {
+      const Model& model = shown_model(actor, actor_geometry);
+      actor_geometry.point_labels =
+          model_labels(model, label_numbers(model.label_names, actor.label_names));
+    }
     geometry.actors.push_back(std::move(actor_geometry));
   }
   return geometry;

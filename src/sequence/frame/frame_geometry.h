@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -21,8 +22,9 @@ struct ActorGeometry {
   BallSet balls;  ///< empty while only a model shows
   float iso = 1;  ///< level of the balls' field that shows
   Mesh surface;   ///< surface of the leg, or of the boundary stage of the model `moment.object`
-  std::vector<Vec3> points;          ///< points of the model `moment.object`, when one shows
-  std::vector<Vec3> corner_normals;  ///< normals of those points; empty: the model's own
+  std::vector<Vec3> points;           ///< points of the model `moment.object`, when one shows
+  std::shared_ptr<const Model> mesh;  ///< model, where it is the mesh of a sequence
+  std::vector<Vec3> corner_normals;   ///< normals of those points; empty: the model's own
   /// Motion until the next frame, only where the scene asks for motion blur or for a layer that
   /// needs it: see wants_flow().
   Flow flow;                       ///< motion of the surface's points; empty = still
@@ -39,6 +41,11 @@ struct ActorGeometry {
 /// The object of an actor by a MorphState's number.
 inline const PreparedObject& object_of(const PreparedActor& actor, int object) {
   return *actor.objects[static_cast<std::size_t>(object)];
+}
+
+/// The model that the actor shows: its object's, or the mesh of its sequence.
+inline const Model& shown_model(const PreparedActor& actor, const ActorGeometry& geometry) {
+  return geometry.mesh ? *geometry.mesh : object_of(actor, geometry.moment.object).model;
 }
 
 struct FrameGeometry {
@@ -61,13 +68,8 @@ Result<std::vector<std::uint32_t>> surface_labels(const PreparedActor& actor,
 /// All that is seen of an actor: its surface, its model where that shows, or both.
 Mesh shown_mesh(const PreparedActor& actor, const ActorGeometry& geometry);
 
-/// Does a frame with these settings show where things move?
-inline bool wants_flow(const Scene& scene) {
-  return scene.camera.shutter > 0 || aov_is_chosen(scene.image.aovs, "motion") ||
-         aov_is_chosen(scene.image.aovs, "morph");
-}
-
-/// `frame` in [1, prepared.frame_count]. Errors: kResource.
+/// `frame` in [1, prepared.frame_count]. Errors: kResource; kInput where the mesh of a sequence
+/// cannot be shown.
 Result<FrameGeometry> geometry_at(const PreparedScene& prepared, Engine& engine, int frame);
 
 /// The stages that the actors are in, each once, in the actors' order: "volume, boundary-in".

@@ -73,7 +73,7 @@ RenderMesh surface_mesh(const PreparedActor& actor, const ActorGeometry& geometr
 /// The mesh of the model that the actor shows in this frame.
 RenderMesh object_mesh(const PreparedActor& actor, const ActorGeometry& geometry,
                        const MeshIds& ids) {
-  const Model& model = object_of(actor, geometry.moment.object).model;
+  const Model& model = shown_model(actor, geometry);
   RenderMesh mesh = common_mesh(actor, geometry, ids);
   mesh.positions = geometry.points;
   mesh.triangles = model.triangles;

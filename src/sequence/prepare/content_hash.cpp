@@ -30,6 +30,10 @@ void add(Hasher& hasher, const Model& model) {
   for (const auto& texture : textures) hasher.add(pixel_digest(*texture));
 }
 
+const MeshSequence* find_sequence(const SceneInputs& inputs, std::size_t object) {
+  return inputs.sequences.empty() ? nullptr : inputs.sequences[object].get();
+}
+
 /// The settings without what only says where something is or what it is called.
 Scene settings_of(const Scene& scene) {
   Scene settings = scene;
@@ -47,6 +51,12 @@ Scene settings_of(const Scene& scene) {
 
 }  // namespace
 
+std::string model_digest(const Model& model) {
+  Hasher hasher;
+  add(hasher, model);
+  return hasher.hex();
+}
+
 std::string inputs_hash(const SceneInputs& inputs, std::string_view program) {
   Hasher hasher;
   hasher.add(program);
@@ -56,7 +66,13 @@ std::string inputs_hash(const SceneInputs& inputs, std::string_view program) {
     for (const ChainObject& object : chain) hasher.add(std::string_view(object.settings->name));
   }
   hasher.add(inputs.models.size());
-  for (const Model& model : inputs.models) add(hasher, model);
+  for (std::size_t i = 0; i < inputs.models.size(); ++i) {
+    const Model& model = inputs.models[i];
+    if (!find_sequence(inputs, i))
+      add(hasher, model);
+    else
+      for (const std::string& label : model.label_names) hasher.add(std::string_view(label));
+  }
   for (const ObjectPlacing& placing : inputs.placings)
     if (!placing.vertices.empty()) hasher.add(std::span<const Vec3>(placing.vertices));
   hasher.add(inputs.environment != nullptr);
@@ -67,7 +83,13 @@ std::string inputs_hash(const SceneInputs& inputs, std::string_view program) {
 std::string settings_text(const Scene& scene) { return scene_to_json(settings_of(scene), {}); }
 
 std::string content_hash(const SceneInputs& inputs, std::string_view program) {
-  return Hasher().add(inputs_hash(inputs, program)).add(settings_text(inputs.scene)).hex();
+  Hasher hasher;
+  hasher.add(inputs_hash(inputs, program)).add(settings_text(inputs.scene));
+  for (std::size_t i = 0; i < inputs.models.size(); ++i)
+    if (const MeshSequence* sequence = find_sequence(inputs, i))
+      for (const MeshFile& file : sequence->files)
+        hasher.add(std::string_view(file.digest + file.velocities));
+  return hasher.hex();
 }
 
 }  // namespace polymorph

@@ -56,6 +56,36 @@ bool changes(const Scene& scene) {
   return !scene.tracks.empty() || scene.camera.orbit != 0 || scene.frames.turntable > 0;
 }
 
+/// Lists the digests of the meshes that each actor plays, if any does.
+void add_meshes(const SceneInputs& inputs, SequenceHashes& hashes) {
+  if (std::none_of(inputs.sequences.begin(), inputs.sequences.end(),
+                   [](const auto& sequence) { return sequence != nullptr; }))
+    return;
+  for (const std::span<const ChainObject> objects : actor_chains(inputs.chain)) {
+    std::vector<std::string>& digests = hashes.meshes.emplace_back();
+    const auto first = static_cast<std::size_t>(objects.data() - inputs.chain.data());
+    if (const auto& sequence = inputs.sequences[first])
+      for (const MeshFile& file : sequence->files) digests.push_back(file.digest + file.velocities);
+  }
+}
+
+/// Adds what a frame shows of mesh sequences: the mesh of each, its place and the camera.
+void add_shown_meshes(const Scene& scene, const SequenceHashes& hashes, int frame, Hasher& hasher) {
+  hasher.add(std::string_view(hashes.stage));
+  for (std::size_t a = 0; a < hashes.meshes.size(); ++a) {
+    if (hashes.meshes[a].empty()) continue;
+    const Timeline timeline = make_timeline(scene, scene.actors[a]);
+    const int shown = shown_frame(scene, frame);
+    const auto add_mesh = [&](int moment) {
+      const int mesh = morph_state_at(timeline, moment).mesh;
+      hasher.add(std::string_view(hashes.meshes[a][static_cast<std::size_t>(mesh)]));
+    };
+    add_mesh(shown);
+    if (scene.frames.turntable == 0 && wants_flow(scene))
+      add_mesh(std::min(shown + 1, timeline.count));
+  }
+}
+
 }  // namespace
 
 bool camera_moves(const Scene& scene) {
@@ -93,19 +123,34 @@ FrameView make_frame_view(const PreparedScene& prepared, int frame) {
 
 SequenceHashes hash_sequence(const SceneInputs& inputs) {
   const Scene& scene = inputs.scene;
-  SequenceHashes hashes{content_hash(inputs), inputs_hash(inputs), std::nullopt};
-  if (!camera_moves(scene) || leaves_balls_in_flight(scene)) return hashes;
+  SequenceHashes hashes;
+  hashes.scene = content_hash(inputs);
+  hashes.inputs = inputs_hash(inputs);
+  hashes.aovs = scene.image.aovs;
+  add_meshes(inputs, hashes);
+  const bool moves = camera_moves(scene), plays = !hashes.meshes.empty();
+  if (!plays && (!moves || leaves_balls_in_flight(scene))) return hashes;
   std::vector<Vec3> points;
   for (const Model& model : inputs.models)
     points.insert(points.end(), model.points.begin(), model.points.end());
-  hashes.framing = film_framing(scene, points);
+  if (moves && !leaves_balls_in_flight(scene)) hashes.framing = film_framing(scene, points);
+  if (!plays) return hashes;
+  Hasher hasher;
+  const Box box = box_of(points);
+  for (const Vec3 v : {box.low, box.high}) hasher.add(v.x).add(v.y).add(v.z);
+  if (!moves) add(hasher, make_camera(scene.camera, points, scene.image.width, scene.image.height));
+  hashes.stage = hasher.hex();
   return hashes;
 }
 
 std::string frame_hash(const Scene& scene, const SequenceHashes& hashes, int frame) {
-  if (!changes(scene) || (camera_moves(scene) && !hashes.framing)) return hashes.scene;
+  const bool plays = !hashes.meshes.empty();
+  if ((!changes(scene) && !plays) || (camera_moves(scene) && !hashes.framing)) return hashes.scene;
   Hasher hasher;
-  hasher.add(hashes.inputs).add(settings_text(scene_at(scene, frame)));
+  Scene moment = scene_at(scene, frame);
+  moment.image.aovs = hashes.aovs;
+  hasher.add(hashes.inputs).add(settings_text(moment));
+  if (plays) add_shown_meshes(moment, hashes, frame, hasher);
   if (!hashes.framing) return hasher.hex();
   const FilmCameras cameras = film_cameras(scene, *hashes.framing, frame);
   add(hasher, cameras.camera);

@@ -23,6 +23,12 @@ struct FrameView {
 /// `frame` in [1, prepared.frame_count].
 FrameView make_frame_view(const PreparedScene& prepared, int frame);
 
+/// Does a frame with these settings show where things move?
+inline bool wants_flow(const Scene& scene) {
+  return scene.camera.shutter > 0 || aov_is_chosen(scene.image.aovs, "motion") ||
+         aov_is_chosen(scene.image.aovs, "morph");
+}
+
 /// Has the scene a camera that goes anywhere, turns or zooms?
 bool camera_moves(const Scene& scene);
 

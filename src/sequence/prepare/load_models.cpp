@@ -9,55 +9,17 @@
 #include "base/exact_math.h"
 #include "base/parallel.h"
 #include "image/image_io.h"
-#include "mesh/normals.h"
-#include "model/load/load_model.h"
-#include "model/shapes.h"
 #include "model/transform.h"
 #include "morph/timeline.h"
+#include "scene/mesh_numbers.h"
 #include "sequence/prepare/check_plan.h"
+#include "sequence/prepare/mesh_sequence.h"
 #include "sequence/prepare/place_landmarks.h"
+#include "sequence/prepare/read_object.h"
 #include "spheres/spheres.h"
 
 namespace polymorph {
 namespace {
-
-/// The rotation that makes an axis of the file point up.
-Transform upright(UpAxis up) {
-  const Vec3 degrees = up == UpAxis::kZ   ? Vec3{-90, 0, 0}
-                       : up == UpAxis::kX ? Vec3{0, 0, 90}
-                                          : Vec3{};
-  return make_transform({}, degrees, {1, 1, 1});
-}
-
-/// An object as it was read, turned upright.
-struct ReadObject {
-  Model model;
-  ObjectPlacing placing;  ///< up to there
-};
-
-Result<ReadObject> load_object(const ObjectSettings& object, bool textures, bool vertices,
-                               std::vector<std::string>& warnings) {
-  ReadObject read;
-  if (!object.shape.empty()) {
-    PM_TRY(read.model, make_shape(object.shape));
-    read.placing.box = read.model.box();
-    if (vertices) read.placing.vertices = read.model.points;
-    return read;
-  }
-  const Activity activity("reading " + object.model.filename().string());
-  LoadObjSettings settings;
-  settings.textures = textures;
-  settings.vertices = vertices;
-  PM_TRY(LoadedModel loaded, load_model(object.model, settings));
-  warnings.insert(warnings.end(), loaded.warnings.begin(), loaded.warnings.end());
-  read.placing.box = loaded.model.box();
-  read.placing.vertices = std::move(loaded.vertices);
-  read.model = std::move(loaded.model);
-  if (object.up == UpAxis::kY) return read;
-  read.placing.to_scene = upright(object.up);
-  read.model = transformed(read.model, read.placing.to_scene);
-  return read;
-}
 
 /// Does a landmark of the object name a vertex?
 bool names_vertices(const ChainObject& object) {
@@ -70,6 +32,11 @@ bool names_vertices(const ChainObject& object) {
 std::string file_key(const ObjectSettings& object) {
   return fmt::format("{}\n{}\n{}", object.model.string(), object.shape,
                      static_cast<int>(object.up));
+}
+/// Key of the file that an object is read from. A mesh sequence is read for each actor anew: what
+/// is kept of it depends on its place.
+std::string reading_key(const ChainObject& object) {
+  return file_key(*object.settings) + (plays_meshes(*object.actor) ? object.actor->name : "");
 }
 std::string shape_key(const ChainObject& chained) {
   const ObjectSettings& object = *chained.settings;
@@ -99,6 +66,7 @@ struct Readings {
   struct Reading {
     std::vector<std::string> warnings;
     Result<ReadObject> object = ReadObject{};
+    std::shared_ptr<MeshSequence> meshes;  ///< meshes for which `object` stands
     std::size_t uses = 0;
     bool vertices = false;  ///< are the file's own asked for?
   };
@@ -106,13 +74,35 @@ struct Readings {
   std::vector<Reading> readings;
 
   explicit Readings(std::span<const ChainObject> chain)
-      : first(first_with_key(chain,
-                             [](const ChainObject& object) { return file_key(*object.settings); })),
-        readings(chain.size()) {
+      : first(first_with_key(chain, reading_key)), readings(chain.size()) {
     for (std::size_t i = 0; i < chain.size(); ++i) {
       ++readings[first[i]].uses;
       readings[first[i]].vertices |= names_vertices(chain[i]);
     }
+  }
+  /// Reads the file of an object, or the meshes of a sequence.
+  void read(const Scene& scene, std::span<const ChainObject> chain, std::size_t object,
+            bool textures) {
+    Reading& reading = readings[object];
+    const ObjectSettings& settings = *chain[object].settings;
+    if (!is_mesh_sequence(settings)) {
+      reading.object = load_object(settings, textures, reading.vertices, reading.warnings);
+      return;
+    }
+    auto survey = survey_meshes(scene, chain[object], textures, reading.warnings);
+    if (!survey) {
+      reading.object = std::move(survey).error();
+      return;
+    }
+    reading.object = std::move(survey->stand_in);
+    reading.meshes = std::make_shared<MeshSequence>(std::move(survey->sequence));
+  }
+  /// The object's mesh sequence in its place; null where it is none.
+  std::shared_ptr<const MeshSequence> place_meshes(std::size_t object,
+                                                   const ObjectPlacing& placing) {
+    const std::shared_ptr<MeshSequence>& meshes = readings[object].meshes;
+    if (meshes) meshes->steps = placing.steps;
+    return meshes;
   }
   /// An object as it was read, and its warnings where it is the first of its file.
   Result<ReadObject> take(std::size_t object, std::vector<std::string>& warnings) {
@@ -124,15 +114,6 @@ struct Readings {
   }
 };
 
-void paint(Model& model, Vec3 color) {
-  Material material;
-  material.name = "color";
-  material.color = color;
-  model.materials = {material};
-  model.triangle_materials.assign(model.triangles.size(), 0);
-  model.textures.clear();
-}
-
 /// Puts an object in its place. Standing: turned, brought to the wanted size, centred on the y axis
 /// with its foot on y = 0; the user's scale then works about that foot. `size` <= 0 leaves the size
 /// as it is. `stage` then puts the actor in its own.
@@ -141,6 +122,7 @@ void arrange(ReadObject& read, const ObjectSettings& object, bool stand, float s
   Model& model = read.model;
   const auto put = [&read](const Transform& to) {
     read.placing.to_scene = compose(to, read.placing.to_scene);
+    read.placing.steps.push_back(to);
     return transformed(read.model, to);
   };
   if (!stand) {
@@ -163,13 +145,7 @@ void place_object(const Scene& scene, const ChainObject& chained, ReadObject& re
   const ObjectSettings& object = *chained.settings;
   const ActorSettings& actor = *chained.actor;
   Model& model = read.model;
-  if (object.crease) model.corner_normals = creased_normals(model, *object.crease);
-  if (object.color) paint(model, *object.color);
-  for (Material& material : model.materials) {
-    material.roughness = object.roughness.value_or(material.roughness);
-    material.metallic = object.metallic.value_or(material.metallic);
-    material.transmission = object.glass.value_or(material.transmission);
-  }
+  restyle(model, object);
   const bool is_source = size == 0;
   if (is_source) size = model.box().diagonal();
   const bool stand = scene.arrange == Arrange::kStand && object.arrange;
@@ -202,10 +178,7 @@ Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject>
       static_cast<std::int64_t>(chain.size()),
       [&](std::int64_t index) {
         const auto i = static_cast<std::size_t>(index);
-        if (read.first[i] != i) return;
-        Readings::Reading& reading = read.readings[i];
-        reading.object =
-            load_object(*chain[i].settings, textures, reading.vertices, reading.warnings);
+        if (read.first[i] == i) read.read(scene, chain, i, textures);
       },
       1);
   LoadedScene loaded;
@@ -213,6 +186,7 @@ Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject>
   for (std::size_t i = 0; i < chain.size(); ++i) {
     PM_TRY(ReadObject object, read.take(i, loaded.warnings));
     place_object(scene, chain[i], object, size);
+    loaded.sequences.push_back(read.place_meshes(i, object.placing));
     loaded.models.push_back(std::move(object.model));
     loaded.placings.push_back(std::move(object.placing));
   }
@@ -245,14 +219,16 @@ std::vector<std::string> find_problems(const Scene& scene, std::span<const Chain
   const std::vector<std::size_t> alike = find_alike(chain);
   for (std::size_t i = 0; i < chain.size(); ++i) {
     const ObjectSettings& object = *chain[i].settings;
-    if (read.first[i] == i) {
-      Readings::Reading& reading = read.readings[i];
-      reading.object = load_object(object, true, reading.vertices, reading.warnings);
-    }
+    if (read.first[i] == i) read.read(scene, chain, i, true);
     auto taken = read.take(i, loaded.warnings);
     if (taken) place_object(scene, chain[i], *taken, size);
+    loaded.sequences.push_back(read.place_meshes(i, taken ? taken->placing : ObjectPlacing{}));
     loaded.models.push_back(taken ? std::move(taken->model) : Model{});
     loaded.placings.push_back(taken ? std::move(taken->placing) : ObjectPlacing{});
+    if (const auto& meshes = loaded.sequences.back()) {
+      for (std::string& problem : mesh_problems(*meshes)) problems.push_back(std::move(problem));
+      continue;
+    }
     if (alike[i] != i) continue;
     // A fit takes seconds and fails at nothing that its spheres do not fail at.
     const Activity activity("looking at " + object.name);

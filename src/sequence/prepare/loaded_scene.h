@@ -1,26 +1,63 @@
 // Loaded scene: the models of its objects, in their places, and the way there from their files.
 #pragma once
 
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
 #include "base/box.h"
 #include "model/model.h"
 #include "model/transform.h"
+#include "scene/scene.h"
 
 namespace polymorph {
 
 /// The way from an object's file to its place in the scene.
 struct ObjectPlacing {
-  Transform to_scene;          ///< takes the file's coordinates into the scene
-  Box box;                     ///< box in the file's coordinates
-  std::vector<Vec3> vertices;  ///< the file's own, where landmarks name any
+  Transform to_scene;            ///< takes the file's coordinates into the scene
+  std::vector<Transform> steps;  ///< the same, after it was turned upright, step by step
+  Box box;                       ///< box in the file's coordinates
+  std::vector<Vec3> vertices;    ///< the file's own, where landmarks name any
+};
+
+/// A mesh of a sequence.
+struct MeshFile {
+  std::filesystem::path file;
+  int number = 0;
+  std::string digest;      ///< hash of its content as it was read
+  std::string velocities;  ///< hash of those that it stores; empty: none
+  std::string topology;    ///< hash of its faces: vertices of meshes that share it correspond
+  std::string problem;     ///< reason why it cannot be shown; empty if it can
+};
+
+/// Pictures by what they show (pixel_digest()), as long as anybody uses them.
+struct TexturePool {
+  std::mutex mutex;
+  std::map<std::string, std::weak_ptr<const Image>> images;
+};
+
+/// A mesh sequence in its place in the scene. Its meshes are read one by one, when they are shown.
+struct MeshSequence {
+  ObjectSettings object;
+  std::vector<MeshFile> files;   ///< files in the order of play
+  std::vector<Transform> steps;  ///< ObjectPlacing::steps, the same for all
+  std::uint64_t most_bytes = 0;  ///< memory of the largest mesh with its textures
+  std::size_t most_triangles = 0, most_textures = 0;
+  /// Textures in use, so that meshes that show the same pictures share them.
+  std::shared_ptr<TexturePool> textures;
 };
 
 /// The models of all actors, loaded and arranged.
 struct LoadedScene {
-  std::vector<Model> models;            ///< actor by actor, in chain order
-  std::vector<ObjectPlacing> placings;  ///< one per model
+  /// Actor by actor, in chain order. A mesh sequence has the outermost points of all its meshes
+  /// here, without faces, and the names of all their labels.
+  std::vector<Model> models;
+  std::vector<std::shared_ptr<const MeshSequence>> sequences;  ///< one per model; null: none
+  std::vector<ObjectPlacing> placings;                         ///< one per model
   std::vector<std::string> warnings;
 };
 

@@ -6,11 +6,13 @@
 #include <iterator>
 #include <set>
 
+#include "base/parallel.h"
 #include "base/text.h"
 #include "field/distance_grid.h"
 #include "morph/smooth_map.h"
 #include "morph/timeline.h"
 #include "render/render.h"
+#include "scene/mesh_numbers.h"
 
 namespace polymorph {
 namespace {
@@ -42,8 +44,15 @@ double point_count(const Grid& grid) {
 
 }  // namespace
 
+std::uint64_t model_bytes(const Model& model) {
+  double bytes = bytes_of(model);
+  for (const auto& texture : model.textures) bytes += bytes_of(texture->pixels);
+  return static_cast<std::uint64_t>(bytes);
+}
+
 MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> chain,
-                               std::span<const Model> models, std::size_t pictures) {
+                               const LoadedScene& loaded, std::size_t pictures) {
+  std::span<const Model> models = loaded.models;
   double models_bytes = 0, trees = 0, fits = 0, distances = 0, making = 0, surfaces = 0, maps = 0;
   std::set<const Image*> textures;
   for (const Model& model : models) {
@@ -53,13 +62,22 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
       if (texture && textures.insert(texture.get()).second)
         models_bytes += bytes_of(texture->pixels);
   }
+  // Of a mesh sequence each thread reads one, and each frame under way has one.
+  for (const auto& sequence : loaded.sequences) {
+    if (!sequence) continue;
+    const auto count = static_cast<double>(
+        std::max<std::size_t>(static_cast<std::size_t>(thread_count()), pictures / 2 + 2));
+    models_bytes += count * static_cast<double>(sequence->most_bytes);
+    trees += count * kTreesPerTriangle * static_cast<double>(sequence->most_triangles);
+  }
   for (const ChainObject& object : chain)
-    if (is_fitted(scene, object.settings->spheres))
+    if (is_fitted(scene, object.settings->spheres) && !is_mesh_sequence(*object.settings))
       fits = std::max({fits, kLeastFit, kBytesPerFittedBall * object.settings->spheres.balls});
   PM_CHECK(models.size() == chain.size());
   for (const std::span<const ChainObject> objects : actor_chains(chain)) {
     const std::span<const Model> own = models.first(objects.size());
     models = models.subspan(objects.size());
+    if (plays_meshes(*objects.front().actor)) continue;
     Box box;
     for (const Model& model : own) box = unite(box, model.box());
     const Vec3 size = box.size();

@@ -9,6 +9,7 @@
 #include "base/result.h"
 #include "model/model.h"
 #include "scene/load_scene.h"
+#include "sequence/prepare/loaded_scene.h"
 
 namespace polymorph {
 
@@ -28,10 +29,13 @@ struct MemoryEstimate {
   }
 };
 
-/// Estimates what preparing and showing the scene takes. `models`: one per object of the chain, as
-/// loaded, some perhaps empty. `pictures`: held at once, none of them if 0.
+/// Bytes of a model with its textures.
+std::uint64_t model_bytes(const Model& model);
+
+/// Estimates what preparing and showing the scene takes. `loaded`: of the whole chain, some models
+/// perhaps empty. `pictures`: held at once, none of them if 0.
 MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> chain,
-                               std::span<const Model> models, std::size_t pictures);
+                               const LoadedScene& loaded, std::size_t pictures);
 
 /// The memory that a run may take, in bytes (0: no limit), and the number of pictures it holds at
 /// once.

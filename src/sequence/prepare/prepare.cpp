@@ -69,15 +69,15 @@ Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
   // Refuse labels and landmarks that do not belong to the models.
   PM_TRY(const std::vector<PlacedLandmarks> landmarks, check_scene(scene, chain, loaded));
   // Refuse what memory cannot hold, before search trees, distances and surfaces are made.
-  prepared.memory = estimate_memory(scene, chain, loaded.models, limit.pictures);
+  prepared.memory = estimate_memory(scene, chain, loaded, limit.pictures);
   PM_TRY_STATUS(check_memory(prepared.memory, limit.bytes));
   // Read the environment. Beyond this point, nothing more is read but the cache.
   PM_TRY(prepared.environment, load_environment(scene));
   // Hash everything that decides the frames.
-  prepared.hashes =
-      hash_sequence({scene, chain, loaded.models, prepared.environment.get(), loaded.placings});
+  prepared.hashes = hash_sequence(
+      {scene, chain, loaded.models, prepared.environment.get(), loaded.placings, loaded.sequences});
   // Lay out each actor: its timeline, box, cells and labels.
-  PM_TRY(const std::vector<ActorOutline> outlines, outline_actors(scene, chain, loaded.models));
+  PM_TRY(const std::vector<ActorOutline> outlines, outline_actors(scene, chain, loaded));
   for (const ActorOutline& outline : outlines) prepared.box = unite(prepared.box, outline.box);
   // Make the objects: balls, distances, colours, boundary stages.
   PM_TRY(const std::vector<ObjectList> objects,

@@ -9,6 +9,7 @@
 #include "leg/boundary_surface.h"
 #include "mesh/mesh_check.h"
 #include "morph/labels.h"
+#include "scene/mesh_numbers.h"
 #include "sequence/prepare/load_models.h"
 #include "spheres/quality.h"
 
@@ -113,12 +114,14 @@ LegSettings leg_settings(const Scene& scene, const Box& box, std::span<const Mod
 
 Result<std::vector<ActorOutline>> outline_actors(const Scene& scene,
                                                  std::span<const ChainObject> chain,
-                                                 std::span<const Model> models) {
+                                                 const LoadedScene& loaded) {
   std::vector<ActorOutline> outlines;
+  std::span<const Model> models = loaded.models;
   for (const std::span<const ChainObject> objects : actor_chains(chain)) {
     const std::span<const Model> own = models.first(objects.size());
     models = models.subspan(objects.size());
     ActorOutline& outline = outlines.emplace_back();
+    outline.sequence = loaded.sequences[loaded.models.size() - models.size() - objects.size()];
     outline.name = objects.front().actor->name;
     outline.timeline = make_timeline(scene, *objects.front().actor);
     for (const Model& model : own) {
@@ -128,7 +131,8 @@ Result<std::vector<ActorOutline>> outline_actors(const Scene& scene,
             outline.label_names.end())
           outline.label_names.push_back(name);
     }
-    outline.settings = leg_settings(scene, outline.box, own);
+    outline.settings =
+        leg_settings(scene, outline.box, outline.sequence ? std::span<const Model>() : own);
     if (!(outline.settings.cell > 0))
       return make_error(ErrorCode::kInput, "{}: the objects have no extent - check their scale",
                         scene.path.string());
@@ -143,7 +147,8 @@ Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
                                              std::span<const ActorOutline> outlines) {
   if (std::any_of(chain.begin(), chain.end(), [&](const ChainObject& object) {
         const SphereSettings& spheres = object.settings->spheres;
-        return spheres.coarse && is_fitted(preparation.scene, spheres);
+        return spheres.coarse && is_fitted(preparation.scene, spheres) &&
+               !is_mesh_sequence(*object.settings);
       }))
     log_info("the balls are coarse, as previews have them: a full render fits finer ones");
   std::vector<ObjectList> lists(outlines.size());
@@ -160,8 +165,9 @@ Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
       object.to_scene = loaded.placings[next].to_scene;
       object.landmarks = landmarks[next];
       object.label_numbers = label_numbers(object.model.label_names, outline.label_names);
-      PM_TRY_STATUS(complete_object(preparation, settings, outline.settings,
-                                    leg_kinds(outline.timeline, i), object));
+      if (!outline.sequence)
+        PM_TRY_STATUS(complete_object(preparation, settings, outline.settings,
+                                      leg_kinds(outline.timeline, i), object));
       lists[a].push_back(std::make_shared<const PreparedObject>(std::move(object)));
     }
   }

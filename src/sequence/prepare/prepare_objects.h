@@ -25,7 +25,7 @@ struct Preparation {
 /// have no extent.
 Result<std::vector<ActorOutline>> outline_actors(const Scene& scene,
                                                  std::span<const ChainObject> chain,
-                                                 std::span<const Model> models);
+                                                 const LoadedScene& loaded);
 
 /// The objects of each actor, from the models of the chain, which are moved out of `loaded`, and
 /// their landmarks. Errors: kInput where a model has no balls or encloses nothing; the engine's.

@@ -13,6 +13,7 @@
 #include "morph/timeline.h"
 #include "render/render.h"
 #include "scene/scene.h"
+#include "sequence/prepare/loaded_scene.h"
 #include "sequence/prepare/memory_estimate.h"
 
 namespace polymorph {
@@ -21,9 +22,10 @@ namespace polymorph {
 struct ActorOutline {
   std::string name;
   Timeline timeline;
-  LegSettings settings;                  ///< settings of its objects and legs
-  std::vector<std::string> label_names;  ///< labels of all its objects, each name once
-  Box box;                               ///< box around all its objects
+  LegSettings settings;                          ///< settings of its objects and legs
+  std::vector<std::string> label_names;          ///< labels of all its objects, each name once
+  Box box;                                       ///< box around all its objects
+  std::shared_ptr<const MeshSequence> sequence;  ///< meshes that it plays; null: it morphs
 };
 
 /// The objects of an actor.
@@ -31,7 +33,9 @@ using ObjectList = std::vector<std::shared_ptr<const PreparedObject>>;
 
 /// One chain, in its place in the world.
 struct PreparedActor : ActorOutline {
-  ObjectList objects;  ///< the chain's, then balls in flight, with which legs were left
+  /// The chain's, then balls in flight, with which legs were left. The object of a mesh sequence
+  /// has its outermost points alone.
+  ObjectList objects;
   std::vector<std::shared_ptr<const Leg>> legs;
 };
 
@@ -40,6 +44,12 @@ struct SequenceHashes {
   std::string scene;               ///< content_hash()
   std::string inputs;              ///< inputs_hash()
   std::optional<Framing> framing;  ///< framing of a moving camera, if the models alone decide it
+  /// Hash of the box of all objects and of the camera, if that stands still; empty without mesh
+  /// sequences.
+  std::string stage;
+  std::string aovs;  ///< image.aovs of the scene, also where a run leaves layers out
+  std::vector<std::vector<std::string>>
+      meshes;  ///< digests of each actor's meshes, if any has some
 };
 
 /// kCached: an object whose fit is not in the cache gets the balls of its spheres instead.

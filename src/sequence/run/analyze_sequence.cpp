@@ -159,7 +159,7 @@ Result<Handover> measure_handover(const Leg& leg, const LegTiming& timing, bool 
     PM_TRY(BoundarySurface shown, boundary_surface(leg, {leaving, 1 - growth, growth}, engine));
     Mesh mesh = std::move(shown.surface);
     if (!shown.points.empty())
-      append(mesh, model_mesh(leaving ? *leg.from : *leg.to, shown.points));
+      append(mesh, model_mesh((leaving ? *leg.from : *leg.to).model, shown.points));
     handover.shown.push_back(std::move(mesh));
   }
   return handover;
@@ -187,6 +187,12 @@ Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engin
   };
   for (const PreparedActor& actor : prepared.actors)
     for (const LegTiming& timing : actor.timeline.legs) total += sample_count(timing);
+  if (total == 0)
+    return make_error(
+        ErrorCode::kInput,
+        "{}: has no morph to measure, only mesh sequences - to measure one as a morph "
+        "from its first mesh to its last: analyze 'seq.####.obj'",
+        prepared.scene.path.string());
   std::vector<Analysis> morphs;
   for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
     const PreparedActor& actor = prepared.actors[a];

@@ -1,11 +1,10 @@
-// Frame ranges and file name patterns: "1-48x2,60", "frame.####.exr", shards.
+// Frame ranges and shards: "1-48x2,60", "2/8".
 #pragma once
 
-#include <filesystem>
-#include <string>
 #include <string_view>
 #include <vector>
 
+#include "base/frame_pattern.h"
 #include "base/result.h"
 
 namespace polymorph {
@@ -16,32 +15,10 @@ namespace polymorph {
 /// Errors (kUsage): syntax, or a frame outside [first, last].
 Result<std::vector<int>> parse_frames(std::string_view text, int first, int last);
 
-/// A file name with a place for the frame number: "out/frame.####.exr" (n hashes = n digits) or
-/// "out/frame.%04d.exr"; "%%" is a percent sign. The number may only stand in the file name.
-struct FramePattern {
-  std::string before, after;
-  int digits = 0;  ///< 0 = no place for a number
-  bool has_number() const { return digits > 0; }
-};
-
 /// The files of a sequence's frames.
 struct FrameFiles {
   FramePattern exr, png;  ///< empty: none of that format
 };
-
-/// Errors (kUsage): a lone '#', two places for a number, a place in a folder's name, no file name.
-Result<FramePattern> parse_pattern(const std::string& text);
-
-/// ".####" is put before the extension when more than one frame goes to a name without a place for
-/// its number.
-FramePattern add_number(FramePattern pattern);
-
-std::filesystem::path frame_path(const FramePattern& pattern, int frame);
-/// Replaces the extension of the pattern (".png").
-FramePattern with_extension(FramePattern pattern, const std::string& extension);
-
-/// Frames that exist on disk under this pattern, ascending. Errors (kInput): unreadable folder.
-Result<std::vector<int>> existing_frames(const FramePattern& pattern);
 
 /// Every n-th frame, the i-th share first (1-based): "2/8"; "auto" reads Slurm's array or MPI's
 /// rank from the environment. Errors (kUsage).

@@ -94,6 +94,28 @@ Status write_frame(const Image& image, const SequenceSettings& settings, const S
   return Ok{};
 }
 
+/// Errors (kInput): frames show meshes of a sequence that cannot be shown.
+Status check_meshes(const PreparedScene& prepared, const std::vector<int>& frames) {
+  constexpr std::size_t kMaxNamed = 20;
+  std::vector<std::string> problems;
+  for (const int frame : frames)
+    for (const PreparedActor& actor : prepared.actors) {
+      if (!actor.sequence) continue;
+      const MorphState moment = morph_state_at(actor.timeline, shown_frame(prepared.scene, frame));
+      const std::string& problem =
+          actor.sequence->files[static_cast<std::size_t>(moment.mesh)].problem;
+      if (!problem.empty() &&
+          std::find(problems.begin(), problems.end(), problem) == problems.end())
+        problems.push_back(problem);
+    }
+  if (problems.empty()) return Ok{};
+  const std::size_t count = problems.size();
+  if (count > kMaxNamed) problems.resize(kMaxNamed);
+  return make_error(ErrorCode::kInput, "{}{}\n--keep-going renders the other frames",
+                    fmt::join(problems, "\n"),
+                    count > kMaxNamed ? fmt::format("\n... and {} more", count - kMaxNamed) : "");
+}
+
 /// The loop over the frames, with what it needs at hand.
 class SequenceRun {
  public:
@@ -119,6 +141,7 @@ class SequenceRun {
                         "{}: {} warning{} about its files - mend them, or render without --strict",
                         scene.path.string(), prepared_.warnings.size(),
                         prepared_.warnings.size() == 1 ? "" : "s");
+    if (!settings_.keep_going) PM_TRY_STATUS(check_meshes(prepared_, settings_.frames));
     // Once more: only now is it known which files the models and their materials name.
     if (!settings_.keep_going)
       for (const int frame : settings_.frames)

@@ -31,16 +31,17 @@ Result<std::string> source_hash(const Scene& scene) {
   const std::vector<ChainObject> chain = chain_objects(scene);
   PM_TRY(const LoadedScene loaded, load_models(scene, chain, /*textures=*/true));
   PM_TRY(const std::shared_ptr<const Image> environment, load_environment(scene));
-  return content_hash({scene, chain, loaded.models, environment.get(), loaded.placings},
-                      /*program=*/"");
+  return content_hash(
+      {scene, chain, loaded.models, environment.get(), loaded.placings, loaded.sequences},
+      /*program=*/"");
 }
 
 Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> frames) {
   const std::vector<ChainObject> chain = chain_objects(scene);
   PM_TRY(const LoadedScene loaded, load_models(scene, chain, /*textures=*/true));
   PM_TRY(const std::shared_ptr<const Image> environment, load_environment(scene));
-  const SequenceHashes hashes =
-      hash_sequence({scene, chain, loaded.models, environment.get(), loaded.placings});
+  const SequenceHashes hashes = hash_sequence(
+      {scene, chain, loaded.models, environment.get(), loaded.placings, loaded.sequences});
   ExpectedHashes out{hashes.scene, std::vector<std::string>(frames.size()), scene.output.png_bits};
   parallel_for(static_cast<std::int64_t>(frames.size()), [&](std::int64_t i) {
     const auto at = static_cast<std::size_t>(i);

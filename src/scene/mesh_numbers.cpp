@@ -1,0 +1,69 @@
+#include "scene/mesh_numbers.h"
+
+#include <cstdlib>
+#include <numeric>
+#include <system_error>
+
+#include "base/frame_pattern.h"
+
+namespace polymorph {
+
+bool is_numbered(const std::filesystem::path& model) {
+  std::error_code error;
+  if (std::filesystem::exists(model, error)) return false;
+  const auto pattern = file_pattern(model);
+  return pattern ? pattern->has_number() : model.filename().string().find('#') != std::string::npos;
+}
+
+Result<std::vector<int>> find_range(const std::filesystem::path& model) {
+  PM_TRY(const FramePattern pattern, file_pattern(model));
+  PM_TRY(const std::vector<int> numbers, existing_frames(pattern));
+  if (numbers.empty()) return make_error(ErrorCode::kInput, "no such files: {}", model.string());
+  int step = 0;
+  for (const int number : numbers) step = std::gcd(step, number - numbers.front());
+  std::vector<int> range{numbers.front(), numbers.back()};
+  if (step > 1) range.push_back(step);
+  return range;
+}
+
+std::vector<int> mesh_numbers(const ObjectSettings& object) {
+  const std::vector<int>& range = object.range;
+  const int step = range.size() > 2 ? range[2] : 1;
+  const int count = std::abs(range[1] - range[0]) / step + 1;
+  std::vector<int> numbers;
+  for (int i = 0; i < count; ++i)
+    numbers.push_back(range[1] < range[0] ? range[0] - i * step : range[0] + i * step);
+  return numbers;
+}
+
+std::filesystem::path mesh_file(const ObjectSettings& object, int number) {
+  const auto pattern = file_pattern(object.model);
+  PM_CHECK(pattern);
+  return frame_path(*pattern, number);
+}
+
+std::string describe_files(const ObjectSettings& object) {
+  const std::vector<int> numbers = mesh_numbers(object);
+  std::size_t missing = 0;
+  for (const int number : numbers) {
+    std::error_code error;
+    if (!std::filesystem::exists(mesh_file(object, number), error)) ++missing;
+  }
+  std::string text = fmt::format("{} mesh{}, frames {} to {}", numbers.size(),
+                                 numbers.size() == 1 ? "" : "es", numbers.front(), numbers.back());
+  if (object.range.size() > 2) text += fmt::format(" in steps of {}", object.range[2]);
+  return missing > 0 ? text + fmt::format(", {} missing", missing) : text;
+}
+
+std::string sequence_name(const std::filesystem::path& model) {
+  const auto pattern = file_pattern(model);
+  if (!pattern) return model.stem().string();
+  const std::string before = std::filesystem::path(pattern->before + "x").filename().string(),
+                    after = std::filesystem::path(pattern->after).stem().string();
+  std::string name = before.substr(0, before.size() - 1);
+  while (!name.empty() && std::string("._- ").find(name.back()) != std::string::npos)
+    name.pop_back();
+  return name.empty() ? after : name;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,289 @@
+#include "sequence/prepare/mesh_sequence.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <limits>
+#include <map>
+#include <system_error>
+
+#include "base/file.h"
+#include "base/hash.h"
+#include "base/log.h"
+#include "base/parallel.h"
+#include "image/image_io.h"
+#include "model/load/ply_velocities.h"
+#include "scene/mesh_numbers.h"
+#include "sequence/prepare/content_hash.h"
+#include "sequence/prepare/film_settings.h"
+#include "sequence/prepare/memory_estimate.h"
+
+namespace polymorph {
+namespace {
+
+/// Points of a cube's surface, the corners, edges and faces of a grid of 8^3 cells: directions that
+/// are at most 15 degrees apart.
+std::vector<Vec3> cube_directions() {
+  constexpr int kHalf = 4;
+  std::vector<Vec3> directions;
+  for (int x = -kHalf; x <= kHalf; ++x)
+    for (int y = -kHalf; y <= kHalf; ++y)
+      for (int z = -kHalf; z <= kHalf; ++z)
+        if (std::max({std::abs(x), std::abs(y), std::abs(z)}) == kHalf)
+          directions.push_back(
+              {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)});
+  return directions;
+}
+
+/// The direction along which a transform's image of a point lies as far as along `direction`.
+Vec3 pulled_back(const Transform& t, Vec3 direction) {
+  const auto column = [&](int j) {
+    return t.m[0][j] * direction.x + t.m[1][j] * direction.y + t.m[2][j] * direction.z;
+  };
+  return {column(0), column(1), column(2)};
+}
+
+/// Directions in which a sequence's outermost points are sought: all around, and the axes of the
+/// scene once it is turned, and once it is in its place, so that its boxes there are exact.
+std::vector<Vec3> survey_directions(const Scene& scene, const ChainObject& chained) {
+  const ObjectSettings& object = *chained.settings;
+  const ActorSettings& actor = *chained.actor;
+  const bool stand = scene.arrange == Arrange::kStand && object.arrange;
+  const Transform turn = make_transform({}, object.rotate, {1, 1, 1});
+  const Transform own = stand ? compose(make_transform({}, {}, object.scale), turn)
+                              : make_transform({}, object.rotate, object.scale);
+  const Transform all = compose(make_transform({}, actor.rotate, actor.scale), own);
+  std::vector<Vec3> directions;
+  for (const Vec3 d : cube_directions()) directions.push_back(pulled_back(turn, d));
+  for (const Vec3 axis : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}})
+    for (const float side : {-1.0f, 1.0f}) directions.push_back(pulled_back(all, axis * side));
+  return directions;
+}
+
+/// For each direction the outermost point, each point once, in the order of the points.
+std::vector<Vec3> outermost_points(const std::vector<Vec3>& points,
+                                   const std::vector<Vec3>& directions) {
+  std::vector<std::size_t> outermost;
+  for (const Vec3 direction : directions) {
+    std::size_t best = 0;
+    float farthest = -std::numeric_limits<float>::infinity();
+    for (std::size_t i = 0; i < points.size(); ++i)
+      if (const float far = dot(points[i], direction); far > farthest) farthest = far, best = i;
+    outermost.push_back(best);
+  }
+  std::sort(outermost.begin(), outermost.end());
+  outermost.erase(std::unique(outermost.begin(), outermost.end()), outermost.end());
+  std::vector<Vec3> found;
+  for (const std::size_t i : outermost) found.push_back(points[i]);
+  return found;
+}
+
+/// A mesh of the sequence as an object of its own.
+ObjectSettings mesh_object(const ObjectSettings& sequence, const std::filesystem::path& file) {
+  ObjectSettings object = sequence;
+  object.model = file;
+  return object;
+}
+
+/// Hash of the faces, the same for meshes that differ at most in where their points are. The side
+/// that faces show is left out: it follows from the points.
+std::string topology_digest(const Model& model) {
+  std::vector<std::uint32_t> corners;
+  for (const Triangle& t : model.triangles) {
+    corners.insert(corners.end(), {t.v[0], t.v[1], t.v[2]});
+    std::sort(corners.end() - 3, corners.end());
+  }
+  Hasher hasher;
+  hasher.add(model.points.size()).add(std::span<const std::uint32_t>(corners));
+  return hasher.hex();
+}
+
+std::string velocity_digest(const std::vector<PointVelocity>& velocities) {
+  Hasher hasher;
+  for (const auto& [point, velocity] : velocities)
+    hasher.add(velocity.x).add(velocity.y).add(velocity.z);
+  return hasher.hex();
+}
+
+/// Says between which meshes no motion is known, where the scene asks for motion.
+void log_unknown_motion(const Scene& scene, const MeshSequence& sequence) {
+  if (!wants_flow(scene)) return;
+  const std::vector<MeshFile>& files = sequence.files;
+  std::size_t unknown = 0, first = 0;
+  for (std::size_t i = files.size(); i-- > 1;)
+    if (files[i - 1].topology != files[i].topology && files[i - 1].velocities.empty())
+      ++unknown, first = i - 1;
+  if (unknown == 0) return;
+  log_info(
+      "{}: no motion blur or vectors between {} of its meshes and the next, as between {} and "
+      "{}: their faces differ, and they store no velocities (vx vy vz of a PLY file)",
+      sequence.object.name, unknown, files[first].number, files[first + 1].number);
+}
+
+/// Facts that a look at one mesh leaves.
+struct MeshLook {
+  std::vector<Vec3> outermost;
+  Box box;  ///< box in the file's coordinates
+  std::vector<std::string> labels, warnings;
+  std::uint64_t bytes = 0;
+  std::size_t triangles = 0, textures = 0;
+};
+
+MeshLook look_at_mesh(const ObjectSettings& object, const std::vector<Vec3>& directions,
+                      bool textures, MeshFile& file) {
+  MeshLook look;
+  std::error_code error;
+  remember_input(file.file);
+  if (!std::filesystem::exists(file.file, error)) {
+    file.problem = fmt::format("mesh {}: {}: no such file", file.number, file.file.string());
+    return look;
+  }
+  const auto read = load_object(mesh_object(object, file.file), textures, false, look.warnings);
+  if (!read) {
+    file.problem = fmt::format("mesh {}: {}", file.number, read.error().message);
+    return look;
+  }
+  file.digest = model_digest(read->model);
+  file.topology = topology_digest(read->model);
+  const std::vector<PointVelocity> velocities = load_ply_velocities(file.file);
+  if (!velocities.empty()) file.velocities = velocity_digest(velocities);
+  look.outermost = outermost_points(read->model.points, directions);
+  look.box = read->placing.box;
+  look.labels = read->model.label_names;
+  look.bytes = model_bytes(read->model);
+  look.triangles = read->model.triangles.size();
+  look.textures = read->model.textures.size();
+  return look;
+}
+
+/// Replaces pictures by equal ones of meshes that are still in use.
+void share_textures(TexturePool& pool, Model& model) {
+  const std::lock_guard lock(pool.mutex);
+  for (std::shared_ptr<const Image>& texture : model.textures) {
+    std::weak_ptr<const Image>& known = pool.images[pixel_digest(*texture)];
+    if (const std::shared_ptr<const Image> shared = known.lock())
+      texture = shared;
+    else
+      known = texture;
+  }
+}
+
+}  // namespace
+
+Result<MeshSurvey> survey_meshes(const Scene& scene, const ChainObject& object, bool textures,
+                                 std::vector<std::string>& warnings) {
+  const ObjectSettings& settings = *object.settings;
+  MeshSurvey survey;
+  MeshSequence& sequence = survey.sequence;
+  sequence.object = settings;
+  sequence.textures = std::make_shared<TexturePool>();
+  for (const int number : mesh_numbers(settings)) {
+    MeshFile& file = sequence.files.emplace_back();
+    file.number = number;
+    file.file = mesh_file(settings, number);
+  }
+  const std::vector<Vec3> directions = survey_directions(scene, object);
+  std::vector<MeshLook> looks(sequence.files.size());
+  parallel_for(static_cast<std::int64_t>(looks.size()), [&](std::int64_t index) {
+    const auto i = static_cast<std::size_t>(index);
+    looks[i] = look_at_mesh(settings, directions, textures, sequence.files[i]);
+  });
+  Model& model = survey.stand_in.model;
+  model.name = settings.name;
+  model.materials.emplace_back();
+  std::size_t warned = 0;
+  for (const MeshLook& look : looks) {
+    model.points.insert(model.points.end(), look.outermost.begin(), look.outermost.end());
+    survey.stand_in.placing.box = unite(survey.stand_in.placing.box, look.box);
+    for (const std::string& label : look.labels)
+      if (std::find(model.label_names.begin(), model.label_names.end(), label) ==
+          model.label_names.end())
+        model.label_names.push_back(label);
+    sequence.most_bytes = std::max(sequence.most_bytes, look.bytes);
+    sequence.most_triangles = std::max(sequence.most_triangles, look.triangles);
+    sequence.most_textures = std::max(sequence.most_textures, look.textures);
+    if (!look.warnings.empty() && warned++ == 0)
+      warnings.insert(warnings.end(), look.warnings.begin(), look.warnings.end());
+  }
+  if (warned > 1)
+    warnings.push_back(
+        fmt::format("{}: {} more meshes have warnings of their own - info says "
+                    "those of a mesh",
+                    settings.model.string(), warned - 1));
+  log_unknown_motion(scene, sequence);
+  if (model.points.empty())
+    return make_error(ErrorCode::kInput, "{}", sequence.files.front().problem);
+  return survey;
+}
+
+Result<Model> load_mesh(const MeshSequence& sequence, int mesh) {
+  const MeshFile& file = sequence.files[static_cast<std::size_t>(mesh)];
+  if (!file.problem.empty()) return make_error(ErrorCode::kInput, "{}", file.problem);
+  std::vector<std::string> warnings;  // said by the survey
+  PM_TRY(ReadObject read,
+         load_object(mesh_object(sequence.object, file.file), true, false, warnings));
+  if (model_digest(read.model) != file.digest)
+    return make_error(ErrorCode::kInput, "mesh {}: {}: was changed while it was used", file.number,
+                      file.file.string());
+  share_textures(*sequence.textures, read.model);
+  restyle(read.model, sequence.object);
+  for (const Transform& step : sequence.steps) read.model = transformed(read.model, step);
+  return std::move(read.model);
+}
+
+Result<std::vector<Vec3>> mesh_motion(const MeshSequence& sequence, const Model& shown,
+                                      const MeshStep& step) {
+  std::vector<Vec3> motion;
+  if (step.mesh == step.next) return motion;
+  const MeshFile &file = sequence.files[static_cast<std::size_t>(step.mesh)],
+                 &next = sequence.files[static_cast<std::size_t>(step.next)];
+  if (file.topology == next.topology) {
+    PM_TRY(const Model arrived, load_mesh(sequence, step.next));
+    for (std::size_t i = 0; i < shown.points.size(); ++i)
+      motion.push_back(arrived.points[i] - shown.points[i]);
+    return motion;
+  }
+  if (file.velocities.empty()) return motion;
+  std::map<std::array<float, 3>, Vec3> velocity_at;
+  for (const auto& [point, velocity] : load_ply_velocities(file.file))
+    velocity_at.try_emplace({point.x, point.y, point.z}, velocity);
+  std::vector<std::string> warnings;  // said by the survey
+  ObjectSettings as_stored = mesh_object(sequence.object, file.file);
+  as_stored.up = UpAxis::kY;
+  PM_TRY(const ReadObject stored, load_object(as_stored, false, false, warnings));
+  // A range that goes down plays backwards.
+  const bool back =
+      sequence.files.size() > 1 && sequence.files.front().number > sequence.files.back().number;
+  Transform to_scene = upright(sequence.object.up);
+  for (const Transform& transform : sequence.steps) to_scene = compose(transform, to_scene);
+  const Vec3 origin = apply(to_scene, {});
+  for (const Vec3 p : stored.model.points) {
+    const auto found = velocity_at.find({p.x, p.y, p.z});
+    const Vec3 velocity = found == velocity_at.end() ? Vec3{} : found->second;
+    motion.push_back((apply(to_scene, velocity) - origin) * ((back ? -1.0f : 1.0f) / step.fps));
+  }
+  if (motion.size() != shown.points.size())
+    return make_error(ErrorCode::kInput, "mesh {}: {}: was changed while it was used", file.number,
+                      file.file.string());
+  return motion;
+}
+
+std::vector<std::string> mesh_problems(const MeshSequence& sequence) {
+  std::vector<std::string> problems;
+  for (const MeshFile& file : sequence.files)
+    if (!file.problem.empty()) problems.push_back(file.problem);
+  return problems;
+}
+
+std::string describe_meshes(const MeshSequence& sequence) {
+  std::size_t broken = 0;
+  for (const MeshFile& file : sequence.files) {
+    std::error_code error;
+    if (!file.problem.empty() && std::filesystem::exists(file.file, error)) ++broken;
+  }
+  std::string text = sequence.object.name + ": " + describe_files(sequence.object);
+  if (broken > 0) text += fmt::format(", {} broken", broken);
+  return text + fmt::format(", at most {} triangles", sequence.most_triangles);
+}
+
+}  // namespace polymorph
