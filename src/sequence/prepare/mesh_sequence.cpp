@@ -252,15 +252,17 @@ Result<std::vector<Vec3>> mesh_motion(const MeshSequence& sequence, const Model&
   as_stored.up = UpAxis::kY;
   PM_TRY(const ReadObject stored, load_object(as_stored, false, false, warnings));
   // A range that goes down plays backwards.
-  const bool back =
-      sequence.files.size() > 1 && sequence.files.front().number > sequence.files.back().number;
+  const float direction =
+      sequence.files.size() > 1 && sequence.files.front().number > sequence.files.back().number
+          ? -1.0f
+          : 1.0f;
   Transform to_scene = upright(sequence.object.up);
   for (const Transform& transform : sequence.steps) to_scene = compose(transform, to_scene);
   const Vec3 origin = apply(to_scene, {});
   for (const Vec3 p : stored.model.points) {
     const auto found = velocity_at.find({p.x, p.y, p.z});
     const Vec3 velocity = found == velocity_at.end() ? Vec3{} : found->second;
-    motion.push_back((apply(to_scene, velocity) - origin) * ((back ? -1.0f : 1.0f) / step.fps));
+    motion.push_back((apply(to_scene, velocity) - origin) * (direction / step.fps));
   }
   if (motion.size() != shown.points.size())
     return make_error(ErrorCode::kInput, "mesh {}: {}: was changed while it was used", file.number,
