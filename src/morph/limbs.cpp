@@ -45,6 +45,7 @@ void find_center(Body& body) {
   std::vector<std::uint32_t> nearest(n, kNone), owner(n, 0);
   std::vector<std::vector<std::uint32_t>> from_base;
   std::vector<std::uint32_t> bases;
+  bases.reserve(std::min(kBases, n));
   auto base = static_cast<std::uint32_t>(std::max_element(solid.depth.begin(), solid.depth.end()) -
                                          solid.depth.begin());
   while (from_base.size() < std::min(kBases, n)) {
