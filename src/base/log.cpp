@@ -149,10 +149,10 @@ class FileSink : public spdlog::sinks::base_sink<std::mutex> {
     formatter_->format(copy, line);
     for (std::size_t done = 0; done < line.size() && !ended_;) {
       const ssize_t n = ::write(fd_, line.data() + done, line.size() - done);
-      if (n >= 0)
+      if (n > 0)
         done += static_cast<std::size_t>(n);
-      else if (errno != EINTR)
-        end(errno);
+      else if (n == 0 || errno != EINTR)
+        end(n == 0 ? EIO : errno);
     }
   }
   void flush_() override {}

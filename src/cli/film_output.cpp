@@ -106,12 +106,22 @@ Result<FilmScene> prepare_film(const CommandLine& line, Scene scene) {
   return ready;
 }
 
+Status check_has_plans(const PreparedScene& prepared) {
+  for (const PreparedActor& actor : prepared.actors)
+    if (actor.sequence)
+      return make_error(ErrorCode::kInput,
+                        "{}: is a mesh sequence - plans are of morphs between two objects",
+                        actor.name);
+  return Ok{};
+}
+
 Result<Film> render_film(const CommandLine& line, const FilmScene& ready, std::vector<int> numbers,
                          int width, FilmContent content) {
   const PreparedScene& prepared = ready.prepared;
   Film film;
   film.last = frame_count(prepared.scene);
   film.fps = prepared.scene.frames.fps;
+  if (content == FilmContent::kPlan) PM_TRY_STATUS(check_has_plans(ready.prepared));
   PM_TRY(Renderer renderer, Renderer::create());
   const ProgressCallback progress = make_progress(progress_mode(line.common));
   struct Traced {

@@ -60,6 +60,9 @@ Result<FilmScene> prepare_film(const CommandLine& line, Scene scene);
 /// (sequence/frame/paint_origins.h).
 enum class FilmContent { kScene, kPlan };
 
+/// Tests whether all actors morph: meshes that are played have no plan. Errors: kInput.
+Status check_has_plans(const PreparedScene& prepared);
+
 /// Renders these frames of the scene, each `width` pixels wide (0 = as the scene says), with
 /// progress. The surface of a frame is made while the one before is traced, and frames that show
 /// the same are traced once. Errors: those of geometry_at() and render_frame(); the signal's code

@@ -165,6 +165,45 @@ class Comparer {
   int alphas_[2];
 };
 
+bool holds_ids(const Image& image, const std::string& channel) {
+  // The reader's own entry comes last; a file may have another of that name.
+  const auto attribute =
+      std::find_if(image.attributes.rbegin(), image.attributes.rend(),
+                   [](const Attribute& a) { return a.name == kIdChannelsAttribute; });
+  if (attribute == image.attributes.rend()) return false;
+  const auto* names = std::get_if<std::string>(&attribute->value);
+  if (!names) return false;
+  const std::vector<std::string> ids = split(*names, ',');
+  return std::find(ids.begin(), ids.end(), channel) != ids.end();
+}
+
+/// The image with its ids split as those of `other` are: where that has large ones, their low bytes
+/// are a channel NAME.low of their own.
+Image split_ids(const Image& image, const Image& other) {
+  constexpr std::string_view kLow = ".low";
+  Image split = image;
+  for (const std::string& low : other.channels) {
+    if (!low.ends_with(kLow) || image.find_channel(low) >= 0) continue;
+    const std::string name = low.substr(0, low.size() - kLow.size());
+    const int whole = image.find_channel(name);
+    if (whole < 0 || !holds_ids(other, name) || !holds_ids(image, name)) continue;
+    const std::size_t count = split.channel_count();
+    std::vector<float> pixels;
+    pixels.reserve(split.pixels.size() / count * (count + 1));
+    for (std::size_t i = 0; i < split.pixels.size(); i += count) {
+      const auto first = split.pixels.begin() + static_cast<std::ptrdiff_t>(i);
+      pixels.insert(pixels.end(), first, first + static_cast<std::ptrdiff_t>(count));
+      // Ids up to 2^24 are exact.
+      const float rest = std::fmod(first[whole], 256.0f);
+      pixels[pixels.size() - count + static_cast<std::size_t>(whole)] -= rest;
+      pixels.push_back(rest);
+    }
+    split.pixels = std::move(pixels);
+    split.channels.push_back(low);
+  }
+  return split;
+}
+
 /// Lists the channels that only one of the images has; "" when both have the same.
 std::string channel_mismatch(const Image& actual, const Image& reference) {
   const auto only_in = [](const Image& a, const Image& b) {
@@ -255,15 +294,6 @@ void decide(const Tolerance& tolerance, bool equal, const std::string& shown, Co
   }
 }
 
-bool holds_ids(const Image& image, const std::string& channel) {
-  const auto attribute =
-      std::find_if(image.attributes.begin(), image.attributes.end(),
-                   [](const Attribute& a) { return a.name == kIdChannelsAttribute; });
-  if (attribute == image.attributes.end()) return false;
-  const std::vector<std::string> ids = split(std::get<std::string>(attribute->value), ',');
-  return std::find(ids.begin(), ids.end(), channel) != ids.end();
-}
-
 std::vector<Pair> pair_channels(const Image& actual, const Image& reference) {
   std::vector<Pair> pairs;
   for (std::size_t c = 0; c < reference.channel_count(); ++c) {
@@ -345,6 +375,10 @@ Comparison compare_images(const Image& actual, const Image& reference, const Tol
       static_cast<std::uint64_t>(reference.width) * static_cast<std::uint64_t>(reference.height);
   result.reason = channel_mismatch(actual, reference);
   if (!result.reason.empty()) {
+    const Image split = split_ids(actual, reference),
+                split_reference = split_ids(reference, actual);
+    if (channel_mismatch(split, split_reference).empty())
+      return compare_images(split, split_reference, tolerance, maps);
     result.verdict = Verdict::kChannelMismatch;
     return result;
   }

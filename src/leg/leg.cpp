@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "kernels/linear.h"
+#include "mesh/components.h"
 
 namespace polymorph {
 
@@ -29,6 +30,14 @@ double min_component_share(const Leg& leg, float u) {
         const float t = std::clamp((std::min(u, 1 - u) - kNear) / (kFar - kNear), 0.0f, 1.0f);
         return std::max(min_share, std::lerp(end, middle, static_cast<double>(t)));
       });
+}
+
+void remove_crumbs(const Leg& leg, float u, Mesh& surface) {
+  constexpr double kMaxCrumbs = 0.05;  // in play.html, too
+  const double share = min_component_share(leg, u),
+               least = static_cast<double>(leg.settings.min_component_share);
+  const bool are_crumbs = share <= least || small_components_share(surface, share) <= kMaxCrumbs;
+  remove_small_components(surface, are_crumbs ? share : least);
 }
 
 }  // namespace polymorph

@@ -64,6 +64,10 @@ struct LegSurface {
 /// progress u.
 double min_component_share(const Leg& leg, float u);
 
+/// Removes from the leg's surface at the eased progress u what min_component_share() leaves out. A
+/// heap of small parts, together more than a twentieth of the volume, is no crumbs and stays.
+void remove_crumbs(const Leg& leg, float u, Mesh& surface);
+
 /// Diagonal of the objects at an eased time: the length by which a smooth map measures.
 float object_size(const Leg& leg, float u);
 

@@ -5,7 +5,6 @@
 #include "field/extract_surface.h"
 #include "field/level.h"
 #include "leg/distance_leg.h"
-#include "mesh/components.h"
 #include "mesh/fairing.h"
 #include "mesh/handles.h"
 #include "morph/labels.h"
@@ -68,7 +67,7 @@ Result<LegSurface> leg_surface(const Leg& leg, float time, Engine& engine) {
       }));
   // The cubes of a matrix are components of their own.
   if (shown.method != SurfaceMethod::kMarchingCubes) return surface;
-  remove_small_components(surface.mesh, min_component_share(leg, surface.state.u));
+  remove_crumbs(leg, surface.state.u, surface.mesh);
   visit(
       leg, [] {},
       [&](const DistanceLeg&) {

@@ -80,25 +80,41 @@ float level_near(const std::vector<Moment>& moments, float time) {
   return interpolate(moments, time, [](const Moment& moment) { return moment.level; });
 }
 
-/// Heights that bring the surface, at each of the times, down or up to the floor. At the ends there
-/// are none: thin feet may be missing on the cells, and the objects themselves are shown there.
-std::vector<float> find_lifts(const std::vector<Moment>& moments, const std::vector<float>& times) {
-  const float start = moments.front().low, end = moments.back().low;
+/// Tests whether the leg's surface is to stay on the floor: where both objects stand equally low.
+/// Arcs and explosions leave it on purpose.
+bool has_contact(const Leg& leg) {
+  constexpr float kEquallyLow = 0.01f;
+  const Path path = leg.plan.motion.path;
+  const float difference = leg.from->model.box().low.y - leg.to->model.box().low.y;
+  return leg.settings.contact && path != Path::kBezier && path != Path::kExplode &&
+         std::fabs(difference) <= kEquallyLow * object_size(leg, 0.5f);
+}
+
+/// The height that brings a moment's surface down or up to the floor. The cells may miss thin feet
+/// at the ends, where the objects themselves are shown: so the surface stands as low as its ends
+/// do, but is raised no higher than the floor.
+float find_lift(const Leg& leg, const std::vector<Moment>& moments, const Moment& moment) {
+  const float t = moment.time;
+  const float floor = lerp(leg.from->model.box().low.y, leg.to->model.box().low.y, t);
+  const float lift = lerp(moments.front().low, moments.back().low, t) - moment.low;
+  return std::min(lift, std::max(floor - moment.low, 0.0f));
+}
+
+std::vector<float> find_lifts(const Leg& leg, const std::vector<Moment>& moments,
+                              const std::vector<float>& times) {
   std::vector<float> lifts;
   for (const float time : times)
-    lifts.push_back(interpolate(moments, time, [&](const Moment& moment) {
-      return lerp(start, end, moment.time) - moment.low;
-    }));
+    lifts.push_back(interpolate(
+        moments, time, [&](const Moment& moment) { return find_lift(leg, moments, moment); }));
   return lifts;
 }
 
 /// The points furthest out along -x, x, -y, y, -z and z of the surfaces of all moments, each raised
 /// by its lift.
-std::vector<Vec3> find_extremes(const std::vector<Moment>& moments, bool has_contact) {
-  const float start = moments.front().low, end = moments.back().low;
+std::vector<Vec3> find_extremes(const Leg& leg, const std::vector<Moment>& moments) {
   std::vector<Vec3> extremes(6, moments.front().surface.positions.front());
   for (const Moment& moment : moments) {
-    const float lift = has_contact ? lerp(start, end, moment.time) - moment.low : 0;
+    const float lift = has_contact(leg) ? find_lift(leg, moments, moment) : 0;
     for (Vec3 p : moment.surface.positions) {
       p.y += lift;
       int k = 0;
@@ -113,21 +129,11 @@ std::vector<Vec3> find_extremes(const std::vector<Moment>& moments, bool has_con
   return extremes;
 }
 
-/// Tests whether the leg's surface is to stay on the floor: where both objects stand equally low.
-/// Arcs and explosions leave it on purpose.
-bool has_contact(const Leg& leg) {
-  constexpr float kEquallyLow = 0.01f;
-  const Path path = leg.plan.motion.path;
-  const float difference = leg.from->model.box().low.y - leg.to->model.box().low.y;
-  return leg.settings.contact && path != Path::kBezier && path != Path::kExplode &&
-         std::fabs(difference) <= kEquallyLow * object_size(leg, 0.5f);
-}
-
 /// Hash of everything that the surfaces at these moments depend on: the maps and both objects.
 std::string cache_key(const Leg& leg, const std::vector<FrameMap>& maps) {
   Hasher hasher;
   const LegSettings& settings = leg.settings;
-  hasher.add("pacing").add(kPacingVersion).add(settings.cell);
+  hasher.add("pacing").add(kPacingVersion).add(settings.cell).add(settings.resolution);
   hasher.add(settings.min_component_share);
   hasher.add(static_cast<std::uint8_t>(leg.plan.motion.keep_volume ? 1 : 0));
   hasher.add(static_cast<std::uint8_t>(has_contact(leg) ? 1 : 0));
@@ -221,7 +227,7 @@ Result<Moment> measure_moment(const Leg& linear, float time, std::optional<float
   PM_TRY(LegSurface surface,
          measured_surface(linear, time, {cell, settings.measured, near, kTolerance}, engine));
   // A component that comes off changes the surface when frames leave it out.
-  remove_small_components(surface.mesh, min_component_share(linear, time));
+  remove_crumbs(linear, time, surface.mesh);
   const float low = box_of(surface.mesh.positions).low.y;
   return Moment{time, surface.field.level, low, std::move(surface.mesh), 0};
 }
@@ -314,8 +320,8 @@ Result<Pacing> measure_pacing(const Leg& leg, Engine& engine, const std::filesys
   if (steps.size() == kSteps + 1 && change > 0) {
     PM_TRY(const std::vector<Moment> moments, refine(linear, std::move(steps), change, engine));
     pacing.times = linear.plan.pacing = even_times(moments, change);
-    if (has_contact(leg)) pacing.lifts = find_lifts(moments, pacing.times);
-    pacing.extremes = find_extremes(moments, has_contact(leg));
+    if (has_contact(leg)) pacing.lifts = find_lifts(leg, moments, pacing.times);
+    pacing.extremes = find_extremes(leg, moments);
     PM_TRY(pacing.levels, measure_levels(linear, moments, engine));
   }
   store_pacing(cache, key, leg, pacing);

@@ -43,6 +43,16 @@ double smallest_component_share(const Mesh& mesh) {
   return total > 0 ? std::min(smallest / total, 1.0) : 0;
 }
 
+double small_components_share(const Mesh& mesh, double fraction) {
+  if (mesh.triangles.empty()) return 0;
+  const Components components(mesh);
+  double total = 0, small = 0;
+  for (const double v : components.volume) total += v;
+  for (const double v : components.volume)
+    if (std::abs(v) < fraction * total) small += std::abs(v);
+  return total > 0 ? std::min(small / total, 1.0) : 0;
+}
+
 std::size_t remove_small_components(Mesh& mesh, double fraction) {
   if (mesh.triangles.empty() || !(fraction > 0)) return 0;
   Components components(mesh);

@@ -12,6 +12,10 @@ namespace polymorph {
 /// surface of balls sheds such components where two balls separate. Returns how many were removed.
 std::size_t remove_small_components(Mesh& mesh, double fraction);
 
+/// The fraction of the whole mesh's volume that all components together enclose which are each
+/// below `fraction` of it, [0, 1].
+double small_components_share(const Mesh& mesh, double fraction);
+
 /// The fraction of the whole mesh's volume that its smallest component encloses, [0, 1].
 double smallest_component_share(const Mesh& mesh);
 

@@ -96,17 +96,19 @@ Playback make_playback(const Scene& scene, const ObjectSettings& object) {
 }
 
 constexpr double kRounding = 1e-6;  // of rates such as 23.976
+constexpr int kMaxRoundFrames = 100'000;
 
 /// Frames of one round.
 int round_frames(const Playback& playback) {
-  return playback.hold +
-         std::max(1, static_cast<int>(std::ceil(playback.meshes / playback.pace - kRounding)));
+  const double frames = std::ceil(playback.meshes / playback.pace - kRounding);
+  return playback.hold + static_cast<int>(std::clamp(frames, 1.0, double{kMaxRoundFrames}));
 }
 
 /// Mesh that shows so many frames after the first.
 int mesh_at(const Playback& playback, int step) {
   double gone = step;
-  if (playback.loop) gone = std::fmod(gone, playback.meshes / playback.pace + playback.hold);
+  if (playback.loop)
+    gone = std::fmod(gone + kRounding, playback.meshes / playback.pace + playback.hold);
   return std::min(static_cast<int>(gone * playback.pace + kRounding), playback.meshes - 1);
 }
 

@@ -225,8 +225,9 @@ std::uint64_t picture_bytes(const ImageSettings& image) {
   std::size_t channels = list_film_channels(choose_aovs(image.aovs)).size();
   channels += Mattes(image.aovs, RenderScene{}).channels().size();
   if (image.denoise) channels += list_guide_channels().size();
-  if (image.smooth) channels += 2 * choose_aovs(kSmoothLayers).size();
-  return (image.smooth ? smooth_bytes(image.width, image.height) : 0) +
+  const bool smooth = image.smooth && !image.denoise;
+  if (smooth) channels += 2 * choose_aovs(kSmoothLayers).size();
+  return (smooth ? smooth_bytes(image.width, image.height) : 0) +
          sizeof(float) * channels * static_cast<std::uint64_t>(image.width) *
              static_cast<std::uint64_t>(image.height);
 }

@@ -79,6 +79,9 @@ TEST(RemoveDetail, HardlyDependsOnTheCells) {
                          kSize);
   };
   const DistanceGrid fine = smoothed(0.02f), coarse = smoothed(0.04f);
+  const float furrow = at(make_object(0.02f).distances, {-0.2f, 0, 0.97f});
+  EXPECT_LT(at(fine, {-0.2f, 0, 0.97f}), furrow - 0.015f);
+  EXPECT_LT(at(coarse, {-0.2f, 0, 0.97f}), furrow - 0.015f);
   for (float x = -1.2f; x < 3; x += 0.1f)
     for (float y = 0; y < 1; y += 0.1f)
       EXPECT_NEAR(at(fine, {x, y, 0}), at(coarse, {x, y, 0}), 0.04f) << x << " " << y;

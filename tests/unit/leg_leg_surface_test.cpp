@@ -7,6 +7,7 @@
 #include <map>
 
 #include "leg/surface_look.h"
+#include "mesh/components.h"
 #include "mesh/mesh_check.h"
 #include "testing/leg.h"
 
@@ -141,6 +142,32 @@ TEST(MinComponentShare, IsOfTheObjectNearEitherEnd) {
   leg.to = std::make_shared<const PreparedObject>(to);
   EXPECT_DOUBLE_EQ(min_component_share(leg, half), 0.004);
   EXPECT_DOUBLE_EQ(min_component_share(leg, end), 0.004);
+}
+
+/// A ball of volume 1 beside `count` small ones of a hundredth each.
+Mesh mesh_of_balls(Engine& engine, int count) {
+  std::vector<Ball> balls{{{0, 0, 0}, 4, 4, {}}};
+  for (int i = 0; i < count; ++i)
+    balls.push_back(
+        {{3.0f + static_cast<float>(i % 10), static_cast<float>(i / 10), 0}, 86, 4, {}});
+  auto mesh = extract_surface(engine, balls, 0.1f, {});
+  EXPECT_TRUE(mesh.ok());
+  return std::move(mesh).value();
+}
+
+TEST(RemoveCrumbs, TakesAFewAndNoHeap) {
+  const auto engine = make_cpu_engine();
+  Leg leg = *make_test_leg(Interpolation::kDistance, *engine);
+  leg.settings.min_component_share = 1e-4f;
+  for (const int count : {3, 30}) {
+    Mesh mesh = mesh_of_balls(*engine, count);
+    const std::size_t before = mesh.positions.size();
+    const double share = small_components_share(mesh, 0.015);
+    remove_crumbs(leg, 0.5f, mesh);
+    EXPECT_GT(share, count == 3 ? 0.005 : 0.06);
+    EXPECT_LT(share, count == 3 ? 0.05 : 0.5);
+    EXPECT_EQ(mesh.positions.size() == before, count == 30) << count;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, LegSurfaceTest,

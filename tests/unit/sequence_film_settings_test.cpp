@@ -130,6 +130,8 @@ TEST_F(FilmTest, FramesAreKnownWithoutPreparingThem) {
       {plain + R"("lights": {"key_intensity": )" + key + "0.5}, {\"frame\": 4, \"value\": ", "}]}}",
        3},
       {plain + moving, "}]}}", 2},  // its points' way to the next frame
+      // The directions of all poses decide how far away a camera is that places itself.
+      {plain + R"("camera": {"azimuth": )" + key + "30}, {\"frame\": 4, \"value\": ", "}]}}", 1},
       {plain + R"("camera": {"orbit": 90}, "lights": {"key_intensity": )" + key +
            "0.5}, {\"frame\": 4, \"value\": ",
        "}]}}", 3},

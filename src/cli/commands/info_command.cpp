@@ -61,6 +61,7 @@ Result<int> show_plan(const CommandLine& line, const InfoOptions& options, Scene
   if (!options.output.empty()) PM_TRY_STATUS(check_sheet(options.output, line.common.overwrite));
   scene.frames.turntable = 0;  // its frames are not the morph's
   PM_TRY(const FilmScene ready, prepare_film(line, std::move(scene)));
+  PM_TRY_STATUS(check_has_plans(ready.prepared));
   if (!options.output.empty()) PM_TRY_STATUS(write_plan(line, ready, options.output));
   return print(options.json, inspect_plan(ready.prepared));
 }

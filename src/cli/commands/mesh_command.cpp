@@ -166,7 +166,7 @@ Status MeshRun::check_outputs() {
   // Known once the scene is prepared.
   std::size_t textures = 0;
   for (const PreparedActor& actor : prepared_.actors) {
-    if (actor.sequence) textures += actor.sequence->most_textures;
+    if (actor.sequence) textures += actor.sequence->most_textures * actor.sequence->files.size();
     for (const auto& object : actor.objects) textures += object->model.textures.size();
   }
   for (std::size_t i = 1; i <= textures; ++i)

@@ -159,7 +159,7 @@ class Smoother {
     for (float& value : bright) value = value * value;
     mean = mean_around(bright, count);
     for (std::size_t i = 0; i < size_; ++i)
-      mean[i] = std::max(mean[i] - guide_[i] * guide_[i], 0.0f);
+      mean[i] = std::max(0.0f, mean[i] - guide_[i] * guide_[i]);  // 0 for NaN, too
     variance_ = mean_around(mean, count);
   }
   void measure_brightness(Plane& to) const {

@@ -52,6 +52,31 @@ bool leaves_balls_in_flight(const Scene& scene) {
   });
 }
 
+/// The poses that a moving camera's framing is found for.
+std::vector<CameraSettings> film_poses(const Scene& scene) {
+  const int count = frame_count(scene), poses = std::min(count, kMaxFramedPoses);
+  std::vector<CameraSettings> settings;
+  for (int i = 0; i < poses; ++i)
+    settings.push_back(
+        scene_at(scene, 1 + (poses > 1 ? static_cast<double>(i) * (count - 1) / (poses - 1) : 0))
+            .camera);
+  return settings;
+}
+
+/// Hash of what make_framing() takes from poses. The framing itself is not known before the legs
+/// are made, as a surface between two objects may be larger than both.
+std::string hash_poses(std::span<const CameraSettings> poses) {
+  Hasher hasher;
+  float margin = poses.front().margin, fov = poses.front().fov;
+  for (const CameraSettings& pose : poses) {
+    margin = std::min(margin, pose.margin), fov = std::max(fov, pose.fov);
+    const Vec3 target = pose.target.value_or(Vec3{});
+    hasher.add(pose.azimuth + pose.orbit).add(pose.elevation).add(pose.target.has_value());
+    for (const Vec3 v : {pose.up, target}) hasher.add(v.x).add(v.y).add(v.z);
+  }
+  return hasher.add(margin).add(fov).hex();
+}
+
 bool changes(const Scene& scene) {
   return !scene.tracks.empty() || scene.camera.orbit != 0 || scene.frames.turntable > 0;
 }
@@ -96,13 +121,7 @@ bool camera_moves(const Scene& scene) {
 }
 
 Framing film_framing(const Scene& scene, std::span<const Vec3> points) {
-  const int count = frame_count(scene), poses = std::min(count, kMaxFramedPoses);
-  std::vector<CameraSettings> settings;
-  for (int i = 0; i < poses; ++i)
-    settings.push_back(
-        scene_at(scene, 1 + (poses > 1 ? static_cast<double>(i) * (count - 1) / (poses - 1) : 0))
-            .camera);
-  return make_framing(settings, points, scene.image.width, scene.image.height);
+  return make_framing(film_poses(scene), points, scene.image.width, scene.image.height);
 }
 
 FrameView make_frame_view(const PreparedScene& prepared, int frame) {
@@ -133,12 +152,21 @@ SequenceHashes hash_sequence(const SceneInputs& inputs) {
   std::vector<Vec3> points;
   for (const Model& model : inputs.models)
     points.insert(points.end(), model.points.begin(), model.points.end());
-  if (moves && !leaves_balls_in_flight(scene)) hashes.framing = film_framing(scene, points);
+  if (moves && !leaves_balls_in_flight(scene)) {
+    hashes.framing = film_framing(scene, points);
+    hashes.poses = hash_poses(film_poses(scene));
+  }
   if (!plays) return hashes;
   Hasher hasher;
   const Box box = box_of(points);
   for (const Vec3 v : {box.low, box.high}) hasher.add(v.x).add(v.y).add(v.z);
   if (!moves) add(hasher, make_camera(scene.camera, points, scene.image.width, scene.image.height));
+  // The box may be the same where the meshes' place in it is another.
+  for (const auto& sequence : inputs.sequences)
+    if (sequence)
+      for (const Transform& step : sequence->steps)
+        for (const auto& row : step.m)
+          for (const float v : row) hasher.add(v);
   hashes.stage = hasher.hex();
   return hashes;
 }
@@ -152,6 +180,7 @@ std::string frame_hash(const Scene& scene, const SequenceHashes& hashes, int fra
   hasher.add(hashes.inputs).add(settings_text(moment));
   if (plays) add_shown_meshes(moment, hashes, frame, hasher);
   if (!hashes.framing) return hasher.hex();
+  hasher.add(std::string_view(hashes.poses));
   const FilmCameras cameras = film_cameras(scene, *hashes.framing, frame);
   add(hasher, cameras.camera);
   hasher.add(cameras.motion.has_value());

@@ -116,8 +116,15 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
 }
 
 Status check_model_files(std::span<const ChainObject> chain, std::uint64_t limit) {
+  std::vector<std::filesystem::path> files;
   for (const ChainObject& object : chain) {
-    const std::filesystem::path& model = object.settings->model;
+    if (!is_mesh_sequence(*object.settings))
+      files.push_back(object.settings->model);
+    else
+      for (const int number : mesh_numbers(*object.settings))
+        files.push_back(mesh_file(*object.settings, number));
+  }
+  for (const std::filesystem::path& model : files) {
     std::error_code error;
     const auto bytes = std::filesystem::file_size(model, error);
     if (limit > 0 && !error && bytes > limit)

@@ -244,13 +244,18 @@ Result<std::vector<Vec3>> mesh_motion(const MeshSequence& sequence, const Model&
     return motion;
   }
   if (file.velocities.empty()) return motion;
-  std::map<std::array<float, 3>, Vec3> velocity_at;
-  for (const auto& [point, velocity] : load_ply_velocities(file.file))
-    velocity_at.try_emplace({point.x, point.y, point.z}, velocity);
   std::vector<std::string> warnings;  // said by the survey
   ObjectSettings as_stored = mesh_object(sequence.object, file.file);
   as_stored.up = UpAxis::kY;
-  PM_TRY(const ReadObject stored, load_object(as_stored, false, false, warnings));
+  PM_TRY(const ReadObject stored, load_object(as_stored, false, true, warnings));
+  // The model's own vertices are the keys: another reader of the same digits may round otherwise.
+  const std::vector<PointVelocity> velocities = load_ply_velocities(file.file);
+  const std::vector<Vec3>& vertices = stored.placing.vertices;
+  std::map<std::array<float, 3>, Vec3> velocity_at;
+  for (std::size_t i = 0; i < velocities.size(); ++i) {
+    const Vec3 p = vertices.size() == velocities.size() ? vertices[i] : velocities[i].point;
+    velocity_at.try_emplace({p.x, p.y, p.z}, velocities[i].velocity);
+  }
   // A range that goes down plays backwards.
   const float direction =
       sequence.files.size() > 1 && sequence.files.front().number > sequence.files.back().number
@@ -261,7 +266,9 @@ Result<std::vector<Vec3>> mesh_motion(const MeshSequence& sequence, const Model&
   const Vec3 origin = apply(to_scene, {});
   for (const Vec3 p : stored.model.points) {
     const auto found = velocity_at.find({p.x, p.y, p.z});
-    const Vec3 velocity = found == velocity_at.end() ? Vec3{} : found->second;
+    Vec3 velocity = found == velocity_at.end() ? Vec3{} : found->second;
+    constexpr float kMaxSpeed = 1e15f;  // as coordinates may be; false for NaN, too
+    if (!(length(velocity) < kMaxSpeed)) velocity = {};
     motion.push_back((apply(to_scene, velocity) - origin) * (direction / step.fps));
   }
   if (motion.size() != shown.points.size())

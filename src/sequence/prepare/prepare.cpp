@@ -30,14 +30,18 @@ void place_camera(PreparedScene& prepared) {
   for (const PreparedActor& actor : prepared.actors)
     for (const auto& object : actor.objects)
       points.insert(points.end(), object->model.points.begin(), object->model.points.end());
-  // Between two objects a surface may be larger than both.
+  // Between two objects a surface may be larger than both. What stands out by less than the free
+  // border leaves the camera where the models alone put it.
   const Box models = box_of(points);
+  const float border = scene.camera.margin * models.diagonal();
+  const Box seen{models.low - Vec3{border, border, border},
+                 models.high + Vec3{border, border, border}};
   bool stands_out = false;
   for (const PreparedActor& actor : prepared.actors)
     for (const auto& leg : actor.legs)
       if (const auto* distances = std::get_if<DistanceLeg>(&leg->kind))
         for (const Vec3 p : distances->extremes) {
-          if (min(p, models.low) == models.low && max(p, models.high) == models.high) continue;
+          if (min(p, seen.low) == seen.low && max(p, seen.high) == seen.high) continue;
           points.push_back(p);
           stands_out = true;
         }

@@ -37,6 +37,8 @@ Result<std::string> source_hash(const Scene& scene) {
 }
 
 Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> frames) {
+  if (const std::string problem = turntable_problem(scene); !problem.empty())
+    return make_error(ErrorCode::kInput, "{}: {}", scene.path.string(), problem);
   const std::vector<ChainObject> chain = chain_objects(scene);
   PM_TRY(const LoadedScene loaded, load_models(scene, chain, /*textures=*/true));
   PM_TRY(const std::shared_ptr<const Image> environment, load_environment(scene));
