@@ -185,8 +185,8 @@ Image split_ids(const Image& image, const Image& other) {
   for (const std::string& low : other.channels) {
     if (!low.ends_with(kLow) || image.find_channel(low) >= 0) continue;
     const std::string name = low.substr(0, low.size() - kLow.size());
-    const int whole = image.find_channel(name);
-    if (whole < 0 || !holds_ids(other, name) || !holds_ids(image, name)) continue;
+    const int channel = image.find_channel(name);
+    if (channel < 0 || !holds_ids(other, name) || !holds_ids(image, name)) continue;
     const std::size_t count = split.channel_count();
     std::vector<float> pixels;
     pixels.reserve(split.pixels.size() / count * (count + 1));
@@ -194,9 +194,9 @@ Image split_ids(const Image& image, const Image& other) {
       const auto first = split.pixels.begin() + static_cast<std::ptrdiff_t>(i);
       pixels.insert(pixels.end(), first, first + static_cast<std::ptrdiff_t>(count));
       // Ids up to 2^24 are exact.
-      const float rest = std::fmod(first[whole], 256.0f);
-      pixels[pixels.size() - count + static_cast<std::size_t>(whole)] -= rest;
-      pixels.push_back(rest);
+      const float low_byte = std::fmod(first[channel], 256.0f);
+      pixels[pixels.size() - count + static_cast<std::size_t>(channel)] -= low_byte;
+      pixels.push_back(low_byte);
     }
     split.pixels = std::move(pixels);
     split.channels.push_back(low);

@@ -44,7 +44,7 @@ struct SequenceHashes {
   std::string scene;               ///< content_hash()
   std::string inputs;              ///< inputs_hash()
   std::optional<Framing> framing;  ///< framing of a moving camera, if the models alone decide it
-  std::string poses;  ///< hash of what a moving camera's framing takes from its poses
+  std::string poses;               ///< hash of what a moving camera's framing takes from its poses
   /// Hash of the box of all objects and of the camera, if that stands still; empty without mesh
   /// sequences.
   std::string stage;
