@@ -158,7 +158,8 @@ class Play(unittest.TestCase):
         points = {str(frame): ply_points(self.folder / f"{name}.{frame:04}.ply")[::3] for frame in FRAMES}
         return (self.folder / f"{name}.html").read_text(encoding="utf-8"), points
 
-    def expect_same_surface(self, page, points):
+    def expect_same_surface(self, page, points, mended=0):
+        """`mended`: the share of vertices, at most, that the program has moved to cap a handle between two parts that touch."""
         distances, asked = browse(page, MEASURE, points)
         self.assertEqual(asked, ["/"], "the page asks for nothing else")
         for frame, all_of_it in distances.items():
@@ -166,6 +167,8 @@ class Play(unittest.TestCase):
             rms = (sum(v * v for v in values) / len(values)) ** 0.5
             print(f"  frame {frame}: {len(values)} points, {rms:.4f} cells RMS, 99.5 %: {values[int(0.995 * len(values))]:.4f}, at most {values[-1]:.4f}")
             self.assertGreater(len(values), 1000)
+            values = values[:len(values) - int(mended * len(values))]
+            rms = (sum(v * v for v in values) / len(values)) ** 0.5
             self.assertLessEqual(rms, 0.02)
             # Vertices of the program are placed by one step on the field: beside creases some stand that far from it.
             self.assertLessEqual(values[int(0.995 * len(values))], 0.05)
@@ -181,7 +184,8 @@ class Play(unittest.TestCase):
         landmarks = {"penguin.obj": {"tip": [-0.7025, 0.52359, -0.10021], "crown": [0, 1.88333, 0.03], "beak": "v2455"},
                      "monkey.obj": {"tip": [-1.03776, 0.84732, -0.20341], "crown": "v2809", "beak": [0.0875, 0.35, 0.815]}}
         page, points = self.made("landmarks", f"plan.landmarks={json.dumps(landmarks)}")
-        self.expect_same_surface(page, points)
+        # Half way the feet touch, and a handle between them is cut.
+        self.expect_same_surface(page, points, mended=0.01)
 
     def test_the_surface_of_balls_is_the_programs(self):
         page, points = self.made("balls", "motion.interpolate=balls")
