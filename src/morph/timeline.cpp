@@ -86,7 +86,7 @@ int held_frames(const ActorSettings& actor) {
 
 Playback make_playback(const Scene& scene, const ObjectSettings& object) {
   Playback playback;
-  playback.meshes = static_cast<int>(mesh_numbers(object).size());
+  playback.meshes = mesh_count(object);
   playback.pace = static_cast<double>(object.fps.value_or(scene.frames.fps)) /
                   static_cast<double>(scene.frames.fps);
   playback.hold = object.hold;

@@ -83,7 +83,7 @@ class ContradictionFinder {
              "is for morphs - \"range\" and \"fps\" say how long a mesh sequence plays");
     if (scene_.frames.count > 0) check_time(actor, pointer, value);
     constexpr double kMaxFrames = 100'000;  // as of frames.count
-    const double meshes = static_cast<double>(mesh_numbers(actor.source).size());
+    const double meshes = mesh_count(actor.source);
     const double rate = static_cast<double>(scene_.frames.fps) /
                         static_cast<double>(actor.source.fps.value_or(scene_.frames.fps));
     if (!(meshes * rate + actor.source.hold <= kMaxFrames))

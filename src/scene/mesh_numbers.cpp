@@ -26,10 +26,15 @@ Result<std::vector<int>> find_range(const std::filesystem::path& model) {
   return range;
 }
 
-std::vector<int> mesh_numbers(const ObjectSettings& object) {
+int mesh_count(const ObjectSettings& object) {
   const std::vector<int>& range = object.range;
   const int step = range.size() > 2 ? range[2] : 1;
-  const int count = std::abs(range[1] - range[0]) / step + 1;
+  return range.size() < 2 || step < 1 ? 0 : std::abs(range[1] - range[0]) / step + 1;
+}
+
+std::vector<int> mesh_numbers(const ObjectSettings& object) {
+  const std::vector<int>& range = object.range;
+  const int count = mesh_count(object), step = range.size() > 2 ? range[2] : 1;
   std::vector<int> numbers;
   for (int i = 0; i < count; ++i)
     numbers.push_back(range[1] < range[0] ? range[0] - i * step : range[0] + i * step);

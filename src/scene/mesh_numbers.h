@@ -24,6 +24,9 @@ inline bool is_mesh_sequence(const ObjectSettings& object) { return !object.rang
 /// Tests whether the actor plays a mesh sequence instead of a morph.
 inline bool plays_meshes(const ActorSettings& actor) { return is_mesh_sequence(actor.source); }
 
+/// Number of a sequence's meshes; 0 where its range is none.
+int mesh_count(const ObjectSettings& object);
+
 /// Numbers of a sequence's meshes in the order in which they are shown.
 std::vector<int> mesh_numbers(const ObjectSettings& object);
 

@@ -274,6 +274,8 @@ TEST_F(MeshesTest, MistakesAreSaid) {
   says(R"("source": {"shape": "cube", "fps": 12}, "target": "sphere")", "is for a mesh sequence");
   says(R"("source": {"model": "m.####.obj", "range": [1]})", "first and last number");
   says(R"("source": {"model": "m.####.obj", "range": [1, 2, 0]})", "first and last number");
+  says(R"("source": {"model": "m.####.obj", "range": [1, 20], "fps": 0.001})",
+       "must be 100000 at most");
   says(R"("source": "m.0001.obj")", "/target: is missing");
 }
 
