@@ -41,6 +41,9 @@ std::string escape_json(std::string_view text);
 /// printable().
 std::string escape_markup(std::string_view text);
 
+/// The text with A to Z as a to z; other characters, in any encoding, stay.
+std::string lower_case(std::string text);
+
 /// Splits at each separator; n separators give n + 1 parts.
 std::vector<std::string> split(std::string_view text, char separator);
 

@@ -4,16 +4,12 @@
 #include <cctype>
 #include <cmath>
 
+#include "base/text.h"
+
 namespace polymorph {
 namespace {
 
 constexpr double kMaxAmount = 1e18;
-
-std::string lower_case(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
 
 /// The factor of `unit`, which is what stands behind the digits.
 std::optional<double> factor_of(const std::string& unit, const AmountUnits& units) {

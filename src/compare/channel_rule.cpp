@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cctype>
+#include <utility>
 #include <vector>
+
+#include "base/text.h"
 
 namespace polymorph {
 namespace {
@@ -10,8 +13,7 @@ namespace {
 bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 
 bool is_cryptomatte_id(std::string name) {
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  name = lower_case(std::move(name));
   const auto dot = name.rfind('.');
   if (dot == std::string::npos || dot < 2) return false;
   const std::string channel = name.substr(dot + 1);

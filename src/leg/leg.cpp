@@ -34,10 +34,8 @@ double min_component_share(const Leg& leg, float u) {
 
 void remove_crumbs(const Leg& leg, float u, Mesh& surface) {
   constexpr double kMaxCrumbs = 0.05;  // in play.html, too
-  const double share = min_component_share(leg, u),
-               least = static_cast<double>(leg.settings.min_component_share);
-  const bool are_crumbs = share <= least || small_components_share(surface, share) <= kMaxCrumbs;
-  remove_small_components(surface, are_crumbs ? share : least);
+  remove_small_components(surface, min_component_share(leg, u),
+                          {kMaxCrumbs, static_cast<double>(leg.settings.min_component_share)});
 }
 
 }  // namespace polymorph

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <numeric>
 #include <vector>
 
 #include "base/disjoint_sets.h"
@@ -28,6 +29,16 @@ struct Components {
           dot(mesh.positions[t.v[0]] - origin,
               cross(mesh.positions[t.v[1]] - origin, mesh.positions[t.v[2]] - origin)));
   }
+
+  double total() const { return std::accumulate(volume.begin(), volume.end(), 0.0); }
+  /// The fraction of the total, [0, 1], that components below `fraction` of it enclose together.
+  double small_share(double fraction) const {
+    const double all = total();
+    double small = 0;
+    for (const double v : volume)
+      if (std::abs(v) < fraction * all) small += std::abs(v);
+    return all > 0 ? std::min(small / all, 1.0) : 0;
+  }
 };
 
 }  // namespace
@@ -35,30 +46,26 @@ struct Components {
 double smallest_component_share(const Mesh& mesh) {
   if (mesh.triangles.empty()) return 0;
   const Components components(mesh);
-  double total = 0, smallest = std::numeric_limits<double>::infinity();
-  for (const double v : components.volume) {
-    total += v;
+  const double total = components.total();
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const double v : components.volume)
     if (v != 0) smallest = std::min(smallest, std::abs(v));
-  }
   return total > 0 ? std::min(smallest / total, 1.0) : 0;
 }
 
 double small_components_share(const Mesh& mesh, double fraction) {
   if (mesh.triangles.empty()) return 0;
-  const Components components(mesh);
-  double total = 0, small = 0;
-  for (const double v : components.volume) total += v;
-  for (const double v : components.volume)
-    if (std::abs(v) < fraction * total) small += std::abs(v);
-  return total > 0 ? std::min(small / total, 1.0) : 0;
+  return Components(mesh).small_share(fraction);
 }
 
-std::size_t remove_small_components(Mesh& mesh, double fraction) {
+std::size_t remove_small_components(Mesh& mesh, double fraction, HeapLimit heap) {
   if (mesh.triangles.empty() || !(fraction > 0)) return 0;
   Components components(mesh);
   const std::vector<double>& volume = components.volume;
-  double total = 0, largest = 0;
-  for (const double v : volume) total += v, largest = std::max(largest, std::abs(v));
+  const double total = components.total();
+  double largest = 0;
+  for (const double v : volume) largest = std::max(largest, std::abs(v));
+  if (components.small_share(fraction) > heap.share) fraction = heap.fraction;
   const double min_volume = std::min(fraction * total, largest);
   std::vector<std::uint8_t> is_kept(mesh.positions.size(), 0);
   std::size_t removed = 0;

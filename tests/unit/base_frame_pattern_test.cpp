@@ -11,9 +11,9 @@ namespace {
 using FilePattern = FolderTest;
 
 TEST_F(FilePattern, TakesTheNumberFromTheFilesNameAlone) {
-  const auto pattern = file_pattern("/work/shot #1/100%/seq.####.obj");
+  const auto pattern = file_pattern("/films/shot #1/100%/seq.####.obj");
   ASSERT_TRUE(pattern.ok()) << pattern.error().message;
-  EXPECT_EQ(frame_path(*pattern, 7), "/work/shot #1/100%/seq.0007.obj");
+  EXPECT_EQ(frame_path(*pattern, 7), "/films/shot #1/100%/seq.0007.obj");
   EXPECT_EQ(frame_path(*file_pattern("seq.%03d.ply"), 7), "seq.007.ply");
   EXPECT_FALSE(file_pattern("/a/plain.obj")->has_number());
   EXPECT_FALSE(file_pattern("/a/one.#.obj").ok());

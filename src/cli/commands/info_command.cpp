@@ -69,9 +69,8 @@ Result<int> show_plan(const CommandLine& line, const InfoOptions& options, Scene
 Result<int> run_info(const CommandLine& line, const InfoOptions& options) {
   if (options.show.empty() && !options.output.empty())
     return make_error(ErrorCode::kUsage, "-o is the picture of --show plan - add that");
-  std::string extension = std::filesystem::path(options.input).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
+  const std::string extension =
+      lower_case(std::filesystem::path(options.input).extension().string());
   const bool is_scene =
       extension == ".json" || (is_model_file(options.input) && is_numbered(options.input));
   if (!is_scene) {

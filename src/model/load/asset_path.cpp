@@ -1,17 +1,13 @@
 #include "model/load/asset_path.h"
 
 #include <algorithm>
-#include <cctype>
+
+#include "base/text.h"
 
 namespace polymorph {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string lower_case(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
 
 bool is_file(const fs::path& path) {
   std::error_code error;

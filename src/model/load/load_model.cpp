@@ -183,12 +183,7 @@ Error make_reader_error(const std::string& file, const ReaderRun& run) {
   return make_error(ErrorCode::kInput, "{}: {} - export it anew, or as OBJ or glTF", file, why);
 }
 
-std::string lower_suffix(const fs::path& path) {
-  std::string suffix = path.extension().string();
-  std::transform(suffix.begin(), suffix.end(), suffix.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
-  return suffix;
-}
+std::string lower_suffix(const fs::path& path) { return lower_case(path.extension().string()); }
 
 constexpr const char* kForeign[] = {".glb", ".gltf", ".ply", ".stl",
                                     ".fbx", ".dae",  ".off", ".3ds"};

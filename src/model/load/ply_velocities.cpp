@@ -146,10 +146,7 @@ std::vector<PointVelocity> read_binary(const VertexTable& table) {
 }  // namespace
 
 std::vector<PointVelocity> load_ply_velocities(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
-  if (extension != ".ply") return {};
+  if (lower_case(path.extension().string()) != ".ply") return {};
   const auto bytes = read_file(path, 2ull << 30);
   if (!bytes) return {};
   const std::optional<VertexTable> table = parse_header(*bytes);

@@ -153,8 +153,9 @@ SequenceHashes hash_sequence(const SceneInputs& inputs) {
   for (const Model& model : inputs.models)
     points.insert(points.end(), model.points.begin(), model.points.end());
   if (moves && !leaves_balls_in_flight(scene)) {
-    hashes.framing = film_framing(scene, points);
-    hashes.poses = hash_poses(film_poses(scene));
+    const std::vector<CameraSettings> poses = film_poses(scene);
+    hashes.framing = make_framing(poses, points, scene.image.width, scene.image.height);
+    hashes.poses = hash_poses(poses);
   }
   if (!plays) return hashes;
   Hasher hasher;
