@@ -50,7 +50,9 @@ struct DistanceField {
     const V without = interpolate(smooth, place);
     if (Lanes<V>::bits(detail > 0.0f) == 0) return without;
     const V with = interpolate(values, place);
-    return select(detail < 1.0f, fma(detail, with - without, without), with);
+    // A lane gets the bits that it would get alone; the sum would turn -0 into +0.
+    const V some = select(detail > 0.0f, fma(detail, with - without, without), without);
+    return select(detail < 1.0f, some, with);
   }
 
   /// Computes what detail adds to the distances.

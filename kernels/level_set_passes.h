@@ -97,15 +97,19 @@ DistanceField upload_distances(Workspace<B>& work,
     }
     // Three grids per object, and several actors take turns.
     constexpr std::size_t kMaxGrids = 24;
-    if (work.uploaded_distances.size() >= kMaxGrids)
-      work.uploaded_distances.erase(work.uploaded_distances.begin());
-    auto uploaded = std::make_unique<typename Workspace<B>::UploadedDistances>();
-    uploaded->object = object;
-    uploaded->values =
-        uploaded->buffer.resize(work.backend, static_cast<std::int64_t>(object->values.size()));
-    work.backend.upload(uploaded->values, object->values.data());
-    work.uploaded_distances.push_back(std::move(uploaded));
-    return DistanceField(object->grid, work.uploaded_distances.back()->values.data);
+    if (all.size() < kMaxGrids) {
+      all.push_back(std::make_unique<typename Workspace<B>::UploadedDistances>());
+    } else {
+      // The memory of the grid used longest ago serves the new one.
+      std::rotate(all.begin(), all.begin() + 1, all.end());
+    }
+    typename Workspace<B>::UploadedDistances& uploaded = *all.back();
+    uploaded.object = nullptr;  // it holds no object if the next lines fail
+    uploaded.values =
+        uploaded.buffer.resize(work.backend, static_cast<std::int64_t>(object->values.size()));
+    work.backend.upload(uploaded.values, object->values.data());
+    uploaded.object = object;
+    return DistanceField(object->grid, uploaded.values.data);
   }
 }
 

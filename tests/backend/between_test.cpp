@@ -367,6 +367,22 @@ TEST_P(BetweenTest, RefusesWhatItCannotMakeASurfaceOf) {
   EXPECT_EQ(code({map, object, object, 1, 1, 0}), EngineCode::kBadInput);
 }
 
+/// A backend that keeps copies of distances makes room for new ones.
+TEST_P(BetweenTest, DistancesOfManyObjectsNeedNoMoreMemoryThanThoseOfTheLastFew) {
+  const Grid grid = cube_grid(33, 1.5f);
+  const auto extract_objects = [&](int count) {
+    for (int i = 0; i < count; ++i) {
+      const float radius = 0.5f + 0.01f * static_cast<float>(i);
+      const Mesh mesh = distances(sphere_distances(radius), grid);
+      ASSERT_LT(furthest_from_sphere(mesh, static_cast<double>(radius)), 0.01);
+    }
+  };
+  extract_objects(40);
+  const std::size_t used = engine_->memory_used();
+  extract_objects(40);
+  EXPECT_EQ(engine_->memory_used(), used);
+}
+
 /// The surface of distances is that between an object and itself.
 TEST_P(BetweenTest, DistancesHaveTheSurfaceOfAnObjectThatIsMorphedToItself) {
   auto map = std::make_shared<Regression>(*identity_map(0));
