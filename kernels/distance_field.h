@@ -12,6 +12,18 @@
 
 namespace polymorph {
 
+/// 3 t^2 - 2 t^3, with t limited to [0, 1].
+template <class V>
+PM_HD V smoothstep(V t) {
+  const V x = min(max(t, broadcast<V>(0.0f)), broadcast<V>(1.0f));
+  return x * x * (3.0f - 2.0f * x);
+}
+/// The derivative of smoothstep().
+PM_HD inline float smoothstep_slope(float t) {
+  const float x = min(max(t, 0.0f), 1.0f);
+  return 6 * x * (1 - x);
+}
+
 /// The distances as a function of space, a field of level_set.h: trilinear between the grid's
 /// points, and beyond the grid the hypotenuse of the distance on its border and the distance from
 /// there, so that the Lipschitz constant holds everywhere.
@@ -21,7 +33,8 @@ struct DistanceField {
   Vec3 last;  ///< points - 1 along each axis
   std::uint32_t row = 1, layer = 1;
   const float* values = nullptr;
-  const float* smooth = nullptr;  ///< distances without detail at the same points; null: none
+  const float* smooth = nullptr;       ///< distances without detail at the same points; null: none
+  float fade_end = 1, fade_scale = 1;  ///< DetailFade: its end, and 1 / (end - begin)
 
   DistanceField() = default;
   DistanceField(const Grid& grid, const float* data)
@@ -34,6 +47,12 @@ struct DistanceField {
         layer(static_cast<std::uint32_t>(grid.points.x) *
               static_cast<std::uint32_t>(grid.points.y)),
         values(data) {}
+
+  void set_detail(const float* without, const DetailFade& fade) {
+    smooth = without;
+    fade_end = fade.end;
+    fade_scale = 1 / (fade.end - fade.begin);
+  }
 
   template <class V>
   PM_HD V value(const Points<V>& p) const {
@@ -53,6 +72,16 @@ struct DistanceField {
     // A lane gets the bits that it would get alone; the sum would turn -0 into +0.
     const V some = select(detail > 0.0f, fma(detail, with - without, without), without);
     return select(detail < 1.0f, some, with);
+  }
+
+  /// The share of detail where the object is `progress` away from itself.
+  template <class V>
+  PM_HD V detail_share(V progress) const {
+    return smoothstep((fade_end - progress) * fade_scale);
+  }
+  /// The derivative of detail_share().
+  PM_HD float detail_share_slope(float progress) const {
+    return -fade_scale * smoothstep_slope((fade_end - progress) * fade_scale);
   }
 
   /// Computes what detail adds to the distances.

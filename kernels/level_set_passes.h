@@ -116,9 +116,10 @@ DistanceField upload_distances(Workspace<B>& work,
 /// An object's distances, and those without detail where there are such, in backend memory.
 template <class B>
 DistanceField upload_object(Workspace<B>& work, const std::shared_ptr<const DistanceGrid>& object,
-                            const std::shared_ptr<const DistanceGrid>& smooth) {
+                            const std::shared_ptr<const DistanceGrid>& smooth,
+                            const DetailFade& fade) {
   DistanceField field = upload_distances(work, object);
-  if (smooth) field.smooth = upload_distances(work, smooth).values;
+  if (smooth) field.set_detail(upload_distances(work, smooth).values, fade);
   return field;
 }
 
@@ -245,13 +246,14 @@ inline float affine_norm(const AffineMap& map) {
 template <class B>
 void extract_morph(Workspace<B>& work, const MorphSurface& between, const Grid& grid,
                    const ExtractSettings& settings, Mesh& mesh) {
-  const MorphField field = {compute_map(work, between.map),
-                            upload_object(work, between.from, between.smooth_from),
-                            upload_object(work, between.to, between.smooth_to),
-                            between.from_scale,
-                            between.to_scale,
-                            between.level,
-                            between.linear_range > 0 ? 1 / between.linear_range : 0};
+  const MorphField field = {
+      compute_map(work, between.map),
+      upload_object(work, between.from, between.smooth_from, between.fade_from),
+      upload_object(work, between.to, between.smooth_to, between.fade_to),
+      between.from_scale,
+      between.to_scale,
+      between.level,
+      between.linear_range > 0 ? 1 / between.linear_range : 0};
   MorphBounds bounds;
   bounds.field = field;
   bounds.strain = bound_strain(work, between, field.map);

@@ -44,30 +44,6 @@ struct MorphField {
     return sqrt(fma(max(distance, -distance), broadcast<V>(2.0f * inv_range), broadcast<V>(1.0f)));
   }
 
-  /// The target's part b in the mixture.
-  template <class V>
-  PM_HD static V mixture(V progress) {
-    const V t = min(max(progress, broadcast<V>(0.0f)), broadcast<V>(1.0f));
-    return t * t * (3.0f - 2.0f * t);
-  }
-  /// The source's share of its detail; the target has detail(1 - progress).
-  template <class V>
-  PM_HD static V detail(V progress) {
-    const V t = (kDetailEnd - progress) * (1 / (kDetailEnd - kDetailBegin));
-    return mixture(t);
-  }
-  static constexpr float kDetailBegin = 0.1f, kDetailEnd = 0.55f;
-  /// The derivative of detail().
-  PM_HD static float detail_slope(float progress) {
-    constexpr float kScale = 1 / (kDetailEnd - kDetailBegin);
-    return -kScale * mixture_slope((kDetailEnd - progress) * kScale);
-  }
-  /// The derivative of mixture().
-  PM_HD static float mixture_slope(float progress) {
-    const float t = min(max(progress, 0.0f), 1.0f);
-    return 6 * t * (1 - t);
-  }
-
   template <class V>
   PM_HD V value(const Points<V>& p) const {
     V map_values[kRegressionValues];
@@ -78,11 +54,11 @@ struct MorphField {
   /// The field at p, given the map's eight values there.
   template <class V>
   PM_HD V value(const Points<V>& p, const V (&m)[kRegressionValues]) const {
-    const V a = compress(from_scale *
-                         from.value(map.apply(0, p, Points<V>{m[0], m[1], m[2]}), detail(m[3])));
-    const V b = compress(
-        to_scale * to.value(map.apply(1, p, Points<V>{m[4], m[5], m[6]}), detail(1.0f - m[3])));
-    return fma(broadcast<V>(-level), m[7], fma(mixture(m[3]), b - a, a));
+    const V a = compress(from_scale * from.value(map.apply(0, p, Points<V>{m[0], m[1], m[2]}),
+                                                 from.detail_share(m[3])));
+    const V b = compress(to_scale * to.value(map.apply(1, p, Points<V>{m[4], m[5], m[6]}),
+                                             to.detail_share(1.0f - m[3])));
+    return fma(broadcast<V>(-level), m[7], fma(smoothstep(m[3]), b - a, a));
   }
 
   /// value() at grid points; what the points of a line share along y and z is computed once.
@@ -150,19 +126,21 @@ struct MorphField {
     const auto map_value = [&](int i) { return Lanes<V>::load(lanes[3][i]); };
     const Points<V> a = map.apply(0, p, Points<V>{map_value(0), map_value(1), map_value(2)});
     const Points<V> b = map.apply(1, p, Points<V>{map_value(4), map_value(5), map_value(6)});
-    const V detail_a = detail(map_value(3)), detail_b = detail(1.0f - map_value(3));
+    const V detail_a = from.detail_share(map_value(3)),
+            detail_b = to.detail_share(1.0f - map_value(3));
     const Points<V> gradient_a = from.gradient(a, detail_a), gradient_b = to.gradient(b, detail_b);
     alignas(32) float db_dt[kLanes], slope_a[kLanes], slope_b[kLanes];
     Lanes<V>::store(db_dt, map_value(3));
     for (int l = 0; l < kLanes; ++l) {
-      slope_a[l] = detail_slope(db_dt[l]), slope_b[l] = -detail_slope(1 - db_dt[l]);
-      db_dt[l] = mixture_slope(db_dt[l]);
+      slope_a[l] = from.detail_share_slope(db_dt[l]);
+      slope_b[l] = -to.detail_share_slope(1 - db_dt[l]);
+      db_dt[l] = smoothstep_slope(db_dt[l]);
     }
     const V from_distance = from_scale * from.value(a, detail_a);
     const V to_distance = to_scale * to.value(b, detail_b);
     const V from_weight = from_scale / inv_slope(from_distance);
     const V to_weight = to_scale / inv_slope(to_distance);
-    const V mixed = mixture(map_value(3));
+    const V mixed = smoothstep(map_value(3));
     // Detail comes and goes with the progress, too.
     const V da_dt = from_weight * from.detail(a) * Lanes<V>::load(slope_a);
     const V db_detail_dt = to_weight * to.detail(b) * Lanes<V>::load(slope_b);
@@ -258,12 +236,12 @@ struct MorphBounds {
     const float max_level_change =
         level_size * (radius * norm(max_strain.fourth[1]) + 1e-5f) + rounding;
     const V begin = map_values[3] - max_progress_change, end = map_values[3] + max_progress_change;
-    const V first = MorphField::mixture(begin), last = MorphField::mixture(end);
-    const Range<V> range_a = distance_range(field.from, field.from_scale, a,
-                                            MorphField::detail(end), MorphField::detail(begin));
-    const Range<V> range_b =
-        distance_range(field.to, field.to_scale, b, MorphField::detail(1.0f - begin),
-                       MorphField::detail(1.0f - end));
+    const V first = smoothstep(begin), last = smoothstep(end);
+    const DistanceField &from = field.from, &to = field.to;
+    const Range<V> range_a =
+        distance_range(from, field.from_scale, a, from.detail_share(end), from.detail_share(begin));
+    const Range<V> range_b = distance_range(to, field.to_scale, b, to.detail_share(1.0f - begin),
+                                            to.detail_share(1.0f - end));
     const V shift = -field.level * map_values[7];
     const V high_a = field.compress(range_a.high + max_change),
             high_b = field.compress(range_b.high + max_change) - high_a;

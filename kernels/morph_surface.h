@@ -65,6 +65,12 @@ struct Regression {
   std::shared_ptr<const DistanceGrid> thinness[2];
 };
 
+/// How far along an object begins to lose its detail, and how far along it has none. The share
+/// falls as 1 - smoothstep.
+struct DetailFade {
+  float begin = 0.1f, end = 0.55f;
+};
+
 /// Input of a surface between two objects (morph_field.h).
 struct MorphSurface {
   /// Two maps: to the source, whose fourth value is the progress, and to the target, whose fourth
@@ -79,6 +85,8 @@ struct MorphSurface {
   /// Both objects without detail, on the grids of `from` and `to`; null: the object keeps its
   /// detail throughout.
   std::shared_ptr<const DistanceGrid> smooth_from = nullptr, smooth_to = nullptr;
+  /// By the progress from the source, and by that from the target (1 - progress).
+  DetailFade fade_from = {}, fade_to = {};
 };
 
 }  // namespace polymorph

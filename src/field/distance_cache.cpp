@@ -10,19 +10,22 @@
 #include "base/hash.h"
 #include "base/parallel.h"
 #include "field/extract_surface.h"
+#include "field/hollow_distances.h"
 #include "field/remove_detail.h"
 #include "field/thinness.h"
 #include "mesh/components.h"
 #include "mesh/handles.h"
 #include "mesh/mesh_check.h"
 #include "model/repair/solidify.h"
+#include "model/repair/vessel.h"
 
 namespace polymorph {
 namespace {
 
-// Content: face sides, undecided fraction, volume, smallest component, genus, grid, Lipschitz
-// constant, spline, number and values of each block of points that differs from the spline, and the
-// thinness of a solid.
+// Content: face sides, undecided fraction, volume, smallest component, genus, whether it is a
+// vessel, distances, a solid's thinness, and the distances of a vessel's walls. Distances
+// are the grid, Lipschitz constant, spline, and number and values of each block of points that
+// differs from the spline.
 constexpr int kEdge = 4;  ///< points along a block's edge
 constexpr std::size_t kBlockPoints = kEdge * kEdge * kEdge;
 
@@ -90,21 +93,21 @@ DistanceGrid make_smooth_part(const SmoothDistances& smooth, const Grid& grid) {
   return distances;
 }
 
-std::string encode(const ObjectDistances& object, const SmoothDistances& smooth,
-                   const std::optional<DistanceGrid>& thinness) {
-  std::string bytes;
-  put_counted(bytes, object.sides);
-  put(bytes, object.undecided);
-  put(bytes, object.volume);
-  put(bytes, object.smallest_component_share);
-  put(bytes, object.genus);
-  put_grid(bytes, object.grid->grid);
-  put(bytes, object.grid->lipschitz);
-  put_grid(bytes, smooth.grid);
-  put_counted(bytes, smooth.values);
-  const Grid& grid = object.grid->grid;
-  const std::vector<float>& values = object.grid->values;
-  const std::vector<float> spline_values = make_smooth_part(smooth, grid).values;
+/// Distances, and the spline that they are away from the surface.
+struct MeasuredGrid {
+  std::shared_ptr<const DistanceGrid> distances;
+  SmoothDistances spline;
+};
+
+void put_distances(std::string& bytes, const MeasuredGrid& measured) {
+  const auto& [distances, spline] = measured;
+  const Grid& grid = distances->grid;
+  put_grid(bytes, grid);
+  put(bytes, distances->lipschitz);
+  put_grid(bytes, spline.grid);
+  put_counted(bytes, spline.values);
+  const std::vector<float>& values = distances->values;
+  const std::vector<float> spline_values = make_smooth_part(spline, grid).values;
   const Int3 blocks = count_blocks(grid);
   std::vector<std::uint32_t> block_numbers;
   std::vector<float> near_values;
@@ -120,10 +123,30 @@ std::string encode(const ObjectDistances& object, const SmoothDistances& smooth,
   }
   put_counted(bytes, block_numbers);
   put_counted(bytes, near_values);
-  if (!thinness) return bytes;
-  put_grid(bytes, thinness->grid);
-  put(bytes, thinness->lipschitz);
-  put_counted(bytes, thinness->values);
+}
+
+/// What is measured on a model's faces, before anything is derived from it.
+struct Measurement {
+  MeasuredGrid solid;
+  std::optional<DistanceGrid> thinness;  ///< none for a shell
+  std::optional<MeasuredGrid> walls;     ///< of a vessel only, which `solid` is when filled
+};
+
+std::string encode(const ObjectDistances& object, const Measurement& measurement) {
+  std::string bytes;
+  put_counted(bytes, object.sides);
+  put(bytes, object.undecided);
+  put(bytes, object.volume);
+  put(bytes, object.smallest_component_share);
+  put(bytes, object.genus);
+  put(bytes, static_cast<std::uint8_t>(object.is_vessel));
+  put_distances(bytes, measurement.solid);
+  if (const auto& thinness = measurement.thinness) {
+    put_grid(bytes, thinness->grid);
+    put(bytes, thinness->lipschitz);
+    put_counted(bytes, thinness->values);
+  }
+  if (measurement.walls) put_distances(bytes, *measurement.walls);
   return bytes;
 }
 
@@ -145,43 +168,25 @@ bool take_thinness(std::string_view& bytes, DistanceGrid& thinness) {
          thinness.values.size() == point_count(thinness.grid);
 }
 
-/// Sets what is made of a solid's thinness: its distances without detail, and the level's limit.
-void apply_thinness(const SmoothDistances& spline, DistanceGrid thinness, float size,
-                    ObjectDistances& object) {
-  object.smooth =
-      std::make_shared<const DistanceGrid>(remove_detail(*object.grid, spline, thinness, size));
-  object.thinness =
-      std::make_shared<const DistanceGrid>(limit_thinness(std::move(thinness), *object.grid));
-}
-
-bool decode(std::string_view bytes, const Model& model, ObjectDistances& object) {
-  if (!take_counted(bytes, object.sides) || object.sides.size() != model.triangles.size())
-    return false;
-  if (bytes.size() < 3 * sizeof(double) + sizeof(std::int64_t) + 2 * kGridSize + sizeof(float))
-    return false;
-  object.undecided = take<double>(bytes);
-  object.volume = take<double>(bytes);
-  object.smallest_component_share = take<double>(bytes);
-  object.genus = take<std::int64_t>(bytes);
+bool take_distances(std::string_view& bytes, MeasuredGrid& measured) {
+  if (bytes.size() < 2 * kGridSize + sizeof(float)) return false;
   const Grid grid = take_grid(bytes);
   const auto lipschitz = take<float>(bytes);
-  SmoothDistances smooth;
-  smooth.grid = take_grid(bytes);
+  SmoothDistances& spline = measured.spline;
+  spline.grid = take_grid(bytes);
   std::vector<std::uint32_t> block_numbers;
   std::vector<float> near_values;
-  DistanceGrid thinness;
-  if (!is_sound(grid) || !is_sound(smooth.grid) || !take_counted(bytes, smooth.values) ||
-      !take_counted(bytes, block_numbers) || !take_counted(bytes, near_values) ||
-      (!is_shell(object) && !take_thinness(bytes, thinness)) || !bytes.empty())
+  if (!is_sound(grid) || !is_sound(spline.grid) || !take_counted(bytes, spline.values) ||
+      !take_counted(bytes, block_numbers) || !take_counted(bytes, near_values))
     return false;
   const Int3 blocks = count_blocks(grid);
   const std::int64_t count = std::int64_t{blocks.x} * blocks.y * blocks.z;
-  if (smooth.values.size() != point_count(smooth.grid) ||
+  if (spline.values.size() != point_count(spline.grid) ||
       near_values.size() != kBlockPoints * block_numbers.size() ||
       std::any_of(block_numbers.begin(), block_numbers.end(),
                   [&](std::uint32_t b) { return b >= count; }))
     return false;
-  DistanceGrid distances = make_smooth_part(smooth, grid);
+  DistanceGrid distances = make_smooth_part(spline, grid);
   distances.lipschitz = lipschitz;
   parallel_for(
       static_cast<std::int64_t>(block_numbers.size()),
@@ -192,10 +197,100 @@ bool decode(std::string_view bytes, const Model& model, ObjectDistances& object)
                   [&](std::size_t p, std::size_t k) { distances.values[p] = from[k]; });
       },
       256);
-  object.grid = std::make_shared<const DistanceGrid>(std::move(distances));
-  if (!is_shell(object))
-    apply_thinness(smooth, std::move(thinness), model.box().diagonal(), object);
+  measured.distances = std::make_shared<const DistanceGrid>(std::move(distances));
   return true;
+}
+
+/// Sets the grids of an object whose other numbers are known.
+void set_grids(Measurement measurement, float size, ObjectDistances& object) {
+  const DistanceGrid& solid = *measurement.solid.distances;
+  if (measurement.thinness) {
+    object.smooth = std::make_shared<const DistanceGrid>(
+        remove_detail(solid, std::move(measurement.solid.spline), *measurement.thinness, size));
+    object.thinness = std::make_shared<const DistanceGrid>(
+        limit_thinness(std::move(*measurement.thinness), solid));
+  }
+  object.grid = measurement.solid.distances;
+  if (measurement.walls)
+    object.grid = std::make_shared<const DistanceGrid>(
+        hollow_distances(*measurement.walls->distances, solid));
+}
+
+bool decode(std::string_view bytes, const Model& model, ObjectDistances& object) {
+  if (!take_counted(bytes, object.sides) || object.sides.size() != model.triangles.size())
+    return false;
+  if (bytes.size() < 3 * sizeof(double) + sizeof(std::int64_t) + sizeof(std::uint8_t)) return false;
+  object.undecided = take<double>(bytes);
+  object.volume = take<double>(bytes);
+  object.smallest_component_share = take<double>(bytes);
+  object.genus = take<std::int64_t>(bytes);
+  object.is_vessel = take<std::uint8_t>(bytes) != 0;
+  Measurement measurement;
+  if (!take_distances(bytes, measurement.solid)) return false;
+  if (!is_shell(object) && !take_thinness(bytes, measurement.thinness.emplace())) return false;
+  if (object.is_vessel &&
+      (!take_distances(bytes, measurement.walls.emplace()) ||
+       measurement.walls->distances->values.size() != measurement.solid.distances->values.size()))
+    return false;
+  if (!bytes.empty()) return false;
+  set_grids(std::move(measurement), model.box().diagonal(), object);
+  return true;
+}
+
+MeasuredGrid measure_grid(const QueriedModel& queried, const DistanceMeasure& measure) {
+  MeasuredGrid grid;
+  grid.distances = std::make_shared<const DistanceGrid>(
+      compute_signed_distances(queried, 0.5f * measure.cell, measure.thinnest, &grid.spline));
+  return grid;
+}
+
+/// Measures a solid or a shell, and whether it is one.
+MeasuredGrid measure_solid(const Model& solid, const ClosestPointQuery& closest,
+                           const InsideTest& inside, const DistanceMeasure& measure,
+                           ObjectDistances& object) {
+  /// Distance from a face, in cells, at which its two sides are classified.
+  constexpr float kFaceStep = 0.01f;
+  const Mesh faces{solid.points, {}, solid.triangles};
+  const bool closed = check_mesh(faces).is_closed() && volume_of(faces) > 0;
+  object.undecided = closed ? 0 : undecided_fraction(solid, inside);
+  object.sides = object.undecided < kMinShellFraction
+                     ? classify_faces(solid, inside, kFaceStep * measure.cell)
+                     : std::vector<FaceSide>(solid.triangles.size(), FaceSide::kSheet);
+  return measure_grid({solid, inside, closest, object.sides, solid.box()}, measure);
+}
+
+/// Measures the solid that stands for the model: itself, what solidify() makes of it, or a filled
+/// vessel.
+Result<Measurement> measure_model(const Model& model, const ClosestPointQuery& closest,
+                                  const DistanceMeasure& measure, ObjectDistances& object) {
+  Measurement measurement;
+  if (measure.solidified) {
+    PM_TRY(const Model solid, solidify(model));
+    measurement.solid =
+        measure_solid(solid, ClosestPointQuery(solid), InsideTest(solid), measure, object);
+    object.sides.assign(model.triangles.size(), FaceSide::kBoundary);
+    return measurement;
+  }
+  const InsideTest inside(model);
+  const std::optional<FilledVessel> vessel = fill_vessel(model, inside);
+  if (!vessel) {
+    measurement.solid = measure_solid(model, closest, inside, measure, object);
+    return measurement;
+  }
+  const Model& filled = vessel->model;
+  measurement.solid =
+      measure_solid(filled, ClosestPointQuery(filled), InsideTest(filled), measure, object);
+  object.is_vessel = true;
+  const Box box = filled.box();
+  if (vessel->is_sheet) {
+    object.sides.resize(model.triangles.size());
+    const std::vector<FaceSide> sheets(model.triangles.size(), FaceSide::kSheet);
+    measurement.walls = measure_grid({model, inside, closest, sheets, box}, measure);
+  } else {
+    object.sides.assign(model.triangles.size(), FaceSide::kBoundary);
+    measurement.walls = measure_grid({model, inside, closest, object.sides, box}, measure);
+  }
+  return measurement;
 }
 
 }  // namespace
@@ -204,8 +299,6 @@ Result<ObjectDistances> load_or_measure_distances(const Model& model,
                                                   const ClosestPointQuery& closest,
                                                   const DistanceMeasure& measure, Engine& engine,
                                                   const std::filesystem::path& folder) {
-  /// Distance from a face, in cells, at which its two sides are classified.
-  constexpr float kFaceStep = 0.01f;
   ObjectDistances object;
   object.key = make_key(model, measure);
   if (!folder.empty()) {
@@ -217,38 +310,18 @@ Result<ObjectDistances> load_or_measure_distances(const Model& model,
       warn_unusable(folder, object.key, kDistanceFiles, "holds no sound distances");
     }
   }
-  SmoothDistances smooth;
-  const auto measure_solid = [&](const Model& solid, const ClosestPointQuery& query) {
-    const InsideTest inside(solid);
-    const Mesh faces{solid.points, {}, solid.triangles};
-    const bool closed = check_mesh(faces).is_closed() && volume_of(faces) > 0;
-    object.undecided = closed ? 0 : undecided_fraction(solid, inside);
-    object.sides = object.undecided < kMinShellFraction
-                       ? classify_faces(solid, inside, kFaceStep * measure.cell)
-                       : std::vector<FaceSide>(solid.triangles.size(), FaceSide::kSheet);
-    object.grid = std::make_shared<const DistanceGrid>(compute_signed_distances(
-        {solid, inside, query, object.sides}, 0.5f * measure.cell, measure.thinnest, &smooth));
-  };
-  if (measure.solidified) {
-    PM_TRY(const Model solid, solidify(model));
-    measure_solid(solid, ClosestPointQuery(solid));
-    object.sides.assign(model.triangles.size(), FaceSide::kBoundary);
-  } else {
-    measure_solid(model, closest);
-  }
-  PM_TRY(Mesh mesh, extract_distances(engine, object.grid, measure.cell, {}));
+  PM_TRY(Measurement measurement, measure_model(model, closest, measure, object));
+  PM_TRY(Mesh mesh, extract_distances(engine, measurement.solid.distances, measure.cell, {}));
   remove_small_components(mesh, measure.min_component_share);
   object.volume = volume_of(mesh);
   object.smallest_component_share = smallest_component_share(mesh);
   object.genus = compute_genus(mesh);
-  std::optional<DistanceGrid> thinness;
-  if (!is_shell(object)) {
-    const float size = model.box().diagonal();
-    thinness = compute_thinness(*object.grid, size);
-    apply_thinness(smooth, *thinness, size, object);
-  }
+  const float size = model.box().diagonal();
+  if (!is_shell(object))
+    measurement.thinness = compute_thinness(*measurement.solid.distances, size);
   if (!folder.empty())
-    store_cached(folder, object.key, kDistanceFiles, model.name, encode(object, smooth, thinness));
+    store_cached(folder, object.key, kDistanceFiles, model.name, encode(object, measurement));
+  set_grids(std::move(measurement), size, object);
   return object;
 }
 

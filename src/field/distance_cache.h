@@ -15,7 +15,7 @@ namespace polymorph {
 
 /// Increment when compute_signed_distances(), classify_faces(), compute_thinness() or the measures
 /// change their results: older cache files are then ignored. A test pins the digests.
-inline constexpr std::uint32_t kDistancesVersion = 9;
+inline constexpr std::uint32_t kDistancesVersion = 10;
 
 /// Signed distances of one object, and measures of their surface.
 struct ObjectDistances {
@@ -24,6 +24,9 @@ struct ObjectDistances {
   std::shared_ptr<const DistanceGrid> grid;
   std::shared_ptr<const DistanceGrid> thinness;  ///< limit_thinness(); null for a shell
   std::shared_ptr<const DistanceGrid> smooth;    ///< null for a shell (field/remove_detail.h)
+  /// Holds the walls of a vessel (model/repair/vessel.h): they are in `grid`, and all else is that
+  /// of the filled vessel.
+  bool is_vessel = false;
   double volume = 0;  ///< volume of the surface extracted on cells of the requested size
   double smallest_component_share = 1;  ///< fraction of that volume in the smallest component
   std::int64_t genus = 0;               ///< number of handles of that surface

@@ -283,11 +283,11 @@ void bound_slopes(DistanceGrid& distances) {
 
 DistanceGrid compute_signed_distances(const QueriedModel& queried, float cell, float thinnest,
                                       SmoothDistances* smooth) {
-  const auto& [model, inside, closest, sides] = queried;
+  const auto& [model, inside, closest, sides, box] = queried;
   PM_CHECK(cell > 0 && !model.triangles.empty() && sides.size() == model.triangles.size());
-  const Grid coarse = make_coarse_grid(model.box(), cell);
+  const Grid coarse = make_coarse_grid(box, cell);
   DistanceGrid result;
-  result.grid = make_distance_grid(model.box(), cell);
+  result.grid = make_distance_grid(box, cell);
   Solid solid{inside, closest, sides, thinnest, result.grid.cell};
   solid.is_shell =
       std::all_of(sides.begin(), sides.end(), [](FaceSide s) { return s == FaceSide::kSheet; });

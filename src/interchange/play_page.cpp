@@ -221,6 +221,11 @@ JsonValue common_json(const PlayKey& key) {
   return numbers;
 }
 
+/// How an object's detail fades; null if it keeps it.
+JsonValue fade_json(const std::shared_ptr<const DistanceGrid>& smooth, const DetailFade& fade) {
+  return smooth ? JsonValue::array({fade.begin, fade.end}) : JsonValue();
+}
+
 /// Landmarks of a leg's maps: where they are on both objects, and for each key their places and
 /// deviations.
 JsonValue landmarks_json(const PlayLeg& leg) {
@@ -258,10 +263,13 @@ JsonValue leg_json(const PlayLeg& leg, Packer& packer) {
     const float steps = shown ? kShownSteps : leg.distance ? kMotionSteps : kBallSteps;
     channels.push_back(packer.add(values, shape, range_step(values, steps)));
   }
+  const MorphSurface& first = leg.keys.front().between;
   return {{"from", leg.from},
           {"to", leg.to},
           {"distance", leg.distance},
-          {"weighed", leg.keys.front().between.map->thinness[0] != nullptr},
+          {"fades", JsonValue::array({fade_json(first.smooth_from, first.fade_from),
+                                      fade_json(first.smooth_to, first.fade_to)})},
+          {"weighed", first.map->thinness[0] != nullptr},
           {"times", times},
           {"common", common},
           {"landmarks", landmarks_json(leg)},

@@ -129,8 +129,8 @@ Vec3 surface_normal(const Mesh& mesh, const ClosestPoint& at) {
                     mesh.normals[t.v[2]] * static_cast<float>(w.c));
 }
 
-/// The progress that MorphField::mixture() turns into `share`.
-float invert_mixture(float share) {
+/// The progress that smoothstep() turns into `share`.
+float invert_smoothstep(float share) {
   if (share <= 0 || share >= 1) return share;
   double t = static_cast<double>(share);
   for (int i = 0; i < 40; ++i) {  // Newton's steps, which both ends slow down
@@ -184,7 +184,7 @@ Result<Mesh> blend_surface(const BlendField& field, const Model& model,
   const Grid& grid = field.model->grid;
   // Extracting the mixed distances as one DistanceGrid would do, but round differently: half of the
   // vertices would move, by some 1e-4 of a cell.
-  const MorphSurface between = {still_map(box_of(grid), invert_mixture(progress)), field.model,
+  const MorphSurface between = {still_map(box_of(grid), invert_smoothstep(progress)), field.model,
                                 field.balls};
   Mesh mesh;
   PM_TRY_STATUS(to_status(engine.extract(between, grid, settings, mesh)));

@@ -8,6 +8,31 @@
 #include "morph/motion.h"
 
 namespace polymorph {
+namespace {
+
+/// Walls grow before the other object's distances can tear them.
+constexpr DetailFade kVesselFade = {0, 0.2f};
+
+/// Replaces vessels by the filled ones: a surface's volume is kept as if they were solid.
+MorphSurface fill_vessels(const Leg& leg, MorphSurface field) {
+  if (leg.from->distances.is_vessel) field.from = field.smooth_from;
+  if (leg.to->distances.is_vessel) field.to = field.smooth_to;
+  return field;
+}
+
+/// How far the surface shows the walls of a vessel, whose volume is not kept: from 0, not at all,
+/// to 1.
+float wall_share(const Leg& leg, float u) {
+  const auto share_at = [](float progress) {
+    return smoothstep((kVesselFade.end - progress) / (kVesselFade.end - kVesselFade.begin));
+  };
+  float share = 0;
+  if (leg.from->distances.is_vessel) share = share_at(u);
+  if (leg.to->distances.is_vessel) share = std::max(share, share_at(1 - u));
+  return share;
+}
+
+}  // namespace
 
 FrameMap distance_map(const Leg& leg, float time, const BallSet& balls) {
   return frame_map(leg.plan, time, balls, object_size(leg, progress_at(leg.plan, time)),
@@ -49,22 +74,26 @@ Status extract_between(const Leg& leg, const LevelSearch& search, Engine& engine
   const bool at_an_end = state.time <= 0 || state.time >= 1;
   const bool has_shell = is_shell(from) || is_shell(to);
   // Walls would swell where both are compressed.
-  if (!has_shell) {
-    field.linear_range = kLinearRange * object_size(leg, state.u);
-    field.smooth_from = from.smooth, field.smooth_to = to.smooth;
-  }
+  if (!has_shell) field.linear_range = kLinearRange * object_size(leg, state.u);
+  // Beside a shell only vessels have something to lose: what they are filled with.
+  if (!has_shell || from.is_vessel) field.smooth_from = from.smooth;
+  if (!has_shell || to.is_vessel) field.smooth_to = to.smooth;
+  if (from.is_vessel) field.fade_from = kVesselFade;
+  if (to.is_vessel) field.fade_to = kVesselFade;
   if (!at_an_end && keeps_volume(leg)) {
     const auto u = static_cast<double>(state.u);
     const double volume = (1 - u) * from.volume + u * to.volume;
     const VolumeGoal goal = {volume, leg.settings.cell, kFurthest * object_size(leg, state.u),
                              search.near, search.tolerance};
-    PM_TRY(LevelSurface found,
-           surface_of_volume(engine, field, map.box, search.cell, search.extract, goal));
-    surface.mesh = std::move(found.mesh);
-    field.level = found.level;
-    return Ok{};
-  }
-  if (!at_an_end && has_shell) {
+    PM_TRY(LevelSurface found, surface_of_volume(engine, fill_vessels(leg, field), map.box,
+                                                 search.cell, search.extract, goal));
+    const float walls = wall_share(leg, state.u);
+    field.level = (1 - walls) * (1 - walls) * found.level;
+    if (walls == 0) {
+      surface.mesh = std::move(found.mesh);
+      return Ok{};
+    }
+  } else if (!at_an_end && has_shell) {
     // A wall's volume means little; that it is whole, much.
     PM_TRY(field.map, with_shortfalls(map, leg.plan, state.balls, *from.grid, *to.grid, engine));
     field.level = -1;
@@ -82,8 +111,8 @@ Result<std::vector<float>> sample_distances(const MorphSurface& field,
   for (AffineMap& affine : sampled.map.affine) affine = {{Vec3{}, Vec3{}, Vec3{}}, {}};
   sampled.from = DistanceField(field.from->grid, field.from->values.data());
   sampled.to = DistanceField(field.to->grid, field.to->values.data());
-  if (field.smooth_from) sampled.from.smooth = field.smooth_from->values.data();
-  if (field.smooth_to) sampled.to.smooth = field.smooth_to->values.data();
+  if (field.smooth_from) sampled.from.set_detail(field.smooth_from->values.data(), field.fade_from);
+  if (field.smooth_to) sampled.to.set_detail(field.smooth_to->values.data(), field.fade_to);
   sampled.from_scale = field.from_scale, sampled.to_scale = field.to_scale;
   sampled.level = field.level;
   sampled.inv_range = field.linear_range > 0 ? 1 / field.linear_range : 0;

@@ -226,7 +226,7 @@ Result<std::shared_ptr<const Regression>> with_shortfalls(const FrameMap& map,
   auto raised = std::make_shared<Regression>(*map.regression);
   for (std::size_t e = 0; e < balls.size(); ++e) {
     const float *source = values[2 * e].v, *target = values[2 * e + 1].v;
-    const float share = MorphField::mixture(source[3]);
+    const float share = smoothstep(source[3]);
     const Pair& pair = plan.pairs[e];
     const auto mixed = [&](Vec3 a, Vec3 b) {
       return lerp(map.from_scale * distance(from_field, a), map.to_scale * distance(to_field, b),

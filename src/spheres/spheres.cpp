@@ -143,8 +143,9 @@ Result<Model> thicken_shell(const Model& model, const InsideTest& inside, bool c
   const float cell = std::max({size.x, size.y, size.z}) / cells;
   if (!(cell > 0)) return make_error(ErrorCode::kInput, "model \"{}\" has no extent", model.name);
   const std::vector<FaceSide> sheets(model.triangles.size(), FaceSide::kSheet);
-  const auto distances = std::make_shared<const DistanceGrid>(compute_signed_distances(
-      {model, inside, ClosestPointQuery(model), sheets}, 0.5f * cell, kThinnestPart * cell));
+  const auto distances = std::make_shared<const DistanceGrid>(
+      compute_signed_distances({model, inside, ClosestPointQuery(model), sheets, model.box()},
+                               0.5f * cell, kThinnestPart * cell));
   const auto engine = make_cpu_engine();
   PM_TRY(Mesh mesh, extract_distances(*engine, distances, cell, {}));
   if (mesh.triangles.empty()) return make_no_volume_error(model);

@@ -205,9 +205,16 @@ TEST_P(BetweenTest, IsClosedAndManifoldWhereMapsAreWild) {
 TEST_P(BetweenTest, BricksLeftOutHoldNoSurface) {
   // The same cells, all in one brick's reach and as part of a grid of many levels: what is culled
   // must not change a vertex.
-  const MorphSurface surface = {
-      random_map(80, 0.3f, 9),  torus_distances(1, 0.3f), sphere_distances(0.7f), 1, 1, 0, 0,
-      torus_distances(1, 0.2f), sphere_distances(0.5f)};
+  const MorphSurface surface = {random_map(80, 0.3f, 9),
+                                torus_distances(1, 0.3f),
+                                sphere_distances(0.7f),
+                                1,
+                                1,
+                                0,
+                                0,
+                                torus_distances(1, 0.2f),
+                                sphere_distances(0.5f),
+                                {0, 0.3f}};
   const Grid fine = cube_grid(161, 1.6f);
   const Mesh whole = between(surface, fine);
   // Sampled at every point by hand: as many crossed edges as vertices.
@@ -215,15 +222,15 @@ TEST_P(BetweenTest, BricksLeftOutHoldNoSurface) {
     const std::vector<AttributeValues> maps = regress(surface.map, points);
     DistanceField from(surface.from->grid, surface.from->values.data()),
         to(surface.to->grid, surface.to->values.data());
-    from.smooth = surface.smooth_from->values.data();
-    to.smooth = surface.smooth_to->values.data();
+    from.set_detail(surface.smooth_from->values.data(), surface.fade_from);
+    to.set_detail(surface.smooth_to->values.data(), surface.fade_to);
     std::vector<float> values;
     for (std::size_t i = 0; i < points.size(); ++i) {
       const float *a = maps[2 * i].v, *b = maps[2 * i + 1].v;
       const float t = a[3], mix = t * t * (3 - 2 * t);
       values.push_back((1 - mix) *
-                           from.value(Points<float>{a[0], a[1], a[2]}, MorphField::detail(t)) +
-                       mix * to.value(Points<float>{b[0], b[1], b[2]}, MorphField::detail(1 - t)));
+                           from.value(Points<float>{a[0], a[1], a[2]}, from.detail_share(t)) +
+                       mix * to.value(Points<float>{b[0], b[1], b[2]}, to.detail_share(1 - t)));
     }
     return values;
   };

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,6 +30,31 @@ inline Model box_model(Vec3 low, Vec3 high) {
   Model model;
   model.name = "box";
   add_box(model, low, high);
+  return model;
+}
+
+/// The profile (radius, height), turned around the y axis; first and last point on the axis close
+/// it.
+inline Model lathe(const std::vector<Vec2>& profile) {
+  constexpr int kSteps = 64;
+  Model model;
+  model.name = "lathe";
+  for (const Vec2 p : profile)
+    for (int i = 0; i < kSteps; ++i) {
+      const double u = 2 * M_PI * i / kSteps;
+      model.points.push_back(
+          {p.x * static_cast<float>(std::cos(u)), p.y, -p.x * static_cast<float>(std::sin(u))});
+    }
+  const auto at = [&](std::size_t k, int i) {
+    return static_cast<std::uint32_t>(k) * kSteps +
+           (profile[k].x > 0 ? static_cast<std::uint32_t>(i % kSteps) : 0);
+  };
+  for (std::size_t k = 0; k + 1 < profile.size(); ++k)
+    for (int i = 0; i < kSteps; ++i) {
+      if (profile[k].x > 0) model.triangles.push_back({{at(k, i), at(k, i + 1), at(k + 1, i + 1)}});
+      if (profile[k + 1].x > 0)
+        model.triangles.push_back({{at(k, i), at(k + 1, i + 1), at(k + 1, i)}});
+    }
   return model;
 }
 

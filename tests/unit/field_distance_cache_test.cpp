@@ -6,6 +6,7 @@
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/log.h"
+#include "kernels/distance_field.h"
 #include "model/shapes.h"
 #include "testing/model.h"
 
@@ -71,6 +72,32 @@ TEST_F(DistanceCacheTest, ADamagedFileIsMadeAnew) {
   expect_same(fresh, made(model, true));
 }
 
+TEST_F(DistanceCacheTest, AVesselHasItsWallsAndIsFullWithoutDetail) {
+  const Model cup = lathe({{0, 0}, {1, 0}, {1, 2}});
+  const ObjectDistances object = made(cup, true);
+  ASSERT_TRUE(object.is_vessel);
+  EXPECT_FALSE(is_shell(object));
+  EXPECT_NEAR(object.volume, 2 * M_PI, 0.1 * 2 * M_PI) << "when full";
+  const DistanceField walls(object.grid->grid, object.grid->values.data()),
+      full(object.smooth->grid, object.smooth->values.data());
+  const auto at = [](const DistanceField& field, Vec3 p) {
+    return field.value(Points<float>{p.x, p.y, p.z});
+  };
+  EXPECT_GT(at(walls, {1, 1, 0}), 0);
+  EXPECT_GT(at(walls, {0, 0, 0.5f}), 0) << "the bottom";
+  EXPECT_LT(at(walls, {0, 1, 0}), 0);
+  EXPECT_LT(at(walls, {0, 2.1f, 0}), 0);
+  EXPECT_GT(at(full, {0, 1, 0}), 0.5f);
+  EXPECT_LT(at(full, {0, 2.1f, 0}), 0);
+  // Where a quarter of the detail is gone, the walls have grown, but the middle is still empty.
+  const auto mix = [&](Vec3 p) { return 0.75f * at(walls, p) + 0.25f * at(full, p); };
+  EXPECT_GT(mix({0.7f, 1, 0}), 0);
+  EXPECT_LT(mix({0, 1, 0}), 0);
+  const ObjectDistances stored = made(cup, true);
+  EXPECT_TRUE(stored.is_vessel);
+  expect_same(object, stored);
+}
+
 /// Where this fails although the distances are meant to have changed: raise kDistancesVersion, and
 /// put the new digests here. Else files of an older program would be taken for this one's.
 TEST_F(DistanceCacheTest, TheVersionBelongsToTheseDistances) {
@@ -83,7 +110,7 @@ TEST_F(DistanceCacheTest, TheVersionBelongsToTheseDistances) {
         .add(object.genus);
     return hasher.hex();
   };
-  EXPECT_EQ(kDistancesVersion, 9u);
+  EXPECT_EQ(kDistancesVersion, 10u);
   EXPECT_EQ(digest(*make_shape("torus")), "5e8d05bc56091e5b2f408b13aed6c8f8");
   EXPECT_EQ(digest(box_model({0, 0, 0}, {1, 0.5f, 0.06f})), "1b32f0bdc9eab338998c2e7f7718cf1c");
 }

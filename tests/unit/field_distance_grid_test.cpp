@@ -16,9 +16,9 @@ namespace {
 
 DistanceGrid distances_of(const Model& model, float cell, float thinnest) {
   const InsideTest inside(model);
-  return compute_signed_distances(
-      {model, inside, ClosestPointQuery(model), classify_faces(model, inside, 0.02f * cell)}, cell,
-      thinnest);
+  return compute_signed_distances({model, inside, ClosestPointQuery(model),
+                                   classify_faces(model, inside, 0.02f * cell), model.box()},
+                                  cell, thinnest);
 }
 
 /// The value at the grid point nearest to p, and where that is.

@@ -16,30 +16,6 @@
 namespace polymorph {
 namespace {
 
-/// The profile (radius, height), turned around the y axis; first and last point on the axis close
-/// it.
-Model lathe(const std::vector<Vec2>& profile) {
-  constexpr int kSteps = 64;
-  Model model;
-  model.name = "lathe";
-  for (const Vec2 p : profile)
-    for (int i = 0; i < kSteps; ++i) {
-      const double u = 2 * M_PI * i / kSteps;
-      model.points.push_back(
-          {p.x * static_cast<float>(std::cos(u)), p.y, -p.x * static_cast<float>(std::sin(u))});
-    }
-  const auto at = [](std::size_t k, int i) {
-    return static_cast<std::uint32_t>(k) * kSteps + static_cast<std::uint32_t>(i % kSteps);
-  };
-  for (std::size_t k = 0; k + 1 < profile.size(); ++k)
-    for (int i = 0; i < kSteps; ++i) {
-      if (profile[k].x > 0) model.triangles.push_back({{at(k, i), at(k, i + 1), at(k + 1, i + 1)}});
-      if (profile[k + 1].x > 0)
-        model.triangles.push_back({{at(k, i), at(k + 1, i + 1), at(k + 1, i)}});
-    }
-  return model;
-}
-
 /// A cup of radius 1 and height 2 with walls of 0.1, closed as a mesh, open as a cup.
 Model cup() { return lathe({{0, 0}, {1, 0}, {1, 2}, {0.9f, 2}, {0.9f, 0.1f}, {0, 0.1f}}); }
 

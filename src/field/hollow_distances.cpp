@@ -1,0 +1,29 @@
+#include "field/hollow_distances.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <utility>
+
+#include "field/distance_grid.h"
+
+namespace polymorph {
+
+DistanceGrid hollow_distances(DistanceGrid walls, const DistanceGrid& filled) {
+  float depth = 0;  // the largest distance to a wall inside
+  for (std::size_t i = 0; i < walls.values.size(); ++i)
+    if (filled.values[i] > 0) depth = std::max(depth, -walls.values[i]);
+  // A mix k w + (1 - k) d with d = r, the distance to the wall, is 0 where 1 - k = q if
+  // w = -r q / (1 - q). With q = kRate (r / depth)^2 walls grow fast at first, before the other
+  // object's distances could tear them. Beyond an opening the values go on from those inside.
+  constexpr float kRate = 0.95f;
+  for (std::size_t i = 0; i < walls.values.size(); ++i) {
+    float& value = walls.values[i];
+    if (value >= 0) continue;
+    const float r = -value, x = std::min(r / depth, 1.0f), q = kRate * x * x;
+    value = std::max(value, std::min(filled.values[i], 0.0f) - r * q / (1 - q));
+  }
+  bound_slopes(walls);
+  return walls;
+}
+
+}  // namespace polymorph

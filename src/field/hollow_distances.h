@@ -1,0 +1,13 @@
+// The walls of vessels (model/repair/vessel.h) as distances.
+#pragma once
+
+#include "kernels/morph_surface.h"
+
+namespace polymorph {
+
+/// Makes distances of a vessel's walls that can be mixed with those of the filled vessel, on the
+/// same grid: within it they decrease more slowly, so that in a mix the walls grow thicker evenly
+/// until they meet.
+DistanceGrid hollow_distances(DistanceGrid walls, const DistanceGrid& filled);
+
+}  // namespace polymorph

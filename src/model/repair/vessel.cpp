@@ -1,0 +1,111 @@
+#include "model/repair/vessel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "kernels/linear.h"
+#include "mesh/edges.h"
+#include "mesh/mesh_check.h"
+#include "model/repair/solidify.h"
+
+namespace polymorph {
+namespace {
+
+/// Edges with one triangle each, in a circle: points in the order in which the triangles pass.
+using Loop = std::vector<std::uint32_t>;
+
+std::vector<Loop> find_boundary_loops(const Model& model) {
+  const std::vector<EdgeUse> uses = sorted_edge_uses(model.triangles);
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
+  for_each_edge(uses, [&](std::size_t first, std::size_t last) {
+    if (last - first != 1) return;
+    const EdgeUse& use = uses[first];
+    edges.emplace_back(use.forward ? use.low : use.high, use.forward ? use.high : use.low);
+  });
+  // Where loops touch at a point, it has several edges, and neither loop is followed.
+  std::unordered_map<std::uint32_t, std::uint32_t> next;
+  std::unordered_map<std::uint32_t, int> counts;
+  for (const auto& [from, to] : edges) next[from] = to, ++counts[from];
+  std::vector<Loop> loops;
+  for (const auto& [start, unused] : edges) {
+    Loop loop;
+    for (auto at = next.find(start); at != next.end(); at = next.find(loop.back())) {
+      loop.push_back(at->second);
+      const bool is_simple = counts[at->first] == 1;
+      next.erase(at);
+      if (!is_simple) break;
+    }
+    if (loop.size() >= 3 && loop.back() == start) loops.push_back(std::move(loop));
+  }
+  return loops;
+}
+
+Vec3 find_center(const Model& model, const Loop& loop) {
+  Vec3d sum;
+  for (const std::uint32_t i : loop) sum = sum + Vec3d(model.points[i]);
+  return to_float(sum * (1.0 / static_cast<double>(loop.size())));
+}
+
+/// The area of the fan around `center`, as a vector, so that folds cancel.
+double spanned_area(const Model& model, const Loop& loop, Vec3 center) {
+  Vec3d sum;
+  for (std::size_t i = 0; i < loop.size(); ++i)
+    sum = sum + cross(Vec3d(model.points[loop[i]] - center),
+                      Vec3d(model.points[loop[(i + 1) % loop.size()]] - center));
+  return 0.5 * length(sum);
+}
+
+void append_fan(Model& model, const Loop& loop, Vec3 center) {
+  const auto middle = static_cast<std::uint32_t>(model.points.size());
+  model.points.push_back(center);
+  for (std::size_t i = 0; i < loop.size(); ++i)
+    model.triangles.push_back({{loop[(i + 1) % loop.size()], loop[i], middle}});
+}
+
+/// Volume to the power 2/3 over the area: a cube has 1/6, a half sphere 0.17, a plate some 0.05.
+double compactness(const Mesh& faces) {
+  const double volume = std::max(volume_of(faces), 0.0);
+  return cube_root(volume * volume) / area_of(faces);
+}
+constexpr double kMinCompactness = 0.1;
+
+Mesh faces_of(const Model& model) { return {model.points, {}, model.triangles}; }
+
+std::optional<FilledVessel> fill_openings(const Model& model, const InsideTest& inside) {
+  constexpr double kMinSpan = 0.05, kMinWinding = 0.2, kMaxWinding = 0.8;
+  const double area = area_of(faces_of(model));
+  Model filled;
+  for (const Loop& loop : find_boundary_loops(model)) {
+    const Vec3 center = find_center(model, loop);
+    if (spanned_area(model, loop, center) < kMinSpan * area) continue;
+    const double winding = inside.winding_number(center);
+    if (winding < kMinWinding || winding > kMaxWinding) continue;
+    if (filled.triangles.empty()) filled.points = model.points, filled.triangles = model.triangles;
+    append_fan(filled, loop, center);
+  }
+  if (filled.triangles.empty() || compactness(faces_of(filled)) < kMinCompactness)
+    return std::nullopt;
+  return FilledVessel{std::move(filled), true};
+}
+
+}  // namespace
+
+std::optional<FilledVessel> fill_vessel(const Model& model, const InsideTest& inside) {
+  // A sheet of thickness h has 2 V = A h. This one takes more than 2500 balls of that thickness.
+  constexpr double kMaxWallCompactness = 0.045, kMinGain = 2;
+  const Mesh faces = faces_of(model);
+  if (!check_mesh(faces).is_closed()) return fill_openings(model, inside);
+  const double volume = volume_of(faces);
+  if (!(volume > 0) || compactness(faces) > kMaxWallCompactness) return std::nullopt;
+  Result<Model> solid = solidify(model);
+  if (!solid) return std::nullopt;  // no space is enclosed
+  const Mesh filled = faces_of(*solid);
+  if (volume_of(filled) < kMinGain * volume || compactness(filled) < kMinCompactness)
+    return std::nullopt;
+  return FilledVessel{std::move(*solid), false};
+}
+
+}  // namespace polymorph
