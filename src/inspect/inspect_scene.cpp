@@ -30,18 +30,18 @@ void add_frames(Inspection& out, const Scene& scene, const ActorSettings& actor)
   for (const ObjectSettings* object : objects) numbers.push_back(mesh_numbers(*object));
   // "horse 12": an object, and the number of its mesh where it has some.
   const auto shown_name = [&](int object, int mesh) {
-    return mesh < 0 ? name(object)
-                    : fmt::format("{} {}", name(object),
-                                  numbers[static_cast<std::size_t>(object)]
-                                         [static_cast<std::size_t>(mesh)]);
+    return mesh < 0
+               ? name(object)
+               : fmt::format(
+                     "{} {}", name(object),
+                     numbers[static_cast<std::size_t>(object)][static_cast<std::size_t>(mesh)]);
   };
   for (int frame = 1; frame <= timeline.count; ++frame) {
     const MorphState m = morph_state_at(timeline, frame);
     out.text += fmt::format("{:>5} {:>7.4f} {:<24} {:<12} {:>8.4f} {:>7.4f}\n", frame, m.t,
-                            m.stage == Stage::kPlay
-                                ? shown_name(0, m.mesh)
-                                : shown_name(m.leg, m.mesh) + " -> " +
-                                      shown_name(m.leg + 1, m.to_mesh),
+                            m.stage == Stage::kPlay ? shown_name(0, m.mesh)
+                                                    : shown_name(m.leg, m.mesh) + " -> " +
+                                                          shown_name(m.leg + 1, m.to_mesh),
                             stage_name(m.stage), m.progress, m.u);
     json["frames"].push_back({{"frame", frame},
                               {"t", m.t},

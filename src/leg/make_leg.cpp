@@ -75,8 +75,8 @@ std::shared_ptr<const Leg> pose_leg(const Leg& reference,
                                     std::shared_ptr<const PreparedObject> from,
                                     std::shared_ptr<const PreparedObject> to) {
   Leg leg = reference;
-  leg.plan = posed_plan(reference.plan, {from->balls, from->ball_turns},
-                        {to->balls, to->ball_turns});
+  leg.plan =
+      posed_plan(reference.plan, {from->balls, from->ball_turns}, {to->balls, to->ball_turns});
   for (std::size_t l = 0; l < leg.landmark_names.size(); ++l) {
     leg.plan.landmarks[l].from = from->landmarks.at(leg.landmark_names[l]);
     leg.plan.landmarks[l].to = to->landmarks.at(leg.landmark_names[l]);

@@ -25,8 +25,8 @@ struct PlanMoment {
 /// d(x) = sum_e q_e (x_e(next) + G_e (x - x_e) - x), with q_e the share of ball x_e in the field at
 /// x and G_e what rotates and scales that ball until `next`: the balls' own motion, without what
 /// the level does to keep the volume. `balls` are those of balls_at() now; any two times in [0, 1],
-/// of the same plan or of the same pairs in another pose; where `next` is `now` nothing moves. Errors: the engine's (field/extract_surface.h:
-/// to_status).
+/// of the same plan or of the same pairs in another pose; where `next` is `now` nothing moves.
+/// Errors: the engine's (field/extract_surface.h: to_status).
 Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls,
                      const std::vector<Vec3>& points, Engine& engine);
 

@@ -349,8 +349,8 @@ RigidParts with_alignments(const MorphPlan& plan, std::vector<std::uint32_t> par
 
 bool is_same(const Alignment& a, const Alignment& b) {
   return std::equal(std::begin(a.rotation.m), std::end(a.rotation.m), b.rotation.m) &&
-         a.scale == b.scale &&
-         length(a.from_center - b.from_center) == 0 && length(a.to_center - b.to_center) == 0;
+         a.scale == b.scale && length(a.from_center - b.from_center) == 0 &&
+         length(a.to_center - b.to_center) == 0;
 }
 
 }  // namespace

@@ -36,8 +36,7 @@ Alignment posed_alignment(const MorphPlan& plan, const CarriedBalls& from, const
   }
   alignment.from_center = alignment.to_center = {};
   for (const Pair& pair : plan.pairs) {
-    alignment.from_center =
-        alignment.from_center + Vec3d(from.balls[pair.from].center) * pair.mass;
+    alignment.from_center = alignment.from_center + Vec3d(from.balls[pair.from].center) * pair.mass;
     alignment.to_center = alignment.to_center + Vec3d(to.balls[pair.to].center) * pair.mass;
   }
   return alignment;
@@ -60,8 +59,10 @@ MorphPlan posed_plan(const MorphPlan& reference, const CarriedBalls& from, const
   plan.from = from.balls;
   plan.to = to.balls;
   plan.alignment = posed_alignment(reference, from, to);
-  turn_offsets(from, plan.pairs, [](const Pair& pair) { return pair.from; }, plan.from_offsets);
-  turn_offsets(to, plan.pairs, [](const Pair& pair) { return pair.to; }, plan.to_offsets);
+  turn_offsets(
+      from, plan.pairs, [](const Pair& pair) { return pair.from; }, plan.from_offsets);
+  turn_offsets(
+      to, plan.pairs, [](const Pair& pair) { return pair.to; }, plan.to_offsets);
   RigidParts parts = carried_parts(plan, reference);
   if (reference.graph)
     plan.graph = std::make_shared<const BallGraph>(plan, parts, *reference.graph);

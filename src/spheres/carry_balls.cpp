@@ -143,8 +143,8 @@ CarriedBalls carry_balls(const Model& model, std::span<const Ball> balls,
   for (std::size_t i = 0; i < balls.size(); ++i) {
     const Motion motion = fit_motion(model.points, bound[i], posed);
     Ball ball = balls[i];
-    ball.center = to_float(motion.to + motion.turn * (Vec3d(ball.center) - motion.from) *
-                                           motion.scale);
+    ball.center =
+        to_float(motion.to + motion.turn * (Vec3d(ball.center) - motion.from) * motion.scale);
     ball.a = static_cast<float>(static_cast<double>(ball.a) / (motion.scale * motion.scale));
     if (!is_round(ball))
       ball.shape = to_sym3(motion.turn * to_mat3(ball.shape) * transposed(motion.turn));

@@ -31,7 +31,8 @@ struct BoundPoint {
 std::vector<std::vector<BoundPoint>> bind_balls(const Model& model, std::span<const Ball> balls);
 
 /// Balls in places where `posed` has the points of `model`: each follows the similarity that fits
-/// its bound points best (Horn 1987). One that turns, grows or shifts with the whole does so exactly.
+/// its bound points best (Horn 1987). One that turns, grows or shifts with the whole does so
+/// exactly.
 CarriedBalls carry_balls(const Model& model, std::span<const Ball> balls,
                          std::span<const std::vector<BoundPoint>> bound,
                          std::span<const Vec3> posed);

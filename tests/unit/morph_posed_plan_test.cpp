@@ -68,8 +68,7 @@ TEST(PosedPlan, TheReferencePoseIsThePlanItself) {
   const MorphPlan reference = bar_plan(motion);
   const MorphPlan plan = posed_plan(reference, {reference.from, {}}, {reference.to, {}});
   const std::vector<Ball> before = balls_at(reference, 0.4f), after = balls_at(plan, 0.4f);
-  for (std::size_t e = 0; e < before.size(); ++e)
-    EXPECT_EQ(before[e].center, after[e].center) << e;
+  for (std::size_t e = 0; e < before.size(); ++e) EXPECT_EQ(before[e].center, after[e].center) << e;
 }
 
 }  // namespace

@@ -65,8 +65,8 @@ TEST(Refit, EachBallStaysTheOneThatItIs) {
     EXPECT_LT(length((*refitted)[i].center - fitted->balls[i].center - shift), 0.1f) << i;
   const auto figures = measure_quality(torus, InsideTest(torus), *refitted, FieldKind::kGaussian,
                                        {64, 5e4}),
-             before = measure_quality(torus, InsideTest(torus), fitted->balls,
-                                      FieldKind::kGaussian, {64, 5e4});
+             before = measure_quality(torus, InsideTest(torus), fitted->balls, FieldKind::kGaussian,
+                                      {64, 5e4});
   ASSERT_TRUE(figures.ok() && before.ok());
   EXPECT_LT(1 - figures->iou, 0.6 * (1 - before->iou));
 }

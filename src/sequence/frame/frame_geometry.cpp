@@ -38,7 +38,7 @@ Result<ActorGeometry> model_geometry(const PreparedActor& actor, const MorphStat
     geometry.mesh = std::make_shared<const Model>(std::move(mesh));
     return geometry;
   }
-  PM_TRY(geometry.leg, leg_at(actor, moment.leg, moment.frame, engine));
+  PM_TRY(geometry.leg, leg_at(actor, moment, engine));
   const std::shared_ptr<const PreparedObject>& object =
       leaving ? geometry.leg->from : geometry.leg->to;
   if (sequence) geometry.mesh = {object, &object->model};
@@ -50,8 +50,7 @@ Result<ActorGeometry> model_geometry(const PreparedActor& actor, const MorphStat
   geometry.corner_normals = std::move(shown.corner_normals);
   const Mesh& surface = geometry.surface;
   if (actor.timeline.own_look && !surface.triangles.empty())
-    geometry.look.layers.push_back(
-        object_layer(object, surface.triangles, surface.positions));
+    geometry.look.layers.push_back(object_layer(object, surface.triangles, surface.positions));
   return geometry;
 }
 

@@ -56,8 +56,8 @@ struct FrameGeometry {
   std::vector<ActorGeometry> actors;  ///< one per actor of PreparedScene
 };
 
-/// The surface of the actor's leg at a moment of its motion, with its look, whatever `moment.object`
-/// says. Errors: kResource; those of leg_at().
+/// The surface of the actor's leg at a moment of its motion, with its look, whatever
+/// `moment.object` says. Errors: kResource; those of leg_at().
 Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState& moment,
                                    Engine& engine);
 

@@ -1,6 +1,7 @@
 #include "sequence/prepare/actor_poses.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "leg/make_leg.h"
 #include "mesh/closest.h"
@@ -14,8 +15,30 @@ const MeshFile& file_of(const MeshSequence& sequence, int mesh) {
   return sequence.files[static_cast<std::size_t>(mesh)];
 }
 
-bool corresponds(const MeshSequence& sequence, int mesh) {
-  return file_of(sequence, mesh).topology == file_of(sequence, sequence.reference).topology;
+/// The edges of a model's faces, in ascending order.
+std::vector<std::uint64_t> list_edges(const Model& model) {
+  std::vector<std::uint64_t> edges;
+  for (const Triangle& t : model.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const auto [a, b] = std::minmax(t.v[k], t.v[(k + 1) % 3]);
+      edges.push_back(std::uint64_t{a} << 32 | b);
+    }
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  return edges;
+}
+
+/// Do the points of a mesh correspond to those of the reference? Bent polygons may be cut into
+/// other triangles in another pose: two thirds of a quadrangle's edges stay.
+bool corresponds(const MovingObject& object, const Model& model) {
+  constexpr double kShared = 0.55;
+  if (model.points.size() != object.reference->model.points.size()) return false;
+  const std::vector<std::uint64_t> edges = list_edges(model);
+  std::vector<std::uint64_t> shared;
+  std::set_intersection(edges.begin(), edges.end(), object.edges.begin(), object.edges.end(),
+                        std::back_inserter(shared));
+  return static_cast<double>(shared.size()) >=
+         kShared * static_cast<double>(std::max(edges.size(), object.edges.size()));
 }
 
 /// Carries the reference's balls and landmarks to where `points` has its points.
@@ -42,6 +65,11 @@ CarriedBalls move_with_box(const CarriedBalls& before, const Box& from, const Bo
   return moved;
 }
 
+/// Are the object's balls fitted to it?
+bool has_fit(const ActorPoses& poses, const MovingObject& object) {
+  return is_fitted(poses.scene, object.settings.spheres) && object.reference->missing_balls == 0;
+}
+
 /// A pose and its box.
 struct FittedPose {
   PoseFit fit;
@@ -52,9 +80,9 @@ struct FittedPose {
 Result<PoseFit> follow(const ActorPoses& poses, const MovingObject& object, const Model& model,
                        const FittedPose& before) {
   PoseFit fit = before.fit;
-  if (is_fitted(poses.scene, object.settings.spheres) && object.reference->missing_balls == 0) {
-    PM_TRY(fit.balls.balls, refit_cached(model, object.settings.spheres, before.fit.balls.balls,
-                                         poses.cache));
+  if (has_fit(poses, object)) {
+    PM_TRY(fit.balls.balls,
+           refit_cached(model, object.settings.spheres, before.fit.balls.balls, poses.cache));
   } else {
     fit.balls = move_with_box(before.fit.balls, before.box, model.box());
   }
@@ -63,21 +91,39 @@ Result<PoseFit> follow(const ActorPoses& poses, const MovingObject& object, cons
   return fit;
 }
 
-/// The balls and landmarks of a mesh that was read. Those of meshes with vertices of their own come
-/// from the mesh before, and so on back to one whose vertices are the reference's.
+/// The balls and landmarks of a mesh whose points correspond to the reference's.
+Result<PoseFit> fit_corresponding(const ActorPoses& poses, const MovingObject& object,
+                                  const Model& model) {
+  PoseFit fit = carry(object, model.points);
+  // Only where balls show must they do more than go with the surface.
+  if (object.kinds.balls && has_fit(poses, object)) {
+    PM_TRY(fit.balls.balls,
+           refit_cached(model, object.settings.spheres, fit.balls.balls, poses.cache));
+  }
+  return fit;
+}
+
+/// The balls and landmarks of a mesh that was read. Those of meshes with points of their own come
+/// from the mesh before, and so on back to one whose points are the reference's.
 Result<PoseFit> fit_pose(ActorPoses& poses, std::size_t index, int mesh, const Model& model) {
   const MovingObject& object = poses.objects[index];
   const MeshSequence& sequence = *object.sequence;
+  if (corresponds(object, model)) return fit_corresponding(poses, object, model);
   std::vector<std::optional<PoseFit>>& fits = poses.fits[index];
-  if (corresponds(sequence, mesh)) return carry(object, model.points);
   const auto at = [&](int k) -> std::optional<PoseFit>& {
     return fits[static_cast<std::size_t>(k)];
   };
   if (at(mesh)) return *at(mesh);
+  const std::string& topology = file_of(sequence, sequence.reference).topology;
   int known = mesh - 1;
-  while (!corresponds(sequence, known) && !at(known)) --known;
+  while (file_of(sequence, known).topology != topology && !at(known)) --known;
   PM_TRY(const Model first, load_mesh(sequence, known));
-  FittedPose before = {at(known) ? *at(known) : carry(object, first.points), first.box()};
+  FittedPose before = {{}, first.box()};
+  if (at(known)) {
+    before.fit = *at(known);
+  } else {
+    PM_TRY(before.fit, fit_corresponding(poses, object, first));
+  }
   for (int k = known + 1; k <= mesh; ++k) {
     if (!file_of(sequence, k).problem.empty()) continue;
     Model read;
@@ -85,7 +131,11 @@ Result<PoseFit> fit_pose(ActorPoses& poses, std::size_t index, int mesh, const M
       PM_TRY(read, load_mesh(sequence, k));
     }
     const Model& now = k < mesh ? read : model;
-    PM_TRY(before.fit, follow(poses, object, now, before));
+    if (corresponds(object, now)) {
+      PM_TRY(before.fit, fit_corresponding(poses, object, now));
+    } else {
+      PM_TRY(before.fit, follow(poses, object, now, before));
+    }
     before.box = now.box();
     at(k) = before.fit;
   }
@@ -147,6 +197,7 @@ std::shared_ptr<ActorPoses> make_poses(const Preparation& preparation, const Act
     object.outermost = std::move(loaded.models[first + i].points);
     object.reference = prepared[i];
     object.bound = bind_balls(prepared[i]->model, prepared[i]->balls);
+    object.edges = list_edges(prepared[i]->model);
     object.kinds = leg_kinds(outline.timeline, i);
   }
   return poses;
@@ -169,9 +220,8 @@ Result<std::shared_ptr<const PreparedObject>> object_at(const PreparedActor& act
   }
   // Make room first, so that there is never one more.
   int count = 0;
-  std::erase_if(poses.kept, [&](const auto& kept) {
-    return kept.object == index && ++count >= kKeptPoses;
-  });
+  std::erase_if(poses.kept,
+                [&](const auto& kept) { return kept.object == index && ++count >= kKeptPoses; });
   PM_TRY(std::shared_ptr<const PreparedObject> pose, make_pose(poses, index, mesh, engine));
   poses.kept.push_front({index, mesh, pose});
   return pose;
@@ -185,10 +235,23 @@ bool has_moving_end(const PreparedActor& actor, int leg) {
 
 Result<std::shared_ptr<const Leg>> leg_at(const PreparedActor& actor, int leg, int frame,
                                           Engine& engine) {
-  const std::shared_ptr<const Leg>& reference = actor.legs[static_cast<std::size_t>(leg)];
-  if (!has_moving_end(actor, leg)) return reference;
-  PM_TRY(const auto from, object_at(actor, leg, frame, engine));
-  PM_TRY(const auto to, object_at(actor, leg + 1, frame, engine));
+  MorphState moment;
+  moment.leg = leg;
+  moment.frame = frame;
+  return leg_at(actor, moment, engine);
+}
+
+Result<std::shared_ptr<const Leg>> leg_at(const PreparedActor& actor, const MorphState& moment,
+                                          Engine& engine) {
+  const std::shared_ptr<const Leg>& reference = actor.legs[static_cast<std::size_t>(moment.leg)];
+  if (!has_moving_end(actor, moment.leg)) return reference;
+  std::shared_ptr<const PreparedObject> from = reference->from, to = reference->to;
+  if (shows_source(moment)) {
+    PM_TRY(from, object_at(actor, moment.leg, moment.frame, engine));
+  }
+  if (shows_target(moment)) {
+    PM_TRY(to, object_at(actor, moment.leg + 1, moment.frame, engine));
+  }
   if (from == reference->from && to == reference->to) return reference;
   return pose_leg(*reference, from, to);
 }

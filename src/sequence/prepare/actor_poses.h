@@ -34,6 +34,7 @@ struct MovingObject {
   std::vector<Vec3> outermost;  ///< outermost points of all its meshes
   std::shared_ptr<const PreparedObject> reference;
   std::vector<std::vector<BoundPoint>> bound;  ///< bind_balls() of the reference
+  std::vector<std::uint64_t> edges;            ///< list_edges() of the reference
   LegKinds kinds;
 };
 
@@ -64,13 +65,17 @@ std::shared_ptr<ActorPoses> make_poses(const Preparation& preparation, const Act
                                        const ObjectList& prepared, std::size_t first,
                                        LoadedScene& loaded);
 
-/// An object of the actor's chain as it is at a frame. Errors: kInput where its mesh cannot be shown
-/// or has no balls; the engine's.
+/// An object of the actor's chain as it is at a frame. Errors: kInput where its mesh cannot be
+/// shown or has no balls; the engine's.
 Result<std::shared_ptr<const PreparedObject>> object_at(const PreparedActor& actor, int object,
                                                         int frame, Engine& engine);
 
 /// A leg of the actor between its objects as they are at a frame. Errors: those of object_at().
 Result<std::shared_ptr<const Leg>> leg_at(const PreparedActor& actor, int leg, int frame,
+                                          Engine& engine);
+
+/// The leg of a moment, where an end that the moment does not show is in its reference pose.
+Result<std::shared_ptr<const Leg>> leg_at(const PreparedActor& actor, const MorphState& moment,
                                           Engine& engine);
 
 /// Does an end of the leg move?

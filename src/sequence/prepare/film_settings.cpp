@@ -82,8 +82,8 @@ bool changes(const Scene& scene) {
   return !scene.tracks.empty() || scene.camera.orbit != 0 || scene.frames.turntable > 0;
 }
 
-/// Hashes of a sequence's meshes. In a morph the balls of a mesh come from the reference's, and where
-/// its vertices are others, from all meshes in between.
+/// Hashes of a sequence's meshes. In a morph the balls of a mesh come from the reference's, and
+/// where its vertices are others, from all meshes in between.
 std::vector<MeshHashes> hash_meshes(const MeshSequence& sequence, bool morphs) {
   std::vector<MeshHashes> hashes;
   const MeshFile& reference = sequence.files[static_cast<std::size_t>(sequence.reference)];

@@ -60,10 +60,11 @@ struct LoadedScene {
   std::vector<std::shared_ptr<const MeshSequence>> sequences;  ///< one per model; null: none
   /// One per model: the reference mesh of a sequence in a morph, empty for every other object.
   std::vector<Model> references;
-  std::vector<ObjectPlacing> placings;                         ///< one per model
+  std::vector<ObjectPlacing> placings;  ///< one per model
   std::vector<std::string> warnings;
 
-  /// The model that the object's balls are fitted to; without faces for a sequence that plays alone.
+  /// The model that the object's balls are fitted to; without faces for a sequence that plays
+  /// alone.
   const Model& fitted_model(std::size_t object) const {
     return sequences[object] ? references[object] : models[object];
   }

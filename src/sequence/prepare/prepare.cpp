@@ -97,8 +97,7 @@ Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
   std::size_t first = 0;
   for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
     const std::span<const ChainObject> own = actor_chains(chain)[a];
-    prepared.actors[a].poses =
-        make_poses(preparation, outlines[a], own, objects[a], first, loaded);
+    prepared.actors[a].poses = make_poses(preparation, outlines[a], own, objects[a], first, loaded);
     first += own.size();
   }
   // Place the camera so that all objects and what is between them are in the picture.

@@ -135,8 +135,7 @@ Result<std::optional<double>> measure_pose_step(const LegFrames& leg, float shar
                                                 const Mesh& surface, Engine& engine) {
   const int frame = leg.frame_at(share);
   PM_TRY(const auto now, leg.at(frame, engine));
-  PM_TRY(const auto next,
-         leg.at(std::min(frame + 1, leg.frame_at(1)), engine));
+  PM_TRY(const auto next, leg.at(std::min(frame + 1, leg.frame_at(1)), engine));
   double own = 0;
   for (const auto& [a, b] : {std::pair(now->from, next->from), std::pair(now->to, next->to)}) {
     if (a == b) continue;
@@ -273,8 +272,8 @@ Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engin
       if (leg.until == 1) {
         // One leg's map is between one pair of poses.
         const Mesh& target_surface = samples.back().surface;
-        PM_TRY(const LegSurface arrived, first == last ? LegSurface{{}, 1, target_surface, {}}
-                                                       : leg_surface(leg, 1, engine));
+        PM_TRY(const LegSurface arrived,
+               first == last ? LegSurface{{}, 1, target_surface, {}} : leg_surface(leg, 1, engine));
         PM_TRY(ends.registration,
                measure_registration(leg, samples.front().surface, arrived.mesh, engine));
         if (truth) {
