@@ -26,8 +26,8 @@ struct RigidParts {
 /// scaling and shift; it rotates the way round that is nearer to the whole's. Deterministic.
 RigidParts rigid_parts(const MorphPlan& plan);
 
-/// The same pairs in the same parts, after the plan's balls were carried to other places than those
-/// of `reference`: the alignments are fitted anew.
+/// Parts of a plan whose balls were carried from where `reference` has them: each pair stays in its
+/// part, and the alignments are fitted anew.
 RigidParts carried_parts(const MorphPlan& plan, const MorphPlan& reference);
 
 /// The graph of neighbouring balls, each edge as long as it should be at every time, and the solve

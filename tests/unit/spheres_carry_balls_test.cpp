@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <ctime>
+
 #include "model/shapes.h"
 #include "spheres/quality.h"
 #include "spheres/spheres.h"
@@ -69,6 +71,22 @@ TEST(Refit, EachBallStaysTheOneThatItIs) {
                                       {64, 5e4});
   ASSERT_TRUE(figures.ok() && before.ok());
   EXPECT_LT(1 - figures->iou, 0.6 * (1 - before->iou));
+}
+
+TEST(Refit, ItCostsAFourthOfAFitAtMost) {
+  const Model torus = *make_shape("torus");
+  SphereSettings settings;
+  settings.balls = 48;
+  // Of the processor, so that other programs do not count.
+  const auto seconds = [](const auto& work) {
+    const std::clock_t start = std::clock();
+    work();
+    return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  };
+  std::vector<Ball> balls;
+  const double cold = seconds([&] { balls = approximate(torus, settings)->balls; });
+  const double warm = seconds([&] { balls = *refit(torus, settings, balls); });
+  EXPECT_LT(warm, 0.25 * cold) << warm << " s and " << cold << " s";
 }
 
 }  // namespace

@@ -18,9 +18,6 @@
 
 namespace polymorph {
 
-/// Poses of one object that are kept at a time.
-inline constexpr int kKeptPoses = 2;
-
 /// An object's balls and landmarks in a pose.
 struct PoseFit {
   CarriedBalls balls;
@@ -38,7 +35,7 @@ struct MovingObject {
   LegKinds kinds;
 };
 
-/// What the poses of an actor are made from, and the last ones that were.
+/// Parts that the poses of an actor are made from, and the last poses that were made.
 struct ActorPoses {
   Scene scene;
   std::filesystem::path cache;

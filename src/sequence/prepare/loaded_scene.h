@@ -24,6 +24,9 @@ struct ObjectPlacing {
   std::vector<Vec3> vertices;    ///< the file's own, where landmarks name any
 };
 
+/// Poses of one object of a morph that are in memory beside the reference.
+inline constexpr int kKeptPoses = 2;
+
 /// A mesh of a sequence.
 struct MeshFile {
   std::filesystem::path file;

@@ -13,7 +13,6 @@
 #include "morph/timeline.h"
 #include "render/render.h"
 #include "scene/mesh_numbers.h"
-#include "sequence/prepare/actor_poses.h"
 
 namespace polymorph {
 namespace {

@@ -46,7 +46,7 @@ struct PreparedActor : ActorOutline {
 /// Hashes of a mesh of a sequence.
 struct MeshHashes {
   std::string content;  ///< hash of the mesh and its velocities
-  std::string fit;      ///< in a morph: hash of all meshes that its balls come from
+  std::string fit;      ///< hash of all meshes that its balls in a morph come from
 };
 
 /// Parts of the hashes of a sequence's frames (film_settings.h).
