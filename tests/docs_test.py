@@ -71,6 +71,7 @@ def prepare(folder: pathlib.Path):
                 target.write_text(json.dumps(game))
             else:
                 target.write_text(json.dumps(shrink(read_json(file))))
+    (folder / "scripts").symlink_to(ROOT / "scripts")
     commands = folder / "bin"
     commands.mkdir()
     (commands / "polymorph").symlink_to(PROGRAM)

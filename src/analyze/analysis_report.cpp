@@ -258,6 +258,7 @@ std::vector<std::string> metric_names() {
           "true_facing",
           "facing",
           "registration",
+          "pose_step",
           "rigidity",
           "bending",
           "pop",

@@ -60,6 +60,7 @@ struct MorphEnds {
   std::optional<TrueErrors> true_errors;  ///< errors of points whose partners are known
   std::optional<double> facing;           ///< degrees between the turn taken and that of the pairs
   std::optional<double> registration;     ///< larger share_off() of both objects' surfaces
+  std::optional<double> pose_step;        ///< largest step from pose to pose, over the ends' own
   Handover leaving, arriving;             ///< boundary stages of both ends; empty if not shown
   bool source_shown = true;               ///< the object itself is shown before the first frame
   bool target_shown = true;               ///< the object itself is shown after the last frame

@@ -26,9 +26,10 @@ Result<PageScene> prepare_page(const CommandLine& line, Scene scene) {
   PM_TRY(page.prepared,
          prepare_scene(scene, *page.engine, cache_folder(line.common), {line.common.max_memory}));
   for (const PreparedActor& actor : page.prepared.actors)
-    if (actor.sequence)
+    if (actor.sequence || actor.poses)
       return make_error(ErrorCode::kInput,
-                        "{}: is a mesh sequence - the pages are for morphs between two objects",
+                        "{}: has a mesh sequence - the pages are for morphs between objects that "
+                        "stand still",
                         actor.name);
   for (const std::string& warning : page.prepared.warnings) log_warning("{}", warning);
   return page;

@@ -25,7 +25,7 @@ bool has_stages(const Leg& leg) {
 /// Finds the moments of the leg that frames show, each once.
 Status find_moments(const ActorFrames& shown, CarriedActor& carried) {
   const auto& [scene, actor, frames] = shown;
-  if (actor.sequence)
+  if (actor.sequence || actor.poses)
     return make_error(ErrorCode::kInput,
                       "{}: plays meshes that are not one through all frames - {}", actor.name,
                       "leave out --topology");
@@ -138,7 +138,7 @@ Result<CarriedActor> carry_actor(const ActorFrames& shown, Engine& engine,
     LegState state;
     state.time = time;
     PM_TRY(state.balls, balls_at(leg.plan, time, engine));
-    PM_TRY(const Flow flow, flow_until(leg, state, next, points, engine));
+    PM_TRY(const Flow flow, flow_until(leg, state, {leg, next}, points, engine));
     for (std::size_t i = 0; i < points.size(); ++i) points[i] = points[i] + flow.displacement[i];
     return points;
   };
@@ -165,7 +165,7 @@ Result<SurfaceFrame> carried_frame(const ActorFrames& shown, const CarriedActor&
   PM_TRY(ActorGeometry geometry, leg_geometry(actor, carried.moments[moment], engine));
   geometry.moment.object = -1;
   if (aov_is_chosen(scene.image.aovs, "label")) {
-    PM_TRY(geometry.surface_labels, surface_labels(actor, geometry, engine));
+    PM_TRY(geometry.surface_labels, surface_labels(geometry, engine));
   }
   const SurfaceFrame truth = extracted_frame(actor, geometry, scene.look);
   SurfaceFrame frame;

@@ -229,7 +229,7 @@ SurfaceSequence surface_sequence(const PreparedScene& prepared, int first, int l
   for (const PreparedActor& actor : prepared.actors) {
     sequence.actors.push_back(actor.name);
     sequence.label_names.push_back(actor.label_names);
-    if (actor.sequence) sequence.has_corner_normals = true;
+    if (actor.sequence || actor.poses) sequence.has_corner_normals = true;
     for (const auto& object : actor.objects)
       if (!object->meta && has_creases(object->model, point_normals(object->model)))
         sequence.has_corner_normals = true;

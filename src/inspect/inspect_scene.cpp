@@ -26,14 +26,22 @@ void add_frames(Inspection& out, const Scene& scene, const ActorSettings& actor)
   }
   out.text += fmt::format("{:>5} {:>7} {:<24} {:<12} {:>8} {:>7}\n", "frame", "t", "from -> to",
                           "stage", "progress", "u");
-  const std::vector<int> numbers =
-      plays_meshes(actor) ? mesh_numbers(actor.source) : std::vector<int>{};
+  std::vector<std::vector<int>> numbers;
+  for (const ObjectSettings* object : objects) numbers.push_back(mesh_numbers(*object));
+  // "horse 12": an object, and the number of its mesh where it has some.
+  const auto shown_name = [&](int object, int mesh) {
+    return mesh < 0
+               ? name(object)
+               : fmt::format(
+                     "{} {}", name(object),
+                     numbers[static_cast<std::size_t>(object)][static_cast<std::size_t>(mesh)]);
+  };
   for (int frame = 1; frame <= timeline.count; ++frame) {
     const MorphState m = morph_state_at(timeline, frame);
-    const int mesh = m.mesh >= 0 ? numbers[static_cast<std::size_t>(m.mesh)] : 0;
     out.text += fmt::format("{:>5} {:>7.4f} {:<24} {:<12} {:>8.4f} {:>7.4f}\n", frame, m.t,
-                            m.mesh >= 0 ? fmt::format("{} {}", actor.source.name, mesh)
-                                        : name(m.leg) + " -> " + name(m.leg + 1),
+                            m.stage == Stage::kPlay ? shown_name(0, m.mesh)
+                                                    : shown_name(m.leg, m.mesh) + " -> " +
+                                                          shown_name(m.leg + 1, m.to_mesh),
                             stage_name(m.stage), m.progress, m.u);
     json["frames"].push_back({{"frame", frame},
                               {"t", m.t},
@@ -46,7 +54,13 @@ void add_frames(Inspection& out, const Scene& scene, const ActorSettings& actor)
                               {"look", m.look},
                               {"boundary", m.boundary},
                               {"growth", m.growth}});
-    if (m.mesh >= 0) json["frames"].items.back()["number"] = mesh;
+    const auto add_number = [&](const char* key, int object, int mesh) {
+      if (mesh >= 0)
+        json["frames"].items.back()[key] =
+            numbers[static_cast<std::size_t>(object)][static_cast<std::size_t>(mesh)];
+    };
+    add_number("number", m.leg, m.mesh);
+    add_number("to_number", m.leg + 1, m.to_mesh);
   }
   out.json["actors"].push_back(json);
 }

@@ -98,13 +98,14 @@ Result<PullBack> pull_back(const Leg& leg, const LegState& state, const std::vec
       [&](const DistanceLeg&) { return pull_back(state.map, points, engine); });
 }
 
-Result<Flow> flow_until(const Leg& leg, const LegState& state, float next,
+Result<Flow> flow_until(const Leg& leg, const LegState& state, LegMoment next,
                         const std::vector<Vec3>& points, Engine& engine) {
+  const PlanMoment now = {leg.plan, state.time}, then = {next.leg.plan, next.time};
   return visit(
-      leg, [&] { return flow_at(leg.plan, state.time, next, state.balls, points, engine); },
+      leg, [&] { return flow_at(now, then, state.balls, points, engine); },
       [&](const DistanceLeg&) {
         const float size = object_size(leg, progress_at(leg.plan, state.time));
-        return flow_at(leg.plan, state.time, next, state.balls, size, points, engine);
+        return flow_at(now, then, state.balls, size, points, engine);
       });
 }
 

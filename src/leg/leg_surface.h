@@ -34,9 +34,16 @@ Result<std::vector<float>> surface_field(const Leg& leg, const LegSurface& surfa
 Result<PullBack> pull_back(const Leg& leg, const LegState& state, const std::vector<Vec3>& points,
                            Engine& engine);
 
-/// Motion of points of the leg's surface from `state` to the time `next`. Reads only the time and
-/// the balls of `state`. Errors: the engine's.
-Result<Flow> flow_until(const Leg& leg, const LegState& state, float next,
+/// A time of a leg's motion.
+struct LegMoment {
+  const Leg& leg;
+  float time = 0;
+};
+
+/// Motion of points of the leg's surface from `state` to `next`, a time of the same leg or of one
+/// between other poses (pose_leg()). Reads only the time and the balls of `state`. Errors: the
+/// engine's.
+Result<Flow> flow_until(const Leg& leg, const LegState& state, LegMoment next,
                         const std::vector<Vec3>& points, Engine& engine);
 
 /// Label of each point of the leg's surface, as an index into the actor's names: that of the balls

@@ -9,6 +9,7 @@
 #include "leg/registration.h"
 #include "mesh/mesh_check.h"
 #include "morph/motion.h"
+#include "morph/posed_plan.h"
 #include "morph/smooth_map.h"
 
 namespace polymorph {
@@ -67,6 +68,21 @@ Result<std::shared_ptr<const Leg>> make_leg(LegParts parts, const LegTiming& tim
     leg.kind = std::move(distances);
   }
   if (leg.before) carry_on(leg.plan, leg.before->plan, leg.before->until, parts.pace);
+  return std::make_shared<const Leg>(std::move(leg));
+}
+
+std::shared_ptr<const Leg> pose_leg(const Leg& reference,
+                                    std::shared_ptr<const PreparedObject> from,
+                                    std::shared_ptr<const PreparedObject> to) {
+  Leg leg = reference;
+  leg.plan =
+      posed_plan(reference.plan, {from->balls, from->ball_turns}, {to->balls, to->ball_turns});
+  for (std::size_t l = 0; l < leg.landmark_names.size(); ++l) {
+    leg.plan.landmarks[l].from = from->landmarks.at(leg.landmark_names[l]);
+    leg.plan.landmarks[l].to = to->landmarks.at(leg.landmark_names[l]);
+  }
+  leg.from = std::move(from);
+  leg.to = std::move(to);
   return std::make_shared<const Leg>(std::move(leg));
 }
 

@@ -28,6 +28,12 @@ Result<std::shared_ptr<const Leg>> make_leg(LegParts parts, const LegTiming& tim
                                             const LegSettings& settings, Engine& engine,
                                             const std::filesystem::path& cache);
 
+/// The leg between its objects in other poses, whose balls were carried (spheres/carry_balls.h):
+/// what was found for it, the plan and its pace among it, is carried, too.
+std::shared_ptr<const Leg> pose_leg(const Leg& reference,
+                                    std::shared_ptr<const PreparedObject> from,
+                                    std::shared_ptr<const PreparedObject> to);
+
 /// Makes an object of the balls with which a leg is left: the source of the next leg.
 /// `with_distances`: the next leg is made of distances. Errors: kInput where the balls have no
 /// surface; the engine's.

@@ -16,18 +16,20 @@ Mat3 inverse(const Mat3& a) {
 
 }  // namespace
 
-Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const BallSet& balls,
+Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls,
                      const std::vector<Vec3>& points, Engine& engine) {
+  const MorphPlan& plan = now.plan;
   PM_CHECK(balls.size() == plan.pairs.size());
-  const std::vector<float> progress = pair_progress(plan, time);
+  const std::vector<float> progress = pair_progress(plan, now.time);
   std::vector<BallAttribute> carried(balls.size());
   for (std::size_t e = 0; e < balls.size(); ++e) carried[e].value[3] = progress[e];
-  if (next != time) {
-    const std::vector<Ball> later = balls_at(plan, next);
-    const std::vector<PairFrame> now = pair_frames(plan, time), then = pair_frames(plan, next);
+  if (differ(now, next)) {
+    const std::vector<Ball> later = balls_at(next.plan, next.time);
+    const std::vector<PairFrame> frames = pair_frames(plan, now.time),
+                                 then = pair_frames(next.plan, next.time);
     for (std::size_t e = 0; e < balls.size(); ++e) {
       const Vec3 step = later[e].center - balls[e].center;
-      const Mat3 turn = inverse(then[e].to_source) * now[e].to_source;
+      const Mat3 turn = inverse(then[e].to_source) * frames[e].to_source;
       for (int i = 0; i < 3; ++i) {
         const auto moved = [&](int k) { return turn.at(i, k) - (i == k ? 1 : 0); };
         carried[e].value[i] = i == 0 ? step.x : i == 1 ? step.y : step.z;

@@ -258,28 +258,13 @@ PathPart mean_path_part(const MorphPlan& plan) {
           mean.log_scale / mass};
 }
 
-void set_paths(MorphPlan& plan) {
-  RigidParts parts;
-  plan.graph.reset();
-  // Limbs that become each other swing about their joints.
-  if (plan.motion.path == Path::kAuto)
-    plan.motion.path = plan.from_limbs.empty() ? Path::kRigid : Path::kParts;
-  if (plan.motion.path == Path::kParts) {
-    parts = rigid_parts(plan);
-    plan.graph = std::make_shared<const BallGraph>(plan, parts);
-  } else {
-    parts.alignments = {path_alignment(plan)};
-    parts.part_of.assign(plan.pairs.size(), 0);
-  }
+void lay_paths(MorphPlan& plan, RigidParts parts) {
   plan.parts = std::move(parts.alignments);
-  const std::vector<float> order = starting_order(plan);
-  const auto count = static_cast<double>(plan.pairs.size());
   const Vec3d bow = plan.motion.path == Path::kBezier ? bow_vector(plan) : Vec3d{};
   BallPaths paths;
   for (const Alignment& part : plan.parts)
     paths.parts.push_back({part.from_center, part.to_center, part.turn, exact::log(part.scale)});
   paths.balls.resize(plan.pairs.size());
-  plan.timing.assign(plan.pairs.size(), {});
   for (std::size_t e = 0; e < paths.balls.size(); ++e) {
     const Pair& pair = plan.pairs[e];
     const Ball& p = plan.from[pair.from];
@@ -304,13 +289,35 @@ void set_paths(MorphPlan& plan) {
     path.bow = bow;
     if (plan.motion.path == Path::kExplode)
       path.launch = launch_velocity(plan, e, path.from, path.to);
+  }
+  plan.paths = std::make_shared<const BallPaths>(std::move(paths));
+}
+
+void set_paths(MorphPlan& plan) {
+  RigidParts parts;
+  plan.graph.reset();
+  // Limbs that become each other swing about their joints.
+  if (plan.motion.path == Path::kAuto)
+    plan.motion.path = plan.from_limbs.empty() ? Path::kRigid : Path::kParts;
+  if (plan.motion.path == Path::kParts) {
+    parts = rigid_parts(plan);
+    plan.graph = std::make_shared<const BallGraph>(plan, parts);
+  } else {
+    parts.alignments = {path_alignment(plan)};
+    parts.part_of.assign(plan.pairs.size(), 0);
+  }
+  lay_paths(plan, std::move(parts));
+  const std::vector<float> order = starting_order(plan);
+  const auto count = static_cast<double>(plan.pairs.size());
+  plan.timing.assign(plan.pairs.size(), {});
+  for (std::size_t e = 0; e < plan.pairs.size(); ++e) {
     PairTiming& timing = plan.timing[e];
     if (plan.motion.stagger != Stagger::kNone) timing.delay = order[e] * plan.motion.stagger_share;
     constexpr double kMax = 8;
-    timing.inertia = static_cast<float>(exact::pow(std::clamp(pair.mass * count, 1 / kMax, kMax),
-                                                   static_cast<double>(plan.motion.spring.lag)));
+    timing.inertia =
+        static_cast<float>(exact::pow(std::clamp(plan.pairs[e].mass * count, 1 / kMax, kMax),
+                                      static_cast<double>(plan.motion.spring.lag)));
   }
-  plan.paths = std::make_shared<const BallPaths>(std::move(paths));
 }
 
 std::vector<Ball> balls_at(const MorphPlan& plan, float time) {

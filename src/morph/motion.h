@@ -5,6 +5,7 @@
 
 #include "base/result.h"
 #include "kernels/engine.h"
+#include "morph/parts.h"
 #include "morph/plan.h"
 
 namespace polymorph {
@@ -12,6 +13,9 @@ namespace polymorph {
 /// Works out parts, graph, paths and timing from the plan's pairs and motion settings. plan_morph()
 /// calls it; call it again after a change of plan.motion.
 void set_paths(MorphPlan& plan);
+
+/// Makes the paths of the balls, each with the rotation and scaling of its part.
+void lay_paths(MorphPlan& plan, RigidParts parts);
 
 /// The balls at `time` in [0, 1] of the motion (not eased), one per pair, in pair order. 0 and 1
 /// give the fields of `from` and `to` exactly. With u the ball's own eased time:

@@ -3,6 +3,7 @@
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -24,8 +25,9 @@ constexpr int kRounds = 3;
 /// path would tear it off.
 constexpr double kAnchor = 0.01;
 
-/// The similarity of some pairs, with the whole's turn where theirs is not determined.
-Alignment fit_part(const MorphPlan& plan, const std::vector<std::uint32_t>& members) {
+/// The similarity of some pairs, with the whole's turn where theirs is not determined. Of the two
+/// ways round it takes the one nearer to the turn `usual`.
+Alignment fit_part(const MorphPlan& plan, const std::vector<std::uint32_t>& members, Vec3d usual) {
   Alignment fit;
   double mass = 0;
   for (const std::uint32_t e : members) {
@@ -54,12 +56,10 @@ Alignment fit_part(const MorphPlan& plan, const std::vector<std::uint32_t>& memb
   for (std::size_t k = 0; k < 9; ++k) sum.m[k] += weight * plan.alignment.rotation.m[k];
   fit.rotation = nearest_rotation(sum);
   fit.turn = log_rotation(fit.rotation);
-  // Of the two ways round, that which stays with the whole.
   const double angle = length(fit.turn);
   if (angle > 1e-6) {
     const Vec3d other = fit.turn * ((angle - 2 * std::numbers::pi) / angle);
-    if (length(other - plan.alignment.turn) < length(fit.turn - plan.alignment.turn))
-      fit.turn = other;
+    if (length(other - usual) < length(fit.turn - usual)) fit.turn = other;
   }
   constexpr double kMaxGrowth = 4;
   fit.scale = from_square > 0 && to_square > 0
@@ -167,14 +167,14 @@ struct BallGraph::System {
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver;
 };
 
-BallGraph::BallGraph(const MorphPlan& plan, const RigidParts& parts) {
+BallGraph::Links BallGraph::find_links(const MorphPlan& plan) {
   const std::size_t n = plan.pairs.size();
   std::vector<Vec3> from, to;
   for (const Pair& pair : plan.pairs) {
     from.push_back(plan.from[pair.from].center);
     to.push_back(plan.to[pair.to].center);
   }
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> links;
+  Links links;
   for (const auto& neighbors :
        {nearest_neighbors(from, kNeighbors), nearest_neighbors(to, kNeighbors)})
     for (std::uint32_t e = 0; e < n; ++e)
@@ -184,7 +184,22 @@ BallGraph::BallGraph(const MorphPlan& plan, const RigidParts& parts) {
       }
   std::sort(links.begin(), links.end());
   links.erase(std::unique(links.begin(), links.end()), links.end());
+  return links;
+}
 
+BallGraph::BallGraph(const MorphPlan& plan, const RigidParts& parts)
+    : BallGraph(plan, parts, find_links(plan)) {}
+
+BallGraph::BallGraph(const MorphPlan& plan, const RigidParts& parts, const BallGraph& reference)
+    : BallGraph(plan, parts, [&] {
+        Links links;
+        for (std::uint32_t e = 0; e < reference.system_->edges.size(); ++e)
+          for (const Edge& edge : reference.system_->edges[e]) links.emplace_back(e, edge.other);
+        return links;
+      }()) {}
+
+BallGraph::BallGraph(const MorphPlan& plan, const RigidParts& parts, const Links& links) {
+  const std::size_t n = plan.pairs.size();
   auto system = std::make_unique<System>();
   system->edges.resize(n);
   std::vector<Eigen::Triplet<double>> entries;
@@ -192,8 +207,9 @@ BallGraph::BallGraph(const MorphPlan& plan, const RigidParts& parts) {
     const Alignment& part = parts.alignments[parts.part_of[e]];
     Edge edge;
     edge.other = f;
-    edge.from = Vec3d(from[e]) - Vec3d(from[f]);
-    const Vec3d to_way = Vec3d(to[e]) - Vec3d(to[f]);
+    const Pair &near = plan.pairs[e], &far = plan.pairs[f];
+    edge.from = Vec3d(plan.from[near.from].center) - Vec3d(plan.from[far.from].center);
+    const Vec3d to_way = Vec3d(plan.to[near.to].center) - Vec3d(plan.to[far.to].center);
     edge.from_length = length(edge.from);
     edge.to_length = length(to_way);
     edge.to = transposed(part.rotation) * to_way * (1 / part.scale);
@@ -309,18 +325,32 @@ double measure_strain(const MorphPlan& plan, const RigidParts& parts) {
   return sum;
 }
 
+/// Pairs of each of `count` parts.
+std::vector<std::vector<std::uint32_t>> list_members(const std::vector<std::uint32_t>& part_of,
+                                                     std::size_t count) {
+  std::vector<std::vector<std::uint32_t>> members(count);
+  for (std::uint32_t e = 0; e < part_of.size(); ++e) members[part_of[e]].push_back(e);
+  return members;
+}
+
 RigidParts with_alignments(const MorphPlan& plan, std::vector<std::uint32_t> part_of,
                            bool first_is_whole) {
   RigidParts parts;
   parts.part_of = std::move(part_of);
   const std::uint32_t count = *std::max_element(parts.part_of.begin(), parts.part_of.end()) + 1;
-  std::vector<std::vector<std::uint32_t>> members(count);
-  for (std::uint32_t e = 0; e < parts.part_of.size(); ++e) members[parts.part_of[e]].push_back(e);
+  const auto members = list_members(parts.part_of, count);
+  // Of the two ways round, that which stays with the whole.
   for (std::uint32_t k = 0; k < count; ++k)
     parts.alignments.push_back(members[k].empty() || (first_is_whole && k == 0)
                                    ? plan.alignment
-                                   : fit_part(plan, members[k]));
+                                   : fit_part(plan, members[k], plan.alignment.turn));
   return parts;
+}
+
+bool is_same(const Alignment& a, const Alignment& b) {
+  return std::equal(std::begin(a.rotation.m), std::end(a.rotation.m), b.rotation.m) &&
+         a.scale == b.scale && length(a.from_center - b.from_center) == 0 &&
+         length(a.to_center - b.to_center) == 0;
 }
 
 }  // namespace
@@ -334,6 +364,24 @@ RigidParts rigid_parts(const MorphPlan& plan) {
       with_alignments(plan, std::vector<std::uint32_t>(plan.pairs.size(), 0), true);
   RigidParts clusters = with_alignments(plan, parts_by_place(plan), false);
   return measure_strain(plan, clusters) < measure_strain(plan, one_part) ? clusters : one_part;
+}
+
+RigidParts carried_parts(const MorphPlan& plan, const MorphPlan& reference) {
+  RigidParts parts;
+  for (const BallPath& path : reference.paths->balls) parts.part_of.push_back(path.part);
+  if (!reference.graph) {  // one part: the whole, or only its shift
+    Alignment shift;
+    shift.from_center = plan.alignment.from_center;
+    shift.to_center = plan.alignment.to_center;
+    parts.alignments = {is_same(reference.parts[0], reference.alignment) ? plan.alignment : shift};
+    return parts;
+  }
+  const auto members = list_members(parts.part_of, reference.parts.size());
+  for (std::size_t k = 0; k < members.size(); ++k)
+    parts.alignments.push_back(is_same(reference.parts[k], reference.alignment)
+                                   ? plan.alignment
+                                   : fit_part(plan, members[k], reference.parts[k].turn));
+  return parts;
 }
 
 }  // namespace polymorph

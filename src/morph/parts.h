@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "base/matrix_decompositions.h"
@@ -25,6 +26,10 @@ struct RigidParts {
 /// scaling and shift; it rotates the way round that is nearer to the whole's. Deterministic.
 RigidParts rigid_parts(const MorphPlan& plan);
 
+/// Parts of a plan whose balls were carried from where `reference` has them: each pair stays in its
+/// part, and the alignments are fitted anew.
+RigidParts carried_parts(const MorphPlan& plan, const MorphPlan& reference);
+
 /// The graph of neighbouring balls, each edge as long as it should be at every time, and the solve
 /// that puts the balls where their edges want them (Sorkine and Alexa 2007, "As-rigid-as-possible
 /// surface modeling"): prefactored, so that a frame costs a few substitutions.
@@ -32,6 +37,8 @@ class BallGraph {
  public:
   /// `parts` as rigid_parts(plan) gave them.
   BallGraph(const MorphPlan& plan, const RigidParts& parts);
+  /// The graph of carried balls, with the neighbours that they have in `reference`.
+  BallGraph(const MorphPlan& plan, const RigidParts& parts, const BallGraph& reference);
   ~BallGraph();
 
   /// Places near `places` (one per pair, where their parts would have them) whose edges are nearest
@@ -43,6 +50,10 @@ class BallGraph {
 
  private:
   struct System;
+  using Links = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+  static Links find_links(const MorphPlan& plan);
+  BallGraph(const MorphPlan& plan, const RigidParts& parts, const Links& links);
+
   std::unique_ptr<const System> system_;
 };
 

@@ -254,14 +254,17 @@ Result<PullBack> pull_back(const FrameMap& map, const std::vector<Vec3>& points,
   return read_pull_back(values);
 }
 
-Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const BallSet& balls,
-                     float size, const std::vector<Vec3>& points, Engine& engine) {
-  const std::vector<float> eased = eased_times(plan, time), then = eased_times(plan, next);
-  const BallSet later = next != time ? BallSet(balls_at(plan, next)) : balls;
+Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls, float size,
+                     const std::vector<Vec3>& points, Engine& engine) {
+  const MorphPlan& plan = now.plan;
+  const float time = now.time;
+  const std::vector<float> eased = eased_times(plan, time),
+                           then = eased_times(next.plan, next.time);
+  const BallSet later = differ(now, next) ? BallSet(balls_at(next.plan, next.time)) : balls;
   auto regression = std::make_shared<Regression>();
   regression->samples = make_samples(plan, eased, balls, size);
   const std::vector<Vec3> places = landmark_places(plan, time, balls),
-                          next_places = landmark_places(plan, next, later);
+                          next_places = landmark_places(next.plan, next.time, later);
   regression->lattice = lattice_over(with_landmarks(box_around(balls, size), places, size), size);
   const std::vector<float> deviations = landmark_deviations(places, size, regression->lattice.cell);
   for (std::size_t l = 0; l < places.size(); ++l)
@@ -274,7 +277,8 @@ Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const BallSe
     carried.value[3] = std::clamp(eased[e], 0.0f, 1.0f);
     const PathPart& part = plan.paths->parts[plan.paths->balls[e].part];
     const PartPlace a = place_at(part, static_cast<double>(eased[e])),
-                    b = place_at(part, static_cast<double>(then[e]));
+                    b = place_at(next.plan.paths->parts[plan.paths->balls[e].part],
+                                 static_cast<double>(then[e]));
     const Mat3 turn = scale(b.rotation * transposed(a.rotation), b.scale / a.scale);
     set_slope(carried, minus(turn, Mat3{}), *regression);
     regression->values.push_back(carried);

@@ -58,7 +58,7 @@ std::vector<float> pair_leads(const MorphPlan& plan);
 Result<PullBack> pull_back(const FrameMap& map, const std::vector<Vec3>& points, Engine& engine);
 
 /// flow_at() by the map's kernels instead of the balls' shares. Errors: the engine's.
-Result<Flow> flow_at(const MorphPlan& plan, float time, float next, const BallSet& balls,
-                     float size, const std::vector<Vec3>& points, Engine& engine);
+Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls, float size,
+                     const std::vector<Vec3>& points, Engine& engine);
 
 }  // namespace polymorph

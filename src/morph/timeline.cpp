@@ -114,13 +114,13 @@ int mesh_at(const Playback& playback, int step) {
 
 /// State of an actor that plays a mesh sequence.
 MorphState play_state(const Timeline& timeline, int step, MorphState moment) {
+  const Playback& playback = timeline.playbacks.front();
   moment.stage = Stage::kPlay;
   moment.object = 0;
-  moment.mesh = mesh_at(timeline.playback, step);
-  moment.progress =
-      timeline.playback.meshes > 1
-          ? static_cast<float>(moment.mesh) / static_cast<float>(timeline.playback.meshes - 1)
-          : 0;
+  moment.mesh = mesh_at(playback, step);
+  moment.progress = playback.meshes > 1
+                        ? static_cast<float>(moment.mesh) / static_cast<float>(playback.meshes - 1)
+                        : 0;
   moment.look = moment.growth = 0;
   moment.boundary = 1;
   return moment;
@@ -135,14 +135,21 @@ const char* stage_name(Stage stage) { return kStages[static_cast<std::size_t>(st
 Timeline make_timeline(const Scene& scene, const ActorSettings& actor) {
   Timeline timeline;
   timeline.count = film_frame_count(scene);
+  timeline.start = actor.start;
   timeline.hold_start = scene.frames.hold_start + actor.start - 1;
   timeline.own_look = scene.look.kind == LookKind::kOwn;
   if (plays_meshes(actor)) {
     timeline.steps = timeline.count - timeline.hold_start - scene.frames.hold_end - 1;
-    timeline.playback = make_playback(scene, actor.source);
+    timeline.playbacks = {make_playback(scene, actor.source)};
     return timeline;
   }
   const auto objects = chain_objects(actor);
+  if (morphs_meshes(actor)) {
+    for (const ObjectSettings* object : objects)
+      timeline.playbacks.push_back(make_playback(scene, *object));
+    // Between two legs an object on the way plays on.
+    for (std::size_t i = 1; i + 1 < objects.size(); ++i) timeline.playbacks[i].hold = 0;
+  }
   const std::size_t legs = objects.size() - 1;
   const std::vector<int> frames = leg_frames(scene, actor);
   PM_CHECK(frames.size() == legs);
@@ -268,6 +275,8 @@ MorphState morph_state_at(const Timeline& timeline, int frame) {
     --index;
   const LegTiming& leg = timeline.legs[index];
   moment.leg = static_cast<int>(index);
+  moment.mesh = shown_mesh_number(timeline, index, frame);
+  moment.to_mesh = shown_mesh_number(timeline, index + 1, frame);
   float local = last ? 1.0f
                      : std::min(static_cast<float>(step - leg.first_step) /
                                     static_cast<float>(std::max(leg.steps, 1)),
@@ -312,10 +321,19 @@ MorphState morph_state_at(const Timeline& timeline, int frame) {
   return moment;
 }
 
+int shown_mesh_number(const Timeline& timeline, std::size_t object, int frame) {
+  if (object >= timeline.playbacks.size() || timeline.playbacks[object].meshes == 0) return -1;
+  return mesh_at(timeline.playbacks[object], std::max(0, frame - timeline.start));
+}
+
+bool shows_source(const MorphState& moment) { return moment.object != moment.leg + 1; }
+bool shows_target(const MorphState& moment) { return moment.object != moment.leg; }
+
 bool same_moment(const MorphState& a, const MorphState& b) {
   return a.leg == b.leg && a.stage == b.stage && a.progress == b.progress && a.time == b.time &&
          a.object == b.object && a.look == b.look && a.boundary == b.boundary &&
-         a.growth == b.growth && a.mesh == b.mesh;
+         a.growth == b.growth && (!shows_source(a) || a.mesh == b.mesh) &&
+         (!shows_target(a) || a.to_mesh == b.to_mesh);
 }
 
 bool moves_at(const Timeline& timeline, int frame) {

@@ -45,7 +45,7 @@ struct LegTiming {
 
 /// Playing of a mesh sequence.
 struct Playback {
-  int meshes = 0;   ///< 0: the actor morphs
+  int meshes = 0;   ///< 0: the object is no mesh sequence
   double pace = 1;  ///< meshes per frame
   int hold = 0;     ///< frames that the last mesh stays
   bool loop = false;
@@ -55,13 +55,16 @@ struct Playback {
 /// The times of one actor's legs and holds.
 struct Timeline {
   int count = 24;  ///< frames 1..count, the scene's
+  int start = 1;   ///< first frame at which the actor moves; its mesh sequences begin with it
   int hold_start =
       0;  ///< still frames before the first step; those after the last follow from count
   /// Moving frames - 1. Legs meet on frames, so an object between two legs has a frame of its own.
   int steps = 23;
   /// Leg k goes from chain object k to k + 1. Steps between two legs show the object between them.
   std::vector<LegTiming> legs;
-  Playback playback;     ///< playing of a mesh sequence, in place of legs
+  /// Playing of mesh sequences: one per object of the chain, with no meshes for other objects;
+  /// empty where none is one. Without legs the only object plays alone.
+  std::vector<Playback> playbacks;
   bool own_look = true;  ///< objects keep their own colours throughout: there is no look to fade to
 };
 
@@ -106,11 +109,20 @@ struct MorphState {
   float look = 1;      ///< look of that mesh: 0 own materials .. 1 common look
   float boundary = 0;  ///< size of that mesh: 1 whole .. 0 shrunk into its balls
   float growth = 1;    ///< size of the balls: 0 not there .. 1 whole
-  int mesh = -1;       ///< mesh of the object's sequence, counted from 0 in the order of play
+  /// Meshes of the leg's source and target, or of the object that plays alone, counted from 0 in
+  /// the order of play; -1: it is no mesh sequence.
+  int mesh = -1, to_mesh = -1;
 };
+
+/// The mesh of an object of the chain that `frame` shows, if it shows any; -1: it is no sequence.
+int shown_mesh_number(const Timeline& timeline, std::size_t object, int frame);
 
 /// `frame` in [1, count]. Depends on nothing but its arguments.
 MorphState morph_state_at(const Timeline& timeline, int frame);
+
+/// Does the moment show the leg's source, or what it becomes; does it show the target?
+bool shows_source(const MorphState& moment);
+bool shows_target(const MorphState& moment);
 
 /// Does the actor show the same at two frames?
 bool same_moment(const MorphState& a, const MorphState& b);

@@ -43,18 +43,11 @@ class ContradictionFinder {
   using Chain = std::vector<const ObjectSettings*>;
 
   void check_actor(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
-    if (plays_meshes(actor) && !value.find("target") && actor.intermediate.empty())
-      return check_play(actor, pointer, value);
+    if (plays_meshes(actor) && !value.find("target")) return check_play(actor, pointer, value);
     for (const char* key : {"source", "target"})
       if (!value.find(key))
         report(fmt::format("{}/{}", pointer, key), &value,
                "is missing - name a model file or a shape");
-    for (const ObjectSettings* object : chain_objects(actor))
-      if (is_mesh_sequence(*object))
-        report(pointer.empty() ? "/source" : pointer, &value,
-               fmt::format("the mesh sequence {} cannot be an object of a morph yet - show it "
-                           "alone: as source, without intermediate and target",
-                           object->model.filename().string()));
     const std::size_t legs = actor.intermediate.size() + 1;
     const auto legs_text = fmt::format("{} leg{}", legs, legs == 1 ? "" : "s");
     const bool own = !actor.per_leg.empty();
@@ -71,10 +64,15 @@ class ContradictionFinder {
         report(fmt::format("{}/{}/retarget", pointer, key), inner(&value, {key, "retarget"}),
                "only an object on the way can be left before it is reached");
     const JsonValue* on_the_way = value.find("intermediate");
-    for (std::size_t i = 0; i < actor.intermediate.size(); ++i)
-      if (actor.intermediate[i].retarget < 1 && actor.intermediate[i].hold > 0)
+    for (std::size_t i = 0; i < actor.intermediate.size(); ++i) {
+      if (actor.intermediate[i].retarget == 1) continue;
+      if (actor.intermediate[i].hold > 0)
         report(fmt::format("{}/intermediate/{}/hold", pointer, i), &on_the_way->items[i],
                "an object that is left before it is reached cannot stand still");
+      if (morphs_meshes(actor))
+        report(fmt::format("{}/intermediate/{}/retarget", pointer, i), &on_the_way->items[i],
+               "an actor with a mesh sequence in its morph reaches all its objects");
+    }
   }
   /// Checks an actor that plays a mesh sequence.
   void check_play(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {

@@ -80,9 +80,11 @@ void describe(V& v, ObjectSettings& s) {
   auto& [name, model, range, fps, loop, shape, up, front, meta, arrange, translate, rotate, scale,
          color, roughness, metallic, glass, crease, spheres, motion, hold, retarget] = s;
   v.text("name", name, "name in messages and reports; default: the file's stem or the shape");
-  v.model_path("model", model,
-               "an OBJ, glTF, FBX, PLY, STL, DAE, OFF or 3DS file, relative to the scene file; or "
-               "a mesh sequence, seq.####.ply, which is shown alone: as source, without a target");
+  v.model_path(
+      "model", model,
+      "an OBJ, glTF, FBX, PLY, STL, DAE, OFF or 3DS file, relative to the scene file; or "
+      "a mesh sequence, seq.####.ply: it plays alone as a source without a target, and goes "
+      "on through a morph");
   v.integers("range", range, 0, 100000000,
              "mesh sequence: first and last number of its files, last first to play it backwards, "
              "and the step between two where it is not 1; default: the files that are there");

@@ -61,8 +61,8 @@ std::string scene_schema();
 /// The scene with every default spelled out, as JSON; paths relative to `folder`.
 std::string scene_to_json(const Scene& scene, const std::filesystem::path& folder);
 
-/// Every object of an actor in chain order: source, intermediate..., target. A mesh sequence is
-/// alone.
+/// Every object of an actor in chain order: source, intermediate..., target. A mesh sequence that
+/// plays is alone.
 std::vector<const ObjectSettings*> chain_objects(const ActorSettings& actor);
 
 /// An object of a scene's chains, with its actor.

@@ -1,5 +1,6 @@
 #include "scene/mesh_numbers.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <numeric>
 #include <system_error>
@@ -24,6 +25,17 @@ Result<std::vector<int>> find_range(const std::filesystem::path& model) {
   std::vector<int> range{numbers.front(), numbers.back()};
   if (step > 1) range.push_back(step);
   return range;
+}
+
+bool plays_meshes(const ActorSettings& actor) {
+  return is_mesh_sequence(actor.source) && actor.intermediate.empty() &&
+         actor.target.model.empty() && actor.target.shape.empty();
+}
+
+bool morphs_meshes(const ActorSettings& actor) {
+  return !plays_meshes(actor) &&
+         (is_mesh_sequence(actor.source) || is_mesh_sequence(actor.target) ||
+          std::any_of(actor.intermediate.begin(), actor.intermediate.end(), is_mesh_sequence));
 }
 
 int mesh_count(const ObjectSettings& object) {

@@ -1,5 +1,5 @@
-// Mesh sequence in a scene: an object whose model is a numbered file, seq.####.obj. It plays alone:
-// its actor has no other object.
+// Mesh sequence in a scene: an object whose model is a numbered file, seq.####.obj. It plays alone,
+// as an actor's only object, or moves through a morph.
 #pragma once
 
 #include <filesystem>
@@ -22,7 +22,10 @@ Result<std::vector<int>> find_range(const std::filesystem::path& model);
 inline bool is_mesh_sequence(const ObjectSettings& object) { return !object.range.empty(); }
 
 /// Tests whether the actor plays a mesh sequence instead of a morph.
-inline bool plays_meshes(const ActorSettings& actor) { return is_mesh_sequence(actor.source); }
+bool plays_meshes(const ActorSettings& actor);
+
+/// Tests whether an object of the actor's morph is a mesh sequence.
+bool morphs_meshes(const ActorSettings& actor);
 
 /// Number of a sequence's meshes; 0 where its range is none.
 int mesh_count(const ObjectSettings& object);

@@ -273,7 +273,8 @@ class WriteFields {
   void object(const char* key, T& value, const char*) {
     if constexpr (std::is_same_v<T, ObjectSettings>) {
       if (std::string_view(key) == "source") plays_ = is_mesh_sequence(value);
-      if (std::string_view(key) == "target" && plays_) return;
+      // Every target has a name; a sequence that plays alone has none.
+      if (std::string_view(key) == "target" && plays_ && value.name.empty()) return;
     }
     json[key] = written(value, pointer_ + "/" + key);
   }

@@ -247,6 +247,25 @@ Result<Approximation> approximate_cached(const Model& model, const SphereSetting
   return approximation;
 }
 
+Result<std::vector<Ball>> refit_cached(const Model& model, const SphereSettings& settings,
+                                       const std::vector<Ball>& balls,
+                                       const fs::path& cache_folder) {
+  if (cache_folder.empty()) return refit(model, settings, balls);
+  Hasher hasher;
+  hasher.add("refit").add(make_key(model, settings));
+  for (const Ball& ball : balls) for_each_number(ball, [&](float number) { hasher.add(number); });
+  const std::string key = hasher.hex();
+  if (auto cached = load_approximation(cache_folder, key)) return std::move(cached->balls);
+  Approximation refitted;
+  PM_TRY(refitted.balls, refit(model, settings, balls));
+  // The file's spheres are those of the balls alone.
+  for (const Ball& ball : refitted.balls)
+    refitted.tree.nodes.push_back(
+        {{ball.center, std::sqrt(std::max(ball.w, 1.0f) / ball.a)}, -1, 0, true});
+  store_approximation(cache_folder, key, model.name, refitted);
+  return std::move(refitted.balls);
+}
+
 bool is_cached(const Model& model, const SphereSettings& settings, const fs::path& cache_folder) {
   return !cache_folder.empty() &&
          load_approximation(cache_folder, make_key(model, settings)).has_value();

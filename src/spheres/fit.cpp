@@ -320,6 +320,18 @@ void move_balls(Fit& fit, const std::vector<BoundarySample>& samples, double sha
   }
 }
 
+FitBall to_fit_ball(const Ball& ball) {
+  const auto& s = ball.shape;
+  Matrix3d shape;
+  shape << s.xx, s.xy, s.xz, s.xy, s.yy, s.yz, s.xz, s.yz, s.zz;
+  FitBall fitted;
+  fitted.center = to_eigen(ball.center);
+  fitted.root = Eigen::SelfAdjointEigenSolver<Matrix3d>(shape).operatorSqrt() *
+                std::sqrt(static_cast<double>(ball.a));
+  fitted.w = static_cast<double>(ball.w);
+  return fitted;
+}
+
 Ball to_ball(const FitBall& fitted) {
   const Matrix3d a = fitted.root.transpose() * fitted.root;
   const double size = cube_root(a.determinant());
@@ -337,6 +349,16 @@ std::vector<Ball> to_ball(const Fit& fit) {
   std::vector<Ball> balls;
   for (const FitBall& ball : fit.balls) balls.push_back(to_ball(ball));
   return balls;
+}
+
+/// RMS of the first-order distance at the samples.
+double surface_rms(const Fit& fit) {
+  double sum = 0;
+  for (std::size_t s = 0; s < fit.sample_count; ++s) {
+    const double error = fit.rows.psi[3 * s] / fit.rows.steepness[3 * s];
+    sum += error * error;
+  }
+  return std::sqrt(sum / static_cast<double>(fit.sample_count));
 }
 
 /// Adds points of the surface that lie far from the model, constrained to lie outside or inside;
@@ -423,6 +445,28 @@ std::vector<Ball> move_into_box(std::vector<Ball> balls, const Box& box) {
   return balls;
 }
 
+Result<FitResult> refit_balls(const Model& model, const InsideTest& inside,
+                              const std::vector<BoundarySample>& samples,
+                              const std::vector<Ball>& balls, const FitSettings& settings) {
+  PM_CHECK(!balls.empty() && !samples.empty());
+  Fit fit;
+  fit.length = static_cast<double>(model.box().diagonal());
+  fit.parameters = settings.ellipsoids ? kEllipsoidNumbers : kRoundNumbers;
+  for (const Ball& ball : balls) {
+    fit.balls.push_back(to_fit_ball(ball));
+    limit_axes(fit.balls.back(), fit.length);
+  }
+  add_samples(fit, samples);
+  fit.inactive = make_free_points(samples, inside, model.box());
+  activate_wrong_points(fit);
+  evaluate(fit.balls, fit, fit.rows);
+  FitResult result;
+  while (result.iterations < settings.iterations && improve(fit)) ++result.iterations;
+  result.rms = surface_rms(fit);
+  result.balls = to_ball(fit);
+  return result;
+}
+
 Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
                             const std::vector<BoundarySample>& samples,
                             const std::vector<Sphere>& spheres, const FitSettings& settings) {
@@ -477,12 +521,7 @@ Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
     fit.damping = 1e-2;
     for (int i = 0; i < 4 && improve(fit); ++i) ++result.iterations;
   }
-  double sum = 0;
-  for (std::size_t s = 0; s < fit.sample_count; ++s) {
-    const double error = fit.rows.psi[3 * s] / fit.rows.steepness[3 * s];
-    sum += error * error;
-  }
-  result.rms = std::sqrt(sum / static_cast<double>(fit.sample_count));
+  result.rms = surface_rms(fit);
   result.balls = to_ball(fit);
   return result;
 }

@@ -39,6 +39,12 @@ Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
                             const std::vector<BoundarySample>& samples,
                             const std::vector<Sphere>& spheres, const FitSettings& settings);
 
+/// Fits on from balls that were fitted to something similar, the pose before perhaps: none of them
+/// becomes another. `settings.rounds` and `passes` are not used.
+Result<FitResult> refit_balls(const Model& model, const InsideTest& inside,
+                              const std::vector<BoundarySample>& samples,
+                              const std::vector<Ball>& balls, const FitSettings& settings);
+
 /// Moves and shrinks balls that reach beyond the box, but only if their surface reaches further
 /// than 0.08 of the diagonal beyond it. A fit diverges like this where faces disagree about what is
 /// inside; for a sound model it never comes near.

@@ -97,6 +97,14 @@ Result<Approximation> approximate_by_medial_balls(const Solid& solid,
   return result;
 }
 
+/// The shape that spheres and balls are made of, with what answers for it.
+Solid make_solid(const Model& shape, const Model& model, InsideMethod inside) {
+  return {shape,
+          inside == InsideMethod::kParity ? InsideTest(shape, InsideRule::kParity)
+                                          : InsideTest(model, InsideRule::kWinding),
+          {}};
+}
+
 /// Finds the smallest number of medial balls that keeps settings.error, by doubling and bisection.
 /// The distance is not strictly monotonic in the number, so the result is the minimum to within an
 /// eighth.
@@ -202,10 +210,7 @@ Result<Approximation> approximate(const Model& model, const SphereSettings& sett
   // Only the shape matters for spheres and balls.
   const std::optional<ClusteredModel> clustered = cluster_long_triangles(model);
   const Model& shape = clustered ? clustered->model : model;
-  Solid solid{shape,
-              settings.inside == InsideMethod::kParity ? InsideTest(shape, InsideRule::kParity)
-                                                       : InsideTest(model, InsideRule::kWinding),
-              {}};
+  Solid solid = make_solid(shape, model, settings.inside);
   const bool fit = settings.fit != FitKind::kNone;
   const auto count = static_cast<std::size_t>(std::max(settings.balls, 1));
   if (settings.method == SphereMethod::kMedial && settings.error > 0)
@@ -228,6 +233,24 @@ Result<Approximation> approximate(const Model& model, const SphereSettings& sett
     PM_TRY(result.balls, fit_spheres(solid, spheres, settings));
   }
   return result;
+}
+
+Result<std::vector<Ball>> refit(const Model& model, const SphereSettings& settings,
+                                const std::vector<Ball>& balls) {
+  if (model.triangles.empty())
+    return make_error(ErrorCode::kInput, "model \"{}\" has no faces", model.name);
+  PM_TRY(const std::optional<Model> proxy, make_solid_proxy(model, settings));
+  const Model& body = proxy ? *proxy : model;
+  const std::optional<ClusteredModel> clustered = cluster_long_triangles(body);
+  Solid solid = make_solid(clustered ? clustered->model : body, body, settings.inside);
+  // Balls that nearly fit need no more samples than a coarse fit has.
+  PM_TRY_STATUS(sample(solid, balls.size(), /*coarse=*/true));
+  FitSettings fit;
+  fit.ellipsoids = settings.fit == FitKind::kEllipsoid;
+  fit.iterations = 6;
+  PM_TRY(FitResult result, refit_balls(solid.model, solid.inside, solid.samples, balls, fit));
+  PM_TRY(std::vector<Ball> fitted, match_volume(solid, std::move(result.balls)));
+  return move_into_box(std::move(fitted), solid.model.box());
 }
 
 Result<std::vector<Ball>> make_unfitted_balls(const std::vector<Sphere>& spheres,

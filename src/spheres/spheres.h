@@ -59,6 +59,16 @@ struct Approximation {
 Result<Approximation> approximate(const Model& model, const SphereSettings& settings,
                                   const std::optional<Model>* proxy = nullptr);
 
+/// Fits balls on from those of a similar model, the pose before perhaps, in a fraction of a fit's
+/// time: each stays the ball that it is. Errors: as approximate().
+Result<std::vector<Ball>> refit(const Model& model, const SphereSettings& settings,
+                                const std::vector<Ball>& balls);
+
+/// Calls refit() through the disk cache, as approximate_cached() does; the key has the balls, too.
+Result<std::vector<Ball>> refit_cached(const Model& model, const SphereSettings& settings,
+                                       const std::vector<Ball>& balls,
+                                       const std::filesystem::path& cache_folder);
+
 /// Makes the closed model that approximate() uses instead of one that is no solid: solidify(model)
 /// if the settings ask for it, or, for a shell (model/repair/shell.h), a solid around its faces
 /// that is thick enough to be extracted. Returns nothing for other models. Errors: kInput.

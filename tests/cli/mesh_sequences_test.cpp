@@ -72,7 +72,7 @@ TEST_F(MeshSequences, EveryCommandTakesThePattern) {
   EXPECT_TRUE(contains(read_text(folder / "out.0003.ply"), "element face 6\n"));
   EXPECT_TRUE(contains(run(2, {"strip", "m.####.obj", "--html", "page.txt"}).err, ".html"));
   EXPECT_TRUE(
-      contains(run(3, {"strip", "m.####.obj", "--html", "page.html"}).err, "is a mesh sequence"));
+      contains(run(3, {"strip", "m.####.obj", "--html", "page.html"}).err, "has a mesh sequence"));
 }
 
 TEST_F(MeshSequences, WhatIsMissingIsNamedAndTheOthersAreMade) {

@@ -65,8 +65,8 @@ TEST_P(LegSurfaceTest, MotionLeadsToTheNextSurface) {
   const auto now = leg_surface(*one, 0.4f, *engine), next = leg_surface(*one, 0.45f, *engine);
   ASSERT_TRUE(now.ok() && next.ok());
   const std::vector<Vec3>& points = now->mesh.positions;
-  const auto still = flow_until(*one, now->state, 0.4f, points, *engine);
-  const auto flow = flow_until(*one, now->state, 0.45f, points, *engine);
+  const auto still = flow_until(*one, now->state, {*one, 0.4f}, points, *engine);
+  const auto flow = flow_until(*one, now->state, {*one, 0.45f}, points, *engine);
   ASSERT_TRUE(still.ok() && flow.ok());
   const ClosestPointQuery to_next(next->mesh.positions, next->mesh.triangles);
   double before = 0, after = 0;

@@ -137,7 +137,8 @@ TEST(Flow, FollowsATurningBodyAndKnowsItsShare) {
   std::vector<Vec3> points;
   for (const Ball& ball : balls_at(plan, time)) points.push_back(ball.center + Vec3{0, 0.05f, 0});
   const auto engine = make_cpu_engine();
-  const Flow flow = flow_at(plan, time, next, balls_at(plan, time), points, *engine).value();
+  const Flow flow =
+      flow_at({plan, time}, {plan, next}, balls_at(plan, time), points, *engine).value();
   // Of a similarity the flow is the similarity; distances from the first point, so that the path of
   // the whole does not matter.
   const Mat3 part = exp_rotation(turn * 0.1);
@@ -149,7 +150,8 @@ TEST(Flow, FollowsATurningBodyAndKnowsItsShare) {
     EXPECT_NEAR(flow.progress[i], time, 1e-5f);
   }
   EXPECT_GT(length(flow.displacement[0]), 0.03f);
-  const Flow still = flow_at(plan, time, time, balls_at(plan, time), points, *engine).value();
+  const Flow still =
+      flow_at({plan, time}, {plan, time}, balls_at(plan, time), points, *engine).value();
   for (const Vec3& d : still.displacement) EXPECT_EQ(length(d), 0);
 }
 

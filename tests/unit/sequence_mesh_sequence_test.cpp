@@ -269,8 +269,7 @@ TEST_F(MeshesTest, MistakesAreSaid) {
   };
   says(R"("source": "none.####.obj")", "no such files");
   says(R"("source": "m.#.obj")", "a lone # is ambiguous");
-  says(R"("source": "m.####.obj", "target": "cube")", "cannot be an object of a morph yet");
-  says(R"("source": "cube", "target": "m.####.obj")", "cannot be an object of a morph yet");
+  says(R"("source": "m.####.obj", "intermediate": ["cube"])", "/target: is missing");
   says(R"("source": {"shape": "cube", "fps": 12}, "target": "sphere")", "is for a mesh sequence");
   says(R"("source": {"model": "m.####.obj", "range": [1]})", "first and last number");
   says(R"("source": {"model": "m.####.obj", "range": [1, 2, 0]})", "first and last number");

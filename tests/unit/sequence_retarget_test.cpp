@@ -203,7 +203,7 @@ TEST_F(RetargetTest, MindsMayBeChangedTwice) {
   EXPECT_EQ(last->actors[0].look.layers.size(), 4u);
   // Vertices still know what they belong to.
   EXPECT_EQ(actor.label_names, (std::vector<std::string>{"cube", "torus", "puddle", "sphere"}));
-  const auto labels = surface_labels(actor, last->actors[0], *engine);
+  const auto labels = surface_labels(last->actors[0], *engine);
   ASSERT_TRUE(labels.ok());
   ASSERT_EQ(labels->size(), last->actors[0].surface.positions.size());
   for (const std::uint32_t label : *labels) ASSERT_LT(label, 4u);

@@ -33,6 +33,7 @@ struct CheckResult {
   std::vector<std::string> notes;  ///< harmless oddities and good fits
   std::vector<std::pair<std::string, Diagnosis>> objects;
   std::vector<std::string> sequences;  ///< mesh sequences in words
+  std::size_t object_count = 0;
   int frames = 0;
   MemoryEstimate memory;
 };
@@ -90,6 +91,7 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
   if (!result.findings.empty()) return result;
   result.frames = frame_count(reading.scene);
   const std::vector<ChainObject> chain = chain_objects(reading.scene);
+  result.object_count = chain.size();
   if (const Status fits = check_model_files(chain, common.max_memory); !fits) {
     result.errors.push_back(fits.error().message);
     return result;
@@ -108,9 +110,10 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
   std::map<std::size_t, std::optional<FitFindings>> fits;
   for (std::size_t i = 0; i < chain.size(); ++i) {
     const ObjectSettings& object = *chain[i].settings;
-    if (loaded.models[i].triangles.empty()) continue;
+    const Model& model = loaded.fitted_model(i);
+    if (model.triangles.empty()) continue;
     const Activity activity("looking for faults in " + object.name);
-    if (alike[i] == i) diagnoses.emplace(i, diagnose_fully(loaded.models[i]));
+    if (alike[i] == i) diagnoses.emplace(i, diagnose_fully(model));
     const Diagnosis& diagnosis = diagnoses.at(alike[i]);
     for (const std::string& problem : describe_problems(diagnosis))
       result.warnings.push_back(object.name + ": " + problem);
@@ -122,7 +125,7 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
     result.objects.emplace_back(object.name, diagnosis);
     if (!options.fit || object.spheres.fit == FitKind::kNone) continue;
     if (alike[i] == i) {
-      PM_TRY(fits[i], measure_fit(loaded.models[i], object, cache));
+      PM_TRY(fits[i], measure_fit(model, object, cache));
     }
     if (const auto& fit = fits.at(alike[i])) {
       (is_good_fit(fit->quality) ? result.notes : result.warnings)
@@ -186,7 +189,7 @@ Result<int> run_check(const CommandLine& line, const CheckOptions& options) {
     for (const std::string& note : result.notes) print_data("{}\n", note);
     if (ok)
       print_data("{}: ok, {} objects, {} frames, about {} of memory\n", options.scene,
-                 result.objects.size() + result.sequences.size(), result.frames,
+                 result.object_count, result.frames,
                  format_bytes(static_cast<double>(result.memory.total())));
     else
       print_data("{}: {} error{}, {} warning{}\n", options.scene,

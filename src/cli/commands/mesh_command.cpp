@@ -17,6 +17,7 @@
 #include "mesh/append.h"
 #include "mesh/mesh_check.h"
 #include "sequence/frame/frame_geometry.h"
+#include "sequence/prepare/actor_poses.h"
 #include "sequence/prepare/prepare.h"
 #include "sequence/run/device.h"
 #include "sequence/run/frames.h"
@@ -167,6 +168,10 @@ Status MeshRun::check_outputs() {
   std::size_t textures = 0;
   for (const PreparedActor& actor : prepared_.actors) {
     if (actor.sequence) textures += actor.sequence->most_textures * actor.sequence->files.size();
+    if (actor.poses)
+      for (const MovingObject& object : actor.poses->objects)
+        if (object.sequence)
+          textures += object.sequence->most_textures * object.sequence->files.size();
     for (const auto& object : actor.objects) textures += object->model.textures.size();
   }
   for (std::size_t i = 1; i <= textures; ++i)

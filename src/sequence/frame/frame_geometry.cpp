@@ -5,6 +5,7 @@
 #include "leg/boundary_surface.h"
 #include "leg/leg_surface.h"
 #include "mesh/append.h"
+#include "sequence/prepare/actor_poses.h"
 #include "sequence/prepare/film_settings.h"
 #include "sequence/prepare/mesh_sequence.h"
 
@@ -18,8 +19,10 @@ std::string join_distinct(const std::vector<std::string>& names) {
   return fmt::format("{}", fmt::join(seen, ", "));
 }
 
-const Leg& leg_of(const PreparedActor& actor, int leg) {
-  return *actor.legs[static_cast<std::size_t>(leg)];
+/// The sequence of an object of the actor's morph; null: it stands still.
+const MeshSequence* moving_sequence(const PreparedActor& actor, int object) {
+  return actor.poses ? actor.poses->objects[static_cast<std::size_t>(object)].sequence.get()
+                     : nullptr;
 }
 
 /// The moment of a stage in which a model shows, whole or between itself and its balls.
@@ -27,17 +30,27 @@ Result<ActorGeometry> model_geometry(const PreparedActor& actor, const MorphStat
                                      Engine& engine) {
   ActorGeometry geometry;
   geometry.moment = moment;
-  const BoundaryMoment boundary{moment.object == moment.leg, moment.boundary, moment.growth};
-  PM_TRY(BoundarySurface shown, boundary_surface(leg_of(actor, moment.leg), boundary, engine));
+  const bool leaving = moment.object == moment.leg;
+  const MeshSequence* sequence = moving_sequence(actor, moment.object);
+  if (sequence && moment.boundary == 1) {  // nothing but the mesh
+    PM_TRY(Model mesh, load_mesh(*sequence, leaving ? moment.mesh : moment.to_mesh));
+    geometry.points = mesh.points;
+    geometry.mesh = std::make_shared<const Model>(std::move(mesh));
+    return geometry;
+  }
+  PM_TRY(geometry.leg, leg_at(actor, moment, engine));
+  const std::shared_ptr<const PreparedObject>& object =
+      leaving ? geometry.leg->from : geometry.leg->to;
+  if (sequence) geometry.mesh = {object, &object->model};
+  const BoundaryMoment boundary{leaving, moment.boundary, moment.growth};
+  PM_TRY(BoundarySurface shown, boundary_surface(*geometry.leg, boundary, engine));
   geometry.balls = std::move(shown.balls);
   geometry.surface = std::move(shown.surface);
   geometry.points = std::move(shown.points);
   geometry.corner_normals = std::move(shown.corner_normals);
   const Mesh& surface = geometry.surface;
   if (actor.timeline.own_look && !surface.triangles.empty())
-    geometry.look.layers.push_back(
-        object_layer(actor.objects[static_cast<std::size_t>(moment.object)], surface.triangles,
-                     surface.positions));
+    geometry.look.layers.push_back(object_layer(object, surface.triangles, surface.positions));
   return geometry;
 }
 
@@ -65,25 +78,37 @@ Status add_flow(const PreparedActor& actor, bool last, Engine& engine, ActorGeom
   const MorphState& now = geometry.moment;
   const MorphState next = last ? now : morph_state_at(actor.timeline, now.frame + 1);
   if (actor.sequence) {
-    PM_TRY(geometry.displacement, mesh_motion(*actor.sequence, *geometry.mesh,
-                                              {now.mesh, next.mesh, actor.timeline.playback.fps}));
+    PM_TRY(geometry.displacement,
+           mesh_motion(*actor.sequence, *geometry.mesh,
+                       {now.mesh, next.mesh, actor.timeline.playbacks.front().fps}));
     return Ok{};
   }
   if (now.object < 0) {
-    const Leg& leg = leg_of(actor, now.leg);
+    const Leg& leg = *geometry.leg;
     const bool goes_on = next.leg == now.leg && next.object < 0;
     LegState state;
     state.time = now.time;
     state.balls = geometry.balls;
-    PM_TRY(geometry.flow, flow_until(leg, state, goes_on ? next.time : leg.until,
+    PM_TRY(const auto later, leg_at(actor, now.leg, next.frame, engine));
+    PM_TRY(geometry.flow, flow_until(leg, state, {*later, goes_on ? next.time : leg.until},
                                      geometry.surface.positions, engine));
     return Ok{};
   }
-  if (geometry.points.empty() || (next.object >= 0 && next.object != now.object)) return Ok{};
+  if (geometry.points.empty()) return Ok{};
+  if (const MeshSequence* sequence = moving_sequence(actor, now.object);
+      sequence && now.boundary == 1) {
+    const auto index = static_cast<std::size_t>(now.object);
+    const MeshStep step = {shown_mesh_number(actor.timeline, index, now.frame),
+                           shown_mesh_number(actor.timeline, index, next.frame),
+                           actor.timeline.playbacks[index].fps};
+    PM_TRY(geometry.displacement, mesh_motion(*sequence, *geometry.mesh, step));
+    return Ok{};
+  }
+  if (next.object >= 0 && next.object != now.object) return Ok{};
   const float boundary = next.object < 0 ? 0 : next.boundary;
   if (1 - boundary == 1 - now.boundary) return Ok{};
-  geometry.displacement =
-      boundary_displacement(object_of(actor, now.object), geometry.points, boundary);
+  const PreparedObject& object = now.object == now.leg ? *geometry.leg->from : *geometry.leg->to;
+  geometry.displacement = boundary_displacement(object, geometry.points, boundary);
   return Ok{};
 }
 
@@ -91,9 +116,10 @@ Status add_flow(const PreparedActor& actor, bool last, Engine& engine, ActorGeom
 
 Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState& moment,
                                    Engine& engine) {
-  const Leg& leg = leg_of(actor, moment.leg);
   ActorGeometry geometry;
   geometry.moment = moment;
+  PM_TRY(geometry.leg, leg_at(actor, moment.leg, moment.frame, engine));
+  const Leg& leg = *geometry.leg;
   PM_TRY(LegSurface surface, leg_surface(leg, moment.time, engine));
   PM_TRY_STATUS(blend_end_normals(leg, surface.state, surface.mesh, engine));
   if (actor.timeline.own_look && !surface.mesh.triangles.empty()) {
@@ -105,15 +131,16 @@ Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState&
   return geometry;
 }
 
-Result<std::vector<std::uint32_t>> surface_labels(const PreparedActor& actor,
-                                                  const ActorGeometry& geometry, Engine& engine) {
+Result<std::vector<std::uint32_t>> surface_labels(const ActorGeometry& geometry, Engine& engine) {
   const MorphState& moment = geometry.moment;
   const std::vector<Vec3>& points = geometry.surface.positions;
-  if (moment.object >= 0) return nearest_labels(object_of(actor, moment.object), points);
+  if (moment.object >= 0)
+    return nearest_labels(moment.object == moment.leg ? *geometry.leg->from : *geometry.leg->to,
+                          points);
   LegState state;
   state.time = moment.time;
   state.balls = geometry.balls;
-  return leg_labels(leg_of(actor, moment.leg), state, points, engine);
+  return leg_labels(*geometry.leg, state, points, engine);
 }
 
 Mesh shown_mesh(const PreparedActor& actor, const ActorGeometry& geometry) {
@@ -138,7 +165,7 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, Engine& engine,
     if (flows) PM_TRY_STATUS(add_flow(actor, last, engine, actor_geometry));
     actor_geometry.moves = !turntable && moves_at(actor.timeline, shown);
     if (labels && !actor_geometry.surface.positions.empty()) {
-      PM_TRY(actor_geometry.surface_labels, surface_labels(actor, actor_geometry, engine));
+      PM_TRY(actor_geometry.surface_labels, surface_labels(actor_geometry, engine));
     }
     if (labels && !actor_geometry.points.empty()) {
       const Model& model = shown_model(actor, actor_geometry);

@@ -24,6 +24,7 @@ struct ActorGeometry {
   Mesh surface;   ///< surface of the leg, or of the boundary stage of the model `moment.object`
   std::vector<Vec3> points;           ///< points of the model `moment.object`, when one shows
   std::shared_ptr<const Model> mesh;  ///< model, where it is the mesh of a sequence
+  std::shared_ptr<const Leg> leg;     ///< leg, where balls show or a model becomes them
   std::vector<Vec3> corner_normals;   ///< normals of those points; empty: the model's own
   /// Motion until the next frame, only where the scene asks for motion blur or for a layer that
   /// needs it: see wants_flow().
@@ -55,15 +56,14 @@ struct FrameGeometry {
   std::vector<ActorGeometry> actors;  ///< one per actor of PreparedScene
 };
 
-/// The surface of a leg at a moment of its motion, with its look, whatever `moment.object` says.
-/// Errors: kResource.
+/// The surface of the actor's leg at a moment of its motion, with its look, whatever
+/// `moment.object` says. Errors: kResource; those of leg_at().
 Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState& moment,
                                    Engine& engine);
 
 /// The label of each vertex of an actor's surface, as an index into its label_names. Errors: the
 /// engine's.
-Result<std::vector<std::uint32_t>> surface_labels(const PreparedActor& actor,
-                                                  const ActorGeometry& geometry, Engine& engine);
+Result<std::vector<std::uint32_t>> surface_labels(const ActorGeometry& geometry, Engine& engine);
 
 /// All that is seen of an actor: its surface, its model where that shows, or both.
 Mesh shown_mesh(const PreparedActor& actor, const ActorGeometry& geometry);

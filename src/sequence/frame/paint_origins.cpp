@@ -3,6 +3,7 @@
 #include "image/srgb.h"
 #include "leg/leg_surface.h"
 #include "leg/origin_colors.h"
+#include "sequence/prepare/actor_poses.h"
 
 namespace polymorph {
 namespace {
@@ -15,14 +16,14 @@ std::vector<Vec3> make_paint(const PreparedActor& actor, const std::vector<Vec3>
   return paint;
 }
 
-/// Paint of points of the first `legs` legs' surface, at a time of the last of them. Without legs
-/// the points are the first object's.
-Result<std::vector<Vec3>> paint_at(const PreparedActor& actor, int legs, float time,
+/// Paint of points of the surface of a frame's last leg, at a time of it. Without legs the points
+/// are the first object's.
+Result<std::vector<Vec3>> paint_at(const PreparedActor& actor,
+                                   std::span<const std::shared_ptr<const Leg>> legs, float time,
                                    const std::vector<Vec3>& points, Engine& engine) {
-  if (legs == 0) return make_paint(actor, points);
-  const auto passed = std::span(actor.legs).first(static_cast<std::size_t>(legs));
-  PM_TRY(const LegState state, leg_state(*passed.back(), time, engine));
-  PM_TRY(const std::vector<Vec3> places, trace_back(passed, state, points, engine));
+  if (legs.empty()) return make_paint(actor, points);
+  PM_TRY(const LegState state, leg_state(*legs.back(), time, engine));
+  PM_TRY(const std::vector<Vec3> places, trace_back(legs, state, points, engine));
   return make_paint(actor, places);
 }
 
@@ -33,14 +34,19 @@ Status paint_origins(const PreparedScene& prepared, Engine& engine, FrameGeometr
     const PreparedActor& actor = prepared.actors[a];
     ActorGeometry& shown = geometry.actors[a];
     // A model that shows lies at the end of the leg before it.
-    const int object = shown.moment.object, legs = object >= 0 ? object : shown.moment.leg + 1;
+    const int object = shown.moment.object, count = object >= 0 ? object : shown.moment.leg + 1;
+    std::vector<std::shared_ptr<const Leg>> legs;
+    for (int i = 0; i < count; ++i) {
+      PM_TRY(std::shared_ptr<const Leg> leg, leg_at(actor, i, shown.moment.frame, engine));
+      legs.push_back(std::move(leg));
+    }
     const float time = object >= 0 ? 1 : shown.moment.time;
     if (!shown.surface.positions.empty()) {
       PM_TRY(shown.surface_paint, paint_at(actor, legs, time, shown.surface.positions, engine));
     }
     if (!shown.points.empty()) {
       PM_TRY(shown.point_paint,
-             paint_at(actor, legs, time, object_of(actor, object).model.points, engine));
+             paint_at(actor, legs, time, shown_model(actor, shown).points, engine));
     }
   }
   return Ok{};

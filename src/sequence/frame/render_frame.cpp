@@ -99,6 +99,7 @@ std::vector<Attribute> make_header(const PreparedScene& prepared, int frame,
 void add(Hasher& key, const MorphState& m) {
   key.add(m.leg).add(static_cast<int>(m.stage)).add(m.progress).add(m.time).add(m.object);
   key.add(m.look).add(m.boundary).add(m.growth);
+  key.add(shows_source(m) ? m.mesh : -1).add(shows_target(m) ? m.to_mesh : -1);
 }
 
 }  // namespace

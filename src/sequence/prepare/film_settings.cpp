@@ -4,6 +4,7 @@
 
 #include "base/hash.h"
 #include "morph/timeline.h"
+#include "scene/mesh_numbers.h"
 
 namespace polymorph {
 namespace {
@@ -81,33 +82,64 @@ bool changes(const Scene& scene) {
   return !scene.tracks.empty() || scene.camera.orbit != 0 || scene.frames.turntable > 0;
 }
 
-/// Lists the digests of the meshes that each actor plays, if any does.
+/// Hashes of a sequence's meshes. In a morph the balls of a mesh come from the reference's, and
+/// where its vertices are others, from all meshes in between.
+std::vector<MeshHashes> hash_meshes(const MeshSequence& sequence, bool morphs) {
+  std::vector<MeshHashes> hashes;
+  const MeshFile& reference = sequence.files[static_cast<std::size_t>(sequence.reference)];
+  std::string past;
+  for (const MeshFile& file : sequence.files) {
+    MeshHashes& own = hashes.emplace_back(MeshHashes{file.digest + file.velocities, {}});
+    if (!morphs) continue;
+    past = Hasher().add(std::string_view(past)).add(std::string_view(file.digest)).hex();
+    own.fit = file.topology == reference.topology ? reference.digest : past;
+  }
+  return hashes;
+}
+
+/// Lists the hashes of the meshes that actors show, if any does.
 void add_meshes(const SceneInputs& inputs, SequenceHashes& hashes) {
   if (std::none_of(inputs.sequences.begin(), inputs.sequences.end(),
                    [](const auto& sequence) { return sequence != nullptr; }))
     return;
   for (const std::span<const ChainObject> objects : actor_chains(inputs.chain)) {
-    std::vector<std::string>& digests = hashes.meshes.emplace_back();
+    auto& lists = hashes.meshes.emplace_back();
     const auto first = static_cast<std::size_t>(objects.data() - inputs.chain.data());
-    if (const auto& sequence = inputs.sequences[first])
-      for (const MeshFile& file : sequence->files) digests.push_back(file.digest + file.velocities);
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+      std::vector<MeshHashes>& own = lists.emplace_back();
+      if (const auto& sequence = inputs.sequences[first + i])
+        own = hash_meshes(*sequence, !plays_meshes(*objects[i].actor));
+    }
   }
+}
+
+/// Adds what a moment shows of an actor's meshes, and what the balls between them come from.
+void add_meshes_of(const std::vector<std::vector<MeshHashes>>& meshes, const MorphState& moment,
+                   Hasher& hasher) {
+  const bool is_whole = moment.object >= 0 && moment.boundary == 1;
+  const auto add = [&](int object, int mesh) {
+    if (mesh < 0) return;
+    const MeshHashes& shown =
+        meshes[static_cast<std::size_t>(object)][static_cast<std::size_t>(mesh)];
+    hasher.add(std::string_view(shown.content));
+    if (!is_whole) hasher.add(std::string_view(shown.fit));
+  };
+  if (shows_source(moment)) add(moment.leg, moment.mesh);
+  if (shows_target(moment)) add(moment.leg + 1, moment.to_mesh);
 }
 
 /// Adds what a frame shows of mesh sequences: the mesh of each, its place and the camera.
 void add_shown_meshes(const Scene& scene, const SequenceHashes& hashes, int frame, Hasher& hasher) {
   hasher.add(std::string_view(hashes.stage));
   for (std::size_t a = 0; a < hashes.meshes.size(); ++a) {
-    if (hashes.meshes[a].empty()) continue;
+    const std::vector<std::vector<MeshHashes>>& meshes = hashes.meshes[a];
+    const auto is_empty = [](const auto& own) { return own.empty(); };
+    if (std::all_of(meshes.begin(), meshes.end(), is_empty)) continue;
     const Timeline timeline = make_timeline(scene, scene.actors[a]);
     const int shown = shown_frame(scene, frame);
-    const auto add_mesh = [&](int moment) {
-      const int mesh = morph_state_at(timeline, moment).mesh;
-      hasher.add(std::string_view(hashes.meshes[a][static_cast<std::size_t>(mesh)]));
-    };
-    add_mesh(shown);
+    add_meshes_of(meshes, morph_state_at(timeline, shown), hasher);
     if (scene.frames.turntable == 0 && wants_flow(scene))
-      add_mesh(std::min(shown + 1, timeline.count));
+      add_meshes_of(meshes, morph_state_at(timeline, std::min(shown + 1, timeline.count)), hasher);
   }
 }
 

@@ -30,13 +30,14 @@ bool names_vertices(const ChainObject& object) {
 
 /// Text that equal objects have in common, whatever stands where.
 std::string file_key(const ObjectSettings& object) {
-  return fmt::format("{}\n{}\n{}", object.model.string(), object.shape,
-                     static_cast<int>(object.up));
+  return fmt::format("{}\n{}\n{}\n{}", object.model.string(), object.shape,
+                     static_cast<int>(object.up), fmt::join(object.range, " "));
 }
-/// Key of the file that an object is read from. A mesh sequence is read for each actor anew: what
+/// Key of the file that an object is read from. A mesh sequence is read for each object anew: what
 /// is kept of it depends on its place.
 std::string reading_key(const ChainObject& object) {
-  return file_key(*object.settings) + (plays_meshes(*object.actor) ? object.actor->name : "");
+  return is_mesh_sequence(*object.settings) ? fmt::format("{}", fmt::ptr(object.settings))
+                                            : file_key(*object.settings);
 }
 std::string shape_key(const ChainObject& chained) {
   const ObjectSettings& object = *chained.settings;
@@ -153,6 +154,17 @@ void place_object(const Scene& scene, const ChainObject& chained, ReadObject& re
           make_transform(actor.translate, actor.rotate, actor.scale));
 }
 
+/// The mesh of a morph's sequence that its balls are fitted to; empty for every other object.
+/// `placing` gets its vertices where landmarks name any. Errors: those of load_mesh().
+Result<Model> load_reference(const ChainObject& chained, const MeshSequence* sequence,
+                             ObjectPlacing& placing) {
+  if (!sequence || plays_meshes(*chained.actor)) return Model{};
+  if (names_vertices(chained)) {
+    PM_TRY(placing.vertices, mesh_vertices(*sequence, sequence->reference));
+  }
+  return load_mesh(*sequence, sequence->reference);
+}
+
 }  // namespace
 
 Model turned_upright(Model model, UpAxis up) {
@@ -187,6 +199,8 @@ Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject>
     PM_TRY(ReadObject object, read.take(i, loaded.warnings));
     place_object(scene, chain[i], object, size);
     loaded.sequences.push_back(read.place_meshes(i, object.placing));
+    PM_TRY(Model reference, load_reference(chain[i], loaded.sequences[i].get(), object.placing));
+    loaded.references.push_back(std::move(reference));
     loaded.models.push_back(std::move(object.model));
     loaded.placings.push_back(std::move(object.placing));
   }
@@ -225,9 +239,12 @@ std::vector<std::string> find_problems(const Scene& scene, std::span<const Chain
     loaded.sequences.push_back(read.place_meshes(i, taken ? taken->placing : ObjectPlacing{}));
     loaded.models.push_back(taken ? std::move(taken->model) : Model{});
     loaded.placings.push_back(taken ? std::move(taken->placing) : ObjectPlacing{});
-    if (const auto& meshes = loaded.sequences.back()) {
+    const MeshSequence* meshes = loaded.sequences.back().get();
+    auto reference = load_reference(chain[i], meshes, loaded.placings.back());
+    loaded.references.push_back(reference ? std::move(*reference) : Model{});
+    if (meshes) {
       for (std::string& problem : mesh_problems(*meshes)) problems.push_back(std::move(problem));
-      continue;
+      if (loaded.references.back().triangles.empty()) continue;
     }
     if (alike[i] != i) continue;
     // A fit takes seconds and fails at nothing that its spheres do not fail at.
@@ -238,7 +255,7 @@ std::vector<std::string> find_problems(const Scene& scene, std::span<const Chain
     unfitted.coarse = true;
     if (!taken) {
       problems.push_back(taken.error().message);
-    } else if (const auto spheres = approximate_cached(loaded.models.back(), unfitted, cache);
+    } else if (const auto spheres = approximate_cached(loaded.fitted_model(i), unfitted, cache);
                !spheres) {
       problems.push_back(fmt::format("{}: {}", object.name, spheres.error().message));
     }

@@ -24,6 +24,9 @@ struct ObjectPlacing {
   std::vector<Vec3> vertices;    ///< the file's own, where landmarks name any
 };
 
+/// Poses of one object of a morph that are in memory beside the reference.
+inline constexpr int kKeptPoses = 2;
+
 /// A mesh of a sequence.
 struct MeshFile {
   std::filesystem::path file;
@@ -44,6 +47,7 @@ struct TexturePool {
 struct MeshSequence {
   ObjectSettings object;
   std::vector<MeshFile> files;   ///< files in the order of play
+  int reference = 0;             ///< first mesh that can be shown; a morph is planned for its pose
   std::vector<Transform> steps;  ///< ObjectPlacing::steps, the same for all
   std::uint64_t most_bytes = 0;  ///< memory of the largest mesh with its textures
   std::size_t most_triangles = 0, most_textures = 0;
@@ -57,8 +61,16 @@ struct LoadedScene {
   /// here, without faces, and the names of all their labels.
   std::vector<Model> models;
   std::vector<std::shared_ptr<const MeshSequence>> sequences;  ///< one per model; null: none
-  std::vector<ObjectPlacing> placings;                         ///< one per model
+  /// One per model: the reference mesh of a sequence in a morph, empty for every other object.
+  std::vector<Model> references;
+  std::vector<ObjectPlacing> placings;  ///< one per model
   std::vector<std::string> warnings;
+
+  /// The model that the object's balls are fitted to; without faces for a sequence that plays
+  /// alone.
+  const Model& fitted_model(std::size_t object) const {
+    return sequences[object] ? references[object] : models[object];
+  }
 };
 
 }  // namespace polymorph

@@ -71,7 +71,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
     trees += count * kTreesPerTriangle * static_cast<double>(sequence->most_triangles);
   }
   for (const ChainObject& object : chain)
-    if (is_fitted(scene, object.settings->spheres) && !is_mesh_sequence(*object.settings))
+    if (is_fitted(scene, object.settings->spheres) && !plays_meshes(*object.actor))
       fits = std::max({fits, kLeastFit, kBytesPerFittedBall * object.settings->spheres.balls});
   PM_CHECK(models.size() == chain.size());
   for (const std::span<const ChainObject> objects : actor_chains(chain)) {
@@ -92,10 +92,12 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
                 scene.surface.resolution;
     const Timeline timeline = make_timeline(scene, *objects.front().actor);
     for (std::size_t i = 0; i < objects.size(); ++i) {
-      if (!leg_kinds(timeline, i).distances || own[i].triangles.empty()) continue;
+      const bool moves = is_mesh_sequence(*objects[i].settings);
+      if (!leg_kinds(timeline, i).distances || (own[i].triangles.empty() && !moves)) continue;
       const double points =
           point_count(make_distance_grid(own[i].box(), 0.5f * static_cast<float>(cell)));
-      distances += 2 * sizeof(float) * points;  // with and without detail
+      // With and without detail; beside the reference pose those that are kept.
+      distances += 2 * sizeof(float) * points * (moves ? 1 + kKeptPoses : 1);
       making = std::max(making, kBytesPerPointMade * points);
     }
   }

@@ -156,6 +156,13 @@ MeshLook look_at_mesh(const ObjectSettings& object, const std::vector<Vec3>& dir
   return look;
 }
 
+/// Index of the first mesh that can be shown; 0 if none can.
+int first_sound_mesh(const std::vector<MeshFile>& files) {
+  const auto sound = std::find_if(files.begin(), files.end(),
+                                  [](const MeshFile& file) { return file.problem.empty(); });
+  return sound == files.end() ? 0 : static_cast<int>(sound - files.begin());
+}
+
 /// Replaces pictures by equal ones of meshes that are still in use.
 void share_textures(TexturePool& pool, Model& model) {
   const std::lock_guard lock(pool.mutex);
@@ -188,7 +195,9 @@ Result<MeshSurvey> survey_meshes(const Scene& scene, const ChainObject& object, 
     const auto i = static_cast<std::size_t>(index);
     looks[i] = look_at_mesh(settings, directions, textures, sequence.files[i]);
   });
+  sequence.reference = first_sound_mesh(sequence.files);
   Model& model = survey.stand_in.model;
+  survey.stand_in.placing.to_scene = upright(settings.up);
   model.name = settings.name;
   model.materials.emplace_back();
   std::size_t warned = 0;
@@ -229,6 +238,15 @@ Result<Model> load_mesh(const MeshSequence& sequence, int mesh) {
   restyle(read.model, sequence.object);
   for (const Transform& step : sequence.steps) read.model = transformed(read.model, step);
   return std::move(read.model);
+}
+
+Result<std::vector<Vec3>> mesh_vertices(const MeshSequence& sequence, int mesh) {
+  const MeshFile& file = sequence.files[static_cast<std::size_t>(mesh)];
+  if (!file.problem.empty()) return make_error(ErrorCode::kInput, "{}", file.problem);
+  std::vector<std::string> warnings;  // said by the survey
+  PM_TRY(ReadObject read,
+         load_object(mesh_object(sequence.object, file.file), false, true, warnings));
+  return std::move(read.placing.vertices);
 }
 
 Result<std::vector<Vec3>> mesh_motion(const MeshSequence& sequence, const Model& shown,

@@ -27,6 +27,10 @@ Result<MeshSurvey> survey_meshes(const Scene& scene, const ChainObject& object, 
 /// A mesh in its place. Errors: its problem; kInput if it has changed since it was surveyed.
 Result<Model> load_mesh(const MeshSequence& sequence, int mesh);
 
+/// The vertices that the file of a mesh has itself, in its own coordinates. Errors: those of
+/// load_mesh().
+Result<std::vector<Vec3>> mesh_vertices(const MeshSequence& sequence, int mesh);
+
 /// Motion of each point of a mesh, as load_mesh() gives it, until `next` shows: to the point of the
 /// same number where both have the same faces, else by the velocities that its file stores, for
 /// 1 / `fps` seconds. Empty: it stands still, or neither is known. Errors: those of load_mesh().

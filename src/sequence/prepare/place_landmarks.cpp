@@ -90,11 +90,11 @@ std::vector<PlacedLandmarks> place_landmarks(const Scene& scene, std::span<const
   std::vector<PlacedLandmarks> lists;
   for (std::size_t i = 0; i < chain.size(); ++i) {
     const ObjectLandmarks* landmarks = find_landmarks(chain[i].actor->plan, *chain[i].settings);
-    const bool is_there = landmarks && !loaded.models[i].triangles.empty();
-    lists.push_back(
-        is_there ? place_on_surface({*chain[i].settings, loaded.models[i], loaded.placings[i]},
-                                    *landmarks, found)
-                 : PlacedLandmarks{});
+    const bool is_there = landmarks && !loaded.fitted_model(i).triangles.empty();
+    lists.push_back(is_there ? place_on_surface(
+                                   {*chain[i].settings, loaded.fitted_model(i), loaded.placings[i]},
+                                   *landmarks, found)
+                             : PlacedLandmarks{});
   }
   return lists;
 }

@@ -1,5 +1,6 @@
 #include "sequence/prepare/prepare.h"
 
+#include "sequence/prepare/actor_poses.h"
 #include "sequence/prepare/check_plan.h"
 #include "sequence/prepare/film_settings.h"
 #include "sequence/prepare/load_models.h"
@@ -28,8 +29,12 @@ void place_camera(PreparedScene& prepared) {
   const Scene& scene = prepared.scene;
   std::vector<Vec3> points;  // the models themselves: their common box has empty corners
   for (const PreparedActor& actor : prepared.actors)
-    for (const auto& object : actor.objects)
-      points.insert(points.end(), object->model.points.begin(), object->model.points.end());
+    for (std::size_t i = 0; i < actor.objects.size(); ++i) {
+      const bool moves = actor.poses && actor.poses->objects[i].sequence;
+      const std::vector<Vec3>& own =
+          moves ? actor.poses->objects[i].outermost : actor.objects[i]->model.points;
+      points.insert(points.end(), own.begin(), own.end());
+    }
   // Between two objects a surface may be larger than both. What stands out by less than the free
   // border leaves the camera where the models alone put it.
   const Box models = box_of(points);
@@ -88,6 +93,13 @@ Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
          make_objects(preparation, chain, loaded, landmarks, outlines));
   // Make the legs: plans between the objects, pacing, balls in flight.
   PM_TRY(prepared.actors, make_actors(preparation, outlines, objects, prepared.warnings));
+  // Bind the objects that move, so that frames have their poses.
+  std::size_t first = 0;
+  for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
+    const std::span<const ChainObject> own = actor_chains(chain)[a];
+    prepared.actors[a].poses = make_poses(preparation, outlines[a], own, objects[a], first, loaded);
+    first += own.size();
+  }
   // Place the camera so that all objects and what is between them are in the picture.
   place_camera(prepared);
   return prepared;

@@ -103,7 +103,7 @@ Result<std::vector<PreparedActor>> make_actors(const Preparation& preparation,
                                                std::vector<std::string>& warnings) {
   std::vector<PreparedActor> actors;
   for (std::size_t a = 0; a < outlines.size(); ++a) {
-    PreparedActor& actor = actors.emplace_back(PreparedActor{outlines[a], objects[a], {}});
+    PreparedActor& actor = actors.emplace_back(PreparedActor{outlines[a], objects[a], {}, {}});
     PM_TRY_STATUS(add_legs(preparation, preparation.scene.actors[a].plan, actor, warnings));
   }
   return actors;

@@ -68,31 +68,7 @@ Result<Mesh> extract_balls(const PreparedObject& object, const LegSettings& sett
   return mesh;
 }
 
-/// Completes an object that has its name and model; `kinds`: those of the legs that end at it.
-Status complete_object(const Preparation& preparation, const ObjectSettings& chosen,
-                       const LegSettings& settings, LegKinds kinds, PreparedObject& object) {
-  const auto& [scene, engine, cache, fits] = preparation;
-  const SphereSettings spheres = choose_spheres(preparation, chosen, object);
-  PM_TRY(object.balls, make_balls(preparation, spheres, settings, object));
-  PM_TRY(Mesh surface, extract_balls(object, settings, engine));
-  object.ball_volume = volume_of(surface);
-  PM_TRY(object.field_maximum, find_field_maximum(engine, object.balls, settings.measured));
-  object.ball_labels = face_labels(object.model, object.balls);
-  object.closest = std::make_shared<const ClosestPointQuery>(object.model);
-  if (kinds.distances) {
-    const DistanceMeasure measure = {settings.cell, kThinnestPart * settings.cell,
-                                     static_cast<double>(settings.min_component_share),
-                                     spheres.solidify};
-    PM_TRY(object.distances, measure_distances(object, measure, engine, cache));
-  }
-  add_colors(object, scene.look.kind == LookKind::kOwn && !is_one_color(object.model));
-  if (object.meta || !kinds.balls) return Ok{};
-  PM_TRY(object.boundary,
-         make_boundary_stage(object, scene.boundary.method, std::move(surface), settings, engine));
-  return Ok{};
-}
-
-LegSettings leg_settings(const Scene& scene, const Box& box, std::span<const Model> models) {
+LegSettings leg_settings(const Scene& scene, const Box& box, bool one_color) {
   LegSettings settings;
   const Vec3 size = box.size();
   settings.resolution = scene.surface.resolution;
@@ -105,12 +81,31 @@ LegSettings leg_settings(const Scene& scene, const Box& box, std::span<const Mod
   settings.shown.flat = scene.surface.flat;
   settings.min_component_share = scene.surface.min_component_share;
   settings.contact = scene.ground.contact;
-  settings.has_colors =
-      scene.look.kind == LookKind::kOwn && !std::all_of(models.begin(), models.end(), is_one_color);
+  settings.has_colors = scene.look.kind == LookKind::kOwn && !one_color;
   return settings;
 }
 
 }  // namespace
+
+Status finish_object(const Preparation& preparation, const ObjectSettings& chosen,
+                     const LegSettings& settings, LegKinds kinds, PreparedObject& object) {
+  const auto& [scene, engine, cache, fits] = preparation;
+  PM_TRY(Mesh surface, extract_balls(object, settings, engine));
+  object.ball_volume = volume_of(surface);
+  PM_TRY(object.field_maximum, find_field_maximum(engine, object.balls, settings.measured));
+  object.closest = std::make_shared<const ClosestPointQuery>(object.model);
+  if (kinds.distances) {
+    const DistanceMeasure measure = {settings.cell, kThinnestPart * settings.cell,
+                                     static_cast<double>(settings.min_component_share),
+                                     chosen.spheres.solidify};
+    PM_TRY(object.distances, measure_distances(object, measure, engine, cache));
+  }
+  add_colors(object, scene.look.kind == LookKind::kOwn && !is_one_color(object.model));
+  if (object.meta || !kinds.balls) return Ok{};
+  PM_TRY(object.boundary,
+         make_boundary_stage(object, scene.boundary.method, std::move(surface), settings, engine));
+  return Ok{};
+}
 
 Result<std::vector<ActorOutline>> outline_actors(const Scene& scene,
                                                  std::span<const ChainObject> chain,
@@ -120,8 +115,12 @@ Result<std::vector<ActorOutline>> outline_actors(const Scene& scene,
   for (const std::span<const ChainObject> objects : actor_chains(chain)) {
     const std::span<const Model> own = models.first(objects.size());
     models = models.subspan(objects.size());
+    const std::size_t first = loaded.models.size() - models.size() - objects.size();
     ActorOutline& outline = outlines.emplace_back();
-    outline.sequence = loaded.sequences[loaded.models.size() - models.size() - objects.size()];
+    if (plays_meshes(*objects.front().actor)) outline.sequence = loaded.sequences[first];
+    bool one_color = true;
+    for (std::size_t i = first; !outline.sequence && i < first + own.size(); ++i)
+      one_color &= is_one_color(loaded.fitted_model(i));
     outline.name = objects.front().actor->name;
     outline.timeline = make_timeline(scene, *objects.front().actor);
     for (const Model& model : own) {
@@ -131,8 +130,7 @@ Result<std::vector<ActorOutline>> outline_actors(const Scene& scene,
             outline.label_names.end())
           outline.label_names.push_back(name);
     }
-    outline.settings =
-        leg_settings(scene, outline.box, outline.sequence ? std::span<const Model>() : own);
+    outline.settings = leg_settings(scene, outline.box, one_color);
     if (!(outline.settings.cell > 0))
       return make_error(ErrorCode::kInput, "{}: the objects have no extent - check their scale",
                         scene.path.string());
@@ -148,7 +146,7 @@ Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
   if (std::any_of(chain.begin(), chain.end(), [&](const ChainObject& object) {
         const SphereSettings& spheres = object.settings->spheres;
         return spheres.coarse && is_fitted(preparation.scene, spheres) &&
-               !is_mesh_sequence(*object.settings);
+               !plays_meshes(*object.actor);
       }))
     log_info("the balls are coarse, as previews have them: a full render fits finer ones");
   std::vector<ObjectList> lists(outlines.size());
@@ -161,13 +159,18 @@ Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
       object.name = settings.name;
       object.meta = settings.meta;
       object.front = front_azimuth(chain[next]);
-      object.model = std::move(loaded.models[next]);
+      const bool moves = !outline.sequence && loaded.sequences[next];
+      object.model = std::move(moves ? loaded.references[next] : loaded.models[next]);
       object.to_scene = loaded.placings[next].to_scene;
       object.landmarks = landmarks[next];
       object.label_numbers = label_numbers(object.model.label_names, outline.label_names);
-      if (!outline.sequence)
-        PM_TRY_STATUS(complete_object(preparation, settings, outline.settings,
-                                      leg_kinds(outline.timeline, i), object));
+      if (!outline.sequence) {
+        const SphereSettings spheres = choose_spheres(preparation, settings, object);
+        PM_TRY(object.balls, make_balls(preparation, spheres, outline.settings, object));
+        object.ball_labels = face_labels(object.model, object.balls);
+        PM_TRY_STATUS(finish_object(preparation, settings, outline.settings,
+                                    leg_kinds(outline.timeline, i), object));
+      }
       lists[a].push_back(std::make_shared<const PreparedObject>(std::move(object)));
     }
   }

@@ -21,14 +21,21 @@ struct Preparation {
   Fits fits = Fits::kMake;
 };
 
+/// Completes an object that has its model, balls and their labels; `settings` are those of its
+/// actor and `kinds` those of the legs that end at it. Errors: kInput where the balls have no
+/// surface or the model encloses nothing; the engine's.
+Status finish_object(const Preparation& preparation, const ObjectSettings& chosen,
+                     const LegSettings& settings, LegKinds kinds, PreparedObject& object);
+
 /// Outlines of all actors, from the models of the chain. Errors: kInput where an actor's models
 /// have no extent.
 Result<std::vector<ActorOutline>> outline_actors(const Scene& scene,
                                                  std::span<const ChainObject> chain,
                                                  const LoadedScene& loaded);
 
-/// The objects of each actor, from the models of the chain, which are moved out of `loaded`, and
-/// their landmarks. Errors: kInput where a model has no balls or encloses nothing; the engine's.
+/// The objects of each actor, in their reference poses where they move, from the models of the
+/// chain, which are moved out of `loaded`, and their landmarks. Errors: kInput where a model has no
+/// balls or encloses nothing; the engine's.
 Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
                                              std::span<const ChainObject> chain,
                                              LoadedScene& loaded,

@@ -18,6 +18,8 @@
 
 namespace polymorph {
 
+struct ActorPoses;  // sequence/prepare/actor_poses.h
+
 /// An actor as its models alone decide it.
 struct ActorOutline {
   std::string name;
@@ -36,7 +38,15 @@ struct PreparedActor : ActorOutline {
   /// The chain's, then balls in flight, with which legs were left. The object of a mesh sequence
   /// has its outermost points alone.
   ObjectList objects;
+  /// The legs; where mesh sequences move through them, between the objects' reference poses.
   std::vector<std::shared_ptr<const Leg>> legs;
+  std::shared_ptr<ActorPoses> poses;  ///< poses of the objects that move; null: none does
+};
+
+/// Hashes of a mesh of a sequence.
+struct MeshHashes {
+  std::string content;  ///< hash of the mesh and its velocities
+  std::string fit;      ///< hash of all meshes that its balls in a morph come from
 };
 
 /// Parts of the hashes of a sequence's frames (film_settings.h).
@@ -49,8 +59,8 @@ struct SequenceHashes {
   /// sequences.
   std::string stage;
   std::string aovs;  ///< image.aovs of the scene, also where a run leaves layers out
-  std::vector<std::vector<std::string>>
-      meshes;  ///< digests of each actor's meshes, if any has some
+  /// For each object of each actor those of its meshes; empty where no actor has one.
+  std::vector<std::vector<std::vector<MeshHashes>>> meshes;
 };
 
 /// kCached: an object whose fit is not in the cache gets the balls of its spheres instead.

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "analyze/facing_error.h"
+#include "analyze/measure.h"
 #include "analyze/registration_error.h"
 #include "leg/boundary_surface.h"
 #include "leg/leg_surface.h"
@@ -13,6 +14,7 @@
 #include "model/load/load_model.h"
 #include "morph/cost.h"
 #include "morph/motion.h"
+#include "sequence/prepare/actor_poses.h"
 
 namespace polymorph {
 namespace {
@@ -103,6 +105,50 @@ Result<std::optional<double>> measure_registration(const Leg& leg, const Mesh& f
   return largest;
 }
 
+/// A leg of an actor, as the frames of its volumetric stage show it.
+class LegFrames {
+ public:
+  LegFrames(const PreparedActor& actor, std::size_t number)
+      : actor_(actor), number_(static_cast<int>(number)) {}
+  bool has_moving_end() const { return polymorph::has_moving_end(actor_, number_); }
+  /// The frame nearest to a share of the stage's time.
+  int frame_at(float share) const {
+    const Timeline& timeline = actor_.timeline;
+    const LegTiming& timing = timeline.legs[static_cast<std::size_t>(number_)];
+    const float local = timing.shares[0] + timing.shares[1] + share * timing.shares[2];
+    const auto step = static_cast<int>(std::lround(local * static_cast<float>(timing.steps)));
+    return std::min(1 + timeline.hold_start + timing.first_step + step, timeline.count);
+  }
+  /// The leg between its objects as they are in a frame. Errors: those of leg_at().
+  Result<std::shared_ptr<const Leg>> at(int frame, Engine& engine) const {
+    return leg_at(actor_, number_, frame, engine);
+  }
+
+ private:
+  const PreparedActor& actor_;
+  int number_;
+};
+
+/// The step that a sample of a leg takes when its objects change to their poses in the next frame,
+/// over the larger step of the objects themselves; nothing where they stand still.
+Result<std::optional<double>> measure_pose_step(const LegFrames& leg, float share,
+                                                const Mesh& surface, Engine& engine) {
+  const int frame = leg.frame_at(share);
+  PM_TRY(const auto now, leg.at(frame, engine));
+  PM_TRY(const auto next, leg.at(std::min(frame + 1, leg.frame_at(1)), engine));
+  double own = 0;
+  for (const auto& [a, b] : {std::pair(now->from, next->from), std::pair(now->to, next->to)}) {
+    if (a == b) continue;
+    const MeasuredSurface before(a->model.points, a->model.triangles),
+        after(b->model.points, b->model.triangles);
+    own = std::max(own, before.distance_to(after).mean);
+  }
+  if (!(own > 0)) return std::optional<double>();
+  PM_TRY(const LegSurface moved, leg_surface(*next, share * next->until, engine));
+  return std::optional(MeasuredSurface(surface).distance_to(MeasuredSurface(moved.mesh)).mean /
+                       own);
+}
+
 /// Judges leg `number` by its objects' true points; nothing where it starts with balls in flight.
 Result<std::optional<TrueErrors>> measure_truth(const PreparedActor& actor,
                                                 const ActorSettings& settings, std::size_t number,
@@ -121,13 +167,15 @@ Result<std::optional<TrueErrors>> measure_truth(const PreparedActor& actor,
                              engine);
 }
 
-/// The ends of leg `number`. Where it is left before its target is reached, the morph goes to the
-/// source of the next leg.
-Result<MorphEnds> measure_ends(const PreparedActor& actor, std::size_t number, Engine& engine) {
-  const Leg& leg = *actor.legs[number];
+/// The ends of leg `number` between `first` and `last`, the same leg in its first and last frame's
+/// poses. Where it is left before its target is reached, the morph goes to the source of the next
+/// leg.
+Result<MorphEnds> measure_ends(const PreparedActor& actor, std::size_t number, const Leg& first,
+                               const Leg& last, Engine& engine) {
+  const Leg& leg = first;
   const MorphPlan& plan = leg.plan;
   const PreparedObject& from = *leg.from;
-  const PreparedObject& to = leg.until == 1 ? *leg.to : *actor.legs[number + 1]->from;
+  const PreparedObject& to = leg.until == 1 ? *last.to : *actor.legs[number + 1]->from;
   MorphEnds ends;
   ends.from = from.name;
   ends.to = to.name;
@@ -197,30 +245,44 @@ Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engin
   for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
     const PreparedActor& actor = prepared.actors[a];
     for (std::size_t number = 0; number < actor.legs.size(); ++number) {
-      const Leg& leg = *actor.legs[number];
       const LegTiming& timing = actor.timeline.legs[number];
+      const LegFrames shown(actor, number);
       std::vector<MorphFrame> samples;
+      std::optional<double> pose_step;
       const int count = sample_count(timing);
       for (int k = 0; k < count; ++k) {
         if (!progress(done++, total)) return stopped_error();
         const float share = static_cast<float>(k) / static_cast<float>(count - 1);
-        PM_TRY(MorphFrame sample, measure_sample(leg, share, engine));
+        PM_TRY(const auto posed, shown.at(shown.frame_at(share), engine));
+        PM_TRY(MorphFrame sample, measure_sample(*posed, share, engine));
+        if (shown.has_moving_end()) {
+          PM_TRY(const auto step, measure_pose_step(shown, share, sample.surface, engine));
+          if (step) pose_step = std::max(pose_step.value_or(0), *step);
+        }
         samples.push_back(std::move(sample));
       }
-      PM_TRY(MorphEnds ends, measure_ends(actor, number, engine));
+      PM_TRY(const auto first, shown.at(shown.frame_at(0), engine));
+      PM_TRY(const auto last, shown.at(shown.frame_at(1), engine));
+      const Leg& leg = *first;
+      PM_TRY(MorphEnds ends, measure_ends(actor, number, *first, *last, engine));
+      ends.pose_step = pose_step;
       if (prepared.actors.size() > 1) ends.actor = actor.name;
       ends.facing = measure_facing(leg.plan);
       // A leg that is left on its way does not show what its map says of the end.
       if (leg.until == 1) {
+        // One leg's map is between one pair of poses.
+        const Mesh& target_surface = samples.back().surface;
+        PM_TRY(const LegSurface arrived,
+               first == last ? LegSurface{{}, 1, target_surface, {}} : leg_surface(leg, 1, engine));
         PM_TRY(ends.registration,
-               measure_registration(leg, samples.front().surface, samples.back().surface, engine));
+               measure_registration(leg, samples.front().surface, arrived.mesh, engine));
         if (truth) {
           PM_TRY(ends.true_errors,
                  measure_truth(actor, prepared.scene.actors[a], number, *truth, engine));
         }
       }
       PM_TRY(ends.leaving, measure_handover(leg, timing, true, count, engine));
-      PM_TRY(ends.arriving, measure_handover(leg, timing, false, count, engine));
+      PM_TRY(ends.arriving, measure_handover(*last, timing, false, count, engine));
       ends.source_shown = !ends.leaving.shown.empty();
       ends.target_shown = !ends.arriving.shown.empty();
       morphs.push_back(analyze_morph(ends, samples));

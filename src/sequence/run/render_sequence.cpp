@@ -21,6 +21,7 @@
 #include "morph/timeline.h"
 #include "sequence/frame/frame_geometry.h"
 #include "sequence/frame/render_frame.h"
+#include "sequence/prepare/actor_poses.h"
 #include "sequence/prepare/film_settings.h"
 #include "sequence/prepare/prepare.h"
 #include "sequence/run/device.h"
@@ -98,15 +99,21 @@ Status write_frame(const Image& image, const SequenceSettings& settings, const S
 Status check_meshes(const PreparedScene& prepared, const std::vector<int>& frames) {
   constexpr std::size_t kMaxNamed = 20;
   std::vector<std::string> problems;
+  const auto look_at = [&](const MeshSequence* sequence, int mesh) {
+    if (!sequence || mesh < 0) return;
+    const std::string& problem = sequence->files[static_cast<std::size_t>(mesh)].problem;
+    if (!problem.empty() && std::find(problems.begin(), problems.end(), problem) == problems.end())
+      problems.push_back(problem);
+  };
   for (const int frame : frames)
     for (const PreparedActor& actor : prepared.actors) {
-      if (!actor.sequence) continue;
       const MorphState moment = morph_state_at(actor.timeline, shown_frame(prepared.scene, frame));
-      const std::string& problem =
-          actor.sequence->files[static_cast<std::size_t>(moment.mesh)].problem;
-      if (!problem.empty() &&
-          std::find(problems.begin(), problems.end(), problem) == problems.end())
-        problems.push_back(problem);
+      look_at(actor.sequence.get(), moment.mesh);
+      if (!actor.poses) continue;
+      const std::vector<MovingObject>& objects = actor.poses->objects;
+      const auto leg = static_cast<std::size_t>(moment.leg);
+      if (shows_source(moment)) look_at(objects[leg].sequence.get(), moment.mesh);
+      if (shows_target(moment)) look_at(objects[leg + 1].sequence.get(), moment.to_mesh);
     }
   if (problems.empty()) return Ok{};
   const std::size_t count = problems.size();

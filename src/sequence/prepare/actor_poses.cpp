@@ -1,0 +1,259 @@
+#include "sequence/prepare/actor_poses.h"
+
+#include <algorithm>
+#include <iterator>
+
+#include "leg/make_leg.h"
+#include "mesh/closest.h"
+#include "sequence/prepare/mesh_sequence.h"
+#include "spheres/spheres.h"
+
+namespace polymorph {
+namespace {
+
+const MeshFile& file_of(const MeshSequence& sequence, int mesh) {
+  return sequence.files[static_cast<std::size_t>(mesh)];
+}
+
+/// The edges of a model's faces, in ascending order.
+std::vector<std::uint64_t> list_edges(const Model& model) {
+  std::vector<std::uint64_t> edges;
+  for (const Triangle& t : model.triangles)
+    for (int k = 0; k < 3; ++k) {
+      const auto [a, b] = std::minmax(t.v[k], t.v[(k + 1) % 3]);
+      edges.push_back(std::uint64_t{a} << 32 | b);
+    }
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  return edges;
+}
+
+/// Do the points of a mesh correspond to those of the reference? Bent polygons may be cut into
+/// other triangles in another pose: two thirds of a quadrangle's edges stay.
+bool corresponds(const MovingObject& object, const Model& model) {
+  constexpr double kShared = 0.55;
+  if (model.points.size() != object.reference->model.points.size()) return false;
+  const std::vector<std::uint64_t> edges = list_edges(model);
+  std::vector<std::uint64_t> shared;
+  std::set_intersection(edges.begin(), edges.end(), object.edges.begin(), object.edges.end(),
+                        std::back_inserter(shared));
+  return static_cast<double>(shared.size()) >=
+         kShared * static_cast<double>(std::max(edges.size(), object.edges.size()));
+}
+
+/// Carries the reference's balls and landmarks to where `points` has its points.
+PoseFit carry(const MovingObject& object, const std::vector<Vec3>& points) {
+  const PreparedObject& reference = *object.reference;
+  PoseFit fit;
+  fit.balls = carry_balls(reference.model, reference.balls, object.bound, points);
+  for (const auto& [name, place] : reference.landmarks) {
+    const ClosestPoint hit = reference.closest->closest(place);
+    fit.landmarks[name] = interpolate(points, reference.model.triangles[hit.triangle],
+                                      weights_at(reference.model, hit));
+  }
+  return fit;
+}
+
+/// Balls that were not fitted, moved and scaled with the box around the model.
+CarriedBalls move_with_box(const CarriedBalls& before, const Box& from, const Box& to) {
+  CarriedBalls moved = before;
+  const float scale = from.diagonal() > 0 ? to.diagonal() / from.diagonal() : 1;
+  for (Ball& ball : moved.balls) {
+    ball.center = to.center() + (ball.center - from.center()) * scale;
+    ball.a /= scale * scale;
+  }
+  return moved;
+}
+
+/// Are the object's balls fitted to it?
+bool has_fit(const ActorPoses& poses, const MovingObject& object) {
+  return is_fitted(poses.scene, object.settings.spheres) && object.reference->missing_balls == 0;
+}
+
+/// A pose and its box.
+struct FittedPose {
+  PoseFit fit;
+  Box box;
+};
+
+/// Goes on from the pose before to one whose vertices are others.
+Result<PoseFit> follow(const ActorPoses& poses, const MovingObject& object, const Model& model,
+                       const FittedPose& before) {
+  PoseFit fit = before.fit;
+  if (has_fit(poses, object)) {
+    PM_TRY(fit.balls.balls,
+           refit_cached(model, object.settings.spheres, before.fit.balls.balls, poses.cache));
+  } else {
+    fit.balls = move_with_box(before.fit.balls, before.box, model.box());
+  }
+  const ClosestPointQuery closest(model);
+  for (auto& [name, place] : fit.landmarks) place = closest.closest(place).point;
+  return fit;
+}
+
+/// The balls and landmarks of a mesh whose points correspond to the reference's.
+Result<PoseFit> fit_corresponding(const ActorPoses& poses, const MovingObject& object,
+                                  const Model& model) {
+  PoseFit fit = carry(object, model.points);
+  // Only where balls show must they do more than go with the surface.
+  if (object.kinds.balls && has_fit(poses, object)) {
+    PM_TRY(fit.balls.balls,
+           refit_cached(model, object.settings.spheres, fit.balls.balls, poses.cache));
+  }
+  return fit;
+}
+
+/// The balls and landmarks of a mesh that was read. Those of meshes with points of their own come
+/// from the mesh before, and so on back to one whose points are the reference's.
+Result<PoseFit> fit_pose(ActorPoses& poses, std::size_t index, int mesh, const Model& model) {
+  const MovingObject& object = poses.objects[index];
+  const MeshSequence& sequence = *object.sequence;
+  if (corresponds(object, model)) return fit_corresponding(poses, object, model);
+  std::vector<std::optional<PoseFit>>& fits = poses.fits[index];
+  const auto at = [&](int k) -> std::optional<PoseFit>& {
+    return fits[static_cast<std::size_t>(k)];
+  };
+  if (at(mesh)) return *at(mesh);
+  const std::string& topology = file_of(sequence, sequence.reference).topology;
+  int known = mesh - 1;
+  while (file_of(sequence, known).topology != topology && !at(known)) --known;
+  PM_TRY(const Model first, load_mesh(sequence, known));
+  FittedPose before = {{}, first.box()};
+  if (at(known)) {
+    before.fit = *at(known);
+  } else {
+    PM_TRY(before.fit, fit_corresponding(poses, object, first));
+  }
+  for (int k = known + 1; k <= mesh; ++k) {
+    if (!file_of(sequence, k).problem.empty()) continue;
+    Model read;
+    if (k < mesh) {
+      PM_TRY(read, load_mesh(sequence, k));
+    }
+    const Model& now = k < mesh ? read : model;
+    if (corresponds(object, now)) {
+      PM_TRY(before.fit, fit_corresponding(poses, object, now));
+    } else {
+      PM_TRY(before.fit, follow(poses, object, now, before));
+    }
+    before.box = now.box();
+    at(k) = before.fit;
+  }
+  return before.fit;
+}
+
+/// Gives a pose the labels of the reference's balls.
+void label_balls(const PreparedObject& reference, const std::vector<std::string>& all_names,
+                 PreparedObject& pose) {
+  std::vector<std::string>& names = pose.model.label_names;
+  for (const std::uint32_t label : reference.ball_labels) {
+    const std::string& name = reference.model.label_names[label];
+    const auto found = std::find(names.begin(), names.end(), name);
+    pose.ball_labels.push_back(static_cast<std::uint32_t>(found - names.begin()));
+    if (found == names.end()) names.push_back(name);
+  }
+  pose.label_numbers = label_numbers(names, all_names);
+}
+
+Result<std::shared_ptr<const PreparedObject>> make_pose(ActorPoses& poses, std::size_t index,
+                                                        int mesh, Engine& engine) {
+  const MovingObject& object = poses.objects[index];
+  const PreparedObject& reference = *object.reference;
+  PreparedObject pose;
+  pose.name = reference.name;
+  pose.meta = reference.meta;
+  pose.front = reference.front;
+  pose.to_scene = reference.to_scene;
+  PM_TRY(pose.model, load_mesh(*object.sequence, mesh));
+  PM_TRY(PoseFit fit, fit_pose(poses, index, mesh, pose.model));
+  pose.balls = std::move(fit.balls.balls);
+  pose.ball_turns = std::move(fit.balls.turns);
+  pose.landmarks = std::move(fit.landmarks);
+  label_balls(reference, poses.label_names, pose);
+  PM_TRY_STATUS(finish_object({poses.scene, engine, poses.cache}, object.settings, poses.settings,
+                              object.kinds, pose));
+  return std::make_shared<const PreparedObject>(std::move(pose));
+}
+
+}  // namespace
+
+std::shared_ptr<ActorPoses> make_poses(const Preparation& preparation, const ActorOutline& outline,
+                                       std::span<const ChainObject> objects,
+                                       const ObjectList& prepared, std::size_t first,
+                                       LoadedScene& loaded) {
+  if (outline.sequence || outline.timeline.playbacks.empty()) return nullptr;
+  auto poses = std::make_shared<ActorPoses>();
+  poses->scene = preparation.scene;
+  poses->cache = preparation.cache;
+  poses->settings = outline.settings;
+  poses->label_names = outline.label_names;
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    MovingObject& object = poses->objects.emplace_back();
+    std::vector<std::optional<PoseFit>>& fits = poses->fits.emplace_back();
+    object.sequence = loaded.sequences[first + i];
+    if (!object.sequence) continue;
+    fits.resize(object.sequence->files.size());
+    object.settings = *objects[i].settings;
+    object.outermost = std::move(loaded.models[first + i].points);
+    object.reference = prepared[i];
+    object.bound = bind_balls(prepared[i]->model, prepared[i]->balls);
+    object.edges = list_edges(prepared[i]->model);
+    object.kinds = leg_kinds(outline.timeline, i);
+  }
+  return poses;
+}
+
+Result<std::shared_ptr<const PreparedObject>> object_at(const PreparedActor& actor, int object,
+                                                        int frame, Engine& engine) {
+  const auto index = static_cast<std::size_t>(object);
+  const int mesh = shown_mesh_number(actor.timeline, index, frame);
+  if (!actor.poses || mesh < 0) return actor.objects[index];
+  ActorPoses& poses = *actor.poses;
+  if (mesh == poses.objects[index].sequence->reference) return actor.objects[index];
+  const std::lock_guard lock(poses.mutex);
+  const auto found = std::find_if(poses.kept.begin(), poses.kept.end(), [&](const auto& kept) {
+    return kept.object == index && kept.mesh == mesh;
+  });
+  if (found != poses.kept.end()) {
+    poses.kept.splice(poses.kept.begin(), poses.kept, found);
+    return poses.kept.front().pose;
+  }
+  // Make room first, so that there is never one more.
+  int count = 0;
+  std::erase_if(poses.kept,
+                [&](const auto& kept) { return kept.object == index && ++count >= kKeptPoses; });
+  PM_TRY(std::shared_ptr<const PreparedObject> pose, make_pose(poses, index, mesh, engine));
+  poses.kept.push_front({index, mesh, pose});
+  return pose;
+}
+
+bool has_moving_end(const PreparedActor& actor, int leg) {
+  if (!actor.poses) return false;
+  const auto first = static_cast<std::size_t>(leg);
+  return actor.poses->objects[first].sequence || actor.poses->objects[first + 1].sequence;
+}
+
+Result<std::shared_ptr<const Leg>> leg_at(const PreparedActor& actor, int leg, int frame,
+                                          Engine& engine) {
+  MorphState moment;
+  moment.leg = leg;
+  moment.frame = frame;
+  return leg_at(actor, moment, engine);
+}
+
+Result<std::shared_ptr<const Leg>> leg_at(const PreparedActor& actor, const MorphState& moment,
+                                          Engine& engine) {
+  const std::shared_ptr<const Leg>& reference = actor.legs[static_cast<std::size_t>(moment.leg)];
+  if (!has_moving_end(actor, moment.leg)) return reference;
+  std::shared_ptr<const PreparedObject> from = reference->from, to = reference->to;
+  if (shows_source(moment)) {
+    PM_TRY(from, object_at(actor, moment.leg, moment.frame, engine));
+  }
+  if (shows_target(moment)) {
+    PM_TRY(to, object_at(actor, moment.leg + 1, moment.frame, engine));
+  }
+  if (from == reference->from && to == reference->to) return reference;
+  return pose_leg(*reference, from, to);
+}
+
+}  // namespace polymorph
