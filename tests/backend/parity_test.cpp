@@ -106,7 +106,7 @@ std::vector<BetweenCase> between_cases() {
           map->thinness[0] = sphere, map->thinness[1] = torus;
           surface.smooth_from = torus_distances(1, 0.22f);
           surface.smooth_to = sphere_distances(0.6f, {0.2f, 0, 0});
-          surface.fade_to = {0, 0.3f};
+          surface.fade_to = {0, 0.8f};
         }
         cases.push_back({surface, cube_grid(sloped ? 91 : 127, 1.7f)});
       }
