@@ -65,8 +65,8 @@ struct Regression {
   std::shared_ptr<const DistanceGrid> thinness[2];
 };
 
-/// How far along an object begins to lose its detail, and how far along it has none. The share
-/// falls as 1 - smoothstep.
+/// Progress at which an object begins to lose its detail, and at which it has none. The share of
+/// detail falls as 1 - smoothstep.
 struct DetailFade {
   float begin = 0.1f, end = 0.55f;
 };
@@ -85,7 +85,7 @@ struct MorphSurface {
   /// Both objects without detail, on the grids of `from` and `to`; null: the object keeps its
   /// detail throughout.
   std::shared_ptr<const DistanceGrid> smooth_from = nullptr, smooth_to = nullptr;
-  /// By the progress from the source, and by that from the target (1 - progress).
+  /// Fading by the progress from the source, and by that from the target (1 - progress).
   DetailFade fade_from = {}, fade_to = {};
 };
 

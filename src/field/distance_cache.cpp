@@ -125,11 +125,11 @@ void put_distances(std::string& bytes, const MeasuredGrid& measured) {
   put_counted(bytes, near_values);
 }
 
-/// What is measured on a model's faces, before anything is derived from it.
+/// Measures of a model's faces, from which all else is derived.
 struct Measurement {
   MeasuredGrid solid;
   std::optional<DistanceGrid> thinness;  ///< none for a shell
-  std::optional<MeasuredGrid> walls;     ///< of a vessel only, which `solid` is when filled
+  std::optional<MeasuredGrid> walls;     ///< walls of a vessel; `solid` is the full one
 };
 
 std::string encode(const ObjectDistances& object, const Measurement& measurement) {

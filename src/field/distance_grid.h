@@ -43,7 +43,7 @@ struct QueriedModel {
   const InsideTest& inside;
   const ClosestPointQuery& closest;
   std::span<const FaceSide> sides;  ///< those of classify_faces()
-  Box box;                          ///< what the grid surrounds; usually the model's box
+  Box box;                          ///< bounds that the grid surrounds, usually those of the model
 };
 
 /// Computes signed distances to the model on the grid of make_distance_grid(). They are exact

@@ -221,7 +221,7 @@ JsonValue common_json(const PlayKey& key) {
   return numbers;
 }
 
-/// How an object's detail fades; null if it keeps it.
+/// Writes how an object's detail fades; null if it keeps it.
 JsonValue fade_json(const std::shared_ptr<const DistanceGrid>& smooth, const DetailFade& fade) {
   return smooth ? JsonValue::array({fade.begin, fade.end}) : JsonValue();
 }

@@ -20,8 +20,8 @@ MorphSurface fill_vessels(const Leg& leg, MorphSurface field) {
   return field;
 }
 
-/// How far the surface shows the walls of a vessel, whose volume is not kept: from 0, not at all,
-/// to 1.
+/// Computes how far the surface shows the walls of a vessel, whose volume is not kept: from 0, not
+/// at all, to 1.
 float wall_share(const Leg& leg, float u) {
   const auto share_at = [](float progress) {
     return smoothstep((kVesselFade.end - progress) / (kVesselFade.end - kVesselFade.begin));

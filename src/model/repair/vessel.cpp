@@ -72,11 +72,11 @@ double compactness(const Mesh& faces) {
 }
 constexpr double kMinCompactness = 0.1;
 
-Mesh faces_of(const Model& model) { return {model.points, {}, model.triangles}; }
+Mesh copy_faces(const Model& model) { return {model.points, {}, model.triangles}; }
 
 std::optional<FilledVessel> fill_openings(const Model& model, const InsideTest& inside) {
   constexpr double kMinSpan = 0.05, kMinWinding = 0.2, kMaxWinding = 0.8;
-  const double area = area_of(faces_of(model));
+  const double area = area_of(copy_faces(model));
   Model filled;
   for (const Loop& loop : find_boundary_loops(model)) {
     const Vec3 center = find_center(model, loop);
@@ -86,7 +86,7 @@ std::optional<FilledVessel> fill_openings(const Model& model, const InsideTest& 
     if (filled.triangles.empty()) filled.points = model.points, filled.triangles = model.triangles;
     append_fan(filled, loop, center);
   }
-  if (filled.triangles.empty() || compactness(faces_of(filled)) < kMinCompactness)
+  if (filled.triangles.empty() || compactness(copy_faces(filled)) < kMinCompactness)
     return std::nullopt;
   return FilledVessel{std::move(filled), true};
 }
@@ -96,13 +96,13 @@ std::optional<FilledVessel> fill_openings(const Model& model, const InsideTest& 
 std::optional<FilledVessel> fill_vessel(const Model& model, const InsideTest& inside) {
   // A sheet of thickness h has 2 V = A h. This one takes more than 2500 balls of that thickness.
   constexpr double kMaxWallCompactness = 0.045, kMinGain = 2;
-  const Mesh faces = faces_of(model);
+  const Mesh faces = copy_faces(model);
   if (!check_mesh(faces).is_closed()) return fill_openings(model, inside);
   const double volume = volume_of(faces);
   if (!(volume > 0) || compactness(faces) > kMaxWallCompactness) return std::nullopt;
   Result<Model> solid = solidify(model);
   if (!solid) return std::nullopt;  // no space is enclosed
-  const Mesh filled = faces_of(*solid);
+  const Mesh filled = copy_faces(*solid);
   if (volume_of(filled) < kMinGain * volume || compactness(filled) < kMinCompactness)
     return std::nullopt;
   return FilledVessel{std::move(*solid), false};

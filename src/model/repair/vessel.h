@@ -8,7 +8,7 @@
 
 namespace polymorph {
 
-/// What a vessel is when it is full.
+/// A vessel when it is full.
 struct FilledVessel {
   Model model;            ///< closed
   bool is_sheet = false;  ///< its walls are faces, without an inside
