@@ -23,9 +23,9 @@ same_frames() {  # FOLDER: its frames are those of one process
 run() { openjd run "$template" "$@" -p Program="$polymorph" >"$work/log" 2>&1 || { cat "$work/log"; exit 1; }; }
 openjd check "$template"
 # All of it, with every parameter.
-run --step Finish --run-dependencies -p Name=test -p Scene="$work/scene.json" -p Output="$work/farm/f.####.exr" -p Shards=3 -p Sheet="$work/farm/strip.png"
-same_frames farm
-[[ -s $work/farm/strip.png ]]
+run --step Finish --run-dependencies -p Name=test -p Scene="$work/scene.json" -p Output="$work/shards/f.####.exr" -p Shards=3 -p Sheet="$work/shards/strip.png"
+same_frames shards
+[[ -s $work/shards/strip.png ]]
 # Each step alone, with every default.
 run --step Render -p Scene="$work/scene.json" -p Output="$work/alone/f.####.exr"
 same_frames alone
