@@ -54,8 +54,7 @@ void add_correspondence_metrics(const MorphEnds& ends, Analysis& analysis) {
       "thickness");
   add("pose_step", ends.pose_step, "<= 1.2",
       "moving ends: largest step of the surface from a frame's poses to the next's at the same "
-      "time "
-      "of the morph, over the larger end's own step");
+      "time of the morph, over the larger end's own step");
 }
 
 void add_body_metrics(Analysis& analysis) {

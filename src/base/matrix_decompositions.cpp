@@ -52,6 +52,14 @@ Vec3d log_rotation(const Mat3& r) {
   return {v.x(), v.y(), v.z()};
 }
 
+Vec3d log_rotation_near(const Mat3& r, Vec3d usual) {
+  const Vec3d turn = log_rotation(r);
+  const double angle = length(turn);
+  if (!(angle > 1e-6)) return turn;
+  const Vec3d other = turn * ((angle - 2 * std::numbers::pi) / angle);
+  return length(other - usual) < length(turn - usual) ? other : turn;
+}
+
 double rotation_angle(const Mat3& r) {
   const Vec3d v = log_rotation(r);
   return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);

@@ -281,15 +281,13 @@ Result<Measurement> measure_model(const Model& model, const ClosestPointQuery& c
   measurement.solid =
       measure_solid(filled, ClosestPointQuery(filled), InsideTest(filled), measure, object);
   object.is_vessel = true;
-  const Box box = filled.box();
-  if (vessel->is_sheet) {
+  const std::vector<FaceSide> walls(model.triangles.size(),
+                                    vessel->is_sheet ? FaceSide::kSheet : FaceSide::kBoundary);
+  if (vessel->is_sheet)
     object.sides.resize(model.triangles.size());
-    const std::vector<FaceSide> sheets(model.triangles.size(), FaceSide::kSheet);
-    measurement.walls = measure_grid({model, inside, closest, sheets, box}, measure);
-  } else {
-    object.sides.assign(model.triangles.size(), FaceSide::kBoundary);
-    measurement.walls = measure_grid({model, inside, closest, object.sides, box}, measure);
-  }
+  else
+    object.sides = walls;
+  measurement.walls = measure_grid({model, inside, closest, walls, filled.box()}, measure);
   return measurement;
 }
 

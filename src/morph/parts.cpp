@@ -6,7 +6,6 @@
 #include <iterator>
 #include <limits>
 #include <map>
-#include <numbers>
 
 #include "base/exact_math.h"
 #include "base/parallel.h"
@@ -55,12 +54,7 @@ Alignment fit_part(const MorphPlan& plan, const std::vector<std::uint32_t>& memb
   const double weight = kWhole * std::sqrt(from_square * to_square) + 1e-30;
   for (std::size_t k = 0; k < 9; ++k) sum.m[k] += weight * plan.alignment.rotation.m[k];
   fit.rotation = nearest_rotation(sum);
-  fit.turn = log_rotation(fit.rotation);
-  const double angle = length(fit.turn);
-  if (angle > 1e-6) {
-    const Vec3d other = fit.turn * ((angle - 2 * std::numbers::pi) / angle);
-    if (length(other - usual) < length(fit.turn - usual)) fit.turn = other;
-  }
+  fit.turn = log_rotation_near(fit.rotation, usual);
   constexpr double kMaxGrowth = 4;
   fit.scale = from_square > 0 && to_square > 0
                   ? std::clamp(std::sqrt(to_square / from_square), 1 / kMaxGrowth, kMaxGrowth)

@@ -1,7 +1,5 @@
 #include "morph/posed_plan.h"
 
-#include <numbers>
-
 #include "base/result.h"
 #include "morph/motion.h"
 #include "morph/parts.h"
@@ -18,21 +16,12 @@ Mat3 mean_turn(const CarriedBalls& carried, const std::vector<double>& masses) {
   return nearest_rotation(sum);
 }
 
-/// The logarithm of a rotation, the way round that is nearer to `usual`.
-Vec3d log_near(const Mat3& rotation, Vec3d usual) {
-  const Vec3d turn = log_rotation(rotation);
-  const double angle = length(turn);
-  if (angle < 1e-6) return turn;
-  const Vec3d other = turn * ((angle - 2 * std::numbers::pi) / angle);
-  return length(other - usual) < length(turn - usual) ? other : turn;
-}
-
 Alignment posed_alignment(const MorphPlan& plan, const CarriedBalls& from, const CarriedBalls& to) {
   Alignment alignment = plan.alignment;
   if (!from.turns.empty() || !to.turns.empty()) {
     alignment.rotation = mean_turn(to, plan.to_masses) * plan.alignment.rotation *
                          transposed(mean_turn(from, plan.from_masses));
-    alignment.turn = log_near(alignment.rotation, plan.alignment.turn);
+    alignment.turn = log_rotation_near(alignment.rotation, plan.alignment.turn);
   }
   alignment.from_center = alignment.to_center = {};
   for (const Pair& pair : plan.pairs) {

@@ -97,9 +97,11 @@ std::optional<FilledVessel> fill_vessel(const Model& model, const InsideTest& in
   // A sheet of thickness h has 2 V = A h. This one takes more than 2500 balls of that thickness.
   constexpr double kMaxWallCompactness = 0.045, kMinGain = 2;
   const Mesh faces = copy_faces(model);
-  if (!check_mesh(faces).is_closed()) return fill_openings(model, inside);
   const double volume = volume_of(faces);
-  if (!(volume > 0) || compactness(faces) > kMaxWallCompactness) return std::nullopt;
+  // The volume of an open model means nothing, so it is checked whether that is one.
+  if (compactness(faces) > kMaxWallCompactness || !check_mesh(faces).is_closed())
+    return fill_openings(model, inside);
+  if (!(volume > 0)) return std::nullopt;
   Result<Model> solid = solidify(model);
   if (!solid) return std::nullopt;  // no space is enclosed
   const Mesh filled = copy_faces(*solid);

@@ -19,10 +19,10 @@ std::string join_distinct(const std::vector<std::string>& names) {
   return fmt::format("{}", fmt::join(seen, ", "));
 }
 
-/// The sequence of an object of the actor's morph; null: it stands still.
-const MeshSequence* moving_sequence(const PreparedActor& actor, int object) {
-  return actor.poses ? actor.poses->objects[static_cast<std::size_t>(object)].sequence.get()
-                     : nullptr;
+/// The object that a moment of the leg shows, whole or on the way to or from its balls.
+const std::shared_ptr<const PreparedObject>& shown_object(const Leg& leg,
+                                                          const MorphState& moment) {
+  return moment.object == moment.leg ? leg.from : leg.to;
 }
 
 /// The moment of a stage in which a model shows, whole or between itself and its balls.
@@ -39,8 +39,7 @@ Result<ActorGeometry> model_geometry(const PreparedActor& actor, const MorphStat
     return geometry;
   }
   PM_TRY(geometry.leg, leg_at(actor, moment, engine));
-  const std::shared_ptr<const PreparedObject>& object =
-      leaving ? geometry.leg->from : geometry.leg->to;
+  const std::shared_ptr<const PreparedObject>& object = shown_object(*geometry.leg, moment);
   if (sequence) geometry.mesh = {object, &object->model};
   const BoundaryMoment boundary{leaving, moment.boundary, moment.growth};
   PM_TRY(BoundarySurface shown, boundary_surface(*geometry.leg, boundary, engine));
@@ -107,8 +106,8 @@ Status add_flow(const PreparedActor& actor, bool last, Engine& engine, ActorGeom
   if (next.object >= 0 && next.object != now.object) return Ok{};
   const float boundary = next.object < 0 ? 0 : next.boundary;
   if (1 - boundary == 1 - now.boundary) return Ok{};
-  const PreparedObject& object = now.object == now.leg ? *geometry.leg->from : *geometry.leg->to;
-  geometry.displacement = boundary_displacement(object, geometry.points, boundary);
+  geometry.displacement =
+      boundary_displacement(*shown_object(*geometry.leg, now), geometry.points, boundary);
   return Ok{};
 }
 
@@ -134,9 +133,7 @@ Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState&
 Result<std::vector<std::uint32_t>> surface_labels(const ActorGeometry& geometry, Engine& engine) {
   const MorphState& moment = geometry.moment;
   const std::vector<Vec3>& points = geometry.surface.positions;
-  if (moment.object >= 0)
-    return nearest_labels(moment.object == moment.leg ? *geometry.leg->from : *geometry.leg->to,
-                          points);
+  if (moment.object >= 0) return nearest_labels(*shown_object(*geometry.leg, moment), points);
   LegState state;
   state.time = moment.time;
   state.balls = geometry.balls;

@@ -5,6 +5,7 @@
 
 #include "leg/make_leg.h"
 #include "mesh/closest.h"
+#include "mesh/edges.h"
 #include "sequence/prepare/mesh_sequence.h"
 #include "spheres/spheres.h"
 
@@ -18,13 +19,10 @@ const MeshFile& file_of(const MeshSequence& sequence, int mesh) {
 /// The edges of a model's faces, in ascending order.
 std::vector<std::uint64_t> list_edges(const Model& model) {
   std::vector<std::uint64_t> edges;
-  for (const Triangle& t : model.triangles)
-    for (int k = 0; k < 3; ++k) {
-      const auto [a, b] = std::minmax(t.v[k], t.v[(k + 1) % 3]);
-      edges.push_back(std::uint64_t{a} << 32 | b);
-    }
-  std::sort(edges.begin(), edges.end());
-  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  const std::vector<EdgeUse> uses = sorted_edge_uses(model.triangles);
+  for_each_edge(uses, [&](std::size_t first, std::size_t) {
+    edges.push_back(std::uint64_t{uses[first].low} << 32 | uses[first].high);
+  });
   return edges;
 }
 
@@ -227,10 +225,13 @@ Result<std::shared_ptr<const PreparedObject>> object_at(const PreparedActor& act
   return pose;
 }
 
+const MeshSequence* moving_sequence(const PreparedActor& actor, int object) {
+  return actor.poses ? actor.poses->objects[static_cast<std::size_t>(object)].sequence.get()
+                     : nullptr;
+}
+
 bool has_moving_end(const PreparedActor& actor, int leg) {
-  if (!actor.poses) return false;
-  const auto first = static_cast<std::size_t>(leg);
-  return actor.poses->objects[first].sequence || actor.poses->objects[first + 1].sequence;
+  return moving_sequence(actor, leg) || moving_sequence(actor, leg + 1);
 }
 
 Result<std::shared_ptr<const Leg>> leg_at(const PreparedActor& actor, int leg, int frame,

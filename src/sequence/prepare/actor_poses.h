@@ -75,6 +75,9 @@ Result<std::shared_ptr<const Leg>> leg_at(const PreparedActor& actor, int leg, i
 Result<std::shared_ptr<const Leg>> leg_at(const PreparedActor& actor, const MorphState& moment,
                                           Engine& engine);
 
+/// The sequence of an object of the actor's morph; null: it stands still.
+const MeshSequence* moving_sequence(const PreparedActor& actor, int object);
+
 /// Does an end of the leg move?
 bool has_moving_end(const PreparedActor& actor, int leg);
 

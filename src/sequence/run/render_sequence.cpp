@@ -110,10 +110,8 @@ Status check_meshes(const PreparedScene& prepared, const std::vector<int>& frame
       const MorphState moment = morph_state_at(actor.timeline, shown_frame(prepared.scene, frame));
       look_at(actor.sequence.get(), moment.mesh);
       if (!actor.poses) continue;
-      const std::vector<MovingObject>& objects = actor.poses->objects;
-      const auto leg = static_cast<std::size_t>(moment.leg);
-      if (shows_source(moment)) look_at(objects[leg].sequence.get(), moment.mesh);
-      if (shows_target(moment)) look_at(objects[leg + 1].sequence.get(), moment.to_mesh);
+      if (shows_source(moment)) look_at(moving_sequence(actor, moment.leg), moment.mesh);
+      if (shows_target(moment)) look_at(moving_sequence(actor, moment.leg + 1), moment.to_mesh);
     }
   if (problems.empty()) return Ok{};
   const std::size_t count = problems.size();
