@@ -56,6 +56,20 @@ TEST(SrgbQuantizer, RoundsAsTheCurveDoes) {
   EXPECT_EQ(quantize(-INFINITY), 0);
 }
 
+TEST(EncodePng, TakesAnAlphaThatIsNoNumberForNothing) {
+  Image image = make_image(3, 1, {"R", "G", "B", "A"});
+  const float alphas[] = {NAN, INFINITY, -INFINITY};
+  for (int x = 0; x < 3; ++x) image.at(x, 0, 3) = alphas[x];
+  for (const int bits : {8, 16}) {
+    const auto png = encode_png(image, {.bits = bits});
+    ASSERT_TRUE(png);
+    const Image read = read_back(*png, kCodes);
+    EXPECT_EQ(read.at(0, 0, 3), 0.0f);
+    EXPECT_EQ(read.at(1, 0, 3), 1.0f);
+    EXPECT_EQ(read.at(2, 0, 3), 0.0f);
+  }
+}
+
 TEST(EncodePng, WritesTheCurveAtKnownPoints) {
   Image image = make_image(5, 1, {"R", "G", "B"});
   image.pixels = {0,         0.5f, 1, 0.18f, 0.0031308f, 2,     -1,  NAN,
