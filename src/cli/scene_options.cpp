@@ -1,6 +1,7 @@
 #include "cli/scene_options.h"
 
 #include <algorithm>
+#include <string_view>
 
 #include "morph/timeline.h"
 #include "scene/load_scene.h"
@@ -19,8 +20,8 @@ void make_coarse(const Scene& scene, SphereSettings& spheres) {
 }
 
 /// Half size, coarser surface and balls, direct light and a ray for what hides the sky,
-/// smoothed.
-void make_preview(Scene& scene) {
+/// smoothed. `--set` goes before what a preview says of rays and noise.
+void make_preview(Scene& scene, const std::vector<std::string>& sets) {
   for (ActorSettings& actor : scene.actors) {
     make_coarse(scene, actor.source.spheres);
     for (ObjectSettings& object : actor.intermediate) make_coarse(scene, object.spheres);
@@ -28,10 +29,13 @@ void make_preview(Scene& scene) {
   }
   scene.image.width = std::max(1, scene.image.width / 2);
   scene.image.height = std::max(1, scene.image.height / 2);
-  scene.image.samples = std::min(scene.image.samples, 2);
-  scene.image.noise = 0;
-  scene.image.max_depth = 1;
-  scene.image.smooth = true;
+  const auto is_free = [&](std::string_view key) {
+    return std::ranges::none_of(sets, [&](const std::string& set) { return set.starts_with(key); });
+  };
+  if (is_free("image.samples=")) scene.image.samples = std::min(scene.image.samples, 2);
+  if (is_free("image.noise=")) scene.image.noise = 0;
+  if (is_free("image.max_depth=")) scene.image.max_depth = 1;
+  if (is_free("image.smooth=")) scene.image.smooth = true;
   scene.surface.resolution = std::max(8, scene.surface.resolution / 2);
 }
 
@@ -50,7 +54,7 @@ void add_scene_options(Command command, SceneOptions& options) {
 }
 
 void apply_scene_options(Scene& scene, const SceneOptions& options) {
-  if (options.preview) make_preview(scene);
+  if (options.preview) make_preview(scene, options.sets);
   if (options.samples > 0) scene.image.samples = options.samples;
 }
 

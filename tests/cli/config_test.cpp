@@ -45,6 +45,21 @@ TEST_F(Config, TheCommandLineAndTheEnvironmentWin) {
             "done");
 }
 
+TEST_F(Config, SetGoesBeforeWhatAPreviewSays) {
+  const auto preview = [&](const std::string& name, const std::vector<std::string>& sets) {
+    std::vector<std::string> render{"render", "scene.json", "--preview", "-f", "2", "-o", name};
+    for (const std::string& set : sets) render.insert(render.end(), {"--set", set});
+    run(0, render);
+  };
+  preview("plain.exr", {});
+  preview("smooth.exr", {"image.smooth=true"});
+  preview("noisy.exr", {"image.smooth=false"});
+  preview("more.exr", {"image.samples=5"});
+  run(0, {"compare", "plain.exr", "smooth.exr", "--exact"});
+  run(1, {"compare", "plain.exr", "noisy.exr", "--exact"});
+  run(1, {"compare", "plain.exr", "more.exr", "--exact"});
+}
+
 /// POLYMORPH_CONFIG, POLYMORPH_DATA_DIR (demo_test) and POLYMORPH_OIDN (films_test) besides.
 TEST_F(Config, EveryVariableOfTheEnvironmentCounts) {
   const std::vector<std::string> render{"render", "scene.json", "-f",     "1",
