@@ -16,6 +16,7 @@
 #include "base/memory.h"
 #include "base/odd_names.h"
 #include "base/parallel.h"
+#include "base/private_paths.h"
 #include "base/stop.h"
 #include "base/text.h"
 #include "cli/config.h"
@@ -277,7 +278,7 @@ int run_program(int argc, char** argv) {
   const InputGuard inputs_are_kept;
   remember_names(argc, argv);
   CommandLine line;
-  for (int i = 1; i < argc; ++i) line.text += (i > 1 ? " " : "") + std::string(argv[i]);
+  for (int i = 1; i < argc; ++i) line.text += (i > 1 ? " " : "") + without_folders(argv[i]);
   if (argc > 0 && std::string_view(argv[0]).find('/') != std::string_view::npos)
     line.program = quote_for_shell(argv[0]);
   line.app =
@@ -292,11 +293,11 @@ int run_program(int argc, char** argv) {
   program.add_flag("-V,--version", ignored, "print the version").group("Options");
   program.add_flag("-h,--help", ignored, "this help; -h after a command is short, --help is full")
       .group("Options");
-  for (const auto add :
-       {add_demo,    add_init,      add_render,     add_strip,  add_submit,  add_status,
-        add_mesh,    add_spheres,   add_check,      add_info,   add_compare, add_golden,
-        add_analyze, add_landmarks, add_bench,      add_cache,  add_cubes,   add_devices,
-        add_schema,  add_pairs,     add_completion, add_manual, add_help,    add_version})
+  for (const auto add : {add_demo,    add_init,       add_render,    add_strip,   add_submit,
+                         add_status,  add_mesh,       add_spheres,   add_check,   add_info,
+                         add_compare, add_golden,     add_reproduce, add_analyze, add_landmarks,
+                         add_bench,   add_cache,      add_cubes,     add_devices, add_schema,
+                         add_pairs,   add_completion, add_manual,    add_help,    add_version})
     add(line);
   for (const Command command : subcommands_of(*line.app))
     if (!command.has_option("--overwrite")) add_overwrite(command, line.common).group("Common");
