@@ -21,6 +21,7 @@
 #include "base/text.h"
 #include "cli/config.h"
 #include "kernels/interruption.h"
+#include "sequence/run/receipt.h"
 #include "spheres/spheres.h"
 
 namespace polymorph {
@@ -90,6 +91,12 @@ bool is_run_report(const std::string& file) {
          text->find("\"scene_hash\":") != std::string::npos;
 }
 
+/// The receipt of an earlier part of the run that is resumed now.
+bool is_film_receipt(const std::string& file) {
+  const auto text = read_file(file, 1u << 30);
+  return text && is_receipt(*text);
+}
+
 /// A JUnit file, which each run of a CI's job writes anew.
 bool is_junit(const std::string& file) {
   const auto text = read_file(file, 1u << 30);
@@ -102,12 +109,12 @@ bool is_junit(const std::string& file) {
 Status check_side_outputs(const CLI::App& program, bool overwrite) {
   for (const std::string& word : positional_values(program)) remember_input(word);
   const bool resumes = is_given(program, "--skip-existing");
-  for (const char* name : {"--json", "--html", "--csv", "--junit"}) {
+  for (const char* name : {"--json", "--html", "--csv", "--junit", "--receipt"}) {
     const std::vector<std::string> files = option_values(program, name);
     if (files.empty() || files.front().empty() || files.front() == "-") continue;
     const std::string& file = files.front();
-    const bool is_own =
-        (resumes && is_run_report(file)) || (std::string_view(name) == "--junit" && is_junit(file));
+    const bool is_own = (resumes && (is_run_report(file) || is_film_receipt(file))) ||
+                        (std::string_view(name) == "--junit" && is_junit(file));
     PM_TRY_STATUS(check_output(file, overwrite || is_own));
   }
   return Ok{};

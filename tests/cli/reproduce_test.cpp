@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/packed_text.h"
+#include "base/sha256.h"
 #include "image/image_io.h"
 #include "testing/program.h"
 
@@ -217,6 +218,49 @@ TEST_F(Reproduce, HeadersTellNoPlaceAndNoUser) {
     EXPECT_TRUE(contains(text, "film/models/textures/skin.png")) << text;
     run(0, {"reproduce", (home / name).string(), "--models", home.string()});
   }
+}
+
+TEST_F(Reproduce, AReceiptNamesFramesAndInputs) {
+  const std::vector<std::string> command{
+      "render", "scenes/scene.json", "-o",    "out/f.####.exr", "-f", "2,1",
+      "--png",  "--receipt",         "r.json"};
+  run(0, command);
+  const std::string text = read_text(folder / "r.json");
+  const auto receipt = parse(text);
+  EXPECT_EQ(receipt["_type"], "https://in-toto.io/Statement/v1");
+  EXPECT_EQ(receipt["predicateType"], "https://slsa.dev/provenance/v1");
+  const auto digest = [&](const fs::path& file) {
+    const std::string bytes = read_text(folder / file);
+    return Sha256().add(bytes.data(), bytes.size()).hex();
+  };
+  ASSERT_EQ(receipt["subject"].size(), 4u);
+  int i = 0;
+  for (const std::string name : {"f.0001.exr", "f.0001.png", "f.0002.exr", "f.0002.png"}) {
+    EXPECT_EQ(receipt["subject"][i]["name"], name);
+    EXPECT_EQ(receipt["subject"][i++]["digest"]["sha256"], digest("out/" + name));
+  }
+  const auto& build = receipt["predicate"]["buildDefinition"];
+  EXPECT_EQ(build["externalParameters"]["frames"], "1-2");
+  EXPECT_EQ(build["externalParameters"]["scene"]["image"]["width"], 32);
+  ASSERT_EQ(build["resolvedDependencies"].size(), 3u);
+  i = 0;
+  for (const std::string name : {"tetra.mtl", "tetra.obj", "textures/skin.png"}) {
+    EXPECT_EQ(build["resolvedDependencies"][i]["name"], name);
+    EXPECT_EQ(build["resolvedDependencies"][i++]["digest"]["sha256"], digest("models/" + name));
+  }
+  const auto& builder = receipt["predicate"]["runDetails"]["builder"];
+  EXPECT_TRUE(contains(run(0, {"version"}).out, builder["version"]["build"].get<std::string>()));
+  EXPECT_FALSE(contains(text, folder.string())) << text;
+  // The same again from nothing, and where a run is resumed.
+  fs::remove_all(folder / "out");
+  run(4, command);
+  fs::remove(folder / "r.json");
+  run(0, command);
+  EXPECT_EQ(read_text(folder / "r.json"), text);
+  std::vector<std::string> resumed = command;
+  resumed.emplace_back("--skip-existing");
+  run(0, resumed);
+  EXPECT_EQ(read_text(folder / "r.json"), text);
 }
 
 TEST_F(Reproduce, HostileHeadersAreErrors) {

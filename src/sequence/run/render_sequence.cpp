@@ -157,6 +157,7 @@ class SequenceRun {
     }
     report_.isa = tracers_.front()->renderer.isa();
     report_.scene_hash = prepared_.hashes.scene;
+    report_.provenance = make_provenance(scene, prepared_.inputs);
     if (!has_exr(settings_)) prepared_.scene.image.aovs = "none";  // PNG has no layers
     report_.frames.resize(settings_.frames.size());
     const Stopwatch frames;
