@@ -18,6 +18,7 @@
 #include <utility>
 
 #include "base/input_files.h"
+#include "base/input_recorder.h"
 #include "base/memory.h"
 #include "base/random.h"
 #include "base/text.h"
@@ -367,6 +368,7 @@ Result<std::string> read_file(const fs::path& path, std::uint64_t limit) {
     done += static_cast<std::size_t>(n);
   }
   bytes.resize(done);
+  record_input(path, bytes);
   return bytes;
 }
 
@@ -440,7 +442,10 @@ Status check_output(const fs::path& path, bool overwrite) {
   return check_writable(path);
 }
 
-void remember_input(const fs::path& path) { inputs().add(path); }
+void remember_input(const fs::path& path) {
+  inputs().add(path);
+  record_input(path);
+}
 
 std::vector<fs::path> input_files() { return inputs().paths(); }
 

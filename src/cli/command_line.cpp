@@ -16,10 +16,12 @@
 #include "base/memory.h"
 #include "base/odd_names.h"
 #include "base/parallel.h"
+#include "base/private_paths.h"
 #include "base/stop.h"
 #include "base/text.h"
 #include "cli/config.h"
 #include "kernels/interruption.h"
+#include "sequence/run/receipt.h"
 #include "spheres/spheres.h"
 
 namespace polymorph {
@@ -89,6 +91,12 @@ bool is_run_report(const std::string& file) {
          text->find("\"scene_hash\":") != std::string::npos;
 }
 
+/// The receipt of an earlier part of the run that is resumed now.
+bool is_film_receipt(const std::string& file) {
+  const auto text = read_file(file, 1u << 30);
+  return text && is_receipt(*text);
+}
+
 /// A JUnit file, which each run of a CI's job writes anew.
 bool is_junit(const std::string& file) {
   const auto text = read_file(file, 1u << 30);
@@ -101,12 +109,12 @@ bool is_junit(const std::string& file) {
 Status check_side_outputs(const CLI::App& program, bool overwrite) {
   for (const std::string& word : positional_values(program)) remember_input(word);
   const bool resumes = is_given(program, "--skip-existing");
-  for (const char* name : {"--json", "--html", "--csv", "--junit"}) {
+  for (const char* name : {"--json", "--html", "--csv", "--junit", "--receipt"}) {
     const std::vector<std::string> files = option_values(program, name);
     if (files.empty() || files.front().empty() || files.front() == "-") continue;
     const std::string& file = files.front();
-    const bool is_own =
-        (resumes && is_run_report(file)) || (std::string_view(name) == "--junit" && is_junit(file));
+    const bool is_own = (resumes && (is_run_report(file) || is_film_receipt(file))) ||
+                        (std::string_view(name) == "--junit" && is_junit(file));
     PM_TRY_STATUS(check_output(file, overwrite || is_own));
   }
   return Ok{};
@@ -277,7 +285,7 @@ int run_program(int argc, char** argv) {
   const InputGuard inputs_are_kept;
   remember_names(argc, argv);
   CommandLine line;
-  for (int i = 1; i < argc; ++i) line.text += (i > 1 ? " " : "") + std::string(argv[i]);
+  for (int i = 1; i < argc; ++i) line.text += (i > 1 ? " " : "") + without_folders(argv[i]);
   if (argc > 0 && std::string_view(argv[0]).find('/') != std::string_view::npos)
     line.program = quote_for_shell(argv[0]);
   line.app =
@@ -292,11 +300,11 @@ int run_program(int argc, char** argv) {
   program.add_flag("-V,--version", ignored, "print the version").group("Options");
   program.add_flag("-h,--help", ignored, "this help; -h after a command is short, --help is full")
       .group("Options");
-  for (const auto add :
-       {add_demo,    add_init,      add_render,     add_strip,  add_submit,  add_status,
-        add_mesh,    add_spheres,   add_check,      add_info,   add_compare, add_golden,
-        add_analyze, add_landmarks, add_bench,      add_cache,  add_cubes,   add_devices,
-        add_schema,  add_pairs,     add_completion, add_manual, add_help,    add_version})
+  for (const auto add : {add_demo,    add_init,       add_render,    add_strip,   add_submit,
+                         add_status,  add_mesh,       add_spheres,   add_check,   add_info,
+                         add_compare, add_golden,     add_reproduce, add_analyze, add_landmarks,
+                         add_bench,   add_cache,      add_cubes,     add_devices, add_schema,
+                         add_pairs,   add_completion, add_manual,    add_help,    add_version})
     add(line);
   for (const Command command : subcommands_of(*line.app))
     if (!command.has_option("--overwrite")) add_overwrite(command, line.common).group("Common");

@@ -43,7 +43,7 @@ struct CommonOptions {
 struct CommandLine {
   std::shared_ptr<CLI::App> app;
   CommonOptions common;
-  std::string text;                     ///< argv joined, for image headers
+  std::string text;                     ///< argv joined, without folders, for image headers
   std::string program = "polymorph";    ///< name it was called by, for commands that are suggested
   std::function<Result<int>()> action;  ///< set by the chosen subcommand; the int is the exit code
 };
@@ -112,6 +112,7 @@ void add_check(CommandLine& line);
 void add_info(CommandLine& line);
 void add_compare(CommandLine& line);
 void add_golden(CommandLine& line);
+void add_reproduce(CommandLine& line);
 void add_analyze(CommandLine& line);
 void add_landmarks(CommandLine& line);
 void add_bench(CommandLine& line);

@@ -31,6 +31,13 @@ ChannelRange range_of(const Image& image, std::size_t channel) {
   return range;
 }
 
+/// The beginning of a text that is for programs, and its length.
+std::string shorten(const std::string& text) {
+  constexpr std::size_t kMaxShown = 500, kShown = 60;
+  if (text.size() <= kMaxShown) return text;
+  return fmt::format("{}... ({} characters)", text.substr(0, kShown), text.size());
+}
+
 }  // namespace
 
 Result<Inspection> inspect_image(const std::string& file) {
@@ -57,7 +64,7 @@ Result<Inspection> inspect_image(const std::string& file) {
     std::visit(
         [&](const auto& value) {
           json["attributes"][attribute.name] = value;
-          out.text += fmt::format("  {} = {}\n", attribute.name, value);
+          out.text += fmt::format("  {} = {}\n", attribute.name, shorten(fmt::format("{}", value)));
         },
         attribute.value);
   }

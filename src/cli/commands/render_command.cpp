@@ -11,13 +11,14 @@
 #include "morph/timeline.h"
 #include "scene/mesh_numbers.h"
 #include "sequence/run/frame_files.h"
+#include "sequence/run/receipt.h"
 #include "sequence/run/render_sequence.h"
 
 namespace polymorph {
 namespace {
 
 struct RenderOptions {
-  std::string scene, output, frames, shard;
+  std::string scene, output, frames, shard, receipt;
   bool png = false, strict = false, skip_existing = false, keep_going = false, dry_run = false,
        stats = false, turntable = false, watch = false;
   int jobs = 0;
@@ -162,6 +163,10 @@ Result<int> render_once(const CommandLine& line, const RenderOptions& given) {
     if (!options.json.enabled) print_plan(report, settings);
     return 0;
   }
+  if (!options.receipt.empty()) {
+    PM_TRY(const std::string receipt, make_receipt(report));
+    PM_TRY_STATUS(write_file(options.receipt, receipt));
+  }
   if (options.stats) print_stats(report);
   const std::size_t failed = report.count(FrameRecord::State::kFailed);
   const auto done = report.count(FrameRecord::State::kDone),
@@ -294,6 +299,12 @@ void add_render(CommandLine& line) {
       .range(0.0, 86400.0)
       .type_name("S")
       .group("Farm");
+  command
+      .add_option("--receipt", options->receipt,
+                  "write an in-toto statement: the SHA-256 of the frames and of all that they were "
+                  "made from")
+      .type_name("FILE")
+      .group("Output");
   command.add_flag("--stats", options->stats, "say where the time went").group("Output");
   add_json(command, options->json);
   set_action(line, command, [&line, options] { return run_render(line, *options); });

@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "compare/explain.h"
 #include "morph/timeline.h"
+#include "scene/provenance.h"
 #include "sequence/frame/render_scene.h"
 #include "sequence/prepare/film_settings.h"
 
@@ -73,8 +74,8 @@ std::vector<Attribute> make_header(const PreparedScene& prepared, int frame,
       {kFrameAttribute, frame},
       {"polymorph/t", sequence_time(prepared.scene, shown_frame(prepared.scene, frame))},
       {"polymorph/stage", stage_names(prepared, frame)},
-      {"polymorph/device", origin.device},
-      {"polymorph/isa", origin.isa},
+      {kDeviceAttribute, origin.device},
+      {kIsaAttribute, origin.isa},
       {kSamplesAttribute, prepared.scene.image.samples},
       {"polymorph/exposure", scene_at(prepared.scene, static_cast<double>(frame)).image.exposure},
       {kSeedAttribute, fmt::format("{}", prepared.scene.image.seed)},
@@ -91,8 +92,9 @@ std::vector<Attribute> make_header(const PreparedScene& prepared, int frame,
                              prepared.actors.size() > 1 ? actor.name + "." : "", name);
     attributes.push_back({"polymorph/labels", names});
   }
-  if (!origin.command.empty())
-    attributes.push_back({"polymorph/command", printable(origin.command)});
+  if (!prepared.provenance.empty())
+    attributes.push_back({kProvenanceAttribute, prepared.provenance});
+  if (!origin.command.empty()) attributes.push_back({kCommandAttribute, printable(origin.command)});
   return attributes;
 }
 

@@ -18,6 +18,10 @@ inline constexpr const char* kHashAttribute = "polymorph/scene_hash";
 inline constexpr const char* kFrameHashAttribute = "polymorph/frame_hash";
 /// And the one that holds the frame's number.
 inline constexpr const char* kFrameAttribute = "polymorph/frame";
+/// And those that hold FrameOrigin.
+inline constexpr const char* kIsaAttribute = "polymorph/isa";
+inline constexpr const char* kDeviceAttribute = "polymorph/device";
+inline constexpr const char* kCommandAttribute = "polymorph/command";
 
 /// Equal for frames that show the same to the bit; empty: the frame is like no other.
 std::string picture_key(const PreparedScene& prepared, int frame);

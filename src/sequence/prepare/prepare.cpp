@@ -1,5 +1,6 @@
 #include "sequence/prepare/prepare.h"
 
+#include "scene/provenance.h"
 #include "sequence/prepare/actor_poses.h"
 #include "sequence/prepare/check_plan.h"
 #include "sequence/prepare/film_settings.h"
@@ -72,7 +73,8 @@ Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
   const std::vector<ChainObject> chain = chain_objects(scene);
   // Refuse model files that memory cannot hold, before any is read.
   PM_TRY_STATUS(check_model_files(chain, limit.bytes));
-  // Read the models and put them in their places.
+  // Read the models and put them in their places. Record which files that takes.
+  InputRecorder recorder;
   PM_TRY(LoadedScene loaded, load_models(scene, chain, /*textures=*/true));
   prepared.warnings = std::move(loaded.warnings);
   // Refuse labels and landmarks that do not belong to the models.
@@ -82,6 +84,9 @@ Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
   PM_TRY_STATUS(check_memory(prepared.memory, limit.bytes));
   // Read the environment. Beyond this point, nothing more is read but the cache.
   PM_TRY(prepared.environment, load_environment(scene));
+  // Note for the frames' headers what they are made from.
+  prepared.inputs = recorder.files();
+  prepared.provenance = encode_provenance(make_provenance(scene, prepared.inputs));
   // Hash everything that decides the frames.
   prepared.hashes = hash_sequence(
       {scene, chain, loaded.models, prepared.environment.get(), loaded.placings, loaded.sequences});

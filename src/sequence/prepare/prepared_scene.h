@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/box.h"
+#include "base/input_recorder.h"
 #include "base/result.h"
 #include "kernels/engine.h"
 #include "leg/leg.h"
@@ -77,6 +78,8 @@ struct PreparedScene {
   std::shared_ptr<const Image> environment;
   std::vector<std::string> warnings;
   MemoryEstimate memory;
+  std::vector<ReadFile> inputs;  ///< files that were read for it
+  std::string provenance;        ///< encode_provenance(); empty: none
 };
 
 }  // namespace polymorph

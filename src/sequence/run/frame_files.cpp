@@ -26,4 +26,14 @@ Result<FrameFiles> frame_files(const Scene& scene, const std::string& output, bo
   return files;
 }
 
+PngSettings png_settings(const Scene& scene, int frame) {
+  PngSettings png;
+  png.exposure = scene_at(scene, static_cast<double>(frame)).image.exposure;
+  png.bits = scene.output.png_bits;
+  png.dither = png.bits == 8;
+  // Where nothing else crawls, the dither must not.
+  png.seed = scene.image.seed + (scene.image.steady ? 0 : static_cast<std::uint64_t>(frame));
+  return png;
+}
+
 }  // namespace polymorph

@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "image/image_io.h"
 #include "scene/scene.h"
 #include "sequence/run/frames.h"
 
@@ -11,5 +12,8 @@ namespace polymorph {
 /// `output` (-o) or, where that is empty, the scene's; `many` frames get a place for their number.
 /// Errors (kUsage): an extension that is neither .exr nor .png, too few digits for the scene.
 Result<FrameFiles> frame_files(const Scene& scene, const std::string& output, bool png, bool many);
+
+/// Settings of a frame's PNG, after its scene.
+PngSettings png_settings(const Scene& scene, int frame);
 
 }  // namespace polymorph

@@ -26,6 +26,7 @@
 #include "sequence/prepare/prepare.h"
 #include "sequence/run/device.h"
 #include "sequence/run/estimate.h"
+#include "sequence/run/frame_files.h"
 #include "sequence/run/status.h"
 
 namespace polymorph {
@@ -84,14 +85,9 @@ Status check_outputs(const SequenceSettings& settings) {
 
 Status write_frame(const Image& image, const SequenceSettings& settings, const Scene& scene,
                    int frame) {
-  PngSettings png;
-  png.exposure = scene_at(scene, static_cast<double>(frame)).image.exposure;
-  png.bits = scene.output.png_bits;
-  png.dither = png.bits == 8;
-  // Where nothing else crawls, the dither must not.
-  png.seed = scene.image.seed + (scene.image.steady ? 0 : static_cast<std::uint64_t>(frame));
   if (has_exr(settings)) PM_TRY_STATUS(write_image(frame_path(settings.exr, frame), image));
-  if (has_png(settings)) PM_TRY_STATUS(write_image(frame_path(settings.png, frame), image, png));
+  if (has_png(settings))
+    PM_TRY_STATUS(write_image(frame_path(settings.png, frame), image, png_settings(scene, frame)));
   return Ok{};
 }
 
@@ -161,6 +157,7 @@ class SequenceRun {
     }
     report_.isa = tracers_.front()->renderer.isa();
     report_.scene_hash = prepared_.hashes.scene;
+    report_.provenance = make_provenance(scene, prepared_.inputs);
     if (!has_exr(settings_)) prepared_.scene.image.aovs = "none";  // PNG has no layers
     report_.frames.resize(settings_.frames.size());
     const Stopwatch frames;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/json.h"
+#include "scene/provenance.h"
 
 namespace polymorph {
 
@@ -45,6 +46,7 @@ struct RunReport {
   double frames_seconds = 0;      ///< time between the first frame's begin and the last one's end
   std::uint64_t peak_memory = 0;  ///< bytes
   bool stopped = false;
+  Provenance provenance;  ///< scene, files and program that the frames are made from
   std::optional<FrameEstimate> estimate;  ///< predicted cost of a dry run's frames
   std::size_t count(FrameRecord::State state) const;
 };

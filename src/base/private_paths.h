@@ -1,0 +1,17 @@
+// Private parts of paths: folders that say whose machine a file comes from. Files that are given
+// away, as frames are, hold none.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace polymorph {
+
+/// Is this the name of the user (USER, LOGNAME) or of the user's home folder (HOME)?
+bool is_private_folder(std::string_view name);
+
+/// The text without the folders of the absolute paths in it: "--set look=\"/home/ada/a.hdr\""
+/// becomes "--set look=\"a.hdr\"". The home folder itself becomes "~". Relative paths stay.
+std::string without_folders(std::string_view text);
+
+}  // namespace polymorph

@@ -1,0 +1,157 @@
+#include "sequence/run/reproduce.h"
+
+#include <cstring>
+#include <memory>
+#include <optional>
+#include <variant>
+
+#include "base/file.h"
+#include "base/sha256.h"
+#include "base/text.h"
+#include "compare/compare.h"
+#include "image/image_io.h"
+#include "morph/timeline.h"
+#include "scene/provenance.h"
+#include "sequence/frame/frame_geometry.h"
+#include "sequence/frame/render_frame.h"
+#include "sequence/prepare/prepare.h"
+#include "sequence/run/device.h"
+#include "sequence/run/frame_files.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A header's entry as text, as EXR keeps numbers as such and PNG does not.
+std::optional<std::string> find_entry(const Image& image, std::string_view name) {
+  for (const Attribute& attribute : image.attributes)
+    if (attribute.name == name)
+      return std::visit([](const auto& v) { return fmt::format("{}", v); }, attribute.value);
+  return std::nullopt;
+}
+
+/// A frame's file, and what its header says.
+struct FrameFile {
+  std::string name;  ///< file name, for messages
+  std::string bytes;
+  bool is_png = false;
+  Image image;
+  std::string packed;  ///< kProvenanceAttribute
+  Provenance provenance;
+  int frame = 0;
+};
+
+Result<FrameFile> read_frame(const fs::path& file) {
+  FrameFile out;
+  out.name = file.string();
+  remember_input(file);
+  PM_TRY(out.bytes, read_file(file));
+  out.is_png = out.bytes.starts_with("\x89PNG");
+  PM_TRY(out.image, decode_image(out.bytes, out.name, {.single_picture = true}));
+  const auto packed = find_entry(out.image, kProvenanceAttribute);
+  if (!packed)
+    return make_error(ErrorCode::kInput,
+                      "{}: its header has no {} - render and golden write it; it is lost where "
+                      "another program writes the frame anew",
+                      out.name, kProvenanceAttribute);
+  out.packed = *packed;
+  auto provenance = decode_provenance(out.packed);
+  if (!provenance)
+    return make_error(ErrorCode::kInput, "{}: {}", out.name, provenance.error().message);
+  out.provenance = std::move(*provenance);
+  const auto number = parse_integer(find_entry(out.image, kFrameAttribute).value_or(""));
+  if (!number || *number < 1 || *number > 10'000'000)
+    return make_error(ErrorCode::kInput, "{}: its header has no {}", out.name, kFrameAttribute);
+  out.frame = static_cast<int>(*number);
+  return out;
+}
+
+/// Looks at the files that the header names, before anything is made of them.
+void check_inputs(const Provenance& provenance, const fs::path& folder, Reproduction& result) {
+  for (const InputFile& input : provenance.files) {
+    if (input.count > 1 || input.name == kAllFiles) continue;
+    const auto bytes = read_file(folder / input.name);
+    if (!bytes) {
+      result.missing.push_back(bytes.error().message);
+      continue;
+    }
+    const InputFile now{input.name, Sha256().add(bytes->data(), bytes->size()).hex()};
+    for (std::string& line : compare_inputs({&input, 1}, {&now, 1}))
+      result.changed.push_back(std::move(line));
+  }
+}
+
+/// A PNG alone has no layers, and so none of what a header says about them.
+bool names_layers(const Image& image) {
+  for (const Attribute& attribute : image.attributes)
+    if (attribute.name == "polymorph/labels" || attribute.name.starts_with("cryptomatte/"))
+      return true;
+  return false;
+}
+
+/// Renders the frame and encodes it with the header that it has where it was rendered.
+Result<std::string> render_again(const FrameFile& given, const PreparedScene& prepared,
+                                 Engine& engine) {
+  PM_TRY(const FrameGeometry geometry, geometry_at(prepared, engine, given.frame));
+  PM_TRY(Renderer renderer, Renderer::create());
+  PM_TRY(Image image, render_frame(prepared, geometry, renderer, "", ""));
+  const auto entry = [&](const char* name) { return find_entry(given.image, name).value_or(""); };
+  put_header(prepared, given.frame,
+             {entry(kIsaAttribute), entry(kDeviceAttribute), entry(kCommandAttribute)}, image);
+  return given.is_png ? encode_png(image, png_settings(prepared.scene, given.frame))
+                      : encode_exr(image);
+}
+
+void compare_frames(const FrameFile& given, const Image& now, Reproduction& result) {
+  const Image& before = given.image;
+  result.same_bytes = given.bytes == result.bytes;
+  result.same_pixels =
+      now.width == before.width && now.height == before.height && now.channels == before.channels &&
+      std::memcmp(now.pixels.data(), before.pixels.data(), now.pixels.size() * sizeof(float)) == 0;
+  if (result.same_pixels) return;
+  const Comparison comparison = compare_images(now, before, exact_tolerance());
+  result.difference = comparison.verdict == Verdict::kSame
+                          ? "the pixels have equal values, but not the same bits"
+                          : comparison.reason;
+}
+
+}  // namespace
+
+Result<Reproduction> reproduce_frame(const fs::path& file, const ReproduceSettings& settings) {
+  PM_TRY(const FrameFile given, read_frame(file));
+  const Provenance& provenance = given.provenance;
+  Reproduction result;
+  result.frame = given.frame;
+  result.program = fmt::format("{} ({})", provenance.version, provenance.program);
+  result.same_program = provenance.version == PM_VERSION && provenance.program == shared_identity();
+  std::error_code error;
+  fs::path folder = fs::absolute(settings.models, error).lexically_normal();
+  if (!folder.has_filename()) folder = folder.parent_path();
+  if (!fs::is_directory(folder, error))
+    return make_error(ErrorCode::kInput, "{}: no such folder", settings.models.string());
+  check_inputs(provenance, folder, result);
+  if (!result.missing.empty() || !result.changed.empty()) return result;
+  auto loaded = load_provenance_scene(provenance, folder, file.filename().string());
+  if (!loaded) return make_error(ErrorCode::kInput, "{}: {}", given.name, loaded.error().message);
+  const Scene& scene = *loaded;
+  if (const int count = frame_count(scene); given.frame > count)
+    return make_error(ErrorCode::kInput, "{}: its header says frame {}, and its scene has {}",
+                      given.name, given.frame, count);
+  PM_TRY_STATUS(check_picture_memory(scene.image, 2, settings.max_memory));
+  std::string device;
+  PM_TRY(const std::unique_ptr<Engine> engine,
+         make_engine(settings.device, device, settings.max_memory));
+  PM_TRY(PreparedScene prepared,
+         prepare_scene(scene, *engine, settings.cache_folder, {settings.max_memory, 2}));
+  result.changed = compare_inputs(provenance.files, name_files(prepared.inputs, {{folder}}));
+  if (!result.changed.empty()) return result;
+  if (given.is_png && !names_layers(given.image)) prepared.scene.image.aovs = "none";
+  prepared.provenance = given.packed;
+  PM_TRY(result.bytes, render_again(given, prepared, *engine));
+  PM_TRY(const Image now, decode_image(result.bytes, "the frame as rendered now"));
+  compare_frames(given, now, result);
+  return result;
+}
+
+}  // namespace polymorph
