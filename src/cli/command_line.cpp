@@ -300,11 +300,11 @@ int run_program(int argc, char** argv) {
   program.add_flag("-V,--version", ignored, "print the version").group("Options");
   program.add_flag("-h,--help", ignored, "this help; -h after a command is short, --help is full")
       .group("Options");
-  for (const auto add : {add_demo,    add_init,       add_render,    add_strip,   add_submit,
-                         add_status,  add_mesh,       add_spheres,   add_check,   add_info,
-                         add_compare, add_golden,     add_reproduce, add_analyze, add_landmarks,
-                         add_bench,   add_cache,      add_cubes,     add_devices, add_schema,
-                         add_pairs,   add_completion, add_manual,    add_help,    add_version})
+  for (const auto add :
+       {add_demo,    add_init,       add_render, add_merge, add_strip,   add_submit,  add_status,
+        add_mesh,    add_spheres,    add_check,  add_info,  add_compare, add_golden,  add_reproduce,
+        add_analyze, add_landmarks,  add_bench,  add_cache, add_cubes,   add_devices, add_schema,
+        add_pairs,   add_completion, add_manual, add_help,  add_version})
     add(line);
   for (const Command command : subcommands_of(*line.app))
     if (!command.has_option("--overwrite")) add_overwrite(command, line.common).group("Common");

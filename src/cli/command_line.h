@@ -100,6 +100,7 @@ std::string help_page(const CommandLine& line, const std::string& name, bool ful
 void add_demo(CommandLine& line);
 void add_init(CommandLine& line);
 void add_render(CommandLine& line);
+void add_merge(CommandLine& line);
 void add_submit(CommandLine& line);
 void add_status(CommandLine& line);
 void add_pairs(CommandLine& line);

@@ -7,6 +7,7 @@
 #include "base/parallel.h"
 #include "base/stopwatch.h"
 #include "render/film/denoise.h"
+#include "render/film/part.h"
 #include "render/film/smooth.h"
 #include "render/lights/day_sky.h"
 #include "render/tile.h"
@@ -84,15 +85,35 @@ std::string layers_to_smooth(const std::string& layers) {
   return layers == "none" ? kSmoothLayers : fmt::format("{},{}", layers, kSmoothLayers);
 }
 
-Image keep_channels(Image film, std::vector<std::string> channels) {
-  if (film.channels == channels) return film;
-  std::vector<int> from;
-  for (const std::string& channel : channels) from.push_back(film.find_channel(channel));
-  Image image = make_image(film.width, film.height, std::move(channels));
-  for (std::size_t i = 0, k = 0; i < image.pixels.size(); k += film.channel_count())
-    for (const int channel : from) image.pixels[i++] = film.pixels[k + channel];
-  image.attributes = std::move(film.attributes);
-  return image;
+/// Channels of the film that is traced: its sums or colours, AOVs, mattes, guides.
+std::vector<std::string> list_traced_channels(const FrameJob& job,
+                                              const std::optional<SampleRange>& part) {
+  std::vector<std::string> channels{"R", "G", "B", "A"};
+  if (part) channels = list_node_channels(*part);
+  for (const Aov* aov : job.aovs) channels.emplace_back(aov->channel);
+  const auto append = [&](const std::vector<std::string>& more) {
+    channels.insert(channels.end(), more.begin(), more.end());
+  };
+  if (!part) append(job.mattes->channels());
+  if (job.image.denoise) append(list_guide_channels());
+  return channels;
+}
+
+/// Room for the sums that a part has of its mattes.
+MatteSums make_matte_sums(const SampleRange& part, const ImageSettings& image,
+                          const Mattes& mattes) {
+  MatteSums sums{mattes.layers(), {}};
+  sums.sums.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) *
+                   mattes.layer_count() * list_nodes(part).size());
+  return sums;
+}
+
+/// The header entries by which a part becomes the picture with these channels.
+void add_part_attributes(const SampleRange& part, const std::vector<std::string>& channels,
+                         bool smooth, Image& film) {
+  film.attributes.push_back({kPartSamplesAttribute, format_sample_range(part)});
+  film.attributes.push_back({kPartChannelsAttribute, fmt::format("{}", fmt::join(channels, ","))});
+  film.attributes.push_back({kPartSmoothAttribute, smooth ? 1 : 0});
 }
 
 }  // namespace
@@ -120,6 +141,8 @@ Result<Renderer> Renderer::create(const std::string& isa) {
 Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& settings) {
   const ImageSettings& image = settings.image;
   PM_CHECK(image.width >= 1 && image.height >= 1 && image.samples >= 1);
+  const std::optional<SampleRange>& part = settings.part;
+  PM_CHECK(!part || (part->total == image.samples && !(image.noise > 0) && !image.denoise));
   State& state = *state_;
   if (image.denoise && !state.denoiser) {
     PM_TRY(Denoiser denoiser, Denoiser::open());
@@ -186,15 +209,18 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   job.aovs = choose_aovs(smooth ? layers_to_smooth(image.aovs) : image.aovs);
   const Mattes mattes(image.aovs, scene);
   job.mattes = &mattes;
+  job.samples = part ? *part : SampleRange{0, image.samples, image.samples};
+  MatteSums matte_sums;
+  if (part) {
+    job.first_aov = static_cast<int>(list_node_channels(*part).size());
+    matte_sums = make_matte_sums(*part, image, mattes);
+    job.part_mattes = &matte_sums.sums;
+  }
   state.stats = {};
   state.stats.build_seconds = build_watch.seconds();
 
   const Stopwatch trace_watch;
-  std::vector<std::string> channels = list_film_channels(job.aovs);
-  for (std::string& channel : mattes.channels()) channels.push_back(std::move(channel));
-  if (image.denoise)
-    for (std::string& channel : list_guide_channels()) channels.push_back(std::move(channel));
-  Image film = make_image(image.width, image.height, std::move(channels));
+  Image film = make_image(image.width, image.height, list_traced_channels(job, part));
   film.attributes = mattes.attributes();
   const int columns = (image.width + kTile - 1) / kTile, rows = (image.height + kTile - 1) / kTile;
   std::vector<RayStats> tallies(static_cast<std::size_t>(columns) * rows);
@@ -208,11 +234,15 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
     state.stats.paths += stats.paths;
   }
   state.stats.trace_seconds = trace_watch.seconds();
+  std::vector<std::string> channels = list_film_channels(choose_aovs(image.aovs));
+  for (std::string& channel : mattes.channels()) channels.push_back(std::move(channel));
+  if (part) {
+    add_part_attributes(*part, channels, smooth, film);
+    return append_matte_sums(std::move(film), *part, matte_sums);
+  }
   if (smooth) {
     smooth_noise(film);
-    channels = list_film_channels(choose_aovs(image.aovs));
-    for (std::string& channel : mattes.channels()) channels.push_back(std::move(channel));
-    return keep_channels(std::move(film), std::move(channels));
+    return select_channels(std::move(film), std::move(channels));
   }
   if (!image.denoise) return film;
   const Stopwatch denoise_watch;
@@ -221,13 +251,22 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   return film;
 }
 
-std::uint64_t picture_bytes(const ImageSettings& image) {
+std::uint64_t picture_bytes(const ImageSettings& image, const std::optional<SampleRange>& part) {
   std::size_t channels = list_film_channels(choose_aovs(image.aovs)).size();
   channels += Mattes(image.aovs, RenderScene{}).channels().size();
   if (image.denoise) channels += list_guide_channels().size();
+  // Sums of few ids each, and their channels.
+  constexpr std::size_t kMatteSumBytes = 128;
+  std::uint64_t mattes = 0;
+  if (part) {
+    channels += list_node_channels(*part).size();
+    mattes = kMatteSumBytes * Mattes(image.aovs, RenderScene{}).layer_count() *
+             list_nodes(*part).size() * static_cast<std::uint64_t>(image.width) *
+             static_cast<std::uint64_t>(image.height);
+  }
   const bool smooth = image.smooth && !image.denoise;
   if (smooth) channels += 2 * choose_aovs(kSmoothLayers).size();
-  return (smooth ? smooth_bytes(image.width, image.height) : 0) +
+  return mattes + (smooth ? smooth_bytes(image.width, image.height) : 0) +
          sizeof(float) * channels * static_cast<std::uint64_t>(image.width) *
              static_cast<std::uint64_t>(image.height);
 }

@@ -14,6 +14,7 @@
 #include "kernels/types.h"
 #include "model/model.h"
 #include "model/transfer.h"
+#include "render/sample_range.h"
 #include "scene/scene.h"
 
 namespace polymorph {
@@ -139,10 +140,15 @@ struct RenderSettings {
   /// Frame number, part of the random keys. Noise differs between frames; with image.steady only
   /// where something moves (RenderMesh::moves) or the camera does.
   int frame = 0;
+  /// Renders a part: these of image.samples samples (render/film/part.h). Not with image.noise or
+  /// image.denoise.
+  std::optional<SampleRange> part;
 };
 
-/// Memory of a rendered image with all its channels, in bytes.
-std::uint64_t picture_bytes(const ImageSettings& image);
+/// Memory of a rendered image with all its channels, in bytes; of a part with the sums of its
+/// mattes.
+std::uint64_t picture_bytes(const ImageSettings& image,
+                            const std::optional<SampleRange>& part = {});
 
 /// Checks that the library for image.denoise is installed. Errors (kResource): how to get it.
 Status check_denoiser();
@@ -159,7 +165,7 @@ class Renderer {
 
   /// Renders a frame. Channels R G B A (alpha below 1 only if the image is transparent or the
   /// ground shadow_only), then the AOVs, each of the first surface that the ray through the pixel's
-  /// centre hits (render/aov.h). The image is the same for any number of threads.
+  /// centre hits (render/aov.h); or a part of it. The image is the same for any number of threads.
   Result<Image> render(const RenderScene& scene, const RenderSettings& settings);
 
   struct Stats {

@@ -7,6 +7,8 @@
 #include "kernels/floating_point.h"
 #include "kernels/interruption.h"
 #include "render/film/denoise.h"
+#include "render/film/part.h"
+#include "render/film/sample_sums.h"
 
 namespace polymorph {
 namespace {
@@ -63,12 +65,13 @@ Vec2 project_to_film(const Camera& camera, const ImageSettings& image, Vec3 dire
   return {dot(direction, camera.right) * scale, -dot(direction, camera.up) * scale};
 }
 
-/// Sums over the samples of a pixel.
-struct PixelSum {
-  Vec3 light, odd;      ///< sums over all samples, and over every second one
-  Vec3 albedo, normal;  ///< guides of the denoiser
-  float alpha = 0, floor = 0, lit = 0, unlit = 0;
-  int samples = 0;
+/// Guides of the denoiser, summed over the samples of a pixel.
+struct GuideSum {
+  Vec3 albedo, normal;
+  void add(const GuideSum& other) {
+    albedo = albedo + other.albedo;
+    normal = normal + other.normal;
+  }
 };
 
 void add_sample(PixelSum& sum, const PathLight& light, bool odd) {
@@ -103,11 +106,12 @@ class Tile {
         top_(tile_y * kTile),
         width_(std::min(kTile, job.image.width - left_)),
         height_(std::min(kTile, job.image.height - top_)),
-        mattes_(job.mattes->layer_count() * kPixels) {}
+        mattes_(job.mattes->layer_count() * kPixels),
+        guides_(job.image.denoise ? kPixels : 0) {}
 
   void sample() {
-    const int max_samples = job_.image.samples;
-    if (!(job_.image.noise > 0)) return sample_round(0, max_samples);
+    const int max_samples = job_.samples.end;
+    if (!(job_.image.noise > 0)) return sample_round(job_.samples.first, max_samples);
     for (int from = 0, to = std::min(kFirstSamples, max_samples); from < max_samples;
          from = to, to = std::min(2 * to, max_samples)) {
       sample_round(from, to);
@@ -117,17 +121,15 @@ class Tile {
 
   void write(Image& film) {
     for (int i = 0; i < width_ * height_; ++i) {
-      const PixelSum& sum = sums_[i];
-      const float n = static_cast<float>(sum.samples);
       float* pixel = &film.at(left_ + i % width_, top_ + i / width_, 0);
-      // The control variate may leave a pixel slightly below 0.
-      const Vec3 light = max(sum.light / n, Vec3{});
-      const float shadow = sum.unlit > 0 ? 1 - sum.lit / sum.unlit : 0.0f;
-      pixel[0] = light.x;
-      pixel[1] = light.y;
-      pixel[2] = light.z;
-      // Without transparency the samples' alphas are exactly 1, and so is their mean.
-      pixel[3] = clamp01((sum.alpha + sum.floor * clamp01(shadow)) / n);
+      if (!job_.part_mattes) {
+        write_colors(sums_[i].total(), pixel);
+        continue;
+      }
+      for (const auto& node : sums_[i].nodes()) {
+        write_node(node.sum, pixel);
+        pixel += kNodeChannels;
+      }
     }
   }
 
@@ -156,21 +158,40 @@ class Tile {
   void write_mattes(Image& film) {
     const std::size_t layers = job_.mattes->layer_count();
     for (int i = 0; i < width_ * height_; ++i) {
-      float* pixel =
-          &film.at(left_ + i % width_, top_ + i / width_, 4 + static_cast<int>(job_.aovs.size()));
+      const auto samples = static_cast<float>(sums_[i].total().samples);
+      float* pixel = &film.at(left_ + i % width_, top_ + i / width_,
+                              job_.first_aov + static_cast<int>(job_.aovs.size()));
       for (std::size_t layer = 0; layer < layers; ++layer) {
-        const auto rank = mattes_[static_cast<std::size_t>(i) * layers + layer].rank(
-            static_cast<float>(sums_[i].samples));
+        const auto rank =
+            mattes_[static_cast<std::size_t>(i) * layers + layer].total().rank(samples);
         pixel = std::copy(rank.begin(), rank.end(), pixel);
       }
+    }
+  }
+
+  /// Keeps the sums that a part has of its mattes.
+  void keep_matte_sums() {
+    const std::size_t layers = job_.mattes->layer_count();
+    for (std::size_t i = 0; i < mattes_.size(); ++i) {
+      const auto pixel = static_cast<int>(i / layers);
+      if (pixel >= width_ * height_) break;
+      const auto x = static_cast<std::size_t>(left_ + pixel % width_),
+                 y = static_cast<std::size_t>(top_ + pixel / width_);
+      const auto& nodes = mattes_[i].nodes();
+      const std::size_t place =
+          ((y * static_cast<std::size_t>(job_.image.width) + x) * layers + i % layers) *
+          nodes.size();
+      for (std::size_t node = 0; node < nodes.size(); ++node)
+        (*job_.part_mattes)[place + node] = nodes[node].sum;
     }
   }
 
   /// Writes the guides into the last six channels.
   void write_guides(Image& film) {
     for (int i = 0; i < width_ * height_; ++i) {
-      const float n = static_cast<float>(sums_[i].samples);
-      const Vec3 albedo = sums_[i].albedo / n, normal = sums_[i].normal / n;
+      const float n = static_cast<float>(sums_[i].total().samples);
+      const GuideSum sum = guides_[i].total();
+      const Vec3 albedo = sum.albedo / n, normal = sum.normal / n;
       float* pixel = &film.at(left_ + i % width_, top_ + i / width_,
                               static_cast<int>(film.channel_count()) - 6);
       for (const float value : {albedo.x, albedo.y, albedo.z, normal.x, normal.y, normal.z})
@@ -186,15 +207,17 @@ class Tile {
         FirstHit hit = first_hit(job_.world, ray, lane(row.intersections[x / kLanes], x % kLanes));
         if (hit.id > 0) hit.depth *= dot(ray.direction, job_.camera.forward);
         hit.motion = compute_motion(hit, ray.direction);
-        float* pixel = &film.at(left_ + x, top_ + y, 4);
+        float* pixel = &film.at(left_ + x, top_ + y, job_.first_aov);
         for (const Aov* aov : job_.aovs) *pixel++ = aov->value(hit);
       }
     }
   }
 
  private:
-  /// Takes the samples [from, to) of the pixels that are still noisy.
+  /// Takes the samples [from, to) of the pixels that are still noisy. They are whole blocks, but
+  /// for the last one of the picture.
   void sample_round(int from, int to) {
+    last_ = static_cast<std::uint32_t>(to - 1);
     for (int pixel = 0; pixel < width_ * height_; ++pixel) {
       if (done_[pixel]) continue;
       for (int s = from; s < to; ++s) {
@@ -212,9 +235,19 @@ class Tile {
     for (int first = 0; first < wave_.count; first += kLanes) make_camera_rays(first);
     if (!mattes_.empty() || job_.image.denoise) add_mattes_and_guides();
     trace(job_.world, job_.sampler, wave_, stats_);
-    for (int i = 0; i < wave_.count; ++i)
-      add_sample(sums_[pixels_[i]], wave_.lights[i], sample_indices_[i] % 2 == 1);
+    for (int i = 0; i < wave_.count; ++i) {
+      SampleSums<PixelSum>& sums = sums_[pixels_[i]];
+      add_sample(sums.block(), wave_.lights[i], sample_indices_[i] % 2 == 1);
+      if (ends_block(i)) sums.end_block(block_index(i));
+    }
     wave_.count = 0;
+  }
+
+  int block_index(int path) const { return static_cast<int>(sample_indices_[path]) / kSampleBlock; }
+  /// Is it the last sample of its block?
+  bool ends_block(int path) const {
+    const std::uint32_t sample = sample_indices_[path];
+    return sample % kSampleBlock == kSampleBlock - 1 || sample == last_;
   }
 
   /// Adds mattes and guides from the first intersections of the wave's camera rays. The rays are
@@ -233,19 +266,24 @@ class Tile {
       }
       intersect_closest(job_.world, rays, intersections, count, true, stats_);
       for (int i = 0; i < count; ++i)
-        add_matte_and_guide(pixels_[first + i], wave_.rays[first + i],
-                            lane(intersections[i / kLanes], i % kLanes));
+        add_matte_and_guide(first + i, lane(intersections[i / kLanes], i % kLanes));
     }
   }
-  void add_matte_and_guide(int pixel, const Ray& ray, const Intersection& intersection) {
-    if (!mattes_.empty())
-      job_.mattes->add_sample(
-          job_.world, ray, intersection,
-          &mattes_[static_cast<std::size_t>(pixel) * job_.mattes->layer_count()]);
+  void add_matte_and_guide(int path, const Intersection& intersection) {
+    const Ray& ray = wave_.rays[path];
+    const auto pixel = static_cast<std::size_t>(pixels_[path]);
+    const bool ends = ends_block(path);
+    if (!mattes_.empty()) {
+      const std::size_t layers = job_.mattes->layer_count();
+      SampleSums<MattePixel>* sums = &mattes_[pixel * layers];
+      job_.mattes->add_sample(job_.world, ray, intersection, sums);
+      for (std::size_t layer = 0; ends && layer < layers; ++layer)
+        sums[layer].end_block(block_index(path));
+    }
     if (!job_.image.denoise) return;
     const Guide guide = trace_guide(job_.world, ray, intersection, stats_);
-    sums_[pixel].albedo = sums_[pixel].albedo + guide.albedo;
-    sums_[pixel].normal = sums_[pixel].normal + guide.normal;
+    guides_[pixel].block().add({guide.albedo, guide.normal});
+    if (ends) guides_[pixel].end_block(block_index(path));
   }
 
   /// Makes the camera rays of the samples [first, first + 8).
@@ -287,7 +325,7 @@ class Tile {
       float sum = 0;
       int count = 0;
       for_block(b, columns, [&](int pixel) {
-        sum += estimate_error(sums_[pixel]);
+        sum += estimate_error(sums_[pixel].total());
         ++count;
       });
       noisy[b] = !(sum <= job_.image.noise * static_cast<float>(count));
@@ -329,9 +367,10 @@ class Tile {
   const FrameJob& job_;
   RayStats& stats_;
   const int left_, top_, width_, height_;
-  std::array<PixelSum, kPixels> sums_{};
+  std::array<SampleSums<PixelSum>, kPixels> sums_{};
   std::array<bool, kPixels> done_{};
-  std::vector<MattePixel> mattes_;  ///< one per pixel and layer
+  std::vector<SampleSums<MattePixel>> mattes_;  ///< one per pixel and layer
+  std::vector<SampleSums<GuideSum>> guides_;    ///< one per pixel, if the picture is denoised
   /// Rays through the centres of a row's pixels.
   struct CenterRow {
     RayOf<Pack3> rays[kTile / kLanes];
@@ -342,7 +381,8 @@ class Tile {
   Wavefront wave_;
   std::array<int, Wavefront::kMax> pixels_;  ///< pixel per path of the wave
   std::array<std::uint32_t, Wavefront::kMax>
-      sample_indices_;  ///< index of the sample within the pixel, per path
+      sample_indices_;      ///< index of the sample within the pixel, per path
+  std::uint32_t last_ = 0;  ///< last sample of the round
 };
 
 }  // namespace
@@ -354,7 +394,10 @@ void render_tile(const FrameJob& job, int tile_x, int tile_y, Image& film, RaySt
   tile.sample();
   tile.write(film);
   if (!job.aovs.empty()) tile.write_aovs(film);
-  if (job.mattes->layer_count() > 0) tile.write_mattes(film);
+  if (job.part_mattes)
+    tile.keep_matte_sums();
+  else if (job.mattes->layer_count() > 0)
+    tile.write_mattes(film);
   if (job.image.denoise) tile.write_guides(film);
 }
 

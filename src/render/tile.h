@@ -10,6 +10,7 @@
 #include "render/math/sampler.h"
 #include "render/path/integrator.h"
 #include "render/render.h"
+#include "render/sample_range.h"
 
 namespace polymorph {
 
@@ -26,6 +27,10 @@ struct FrameJob {
   const PixelFilter* filter = nullptr;
   std::vector<const Aov*> aovs;
   const Mattes* mattes = nullptr;
+  SampleRange samples;  ///< those to take
+  int first_aov = 4;    ///< channel of the film
+  /// Sums of a part's mattes (MatteSums). Not null: the film is a part's.
+  std::vector<MattePixel>* part_mattes = nullptr;
 };
 
 /// Fills pixels [tile_x kTile, ...) x [tile_y kTile, ...) of the film. One task owns a tile and

@@ -9,6 +9,7 @@
 #include "cli/progress.h"
 #include "cli/scene_options.h"
 #include "morph/timeline.h"
+#include "render/sample_range.h"
 #include "scene/mesh_numbers.h"
 #include "sequence/run/frame_files.h"
 #include "sequence/run/receipt.h"
@@ -18,7 +19,7 @@ namespace polymorph {
 namespace {
 
 struct RenderOptions {
-  std::string scene, output, frames, shard, receipt;
+  std::string scene, output, frames, shard, samples, receipt;
   bool png = false, strict = false, skip_existing = false, keep_going = false, dry_run = false,
        stats = false, turntable = false, watch = false;
   int jobs = 0;
@@ -27,8 +28,23 @@ struct RenderOptions {
   JsonOutput json;
 };
 
+/// Sets the scene's number of samples to that of --samples, which may name some of them alone.
+Result<std::optional<SampleRange>> apply_samples(Scene& scene, const std::string& text) {
+  if (text.empty()) return std::optional<SampleRange>{};
+  const auto number = parse_integer(text);
+  if (number && (*number < 1 || *number > kMaxSamples))
+    return make_error(ErrorCode::kUsage,
+                      "--samples {}: write a number from 1 to {}, or FIRST-LAST/TOTAL", text,
+                      kMaxSamples);
+  PM_TRY(const SampleRange range,
+         parse_sample_range(number ? fmt::format("0-{}/{}", *number - 1, *number) : text));
+  scene.image.samples = range.total;
+  return number ? std::nullopt : std::optional(range);
+}
+
 Result<SequenceSettings> sequence_settings(const CommandLine& line, const RenderOptions& options,
-                                           const Scene& scene) {
+                                           const Scene& scene,
+                                           const std::optional<SampleRange>& part) {
   SequenceSettings settings;
   const int count = frame_count(scene);
   PM_TRY(
@@ -41,6 +57,8 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
     settings.frames = take_shard(settings.frames, shard);
   }
   PM_TRY(const FrameFiles files, frame_files(scene, options.output, options.png, many));
+  if (part) PM_TRY_STATUS(check_part(scene, files));
+  settings.part = part;
   settings.exr = files.exr;
   settings.png = files.png;
   settings.existing = line.common.overwrite   ? Existing::kOverwrite
@@ -143,7 +161,8 @@ Result<int> render_once(const CommandLine& line, const RenderOptions& given) {
   PM_TRY(Scene scene, options.turntable ? load_turntable(options, overrides, options.frames)
                                         : load_scene(options.scene, overrides));
   apply_scene_options(scene, options.scene_options);
-  PM_TRY(const SequenceSettings settings, sequence_settings(line, options, scene));
+  PM_TRY(const std::optional<SampleRange> part, apply_samples(scene, options.samples));
+  PM_TRY(const SequenceSettings settings, sequence_settings(line, options, scene, part));
   if (settings.frames.empty()) {
     log_info("no frames in this shard");
     if (options.json.enabled) PM_TRY_STATUS(write_json(options.json, to_json(RunReport{})));
@@ -277,6 +296,13 @@ void add_render(CommandLine& line) {
   command.add_flag("--strict", options->strict, "warnings about models and textures are errors")
       .group("Main");
   add_scene_options(command, options->scene_options);
+  command
+      .add_option("--samples", options->samples,
+                  "render these samples of each pixel alone, 0-15/64 of 64, to be merged later "
+                  "(merge); a number is that of --spp")
+      .excludes(command.option("--spp"))
+      .type_name("FIRST-LAST/TOTAL")
+      .group("Farm");
   command
       .add_option("--shard", options->shard,
                   "this share of the frames: 2/8, or auto from Slurm or MPI")

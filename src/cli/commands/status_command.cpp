@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <map>
+#include <set>
 #include <system_error>
 
 #include "base/file.h"
@@ -8,6 +10,7 @@
 #include "cli/scene_options.h"
 #include "morph/timeline.h"
 #include "sequence/run/frame_files.h"
+#include "sequence/run/part_files.h"
 #include "sequence/run/status.h"
 
 namespace polymorph {
@@ -29,17 +32,85 @@ struct StateName {
 constexpr StateName kStates[]{{FileState::kWhole, "whole"},
                               {FileState::kMissing, "missing"},
                               {FileState::kStale, "stale"},
-                              {FileState::kUnreadable, "unreadable"}};
+                              {FileState::kUnreadable, "unreadable"},
+                              {FileState::kPart, "part"}};
+
+/// Frames of which the same samples were rendered in parts.
+struct SampleRow {
+  std::vector<SampleRange> ranges;  ///< joined
+  std::vector<int> frames;
+  std::set<fs::path> folders;  ///< folders of their parts
+  int total() const { return ranges.front().total; }
+  bool is_complete() const { return ranges.size() == 1 && ranges.front().is_whole(); }
+};
+
+/// The samples of the frames that are not whole, as parts of them beside the output have them.
+std::vector<SampleRow> find_samples(const fs::path& folder, const std::vector<int>& frames,
+                                    const std::vector<FileState>& states,
+                                    const ExpectedHashes& hashes) {
+  std::map<int, SampleRow> of_frame;
+  for (const PartFile& part : find_parts(folder)) {
+    const auto at = std::lower_bound(frames.begin(), frames.end(), part.header.frame);
+    const auto i = static_cast<std::size_t>(at - frames.begin());
+    if (at == frames.end() || *at != part.header.frame || states[i] == FileState::kWhole ||
+        part.header.identity != hashes.frames[i])
+      continue;
+    SampleRow& row = of_frame[*at];
+    row.ranges.push_back(*part.header.part);
+    row.folders.insert(part.path.parent_path());
+  }
+  std::map<std::string, SampleRow> rows;
+  for (auto& [frame, found] : of_frame) {
+    found.ranges = join_ranges(found.ranges);
+    SampleRow& row = rows[format_samples(found.ranges)];
+    row.ranges = found.ranges;
+    row.frames.push_back(frame);
+    row.folders.merge(found.folders);
+  }
+  std::vector<SampleRow> list;
+  for (auto& [name, row] : rows) list.push_back(std::move(row));
+  return list;
+}
 
 JsonValue to_json(const std::vector<int>& frames, const std::vector<FileState>& states,
-                  const std::string& hash) {
+                  const std::string& hash, const std::vector<SampleRow>& samples) {
   JsonValue json{{"ok", true}, {"scene_hash", hash}};
   for (const StateName& state : kStates) json[state.name] = JsonValue::array();
   for (std::size_t i = 0; i < frames.size(); ++i) {
     json[kStates[static_cast<std::size_t>(states[i])].name].push_back(frames[i]);
     if (states[i] != FileState::kWhole) json["ok"] = false;
   }
+  json["samples"] = JsonValue::array();
+  for (const SampleRow& row : samples)
+    json["samples"].push_back(
+        {{"samples", format_samples(row.ranges)}, {"total", row.total()}, {"frames", row.frames}});
   return json;
+}
+
+/// The command that renders frames as they are asked for.
+std::string render_command(const CommandLine& line, const StatusOptions& options,
+                           const std::string& output) {
+  std::string command =
+      fmt::format("{} render {} -o {}{}", line.program, quote_for_shell(options.scene),
+                  quote_for_shell(output), options.png ? " --png" : "");
+  for (const std::string& word : to_arguments(options.scene_options))
+    command += " " + quote_for_shell(word);
+  return command;
+}
+
+/// Describes how frames of which there are parts become whole.
+std::string next_step(const CommandLine& line, const std::string& output, const SampleRow& row) {
+  const std::string frames = frame_list(row.frames);
+  if (!row.is_complete()) {
+    std::string ranges;
+    for (const SampleRange& range : missing_ranges(row.ranges, row.total()))
+      ranges +=
+          fmt::format("{}--samples {}", ranges.empty() ? "" : " and ", format_sample_range(range));
+    return fmt::format("to complete the samples of {}: render them with {}", frames, ranges);
+  }
+  std::string command = fmt::format("{} merge", line.program);
+  for (const fs::path& folder : row.folders) command += " " + quote_for_shell(folder.string());
+  return fmt::format("to complete {}: {} -o {}", frames, command, quote_for_shell(output));
 }
 
 Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
@@ -60,8 +131,10 @@ Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
   std::sort(frames.begin(), frames.end());
   PM_TRY(const ExpectedHashes hashes, expected_hashes(scene, frames));
   const std::vector<FileState> states = frame_states(files, frames, hashes);
+  const fs::path place = fs::path(output).parent_path();
+  const std::vector<SampleRow> samples = find_samples(place, frames, states, hashes);
   if (options.json.enabled)
-    PM_TRY_STATUS(write_json(options.json, to_json(frames, states, hashes.scene)));
+    PM_TRY_STATUS(write_json(options.json, to_json(frames, states, hashes.scene, samples)));
   std::vector<int> todo;
   for (const StateName& state : kStates) {
     std::vector<int> matching;
@@ -72,13 +145,19 @@ Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
       print_data("{:<10} {:>6}  {}\n", state.name, matching.size(), frame_list(matching));
   }
   if (todo.empty()) return 0;
+  for (const SampleRow& row : samples) {
+    if (!options.json.enabled)
+      print_data("{:<10} {:>6}  {}: {} of {}\n", "samples", row.frames.size(),
+                 frame_list(row.frames), format_samples(row.ranges), row.total());
+    std::erase_if(todo, [&](int frame) {
+      return std::binary_search(row.frames.begin(), row.frames.end(), frame);
+    });
+    log_info("{}", next_step(line, output, row));
+  }
   std::sort(todo.begin(), todo.end());
-  std::string command =
-      fmt::format("{} render {} -o {}{}", line.program, quote_for_shell(options.scene),
-                  quote_for_shell(output), options.png ? " --png" : "");
-  for (const std::string& word : to_arguments(options.scene_options))
-    command += " " + quote_for_shell(word);
-  log_info("to complete it: {} -f {} --skip-existing", command, frame_list(todo));
+  if (!todo.empty())
+    log_info("to complete it: {} -f {} --skip-existing", render_command(line, options, output),
+             frame_list(todo));
   return static_cast<int>(ErrorCode::kAnswerNo);
 }
 

@@ -56,6 +56,10 @@ void MattePixel::add(float id, float weight) {
   sums_.emplace_back(id, weight);
 }
 
+void MattePixel::add(const MattePixel& other) {
+  for (const auto& [id, weight] : other.sums_) add(id, weight);
+}
+
 std::array<float, 2 * kMatteRanks> MattePixel::rank(float samples) const {
   std::vector<std::pair<float, float>> sorted = sums_;
   std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
@@ -107,12 +111,25 @@ float Mattes::add_id(Kind kind, std::string_view given) {
   return id;
 }
 
+std::vector<std::string> list_matte_channels(const std::string& layer) {
+  std::vector<std::string> channels;
+  for (int group = 0; group < kMatteRanks / 2; ++group)
+    for (const char channel : {'R', 'G', 'B', 'A'})
+      channels.push_back(fmt::format("{}{:02}.{}", layer, group, channel));
+  return channels;
+}
+
+std::vector<std::string> Mattes::layers() const {
+  std::vector<std::string> layers;
+  for (const MatteTable& table : tables_) layers.push_back(table.layer);
+  return layers;
+}
+
 std::vector<std::string> Mattes::channels() const {
   std::vector<std::string> channels;
   for (const MatteTable& table : tables_)
-    for (int group = 0; group < kMatteRanks / 2; ++group)
-      for (const char channel : {'R', 'G', 'B', 'A'})
-        channels.push_back(fmt::format("{}{:02}.{}", table.layer, group, channel));
+    for (std::string& channel : list_matte_channels(table.layer))
+      channels.push_back(std::move(channel));
   return channels;
 }
 
@@ -159,24 +176,25 @@ float Mattes::find_label(const RenderMesh& mesh, const MeshIds& ids, const MeshH
 }
 
 void Mattes::add_sample(const World& world, const Ray& ray, const Intersection& intersection,
-                        MattePixel* pixel) const {
+                        SampleSums<MattePixel>* pixel) const {
   const float backdrop = world.transparent ? 0.0f : 1.0f;
   if (intersection.mesh.mesh == kNoMesh) {
     float floor = 0;
     if (intersection.floor < std::numeric_limits<float>::infinity() && !world.shadow_only)
       floor = 1 - floor_point(world.floor, ray, intersection.floor).fade;
     for (std::size_t i = 0; i < kinds_.size(); ++i) {
-      pixel[i].add(ground_[i], floor);
-      pixel[i].add(backdrop_[i], (1 - floor) * backdrop);
+      pixel[i].block().add(ground_[i], floor);
+      pixel[i].block().add(backdrop_[i], (1 - floor) * backdrop);
     }
     return;
   }
   const RenderMesh& mesh = world.geometry->mesh(intersection.mesh.mesh);
   const MeshIds& ids = meshes_[intersection.mesh.mesh];
   for (std::size_t i = 0; i < kinds_.size(); ++i) {
-    if (kinds_[i] == Kind::kObject) pixel[i].add(ids.object, 1);
-    if (kinds_[i] == Kind::kMaterial) add_material(mesh, ids, intersection.mesh, pixel[i]);
-    if (kinds_[i] == Kind::kLabel) pixel[i].add(find_label(mesh, ids, intersection.mesh), 1);
+    if (kinds_[i] == Kind::kObject) pixel[i].block().add(ids.object, 1);
+    if (kinds_[i] == Kind::kMaterial) add_material(mesh, ids, intersection.mesh, pixel[i].block());
+    if (kinds_[i] == Kind::kLabel)
+      pixel[i].block().add(find_label(mesh, ids, intersection.mesh), 1);
   }
 }
 

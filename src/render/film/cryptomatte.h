@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "image/image.h"
+#include "render/film/sample_sums.h"
 #include "render/path/world.h"
 #include "render/render.h"
 
@@ -24,6 +25,9 @@ float matte_id(std::string_view name);
 /// Number of ids with coverage per pixel and layer, two to an RGBA group of channels.
 inline constexpr int kMatteRanks = 6;
 
+/// Lists the channels of a layer: "crypto_object00.R", ...
+std::vector<std::string> list_matte_channels(const std::string& layer);
+
 /// The names of one layer.
 struct MatteTable {
   std::string layer;                      ///< "crypto_object"
@@ -34,9 +38,13 @@ struct MatteTable {
 class MattePixel {
  public:
   void add(float id, float weight);
+  /// Adds the coverages of further samples.
+  void add(const MattePixel& other);
   /// Returns id, coverage, id, coverage, ... of the kMatteRanks largest coverages, in descending
   /// order; `samples`: number of the pixel's samples.
   std::array<float, 2 * kMatteRanks> rank(float samples) const;
+  /// Ids and the sums of their weights.
+  const std::vector<std::pair<float, float>>& sums() const { return sums_; }
 
  private:
   std::vector<std::pair<float, float>> sums_;
@@ -49,15 +57,16 @@ class Mattes {
   Mattes(const std::string& layers, const RenderScene& scene);
 
   std::size_t layer_count() const { return tables_.size(); }
-  /// Lists the channels of all layers: "crypto_object00.R", ...
+  std::vector<std::string> layers() const;  ///< names
+  /// Lists the channels of all layers.
   std::vector<std::string> channels() const;
   /// Lists the attributes of all layers: "cryptomatte/KEY/name", hash, conversion and manifest.
   std::vector<Attribute> attributes() const;
-  /// Adds the first intersection of one camera ray to the pixel's layers (one per layer). Glass
+  /// Adds the first intersection of one camera ray to the blocks of the pixel's layers. Glass
   /// counts as itself. The backdrop has a matte of its own, so that coverages sum to 1, or with a
   /// transparent backdrop to alpha.
   void add_sample(const World& world, const Ray& ray, const Intersection& intersection,
-                  MattePixel* pixel) const;
+                  SampleSums<MattePixel>* pixel) const;
 
  private:
   enum class Kind : std::uint8_t { kObject, kMaterial, kLabel };

@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "compare/explain.h"
 #include "morph/timeline.h"
+#include "render/film/part.h"
 #include "scene/provenance.h"
 #include "sequence/frame/render_scene.h"
 #include "sequence/prepare/film_settings.h"
@@ -98,6 +99,12 @@ std::vector<Attribute> make_header(const PreparedScene& prepared, int frame,
   return attributes;
 }
 
+/// Makes a frame's header a part's: it names the picture that the part belongs to.
+void rename_hash(std::vector<Attribute>& header) {
+  for (Attribute& attribute : header)
+    if (attribute.name == kFrameHashAttribute) attribute.name = kPartOfAttribute;
+}
+
 void add(Hasher& key, const MorphState& m) {
   key.add(m.leg).add(static_cast<int>(m.stage)).add(m.progress).add(m.time).add(m.object);
   key.add(m.look).add(m.boundary).add(m.growth);
@@ -120,8 +127,9 @@ std::string picture_key(const PreparedScene& prepared, int frame) {
   return make_frame_view(prepared, frame).camera_motion ? "" : key.hex();
 }
 
-Status check_picture_memory(const ImageSettings& image, std::size_t pictures, std::uint64_t limit) {
-  const std::uint64_t bytes = pictures * picture_bytes(image);
+Status check_picture_memory(const ImageSettings& image, std::size_t pictures, std::uint64_t limit,
+                            const std::optional<SampleRange>& part) {
+  const std::uint64_t bytes = pictures * picture_bytes(image, part);
   if (limit == 0 || bytes <= limit) return Ok{};
   return make_error(ErrorCode::kResource,
                     "{} of {} x {} need{} {}, and the limit is {} - lower image.width and "
@@ -134,21 +142,34 @@ Status check_picture_memory(const ImageSettings& image, std::size_t pictures, st
 
 void put_header(const PreparedScene& prepared, int frame, const FrameOrigin& origin, Image& image) {
   std::vector<Attribute> header = make_header(prepared, frame, origin);
-  // What says how to read the picture's mattes stays.
-  for (Attribute& attribute : image.attributes)
-    if (attribute.name.starts_with("cryptomatte/")) header.push_back(std::move(attribute));
+  // What says how to read the picture's mattes and how to merge a part stays.
+  bool is_part = false;
+  for (Attribute& attribute : image.attributes) {
+    const bool merges = attribute.name.starts_with(kPartPrefix);
+    is_part = is_part || merges;
+    if (merges || attribute.name.starts_with("cryptomatte/"))
+      header.push_back(std::move(attribute));
+  }
+  if (is_part) rename_hash(header);
   image.attributes = std::move(header);
+}
+
+Result<Image> render_share(const PreparedScene& prepared, const FrameShare& share,
+                           Renderer& renderer, const FrameOrigin& origin) {
+  RenderSettings settings;
+  settings.image = prepared.scene.image;
+  settings.frame = share.geometry.frame;
+  settings.part = share.part;
+  PM_TRY(Image image, renderer.render(render_scene(prepared, share.geometry), settings));
+  put_header(prepared, share.geometry.frame, {renderer.isa(), origin.device, origin.command},
+             image);
+  return image;
 }
 
 Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& geometry,
                            Renderer& renderer, const std::string& device,
                            const std::string& command) {
-  RenderSettings settings;
-  settings.image = prepared.scene.image;
-  settings.frame = geometry.frame;
-  PM_TRY(Image image, renderer.render(render_scene(prepared, geometry), settings));
-  put_header(prepared, geometry.frame, {renderer.isa(), device, command}, image);
-  return image;
+  return render_share(prepared, {geometry, std::nullopt}, renderer, {"", device, command});
 }
 
 }  // namespace polymorph

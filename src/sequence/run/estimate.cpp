@@ -44,19 +44,22 @@ void add_fits(const PreparedScene& prepared, FrameEstimate& estimate) {
 }  // namespace
 
 Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, Engine& engine,
-                                      std::span<const int> frames) {
+                                      std::span<const int> frames,
+                                      const std::optional<SampleRange>& part) {
   FrameEstimate estimate;
   estimate.memory = prepared.memory.total();
   add_fits(prepared, estimate);
   if (frames.empty()) return estimate;
   const Activity activity("rendering some frames to estimate the others");
   PM_TRY(Renderer renderer, Renderer::create());
-  const int samples = prepared.scene.image.samples;
-  const int measured_samples = std::max(1, samples / kFewerSamples);
+  const int samples = part ? part->count() : prepared.scene.image.samples;
+  const int measured_samples =
+      part ? std::min(samples, kSampleBlock) : std::max(1, samples / kFewerSamples);
   RenderSettings settings;
   settings.image = prepared.scene.image;
-  settings.image.samples = measured_samples;
+  settings.image.samples = part ? part->total : measured_samples;
   settings.image.noise = 0;
+  if (part) settings.part = {part->first, part->first + measured_samples, part->total};
   const auto count = std::min<std::size_t>(frames.size(), kMaxMeasured);
   for (std::size_t i = 0; i < count; ++i) {
     settings.frame = frames[(2 * i + 1) * frames.size() / (2 * count)];
@@ -71,7 +74,9 @@ Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, Engine& eng
     png.exposure = prepared.scene.image.exposure;
     png.bits = prepared.scene.output.png_bits;
     PM_TRY(const std::string picture, encode_png(image, png));
-    estimate.exr_bytes += static_cast<double>(exr.size());
+    // A part of several nodes is about as many times as large.
+    const std::size_t nodes = part ? list_nodes(*part).size() : 1;
+    estimate.exr_bytes += static_cast<double>(nodes * exr.size());
     estimate.png_bytes += static_cast<double>(picture.size());
   }
   const auto n = static_cast<double>(count);

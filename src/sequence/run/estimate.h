@@ -1,20 +1,24 @@
 // Cost estimate of a sequence, from measured frames: time, memory and disk.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 
 #include "base/result.h"
 #include "kernels/engine.h"
+#include "render/sample_range.h"
 #include "sequence/prepare/prepared_scene.h"
 #include "sequence/run/run_report.h"
 
 namespace polymorph {
 
 /// Renders up to three of the frames, evenly spread, with at most an eighth of the samples (at
-/// least one), and scales the time of tracing up. Writes nothing. With image.noise it is the time
-/// at the full number of samples, which most pixels do not need. Errors: kResource, kOutput.
+/// least one; of a part one block of samples), and scales the time of tracing up. Writes nothing.
+/// With image.noise it is the time at the full number of samples, which most pixels do not need.
+/// Errors: kResource, kOutput.
 Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, Engine& engine,
-                                      std::span<const int> frames);
+                                      std::span<const int> frames,
+                                      const std::optional<SampleRange>& part = {});
 
 }  // namespace polymorph

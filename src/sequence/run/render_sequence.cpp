@@ -27,6 +27,7 @@
 #include "sequence/run/device.h"
 #include "sequence/run/estimate.h"
 #include "sequence/run/frame_files.h"
+#include "sequence/run/part_files.h"
 #include "sequence/run/status.h"
 
 namespace polymorph {
@@ -130,7 +131,7 @@ class SequenceRun {
     PM_TRY_STATUS(check_outputs(settings_));
     const std::size_t at_once =  // traced, written
         std::min(settings_.frames.size(), 2 * static_cast<std::size_t>(settings_.jobs));
-    PM_TRY_STATUS(check_picture_memory(scene.image, at_once, settings_.max_memory));
+    PM_TRY_STATUS(check_picture_memory(scene.image, at_once, settings_.max_memory, settings_.part));
     if (scene.image.denoise) PM_TRY_STATUS(check_denoiser());
     PM_TRY(engine_, make_engine(settings_.device, report_.device, settings_.max_memory));
     PM_TRY(prepared_,
@@ -176,7 +177,7 @@ class SequenceRun {
       std::vector<int> planned;
       for (const FrameRecord& record : report_.frames)
         if (record.state == FrameRecord::State::kPlanned) planned.push_back(record.frame);
-      PM_TRY(report_.estimate, estimate_frames(prepared_, *engine_, planned));
+      PM_TRY(report_.estimate, estimate_frames(prepared_, *engine_, planned, settings_.part));
     }
     report_.frames_seconds = frames.seconds();
     report_.peak_memory = peak_memory_bytes();
@@ -229,6 +230,11 @@ class SequenceRun {
       PM_TRY_STATUS(drain());
       return count_finished(record);
     }
+    if (settings_.existing == Existing::kSkip)
+      if (const Status kept = check_keeps_samples(record); !kept) {
+        PM_TRY_STATUS(drain());
+        return failed(record, kept.error());
+      }
     if (settings_.dry_run) return count_finished(record);
     std::string picture = picture_key(prepared_, record.frame);
     if (!picture.empty() && !tracing_.empty() && tracing_.back().picture == picture) {
@@ -258,8 +264,8 @@ class SequenceRun {
     idle_.pop_back();
     auto task = [this, tracer, geometry = std::move(geometry)]() -> Traced {
       const Stopwatch stopwatch;
-      auto image =
-          render_frame(prepared_, geometry, tracer->renderer, report_.device, settings_.command);
+      auto image = render_share(prepared_, {geometry, settings_.part}, tracer->renderer,
+                                {report_.isa, report_.device, settings_.command});
       return {std::move(image), stopwatch.seconds()};
     };
     tracing_.push_back({{index}, std::move(picture), tracer, tracer->worker.run(std::move(task))});
@@ -364,18 +370,38 @@ class SequenceRun {
   }
 
   bool all_current(const FrameRecord& record) const {
-    const std::string hash = frame_hash(prepared_.scene, prepared_.hashes, record.frame);
+    const ExpectedFrame expected{frame_hash(prepared_.scene, prepared_.hashes, record.frame),
+                                 record.frame, prepared_.scene.output.png_bits, settings_.part};
     for (const fs::path& file : record.files) {
       std::error_code error;
       if (!fs::exists(file, error)) return false;
-      if (file_state(file, hash, record.frame, prepared_.scene.output.png_bits) ==
-          FileState::kWhole)
-        continue;
+      if (file_state(file, expected) == FileState::kWhole) continue;
+      if (!check_keeps_samples(record)) return false;
       log_info("{}: is of another scene or settings - {}", file.string(),
                settings_.dry_run ? "it would be rendered again" : "rendering it again");
       return false;
     }
     return true;
+  }
+
+  /// Errors (kOutput): a file of the frame has other samples of the same picture, or all of them.
+  Status check_keeps_samples(const FrameRecord& record) const {
+    const std::string hash = frame_hash(prepared_.scene, prepared_.hashes, record.frame);
+    const auto name = [](const std::optional<SampleRange>& part) {
+      return part ? "samples " + format_sample_range(*part) : std::string("all samples");
+    };
+    for (const fs::path& file : record.files) {
+      std::error_code error;
+      if (file.extension() != ".exr" || !fs::exists(file, error)) continue;
+      const auto header = read_frame_header(file);
+      if (!header || header->identity != hash || header->frame != record.frame) continue;
+      if (name(header->part) == name(settings_.part)) continue;
+      return make_error(ErrorCode::kOutput,
+                        "{}: has {} of this frame, which would be lost - write to another name, or "
+                        "add --overwrite",
+                        file.string(), name(header->part));
+    }
+    return Ok{};
   }
 
   Status failed(FrameRecord& record, const Error& error) {
@@ -418,6 +444,25 @@ int jobs_for(int width, int height, std::size_t frames) {
   return std::clamp(
       std::min(jobs, thread_count()), 1,
       std::clamp(static_cast<int>(std::min<std::size_t>(frames, kMaxJobs)), 1, kMaxJobs));
+}
+
+Status check_part(const Scene& scene, const FrameFiles& files) {
+  const auto refuse = [](const char* why) {
+    return make_error(ErrorCode::kUsage, "--samples: {}", why);
+  };
+  if (scene.image.noise > 0)
+    return refuse(
+        "adaptive sampling takes samples until the noise is low enough, so it has no ranges - "
+        "render with --set image.noise=0");
+  if (scene.image.denoise)
+    return refuse(
+        "denoising needs all samples at once - render with --set image.denoise=false, and denoise "
+        "the merged picture");
+  if (!files.png.before.empty() || files.png.has_number())
+    return refuse(
+        "a part is an EXR file; a PNG cannot hold its sums - name an .exr file, without --png, and "
+        "with --set output.png=false where the scene asks for PNG files");
+  return Ok{};
 }
 
 Result<RunReport> render_sequence(const Scene& scene, const SequenceSettings& settings,

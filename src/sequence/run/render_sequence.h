@@ -5,12 +5,14 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
 #include "image/image.h"
 #include "kernels/engine.h"
+#include "render/sample_range.h"
 #include "scene/scene.h"
 #include "sequence/run/frames.h"
 #include "sequence/run/run_report.h"
@@ -20,9 +22,10 @@ namespace polymorph {
 enum class Existing { kRefuse, kSkip, kOverwrite };
 
 struct SequenceSettings {
-  std::vector<int> frames;  ///< frame numbers, in the order to render
-  FramePattern exr;         ///< empty `before`: no EXR
-  FramePattern png;         ///< empty `before`: no PNG
+  std::vector<int> frames;          ///< frame numbers, in the order to render
+  FramePattern exr;                 ///< empty `before`: no EXR
+  FramePattern png;                 ///< empty `before`: no PNG
+  std::optional<SampleRange> part;  ///< these samples alone, of as many as the scene has
   Existing existing = Existing::kRefuse;
   bool strict = false;      ///< warnings about the scene's files are errors
   bool keep_going = false;  ///< a failed frame does not stop the others
@@ -43,8 +46,13 @@ int jobs_for(int width, int height, std::size_t frames);
 using ProgressCallback =
     std::function<void(std::size_t done, std::size_t total, const FrameRecord& last)>;
 
-/// Renders the frames. Frames one after the other that show the same to the bit (image.steady, and
-/// nothing moves) are traced once. Errors: the first failing frame's, unless keep_going.
+/// Tests whether a part of the scene's pictures can be rendered and merged into these files. Errors
+/// (kUsage): adaptive sampling, denoising, PNG.
+Status check_part(const Scene& scene, const FrameFiles& files);
+
+/// Renders the frames, or a part of each. Frames one after the other that show the same to the bit
+/// (image.steady, and nothing moves) are traced once. Errors: the first failing frame's, unless
+/// keep_going.
 Result<RunReport> render_sequence(const Scene& scene, const SequenceSettings& settings,
                                   const ProgressCallback& progress);
 

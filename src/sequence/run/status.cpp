@@ -7,6 +7,7 @@
 
 #include "base/parallel.h"
 #include "image/image_io.h"
+#include "render/film/part.h"
 #include "sequence/frame/render_frame.h"
 #include "sequence/prepare/content_hash.h"
 #include "sequence/prepare/film_settings.h"
@@ -52,23 +53,27 @@ Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> 
   return out;
 }
 
-FileState file_state(const std::filesystem::path& file, const std::string& hash, int frame,
-                     int png_bits) {
+FileState file_state(const std::filesystem::path& file, const ExpectedFrame& expected) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) return FileState::kMissing;
   const auto image = read_image(file);
   if (!image) return FileState::kUnreadable;
   // EXR keeps the frame as a number, PNG as text.
-  const auto says = [&](const char* name, const std::string& expected) {
+  const auto says = [&](const char* name, const std::string& value) {
     return std::any_of(image->attributes.begin(), image->attributes.end(), [&](const Attribute& a) {
       return a.name == name &&
-             std::visit([](const auto& v) { return fmt::format("{}", v); }, a.value) == expected;
+             std::visit([](const auto& v) { return fmt::format("{}", v); }, a.value) == value;
     });
   };
-  if (const int bits = read_png_bits(file); bits != 0 && bits != png_bits) return FileState::kStale;
-  return says(kFrameHashAttribute, hash) && says(kFrameAttribute, fmt::format("{}", frame))
-             ? FileState::kWhole
-             : FileState::kStale;
+  if (const int bits = read_png_bits(file); bits != 0 && bits != expected.png_bits)
+    return FileState::kStale;
+  const bool matches = expected.part
+                           ? says(kPartOfAttribute, expected.hash) &&
+                                 says(kPartSamplesAttribute, format_sample_range(*expected.part))
+                           : says(kFrameHashAttribute, expected.hash);
+  if (!says(kFrameAttribute, fmt::format("{}", expected.frame))) return FileState::kStale;
+  if (matches) return FileState::kWhole;
+  return says(kPartOfAttribute, expected.hash) ? FileState::kPart : FileState::kStale;
 }
 
 std::vector<FileState> frame_states(const FrameFiles& files, std::span<const int> frames,
@@ -78,8 +83,9 @@ std::vector<FileState> frame_states(const FrameFiles& files, std::span<const int
     const auto at = static_cast<std::size_t>(i);
     for (const FramePattern* pattern : {&files.exr, &files.png}) {
       if (pattern->before.empty() && !pattern->has_number()) continue;
-      const FileState state = file_state(frame_path(*pattern, frames[at]), expected.frames[at],
-                                         frames[at], expected.png_bits);
+      const FileState state =
+          file_state(frame_path(*pattern, frames[at]),
+                     {expected.frames[at], frames[at], expected.png_bits, std::nullopt});
       if (state != FileState::kWhole) states[at] = state;
     }
   });

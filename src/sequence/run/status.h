@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -9,6 +10,7 @@
 
 #include "base/program_identity.h"
 #include "base/result.h"
+#include "render/sample_range.h"
 #include "scene/scene.h"
 #include "sequence/run/frames.h"
 
@@ -19,6 +21,7 @@ enum class FileState {
   kMissing,     ///< there is no such file
   kStale,       ///< made from another scene, other settings or by another build of the program
   kUnreadable,  ///< no whole image
+  kPart,        ///< some of the frame's samples, or others than were asked for
 };
 
 /// The hash of all that the scene's frames are made of, but the program. Loads the models; makes no
@@ -33,10 +36,16 @@ struct ExpectedHashes {
 };
 Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> frames);
 
-/// Reads the whole file: a name alone proves nothing. `hash`: frame_hash(), `frame` as in its
-/// header; a PNG must have these bits per channel, too.
-FileState file_state(const std::filesystem::path& file, const std::string& hash, int frame,
-                     int png_bits);
+/// Demands on a file that is whole.
+struct ExpectedFrame {
+  std::string hash;  ///< frame_hash()
+  int frame = 0;
+  int png_bits = 8;                      ///< bits per channel of a PNG
+  std::optional<SampleRange> part = {};  ///< these samples, neither more nor fewer
+};
+
+/// Reads the whole file: a name alone proves nothing.
+FileState file_state(const std::filesystem::path& file, const ExpectedFrame& expected);
 
 /// The states of these frames, in their order; a frame is as good as the worst of its files.
 std::vector<FileState> frame_states(const FrameFiles& files, std::span<const int> frames,

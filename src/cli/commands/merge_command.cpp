@@ -1,0 +1,96 @@
+#include "base/file.h"
+#include "base/json.h"
+#include "base/log.h"
+#include "base/stop.h"
+#include "base/stopwatch.h"
+#include "base/text.h"
+#include "cli/command_line.h"
+#include "cli/progress.h"
+#include "sequence/run/merge_frames.h"
+
+namespace polymorph {
+namespace {
+
+struct MergeOptions {
+  MergeSettings settings;
+  JsonOutput json;
+};
+
+JsonValue to_json(const std::vector<FrameMerge>& merges) {
+  JsonValue json{{"frames", JsonValue::array()}};
+  for (const FrameMerge& merge : merges) {
+    JsonValue parts = JsonValue::array();
+    for (const auto& part : merge.parts) parts.push_back(part.string());
+    json["frames"].push_back({{"frame", merge.frame},
+                              {"samples", format_sample_range(merge.samples)},
+                              {"parts", parts},
+                              {"file", merge.output.string()}});
+  }
+  return json;
+}
+
+Result<int> run_merge(const CommandLine& line, const MergeOptions& options) {
+  const Stopwatch stopwatch;
+  MergeSettings settings = options.settings;
+  settings.overwrite = line.common.overwrite;
+  settings.command = line.text;
+  PM_TRY(const std::vector<FrameMerge> merges, plan_merge(settings));
+  const ProgressCallback progress = make_progress(progress_mode(line.common));
+  std::size_t done = 0, parts = 0;
+  for (const FrameMerge& merge : merges) {
+    if (stop_requested()) {
+      log_warning("stopped; merged frames are whole");
+      return static_cast<int>(stop_code());
+    }
+    const Stopwatch watch;
+    PM_TRY_STATUS(merge_frame(merge, settings.command));
+    FrameRecord record;
+    record.frame = merge.frame;
+    record.state = FrameRecord::State::kDone;
+    record.stage = fmt::format("samples {}", format_sample_range(merge.samples));
+    record.seconds = watch.seconds();
+    record.files = {merge.output};
+    parts += merge.parts.size();
+    progress(++done, merges.size(), record);
+  }
+  if (options.json.enabled) PM_TRY_STATUS(write_json(options.json, to_json(merges)));
+  log_info("{} frame{} merged from {} part{} in {}", done, done == 1 ? "" : "s", parts,
+           parts == 1 ? "" : "s", format_seconds(stopwatch.seconds()));
+  return 0;
+}
+
+}  // namespace
+
+void add_merge(CommandLine& line) {
+  auto options = std::make_shared<MergeOptions>();
+  Command command =
+      add_command(line, "merge", "Merge frames that were rendered in ranges of samples.",
+                  "  polymorph render scene.json -o 'a/frame.####.exr' --samples 0-31/64\n"
+                  "  polymorph render scene.json -o 'b/frame.####.exr' --samples 32-63/64\n"
+                  "  polymorph merge a b -o 'out/frame.####.exr'",
+                  "  0 all frames are merged   2 usage\n"
+                  "  3 samples are missing, twice there, or not of one picture   4 cannot write\n"
+                  "  75, 130, 143 stopped by a signal: merged frames are whole");
+  command
+      .add_option("parts", options->settings.inputs,
+                  "EXR files that render --samples FIRST-LAST/TOTAL wrote, patterns of such files, "
+                  "and folders with them, in any order")
+      .required()
+      .type_name("PART|DIR...")
+      .group("Main");
+  command
+      .add_option("-o,--output", options->settings.output,
+                  "frame.####.exr; # is a digit of the frame number")
+      .required()
+      .type_name("FILE")
+      .group("Main");
+  command
+      .add_flag("--partial", options->settings.partial,
+                "write a larger part where samples before the first or after the last are missing")
+      .group("Main");
+  add_overwrite(command, line.common).group("Main");
+  add_json(command, options->json);
+  set_action(line, command, [&line, options] { return run_merge(line, *options); });
+}
+
+}  // namespace polymorph

@@ -1,0 +1,337 @@
+#include "render/film/part.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+
+#include "base/parallel.h"
+#include "base/text.h"
+#include "kernels/floating_point.h"
+#include "render/film/smooth.h"
+#include "render/math/vector_math.h"
+
+namespace polymorph {
+namespace {
+
+constexpr const char* kNodeNames[kNodeChannels] = {"R", "G", "B", "A", "floor", "lit", "unlit"};
+constexpr const char* kFirstRank = "00.R";  // ends the name of a matte layer's first channel
+
+/// "s0-15."
+std::string node_prefix(BlockSpan node, int total) {
+  const int first = node.first * kSampleBlock;
+  return fmt::format("s{}.", format_samples(first, first + count_samples(node, total)));
+}
+std::string matte_channel(const std::string& prefix, const std::string& layer, std::size_t number,
+                          const char* what) {
+  return fmt::format("{}{}.{}.{}", prefix, layer, number, what);
+}
+
+PixelSum read_node(const float* pixel, std::span<const int> channels, int samples) {
+  const auto at = [&](int i) { return pixel[channels[static_cast<std::size_t>(i)]]; };
+  PixelSum sum;
+  sum.light = {at(0), at(1), at(2)};
+  sum.alpha = at(3);
+  sum.floor = at(4);
+  sum.lit = at(5);
+  sum.unlit = at(6);
+  sum.samples = samples;
+  return sum;
+}
+
+std::string find_text(const Image& image, const char* name) {
+  for (const Attribute& attribute : image.attributes)
+    if (attribute.name == name)
+      if (const auto* text = std::get_if<std::string>(&attribute.value)) return *text;
+  return "";
+}
+
+/// Channels of a part's image that have the sums of a node.
+struct NodeView {
+  BlockSpan blocks;
+  int samples = 0;
+  std::vector<int> sums;  ///< kNodeChannels channels
+  struct Pair {
+    int id = 0, sum = 0;
+  };
+  std::vector<std::vector<Pair>> mattes;  ///< channels of each layer's ids
+};
+
+MattePixel read_mattes(const float* pixel, const std::vector<NodeView::Pair>& pairs) {
+  MattePixel sum;
+  for (const NodeView::Pair& pair : pairs) sum.add(pixel[pair.id], pixel[pair.sum]);
+  return sum;
+}
+
+Result<std::vector<NodeView>> view_nodes(const Part& part, const std::vector<std::string>& layers) {
+  std::vector<NodeView> views;
+  for (const BlockSpan node : list_nodes(part.samples)) {
+    NodeView view{node, count_samples(node, part.samples.total), {}, {}};
+    const std::string prefix = node_prefix(node, part.samples.total);
+    for (const char* name : kNodeNames) {
+      const int channel = part.image.find_channel(prefix + name);
+      if (channel < 0)
+        return make_error(ErrorCode::kInput, "{}: is no whole part: the channel {}{} is missing",
+                          part.name, prefix, name);
+      view.sums.push_back(channel);
+    }
+    for (const std::string& layer : layers) {
+      std::vector<NodeView::Pair>& pairs = view.mattes.emplace_back();
+      for (std::size_t number = 0;; ++number) {
+        const int id = part.image.find_channel(matte_channel(prefix, layer, number, "id")),
+                  sum = part.image.find_channel(matte_channel(prefix, layer, number, "sum"));
+        if (id < 0 && sum < 0) break;
+        if (id < 0 || sum < 0)
+          return make_error(ErrorCode::kInput, "{}: is no whole part: half of {}{}.{} is missing",
+                            part.name, prefix, layer, number);
+        pairs.push_back({id, sum});
+      }
+      if (pairs.empty())
+        return make_error(ErrorCode::kInput, "{}: is no whole part: the layer {} is missing",
+                          part.name, layer);
+    }
+    views.push_back(std::move(view));
+  }
+  return views;
+}
+
+/// The channels that do not depend on samples.
+std::vector<std::string> other_channels(const Image& image, const std::vector<NodeView>& nodes) {
+  std::vector<bool> is_sum(image.channel_count(), false);
+  for (const NodeView& node : nodes) {
+    for (const int channel : node.sums) is_sum[static_cast<std::size_t>(channel)] = true;
+    for (const auto& pairs : node.mattes)
+      for (const NodeView::Pair& pair : pairs)
+        is_sum[static_cast<std::size_t>(pair.id)] = is_sum[static_cast<std::size_t>(pair.sum)] =
+            true;
+  }
+  std::vector<std::string> channels;
+  for (std::size_t i = 0; i < is_sum.size(); ++i)
+    if (!is_sum[i]) channels.push_back(image.channels[i]);
+  return channels;
+}
+
+/// Errors (kInput): the two parts have not the same bits in these channels.
+Status check_equal(const Part& a, const Part& b, const std::vector<std::string>& channels) {
+  if (a.image.width != b.image.width || a.image.height != b.image.height)
+    return make_error(ErrorCode::kInput, "{} is {} x {} pixels, and {} is {} x {}", a.name,
+                      a.image.width, a.image.height, b.name, b.image.width, b.image.height);
+  const std::size_t pixels =
+      static_cast<std::size_t>(a.image.width) * static_cast<std::size_t>(a.image.height);
+  for (const std::string& channel : channels) {
+    const int in_a = a.image.find_channel(channel), in_b = b.image.find_channel(channel);
+    bool equal = in_b >= 0;
+    for (std::size_t i = 0; equal && i < pixels; ++i)
+      equal = std::bit_cast<std::uint32_t>(
+                  a.image.pixels[i * a.image.channel_count() + static_cast<std::size_t>(in_a)]) ==
+              std::bit_cast<std::uint32_t>(
+                  b.image.pixels[i * b.image.channel_count() + static_cast<std::size_t>(in_b)]);
+    if (!equal)
+      return make_error(ErrorCode::kInput,
+                        "{} and {}: the layer {} differs, so they are not parts of one picture",
+                        a.name, b.name, channel);
+  }
+  return Ok{};
+}
+
+/// Merges parts that have been checked.
+class Merger {
+ public:
+  Merger(std::span<const Part> parts, const std::vector<std::vector<NodeView>>& views,
+         const std::vector<std::string>& others, MatteSums& mattes)
+      : parts_(parts),
+        views_(views),
+        mattes_(mattes),
+        range_{parts.front().samples.first, parts.back().samples.end, parts.front().samples.total} {
+    std::vector<std::string> channels{"R", "G", "B", "A"};
+    if (!range_.is_whole()) channels = list_node_channels(range_);
+    first_other_ = channels.size();
+    for (const std::string& channel : others) {
+      others_.push_back(parts.front().image.find_channel(channel));
+      channels.push_back(channel);
+    }
+    if (range_.is_whole())
+      for (const std::string& layer : mattes.layers)
+        for (const std::string& channel : list_matte_channels(layer)) channels.push_back(channel);
+    const Image& first = parts.front().image;
+    film_ = make_image(first.width, first.height, std::move(channels));
+    if (!range_.is_whole())
+      mattes.sums.resize(static_cast<std::size_t>(first.width) *
+                         static_cast<std::size_t>(first.height) * mattes.layers.size() *
+                         list_nodes(range_).size());
+  }
+
+  Image run() {
+    parallel_for(film_.height, [&](std::int64_t y) {
+      const FlushDenormals flush;  // as the renderer sums
+      const auto width = static_cast<std::size_t>(film_.width);
+      for (std::size_t i = 0; i < width; ++i) merge_pixel(static_cast<std::size_t>(y) * width + i);
+    });
+    return std::move(film_);
+  }
+
+ private:
+  const float* find_pixel(std::size_t part, std::size_t i) const {
+    const Image& image = parts_[part].image;
+    return &image.pixels[i * image.channel_count()];
+  }
+
+  void merge_pixel(std::size_t i) {
+    float* pixel = &film_.pixels[i * film_.channel_count()];
+    SampleSums<PixelSum> sums;
+    for (std::size_t p = 0; p < parts_.size(); ++p)
+      for (const NodeView& node : views_[p])
+        sums.add({node.blocks, read_node(find_pixel(p, i), node.sums, node.samples)});
+    if (range_.is_whole()) {
+      write_colors(sums.total(), pixel);
+    } else {
+      for (std::size_t n = 0; n < sums.nodes().size(); ++n)
+        write_node(sums.nodes()[n].sum, pixel + n * kNodeChannels);
+    }
+    float* other = pixel + first_other_;
+    for (const int channel : others_) *other++ = find_pixel(0, i)[channel];
+    for (std::size_t layer = 0; layer < mattes_.layers.size(); ++layer) {
+      SampleSums<MattePixel> matte;
+      for (std::size_t p = 0; p < parts_.size(); ++p)
+        for (const NodeView& node : views_[p])
+          matte.add({node.blocks, read_mattes(find_pixel(p, i), node.mattes[layer])});
+      if (range_.is_whole()) {
+        const auto rank = matte.total().rank(static_cast<float>(range_.total));
+        other = std::copy(rank.begin(), rank.end(), other);
+        continue;
+      }
+      const std::size_t nodes = matte.nodes().size();
+      for (std::size_t n = 0; n < nodes; ++n)
+        mattes_.sums[(i * mattes_.layers.size() + layer) * nodes + n] = matte.nodes()[n].sum;
+    }
+  }
+
+  std::span<const Part> parts_;
+  const std::vector<std::vector<NodeView>>& views_;
+  MatteSums& mattes_;
+  SampleRange range_;
+  std::size_t first_other_ = 0;
+  std::vector<int> others_;  ///< channels of the first part
+  Image film_;
+};
+
+std::vector<Attribute> merge_attributes(const Image& first, const SampleRange& range) {
+  std::vector<Attribute> attributes;
+  for (const Attribute& attribute : first.attributes) {
+    if (attribute.name == kPartSamplesAttribute && !range.is_whole())
+      attributes.push_back({kPartSamplesAttribute, format_sample_range(range)});
+    else if (!attribute.name.starts_with(kPartPrefix) || !range.is_whole())
+      attributes.push_back(attribute);
+  }
+  return attributes;
+}
+
+}  // namespace
+
+void write_colors(const PixelSum& sum, float* pixel) {
+  const float n = static_cast<float>(sum.samples);
+  // The control variate may leave a pixel slightly below 0.
+  const Vec3 light = max(sum.light / n, Vec3{});
+  const float shadow = sum.unlit > 0 ? 1 - sum.lit / sum.unlit : 0.0f;
+  pixel[0] = light.x;
+  pixel[1] = light.y;
+  pixel[2] = light.z;
+  // Without transparency the samples' alphas are exactly 1, and so is their mean.
+  pixel[3] = clamp01((sum.alpha + sum.floor * clamp01(shadow)) / n);
+}
+
+void write_node(const PixelSum& sum, float* pixel) {
+  for (const float value :
+       {sum.light.x, sum.light.y, sum.light.z, sum.alpha, sum.floor, sum.lit, sum.unlit})
+    *pixel++ = value;
+}
+
+std::vector<std::string> list_node_channels(const SampleRange& range) {
+  std::vector<std::string> channels;
+  for (const BlockSpan node : list_nodes(range))
+    for (const char* name : kNodeNames) channels.push_back(node_prefix(node, range.total) + name);
+  return channels;
+}
+
+Image append_matte_sums(Image part, const SampleRange& range, const MatteSums& mattes) {
+  if (mattes.layers.empty()) return part;
+  const std::vector<BlockSpan> nodes = list_nodes(range);
+  const std::size_t columns = mattes.layers.size() * nodes.size();
+  std::vector<std::size_t> counts(columns, 1);  // ids of a layer and node
+  for (std::size_t i = 0; i < mattes.sums.size(); ++i)
+    counts[i % columns] = std::max(counts[i % columns], mattes.sums[i].sums().size());
+  std::vector<std::string> channels = part.channels;
+  for (std::size_t c = 0; c < columns; ++c)
+    for (std::size_t number = 0; number < counts[c]; ++number)
+      for (const char* what : {"id", "sum"})
+        channels.push_back(matte_channel(node_prefix(nodes[c % nodes.size()], range.total),
+                                         mattes.layers[c / nodes.size()], number, what));
+  Image image = make_image(part.width, part.height, std::move(channels));
+  image.attributes = std::move(part.attributes);
+  const std::size_t before = part.channel_count(), after = image.channel_count();
+  for (std::size_t i = 0; i * after < image.pixels.size(); ++i) {
+    float* pixel = std::copy_n(&part.pixels[i * before], before, image.pixels.data() + i * after);
+    for (std::size_t c = 0; c < columns; ++c) {
+      auto sums = mattes.sums[i * columns + c].sums();
+      std::sort(sums.begin(), sums.end());
+      for (std::size_t number = 0; number < sums.size(); ++number) {
+        pixel[2 * number] = sums[number].first;
+        pixel[2 * number + 1] = sums[number].second;
+      }
+      pixel += 2 * counts[c];
+    }
+  }
+  return image;
+}
+
+Image select_channels(Image film, std::vector<std::string> channels) {
+  if (film.channels == channels) return film;
+  std::vector<int> from;
+  for (const std::string& channel : channels) from.push_back(film.find_channel(channel));
+  Image image = make_image(film.width, film.height, std::move(channels));
+  for (std::size_t i = 0, k = 0; i < image.pixels.size(); k += film.channel_count())
+    for (const int channel : from)
+      image.pixels[i++] = film.pixels[k + static_cast<std::size_t>(channel)];
+  image.attributes = std::move(film.attributes);
+  return image;
+}
+
+Result<Image> merge_parts(std::span<const Part> parts) {
+  PM_CHECK(!parts.empty());
+  const Part& first = parts.front();
+  const std::vector<std::string> channels =
+      split(find_text(first.image, kPartChannelsAttribute), ',');
+  MatteSums mattes;
+  for (const std::string& channel : channels)
+    if (channel.starts_with("crypto_") && channel.ends_with(kFirstRank))
+      mattes.layers.push_back(channel.substr(0, channel.find(kFirstRank)));
+  std::vector<std::vector<NodeView>> views;
+  std::vector<std::string> others;
+  for (const Part& part : parts) {
+    PM_TRY(std::vector<NodeView> nodes, view_nodes(part, mattes.layers));
+    if (views.empty()) others = other_channels(part.image, nodes);
+    views.push_back(std::move(nodes));
+    PM_TRY_STATUS(check_equal(first, part, others));
+  }
+  const SampleRange range{first.samples.first, parts.back().samples.end, first.samples.total};
+  Image film = Merger(parts, views, others, mattes).run();
+  film.attributes = merge_attributes(first.image, range);
+  if (!range.is_whole()) return append_matte_sums(std::move(film), range, mattes);
+  const auto is_smooth = [](const Attribute& attribute) {
+    const int* value = std::get_if<int>(&attribute.value);
+    return attribute.name == kPartSmoothAttribute && value && *value == 1;
+  };
+  const auto& attributes = first.image.attributes;
+  const bool smooth = std::any_of(attributes.begin(), attributes.end(), is_smooth);
+  std::vector<std::string> needed = channels;
+  if (smooth)
+    for (const char* guide : {"id", "Z", "N.X", "N.Y", "N.Z", "albedo.R", "albedo.G", "albedo.B"})
+      needed.emplace_back(guide);
+  for (const std::string& channel : needed)
+    if (film.find_channel(channel) < 0)
+      return make_error(ErrorCode::kInput, "{}: is no whole part: the channel {} is missing",
+                        first.name, channel);
+  if (smooth) smooth_noise(film);
+  return select_channels(std::move(film), channels);
+}
+
+}  // namespace polymorph

@@ -1,0 +1,38 @@
+// Sample ranges: "0-15/64", some of the samples of a picture that are rendered on their own.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/result.h"
+#include "render/film/sample_sums.h"
+
+namespace polymorph {
+
+inline constexpr int kMaxSamples = 65536;  ///< limit of image.samples
+
+/// The samples [first, end) of a picture of `total` samples per pixel. Both are at borders of
+/// blocks (kSampleBlock), or `end` is `total`.
+struct SampleRange {
+  int first = 0, end = 0, total = 0;
+  int count() const { return end - first; }
+  bool is_whole() const { return first == 0 && end == total; }
+};
+
+/// Parses "FIRST-LAST/TOTAL". Errors (kUsage): syntax, a range that does not begin and end at
+/// borders of blocks.
+Result<SampleRange> parse_sample_range(std::string_view text);
+
+/// "0-15", the numbers of the first and last sample.
+std::string format_samples(int first, int end);
+/// "0-15/64".
+std::string format_sample_range(const SampleRange& range);
+
+/// The nodes that sum the range (SampleSums), in their order.
+std::vector<BlockSpan> list_nodes(const SampleRange& range);
+
+/// The number of samples of a node in a picture of `total` samples.
+int count_samples(BlockSpan node, int total);
+
+}  // namespace polymorph

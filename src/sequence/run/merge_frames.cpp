@@ -1,0 +1,173 @@
+#include "sequence/run/merge_frames.h"
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <system_error>
+#include <utility>
+
+#include "base/file.h"
+#include "base/text.h"
+#include "image/exr_header.h"
+#include "image/image_io.h"
+#include "render/film/part.h"
+#include "sequence/frame/render_frame.h"
+#include "sequence/run/part_files.h"
+
+namespace polymorph {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMaxNamed = 20;
+constexpr const char* kCommandAttribute = "polymorph/command";
+
+Result<PartFile> read_part_header(const fs::path& file) {
+  PM_TRY(FrameHeader header, read_frame_header(file));
+  if (header.part && !header.identity.empty()) return PartFile{file, std::move(header)};
+  return make_error(ErrorCode::kInput,
+                    "{}: is no part of a frame - parts are rendered with --samples "
+                    "FIRST-LAST/TOTAL",
+                    file.string());
+}
+
+/// The parts that the inputs name, each file once.
+Result<std::vector<PartFile>> collect_parts(const std::vector<std::string>& inputs) {
+  std::vector<PartFile> parts;
+  for (const std::string& input : inputs) {
+    std::error_code error;
+    if (fs::is_directory(input, error)) {
+      PM_TRY(const std::vector<PartFile> found, list_parts(input));
+      if (found.empty())
+        return make_error(ErrorCode::kInput,
+                          "{}: has no parts - they are rendered with --samples FIRST-LAST/TOTAL",
+                          input);
+      parts.insert(parts.end(), found.begin(), found.end());
+      continue;
+    }
+    if (fs::exists(input, error) || input.find_first_of("#%") == std::string::npos) {
+      PM_TRY(PartFile part, read_part_header(input));
+      parts.push_back(std::move(part));
+      continue;
+    }
+    PM_TRY(const FramePattern pattern, parse_pattern(input));
+    PM_TRY(const std::vector<int> frames, existing_frames(pattern));
+    if (frames.empty()) return make_error(ErrorCode::kInput, "{}: there is no such frame", input);
+    for (const int frame : frames) {
+      PM_TRY(PartFile part, read_part_header(frame_path(pattern, frame)));
+      parts.push_back(std::move(part));
+    }
+  }
+  std::set<fs::path> known;
+  std::erase_if(parts, [&](const PartFile& part) {
+    std::error_code error;
+    return !known.insert(fs::weakly_canonical(part.path, error)).second;
+  });
+  return parts;
+}
+
+std::string describe(const PartFile& part) {
+  return fmt::format("{} ({})", part.path.string(), format_sample_range(*part.header.part));
+}
+
+/// Errors (kInput): two parts of a frame are not of one picture, or have samples in common. The
+/// parts are in the order of their samples.
+Status check_one_picture(int frame, const std::vector<PartFile>& parts) {
+  for (std::size_t i = 1; i < parts.size(); ++i) {
+    const PartFile &first = parts.front(), &before = parts[i - 1], &part = parts[i];
+    if (part.header.part->total != first.header.part->total)
+      return make_error(ErrorCode::kInput,
+                        "frame {}: {} and {} are parts of pictures with different numbers of "
+                        "samples",
+                        frame, describe(first), describe(part));
+    if (part.header.identity != first.header.identity)
+      return make_error(ErrorCode::kInput,
+                        "frame {}: {} and {} are not of one picture: their scenes, settings or "
+                        "builds of the program differ",
+                        frame, describe(first), describe(part));
+    if (part.header.part->first < before.header.part->end)
+      return make_error(ErrorCode::kInput, "frame {}: {} and {} have samples in common", frame,
+                        describe(before), describe(part));
+  }
+  return Ok{};
+}
+
+/// Describes what keeps the parts from making up a frame, or with `partial` a larger part; else "".
+std::string find_gap(const FrameMerge& merge, const std::vector<PartFile>& parts, bool partial) {
+  std::vector<SampleRange> ranges;
+  for (const PartFile& part : parts) ranges.push_back(*part.header.part);
+  const std::vector<SampleRange> joined = join_ranges(ranges);
+  const int total = merge.samples.total;
+  if (joined.size() == 1 && (partial || merge.samples.is_whole())) return "";
+  std::string options;
+  for (const SampleRange& range : missing_ranges(joined, total))
+    options +=
+        fmt::format("{}--samples {}", options.empty() ? "" : " and ", format_sample_range(range));
+  return fmt::format("frame {}: there are samples {} of {} - render the others with {}{}",
+                     merge.frame, format_samples(joined), total, options,
+                     joined.size() == 1 ? ", or write a larger part with --partial" : "");
+}
+
+}  // namespace
+
+Result<std::vector<FrameMerge>> plan_merge(const MergeSettings& settings) {
+  PM_TRY(FramePattern output, parse_pattern(settings.output));
+  if (frame_path(output, 1).extension() != ".exr")
+    return make_error(ErrorCode::kUsage,
+                      "{}: frames are merged to EXR files - end the name in .exr", settings.output);
+  PM_TRY(const std::vector<PartFile> files, collect_parts(settings.inputs));
+  std::map<int, std::vector<PartFile>> frames;
+  for (const PartFile& file : files) {
+    remember_input(file.path);
+    frames[file.header.frame].push_back(file);
+  }
+  if (frames.size() > 1) output = add_number(output);
+  std::vector<FrameMerge> merges;
+  std::vector<std::string> gaps;
+  for (auto& [frame, parts] : frames) {
+    std::stable_sort(parts.begin(), parts.end(), [](const PartFile& a, const PartFile& b) {
+      return a.header.part->first < b.header.part->first;
+    });
+    PM_TRY_STATUS(check_one_picture(frame, parts));
+    const SampleRange &first = *parts.front().header.part, &last = *parts.back().header.part;
+    FrameMerge merge{frame, {first.first, last.end, first.total}, {}, frame_path(output, frame)};
+    for (const PartFile& part : parts) merge.parts.push_back(part.path);
+    if (std::string gap = find_gap(merge, parts, settings.partial); !gap.empty())
+      gaps.push_back(std::move(gap));
+    merges.push_back(std::move(merge));
+  }
+  if (!gaps.empty()) {
+    const std::size_t count = gaps.size();
+    if (count > kMaxNamed) gaps.resize(kMaxNamed);
+    return make_error(ErrorCode::kInput, "{}{}", fmt::join(gaps, "\n"),
+                      count > kMaxNamed ? fmt::format("\n... and {} more", count - kMaxNamed) : "");
+  }
+  for (const FrameMerge& merge : merges)
+    PM_TRY_STATUS(check_output(merge.output, settings.overwrite));
+  return merges;
+}
+
+Status merge_frame(const FrameMerge& merge, const std::string& command) {
+  ReadImageSettings large;
+  large.max_bytes = std::size_t{1} << 40;  // what the process may take is checked all the same
+  std::vector<Part> parts;
+  for (const fs::path& file : merge.parts) {
+    PM_TRY(Image image, read_image(file, large));
+    // As they stand in the file, for they are written again.
+    PM_TRY(image.attributes, read_exr_attributes(file));
+    const FrameHeader header = parse_frame_header(image.attributes);
+    if (!header.part)
+      return make_error(ErrorCode::kInput, "{}: has changed while it was read", file.string());
+    parts.push_back({file.string(), *header.part, std::move(image)});
+  }
+  PM_TRY(Image image, merge_parts(parts));
+  parts.clear();
+  for (Attribute& attribute : image.attributes) {
+    if (attribute.name == kCommandAttribute) attribute.value = printable(command);
+    if (attribute.name == kPartOfAttribute && merge.samples.is_whole())
+      attribute.name = kFrameHashAttribute;
+  }
+  return write_image(merge.output, image);
+}
+
+}  // namespace polymorph
