@@ -74,6 +74,7 @@ Status add_attributes(const Image& image, Imf::Header& header) {
       header.pixelAspectRatio() = *aspect;
       continue;
     }
+    if (attribute.name == kColorInteropAttribute) continue;  // the encoder's own holds
     const char* name = attribute.name.c_str();
     if (attribute.name.empty() || attribute.name.size() > 255 ||
         header.find(name) != header.end() || attribute.name == "channels")
@@ -159,6 +160,7 @@ Result<std::string> encode_exr(const Image& image, const ExrSettings& settings) 
     // rendered noise become 5 % larger.
     header.zipCompressionLevel() = 1;
     Imf::addChromaticities(header, Imf::Chromaticities());  // its defaults are Rec. 709 and D65
+    header.insert(kColorInteropAttribute, Imf::StringAttribute("lin_rec709_scene"));
     for (const std::string& name : image.channels)
       header.channels().insert(name, Imf::Channel(is_half(name) ? Imf::HALF : Imf::FLOAT));
     PM_TRY_STATUS(add_attributes(image, header));

@@ -28,6 +28,9 @@ inline constexpr const char* kGammaAttribute = "gamma";                   ///< f
 /// Strings (image/color_description.h): an ICC profile, and primaries other than Rec. 709.
 inline constexpr const char* kColorProfileAttribute = "colorProfile";
 inline constexpr const char* kColorPrimariesAttribute = "colorPrimaries";
+/// String of an EXR that says the space of its colours, by the names of the Color Interop Forum's
+/// recommendations (github.com/AcademySoftwareFoundation/ColorInterop), as in "lin_rec709_scene".
+inline constexpr const char* kColorInteropAttribute = "colorInteropID";
 
 /// String: the channels whose numbers are whole, as ids are (OpenEXR's UINT), separated by commas.
 inline constexpr const char* kIdChannelsAttribute = "idChannels";
@@ -71,9 +74,10 @@ struct ExrSettings {
 };
 
 /// Encodes all channels: R, G, B, A half (finite values are clamped to half's +-65504), everything
-/// else float. Rec. 709 chromaticities, display window = data window, no time stamp: the same image
-/// gives the same bytes. Attributes as given (OpenEXR keeps them sorted by name). Errors: kInternal
-/// for an attribute or channel name that occurs twice or is the encoder's own.
+/// else float. Rec. 709 chromaticities and their kColorInteropAttribute (that of `image` is left
+/// out), display window = data window, no time stamp: the same image gives the same bytes.
+/// Attributes as given (OpenEXR keeps them sorted by name). Errors: kInternal for an attribute or
+/// channel name that occurs twice or is the encoder's own.
 Result<std::string> encode_exr(const Image& image, const ExrSettings& settings = {});
 
 /// Trade-off between time and size. kFast: some milliseconds for a 640x480 frame. kSmall: the
