@@ -34,7 +34,7 @@ ChannelRange range_of(const Image& image, std::size_t channel) {
 }  // namespace
 
 Result<Inspection> inspect_image(const std::string& file) {
-  PM_TRY(const Image image, read_image(file));
+  PM_TRY(const Image image, read_image(file, {.stored_colors = true}));
   Inspection out;
   JsonValue& json = out.json;
   json = {{"file", file}, {"width", image.width}, {"height", image.height}};

@@ -90,7 +90,9 @@ Status write_frame(const Image& image, const SequenceSettings& settings, const S
   png.dither = png.bits == 8;
   // Where nothing else crawls, the dither must not.
   png.seed = scene.image.seed + (scene.image.steady ? 0 : static_cast<std::uint64_t>(frame));
-  if (has_exr(settings)) PM_TRY_STATUS(write_image(frame_path(settings.exr, frame), image));
+  const ExrSettings exr{.color_space = scene.output.color_space};
+  if (has_exr(settings))
+    PM_TRY_STATUS(write_image(frame_path(settings.exr, frame), image, png, exr));
   if (has_png(settings)) PM_TRY_STATUS(write_image(frame_path(settings.png, frame), image, png));
   return Ok{};
 }
@@ -371,8 +373,7 @@ class SequenceRun {
     for (const fs::path& file : record.files) {
       std::error_code error;
       if (!fs::exists(file, error)) return false;
-      if (file_state(file, hash, record.frame, prepared_.scene.output.png_bits) ==
-          FileState::kWhole)
+      if (file_state(file, hash, record.frame, prepared_.scene.output) == FileState::kWhole)
         continue;
       log_info("{}: is of another scene or settings - {}", file.string(),
                settings_.dry_run ? "it would be rendered again" : "rendering it again");

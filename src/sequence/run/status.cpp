@@ -44,7 +44,7 @@ Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> 
   PM_TRY(const std::shared_ptr<const Image> environment, load_environment(scene));
   const SequenceHashes hashes = hash_sequence(
       {scene, chain, loaded.models, environment.get(), loaded.placings, loaded.sequences});
-  ExpectedHashes out{hashes.scene, std::vector<std::string>(frames.size()), scene.output.png_bits};
+  ExpectedHashes out{hashes.scene, std::vector<std::string>(frames.size()), scene.output};
   parallel_for(static_cast<std::int64_t>(frames.size()), [&](std::int64_t i) {
     const auto at = static_cast<std::size_t>(i);
     out.frames[at] = frame_hash(scene, hashes, frames[at]);
@@ -53,10 +53,10 @@ Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> 
 }
 
 FileState file_state(const std::filesystem::path& file, const std::string& hash, int frame,
-                     int png_bits) {
+                     const OutputSettings& output) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) return FileState::kMissing;
-  const auto image = read_image(file);
+  const auto image = read_image(file, {.stored_colors = true});
   if (!image) return FileState::kUnreadable;
   // EXR keeps the frame as a number, PNG as text.
   const auto says = [&](const char* name, const std::string& expected) {
@@ -65,7 +65,10 @@ FileState file_state(const std::filesystem::path& file, const std::string& hash,
              std::visit([](const auto& v) { return fmt::format("{}", v); }, a.value) == expected;
     });
   };
-  if (const int bits = read_png_bits(file); bits != 0 && bits != png_bits) return FileState::kStale;
+  const int bits = read_png_bits(file);
+  if (bits != 0 ? bits != output.png_bits
+                : color_space_name(*image) != color_space_label(output.color_space).interop_id)
+    return FileState::kStale;
   return says(kFrameHashAttribute, hash) && says(kFrameAttribute, fmt::format("{}", frame))
              ? FileState::kWhole
              : FileState::kStale;
@@ -79,7 +82,7 @@ std::vector<FileState> frame_states(const FrameFiles& files, std::span<const int
     for (const FramePattern* pattern : {&files.exr, &files.png}) {
       if (pattern->before.empty() && !pattern->has_number()) continue;
       const FileState state = file_state(frame_path(*pattern, frames[at]), expected.frames[at],
-                                         frames[at], expected.png_bits);
+                                         frames[at], expected.output);
       if (state != FileState::kWhole) states[at] = state;
     }
   });

@@ -29,14 +29,14 @@ Result<std::string> source_hash(const Scene& scene);
 struct ExpectedHashes {
   std::string scene;
   std::vector<std::string> frames;  ///< names, in the order of the frames asked for
-  int png_bits = 8;                 ///< bits per channel of PNG files
+  OutputSettings output;            ///< settings that files must have been made with
 };
 Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> frames);
 
 /// Reads the whole file: a name alone proves nothing. `hash`: frame_hash(), `frame` as in its
-/// header; a PNG must have these bits per channel, too.
+/// header; a PNG must have the output's bits per channel, and an EXR its colour space, too.
 FileState file_state(const std::filesystem::path& file, const std::string& hash, int frame,
-                     int png_bits);
+                     const OutputSettings& output);
 
 /// The states of these frames, in their order; a frame is as good as the worst of its files.
 std::vector<FileState> frame_states(const FrameFiles& files, std::span<const int> frames,
