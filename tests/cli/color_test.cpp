@@ -1,4 +1,4 @@
-// Colour spaces of files.
+// Colour spaces of files, and views.
 #include "image/color_space.h"
 #include "image/image_io.h"
 #include "testing/program.h"
@@ -107,6 +107,55 @@ TEST_F(Color, GoldensOfOtherProgramsKeepTheirSpace) {
   const Image kept = read("out/frames/other/frame.0001.reference.exr");
   EXPECT_EQ(color_space_name(kept), "lin_rec709_scene");
   EXPECT_NEAR(kept.pixels[0], 0.75f, 2e-3f);
+}
+
+TEST_F(Color, PicturesByAView) {
+  const std::string config = (source_dir() / "docs/color/aces.ocio").string();
+  const std::vector<std::string> render{"render", "scene.json", "-f",   "2-3",
+                                        "-o",     "f.####.exr", "--png"};
+  const std::vector<std::string> view{"--display", "sRGB", "--view", "ACES SDR"};
+  run(0, render);
+  const std::string plain = read_text(folder / "f.0002.png"),
+                    exr = read_text(folder / "f.0002.exr");
+  run(0, {"strip", "f.####.exr", "-o", "plain.png"});
+
+  variables = {{"OCIO", config}, {"POLYMORPH_OCIO_MODULE", "/nowhere/ocio.so"}};
+  EXPECT_TRUE(contains(run(5, render + view + std::vector<std::string>{"--overwrite"}).err,
+                       "/nowhere/ocio.so"));
+  if (!std::filesystem::exists(program_path().parent_path() / "polymorph_ocio.so"))
+    GTEST_SKIP() << "built without OpenColorIO";
+  variables = {{"OCIO", ""}};
+  EXPECT_TRUE(contains(run(3, render + view + std::vector<std::string>{"--overwrite"}).err,
+                       "OCIO=/studio/config.ocio"));
+  variables = {{"OCIO", config}};
+  EXPECT_TRUE(contains(run(3, {"strip", "f.####.exr", "-o", "x.png", "--view", "ACES HDR"}).err,
+                       "has no view \"ACES HDR\" (known: \"ACES SDR\", \"Plain\")"));
+  EXPECT_EQ(read_text(folder / "f.0002.png"), plain) << "nothing was written";
+
+  // PNGs without the view are stale, and those with it are not.
+  const std::vector<std::string> status{"status", "f.####.exr", "scene.json", "-f", "2-3", "--png"};
+  run(0, status);
+  run(1, status + view);
+  EXPECT_TRUE(contains(run(0, render + view + std::vector<std::string>{"--skip-existing"}).err,
+                       "2 frames rendered in"));
+  run(0, status + view);
+  run(1, status);
+  EXPECT_NE(read_text(folder / "f.0002.png"), plain);
+  const auto is_same = [&](const std::string& a, const std::string& b) {
+    return run({"compare", a, b, "--fail", "0.012", "--relative", "0.03"}).code == 0;
+  };
+  // The strip of the EXRs by the view shows what the PNGs show.
+  run(0, std::vector<std::string>{"strip", "f.####.exr", "-o", "view.png"} + view);
+  run(0, {"strip", "f.####.png", "-o", "pngs.png"});
+  EXPECT_TRUE(is_same("view.png", "pngs.png"));
+  EXPECT_FALSE(is_same("view.png", "plain.png"));
+  // A view that has the sRGB curve alone changes nothing that can be seen.
+  run(0, {"strip", "f.####.exr", "-o", "same.png", "--view", "Plain"});
+  EXPECT_TRUE(is_same("same.png", "plain.png"));
+
+  const Ran twice = run(2, std::vector<std::string>{"strip", "f.####.png", "-o", "x.png"} + view);
+  EXPECT_TRUE(contains(twice.err, "by a view already")) << twice.err;
+  run(2, std::vector<std::string>{"strip", "f.####.exr", "-o", "x.exr"} + view);
 }
 
 }  // namespace

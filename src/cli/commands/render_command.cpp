@@ -42,6 +42,7 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
   PM_TRY(const FrameFiles files, frame_files(scene, options.output, options.png, many));
   settings.exr = files.exr;
   settings.png = files.png;
+  settings.view = options.scene_options.shown;
   settings.existing = line.common.overwrite   ? Existing::kOverwrite
                       : options.skip_existing ? Existing::kSkip
                                               : Existing::kRefuse;

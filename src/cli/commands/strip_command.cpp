@@ -7,6 +7,7 @@
 #include "cli/film_output.h"
 #include "cli/scene_options.h"
 #include "cli/write_play_page.h"
+#include "image/display_view.h"
 #include "image/extract_matte.h"
 #include "image/image_io.h"
 #include "image/movie.h"
@@ -39,8 +40,28 @@ Result<std::vector<int>> choose_frames_by_change(const CommandLine& line, Scene 
   return choose_by_change(film, options.count);
 }
 
+/// Opens a view if one is asked for.
+Result<std::optional<ViewTransform>> open_view(const StripOptions& options) {
+  const DisplayView& view = options.scene_options.shown;
+  std::optional<ViewTransform> transform;
+  if (view.empty() || options.content() == FilmContent::kPlan) return transform;
+  if (std::filesystem::path(options.output).extension() == ".exr")
+    return make_error(ErrorCode::kUsage,
+                      "{}: an EXR has no view - name a .png, or leave out --display and --view",
+                      options.output);
+  PM_TRY(transform, ViewTransform::open(view));
+  return transform;
+}
+
+Status apply_view(const std::optional<ViewTransform>& view, Film& film) {
+  for (Image& image : film.images)
+    if (view) PM_TRY_STATUS(view->apply(image));
+  return Ok{};
+}
+
 Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
   PM_TRY(Scene scene, load_scene_with(options.input, options.scene_options));
+  PM_TRY(const std::optional<ViewTransform> view, open_view(options));
   const int count = frame_count(scene);
   PM_TRY(
       std::vector<int> numbers,
@@ -53,7 +74,9 @@ Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
     }
   }
   PM_TRY(const FilmScene ready, prepare_film(line, std::move(scene)));
-  return render_film(line, ready, std::move(numbers), options.width, options.content());
+  PM_TRY(Film film, render_film(line, ready, std::move(numbers), options.width, options.content()));
+  PM_TRY_STATUS(apply_view(view, film));
+  return film;
 }
 
 /// A header's rate, which EXR keeps as a number and PNG as text.
@@ -83,6 +106,7 @@ Result<Film> from_images(const StripOptions& options) {
   if (!pattern.has_number())
     return make_error(ErrorCode::kUsage, "{}: is one image - name a sequence with #### or a scene",
                       options.input);
+  PM_TRY(const std::optional<ViewTransform> view, open_view(options));
   Film film;
   PM_TRY(const std::vector<int> existing, existing_frames(pattern));
   if (existing.empty()) return make_error(ErrorCode::kInput, "{}: no such frames", options.input);
@@ -109,6 +133,10 @@ Result<Film> from_images(const StripOptions& options) {
     PM_TRY(Image image, read_frame(options, frame_path(pattern, number)));
     float exposure = 0;
     for (const Attribute& attribute : image.attributes) {
+      if (view && attribute.name == kViewAttribute)
+        return make_error(ErrorCode::kUsage,
+                          "{}: is a picture by a view already - leave out --display and --view",
+                          frame_path(pattern, number).string());
       const float* value = std::get_if<float>(&attribute.value);  // of an EXR; a PNG's are texts
       if (attribute.name == "FramesPerSecond") film.fps = fps_of(attribute).value_or(film.fps);
       if (value && attribute.name == "polymorph/exposure") exposure = *value;
@@ -116,6 +144,7 @@ Result<Film> from_images(const StripOptions& options) {
     expose(image, exposure);
     film.images.push_back(resized_colors(image, options.width));
   }
+  PM_TRY_STATUS(apply_view(view, film));
   return film;
 }
 
@@ -184,6 +213,8 @@ Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
   if (!options.matte.empty() && is_scene)
     return make_error(ErrorCode::kUsage, "--matte needs frames with Cryptomattes, not {}",
                       options.input);
+  if (!options.matte.empty() && !options.scene_options.shown.empty())
+    return make_error(ErrorCode::kUsage, "a matte has no view - leave out --display and --view");
   PM_TRY(const bool single, are_mattes_single(options));
   if (single) return write_mattes(options, line.common.overwrite);
   PM_TRY_STATUS(check_outputs(options, line.common.overwrite));

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <deque>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -82,8 +83,19 @@ Status check_outputs(const SequenceSettings& settings) {
   return Ok{};
 }
 
+/// Writes the picture for screens, by the scene's view where it has one.
+Status write_png(const Image& image, const std::filesystem::path& file, PngSettings png,
+                 const SequenceSettings& settings, const std::optional<ViewTransform>& view) {
+  if (!view) return write_image(file, image, png);
+  Image shown = image;
+  PM_TRY_STATUS(view->apply(shown, png.exposure));
+  png.exposure = 0;
+  shown.attributes.push_back({kViewAttribute, view_text(settings.view)});
+  return write_image(file, shown, png);
+}
+
 Status write_frame(const Image& image, const SequenceSettings& settings, const Scene& scene,
-                   int frame) {
+                   int frame, const std::optional<ViewTransform>& view) {
   PngSettings png;
   png.exposure = scene_at(scene, static_cast<double>(frame)).image.exposure;
   png.bits = scene.output.png_bits;
@@ -93,7 +105,8 @@ Status write_frame(const Image& image, const SequenceSettings& settings, const S
   const ExrSettings exr{.color_space = scene.output.color_space};
   if (has_exr(settings))
     PM_TRY_STATUS(write_image(frame_path(settings.exr, frame), image, png, exr));
-  if (has_png(settings)) PM_TRY_STATUS(write_image(frame_path(settings.png, frame), image, png));
+  if (has_png(settings))
+    PM_TRY_STATUS(write_png(image, frame_path(settings.png, frame), png, settings, view));
   return Ok{};
 }
 
@@ -138,6 +151,9 @@ class SequenceRun {
         std::min(settings_.frames.size(), 2 * static_cast<std::size_t>(settings_.jobs));
     PM_TRY_STATUS(check_picture_memory(scene.image, at_once, settings_.max_memory));
     if (scene.image.denoise) PM_TRY_STATUS(check_denoiser());
+    if (has_png(settings_) && !settings_.view.empty()) {
+      PM_TRY(view_, ViewTransform::open(settings_.view));
+    }
     PM_TRY(engine_, make_engine(settings_.device, report_.device, settings_.max_memory));
     PM_TRY(prepared_,
            prepare_scene(scene, *engine_, settings_.cache_folder, {settings_.max_memory, at_once},
@@ -315,12 +331,12 @@ class SequenceRun {
     auto task = [this, frame, image, again]() -> Written {
       const Stopwatch stopwatch;
       if (!again) {
-        Status status = write_frame(*image, settings_, prepared_.scene, frame);
+        Status status = write_frame(*image, settings_, prepared_.scene, frame, view_);
         return {std::move(status), stopwatch.seconds()};
       }
       Image copy = *image;
       put_header(prepared_, frame, {report_.isa, report_.device, settings_.command}, copy);
-      Status status = write_frame(copy, settings_, prepared_.scene, frame);
+      Status status = write_frame(copy, settings_, prepared_.scene, frame, view_);
       return {std::move(status), stopwatch.seconds()};
     };
     // As many at once as there are writers, the oldest finished first: the next one is free.
@@ -373,7 +389,8 @@ class SequenceRun {
     for (const fs::path& file : record.files) {
       std::error_code error;
       if (!fs::exists(file, error)) return false;
-      if (file_state(file, hash, record.frame, prepared_.scene.output) == FileState::kWhole)
+      if (file_state(file, hash, record.frame, prepared_.scene.output, settings_.view) ==
+          FileState::kWhole)
         continue;
       log_info("{}: is of another scene or settings - {}", file.string(),
                settings_.dry_run ? "it would be rendered again" : "rendering it again");
@@ -401,6 +418,7 @@ class SequenceRun {
   const ProgressCallback& progress_;
   std::unique_ptr<Engine> engine_;
   PreparedScene prepared_;
+  std::optional<ViewTransform> view_;  ///< view by which PNGs are made
   RunReport report_;
   std::size_t finished_ = 0;
   /// Tracers without a frame. At most settings_.jobs frames each are traced and written while the

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "image/display_view.h"
 #include "image/image.h"
 #include "kernels/engine.h"
 #include "scene/scene.h"
@@ -23,6 +24,7 @@ struct SequenceSettings {
   std::vector<int> frames;  ///< frame numbers, in the order to render
   FramePattern exr;         ///< empty `before`: no EXR
   FramePattern png;         ///< empty `before`: no PNG
+  DisplayView view;         ///< view by which PNGs are made
   Existing existing = Existing::kRefuse;
   bool strict = false;      ///< warnings about the scene's files are errors
   bool keep_going = false;  ///< a failed frame does not stop the others

@@ -25,6 +25,15 @@ int read_png_bits(const std::filesystem::path& file) {
   return std::string_view(head.data(), head.size()).starts_with(kSignature) ? head[kBits] : 0;
 }
 
+/// The view that a PNG's header names; "": none.
+std::string find_view(const Image& image) {
+  for (const Attribute& attribute : image.attributes)
+    if (const auto* text = std::get_if<std::string>(&attribute.value);
+        text && attribute.name == kViewAttribute)
+      return *text;
+  return "";
+}
+
 }  // namespace
 
 Result<std::string> source_hash(const Scene& scene) {
@@ -44,7 +53,7 @@ Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> 
   PM_TRY(const std::shared_ptr<const Image> environment, load_environment(scene));
   const SequenceHashes hashes = hash_sequence(
       {scene, chain, loaded.models, environment.get(), loaded.placings, loaded.sequences});
-  ExpectedHashes out{hashes.scene, std::vector<std::string>(frames.size()), scene.output};
+  ExpectedHashes out{hashes.scene, std::vector<std::string>(frames.size()), scene.output, {}};
   parallel_for(static_cast<std::int64_t>(frames.size()), [&](std::int64_t i) {
     const auto at = static_cast<std::size_t>(i);
     out.frames[at] = frame_hash(scene, hashes, frames[at]);
@@ -53,7 +62,7 @@ Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> 
 }
 
 FileState file_state(const std::filesystem::path& file, const std::string& hash, int frame,
-                     const OutputSettings& output) {
+                     const OutputSettings& output, const DisplayView& view) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) return FileState::kMissing;
   const auto image = read_image(file, {.stored_colors = true});
@@ -66,8 +75,9 @@ FileState file_state(const std::filesystem::path& file, const std::string& hash,
     });
   };
   const int bits = read_png_bits(file);
-  if (bits != 0 ? bits != output.png_bits
-                : color_space_name(*image) != color_space_label(output.color_space).interop_id)
+  if (bits != 0 && (bits != output.png_bits || find_view(*image) != view_text(view)))
+    return FileState::kStale;
+  if (bits == 0 && color_space_name(*image) != color_space_label(output.color_space).interop_id)
     return FileState::kStale;
   return says(kFrameHashAttribute, hash) && says(kFrameAttribute, fmt::format("{}", frame))
              ? FileState::kWhole
@@ -82,7 +92,7 @@ std::vector<FileState> frame_states(const FrameFiles& files, std::span<const int
     for (const FramePattern* pattern : {&files.exr, &files.png}) {
       if (pattern->before.empty() && !pattern->has_number()) continue;
       const FileState state = file_state(frame_path(*pattern, frames[at]), expected.frames[at],
-                                         frames[at], expected.output);
+                                         frames[at], expected.output, expected.view);
       if (state != FileState::kWhole) states[at] = state;
     }
   });

@@ -9,6 +9,7 @@
 
 #include "base/program_identity.h"
 #include "base/result.h"
+#include "image/display_view.h"
 #include "scene/scene.h"
 #include "sequence/run/frames.h"
 
@@ -30,13 +31,15 @@ struct ExpectedHashes {
   std::string scene;
   std::vector<std::string> frames;  ///< names, in the order of the frames asked for
   OutputSettings output;            ///< settings that files must have been made with
+  DisplayView view;                 ///< view of PNG files; left to the caller
 };
 Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> frames);
 
 /// Reads the whole file: a name alone proves nothing. `hash`: frame_hash(), `frame` as in its
-/// header; a PNG must have the output's bits per channel, and an EXR its colour space, too.
+/// header; a PNG must have the output's bits per channel and this view, an EXR its colour space,
+/// too.
 FileState file_state(const std::filesystem::path& file, const std::string& hash, int frame,
-                     const OutputSettings& output);
+                     const OutputSettings& output, const DisplayView& view = {});
 
 /// The states of these frames, in their order; a frame is as good as the worst of its files.
 std::vector<FileState> frame_states(const FrameFiles& files, std::span<const int> frames,
