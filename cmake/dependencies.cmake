@@ -36,4 +36,6 @@ unset(CMAKE_MESSAGE_LOG_LEVEL)
 # By pkg-config: Debian's CMake config of OpenImageIO insists on the programs of another package and names
 # /usr/include/opencv4, which no package of it contains.
 pkg_check_modules(OIIO REQUIRED IMPORTED_TARGET OpenImageIO>=2.4)
+# Views of displays alone need it, so that everything builds without.
+pkg_check_modules(OCIO IMPORTED_TARGET OpenColorIO>=2.1)
 pkg_check_modules(ASSIMP REQUIRED IMPORTED_TARGET assimp>=5.2)

@@ -2,6 +2,9 @@
 include(GNUInstallDirs)
 install(TARGETS polymorph RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(TARGETS polymorph_oiio LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/polymorph)
+if(TARGET polymorph_ocio)
+  install(TARGETS polymorph_ocio LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/polymorph)
+endif()
 install(TARGETS polymorph_assimp RUNTIME DESTINATION ${CMAKE_INSTALL_LIBDIR}/polymorph)
 # base/data_folder.h looks here.
 install(DIRECTORY scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/polymorph PATTERN golden EXCLUDE)

@@ -1,5 +1,5 @@
 # A room is one folder of src/, with its subfolders, and one static library. Sources are globbed: adding a file is enough.
-# image/oiio and model/assimp are programs of their own (pm_program).
+# image/oiio, image/ocio and model/assimp are programs of their own (pm_program).
 add_library(pm_flags INTERFACE)
 target_compile_options(pm_flags INTERFACE
   # No contraction: the same bits on every compiler, and on the GPU (--fmad=false).
@@ -27,7 +27,7 @@ endfunction()
 function(pm_room name)
   cmake_parse_arguments(ROOM "" "" "USES;LINK;PRECOMPILE" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/src/${name}/*.cpp)
-  list(FILTER sources EXCLUDE REGEX "/(oiio|assimp)/")
+  list(FILTER sources EXCLUDE REGEX "/(oiio|ocio|assimp)/")
   if(NOT sources)
     add_library(pm_${name} INTERFACE)
     set(kind INTERFACE)
@@ -90,6 +90,12 @@ function(pm_program)
   set_target_properties(polymorph_oiio PROPERTIES PREFIX "" LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR})
   target_link_libraries(polymorph_oiio PRIVATE pm_flags PkgConfig::OIIO)
   add_dependencies(polymorph polymorph_oiio)
+  if(OCIO_FOUND)
+    add_library(polymorph_ocio MODULE ${CMAKE_SOURCE_DIR}/src/image/ocio/ocio_module.cpp)
+    set_target_properties(polymorph_ocio PROPERTIES PREFIX "" LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR})
+    target_link_libraries(polymorph_ocio PRIVATE pm_flags PkgConfig::OCIO)
+    add_dependencies(polymorph polymorph_ocio)
+  endif()
   # Models, effects and scenes, found beside the program (base/data_folder.h).
   file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/share)
   file(CREATE_LINK ${CMAKE_SOURCE_DIR}/scenes ${CMAKE_BINARY_DIR}/share/polymorph SYMBOLIC)

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Data flows one way: a room of src/ includes only rooms above it in this list, a subfolder of a room only subfolders above it,
 kernels/ includes only itself, no files of some folders include each other in a circle,
-Embree stays in render/ and OpenImageIO in image/oiio/; and the C library's sines and powers, which differ between machines, stay out
+Embree stays in render/, OpenImageIO in image/oiio/ and OpenColorIO in image/ocio/; and the C library's sines and powers, which differ between machines, stay out
 of all that pictures depend on. Prints every breach; exit code 1 if there is one."""
 import pathlib
 import re
@@ -16,7 +16,7 @@ WITHOUT_CIRCLES = ["leg", "sequence/prepare", "sequence/frame", "sequence/run", 
 KERNEL_TYPES = {"kernels/types.h", "kernels/field_kinds.h", "kernels/host_device.h", "kernels/simd_math.h", "kernels/linear.h", "kernels/ball_paths.h", "kernels/mesh.h",
                 "kernels/ball_set.h", "kernels/devices.h", "kernels/engine.h", "kernels/morph_surface.h", "kernels/fork_join.h", "kernels/interruption.h", "kernels/mc_tables.h",
                 "kernels/floating_point.h", "kernels/morph_field.h", "kernels/distance_field.h"}
-ONLY_IN = {"embree3/": "src/render", "OpenImageIO/": "src/image/oiio", "CLI/": "src/cli", "meshoptimizer.h": "src/interchange", "assimp/": "src/model/assimp",
+ONLY_IN = {"embree3/": "src/render", "OpenImageIO/": "src/image/oiio", "OpenColorIO/": "src/image/ocio", "CLI/": "src/cli", "meshoptimizer.h": "src/interchange", "assimp/": "src/model/assimp",
            "nlohmann/": "src/base", "nettle/": "src/base"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.M)
 

@@ -72,7 +72,7 @@ def mattes(exr, layer):
 
 
 class Cryptomatte(unittest.TestCase):
-    def render(self, changes):
+    def render(self, changes, look=lambda folder, exr: None):
         scene = json.loads(json.dumps(SCENE))
         for key, value in changes.items():
             scene["image"][key] = value
@@ -82,7 +82,9 @@ class Cryptomatte(unittest.TestCase):
             subprocess.run(
                 [PROGRAM, "render", "scene.json", "-f", "3", "-o", "f.exr", "--no-cache", "--quiet"],
                 cwd=folder, check=True)
-            return Exr(path / "f.exr")
+            exr = Exr(path / "f.exr")
+            look(path, exr)
+            return exr
 
     def test_coverages_sum_to_one_under_lens_shutter_and_glass(self):
         exr = self.render({})
@@ -107,6 +109,34 @@ class Cryptomatte(unittest.TestCase):
             for values, a in zip(zip(*decoded.values()), alpha):
                 self.assertLess(abs(sum(values) - a), 1e-3, layer)
         self.assertGreater(sum(0.01 < a < 0.99 for a in alpha), 100)
+
+    def test_strip_writes_the_matte_of_a_name(self):
+        self.render({}, self.compare_with_strip)
+
+    def compare_with_strip(self, folder, exr):
+        strip = lambda *words: subprocess.run(
+            [PROGRAM, "strip", *words], cwd=folder, capture_output=True, text=True)
+        for name in ["red", "glass", "ground", "backdrop"]:
+            ran = strip("f.exr", "--matte", name, "-o", f"{name}.exr")
+            self.assertEqual((ran.returncode, ran.stdout), (0, f"{name}.exr\n"), ran.stderr)
+            matte, known = Exr(folder / f"{name}.exr"), mattes(exr, "crypto_object")[name]
+            for channel in "RGB":  # half floats
+                self.assertLess(max(abs(a - b) for a, b in zip(matte.pixels(channel), known)), 5e-4)
+        ran = strip("f.exr", "--matte", "rad", "-o", "x.png")
+        self.assertEqual(ran.returncode, 2)
+        for words in ['no matte is called "rad"', 'did you mean "red"', '"glass"', '"ground"', '"backdrop"']:
+            self.assertIn(words, ran.stderr)
+        for words in [["-o", "red.exr"], ["-o", "f.exr", "--overwrite"]]:  # a file that is there, and the frame itself
+            self.assertEqual(strip("f.exr", "--matte", "red", *words).returncode, 4, words)
+        self.assertEqual(strip("scene.json", "--matte", "red", "-o", "x.png").returncode, 2)
+        # Of a sequence: a sheet, or a picture each.
+        (folder / "g.0001.exr").write_bytes((folder / "f.exr").read_bytes())
+        (folder / "g.0002.exr").write_bytes((folder / "f.exr").read_bytes())
+        self.assertEqual(strip("g.####.exr", "--matte", "red", "-o", "sheet.png").returncode, 0)
+        ran = strip("g.####.exr", "--matte", "red", "-o", "red.####.exr")
+        self.assertEqual(ran.stdout, "red.0001.exr\nred.0002.exr\n", ran.stderr)
+        self.assertEqual((folder / "red.0002.exr").read_bytes(), (folder / "red.exr").read_bytes())
+        self.assertEqual(strip("f.exr", "--matte", "red", "-o", "red.##.png").returncode, 2)
 
 
 if __name__ == "__main__":

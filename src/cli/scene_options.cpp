@@ -50,6 +50,14 @@ void add_scene_options(Command command, SceneOptions& options) {
       .range(1, 65536)
       .type_name("N")
       .group("Scene");
+  command
+      .add_option("--display", options.shown.display,
+                  "display of $OCIO's config, by whose view PNGs, strips, GIFs and movies are made")
+      .type_name("NAME")
+      .group("Scene");
+  command.add_option("--view", options.shown.view, "view of that display; default: its first")
+      .type_name("NAME")
+      .group("Scene");
   add_overrides(command, options.sets);
 }
 
@@ -73,6 +81,8 @@ std::vector<std::string> to_arguments(const SceneOptions& options) {
   };
   if (options.preview) words.emplace_back("--preview");
   if (options.samples > 0) add("--spp", fmt::format("{}", options.samples));
+  if (!options.shown.display.empty()) add("--display", options.shown.display);
+  if (!options.shown.view.empty()) add("--view", options.shown.view);
   for (const std::string& set : options.sets) add("--set", set);
   return words;
 }

@@ -6,17 +6,19 @@
 #include <vector>
 
 #include "cli/command_line.h"
+#include "image/display_view.h"
 #include "sequence/run/frames.h"
 
 namespace polymorph {
 
 struct SceneOptions {
   bool preview = false;
-  int samples = 0;  ///< 0 = the scene's
+  int samples = 0;    ///< 0 = the scene's
+  DisplayView shown;  ///< view by which PNGs, strips, GIFs and movies are made
   std::vector<std::string> sets;
 };
 
-/// --preview in group Main; --spp and --set in Scene.
+/// --preview in group Main; --spp, --display, --view and --set in Scene.
 void add_scene_options(Command command, SceneOptions& options);
 
 /// Applies the options to a scene that was loaded with the overrides of --set.

@@ -6,6 +6,7 @@
 
 #include "base/parallel.h"
 #include "base/text.h"
+#include "compare/pictures.h"
 #include "compare/shown_mismatch.h"
 #include "image/image_io.h"
 
@@ -400,7 +401,7 @@ Comparison compare_images(const Image& actual, const Image& reference, const Tol
   if (has_colors(reference)) {
     // Equal colours have no FLIP; depth or ids may still differ.
     const bool seen = std::isfinite(result.psnr) || result.not_finite_pixels > 0;
-    if (seen) maps->flip = flip_map(actual, reference);
+    if (seen) maps->flip = flip_map(visible_colors(actual), visible_colors(reference));
     result.flip = flip_figures(maps->flip);
   }
   const double percent =

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "image/color_space.h"
 #include "image/srgb.h"
 #include "image/strip.h"
 
@@ -49,6 +50,7 @@ Image enlarge(const Image& image, int scale) {
 
 Image visible_colors(const Image& image) {
   Image shown = make_image(image.width, image.height, {"R", "G", "B"});
+  shown.attributes = image.attributes;  // they say which space the colours are in
   if (image.channels.empty()) return shown;
   std::size_t from[3];
   for (std::size_t c = 0; c < 3; ++c)
@@ -56,6 +58,8 @@ Image visible_colors(const Image& image) {
   for (std::size_t i = 0; i < pixel_count(image.width, image.height); ++i)
     for (std::size_t c = 0; c < 3; ++c)
       shown.pixels[3 * i + c] = image.pixels[i * image.channel_count() + from[c]];
+  convert_to_rec709(shown);
+  shown.attributes.clear();
   return shown;
 }
 

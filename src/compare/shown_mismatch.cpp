@@ -27,8 +27,7 @@ double entry_value(const Image& image, const ShownEntry& entry) {
 }
 
 /// Entries of text; "" where there is none.
-constexpr ShownEntry kShownTexts[] = {{kColorProfileAttribute, "colour profile", 0},
-                                      {kColorPrimariesAttribute, "colour primaries", 0}};
+constexpr ShownEntry kShownTexts[] = {{kColorProfileAttribute, "colour profile", 0}};
 
 std::string entry_text(const Image& image, const ShownEntry& entry) {
   for (const Attribute& attribute : image.attributes)
@@ -60,6 +59,10 @@ std::string shown_mismatch(const Image& actual, const Image& reference) {
       text += fmt::format("{}{} {} instead of {}", text.empty() ? "" : ", ", entry.label, value(a),
                           value(b));
   }
+  const std::string a = color_space_name(actual), b = color_space_name(reference);
+  if (a != b)
+    text += fmt::format("{}colour space {} instead of {}", text.empty() ? "" : ", ", printable(a),
+                        printable(b));
   return text;
 }
 

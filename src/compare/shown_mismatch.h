@@ -7,8 +7,8 @@
 
 namespace polymorph {
 
-/// Names the entries (pixel aspect ratio, orientation, gamma, ICC profile, primaries) that differ,
-/// or "".
+/// Names the entries (pixel aspect ratio, orientation, gamma, ICC profile, colour space) that
+/// differ, or "".
 std::string shown_mismatch(const Image& actual, const Image& reference);
 
 }  // namespace polymorph

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "compare/compare.h"
+#include "image/color_space.h"
 
 namespace polymorph {
 namespace {
@@ -9,10 +10,11 @@ namespace {
 constexpr float kGain = 8;
 
 struct Colors {
-  const Image& image;
+  Image image;
   int channel[3];
 
   explicit Colors(const Image& from) : image(from) {
+    convert_to_rec709(image);
     const char* const names[] = {"R", "G", "B"};
     for (int c = 0; c < 3; ++c) channel[c] = std::max(from.find_channel(names[c]), 0);
   }

@@ -43,7 +43,8 @@ Result<Costs> measure_costs(const SlurmRequest& request, const Scene& scene,
       parse_frames(request.frames.empty() ? fmt::format("1-{}", count) : request.frames, 1, count));
   Costs costs;
   if (request.frame_seconds > 0) {
-    PM_TRY(const ExpectedHashes hashes, expected_hashes(scene, settings.frames));
+    PM_TRY(ExpectedHashes hashes, expected_hashes(scene, settings.frames));
+    hashes.view = request.view;
     const auto states = frame_states(files, settings.frames, hashes);
     costs.frames = settings.frames.size() - static_cast<std::size_t>(std::count(
                                                 states.begin(), states.end(), FileState::kWhole));
@@ -52,6 +53,7 @@ Result<Costs> measure_costs(const SlurmRequest& request, const Scene& scene,
   }
   settings.exr = files.exr;
   settings.png = files.png;
+  settings.view = request.view;
   settings.existing = Existing::kSkip;
   settings.dry_run = true;
   settings.device = request.device;

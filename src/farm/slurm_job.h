@@ -8,6 +8,7 @@
 
 #include "base/result.h"
 #include "farm/slurm.h"
+#include "image/display_view.h"
 #include "scene/scene.h"
 
 namespace polymorph {
@@ -17,6 +18,7 @@ struct SlurmRequest {
   std::string scene, output;  ///< the scene's file; a pattern, or empty: the scene's own
   std::string frames;         ///< value of --frames; empty: all
   bool png = false;
+  DisplayView view;  ///< view by which PNGs are made
   int tasks = 0, max_tasks = 1000, cpus = 4, minutes = 0;
   double task_minutes = 2;
   double frame_seconds = 0;  ///< 0: measured here

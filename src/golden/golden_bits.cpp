@@ -7,8 +7,8 @@
 
 #include "base/parallel.h"
 #include "base/stopwatch.h"
+#include "golden/golden_frames.h"
 #include "image/image_io.h"
-#include "scene/load_scene.h"
 #include "sequence/run/render_sequence.h"
 
 namespace polymorph {
@@ -176,8 +176,7 @@ Result<ReportCase> test_variant(const BitTest& test, const Variant& variant, con
 
 Result<std::vector<ReportCase>> test_golden_bits(const GoldenSuite& suite,
                                                  const GoldenSettings& settings) {
-  PM_TRY(Scene scene, load_scene(suite.scene));
-  scene.image.denoise = false;
+  PM_TRY(const Scene scene, load_golden_scene(suite));
   PM_TRY(const WorkFolder work, WorkFolder::create());
   const BitTest test{suite, settings, scene, work.path()};
   PM_TRY(const Digests base, render(test, kBase));

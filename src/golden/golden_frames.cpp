@@ -61,8 +61,8 @@ Result<RenderedFrame> run_command(const GoldenSuite& suite, int frame) {
     return make_error(ErrorCode::kInput, "{}: frame {}: the command wrote no {}",
                       (suite.folder / "suite.json").string(), frame, out.filename().string());
   rendered.bytes = std::move(*bytes);
-  PM_TRY(rendered.image,
-         decode_image(rendered.bytes, out.filename().string(), {.single_picture = true}));
+  PM_TRY(rendered.image, decode_image(rendered.bytes, out.filename().string(),
+                                      {.single_picture = true, .stored_colors = true}));
   rendered.pixels = pixel_sha256(rendered.image);
   return rendered;
 }
@@ -88,8 +88,7 @@ Result<SuiteRenderer> SuiteRenderer::create(const GoldenSuite& suite,
   State& state = *result.state_;
   state.suite = suite;
   if (!suite.command.empty()) return result;
-  PM_TRY(Scene scene, load_scene(suite.scene));
-  scene.image.denoise = false;  // another library's pixels prove nothing about this program's
+  PM_TRY(const Scene scene, load_golden_scene(suite));
   PM_TRY(state.engine, make_engine(settings.device, state.device));
   PM_TRY(state.prepared, prepare_scene(scene, *state.engine, settings.cache_folder));
   PM_TRY(Renderer renderer, Renderer::create());
@@ -141,6 +140,17 @@ Result<std::string> suite_hash(const GoldenSuite& suite) {
     return Hasher().add(std::string_view(suite.command)).add(std::string_view(suite.format)).hex();
   PM_TRY(const Scene scene, load_scene(suite.scene));
   return source_hash(scene);
+}
+
+Result<Scene> load_golden_scene(const GoldenSuite& suite) {
+  PM_TRY(Scene scene, load_scene(suite.scene));
+  if (scene.output.color_space != ColorSpace::kRec709)
+    return make_error(ErrorCode::kInput,
+                      "{}: golden frames are in linear Rec. 709, as the program computes - remove "
+                      "output.colorspace from the scene",
+                      suite.scene.string());
+  scene.image.denoise = false;  // another library's pixels prove nothing about this program's
+  return scene;
 }
 
 std::string pixel_sha256(const Image& image) {

@@ -7,6 +7,7 @@
 #include "compare/explain.h"
 #include "compare/golden.h"
 #include "golden/golden_run.h"
+#include "scene/scene.h"
 #include "sequence/prepare/prepared_scene.h"
 
 namespace polymorph {
@@ -39,6 +40,10 @@ class SuiteRenderer {
   struct State;
   std::unique_ptr<State> state_;
 };
+
+/// The scene of a suite, never denoised. Errors: kInput, also for another output.colorspace than
+/// Rec. 709.
+Result<Scene> load_golden_scene(const GoldenSuite& suite);
 
 /// Hash of all that decides a suite's frames beside the program: its scene and all files, or its
 /// command. Loads the models, prepares nothing. Errors: kInput.

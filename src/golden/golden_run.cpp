@@ -81,7 +81,9 @@ Status keep_failure(const Judgement& judgement, const Comparison& comparison) {
   };
   PM_TRY_STATUS(write_file(actual_path(suite, settings, rendered.surface.frame), rendered.bytes));
   if (const Image* reference = judgement.reference) {
-    PM_TRY_STATUS(write_image(path("reference.exr"), *reference));
+    Image shown = *reference;
+    convert_to_rec709(shown);  // as all that is written here
+    PM_TRY_STATUS(write_image(path("reference.exr"), shown));
     PM_TRY(const Image difference,
            failure_picture(rendered.image, *reference, comparison, judgement.maps));
     PM_TRY_STATUS(write_image(path("difference.png"), difference));
@@ -169,7 +171,7 @@ Result<GoldenFrame> judge(const GoldenSuite& suite, const GoldenSettings& settin
     PM_TRY_STATUS(report_uncompared(judgement, result));
     return result;
   }
-  const auto reference = read_image(golden, {.single_picture = true});
+  const auto reference = read_image(golden, {.single_picture = true, .stored_colors = true});
   if (!reference) {
     result.unreadable = true;
     result.message = reference.error().message;

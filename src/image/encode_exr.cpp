@@ -74,6 +74,7 @@ Status add_attributes(const Image& image, Imf::Header& header) {
       header.pixelAspectRatio() = *aspect;
       continue;
     }
+    if (attribute.name == kColorInteropAttribute) continue;  // that of the settings holds
     const char* name = attribute.name.c_str();
     if (attribute.name.empty() || attribute.name.size() > 255 ||
         header.find(name) != header.end() || attribute.name == "channels")
@@ -89,6 +90,18 @@ Status add_attributes(const Image& image, Imf::Header& header) {
       header.insert(name, Imf::FloatAttribute(std::get<float>(attribute.value)));
   }
   return Ok{};
+}
+
+void add_color_space(ColorSpace space, Imf::Header& header) {
+  const ColorSpaceLabel& label = color_space_label(space);
+  const float(&xy)[8] = label.chromaticities;
+  Imf::addChromaticities(header, {{xy[0], xy[1]}, {xy[2], xy[3]}, {xy[4], xy[5]}, {xy[6], xy[7]}});
+  header.insert(kColorInteropAttribute, Imf::StringAttribute(label.interop_id));
+}
+
+Image converted(Image image, ColorSpace space) {
+  convert_colors(image, space);
+  return image;
 }
 
 /// One plane per channel: OpenEXR copies planes faster than interleaved samples.
@@ -158,12 +171,15 @@ Result<std::string> encode_exr(const Image& image, const ExrSettings& settings) 
     // zlib's level 1 takes less than half the time of OpenEXR's default of 4, and files with
     // rendered noise become 5 % larger.
     header.zipCompressionLevel() = 1;
-    Imf::addChromaticities(header, Imf::Chromaticities());  // its defaults are Rec. 709 and D65
+    add_color_space(settings.color_space, header);
     for (const std::string& name : image.channels)
       header.channels().insert(name, Imf::Channel(is_half(name) ? Imf::HALF : Imf::FLOAT));
     PM_TRY_STATUS(add_attributes(image, header));
     Planes planes;
-    const Imf::FrameBuffer buffer = fill_planes(image, planes);
+    const Imf::FrameBuffer buffer =
+        settings.color_space == ColorSpace::kRec709
+            ? fill_planes(image, planes)
+            : fill_planes(converted(image, settings.color_space), planes);
     MemoryStream stream;
     {
       // Its destructor writes the table of line offsets.

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "base/result.h"
+#include "image/color_space.h"
 #include "image/image.h"
 #include "image/srgb.h"
 
@@ -28,6 +29,9 @@ inline constexpr const char* kGammaAttribute = "gamma";                   ///< f
 /// Strings (image/color_description.h): an ICC profile, and primaries other than Rec. 709.
 inline constexpr const char* kColorProfileAttribute = "colorProfile";
 inline constexpr const char* kColorPrimariesAttribute = "colorPrimaries";
+/// String of an EXR that says the space of its colours, by the names of the Color Interop Forum's
+/// recommendations (github.com/AcademySoftwareFoundation/ColorInterop), as in "lin_rec709_scene".
+inline constexpr const char* kColorInteropAttribute = "colorInteropID";
 
 /// String: the channels whose numbers are whole, as ids are (OpenEXR's UINT), separated by commas.
 inline constexpr const char* kIdChannelsAttribute = "idChannels";
@@ -47,6 +51,9 @@ struct ReadImageSettings {
   std::size_t max_bytes = std::size_t{1} << 30;
   /// A file of several parts, pages or pictures is an error; else the first of them is read.
   bool single_picture = false;
+  /// Colours keep the file's numbers, in the space that color_space_name() says; else those of
+  /// files in ACEScg are converted to Rec. 709, as an Image has them (convert_to_rec709()).
+  bool stored_colors = false;
 };
 
 /// Reads PNG, JPEG, TIFF, OpenEXR, Radiance, Targa, BMP, GIF (its first picture), WebP, PSD, DDS,
@@ -68,12 +75,14 @@ enum class ExrCompression { kNone, kZip, kZips, kPiz };
 
 struct ExrSettings {
   ExrCompression compression = ExrCompression::kZip;
+  ColorSpace color_space = ColorSpace::kRec709;  ///< space that the colours are converted to
 };
 
 /// Encodes all channels: R, G, B, A half (finite values are clamped to half's +-65504), everything
-/// else float. Rec. 709 chromaticities, display window = data window, no time stamp: the same image
-/// gives the same bytes. Attributes as given (OpenEXR keeps them sorted by name). Errors: kInternal
-/// for an attribute or channel name that occurs twice or is the encoder's own.
+/// else float. The settings' chromaticities and kColorInteropAttribute (those of `image` are left
+/// out), display window = data window, no time stamp: the same image gives the same bytes.
+/// Attributes as given (OpenEXR keeps them sorted by name). Errors: kInternal for an attribute or
+/// channel name that occurs twice or is the encoder's own.
 Result<std::string> encode_exr(const Image& image, const ExrSettings& settings = {});
 
 /// Trade-off between time and size. kFast: some milliseconds for a 640x480 frame. kSmall: the

@@ -2,53 +2,24 @@
 
 #include <dlfcn.h>
 
-#include <cstdlib>
-#include <filesystem>
 #include <mutex>
 #include <optional>
-#include <string>
-#include <vector>
+
+#include "image/module_file.h"
 
 namespace polymorph {
 namespace {
 
-namespace fs = std::filesystem;
-
-std::vector<fs::path> candidates() {
-  if (const char* chosen = std::getenv("POLYMORPH_OIIO_MODULE"); chosen && *chosen) return {chosen};
-  std::error_code error;
-  const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
-  if (error) return {};
-  std::vector<fs::path> paths{folder / "polymorph_oiio.so"};
-  // CMAKE_INSTALL_LIBDIR is one of these, depending on prefix and distribution.
-  for (const char* library_folder : {
-         "lib",
-#if defined(__x86_64__)
-             "lib/x86_64-linux-gnu",
-#elif defined(__aarch64__)
-                                     "lib/aarch64-linux-gnu",
-#endif
-             "lib64"
-       })
-    paths.push_back(folder.parent_path() / library_folder / "polymorph" / "polymorph_oiio.so");
-  return paths;
+OiioModule find_functions(void* handle) {
+  return {reinterpret_cast<PmOiioDecodeFunction*>(dlsym(handle, "polymorph_oiio_decode")),
+          reinterpret_cast<PmOiioFreeFunction*>(dlsym(handle, "polymorph_oiio_free"))};
 }
 
-/// Opens the module at `path`.
-Result<OiioModule> open_module(const fs::path& path) {
-  void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
-  if (!handle) {
-    const char* reason = dlerror();
-    return Error{ErrorCode::kResource, reason ? reason : "unknown reason"};
-  }
-  OiioModule module;
+bool is_current(void* handle) {
   auto* version =
       reinterpret_cast<PmOiioInterfaceFunction*>(dlsym(handle, "polymorph_oiio_interface"));
-  module.decode = reinterpret_cast<PmOiioDecodeFunction*>(dlsym(handle, "polymorph_oiio_decode"));
-  module.release = reinterpret_cast<PmOiioFreeFunction*>(dlsym(handle, "polymorph_oiio_free"));
-  if (version && module.decode && module.release && version() == PM_OIIO_INTERFACE) return module;
-  dlclose(handle);
-  return Error{ErrorCode::kResource, "it belongs to another version of polymorph"};
+  const OiioModule module = find_functions(handle);
+  return version && module.decode && module.release && version() == PM_OIIO_INTERFACE;
 }
 
 }  // namespace
@@ -58,26 +29,16 @@ Result<OiioModule> load_oiio_module() {
   static std::optional<OiioModule> loaded;
   const std::lock_guard lock(mutex);
   if (loaded) return *loaded;
-  std::string tried;
-  for (const fs::path& path : candidates()) {
-    std::error_code error;
-    if (!fs::exists(path, error)) {
-      tried += fmt::format("\n  {}: does not exist", path.string());
-      continue;
-    }
-    Result<OiioModule> module = open_module(path);
-    if (module) {
-      loaded = *module;
-      return *module;
-    }
-    tried += fmt::format("\n  {}: {}", path.string(), module.error().message);
-  }
-  return make_error(
-      ErrorCode::kResource,
-      "cannot open the image reader polymorph_oiio.so - install OpenImageIO (on Debian "
-      "libopenimageio2.4), or convert the picture to PNG; POLYMORPH_OIIO_MODULE names a module "
-      "that lies elsewhere; tried:{}",
-      tried.empty() ? " nothing (/proc is not mounted)" : tried);
+  const auto handle = open_module("polymorph_oiio.so", "POLYMORPH_OIIO_MODULE", is_current);
+  if (!handle)
+    return make_error(
+        ErrorCode::kResource,
+        "cannot open the image reader polymorph_oiio.so - install OpenImageIO (on Debian "
+        "libopenimageio2.4), or convert the picture to PNG; POLYMORPH_OIIO_MODULE names a module "
+        "that lies elsewhere; tried:{}",
+        handle.error().message);
+  loaded = find_functions(*handle);
+  return *loaded;
 }
 
 }  // namespace polymorph

@@ -196,7 +196,9 @@ Result<Image> decode_image(const std::string& bytes, const std::string& name,
                       "{}: cannot read this {} image ({}) - the file is damaged or of an "
                       "unusual kind; save it again",
                       name, *format, decoded->error);
-  return to_image(*decoded, settings);
+  Image image = to_image(*decoded, settings);
+  if (!settings.stored_colors) convert_to_rec709(image);
+  return image;
 }
 
 }  // namespace polymorph

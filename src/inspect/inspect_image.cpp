@@ -41,7 +41,7 @@ std::string shorten(const std::string& text) {
 }  // namespace
 
 Result<Inspection> inspect_image(const std::string& file) {
-  PM_TRY(const Image image, read_image(file));
+  PM_TRY(const Image image, read_image(file, {.stored_colors = true}));
   Inspection out;
   JsonValue& json = out.json;
   json = {{"file", file}, {"width", image.width}, {"height", image.height}};

@@ -515,13 +515,17 @@ void describe(V& v, ImageSettings& s) {
 
 template <class V>
 void describe(V& v, OutputSettings& s) {
-  auto& [file, png, png_bits] = s;
+  auto& [file, png, color_space, png_bits] = s;
   v.text("file", file,
          "frame file names when -o is not given, from where the program runs; #### is the frame "
          "number");
   v.boolean("png", png, "write a PNG beside each EXR");
   v.integer("png_bits", png_bits, 8, 16,
             "bits per channel of a PNG: 16, or 8 with dither against bands in soft gradients");
+  v.choice("colorspace", color_space,
+           {{"rec709", ColorSpace::kRec709}, {"acescg", ColorSpace::kAcesCg}},
+           "space of the colours in EXR files: linear Rec. 709, in which the program computes, or "
+           "ACEScg; the header says which");
   v.retired("dither", nullptr);
 }
 

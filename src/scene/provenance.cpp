@@ -45,6 +45,7 @@ std::string canonical_scene(const Scene& scene, const InputNames& names) {
   canonical.description.clear();
   canonical.output = {};
   canonical.output.png_bits = scene.output.png_bits;
+  canonical.output.color_space = scene.output.color_space;
   for_each_path(canonical, [&](fs::path& path) { path = "/" + names.name(path); });
   const auto document = parse_json("scene", scene_to_json(canonical, "/"));
   PM_CHECK(document.ok());

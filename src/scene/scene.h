@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/text.h"
+#include "image/color_space.h"
 #include "kernels/types.h"
 #include "scene/keyframes.h"
 
@@ -346,9 +347,10 @@ inline bool aov_is_chosen(std::string_view aovs, std::string_view layer) {
 }
 
 struct OutputSettings {
-  std::string file = "frame.####.exr";  ///< used when the command line names none
-  bool png = false;                     ///< a PNG beside each EXR
-  int png_bits = 8;                     ///< 16, or 8 with dither
+  std::string file = "frame.####.exr";           ///< used when the command line names none
+  bool png = false;                              ///< a PNG beside each EXR
+  ColorSpace color_space = ColorSpace::kRec709;  ///< space of the colours in EXR files
+  int png_bits = 8;                              ///< 16, or 8 with dither
 };
 
 /// One chain of objects, its place in the scene and the frame at which it starts.

@@ -2,6 +2,7 @@
 
 #include "compare/compare.h"
 #include "compare/shown_mismatch.h"
+#include "image/color_space.h"
 #include "image/image_io.h"
 
 namespace polymorph {
@@ -24,6 +25,38 @@ TEST(ShownMismatch, NamesWhatShowsEqualPixelsDifferently) {
   const Image profile = with(kColorProfileAttribute, std::string("9 bytes, 1"));
   EXPECT_EQ(shown_mismatch(profile, plain), "colour profile 9 bytes, 1 instead of none");
   EXPECT_EQ(shown_mismatch(profile, profile), "");
+}
+
+TEST(ShownMismatch, TellsColourSpacesApart) {
+  const Image plain = make_image(2, 2, {"R", "G", "B"});
+  const Image rec709 = with(kColorInteropAttribute, std::string("lin_rec709_scene"));
+  const Image acescg = with(kColorInteropAttribute, std::string("lin_ap1_scene"));
+  EXPECT_EQ(shown_mismatch(plain, rec709), "") << "files that say nothing are taken as Rec. 709";
+  EXPECT_EQ(shown_mismatch(acescg, acescg), "");
+  EXPECT_EQ(shown_mismatch(acescg, rec709),
+            "colour space lin_ap1_scene instead of lin_rec709_scene");
+  EXPECT_EQ(shown_mismatch(plain, acescg),
+            "colour space lin_rec709_scene instead of lin_ap1_scene");
+  EXPECT_EQ(compare_images(acescg, plain, {}).verdict, Verdict::kDiffers);
+}
+
+/// Numbers are compared as they are stored, and what is seen as it is seen.
+TEST(ShownMismatch, FlipIsThatOfConvertedColours) {
+  Image a = make_image(16, 16, {"R", "G", "B"}), b = a;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+    a.pixels[i] = static_cast<float>(i % 7) / 7;
+    b.pixels[i] = static_cast<float>(i % 5) / 5;
+  }
+  const Comparison expected = compare_images(a, b, {});
+  for (Image* image : {&a, &b}) {
+    convert_colors(*image, ColorSpace::kAcesCg);
+    image->attributes = {{kColorInteropAttribute, std::string("lin_ap1_scene")}};
+  }
+  const Comparison result = compare_images(a, b, {});
+  ASSERT_TRUE(result.flip && expected.flip);
+  EXPECT_NEAR(result.flip->mean, expected.flip->mean, 1e-4);
+  EXPECT_GT(result.flip->mean, 0.05);
+  EXPECT_NE(result.channels[0].max, expected.channels[0].max);
 }
 
 TEST(ShownMismatch, FailsAComparisonOfEqualPixels) {

@@ -83,9 +83,25 @@ TEST(EncodeExr, KeepsAttributesWithTheirTypes) {
     ASSERT_NE(find(attribute.name), nullptr) << attribute.name;
     EXPECT_EQ(find(attribute.name)->value, attribute.value) << attribute.name;
   }
-  // Only what was given: what the encoder adds describes the file.
-  EXPECT_EQ(back.attributes.size(), image.attributes.size());
+  // What was given, and the name of the colours' space: all else that the encoder adds describes
+  // the file.
+  EXPECT_EQ(back.attributes.size(), image.attributes.size() + 1);
   EXPECT_TRUE(encode_exr(back)) << "what was read can be written again";
+}
+
+TEST(EncodeExr, NamesTheSpaceOfItsColours) {
+  const auto names = [](const Image& image) {
+    std::vector<std::string> found;
+    for (const Attribute& attribute : image.attributes)
+      if (attribute.name == "colorInteropID")
+        found.push_back(std::get<std::string>(attribute.value));
+    return found;
+  };
+  Image image = random_image(3, 2, {"R", "G", "B"});
+  EXPECT_EQ(names(read_back(*encode_exr(image))), std::vector<std::string>{"lin_rec709_scene"});
+  // What another file said of itself is no word about this one.
+  image.attributes = {{"colorInteropID", std::string("g22_adobergb_scene")}};
+  EXPECT_EQ(names(read_back(*encode_exr(image))), std::vector<std::string>{"lin_rec709_scene"});
 }
 
 TEST(EncodeExr, GivesTheSameBytesOnEachRunAndForAnyThreadCount) {

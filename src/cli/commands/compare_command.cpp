@@ -71,7 +71,7 @@ struct Previous {
 /// Compares one pair and makes its pictures where a report shows them.
 Result<ReportCase> compare_pair(const CompareOptions& options, const FilePair& pair, bool many,
                                 Previous& previous, PictureBudget& budget) {
-  const ReadImageSettings single{.single_picture = true};
+  const ReadImageSettings single{.single_picture = true, .stored_colors = true};
   PM_TRY(Image actual, read_image(pair.actual, single));
   PM_TRY(Image reference, read_image(pair.reference, single));
   PixelMaps maps;

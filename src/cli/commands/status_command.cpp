@@ -129,7 +129,8 @@ Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
       std::vector<int> frames,
       parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
   std::sort(frames.begin(), frames.end());
-  PM_TRY(const ExpectedHashes hashes, expected_hashes(scene, frames));
+  PM_TRY(ExpectedHashes hashes, expected_hashes(scene, frames));
+  hashes.view = options.scene_options.shown;
   const std::vector<FileState> states = frame_states(files, frames, hashes);
   const fs::path place = fs::path(output).parent_path();
   const std::vector<SampleRow> samples = find_samples(place, frames, states, hashes);

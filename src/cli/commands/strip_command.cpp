@@ -7,6 +7,8 @@
 #include "cli/film_output.h"
 #include "cli/scene_options.h"
 #include "cli/write_play_page.h"
+#include "image/display_view.h"
+#include "image/extract_matte.h"
 #include "image/image_io.h"
 #include "image/movie.h"
 #include "model/load/load_model.h"
@@ -17,7 +19,8 @@ namespace polymorph {
 namespace {
 
 struct StripOptions {
-  std::string input, output, gif, mp4, html, label = "frame", by = "time", show = "scene", frames;
+  std::string input, output, gif, mp4, html, label = "frame", by = "time", show = "scene", frames,
+                                             matte;
   int count = 8, columns = 4, width = 0;
   bool moves() const { return !gif.empty() || !mp4.empty(); }
   bool by_change() const { return by == "change"; }
@@ -37,8 +40,28 @@ Result<std::vector<int>> choose_frames_by_change(const CommandLine& line, Scene 
   return choose_by_change(film, options.count);
 }
 
+/// Opens a view if one is asked for.
+Result<std::optional<ViewTransform>> open_view(const StripOptions& options) {
+  const DisplayView& view = options.scene_options.shown;
+  std::optional<ViewTransform> transform;
+  if (view.empty() || options.content() == FilmContent::kPlan) return transform;
+  if (std::filesystem::path(options.output).extension() == ".exr")
+    return make_error(ErrorCode::kUsage,
+                      "{}: an EXR has no view - name a .png, or leave out --display and --view",
+                      options.output);
+  PM_TRY(transform, ViewTransform::open(view));
+  return transform;
+}
+
+Status apply_view(const std::optional<ViewTransform>& view, Film& film) {
+  for (Image& image : film.images)
+    if (view) PM_TRY_STATUS(view->apply(image));
+  return Ok{};
+}
+
 Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
   PM_TRY(Scene scene, load_scene_with(options.input, options.scene_options));
+  PM_TRY(const std::optional<ViewTransform> view, open_view(options));
   const int count = frame_count(scene);
   PM_TRY(
       std::vector<int> numbers,
@@ -51,7 +74,9 @@ Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
     }
   }
   PM_TRY(const FilmScene ready, prepare_film(line, std::move(scene)));
-  return render_film(line, ready, std::move(numbers), options.width, options.content());
+  PM_TRY(Film film, render_film(line, ready, std::move(numbers), options.width, options.content()));
+  PM_TRY_STATUS(apply_view(view, film));
+  return film;
 }
 
 /// A header's rate, which EXR keeps as a number and PNG as text.
@@ -64,11 +89,24 @@ std::optional<float> fps_of(const Attribute& attribute) {
   return static_cast<float>(*number);
 }
 
+/// Reads a frame, or the matte of it that is asked for.
+Result<Image> read_frame(const StripOptions& options, const std::filesystem::path& file) {
+  remember_input(file);
+  PM_TRY(Image image, read_image(file));
+  if (options.matte.empty()) return image;
+  PM_TRY(Image matte, extract_matte(image, options.matte, file.string()));
+  std::erase_if(image.attributes,
+                [](const Attribute& attribute) { return attribute.name != "FramesPerSecond"; });
+  matte.attributes = std::move(image.attributes);
+  return matte;
+}
+
 Result<Film> from_images(const StripOptions& options) {
   PM_TRY(const FramePattern pattern, parse_pattern(options.input));
   if (!pattern.has_number())
     return make_error(ErrorCode::kUsage, "{}: is one image - name a sequence with #### or a scene",
                       options.input);
+  PM_TRY(const std::optional<ViewTransform> view, open_view(options));
   Film film;
   PM_TRY(const std::vector<int> existing, existing_frames(pattern));
   if (existing.empty()) return make_error(ErrorCode::kInput, "{}: no such frames", options.input);
@@ -92,10 +130,13 @@ Result<Film> from_images(const StripOptions& options) {
   if (!options.moves() && options.frames.empty() && !options.by_change())
     film.numbers = choose_evenly(film.numbers, options.count);
   for (const int number : film.numbers) {
-    remember_input(frame_path(pattern, number));
-    PM_TRY(Image image, read_image(frame_path(pattern, number)));
+    PM_TRY(Image image, read_frame(options, frame_path(pattern, number)));
     float exposure = 0;
     for (const Attribute& attribute : image.attributes) {
+      if (view && attribute.name == kViewAttribute)
+        return make_error(ErrorCode::kUsage,
+                          "{}: is a picture by a view already - leave out --display and --view",
+                          frame_path(pattern, number).string());
       const float* value = std::get_if<float>(&attribute.value);  // of an EXR; a PNG's are texts
       if (attribute.name == "FramesPerSecond") film.fps = fps_of(attribute).value_or(film.fps);
       if (value && attribute.name == "polymorph/exposure") exposure = *value;
@@ -103,6 +144,7 @@ Result<Film> from_images(const StripOptions& options) {
     expose(image, exposure);
     film.images.push_back(resized_colors(image, options.width));
   }
+  PM_TRY_STATUS(apply_view(view, film));
   return film;
 }
 
@@ -126,11 +168,56 @@ Status check_outputs(const StripOptions& options, bool overwrite) {
   return Ok{};
 }
 
+/// Writes the matte of one image, or of each of a sequence, as a picture of its own.
+Result<int> write_mattes(const StripOptions& options, bool overwrite) {
+  if (options.output.empty() || options.moves())
+    return make_error(ErrorCode::kUsage, "--matte of one image needs -o matte.png alone");
+  PM_TRY(const FramePattern input, parse_pattern(options.input));
+  PM_TRY(const FramePattern output, parse_pattern(options.output));
+  std::vector<int> numbers{0};
+  if (output.has_number()) {
+    if (!input.has_number())
+      return make_error(ErrorCode::kUsage, "{}: is one image - give -o a name without ####",
+                        options.input);
+    PM_TRY(numbers, existing_frames(input));
+    if (numbers.empty()) return make_error(ErrorCode::kInput, "{}: no such frames", options.input);
+    if (!options.frames.empty()) {
+      PM_TRY(numbers, parse_frames(options.frames, numbers.front(), numbers.back()));
+    }
+  }
+  for (const int number : numbers) remember_input(frame_path(input, number));
+  for (const int number : numbers)
+    PM_TRY_STATUS(check_sheet(frame_path(output, number), overwrite));
+  for (const int number : numbers) {
+    PM_TRY(const Image matte, read_frame(options, frame_path(input, number)));
+    const std::filesystem::path file = frame_path(output, number);
+    PM_TRY_STATUS(write_image(file, matte));
+    print_data("{}\n", file.string());
+  }
+  return 0;
+}
+
+/// Are the mattes pictures of their own, not cells of a sheet?
+Result<bool> are_mattes_single(const StripOptions& options) {
+  if (options.matte.empty()) return false;
+  PM_TRY(const FramePattern input, parse_pattern(options.input));
+  PM_TRY(const FramePattern output,
+         parse_pattern(options.output.empty() ? "matte.png" : options.output));
+  return !input.has_number() || output.has_number();
+}
+
 Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
-  PM_TRY_STATUS(check_outputs(options, line.common.overwrite));
   // A model is no scene either, but is told what to do with it.
   const bool is_scene =
       std::filesystem::path(options.input).extension() == ".json" || is_model_file(options.input);
+  if (!options.matte.empty() && is_scene)
+    return make_error(ErrorCode::kUsage, "--matte needs frames with Cryptomattes, not {}",
+                      options.input);
+  if (!options.matte.empty() && !options.scene_options.shown.empty())
+    return make_error(ErrorCode::kUsage, "a matte has no view - leave out --display and --view");
+  PM_TRY(const bool single, are_mattes_single(options));
+  if (single) return write_mattes(options, line.common.overwrite);
+  PM_TRY_STATUS(check_outputs(options, line.common.overwrite));
   if (options.content() == FilmContent::kPlan && (!is_scene || !options.html.empty()))
     return make_error(ErrorCode::kUsage,
                       "--show plan is for the sheet, GIF and movie of a scene, not for {}",
@@ -178,7 +265,8 @@ void add_strip(CommandLine& line) {
       "  polymorph strip 'out/frame.####.exr' -c 8 -o strip.png\n"
       "  polymorph strip scene.json -c 6 --columns 3 --label t -o strip.png\n"
       "  polymorph strip scene.json -c 6 --show plan -o plan.png\n"
-      "  polymorph strip 'out/frame.####.png' --gif morph.gif --mp4 morph.mp4",
+      "  polymorph strip 'out/frame.####.png' --gif morph.gif --mp4 morph.mp4\n"
+      "  polymorph strip out/frame.0012.exr --matte teapot -o matte.png",
       "  0 made   2 usage   3 bad scene, unreadable or missing frames   4 cannot write\n"
       "  5 device or memory   130, 143 stopped by a signal");
   command.add_option("input", options->input, "a scene file, or existing frames with ####")
@@ -204,6 +292,13 @@ void add_strip(CommandLine& line) {
                   "it comes from (scene)")
       .choices({"scene", "plan"})
       .type_name("WHAT")
+      .group("Main");
+  command
+      .add_option(
+          "--matte", options->matte,
+          "the coverage of this name in the frames' Cryptomattes, in grey, instead of their "
+          "colours; of one image, or with #### in -o, each as a picture of its own")
+      .type_name("NAME")
       .group("Main");
   command.add_option("-f,--frames", options->frames, "these frames instead")
       .type_name("LIST")

@@ -20,6 +20,7 @@ Result<int> run_submit(const CommandLine& line, const SubmitOptions& options) {
   request.max_memory = line.common.max_memory;
   request.cache_folder = cache_folder(line.common);
   request.scene_arguments = to_arguments(options.scene_options);
+  request.view = options.scene_options.shown;
   std::vector<std::string>& words = request.render_arguments;
   if (!line.common.cache_dir.empty())
     words.insert(words.end(), {"--cache-dir", line.common.cache_dir});

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <deque>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -84,11 +85,25 @@ Status check_outputs(const SequenceSettings& settings) {
   return Ok{};
 }
 
+/// Writes the picture for screens, by the scene's view where it has one.
+Status write_png(const Image& image, const std::filesystem::path& file, PngSettings png,
+                 const SequenceSettings& settings, const std::optional<ViewTransform>& view) {
+  if (!view) return write_image(file, image, png);
+  Image shown = image;
+  PM_TRY_STATUS(view->apply(shown, png.exposure));
+  png.exposure = 0;
+  shown.attributes.push_back({kViewAttribute, view_text(settings.view)});
+  return write_image(file, shown, png);
+}
+
 Status write_frame(const Image& image, const SequenceSettings& settings, const Scene& scene,
-                   int frame) {
-  if (has_exr(settings)) PM_TRY_STATUS(write_image(frame_path(settings.exr, frame), image));
+                   int frame, const std::optional<ViewTransform>& view) {
+  const PngSettings png = png_settings(scene, frame);
+  const ExrSettings exr{.color_space = scene.output.color_space};
+  if (has_exr(settings))
+    PM_TRY_STATUS(write_image(frame_path(settings.exr, frame), image, png, exr));
   if (has_png(settings))
-    PM_TRY_STATUS(write_image(frame_path(settings.png, frame), image, png_settings(scene, frame)));
+    PM_TRY_STATUS(write_png(image, frame_path(settings.png, frame), png, settings, view));
   return Ok{};
 }
 
@@ -133,6 +148,9 @@ class SequenceRun {
         std::min(settings_.frames.size(), 2 * static_cast<std::size_t>(settings_.jobs));
     PM_TRY_STATUS(check_picture_memory(scene.image, at_once, settings_.max_memory, settings_.part));
     if (scene.image.denoise) PM_TRY_STATUS(check_denoiser());
+    if (has_png(settings_) && !settings_.view.empty()) {
+      PM_TRY(view_, ViewTransform::open(settings_.view));
+    }
     PM_TRY(engine_, make_engine(settings_.device, report_.device, settings_.max_memory));
     PM_TRY(prepared_,
            prepare_scene(scene, *engine_, settings_.cache_folder, {settings_.max_memory, at_once},
@@ -316,12 +334,12 @@ class SequenceRun {
     auto task = [this, frame, image, again]() -> Written {
       const Stopwatch stopwatch;
       if (!again) {
-        Status status = write_frame(*image, settings_, prepared_.scene, frame);
+        Status status = write_frame(*image, settings_, prepared_.scene, frame, view_);
         return {std::move(status), stopwatch.seconds()};
       }
       Image copy = *image;
       put_header(prepared_, frame, {report_.isa, report_.device, settings_.command}, copy);
-      Status status = write_frame(copy, settings_, prepared_.scene, frame);
+      Status status = write_frame(copy, settings_, prepared_.scene, frame, view_);
       return {std::move(status), stopwatch.seconds()};
     };
     // As many at once as there are writers, the oldest finished first: the next one is free.
@@ -371,7 +389,8 @@ class SequenceRun {
 
   bool all_current(const FrameRecord& record) const {
     const ExpectedFrame expected{frame_hash(prepared_.scene, prepared_.hashes, record.frame),
-                                 record.frame, prepared_.scene.output.png_bits, settings_.part};
+                                 record.frame, prepared_.scene.output, settings_.view,
+                                 settings_.part};
     for (const fs::path& file : record.files) {
       std::error_code error;
       if (!fs::exists(file, error)) return false;
@@ -423,6 +442,7 @@ class SequenceRun {
   const ProgressCallback& progress_;
   std::unique_ptr<Engine> engine_;
   PreparedScene prepared_;
+  std::optional<ViewTransform> view_;  ///< view by which PNGs are made
   RunReport report_;
   std::size_t finished_ = 0;
   /// Tracers without a frame. At most settings_.jobs frames each are traced and written while the
@@ -458,6 +478,9 @@ Status check_part(const Scene& scene, const FrameFiles& files) {
     return refuse(
         "denoising needs all samples at once - render with --set image.denoise=false, and denoise "
         "the merged picture");
+  if (scene.output.color_space != ColorSpace::kRec709)
+    return refuse(
+        "merged pictures are in lin_rec709 - render with --set output.colorspace=lin_rec709");
   if (!files.png.before.empty() || files.png.has_number())
     return refuse(
         "a part is an EXR file; a PNG cannot hold its sums - name an .exr file, without --png, and "

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "image/display_view.h"
 #include "image/image.h"
 #include "kernels/engine.h"
 #include "render/sample_range.h"
@@ -25,6 +26,7 @@ struct SequenceSettings {
   std::vector<int> frames;          ///< frame numbers, in the order to render
   FramePattern exr;                 ///< empty `before`: no EXR
   FramePattern png;                 ///< empty `before`: no PNG
+  DisplayView view;                 ///< view by which PNGs are made
   std::optional<SampleRange> part;  ///< these samples alone, of as many as the scene has
   Existing existing = Existing::kRefuse;
   bool strict = false;      ///< warnings about the scene's files are errors

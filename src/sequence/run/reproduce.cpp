@@ -9,8 +9,10 @@
 #include "base/sha256.h"
 #include "base/text.h"
 #include "compare/compare.h"
+#include "image/display_view.h"
 #include "image/image_io.h"
 #include "morph/timeline.h"
+#include "render/film/part.h"
 #include "scene/provenance.h"
 #include "sequence/frame/frame_geometry.h"
 #include "sequence/frame/render_frame.h"
@@ -22,6 +24,9 @@ namespace polymorph {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// Pixels to the bit, whichever their colour space.
+constexpr ReadImageSettings kAsStored{.single_picture = true, .stored_colors = true};
 
 /// A header's entry as text, as EXR keeps numbers as such and PNG does not.
 std::optional<std::string> find_entry(const Image& image, std::string_view name) {
@@ -48,7 +53,17 @@ Result<FrameFile> read_frame(const fs::path& file) {
   remember_input(file);
   PM_TRY(out.bytes, read_file(file));
   out.is_png = out.bytes.starts_with("\x89PNG");
-  PM_TRY(out.image, decode_image(out.bytes, out.name, {.single_picture = true}));
+  PM_TRY(out.image, decode_image(out.bytes, out.name, kAsStored));
+  if (find_entry(out.image, kPartOfAttribute))
+    return make_error(ErrorCode::kInput,
+                      "{}: it holds some of the frame's samples - merge the parts, and reproduce "
+                      "what comes out",
+                      out.name);
+  if (find_entry(out.image, kViewAttribute))
+    return make_error(ErrorCode::kInput,
+                      "{}: it was made by a view of $OCIO, whose config no header holds - reproduce "
+                      "the EXR of the frame",
+                      out.name);
   const auto packed = find_entry(out.image, kProvenanceAttribute);
   if (!packed)
     return make_error(ErrorCode::kInput,
@@ -100,7 +115,7 @@ Result<std::string> render_again(const FrameFile& given, const PreparedScene& pr
   put_header(prepared, given.frame,
              {entry(kIsaAttribute), entry(kDeviceAttribute), entry(kCommandAttribute)}, image);
   return given.is_png ? encode_png(image, png_settings(prepared.scene, given.frame))
-                      : encode_exr(image);
+                      : encode_exr(image, {.color_space = prepared.scene.output.color_space});
 }
 
 void compare_frames(const FrameFile& given, const Image& now, Reproduction& result) {
@@ -149,7 +164,7 @@ Result<Reproduction> reproduce_frame(const fs::path& file, const ReproduceSettin
   if (given.is_png && !names_layers(given.image)) prepared.scene.image.aovs = "none";
   prepared.provenance = given.packed;
   PM_TRY(result.bytes, render_again(given, prepared, *engine));
-  PM_TRY(const Image now, decode_image(result.bytes, "the frame as rendered now"));
+  PM_TRY(const Image now, decode_image(result.bytes, "the frame as rendered now", kAsStored));
   compare_frames(given, now, result);
   return result;
 }

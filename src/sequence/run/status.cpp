@@ -26,6 +26,15 @@ int read_png_bits(const std::filesystem::path& file) {
   return std::string_view(head.data(), head.size()).starts_with(kSignature) ? head[kBits] : 0;
 }
 
+/// The view that a PNG's header names; "": none.
+std::string find_view(const Image& image) {
+  for (const Attribute& attribute : image.attributes)
+    if (const auto* text = std::get_if<std::string>(&attribute.value);
+        text && attribute.name == kViewAttribute)
+      return *text;
+  return "";
+}
+
 }  // namespace
 
 Result<std::string> source_hash(const Scene& scene) {
@@ -45,7 +54,7 @@ Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> 
   PM_TRY(const std::shared_ptr<const Image> environment, load_environment(scene));
   const SequenceHashes hashes = hash_sequence(
       {scene, chain, loaded.models, environment.get(), loaded.placings, loaded.sequences});
-  ExpectedHashes out{hashes.scene, std::vector<std::string>(frames.size()), scene.output.png_bits};
+  ExpectedHashes out{hashes.scene, std::vector<std::string>(frames.size()), scene.output, {}};
   parallel_for(static_cast<std::int64_t>(frames.size()), [&](std::int64_t i) {
     const auto at = static_cast<std::size_t>(i);
     out.frames[at] = frame_hash(scene, hashes, frames[at]);
@@ -56,7 +65,7 @@ Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> 
 FileState file_state(const std::filesystem::path& file, const ExpectedFrame& expected) {
   std::error_code error;
   if (!std::filesystem::exists(file, error)) return FileState::kMissing;
-  const auto image = read_image(file);
+  const auto image = read_image(file, {.stored_colors = true});
   if (!image) return FileState::kUnreadable;
   // EXR keeps the frame as a number, PNG as text.
   const auto says = [&](const char* name, const std::string& value) {
@@ -65,7 +74,12 @@ FileState file_state(const std::filesystem::path& file, const ExpectedFrame& exp
              std::visit([](const auto& v) { return fmt::format("{}", v); }, a.value) == value;
     });
   };
-  if (const int bits = read_png_bits(file); bits != 0 && bits != expected.png_bits)
+  const int bits = read_png_bits(file);
+  if (bits != 0 &&
+      (bits != expected.output.png_bits || find_view(*image) != view_text(expected.view)))
+    return FileState::kStale;
+  if (bits == 0 &&
+      color_space_name(*image) != color_space_label(expected.output.color_space).interop_id)
     return FileState::kStale;
   const bool matches = expected.part
                            ? says(kPartOfAttribute, expected.hash) &&
@@ -83,9 +97,9 @@ std::vector<FileState> frame_states(const FrameFiles& files, std::span<const int
     const auto at = static_cast<std::size_t>(i);
     for (const FramePattern* pattern : {&files.exr, &files.png}) {
       if (pattern->before.empty() && !pattern->has_number()) continue;
-      const FileState state =
-          file_state(frame_path(*pattern, frames[at]),
-                     {expected.frames[at], frames[at], expected.png_bits, std::nullopt});
+      const FileState state = file_state(
+          frame_path(*pattern, frames[at]),
+          {expected.frames[at], frames[at], expected.output, expected.view, std::nullopt});
       if (state != FileState::kWhole) states[at] = state;
     }
   });

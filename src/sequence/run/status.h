@@ -10,6 +10,7 @@
 
 #include "base/program_identity.h"
 #include "base/result.h"
+#include "image/display_view.h"
 #include "render/sample_range.h"
 #include "scene/scene.h"
 #include "sequence/run/frames.h"
@@ -32,7 +33,8 @@ Result<std::string> source_hash(const Scene& scene);
 struct ExpectedHashes {
   std::string scene;
   std::vector<std::string> frames;  ///< names, in the order of the frames asked for
-  int png_bits = 8;                 ///< bits per channel of PNG files
+  OutputSettings output;            ///< settings that files must have been made with
+  DisplayView view;                 ///< view of PNG files; left to the caller
 };
 Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> frames);
 
@@ -40,7 +42,8 @@ Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> 
 struct ExpectedFrame {
   std::string hash;  ///< frame_hash()
   int frame = 0;
-  int png_bits = 8;                      ///< bits per channel of a PNG
+  OutputSettings output;                 ///< a PNG's bits per channel, an EXR's colour space
+  DisplayView view = {};                 ///< view of a PNG
   std::optional<SampleRange> part = {};  ///< these samples, neither more nor fewer
 };
 

@@ -1,0 +1,124 @@
+#include <OpenColorIO/OpenColorIO.h>
+
+#include <exception>
+#include <string>
+
+#include "image/ocio_module.h"
+
+namespace {
+
+namespace OCIO = OCIO_NAMESPACE;
+
+/// Names that configs give linear Rec. 709: the Color Interop Forum's, those of the ACES configs
+/// from version 2 on, of ACES 1.2 and of Blender.
+constexpr const char* kRec709Names[] = {
+    "lin_rec709_scene",       "lin_rec709",     "lin_srgb",
+    "Linear Rec.709 (sRGB)",  "Linear Rec.709", "Utility - Linear - Rec.709",
+    "Utility - Linear - sRGB"};
+
+struct View : PmOcioView {
+  View() : PmOcioView{} {}
+  std::string text;
+  OCIO::ConstCPUProcessorRcPtr processor;
+};
+
+void fail(View& view, std::string reason) {
+  view.text = std::move(reason);
+  view.error = view.text.c_str();
+}
+
+/// Checks a name against those that there are; an empty one becomes the default. `of`: "display".
+template <class NameAt>
+bool choose(View& view, const char* of, std::string& name, const char* usual, int count,
+            NameAt name_at) {
+  if (name.empty()) name = usual;
+  std::string known;
+  for (int i = 0; i < count; ++i) {
+    if (name == name_at(i)) return true;
+    known += std::string(known.empty() ? "\"" : ", \"") + name_at(i) + "\"";
+  }
+  fail(view, std::string("has no ") + of + " \"" + name + "\" (known: " + known + ")");
+  return false;
+}
+
+OCIO::ConstTransformRcPtr make_transform(const OCIO::ConstConfigRcPtr& config,
+                                         const std::string& display, const std::string& view) {
+  const auto shown = OCIO::DisplayViewTransform::Create();
+  shown->setDisplay(display.c_str());
+  shown->setView(view.c_str());
+  for (const char* name : kRec709Names)
+    if (config->getColorSpace(name)) {
+      shown->setSrc(name);
+      return shown;
+    }
+  if (!config->hasRole(OCIO::ROLE_INTERCHANGE_SCENE)) return nullptr;
+  // By way of ACES2065-1, which every config with this role has.
+  const auto group = OCIO::GroupTransform::Create();
+  const auto to_ap1 = OCIO::BuiltinTransform::Create();
+  to_ap1->setStyle("UTILITY - ACES-AP1_to_LINEAR-REC709_BFD");
+  to_ap1->setDirection(OCIO::TRANSFORM_DIR_INVERSE);
+  const auto to_ap0 = OCIO::BuiltinTransform::Create();
+  to_ap0->setStyle("ACEScg_to_ACES2065-1");
+  shown->setSrc(OCIO::ROLE_INTERCHANGE_SCENE);
+  group->appendTransform(to_ap1);
+  group->appendTransform(to_ap0);
+  group->appendTransform(shown);
+  return group;
+}
+
+void open(const char* file, std::string display, std::string name, View& view) {
+  const OCIO::ConstConfigRcPtr config = OCIO::Config::CreateFromFile(file);
+  if (!choose(view, "display", display, config->getDefaultDisplay(), config->getNumDisplays(),
+              [&](int i) { return config->getDisplay(i); }))
+    return;
+  if (!choose(view, "view", name, config->getDefaultView(display.c_str()),
+              config->getNumViews(display.c_str()),
+              [&](int i) { return config->getView(display.c_str(), i); }))
+    return;
+  const OCIO::ConstTransformRcPtr transform = make_transform(config, display, name);
+  if (!transform)
+    return fail(
+        view,
+        "has neither a colour space called lin_rec709_scene, by that or another usual name, "
+        "nor the role aces_interchange - add one of them");
+  view.processor = config->getProcessor(transform)->getDefaultCPUProcessor();
+}
+
+}  // namespace
+
+extern "C" {
+
+__attribute__((visibility("default"))) int polymorph_ocio_interface(void) {
+  return PM_OCIO_INTERFACE;
+}
+
+__attribute__((visibility("default"))) PmOcioView* polymorph_ocio_open(const char* config,
+                                                                       const char* display,
+                                                                       const char* name) {
+  auto* view = new View;
+  try {
+    OCIO::SetLoggingLevel(OCIO::LOGGING_LEVEL_NONE);  // what is wrong is an error, said once
+    open(config, display, name, *view);
+  } catch (const std::exception& e) {
+    fail(*view, e.what());
+  }
+  return view;
+}
+
+__attribute__((visibility("default"))) const char* polymorph_ocio_apply(PmOcioView* view,
+                                                                        float* pixels,
+                                                                        std::size_t count) {
+  try {
+    OCIO::PackedImageDesc image(pixels, static_cast<long>(count), 1, 3);
+    static_cast<View*>(view)->processor->apply(image);
+  } catch (const std::exception&) {
+    return "OpenColorIO cannot apply the view";
+  }
+  return nullptr;
+}
+
+__attribute__((visibility("default"))) void polymorph_ocio_close(PmOcioView* view) {
+  delete static_cast<View*>(view);
+}
+
+}  // extern "C"
