@@ -28,3 +28,5 @@ SCENE
 "$build/polymorph" render scene.json -o 'f.####.exr' -q
 "$work/venv/bin/python" -B "$source/tests/python/module_test.py"
 "$work/venv/bin/python" -B "$source/tests/python/calls_test.py"
+"$work/venv/bin/python" -B "$source/tests/python/arrays_test.py"
+"$work/venv/bin/python" -B "$source/tests/python/snippets_test.py"
