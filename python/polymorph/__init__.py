@@ -23,7 +23,7 @@ _HERE = _pathlib.Path(__file__).resolve().parent
 _os.environ.setdefault("POLYMORPH_ASSIMP", str(_HERE / "bin" / "polymorph_assimp"))
 
 from . import _polymorph  # noqa: E402
-from ._inputs import Models as _Models, parts_of as _parts_of, points_of as _points_of, polygons_of as _polygons_of  # noqa: E402
+from ._inputs import Models as _Models, is_mesh as _is_mesh, points_of as _points_of, polygons_of as _polygons_of  # noqa: E402
 from ._inputs import sequence_of as _sequence_of  # noqa: E402
 from ._progress import reporting as _reporting  # noqa: E402
 from ._records import Approximation, Balls, Mesh, Plan  # noqa: E402
@@ -37,6 +37,7 @@ __version__: str = _polymorph.version
 _MAX_NOTEBOOK_PAGE = 16 << 20
 
 Progress = Union[None, bool, Callable[[str, float], Any]]
+_Arrays = tuple[numpy.ndarray, numpy.ndarray]  # vertices and faces
 
 
 def approximate(model, *, cache=None, progress: Progress = None, **settings) -> Approximation:
@@ -191,7 +192,7 @@ class Scene:
 
 
 def morph(vertices0, faces0, vertices1, faces1, u, *, set: Optional[dict] = None, device: str = "auto", cache=None,
-          progress: Progress = None, **settings):
+          progress: Progress = None, **settings) -> Union[_Arrays, list[_Arrays]]:
     """Makes the meshes between two: a pair (vertices, faces) for a number u, a list of pairs for an array of them.
 
     vertices0, faces0, vertices1, faces1: two meshes, as render() takes them. They stay in their places and sizes.
@@ -237,6 +238,7 @@ def render(vertices, faces=None, *, colors=None, width: int = 640, height: int =
     dtype: "float32": linear Rec. 709, alpha premultiplied. "uint8": as a PNG has them: sRGB, not premultiplied, no dither.
     width, height: pixels. samples: per pixel. settings: the scene's other keys, as camera={"azimuth": 60}. set, device, cache,
         progress: as for Scene.
+    A mesh alone has several pictures where settings ask for frames, as frames={"turntable": 36}, a turn around it.
     A sequence is framed once, over all its meshes, and stands on the ground once, as `polymorph render 'seq.####.obj'` does.
     Raises Error: arrays that are no mesh, bad settings, not enough memory.
     """
@@ -246,7 +248,7 @@ def render(vertices, faces=None, *, colors=None, width: int = 640, height: int =
     scene = Scene({**settings, "source": {"model": meshes if is_sequence else [meshes]}, "image": image},
                   set=set, device=device, cache=cache, progress=progress)
     pictures = scene.pictures(dtype=dtype)
-    return pictures if is_sequence else pictures[0]
+    return pictures if is_sequence or len(pictures) > 1 else pictures[0]
 
 
 def analyze(scene, faces=None, *, frames: int = 0, source=None, target=None, progress: Progress = None) -> dict:
@@ -267,13 +269,12 @@ def analyze(scene, faces=None, *, frames: int = 0, source=None, target=None, pro
     if not isinstance(meshes, list) or len(meshes) < 2:
         raise Error("a morph has at least two frames - give a list of meshes", 3)
     models = _Models()
-    paths = [models.add(meshes)]
     for name, end in (("source", source), ("target", target)):
-        if end is not None and _parts_of(end) is None:
+        if end is not None and not _is_mesh(end):
             raise Error(f"{name}: give a mesh (vertices, faces)", 2)
-        paths.append("" if end is None else models.add(end))
+    first, last = ("" if end is None else models.add(end) for end in (source, target))
     with _reporting(progress) as report:
-        return {"morphs": _morphs_of(_polymorph.analyze_meshes(*paths, report))}
+        return {"morphs": _morphs_of(_polymorph.analyze_meshes(models.add(meshes), first, last, report))}
 
 
 def schema() -> dict:

@@ -3,6 +3,7 @@ import html
 import json
 import pathlib
 import re
+import signal
 import subprocess
 import sys
 import threading
@@ -131,6 +132,8 @@ straight = np.clip(2 * linear[..., :3] / np.maximum(linear[..., 3:], 1e-9), 0, 1
 encoded = np.where(straight <= 0.0031308, 12.92 * straight, 1.055 * straight ** (1 / 2.4) - 0.055)
 assert np.abs(exposed[..., :3] - 255 * encoded)[linear[..., 3] > 0].max() < 0.51
 assert np.abs(exposed[..., 3] - 255 * linear[..., 3]).max() < 0.51
+turn = polymorph.render(ring * [1, 1, 2], quads, frames={"turntable": 4}, **tiny)
+assert turn.shape == (4, 24, 32, 4) and not np.array_equal(turn[0], turn[1])
 # Colours: of uint8 and of floats, with alpha and without; settings by keyword.
 red = np.tile(np.array([255, 0, 0, 255], np.uint8), (len(ring), 1))
 painted = polymorph.render(ring, quads, colors=red, **tiny)
@@ -159,6 +162,7 @@ assert ends["metrics"] != rows[0]["metrics"]
 raises(3, "at least two frames")(lambda: polymorph.analyze([(ring, quads)]))
 raises(3, "at least two frames")(lambda: polymorph.analyze(ring, quads))
 raises(2, "a Scene has its own")(lambda: polymorph.analyze(files, target=(ring, quads)))
+raises(2, "source: give a mesh")(lambda: polymorph.analyze(meshes, source="ring.obj"))
 
 # In a notebook.
 page = files.page()
@@ -187,6 +191,14 @@ for call in (lambda: polymorph.morph(ring, quads, box, box_faces, 0.5, cache="",
         assert str(enough)
     else:
         raise AssertionError("the call was not ended")
+timer = threading.Timer(1, signal.raise_signal, [signal.SIGINT])
+timer.start()
+try:
+    polymorph.render(ring, quads, width=3000, height=3000, samples=256)
+except KeyboardInterrupt:
+    pass
+else:
+    raise AssertionError("Ctrl-C did not end the call")
 found = [None] * 4
 
 
