@@ -2,6 +2,10 @@
 
 #include <nanobind/stl/string.h>
 
+#include <algorithm>
+
+#include "base/exact_math.h"
+#include "image/srgb.h"
 #include "kernels/field_kinds.h"
 
 namespace nb = nanobind;
@@ -23,6 +27,43 @@ std::vector<Vec3> to_points(const Rows<3>& rows) {
   for (std::size_t i = 0; i < points.size(); ++i)
     points[i] = {rows.data()[3 * i], rows.data()[3 * i + 1], rows.data()[3 * i + 2]};
   return points;
+}
+
+MemoryMesh to_memory_mesh(const Rows<3>& vertices, const Indices& corners, const Indices& sizes,
+                          const Rows<3>& colors) {
+  const auto all = [](const auto& values) {
+    return std::vector(values.data(), values.data() + values.size());
+  };
+  return {to_points(vertices), all(corners), all(sizes), all(colors)};
+}
+
+nb::object color_array(const Image& image, bool bytes, float stops) {
+  const int channels[] = {image.find_channel("R"), image.find_channel("G"), image.find_channel("B"),
+                          image.find_channel("A")};
+  const std::size_t count = image.channel_count(), pixels = image.pixels.size() / count;
+  const auto at = [&](std::size_t pixel, int c) {
+    return image.pixels[pixel * count + static_cast<std::size_t>(channels[c])];
+  };
+  const std::vector<std::size_t> shape{static_cast<std::size_t>(image.height),
+                                       static_cast<std::size_t>(image.width), 4};
+  if (!bytes) {
+    std::vector<float> values;
+    values.reserve(4 * pixels);
+    for (std::size_t i = 0; i < pixels; ++i)
+      for (int c = 0; c < 4; ++c) values.push_back(at(i, c));
+    return array(std::move(values), shape);
+  }
+  const SrgbQuantizer& quantizer = SrgbQuantizer::instance();
+  const auto gain = static_cast<float>(exact::exp2(static_cast<double>(stops)));
+  std::vector<std::uint8_t> values;
+  values.reserve(4 * pixels);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const float alpha = std::clamp(at(i, 3), 0.0f, 1.0f);
+    const float scale = alpha > 0 ? gain / alpha : 0.0f;
+    for (int c = 0; c < 3; ++c) values.push_back(quantizer(at(i, c) * scale));
+    values.push_back(static_cast<std::uint8_t>(alpha * 255.0f + 0.5f));
+  }
+  return array(std::move(values), shape);
 }
 
 std::vector<Ball> to_balls(const Rows<3>& centers, const Column& a, const Column& w,

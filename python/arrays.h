@@ -8,9 +8,11 @@
 #include <utility>
 #include <vector>
 
+#include "image/image.h"
 #include "kernels/mesh.h"
 #include "kernels/types.h"
 #include "morph/plan.h"
+#include "scene/memory_models.h"
 
 namespace polymorph {
 
@@ -31,6 +33,18 @@ using Column =
     nanobind::ndarray<const float, nanobind::shape<-1>, nanobind::c_contig, nanobind::device::cpu>;
 
 std::vector<Vec3> to_points(const Rows<3>& rows);
+
+using Indices = nanobind::ndarray<const std::uint32_t, nanobind::shape<-1>, nanobind::c_contig,
+                                  nanobind::device::cpu>;
+
+/// `corners`: indices of vertices, face after face; `sizes`: of each face; `colors`: one per
+/// vertex, or none.
+MemoryMesh to_memory_mesh(const Rows<3>& vertices, const Indices& corners, const Indices& sizes,
+                          const Rows<3>& colors);
+
+/// The colours of an image as rows of R, G, B, A: linear and premultiplied as they are, or
+/// (`bytes`) as a PNG has them: sRGB, not premultiplied, brightened by `stops`.
+nanobind::object color_array(const Image& image, bool bytes, float stops);
 
 /// Balls of one or more actors, and the level that has been divided out of each.
 struct LeveledBalls {

@@ -17,6 +17,7 @@
 #include "base/parallel.h"
 #include "base/program_identity.h"
 #include "call.h"
+#include "export/play_data.h"
 #include "field/extract_surface.h"
 #include "field/level.h"
 #include "kernels/field_kinds.h"
@@ -89,6 +90,50 @@ nb::object ball_field(const Rows<3>& centers, const Column& a, const Column& w,
   return array(std::move(values), {at.size()});
 }
 
+/// Meshes in memory that scenes name by paths, for as long as this object lives.
+class PythonModels {
+ public:
+  std::string add(const std::string& name, const MemoryMesh& mesh) {
+    return models_.add(name, mesh).string();
+  }
+  std::string add_sequence(const std::string& name, const std::vector<const MemoryMesh*>& meshes) {
+    std::vector<MemoryMesh> copies;
+    for (const MemoryMesh* mesh : meshes) copies.push_back(*mesh);
+    return models_.add(name, std::move(copies)).string();
+  }
+
+ private:
+  MemoryModels models_;
+};
+
+/// Shows which of several surfaces is measured.
+class MeasuringActivity {
+ public:
+  void show(int done, int count) {
+    activity_.reset();  // the last one's text would come back after this one's
+    activity_ = std::make_unique<Activity>(
+        fmt::format("measuring surface {} of {}", std::min(done + 1, count), count));
+  }
+
+ private:
+  std::unique_ptr<Activity> activity_;
+};
+
+/// The report of `polymorph analyze 'seq.####.obj' --json`; `source` and `target` may be empty.
+std::string analyze_sequence(const std::string& meshes, const std::string& source,
+                             const std::string& target, const nb::object& progress) {
+  std::string report;
+  run_call(progress, [&] {
+    MeasuringActivity activity;
+    const MeshMorph morph{take(file_pattern(meshes)), source, target, {}};
+    report = dump_json(analysis_json(take(analyze_meshes(morph, [&](int done, int count) {
+      activity.show(done, count);
+      return true;
+    }))));
+  });
+  return report;
+}
+
 /// A prepared scene. Calls on several threads wait for each other.
 class PythonScene {
  public:
@@ -96,7 +141,8 @@ class PythonScene {
   /// `path`.
   PythonScene(const std::string& path, const std::string& text,
               const std::map<std::string, std::string>& overrides, const std::string& device,
-              const std::string& cache, const nb::object& progress) {
+              const std::string& cache, const nb::object& progress)
+      : cache_(cache) {
     run_call(progress, [&] {
       const std::vector<Override> set(overrides.begin(), overrides.end());
       const bool is_file = text.empty();
@@ -127,12 +173,18 @@ class PythonScene {
     return to_dict(all, kind);
   }
 
-  nb::dict mesh(int frame, const nb::object& progress) {
+  /// `frame` may lie between two frames.
+  nb::dict mesh(double frame, const nb::object& progress) {
     Mesh mesh;
     call(progress, [&] {
-      const FrameGeometry shown = geometry(frame);
-      for (std::size_t i = 0; i < shown.actors.size(); ++i)
-        append(mesh, shown_mesh(prepared_.actors[i], shown.actors[i]));
+      check_frame(frame);
+      const Activity activity(fmt::format("extracting the surfaces of frame {:g}", frame));
+      const FrameSettings& frames = prepared_.scene.frames;
+      const double shown = frames.turntable > 0 ? frames.still : frame;
+      for (const PreparedActor& actor : prepared_.actors)
+        append(mesh,
+               shown_mesh(actor, take(actor_geometry_at(
+                                     actor, morph_state_at(actor.timeline, shown), *engine_))));
     });
     return to_dict(mesh);
   }
@@ -160,29 +212,43 @@ class PythonScene {
 
   nb::tuple frame(int frame, const nb::object& progress) {
     Image image;
-    call(progress, [&] {
-      check_frame(frame);
-      check(check_picture_memory(prepared_.scene.image, 1, memory_limit()));
-      const FrameGeometry shown = geometry(frame);
-      const Activity activity(fmt::format("rendering frame {}", frame));
-      if (!renderer_) renderer_ = std::make_unique<Renderer>(take(Renderer::create()));
-      image = take(render_frame(prepared_, shown, *renderer_, device_, ""));
-    });
+    call(progress, [&] { image = render(frame); });
     const auto size = [](int n) { return static_cast<std::size_t>(n); };
     std::vector<std::size_t> shape{size(image.height), size(image.width), image.channel_count()};
     return nb::make_tuple(array(std::move(image.pixels), std::move(shape)), image.channels);
+  }
+
+  /// The colours of a frame, linear floats or `bytes` as a PNG has them.
+  nb::object colors(int frame, bool bytes, const nb::object& progress) {
+    Image image;
+    call(progress, [&] { image = render(frame); });
+    const Scene shown = scene_at(prepared_.scene, static_cast<double>(frame));
+    return color_array(image, bytes, shown.image.exposure);
+  }
+
+  /// The page of `polymorph mesh --html`. It has fewer cells than most scenes, for which the scene
+  /// is prepared once more.
+  std::string page(const nb::object& progress) {
+    call(progress, [&] {
+      if (!page_.empty()) return;
+      check(check_stands_still(prepared_));
+      Scene scene = prepared_.scene;
+      scene.surface.resolution = std::min(scene.surface.resolution, kPlayResolution);
+      const PreparedScene prepared =
+          take(prepare_scene(scene, *engine_, cache_, {memory_limit(), 0}));
+      page_ = encode_play_page(take(make_play_page(prepared, *engine_)));
+    });
+    return page_;
   }
 
   /// The report of `polymorph analyze --json`.
   std::string analyze(int frames, const nb::object& progress) {
     std::string report;
     call(progress, [&] {
-      std::unique_ptr<Activity> activity;
+      MeasuringActivity activity;
       report = dump_json(
           analysis_json(take(analyze_scene(prepared_, *engine_, frames, [&](int done, int count) {
-            activity.reset();
-            activity = std::make_unique<Activity>(
-                fmt::format("measuring surface {} of {}", std::min(done + 1, count), count));
+            activity.show(done, count);
             return true;
           }))));
     });
@@ -211,9 +277,9 @@ class PythonScene {
       work();
     });
   }
-  void check_frame(int frame) const {
-    if (frame < 1 || frame > prepared_.frame_count)
-      throw PythonError{make_error(ErrorCode::kUsage, "frame {}: there are frames 1 to {}", frame,
+  void check_frame(double frame) const {
+    if (!(frame >= 1 && frame <= prepared_.frame_count))
+      throw PythonError{make_error(ErrorCode::kUsage, "frame {:g}: there are frames 1 to {}", frame,
                                    prepared_.frame_count)};
   }
   FrameGeometry geometry(int frame) {
@@ -222,8 +288,18 @@ class PythonScene {
     return take(geometry_at(prepared_, *engine_, frame));
   }
 
+  Image render(int frame) {
+    check_frame(frame);
+    check(check_picture_memory(prepared_.scene.image, 1, memory_limit()));
+    const FrameGeometry shown = geometry(frame);
+    const Activity activity(fmt::format("rendering frame {}", frame));
+    if (!renderer_) renderer_ = std::make_unique<Renderer>(take(Renderer::create()));
+    return take(render_frame(prepared_, shown, *renderer_, device_, ""));
+  }
+
   std::timed_mutex mutex_;  ///< held by each call that uses engine or renderer
-  std::string device_;
+  std::string device_, cache_;
+  std::string page_;  ///< empty until it is asked for
   std::unique_ptr<Engine> engine_;
   PreparedScene prepared_;
   std::unique_ptr<Renderer> renderer_;
@@ -251,10 +327,20 @@ NB_MODULE(_polymorph, m) {
   m.attr("version") = PM_VERSION;
   m.def("approximate", &approximate_source, nb::arg(), nb::arg(), nb::arg().none());
   m.def("ball_field", &ball_field);
+  m.def("analyze_meshes", &analyze_sequence, nb::arg(), nb::arg(), nb::arg(), nb::arg().none());
   m.def("schema", &scene_schema);
   m.def("identity", [] { return std::string(program_identity()); });
   m.def("default_cache_folder", [] { return default_cache_folder().string(); });
   m.def("set_thread_count", &limit_threads);
+  nb::class_<MemoryMesh>(m, "MemoryMesh")
+      .def("__init__", [](MemoryMesh* self, const Rows<3>& vertices, const Indices& corners,
+                          const Indices& sizes, const Rows<3>& colors) {
+        new (self) MemoryMesh(to_memory_mesh(vertices, corners, sizes, colors));
+      });
+  nb::class_<PythonModels>(m, "Models")
+      .def(nb::init<>())
+      .def("add", &PythonModels::add)
+      .def("add_sequence", &PythonModels::add_sequence);
   nb::class_<PythonScene>(m, "Scene")
       .def(nb::init<const std::string&, const std::string&,
                     const std::map<std::string, std::string>&, const std::string&,
@@ -269,6 +355,8 @@ NB_MODULE(_polymorph, m) {
       .def("mesh", &PythonScene::mesh, nb::arg(), nb::arg().none())
       .def("field", &PythonScene::field, nb::arg(), nb::arg(), nb::arg(), nb::arg().none())
       .def("frame", &PythonScene::frame, nb::arg(), nb::arg().none())
+      .def("colors", &PythonScene::colors, nb::arg(), nb::arg(), nb::arg().none())
+      .def("page", &PythonScene::page, nb::arg().none())
       .def("analyze", &PythonScene::analyze, nb::arg(), nb::arg().none())
       .def("plans", &PythonScene::plans);
 }

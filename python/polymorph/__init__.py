@@ -1,7 +1,8 @@
 """polymorph: morph sequences between polyhedra; models as spheres, and balls, meshes and frames as numpy arrays.
 
     import polymorph
-    approximation = polymorph.approximate("teapot.obj", balls=128)
+    vertices, faces = polymorph.morph(v0, f0, v1, f1, 0.5)        # arrays in, arrays out
+    pictures = polymorph.render([v0, v1], [f0, f1], dtype="uint8")  # (2, 480, 640, 4)
     scene = polymorph.Scene({"source": "teapot.obj", "target": "torus"})
     pixels, channels = scene.frame(12)
 
@@ -9,6 +10,7 @@ Lengths are in the units of the model, or of the scene that models are brought i
 are the program's, bit for bit. All calls let other threads run and end within seconds of Ctrl-C; calls of one Scene wait for
 each other. Failures raise Error.
 """
+import html as _html
 import json as _json
 import os as _os
 import pathlib as _pathlib
@@ -21,16 +23,21 @@ _HERE = _pathlib.Path(__file__).resolve().parent
 _os.environ.setdefault("POLYMORPH_ASSIMP", str(_HERE / "bin" / "polymorph_assimp"))
 
 from . import _polymorph  # noqa: E402
-from ._inputs import ModelFolder as _ModelFolder, points_of as _points_of  # noqa: E402
+from ._inputs import Models as _Models, is_mesh as _is_mesh, points_of as _points_of, polygons_of as _polygons_of  # noqa: E402
+from ._inputs import sequence_of as _sequence_of  # noqa: E402
 from ._progress import reporting as _reporting  # noqa: E402
 from ._records import Approximation, Balls, Mesh, Plan  # noqa: E402
 from .error import Error  # noqa: E402
 
-__all__ = ["Approximation", "Balls", "Error", "Mesh", "Plan", "Scene", "approximate", "data_folder", "identity", "schema",
-           "set_thread_count"]
+__all__ = ["Approximation", "Balls", "Error", "Mesh", "Plan", "Scene", "analyze", "approximate", "data_folder", "identity",
+           "morph", "render", "schema", "set_thread_count"]
 __version__: str = _polymorph.version
 
+# Larger pages would make notebooks that are slow to open and to save.
+_MAX_NOTEBOOK_PAGE = 16 << 20
+
 Progress = Union[None, bool, Callable[[str, float], Any]]
+_Arrays = tuple[numpy.ndarray, numpy.ndarray]  # vertices and faces
 
 
 def approximate(model, *, cache=None, progress: Progress = None, **settings) -> Approximation:
@@ -41,8 +48,9 @@ def approximate(model, *, cache=None, progress: Progress = None, **settings) -> 
     "hubbard", "octree" or "active", fit="ellipsoid", "round" or "none", error=0.005 (a share of the diagonal).
     Raises Error: a setting is unknown or out of its range, the model cannot be read, or has no inside.
     """
-    with _ModelFolder() as folder, _reporting(progress) as report:
-        source = folder.replace(model)
+    models = _Models()
+    with _reporting(progress) as report:
+        source = models.replace(model)
         if not isinstance(source, dict):
             is_shape = source in ("sphere", "cube", "torus", "puddle", "drops")
             source = {"shape": source} if is_shape else {"model": _os.path.abspath(source)}
@@ -56,7 +64,8 @@ class Scene:
 
     def __init__(self, scene, *, set: Optional[dict] = None, device: str = "auto", cache=None, progress: Progress = None):
         """scene: the path of a scene file, or its JSON as a dict, whose paths are relative to the current folder. A model of a
-            dict may be a Mesh, or an object with arrays `vertices` and `faces`.
+            dict may be a Mesh, an object with arrays `vertices` and `faces`, or a tuple of arrays (vertices, faces) or
+            (vertices, faces, colors), as render() takes them. A list of such meshes is a mesh sequence, numbered from 1.
         set: settings that are changed, as {"image.samples": 4}. device: "auto", "cpu", "cuda" or "cuda:1".
         cache: a folder; None: the program's own (POLYMORPH_CACHE_DIR); "": no cache.
         progress: a function that is called five times a second, in this thread, with the stage of the work and the seconds
@@ -69,8 +78,9 @@ class Scene:
         overrides = {key: value if isinstance(value, str) else _json.dumps(value) for key, value in (set or {}).items()}
         self._name = "a dict" if is_dict else repr(path)
         self._progress = progress
-        with _ModelFolder() as folder, _reporting(progress) as report:
-            text = _json.dumps(folder.replace(scene)) if is_dict else ""
+        self._models = _Models()
+        with _reporting(progress) as report:
+            text = _json.dumps(self._models.replace(scene)) if is_dict else ""
             self._scene = _polymorph.Scene(path, text, overrides, device, _cache_folder(cache), report)
 
     def __repr__(self) -> str:
@@ -97,8 +107,11 @@ class Scene:
         with _reporting(self._progress) as report:
             return Balls(**self._scene.balls(frame, report))
 
-    def mesh(self, frame: int) -> Mesh:
-        """What is seen of all actors in a frame: surfaces, models, or both. Raises Error: no such frame, no memory."""
+    def mesh(self, frame: float) -> Mesh:
+        """What is seen of all actors in a frame, or between two, as 2.5: surfaces, models, or both.
+
+        Raises Error: no such frame, no memory.
+        """
         with _reporting(self._progress) as report:
             return Mesh(**self._scene.mesh(frame, report))
 
@@ -123,6 +136,45 @@ class Scene:
         with _reporting(self._progress) as report:
             return self._scene.frame(frame, report)
 
+    def pictures(self, frames=None, *, dtype: str = "float32") -> numpy.ndarray:
+        """Renders frames, a list of numbers or None for all, to one array (frames, height, width, 4), row 0 on top.
+
+        dtype: "float32": R, G, B and A as frame() has them, linear Rec. 709, alpha premultiplied. "uint8": as a PNG has them,
+        sRGB, not premultiplied, with the scene's image.exposure, without dither.
+        Raises Error: no such frame or dtype, no memory.
+        """
+        if dtype not in ("float32", "uint8"):
+            raise Error(f"dtype: must be \"float32\" or \"uint8\", not {dtype!r}", 2)
+        numbers = list(range(1, self.frame_count + 1) if frames is None else frames)
+        width, height = self.size
+        try:
+            pictures = numpy.empty((len(numbers), height, width, 4), dtype)
+        except MemoryError as error:
+            raise Error(f"{len(numbers)} pictures of {width} x {height} do not fit into memory ({error}) - ask for fewer", 5) from None
+        with _reporting(self._progress) as report:
+            for i, number in enumerate(numbers):
+                pictures[i] = self._scene.colors(number, dtype == "uint8", report)
+        return pictures
+
+    def page(self) -> str:
+        """HTML of a page that plays the morph in a browser, to turn and play, as `polymorph mesh --html` writes it.
+
+        It needs nothing but itself. Raises Error: the scene has a mesh sequence, no memory.
+        """
+        with _reporting(self._progress) as report:
+            return self._scene.page(report)
+
+    def _repr_html_(self):
+        """The page in a notebook; None, which shows repr() instead, where there is none or it is too large for one."""
+        try:
+            page = self.page()
+        except Error:
+            return None
+        if len(page) > _MAX_NOTEBOOK_PAGE:
+            return None
+        return (f'<iframe srcdoc="{_html.escape(page)}" sandbox="allow-scripts" '
+                'style="width: 100%; height: 480px; border: 0"></iframe>')
+
     def analyze(self, frames: int = 0) -> list[dict]:
         """Measures the quality of each leg at `frames` even times, 0: as many as the leg has, as `polymorph analyze` does.
 
@@ -131,16 +183,98 @@ class Scene:
         the surfaces' digests}.
         """
         with _reporting(self._progress) as report:
-            morphs = _json.loads(self._scene.analyze(frames, report))["morphs"]
-        for morph in morphs:
-            rows = morph["frames"]
-            morph["frames"] = {name: _column([row[name] for row in rows]) for name in (rows[0] if rows else ())}
-        return morphs
+            return _morphs_of(self._scene.analyze(frames, report))
 
     def plans(self) -> list[Plan]:
         """Which ball becomes which: a Plan per leg, actor by actor."""
         return [Plan(**{**plan, "source_balls": Balls(**plan["source_balls"]), "target_balls": Balls(**plan["target_balls"])})
                 for plan in self._scene.plans()]
+
+
+def morph(vertices0, faces0, vertices1, faces1, u, *, set: Optional[dict] = None, device: str = "auto", cache=None,
+          progress: Progress = None, **settings) -> Union[_Arrays, list[_Arrays]]:
+    """Makes the meshes between two: a pair (vertices, faces) for a number u, a list of pairs for an array of them.
+
+    vertices0, faces0, vertices1, faces1: two meshes, as render() takes them. They stay in their places and sizes.
+    u: from 0, the first mesh, to 1, the second; the share of the morph's time. motion.easing has the pace over it, which is
+        slow at both ends; "linear" is even.
+    settings: the scene's other keys, as surface={"resolution": 64}, plan={"method": "index"}; set: single ones by their paths, as
+        {"surface.resolution": 64}. schema() has all. device, cache, progress: as for Scene.
+    Each pair: vertices (n, 3) float32 in the meshes' units, and faces (m, 3) uint32, counter-clockwise seen from outside. They
+    are what Scene.mesh() gives of the scene. At u 0 and 1 they are the given mesh itself, vertex by vertex and face by face;
+    polygons are cut into triangles there, and equal vertices merged.
+    Raises Error: arrays that are no mesh, u outside of 0 to 1, bad settings, not enough memory.
+    """
+    times = numpy.asarray(u)
+    if times.dtype.kind not in "fiu" or times.ndim > 1 or not ((times >= 0) & (times <= 1)).all():
+        raise Error(f"u: {u!r} - give a number from 0 to 1, or an array (k,) of such numbers", 2)
+    for key in [*settings, *(set or {})]:
+        if key.split(".")[0] in ("source", "target", "intermediate", "actors", "arrange"):
+            raise Error(f"{key}: is what morph() itself makes of its arrays - use a Scene to choose it", 2)
+    ends = [(vertices0, faces0), (vertices1, faces1)]
+    scene = Scene({**settings, "source": {"model": ends[0]}, "target": {"model": ends[1]}, "arrange": "none"},
+                  set=set, device=device, cache=cache, progress=progress)
+
+    def shown(time):
+        if time in (0, 1) and (triangles := _triangles(ends[int(time)])):
+            return triangles
+        mesh = scene.mesh(1 + time * (scene.frame_count - 1))
+        return mesh.positions, mesh.triangles
+
+    return [shown(float(time)) for time in times] if times.ndim else shown(float(times))
+
+
+def render(vertices, faces=None, *, colors=None, width: int = 640, height: int = 480, samples: int = 16,
+           dtype: str = "float32", set: Optional[dict] = None, device: str = "auto", cache=None, progress: Progress = None,
+           **settings) -> numpy.ndarray:
+    """Renders a mesh, (height, width, 4), or a list of meshes, (frames, height, width, 4), in the default studio; row 0 on top.
+
+    vertices: (n, 3) real numbers; or of a sequence (frames, n, 3), or a list of arrays (n, 3).
+    faces: (m, 3) integers from 0, (m, k) for polygons, or a list of polygons; of a sequence: the same for all meshes, or a list
+        of one for each. Without faces, vertices is a mesh, or a list of meshes, as a scene's dict may have them: Mesh, what has
+        `vertices` and `faces`, or tuples.
+    colors: None, or (n, 3) or (n, 4), sRGB, floats 0 to 1 or uint8; of a sequence for all or for each. A face gets the mean of
+        its vertices, in steps of 4/255; alpha is left out.
+    dtype: "float32": linear Rec. 709, alpha premultiplied. "uint8": as a PNG has them: sRGB, not premultiplied, no dither.
+    width, height: pixels. samples: per pixel. settings: the scene's other keys, as camera={"azimuth": 60}. set, device, cache,
+        progress: as for Scene.
+    A mesh alone has several pictures where settings ask for frames, as frames={"turntable": 36}, a turn around it.
+    A sequence is framed once, over all its meshes, and stands on the ground once, as `polymorph render 'seq.####.obj'` does.
+    Raises Error: arrays that are no mesh, bad settings, not enough memory.
+    """
+    meshes = _sequence_of(vertices, faces, colors)
+    is_sequence = isinstance(meshes, list)
+    image = {"width": width, "height": height, "samples": samples, "aovs": "none", **settings.pop("image", {})}
+    scene = Scene({**settings, "source": {"model": meshes if is_sequence else [meshes]}, "image": image},
+                  set=set, device=device, cache=cache, progress=progress)
+    pictures = scene.pictures(dtype=dtype)
+    return pictures if is_sequence or len(pictures) > 1 else pictures[0]
+
+
+def analyze(scene, faces=None, *, frames: int = 0, source=None, target=None, progress: Progress = None) -> dict:
+    """Measures the quality of morphs as `polymorph analyze` does: {"morphs": [a dict as Scene.analyze() has it, ...]}.
+
+    scene: a Scene, whose legs are measured at `frames` even times, 0: as many as each has. Or the vertices of a sequence of
+        meshes that any program made, or the meshes, with `faces` as in render(): two or more, time going evenly.
+    source, target: meshes of a sequence's objects, as (vertices, faces); None: the first and the last mesh.
+    progress: as for Scene. Raises Error: arrays that are no meshes, fewer than two, no morph in the scene.
+    """
+    if isinstance(scene, Scene):
+        if faces is not None or source is not None or target is not None:
+            raise Error("faces, source, target: are for meshes - a Scene has its own", 2)
+        return {"morphs": scene.analyze(frames)}
+    if frames:
+        raise Error("frames: is for a Scene - of meshes each is a frame", 2)
+    meshes = _sequence_of(scene, faces)
+    if not isinstance(meshes, list) or len(meshes) < 2:
+        raise Error("a morph has at least two frames - give a list of meshes", 3)
+    models = _Models()
+    for name, end in (("source", source), ("target", target)):
+        if end is not None and not _is_mesh(end):
+            raise Error(f"{name}: give a mesh (vertices, faces)", 2)
+    first, last = ("" if end is None else models.add(end) for end in (source, target))
+    with _reporting(progress) as report:
+        return {"morphs": _morphs_of(_polymorph.analyze_meshes(models.add(meshes), first, last, report))}
 
 
 def schema() -> dict:
@@ -161,6 +295,22 @@ def set_thread_count(count: int) -> None:
 def data_folder() -> _pathlib.Path:
     """The models, effects and scenes that come with the program."""
     return _HERE / "share" / "polymorph"
+
+
+def _triangles(mesh):
+    """A mesh as it was given, (vertices, faces); None if it has faces that are no triangles."""
+    vertices = _points_of(mesh[0], "vertices")
+    corners, sizes = _polygons_of(mesh[1], len(vertices))
+    return (vertices.copy(), corners.reshape(-1, 3).copy()) if (sizes == 3).all() else None
+
+
+def _morphs_of(report):
+    """The morphs of an analysis, with an array for each measure of the frames."""
+    morphs = _json.loads(report)["morphs"]
+    for found in morphs:
+        rows = found["frames"]
+        found["frames"] = {name: _column([row[name] for row in rows]) for name in (rows[0] if rows else ())}
+    return morphs
 
 
 def _column(values) -> numpy.ndarray:

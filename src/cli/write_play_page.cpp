@@ -25,12 +25,7 @@ Result<PageScene> prepare_page(const CommandLine& line, Scene scene) {
   PM_TRY(page.engine, make_engine(line.common.device, device, line.common.max_memory));
   PM_TRY(page.prepared,
          prepare_scene(scene, *page.engine, cache_folder(line.common), {line.common.max_memory}));
-  for (const PreparedActor& actor : page.prepared.actors)
-    if (actor.sequence || actor.poses)
-      return make_error(ErrorCode::kInput,
-                        "{}: has a mesh sequence - the pages are for morphs between objects that "
-                        "stand still",
-                        actor.name);
+  PM_TRY_STATUS(check_stands_still(page.prepared));
   for (const std::string& warning : page.prepared.warnings) log_warning("{}", warning);
   return page;
 }

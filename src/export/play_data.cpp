@@ -189,6 +189,16 @@ Result<std::vector<PlayObject>> make_play_objects(const PreparedActor& actor, En
 
 }  // namespace
 
+Status check_stands_still(const PreparedScene& prepared) {
+  for (const PreparedActor& actor : prepared.actors)
+    if (actor.sequence || actor.poses)
+      return make_error(ErrorCode::kInput,
+                        "{}: has a mesh sequence - the pages are for morphs between objects that "
+                        "stand still",
+                        actor.name);
+  return Ok{};
+}
+
 Result<PlayPage> make_play_page(const PreparedScene& prepared, Engine& engine) {
   const Scene& scene = prepared.scene;
   PlayPage page;

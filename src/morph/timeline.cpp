@@ -258,13 +258,14 @@ Scene scene_at(const Scene& scene, double frame) {
   return moment;
 }
 
-MorphState morph_state_at(const Timeline& timeline, int frame) {
+MorphState morph_state_at(const Timeline& timeline, double frame) {
   PM_CHECK(frame >= 1 && frame <= timeline.count);
-  const int step = std::clamp(frame - 1 - timeline.hold_start, 0, timeline.steps);
+  const double step =
+      std::clamp(frame - 1 - timeline.hold_start, 0.0, static_cast<double>(timeline.steps));
   MorphState moment;
-  moment.frame = frame;
+  moment.frame = static_cast<int>(frame);
   moment.t = timeline.steps > 0 ? static_cast<float>(step) / static_cast<float>(timeline.steps) : 0;
-  if (timeline.legs.empty()) return play_state(timeline, step, moment);
+  if (timeline.legs.empty()) return play_state(timeline, static_cast<int>(step), moment);
 
   // The last leg that has begun. One that few frames leave without a step is passed over, but the
   // first frame is the source's and the last the target's, always.
@@ -275,8 +276,8 @@ MorphState morph_state_at(const Timeline& timeline, int frame) {
     --index;
   const LegTiming& leg = timeline.legs[index];
   moment.leg = static_cast<int>(index);
-  moment.mesh = shown_mesh_number(timeline, index, frame);
-  moment.to_mesh = shown_mesh_number(timeline, index + 1, frame);
+  moment.mesh = shown_mesh_number(timeline, index, moment.frame);
+  moment.to_mesh = shown_mesh_number(timeline, index + 1, moment.frame);
   float local = last ? 1.0f
                      : std::min(static_cast<float>(step - leg.first_step) /
                                     static_cast<float>(std::max(leg.steps, 1)),

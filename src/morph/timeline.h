@@ -117,8 +117,9 @@ struct MorphState {
 /// The mesh of an object of the chain that `frame` shows, if it shows any; -1: it is no sequence.
 int shown_mesh_number(const Timeline& timeline, std::size_t object, int frame);
 
-/// `frame` in [1, count]. Depends on nothing but its arguments.
-MorphState morph_state_at(const Timeline& timeline, int frame);
+/// `frame` in [1, count], or between two frames: then mesh sequences show that of the frame before.
+/// Depends on nothing but its arguments.
+MorphState morph_state_at(const Timeline& timeline, double frame);
 
 /// Does the moment show the leg's source, or what it becomes; does it show the target?
 bool shows_source(const MorphState& moment);

@@ -3,22 +3,28 @@
 #include <algorithm>
 #include <cstdlib>
 #include <numeric>
-#include <system_error>
 
-#include "base/frame_pattern.h"
+#include "scene/memory_models.h"
 
 namespace polymorph {
 
 bool is_numbered(const std::filesystem::path& model) {
-  std::error_code error;
-  if (std::filesystem::exists(model, error)) return false;
+  if (model_exists(model)) return false;
   const auto pattern = file_pattern(model);
   return pattern ? pattern->has_number() : model.filename().string().find('#') != std::string::npos;
 }
 
+Result<std::vector<int>> existing_meshes(const FramePattern& pattern) {
+  std::vector<int> in_memory;
+  for (int number = 1; find_memory_mesh(frame_path(pattern, number)); ++number)
+    in_memory.push_back(number);
+  if (in_memory.empty()) return existing_frames(pattern);
+  return in_memory;
+}
+
 Result<std::vector<int>> find_range(const std::filesystem::path& model) {
   PM_TRY(const FramePattern pattern, file_pattern(model));
-  PM_TRY(const std::vector<int> numbers, existing_frames(pattern));
+  PM_TRY(const std::vector<int> numbers, existing_meshes(pattern));
   if (numbers.empty()) return make_error(ErrorCode::kInput, "no such files: {}", model.string());
   int step = 0;
   for (const int number : numbers) step = std::gcd(step, number - numbers.front());
@@ -62,10 +68,8 @@ std::filesystem::path mesh_file(const ObjectSettings& object, int number) {
 std::string describe_files(const ObjectSettings& object) {
   const std::vector<int> numbers = mesh_numbers(object);
   std::size_t missing = 0;
-  for (const int number : numbers) {
-    std::error_code error;
-    if (!std::filesystem::exists(mesh_file(object, number), error)) ++missing;
-  }
+  for (const int number : numbers)
+    if (!model_exists(mesh_file(object, number))) ++missing;
   std::string text = fmt::format("{} mesh{}, frames {} to {}", numbers.size(),
                                  numbers.size() == 1 ? "" : "es", numbers.front(), numbers.back());
   if (object.range.size() > 2) text += fmt::format(" in steps of {}", object.range[2]);

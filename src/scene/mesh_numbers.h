@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/frame_pattern.h"
 #include "base/result.h"
 #include "scene/scene.h"
 
@@ -13,6 +14,10 @@ namespace polymorph {
 
 /// Tests whether a model's name has a place for a number, and is not itself that of a file.
 bool is_numbered(const std::filesystem::path& model);
+
+/// Numbers of a sequence's meshes that are there, as files or in memory, rising. Errors: those of
+/// existing_frames().
+Result<std::vector<int>> existing_meshes(const FramePattern& pattern);
 
 /// Range of the files that are there: first and last number, and a step where all are further
 /// apart than 1. Errors: kInput (there is none, or the folder cannot be read), kUsage (a bad name).

@@ -7,6 +7,7 @@
 #include "base/log.h"
 #include "base/odd_names.h"
 #include "image/srgb.h"
+#include "scene/memory_models.h"
 #include "scene/mesh_numbers.h"
 
 namespace polymorph {
@@ -464,6 +465,7 @@ void ReadFields::check_file(const JsonValue& value, const char* key,
 
 void ReadFields::check_file_at(std::size_t offset, const std::string& pointer,
                                const std::filesystem::path& file) {
+  if (find_memory_mesh(file)) return;
   std::error_code error;
   if (std::filesystem::is_directory(file, error))
     report_at(offset, pointer, fmt::format("{} is a directory - name a file in it", file.string()));

@@ -27,9 +27,9 @@ assert set(polymorph.__all__) < set(dir(polymorph)) and not {"json", "os", "nump
 folder = pathlib.Path(polymorph.__file__).parent
 assert (folder / "py.typed").is_file()
 stubs = (folder / "_polymorph.pyi").read_text()
-for owner in (polymorph._polymorph, polymorph._polymorph.Scene):
+for owner in (polymorph._polymorph, polymorph._polymorph.Scene, polymorph._polymorph.Models):
     for name in dir(owner):
-        assert name.startswith("_") or name == "Scene" or re.search(rf"def {name}\(|^{name}:", stubs, re.M), name
+        assert name.startswith("_") or re.search(rf"def {name}\(|^{name}:|^class {name}:", stubs, re.M), name
 for record in (polymorph.Balls, polymorph.Mesh, polymorph.Approximation, polymorph.Plan):
     text = pydoc.plain(pydoc.render_doc(record))
     for field, words in record.__slots__.items():

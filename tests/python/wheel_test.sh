@@ -10,6 +10,9 @@ work=$(mktemp -d); trap 'rm -rf "$work"' EXIT
   echo "SKIPPED: needs python3-dev"; exit 77; }
 "$work/venv/bin/pip" -q install numpy >/dev/null 2>&1 || { echo "SKIPPED: PyPI cannot be reached"; exit 77; }
 wheel=$("$source/scripts/wheel" "$build")
+# The page says for which systems it is.
+tag=$(basename "$wheel" .whl | sed 's/.*-\(manylinux_[0-9_]*\)_x86_64$/\1/')
+[[ $(getconf GNU_LIBC_VERSION) != "glibc 2.36" ]] || grep -q "($tag:" "$source/docs/python.md" || { echo "docs/python.md does not name $tag"; exit 1; }
 "$work/venv/bin/pip" -q install --no-deps "$wheel"
 cd "$work"
 site=$(echo "$work"/venv/lib/python3*/site-packages)
@@ -28,3 +31,5 @@ SCENE
 "$build/polymorph" render scene.json -o 'f.####.exr' -q
 "$work/venv/bin/python" -B "$source/tests/python/module_test.py"
 "$work/venv/bin/python" -B "$source/tests/python/calls_test.py"
+"$work/venv/bin/python" -B "$source/tests/python/arrays_test.py"
+"$work/venv/bin/python" -B "$source/tests/python/snippets_test.py"

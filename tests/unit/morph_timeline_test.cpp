@@ -26,6 +26,20 @@ Scene scene_with(std::vector<bool> metas, int count = 0) {
 
 Timeline timeline_of(const Scene& scene) { return make_timeline(scene, scene.actors[0]); }
 
+TEST(Timeline, GoesOnBetweenFrames) {
+  const Timeline timeline = timeline_of(scene_with({false}, 9)),
+                 fine = timeline_of(scene_with({false}, 33));
+  for (int k = 0; k <= 32; ++k) {
+    const MorphState between = morph_state_at(timeline, 1 + k / 4.0),
+                     whole = morph_state_at(fine, 1 + k);
+    EXPECT_EQ(between.stage, whole.stage) << k;
+    EXPECT_EQ(between.leg, whole.leg) << k;
+    EXPECT_NEAR(between.time, whole.time, 1e-6) << k;
+    EXPECT_NEAR(between.boundary, whole.boundary, 1e-5) << k;
+    EXPECT_EQ(between.frame, 1 + k / 4);
+  }
+}
+
 TEST(Timeline, OwnLooksHaveNothingToFadeTo) {
   Scene scene = scene_with({false, true}, 60);
   scene.look.kind = LookKind::kOwn;

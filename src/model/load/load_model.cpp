@@ -20,6 +20,7 @@
 #include "kernels/interruption.h"
 #include "model/load/build_model.h"
 #include "model/load/import_process.h"
+#include "model/load/load_memory.h"
 #include "model/load/obj_scan.h"
 #include "model/load/textures.h"
 
@@ -257,6 +258,7 @@ bool is_foreign_model(const fs::path& path) { return is_one_of(kForeign, path); 
 bool is_unread_model(const fs::path& path) { return is_one_of(kUnread, path); }
 
 Result<LoadedModel> load_model(const fs::path& path, const LoadObjSettings& settings) {
+  if (const auto mesh = find_memory_mesh(path)) return load_memory(*mesh, path, settings);
   if (is_unread_model(path))
     return make_error(ErrorCode::kInput,
                       "{}: {} files are not read - export the model as glTF (.glb), FBX or OBJ",

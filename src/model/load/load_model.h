@@ -8,7 +8,8 @@
 
 namespace polymorph {
 
-/// Loads a model by the suffix of its name: .glb, .gltf, .ply, .stl, .fbx, .dae, .off and .3ds are
+/// Loads a model, from memory if a mesh is there under this path (scene/memory_models.h). Else the
+/// suffix of its name decides: .glb, .gltf, .ply, .stl, .fbx, .dae, .off and .3ds are
 /// read by Assimp, in the program polymorph_assimp, which is started for this; everything else is
 /// Wavefront OBJ. The output of Assimp is processed like an OBJ with an MTL
 /// (model/load/load_obj.h): checked, welded, triangulated and oriented outward. Node transforms are

@@ -14,9 +14,6 @@
 namespace polymorph {
 namespace {
 
-constexpr float kUnknown = -1;               // a component of the colour of a point that has none
-constexpr std::uint32_t kMaxCorners = 4096;  // triangulation takes quadratic time
-
 class Scanner {
  public:
   Scanner(std::string_view text, std::string file)
@@ -28,7 +25,7 @@ class Scanner {
     if (!errors_.empty()) return errors_.error();
     if (result_.point_count() == 0 || result_.faces.empty()) return make_no_faces_error();
     report_occurrences();
-    color_faces();
+    color_known_faces();
     return std::move(result_);
   }
 
@@ -41,7 +38,7 @@ class Scanner {
   int scan_reals(std::string_view text, std::vector<float>& values, RealCounts counts,
                  const char* what);
   void scan_point(std::string_view text);
-  void color_faces();
+  void color_known_faces();
   void scan_face(std::string_view text);
   std::optional<ObjCorner> scan_corner(std::string_view word);
   std::optional<std::int64_t> resolve(std::string_view digits, std::uint32_t count,
@@ -71,7 +68,7 @@ class Scanner {
   std::optional<std::int32_t> material_id_ = -1;
   Occurrences lines_and_points_, curves_, unknown_, few_corners_, zero_normals_, zero_uvs_,
       odd_numbers_;
-  std::vector<float> colors_;  ///< 3 per point, kUnknown where the line has none; or empty
+  std::vector<float> colors_;  ///< 3 per point, kUnknownColor where the line has none; or empty
 };
 
 void Scanner::scan_line(std::string_view line) {
@@ -121,7 +118,7 @@ void Scanner::scan_point(std::string_view text) {
   const bool is_colored = given == 6 || given == 7;
   if (!is_colored && given > 4) odd_numbers_.note(lines_.number());
   if (!is_colored && colors_.empty()) return;
-  colors_.resize(result_.positions.size(), kUnknown);
+  colors_.resize(result_.positions.size(), kUnknownColor);
   if (is_colored) std::copy_n(numbers.begin() + 3, 3, colors_.end() - 3);
 }
 
@@ -223,8 +220,8 @@ void Scanner::scan_face(std::string_view text) {
   const std::size_t first = result_.corners.size();
   text = text.substr(0, text.find('#'));  // a comment may follow without a space
   for (std::string_view word = take_word(text); !word.empty(); word = take_word(text)) {
-    if (++face.corners > kMaxCorners) {
-      fail(fmt::format("face has more than {} corners - split it", kMaxCorners));
+    if (++face.corners > kMaxFaceCorners) {
+      fail(fmt::format("face has more than {} corners - split it", kMaxFaceCorners));
       result_.corners.resize(first);
       return;
     }
@@ -331,19 +328,25 @@ void Scanner::report_occurrences() {
          "lines start with an unknown word - ignored");
 }
 
-/// Gives faces the mean colour of their points, in steps of 4/255, as the other formats' have it.
 /// White everywhere says nothing: many programs write it beside a material.
-void Scanner::color_faces() {
-  colors_.resize(colors_.empty() ? 0 : result_.positions.size(), kUnknown);
-  if (std::all_of(colors_.begin(), colors_.end(), [](float c) { return c == kUnknown || c >= 1; }))
-    return;
+void Scanner::color_known_faces() {
+  colors_.resize(colors_.empty() ? 0 : result_.positions.size(), kUnknownColor);
+  if (std::any_of(colors_.begin(), colors_.end(),
+                  [](float c) { return c != kUnknownColor && c < 1; }))
+    color_faces(result_, colors_);
+}
+
+}  // namespace
+
+void color_faces(ObjScan& scan, std::span<const float> colors) {
+  if (colors.empty()) return;
   std::size_t next = 0;
-  for (ObjFace& face : result_.faces) {
+  for (ObjFace& face : scan.faces) {
     std::array<double, 3> sum{};
     bool all_known = true;
     for (std::uint32_t k = 0; k < face.corners; ++k) {
-      const float* color = &colors_[3 * static_cast<std::size_t>(result_.corners[next++].v)];
-      all_known = all_known && color[0] != kUnknown;
+      const float* color = &colors[3 * static_cast<std::size_t>(scan.corners[next++].v)];
+      all_known = all_known && color[0] != kUnknownColor;
       for (std::size_t c = 0; c < 3; ++c)
         sum[c] += std::clamp(static_cast<double>(color[c]), 0.0, 1.0);
     }
@@ -355,8 +358,6 @@ void Scanner::color_faces() {
     }
   }
 }
-
-}  // namespace
 
 Result<ObjScan> scan_obj(std::string_view bytes, const std::string& file) {
   PM_TRY(const std::string_view text, check_text(bytes, file));

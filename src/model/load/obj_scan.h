@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -44,6 +45,16 @@ struct ObjScan {
 
   std::uint32_t point_count() const { return static_cast<std::uint32_t>(positions.size() / 3); }
 };
+
+/// Corners of a face at most: triangulation takes quadratic time.
+inline constexpr std::uint32_t kMaxFaceCorners = 4096;
+
+/// A component of the colour of a point that has none.
+inline constexpr float kUnknownColor = -1;
+
+/// Gives faces the mean colour of their points, in steps of 4/255, as other formats' readers do:
+/// `colors` has 3 components in [0, 1] per point, kUnknownColor where it has none; or is empty.
+void color_faces(ObjScan& scan, std::span<const float> colors);
 
 /// Scans a whole OBJ. Errors: kInput, up to 20 at once. `file` is the name used in messages.
 Result<ObjScan> scan_obj(std::string_view bytes, const std::string& file);

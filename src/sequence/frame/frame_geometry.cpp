@@ -63,14 +63,6 @@ Result<ActorGeometry> sequence_geometry(const PreparedActor& actor, const MorphS
   return geometry;
 }
 
-/// Whatever shows of the actor in a moment.
-Result<ActorGeometry> actor_geometry_at(const PreparedActor& actor, const MorphState& moment,
-                                        Engine& engine) {
-  if (actor.sequence) return sequence_geometry(actor, moment);
-  return moment.object >= 0 ? model_geometry(actor, moment, engine)
-                            : leg_geometry(actor, moment, engine);
-}
-
 /// Adds the motion until the next frame, within the stage. The level's share of it, which keeps the
 /// volume, is left out, and so are blended surfaces, which move by less than a cell.
 Status add_flow(const PreparedActor& actor, bool last, Engine& engine, ActorGeometry& geometry) {
@@ -128,6 +120,13 @@ Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState&
   geometry.iso = surface.iso;
   geometry.surface = std::move(surface.mesh);
   return geometry;
+}
+
+Result<ActorGeometry> actor_geometry_at(const PreparedActor& actor, const MorphState& moment,
+                                        Engine& engine) {
+  if (actor.sequence) return sequence_geometry(actor, moment);
+  return moment.object >= 0 ? model_geometry(actor, moment, engine)
+                            : leg_geometry(actor, moment, engine);
 }
 
 Result<std::vector<std::uint32_t>> surface_labels(const ActorGeometry& geometry, Engine& engine) {

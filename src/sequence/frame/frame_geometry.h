@@ -61,6 +61,11 @@ struct FrameGeometry {
 Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState& moment,
                                    Engine& engine);
 
+/// Whatever shows of the actor in a moment, without motion and labels. Errors: kResource; kInput
+/// where the mesh of a sequence cannot be shown.
+Result<ActorGeometry> actor_geometry_at(const PreparedActor& actor, const MorphState& moment,
+                                        Engine& engine);
+
 /// The label of each vertex of an actor's surface, as an index into its label_names. Errors: the
 /// engine's.
 Result<std::vector<std::uint32_t>> surface_labels(const ActorGeometry& geometry, Engine& engine);

@@ -5,7 +5,6 @@
 #include <cstdlib>
 #include <limits>
 #include <map>
-#include <system_error>
 
 #include "base/file.h"
 #include "base/hash.h"
@@ -13,6 +12,7 @@
 #include "base/parallel.h"
 #include "image/image_io.h"
 #include "model/load/ply_velocities.h"
+#include "scene/memory_models.h"
 #include "scene/mesh_numbers.h"
 #include "sequence/prepare/content_hash.h"
 #include "sequence/prepare/film_settings.h"
@@ -132,9 +132,8 @@ struct MeshLook {
 MeshLook look_at_mesh(const ObjectSettings& object, const std::vector<Vec3>& directions,
                       bool textures, MeshFile& file) {
   MeshLook look;
-  std::error_code error;
   remember_input(file.file);
-  if (!std::filesystem::exists(file.file, error)) {
+  if (!model_exists(file.file)) {
     file.problem = fmt::format("mesh {}: {}: no such file", file.number, file.file.string());
     return look;
   }
@@ -305,8 +304,7 @@ std::vector<std::string> mesh_problems(const MeshSequence& sequence) {
 std::string describe_meshes(const MeshSequence& sequence) {
   std::size_t broken = 0;
   for (const MeshFile& file : sequence.files) {
-    std::error_code error;
-    if (!file.problem.empty() && std::filesystem::exists(file.file, error)) ++broken;
+    if (!file.problem.empty() && model_exists(file.file)) ++broken;
   }
   std::string text = sequence.object.name + ": " + describe_files(sequence.object);
   if (broken > 0) text += fmt::format(", {} broken", broken);

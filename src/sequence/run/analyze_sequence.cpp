@@ -14,6 +14,7 @@
 #include "model/load/load_model.h"
 #include "morph/cost.h"
 #include "morph/motion.h"
+#include "scene/mesh_numbers.h"
 #include "sequence/prepare/actor_poses.h"
 
 namespace polymorph {
@@ -294,7 +295,7 @@ Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engin
 Result<std::vector<Analysis>> analyze_meshes(const MeshMorph& morph,
                                              const AnalyzeProgress& progress) {
   const FramePattern& pattern = morph.frames;
-  PM_TRY(const std::vector<int> numbers, existing_frames(pattern));
+  PM_TRY(const std::vector<int> numbers, existing_meshes(pattern));
   if (numbers.size() < 2)
     return make_error(ErrorCode::kInput, "{}: {} such file{} - a morph has at least two frames",
                       frame_path(pattern, 0).string(), numbers.size(),

@@ -479,8 +479,7 @@ Status check_part(const Scene& scene, const FrameFiles& files) {
         "denoising needs all samples at once - render with --set image.denoise=false, and denoise "
         "the merged picture");
   if (scene.output.color_space != ColorSpace::kRec709)
-    return refuse(
-        "merged pictures are in lin_rec709 - render with --set output.colorspace=lin_rec709");
+    return refuse("merged pictures are in Rec. 709 - render with --set output.colorspace=rec709");
   if (!files.png.before.empty() || files.png.has_number())
     return refuse(
         "a part is an EXR file; a PNG cannot hold its sums - name an .exr file, without --png, and "

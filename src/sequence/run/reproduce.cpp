@@ -12,7 +12,6 @@
 #include "image/display_view.h"
 #include "image/image_io.h"
 #include "morph/timeline.h"
-#include "render/film/part.h"
 #include "scene/provenance.h"
 #include "sequence/frame/frame_geometry.h"
 #include "sequence/frame/render_frame.h"
@@ -60,10 +59,11 @@ Result<FrameFile> read_frame(const fs::path& file) {
                       "what comes out",
                       out.name);
   if (find_entry(out.image, kViewAttribute))
-    return make_error(ErrorCode::kInput,
-                      "{}: it was made by a view of $OCIO, whose config no header holds - reproduce "
-                      "the EXR of the frame",
-                      out.name);
+    return make_error(
+        ErrorCode::kInput,
+        "{}: it was made by a view of $OCIO, whose config no header holds - reproduce "
+        "the EXR of the frame",
+        out.name);
   const auto packed = find_entry(out.image, kProvenanceAttribute);
   if (!packed)
     return make_error(ErrorCode::kInput,
