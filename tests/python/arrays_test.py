@@ -191,6 +191,7 @@ for call in (lambda: polymorph.morph(ring, quads, box, box_faces, 0.5, cache="",
         assert str(enough)
     else:
         raise AssertionError("the call was not ended")
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
 timer = threading.Timer(1, signal.raise_signal, [signal.SIGINT])
 timer.start()
 try:

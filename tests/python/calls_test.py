@@ -158,6 +158,7 @@ def ends_early(call, error):
 long_scene = {"source": spider, "target": teapot}
 assert ends_early(lambda: polymorph.Scene(long_scene, cache="", progress=stop), Enough) < 4
 # Ctrl-C; afterwards the module works as before.
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
 for call in (lambda: polymorph.Scene(long_scene, cache=""), lambda: polymorph.approximate(spider, balls=2048, cache=""),
              lambda: scene_of("torus", **{"image.width": 3000, "image.height": 3000, "image.samples": 256}).frame(3)):
     timer = threading.Timer(1.5, signal.raise_signal, [signal.SIGINT])
