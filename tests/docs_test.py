@@ -27,6 +27,7 @@ ELSEWHERE = {
     "scripts/manual": "manual",
     "scripts/demo": "nothing: it installs packages", "scripts/test": "CI",
     "apt install": "package.deb",
+    "scripts/package": "package.deb", "docker": "package.deb: it plays the Containerfile",
 }
 # What a command of the README does is tested, not how its pictures look; and what it makes twice may be replaced.
 QUICK = "overwrite = true\n[render]\npreview = true\n[strip]\npreview = true\n"
