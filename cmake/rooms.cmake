@@ -7,6 +7,8 @@ target_compile_options(pm_flags INTERFACE
   # GCC 12 fuses products and sums that alternate in sign (vfmaddsub) despite -ffp-contract=off; only
   # its vectorizer of straight-line code does so.
   $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-fno-tree-slp-vectorize>
+  # Messages name files of the checkout, wherever it lies, so that builds in two folders are the same bytes.
+  "$<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CONFIG:Release>>:-ffile-prefix-map=${CMAKE_SOURCE_DIR}/=;-ffile-prefix-map=${CMAKE_BINARY_DIR}/=build/>"
   $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<BOOL:${POLYMORPH_WERROR}>>:-Werror>
   $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<NOT:$<STREQUAL:${POLYMORPH_ARCH},>>>:-march=${POLYMORPH_ARCH}>
   # Vectors of eight floats are passed in memory then, and stay within the program.
