@@ -1,5 +1,5 @@
-# cmake -DSOURCE=folder -DTO=identity.cpp -DBUILD=words -P identity.cmake: which program this is, as a C++
-# function. The commit says it where git knows the folder and nothing is changed; the sources' own contents do
+# cmake -DSOURCE=folder -DTO=identity.cpp -DVERSION=1.2.3 -DBUILD=words -P identity.cmake: which program this is, as C++
+# functions. The commit says it where git knows the folder and nothing is changed; the sources' own contents do
 # elsewhere. The file is left alone when nothing changed, so that nothing is built again.
 set(parts CMakeLists.txt cmake kernels src)
 execute_process(COMMAND git --no-optional-locks describe --always --dirty WORKING_DIRECTORY ${SOURCE}
@@ -30,7 +30,7 @@ if(failed OR changed)
   string(SUBSTRING ${digest} 0 16 digest)
   string(APPEND identity "+${digest}")
 endif()
-set(text "#include \"base/program_identity.h\"\n\nnamespace polymorph {\n\nstd::string_view program_identity() { return \"${identity} ${BUILD}\"; }\n\n}  // namespace polymorph\n")
+set(text "#include \"base/program_identity.h\"\n\nnamespace polymorph {\n\nstd::string_view program_identity() { return \"${identity} ${BUILD}\"; }\n\nstd::string_view program_version() { return \"${VERSION}\"; }\n\n}  // namespace polymorph\n")
 set(before "")
 if(EXISTS ${TO})
   file(READ ${TO} before)

@@ -8,8 +8,10 @@ endif()
 install(TARGETS polymorph_assimp RUNTIME DESTINATION ${CMAKE_INSTALL_LIBDIR}/polymorph)
 # base/data_folder.h looks here.
 install(DIRECTORY scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/polymorph PATTERN golden EXCLUDE)
+# What the jobs of CIs run (docs/ci.md).
+install(DIRECTORY scripts/ci DESTINATION ${CMAKE_INSTALL_DATADIR}/polymorph USE_SOURCE_PERMISSIONS PATTERN __pycache__ EXCLUDE)
 install(DIRECTORY scripts/openjd DESTINATION ${CMAKE_INSTALL_DATADIR}/polymorph)
-install(FILES README.md CHANGELOG.md CONTRIBUTING.md SECURITY.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES README.md CITATION.cff CHANGELOG.md CONTRIBUTING.md SECURITY.md LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright)
 
@@ -27,6 +29,17 @@ install(DIRECTORY ${pages}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR})
 install(FILES ${pages}/polymorph DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
 install(FILES ${pages}/_polymorph DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions)
 install(FILES ${pages}/polymorph.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d)
+
+# The bill of materials of what was linked; Debian's database and ninja's know it.
+find_package(Python3 COMPONENTS Interpreter)
+if(Python3_FOUND AND CMAKE_GENERATOR STREQUAL Ninja)
+  set(sbom ${CMAKE_BINARY_DIR}/polymorph.spdx.json)
+  add_custom_command(OUTPUT ${sbom} VERBATIM DEPENDS polymorph polymorph_oiio polymorph_assimp ${CMAKE_SOURCE_DIR}/scripts/sbom
+    COMMAND Python3::Interpreter -B ${CMAKE_SOURCE_DIR}/scripts/sbom ${CMAKE_BINARY_DIR} polymorph
+            $<TARGET_FILE:polymorph> $<TARGET_FILE:polymorph_oiio> $<TARGET_FILE:polymorph_assimp> > ${sbom})
+  add_custom_target(sbom ALL DEPENDS ${sbom})
+  install(FILES ${sbom} DESTINATION ${CMAKE_INSTALL_DOCDIR})
+endif()
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME polymorph)

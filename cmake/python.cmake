@@ -13,6 +13,13 @@ target_link_libraries(polymorph_python PRIVATE pm_export)
 install(TARGETS polymorph polymorph_assimp RUNTIME DESTINATION bin COMPONENT python EXCLUDE_FROM_ALL)
 install(TARGETS polymorph_python LIBRARY DESTINATION . COMPONENT python EXCLUDE_FROM_ALL)
 install(DIRECTORY scenes/ DESTINATION share/polymorph COMPONENT python EXCLUDE_FROM_ALL PATTERN golden EXCLUDE)
+# Its bill of materials, where wheels keep them (PEP 770).
+set(python_sbom ${CMAKE_BINARY_DIR}/polymorph-render.spdx.json)
+add_custom_command(OUTPUT ${python_sbom} VERBATIM DEPENDS polymorph polymorph_assimp polymorph_python ${CMAKE_SOURCE_DIR}/scripts/sbom
+  COMMAND ${Python_EXECUTABLE} -B ${CMAKE_SOURCE_DIR}/scripts/sbom ${CMAKE_BINARY_DIR} polymorph-render
+          $<TARGET_FILE:polymorph> $<TARGET_FILE:polymorph_assimp> $<TARGET_FILE:polymorph_python> > ${python_sbom})
+add_custom_target(python_sbom DEPENDS ${python_sbom})
+install(FILES ${python_sbom} DESTINATION ${SKBUILD_METADATA_DIR}/sboms COMPONENT python EXCLUDE_FROM_ALL)
 # The licences of the libraries, as Debian's packages of them state them.
 install(CODE [[
   file(GET_RUNTIME_DEPENDENCIES EXECUTABLES "$<TARGET_FILE:polymorph>" "$<TARGET_FILE:polymorph_assimp>" RESOLVED_DEPENDENCIES_VAR libraries)

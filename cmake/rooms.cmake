@@ -7,11 +7,12 @@ target_compile_options(pm_flags INTERFACE
   # GCC 12 fuses products and sums that alternate in sign (vfmaddsub) despite -ffp-contract=off; only
   # its vectorizer of straight-line code does so.
   $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-fno-tree-slp-vectorize>
+  # Messages name files of the checkout, wherever it lies, so that builds in two folders are the same bytes.
+  "$<$<AND:$<COMPILE_LANGUAGE:CXX>,$<CONFIG:Release>>:-ffile-prefix-map=${CMAKE_SOURCE_DIR}/=;-ffile-prefix-map=${CMAKE_BINARY_DIR}/=build/>"
   $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<BOOL:${POLYMORPH_WERROR}>>:-Werror>
   $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<NOT:$<STREQUAL:${POLYMORPH_ARCH},>>>:-march=${POLYMORPH_ARCH}>
   # Vectors of eight floats are passed in memory then, and stay within the program.
   $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<STREQUAL:${POLYMORPH_ARCH},>>:-Wno-psabi>)
-target_compile_definitions(pm_flags INTERFACE PM_VERSION="${PROJECT_VERSION}")
 target_include_directories(pm_flags INTERFACE ${CMAKE_SOURCE_DIR} ${CMAKE_SOURCE_DIR}/src)
 
 # What nearly every file includes, parsed once for each library or program. Files still include what
@@ -76,7 +77,7 @@ function(pm_identity)
   set(build "${CMAKE_CXX_COMPILER_ID} ${CMAKE_CXX_COMPILER_VERSION} ${CMAKE_BUILD_TYPE} ${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${type}} ${POLYMORPH_ARCH}")
   string(REGEX REPLACE "[\"\\; ]+" " " build "${build}")
   add_custom_target(program_identity BYPRODUCTS ${to} VERBATIM
-    COMMAND ${CMAKE_COMMAND} -DSOURCE=${CMAKE_SOURCE_DIR} -DTO=${to} -DBUILD=${build} -P ${CMAKE_SOURCE_DIR}/cmake/identity.cmake)
+    COMMAND ${CMAKE_COMMAND} -DSOURCE=${CMAKE_SOURCE_DIR} -DTO=${to} -DVERSION=${PROJECT_VERSION} -DBUILD=${build} -P ${CMAKE_SOURCE_DIR}/cmake/identity.cmake)
   target_sources(pm_base PRIVATE ${to})
   add_dependencies(pm_base program_identity)
 endfunction()

@@ -324,7 +324,7 @@ NB_MODULE(_polymorph, m) {
   log.level = LogLevel::kError;
   check(set_log(log));
 
-  m.attr("version") = PM_VERSION;
+  m.attr("version") = std::string(program_version());
   m.def("approximate", &approximate_source, nb::arg(), nb::arg(), nb::arg().none());
   m.def("ball_field", &ball_field);
   m.def("analyze_meshes", &analyze_sequence, nb::arg(), nb::arg(), nb::arg(), nb::arg().none());

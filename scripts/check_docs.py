@@ -114,6 +114,10 @@ for page, limit in LINES.items():
     if (count := len((ROOT / page).read_text(encoding="utf-8").splitlines())) > limit:
         found.append(f"{page}: {count} lines, more than {limit}")
 found += [f"docs/method.md: a sentence of {count} words: {start} ..." for count, start in long_sentences((ROOT / "docs/method.md").read_text(encoding="utf-8"))]
+version = re.search(r"project\(polymorph VERSION ([\d.]+)", (ROOT / "CMakeLists.txt").read_text(encoding="utf-8"))[1]
+for page, said in (("CHANGELOG.md", r"^## (?:Unreleased \()?([\d.]+)"), ("CITATION.cff", r"^version: (.*)")):
+    if re.search(said, (ROOT / page).read_text(encoding="utf-8"), re.M)[1] != version:
+        found.append(f"{page}: its newest version is not {version}, that of CMakeLists.txt")
 if len(options) < 10 or len(variables) < 10:
     found.append("found too few subcommands or variables in src: the pattern of this script is out of date")
 print("\n".join(found) if found else f"docs: ok ({len(PAGES)} pages)")

@@ -27,6 +27,8 @@ ELSEWHERE = {
     "scripts/manual": "manual",
     "scripts/demo": "nothing: it installs packages", "scripts/test": "CI",
     "apt install": "package.deb",
+    "scripts/package": "package.reproducible", "docker": "package.deb: it plays the Containerfile",
+    "scripts/reproduce": "nothing: it builds the program twice", "sha256sum": "package.reproducible",
 }
 # What a command of the README does is tested, not how its pictures look; and what it makes twice may be replaced.
 QUICK = "overwrite = true\n[render]\npreview = true\n[strip]\npreview = true\n"

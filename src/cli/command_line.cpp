@@ -17,6 +17,7 @@
 #include "base/odd_names.h"
 #include "base/parallel.h"
 #include "base/private_paths.h"
+#include "base/program_identity.h"
 #include "base/stop.h"
 #include "base/text.h"
 #include "cli/config.h"
@@ -149,7 +150,7 @@ void report_bug(const char* what) {
   log_message(LogLevel::kError, fmt::format("internal error: {}", what));
   log_info(
       "this is a bug in polymorph {}; please report it with the command line and the scene file",
-      PM_VERSION);
+      program_version());
 }
 
 /// Data that never arrived is a failure, unless its reader has seen enough.
@@ -241,7 +242,7 @@ void add_json(Command command, JsonOutput& json) {
 
 Status write_json(const JsonOutput& json, const JsonValue& report) {
   if (!report.is_object()) return write_text(json, dump_json(report));
-  JsonValue versioned{{"version", PM_VERSION}};
+  JsonValue versioned{{"version", program_version()}};
   versioned.update(report);
   return write_text(json, dump_json(versioned));
 }
@@ -323,7 +324,7 @@ int run_program(int argc, char** argv) {
     return finish_output(0);
   }
   if (given("--version") || (argc == 2 && given("-V"))) {
-    print_data("polymorph {}\n", PM_VERSION);
+    print_data("polymorph {}\n", program_version());
     return finish_output(0);
   }
   if (const Status parsed = parse_arguments(*line.app, argc, argv); !parsed) {

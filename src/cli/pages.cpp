@@ -5,6 +5,7 @@
 #include <cctype>
 
 #include "base/json.h"
+#include "base/program_identity.h"
 #include "base/text.h"
 #include "cli/option_table.h"
 #include "scene/load_scene.h"
@@ -45,7 +46,7 @@ std::string literal(const std::string& text) { return ".nf\n" + roff(text) + "\n
 
 std::string page_head(const std::string& name) {
   return fmt::format(".TH \"{}\" \"1\" \"\" \"polymorph {}\" \"User Commands\"\n", name,
-                     PM_VERSION);
+                     program_version());
 }
 
 std::string environment_text(const OptionRow& row) {

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "base/file.h"
+#include "base/program_identity.h"
 #include "base/text.h"
 
 namespace polymorph {
@@ -41,7 +42,8 @@ std::string with_entry(std::string text, std::size_t count, const std::string& r
       text.resize(last);
     }
   }
-  return text + fmt::format("\n- polymorph {}, {}: {}\n", PM_VERSION, frames_text(count), reason);
+  return text +
+         fmt::format("\n- polymorph {}, {}: {}\n", program_version(), frames_text(count), reason);
 }
 
 }  // namespace

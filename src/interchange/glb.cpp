@@ -9,6 +9,7 @@
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/json.h"
+#include "base/program_identity.h"
 #include "base/spool.h"
 #include "interchange/material_catalog.h"
 #include "interchange/split_surface.h"
@@ -611,7 +612,8 @@ Status GlbWriter::finish() {
                           {{"yfov", field_of_view(first)},
                            {"aspectRatio", first.aspect},
                            {"znear", 0.01f * first.focus}}}};
-  JsonValue file = {{"asset", {{"version", "2.0"}, {"generator", "polymorph " PM_VERSION}}},
+  const std::string generator = fmt::format("polymorph {}", program_version());
+  JsonValue file = {{"asset", {{"version", "2.0"}, {"generator", generator}}},
                     {"scene", 0},
                     {"scenes", JsonValue::array({JsonValue{{"nodes", roots}}})},
                     {"nodes", nodes_},

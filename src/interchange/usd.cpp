@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "base/file.h"
+#include "base/program_identity.h"
 #include "base/spool.h"
 #include "interchange/material_catalog.h"
 #include "interchange/surface_writer.h"
@@ -353,11 +354,11 @@ Status UsdWriter::add_subsets(int frame, const SurfaceFrame& surface, LookSample
 
 std::string UsdWriter::header() const {
   return fmt::format(
-      "#usda 1.0\n(\n    defaultPrim = \"morph\"\n    doc = \"polymorph " PM_VERSION
-      "\"\n    upAxis = \"Y\"\n    metersPerUnit = 1\n    startTimeCode = {}\n"
+      "#usda 1.0\n(\n    defaultPrim = \"morph\"\n    doc = \"polymorph {}\"\n"
+      "    upAxis = \"Y\"\n    metersPerUnit = 1\n    startTimeCode = {}\n"
       "    endTimeCode = {}\n    timeCodesPerSecond = {}\n    framesPerSecond = {}\n)\n\n"
       "def Xform \"morph\"\n{{\n",
-      sequence_.first_frame, sequence_.last_frame, sequence_.fps, sequence_.fps);
+      program_version(), sequence_.first_frame, sequence_.last_frame, sequence_.fps, sequence_.fps);
 }
 
 std::string UsdWriter::camera() const {

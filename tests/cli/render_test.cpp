@@ -5,6 +5,7 @@
 #include <set>
 #include <thread>
 
+#include "base/program_identity.h"
 #include "testing/program.h"
 
 namespace polymorph {
@@ -197,7 +198,7 @@ TEST_F(Render, ShardsOfASlurmArray) {
 TEST_F(Render, JsonReportIsAllOfStandardOutput) {
   const Ran ran = run(0, {"render", "scene.json", "-o", "f.####.exr", "--json", "--stats"});
   const auto report = parse(ran.out);
-  EXPECT_EQ(report["version"], PM_VERSION);
+  EXPECT_EQ(report["version"], std::string(program_version()));
   EXPECT_EQ(report["stopped"], false);
   ASSERT_EQ(report["frames"].size(), 4u);
   EXPECT_EQ(report["frames"][1]["state"], "done");

@@ -1,4 +1,5 @@
 // Command lines that cannot be meant, and help.
+#include "base/program_identity.h"
 #include "testing/program.h"
 
 namespace polymorph {
@@ -287,18 +288,19 @@ TEST_F(Help, AloneIsUsage) {
 TEST_F(Help, Version) {
   for (const char* flag : {"--version", "-V"}) {
     const Ran ran = run(0, {flag});
-    EXPECT_EQ(ran.out, "polymorph " PM_VERSION "\n");
+    EXPECT_EQ(ran.out, "polymorph " + std::string(program_version()) + "\n");
     EXPECT_EQ(ran.err, "");
   }
 }
 
 TEST_F(Help, VersionSaysWhatAReportOfABugNeeds) {
   const std::string text = run(0, {"version"}).out;
-  EXPECT_TRUE(text.starts_with("polymorph " PM_VERSION "\nbuild   ")) << text;
+  EXPECT_TRUE(text.starts_with("polymorph " + std::string(program_version()) + "\nbuild   "))
+      << text;
   for (const char* part : {"GNU", "\nwith    Embree 3.", ", OpenEXR 3.", "\ncpu     ", " thread"})
     EXPECT_TRUE(contains(text, part)) << part << "\n" << text;
   const auto json = parse(run(0, {"version", "--json"}).out);
-  EXPECT_EQ(json["version"], PM_VERSION);
+  EXPECT_EQ(json["version"], std::string(program_version()));
   EXPECT_FALSE(json["build"].get<std::string>().empty());
   EXPECT_EQ(json["devices"]["cpu"], parse(run(0, {"devices", "--json"}).out)["cpu"]);
 }

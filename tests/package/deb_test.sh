@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# deb_test.sh BUILD: the Debian package, installed into a bare Debian 12 where nothing was built, and tried there.
+# deb_test.sh BUILD: the Debian package, installed into a bare Debian 12 where nothing was built, by the steps of Containerfile, and tried there.
 # Exit code 77: this needs root, debootstrap and a mirror.
 set -euo pipefail
 build=$1
@@ -34,9 +34,16 @@ else
 fi
 chmod 755 "$work/root"; cp /etc/resolv.conf "$work/root/etc/"
 mount -t proc proc "$work/root/proc"
-cp "$deb" "$work/root/root/"
+cp "$deb" "$work/root/tmp/"
 inside() { chroot "$work/root" /usr/bin/env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin TERM=dumb bash -ec "cd /root; $1"; }
-inside "apt-get -q update && DEBIAN_FRONTEND=noninteractive apt-get -q install -y --no-install-recommends ./$(basename "$deb")" \
-  >"$work/apt.log" 2>&1 || { tail -n 20 "$work/apt.log"; exit 1; }
+containerfile=$(dirname "$0")/../../Containerfile
+grep -qx 'FROM debian:12-slim' "$containerfile" && grep -qx 'COPY polymorph_\*.deb /tmp/' "$containerfile" || { echo "Containerfile begins otherwise"; exit 1; }
+steps=$(sed -n '/^RUN /,/[^\\]$/{s/^RUN //;s/\\$//;p}' "$containerfile" | tr '\n' ' ')
+inside "$steps" >"$work/apt.log" 2>&1 || { tail -n 20 "$work/apt.log"; exit 1; }
+# A job of a CI tests golden frames in it, and there is no compiler.
+inside 'for tool in cc gcc g++ c++ clang make; do ! command -v $tool || exit 1; done; git --version; python3 --version; python3 -c "import ssl, urllib.request"'
+inside 'echo "{\"source\": \"cube\", \"target\": \"sphere\", \"frames\": {\"count\": 2}, \"surface\": {\"resolution\": 16},
+  \"image\": {\"width\": 16, \"height\": 12, \"samples\": 1}}" >scene.json; polymorph golden new tiny scene.json -f 1; CI=true /usr/share/polymorph/ci/golden; ls golden-report/junit.xml
+  /usr/share/polymorph/ci/pipeline 2>&1 | grep usage'
 inside 'polymorph demo; ls -l teapot-penguin/morph.gif teapot-penguin/strip.png'
 inside 'apt-get -q remove -y polymorph >/dev/null 2>&1; [ ! -e /usr/bin/polymorph ] && [ ! -e /usr/share/polymorph ]'

@@ -16,7 +16,7 @@ printf 'BM:\0\0\0\0\0\0\0\66\0\0\0\50\0\0\0\1\0\0\0\1\0\0\0\1\0\30\0\0\0\0\0\4\0
 says '1 x 1, 3 channels' "$program" info one.bmp
 says ': ok' "$program" check "$work/usr/share/polymorph/quickstart/scene.json"
 for file in man/man1/polymorph.1 man/man1/polymorph-render.1 bash-completion/completions/polymorph zsh/vendor-completions/_polymorph \
-            fish/vendor_completions.d/polymorph.fish polymorph/scene.schema.json polymorph/openjd/polymorph.openjd.yaml; do
+            fish/vendor_completions.d/polymorph.fish polymorph/scene.schema.json polymorph/openjd/polymorph.openjd.yaml doc/polymorph/polymorph.spdx.json doc/polymorph/CITATION.cff; do
   [[ -s $work/usr/share/$file ]] || { echo "missing: $file"; exit 1; }
 done
 # The README's links to pages and pictures lead somewhere.

@@ -13,6 +13,10 @@ wheel=$("$source/scripts/wheel" "$build")
 # The page says for which systems it is.
 tag=$(basename "$wheel" .whl | sed 's/.*-\(manylinux_[0-9_]*\)_x86_64$/\1/')
 [[ $(getconf GNU_LIBC_VERSION) != "glibc 2.36" ]] || grep -q "($tag:" "$source/docs/python.md" || { echo "docs/python.md does not name $tag"; exit 1; }
+cp "$wheel" "$work/first.whl"
+# Made again it is the same bytes.
+wheel=$(umask 077; TZ=Asia/Kolkata "$source/scripts/wheel" "$build")
+cmp "$work/first.whl" "$wheel"
 "$work/venv/bin/pip" -q install --no-deps "$wheel"
 cd "$work"
 site=$(echo "$work"/venv/lib/python3*/site-packages)
@@ -21,6 +25,13 @@ for file in "$site"/polymorph/bin/polymorph "$site"/polymorph/bin/polymorph_assi
   foreign=$(ldd "$file" | awk '/=> \//{print $3}' | grep -v "^$site" | grep -vE '/(libc|libm|libstdc\+\+|libgcc_s|libz)\.so' || true)
   [[ -z $foreign ]] || { echo "$file takes from the system: $foreign"; exit 1; }
 done
+# It says what it is made of.
+"$work/venv/bin/python" - "$site"/polymorph_render-*.dist-info/sboms/polymorph-render.spdx.json <<'CHECK'
+import json, sys
+document = json.load(open(sys.argv[1], encoding="utf-8"))
+assert document["spdxVersion"] == "SPDX-2.3" and document["packages"][0]["name"] == "polymorph-render"
+assert {"libembree3-3", "libassimp5", "libeigen3-dev"} <= {entry["name"] for entry in document["packages"]}
+CHECK
 export POLYMORPH_CACHE_DIR=$work/cache
 "$work/venv/bin/polymorph" demo cube torus -q >/dev/null
 [[ -s cube-torus/morph.gif ]]

@@ -2,6 +2,7 @@
 #include "base/file.h"
 #include "base/json.h"
 #include "base/log.h"
+#include "base/program_identity.h"
 #include "cli/command_line.h"
 #include "cli/report_options.h"
 #include "compare/explain.h"
@@ -110,7 +111,7 @@ Result<int> run_compare(const CompareOptions& options, bool overwrite) {
     for (const FilePair& pair : pairs)
       PM_TRY_STATUS(check_output(difference_path(options, pair, pairs.size() > 1), overwrite));
   Report report{fmt::format("{} against {}", options.actual, options.reference),
-                {{"polymorph", PM_VERSION}},
+                {{"polymorph", std::string(program_version())}},
                 {},
                 {}};
   PictureBudget budget;

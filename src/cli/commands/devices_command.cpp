@@ -73,7 +73,7 @@ Result<int> run_version(const JsonOutput& json) {
         {{"build", program_identity()}, {"libraries", PM_LIBRARIES}, {"devices", devices.json}}));
     return 0;
   }
-  print_data("polymorph {}\nbuild   {}\nwith    {}\n{}", PM_VERSION, program_identity(),
+  print_data("polymorph {}\nbuild   {}\nwith    {}\n{}", program_version(), program_identity(),
              PM_LIBRARIES, devices.text);
   return 0;
 }

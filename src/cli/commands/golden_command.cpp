@@ -174,7 +174,7 @@ Result<int> test_all(const GoldenOptions& options, GoldenSettings settings) {
   PictureBudget budget;
   if (options.report.pictures()) settings.pictures = &budget;
   Report report{"Golden frames",
-                {{"polymorph", PM_VERSION},
+                {{"polymorph", std::string(program_version())},
                  {"program", std::string(program_identity())},
                  {"device", settings.device}},
                 {},

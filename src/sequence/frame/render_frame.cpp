@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/hash.h"
+#include "base/program_identity.h"
 #include "base/text.h"
 #include "compare/explain.h"
 #include "morph/timeline.h"
@@ -67,9 +68,9 @@ std::string object_names(const PreparedScene& prepared) {
 std::vector<Attribute> make_header(const PreparedScene& prepared, int frame,
                                    const FrameOrigin& origin) {
   std::vector<Attribute> attributes{
-      {"Software", std::string("polymorph ") + PM_VERSION},
+      {"Software", fmt::format("polymorph {}", program_version())},
       {"FramesPerSecond", prepared.scene.frames.fps},
-      {"polymorph/version", std::string(PM_VERSION)},
+      {"polymorph/version", std::string(program_version())},
       {kHashAttribute, prepared.hashes.scene},
       {kFrameHashAttribute, frame_hash(prepared.scene, prepared.hashes, frame)},
       {kFrameAttribute, frame},
