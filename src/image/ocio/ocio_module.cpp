@@ -27,9 +27,9 @@ void fail(View& view, std::string reason) {
   view.error = view.text.c_str();
 }
 
-/// Checks a name against those that there are; an empty one becomes the default. `of`: "display".
+/// Checks a name against those that there are; an empty one becomes the default. `kind`: "display".
 template <class NameAt>
-bool choose(View& view, const char* of, std::string& name, const char* usual, int count,
+bool choose(View& view, const char* kind, std::string& name, const char* usual, int count,
             NameAt name_at) {
   if (name.empty()) name = usual;
   std::string known;
@@ -37,7 +37,7 @@ bool choose(View& view, const char* of, std::string& name, const char* usual, in
     if (name == name_at(i)) return true;
     known += std::string(known.empty() ? "\"" : ", \"") + name_at(i) + "\"";
   }
-  fail(view, std::string("has no ") + of + " \"" + name + "\" (known: " + known + ")");
+  fail(view, std::string("has no ") + kind + " \"" + name + "\" (known: " + known + ")");
   return false;
 }
 
