@@ -63,6 +63,7 @@ TEST_F(Merge, GivesTheFilesOfARenderAtOnce) {
 }
 
 TEST_F(Merge, RefinesAFilmLater) {
+  write("scene.json", tiny_scene(3));
   // Frames 1 and 2 show the same, and are traced once.
   const std::vector<std::string> held{"--set", "frames.hold_start=1"};
   render("a/f.####.exr", "0-63/128", held);

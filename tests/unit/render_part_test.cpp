@@ -143,7 +143,7 @@ TEST(Part, SaysWhatIsWrong) {
   Part second = render_part(moving.scene, settings, "16-31/32");
   EXPECT_EQ(message(second), "");
   Part other = second;
-  other.image.pixels[static_cast<std::size_t>(other.image.find_channel("Z"))] += 1;
+  other.image.pixels[static_cast<std::size_t>(other.image.find_channel("Z"))] = 1;
   EXPECT_NE(message(other).find("layer Z differs"), std::string::npos) << message(other);
   other = second;
   other.image.channels[static_cast<std::size_t>(other.image.find_channel("s16-31.lit"))] = "x";

@@ -70,13 +70,14 @@ Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, Engine& eng
     estimate.seconds += watch.lap() * samples / measured_samples;
     PM_TRY(const std::string exr, encode_exr(image));
     estimate.seconds += watch.lap();
+    // A part of several nodes is about as many times as large.
+    const std::size_t nodes = part ? list_nodes(*part).size() : 1;
+    estimate.exr_bytes += static_cast<double>(nodes * exr.size());
+    if (part) continue;  // a part is never a PNG
     PngSettings png;
     png.exposure = prepared.scene.image.exposure;
     png.bits = prepared.scene.output.png_bits;
     PM_TRY(const std::string picture, encode_png(image, png));
-    // A part of several nodes is about as many times as large.
-    const std::size_t nodes = part ? list_nodes(*part).size() : 1;
-    estimate.exr_bytes += static_cast<double>(nodes * exr.size());
     estimate.png_bytes += static_cast<double>(picture.size());
   }
   const auto n = static_cast<double>(count);
