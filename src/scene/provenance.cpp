@@ -179,7 +179,7 @@ Provenance make_provenance(const Scene& scene, std::span<const ReadFile> files) 
   const InputNames names =
       choose_names(fs::absolute(scene.path, ignored).lexically_normal().parent_path(), paths);
   Provenance provenance;
-  provenance.version = PM_VERSION;
+  provenance.version = program_version();
   provenance.program = shared_identity();
   provenance.coarse = is_coarse(scene);
   provenance.files = name_files(files, names);

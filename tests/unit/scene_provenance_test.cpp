@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "base/packed_text.h"
+#include "base/program_identity.h"
 #include "base/sha256.h"
 #include "scene/load_scene.h"
 #include "testing/temporary_folder.h"
@@ -56,7 +57,7 @@ TEST_F(ProvenanceTest, HoldsTheWholeSceneAndNoPlace) {
   EXPECT_EQ(text.find(folder.string()), std::string::npos) << text;
   const auto read = decode_provenance(packed);
   ASSERT_TRUE(read) << read.error().message;
-  EXPECT_EQ(read->version, PM_VERSION);
+  EXPECT_EQ(read->version, program_version());
   EXPECT_EQ(read->program, shared_identity());
   ASSERT_EQ(read->files.size(), 2u);
   EXPECT_EQ(read->files[0].name, "a.obj");

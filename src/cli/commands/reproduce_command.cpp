@@ -1,6 +1,7 @@
 #include "base/file.h"
 #include "base/json.h"
 #include "base/log.h"
+#include "base/program_identity.h"
 #include "base/text.h"
 #include "cli/command_line.h"
 #include "scene/provenance.h"
@@ -23,7 +24,7 @@ int exit_code(const Reproduction& result) {
   return result.same_pixels ? kSame : kDiffers;
 }
 
-std::string this_program() { return fmt::format("{} ({})", PM_VERSION, shared_identity()); }
+std::string this_program() { return fmt::format("{} ({})", program_version(), shared_identity()); }
 
 /// Says in a sentence what came of a frame that was rendered again.
 std::string describe(const Reproduction& result) {

@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "base/file.h"
+#include "base/program_identity.h"
 #include "base/sha256.h"
 #include "base/text.h"
 #include "compare/compare.h"
@@ -139,7 +140,8 @@ Result<Reproduction> reproduce_frame(const fs::path& file, const ReproduceSettin
   Reproduction result;
   result.frame = given.frame;
   result.program = fmt::format("{} ({})", provenance.version, provenance.program);
-  result.same_program = provenance.version == PM_VERSION && provenance.program == shared_identity();
+  result.same_program =
+      provenance.version == program_version() && provenance.program == shared_identity();
   std::error_code error;
   fs::path folder = fs::absolute(settings.models, error).lexically_normal();
   if (!folder.has_filename()) folder = folder.parent_path();
