@@ -20,7 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxNamed = 20;
-constexpr const char* kCommandAttribute = "polymorph/command";
 
 Result<PartFile> read_part_header(const fs::path& file) {
   PM_TRY(FrameHeader header, read_frame_header(file));
