@@ -13,7 +13,7 @@ rm -rf "$build/pages"  # as after scripts/demo, which builds the program alone
 deb=$("$(dirname "$0")/../../scripts/package" "$build")
 # Captured first: under pipefail a grep -q that ends early makes its writer fail.
 control=$(dpkg-deb --info "$deb")
-for field in 'Depends: .*libembree3' 'Depends: .*libassimp5' 'Recommends: libopenimageio' 'Maintainer: .* <.*@.*>'; do
+for field in 'Depends: .*libembree3' 'Depends: .*libassimp5' 'Recommends: .*libopenimageio' 'Recommends: .*libopencolorio' 'Maintainer: .* <.*@.*>'; do
   grep -q "^ *$field" <<<"$control" || { echo "$control"; echo "no $field"; exit 1; }
 done
 ! grep -q 'Depends: .*libopenimageio' <<<"$control" || { echo "OpenImageIO is required"; exit 1; }

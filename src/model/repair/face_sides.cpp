@@ -3,36 +3,69 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
+#include <optional>
 
 #include "base/parallel.h"
+#include "mesh/closest.h"
+#include "model/clustered_model.h"
 
 namespace polymorph {
 
-std::vector<FaceSide> classify_faces(const Model& model, const InsideTest& inside, float step) {
+namespace {
+
+FaceSide classify_face(const Model& model, const Triangle& triangle, const InsideTest& inside,
+                       float step) {
+  const Vec3 a = model.points[triangle.v[0]], b = model.points[triangle.v[1]],
+             c = model.points[triangle.v[2]];
+  const Vec3 normal = normalized(cross(b - a, c - a));
+  int boundary = 0, sheet = 0, hidden = 0;
+  constexpr std::array<Vec3, 4> kWeights{
+      {{1.f / 3, 1.f / 3, 1.f / 3}, {.8f, .1f, .1f}, {.1f, .8f, .1f}, {.1f, .1f, .8f}}};
+  for (const Vec3 w : kWeights) {
+    const Vec3 p = a * w.x + b * w.y + c * w.z;
+    const double front = inside.winding_number(p + normal * step),
+                 back = inside.winding_number(p - normal * step);
+    const double high = std::max(front, back), low = std::min(front, back);
+    sheet += high < kDecidedWinding;
+    boundary += high >= kDecidedWinding && low < 0.5;
+    hidden += low >= kDecidedWinding;
+  }
+  if (boundary == 4) return FaceSide::kBoundary;
+  if (sheet == 4) return FaceSide::kSheet;
+  return hidden == 4 ? FaceSide::kHidden : FaceSide::kMixed;
+}
+
+std::vector<FaceSide> classify_each(const Model& model, const InsideTest& inside, float step) {
   std::vector<FaceSide> sides(model.triangles.size(), FaceSide::kMixed);
   parallel_for(
       static_cast<std::int64_t>(sides.size()),
       [&](std::int64_t index) {
         const auto t = static_cast<std::size_t>(index);
-        const Vec3 a = model.points[model.triangles[t].v[0]],
-                   b = model.points[model.triangles[t].v[1]],
-                   c = model.points[model.triangles[t].v[2]];
-        const Vec3 normal = normalized(cross(b - a, c - a));
-        int boundary = 0, sheet = 0, hidden = 0;
-        constexpr std::array<Vec3, 4> kWeights{
-            {{1.f / 3, 1.f / 3, 1.f / 3}, {.8f, .1f, .1f}, {.1f, .8f, .1f}, {.1f, .1f, .8f}}};
-        for (const Vec3 w : kWeights) {
-          const Vec3 p = a * w.x + b * w.y + c * w.z;
-          const double front = inside.winding_number(p + normal * step),
-                       back = inside.winding_number(p - normal * step);
-          const double high = std::max(front, back), low = std::min(front, back);
-          sheet += high < kDecidedWinding;
-          boundary += high >= kDecidedWinding && low < 0.5;
-          hidden += low >= kDecidedWinding;
-        }
-        if (boundary == 4) sides[t] = FaceSide::kBoundary;
-        if (sheet == 4) sides[t] = FaceSide::kSheet;
-        if (hidden == 4) sides[t] = FaceSide::kHidden;
+        sides[t] = classify_face(model, model.triangles[t], inside, step);
+      },
+      64);
+  return sides;
+}
+
+}  // namespace
+
+std::vector<FaceSide> classify_faces(const Model& model, const InsideTest& inside, float step) {
+  const std::optional<ClusteredModel> clustered = cluster_long_triangles(model);
+  if (!clustered) return classify_each(model, inside, step);
+  // Each winding number touches nearly all long triangles: only as many are asked for as there are
+  // triangles in the simpler model.
+  const std::vector<FaceSide> few = classify_each(clustered->model, inside, step);
+  const ClosestPointQuery closest(clustered->model);
+  std::vector<FaceSide> sides(model.triangles.size(), FaceSide::kMixed);
+  parallel_for(
+      static_cast<std::int64_t>(sides.size()),
+      [&](std::int64_t index) {
+        const auto t = static_cast<std::size_t>(index);
+        const auto& v = model.triangles[t].v;
+        const Vec3 middle =
+            (model.points[v[0]] + model.points[v[1]] + model.points[v[2]]) * (1.0f / 3);
+        const std::uint32_t nearest = closest.closest(middle).triangle;
+        if (nearest != ClosestPoint::kNoTriangle) sides[t] = few[nearest];
       },
       64);
   return sides;

@@ -22,7 +22,9 @@ enum class FaceSide : std::uint8_t {
 inline constexpr double kDecidedWinding = 0.75;
 
 /// Classifies each triangle by the winding numbers at the distance `step` on both sides of its
-/// centroid and of three points near its corners.
+/// centroid and of three points near its corners. Where thousands of triangles are long, those of
+/// the simpler model (cluster_long_triangles()) are classified, and each triangle is as the one
+/// that is closest to its centroid.
 std::vector<FaceSide> classify_faces(const Model& model, const InsideTest& inside, float step);
 
 /// Lists the triangles that are not hidden, ascending; all of them if every one is hidden.
