@@ -2,6 +2,7 @@
 
 #include "base/result.h"
 #include "base/text.h"
+#include "image/attributes.h"
 #include "image/image_io.h"
 
 namespace polymorph {
@@ -29,14 +30,6 @@ double entry_value(const Image& image, const ShownEntry& entry) {
 /// Entries of text; "" where there is none.
 constexpr ShownEntry kShownTexts[] = {{kColorProfileAttribute, "colour profile", 0}};
 
-std::string entry_text(const Image& image, const ShownEntry& entry) {
-  for (const Attribute& attribute : image.attributes)
-    if (const auto* text = std::get_if<std::string>(&attribute.value);
-        text && attribute.name == entry.name)
-      return *text;
-  return "";
-}
-
 }  // namespace
 
 std::string shown_mismatch(const Image& actual, const Image& reference) {
@@ -51,7 +44,7 @@ std::string shown_mismatch(const Image& actual, const Image& reference) {
                           value(b));
   }
   for (const ShownEntry& entry : kShownTexts) {
-    const std::string a = entry_text(actual, entry), b = entry_text(reference, entry);
+    const std::string a = find_text(actual, entry.name), b = find_text(reference, entry.name);
     const auto value = [](const std::string& v) {
       return v.empty() ? std::string("none") : printable(v);
     };

@@ -5,6 +5,7 @@
 
 #include "base/parallel.h"
 #include "base/text.h"
+#include "image/attributes.h"
 #include "image/color_description.h"
 #include "image/image_io.h"
 
@@ -62,14 +63,6 @@ void multiply(const Matrix& m, Image& image) {
           }
       },
       16);
-}
-
-std::string find_text(const Image& image, const char* name) {
-  for (const Attribute& attribute : image.attributes)
-    if (const auto* text = std::get_if<std::string>(&attribute.value);
-        text && attribute.name == name)
-      return *text;
-  return "";
 }
 
 }  // namespace

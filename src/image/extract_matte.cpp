@@ -9,6 +9,7 @@
 
 #include "base/json.h"
 #include "base/text.h"
+#include "image/attributes.h"
 
 namespace polymorph {
 namespace {
@@ -18,14 +19,6 @@ struct Entry {
   std::string layer, name;
   std::uint32_t id;  ///< the bits of the float that stands for it
 };
-
-std::string find_text(const Image& image, const std::string& name) {
-  for (const Attribute& attribute : image.attributes)
-    if (const auto* text = std::get_if<std::string>(&attribute.value);
-        text && attribute.name == name)
-      return *text;
-  return "";
-}
 
 Status add_manifest(const std::string& layer, const std::string& text, const std::string& file,
                     std::vector<Entry>& entries) {

@@ -6,6 +6,7 @@
 
 #include "base/parallel.h"
 #include "base/text.h"
+#include "image/attributes.h"
 #include "kernels/floating_point.h"
 #include "render/film/smooth.h"
 #include "render/math/vector_math.h"
@@ -36,13 +37,6 @@ PixelSum read_node(const float* pixel, std::span<const int> channels, int sample
   sum.unlit = at(6);
   sum.samples = samples;
   return sum;
-}
-
-std::string find_text(const Image& image, const char* name) {
-  for (const Attribute& attribute : image.attributes)
-    if (attribute.name == name)
-      if (const auto* text = std::get_if<std::string>(&attribute.value)) return *text;
-  return "";
 }
 
 /// Channels of a part's image that have the sums of a node.

@@ -3,13 +3,13 @@
 #include <cstring>
 #include <memory>
 #include <optional>
-#include <variant>
 
 #include "base/file.h"
 #include "base/program_identity.h"
 #include "base/sha256.h"
 #include "base/text.h"
 #include "compare/compare.h"
+#include "image/attributes.h"
 #include "image/display_view.h"
 #include "image/image_io.h"
 #include "morph/timeline.h"
@@ -27,14 +27,6 @@ namespace fs = std::filesystem;
 
 /// Pixels to the bit, whichever their colour space.
 constexpr ReadImageSettings kAsStored{.single_picture = true, .stored_colors = true};
-
-/// A header's entry as text, as EXR keeps numbers as such and PNG does not.
-std::optional<std::string> find_entry(const Image& image, std::string_view name) {
-  for (const Attribute& attribute : image.attributes)
-    if (attribute.name == name)
-      return std::visit([](const auto& v) { return fmt::format("{}", v); }, attribute.value);
-  return std::nullopt;
-}
 
 /// A frame's file, and what its header says.
 struct FrameFile {
@@ -54,18 +46,18 @@ Result<FrameFile> read_frame(const fs::path& file) {
   PM_TRY(out.bytes, read_file(file));
   out.is_png = out.bytes.starts_with("\x89PNG");
   PM_TRY(out.image, decode_image(out.bytes, out.name, kAsStored));
-  if (find_entry(out.image, kPartOfAttribute))
+  if (format_entry(out.image, kPartOfAttribute))
     return make_error(ErrorCode::kInput,
                       "{}: it holds some of the frame's samples - merge the parts, and reproduce "
                       "what comes out",
                       out.name);
-  if (find_entry(out.image, kViewAttribute))
+  if (format_entry(out.image, kViewAttribute))
     return make_error(
         ErrorCode::kInput,
         "{}: it was made by a view of $OCIO, whose config no header holds - reproduce "
         "the EXR of the frame",
         out.name);
-  const auto packed = find_entry(out.image, kProvenanceAttribute);
+  const auto packed = format_entry(out.image, kProvenanceAttribute);
   if (!packed)
     return make_error(ErrorCode::kInput,
                       "{}: its header has no {} - render and golden write it; it is lost where "
@@ -76,7 +68,7 @@ Result<FrameFile> read_frame(const fs::path& file) {
   if (!provenance)
     return make_error(ErrorCode::kInput, "{}: {}", out.name, provenance.error().message);
   out.provenance = std::move(*provenance);
-  const auto number = parse_integer(find_entry(out.image, kFrameAttribute).value_or(""));
+  const auto number = parse_integer(format_entry(out.image, kFrameAttribute).value_or(""));
   if (!number || *number < 1 || *number > 10'000'000)
     return make_error(ErrorCode::kInput, "{}: its header has no {}", out.name, kFrameAttribute);
   out.frame = static_cast<int>(*number);
@@ -112,7 +104,7 @@ Result<std::string> render_again(const FrameFile& given, const PreparedScene& pr
   PM_TRY(const FrameGeometry geometry, geometry_at(prepared, engine, given.frame));
   PM_TRY(Renderer renderer, Renderer::create());
   PM_TRY(Image image, render_frame(prepared, geometry, renderer, "", ""));
-  const auto entry = [&](const char* name) { return find_entry(given.image, name).value_or(""); };
+  const auto entry = [&](const char* name) { return format_entry(given.image, name).value_or(""); };
   put_header(prepared, given.frame,
              {entry(kIsaAttribute), entry(kDeviceAttribute), entry(kCommandAttribute)}, image);
   return given.is_png ? encode_png(image, png_settings(prepared.scene, given.frame))

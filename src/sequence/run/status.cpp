@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
-#include <variant>
 
 #include "base/parallel.h"
+#include "image/attributes.h"
 #include "image/image_io.h"
 #include "render/film/part.h"
 #include "sequence/frame/render_frame.h"
@@ -27,14 +27,6 @@ int read_png_bits(const std::filesystem::path& file) {
 }
 
 /// The view that a PNG's header names; "": none.
-std::string find_view(const Image& image) {
-  for (const Attribute& attribute : image.attributes)
-    if (const auto* text = std::get_if<std::string>(&attribute.value);
-        text && attribute.name == kViewAttribute)
-      return *text;
-  return "";
-}
-
 }  // namespace
 
 Result<std::string> source_hash(const Scene& scene) {
@@ -69,14 +61,11 @@ FileState file_state(const std::filesystem::path& file, const ExpectedFrame& exp
   if (!image) return FileState::kUnreadable;
   // EXR keeps the frame as a number, PNG as text.
   const auto says = [&](const char* name, const std::string& value) {
-    return std::any_of(image->attributes.begin(), image->attributes.end(), [&](const Attribute& a) {
-      return a.name == name &&
-             std::visit([](const auto& v) { return fmt::format("{}", v); }, a.value) == value;
-    });
+    return format_entry(*image, name) == value;
   };
   const int bits = read_png_bits(file);
-  if (bits != 0 &&
-      (bits != expected.output.png_bits || find_view(*image) != view_text(expected.view)))
+  if (bits != 0 && (bits != expected.output.png_bits ||
+                    find_text(*image, kViewAttribute) != view_text(expected.view)))
     return FileState::kStale;
   if (bits == 0 &&
       color_space_name(*image) != color_space_label(expected.output.color_space).interop_id)
