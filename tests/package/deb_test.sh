@@ -45,5 +45,7 @@ inside 'for tool in cc gcc g++ c++ clang make; do ! command -v $tool || exit 1; 
 inside 'echo "{\"source\": \"cube\", \"target\": \"sphere\", \"frames\": {\"count\": 2}, \"surface\": {\"resolution\": 16},
   \"image\": {\"width\": 16, \"height\": 12, \"samples\": 1}}" >scene.json; polymorph golden new tiny scene.json -f 1; CI=true /usr/share/polymorph/ci/golden; ls golden-report/junit.xml
   /usr/share/polymorph/ci/pipeline 2>&1 | grep usage'
+# Without OpenImageIO, which is only recommended.
+inside 'apt-get -q remove -y libopenimageio2.4 >/dev/null 2>&1'
 inside 'polymorph demo; ls -l teapot-penguin/morph.gif teapot-penguin/strip.png'
 inside 'apt-get -q remove -y polymorph >/dev/null 2>&1; [ ! -e /usr/bin/polymorph ] && [ ! -e /usr/share/polymorph ]'
