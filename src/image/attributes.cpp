@@ -2,7 +2,7 @@
 
 #include <variant>
 
-#include "base/text.h"
+#include "base/result.h"
 
 namespace polymorph {
 
