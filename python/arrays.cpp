@@ -2,9 +2,8 @@
 
 #include <nanobind/stl/string.h>
 
-#include <algorithm>
-
 #include "base/exact_math.h"
+#include "image/coverage.h"
 #include "image/srgb.h"
 #include "kernels/field_kinds.h"
 
@@ -58,7 +57,7 @@ nb::object color_array(const Image& image, bool bytes, float stops) {
   std::vector<std::uint8_t> values;
   values.reserve(4 * pixels);
   for (std::size_t i = 0; i < pixels; ++i) {
-    const float alpha = std::clamp(at(i, 3), 0.0f, 1.0f);
+    const float alpha = clamp_coverage(at(i, 3));
     const float scale = alpha > 0 ? gain / alpha : 0.0f;
     for (int c = 0; c < 3; ++c) values.push_back(quantizer(at(i, c) * scale));
     values.push_back(static_cast<std::uint8_t>(alpha * 255.0f + 0.5f));

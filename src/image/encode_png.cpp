@@ -7,6 +7,7 @@
 #include "base/exact_math.h"
 #include "base/parallel.h"
 #include "base/random.h"
+#include "image/coverage.h"
 #include "image/image_io.h"
 #include "image/srgb.h"
 
@@ -74,9 +75,6 @@ struct Encoder {
     return static_cast<unsigned>(std::min(linear_to_srgb(clamped) * 65535.0f + offset, 65535.0f));
   }
 
-  /// An alpha in [0, 1]. NaN, which files may hold, covers nothing.
-  static float coverage(float alpha) { return alpha > 0 ? std::min(alpha, 1.0f) : 0.0f; }
-
   void row(std::int64_t y, std::uint8_t* out) const {
     const std::size_t count = image.channel_count();
     const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width);
@@ -86,7 +84,7 @@ struct Encoder {
     };
     for (std::size_t i = first; i < first + static_cast<std::size_t>(image.width); ++i) {
       const float* pixel = &image.pixels[i * count];
-      const float alpha = layout.alpha >= 0 ? coverage(pixel[layout.alpha]) : 1.0f;
+      const float alpha = layout.alpha >= 0 ? clamp_coverage(pixel[layout.alpha]) : 1.0f;
       // PNG keeps straight colours (PNG specification 1.2, section 2.4).
       const float scale = alpha > 0 ? gain / alpha : 0.0f;
       for (int c = 0; c < 3; ++c)

@@ -10,7 +10,6 @@
 #include "model/clustered_model.h"
 
 namespace polymorph {
-
 namespace {
 
 FaceSide classify_face(const Model& model, const Triangle& triangle, const InsideTest& inside,

@@ -310,12 +310,7 @@ Result<Image> merge_parts(std::span<const Part> parts) {
   Image film = Merger(parts, views, others, mattes).run();
   film.attributes = merge_attributes(first.image, range);
   if (!range.is_whole()) return append_matte_sums(std::move(film), range, mattes);
-  const auto is_smooth = [](const Attribute& attribute) {
-    const int* value = std::get_if<int>(&attribute.value);
-    return attribute.name == kPartSmoothAttribute && value && *value == 1;
-  };
-  const auto& attributes = first.image.attributes;
-  const bool smooth = std::any_of(attributes.begin(), attributes.end(), is_smooth);
+  const bool smooth = format_entry(first.image, kPartSmoothAttribute) == "1";
   std::vector<std::string> needed = channels;
   if (smooth)
     for (const char* guide : {"id", "Z", "N.X", "N.Y", "N.Z", "albedo.R", "albedo.G", "albedo.B"})

@@ -26,7 +26,6 @@ int read_png_bits(const std::filesystem::path& file) {
   return std::string_view(head.data(), head.size()).starts_with(kSignature) ? head[kBits] : 0;
 }
 
-/// The view that a PNG's header names; "": none.
 }  // namespace
 
 Result<std::string> source_hash(const Scene& scene) {
