@@ -8,6 +8,8 @@
 #include "base/text.h"
 #include "image/attributes.h"
 #include "kernels/floating_point.h"
+#include "render/aov.h"
+#include "render/film/film.h"
 #include "render/film/smooth.h"
 #include "render/math/vector_math.h"
 
@@ -313,8 +315,8 @@ Result<Image> merge_parts(std::span<const Part> parts) {
   const bool smooth = format_entry(first.image, kPartSmoothAttribute) == "1";
   std::vector<std::string> needed = channels;
   if (smooth)
-    for (const char* guide : {"id", "Z", "N.X", "N.Y", "N.Z", "albedo.R", "albedo.G", "albedo.B"})
-      needed.emplace_back(guide);
+    for (std::string& guide : list_film_channels(choose_aovs(kSmoothLayers)))
+      needed.push_back(std::move(guide));
   for (const std::string& channel : needed)
     if (film.find_channel(channel) < 0)
       return make_error(ErrorCode::kInput, "{}: is no whole part: the channel {} is missing",
