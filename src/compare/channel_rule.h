@@ -20,4 +20,7 @@ enum class ChannelRule : std::uint8_t {
 /// any spelling); G and A are coverages.
 ChannelRule channel_rule(const std::string& name);
 
+/// Depths from here on are of rays that hit nothing: the renderer writes 1e10.
+constexpr float kNothingHit = 1e9f;
+
 }  // namespace polymorph

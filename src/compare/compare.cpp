@@ -13,8 +13,6 @@
 namespace polymorph {
 namespace {
 
-constexpr float kNothingHit = 1e9f;  // the renderer writes 1e10
-
 /// The largest difference allowed between `a` and `b`.
 float allowed_difference(ChannelRule rule, float a, float b, const Tolerance& tolerance) {
   switch (rule) {

@@ -9,12 +9,11 @@
 
 #include "base/result.h"
 #include "base/text.h"
+#include "compare/channel_rule.h"
 #include "compare/explain_colors.h"
 
 namespace polymorph {
 namespace {
-
-constexpr float kNothingHit = 1e9f;
 
 const std::variant<std::string, int, float>* attribute(const Image& image, const char* name) {
   for (const Attribute& a : image.attributes)

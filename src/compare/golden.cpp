@@ -8,16 +8,12 @@
 #include "base/json.h"
 #include "base/odd_names.h"
 #include "base/text.h"
+#include "compare/format_error.h"
 
 namespace polymorph {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A file that is JSON but not what it should be; caught where the file is read.
-struct FormatError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
 
 template <class... Args>
 [[noreturn]] void fail(fmt::format_string<Args...> text, Args&&... args) {

@@ -10,6 +10,7 @@
 #include "base/json.h"
 #include "base/text.h"
 #include "compare/comparison_report.h"
+#include "compare/format_error.h"
 #include "compare/report_data.h"
 
 namespace polymorph {
@@ -19,11 +20,6 @@ namespace fs = std::filesystem;
 
 constexpr const char* kDataBegin = "<script type=\"application/json\" id=\"data\">";
 constexpr const char* kDataEnd = "</script>";
-
-/// Thrown where a report has not the form of one.
-struct FormatError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
 
 const JsonValue& member(const JsonValue& object, const char* key, JsonValue::Kind kind) {
   const JsonValue& value = object.get(key);

@@ -17,21 +17,21 @@ constexpr std::uint64_t kStripOffsets = 273, kStripByteCounts = 279, kTileOffset
 constexpr std::array<std::uint64_t, 19> kTypeSizes{0, 1, 1, 2, 4, 8, 1, 1, 2, 4,
                                                    8, 4, 8, 4, 0, 0, 8, 8, 8};
 
-struct Entry {
+struct TiffEntry {
   std::uint64_t tag = 0, item_size = 0, count = 0,
                 offset = 0;  ///< `offset`: position of its values
 };
 
-class Reader {
+class TiffReader {
  public:
-  explicit Reader(std::string_view bytes)
+  explicit TiffReader(std::string_view bytes)
       : bytes_(bytes), little_(bytes[0] == 'I'), big_(bytes[little_ ? 2 : 3] == 43) {}
 
   TiffSize size() const {
     TiffSize size;
     const std::uint64_t directory = first_directory(), count = number(directory, head_size());
     for (std::uint64_t i = 0; i < count && i < kMaxEntries; ++i) {
-      const Entry entry = read_entry(directory + head_size() + i * entry_size());
+      const TiffEntry entry = read_entry(directory + head_size() + i * entry_size());
       const auto value = static_cast<double>(number(entry.offset, entry.item_size));
       if (entry.tag == kWidth || entry.tag == kTileWidth) size.width = std::max(size.width, value);
       if (entry.tag == kHeight || entry.tag == kTileHeight)
@@ -48,9 +48,9 @@ class Reader {
     const std::uint64_t count = number(directory, head);
     if (count > bytes_.size() / size || !is_within_file(directory + head, count * size))
       return false;
-    std::optional<Entry> offsets, lengths;
+    std::optional<TiffEntry> offsets, lengths;
     for (std::uint64_t i = 0; i < count; ++i) {
-      const Entry entry = read_entry(directory + head + i * size);
+      const TiffEntry entry = read_entry(directory + head + i * size);
       if (entry.count > bytes_.size() ||
           !is_within_file(entry.offset, entry.count * entry.item_size))
         return false;
@@ -78,15 +78,15 @@ class Reader {
           value << 8 | static_cast<unsigned char>(bytes_[offset + (little_ ? size - 1 - i : i)]);
     return value;
   }
-  Entry read_entry(std::uint64_t offset) const {
+  TiffEntry read_entry(std::uint64_t offset) const {
     const std::uint64_t type = number(offset + 2, 2), field_size = big_ ? 8 : 4;
-    Entry entry{number(offset, 2), type < kTypeSizes.size() ? kTypeSizes[type] : 0,
-                number(offset + 4, field_size), offset + 4 + field_size};
+    TiffEntry entry{number(offset, 2), type < kTypeSizes.size() ? kTypeSizes[type] : 0,
+                    number(offset + 4, field_size), offset + 4 + field_size};
     if (entry.count > field_size || entry.count * entry.item_size > field_size)
       entry.offset = number(entry.offset, field_size);
     return entry;
   }
-  bool has_strips(const Entry& offsets, const Entry& lengths) const {
+  bool has_strips(const TiffEntry& offsets, const TiffEntry& lengths) const {
     for (std::uint64_t i = 0; i < offsets.count && i < lengths.count; ++i)
       if (!is_within_file(number(offsets.offset + i * offsets.item_size, offsets.item_size),
                           number(lengths.offset + i * lengths.item_size, lengths.item_size)))
@@ -101,10 +101,10 @@ class Reader {
 }  // namespace
 
 Status check_tiff(std::string_view bytes) {
-  if (Reader(bytes).is_complete()) return Ok{};
+  if (TiffReader(bytes).is_complete()) return Ok{};
   return make_error(ErrorCode::kInput, "the TIFF is truncated");
 }
 
-TiffSize tiff_size(std::string_view bytes) { return Reader(bytes).size(); }
+TiffSize tiff_size(std::string_view bytes) { return TiffReader(bytes).size(); }
 
 }  // namespace polymorph

@@ -12,6 +12,7 @@
 #include "base/parallel.h"
 #include "image/color_description.h"
 #include "image/image_io.h"
+#include "image/png_errors.h"
 
 namespace polymorph {
 namespace {
@@ -27,25 +28,18 @@ struct PngImage : PmOiioImage {
   std::vector<PmOiioAttribute> entries;
 };
 
-struct Reader {
+struct PngSource {
   const std::string& bytes;
   std::size_t at = 0;
   PngImage& image;
 };
 
 void read_bytes(png_structp png, png_bytep to, std::size_t size) {
-  auto& reader = *static_cast<Reader*>(png_get_io_ptr(png));
+  auto& reader = *static_cast<PngSource*>(png_get_io_ptr(png));
   if (size > reader.bytes.size() - reader.at) png_error(png, "the file ends early");
   std::memcpy(to, reader.bytes.data() + reader.at, size);
   reader.at += size;
 }
-
-void keep_error(png_structp png, png_const_charp text) {
-  static_cast<PngImage*>(png_get_error_ptr(png))->error_text = text;
-  png_longjmp(png, 1);
-}
-
-void ignore_warning(png_structp, png_const_charp) {}
 
 /// Grey, grey and alpha, RGB or RGBA, of 8 or 16 bits, the latter as this machine stores them.
 void read_header(png_structp png, png_infop info, PngImage& image, int& bits) {
@@ -174,9 +168,10 @@ void to_values(PngImage& image, std::size_t count, float max_code) {
 
 void decode(const std::string& bytes, std::uint64_t max_bytes, PngImage& image) {
   image.failure = PM_OIIO_BROKEN;
-  Reader reader{bytes, 0, image};
+  PngSource reader{bytes, 0, image};
   Handles h;
-  h.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &image, keep_error, ignore_warning);
+  h.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &image.error_text, keep_png_error,
+                                 ignore_png_warning);
   h.info = h.png ? png_create_info_struct(h.png) : nullptr;
   if (!h.info) {
     image.error_text = "out of memory";

@@ -20,16 +20,16 @@ struct Module {
   PmOcioCloseFunction* close = nullptr;
 };
 
-Module find_functions(void* handle) {
+Module find_ocio_functions(void* handle) {
   return {reinterpret_cast<PmOcioOpenFunction*>(dlsym(handle, "polymorph_ocio_open")),
           reinterpret_cast<PmOcioApplyFunction*>(dlsym(handle, "polymorph_ocio_apply")),
           reinterpret_cast<PmOcioCloseFunction*>(dlsym(handle, "polymorph_ocio_close"))};
 }
 
-bool is_current(void* handle) {
+bool is_current_ocio(void* handle) {
   auto* version =
       reinterpret_cast<PmOcioInterfaceFunction*>(dlsym(handle, "polymorph_ocio_interface"));
-  const Module module = find_functions(handle);
+  const Module module = find_ocio_functions(handle);
   return version && module.open && module.apply && module.close && version() == PM_OCIO_INTERFACE;
 }
 
@@ -53,7 +53,7 @@ std::string view_text(const DisplayView& view) {
 }
 
 Result<ViewTransform> ViewTransform::open(const DisplayView& view) {
-  const auto handle = open_module("polymorph_ocio.so", "POLYMORPH_OCIO_MODULE", is_current);
+  const auto handle = open_module("polymorph_ocio.so", "POLYMORPH_OCIO_MODULE", is_current_ocio);
   if (!handle)
     return make_error(
         ErrorCode::kResource,
@@ -68,7 +68,7 @@ Result<ViewTransform> ViewTransform::open(const DisplayView& view) {
                       "display and view need an OpenColorIO config - name it in the environment, "
                       "as in OCIO=/studio/config.ocio");
   auto state = std::make_shared<State>();
-  state->module = find_functions(*handle);
+  state->module = find_ocio_functions(*handle);
   state->view = state->module.open(config, view.display.c_str(), view.view.c_str());
   if (state->view->error)
     return make_error(ErrorCode::kInput, "{}: {}", config, state->view->error);

@@ -9,6 +9,7 @@
 #include "base/random.h"
 #include "image/coverage.h"
 #include "image/image_io.h"
+#include "image/png_errors.h"
 #include "image/srgb.h"
 
 namespace polymorph {
@@ -104,13 +105,6 @@ void append(png_structp png, png_bytep data, std::size_t size) {
   static_cast<Writer*>(png_get_io_ptr(png))->bytes.append(reinterpret_cast<char*>(data), size);
 }
 
-void keep_error(png_structp png, png_const_charp text) {
-  static_cast<Writer*>(png_get_error_ptr(png))->error = text;
-  png_longjmp(png, 1);
-}
-
-void ignore_warning(png_structp, png_const_charp) {}
-
 /// The pixels of an image as PNG stores them.
 struct Codes {
   int width, height;
@@ -121,8 +115,8 @@ struct Codes {
 
 /// All of libpng's calls: errors jump back here over frames that own nothing.
 void write_png(Writer& writer, const Effort& effort, Codes& codes) {
-  png_structp png =
-      png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer, keep_error, ignore_warning);
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer.error, keep_png_error,
+                                            ignore_png_warning);
   png_infop info = png ? png_create_info_struct(png) : nullptr;
   if (!info) {
     png_destroy_write_struct(&png, nullptr);

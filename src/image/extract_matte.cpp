@@ -15,13 +15,13 @@ namespace polymorph {
 namespace {
 
 /// A name in a layer's manifest.
-struct Entry {
+struct ManifestEntry {
   std::string layer, name;
   std::uint32_t id;  ///< the bits of the float that stands for it
 };
 
 Status add_manifest(const std::string& layer, const std::string& text, const std::string& file,
-                    std::vector<Entry>& entries) {
+                    std::vector<ManifestEntry>& entries) {
   PM_TRY(const JsonDocument document, parse_json(fmt::format("{}: manifest", file), text));
   for (const JsonMember& member : document.root.members) {
     const std::string& digits = member.value.string;
@@ -36,8 +36,8 @@ Status add_manifest(const std::string& layer, const std::string& text, const std
 }
 
 /// Lists the names of all manifests, layer by layer.
-Result<std::vector<Entry>> list_entries(const Image& image, const std::string& file) {
-  std::vector<Entry> entries;
+Result<std::vector<ManifestEntry>> list_entries(const Image& image, const std::string& file) {
+  std::vector<ManifestEntry> entries;
   constexpr std::string_view kPrefix = "cryptomatte/", kSuffix = "/manifest";
   for (const Attribute& attribute : image.attributes) {
     const std::string& key = attribute.name;
@@ -79,7 +79,7 @@ std::vector<Rank> find_ranks(const Image& image, const std::string& layer) {
   return ranks;
 }
 
-Image sum_coverage(const Image& image, const Entry& entry) {
+Image sum_coverage(const Image& image, const ManifestEntry& entry) {
   const std::vector<Rank> ranks = find_ranks(image, entry.layer);
   Image matte = make_image(image.width, image.height, {"R", "G", "B"});
   const std::size_t count = image.channel_count();
@@ -93,11 +93,11 @@ Image sum_coverage(const Image& image, const Entry& entry) {
   return matte;
 }
 
-Error unknown_name(const std::vector<Entry>& entries, const std::string& name,
+Error unknown_name(const std::vector<ManifestEntry>& entries, const std::string& name,
                    const std::string& file) {
   constexpr std::size_t kMaxListed = 60;
   std::set<std::string> known;
-  for (const Entry& entry : entries) known.insert(printable(entry.name));
+  for (const ManifestEntry& entry : entries) known.insert(printable(entry.name));
   std::vector<std::string> names(known.begin(), known.end());
   const std::string guess = did_you_mean(name, names);
   const std::size_t more = names.size() > kMaxListed ? names.size() - kMaxListed : 0;
@@ -110,11 +110,11 @@ Error unknown_name(const std::vector<Entry>& entries, const std::string& name,
 }  // namespace
 
 Result<Image> extract_matte(const Image& image, const std::string& name, const std::string& file) {
-  PM_TRY(const std::vector<Entry> entries, list_entries(image, file));
+  PM_TRY(const std::vector<ManifestEntry> entries, list_entries(image, file));
   std::optional<Image> matte;
   std::string layers;
   bool is_ambiguous = false;
-  for (const Entry& entry : entries) {
+  for (const ManifestEntry& entry : entries) {
     if (entry.name != name && entry.layer + "." + entry.name != name) continue;
     Image found = sum_coverage(image, entry);
     is_ambiguous = is_ambiguous || (matte && matte->pixels != found.pixels);

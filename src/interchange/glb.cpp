@@ -11,6 +11,8 @@
 #include "base/json.h"
 #include "base/program_identity.h"
 #include "base/spool.h"
+#include "interchange/append_bytes.h"
+#include "interchange/json_vectors.h"
 #include "interchange/material_catalog.h"
 #include "interchange/split_surface.h"
 #include "interchange/surface_writer.h"
@@ -24,13 +26,6 @@ static_assert(std::endian::native == std::endian::little, "glTF's binary part is
 constexpr int kByte = 5120, kUnsignedByte = 5121, kUnsignedShort = 5123, kUnsignedInt = 5125,
               kFloat = 5126;
 constexpr int kVertexBuffer = 34962, kIndexBuffer = 34963;
-
-template <class T>
-void append(std::string& bytes, const T& value) {
-  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
-
-JsonValue to_array(Vec3 v) { return JsonValue::array({v.x, v.y, v.z}); }
 
 /// Sorts the members of all objects by name, which is the order that earlier files had.
 void sort_members(JsonValue& value) {
@@ -234,30 +229,30 @@ Status GlbWriter::add_vertices(const SurfaceFrame& frame, const SplitSurface& sp
                     per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
                       low = min(low, frame.positions[p]);
                       high = max(high, frame.positions[p]);
-                      append(bytes, frame.positions[p]);
+                      append_bytes(bytes, frame.positions[p]);
                     })));
   accessors_.items.back()["min"] = to_array(low);
   accessors_.items.back()["max"] = to_array(high);
   if (!frame.normals.empty() || !frame.corner_normals.empty())
     PM_TRY_STATUS(put("NORMAL", "VEC3",
                       per_vertex(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
-                        append(bytes, normal_at(frame, split, v));
+                        append_bytes(bytes, normal_at(frame, split, v));
                       })));
   if (frame.is_mixed)
     PM_TRY_STATUS(put("COLOR_0", "VEC3",
                       per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
-                        append(bytes, frame.colors[p]);
+                        append_bytes(bytes, frame.colors[p]);
                       })));
   if ((!frame.is_mixed || sequence_.constant_topology) && !frame.corner_uvs.empty())
     PM_TRY_STATUS(put("TEXCOORD_0", "VEC2",
                       per_vertex(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
-                        append(bytes, uv_at(frame, split, v));
+                        append_bytes(bytes, uv_at(frame, split, v));
                       })));
   // The only custom attribute: Blender 5.0 confuses the values of two.
   if (!frame.velocities.empty())
     PM_TRY_STATUS(put("_VELOCITY", "VEC3",
                       per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
-                        append(bytes, frame.velocities[p]);
+                        append_bytes(bytes, frame.velocities[p]);
                       })));
   return Ok{};
 }
@@ -288,9 +283,9 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
                         const auto q = quantize<std::uint16_t>(own[k], 65535);
                         lowest[k] = std::min(lowest[k], q);
                         highest[k] = std::max(highest[k], q);
-                        append(bytes, q);
+                        append_bytes(bytes, q);
                       }
-                      append(bytes, std::uint16_t{0});
+                      append_bytes(bytes, std::uint16_t{0});
                     })));
   accessors_.items.back()["min"] = lowest;
   accessors_.items.back()["max"] = highest;
@@ -299,15 +294,15 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
                       per_vertex(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
                         const Vec3 n = normal_at(frame, split, v);
                         for (const float c : {n.x, n.y, n.z})
-                          append(bytes, quantize<std::int8_t>(c, 127));
-                        append(bytes, std::int8_t{0});
+                          append_bytes(bytes, quantize<std::int8_t>(c, 127));
+                        append_bytes(bytes, std::int8_t{0});
                       })));
   if (frame.is_mixed)
     PM_TRY_STATUS(put("COLOR_0", "VEC4", kUnsignedShort, 8,
                       per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
                         const Vec3 color = frame.colors[p];
                         for (const float c : {color.x, color.y, color.z, 1.0f})
-                          append(bytes, quantize<std::uint16_t>(c, 65535));
+                          append_bytes(bytes, quantize<std::uint16_t>(c, 65535));
                       })));
   if (frame.is_mixed || frame.corner_uvs.empty()) return Ok{};
   const bool within = std::all_of(frame.corner_uvs.begin(), frame.corner_uvs.end(), [](Vec2 uv) {
@@ -315,9 +310,9 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
   });
   const std::string bytes = per_vertex(split, [&](std::string& all, std::size_t v, std::uint32_t) {
     const Vec2 uv = uv_at(frame, split, v);
-    if (!within) return append(all, uv);
-    append(all, quantize<std::uint16_t>(uv.x, 65535));
-    append(all, quantize<std::uint16_t>(uv.y, 65535));
+    if (!within) return append_bytes(all, uv);
+    append_bytes(all, quantize<std::uint16_t>(uv.x, 65535));
+    append_bytes(all, quantize<std::uint16_t>(uv.y, 65535));
   });
   PM_TRY(attributes["TEXCOORD_0"],
          add_accessor(bytes, kVertexBuffer,
@@ -347,7 +342,7 @@ Status GlbWriter::add_mesh(const SurfaceFrame& frame, const std::string& name, S
     for (std::size_t t = 0; t < split.triangles.size(); ++t) {
       if (material_at(t) != material) continue;
       for (const std::uint32_t v : split.triangles[t].v)
-        is_short ? append(bytes, static_cast<std::uint16_t>(v)) : append(bytes, v);
+        is_short ? append_bytes(bytes, static_cast<std::uint16_t>(v)) : append_bytes(bytes, v);
       count += 3;
     }
     if (count == 0) continue;
@@ -394,7 +389,7 @@ Status GlbWriter::add_targets(int frame, std::span<const SurfaceFrame> frames) {
             const Vec3 offset = to[p] - from[p];
             low = min(low, offset);
             high = max(high, offset);
-            append(all, offset);
+            append_bytes(all, offset);
           });
       PM_TRY(target[name],
              add_accessor(bytes, kVertexBuffer, {kFloat, "VEC3", split.position_of.size()}));
@@ -418,9 +413,9 @@ Status GlbWriter::add_weights() {
   JsonValue samplers = JsonValue::array(), channels = JsonValue::array();
   std::string times, weights;
   for (std::size_t k = 0; k < frames_.size(); ++k) {
-    append(times, static_cast<float>(frames_[k] - sequence_.first_frame) / sequence_.fps);
+    append_bytes(times, static_cast<float>(frames_[k] - sequence_.first_frame) / sequence_.fps);
     for (std::size_t target = 0; target < targets; ++target)
-      append(weights, target + 1 == k ? 1.0f : 0.0f);
+      append_bytes(weights, target + 1 == k ? 1.0f : 0.0f);
   }
   PM_TRY(const std::size_t input, add_accessor(times, 0, {kFloat, "SCALAR", frames_.size()}));
   accessors_.items.back()["min"] = JsonValue::array({0.0f});
@@ -509,16 +504,16 @@ Status GlbWriter::add_camera_motion() {
   std::string times, places, rotations, angles;
   Rotation last{};
   for (std::size_t i = 0; i < all.size(); ++i) {
-    append(times, static_cast<float>(i) / sequence_.fps);
-    append(places, all[i].position);
+    append_bytes(times, static_cast<float>(i) / sequence_.fps);
+    append_bytes(places, all[i].position);
     Rotation rotation = camera_rotation(all[i]);
     float along = 0;
     for (std::size_t k = 0; k < 4; ++k) along += rotation[k] * last[k];
     if (along < 0)  // of two quaternions for a rotation, the one that is reached the shorter way
       for (float& value : rotation) value = -value;
-    append(rotations, rotation);
+    append_bytes(rotations, rotation);
     last = rotation;
-    append(angles, static_cast<float>(field_of_view(all[i])));
+    append_bytes(angles, static_cast<float>(field_of_view(all[i])));
   }
   PM_TRY(const std::size_t input, add_accessor(times, 0, {kFloat, "SCALAR", all.size()}));
   accessors_.items.back()["min"] = JsonValue::array({0.0f});
@@ -562,10 +557,10 @@ Status GlbWriter::add_animation() {
     key(sequence_.last_frame + 1, shown.end > sequence_.last_frame);
     std::string time_bytes, scale_bytes;
     std::string visible_bytes(visible.begin(), visible.end());
-    for (const float t : times) append(time_bytes, t);
+    for (const float t : times) append_bytes(time_bytes, t);
     for (const std::uint8_t v : visible) {
       const float scale = v ? shown.scale : 0.0f;
-      append(scale_bytes, Vec3{scale, scale, scale});
+      append_bytes(scale_bytes, Vec3{scale, scale, scale});
     }
     PM_TRY(const std::size_t input, add_accessor(time_bytes, 0, {kFloat, "SCALAR", times.size()}));
     accessors_.items.back()["min"] = JsonValue::array({times.front()});
@@ -660,14 +655,14 @@ Status GlbWriter::finish() {
                       "frames with -f, simplify with --error, or write .usda",
                       path_.string(), static_cast<double>(total) / (1u << 30));
   std::string head;
-  append(head, std::uint32_t{0x46546c67});
-  append(head, std::uint32_t{2});
-  append(head, static_cast<std::uint32_t>(total));
-  append(head, static_cast<std::uint32_t>(text.size()));
-  append(head, std::uint32_t{0x4e4f534a});
+  append_bytes(head, std::uint32_t{0x46546c67});
+  append_bytes(head, std::uint32_t{2});
+  append_bytes(head, static_cast<std::uint32_t>(total));
+  append_bytes(head, static_cast<std::uint32_t>(text.size()));
+  append_bytes(head, std::uint32_t{0x4e4f534a});
   head += text;
-  append(head, static_cast<std::uint32_t>(spool_.size()));
-  append(head, std::uint32_t{0x004e4942});
+  append_bytes(head, static_cast<std::uint32_t>(spool_.size()));
+  append_bytes(head, std::uint32_t{0x004e4942});
   return write_file(path_, concatenate({make_source(head), spool_.source({{0, spool_.size()}})}));
 }
 

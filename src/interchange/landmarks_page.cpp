@@ -11,6 +11,7 @@
 #include "base/json.h"
 #include "base/result.h"
 #include "base/text.h"
+#include "interchange/json_vectors.h"
 
 namespace polymorph {
 
@@ -56,8 +57,6 @@ struct Blob::Scalar<Triangle> {
   using type = std::uint32_t;
 };
 
-JsonValue triple(Vec3 v) { return JsonValue::array({v.x, v.y, v.z}); }
-
 JsonValue transform_json(const Transform& t) {
   JsonValue numbers = JsonValue::array();
   for (const auto& row : t.m)
@@ -68,7 +67,7 @@ JsonValue transform_json(const Transform& t) {
 JsonValue pairs_json(const std::vector<NamedPair>& pairs) {
   JsonValue list = JsonValue::array();
   for (const NamedPair& pair : pairs)
-    list.push_back({{"name", pair.name}, {"from", triple(pair.from)}, {"to", triple(pair.to)}});
+    list.push_back({{"name", pair.name}, {"from", to_array(pair.from)}, {"to", to_array(pair.to)}});
   return list;
 }
 

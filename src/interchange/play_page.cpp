@@ -13,6 +13,7 @@
 #include "base/result.h"
 #include "base/text.h"
 #include "image/srgb.h"
+#include "interchange/json_vectors.h"
 #include "kernels/field_kinds.h"
 #include "kernels/mc_tables.h"
 
@@ -39,10 +40,9 @@ struct Shape {
   }
 };
 
-JsonValue triple(Vec3 v) { return JsonValue::array({v.x, v.y, v.z}); }
-JsonValue triple(Int3 v) { return JsonValue::array({v.x, v.y, v.z}); }
 JsonValue grid_json(const Grid& grid) {
-  return {{"origin", triple(grid.origin)}, {"cell", grid.cell}, {"points", triple(grid.points)}};
+  return {
+      {"origin", to_array(grid.origin)}, {"cell", grid.cell}, {"points", to_array(grid.points)}};
 }
 
 /// Visits all elements from coarse to fine, each after those that it is predicted from: along a
@@ -141,7 +141,7 @@ float range_step(std::span<const float> values, float steps) {
 Shape make_shape(Int3 points) { return {{points.x, points.y, points.z}, {true, true, true}}; }
 
 JsonValue object_json(const PlayObject& object, float cell, Packer& packer) {
-  JsonValue json{{"name", printable(object.name)}, {"color", triple(object.color)}};
+  JsonValue json{{"name", printable(object.name)}, {"color", to_array(object.color)}};
   const auto add_volume = [&](const char* name, const DistanceGrid* volume, float step) {
     if (!volume) return;
     json[name] = grid_json(volume->grid);
@@ -309,15 +309,15 @@ std::string encode_play_page(const PlayPage& page) {
                  {"fps", page.fps},
                  {"field", field_name(page.field)},
                  {"look",
-                  {{"color", triple(page.look.color)},
+                  {{"color", to_array(page.look.color)},
                    {"roughness", page.look.roughness},
                    {"metallic", page.look.metallic}}},
                  {"camera",
-                  {{"position", triple(c.position)},
-                   {"forward", triple(c.forward)},
+                  {{"position", to_array(c.position)},
+                   {"forward", to_array(c.forward)},
                    {"tan_half_fov_y", c.tan_half_fov_y}}},
-                 {"low", triple(page.box.low)},
-                 {"high", triple(page.box.high)},
+                 {"low", to_array(page.box.low)},
+                 {"high", to_array(page.box.high)},
                  {"ground", page.has_ground ? JsonValue(page.ground) : JsonValue()}};
   for (const PlayActor& actor : page.actors) json["actors"].push_back(actor_json(actor, packer));
   json["cases"] = cases_json();

@@ -6,16 +6,12 @@
 #include <bit>
 
 #include "image/srgb.h"
+#include "interchange/append_bytes.h"
 
 namespace polymorph {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "encode_ply writes memory as it is");
-
-template <class T>
-void append(std::string& bytes, const T& value) {
-  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
-}
 
 /// Tests whether every frame has these values, one per point.
 template <class F>
@@ -69,26 +65,26 @@ std::string encode_ply(std::span<const SurfaceFrame> frames, const SurfaceSequen
     const SurfaceFrame& frame = frames[a];
     const std::vector<Vec2> at_points = uvs ? point_uvs(frame) : std::vector<Vec2>{};
     for (std::size_t i = 0; i < frame.positions.size(); ++i) {
-      append(bytes, frame.positions[i]);
-      if (normals) append(bytes, frame.normals[i]);
+      append_bytes(bytes, frame.positions[i]);
+      if (normals) append_bytes(bytes, frame.normals[i]);
       if (colors)
         for (const float c : {frame.colors[i].x, frame.colors[i].y, frame.colors[i].z})
-          append(bytes, SrgbQuantizer::instance()(c));
-      if (uvs) append(bytes, at_points[i]);
-      if (velocities) append(bytes, frame.velocities.empty() ? Vec3{} : frame.velocities[i]);
-      if (labels) append(bytes, first_label + frame.labels[i]);
+          append_bytes(bytes, SrgbQuantizer::instance()(c));
+      if (uvs) append_bytes(bytes, at_points[i]);
+      if (velocities) append_bytes(bytes, frame.velocities.empty() ? Vec3{} : frame.velocities[i]);
+      if (labels) append_bytes(bytes, first_label + frame.labels[i]);
     }
     if (labels) first_label += static_cast<std::uint32_t>(sequence.label_names[a].size());
   }
   std::uint32_t first_point = 0;
   for (const SurfaceFrame& frame : frames) {
     for (std::size_t t = 0; t < frame.triangles.size(); ++t) {
-      append(bytes, std::uint8_t{3});
-      for (const std::uint32_t v : frame.triangles[t].v) append(bytes, first_point + v);
+      append_bytes(bytes, std::uint8_t{3});
+      for (const std::uint32_t v : frame.triangles[t].v) append_bytes(bytes, first_point + v);
       if (!uvs) continue;
-      append(bytes, std::uint8_t{6});
+      append_bytes(bytes, std::uint8_t{6});
       for (std::size_t k = 0; k < 3; ++k)
-        append(bytes, frame.corner_uvs.empty() ? Vec2{} : frame.corner_uvs[3 * t + k]);
+        append_bytes(bytes, frame.corner_uvs.empty() ? Vec2{} : frame.corner_uvs[3 * t + k]);
     }
     first_point += static_cast<std::uint32_t>(frame.positions.size());
   }

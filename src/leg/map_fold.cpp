@@ -16,7 +16,7 @@ namespace {
 /// Points that are looked at, at most.
 constexpr std::size_t kPoints = 4000;
 /// Step of the differences, in spacings of the map's nodes: within one piece of the spline, mostly.
-constexpr float kStep = 0.25f;
+constexpr float kStepInCells = 0.25f;
 /// A smaller share is no fold: single points where the map nearly was one without landmarks.
 constexpr double kFew = 1e-3;
 
@@ -69,7 +69,7 @@ Result<std::string> describe_fold(const Leg& leg, Engine& engine) {
     }
     auto plain = std::make_shared<Regression>(*state.map.regression);
     plain->landmarks.clear();
-    const float step = kStep * plain->lattice.cell;
+    const float step = kStepInCells * plain->lattice.cell;
     constexpr std::array<std::size_t, 2> kBoth{0, 1};
     PM_TRY(const auto folded, find_folds(state.map.regression, kBoth, points, step, engine));
     PM_TRY(const auto before, find_folds(plain, kBoth, points, step, engine));

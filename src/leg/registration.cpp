@@ -28,7 +28,7 @@ constexpr float kAgree = 0.3f;
 /// matches parts that are unlike, what is closest misleads.
 constexpr double kLeastAgreement = 0.6;
 /// Step of differences, a share of the size.
-constexpr float kStep = 0.005f;
+constexpr float kStepInSizes = 0.005f;
 /// Halvings of the offsets, at most, until they fold the map nowhere.
 constexpr int kHalvings = 6;
 
@@ -68,7 +68,7 @@ struct EndMap {
                                                Engine& engine) const {
     const std::array<std::size_t, 1> own{time <= 0 ? std::size_t{1} : std::size_t{0}};
     return polymorph::find_folds(frame_map(plan, time, balls, size).regression, own, points,
-                                 kStep * size, engine);
+                                 kStepInSizes * size, engine);
   }
   Result<std::vector<Vec3>> carry(const std::vector<Vec3>& points, Engine& engine) const {
     PM_TRY(PullBack places, pull_back(frame_map(plan, time, balls, size), points, engine));
@@ -89,7 +89,7 @@ Result<Residuals> find_residuals(const EndMap& map, const Surface& own, const Su
   std::vector<Vec3> points;
   for (const SurfaceSample& sample : own.samples) {
     points.push_back(sample.point);
-    points.push_back(sample.point + sample.normal * (kStep * map.size));
+    points.push_back(sample.point + sample.normal * (kStepInSizes * map.size));
   }
   PM_TRY(const std::vector<Vec3> carried, map.carry(points, engine));
   std::vector<Vec3> at;

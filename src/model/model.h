@@ -12,6 +12,9 @@
 
 namespace polymorph {
 
+/// Stands for no index in lists of indices.
+constexpr std::uint32_t kNoIndex = 0xffffffffu;
+
 struct Material {
   std::string name;
   Vec3 color{0.7f, 0.7f,

@@ -48,16 +48,16 @@ TransportPlan plan_between(const CostSide& a, const CostSide& b, float label_cos
   return plan;
 }
 
-struct Fit {
+struct RotationFit {
   Mat3 rotation;
   double cost = 0;
 };
 
-Fit refine(const CostSide& a, const CostSide& b, float label_cost, Mat3 rotation,
-           RotationAxis axis) {
+RotationFit refine(const CostSide& a, const CostSide& b, float label_cost, Mat3 rotation,
+                   RotationAxis axis) {
   constexpr int kMaxSteps = 12;
   constexpr double kEnough = 1e-3;
-  Fit best;
+  RotationFit best;
   for (int step = 0; step < kMaxSteps; ++step) {
     const TransportPlan plan = plan_between(rotate_side(a, rotation), b, label_cost);
     if (step > 0 && !(plan.cost < (1 - kEnough) * best.cost)) break;
@@ -68,18 +68,18 @@ Fit refine(const CostSide& a, const CostSide& b, float label_cost, Mat3 rotation
 }
 
 /// The best fit from these starts. Of rotations within a hundredth of the gain, the smallest.
-Fit best_fit(const CostSide& a, const CostSide& b, float label_cost, double unturned,
-             const std::vector<Mat3>& starts, RotationAxis axis) {
-  std::vector<Fit> fits(starts.size());
+RotationFit best_fit(const CostSide& a, const CostSide& b, float label_cost, double unturned,
+                     const std::vector<Mat3>& starts, RotationAxis axis) {
+  std::vector<RotationFit> fits(starts.size());
   parallel_for(static_cast<std::int64_t>(starts.size()), [&](std::int64_t i) {
     const auto at = static_cast<std::size_t>(i);
     fits[at] = refine(a, b, label_cost, starts[at], axis);
   });
   double lowest = fits[0].cost;
-  for (const Fit& fit : fits) lowest = std::min(lowest, fit.cost);
+  for (const RotationFit& fit : fits) lowest = std::min(lowest, fit.cost);
   const double enough = lowest + 0.01 * std::max(unturned - lowest, 0.0);
-  const Fit* chosen = nullptr;
-  for (const Fit& fit : fits)
+  const RotationFit* chosen = nullptr;
+  for (const RotationFit& fit : fits)
     if (fit.cost <= enough &&
         (!chosen || rotation_angle(fit.rotation) < rotation_angle(chosen->rotation) - 1e-6))
       chosen = &fit;
@@ -163,9 +163,10 @@ FoundRotation find_rotation(const CostSide& a, const CostSide& b, float label_co
     upright.push_back(i == 0 ? Mat3{} : about_vertical(2 * exact::kPi * i / kUpright));
   std::vector<Mat3> all = cube_turns();
   all.insert(all.begin(), Mat3{});
-  Fit standing = best_fit(few_a, few_b, label_cost, unturned, upright, RotationAxis::kVertical);
+  RotationFit standing =
+      best_fit(few_a, few_b, label_cost, unturned, upright, RotationAxis::kVertical);
   if (!(standing.cost < (1 - gain) * unturned)) standing = {Mat3{}, unturned};
-  const Fit free = best_fit(few_a, few_b, label_cost, unturned, all, RotationAxis::kAny);
+  const RotationFit free = best_fit(few_a, few_b, label_cost, unturned, all, RotationAxis::kAny);
   const bool cheaper = free.cost < (1 - gain) * unturned && free.cost < kTipShare * standing.cost;
   if (cheaper && residual(a, b, label_cost, free.rotation) <= tip_residual)
     return {free.rotation, RotationAxis::kAny};

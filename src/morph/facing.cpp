@@ -27,15 +27,15 @@ constexpr int kSteps = 20;
 using Matrix = std::vector<double>;  // row by row
 
 /// A body's sample about its centre, at a size of 1, with distances whose mean square is 1.
-struct Body {
+struct ScaledBody {
   std::vector<Vec3d> points;
   std::vector<double> shares, mean_distances;
   Matrix distances;
   std::size_t size() const { return points.size(); }
 };
 
-Body make_body(const BodySample& sample) {
-  Body body;
+ScaledBody scale_body(const BodySample& sample) {
+  ScaledBody body;
   body.shares = sample.shares;
   Vec3d center;
   const std::size_t n = sample.points.size();
@@ -63,7 +63,7 @@ Body make_body(const BodySample& sample) {
 }
 
 /// The row sums of squared distances, by share.
-std::vector<double> square_means(const Body& body) {
+std::vector<double> square_means(const ScaledBody& body) {
   std::vector<double> sums(body.size(), 0);
   for (std::size_t i = 0; i < body.size(); ++i)
     for (std::size_t k = 0; k < body.size(); ++k) {
@@ -74,7 +74,7 @@ std::vector<double> square_means(const Body& body) {
 }
 
 /// The product C_a T C_b of a coupling with both bodies' distances.
-Matrix carry_distances(const Body& a, const Matrix& coupling, const Body& b) {
+Matrix carry_distances(const ScaledBody& a, const Matrix& coupling, const ScaledBody& b) {
   const std::size_t n = a.size(), m = b.size();
   Matrix half(n * m, 0), product(n * m, 0);
   for (std::size_t i = 0; i < n; ++i)
@@ -91,7 +91,7 @@ Matrix carry_distances(const Body& a, const Matrix& coupling, const Body& b) {
   return product;
 }
 
-Matrix solve_linear(const Body& a, const Body& b, const Matrix& costs) {
+Matrix solve_linear(const ScaledBody& a, const ScaledBody& b, const Matrix& costs) {
   const double minimum = *std::min_element(costs.begin(), costs.end());
   const TransportPlan plan =
       solve_transport(a.shares, b.shares, [&](std::uint32_t from, std::span<float> row) {
@@ -112,7 +112,7 @@ double sum_products(const Matrix& a, const Matrix& b) {
 
 /// The discrepancy of the bodies with `a` turned: conditional gradients (Frank and Wolfe 1956) with
 /// exact steps, from the coupling that the places alone ask for.
-double fused_discrepancy(const Body& a, const Body& b, double angle) {
+double fused_discrepancy(const ScaledBody& a, const ScaledBody& b, double angle) {
   const std::size_t n = a.size(), m = b.size();
   const Mat3 rotation = about_vertical(angle);
   Matrix places(n * m), squares(n * m);
@@ -192,7 +192,7 @@ std::optional<double> find_facing(LimbPlan& limbs, double given, std::optional<d
         match_at(limbs, angles[k] == given ? given : log_rotation(about_vertical(angles[k])).y);
   if (is_certain(matches[0]) && is_certain(matches[1]))
     return angles[matches[1].cost < matches[0].cost ? 1 : 0];
-  const Body body_a = make_body(from.sample), body_b = make_body(to.sample);
+  const ScaledBody body_a = scale_body(from.sample), body_b = scale_body(to.sample);
   std::array<double, 2> values;
   parallel_for(2, [&](std::int64_t k) {
     const auto at = static_cast<std::size_t>(k);

@@ -207,20 +207,20 @@ double fitted_angle(const Problem& problem, const std::vector<MatchedLimbs>& lim
   return exact::atan2(sine, cosine);
 }
 
-struct Fit {
+struct MatchingFit {
   Partial matching;
   double angle = 0;
 };
 
-Fit fit_from(const Problem& problem, double start, double given) {
+MatchingFit fit_from(const Problem& problem, double start, double given) {
   constexpr double kEnough = 1e-6;
-  std::optional<Fit> best;
+  std::optional<MatchingFit> best;
   double angle = start;
   for (int round = 0; round < kRounds; ++round) {
     Partial matching = match_at(problem, angle);
     matching.cost += kTurn * (1 - exact::cos(angle - given));
     if (best && !(matching.cost < best->matching.cost - kEnough)) break;
-    best = Fit{std::move(matching), angle};
+    best = MatchingFit{std::move(matching), angle};
     if (best->matching.limbs.empty()) break;
     angle = fitted_angle(problem, best->matching.limbs);
   }
@@ -282,13 +282,13 @@ LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
                      const int on_a = std::popcount(a.inner), on_b = std::popcount(b.inner);
                      return on_a != on_b ? on_a > on_b : a.stretch > b.stretch;
                    });
-  std::array<Fit, kTurns> fits;
+  std::array<MatchingFit, kTurns> fits;
   parallel_for(kTurns, [&](std::int64_t k) {
     const double start = angle + 2 * exact::kPi * static_cast<double>(k) / kTurns;
     fits[static_cast<std::size_t>(k)] = fit_from(problem, start, angle);
   });
-  const Fit* best = &fits[0];
-  for (const Fit& fit : fits)
+  const MatchingFit* best = &fits[0];
+  for (const MatchingFit& fit : fits)
     if (fit.matching.cost < best->matching.cost) best = &fit;
   LimbMatch match;
   match.limbs = best->matching.limbs;

@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kMaxClusters = 8;
 constexpr std::size_t kMinPairs = 12;  // of a cluster, on the mean
 constexpr std::size_t kNeighbors = 8;
-constexpr int kRounds = 3;
+constexpr int kRotationRounds = 3;
 /// The weight that holds a ball in its part's place, against one edge. Weak: a limb's own straight
 /// path would tear it off.
 constexpr double kAnchor = 0.01;
@@ -233,7 +233,7 @@ std::vector<Vec3d> BallGraph::joined(std::span<const Vec3d> places, std::span<co
   const auto target_edge = [&](std::size_t e, const Edge& edge) {
     return edge.at((progress[e] + progress[edge.other]) / 2);
   };
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kRotationRounds; ++round) {
     parallel_for(
         static_cast<std::int64_t>(n),
         [&](std::int64_t index) {
@@ -258,7 +258,7 @@ std::vector<Vec3d> BallGraph::joined(std::span<const Vec3d> places, std::span<co
       const auto row = static_cast<Eigen::Index>(e);
       now[e] = {solved(row, 0), solved(row, 1), solved(row, 2)};
     }
-    if (round + 1 == kRounds) break;
+    if (round + 1 == kRotationRounds) break;
     parallel_for(
         static_cast<std::int64_t>(n),
         [&](std::int64_t index) {

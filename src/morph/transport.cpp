@@ -39,10 +39,10 @@ std::vector<std::int64_t> in_units(std::span<const double> masses) {
   return units;
 }
 
-struct Arc {
+struct TransportArc {
   std::uint32_t from = 0, to = 0;
   std::int64_t cost = 0;
-  friend bool operator<(const Arc& a, const Arc& b) {
+  friend bool operator<(const TransportArc& a, const TransportArc& b) {
     return std::pair(a.from, a.to) < std::pair(b.from, b.to);
   }
 };
@@ -87,7 +87,7 @@ class ColumnGeneration {
     add(cheapest_arcs(kFirstArcs, true));
     for (int round = 0;; ++round) {
       solve();
-      const std::vector<Arc> missing = cheapest_arcs(kMoreArcs, false);
+      const std::vector<TransportArc> missing = cheapest_arcs(kMoreArcs, false);
       // Potentials lowered by what the worst missing arc of each source would save are feasible.
       const double bound = cost_ - saving_;
       if (missing.empty() || round == kMaxRounds || cost_ - bound <= gap * cost_) {
@@ -122,8 +122,8 @@ class ColumnGeneration {
     scale_ = max_cost > 0 ? kCostSteps / static_cast<double>(max_cost) : 1;
   }
 
-  std::vector<Arc> all_arcs() const {
-    std::vector<Arc> arcs;
+  std::vector<TransportArc> all_arcs() const {
+    std::vector<TransportArc> arcs;
     std::vector<float> row(m_);
     for (std::uint32_t i = 0; i < n_; ++i) {
       rows_(i, row);
@@ -135,7 +135,7 @@ class ColumnGeneration {
   /// The arcs of lowest reduced cost, `count` a source, and `count` a target where both ends are
   /// asked; only those that would lower the cost unless `any`. Also sums what the best of each
   /// source would save.
-  std::vector<Arc> cheapest_arcs(std::size_t count, bool any) {
+  std::vector<TransportArc> cheapest_arcs(std::size_t count, bool any) {
     struct Candidate {
       std::int64_t reduced;
       std::uint32_t other;
@@ -175,7 +175,7 @@ class ColumnGeneration {
     ranges(chunks, 1, pairs(), [&](std::int64_t begin, std::int64_t end) {
       for (std::int64_t chunk = begin; chunk < end; ++chunk) scan(chunk);
     });
-    std::vector<Arc> arcs;
+    std::vector<TransportArc> arcs;
     saving_ = 0;
     for (std::uint32_t i = 0; i < n_; ++i) {
       saving_ -= static_cast<double>(worst[i]) * static_cast<double>(supply_[i]);
@@ -232,11 +232,13 @@ class ColumnGeneration {
     });
   }
 
-  void add(std::vector<Arc> more) {
+  void add(std::vector<TransportArc> more) {
     arcs_.insert(arcs_.end(), more.begin(), more.end());
     std::sort(arcs_.begin(), arcs_.end());
     arcs_.erase(std::unique(arcs_.begin(), arcs_.end(),
-                            [](const Arc& a, const Arc& b) { return !(a < b) && !(b < a); }),
+                            [](const TransportArc& a, const TransportArc& b) {
+                              return !(a < b) && !(b < a);
+                            }),
                 arcs_.end());
   }
 
@@ -300,7 +302,7 @@ class ColumnGeneration {
   std::uint32_t n_, m_;
   const CostRow& rows_;
   double scale_ = 1;
-  std::vector<Arc> arcs_;
+  std::vector<TransportArc> arcs_;
   std::vector<std::int64_t> potential_from_, potential_to_;
   std::vector<TransportFlow> flows_;
   double cost_ = 0, saving_ = 0;

@@ -12,14 +12,14 @@ namespace {
 struct Corner {
   float across, along;
 };
-using Corners = std::vector<Corner>;
+using CornerList = std::vector<Corner>;
 
 /// Range of shifts c with which a camera at distance d sees all corners: |across - c| <= t (d +
 /// along), that is c >= max(across - t along) - t d and c <= min(across + t along) + t d.
 struct ShiftRange {
   float low, high;
 };
-ShiftRange shift_range(const Corners& corners, float t) {
+ShiftRange shift_range(const CornerList& corners, float t) {
   ShiftRange range{-std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity()};
   for (Corner corner : corners) {
     range.low = std::max(range.low, corner.across - t * corner.along);
@@ -28,13 +28,13 @@ ShiftRange shift_range(const Corners& corners, float t) {
   return range;
 }
 
-float smallest_distance(const Corners& corners, float t) {
+float smallest_distance(const CornerList& corners, float t) {
   const ShiftRange range = shift_range(corners, t);
   return (range.low - range.high) / (2 * t);
 }
 
 /// The smallest distance without a shift, with the view axis through the target.
-float smallest_centered_distance(const Corners& corners, float t) {
+float smallest_centered_distance(const CornerList& corners, float t) {
   float distance = 0;
   for (Corner corner : corners)
     distance = std::max(distance, std::fabs(corner.across) / t - corner.along);
@@ -43,7 +43,7 @@ float smallest_centered_distance(const Corners& corners, float t) {
 
 /// The shift that centres the projection at distance d: the only one left at the smallest possible
 /// t.
-float centering_shift(const Corners& corners, float d, float t) {
+float centering_shift(const CornerList& corners, float d, float t) {
   float low = 0, high = t;
   for (int i = 0; i < 40; ++i) {
     const float middle = 0.5f * (low + high);
@@ -107,7 +107,7 @@ float usable_fraction(float margin) { return std::max(0.1f, 1 - 2 * margin); }
 
 /// Points in the camera's axes, relative to the target.
 struct ProjectedPoints {
-  Corners x, y;
+  CornerList x, y;
 };
 ProjectedPoints project_points(const Camera& camera, std::span<const Vec3> points, Vec3 target) {
   ProjectedPoints result;

@@ -13,8 +13,6 @@
 namespace polymorph {
 namespace {
 
-double to_double(float a) { return static_cast<double>(a); }
-
 /// What a ball adds at p, in double; 0 where it takes away.
 double strength_at(const Ball& ball, FieldKind kind, Vec3 p) {
   const double d[3] = {to_double(p.x) - to_double(ball.center.x),

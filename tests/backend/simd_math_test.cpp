@@ -111,8 +111,6 @@ TEST(Falloff, wyvill_is_his_polynomial_and_ends_at_the_support) {
   EXPECT_EQ(RoundWyvill::value(p, kInfinity), 0.0f);
 }
 
-double to_double(float v) { return static_cast<double>(v); }
-
 TEST(FieldKinds, a_ball_of_a_sphere_is_at_its_radius_and_all_forms_agree) {
   for (const FieldKind kind : kFieldKinds) {
     visit(kind, [&](auto field) {

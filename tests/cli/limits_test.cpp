@@ -18,13 +18,14 @@ class Limits : public ProgramTest {
   }
 };
 
-const std::string kPoints = "v 0 0 0\nv 1 0.1 0\nv 0 1 0.3\nv 0 0 1\n";
-const char* const kFaces[] = {"f 1 3 2\n", "f 1 2 4\n", "f 1 4 3\n", "f 2 3 4\n"};
+const std::string kTetrahedronPoints = "v 0 0 0\nv 1 0.1 0\nv 0 1 0.3\nv 0 0 1\n";
+const char* const kTetrahedronFaces[] = {"f 1 3 2\n", "f 1 2 4\n", "f 1 4 3\n", "f 2 3 4\n"};
 
 TEST_F(Limits, GroupsAndMaterials) {
-  std::string groups = kPoints, materials = "mtllib m.mtl\nvt 0 0\n" + kPoints, library;
+  std::string groups = kTetrahedronPoints,
+              materials = "mtllib m.mtl\nvt 0 0\n" + kTetrahedronPoints, library;
   for (int i = 0; i < 100000; ++i) {
-    groups += "g group" + std::to_string(i) + "\n" + kFaces[i % 4];
+    groups += "g group" + std::to_string(i) + "\n" + kTetrahedronFaces[i % 4];
     if (i >= 30000) continue;
     const std::string name = std::string("m").append(std::to_string(i));
     materials += "usemtl " + name + "\nf 1/1 2/1 " + std::to_string(3 + i % 2) + "/1\n";
@@ -39,8 +40,8 @@ TEST_F(Limits, GroupsAndMaterials) {
 }
 
 TEST_F(Limits, EqualFaces) {
-  std::string text = kPoints;
-  for (int i = 0; i < 500000; ++i) text += kFaces[0];
+  std::string text = kTetrahedronPoints;
+  for (int i = 0; i < 500000; ++i) text += kTetrahedronFaces[0];
   write("equal.obj", text);
   expect_answer(0, {"info", "equal.obj"}, "499999 triangles are there more than once");
 }
@@ -141,7 +142,7 @@ TEST_F(Limits, FacesOfManyCorners) {
 TEST_F(Limits, ALineOfManyLibraries) {
   std::string text = "mtllib";
   for (int i = 0; i < 1000000; ++i) text += " m" + std::to_string(i) + ".mtl";
-  write("many.obj", text + "\n" + kPoints + kFaces[0]);
+  write("many.obj", text + "\n" + kTetrahedronPoints + kTetrahedronFaces[0]);
   expect_answer(3, {"info", "many.obj"}, "many.obj:1: mtllib names more than 1000 material");
 }
 

@@ -15,6 +15,8 @@
 
 namespace polymorph {
 
+inline double to_double(float v) { return static_cast<double>(v); }
+
 enum class Backend { kCpu, kCuda };
 
 inline bool cuda_required() {

@@ -1,7 +1,10 @@
 // Objects built from balls directly, for tests of plans and motions.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <cmath>
+#include <cstring>
 #include <vector>
 
 #include "base/matrix_decompositions.h"
@@ -75,6 +78,18 @@ inline Creature creature(float limb_length, float spread, int balls_a_limb) {
     }
   }
   return result;
+}
+
+/// Expects the same plan: no bit may differ, as frames would.
+inline void expect_same(const MorphPlan& a, const MorphPlan& b) {
+  ASSERT_EQ(a.pairs.size(), b.pairs.size());
+  EXPECT_EQ(std::memcmp(a.pairs.data(), b.pairs.data(), a.pairs.size() * sizeof(Pair)), 0);
+  EXPECT_EQ(std::memcmp(&a.alignment, &b.alignment, sizeof(Alignment)), 0);
+  EXPECT_EQ(a.from_masses, b.from_masses);
+  EXPECT_EQ(a.to_masses, b.to_masses);
+  EXPECT_EQ(a.from_limbs, b.from_limbs);
+  EXPECT_EQ(a.to_limbs, b.to_limbs);
+  EXPECT_EQ(a.limb_names, b.limb_names);
 }
 
 inline double angle_between(const Mat3& a, const Mat3& b) {

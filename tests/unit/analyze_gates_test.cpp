@@ -9,6 +9,7 @@
 #include "field/extract_surface.h"
 #include "field/level.h"
 #include "morph/motion.h"
+#include "testing/analyze.h"
 #include "testing/morph.h"
 
 namespace polymorph {
@@ -74,12 +75,6 @@ Analysis analyze(const Case& given) {
     frames.push_back(std::move(frame));
   }
   return analyze_morph(ends, frames);
-}
-
-double value(const Analysis& analysis, const char* name) {
-  const Metric* metric = analysis.find(name);
-  EXPECT_TRUE(metric && metric->value) << name;
-  return metric && metric->value ? *metric->value : NAN;
 }
 
 /// What every morph of closed objects must be.

@@ -6,21 +6,10 @@
 #include <limits>
 
 #include "analyze/measure.h"
-#include "testing/model.h"
+#include "testing/analyze.h"
 
 namespace polymorph {
 namespace {
-
-double value(const Analysis& analysis, const char* name) {
-  const Metric* metric = analysis.find(name);
-  EXPECT_TRUE(metric && metric->value) << name;
-  return metric && metric->value ? *metric->value : NAN;
-}
-
-Mesh box_mesh(Vec3 low, Vec3 high) {
-  const Model model = box_model(low, high);
-  return {model.points, {}, model.triangles};
-}
 
 Analysis analyze(const std::vector<Mesh>& meshes) {
   std::vector<MorphFrame> frames;

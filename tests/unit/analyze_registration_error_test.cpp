@@ -2,15 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include "testing/model.h"
+#include "testing/analyze.h"
 
 namespace polymorph {
 namespace {
-
-Mesh box_mesh(Vec3 low, Vec3 high) {
-  const Model model = box_model(low, high);
-  return {model.points, {}, model.triangles};
-}
 
 /// A slab 4 x 4 x 0.2: 32 of its area of 35.2 are 0.1 thick, from there to the middle.
 Mesh slab() { return box_mesh({-2, -2, -0.1f}, {2, 2, 0.1f}); }

@@ -10,6 +10,7 @@
 
 #include "analyze/analysis_report.h"
 #include "field/extract_surface.h"
+#include "testing/analyze.h"
 #include "testing/morph.h"
 
 namespace polymorph {
@@ -51,12 +52,6 @@ MorphEnds ends_of(const std::vector<MorphFrame>& frames) {
   ends.source = frames.front().surface;
   ends.target = frames.back().surface;
   return ends;
-}
-
-double value(const Analysis& analysis, const char* name) {
-  const Metric* metric = analysis.find(name);
-  EXPECT_TRUE(metric && metric->value) << name;
-  return metric && metric->value ? *metric->value : NAN;
 }
 
 Analysis rough(const std::vector<Roughness>& frames) {

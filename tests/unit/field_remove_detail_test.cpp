@@ -6,12 +6,12 @@
 #include <cmath>
 
 #include "field/thinness.h"
-#include "kernels/distance_field.h"
+#include "testing/field.h"
 
 namespace polymorph {
 namespace {
 
-constexpr float kSize = 4;  // of a body of radius 1 with a limb from x = 1 to x = 3
+constexpr float kBodySize = 4;  // of a body of radius 1 with a limb from x = 1 to x = 3
 
 /// A body with 24 furrows, 0.065 of the size apart and 0.06 deep, and a limb of radius 0.15.
 float distance(Vec3 p) {
@@ -48,14 +48,10 @@ Object make_object(float cell) {
   return object;
 }
 
-float at(const DistanceGrid& distances, Vec3 p) {
-  return DistanceField(distances.grid, distances.values.data()).value(Points<float>{p.x, p.y, p.z});
-}
-
 TEST(RemoveDetail, TakesFurrowsFromTheBodyAndLeavesTheLimb) {
   const Object object = make_object(0.025f);
-  const DistanceGrid thinness = compute_thinness(object.distances, kSize);
-  const DistanceGrid smooth = remove_detail(object.distances, object.spline, thinness, kSize);
+  const DistanceGrid thinness = compute_thinness(object.distances, kBodySize);
+  const DistanceGrid smooth = remove_detail(object.distances, object.spline, thinness, kBodySize);
   const auto depth = [](const DistanceGrid& distances) {
     const float half = 3.14159265f / 24;
     return at(distances, {-0.2f, 0, 0.97f}) -
@@ -75,8 +71,8 @@ TEST(RemoveDetail, TakesFurrowsFromTheBodyAndLeavesTheLimb) {
 TEST(RemoveDetail, HardlyDependsOnTheCells) {
   const auto smoothed = [](float cell) {
     const Object object = make_object(cell);
-    return remove_detail(object.distances, object.spline, compute_thinness(object.distances, kSize),
-                         kSize);
+    return remove_detail(object.distances, object.spline,
+                         compute_thinness(object.distances, kBodySize), kBodySize);
   };
   const DistanceGrid fine = smoothed(0.02f), coarse = smoothed(0.04f);
   const float furrow = at(make_object(0.02f).distances, {-0.2f, 0, 0.97f});

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kernels/distance_field.h"
+#include "testing/field.h"
 
 namespace polymorph {
 namespace {
@@ -34,14 +34,10 @@ DistanceGrid cube_with_rod(float cell) {
       }
   return out;
 }
-constexpr float kSize = 4;
-
-float at(const DistanceGrid& thin, Vec3 p) {
-  return DistanceField(thin.grid, thin.values.data()).value(Points<float>{p.x, p.y, p.z});
-}
+constexpr float kRodSize = 4;
 
 TEST(Thinness, IsOfTheRodAndNotOfTheCube) {
-  const DistanceGrid thin = compute_thinness(cube_with_rod(0.02f), kSize);
+  const DistanceGrid thin = compute_thinness(cube_with_rod(0.02f), kRodSize);
   // Its half thickness is 0.1 of 0.24; coarse cells are 0.08.
   const float rod = 1 - (0.1f / 0.24f) * (0.1f / 0.24f);
   for (const float x : {1.3f, 1.7f, 2.0f, 2.5f, 2.8f})
@@ -53,7 +49,7 @@ TEST(Thinness, IsOfTheRodAndNotOfTheCube) {
 }
 
 TEST(Thinness, FallsByOneOverATenthOfTheSize) {
-  const DistanceGrid thin = compute_thinness(cube_with_rod(0.02f), kSize);
+  const DistanceGrid thin = compute_thinness(cube_with_rod(0.02f), kRodSize);
   const float rod = at(thin, {2, 0, 0});
   for (const float away : {0.1f, 0.2f, 0.3f})
     EXPECT_NEAR(at(thin, {2, away, 0}), rod - away / 0.4f, 0.12f) << away;
@@ -79,13 +75,13 @@ TEST(Thinness, OfAPlateIsLimited) {
 }
 
 TEST(Thinness, OfARodOnACubeIsNotLimited) {
-  const DistanceGrid object = cube_with_rod(0.02f), thin = compute_thinness(object, kSize);
+  const DistanceGrid object = cube_with_rod(0.02f), thin = compute_thinness(object, kRodSize);
   EXPECT_EQ(limit_thinness(thin, object).values, thin.values);
 }
 
 TEST(Thinness, HardlyDependsOnTheCells) {
-  const DistanceGrid fine = compute_thinness(cube_with_rod(0.02f), kSize),
-                     coarse = compute_thinness(cube_with_rod(0.04f), kSize);
+  const DistanceGrid fine = compute_thinness(cube_with_rod(0.02f), kRodSize),
+                     coarse = compute_thinness(cube_with_rod(0.04f), kRodSize);
   for (float x = -1; x < 3; x += 0.1f)
     for (float y = 0; y < 0.5f; y += 0.1f)
       EXPECT_NEAR(at(fine, {x, y, 0}), at(coarse, {x, y, 0}), 0.25f) << x << " " << y;

@@ -16,14 +16,14 @@ namespace {
 /// A ball whose surface is the sphere of this radius.
 Ball ball_of(Vec3 center, float radius) { return {center, 4 / (radius * radius), 4, {}}; }
 
-struct Pair {
+struct ModelAndBalls {
   Model model;
   std::vector<Ball> balls;
 };
 
 /// The sphere shape (radius 0.5 or so about its own middle) and a ball 2 % larger.
-Pair sphere_and_ball() {
-  Pair pair;
+ModelAndBalls sphere_and_ball() {
+  ModelAndBalls pair;
   pair.model = *make_shape("sphere");
   const Box box = pair.model.box();
   pair.balls = {ball_of(box.center(), 1.02f * box.size().x / 2)};
@@ -31,7 +31,7 @@ Pair sphere_and_ball() {
 }
 
 TEST(Project, MovesEveryPointOntoTheBalls) {
-  const Pair pair = sphere_and_ball();
+  const ModelAndBalls pair = sphere_and_ball();
   const Projection projection =
       project_model(pair.model, InsideTest(pair.model), pair.balls, FieldKind::kGaussian);
   EXPECT_DOUBLE_EQ(projection.arrived, 1);
@@ -47,7 +47,7 @@ TEST(Project, MovesEveryPointOntoTheBalls) {
 }
 
 TEST(Project, SaysHowMuchArrives) {
-  Pair pair = sphere_and_ball();
+  ModelAndBalls pair = sphere_and_ball();
   pair.balls[0].center = pair.balls[0].center + Vec3{0.3f * pair.model.box().size().x, 0, 0};
   const double arrived =
       project_model(pair.model, InsideTest(pair.model), pair.balls, FieldKind::kGaussian).arrived;
@@ -57,7 +57,7 @@ TEST(Project, SaysHowMuchArrives) {
 
 class Blend : public ::testing::Test {
  protected:
-  void prepare(Pair given, float cell) {
+  void prepare(ModelAndBalls given, float cell) {
     pair = std::move(given);
     to_model = std::make_unique<ClosestPointQuery>(pair.model);
     Mesh surface = *extract_surface(*engine, pair.balls, cell, {});
@@ -70,14 +70,14 @@ class Blend : public ::testing::Test {
     return *blend_surface(field, pair.model, *to_model, progress, {}, *engine);
   }
 
-  Pair pair;
+  ModelAndBalls pair;
   std::unique_ptr<ClosestPointQuery> to_model;
   BlendField field;
   std::unique_ptr<Engine> engine = make_cpu_engine();
 };
 
 TEST_F(Blend, GoesFromTheModelToTheBallsWithoutAHole) {
-  const Pair given = sphere_and_ball();
+  const ModelAndBalls given = sphere_and_ball();
   const float size = given.model.box().size().x;
   prepare(given, size / 40);
   float before = 0;
@@ -97,7 +97,7 @@ TEST_F(Blend, GoesFromTheModelToTheBallsWithoutAHole) {
 }
 
 TEST_F(Blend, FarApartAndOpenModelsStaySound) {
-  Pair given = sphere_and_ball();
+  ModelAndBalls given = sphere_and_ball();
   given.balls[0].center = given.balls[0].center + Vec3{0.4f * given.model.box().size().x, 0, 0};
   given.model.triangles.resize(given.model.triangles.size() * 3 / 5);  // a large opening
   given.model.corner_normals.resize(given.model.triangles.size() * 3);

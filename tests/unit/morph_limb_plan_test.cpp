@@ -8,6 +8,7 @@
 #include "morph/motion.h"
 #include "morph/smooth_map.h"
 #include "testing/figure.h"
+#include "testing/morph.h"
 #include "testing/paths.h"
 #include "testing/temporary_folder.h"
 
@@ -20,18 +21,9 @@ PlanSettings with(PlanStructure structure) {
   return settings;
 }
 
-MorphPlan plan_of(const std::vector<Ball>& a, const std::vector<Ball>& b,
-                  const PlanSettings& settings, const std::filesystem::path& cache = {}) {
+MorphPlan plan_figures(const std::vector<Ball>& a, const std::vector<Ball>& b,
+                       const PlanSettings& settings, const std::filesystem::path& cache = {}) {
   return plan_morph({a, {}, {}}, {b, {}, {}}, FieldKind::kGaussian, settings, {}, cache);
-}
-
-void expect_same(const MorphPlan& a, const MorphPlan& b) {
-  ASSERT_EQ(a.pairs.size(), b.pairs.size());
-  EXPECT_EQ(std::memcmp(a.pairs.data(), b.pairs.data(), a.pairs.size() * sizeof(Pair)), 0);
-  EXPECT_EQ(std::memcmp(&a.alignment, &b.alignment, sizeof(Alignment)), 0);
-  EXPECT_EQ(a.from_limbs, b.from_limbs);
-  EXPECT_EQ(a.to_limbs, b.to_limbs);
-  EXPECT_EQ(a.limb_names, b.limb_names);
 }
 
 /// How many of the matched limbs' balls, by mass, go to the limb's counterpart.
@@ -47,12 +39,12 @@ double kept(const MorphPlan& plan) {
 
 TEST(LimbPlan, LimbsBecomeLimbsInAnotherPose) {
   const auto hanging = figure(-0.9f), raised = figure(1.0f);
-  const MorphPlan plan = plan_of(hanging, raised, with(PlanStructure::kAuto));
+  const MorphPlan plan = plan_figures(hanging, raised, with(PlanStructure::kAuto));
   ASSERT_EQ(plan.limb_names.size(), 5u);
   for (const auto& [from, to] : plan.limb_names) EXPECT_EQ(from, to);
   EXPECT_GT(kept(plan), 0.9);
   // Without them hands go elsewhere.
-  MorphPlan off = plan_of(hanging, raised, with(PlanStructure::kOff));
+  MorphPlan off = plan_figures(hanging, raised, with(PlanStructure::kOff));
   EXPECT_TRUE(off.from_limbs.empty());
   off.from_limbs = plan.from_limbs, off.to_limbs = plan.to_limbs;
   EXPECT_LT(kept(off), kept(plan));
@@ -60,9 +52,9 @@ TEST(LimbPlan, LimbsBecomeLimbsInAnotherPose) {
 
 TEST(LimbPlan, NearCopiesStayAsTheyAre) {
   const auto a = figure(), b = moved(figure(), exp_rotation({0, 0.6, 0}), 1.2, {1, 0, 0});
-  const MorphPlan plan = plan_of(a, b, with(PlanStructure::kAuto));
+  const MorphPlan plan = plan_figures(a, b, with(PlanStructure::kAuto));
   EXPECT_TRUE(plan.from_limbs.empty());
-  expect_same(plan, plan_of(a, b, with(PlanStructure::kOff)));
+  expect_same(plan, plan_figures(a, b, with(PlanStructure::kOff)));
 }
 
 TEST(LimbPlan, PartsAreTheLimbs) {
@@ -81,7 +73,7 @@ TEST(LimbPlan, PartsAreTheLimbs) {
 
 TEST(LimbPlan, ThePathByDefaultIsThatOfPartsWhereLimbsAreCertain) {
   const auto path = [](const std::vector<Ball>& a, const std::vector<Ball>& b) {
-    return plan_of(a, b, PlanSettings{}).motion.path;
+    return plan_figures(a, b, PlanSettings{}).motion.path;
   };
   EXPECT_EQ(path(figure(-0.9f), figure(0.8f)), Path::kParts);
   EXPECT_EQ(path(random_balls(50, 2), random_balls(70, 3)), Path::kRigid);
@@ -89,8 +81,8 @@ TEST(LimbPlan, ThePathByDefaultIsThatOfPartsWhereLimbsAreCertain) {
 
 TEST(LimbPlan, ThereAndBackAreTheSame) {
   const auto a = figure(-0.9f), b = figure(0.8f);
-  const MorphPlan there = plan_of(a, b, with(PlanStructure::kAuto)),
-                  back = plan_of(b, a, with(PlanStructure::kAuto));
+  const MorphPlan there = plan_figures(a, b, with(PlanStructure::kAuto)),
+                  back = plan_figures(b, a, with(PlanStructure::kAuto));
   ASSERT_EQ(there.pairs.size(), back.pairs.size());
   EXPECT_EQ(there.from_limbs, back.to_limbs);
   for (std::size_t e = 0; e < there.pairs.size(); ++e) {
@@ -103,16 +95,16 @@ TEST(LimbPlan, WithoutCertainLimbsThePlanStaysAsItIs) {
   for (const auto& [a, b] : {std::pair(random_balls(60, 1), figure()),
                              {bar(), figure()},
                              {random_balls(50, 2), random_balls(70, 3)}}) {
-    const MorphPlan plan = plan_of(a, b, with(PlanStructure::kAuto));
+    const MorphPlan plan = plan_figures(a, b, with(PlanStructure::kAuto));
     EXPECT_TRUE(plan.from_limbs.empty());
-    expect_same(plan, plan_of(a, b, with(PlanStructure::kOff)));
+    expect_same(plan, plan_figures(a, b, with(PlanStructure::kOff)));
   }
 }
 
 TEST(LimbPlan, IsTheSameFromTheCache) {
   const TemporaryFolder folder;
   const auto a = figure(-0.9f), b = figure(0.8f);
-  const auto plan = [&] { return plan_of(a, b, with(PlanStructure::kAuto), folder.path()); };
+  const auto plan = [&] { return plan_figures(a, b, with(PlanStructure::kAuto), folder.path()); };
   const MorphPlan made = plan(), read = plan();
   EXPECT_FALSE(made.from_limbs.empty());
   expect_same(made, read);
@@ -155,8 +147,9 @@ TEST(LimbPlan, LabelsAndLandmarksGoFirst) {
   const Vec3 head{0, 2.2f, 0}, hand{-1.05f, 1.5f, 0};
   a.landmarks = {head, hand};
   b.landmarks = {hand, head};
-  if (const auto plan = plan_limbs(a, b, LabelMode::kSoft))
+  if (const auto plan = plan_limbs(a, b, LabelMode::kSoft)) {
     for (const auto& [from, to] : named_limbs(*plan)) EXPECT_FALSE(from == "head" && to == "head");
+  }
   a.landmarks.clear(), b.landmarks.clear();
   const auto label = [](PlanSide& side, bool swapped) {
     for (const Ball& ball : side.balls)
@@ -165,9 +158,10 @@ TEST(LimbPlan, LabelsAndLandmarksGoFirst) {
                                                     : 2);
   };
   label(a, false), label(b, true);
-  if (const auto plan = plan_limbs(a, b, LabelMode::kSoft))
+  if (const auto plan = plan_limbs(a, b, LabelMode::kSoft)) {
     for (const auto& [from, to] : named_limbs(*plan))
       EXPECT_FALSE(from == "left arm" && to == "left arm");
+  }
   EXPECT_TRUE(plan_limbs(a, b, LabelMode::kOff));
 }
 
@@ -177,7 +171,7 @@ TEST(LimbPlan, TheMapReachesTheHands) {
       there{0.2f + 0.9f * std::cos(1.0f), 1.5f + 0.9f * std::sin(1.0f), 0};
   const auto engine = make_cpu_engine();
   const auto miss = [&](PlanStructure structure) {
-    const MorphPlan plan = plan_of(a, b, with(structure));
+    const MorphPlan plan = plan_figures(a, b, with(structure));
     const auto back = pull_back(frame_map(plan, 0, balls_at(plan, 0), 2.8f), {hand}, *engine);
     EXPECT_TRUE(back.ok());
     return length(back->target[0] - there);

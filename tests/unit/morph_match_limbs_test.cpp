@@ -80,7 +80,9 @@ TEST(MatchLimbs, LeavesLegsThatCrossOnTheirSides) {
   for (const auto& [i, k] : match.limbs) {
     const Vec3d a = from.limbs[i].root, b = to.limbs[k].root;
     EXPECT_GT(a.z * b.z, 0);
-    if (std::fabs(a.x) > 0.05) EXPECT_GT(a.x * b.x, 0);
+    if (std::fabs(a.x) > 0.05) {
+      EXPECT_GT(a.x * b.x, 0);
+    }
   }
 }
 

@@ -13,8 +13,8 @@
 namespace polymorph {
 namespace {
 
-MorphPlan plan_of(const std::vector<Ball>& a, const std::vector<Ball>& b,
-                  const MotionSettings& motion = {}, const PlanSettings& settings = {}) {
+MorphPlan plan_motion(const std::vector<Ball>& a, const std::vector<Ball>& b,
+                      const MotionSettings& motion = {}, const PlanSettings& settings = {}) {
   return plan_morph({a, {}, {}}, {b, {}, {}}, FieldKind::kGaussian, settings, motion);
 }
 
@@ -44,7 +44,7 @@ TEST(BallsAt, TheEndsAreTheBallsOwnNumbersToTheBit) {
     b[i + 3] = ellipsoid(b[i + 3].center, 0.2f, {1, 0, 0.3});
   }
   for (const Path path : {Path::kStraight, Path::kBezier, Path::kRigid, Path::kExplode}) {
-    const MorphPlan plan = plan_of(a, b, linear(path));
+    const MorphPlan plan = plan_motion(a, b, linear(path));
     for (const float time : {0.0f, 1.0f}) {
       const std::vector<Ball> balls = balls_at(plan, time);
       for (std::size_t e = 0; e < balls.size(); ++e) {
@@ -61,7 +61,7 @@ TEST(BallsAt, MotionIsContinuousAtTheEnds) {
   std::vector<Ball> a = random_balls(20, 1), b = random_balls(30, 2, {2, 0, 0});
   a[3] = ellipsoid(a[3].center, 0.3f, {0.1, 0.2, 0.3});
   for (const Path path : {Path::kStraight, Path::kBezier, Path::kRigid, Path::kExplode}) {
-    const MorphPlan plan = plan_of(a, b, linear(path));
+    const MorphPlan plan = plan_motion(a, b, linear(path));
     for (const auto& [end, near] : {std::pair{0.0f, 1e-6f}, {1.0f, 1 - 1e-6f}}) {
       const auto at = balls_at(plan, end), beside = balls_at(plan, near);
       for (std::size_t e = 0; e < at.size(); ++e) {
@@ -81,7 +81,7 @@ TEST(BallsAt, ARigidPathIsATurnedCopyAtEveryTime) {
     a[i] = ellipsoid(a[i].center, 0.2f, {0.3 * static_cast<double>(i), 1, 0});
   const Vec3d turn = normalized(Vec3d{1, 2, 0.5}) * (2.0 * std::numbers::pi / 3);
   const std::vector<Ball> b = moved(a, exp_rotation(turn), 2, {3, 0, 1});
-  const MorphPlan plan = plan_of(a, b, linear(Path::kRigid));
+  const MorphPlan plan = plan_motion(a, b, linear(Path::kRigid));
   double own_mass = 0;
   for (const Pair& pair : plan.pairs) own_mass += pair.from == pair.to ? pair.mass : 0;
   ASSERT_GT(own_mass, 0.97);
@@ -112,7 +112,7 @@ TEST(PullBack, FindsWhereAPointCameFromAndGoesTo) {
   const Vec3d turn = normalized(Vec3d{1, 2, 0.5}) * (2.0 * std::numbers::pi / 3);
   const Mat3 rotation = exp_rotation(turn);
   const std::vector<Ball> b = moved(a, rotation, 2, {3, 0, 1});
-  const MorphPlan plan = plan_of(a, b, linear(Path::kRigid));
+  const MorphPlan plan = plan_motion(a, b, linear(Path::kRigid));
   std::vector<Vec3> on_a;
   for (const Ball& ball : a)
     for (const Vec3 d : {Vec3{0.1f, 0, 0}, Vec3{0, 0.15f, 0.05f}, Vec3{-0.05f, 0, 0.1f}})
@@ -132,7 +132,7 @@ TEST(PullBack, FindsWhereAPointCameFromAndGoesTo) {
 TEST(Flow, FollowsATurningBodyAndKnowsItsShare) {
   const Vec3d turn{0, 0, 1.2};
   const std::vector<Ball> a = bar(), b = moved(a, exp_rotation(turn), 1.3, {0.5, 0.2, 0});
-  const MorphPlan plan = plan_of(a, b, linear(Path::kRigid));
+  const MorphPlan plan = plan_motion(a, b, linear(Path::kRigid));
   const float time = 0.4f, next = 0.5f;
   std::vector<Vec3> points;
   for (const Ball& ball : balls_at(plan, time)) points.push_back(ball.center + Vec3{0, 0.05f, 0});
@@ -159,8 +159,8 @@ TEST(BallsAt, BezierPathsGoInOneArcAndStraightOnesDoNot) {
   // The ways are 3 and 1 long: sqrt(5) in the root mean square.
   const std::vector<Ball> a{ball_at({-2, 1, 0}, 0.2f), ball_at({-1, -1, 0}, 0.2f)};
   const std::vector<Ball> b{ball_at({1, 1, 0}, 0.2f), ball_at({0, -1, 0}, 0.2f)};
-  const auto straight = balls_at(plan_of(a, b, linear(Path::kStraight)), 0.5f);
-  const auto arc = balls_at(plan_of(a, b, linear(Path::kBezier)), 0.5f);
+  const auto straight = balls_at(plan_motion(a, b, linear(Path::kStraight)), 0.5f);
+  const auto arc = balls_at(plan_motion(a, b, linear(Path::kBezier)), 0.5f);
   for (std::size_t e = 0; e < 2; ++e) {
     EXPECT_NEAR(std::abs(straight[e].center.y), 1, 1e-5);
     EXPECT_NEAR(arc[e].center.y - straight[e].center.y, 0.25f * std::sqrt(5.0f), 1e-5);
@@ -176,7 +176,8 @@ TEST(BallsAt, BackwardsIsTheSameMorphReversed) {
   for (const Path path : {Path::kStraight, Path::kBezier, Path::kRigid, Path::kExplode}) {
     MotionSettings motion;
     motion.path = path;
-    const MorphPlan there = plan_of(a, b, motion, settings), back = plan_of(b, a, motion, settings);
+    const MorphPlan there = plan_motion(a, b, motion, settings),
+                    back = plan_motion(b, a, motion, settings);
     for (const float time : {0.0f, 0.125f, 0.375f, 0.5f, 1.0f}) {
       const auto one = balls_at(there, time), two = balls_at(back, 1 - time);
       ASSERT_EQ(one.size(), two.size());
@@ -193,7 +194,7 @@ TEST(BallsAt, BackwardsIsTheSameMorphReversed) {
 TEST(BallsAt, HalfATurnComesBackTheWayItWent) {
   const std::vector<Ball> a = bar();
   const auto b = moved(a, exp_rotation(Vec3d{0, 0, std::numbers::pi}), 1, {});
-  const MorphPlan there = plan_of(a, b), back = plan_of(b, a);
+  const MorphPlan there = plan_motion(a, b), back = plan_motion(b, a);
   const auto one = balls_at(there, 0.5f), two = balls_at(back, 0.5f);
   for (std::size_t e = 0; e < one.size(); ++e)
     EXPECT_LT(length(one[e].center - two[e].center), 1e-4f);
@@ -212,14 +213,14 @@ TEST(BallsAt, AnExplosionThrowsBallsApartAndNoneThroughTheFloor) {
     return sum / static_cast<float>(balls.size());
   };
   MotionSettings motion = linear(Path::kExplode);
-  const MorphPlan plan = plan_of(a, b, motion);
+  const MorphPlan plan = plan_motion(a, b, motion);
   EXPECT_GT(spread(balls_at(plan, 0.5f)), 1.5f * spread(a));
   for (int i = 0; i <= 20; ++i)
     for (const Ball& ball : balls_at(plan, static_cast<float>(i) / 20))
       EXPECT_GE(ball.center.y, lowest - 1e-4f);
   motion.seed = 7;
   EXPECT_GT(
-      length(balls_at(plan_of(a, b, motion), 0.5f)[0].center - balls_at(plan, 0.5f)[0].center),
+      length(balls_at(plan_motion(a, b, motion), 0.5f)[0].center - balls_at(plan, 0.5f)[0].center),
       1e-3f);
 }
 
@@ -229,7 +230,7 @@ TEST(Stagger, TheLastBallStartsWhenTheShareIsOver) {
   motion.stagger = Stagger::kAxis;
   motion.stagger_axis = {1, 0, 0};
   motion.stagger_share = 0.5f;
-  const MorphPlan plan = plan_of(a, b, motion);
+  const MorphPlan plan = plan_motion(a, b, motion);
   const auto rest = balls_at(plan, 0), early = balls_at(plan, 0.25f), late = balls_at(plan, 0.75f);
   for (std::size_t e = 0; e < rest.size(); ++e) {
     const float order = (plan.from[plan.pairs[e].from].center.x + 1) / 2;  // the bar is [-1, 1]
@@ -247,7 +248,7 @@ TEST(Stagger, AllKindsArriveAndNoiseDependsOnTheSeed) {
        {Stagger::kAxis, Stagger::kRadius, Stagger::kLabel, Stagger::kNoise}) {
     MotionSettings motion;
     motion.stagger = stagger;
-    const MorphPlan plan = plan_of(a, b, motion);
+    const MorphPlan plan = plan_motion(a, b, motion);
     const auto end = balls_at(plan, 1);
     for (std::size_t e = 0; e < end.size(); ++e)
       EXPECT_EQ(end[e].center, b[plan.pairs[e].to].center);
@@ -256,9 +257,9 @@ TEST(Stagger, AllKindsArriveAndNoiseDependsOnTheSeed) {
   }
   MotionSettings motion;
   motion.stagger = Stagger::kNoise;
-  const auto one = balls_at(plan_of(a, b, motion), 0.4f);
+  const auto one = balls_at(plan_motion(a, b, motion), 0.4f);
   motion.seed = 1;
-  const auto two = balls_at(plan_of(a, b, motion), 0.4f);
+  const auto two = balls_at(plan_motion(a, b, motion), 0.4f);
   float differs = 0;
   for (std::size_t e = 0; e < one.size(); ++e)
     differs = std::max(differs, length(one[e].center - two[e].center));
@@ -270,7 +271,7 @@ TEST(Spring, BigBallsLagBehindSmallOnes) {
   const auto b = moved(a, {}, 1, {5, 0, 0});
   MotionSettings motion = linear(Path::kStraight);
   motion.easing = Easing::kSpring;
-  const MorphPlan plan = plan_of(a, b, motion);
+  const MorphPlan plan = plan_motion(a, b, motion);
   const auto balls = balls_at(plan, 0.1f);
   ASSERT_EQ(balls.size(), 2u);
   EXPECT_LT(balls[0].center.x + 0.1f, balls[1].center.x);

@@ -9,6 +9,7 @@
 #include "base/hash.h"
 #include "morph/plan.h"
 #include "testing/model.h"
+#include "testing/morph.h"
 
 namespace polymorph {
 namespace {
@@ -32,15 +33,6 @@ std::size_t plans_in(const std::filesystem::path& folder) {
   for (const auto& entry : std::filesystem::directory_iterator(folder))
     count += entry.path().extension() == kPlanFiles.extension ? 1 : 0;
   return count;
-}
-
-/// No bit may differ: frames would.
-void expect_same(const MorphPlan& a, const MorphPlan& b) {
-  ASSERT_EQ(a.pairs.size(), b.pairs.size());
-  EXPECT_EQ(std::memcmp(a.pairs.data(), b.pairs.data(), a.pairs.size() * sizeof(Pair)), 0);
-  EXPECT_EQ(std::memcmp(&a.alignment, &b.alignment, sizeof(Alignment)), 0);
-  EXPECT_EQ(a.from_masses, b.from_masses);
-  EXPECT_EQ(a.to_masses, b.to_masses);
 }
 
 TEST(PlanCache, GivesTheSamePlanToTheBit) {

@@ -14,7 +14,7 @@
 namespace polymorph {
 namespace {
 
-constexpr const char* kCommon =
+constexpr const char* kTwoActors =
     R"("spheres": {"balls": 12}, "surface": {"resolution": 24},
        "image": {"width": 64, "height": 32, "samples": 1})";
 constexpr const char* kCube = R"("source": "cube", "target": "sphere")";
@@ -22,7 +22,7 @@ constexpr const char* kTorus = R"("source": "torus", "target": "cube")";
 
 class ActorsTest : public SceneTest {
  protected:
-  ActorsTest() : SceneTest(kCommon) {}
+  ActorsTest() : SceneTest(kTwoActors) {}
   FrameGeometry frame_of(const PreparedScene& prepared, int frame) {
     auto geometry = geometry_at(prepared, *engine, frame);
     EXPECT_TRUE(geometry.ok()) << geometry.error().message;

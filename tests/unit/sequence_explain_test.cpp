@@ -17,10 +17,10 @@
 namespace polymorph {
 namespace {
 
-constexpr const char* kCommon =
+constexpr const char* kSmallFrames =
     R"("surface": {"resolution": 24}, "frames": {"count": 9}, "motion": {"interpolate": "balls"},
        "image": {"width": 96, "height": 72, "samples": 8, "aovs": "Z,N,id,albedo"})";
-constexpr const char* kChain = R"("source": "cube", "target": "sphere")";
+constexpr const char* kCubeToSphere = R"("source": "cube", "target": "sphere")";
 constexpr int kModel = 1, kMiddle = 5;  // frames: the cube as it is, the balls' surface
 
 struct Shot {
@@ -30,7 +30,7 @@ struct Shot {
 
 class ExplainTest : public SceneTest {
  protected:
-  ExplainTest() : SceneTest(kCommon) {
+  ExplainTest() : SceneTest(kSmallFrames) {
     Result<Renderer> made = Renderer::create();
     EXPECT_TRUE(made);
     renderer = std::make_unique<Renderer>(std::move(*made));
@@ -43,8 +43,9 @@ class ExplainTest : public SceneTest {
   }
   /// The scene, with a checked texture on the cube.
   PreparedScene scene(int balls = 12, const std::string& plan = "index") {
-    PreparedScene prepared = prepared_of(fmt::format(
-        R"({}, "spheres": {{"balls": {}}}, "plan": {{"method": "{}"}})", kChain, balls, plan));
+    PreparedScene prepared =
+        prepared_of(fmt::format(R"({}, "spheres": {{"balls": {}}}, "plan": {{"method": "{}"}})",
+                                kCubeToSphere, balls, plan));
     Image checks = make_image(16, 16, {"R", "G", "B"});
     for (std::size_t i = 0; i < checks.pixels.size(); ++i)
       checks.pixels[i] = (i / 3 % 16 / 4 + i / 48 / 4) % 2 == 0 ? 0.7f : 0.3f;

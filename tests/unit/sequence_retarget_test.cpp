@@ -27,7 +27,7 @@ class RetargetTest : public SceneTest {
   }
 };
 
-constexpr const char* kChain =
+constexpr const char* kPlasticToClear =
     R"("source": "cube", "intermediate": [{"shape": "torus", "retarget": 0.45}],
        "target": {"shape": "sphere", "translate": [0.5, 0, 0]}, "frames": {"count": 60})";
 
@@ -41,7 +41,7 @@ void expect_same_surface(const Mesh& a, const Mesh& b, float cell) {
 }
 
 TEST_F(RetargetTest, TheSurfaceAtTheChangeIsOneAndTheSame) {
-  const PreparedScene prepared = prepared_of(kChain);
+  const PreparedScene prepared = prepared_of(kPlasticToClear);
   const PreparedActor& actor = prepared.actors[0];
   ASSERT_EQ(actor.legs.size(), 2u);
   ASSERT_EQ(actor.objects.size(), 4u) << "the balls in flight are an object after the chain's";
@@ -60,7 +60,7 @@ TEST_F(RetargetTest, TheSurfaceAtTheChangeIsOneAndTheSame) {
 }
 
 TEST_F(RetargetTest, NoFrameJumps) {
-  const PreparedScene prepared = prepared_of(kChain);
+  const PreparedScene prepared = prepared_of(kPlasticToClear);
   const Timeline& timeline = prepared.actors[0].timeline;
   int change = 1;
   while (morph_state_at(timeline, change).leg == 0) ++change;
@@ -122,7 +122,7 @@ TEST_F(RetargetTest, BallsKeepTheirVelocityWhateverTheEasingAndThePace) {
 }
 
 TEST_F(RetargetTest, ItsColoursAreThoseOfAllThatItWasBetween) {
-  const PreparedScene prepared = prepared_of(kChain);
+  const PreparedScene prepared = prepared_of(kPlasticToClear);
   const Timeline& timeline = prepared.actors[0].timeline;
   int change = 1;
   while (morph_state_at(timeline, change).leg == 0) ++change;
@@ -174,7 +174,7 @@ TEST_F(RetargetTest, ItHasColoursWhereverItWasLeft) {
 }
 
 TEST_F(RetargetTest, AnalysesKnowWhereALegIsLeft) {
-  const PreparedScene prepared = prepared_of(kChain);
+  const PreparedScene prepared = prepared_of(kPlasticToClear);
   const auto morphs = analyze_scene(prepared, *engine, 9, [](int, int) { return true; });
   ASSERT_TRUE(morphs.ok()) << morphs.error().message;
   ASSERT_EQ(morphs->size(), 2u);

@@ -17,7 +17,7 @@ struct Corner {
   float distance;
   std::uint32_t triangle;  ///< nearest triangle of the other mesh
 };
-using Piece = std::array<Corner, 3>;
+using FacePiece = std::array<Corner, 3>;
 
 /// Measures one triangle.
 class TriangleDeviation {
@@ -25,7 +25,7 @@ class TriangleDeviation {
   TriangleDeviation(const MeshQuery& other, const DeviationSettings& settings)
       : other_(other), settings_(settings) {}
 
-  Deviation::PerTriangle measure(const Piece& triangle) {
+  Deviation::PerTriangle measure(const FacePiece& triangle) {
     for (const Corner& corner : triangle)
       if (corner.distance >= furthest_)
         furthest_ = corner.distance, result_.position = corner.point;
@@ -43,7 +43,7 @@ class TriangleDeviation {
 
   /// Upper bound of the distance over the piece; not refined further once it is below the
   /// threshold.
-  float compute_bound(const Piece& piece) const {
+  float compute_bound(const FacePiece& piece) const {
     float longest = 0, furthest = 0;
     for (int k = 0; k < 3; ++k) {
       longest = std::max(longest, length(piece[k].point - piece[(k + 1) % 3].point));
@@ -74,7 +74,7 @@ class TriangleDeviation {
     return c;
   }
 
-  void divide(const Piece& piece, int depth) {
+  void divide(const FacePiece& piece, int depth) {
     const float bound = compute_bound(piece);
     if (depth == kMaxDepth || bound <= threshold()) {
       result_.distance = std::max(result_.distance, bound);
@@ -83,7 +83,7 @@ class TriangleDeviation {
     }
     const auto& [a, b, c] = piece;
     const Corner ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
-    for (const Piece& child : {Piece{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
+    for (const FacePiece& child : {FacePiece{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
       divide(child, depth + 1);
   }
 
@@ -130,7 +130,7 @@ Deviation measure_deviation(MeshView mesh, const MeshQuery& other,
       [&](std::int64_t i) {
         const auto f = static_cast<std::uint32_t>(i);
         if (known && reuse(*known, f, settings.negligible, d.triangles[f])) return;
-        Piece corners;
+        FacePiece corners;
         for (int k = 0; k < 3; ++k) {
           const std::uint32_t v = mesh.triangles[f].v[k];
           corners[k] = {mesh.points[v], hits[v].distance, hits[v].triangle};

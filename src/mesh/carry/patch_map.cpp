@@ -19,13 +19,13 @@ using Flags = std::vector<std::uint8_t>;
 using Vec2d = Eigen::Vector2d;
 
 /// Connected components of the triangles whose flag is `value`.
-struct Components {
+struct FlaggedComponents {
   std::vector<std::uint32_t> number;  ///< component per triangle, from 1 on; 0: the flag differs
   std::vector<std::size_t> size;      ///< triangles per component; size[0] is unused
 };
-Components find_components(const std::vector<Triangle>& neighbours, const Flags& in,
-                           std::uint8_t value) {
-  Components components{std::vector<std::uint32_t>(in.size(), 0), {0}};
+FlaggedComponents find_components(const std::vector<Triangle>& neighbours, const Flags& in,
+                                  std::uint8_t value) {
+  FlaggedComponents components{std::vector<std::uint32_t>(in.size(), 0), {0}};
   std::vector<std::uint32_t> stack;
   for (std::uint32_t f = 0; f < in.size(); ++f) {
     if (in[f] != value || components.number[f] != 0) continue;
@@ -45,7 +45,7 @@ Components find_components(const std::vector<Triangle>& neighbours, const Flags&
   return components;
 }
 
-std::uint32_t find_largest(const Components& components) {
+std::uint32_t find_largest(const FlaggedComponents& components) {
   return static_cast<std::uint32_t>(
       std::max_element(components.size.begin(), components.size.end()) - components.size.begin());
 }
@@ -76,7 +76,7 @@ std::optional<Disk> make_disk(std::span<const Triangle> triangles,
                               const std::vector<Triangle>& neighbours, std::size_t points,
                               Flags in) {
   for (int tries = 0; tries < 8; ++tries) {
-    const Components outside = find_components(neighbours, in, 0);
+    const FlaggedComponents outside = find_components(neighbours, in, 0);
     if (outside.size.size() < 2) return std::nullopt;
     const std::uint32_t keep = find_largest(outside);
     for (std::size_t f = 0; f < in.size(); ++f)
@@ -263,7 +263,7 @@ std::size_t map_patches(std::vector<Vec3>& points, std::span<const Triangle> tri
   Flags near(triangles.size(), 0);
   for (const std::uint32_t f : seeds.triangles) near[f] = 1;
   grow(triangles, points.size(), seeds.rings, near);
-  const Components patches = find_components(neighbours, near, 1);
+  const FlaggedComponents patches = find_components(neighbours, near, 1);
   std::size_t mapped_count = 0;
   for (std::uint32_t component = 1; component < patches.size.size(); ++component) {
     Flags in(triangles.size(), 0);
@@ -275,7 +275,7 @@ std::size_t map_patches(std::vector<Vec3>& points, std::span<const Triangle> tri
     Flags under(surface.triangles.size(), 0);
     for (std::size_t f = 0; f < under.size(); ++f)
       under[f] = in[mesh_near[surface.triangles[f].v[0]]];
-    const Components grounds = find_components(ground_neighbours, under, 1);
+    const FlaggedComponents grounds = find_components(ground_neighbours, under, 1);
     if (grounds.size.size() < 2) continue;
     const std::uint32_t keep = find_largest(grounds);
     for (std::size_t f = 0; f < under.size(); ++f) under[f] = grounds.number[f] == keep;

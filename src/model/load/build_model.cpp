@@ -20,8 +20,6 @@
 namespace polymorph {
 namespace {
 
-constexpr std::uint32_t kNone = 0xffffffffu;
-
 Vec3 vertex_position(const ObjScan& scan, std::uint32_t i) {
   const float* v = &scan.positions[3 * std::size_t{i}];
   return {v[0], v[1], v[2]};
@@ -60,11 +58,11 @@ bool has_area(std::span<const Vec3> p, const std::array<std::uint32_t, 3>& t) {
 /// renumbers `used`.
 template <class T>
 void remove_unused(std::vector<T>& names, std::vector<std::uint32_t>& used) {
-  std::vector<std::uint32_t> new_index(names.size(), kNone);
+  std::vector<std::uint32_t> new_index(names.size(), kNoIndex);
   for (const std::uint32_t i : used) new_index[i] = 0;
   std::vector<T> used_names;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (new_index[i] == kNone) continue;
+    if (new_index[i] == kNoIndex) continue;
     new_index[i] = static_cast<std::uint32_t>(used_names.size());
     used_names.push_back(std::move(names[i]));
   }
@@ -89,7 +87,7 @@ class Builder {
 
   Result<Model> build() {
     representative_ = find_first_equal(scan_);
-    point_index_.assign(scan_.point_count(), kNone);
+    point_index_.assign(scan_.point_count(), kNoIndex);
     has_uvs_ = std::any_of(scan_.corners.begin(), scan_.corners.end(),
                            [](const ObjCorner& c) { return c.vt >= 0; });
     map_materials();
@@ -276,7 +274,7 @@ void Builder::add_triangle(const ObjFace& face, const std::array<std::size_t, 3>
   for (std::size_t k = 0; k < 3; ++k) {
     const ObjCorner& corner = scan_.corners[corners[k]];
     const std::uint32_t vertex = point_at(corners[k]);
-    if (point_index_[vertex] == kNone) {
+    if (point_index_[vertex] == kNoIndex) {
       point_index_[vertex] = static_cast<std::uint32_t>(model_.points.size());
       model_.points.push_back(vertex_position(scan_, vertex));
     }

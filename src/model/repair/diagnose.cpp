@@ -19,7 +19,6 @@ namespace polymorph {
 namespace {
 
 constexpr std::size_t kMaxExaminedShells = 64;
-constexpr std::uint32_t kNone = 0xffffffffu;
 
 /// One ellipsoid, as flat as the fit permits, replaces about a hundred round balls of a wall: 512
 /// of them show nine tenths of a cup that would take 54 000 balls.
@@ -93,7 +92,7 @@ Topology find_shells(const std::vector<EdgeUse>& uses, const Model& model) {
       sets.join(uses[first].corner / 3, uses[i].corner / 3);
   });
   Topology topology;
-  topology.shell_index.assign(model.triangles.size(), kNone);
+  topology.shell_index.assign(model.triangles.size(), kNoIndex);
   for (std::uint32_t t = 0; t < model.triangles.size(); ++t) {
     const std::uint32_t root = sets.find(t);
     if (root == t) {

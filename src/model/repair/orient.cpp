@@ -17,8 +17,7 @@
 namespace polymorph {
 namespace {
 
-constexpr std::uint32_t kNone = 0xffffffffu;
-constexpr std::size_t kSamples = 8;
+constexpr std::size_t kRaysPerComponent = 8;
 constexpr std::size_t kMaxExamined = 64;
 /// Bounds of the mean winding number at a component's own faces: it is 1/2 on a closed outward
 /// surface, -1/2 on an inward one and 0 on a sheet.
@@ -52,7 +51,7 @@ Vec3d area_vector(const Model& model, std::uint32_t t) {
 /// is set if they are inconsistent.
 constexpr std::uint32_t kFlipped = 0x80000000u;
 std::vector<std::uint32_t> sides_across(const Model& model) {
-  std::vector<std::uint32_t> across(3 * model.triangles.size(), kNone);
+  std::vector<std::uint32_t> across(3 * model.triangles.size(), kNoIndex);
   const std::vector<EdgeUse> uses = sorted_edge_uses(model.triangles);
   for_each_edge(uses, [&](std::size_t first, std::size_t last) {
     if (last - first != 2) return;
@@ -84,7 +83,7 @@ Components find_components(const Model& model) {
       if (result.flip[t]) component.flipped_area += area;
       for (std::size_t k = 0; k < 3; ++k) {
         const std::uint32_t side = across[3 * std::size_t{t} + k];
-        if (side == kNone) {
+        if (side == kNoIndex) {
           component.closed = false;
           continue;
         }
@@ -107,15 +106,16 @@ Components find_components(const Model& model) {
   return result;
 }
 
-/// Selects up to kSamples triangles of a component, evenly by area.
+/// Selects up to kRaysPerComponent triangles of a component, evenly by area.
 std::vector<std::uint32_t> sample_faces(const Model& model, const Component& component,
                                         std::span<const std::uint32_t> faces) {
   std::vector<std::uint32_t> samples;
   double sum = 0;
   for (const std::uint32_t t : faces) {
     sum += length(area_vector(model, t));
-    const double next = (static_cast<double>(samples.size()) + 0.5) / kSamples * component.area;
-    if (sum >= next && samples.size() < kSamples) samples.push_back(t);
+    const double next =
+        (static_cast<double>(samples.size()) + 0.5) / kRaysPerComponent * component.area;
+    if (sum >= next && samples.size() < kRaysPerComponent) samples.push_back(t);
   }
   return samples;
 }

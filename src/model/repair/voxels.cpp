@@ -11,8 +11,7 @@
 namespace polymorph {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr std::uint32_t kNone = 0xffffffffu;
+constexpr float kFarAway = std::numeric_limits<float>::infinity();
 
 /// Computes the lower envelope of parabolas along one line; this adds squared distances along an
 /// axis.
@@ -113,10 +112,10 @@ struct Cells {
 };
 
 void remove_small_components(Voxels& voxels) {
-  std::vector<std::uint32_t> component(voxels.count(), kNone);
+  std::vector<std::uint32_t> component(voxels.count(), kNoIndex);
   std::vector<std::size_t> sizes, stack;
   for (std::size_t i = 0; i < voxels.count(); ++i) {
-    if (!voxels.solid[i] || component[i] != kNone) continue;
+    if (!voxels.solid[i] || component[i] != kNoIndex) continue;
     const auto index = static_cast<std::uint32_t>(sizes.size());
     sizes.push_back(0);
     component[i] = index;
@@ -126,7 +125,7 @@ void remove_small_components(Voxels& voxels) {
       stack.pop_back();
       ++sizes.back();
       for_each_neighbor(voxels.grid, current, [&](std::size_t n) {
-        if (!voxels.solid[n] || component[n] != kNone) return;
+        if (!voxels.solid[n] || component[n] != kNoIndex) return;
         component[n] = index;
         stack.push_back(n);
       });
@@ -142,7 +141,7 @@ void remove_small_components(Voxels& voxels) {
 
 std::vector<float> compute_distances(const Grid& grid, const std::vector<std::uint8_t>& seed) {
   std::vector<float> distance2(seed.size());
-  for (std::size_t i = 0; i < seed.size(); ++i) distance2[i] = seed[i] ? 0 : kInfinity;
+  for (std::size_t i = 0; i < seed.size(); ++i) distance2[i] = seed[i] ? 0 : kFarAway;
   for (int axis = 0; axis < 3; ++axis) transform_axis(grid, axis, distance2);
   for (float& d : distance2) d = std::sqrt(d);
   return distance2;
@@ -224,7 +223,7 @@ void make_manifold(Voxels& voxels) {
             if (is_connected(set) && is_connected(~set & 0xffu)) break;
             // The innermost empty corner becomes solid.
             std::size_t best = 0;
-            float level = -kInfinity;
+            float level = -kFarAway;
             for (unsigned k = 0; k < 8; ++k) {
               const std::size_t corner = cells.corner(first, k);
               if (voxels.solid[corner] || !(voxels.level[corner] > level)) continue;
@@ -242,7 +241,7 @@ VoxelSurface make_surface_nets(const Voxels& voxels) {
   const Cells cells{voxels};
   const Int3 n = voxels.grid.points;
   VoxelSurface surface;
-  std::vector<std::uint32_t> vertex(voxels.count(), kNone);
+  std::vector<std::uint32_t> vertex(voxels.count(), kNoIndex);
   const auto level = [&](std::size_t i) {  // clamped to the voxel's sign
     return voxels.solid[i] ? std::max(voxels.level[i], 0.01f) : std::min(voxels.level[i], -0.01f);
   };

@@ -20,7 +20,7 @@ constexpr float kMinCosine = 0.8f;           // between the normals of pixels be
 constexpr float kTexture = 0.2f;             // share by which the albedos of those may differ
 constexpr float kDepth = 0.02f;              // share of the depth at which a tap has no weight
 constexpr float kDeviations = 4;             // differences of brightness that noise explains
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kUnbounded = std::numeric_limits<float>::infinity();
 /// Key of pixels that are not even: it equals nothing, not even itself.
 constexpr float kNoKey = std::numeric_limits<float>::quiet_NaN();
 
@@ -245,14 +245,14 @@ class Smoother {
   void find_bounds() {
     Plane &low = next_[0], &high = next_[1], &low_before = next_[2];
     Plane high_before;
-    std::fill(low.begin(), low.end(), kInfinity);
-    std::fill(high.begin(), high.end(), -kInfinity);
+    std::fill(low.begin(), low.end(), kUnbounded);
+    std::fill(high.begin(), high.end(), -kUnbounded);
     for (std::size_t c = 0; c < 3; ++c) {
       for_rows([&](std::size_t first) {
         for (std::size_t i = first; i < first + width_; ++i) {
           const bool known = key_[i] >= 0 || !(id_[i] > 0);
-          low[i] = known ? light_[c][i] : kInfinity;
-          high[i] = known ? light_[c][i] : -kInfinity;
+          low[i] = known ? light_[c][i] : kUnbounded;
+          high[i] = known ? light_[c][i] : -kUnbounded;
         }
       });
       for (const std::ptrdiff_t step : {std::ptrdiff_t{1}, std::ptrdiff_t{stride_}}) {

@@ -10,7 +10,7 @@
 namespace polymorph {
 namespace {
 
-using Corners = std::array<Vec3d, 3>;
+using TriangleCorners = std::array<Vec3d, 3>;
 
 // Maximum distance of a corner from the centre of the inscribed circle, in its radii; reached at an
 // angle of 7 degrees.
@@ -21,13 +21,15 @@ constexpr double kCoverWidth = 1.5, kCoverHeight = 6;
 double size(Vec3d a) { return std::sqrt(dot(a, a)); }
 
 /// The lengths of the sides opposite to the corners.
-Vec3d sides(const Corners& c) { return {size(c[2] - c[1]), size(c[0] - c[2]), size(c[1] - c[0])}; }
+Vec3d sides(const TriangleCorners& c) {
+  return {size(c[2] - c[1]), size(c[0] - c[2]), size(c[1] - c[0])};
+}
 
 struct Circle {
   Vec3d center;
   double radius = 0;
 };
-Circle make_inscribed_circle(const Corners& c) {
+Circle make_inscribed_circle(const TriangleCorners& c) {
   const Vec3d s = sides(c);
   const double weight_sum = s.x + s.y + s.z;
   if (!(weight_sum > 0)) return {c[0], 0};
@@ -35,23 +37,23 @@ Circle make_inscribed_circle(const Corners& c) {
           size(cross(c[1] - c[0], c[2] - c[0])) / weight_sum};
 }
 
-bool is_sharp(const Corners& c) {
+bool is_sharp(const TriangleCorners& c) {
   const Circle circle = make_inscribed_circle(c);
   double farthest = 0;
   for (const Vec3d& corner : c) farthest = std::max(farthest, size(corner - circle.center));
   return !(farthest <= kMaxCornerDistance * circle.radius);
 }
 
-Corners widen(const Corners& c, double margin) {
+TriangleCorners widen(const TriangleCorners& c, double margin) {
   const Circle circle = make_inscribed_circle(c);
-  Corners result;
+  TriangleCorners result;
   for (int i = 0; i < 3; ++i)
     result[i] = circle.center + (c[i] - circle.center) * (1 + margin / circle.radius);
   return result;
 }
 
 /// A right triangle around the one whose longest side begins at corner `first`.
-Corners cover(const Corners& c, int first, double margin) {
+TriangleCorners cover(const TriangleCorners& c, int first, double margin) {
   const Vec3d p = c[first], q = c[(first + 1) % 3], r = c[(first + 2) % 3];
   const double length = size(q - p);
   const Vec3d along = length > 0 ? (q - p) * (1 / length) : Vec3d{1, 0, 0};
@@ -67,7 +69,7 @@ Corners cover(const Corners& c, int first, double margin) {
           corner + up * (kCoverHeight * (height + 2 * margin))};
 }
 
-int longest_side(const Corners& c) {
+int longest_side(const TriangleCorners& c) {
   const Vec3d s = sides(c);
   return s.z >= s.x && s.z >= s.y ? 0 : s.x >= s.y ? 1 : 2;
 }
@@ -83,7 +85,7 @@ std::vector<std::vector<Vec3>> widen_triangles(const RenderMesh& mesh, float mar
       [&](std::int64_t i) {
         const Triangle& triangle = mesh.triangles[static_cast<std::size_t>(i)];
         const auto corners_at = [&](std::size_t step) {
-          Corners c;
+          TriangleCorners c;
           for (int k = 0; k < 3; ++k)
             c[k] = Vec3d(fractions.empty() ? mesh.positions[triangle.v[k]]
                                            : displace(mesh, triangle.v[k], fractions[step]));
@@ -95,9 +97,9 @@ std::vector<std::vector<Vec3>> widen_triangles(const RenderMesh& mesh, float mar
           use_cover = use_cover || is_sharp(corners_at(step));
         const int first = longest_side(corners_at(0));
         for (std::size_t step = 0; step < steps; ++step) {
-          const Corners c = corners_at(step);
-          const Corners widened = use_cover ? cover(c, first, static_cast<double>(margin))
-                                            : widen(c, static_cast<double>(margin));
+          const TriangleCorners c = corners_at(step);
+          const TriangleCorners widened = use_cover ? cover(c, first, static_cast<double>(margin))
+                                                    : widen(c, static_cast<double>(margin));
           for (std::size_t k = 0; k < 3; ++k)
             result[step][static_cast<std::size_t>(i) * 3 + k] = {static_cast<float>(widened[k].x),
                                                                  static_cast<float>(widened[k].y),
