@@ -25,8 +25,8 @@ METHODS = [
 def three_scenes(w, objects, count, *layers):
     """By the report's method, with its plan, and ours."""
     settings = {"frames": {"count": count}}
-    if w.draft:  # fine enough for pictures of this size; fits, paces and metrics take half the time
-        settings |= {"spheres": {"balls": 128}, "surface": {"resolution": 64}}
+    if w.draft:  # fine enough for pictures of this size
+        settings |= {"spheres": {"balls": 64}, "surface": {"resolution": 48}}
     return [w.scene(objects, settings, *layers, layer) for layer in (w.report(), INDEX_PLAN, {})]
 
 

@@ -15,7 +15,7 @@ BALLS = 1032  # of the report's torus, on a torus
 
 
 def measured(w, field):
-    return w.json("bench", "report", "--torus", BALLS, "--field", field, "--repeats", 9 if w.draft else 25)
+    return w.json("bench", "report", "--torus", BALLS, "--field", field, "--repeats", 3 if w.draft else 25)
 
 
 def machine_of(w):

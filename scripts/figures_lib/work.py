@@ -230,7 +230,7 @@ class Work:
             width, height = width * 3 // 2, height * 3 // 2
         self.count += 1
         pattern = self.scratch / f"{self.count}.####.png"
-        settings = {"width": width, "height": height, "samples": samples or (16 if self.draft else 96)}
+        settings = {"width": width, "height": height, "samples": samples or (4 if self.draft else 96)}
         sets = [x for key, value in settings.items() for x in ("--set", f"image.{key}={value}")]
         frames = list(frames)
         listed = ",".join(str(f) for f in sorted(set(frames)))

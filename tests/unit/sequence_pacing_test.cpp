@@ -10,6 +10,7 @@
 #include "mesh/mesh_check.h"
 #include "sequence/prepare/prepare.h"
 #include "spheres/cache.h"
+#include "testing/forwarding_engine.h"
 #include "testing/scene.h"
 
 namespace polymorph {
@@ -18,46 +19,17 @@ namespace {
 using std::string_literals::operator""s;
 
 /// Counts the surfaces between objects that another engine is asked for.
-class CountingEngine : public Engine {
+class CountingEngine : public ForwardingEngine {
  public:
-  explicit CountingEngine(Engine& engine) : engine_(engine) {}
+  using ForwardingEngine::extract;
+  using ForwardingEngine::ForwardingEngine;
   int surfaces = 0;
 
-  EngineStatus extract(const BallSet& balls, const Grid& grid, const ExtractSettings& settings,
-                       Mesh& mesh) override {
-    return engine_.extract(balls, grid, settings, mesh);
-  }
   EngineStatus extract(const MorphSurface& between, const Grid& grid,
                        const ExtractSettings& settings, Mesh& mesh) override {
     ++surfaces;
     return engine_.extract(between, grid, settings, mesh);
   }
-  EngineStatus extract(const std::shared_ptr<const DistanceGrid>& object, const Grid& grid,
-                       const ExtractSettings& settings, Mesh& mesh) override {
-    return engine_.extract(object, grid, settings, mesh);
-  }
-  EngineStatus sample(const BallSet& balls, const std::vector<Vec3>& points,
-                      const ExtractSettings& settings, std::vector<float>& values) override {
-    return engine_.sample(balls, points, settings, values);
-  }
-  EngineStatus move_balls(const std::shared_ptr<const BallPaths>& paths, const MotionState& moment,
-                          const std::vector<float>& eased_times, BallSet& balls) override {
-    return engine_.move_balls(paths, moment, eased_times, balls);
-  }
-  EngineStatus interpolate(const BallSet& balls, const std::vector<BallAttribute>& carried,
-                           const std::vector<Vec3>& points, const ExtractSettings& settings,
-                           std::vector<AttributeValues>& values) override {
-    return engine_.interpolate(balls, carried, points, settings, values);
-  }
-  EngineStatus regress(const std::shared_ptr<const Regression>& regression,
-                       const std::vector<Vec3>& points,
-                       std::vector<AttributeValues>& values) override {
-    return engine_.regress(regression, points, values);
-  }
-  std::vector<PassTime> pass_times() const override { return engine_.pass_times(); }
-
- private:
-  Engine& engine_;
 };
 
 class PacingTest : public SceneTest {
