@@ -1,14 +1,11 @@
 #include "morph/plan.h"
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <ctime>
 #include <numbers>
 #include <numeric>
 
-#include "base/parallel.h"
 #include "morph/align.h"
 #include "morph/cost.h"
 #include "morph/labels.h"
@@ -450,38 +447,6 @@ TEST(Labels, WithoutPartnersTheLargerShareWins) {
   };
   EXPECT_EQ(label_at(0.4f), 1u);
   EXPECT_EQ(label_at(0.6f), 0u);
-}
-
-/// Balls through a torus, neighbours overlapping as fitted ones do.
-std::vector<Ball> torus_balls(std::size_t count, std::uint64_t seed) {
-  std::vector<Ball> balls;
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto r = [&](std::uint64_t k) { return random_float(seed, k, i); };
-    const float turn = 6.2831853f * r(0), tube = 0.4f * std::sqrt(r(1)), side = 6.2831853f * r(2);
-    const float ring = 1 + tube * std::cos(side);
-    balls.push_back(ball_at({ring * std::cos(turn), tube * std::sin(side), ring * std::sin(turn)},
-                            1.2f / std::cbrt(static_cast<float>(count))));
-  }
-  return balls;
-}
-
-TEST(TransportPlan, IsMadeInSecondsOnOneCore) {
-#if !defined(NDEBUG) || defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "of an optimised build";
-#endif
-  set_thread_count(1);
-  for (const auto& [count, limit] : {std::pair(1024, 1.0), std::pair(4096, 10.0)}) {
-    const auto from = torus_balls(static_cast<std::size_t>(count), 1),
-               to = torus_balls(static_cast<std::size_t>(count), 2);
-    // The processor's time: others may be at work, too.
-    const std::clock_t start = std::clock();
-    const MorphPlan plan = plan_morph({from, {}, {}}, {to, {}, {}}, FieldKind::kGaussian, {});
-    const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-    EXPECT_GE(plan.pairs.size(), from.size());
-    EXPECT_LE(seconds, limit) << count;
-    RecordProperty(fmt::format("seconds_{}", count), fmt::format("{:.2f}", seconds));
-  }
-  set_thread_count(0);
 }
 
 }  // namespace
