@@ -93,9 +93,11 @@ class DigestsTest : public SurfaceTest {
 TEST_P(DigestsTest, surfaces_of_balls_are_those_of_every_processor) {
   const auto round = [](FieldKind field) { return random_balls(60, field, 40); };
   EXPECT_EQ(surface(round(FieldKind::kGaussian), FieldKind::kGaussian, 1), "709a0fe4679fe7fe");
-  EXPECT_EQ(surface(stretched(round(FieldKind::kGaussian)), FieldKind::kGaussian, 2), "ea5e110f25090059");
+  EXPECT_EQ(surface(stretched(round(FieldKind::kGaussian)), FieldKind::kGaussian, 2),
+            "ea5e110f25090059");
   EXPECT_EQ(surface(round(FieldKind::kWyvill), FieldKind::kWyvill, 1), "5a734995ef6917a5");
-  EXPECT_EQ(surface(stretched(round(FieldKind::kWyvill)), FieldKind::kWyvill, 2), "a66465ac88ab45ae");
+  EXPECT_EQ(surface(stretched(round(FieldKind::kWyvill)), FieldKind::kWyvill, 2),
+            "a66465ac88ab45ae");
   EXPECT_EQ(surface(with_holes(round(FieldKind::kInverseSquare)), FieldKind::kInverseSquare, 2),
             "8ba60b35909f516a");
 }
