@@ -5,7 +5,7 @@
 add_library(pm_flags INTERFACE)
 target_compile_options(pm_flags INTERFACE
   # No contraction: the same bits on every compiler, and on the GPU (--fmad=false).
-  $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=off -Werror=switch -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion>
+  $<$<COMPILE_LANGUAGE:CXX>:-ffp-contract=${POLYMORPH_CONTRACT} -Werror=switch -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion>
   # GCC 12 fuses products and sums that alternate in sign (vfmaddsub) despite -ffp-contract=off; only
   # its vectorizer of straight-line code does so.
   $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-fno-tree-slp-vectorize>
@@ -17,6 +17,10 @@ target_compile_options(pm_flags INTERFACE
   $<$<AND:$<COMPILE_LANG_AND_ID:CXX,GNU>,$<BOOL:${CMAKE_UNITY_BUILD}>>:-Wno-subobject-linkage>
   # Vectors of eight floats are passed in memory then, and stay within the program.
   $<$<AND:$<COMPILE_LANGUAGE:CXX>,$<STREQUAL:${POLYMORPH_ARCH},>>:-Wno-psabi>)
+if(NOT CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64)$")
+  # A char has a sign on x86-64 and none elsewhere.
+  target_compile_options(pm_flags INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-fsigned-char>)
+endif()
 target_include_directories(pm_flags INTERFACE ${CMAKE_SOURCE_DIR} ${CMAKE_SOURCE_DIR}/src)
 
 function(pm_room name)

@@ -13,6 +13,7 @@
 namespace polymorph {
 namespace {
 
+#if defined(__x86_64__)
 constexpr std::array<const char*, 5> kIsas = {"sse2", "sse4.2", "avx", "avx2", "avx512"};
 
 /// Detects the instruction set that Embree chose, from its native packet widths and the CPU.
@@ -30,6 +31,14 @@ bool cpu_supports(const std::string& isa) {
   if (isa == "avx") return __builtin_cpu_supports("avx");
   return true;
 }
+std::string device_config(const std::string& isa) { return isa.empty() ? "" : "isa=" + isa; }
+#else
+// Embree has one there, and no name for it.
+constexpr std::array<const char*, 1> kIsas = {"neon"};
+std::string detect_isa(RTCDevice) { return kIsas[0]; }
+bool cpu_supports(const std::string&) { return true; }
+std::string device_config(const std::string&) { return ""; }
+#endif
 
 void note_error(void* user, RTCError code, const char* text) {
   auto* report = static_cast<RayDevice::Report*>(user);
@@ -234,15 +243,14 @@ Result<RayDevice> make_ray_device(const std::string& chosen) {
   if (!isa.empty() && std::find(kIsas.begin(), kIsas.end(), isa) == kIsas.end())
     return make_error(
         ErrorCode::kUsage,
-        "unknown instruction set \"{}\" for ray tracing - use sse2, sse4.2, avx, avx2 "
-        "or avx512, or none for the best",
-        isa);
+        "unknown instruction set \"{}\" for ray tracing - use one of {}, or none for the best", isa,
+        fmt::join(kIsas, ", "));
   if (!cpu_supports(isa))
     return make_error(ErrorCode::kResource,
                       "this machine's CPU has no {} (asked for ray tracing) - pin a smaller "
                       "instruction set, or none",
                       isa);
-  const std::string config = isa.empty() ? "" : "isa=" + isa;
+  const std::string config = device_config(isa);
   RayDevice device;
   device.report = std::make_unique<RayDevice::Report>();
   device.device.reset(rtcNewDevice(config.c_str()));
