@@ -1,7 +1,9 @@
 #include "export/carried_frames.h"
 
 #include <algorithm>
+#include <optional>
 
+#include "base/activity.h"
 #include "export/surface_frames.h"
 #include "leg/leg_surface.h"
 #include "mesh/mesh_check.h"
@@ -142,11 +144,18 @@ Result<CarriedActor> carry_actor(const ActorFrames& shown, Engine& engine,
     for (std::size_t i = 0; i < points.size(); ++i) points[i] = points[i] + flow.displacement[i];
     return points;
   };
+  std::optional<Activity> activity(std::in_place, "comparing the topology of frames");
   PM_TRY(const std::size_t start, check_moments(shown, carried, surface));
+  activity.reset();
   const float size = std::min(object_size(leg, 0), object_size(leg, 1));
   std::vector<float> times;
   for (const MorphState& moment : carried.moments) times.push_back(moment.time);
-  PM_TRY(carried.mesh, carry(surface, times, start, {kCarriedError * size, leg.settings.cell}));
+  CarrySettings settings;
+  settings.limit = kCarriedError * size;
+  settings.cell = leg.settings.cell;
+  settings.name = "the mesh of " + shown.actor.name;
+  settings.going_on = stopped;
+  PM_TRY(carried.mesh, carry(surface, times, start, settings));
   for (const CarryFault& fault : carried.mesh.faults)
     carried.errors.push_back(fault.distance / size);
   PM_TRY_STATUS(check_faults(shown, carried));

@@ -36,9 +36,10 @@ struct ActorFrames {
 
 /// Carries the surface of an actor through its frames (mesh/carry/carry.h). Frames that show a
 /// model show the surface that the cells make of it. `stopped` is asked before each surface that is
-/// made, and ends the work with its error. Errors: kInput where the frames belong to several legs
-/// or show boundary stages, where the topology changes, a triangle would be inverted, or the error
-/// would exceed kCarriedError, each with frame and place; kResource.
+/// made and each move of the mesh, and ends the work with its error. Errors: kInput where the
+/// frames belong to several legs or show boundary stages, where the topology changes, a triangle
+/// would be inverted, or the error would exceed kCarriedError, each with frame and place;
+/// kResource.
 Result<CarriedActor> carry_actor(const ActorFrames& shown, Engine& engine,
                                  const std::function<Status()>& stopped);
 

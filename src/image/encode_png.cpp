@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "base/exact_math.h"
 #include "base/parallel.h"
 #include "base/random.h"
 #include "image/coverage.h"
+#include "image/deflate_runs.h"
 #include "image/image_io.h"
 #include "image/png_errors.h"
 #include "image/srgb.h"
@@ -27,19 +29,17 @@ Texts make_texts(const std::vector<Attribute>& attributes) {
   return texts;
 }
 
-/// Settings of libpng and zlib. Measured on a synthetic 640x480 frame with 2 % noise, one core:
-/// looking for repeated strings (zlib's default) costs time and gains nothing on noise; run lengths
-/// after the average filter take 9 ms and 286 kB, level 1 with the same filter 10 ms and 362 kB,
-/// level 6 with adaptive filters 130 ms and 339 kB. On flat pictures (text) strings win: 6 kB
-/// against 41 kB.
+/// Settings of libpng and zlib for small files. Looking for repeated strings (zlib's default) costs
+/// time and gains nothing on noise, where run lengths after the average filter are smallest; on
+/// flat pictures (text) strings win.
 struct Effort {
   int level;
   int strategy;
   int filters;
 };
-constexpr Effort kFast{1, Z_RLE, PNG_FILTER_AVG};
-constexpr Effort kSmall[] = {
-    kFast, {9, Z_RLE, PNG_ALL_FILTERS}, {9, Z_DEFAULT_STRATEGY, PNG_ALL_FILTERS}};
+constexpr Effort kSmall[] = {{1, Z_RLE, PNG_FILTER_AVG},
+                             {9, Z_RLE, PNG_ALL_FILTERS},
+                             {9, Z_DEFAULT_STRATEGY, PNG_ALL_FILTERS}};
 
 struct Layout {
   int color[3];
@@ -79,6 +79,17 @@ struct Encoder {
   void row(std::int64_t y, std::uint8_t* out) const {
     const std::size_t count = image.channel_count();
     const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width);
+    if (settings.bits == 8 && !settings.dither && layout.alpha < 0) {
+      const auto [red, green, blue] = layout.color;
+      for (const float* pixel = &image.pixels[first * count];
+           pixel != image.pixels.data() + (first + static_cast<std::size_t>(image.width)) * count;
+           pixel += count, out += 3) {
+        out[0] = quantizer(pixel[red] * gain);
+        out[1] = quantizer(pixel[green] * gain);
+        out[2] = quantizer(pixel[blue] * gain);
+      }
+      return;
+    }
     const auto put = [&](unsigned code) {
       if (settings.bits == 16) *out++ = static_cast<std::uint8_t>(code >> 8);
       *out++ = static_cast<std::uint8_t>(code);
@@ -111,7 +122,54 @@ struct Codes {
   int bits, samples;  ///< per sample; per pixel
   std::vector<png_bytep> rows;
   Texts texts;
+  std::string packed;  ///< the rows as deflate_runs() packs them; empty: libpng packs them
+  std::size_t pixel_bytes() const { return static_cast<std::size_t>(samples * bits / 8); }
+  std::size_t stride() const { return static_cast<std::size_t>(width) * pixel_bytes(); }
 };
+
+/// Writes the filter's number and a row's differences from the average of its left and upper
+/// neighbours (PNG specification 1.2, section 6.6); where nothing is above, from the left ones.
+void filter_row(const std::uint8_t* __restrict row, const std::uint8_t* __restrict above,
+                std::size_t step, std::span<std::uint8_t> filtered) {
+  constexpr std::uint8_t kLeft = 1, kAverage = 3;
+  filtered[0] = above ? kAverage : kLeft;
+  std::uint8_t* __restrict out = &filtered[1];
+  const std::size_t size = filtered.size() - 1;
+  for (std::size_t i = 0; i < step; ++i)
+    out[i] = static_cast<std::uint8_t>(row[i] - (above ? above[i] / 2 : 0));
+  if (above) {
+    for (std::size_t i = step; i < size; ++i)
+      out[i] = static_cast<std::uint8_t>(row[i] - (row[i - step] + above[i]) / 2);
+  } else {
+    for (std::size_t i = step; i < size; ++i)
+      out[i] = static_cast<std::uint8_t>(row[i] - row[i - step]);
+  }
+}
+
+/// Filters all rows, then packs them.
+void pack_rows(Codes& codes) {
+  const std::size_t row_size = codes.stride() + 1;
+  std::vector<std::uint8_t> filtered(row_size * static_cast<std::size_t>(codes.height));
+  parallel_for(
+      codes.height,
+      [&](std::int64_t y) {
+        const auto i = static_cast<std::size_t>(y);
+        filter_row(codes.rows[i], i > 0 ? codes.rows[i - 1] : nullptr, codes.pixel_bytes(),
+                   std::span(filtered).subspan(i * row_size, row_size));
+      },
+      64);
+  codes.packed = deflate_runs(filtered);
+}
+
+/// Writes the packed rows as IDAT chunks, of which the specification allows 2^31 - 1 bytes each.
+void write_packed(png_structp png, const std::string& packed) {
+  constexpr std::size_t kMaxChunk = std::size_t{1} << 30;
+  for (std::size_t i = 0; i < packed.size(); i += kMaxChunk)
+    png_write_chunk(png, reinterpret_cast<png_const_bytep>("IDAT"),
+                    reinterpret_cast<png_const_bytep>(&packed[i]),
+                    std::min(kMaxChunk, packed.size() - i));
+  png_write_chunk(png, reinterpret_cast<png_const_bytep>("IEND"), nullptr, 0);
+}
 
 /// All of libpng's calls: errors jump back here over frames that own nothing.
 void write_png(Writer& writer, const Effort& effort, Codes& codes) {
@@ -145,8 +203,12 @@ void write_png(Writer& writer, const Effort& effort, Codes& codes) {
       png_set_text(png, info, &text, 1);  // copies both
     }
     png_write_info(png, info);
-    png_write_image(png, codes.rows.data());
-    png_write_end(png, info);
+    if (!codes.packed.empty()) {
+      write_packed(png, codes.packed);
+    } else {
+      png_write_image(png, codes.rows.data());
+      png_write_end(png, info);
+    }
   }
   png_destroy_write_struct(&png, &info);
 }
@@ -168,8 +230,9 @@ Result<std::string> encode_png(const Image& image, const PngSettings& settings) 
                              static_cast<std::size_t>(layout.samples()) *
                              static_cast<std::size_t>(settings.bits / 8);
   std::vector<std::uint8_t> bytes(stride * static_cast<std::size_t>(image.height));
-  Codes codes{image.width,      image.height, settings.bits,
-              layout.samples(), {},           make_texts(image.attributes)};
+  Codes codes{
+      image.width, image.height, settings.bits, layout.samples(), {}, make_texts(image.attributes),
+      {}};
   for (std::size_t y = 0; y < static_cast<std::size_t>(image.height); ++y)
     codes.rows.push_back(&bytes[y * stride]);
   const Encoder encoder{image, layout, settings,
@@ -178,11 +241,13 @@ Result<std::string> encode_png(const Image& image, const PngSettings& settings) 
   parallel_for(
       image.height,
       [&](std::int64_t y) { encoder.row(y, codes.rows[static_cast<std::size_t>(y)]); }, 16);
-  if (settings.effort == PngEffort::kFast) return encode_rows(kFast, codes);
-  std::string best;
+  pack_rows(codes);
+  PM_TRY(std::string best, encode_rows(kSmall[0], codes));
+  if (settings.effort == PngEffort::kFast) return best;
+  codes.packed.clear();
   for (const Effort& effort : kSmall) {
     PM_TRY(std::string encoded, encode_rows(effort, codes));
-    if (best.empty() || encoded.size() < best.size()) best = std::move(encoded);
+    if (encoded.size() < best.size()) best = std::move(encoded);
   }
   return best;
 }

@@ -15,12 +15,6 @@ double decode(double encoded) {
   return encoded <= 0.04045 ? encoded / 12.92 : exact::pow((encoded + 0.055) / 1.055, 2.4);
 }
 
-// Codes change at most once per bucket: the relative width of a bucket is 1/512, that of a code at
-// least 1/110.
-constexpr std::uint32_t kShift = 14;
-constexpr std::uint32_t kFirst = std::bit_cast<std::uint32_t>(0x1p-13f) >> kShift;
-constexpr std::uint32_t kLast = std::bit_cast<std::uint32_t>(1.0f) >> kShift;
-
 // Within buckets of relative width 1/128 the curve is linear to 5e-4 of a code.
 constexpr std::uint32_t kCurveShift = 16;
 constexpr float kCurveFirst = 0x1p-8f, kCurveError = 1e-3f;
@@ -36,7 +30,9 @@ float linear_to_srgb(float linear) {
   return static_cast<float>(1.055 * exact::pow(static_cast<double>(linear), 1 / 2.4) - 0.055);
 }
 
-SrgbQuantizer::SrgbQuantizer() : start_(kLast - kFirst + 1) {
+SrgbQuantizer::SrgbQuantizer() {
+  constexpr std::uint32_t kFirstBucket = std::bit_cast<std::uint32_t>(kFirst) >> kShift;
+  start_.resize((std::bit_cast<std::uint32_t>(1.0f) >> kShift) - kFirstBucket + 1);
   lowest_[0] = -std::numeric_limits<float>::infinity();
   for (std::size_t k = 1; k < 256; ++k) {
     const double edge = decode((static_cast<double>(k) - 0.5) / 255);
@@ -47,7 +43,7 @@ SrgbQuantizer::SrgbQuantizer() : start_(kLast - kFirst + 1) {
   lowest_[256] = std::numeric_limits<float>::infinity();
   std::uint8_t code = 0;
   for (std::uint32_t i = 0; i < start_.size(); ++i) {
-    const auto value = std::bit_cast<float>((kFirst + i) << kShift);
+    const auto value = std::bit_cast<float>((kFirstBucket + i) << kShift);
     while (value >= lowest_[code + std::size_t{1}]) ++code;
     start_[i] = code;
   }
@@ -58,13 +54,6 @@ SrgbQuantizer::SrgbQuantizer() : start_(kLast - kFirst + 1) {
 const SrgbQuantizer& SrgbQuantizer::instance() {
   static const SrgbQuantizer quantizer;
   return quantizer;
-}
-
-std::uint8_t SrgbQuantizer::operator()(float linear) const {
-  if (!(linear >= 0x1p-13f)) return 0;
-  if (linear >= 1.0f) return 255;
-  const std::uint8_t code = start_[(std::bit_cast<std::uint32_t>(linear) >> kShift) - kFirst];
-  return static_cast<std::uint8_t>(code + (linear >= lowest_[code + std::size_t{1}]));
 }
 
 std::uint8_t SrgbQuantizer::operator()(float linear, float offset) const {

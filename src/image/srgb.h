@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -18,12 +20,23 @@ float linear_to_srgb(float linear);
 class SrgbQuantizer {
  public:
   static const SrgbQuantizer& instance();
-  std::uint8_t operator()(float linear) const;
+  std::uint8_t operator()(float linear) const {
+    // No branch: rows of pictures wait for wrong guesses otherwise. Below kFirst the code is 0.
+    const float value = linear >= kFirst ? (linear < 1.0f ? linear : 1.0f) : kFirst;
+    constexpr std::uint32_t kFirstBucket = std::bit_cast<std::uint32_t>(kFirst) >> kShift;
+    const std::uint8_t code =
+        start_[(std::bit_cast<std::uint32_t>(value) >> kShift) - kFirstBucket];
+    return static_cast<std::uint8_t>(code + (value >= lowest_[code + std::size_t{1}]));
+  }
   /// Computes floor(min(255 linear_to_srgb(v) + offset, 255)), `v` clamped to [0, 1], for an
   /// `offset` in [0, 1): random rounding. A pow is rarely needed.
   std::uint8_t operator()(float linear, float offset) const;
 
  private:
+  /// Codes change at most once per bucket of equal leading bits: its relative width is 1/512, that
+  /// of a code at least 1/110.
+  static constexpr std::uint32_t kShift = 14;
+  static constexpr float kFirst = 0x1p-13f;
   SrgbQuantizer();
   std::array<float, 257>
       lowest_;  ///< the smallest linear value that rounds to each code; infinity after 255

@@ -3,7 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
+#include <string>
 
+#include "base/activity.h"
+#include "mesh/carry/carry.h"
 #include "mesh/carry/carry_measure.h"
 #include "mesh/carry/deviation.h"
 #include "mesh/carry/divide.h"
@@ -118,6 +122,48 @@ TEST(CarryMeter, CountsInvertedTriangles) {
   const Triangle& t = target.surface.triangles[100];
   points[t.v[0]] = points[t.v[1]] + points[t.v[2]] - points[t.v[0]];
   EXPECT_GT(meter.measure(points, target.surface.triangles).fault.inverted, 0u);
+}
+
+TEST(Carry, EndsAtAnyMoveWhenToldAndNamesItsStages) {
+  const Mesh ball = shape("sphere");
+  const auto scaled = [&](float size) {
+    Mesh mesh = ball;
+    for (Vec3& p : mesh.positions) p = p * size;
+    return mesh;
+  };
+  MovingSurface surface;
+  surface.at = [&](float time) -> Result<CarryTarget> { return make_carry_target(scaled(time)); };
+  surface.flow = [](std::span<const Vec3> points, float from,
+                    float to) -> Result<std::vector<Vec3>> {
+    std::vector<Vec3> moved;
+    for (const Vec3 p : points) moved.push_back(p * (to / from));
+    return moved;
+  };
+  const std::vector<float> times = {1, 1.1f};
+  int calls = 0, last = 1 << 30;
+  std::set<std::string> stages;
+  CarrySettings settings;
+  settings.limit = 0.1f;
+  settings.cell = 1;
+  settings.name = "the ball";
+  settings.going_on = [&]() -> Status {
+    stages.insert(current_activity());
+    if (++calls > last) return Error{ErrorCode::kTerminated, "enough"};
+    return Ok{};
+  };
+  ASSERT_TRUE(carry(surface, times, 0, settings).ok());
+  EXPECT_EQ(stages.count("beginning the ball at time 1 of 2"), 1u);
+  EXPECT_EQ(stages.count("carrying the ball at time 2 of 2"), 1u);
+  const int all = calls;
+  ASSERT_GT(all, 12);
+  for (const int moves : {0, 5, all - 1}) {
+    calls = 0;
+    last = moves;
+    const auto carried = carry(surface, times, 0, settings);
+    ASSERT_FALSE(carried.ok()) << moves << " of " << all;
+    EXPECT_EQ(carried.error().message, "enough");
+    EXPECT_LE(calls, moves + 2) << "it goes on after it was told to end";
+  }
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "base/activity.h"
 #include "base/log.h"
 #include "mesh/carry/carry_measure.h"
 #include "mesh/carry/carry_moves.h"
@@ -36,10 +37,19 @@ class Carrier {
  private:
   using Points = std::vector<Vec3>;
 
-  MovedMesh view(Points& points) const { return {points, triangles_, fans_}; }
+  MovedMesh view(Points& points) const { return {points, triangles_, fans_, &goes_on_}; }
   CarryMeasure measure(const Points& points) { return meter_->measure(points, triangles_); }
   bool is_good(const CarryFault& fault) const {
     return fault.inverted == 0 && fault.distance <= settings_.limit;
+  }
+  /// False from the first time on that the caller wants the work to end: what is measured then is
+  /// not to be used.
+  bool goes_on() {
+    if (ended_.ok()) ended_ = settings_.going_on();
+    return ended_.ok();
+  }
+  std::string stage(const char* work, std::size_t k) const {
+    return fmt::format("{} {} at time {} of {}", work, settings_.name, k + 1, times_.size());
   }
   Status step(std::size_t from, std::size_t to);
   Status advance(Points& points, float from, float to, const CarryTarget& target, int depth);
@@ -58,12 +68,15 @@ class Carrier {
   Fans fans_;
   std::vector<Points> points_;
   std::optional<CarryMeter> meter_;  ///< measures at the current time
+  Status ended_ = Ok{};
+  const std::function<bool()> goes_on_ = [this] { return goes_on(); };
   std::vector<float> residual_;  ///< distance of each point from the surface at the start of a step
 };
 
 Status Carrier::advance(Points& points, float from, float to, const CarryTarget& target,
                         int depth) {
   constexpr int kDepth = 5, kSweeps = 3;
+  PM_TRY_STATUS(settings_.going_on());
   PM_TRY(Points moved_points, surface_.flow(points, from, to));
   std::vector<std::uint32_t> near;
   const SurfaceProjection foot = project_onto_surface(moved_points, target, near);
@@ -82,8 +95,10 @@ Status Carrier::advance(Points& points, float from, float to, const CarryTarget&
     return advance(points, middle, to, target, depth + 1);
   }
   points = std::move(moved_points);
-  for (int k = std::min(depth, kSweeps - 1); k < kSweeps; ++k)
+  for (int k = std::min(depth, kSweeps - 1); k < kSweeps; ++k) {
     move_onto_surface(view(points), target, kRelax, near);
+    PM_TRY_STATUS(settings_.going_on());
+  }
   repair(view(points), target, 0.3f * settings_.cell, near);
   const std::vector<ClosestPoint> hits = target.query().closest(points, near);
   for (std::size_t i = 0; i < hits.size(); ++i) residual_[i] = hits[i].distance;
@@ -97,6 +112,7 @@ CarryMeasure Carrier::place_on_surface(Points& points, const CarryTarget& target
   for (int step = 0;; ++step) {
     move_onto_surface(view(points), target, 0, near);
     m = measure(points);
+    if (!goes_on()) return m;
     if (m.fault.distance < kEnough * settings_.limit || step + 1 == steps) break;
     pull_towards_misses(view(points), target, m.misses, m.near);
     near = std::move(m.near);
@@ -113,10 +129,11 @@ void Carrier::map_patches(Points& points, const CarryTarget& target, CarryMeasur
     std::vector<std::uint32_t> seeds = m.inverted;
     for (std::uint32_t f = 0; f < triangles_.size(); ++f)
       if (m.triangle_distance[f] > settings_.limit) seeds.push_back(f);
-    if (seeds.empty()) return;
+    if (seeds.empty() || !goes_on()) return;
     Points mapped_points = points;
     if (polymorph::map_patches(mapped_points, triangles_, {seeds, rings}, target, m.mesh_near) == 0)
       continue;
+    if (!goes_on()) return;
     repair(view(mapped_points), target, kEnough * settings_.limit, m.near, seeds);
     CarryMeasure after = measure(mapped_points);
     if (is_better(after.fault, m.fault)) m = std::move(after), points = std::move(mapped_points);
@@ -133,7 +150,7 @@ CarryMeasure Carrier::improve(Points& points, const CarryTarget& target,
   if (!is_first) repair(view(points), target, kEnough * settings_.limit, last.near, fresh);
   CarryMeasure m = place_on_surface(points, target, is_first ? 3 : 2);
   map_patches(points, target, m);
-  if (!is_first && is_better(last.fault, m.fault)) {
+  if (!is_first && is_better(last.fault, m.fault) && goes_on()) {
     // Neither relaxation nor mapping helped; pulling points towards the missed ones may.
     CarryMeasure after = place_on_surface(before, target, 2);
     if (is_better(after.fault, m.fault)) m = std::move(after), points = std::move(before);
@@ -176,6 +193,7 @@ CarryFault Carrier::finish(std::size_t k, const CarryTarget& target) {
     Points& points = points_[k];
     last = improve(points, target, fresh, last);
     const CarryMeasure& m = last;
+    if (!goes_on()) return m.fault;
     std::vector<std::uint32_t> coarse;
     for (std::uint32_t f = 0; f < triangles_.size(); ++f)
       if (m.triangle_distance[f] > kEnough * settings_.limit &&
@@ -216,7 +234,7 @@ CarryFault Carrier::improve_without_division(Points& points, const CarryTarget& 
   CarryMeasure m = measure(candidate);
   for (int k = 0;; ++k) {
     if (is_good(m.fault) || is_better(m.fault, best.fault)) best = m, points = candidate;
-    if (is_good(best.fault) || k == kMaxAttempts) return best.fault;
+    if (is_good(best.fault) || k == kMaxAttempts || !goes_on()) return best.fault;
     candidate = points;
     m = best;
     if (k % 2 == 0) {
@@ -234,13 +252,14 @@ CarryFault Carrier::improve_without_division(Points& points, const CarryTarget& 
 }
 
 Status Carrier::step(std::size_t from, std::size_t to) {
+  const Activity activity(stage("carrying", to));
   residual_.assign(points_[from].size(), 0.0f);
   PM_TRY(const CarryTarget target, surface_.at(times_[to]));
   Points points = points_[from];
   PM_TRY_STATUS(advance(points, times_[from], times_[to], target, 0));
   points_[to] = std::move(points);
   finish(to, target);
-  return Ok{};
+  return ended_;
 }
 
 Status Carrier::run(std::size_t start) {
@@ -251,8 +270,13 @@ Status Carrier::run(std::size_t start) {
   fans_ = Fans(points_[start].size(), triangles_);
   // Marching cubes make slivers; relaxation removes them.
   std::vector<std::uint32_t> near;
-  for (int k = 0; k < kSweeps; ++k) move_onto_surface(view(points_[start]), target, kRelax, near);
-  finish(start, target);
+  {
+    const Activity activity(stage("beginning", start));
+    for (int k = 0; k < kSweeps && goes_on(); ++k)
+      move_onto_surface(view(points_[start]), target, kRelax, near);
+    if (goes_on()) finish(start, target);
+    PM_TRY_STATUS(ended_);
+  }
   for (std::size_t k = start; k-- > 0;) PM_TRY_STATUS(step(k + 1, k));
   for (std::size_t k = start + 1; k < times_.size(); ++k) PM_TRY_STATUS(step(k - 1, k));
   return Ok{};
@@ -268,11 +292,14 @@ Result<CarriedMesh> Carrier::result() {
   for (int pass = 0; pass < kPasses && is_divided; ++pass) {
     is_divided = false;
     for (std::size_t k = 0; k < points_.size(); ++k) {
+      const Activity activity(stage("checking", k));
       PM_TRY(const CarryTarget target, surface_.at(times_[k]));
       carried.faults[k] = improve_without_division(points_[k], target);
+      PM_TRY_STATUS(ended_);
       if (is_good(carried.faults[k]) || pass + 1 == kPasses) continue;
       const std::size_t before = triangles_.size();
       carried.faults[k] = finish(k, target);
+      PM_TRY_STATUS(ended_);
       is_divided |= triangles_.size() > before;
     }
   }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "base/result.h"
@@ -37,10 +38,14 @@ struct CarrySettings {
   float limit = 0;                      ///< required Hausdorff distance, scene units
   float cell = 0;                       ///< edge of the surface's own cells
   std::size_t max_triangles = 1000000;  ///< approximate: no subdivision begins that would exceed it
+  std::string name = "a mesh";          ///< name of what is carried, for the stages that are shown
+  /// Called before each move of the mesh; an error ends the work.
+  std::function<Status()> going_on = [] { return Status(Ok{}); };
 };
 
 /// Extracts the surface at `times[start]` and carries its mesh along the flow to the neighbouring
-/// times, and so on to both ends. Errors: those of `surface`.
+/// times, and so on to both ends. Each time is a stage that is shown (base/activity.h). Errors:
+/// those of `surface` and of `going_on`.
 Result<CarriedMesh> carry(const MovingSurface& surface, std::span<const float> times,
                           std::size_t start, const CarrySettings& settings);
 

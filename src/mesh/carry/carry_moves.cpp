@@ -226,6 +226,7 @@ void repair(const MovedMesh& mesh, const CarryTarget& target, float far,
   for (const std::uint32_t f : faces)
     if (const std::uint32_t v = mesh.triangles[f].v[0]; v < near.size()) fits[f].nearest = near[v];
   for (int k = 0;; ++k) {
+    if (mesh.goes_on && !(*mesh.goes_on)()) return;
     fit_to_surface(mesh, faces, target, fits);
     std::vector<std::uint32_t> stuck;
     for (const std::uint32_t f : faces) {

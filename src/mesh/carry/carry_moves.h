@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -16,6 +17,8 @@ struct MovedMesh {
   std::vector<Vec3>& points;
   std::span<const Triangle> triangles;
   const Fans& fans;
+  /// repair() leaves the mesh as it is then once this says no.
+  const std::function<bool()>* goes_on = nullptr;
 };
 
 /// Closest points on the surface, with its smooth normals there.

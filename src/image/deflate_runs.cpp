@@ -1,0 +1,263 @@
+#include "image/deflate_runs.h"
+
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <utility>
+#include <vector>
+
+namespace polymorph {
+namespace {
+
+constexpr int kEndOfBlock = 256, kSymbols = 286;
+constexpr std::size_t kBlockSize = std::size_t{1} << 18;
+/// Four literals fit into what the writer holds.
+constexpr int kMaxCodeBits = 12, kMaxCodeLengthBits = 7;
+constexpr std::size_t kMinRun = 4, kMaxRun = 258;
+
+/// Lengths of the codes of symbols that occur, none over `limit`. Rare symbols are made less rare
+/// until the longest code fits.
+void find_code_lengths(std::span<const std::uint32_t> counts, int limit,
+                       std::span<std::uint8_t> lengths) {
+  std::vector<std::pair<std::uint32_t, int>> leaves;  // (count, symbol)
+  for (std::size_t s = 0; s < counts.size(); ++s)
+    if (counts[s] > 0) leaves.emplace_back(counts[s], static_cast<int>(s));
+  std::fill(lengths.begin(), lengths.end(), std::uint8_t{0});
+  if (leaves.size() == 1) {
+    lengths[static_cast<std::size_t>(leaves[0].second)] = 1;
+    return;
+  }
+  std::sort(leaves.begin(), leaves.end());
+  const std::size_t n = leaves.size();
+  std::vector<std::uint32_t> weights(2 * n - 1);
+  std::vector<std::size_t> parents(2 * n - 1);
+  std::vector<int> depths(2 * n - 1);
+  for (;; std::for_each(leaves.begin(), leaves.end(),
+                        [](auto& leaf) { leaf.first = (leaf.first + 1) / 2; })) {
+    for (std::size_t i = 0; i < n; ++i) weights[i] = leaves[i].first;
+    // Huffman's method with two queues: leaves, and inner nodes as they are made, both rising.
+    std::size_t leaf = 0, inner = n;
+    for (std::size_t node = n; node < 2 * n - 1; ++node) {
+      weights[node] = 0;
+      for (int child = 0; child < 2; ++child) {
+        const bool takes_leaf = leaf < n && (inner >= node || weights[leaf] <= weights[inner]);
+        const std::size_t taken = takes_leaf ? leaf++ : inner++;
+        parents[taken] = node;
+        weights[node] += weights[taken];
+      }
+    }
+    depths[2 * n - 2] = 0;
+    for (std::size_t i = 2 * n - 2; i-- > 0;) depths[i] = depths[parents[i]] + 1;
+    if (*std::max_element(depths.begin(), depths.begin() + static_cast<std::ptrdiff_t>(n)) <= limit)
+      break;
+  }
+  for (std::size_t i = 0; i < n; ++i)
+    lengths[static_cast<std::size_t>(leaves[i].second)] = static_cast<std::uint8_t>(depths[i]);
+}
+
+struct Code {
+  std::uint32_t bits = 0;  ///< code in the order of writing, its first bit lowest
+  int length = 0;
+};
+
+/// The codes of given lengths, in the order of RFC 1951, section 3.2.2.
+void assign_codes(std::span<const std::uint8_t> lengths, std::span<Code> codes) {
+  std::array<std::uint32_t, 17> count{}, next{};
+  for (const std::uint8_t length : lengths) ++count[length];
+  count[0] = 0;
+  for (std::size_t b = 1; b < 16; ++b) next[b + 1] = (next[b] + count[b]) << 1;
+  for (std::size_t s = 0; s < lengths.size(); ++s) {
+    std::uint32_t code = lengths[s] > 0 ? next[lengths[s]]++ : 0, reversed = 0;
+    for (int b = 0; b < lengths[s]; ++b, code >>= 1) reversed = reversed << 1 | (code & 1);
+    codes[s] = {reversed, lengths[s]};
+  }
+}
+
+/// Appends bits to bytes that are long enough.
+class BitWriter {
+ public:
+  explicit BitWriter(char* out) : out_(out) {}
+  /// `length` at most 56 since the last flush().
+  void put(std::uint64_t bits, int length) {
+    held_ |= bits << count_;
+    count_ += length;
+  }
+  void put(const Code& code) { put(code.bits, code.length); }
+  void flush() {
+    static_assert(std::endian::native == std::endian::little);
+    std::memcpy(out_, &held_, sizeof held_);
+    out_ += count_ >> 3;
+    held_ >>= count_ & ~7;
+    count_ &= 7;
+  }
+  /// Ends at a whole byte and says where.
+  char* finish() {
+    count_ = (count_ + 7) & ~7;
+    flush();
+    return out_;
+  }
+
+ private:
+  char* out_;
+  std::uint64_t held_ = 0;
+  int count_ = 0;
+};
+
+struct LengthCode {
+  int symbol = 0, extra_bits = 0;
+  std::uint32_t extra = 0;
+};
+
+/// The symbols of lengths 3 to 258 (RFC 1951, section 3.2.5).
+const std::array<LengthCode, kMaxRun + 1>& length_codes() {
+  static const auto codes = [] {
+    std::array<LengthCode, kMaxRun + 1> table{};
+    std::uint32_t length = 3;
+    for (int symbol = 257; symbol < 285; ++symbol) {
+      const int extra_bits = symbol < 265 ? 0 : (symbol - 261) / 4;
+      for (std::uint32_t extra = 0; extra < (1u << extra_bits); ++extra)
+        table[length++] = {symbol, extra_bits, extra};
+    }
+    table[kMaxRun] = {285, 0, 0};
+    return table;
+  }();
+  return codes;
+}
+
+/// Bytes that repeat the one before them.
+struct Run {
+  std::size_t first, size;
+};
+
+/// Finds runs from `first` on; a run may repeat a byte of the block before.
+std::vector<Run> find_runs(std::span<const std::uint8_t> bytes, std::size_t first,
+                           std::size_t end) {
+  const auto load = [&](std::size_t i) {
+    std::uint32_t word;
+    std::memcpy(&word, &bytes[i], sizeof word);
+    return word;
+  };
+  std::vector<Run> runs;
+  for (std::size_t i = std::max<std::size_t>(first, 1); i + kMinRun <= end;) {
+    const std::uint32_t differences = load(i) ^ load(i - 1);
+    if (differences != 0) {
+      // No run begins before the last byte that differs.
+      i += 4 - static_cast<std::size_t>(std::countl_zero(differences)) / 8;
+      continue;
+    }
+    std::size_t to = i + kMinRun;
+    while (to < end && bytes[to] == bytes[i - 1]) ++to;
+    for (; to - i >= kMinRun; i += runs.back().size) runs.push_back({i, std::min(to - i, kMaxRun)});
+    i = std::max(i, to - (kMinRun - 1));
+  }
+  return runs;
+}
+
+struct Histogram {
+  std::array<std::array<std::uint32_t, kSymbols>, 4> lanes{};  ///< equal neighbours do not wait
+};
+
+void count_literals(std::span<const std::uint8_t> bytes, Histogram& histogram) {
+  std::size_t i = 0;
+  for (; i + 4 <= bytes.size(); i += 4)
+    for (std::size_t k = 0; k < 4; ++k) ++histogram.lanes[k][bytes[i + k]];
+  for (; i < bytes.size(); ++i) ++histogram.lanes[0][bytes[i]];
+}
+
+/// Writes the lengths of both alphabets' codes (RFC 1951, section 3.2.7): the distances have one
+/// symbol, 1.
+void put_lengths(std::span<const std::uint8_t> lengths, BitWriter& writer) {
+  constexpr int kOrder[] = {16, 17, 18, 0, 8, 7, 9, 6, 10, 5, 11, 4, 12, 3, 13, 2, 14, 1, 15};
+  std::array<std::uint32_t, 19> counts{};
+  std::array<std::uint8_t, 19> own_lengths{};
+  std::array<Code, 19> codes{};
+  for (const std::uint8_t length : lengths) ++counts[length];
+  ++counts[1];
+  find_code_lengths(counts, kMaxCodeLengthBits, own_lengths);
+  assign_codes(own_lengths, codes);
+  writer.put(static_cast<std::uint64_t>(lengths.size() - 257), 5);
+  writer.put(0, 5);
+  writer.put(std::size(kOrder) - 4, 4);
+  writer.flush();
+  for (const int symbol : kOrder) {
+    writer.put(own_lengths[static_cast<std::size_t>(symbol)], 3);
+    writer.flush();
+  }
+  for (const std::uint8_t length : lengths) {
+    writer.put(codes[length]);
+    writer.flush();
+  }
+  writer.put(codes[1]);
+  writer.flush();
+}
+
+void put_block(std::span<const std::uint8_t> bytes, std::size_t first, std::size_t end,
+               BitWriter& writer) {
+  const std::vector<Run> runs = find_runs(bytes, first, end);
+  const auto& run_codes = length_codes();
+  Histogram histogram;
+  std::size_t at = first;
+  for (const Run& run : runs) {
+    count_literals(bytes.subspan(at, run.first - at), histogram);
+    ++histogram.lanes[0][static_cast<std::size_t>(run_codes[run.size].symbol)];
+    at = run.first + run.size;
+  }
+  count_literals(bytes.subspan(at, end - at), histogram);
+  std::array<std::uint32_t, kSymbols>& counts = histogram.lanes[0];
+  for (std::size_t k = 1; k < histogram.lanes.size(); ++k)
+    for (std::size_t s = 0; s < counts.size(); ++s) counts[s] += histogram.lanes[k][s];
+  counts[kEndOfBlock] = 1;
+  std::array<std::uint8_t, kSymbols> lengths{};
+  std::array<Code, kSymbols> codes{};
+  find_code_lengths(counts, kMaxCodeBits, lengths);
+  assign_codes(lengths, codes);
+
+  writer.put(end == bytes.size() ? 1 : 0, 1);
+  writer.put(2, 2);  // codes of its own
+  put_lengths(lengths, writer);
+  const auto put_literals = [&](std::size_t from, std::size_t to) {
+    for (; from + 4 <= to; from += 4) {
+      for (std::size_t k = 0; k < 4; ++k) writer.put(codes[bytes[from + k]]);
+      writer.flush();
+    }
+    for (; from < to; ++from) writer.put(codes[bytes[from]]);
+    writer.flush();
+  };
+  at = first;
+  for (const Run& run : runs) {
+    put_literals(at, run.first);
+    const LengthCode& code = run_codes[run.size];
+    writer.put(codes[static_cast<std::size_t>(code.symbol)]);
+    writer.put(code.extra, code.extra_bits + 1);  // and the distance 1, a bit that is 0
+    writer.flush();
+    at = run.first + run.size;
+  }
+  put_literals(at, end);
+  writer.put(codes[kEndOfBlock]);
+  writer.flush();
+}
+
+}  // namespace
+
+std::string deflate_runs(std::span<const std::uint8_t> bytes) {
+  constexpr std::size_t kBlockHeader = 512;
+  const std::size_t blocks = std::max<std::size_t>(1, (bytes.size() + kBlockSize - 1) / kBlockSize);
+  std::string out;
+  out.resize(bytes.size() / 8 * kMaxCodeBits + 64 + blocks * kBlockHeader);
+  out[0] = 0x78;
+  out[1] = 0x01;
+  BitWriter writer(&out[2]);
+  for (std::size_t b = 0; b < blocks; ++b)
+    put_block(bytes, b * kBlockSize, std::min((b + 1) * kBlockSize, bytes.size()), writer);
+  char* end = writer.finish();
+  const auto sum =
+      static_cast<std::uint32_t>(adler32_z(adler32_z(0, nullptr, 0), bytes.data(), bytes.size()));
+  for (int shift = 24; shift >= 0; shift -= 8) *end++ = static_cast<char>(sum >> shift);
+  out.resize(static_cast<std::size_t>(end - out.data()));
+  return out;
+}
+
+}  // namespace polymorph
