@@ -109,10 +109,12 @@ std::vector<std::vector<Vec3>> find_thin_walls(const Model& original, const Dist
   const double spacing = std::max(kSpacing * static_cast<double>(grid.cell),
                                   std::sqrt(area_of(original) / kMaxSamples));
   TriangleBvh bvh = build_split_bvh(original.points, original.triangles);
-  // A ray through thousands of strewn long triangles has a wall everywhere.
+  // A ray through thousands of strewn long triangles has a wall everywhere, and one through a point
+  // that thousands share touches all of them.
   const std::optional<ClusteredModel> few =
       bvh.is_split ? cluster_long_triangles(original) : std::nullopt;
-  const bool is_thinned = few && few->thinned;
+  const bool is_thinned =
+      few && (few->thinned || 2 * few->model.triangles.size() < original.triangles.size());
   const Model& model = is_thinned ? few->model : original;
   if (is_thinned) bvh = build_split_bvh(model.points, model.triangles);
   std::vector<std::vector<Vec3>> layers(static_cast<std::size_t>(grid.points.z));

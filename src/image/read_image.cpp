@@ -120,6 +120,11 @@ Image to_image(const PmOiioImage& decoded, const ReadImageSettings& settings) {
     image.attributes.push_back(
         {fmt::format("{}{} of {}", kPartAttribute, i + 1, decoded.part_count),
          std::string(decoded.parts[i])});
+  // A file of parts lists them; of pages or moments, the number is of interest.
+  if (decoded.part_count == 0 && decoded.picture_count > 1)
+    image.attributes.push_back(
+        {"pictures", fmt::format("{}{}, of which this is the first",
+                                 decoded.count_is_cut ? "at least " : "", decoded.picture_count)});
   return image;
 }
 
@@ -185,7 +190,7 @@ Result<Image> decode_image(const std::string& bytes, const std::string& name,
                       "scale the image down",
                       name, format_bytes(static_cast<double>(max_bytes)));
   }
-  if (settings.single_picture && decoded->has_more)
+  if (settings.single_picture && decoded->picture_count > 1)
     return make_error(
         ErrorCode::kInput,
         "{}: holds several parts, pages or pictures, of which only the first would be "

@@ -175,8 +175,8 @@ struct ClosestPointQuery::Tree {
 
 ClosestPointQuery::ClosestPointQuery(MeshView mesh) : tree_(std::make_unique<Tree>()) {
   tree_->bvh = build_split_bvh(mesh.points, mesh.triangles);
-  // Thousands of long triangles that are strewn are all about as close as the closest one. Those of
-  // a coarse surface have boxes that overlap little, and are not split.
+  // Thousands of long triangles that are strewn or share a point are all about as close as the
+  // closest one. Those of a coarse surface have boxes that overlap little, and are not split.
   const std::vector<std::uint32_t> few =
       tree_->bvh.is_split ? thin_long_triangles(mesh) : std::vector<std::uint32_t>();
   if (!few.empty()) tree_->bvh = build_split_bvh(mesh.points, select_triangles(mesh, few));

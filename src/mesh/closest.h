@@ -34,8 +34,8 @@ class ClosestPointQuery {
 
   /// Finds the closest point no further than `max_distance`; of several, the one on the triangle of
   /// lowest index; where thousands of triangles are long (build_split_bvh()), one within a
-  /// ten-thousandth of the closest, and where these are strewn, the closest of those that represent
-  /// them (thin_long_triangles()). If there is none (no triangles, all further off, a NaN in
+  /// ten-thousandth of the closest, and where far fewer represent them (thin_long_triangles()), the
+  /// closest of those. If there is none (no triangles, all further off, a NaN in
   /// `from`): point = from, distance = max_distance, triangle = kNoTriangle. A small `max_distance`
   /// is much faster where most points are far off.
   ClosestPoint closest(Vec3 from,

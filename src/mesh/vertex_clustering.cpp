@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <cstdlib>
 #include <numeric>
+#include <tuple>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "kernels/linear.h"
@@ -28,7 +30,8 @@ std::size_t count_long(MeshView mesh, double diagonal) {
                     [&](const Triangle& t) { return is_long(mesh, t, diagonal); }));
 }
 
-ClusteredMesh cluster(MeshView mesh, double cell) {
+/// Finds the first point in the cell of each point.
+std::vector<std::uint32_t> first_points_in_cells(MeshView mesh, double cell) {
   const Vec3d low(mesh.box().low);
   std::unordered_map<std::uint64_t, std::uint32_t> first_in_cell;
   std::vector<std::uint32_t> representative(mesh.points.size());
@@ -39,6 +42,11 @@ ClusteredMesh cluster(MeshView mesh, double cell) {
                               static_cast<std::uint64_t>(at.z);
     representative[i] = first_in_cell.try_emplace(key, i).first->second;
   }
+  return representative;
+}
+
+ClusteredMesh cluster(MeshView mesh, double cell) {
+  const std::vector<std::uint32_t> representative = first_points_in_cells(mesh, cell);
   struct Corners {
     std::array<std::uint32_t, 3> corners;  // ascending
     int times = 1;                         // occurrences, minus those of the reversed triangle
@@ -67,6 +75,52 @@ ClusteredMesh cluster(MeshView mesh, double cell) {
     result.multiplicity.push_back(std::abs(times));
   }
   return result;
+}
+
+/// Lists one of the long triangles whose corners lie in the same cells, and all short ones; nothing
+/// where that is half of the mesh or more. A triangle with two corners in one cell is as good as an
+/// edge, and is left out where another one has that edge.
+std::vector<std::uint32_t> one_per_cells(MeshView mesh, double cell, double diagonal) {
+  const std::vector<std::uint32_t> representative = first_points_in_cells(mesh, cell);
+  struct Cells {
+    std::array<std::uint32_t, 3> cells;  // ascending; of two, the higher one twice
+    std::uint32_t triangle;
+    bool operator<(const Cells& other) const {
+      return std::tie(cells, triangle) < std::tie(other.cells, other.triangle);
+    }
+  };
+  std::vector<Cells> faces, edges;
+  std::vector<std::uint32_t> kept;
+  for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    const Triangle& t = mesh.triangles[i];
+    if (!is_long(mesh, t, diagonal)) {
+      kept.push_back(i);
+      continue;
+    }
+    std::array<std::uint32_t, 3> c{representative[t.v[0]], representative[t.v[1]],
+                                   representative[t.v[2]]};
+    std::sort(c.begin(), c.end());
+    const bool is_edge = c[0] == c[1] || c[1] == c[2];
+    (is_edge ? edges : faces).push_back({{c[0], is_edge ? c[2] : c[1], c[2]}, i});
+  }
+  const auto is_same = [](const Cells& a, const Cells& b) { return a.cells == b.cells; };
+  std::sort(faces.begin(), faces.end());
+  faces.erase(std::unique(faces.begin(), faces.end(), is_same), faces.end());
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end(), is_same), edges.end());
+  std::unordered_set<std::uint64_t> edges_of_faces;
+  const auto key = [](std::uint32_t low, std::uint32_t high) {
+    return std::uint64_t{low} << 32 | high;
+  };
+  for (const auto& [c, triangle] : faces) {
+    kept.push_back(triangle);
+    edges_of_faces.insert({key(c[0], c[1]), key(c[1], c[2]), key(c[0], c[2])});
+  }
+  for (const auto& [c, triangle] : edges)
+    if (!edges_of_faces.contains(key(c[0], c[2]))) kept.push_back(triangle);
+  if (2 * kept.size() >= mesh.triangles.size()) return {};
+  std::sort(kept.begin(), kept.end());
+  return kept;
 }
 
 /// Copies the mesh unchanged.
@@ -118,15 +172,17 @@ std::optional<ClusteredMesh> cluster_long_triangles(MeshView mesh) {
     const bool nested = times > 4 * static_cast<long long>(result.multiplicity.size());
     if (count > (nested ? kFewNested : kManyLong) && cells > kCoarseCells) continue;
     if (count > kManyLong) thin_out(result, count, diagonal);
+    result.cell = diagonal / cells;
     return result;
   }
 }
 
 std::vector<std::uint32_t> thin_long_triangles(MeshView mesh) {
   const std::optional<ClusteredMesh> clustered = cluster_long_triangles(mesh);
-  std::vector<std::uint32_t> kept_vertices;
-  if (!clustered || !clustered->thinned) return kept_vertices;
+  if (!clustered) return {};
   const double diagonal = static_cast<double>(mesh.box().diagonal());
+  if (!clustered->thinned) return one_per_cells(mesh, clustered->cell, diagonal);
+  std::vector<std::uint32_t> kept_vertices;
   const std::size_t n = (count_long(mesh, diagonal) + kFewStrewn - 1) / kFewStrewn;
   std::size_t seen = 0;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)

@@ -17,6 +17,7 @@ struct ClusteredMesh {
   Mesh mesh;
   std::vector<int> multiplicity;  ///< per triangle, 1 or more
   bool thinned = false;           ///< most of the long triangles are left out
+  double cell = 0;                ///< edge of the cells
 };
 
 /// Counts the triangles that are longer than a 64th of the box's diagonal. Above 16384 (usual
@@ -34,9 +35,12 @@ bool has_many_long_triangles(std::size_t count);
 /// Returns nothing for all other meshes.
 std::optional<ClusteredMesh> cluster_long_triangles(MeshView mesh);
 
-/// Indices, ascending, of triangles that represent a mesh of strewn long ones in queries for the
-/// closest point: where cluster_long_triangles() leaves most of them out, every n-th long one and
-/// all others. Empty for all other meshes.
+/// Indices, ascending, of triangles that represent a mesh of too many long ones in queries for the
+/// closest point. Where cluster_long_triangles() leaves most of them out: every n-th long one and
+/// all others. Where less than half of the mesh represents it, as with slivers that share a point:
+/// one of those long triangles whose corners lie in the same cells, none where two cells are an
+/// edge of another one's, and all others; each point of the mesh is then within the diagonal of a
+/// cell of those. Empty for all other meshes.
 std::vector<std::uint32_t> thin_long_triangles(MeshView mesh);
 
 }  // namespace polymorph

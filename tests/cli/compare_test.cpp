@@ -103,6 +103,15 @@ TEST_F(Golden, InfoListsThePartsOfAFileOfSeveral) {
   EXPECT_TRUE(contains(ran.out, "  part 2 of 2 = ")) << ran.out;
 }
 
+TEST_F(Golden, InfoCountsThePagesOfATiffAndThePicturesOfAGif) {
+  for (const char* name : {"pages.tif", "moments.gif"}) {
+    const Ran ran = run(0, {"info", (source_dir() / "tests/data/image" / name).string()});
+    EXPECT_TRUE(contains(ran.out, "  pictures = 3, of which this is the first\n")) << ran.out;
+  }
+  const Ran one = run(0, {"info", (source_dir() / "tests/data/image/rgb8.tif").string()});
+  EXPECT_FALSE(contains(one.out, "pictures")) << one.out;
+}
+
 TEST_F(Golden, AFolderWithoutASuiteIsAnError) {
   std::filesystem::create_directories(folder / "empty");
   const Ran ran = run(3, {"golden", "test", "--root", "empty", "--junit", "junit.xml"});

@@ -476,27 +476,71 @@ TEST(SplitBvh, FewLongTrianglesAreCutWhereTheirBoxesOverlap) {
   }
 }
 
-TEST(SplitBvh, PiecesAnswerForTheirTriangles) {
-  constexpr std::uint32_t kSlivers = 6000;
-  Model fan;
-  fan.points = {{0, 0, 1}};
-  for (std::uint32_t i = 0; i < kSlivers; ++i) {
-    const double angle = 2 * M_PI * i / kSlivers;
-    fan.points.push_back(
+/// Slivers around an apex at (0, 0, 1): an open cone of height and radius 1.
+Model cone_of(std::uint32_t slivers) {
+  Model cone;
+  cone.points = {{0, 0, 1}};
+  for (std::uint32_t i = 0; i < slivers; ++i) {
+    const double angle = 2 * M_PI * i / slivers;
+    cone.points.push_back(
         {static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle)), 0});
-    fan.triangles.push_back({{0, 1 + i, 1 + (i + 1) % kSlivers}});
+    cone.triangles.push_back({{0, 1 + i, 1 + (i + 1) % slivers}});
   }
+  return cone;
+}
+
+/// The distance of a point in its half plane to the segment that turns into the cone.
+float distance_to_cone(Vec3 p) {
+  const float r = std::hypot(p.x, p.y), t = std::clamp((r + 1 - p.z) / 2, 0.0f, 1.0f);
+  return std::hypot(r - t, p.z - (1 - t));
+}
+
+TEST(SplitBvh, PiecesAnswerForTheirTriangles) {
+  const Model fan = cone_of(6000);
   EXPECT_FALSE(build_triangle_bvh(fan.points, fan.triangles).is_split);
   EXPECT_TRUE(build_split_bvh(fan.points, fan.triangles).is_split);
   const ClosestPointQuery query(fan);
   for (std::uint64_t i = 0; i < 200; ++i) {
     const Vec3 p{3 * random_float(2, 0, i) - 1.5f, 3 * random_float(2, 1, i) - 1.5f,
                  3 * random_float(2, 2, i) - 1.5f};
-    // A cone of height and radius 1: the point in its half plane, against the segment.
-    const float r = std::hypot(p.x, p.y), t = std::clamp((r + 1 - p.z) / 2, 0.0f, 1.0f);
-    const float expected = std::hypot(r - t, p.z - (1 - t));
+    const float expected = distance_to_cone(p);
     EXPECT_NEAR(query.closest(p).distance, expected, 1e-4f * expected + 1e-5f);
   }
+}
+
+TEST(VertexClustering, OfSliversThatShareAPointFewAnswerForTheClosest) {
+  const Model cone = cone_of(60000);
+  const std::vector<std::uint32_t> few = thin_long_triangles(MeshView(cone));
+  ASSERT_FALSE(few.empty());
+  EXPECT_LT(few.size(), 8000u);
+  EXPECT_TRUE(std::is_sorted(few.begin(), few.end()));
+  const ClosestPointQuery query(cone);
+  const float cell = cone.box().diagonal() / 2048;
+  for (std::uint64_t i = 0; i < 200; ++i) {
+    const Vec3 p{3 * random_float(2, 0, i) - 1.5f, 3 * random_float(2, 1, i) - 1.5f,
+                 3 * random_float(2, 2, i) - 1.5f};
+    const float expected = distance_to_cone(p);
+    EXPECT_NEAR(query.closest(p).distance, expected, 1.8f * cell + 1e-4f * expected);
+  }
+}
+
+TEST(VertexClustering, HairsThinnerThanACellStayInQueries) {
+  Model hair = box_model({-20, 0, 0}, {-10, 10, 10});
+  constexpr std::uint32_t kHairs = 100, kBlades = 300;
+  for (std::uint32_t h = 0; h < kHairs; ++h)
+    for (std::uint32_t b = 0; b < kBlades; ++b) {
+      const auto x = static_cast<float>(h), off = 1e-6f * static_cast<float>(b);
+      const auto first = static_cast<std::uint32_t>(hair.points.size());
+      hair.points.insert(hair.points.end(),
+                         {{x + off, 0, 0}, {x + off, 1e-5f, 0}, {x + off, 50, 0}});
+      hair.triangles.push_back({{first, first + 1, first + 2}});
+    }
+  const std::size_t few = thin_long_triangles(MeshView(hair)).size();
+  EXPECT_GE(few, kHairs);
+  EXPECT_LT(few, 3 * kHairs);
+  const ClosestPointQuery query(hair);
+  for (std::uint32_t h = 0; h < kHairs; ++h)
+    EXPECT_NEAR(query.closest({static_cast<float>(h), 20, 1}).distance, 1, 1e-3f) << h;
 }
 
 TEST(Diagnose, PartsWithoutThicknessAreSaid) {

@@ -214,6 +214,21 @@ void list_parts(OIIO::ImageInput& input, Decoded& image) {
   image.parts = image.part_pointers.data();
 }
 
+/// Counts the pictures of a file. To come to a picture of a GIF, those before it are decoded, so
+/// the number of pixels is bounded.
+void count_pictures(OIIO::ImageInput& input, double max_bytes, Decoded& image) {
+  constexpr int kMaxPictures = 1000;
+  OIIO::ImageSpec next;
+  double bytes = 0;
+  image.picture_count = 1;
+  while (input.seek_subimage(image.picture_count, 0, next)) {
+    bytes += static_cast<double>(next.image_bytes());
+    ++image.picture_count;
+    image.count_is_cut = image.picture_count == kMaxPictures || bytes > max_bytes;
+    if (image.count_is_cut) return;
+  }
+}
+
 void decode(const PmOiioRequest& request, Decoded& image) {
   set_up_once();
   const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(request.format);
@@ -260,9 +275,8 @@ void decode(const PmOiioRequest& request, Decoded& image) {
   image.integer_format = !exr && !spec.format.is_floating_point();
   image.straight_alpha = spec.get_int_attribute("oiio:UnassociatedAlpha") != 0;
   take_attributes(spec, image);
-  OIIO::ImageSpec next;
-  image.has_more = input->seek_subimage(1, 0, next);
-  if (exr && image.has_more) list_parts(*input, image);
+  count_pictures(*input, static_cast<double>(request.max_bytes), image);
+  if (exr && image.picture_count > 1) list_parts(*input, image);
 }
 
 }  // namespace
