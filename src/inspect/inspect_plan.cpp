@@ -1,6 +1,7 @@
 #include "base/exact_math.h"
 #include "inspect/inspection.h"
 #include "morph/cost.h"
+#include "morph/plan_cycle.h"
 #include "morph/plan_words.h"
 
 namespace polymorph {
@@ -62,6 +63,16 @@ std::string describe_in_lines(const Leg& leg) {
   return text;
 }
 
+/// The error of the actor's plans where its chain ends with the object that it begins with.
+std::optional<CycleError> actor_cycle(const PreparedActor& actor) {
+  std::vector<const MorphPlan*> plans;
+  for (const auto& leg : actor.legs) {
+    if (leg->before) return std::nullopt;  // from balls in flight, not from an object
+    plans.push_back(&leg->plan);
+  }
+  return cycle_error(plans);
+}
+
 }  // namespace
 
 Inspection inspect_plan(const PreparedScene& prepared) {
@@ -74,7 +85,15 @@ Inspection inspect_plan(const PreparedScene& prepared) {
       legs.push_back(describe_leg(*leg));
       out.text += describe_in_lines(*leg);
     }
-    out.json["actors"].push_back({{"name", actor.name}, {"legs", std::move(legs)}});
+    JsonValue described = {{"name", actor.name}, {"legs", std::move(legs)}};
+    if (const std::optional<CycleError> cycle = actor_cycle(actor)) {
+      described["cycle"] = {{"drift", cycle->drift}, {"spread", cycle->spread}};
+      out.text += fmt::format(
+          "Once around, mass comes back {:.2f} of the size from where it set out, on the mean, and "
+          "spreads by {:.2f}; 0: consistent plans, 1: unrelated ones\n",
+          cycle->drift, cycle->spread);
+    }
+    out.json["actors"].push_back(std::move(described));
   }
   return out;
 }

@@ -28,7 +28,8 @@ Inspection inspect_scene(const std::string& file, const Scene& scene);
 /// The state of each actor in each frame.
 Inspection inspect_timeline(const Scene& scene);
 
-/// The plan of each leg: which limb becomes which, the turn, and how much is left between the ends.
+/// The plan of each leg: which limb becomes which, the turn, and how much is left between the ends;
+/// where a chain ends with the object that it begins with, whether its plans are consistent.
 Inspection inspect_plan(const PreparedScene& prepared);
 
 }  // namespace polymorph

@@ -106,6 +106,7 @@ TEST_F(Products, ThePlanIsShown) {
   EXPECT_GE(leg["pairs"].get<int>(), leg["balls"][0].get<int>());
   for (const char* key : {"limbs", "turn_degrees", "strain", "landmarks"})
     EXPECT_TRUE(leg.contains(key)) << key;
+  EXPECT_FALSE(json["actors"][0].contains("cycle"));
   render_frames();
   EXPECT_TRUE(contains(run(2, {"strip", "f.####.exr", "--show", "plan", "-o", "s.png"}).err,
                        "--show plan is for the sheet"));
@@ -113,6 +114,19 @@ TEST_F(Products, ThePlanIsShown) {
   EXPECT_TRUE(contains(run(2, {"info", "scene.json", "-o", "s.png"}).err, "add that"));
   EXPECT_TRUE(
       contains(run(4, {"info", "scene.json", "--show", "plan", "-o", "ends.png"}).err, "exists"));
+}
+
+TEST_F(Products, ACycleOfPlansIsMeasured) {
+  const std::string cube = R"({"shape": "cube", "spheres": {"balls": 12}})";
+  const std::string sphere = R"({"shape": "sphere", "spheres": {"balls": 6}})";
+  write("cycle.json", R"({"source": )" + cube + R"(, "intermediate": [)" + sphere +
+                          R"(], "target": )" + cube + R"(, "surface": {"resolution": 16}})");
+  const auto json = parse(run(0, {"info", "cycle.json", "--show", "plan", "--json"}).out);
+  const auto& cycle = json["actors"][0]["cycle"];
+  EXPECT_LT(cycle["drift"].get<double>(), 1);
+  EXPECT_GT(cycle["spread"].get<double>(), 0);  // six balls hold the mass of twelve
+  EXPECT_TRUE(contains(run(0, {"info", "cycle.json", "--show", "plan"}).out,
+                       "Once around, mass comes back "));
 }
 
 TEST_F(Products, StripNeedsFrames) {
