@@ -21,6 +21,7 @@
 #include "base/stop.h"
 #include "base/text.h"
 #include "cli/config.h"
+#include "cli/progress.h"
 #include "kernels/interruption.h"
 #include "sequence/run/receipt.h"
 #include "spheres/spheres.h"
@@ -65,9 +66,9 @@ void add_common(Command command, CommonOptions& common) {
           .environment("POLYMORPH_COLOR")
           .choices({"auto", "always", "never"})
           .type_name("WHEN"));
-  add(command.add_option("--progress", common.progress, "auto, bar, lines, json or none")
+  add(command.add_option("--progress", common.progress, "auto, bar, lines, json, openjd or none")
           .environment("POLYMORPH_PROGRESS")
-          .choices({"auto", "bar", "lines", "json", "none"})
+          .choices({"auto", "bar", "lines", "json", "openjd", "none"})
           .type_name("HOW"));
   add(command.add_option("--log-file", common.log_file, "write the log there, too")
           .environment("POLYMORPH_LOG_FILE")
@@ -138,11 +139,12 @@ Status start_up(const CommonOptions& common) {
   set_memory_budget(common.max_memory);
   PM_TRY_STATUS(set_log(log));
   const ProgressMode mode = progress_mode(common);
-  show_activities(common.quiet                   ? ActivityDisplay::kNone
-                  : mode == ProgressMode::kBar   ? ActivityDisplay::kLine
-                  : mode == ProgressMode::kLines ? ActivityDisplay::kLog
-                  : mode == ProgressMode::kJson  ? ActivityDisplay::kJson
-                                                 : ActivityDisplay::kNone);
+  show_activities(common.quiet                 ? ActivityDisplay::kNone
+                  : mode == ProgressMode::kBar ? ActivityDisplay::kLine
+                  : mode == ProgressMode::kLines || mode == ProgressMode::kOpenJd
+                      ? ActivityDisplay::kLog
+                  : mode == ProgressMode::kJson ? ActivityDisplay::kJson
+                                                : ActivityDisplay::kNone);
   return Ok{};
 }
 
@@ -179,6 +181,7 @@ int run_action(CommandLine& line) {
   set_status_line("");
   if (result) return *result;
   print_error(result.error());
+  if (progress_mode(line.common) == ProgressMode::kOpenJd) print_openjd_failure(result.error());
   // What could not be written because of the signal is no fault of the output.
   const bool was_stopped = stop_requested() && result.error().code == ErrorCode::kOutput;
   return static_cast<int>(was_stopped ? stop_code() : result.error().code);
@@ -259,6 +262,7 @@ ProgressMode progress_mode(const CommonOptions& common) {
   if (common.progress == "bar") return ProgressMode::kBar;
   if (common.progress == "lines") return ProgressMode::kLines;
   if (common.progress == "json") return ProgressMode::kJson;
+  if (common.progress == "openjd") return ProgressMode::kOpenJd;
   if (common.progress == "none" || common.quiet) return ProgressMode::kNone;
   return isatty(2) ? ProgressMode::kBar : ProgressMode::kLines;
 }

@@ -22,7 +22,7 @@
 
 namespace polymorph {
 
-enum class ProgressMode { kAuto, kBar, kLines, kJson, kNone };
+enum class ProgressMode { kAuto, kBar, kLines, kJson, kOpenJd, kNone };
 
 struct CommonOptions {
   int threads = 0;

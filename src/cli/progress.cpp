@@ -66,7 +66,23 @@ void print_json(std::size_t done, std::size_t count, const FrameRecord& record) 
   std::fwrite(line.data(), 1, line.size(), stderr);
 }
 
+/// Lines that a session of Open Job Description reads from an action's output (its specification
+/// 2023-09, "How Jobs Are Run"); workers show them beside the task.
+void print_openjd(std::size_t done, std::size_t count, const FrameRecord& record) {
+  const std::string lines = fmt::format(
+      "openjd_progress: {:.1f}\nopenjd_status: frame {} {}, {} of {}\n",
+      100 * static_cast<double>(done) / static_cast<double>(std::max<std::size_t>(count, 1)),
+      record.frame, state_word(record), done, count);
+  std::fwrite(lines.data(), 1, lines.size(), stderr);
+}
+
 }  // namespace
+
+void print_openjd_failure(const Error& error) {
+  const std::string text = printable(error.message, Lines::kKeep);
+  const std::string line = fmt::format("openjd_fail: {}\n", text.substr(0, text.find('\n')));
+  std::fwrite(line.data(), 1, line.size(), stderr);
+}
 
 ProgressCallback make_progress(ProgressMode mode) {
   return [mode, stopwatch = Stopwatch()](std::size_t done, std::size_t count,
@@ -78,6 +94,9 @@ ProgressCallback make_progress(ProgressMode mode) {
         break;
       case ProgressMode::kJson:
         print_json(done, count, record);
+        break;
+      case ProgressMode::kOpenJd:
+        print_openjd(done, count, record);
         break;
       case ProgressMode::kLines:
         log_info("frame {} {}/{} {:.2f} s, peak memory {}, {}{}{}", record.frame, done, count,
@@ -92,7 +111,7 @@ ProgressCallback make_progress(ProgressMode mode) {
 
 Heartbeat::Heartbeat(ProgressMode mode, double seconds, std::size_t frames)
     : mode_(mode), interval_(seconds), frames_(frames) {
-  if (seconds > 0 && (mode == ProgressMode::kLines || mode == ProgressMode::kJson))
+  if (seconds > 0 && (mode != ProgressMode::kBar && mode != ProgressMode::kNone))
     thread_ = std::thread([this] { run(); });
 }
 

@@ -13,6 +13,9 @@ namespace polymorph {
 
 ProgressCallback make_progress(ProgressMode mode);
 
+/// Tells an Open Job Description session why the action fails, in one line of standard error.
+void print_openjd_failure(const Error& error);
+
 /// A regular line for logs that are watched by machines: while no frame is finished, a line every
 /// so many seconds says how far the run is.
 class Heartbeat {

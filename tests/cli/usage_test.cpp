@@ -434,6 +434,21 @@ TEST_F(Usage, ProgressAsJsonHasNoOtherLines) {
   for (const std::string& line : lines_of(ran.err)) EXPECT_TRUE(parse(line).is_object()) << line;
 }
 
+TEST_F(Usage, ProgressForOpenJobDescription) {
+  write("scene.json", tiny_scene());
+  const Ran ran =
+      run(0, {"render", "scene.json", "-o", "f.####.png", "-f", "1-2", "--progress", "openjd"});
+  std::vector<std::string> messages;
+  for (const std::string& line : lines_of(ran.err))
+    if (line.starts_with("openjd_")) messages.push_back(line);
+  EXPECT_EQ(messages, (std::vector<std::string>{
+                          "openjd_progress: 50.0", "openjd_status: frame 1 ok, 1 of 2",
+                          "openjd_progress: 100.0", "openjd_status: frame 2 ok, 2 of 2"}));
+  const Ran failed = run(3, {"render", "nowhere.json", "-o", "f.####.png", "--progress", "openjd"});
+  EXPECT_TRUE(contains(failed.err, "\nopenjd_fail: ")) << failed.err;
+  EXPECT_TRUE(contains(failed.err, "nowhere.json")) << failed.err;
+}
+
 TEST_F(Usage, ReportsSayWhatMadeThem) {
   write("scene.json", tiny_scene());
   const std::vector<std::vector<std::string>> commands{

@@ -25,6 +25,8 @@ openjd check "$template"
 # All of it, with every parameter.
 run --step Finish --run-dependencies -p Name=test -p Scene="$work/scene.json" -p Output="$work/shards/f.####.exr" -p Shards=3 -p Sheet="$work/shards/strip.png"
 same_frames shards
+# What the session read as progress: it says so in its log, and hides lines that it does not know.
+grep -q "openjd_progress: 100.0" "$work/log"
 [[ -s $work/shards/strip.png ]]
 # Each step alone, with every default.
 run --step Render -p Scene="$work/scene.json" -p Output="$work/alone/f.####.exr"
