@@ -59,7 +59,7 @@ function(pm_kernels)
   add_library(pm_kernels STATIC ${sources})
   # C++17: Debian 12's CMake cannot pass C++20 to nvcc, and both compilers read the same headers.
   set_target_properties(pm_kernels PROPERTIES CXX_STANDARD 17 CUDA_STANDARD 17 CUDA_STANDARD_REQUIRED ON
-    UNITY_BUILD OFF)  # each file has a processor of its own
+    UNITY_BUILD OFF)  # three files, which share few headers
   target_link_libraries(pm_kernels PUBLIC pm_flags TBB::tbb)
   if(PM_HAVE_CUDA)
     target_compile_options(pm_kernels PRIVATE $<$<COMPILE_LANGUAGE:CUDA>:--fmad=false -Xcompiler=-ffp-contract=off>)

@@ -3,6 +3,7 @@
 #include "base/activity.h"
 #include "base/log.h"
 #include "inspect/inspection.h"
+#include "interchange/json_vectors.h"
 #include "model/load/load_model.h"
 #include "model/repair/diagnose.h"
 
@@ -29,7 +30,7 @@ Result<Inspection> inspect_model(const std::string& file) {
               {"euler", d.euler},
               {"boundary_edges", d.boundary_edges},
               {"non_manifold_edges", d.non_manifold_edges},
-              {"size", JsonValue::array({size.x, size.y, size.z})},
+              {"size", to_array(size)},
               {"volume", d.volume},
               {"area", d.area},
               {"labels", loaded.model.label_names},

@@ -11,6 +11,7 @@
 #include "export/spheres_picture.h"
 #include "field/balls_io.h"
 #include "field/extract_surface.h"
+#include "interchange/json_vectors.h"
 #include "interchange/mesh_file.h"
 #include "model/clustered_model.h"
 #include "model/load/load_model.h"
@@ -75,8 +76,7 @@ JsonValue to_json(const SpheresRequest& request, const SpheresResult& fitted,
 std::string tree_json(const SphereTree& tree) {
   JsonValue spheres = JsonValue::array();
   for (const SphereNode& node : tree.nodes) {
-    const Vec3 c = node.sphere.center;
-    spheres.push_back({{"center", JsonValue::array({c.x, c.y, c.z})},
+    spheres.push_back({{"center", to_array(node.sphere.center)},
                        {"radius", node.sphere.radius},
                        {"level", node.level},
                        {"parent", node.parent},

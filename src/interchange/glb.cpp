@@ -5,13 +5,13 @@
 #include <optional>
 #include <vector>
 
+#include "base/bytes.h"
 #include "base/exact_math.h"
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/json.h"
 #include "base/program_identity.h"
 #include "base/spool.h"
-#include "interchange/append_bytes.h"
 #include "interchange/json_vectors.h"
 #include "interchange/material_catalog.h"
 #include "interchange/split_surface.h"
@@ -220,39 +220,42 @@ Vec2 uv_at(const SurfaceFrame& frame, const SplitSurface& split, std::size_t ver
 Status GlbWriter::add_vertices(const SurfaceFrame& frame, const SplitSurface& split,
                                JsonValue& attributes, Shown&) {
   const std::size_t count = split.position_of.size();
-  const auto put = [&](const char* name, const char* type, const std::string& bytes) -> Status {
+  const auto add_attribute = [&](const char* name, const char* type,
+                                 const std::string& bytes) -> Status {
     PM_TRY(attributes[name], add_accessor(bytes, kVertexBuffer, {kFloat, type, count}));
     return Ok{};
   };
   Vec3 low = frame.positions[split.position_of[0]], high = low;
-  PM_TRY_STATUS(put("POSITION", "VEC3",
-                    per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
-                      low = min(low, frame.positions[p]);
-                      high = max(high, frame.positions[p]);
-                      append_bytes(bytes, frame.positions[p]);
-                    })));
+  PM_TRY_STATUS(add_attribute(
+      "POSITION", "VEC3", per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
+        low = min(low, frame.positions[p]);
+        high = max(high, frame.positions[p]);
+        put(bytes, frame.positions[p]);
+      })));
   accessors_.items.back()["min"] = to_array(low);
   accessors_.items.back()["max"] = to_array(high);
   if (!frame.normals.empty() || !frame.corner_normals.empty())
-    PM_TRY_STATUS(put("NORMAL", "VEC3",
-                      per_vertex(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
-                        append_bytes(bytes, normal_at(frame, split, v));
-                      })));
+    PM_TRY_STATUS(add_attribute(
+        "NORMAL", "VEC3", per_vertex(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
+          put(bytes, normal_at(frame, split, v));
+        })));
   if (frame.is_mixed)
-    PM_TRY_STATUS(put("COLOR_0", "VEC3",
-                      per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
-                        append_bytes(bytes, frame.colors[p]);
-                      })));
+    PM_TRY_STATUS(add_attribute(
+        "COLOR_0", "VEC3", per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
+          put(bytes, frame.colors[p]);
+        })));
   if ((!frame.is_mixed || sequence_.constant_topology) && !frame.corner_uvs.empty())
-    PM_TRY_STATUS(put("TEXCOORD_0", "VEC2",
+    PM_TRY_STATUS(
+        add_attribute("TEXCOORD_0", "VEC2",
                       per_vertex(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
-                        append_bytes(bytes, uv_at(frame, split, v));
+                        put(bytes, uv_at(frame, split, v));
                       })));
   // The only custom attribute: Blender 5.0 confuses the values of two.
   if (!frame.velocities.empty())
-    PM_TRY_STATUS(put("_VELOCITY", "VEC3",
+    PM_TRY_STATUS(
+        add_attribute("_VELOCITY", "VEC3",
                       per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
-                        append_bytes(bytes, frame.velocities[p]);
+                        put(bytes, frame.velocities[p]);
                       })));
   return Ok{};
 }
@@ -268,14 +271,15 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
   const Vec3 size = high - low;
   shown.origin = low;
   shown.scale = std::max({size.x, size.y, size.z, 1e-30f});
-  const auto put = [&](const char* name, const char* type, int component, std::size_t stride,
-                       const std::string& bytes) -> Status {
+  const auto add_attribute = [&](const char* name, const char* type, int component,
+                                 std::size_t stride, const std::string& bytes) -> Status {
     PM_TRY(attributes[name],
            add_accessor(bytes, kVertexBuffer, {component, type, count, true, stride}));
     return Ok{};
   };
   std::array<std::uint16_t, 3> lowest{65535, 65535, 65535}, highest{};
-  PM_TRY_STATUS(put("POSITION", "VEC3", kUnsignedShort, 8,
+  PM_TRY_STATUS(
+      add_attribute("POSITION", "VEC3", kUnsignedShort, 8,
                     per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
                       const Vec3 at = (frame.positions[p] - low) / shown.scale;
                       const float own[3] = {at.x, at.y, at.z};
@@ -283,26 +287,28 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
                         const auto q = quantize<std::uint16_t>(own[k], 65535);
                         lowest[k] = std::min(lowest[k], q);
                         highest[k] = std::max(highest[k], q);
-                        append_bytes(bytes, q);
+                        put(bytes, q);
                       }
-                      append_bytes(bytes, std::uint16_t{0});
+                      put(bytes, std::uint16_t{0});
                     })));
   accessors_.items.back()["min"] = lowest;
   accessors_.items.back()["max"] = highest;
   if (!frame.normals.empty() || !frame.corner_normals.empty())
-    PM_TRY_STATUS(put("NORMAL", "VEC3", kByte, 4,
+    PM_TRY_STATUS(
+        add_attribute("NORMAL", "VEC3", kByte, 4,
                       per_vertex(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
                         const Vec3 n = normal_at(frame, split, v);
                         for (const float c : {n.x, n.y, n.z})
-                          append_bytes(bytes, quantize<std::int8_t>(c, 127));
-                        append_bytes(bytes, std::int8_t{0});
+                          put(bytes, quantize<std::int8_t>(c, 127));
+                        put(bytes, std::int8_t{0});
                       })));
   if (frame.is_mixed)
-    PM_TRY_STATUS(put("COLOR_0", "VEC4", kUnsignedShort, 8,
+    PM_TRY_STATUS(
+        add_attribute("COLOR_0", "VEC4", kUnsignedShort, 8,
                       per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
                         const Vec3 color = frame.colors[p];
                         for (const float c : {color.x, color.y, color.z, 1.0f})
-                          append_bytes(bytes, quantize<std::uint16_t>(c, 65535));
+                          put(bytes, quantize<std::uint16_t>(c, 65535));
                       })));
   if (frame.is_mixed || frame.corner_uvs.empty()) return Ok{};
   const bool within = std::all_of(frame.corner_uvs.begin(), frame.corner_uvs.end(), [](Vec2 uv) {
@@ -310,9 +316,9 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
   });
   const std::string bytes = per_vertex(split, [&](std::string& all, std::size_t v, std::uint32_t) {
     const Vec2 uv = uv_at(frame, split, v);
-    if (!within) return append_bytes(all, uv);
-    append_bytes(all, quantize<std::uint16_t>(uv.x, 65535));
-    append_bytes(all, quantize<std::uint16_t>(uv.y, 65535));
+    if (!within) return put(all, uv);
+    put(all, quantize<std::uint16_t>(uv.x, 65535));
+    put(all, quantize<std::uint16_t>(uv.y, 65535));
   });
   PM_TRY(attributes["TEXCOORD_0"],
          add_accessor(bytes, kVertexBuffer,
@@ -342,7 +348,7 @@ Status GlbWriter::add_mesh(const SurfaceFrame& frame, const std::string& name, S
     for (std::size_t t = 0; t < split.triangles.size(); ++t) {
       if (material_at(t) != material) continue;
       for (const std::uint32_t v : split.triangles[t].v)
-        is_short ? append_bytes(bytes, static_cast<std::uint16_t>(v)) : append_bytes(bytes, v);
+        is_short ? put(bytes, static_cast<std::uint16_t>(v)) : put(bytes, v);
       count += 3;
     }
     if (count == 0) continue;
@@ -380,8 +386,8 @@ Status GlbWriter::add_targets(int frame, std::span<const SurfaceFrame> frames) {
     SplitSettings corners;
     const SplitSurface split = split_corners(base, corners);
     JsonValue target = JsonValue::object();
-    const auto put = [&](const char* name, const std::vector<Vec3>& from,
-                         const std::vector<Vec3>& to) -> Status {
+    const auto add_attribute = [&](const char* name, const std::vector<Vec3>& from,
+                                   const std::vector<Vec3>& to) -> Status {
       if (from.empty() || from.size() != to.size()) return Ok{};
       Vec3 low = to[0] - from[0], high = low;
       const std::string bytes =
@@ -389,7 +395,7 @@ Status GlbWriter::add_targets(int frame, std::span<const SurfaceFrame> frames) {
             const Vec3 offset = to[p] - from[p];
             low = min(low, offset);
             high = max(high, offset);
-            append_bytes(all, offset);
+            put(all, offset);
           });
       PM_TRY(target[name],
              add_accessor(bytes, kVertexBuffer, {kFloat, "VEC3", split.position_of.size()}));
@@ -397,9 +403,9 @@ Status GlbWriter::add_targets(int frame, std::span<const SurfaceFrame> frames) {
       accessors_.items.back()["max"] = to_array(high);
       return Ok{};
     };
-    PM_TRY_STATUS(put("POSITION", base.positions, now.positions));
-    PM_TRY_STATUS(put("NORMAL", base.normals, now.normals));
-    PM_TRY_STATUS(put("COLOR_0", base.colors, now.colors));
+    PM_TRY_STATUS(add_attribute("POSITION", base.positions, now.positions));
+    PM_TRY_STATUS(add_attribute("NORMAL", base.normals, now.normals));
+    PM_TRY_STATUS(add_attribute("COLOR_0", base.colors, now.colors));
     for (JsonValue& primitive : meshes_.items[a]["primitives"].items)
       primitive["targets"].push_back(target);
   }
@@ -413,9 +419,9 @@ Status GlbWriter::add_weights() {
   JsonValue samplers = JsonValue::array(), channels = JsonValue::array();
   std::string times, weights;
   for (std::size_t k = 0; k < frames_.size(); ++k) {
-    append_bytes(times, static_cast<float>(frames_[k] - sequence_.first_frame) / sequence_.fps);
+    put(times, static_cast<float>(frames_[k] - sequence_.first_frame) / sequence_.fps);
     for (std::size_t target = 0; target < targets; ++target)
-      append_bytes(weights, target + 1 == k ? 1.0f : 0.0f);
+      put(weights, target + 1 == k ? 1.0f : 0.0f);
   }
   PM_TRY(const std::size_t input, add_accessor(times, 0, {kFloat, "SCALAR", frames_.size()}));
   accessors_.items.back()["min"] = JsonValue::array({0.0f});
@@ -504,16 +510,16 @@ Status GlbWriter::add_camera_motion() {
   std::string times, places, rotations, angles;
   Rotation last{};
   for (std::size_t i = 0; i < all.size(); ++i) {
-    append_bytes(times, static_cast<float>(i) / sequence_.fps);
-    append_bytes(places, all[i].position);
+    put(times, static_cast<float>(i) / sequence_.fps);
+    put(places, all[i].position);
     Rotation rotation = camera_rotation(all[i]);
     float along = 0;
     for (std::size_t k = 0; k < 4; ++k) along += rotation[k] * last[k];
     if (along < 0)  // of two quaternions for a rotation, the one that is reached the shorter way
       for (float& value : rotation) value = -value;
-    append_bytes(rotations, rotation);
+    put(rotations, rotation);
     last = rotation;
-    append_bytes(angles, static_cast<float>(field_of_view(all[i])));
+    put(angles, static_cast<float>(field_of_view(all[i])));
   }
   PM_TRY(const std::size_t input, add_accessor(times, 0, {kFloat, "SCALAR", all.size()}));
   accessors_.items.back()["min"] = JsonValue::array({0.0f});
@@ -557,10 +563,10 @@ Status GlbWriter::add_animation() {
     key(sequence_.last_frame + 1, shown.end > sequence_.last_frame);
     std::string time_bytes, scale_bytes;
     std::string visible_bytes(visible.begin(), visible.end());
-    for (const float t : times) append_bytes(time_bytes, t);
+    for (const float t : times) put(time_bytes, t);
     for (const std::uint8_t v : visible) {
       const float scale = v ? shown.scale : 0.0f;
-      append_bytes(scale_bytes, Vec3{scale, scale, scale});
+      put(scale_bytes, Vec3{scale, scale, scale});
     }
     PM_TRY(const std::size_t input, add_accessor(time_bytes, 0, {kFloat, "SCALAR", times.size()}));
     accessors_.items.back()["min"] = JsonValue::array({times.front()});
@@ -655,14 +661,14 @@ Status GlbWriter::finish() {
                       "frames with -f, simplify with --error, or write .usda",
                       path_.string(), static_cast<double>(total) / (1u << 30));
   std::string head;
-  append_bytes(head, std::uint32_t{0x46546c67});
-  append_bytes(head, std::uint32_t{2});
-  append_bytes(head, static_cast<std::uint32_t>(total));
-  append_bytes(head, static_cast<std::uint32_t>(text.size()));
-  append_bytes(head, std::uint32_t{0x4e4f534a});
+  put(head, std::uint32_t{0x46546c67});
+  put(head, std::uint32_t{2});
+  put(head, static_cast<std::uint32_t>(total));
+  put(head, static_cast<std::uint32_t>(text.size()));
+  put(head, std::uint32_t{0x4e4f534a});
   head += text;
-  append_bytes(head, static_cast<std::uint32_t>(spool_.size()));
-  append_bytes(head, std::uint32_t{0x004e4942});
+  put(head, static_cast<std::uint32_t>(spool_.size()));
+  put(head, std::uint32_t{0x004e4942});
   return write_file(path_, concatenate({make_source(head), spool_.source({{0, spool_.size()}})}));
 }
 

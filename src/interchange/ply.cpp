@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "base/bytes.h"
 #include "image/srgb.h"
-#include "interchange/append_bytes.h"
 
 namespace polymorph {
 namespace {
@@ -65,26 +65,26 @@ std::string encode_ply(std::span<const SurfaceFrame> frames, const SurfaceSequen
     const SurfaceFrame& frame = frames[a];
     const std::vector<Vec2> at_points = uvs ? point_uvs(frame) : std::vector<Vec2>{};
     for (std::size_t i = 0; i < frame.positions.size(); ++i) {
-      append_bytes(bytes, frame.positions[i]);
-      if (normals) append_bytes(bytes, frame.normals[i]);
+      put(bytes, frame.positions[i]);
+      if (normals) put(bytes, frame.normals[i]);
       if (colors)
         for (const float c : {frame.colors[i].x, frame.colors[i].y, frame.colors[i].z})
-          append_bytes(bytes, SrgbQuantizer::instance()(c));
-      if (uvs) append_bytes(bytes, at_points[i]);
-      if (velocities) append_bytes(bytes, frame.velocities.empty() ? Vec3{} : frame.velocities[i]);
-      if (labels) append_bytes(bytes, first_label + frame.labels[i]);
+          put(bytes, SrgbQuantizer::instance()(c));
+      if (uvs) put(bytes, at_points[i]);
+      if (velocities) put(bytes, frame.velocities.empty() ? Vec3{} : frame.velocities[i]);
+      if (labels) put(bytes, first_label + frame.labels[i]);
     }
     if (labels) first_label += static_cast<std::uint32_t>(sequence.label_names[a].size());
   }
   std::uint32_t first_point = 0;
   for (const SurfaceFrame& frame : frames) {
     for (std::size_t t = 0; t < frame.triangles.size(); ++t) {
-      append_bytes(bytes, std::uint8_t{3});
-      for (const std::uint32_t v : frame.triangles[t].v) append_bytes(bytes, first_point + v);
+      put(bytes, std::uint8_t{3});
+      for (const std::uint32_t v : frame.triangles[t].v) put(bytes, first_point + v);
       if (!uvs) continue;
-      append_bytes(bytes, std::uint8_t{6});
+      put(bytes, std::uint8_t{6});
       for (std::size_t k = 0; k < 3; ++k)
-        append_bytes(bytes, frame.corner_uvs.empty() ? Vec2{} : frame.corner_uvs[3 * t + k]);
+        put(bytes, frame.corner_uvs.empty() ? Vec2{} : frame.corner_uvs[3 * t + k]);
     }
     first_point += static_cast<std::uint32_t>(frame.positions.size());
   }

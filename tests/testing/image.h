@@ -1,6 +1,7 @@
 // Helpers of the tests of image/: pictures, hand-made PNG files.
 #pragma once
 
+#include <gtest/gtest.h>
 #include <zlib.h>
 
 #include <filesystem>
@@ -9,6 +10,7 @@
 
 #include "base/random.h"
 #include "image/image.h"
+#include "image/image_io.h"
 #include "testing/paths.h"
 #include "testing/temporary_folder.h"
 
@@ -25,6 +27,15 @@ inline Image random_image(int width, int height, const std::vector<std::string>&
   for (std::size_t i = 0; i < image.pixels.size(); ++i)
     image.pixels[i] = static_cast<float>(random_below(1024, seed, 0, i)) / 1024.0f;
   return image;
+}
+
+/// Reads the bytes of a picture from a file of this name; an empty picture after a failure.
+inline Image read_back(const std::string& name, const std::string& bytes,
+                       const ReadImageSettings& settings = {}) {
+  const TemporaryFolder folder;
+  auto image = read_image(folder.write(name, bytes), settings);
+  EXPECT_TRUE(image) << image.error().message;
+  return image ? *std::move(image) : Image{};
 }
 
 inline std::string big_endian(std::uint32_t value) {

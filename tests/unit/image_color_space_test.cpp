@@ -9,12 +9,6 @@
 namespace polymorph {
 namespace {
 
-Image read_colors_back(const std::string& bytes, bool stored_colors) {
-  auto image = decode_image(bytes, "a.exr", {.stored_colors = stored_colors});
-  EXPECT_TRUE(image) << image.error().message;
-  return image ? *std::move(image) : Image{};
-}
-
 Image one_pixel(std::vector<std::string> channels, std::vector<float> values) {
   Image image = make_image(1, 1, std::move(channels));
   image.pixels = std::move(values);
@@ -142,11 +136,11 @@ TEST(ColorSpace, FilesSayTheirSpaceAndComeBackInRec709) {
   const Image image = random_image(9, 5, {"R", "G", "B", "A", "Z"});
   const auto bytes = encode_exr(image, {.color_space = ColorSpace::kAcesCg});
   ASSERT_TRUE(bytes) << bytes.error().message;
-  const Image stored = read_colors_back(*bytes, true);
+  const Image stored = read_back("a.exr", *bytes, {.stored_colors = true});
   EXPECT_EQ(color_space_name(stored), "lin_ap1_scene");
   Image expected = image;
   convert_colors(expected, ColorSpace::kAcesCg);
-  const Image back = read_colors_back(*bytes, false);
+  const Image back = read_back("a.exr", *bytes, {.stored_colors = false});
   EXPECT_EQ(color_space_name(back), "lin_rec709_scene");
   for (std::size_t i = 0; i < image.pixels.size(); ++i) {
     EXPECT_NEAR(stored.pixels[i], expected.pixels[i], 1e-3f * std::abs(expected.pixels[i]));

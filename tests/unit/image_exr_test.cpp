@@ -13,13 +13,6 @@
 namespace polymorph {
 namespace {
 
-Image read_exr_back(const std::string& bytes) {
-  const TemporaryFolder folder;
-  auto image = read_image(folder.write("a.exr", bytes));
-  EXPECT_TRUE(image) << image.error().message;
-  return image ? *std::move(image) : Image{};
-}
-
 TEST(EncodeExr, KeepsHalfColoursAndFloatChannelsExactly) {
   Image image = random_image(37, 21, {"R", "G", "B", "A", "Z", "N.X", "N.Y", "N.Z", "id"});
   image.at(3, 2, 4) = 1e10f;
@@ -29,7 +22,7 @@ TEST(EncodeExr, KeepsHalfColoursAndFloatChannelsExactly) {
        {ExrCompression::kNone, ExrCompression::kZip, ExrCompression::kZips, ExrCompression::kPiz}) {
     const auto bytes = encode_exr(image, {compression});
     ASSERT_TRUE(bytes);
-    const Image back = read_exr_back(*bytes);
+    const Image back = read_back("a.exr", *bytes);
     EXPECT_EQ(back.width, 37);
     EXPECT_EQ(back.height, 21);
     EXPECT_EQ(back.channels, image.channels);
@@ -41,14 +34,14 @@ TEST(EncodeExr, KeepsHalfColoursAndFloatChannelsExactly) {
 TEST(EncodeExr, RoundsColoursToHalf) {
   Image image = make_image(1, 1, {"R", "G", "B"});
   image.pixels = {0.1f, 1.0f + 0x1p-12f, 0x1p-30f};
-  const Image back = read_exr_back(*encode_exr(image));
+  const Image back = read_back("a.exr", *encode_exr(image));
   EXPECT_EQ(back.pixels, (std::vector<float>{0.0999755859375f, 1.0f, 0.0f}));
 }
 
 TEST(EncodeExr, ClampsFiniteColoursAndKeepsNotFiniteOnes) {
   Image image = make_image(2, 1, {"R", "G", "B"});
   image.pixels = {1e6f, -1e6f, 0, std::numeric_limits<float>::infinity(), NAN, 1};
-  const Image back = read_exr_back(*encode_exr(image));
+  const Image back = read_back("a.exr", *encode_exr(image));
   EXPECT_EQ(back.at(0, 0, 0), 65504.0f);
   EXPECT_EQ(back.at(0, 0, 1), -65504.0f);
   EXPECT_TRUE(std::isinf(back.at(1, 0, 0)));
@@ -58,7 +51,7 @@ TEST(EncodeExr, ClampsFiniteColoursAndKeepsNotFiniteOnes) {
 TEST(EncodeExr, OrdersChannelsOnReading) {
   Image image =
       random_image(5, 4, {"zeta", "Z", "N.Z", "N.X", "N.Y", "alpha.x", "A", "B", "G", "R"});
-  const Image back = read_exr_back(*encode_exr(image));
+  const Image back = read_back("a.exr", *encode_exr(image));
   EXPECT_EQ(back.channels, (std::vector<std::string>{"R", "G", "B", "A", "Z", "N.X", "N.Y", "N.Z",
                                                      "alpha.x", "zeta"}));
   for (const std::string& name : image.channels)
@@ -73,7 +66,7 @@ TEST(EncodeExr, KeepsAttributesWithTheirTypes) {
                       {"polymorph/t", 0.125f},
                       {"polymorph/scene", std::string("scenes/a.json")},
                       {long_name, -3}};
-  const Image back = read_exr_back(*encode_exr(image));
+  const Image back = read_back("a.exr", *encode_exr(image));
   const auto find = [&](const std::string& name) -> const Attribute* {
     for (const Attribute& attribute : back.attributes)
       if (attribute.name == name) return &attribute;
@@ -98,10 +91,12 @@ TEST(EncodeExr, NamesTheSpaceOfItsColours) {
     return found;
   };
   Image image = random_image(3, 2, {"R", "G", "B"});
-  EXPECT_EQ(names(read_exr_back(*encode_exr(image))), std::vector<std::string>{"lin_rec709_scene"});
+  EXPECT_EQ(names(read_back("a.exr", *encode_exr(image))),
+            std::vector<std::string>{"lin_rec709_scene"});
   // What another file said of itself is no word about this one.
   image.attributes = {{"colorInteropID", std::string("g22_adobergb_scene")}};
-  EXPECT_EQ(names(read_exr_back(*encode_exr(image))), std::vector<std::string>{"lin_rec709_scene"});
+  EXPECT_EQ(names(read_back("a.exr", *encode_exr(image))),
+            std::vector<std::string>{"lin_rec709_scene"});
 }
 
 TEST(EncodeExr, GivesTheSameBytesOnEachRunAndForAnyThreadCount) {

@@ -10,13 +10,6 @@
 namespace polymorph {
 namespace {
 
-Image read_png_back(const std::string& bytes, const ReadImageSettings& settings = {}) {
-  const TemporaryFolder folder;
-  auto image = read_image(folder.write("a.png", bytes), settings);
-  EXPECT_TRUE(image) << image.error().message;
-  return image ? *std::move(image) : Image{};
-}
-
 const ReadImageSettings kCodes{TransferCurve::kLinear, AlphaMode::kStraight, 1 << 20};
 
 Image grey_ramp(int width) {
@@ -63,7 +56,7 @@ TEST(EncodePng, TakesAnAlphaThatIsNoNumberForNothing) {
   for (const int bits : {8, 16}) {
     const auto png = encode_png(image, {.bits = bits});
     ASSERT_TRUE(png);
-    const Image read = read_png_back(*png, kCodes);
+    const Image read = read_back("a.png", *png, kCodes);
     EXPECT_EQ(read.at(0, 0, 3), 0.0f);
     EXPECT_EQ(read.at(1, 0, 3), 1.0f);
     EXPECT_EQ(read.at(2, 0, 3), 0.0f);
@@ -74,7 +67,7 @@ TEST(EncodePng, WritesTheCurveAtKnownPoints) {
   Image image = make_image(5, 1, {"R", "G", "B"});
   image.pixels = {0,         0.5f, 1, 0.18f, 0.0031308f, 2,     -1,  NAN,
                   0.214041f, 1,    1, 1,     0.25f,      0.75f, 0.1f};
-  const Image back = read_png_back(*encode_png(image), kCodes);
+  const Image back = read_back("a.png", *encode_png(image), kCodes);
   const std::vector<int> expected{0,   188, 255, 118, 10,  255, 0, 0,
                                   127, 255, 255, 255, 137, 225, 89};
   ASSERT_EQ(back.pixels.size(), expected.size());
@@ -84,7 +77,7 @@ TEST(EncodePng, WritesTheCurveAtKnownPoints) {
 
 TEST(EncodePng, SixteenBitsKeepSixteenBits) {
   const Image image = grey_ramp(1025);
-  const Image back = read_png_back(*encode_png(image, {.bits = 16}));
+  const Image back = read_back("a.png", *encode_png(image, {.bits = 16}));
   std::set<float> values;
   for (std::size_t i = 0; i < image.pixels.size(); ++i) {
     EXPECT_NEAR(back.pixels[i], image.pixels[i], 2e-5f);
@@ -98,13 +91,13 @@ TEST(EncodePng, EveryCodeSurvivesReadingAndWriting) {
   for (int x = 0; x < 256; ++x)
     for (int c = 0; c < 3; ++c) image.at(x, 0, c) = srgb_to_linear(static_cast<float>(x) / 255.0f);
   const std::string once = *encode_png(image);
-  EXPECT_TRUE(*encode_png(read_png_back(once)) == once);
+  EXPECT_TRUE(*encode_png(read_back("a.png", once)) == once);
 }
 
 TEST(EncodePng, ExposureIsInStops) {
   Image image = make_image(1, 1, {"R", "G", "B"});
   image.pixels = {0.125f, 0.25f, 0.0625f};
-  const Image back = read_png_back(*encode_png(image, {.exposure = 2}), kCodes);
+  const Image back = read_back("a.png", *encode_png(image, {.exposure = 2}), kCodes);
   EXPECT_EQ(std::lround(back.pixels[0] * 255), 188);  // 0.5
   EXPECT_EQ(back.pixels[1], 1.0f);
 }
@@ -112,18 +105,19 @@ TEST(EncodePng, ExposureIsInStops) {
 TEST(EncodePng, WritesAlphaOnlyWhereItIsNeeded) {
   Image image = make_image(2, 1, {"R", "G", "B", "A", "Z"});
   image.pixels = {0.25f, 0.5f, 0, 1, 7, 0.25f, 0.5f, 0, 1, 7};
-  EXPECT_EQ(read_png_back(*encode_png(image)).channels, (std::vector<std::string>{"R", "G", "B"}));
+  EXPECT_EQ(read_back("a.png", *encode_png(image)).channels,
+            (std::vector<std::string>{"R", "G", "B"}));
   image.at(1, 0, 3) = 0.5f;  // premultiplied: straight colours are 0.5, 1, 0
   const std::string bytes = *encode_png(image);
-  const Image codes = read_png_back(bytes, kCodes);
+  const Image codes = read_back("a.png", bytes, kCodes);
   EXPECT_EQ(codes.channels, (std::vector<std::string>{"R", "G", "B", "A"}));
   EXPECT_EQ(std::lround(codes.at(1, 0, 0) * 255), 188);
   EXPECT_EQ(std::lround(codes.at(1, 0, 1) * 255), 255);
   EXPECT_EQ(std::lround(codes.at(1, 0, 3) * 255), 128);
-  const Image back = read_png_back(bytes);
+  const Image back = read_back("a.png", bytes);
   EXPECT_NEAR(back.at(1, 0, 0), 0.25f, 0.005f);
   EXPECT_NEAR(back.at(1, 0, 1), 0.5f, 0.005f);
-  const Image straight = read_png_back(bytes, {.alpha = AlphaMode::kStraight});
+  const Image straight = read_back("a.png", bytes, {.alpha = AlphaMode::kStraight});
   EXPECT_NEAR(straight.at(1, 0, 0), 0.5f, 0.005f);
   EXPECT_NEAR(straight.at(1, 0, 1), 1.0f, 1e-6f);
 }
@@ -139,7 +133,7 @@ TEST(EncodePng, DitherIsRepeatableAndKeepsTheMean) {
   set_thread_count(0);
   EXPECT_FALSE(*encode_png(image, {.dither = true, .seed = 6}) == bytes);
   double sum = 0;
-  for (const float value : read_png_back(bytes, kCodes).pixels) {
+  for (const float value : read_back("a.png", bytes, kCodes).pixels) {
     const auto code = std::lround(value * 255);
     ASSERT_TRUE(code == 100 || code == 101);
     sum += static_cast<double>(code);
@@ -162,7 +156,7 @@ TEST(EncodePng, SmallEffortIsNeverLargerAndShowsTheSame) {
     const std::string fast = *encode_png(image),
                       small = *encode_png(image, {.effort = PngEffort::kSmall});
     EXPECT_LE(small.size(), fast.size());
-    EXPECT_EQ(pixel_digest(read_png_back(small)), pixel_digest(read_png_back(fast)));
+    EXPECT_EQ(pixel_digest(read_back("a.png", small)), pixel_digest(read_back("a.png", fast)));
   }
   EXPECT_LT(encode_png(flat, {.effort = PngEffort::kSmall})->size(), encode_png(flat)->size());
 }
