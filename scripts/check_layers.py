@@ -10,7 +10,7 @@ import sys
 ROOMS = ["base", "image", "mesh", "scene", "model", "field", "spheres", "morph", "leg", "render", "compare", "interchange", "analyze", "sequence", "export", "golden", "farm",
          "bench", "inspect", "starter", "pairs", "cli"]
 SUBFOLDERS = {"model": ["repair", "load"],
-              "render": ["math", "rays", "lights", "materials", "path", "film"],
+              "render": ["math", "rays", "lights", "materials", "path", "film", "device"],
               "sequence": ["prepare", "frame", "run"]}
 WITHOUT_CIRCLES = ["leg", "sequence/prepare", "sequence/frame", "sequence/run", "export"]
 KERNEL_TYPES = {"kernels/types.h", "kernels/field_kinds.h", "kernels/host_device.h", "kernels/simd_math.h", "kernels/linear.h", "kernels/ball_paths.h", "kernels/mesh.h",

@@ -91,7 +91,7 @@ Result<SuiteRenderer> SuiteRenderer::create(const GoldenSuite& suite,
   PM_TRY(const Scene scene, load_golden_scene(suite));
   PM_TRY(state.engine, make_engine(settings.device, state.device));
   PM_TRY(state.prepared, prepare_scene(scene, *state.engine, settings.cache_folder));
-  PM_TRY(Renderer renderer, Renderer::create());
+  PM_TRY(Renderer renderer, make_renderer(state.device));
   state.renderer = std::make_unique<Renderer>(std::move(renderer));
   for (const int frame : suite.frames)
     if (frame < 1 || frame > state.prepared.frame_count)

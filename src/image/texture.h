@@ -1,13 +1,52 @@
 // Texture lookup: bilinear, repeating, v up as in OBJ.
 #pragma once
 
+#include <cmath>
+#include <cstddef>
+
 #include "image/image.h"
 #include "kernels/types.h"
 
 namespace polymorph {
 
+/// The pixels of an image, on the CPU or a GPU. Borrowed.
+struct TextureView {
+  int width = 0, height = 0;
+  std::size_t channels = 0;
+  const float* pixels = nullptr;
+};
+
+/// The two texels around `t` (in repeats) and the weight of the second.
+struct TextureTaps {
+  std::size_t first, second;
+  float fraction;
+};
+PM_HD inline TextureTaps texture_taps(float t, int size) {
+  const float n = static_cast<float>(size);
+  const float wrapped = std::isfinite(t) ? (t - std::floor(t)) * n - 0.5f : 0.0f;
+  const float base = std::floor(wrapped);
+  const int first = static_cast<int>(base);
+  const int before = (first % size + size) % size;
+  return {static_cast<std::size_t>(before), static_cast<std::size_t>((before + 1) % size),
+          wrapped - base};
+}
+
 /// Samples R, G, B at `uv`; an image with fewer than three channels counts as grey. White for an
 /// empty image.
+PM_HD inline Vec3 sample_texture(const TextureView& image, Vec2 uv) {
+  const std::size_t channels = image.channels;
+  if (image.width < 1 || image.height < 1 || channels < 1) return {1, 1, 1};
+  const TextureTaps x = texture_taps(uv.x, image.width), y = texture_taps(1 - uv.y, image.height);
+  const std::size_t green = channels >= 3 ? 1 : 0, blue = channels >= 3 ? 2 : 0;
+  const auto texel = [&](std::size_t column, std::size_t row) {
+    const float* p =
+        &image.pixels[(row * static_cast<std::size_t>(image.width) + column) * channels];
+    return Vec3{p[0], p[green], p[blue]};
+  };
+  return lerp(lerp(texel(x.first, y.first), texel(x.second, y.first), x.fraction),
+              lerp(texel(x.first, y.second), texel(x.second, y.second), x.fraction), y.fraction);
+}
+
 Vec3 sample_texture(const Image& image, Vec2 uv);
 
 }  // namespace polymorph

@@ -4,8 +4,11 @@
 #include <cmath>
 #include <limits>
 
+#include "base/log.h"
 #include "base/parallel.h"
 #include "base/stopwatch.h"
+#include "render/device/device_frame.h"
+#include "render/device/device_tracer.h"
 #include "render/film/denoise.h"
 #include "render/film/part.h"
 #include "render/film/smooth.h"
@@ -124,8 +127,37 @@ struct Renderer::State {
   SkyKey sky_key;
   Sky sky;
   std::optional<Denoiser> denoiser;  ///< opened for the first image that uses it
+  std::unique_ptr<DeviceTracer> device_tracer;
+  std::string device_said;  ///< why the last frame was not traced there
   Stats stats;
+
+  /// Traces the frame's samples with the device tracer; nothing without one, or if it cannot.
+  std::optional<DeviceSums> trace_on_device(const FrameJob& job, RayStats& tally);
 };
+
+std::optional<DeviceSums> Renderer::State::trace_on_device(const FrameJob& job, RayStats& tally) {
+  if (!device_tracer) return {};
+  std::string reason = why_not_on_device(job);
+  if (reason.empty()) {
+    const Result<Bvh> bvh = build_bvh(device, *job.world.geometry);
+    DeviceSums sums;
+    sums.first_block = job.samples.first / kSampleBlock;
+    sums.blocks = (job.samples.end + kSampleBlock - 1) / kSampleBlock - sums.first_block;
+    sums.sums.resize(static_cast<std::size_t>(job.image.width) *
+                     static_cast<std::size_t>(job.image.height) *
+                     static_cast<std::size_t>(sums.blocks));
+    RayStats traced;
+    reason = bvh ? device_tracer->trace(job, *bvh, sums, traced) : bvh.error().message;
+    if (reason.empty()) {
+      tally = traced;
+      device_said.clear();
+      return sums;
+    }
+  }
+  if (reason != device_said) log_info("the CPU traces what the GPU does not: {}", reason);
+  device_said = reason;
+  return {};
+}
 
 Renderer::Renderer(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Renderer::~Renderer() = default;
@@ -179,12 +211,14 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   FrameJob job;
   World& world = job.world;
   world.geometry = &geometry;
-  world.sky = &state.sky;
+  world.bounds = geometry.bounds();
+  world.epsilon = geometry.epsilon();
+  world.sky = state.sky;
   world.suns = suns;
   world.lamps = lamps;
   world.floor = make_floor(scene.ground, stage);
   if (outdoors) world.floor.far_tone = 1;
-  world.backdrop = {outdoors ? &state.sky : nullptr,
+  world.backdrop = {outdoors,
                     sky_radiance(state.sky, Vec3{0, -1, 0}),
                     {scene.camera.right, scene.camera.up, scene.camera.forward},
                     1 / scene.camera.tan_half_fov_y};
@@ -198,13 +232,15 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   world.shadow_only = scene.ground.shadow_only;
   world.transparent = image.transparent || scene.ground.shadow_only;
   world.time = scene.time;
-  job.camera = scene.camera;
-  job.camera_motion = scene.camera_motion;
+  const CameraMotion motion =
+      scene.camera_motion.value_or(CameraMotion{scene.camera, scene.camera, scene.camera});
+  job.camera = {scene.camera,   scene.camera_motion.has_value(), motion.opening,
+                motion.closing, {image.width, image.height},     &state.filter};
+  job.next_camera = motion.next;
   job.meshes_move = std::any_of(scene.meshes.begin(), scene.meshes.end(),
                                 [](const RenderMesh& mesh) { return mesh.moves; });
   job.image = image;
   job.sampler = make_frame_sampler(image.seed, settings.frame, image.samples, image.steady);
-  job.filter = &state.filter;
   const bool smooth = is_smoothed(image, scene.camera);
   job.aovs = choose_aovs(smooth ? layers_to_smooth(image.aovs) : image.aovs);
   const Mattes mattes(image.aovs, scene);
@@ -223,7 +259,9 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   Image film = make_image(image.width, image.height, list_traced_channels(job, part));
   film.attributes = mattes.attributes();
   const int columns = (image.width + kTile - 1) / kTile, rows = (image.height + kTile - 1) / kTile;
-  std::vector<RayStats> tallies(static_cast<std::size_t>(columns) * rows);
+  std::vector<RayStats> tallies(static_cast<std::size_t>(columns) * rows + 1);
+  const std::optional<DeviceSums> device_sums = state.trace_on_device(job, tallies.back());
+  if (device_sums) job.device_sums = &*device_sums;
   parallel_for(columns * rows, [&](std::int64_t i) {
     const int tile = static_cast<int>(i);
     render_tile(job, tile % columns, tile / columns, film, tallies[i]);
@@ -275,6 +313,14 @@ Status check_denoiser() {
   const auto denoiser = Denoiser::open();
   if (!denoiser) return denoiser.error();
   return Ok{};
+}
+
+void Renderer::trace_with(std::unique_ptr<DeviceTracer> tracer) {
+  state_->device_tracer = std::move(tracer);
+}
+
+bool Renderer::traced_on_cpu() const {
+  return !state_->device_tracer || !state_->device_said.empty();
 }
 
 Renderer::Stats Renderer::stats() const { return state_->stats; }

@@ -153,6 +153,8 @@ std::uint64_t picture_bytes(const ImageSettings& image,
 /// Checks that the library for image.denoise is installed. Errors (kResource): how to get it.
 Status check_denoiser();
 
+class DeviceTracer;
+
 /// Denoises the colours last if image.denoise is set (render/film/denoise.h).
 class Renderer {
  public:
@@ -167,6 +169,11 @@ class Renderer {
   /// ground shadow_only), then the AOVs, each of the first surface that the ray through the pixel's
   /// centre hits (render/aov.h); or a part of it. The image is the same for any number of threads.
   Result<Image> render(const RenderScene& scene, const RenderSettings& settings);
+
+  /// Lets a GPU (render/device/device_tracer.h) trace the frames that it can; the others, and those
+  /// at which it fails, are traced on the CPU, with the same bits and a line in the log.
+  void trace_with(std::unique_ptr<DeviceTracer> tracer);
+  bool traced_on_cpu() const;  ///< the last frame
 
   struct Stats {
     double build_seconds = 0, trace_seconds = 0, denoise_seconds = 0;

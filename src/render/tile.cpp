@@ -6,8 +6,10 @@
 
 #include "kernels/floating_point.h"
 #include "kernels/interruption.h"
+#include "render/film/camera_rays.h"
 #include "render/film/denoise.h"
 #include "render/film/part.h"
+#include "render/film/pixel_sum.h"
 #include "render/film/sample_sums.h"
 
 namespace polymorph {
@@ -16,47 +18,6 @@ namespace {
 constexpr int kPixels = kTile * kTile;
 constexpr int kFirstSamples = 16;  // first of the adaptive rounds; each round doubles the number
 constexpr int kBlock = 4;  // side of the blocks of pixels that are continued or stopped together
-constexpr std::uint32_t kTimeSet = 4096;  // disjoint from the sets of the vertices
-
-/// One camera per lane.
-struct Cameras {
-  Pack3 position, right, up, forward;
-  Pack tan_half_fov_y, lens_radius, focus;
-};
-Cameras broadcast_camera(const Camera& camera) {
-  return {broadcast3<Pack3>(camera.position),     broadcast3<Pack3>(camera.right),
-          broadcast3<Pack3>(camera.up),           broadcast3<Pack3>(camera.forward),
-          broadcast<Pack>(camera.tan_half_fov_y), broadcast<Pack>(camera.lens_radius),
-          broadcast<Pack>(camera.focus)};
-}
-/// Interpolates cameras at times of the open shutter, [0, 1].
-Cameras interpolate_cameras(const Camera& opening, const Camera& closing, Pack time) {
-  const auto between = [&](Vec3 from, Vec3 to) {
-    return broadcast3<Pack3>(from) + broadcast3<Pack3>(to - from) * time;
-  };
-  const auto at = [&](float from, float to) { return from + time * (to - from); };
-  return {between(opening.position, closing.position),
-          normalized(between(opening.right, closing.right)),
-          normalized(between(opening.up, closing.up)),
-          normalized(between(opening.forward, closing.forward)),
-          at(opening.tan_half_fov_y, closing.tan_half_fov_y),
-          at(opening.lens_radius, closing.lens_radius),
-          at(opening.focus, closing.focus)};
-}
-
-/// Makes rays through points of the film, in pixels from the image's upper left corner, and through
-/// the points (u, v) of the lens. Pixels are square.
-RayOf<Pack3> camera_rays(const Cameras& camera, const ImageSettings& image, Vec2Of<Pack> film,
-                         Vec2Of<Pack> lens, bool pinhole) {
-  const Pack scale = 2.0f * camera.tan_half_fov_y / static_cast<float>(image.height);
-  const Pack right = (film.x - 0.5f * static_cast<float>(image.width)) * scale;
-  const Pack up = (0.5f * static_cast<float>(image.height) - film.y) * scale;
-  const Pack3 direction = camera.forward + camera.right * right + camera.up * up;
-  if (pinhole) return {camera.position, normalized(direction)};
-  const Pack2 at = concentric_disc(lens.x, lens.y) * camera.lens_radius;
-  const Pack3 shift = camera.right * at.x + camera.up * at.y;
-  return {camera.position + shift, normalized(direction * camera.focus - shift)};
-}
 
 /// Projects a direction to the film: pixels from the image's centre, x right, y down.
 Vec2 project_to_film(const Camera& camera, const ImageSettings& image, Vec3 direction) {
@@ -73,18 +34,6 @@ struct GuideSum {
     normal = normal + other.normal;
   }
 };
-
-void add_sample(PixelSum& sum, const PathLight& light, bool odd) {
-  ++sum.samples;
-  sum.alpha += light.alpha;
-  sum.floor += light.floor;
-  sum.lit += light.lit;
-  sum.unlit += light.unlit;
-  // Skip NaN and infinity, which one bad normal or texel can cause.
-  if (!finite(light.radiance)) return;
-  sum.light = sum.light + light.radiance;
-  if (odd) sum.odd = sum.odd + light.radiance;
-}
 
 /// Estimates the error of the mean, divided by the square root of its brightness, which
 /// approximates perception (Dammertz et al. 2010, "A hierarchical automatic stopping condition for
@@ -110,6 +59,10 @@ class Tile {
         guides_(job.image.denoise ? kPixels : 0) {}
 
   void sample() {
+    if (job_.device_sums) {
+      take_device_sums();
+      if (mattes_.empty()) return;
+    }
     const int max_samples = job_.samples.end;
     if (!(job_.image.noise > 0)) return sample_round(job_.samples.first, max_samples);
     for (int from = 0, to = std::min(kFirstSamples, max_samples); from < max_samples;
@@ -135,16 +88,15 @@ class Tile {
 
   /// Intersects the rays through the pixels' centres, if AOVs or steady noise need them.
   void intersect_centers() {
-    const bool steady = job_.image.steady && !job_.camera_motion && job_.meshes_move;
-    moving_.fill(job_.camera_motion.has_value());
+    const bool steady = job_.image.steady && !job_.camera.moves && job_.meshes_move;
+    moving_.fill(job_.camera.moves);
     if (job_.aovs.empty() && !steady) return;
-    const Cameras camera = broadcast_camera(job_.camera);
     for (int y = 0; y < height_; ++y) {
       CenterRow& row = centers_[y];
-      const Pack film_y = broadcast<Pack>(static_cast<float>(top_ + y) + 0.5f);
+      const Pack film_y = broadcast<Pack>(static_cast<float>(top_ + y));
       for (int k = 0; k < 2; ++k) {
-        const Pack film_x = Lanes<Pack>::iota() + (static_cast<float>(left_ + k * kLanes) + 0.5f);
-        row.rays[k] = camera_rays(camera, job_.image, {film_x, film_y}, Pack2{}, true);
+        const Pack film_x = Lanes<Pack>::iota() + static_cast<float>(left_ + k * kLanes);
+        row.rays[k] = center_rays<Pack3>(job_.camera, film_x, film_y);
       }
       intersect_closest(job_.world, row.rays, row.intersections, width_, true, stats_);
       if (!steady) continue;
@@ -205,11 +157,24 @@ class Tile {
       for (int x = 0; x < width_; ++x) {
         const Ray ray = lane(row.rays[x / kLanes], x % kLanes);
         FirstHit hit = first_hit(job_.world, ray, lane(row.intersections[x / kLanes], x % kLanes));
-        if (hit.id > 0) hit.depth *= dot(ray.direction, job_.camera.forward);
+        if (hit.id > 0) hit.depth *= dot(ray.direction, job_.camera.camera.forward);
         hit.motion = compute_motion(hit, ray.direction);
         float* pixel = &film.at(left_ + x, top_ + y, job_.first_aov);
         for (const Aov* aov : job_.aovs) *pixel++ = aov->value(hit);
       }
+    }
+  }
+
+  /// Takes the sums that a GPU has made of all samples.
+  void take_device_sums() {
+    const DeviceSums& device = *job_.device_sums;
+    for (int i = 0; i < width_ * height_; ++i) {
+      const auto x = static_cast<std::size_t>(left_ + i % width_),
+                 y = static_cast<std::size_t>(top_ + i / width_),
+                 blocks = static_cast<std::size_t>(device.blocks);
+      const PixelSum* sums =
+          &device.sums[(y * static_cast<std::size_t>(job_.image.width) + x) * blocks];
+      for (int b = 0; b < device.blocks; ++b) sums_[i].add({{device.first_block + b, 1}, sums[b]});
     }
   }
 
@@ -234,13 +199,16 @@ class Tile {
     check_interruption();  // a tile of many samples takes seconds
     for (int first = 0; first < wave_.count; first += kLanes) make_camera_rays(first);
     if (!mattes_.empty() || job_.image.denoise) add_mattes_and_guides();
+    if (!job_.device_sums) trace_wave();
+    wave_.count = 0;
+  }
+  void trace_wave() {
     trace(job_.world, job_.sampler, wave_, stats_);
     for (int i = 0; i < wave_.count; ++i) {
       SampleSums<PixelSum>& sums = sums_[pixels_[i]];
       add_sample(sums.block(), wave_.lights[i], sample_indices_[i] % 2 == 1);
       if (ends_block(i)) sums.end_block(block_index(i));
     }
-    wave_.count = 0;
   }
 
   int block_index(int path) const { return static_cast<int>(sample_indices_[path]) / kSampleBlock; }
@@ -295,24 +263,13 @@ class Tile {
       const int column = left_ + pixels_[i] % width_, row = top_ + pixels_[i] / width_;
       const SampleIndex sample =
           sample_index(job_.sampler, column, row, sample_indices_[i], moving_[pixels_[i]]);
-      x[i - first] = static_cast<float>(column) + 0.5f;
-      y[i - first] = static_cast<float>(row) + 0.5f;
+      x[i - first] = static_cast<float>(column);
+      y[i - first] = static_cast<float>(row);
       index[i - first] = wave_.samples[i] = sample.reversed;
       wave_.sequence = sample.sequence;
     }
     const PathSamplerOf<Pack> sampler(job_.sampler, wave_.sequence, index);
-    const Sample4Of<Pack> random = sampler.get(0);
-    const bool blurred = job_.camera.shutter > 0;
-    const Pack time = blurred ? sampler.get(kTimeSet).a : broadcast<Pack>(0.5f);
-    const Cameras cameras =
-        blurred && job_.camera_motion
-            ? interpolate_cameras(job_.camera_motion->opening, job_.camera_motion->closing, time)
-            : broadcast_camera(job_.camera);
-    RayOf<Pack3> rays = camera_rays(
-        cameras, job_.image,
-        {x + filter_offset(*job_.filter, random.a), y + filter_offset(*job_.filter, random.b)},
-        {random.c, random.d}, !(job_.camera.lens_radius > 0));
-    rays.time = time;
+    const RayOf<Pack3> rays = sample_camera_rays<Pack3>(job_.camera, sampler, x, y);
     for (int i = first; i < end; ++i) wave_.rays[i] = lane(rays, i - first);
   }
 
@@ -353,10 +310,9 @@ class Tile {
 
   /// Motion to the next frame, in pixels.
   Vec2 compute_motion(const FirstHit& hit, Vec3 direction) const {
-    const Camera &current = job_.camera,
-                 &then = job_.camera_motion ? job_.camera_motion->next : job_.camera;
+    const Camera &current = job_.camera.camera, &then = job_.next_camera;
     // A sky is infinitely far away; the studio's paper moves with the camera.
-    const bool sky = hit.id == 0 && job_.world.backdrop.sky;
+    const bool sky = hit.id == 0 && job_.world.backdrop.shows_sky;
     if (hit.id == 0 && !sky) return {};
     const Vec2 from =
         project_to_film(current, job_.image, sky ? direction : hit.position - current.position);

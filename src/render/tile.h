@@ -1,12 +1,12 @@
 // Tile rendering: from camera rays to a tile of the film, with adaptive sampling.
 #pragma once
 
-#include <optional>
-
 #include "image/image.h"
 #include "render/aov.h"
+#include "render/film/camera_rays.h"
 #include "render/film/cryptomatte.h"
 #include "render/film/film.h"
+#include "render/film/pixel_sum.h"
 #include "render/math/sampler.h"
 #include "render/path/integrator.h"
 #include "render/render.h"
@@ -19,18 +19,18 @@ inline constexpr int kTile = 16;  // pixels along a side
 /// All that the tiles of a frame share.
 struct FrameJob {
   World world;
-  Camera camera;
-  std::optional<CameraMotion> camera_motion;
+  CameraSetup camera;
+  Camera next_camera;        ///< camera of the next frame
   bool meshes_move = false;  ///< any
   ImageSettings image;
   FrameSampler sampler;
-  const PixelFilter* filter = nullptr;
   std::vector<const Aov*> aovs;
   const Mattes* mattes = nullptr;
   SampleRange samples;  ///< those to take
   int first_aov = 4;    ///< channel of the film
   /// Sums of a part's mattes (MatteSums). Not null: the film is a part's.
   std::vector<MattePixel>* part_mattes = nullptr;
+  const DeviceSums* device_sums = nullptr;  ///< set: a GPU has traced the samples
 };
 
 /// Fills pixels [tile_x kTile, ...) x [tile_y kTile, ...) of the film. One task owns a tile and

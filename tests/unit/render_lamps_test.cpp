@@ -17,7 +17,7 @@ double irradiance(const Lamp& lamp, int n) {
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < n; ++i) {
       const LampSample s =
-          sample_lamp(lamp, {}, (static_cast<float>(i) + 0.5f) / static_cast<float>(n),
+          sample_lamp(lamp, Vec3{}, (static_cast<float>(i) + 0.5f) / static_cast<float>(n),
                       (static_cast<float>(j) + 0.5f) / static_cast<float>(n));
       sum += static_cast<double>(s.power.y * std::max(0.0f, s.direction.y));
     }
@@ -60,7 +60,7 @@ TEST(Lamps, SamplesPointAtTheLampAndKnowTheirDensity) {
     for (int i = 0; i < 100; ++i) {
       const float u = static_cast<float>(i % 10) / 10 + 0.03f,
                   v = (static_cast<float>(i) + 0.5f) / 101;
-      const LampSample s = sample_lamp(lamp, {0.1f, 0, 0}, u, v);
+      const LampSample s = sample_lamp(lamp, Vec3{0.1f, 0, 0}, u, v);
       ASSERT_GT(s.pdf, 0);
       const Ray ray{{0.1f, 0, 0}, s.direction};
       const float hit = intersect_lamp(lamp, ray);
@@ -70,7 +70,8 @@ TEST(Lamps, SamplesPointAtTheLampAndKnowTheirDensity) {
     }
     EXPECT_FALSE(intersect_lamp(lamp, Ray{{0.1f, 0, 0}, {0, -1, 0}}) < 100);
   }
-  EXPECT_EQ(sample_lamp(make_lamp(panel, {}), {2, 4, 1}, 0.5f, 0.5f).power.x, 0) << "its dark side";
+  EXPECT_EQ(sample_lamp(make_lamp(panel, {}), Vec3{2, 4, 1}, 0.5f, 0.5f).power.x, 0)
+      << "its dark side";
 }
 
 TEST(Lamps, AMirrorAndAMattePlateAgreeOnAPanelHoweverItIsFound) {

@@ -141,7 +141,7 @@ TEST(Lanes, LightsShineTheSame) {
       const Pack3 from = random_directions(2 * round), way = random_directions(2 * round + 1);
       const Pack u = random_pack(0, 1, 2 * round), v = random_pack(0, 1, 2 * round + 1);
       const LampSampleOf<Pack3> eight = sample_lamp(made, from, u, v);
-      const Pack hit = intersect_lamp(made, {from, way});
+      const Pack hit = intersect_lamp(made, RayOf<Pack3>{from, way});
       const Pack3 towards = sample_key(key, u, v), radiance = sky_radiance(spotted, way);
       for (int l = 0; l < kLanes; ++l) {
         const LampSample one = sample_lamp(made, lane(from, l), u[l], v[l]);
@@ -151,7 +151,7 @@ TEST(Lanes, LightsShineTheSame) {
           expect_same(one.direction, eight.direction, l);
           expect_same(one.distance, eight.distance, l);
         }
-        expect_same(intersect_lamp(made, {lane(from, l), lane(way, l)}), hit, l);
+        expect_same(intersect_lamp(made, Ray{lane(from, l), lane(way, l)}), hit, l);
         expect_same(sample_key(key, u[l], v[l]), towards, l);
         expect_same(sky_radiance(spotted, lane(way, l)), radiance, l);
         expect_same(sky_irradiance(spotted, lane(way, l)), sky_irradiance(spotted, way), l);

@@ -96,7 +96,7 @@ Guide trace_guide(const World& world, Ray ray, Intersection intersection, RaySta
     const bool is_refracted = glass && dielectric_fresnel(cosine, eta) < 0.5f;
     if (glass && is_refracted && !point.inside) tint = tint * glass_tint(shading);
     if (mirror && !glass) tint = tint * min(shading.color, {1, 1, 1});
-    const float epsilon = world.geometry->epsilon();
+    const float epsilon = world.epsilon;
     ray.origin = is_refracted ? point.position - point.normal * epsilon
                               : point.position + point.normal * epsilon;
     ray.direction = is_refracted ? refracted(ray.direction, point.shading, eta)
@@ -108,8 +108,8 @@ Guide trace_guide(const World& world, Ray ray, Intersection intersection, RaySta
     intersection.mesh = world.geometry->closest(ray);
   }
   // Mirrors and glass show the sky itself; the studio's paper has no features.
-  if (tint == Vec3{1, 1, 1} && !world.backdrop.sky) return {{1, 1, 1}, {}};
-  return {tint * min(max(sky_radiance(*world.sky, ray.direction), {}), {1, 1, 1}), {}};
+  if (tint == Vec3{1, 1, 1} && !world.backdrop.shows_sky) return {{1, 1, 1}, {}};
+  return {tint * min(max(sky_radiance(world.sky, ray.direction), {}), {1, 1, 1}), {}};
 }
 
 std::vector<std::string> list_guide_channels() {

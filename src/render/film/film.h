@@ -20,7 +20,7 @@ struct PixelFilter {
 };
 PixelFilter make_pixel_filter(float radius);
 template <class V>
-inline V filter_offset(const PixelFilter& filter, V u) {
+PM_HD inline V filter_offset(const PixelFilter& filter, V u) {
   const V x = u * static_cast<float>(PixelFilter::kCells);
   const auto i = min(truncate(x), PixelFilter::kCells - 1);
   const float* offsets = filter.offsets.data();

@@ -14,6 +14,7 @@
 #include "base/result.h"
 #include "image/image.h"
 #include "render/film/cryptomatte.h"
+#include "render/film/pixel_sum.h"
 #include "render/film/sample_sums.h"
 #include "render/sample_range.h"
 

@@ -8,8 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "kernels/types.h"
-
 namespace polymorph {
 
 inline constexpr int kSampleBlock = 16;  ///< samples that are summed one after the other
@@ -63,23 +61,6 @@ class SampleSums {
  private:
   Sum block_{};
   std::vector<Node> nodes_;
-};
-
-/// Lights and coverages summed over the samples of a pixel.
-struct PixelSum {
-  Vec3 light, odd;  ///< sums over all samples, and over every second one
-  float alpha = 0, floor = 0, lit = 0, unlit = 0;
-  int samples = 0;
-
-  void add(const PixelSum& other) {
-    light = light + other.light;
-    odd = odd + other.odd;
-    alpha += other.alpha;
-    floor += other.floor;
-    lit += other.lit;
-    unlit += other.unlit;
-    samples += other.samples;
-  }
 };
 
 }  // namespace polymorph

@@ -19,15 +19,6 @@ Floor make_floor(const GroundSettings& settings, const Box& bounds) {
   return floor;
 }
 
-Pack3 backdrop_radiance(const Backdrop& backdrop, const Pack3& direction) {
-  if (backdrop.sky) return sky_radiance(*backdrop.sky, direction);
-  const Pack3 d = to_local(backdrop.camera, direction);
-  const Pack forward = max(d.z, 1e-3f);
-  const Pack x = d.x / forward * backdrop.scale, y = d.y / forward * backdrop.scale;
-  // A pool of light behind the subject, a little above the middle; darker towards the corners and
-  // the top.
-  const Pack distance = sqrt(0.55f * x * x + square(y - 0.1f));
-  return backdrop.paper * (1.10f - 0.34f * smoothstep(0, 1.9f, distance));
-}
+template Pack3 backdrop_radiance(const Backdrop&, const SkyTables&, const Pack3&);
 
 }  // namespace polymorph

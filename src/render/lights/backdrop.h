@@ -4,7 +4,7 @@
 #include "kernels/types.h"
 #include "render/lights/lights.h"
 #include "render/lights/sky.h"
-#include "render/rays/scene_build.h"
+#include "render/rays/ray.h"
 #include "render/render.h"
 
 namespace polymorph {
@@ -28,7 +28,7 @@ Floor make_floor(const GroundSettings& settings, const Box& bounds);
 /// Distance at which a ray from above hits the visible part of the floor before ray.far; else
 /// infinity.
 template <class T3>
-inline ComponentOf<T3> intersect_floor(const Floor& floor, const RayOf<T3>& ray) {
+PM_HD inline ComponentOf<T3> intersect_floor(const Floor& floor, const RayOf<T3>& ray) {
   using V = ComponentOf<T3>;
   const V no_hit = broadcast<V>(std::numeric_limits<float>::infinity());
   if (!floor.enabled) return no_hit;
@@ -48,8 +48,8 @@ struct FloorPointOf {
   ComponentOf<T3> tone;  ///< factor of the floor's colour
 };
 template <class T3>
-inline FloorPointOf<T3> floor_point(const Floor& floor, const RayOf<T3>& ray,
-                                    ComponentOf<T3> distance) {
+PM_HD inline FloorPointOf<T3> floor_point(const Floor& floor, const RayOf<T3>& ray,
+                                          ComponentOf<T3> distance) {
   using V = ComponentOf<T3>;
   FloorPointOf<T3> point;
   point.position = ray.origin + ray.direction * distance;
@@ -65,11 +65,26 @@ inline FloorPointOf<T3> floor_point(const Floor& floor, const RayOf<T3>& ray,
 
 /// Background of camera rays that hit nothing.
 struct Backdrop {
-  const Sky* sky = nullptr;  ///< set for an image sky; null = the studio's paper
-  Vec3 paper;                ///< its colour in the middle of the picture
-  Frame camera;              ///< x right, y up, z forward
-  float scale = 1;           ///< 1 / tan(half the vertical field of view)
+  bool shows_sky = false;  ///< an image's or the day's; false = the studio's paper
+  Vec3 paper;              ///< its colour in the middle of the picture
+  Frame camera;            ///< x right, y up, z forward
+  float scale = 1;         ///< 1 / tan(half the vertical field of view)
 };
-Pack3 backdrop_radiance(const Backdrop& backdrop, const Pack3& direction);
+/// Radiance that the camera sees in a direction; `sky`: the frame's.
+template <class T3>
+PM_HD T3 backdrop_radiance(const Backdrop& backdrop, const SkyTables& sky, const T3& direction) {
+  using V = ComponentOf<T3>;
+  if (backdrop.shows_sky) return sky_radiance(sky, direction);
+  const T3 d = to_local(backdrop.camera, direction);
+  const V forward = max(d.z, 1e-3f);
+  const V x = d.x / forward * backdrop.scale, y = d.y / forward * backdrop.scale;
+  // A pool of light behind the subject, a little above the middle; darker towards the corners and
+  // the top.
+  const V distance = sqrt(0.55f * x * x + square(y - 0.1f));
+  return backdrop.paper * (1.10f - 0.34f * smoothstep(0, 1.9f, distance));
+}
+#if defined(PM_PACKS)
+extern template Pack3 backdrop_radiance(const Backdrop&, const SkyTables&, const Pack3&);
+#endif
 
 }  // namespace polymorph

@@ -28,19 +28,19 @@ KeyLight make_key_light(const LightSettings& settings, const Camera& camera);
 KeyLight make_sun(const LampSettings& settings, const Camera& camera);
 /// Samples a direction towards it.
 template <class V>
-inline Vec3Of<V> sample_key(const KeyLight& key, V u, V v) {
+PM_HD inline Vec3Of<V> sample_key(const KeyLight& key, V u, V v) {
   if (!(key.pdf > 0)) return broadcast3<Vec3Of<V>>(key.frame.z);
   return to_world(key.frame, cone_direction(1 - key.cos_radius, u, v));
 }
 template <class T3>
-inline MaskOf<T3> hits_key(const KeyLight& key, T3 direction) {
+PM_HD inline MaskOf<T3> hits_key(const KeyLight& key, T3 direction) {
   return dot(direction, key.frame.z) >= (key.pdf > 0 ? key.cos_radius : 2.0f);
 }
 
 /// Tests whether nothing inside this sphere can be between the point and any part of the light.
 /// Conservative: it may return false needlessly.
 template <class T3>
-inline MaskOf<T3> key_is_clear(const KeyLight& key, T3 point, Vec3 center, float radius) {
+PM_HD inline MaskOf<T3> key_is_clear(const KeyLight& key, T3 point, Vec3 center, float radius) {
   // The cone of the light's directions around its axis, half angle r: the sphere is outside of it
   // where the signed distance of its centre from the cone, d cos r - along sin r, exceeds its
   // radius.

@@ -11,18 +11,10 @@
 namespace polymorph {
 namespace {
 
-constexpr int kIrradianceCells = 32;  // per axis of the octahedral grid, which has one node more
 constexpr int kCoarseWidth = 128, kCoarseHeight = 64;  // for the irradiance integral
 constexpr int kMaxDistributionWidth = 2048;
 // Light of an image above this multiple of the mean is bright. Clouds and windows are below.
 constexpr float kCalmMeans = 4;
-
-/// Latitude-longitude coordinates (column, row) of a direction, both in [0, 1].
-template <class T3>
-Vec2Of<ComponentOf<T3>> lat_long(T3 d) {
-  const ComponentOf<T3> flat = sqrt(d.x * d.x + d.z * d.z);
-  return {0.5f + atan2_turns(d.x, -d.z), 0.5f - 2.0f * atan2_turns(d.y, flat)};
-}
 
 Vec3 from_lat_long(float u, float v) {
   const Vec2 azimuth = cos_sin_turns(u - 0.5f), polar = cos_sin_turns(0.5f * v);
@@ -99,8 +91,7 @@ SkyDistribution make_distribution(const Sky& sky, SkyPart part) {
   return d;
 }
 
-/// Octahedral map of the sphere (Cigolla et al. 2014, "A survey of efficient representations for
-/// independent unit vectors"): [-1, 1]^2 <-> directions.
+/// Inverts encode_octahedral().
 Vec3 decode_octahedral(float x, float y) {
   Vec3 d{x, 1 - std::fabs(x) - std::fabs(y), y};
   if (d.y < 0) {
@@ -109,67 +100,6 @@ Vec3 decode_octahedral(float x, float y) {
   }
   return normalized(d);
 }
-template <class T3>
-Vec2Of<ComponentOf<T3>> encode_octahedral(T3 d) {
-  using V = ComponentOf<T3>;
-  const V sum = abs(d.x) + abs(d.y) + abs(d.z);
-  const V x = d.x / sum, y = d.z / sum;
-  const MaskOf<T3> upper = d.y >= 0.0f;
-  return {select(upper, x, copysign(1.0f - abs(y), x)),
-          select(upper, y, copysign(1.0f - abs(x), y))};
-}
-
-/// Interpolates between four adjacent entries of a table of vectors.
-template <class T3, class I>
-T3 bilinear(const Vec3* table, I upper_left, I upper_right, I lower_left, I lower_right,
-            ComponentOf<T3> fx, ComponentOf<T3> fy) {
-  return lerp(lerp(gather(table, upper_left), gather(table, upper_right), fx),
-              lerp(gather(table, lower_left), gather(table, lower_right), fx), fy);
-}
-
-template <class T3>
-T3 look_up_radiance(const Sky& sky, T3 direction) {
-  using V = ComponentOf<T3>;
-  const Vec2Of<V> p = lat_long(direction);
-  // NaN has no texel: clamp01() makes it 0.
-  const V x = clamp01(p.x) * static_cast<float>(sky.width) - 0.5f;
-  const V y = min(max(p.y * static_cast<float>(sky.height) - 0.5f, 0.0f),
-                  static_cast<float>(sky.height - 1));
-  const auto row = truncate(y), next_row = min(row + 1, sky.height - 1);
-  // From 0 to width: the last column's right neighbour is the first.
-  const auto right = min(truncate(x + 1.0f), sky.width);
-  const auto left = right - 1;
-  const auto column = left + zero_unless(left < 0, sky.width),
-             next = right - zero_unless(right >= sky.width, sky.width);
-  return bilinear<T3>(sky.texels.data(), row * sky.width + column, row * sky.width + next,
-                      next_row * sky.width + column, next_row * sky.width + next,
-                      x - to_float(left), y - to_float(row));
-}
-
-template <class T3>
-ComponentOf<T3> look_up_bright_pdf(const Sky& sky, T3 direction) {
-  const SkyDistribution& d = sky.distribution;
-  if (!sky.has_bright) return broadcast<ComponentOf<T3>>(0);
-  const auto p = lat_long(direction);
-  const auto x = min(truncate(clamp01(p.x) * static_cast<float>(d.width)), d.width - 1);
-  const auto y = min(truncate(clamp01(p.y) * static_cast<float>(d.height)), d.height - 1);
-  return gather(d.pdf.data(), y * d.width + x);
-}
-
-template <class T3>
-T3 look_up_irradiance(const Sky& sky, T3 normal) {
-  using V = ComponentOf<T3>;
-  constexpr int kNodes = kIrradianceCells + 1;
-  const Vec2Of<V> p = encode_octahedral(normal);
-  const V x = clamp01((p.x + 1.0f) * 0.5f) * static_cast<float>(kIrradianceCells);
-  const V y = clamp01((p.y + 1.0f) * 0.5f) * static_cast<float>(kIrradianceCells);
-  const auto column = min(truncate(x), kIrradianceCells - 1);
-  const auto row = min(truncate(y), kIrradianceCells - 1);
-  const auto node = row * kNodes + column;
-  return bilinear<T3>(sky.irradiance.data(), node, node + 1, node + kNodes, node + kNodes + 1,
-                      x - to_float(column), y - to_float(row));
-}
-
 std::vector<Vec3> make_irradiance(const Sky& sky) {
   const std::vector<Vec3> cells = compute_cell_means(
       sky, kCoarseWidth, kCoarseHeight,
@@ -254,18 +184,6 @@ Vec3 integrate_upper(const Sky& sky) {
          static_cast<float>(static_cast<double>(kPi) / cosines);
 }
 
-/// The interval of a cumulative table [0 .. count] that contains u, and the position in it.
-struct Pick {
-  int index;
-  float fraction;
-};
-Pick pick(const float* cdf, int count, float u) {
-  const int above = static_cast<int>(std::upper_bound(cdf, cdf + count + 1, u) - cdf);
-  const int index = std::clamp(above - 1, 0, count - 1);
-  const float width = cdf[index + 1] - cdf[index];
-  return {index, width > 0 ? std::min((u - cdf[index]) / width, 0.999999f) : 0.5f};
-}
-
 }  // namespace
 
 void prepare_sky(Sky& sky, SkyPart part) {
@@ -303,37 +221,22 @@ Vec3 sky_direction(const Sky& sky, float x, float y) {
   return from_lat_long(x / static_cast<float>(sky.width), y / static_cast<float>(sky.height));
 }
 
-SkySample sample_bright_sky(const Sky& sky, float u, float v) {
-  const SkyDistribution& d = sky.distribution;
-  if (!sky.has_bright || !(d.row_cdf.back() > 0)) return {{0, 1, 0}, 0};
-  const Pick row = pick(d.row_cdf.data(), d.height, v);
-  const Pick column =
-      pick(&d.column_cdf[static_cast<std::size_t>(row.index) * (d.width + 1)], d.width, u);
-  // Uniform in cos(theta) within a cell, that is in solid angle.
-  const auto cosine = [&](int y) {
-    return cos_sin_turns(0.5f * static_cast<float>(y) / static_cast<float>(d.height)).x;
-  };
-  const float height = lerp(cosine(row.index), cosine(row.index + 1), row.fraction);
-  const float flat = std::sqrt(std::max(0.0f, 1 - height * height));
-  const Vec2 azimuth = cos_sin_turns(
-      (static_cast<float>(column.index) + column.fraction) / static_cast<float>(d.width) - 0.5f);
-  return {{azimuth.y * flat, height, -azimuth.x * flat},
-          d.pdf[static_cast<std::size_t>(row.index) * d.width + column.index]};
-}
+SkyTables::SkyTables(const Sky& sky)
+    : width(sky.width),
+      height(sky.height),
+      texels(sky.texels.data()),
+      calm_level(sky.calm_level),
+      has_bright(sky.has_bright),
+      columns(sky.distribution.width),
+      rows(sky.distribution.height),
+      row_cdf(sky.distribution.row_cdf.data()),
+      column_cdf(sky.distribution.column_cdf.data()),
+      pdf(sky.distribution.pdf.data()),
+      irradiance(sky.irradiance.data()),
+      upper_irradiance(sky.upper_irradiance) {}
 
-Vec3 sky_radiance(const Sky& sky, Vec3 direction) { return look_up_radiance(sky, direction); }
-Pack3 sky_radiance(const Sky& sky, const Pack3& direction) {
-  return look_up_radiance(sky, direction);
-}
-
-float bright_sky_pdf(const Sky& sky, Vec3 direction) { return look_up_bright_pdf(sky, direction); }
-Pack bright_sky_pdf(const Sky& sky, const Pack3& direction) {
-  return look_up_bright_pdf(sky, direction);
-}
-
-Vec3 sky_irradiance(const Sky& sky, Vec3 normal) { return look_up_irradiance(sky, normal); }
-Pack3 sky_irradiance(const Sky& sky, const Pack3& normal) {
-  return look_up_irradiance(sky, normal);
-}
+template Pack3 sky_radiance(const SkyTables&, const Pack3&);
+template Pack bright_sky_pdf(const SkyTables&, const Pack3&);
+template Pack3 sky_irradiance(const SkyTables&, const Pack3&);
 
 }  // namespace polymorph

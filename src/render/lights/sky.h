@@ -3,6 +3,7 @@
 // sampled by brightness.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "image/image.h"
@@ -70,9 +71,95 @@ Vec3 upper_mean(const Sky& sky, const F& value) {
 /// Negative and non-finite pixels count as black.
 Sky make_image_sky(const Image& image, float scale, SkyPart part);
 
+/// The tables of a sky as rays look them up, on the CPU or a GPU. Borrowed.
+struct SkyTables {
+  int width = 0, height = 0;
+  const Vec3* texels = nullptr;
+  float calm_level = 0;
+  bool has_bright = false;
+  int columns = 0, rows = 0;  ///< size of the distribution
+  const float *row_cdf = nullptr, *column_cdf = nullptr, *pdf = nullptr;
+  const Vec3* irradiance = nullptr;
+  Vec3 upper_irradiance;
+  SkyTables() = default;
+  SkyTables(const Sky& sky);  // NOLINT(google-explicit-constructor): a view of it
+};
+
+inline constexpr int kIrradianceCells =
+    32;  ///< per axis of the octahedral grid, which has one node more
+
+/// Latitude-longitude coordinates (column, row) of a direction, both in [0, 1].
+template <class T3>
+PM_HD Vec2Of<ComponentOf<T3>> lat_long(T3 d) {
+  const ComponentOf<T3> flat = sqrt(d.x * d.x + d.z * d.z);
+  return {0.5f + atan2_turns(d.x, -d.z), 0.5f - 2.0f * atan2_turns(d.y, flat)};
+}
+
+/// Octahedral map of the sphere (Cigolla et al. 2014, "A survey of efficient representations for
+/// independent unit vectors"): [-1, 1]^2 <-> directions.
+template <class T3>
+PM_HD Vec2Of<ComponentOf<T3>> encode_octahedral(T3 d) {
+  using V = ComponentOf<T3>;
+  const V sum = abs(d.x) + abs(d.y) + abs(d.z);
+  const V x = d.x / sum, y = d.z / sum;
+  const MaskOf<T3> upper = d.y >= 0.0f;
+  return {select(upper, x, copysign(1.0f - abs(y), x)),
+          select(upper, y, copysign(1.0f - abs(x), y))};
+}
+
+/// Interpolates between four adjacent entries of a table of vectors.
+template <class T3, class I>
+PM_HD T3 bilinear(const Vec3* table, I upper_left, I upper_right, I lower_left, I lower_right,
+                  ComponentOf<T3> fx, ComponentOf<T3> fy) {
+  return lerp(lerp(gather(table, upper_left), gather(table, upper_right), fx),
+              lerp(gather(table, lower_left), gather(table, lower_right), fx), fy);
+}
+
 /// Radiance from a direction, interpolated bilinearly.
-Vec3 sky_radiance(const Sky& sky, Vec3 direction);
-Pack3 sky_radiance(const Sky& sky, const Pack3& direction);
+template <class T3>
+PM_HD_CALL T3 sky_radiance(const SkyTables& sky, const T3& direction) {
+  using V = ComponentOf<T3>;
+  const Vec2Of<V> p = lat_long(direction);
+  // NaN has no texel: clamp01() makes it 0.
+  const V x = clamp01(p.x) * static_cast<float>(sky.width) - 0.5f;
+  const V y = min(max(p.y * static_cast<float>(sky.height) - 0.5f, 0.0f),
+                  static_cast<float>(sky.height - 1));
+  const auto row = truncate(y), next_row = min(row + 1, sky.height - 1);
+  // From 0 to width: the last column's right neighbour is the first.
+  const auto right = min(truncate(x + 1.0f), sky.width);
+  const auto left = right - 1;
+  const auto column = left + zero_unless(left < 0, sky.width),
+             next = right - zero_unless(right >= sky.width, sky.width);
+  return bilinear<T3>(sky.texels, row * sky.width + column, row * sky.width + next,
+                      next_row * sky.width + column, next_row * sky.width + next,
+                      x - to_float(left), y - to_float(row));
+}
+
+/// The pdf of sample_bright_sky(), per solid angle.
+template <class T3>
+PM_HD ComponentOf<T3> bright_sky_pdf(const SkyTables& sky, const T3& direction) {
+  if (!sky.has_bright) return broadcast<ComponentOf<T3>>(0);
+  const auto p = lat_long(direction);
+  const auto x = min(truncate(clamp01(p.x) * static_cast<float>(sky.columns)), sky.columns - 1);
+  const auto y = min(truncate(clamp01(p.y) * static_cast<float>(sky.rows)), sky.rows - 1);
+  return gather(sky.pdf, y * sky.columns + x);
+}
+
+/// Irradiance of an unshadowed surface with this unit normal from the calm part: integral of
+/// radiance times cosine.
+template <class T3>
+PM_HD_CALL T3 sky_irradiance(const SkyTables& sky, const T3& normal) {
+  using V = ComponentOf<T3>;
+  constexpr int kNodes = kIrradianceCells + 1;
+  const Vec2Of<V> p = encode_octahedral(normal);
+  const V x = clamp01((p.x + 1.0f) * 0.5f) * static_cast<float>(kIrradianceCells);
+  const V y = clamp01((p.y + 1.0f) * 0.5f) * static_cast<float>(kIrradianceCells);
+  const auto column = min(truncate(x), kIrradianceCells - 1);
+  const auto row = min(truncate(y), kIrradianceCells - 1);
+  const auto node = row * kNodes + column;
+  return bilinear<T3>(sky.irradiance, node, node + 1, node + kNodes, node + kNodes + 1,
+                      x - to_float(column), y - to_float(row));
+}
 
 /// Calm and bright part of a radiance; their sum is the total.
 template <class T3>
@@ -81,24 +168,62 @@ struct SkySplitOf {
 };
 using SkySplit = SkySplitOf<Vec3>;
 template <class T3>
-inline SkySplitOf<T3> split_radiance(const Sky& sky, T3 radiance) {
+PM_HD inline SkySplitOf<T3> split_radiance(const SkyTables& sky, T3 radiance) {
   const ComponentOf<T3> light = luminance(radiance);
   const T3 calm = select(light <= sky.calm_level, radiance, radiance * (sky.calm_level / light));
   return {calm, radiance - calm};
 }
 
 /// A direction sampled by the brightness of the bright part.
-struct SkySample {
-  Vec3 direction;
-  float pdf;  ///< per solid angle; 0 = nothing to sample
+template <class T3>
+struct SkySampleOf {
+  T3 direction;
+  ComponentOf<T3> pdf;  ///< per solid angle; 0 = nothing to sample
 };
-SkySample sample_bright_sky(const Sky& sky, float u, float v);
-float bright_sky_pdf(const Sky& sky, Vec3 direction);
-Pack bright_sky_pdf(const Sky& sky, const Pack3& direction);
+using SkySample = SkySampleOf<Vec3>;
+/// The interval of a cumulative table [0 .. count] that contains u, and the position in it.
+struct CdfPick {
+  int index;
+  float fraction;
+};
+PM_HD inline CdfPick pick_from_cdf(const float* cdf, int count, float u) {
+  const int above = static_cast<int>(std::upper_bound(cdf, cdf + count + 1, u) - cdf);
+  const int index = std::clamp(above - 1, 0, count - 1);
+  const float width = cdf[index + 1] - cdf[index];
+  return {index, width > 0 ? std::min((u - cdf[index]) / width, 0.999999f) : 0.5f};
+}
 
-/// Irradiance of an unshadowed surface with this unit normal from the calm part: integral of
-/// radiance times cosine.
-Vec3 sky_irradiance(const Sky& sky, Vec3 normal);
-Pack3 sky_irradiance(const Sky& sky, const Pack3& normal);
+PM_HD inline SkySample sample_bright_sky(const SkyTables& sky, float u, float v) {
+  if (!sky.has_bright || !(sky.row_cdf[sky.rows] > 0)) return {{0, 1, 0}, 0};
+  const CdfPick row = pick_from_cdf(sky.row_cdf, sky.rows, v);
+  const CdfPick column = pick_from_cdf(
+      &sky.column_cdf[static_cast<std::size_t>(row.index) * (sky.columns + 1)], sky.columns, u);
+  // Uniform in cos(theta) within a cell, that is in solid angle.
+  const auto cosine = [&](int y) {
+    return cos_sin_turns(0.5f * static_cast<float>(y) / static_cast<float>(sky.rows)).x;
+  };
+  const float height = lerp(cosine(row.index), cosine(row.index + 1), row.fraction);
+  const float flat = std::sqrt(std::max(0.0f, 1 - height * height));
+  const Vec2 azimuth = cos_sin_turns((static_cast<float>(column.index) + column.fraction) /
+                                         static_cast<float>(sky.columns) -
+                                     0.5f);
+  return {{azimuth.y * flat, height, -azimuth.x * flat},
+          sky.pdf[static_cast<std::size_t>(row.index) * sky.columns + column.index]};
+}
+
+#if defined(PM_PACKS)
+inline SkySampleOf<Pack3> sample_bright_sky(const SkyTables& sky, Pack u, Pack v) {
+  SkySampleOf<Pack3> samples;
+  for (int l = 0; l < kLanes; ++l) {
+    const SkySample sample = sample_bright_sky(sky, u[l], v[l]);
+    set_lane(samples.direction, l, sample.direction);
+    samples.pdf[l] = sample.pdf;
+  }
+  return samples;
+}
+extern template Pack3 sky_radiance(const SkyTables&, const Pack3&);
+extern template Pack bright_sky_pdf(const SkyTables&, const Pack3&);
+extern template Pack3 sky_irradiance(const SkyTables&, const Pack3&);
+#endif
 
 }  // namespace polymorph

@@ -10,7 +10,7 @@ inline constexpr float kMinAlpha = 1e-3f;  // a mirror, as far as float arithmet
 
 /// Normal distribution function D (Trowbridge-Reitz).
 template <class T3>
-inline ComponentOf<T3> ggx_normal_density(T3 half, ComponentOf<T3> alpha) {
+PM_HD inline ComponentOf<T3> ggx_normal_density(T3 half, ComponentOf<T3> alpha) {
   // (h.x^2 + h.y^2) / a^2 + h.z^2 keeps its digits for sharp lobes, where h.z^2 (a^2 - 1) + 1 does
   // not.
   const ComponentOf<T3> a2 = alpha * alpha;
@@ -19,28 +19,29 @@ inline ComponentOf<T3> ggx_normal_density(T3 half, ComponentOf<T3> alpha) {
 }
 /// Smith's Lambda plus terms, as sqrt(a^2 + (1 - a^2) c^2).
 template <class V>
-inline V ggx_root(V cosine, V alpha) {
+PM_HD inline V ggx_root(V cosine, V alpha) {
   const V a2 = alpha * alpha;
   return sqrt(a2 + (1.0f - a2) * cosine * cosine);
 }
 /// Fraction of microfacets visible from a direction.
 template <class V>
-inline V ggx_masking(V cosine, V alpha) {
+PM_HD inline V ggx_masking(V cosine, V alpha) {
   return 2.0f * cosine / (cosine + ggx_root(cosine, alpha));
 }
 /// G2 / (4 cos_a cos_b), height-correlated (Heitz 2014).
 template <class V>
-inline V ggx_visibility(V a, V b, V alpha) {
+PM_HD inline V ggx_visibility(V a, V b, V alpha) {
   return 0.5f / (a * ggx_root(b, alpha) + b * ggx_root(a, alpha));
 }
 /// The pdf, per solid angle, of the direction mirrored at a visible normal.
 template <class T3>
-inline ComponentOf<T3> ggx_direction_pdf(T3 view, T3 half, ComponentOf<T3> alpha) {
+PM_HD inline ComponentOf<T3> ggx_direction_pdf(T3 view, T3 half, ComponentOf<T3> alpha) {
   return ggx_normal_density(half, alpha) / (2.0f * (view.z + ggx_root(view.z, alpha)));
 }
 /// A microfacet normal as seen from `view` (Dupuy and Benyoub 2023, spherical caps).
 template <class T3>
-inline T3 sample_ggx_normal(T3 view, ComponentOf<T3> alpha, ComponentOf<T3> u, ComponentOf<T3> v) {
+PM_HD inline T3 sample_ggx_normal(T3 view, ComponentOf<T3> alpha, ComponentOf<T3> u,
+                                  ComponentOf<T3> v) {
   using V = ComponentOf<T3>;
   const T3 stretched = normalized(T3{alpha * view.x, alpha * view.y, view.z});
   const Vec2Of<V> azimuth = cos_sin_turns(u);
@@ -51,7 +52,7 @@ inline T3 sample_ggx_normal(T3 view, ComponentOf<T3> alpha, ComponentOf<T3> u, C
 }
 /// Schlick 1994: the fraction of 1 - f0 that is reflected in addition to f0.
 template <class V>
-inline V schlick(V cosine) {
+PM_HD inline V schlick(V cosine) {
   const V m = clamp01(1.0f - cosine);
   const V m2 = m * m;
   return m2 * m2 * m;

@@ -2,7 +2,7 @@
 // tabulated.
 #pragma once
 
-#include "render/math/simd.h"
+#include "render/math/vector_math.h"
 
 namespace polymorph {
 
@@ -12,10 +12,68 @@ struct SplitAlbedoOf {
 };
 using SplitAlbedo = SplitAlbedoOf<float>;
 
-SplitAlbedoOf<float> split_albedo(float alpha, float cosine);
-SplitAlbedoOf<Pack> split_albedo(Pack alpha, Pack cosine);
+/// Nodes per axis; alpha and cosine are spaced by square roots, denser near 0.
+inline constexpr int kAlbedoNodes = 32;
+
+struct AlbedoTables {
+  SplitAlbedo directional[kAlbedoNodes * kAlbedoNodes];
+  SplitAlbedo mean[kAlbedoNodes];
+};
+#if defined(__CUDACC__)
+static __device__ AlbedoTables device_albedo_tables;  ///< a copy of host_albedo_tables()
+#endif
+const AlbedoTables& host_albedo_tables();
+PM_HD inline const AlbedoTables& albedo_tables() {
+#if defined(__CUDA_ARCH__)
+  return device_albedo_tables;
+#else
+  return host_albedo_tables();
+#endif
+}
+
+/// A position between two nodes.
+template <class V>
+struct AlbedoCellOf {
+  decltype(truncate(V{})) index;
+  V fraction;
+};
+template <class V>
+PM_HD AlbedoCellOf<V> find_albedo_cell(V value) {
+  const V x = sqrt(clamp01(value)) * static_cast<float>(kAlbedoNodes - 1);
+  const auto index = min(truncate(x), kAlbedoNodes - 2);
+  return {index, x - to_float(index)};
+}
+
+/// Interpolates between the node at `index` and the next one.
+template <class V, class I>
+PM_HD SplitAlbedoOf<V> interpolate(const SplitAlbedo* nodes, I index, V fraction) {
+  static_assert(sizeof(SplitAlbedo) == 2 * sizeof(float));
+  const float* numbers = &nodes->scale;
+  const I at = index * 2;
+  return {lerp(gather(numbers, at), gather(numbers + 2, at), fraction),
+          lerp(gather(numbers + 1, at), gather(numbers + 3, at), fraction)};
+}
+
+/// Looks up the albedo at a cosine.
+template <class V>
+PM_HD SplitAlbedoOf<V> split_albedo(V alpha, V cosine) {
+  const AlbedoCellOf<V> a = find_albedo_cell(alpha), c = find_albedo_cell(cosine);
+  const SplitAlbedo* nodes = albedo_tables().directional;
+  const auto index = a.index * kAlbedoNodes + c.index;
+  const SplitAlbedoOf<V> low = interpolate(nodes, index, c.fraction);
+  const SplitAlbedoOf<V> high = interpolate(nodes + kAlbedoNodes, index, c.fraction);
+  return {lerp(low.scale, high.scale, a.fraction), lerp(low.bias, high.bias, a.fraction)};
+}
 /// Cosine-weighted mean of the split albedo over all directions.
-SplitAlbedoOf<float> mean_split_albedo(float alpha);
-SplitAlbedoOf<Pack> mean_split_albedo(Pack alpha);
+template <class V>
+PM_HD SplitAlbedoOf<V> mean_split_albedo(V alpha) {
+  const AlbedoCellOf<V> a = find_albedo_cell(alpha);
+  return interpolate(albedo_tables().mean, a.index, a.fraction);
+}
+
+#if defined(PM_PACKS)
+extern template SplitAlbedoOf<Pack> split_albedo(Pack, Pack);
+extern template SplitAlbedoOf<Pack> mean_split_albedo(Pack);
+#endif
 
 }  // namespace polymorph

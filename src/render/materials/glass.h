@@ -9,7 +9,7 @@ namespace polymorph {
 
 /// Fraction of unpolarized light that is reflected at `cosine` > 0 of the incident side; `eta` is
 /// the refractive index of that side divided by the other's (Fresnel). 1 beyond the critical angle.
-inline float dielectric_fresnel(float cosine, float eta) {
+PM_HD inline float dielectric_fresnel(float cosine, float eta) {
   const float c = clamp01(cosine);
   const float sin2 = eta * eta * (1 - c * c);
   if (sin2 >= 1) return 1;
@@ -21,7 +21,7 @@ inline float dielectric_fresnel(float cosine, float eta) {
 
 /// Direction of refracted light that arrives along `direction` (unit) at a boundary whose normal
 /// points to the incident side; `eta` as above. Not beyond the critical angle.
-inline Vec3 refracted(Vec3 direction, Vec3 normal, float eta) {
+PM_HD inline Vec3 refracted(Vec3 direction, Vec3 normal, float eta) {
   const float c = -dot(direction, normal);
   const float t = std::sqrt(std::max(0.0f, 1 - eta * eta * (1 - c * c)));
   return normalized(direction * eta + normal * (eta * c - t));

@@ -78,8 +78,8 @@ struct SampleIndex {
   std::uint32_t reversed = 0;  ///< bit-reversed index in the sequence
 };
 /// `moving`: the pixel shows something that moves, or the camera does.
-inline SampleIndex sample_index(const FrameSampler& frame, int x, int y, std::uint32_t sample,
-                                bool moving = false) {
+PM_HD inline SampleIndex sample_index(const FrameSampler& frame, int x, int y, std::uint32_t sample,
+                                      bool moving = false) {
   std::uint64_t order = interleave_zeros(static_cast<std::uint32_t>(x)) |
                         (interleave_zeros(static_cast<std::uint32_t>(y)) << 1);
   if (moving) order ^= frame.fresh;
@@ -98,11 +98,11 @@ using Sample4 = Sample4Of<float>;
 template <class V>
 class PathSamplerOf {
  public:
-  PathSamplerOf(const FrameSampler& frame, std::uint32_t sequence, BitsOf<V> reversed_index)
+  PM_HD PathSamplerOf(const FrameSampler& frame, std::uint32_t sequence, BitsOf<V> reversed_index)
       : key_(frame.key + sequence * 0x9e3779b97f4a7c15ull), reversed_index_(reversed_index) {}
 
   /// Returns the numbers of `set`: 0 for the camera, 1 + v for vertex v of the path.
-  Sample4Of<V> get(std::uint32_t set) const {
+  PM_HD Sample4Of<V> get(std::uint32_t set) const {
     Sample4Of<V> numbers;
     pair(mix64(key_ ^ (2 * set)), numbers.a, numbers.b);
     pair(mix64(key_ ^ (2 * set + 1)), numbers.c, numbers.d);
@@ -110,14 +110,14 @@ class PathSamplerOf {
   }
 
  private:
-  void pair(std::uint64_t seed, V& a, V& b) const {
+  PM_HD void pair(std::uint64_t seed, V& a, V& b) const {
     const auto scramble = static_cast<std::uint32_t>(seed);
     const BitsOf<V> index =
         reverse_bits(owen_hash(reversed_index_, static_cast<std::uint32_t>(seed >> 32)));
     a = unit(index, scramble);
     b = unit(sobol_second(index), scramble * 0x9e3779b9u + 0x7f4a7c15u);
   }
-  static V unit(BitsOf<V> x, std::uint32_t seed) {
+  PM_HD static V unit(BitsOf<V> x, std::uint32_t seed) {
     return signed_to_float(reverse_bits(owen_hash(x, seed)) >> 8) * 0x1p-24f;
   }
 

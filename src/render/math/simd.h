@@ -13,16 +13,15 @@
 #include "kernels/simd_math.h"
 #include "kernels/types.h"
 
+/// Marks a function for both compilers that is called, not inlined, on the GPU: it is large, and
+/// called at many places.
+#if defined(__CUDACC__)
+#define PM_HD_CALL __host__ __device__ __noinline__
+#else
+#define PM_HD_CALL
+#endif
+
 namespace polymorph {
-
-inline constexpr int kLanes = Lanes<Pack>::kCount;
-
-struct Pack2 {
-  Pack x, y;
-};
-struct Pack3 {
-  Pack x, y, z;
-};
 
 template <class T>
 struct LaneTypes;
@@ -34,19 +33,8 @@ struct LaneTypes<float> {
   using Bits = std::uint32_t;
 };
 template <>
-struct LaneTypes<Pack> {
-  using Two = Pack2;
-  using Three = Pack3;
-  using Mask = PackMask;
-  using Bits = PackBits;
-};
-template <>
 struct LaneTypes<Vec3> : LaneTypes<float> {
   using Component = float;
-};
-template <>
-struct LaneTypes<Pack3> : LaneTypes<Pack> {
-  using Component = Pack;
 };
 /// Types that belong to a vector type: its component, its mask, and so on.
 template <class T3>
@@ -59,6 +47,59 @@ template <class T>
 using MaskOf = typename LaneTypes<T>::Mask;
 template <class T>
 using BitsOf = typename LaneTypes<T>::Bits;
+
+template <class T3>
+PM_HD inline T3 broadcast3(Vec3 a) {
+  return {broadcast<ComponentOf<T3>>(a.x), broadcast<ComponentOf<T3>>(a.y),
+          broadcast<ComponentOf<T3>>(a.z)};
+}
+PM_HD inline Vec3 select(bool first, Vec3 a, Vec3 b) { return first ? a : b; }
+PM_HD inline Vec3 zero_unless(bool keep, Vec3 a) { return keep ? a : Vec3{}; }
+PM_HD inline bool any(bool mask) { return mask; }
+template <class M>
+PM_HD inline M broadcast_mask(bool holds);
+template <>
+PM_HD inline bool broadcast_mask<bool>(bool holds) {
+  return holds;
+}
+/// The number of lanes in which the mask holds.
+template <class V>
+PM_HD inline int count_lanes(MaskOf<V> mask) {
+  return popcount(Lanes<V>::bits(mask));
+}
+PM_HD inline float xor_sign(std::uint32_t sign_bit, float a) {
+  return float_from_bits(float_bits(a) ^ sign_bit);
+}
+PM_HD inline float copysign(float a, float sign) { return std::copysign(a, sign); }
+PM_HD inline float abs(float a) { return std::fabs(a); }
+/// Rounds |a| < 2^31 towards zero: an index into a table.
+PM_HD inline std::int32_t truncate(float a) { return static_cast<std::int32_t>(a); }
+PM_HD inline float to_float(std::int32_t a) { return static_cast<float>(a); }
+PM_HD inline std::int32_t min(std::int32_t a, std::int32_t b) { return a < b ? a : b; }
+PM_HD inline std::int32_t zero_unless(bool keep, std::int32_t a) { return keep ? a : 0; }
+/// base[index], index >= 0.
+PM_HD inline float gather(const float* base, std::int32_t index) { return base[index]; }
+
+#if defined(PM_PACKS)
+inline constexpr int kLanes = Lanes<Pack>::kCount;
+
+struct Pack2 {
+  Pack x, y;
+};
+struct Pack3 {
+  Pack x, y, z;
+};
+template <>
+struct LaneTypes<Pack> {
+  using Two = Pack2;
+  using Three = Pack3;
+  using Mask = PackMask;
+  using Bits = PackBits;
+};
+template <>
+struct LaneTypes<Pack3> : LaneTypes<Pack> {
+  using Component = Pack;
+};
 
 inline Pack2 operator+(Pack2 a, Pack2 b) { return {a.x + b.x, a.y + b.y}; }
 inline Pack2 operator*(Pack2 a, Pack s) { return {a.x * s, a.y * s}; }
@@ -80,17 +121,9 @@ inline Pack3 lerp(Pack3 a, Pack3 b, Pack t) { return a + (b - a) * t; }
 inline Pack3 min(Pack3 a, Pack3 b) { return {min(a.x, b.x), min(a.y, b.y), min(a.z, b.z)}; }
 inline Pack3 max(Pack3 a, Pack3 b) { return {max(a.x, b.x), max(a.y, b.y), max(a.z, b.z)}; }
 
-template <class T3>
-inline T3 broadcast3(Vec3 a) {
-  return {broadcast<ComponentOf<T3>>(a.x), broadcast<ComponentOf<T3>>(a.y),
-          broadcast<ComponentOf<T3>>(a.z)};
-}
-
-inline Vec3 select(bool first, Vec3 a, Vec3 b) { return first ? a : b; }
 inline Pack3 select(PackMask first, Pack3 a, Pack3 b) {
   return {select(first, a.x, b.x), select(first, a.y, b.y), select(first, a.z, b.z)};
 }
-inline Vec3 zero_unless(bool keep, Vec3 a) { return keep ? a : Vec3{}; }
 inline Pack3 zero_unless(PackMask keep, Pack3 a) {
   return {zero_unless(keep, a.x), zero_unless(keep, a.y), zero_unless(keep, a.z)};
 }
@@ -111,14 +144,7 @@ inline Pack3 operator*(Pack3 a, Vec3 b) { return {a.x * b.x, a.y * b.y, a.z * b.
 inline Pack3 operator*(Vec3 a, Pack s) { return {a.x * s, a.y * s, a.z * s}; }
 inline Pack dot(Pack3 a, Vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
-inline bool any(bool mask) { return mask; }
 inline bool any(PackMask mask) { return Lanes<Pack>::bits(mask) != 0; }
-template <class M>
-inline M broadcast_mask(bool holds);
-template <>
-inline bool broadcast_mask<bool>(bool holds) {
-  return holds;
-}
 template <>
 inline PackMask broadcast_mask<PackMask>(bool holds) {
   return PackMask{} - static_cast<std::int32_t>(holds);
@@ -127,35 +153,23 @@ inline PackMask broadcast_mask<PackMask>(bool holds) {
 /// The first `count` lanes; all, if there are more.
 inline PackMask first_lanes(int count) { return PackMask{0, 1, 2, 3, 4, 5, 6, 7} < count; }
 
-inline float xor_sign(std::uint32_t sign_bit, float a) {
-  return float_from_bits(float_bits(a) ^ sign_bit);
-}
 inline Pack xor_sign(PackBits sign_bit, Pack a) {
   return float_from_bits(float_bits(a) ^ sign_bit);
 }
-inline float copysign(float a, float sign) { return std::copysign(a, sign); }
 inline Pack copysign(Pack a, Pack sign) {
   return float_from_bits((float_bits(a) & 0x7fffffffu) | (float_bits(sign) & 0x80000000u));
 }
-inline float abs(float a) { return std::fabs(a); }
 inline Pack abs(Pack a) { return float_from_bits(float_bits(a) & 0x7fffffffu); }
 
-/// Rounds |a| < 2^31 towards zero: an index into a table.
-inline std::int32_t truncate(float a) { return static_cast<std::int32_t>(a); }
 inline PackMask truncate(Pack a) { return __builtin_convertvector(a, PackMask); }
-inline float to_float(std::int32_t a) { return static_cast<float>(a); }
 inline Pack to_float(PackMask a) { return __builtin_convertvector(a, Pack); }
-inline std::int32_t min(std::int32_t a, std::int32_t b) { return a < b ? a : b; }
 inline PackMask min(PackMask a, std::int32_t b) {
   const PackMask all = PackMask{} + b;
   return a < all ? a : all;
 }
 
-inline std::int32_t zero_unless(bool keep, std::int32_t a) { return keep ? a : 0; }
 inline PackMask zero_unless(PackMask keep, std::int32_t a) { return keep & a; }
 
-/// base[index], index >= 0.
-inline float gather(const float* base, std::int32_t index) { return base[index]; }
 inline Pack gather(const float* base, PackMask index) {
 #if defined(__AVX2__)
   return _mm256_i32gather_ps(base, reinterpret_cast<__m256i>(index), 4);
@@ -165,9 +179,12 @@ inline Pack gather(const float* base, PackMask index) {
   return out;
 #endif
 }
+
+#endif
+
 /// Gathers vectors from an array.
 template <class I>
-inline auto gather(const Vec3* base, I index) {
+PM_HD inline auto gather(const Vec3* base, I index) {
   static_assert(sizeof(Vec3) == 3 * sizeof(float));
   const float* numbers = &base->x;
   const I at = index * 3;
@@ -175,6 +192,7 @@ inline auto gather(const Vec3* base, I index) {
   return T3{gather(numbers, at), gather(numbers + 1, at), gather(numbers + 2, at)};
 }
 
+#if defined(PM_PACKS)
 inline Vec3 lane(const Pack3& a, int l) { return {a.x[l], a.y[l], a.z[l]}; }
 inline void set_lane(Pack3& a, int l, Vec3 value) {
   a.x[l] = value.x;
@@ -221,5 +239,7 @@ inline void store_rows(const Pack* columns, float* const (&rows)[kLanes]) {
     for (int l = 0; l < kLanes; ++l) Lanes<Pack>::store(rows[l] + block, r[l]);
   }
 }
+
+#endif
 
 }  // namespace polymorph

@@ -16,12 +16,12 @@ inline constexpr float kPi = std::numbers::pi_v<float>;
 inline constexpr float kInvPi = std::numbers::inv_pi_v<float>;
 
 template <class V>
-inline V square(V x) {
+PM_HD inline V square(V x) {
   return x * x;
 }
 /// Clamps to [0, 1]; NaN becomes 0, so that table lookups stay in range.
 template <class V>
-inline V clamp01(V x) {
+PM_HD inline V clamp01(V x) {
   return min(max(x, 0.0f), 1.0f);
 }
 inline float radians(float degrees) { return degrees * (kPi / 180.0f); }
@@ -40,27 +40,27 @@ inline Vec3 direction_at(float azimuth, float elevation) {
   return {sine(azimuth) * cosine(elevation), sine(elevation), cosine(azimuth) * cosine(elevation)};
 }
 template <class T3>
-inline ComponentOf<T3> max_component(T3 a) {
+PM_HD inline ComponentOf<T3> max_component(T3 a) {
   return max(a.x, max(a.y, a.z));
 }
 template <class T3>
-inline ComponentOf<T3> min_component(T3 a) {
+PM_HD inline ComponentOf<T3> min_component(T3 a) {
   return min(a.x, min(a.y, a.z));
 }
 template <class T3>
-inline ComponentOf<T3> luminance(T3 c) {
+PM_HD inline ComponentOf<T3> luminance(T3 c) {
   return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z;
 }
 template <class V>
-inline V smoothstep(float low, float high, V x) {
+PM_HD inline V smoothstep(float low, float high, V x) {
   const V t = clamp01((x - low) / (high - low));
   return t * t * (3.0f - 2.0f * t);
 }
 template <class T3>
-inline MaskOf<T3> is_black(T3 c) {
+PM_HD inline MaskOf<T3> is_black(T3 c) {
   return (c.x == 0.0f) & (c.y == 0.0f) & (c.z == 0.0f);
 }
-inline bool finite(Vec3 a) {
+PM_HD inline bool finite(Vec3 a) {
   return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
 }
 
@@ -74,7 +74,7 @@ using Frame = FrameOf<Vec3>;
 /// Branchless frame around a unit vector (Duff et al. 2017, "Building an orthonormal basis,
 /// revisited").
 template <class T3>
-inline FrameOf<T3> make_frame(T3 n) {
+PM_HD inline FrameOf<T3> make_frame(T3 n) {
   using V = ComponentOf<T3>;
   const V sign = copysign(broadcast<V>(1), n.z);
   const V a = -1.0f / (sign + n.z);
@@ -83,17 +83,17 @@ inline FrameOf<T3> make_frame(T3 n) {
 }
 /// Transforms to world coordinates. All lanes may share one frame.
 template <class F3, class T3>
-inline T3 to_world(const FrameOf<F3>& f, T3 v) {
+PM_HD inline T3 to_world(const FrameOf<F3>& f, T3 v) {
   return f.x * v.x + f.y * v.y + f.z * v.z;
 }
 template <class F3, class T3>
-inline T3 to_local(const FrameOf<F3>& f, T3 v) {
+PM_HD inline T3 to_local(const FrameOf<F3>& f, T3 v) {
   return {dot(v, f.x), dot(v, f.y), dot(v, f.z)};
 }
 
 /// Cosine and sine of `turns` full turns, |turns| < 2^20; error below 1e-6.
 template <class V>
-inline Vec2Of<V> cos_sin_turns(V turns) {
+PM_HD inline Vec2Of<V> cos_sin_turns(V turns) {
   // Quarter turns away, then Taylor polynomials on [-pi/4, pi/4]. Adding 1.5 * 2^23 rounds to the
   // nearest integer and leaves it in the low bits of the sum.
   constexpr float kRound = 12582912.0f;
@@ -110,7 +110,7 @@ inline Vec2Of<V> cos_sin_turns(V turns) {
 
 /// atan2(y, x) in turns, (-0.5, 0.5]; error below 1e-5 turns. 0 where both are 0.
 template <class V>
-inline V atan2_turns(V y, V x) {
+PM_HD inline V atan2_turns(V y, V x) {
   const V ax = abs(x), ay = abs(y);
   const V high = max(ax, ay), low = min(ax, ay);
   const V t = low / select(high > 0.0f, high, broadcast<V>(1));
@@ -126,7 +126,7 @@ inline V atan2_turns(V y, V x) {
 
 /// Point of the unit disc, area-preserving and continuous (Shirley and Chiu 1997).
 template <class V>
-inline Vec2Of<V> concentric_disc(V u, V v) {
+PM_HD inline Vec2Of<V> concentric_disc(V u, V v) {
   const V a = 2.0f * u - 1.0f, b = 2.0f * v - 1.0f;
   const MaskOf<V> wide = a * a > b * b;
   const V radius = select(wide, a, b);
@@ -136,7 +136,7 @@ inline Vec2Of<V> concentric_disc(V u, V v) {
 
 /// Direction about +z with pdf cos / pi.
 template <class V>
-inline Vec3Of<V> cosine_direction(V u, V v) {
+PM_HD inline Vec3Of<V> cosine_direction(V u, V v) {
   const Vec2Of<V> d = concentric_disc(u, v);
   return {d.x, d.y, sqrt(max(1.0f - d.x * d.x - d.y * d.y, 0.0f))};
 }
@@ -144,7 +144,7 @@ inline Vec3Of<V> cosine_direction(V u, V v) {
 /// Direction in the cone about +z of half angle acos(1 - height), evenly by solid angle. The disc's
 /// points keep their order on the cone, so even samples stay even.
 template <class V, class H>
-inline Vec3Of<V> cone_direction(H height, V u, V v) {
+PM_HD inline Vec3Of<V> cone_direction(H height, V u, V v) {
   const Vec2Of<V> disc = concentric_disc(u, v);
   const V r2 = disc.x * disc.x + disc.y * disc.y;
   // sin = r sqrt(height (2 - r^2 height)), with the disc's own r kept as the azimuth's length.

@@ -8,19 +8,6 @@
 namespace polymorph {
 namespace {
 
-// With a single bounce (previews) surfaces that occlude the sky are assumed to reflect this
-// fraction of it, which replaces all further bounces: fewer black pixels, and shadows of about the
-// right depth.
-constexpr float kGuessedBounce = 0.4f;
-
-PathLight make_result(const PathRow& path, Vec3 direct) {
-  const Vec3 radiance = path.radiance + direct;
-  const PathLight light{radiance, std::max(path.alpha, 0.0f), 0, 0, 0};
-  if (!has(path, kOnShadowFloor)) return light;
-  // alpha is the visible fraction of the faded floor; the pixel computes how much of it is shadow.
-  return {{}, 0, light.alpha, luminance(radiance), path.unlit};
-}
-
 SurfacePoint lane(const SurfacePointOf<Pack3>& p, int l) {
   return {lane(p.position, l), lane(p.normal, l), lane(p.shading, l), lane(p.lifted, l),
           p.inside[l] != 0};
@@ -231,7 +218,9 @@ class Tracer {
     Pack3 share = broadcast3<Pack3>({1, 1, 1});
     if (world_.has_glass) {
       for (int l = 0; l < kLanes; ++l)
-        if (live[l]) set_lane(share, l, trace_transmittance(world_, paths_[rows[l]].ray, stats_));
+        if (live[l])
+          set_lane(share, l,
+                   trace_transmittance(world_, *world_.geometry, paths_[rows[l]].ray, stats_));
     } else {
       const int count = popcount(Lanes<Pack>::bits(live));
       stats_.rays += static_cast<std::uint64_t>(count);

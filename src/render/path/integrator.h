@@ -1,11 +1,12 @@
 // Path tracing with next-event estimation, for many camera rays at once (wavefront).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
 #include "render/math/sampler.h"
-#include "render/path/world.h"
+#include "render/path/path.h"
 
 namespace polymorph {
 
@@ -17,6 +18,20 @@ struct PathLight {
   /// alpha), the light that it reflects, and the light that it would reflect without shadows.
   float floor = 0, lit = 0, unlit = 0;
 };
+
+// With a single bounce (previews) surfaces that occlude the sky are assumed to reflect this
+// fraction of it, which replaces all further bounces: fewer black pixels, and shadows of about the
+// right depth.
+inline constexpr float kGuessedBounce = 0.4f;
+
+/// The light of a path that has ended, with the light that its shadow rays brought.
+PM_HD inline PathLight make_result(const PathRow& path, Vec3 direct) {
+  const Vec3 radiance = path.radiance + direct;
+  const PathLight light{radiance, std::max(path.alpha, 0.0f), 0, 0, 0};
+  if (!has(path, kOnShadowFloor)) return light;
+  // alpha is the visible fraction of the faded floor; the pixel computes how much of it is shadow.
+  return {{}, 0, light.alpha, luminance(radiance), path.unlit};
+}
 
 /// Camera rays that are followed together.
 struct Wavefront {

@@ -3,35 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "render/materials/glass.h"
-#include "render/path/surface_shading.h"
-
 namespace polymorph {
-namespace {
-
-constexpr int kMaxBoundaries = 32;  // boundaries of glass per shadow ray
-
-}  // namespace
-
-Vec3 trace_transmittance(const World& world, const Ray& ray, RayStats& stats) {
-  Vec3 transmittance{1, 1, 1};
-  Ray segment = ray;
-  for (int boundary = 0; boundary < kMaxBoundaries; ++boundary) {
-    ++stats.rays;
-    const MeshHit hit = world.geometry->closest(segment);
-    if (hit.mesh == kNoMesh) return transmittance;
-    const Shading shading = mixed_shading(world, hit);
-    if (!(shading.transmission > 0)) return {};
-    const SurfacePoint point = world.geometry->surface_point(segment, hit);
-    const float eta = point.inside ? shading.ior : 1 / shading.ior;
-    transmittance = transmittance * glass_tint(shading) *
-                    (1 - dielectric_fresnel(-dot(segment.direction, point.shading), eta));
-    segment.origin = point.position - point.normal * world.geometry->epsilon();
-    segment.far = ray.far - length(segment.origin - ray.origin);
-    if (is_black(transmittance) || !(segment.far > 0)) break;
-  }
-  return transmittance;
-}
 
 void ShadowRays::add(const RayOf<Pack3>& ray, const Pack3& light, PackBits path, PackMask lanes) {
   const PackMask clear = intersect_floor(world_.floor, ray) == kInfinity;
@@ -64,7 +36,8 @@ void ShadowRays::trace(int first, int count) {
     for (int i = first; i < first + count; ++i) {
       const Row& row = rows_[i];
       direct_[row.path] =
-          direct_[row.path] + row.light * trace_transmittance(world_, row.ray, stats_);
+          direct_[row.path] +
+          row.light * trace_transmittance(world_, *world_.geometry, row.ray, stats_);
     }
     return;
   }

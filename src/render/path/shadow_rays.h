@@ -3,13 +3,39 @@
 
 #include <array>
 
+#include "render/materials/glass.h"
+#include "render/path/surface_shading.h"
 #include "render/path/world.h"
 
 namespace polymorph {
 
+inline constexpr int kMaxBoundaries = 32;  ///< boundaries of glass per shadow ray
+
 /// Fraction of light that passes all meshes along a ray: 0 past anything opaque; glass does not
 /// bend it.
-Vec3 trace_transmittance(const World& world, const Ray& ray, RayStats& stats);
+template <class Scene>
+PM_HD_CALL Vec3 trace_transmittance(const World& world, const Scene& scene, const Ray& ray,
+                                    RayStats& stats) {
+  Vec3 transmittance{1, 1, 1};
+  Ray segment = ray;
+  for (int boundary = 0; boundary < kMaxBoundaries; ++boundary) {
+    ++stats.rays;
+    const MeshHit hit = scene.closest(segment);
+    if (hit.mesh == kNoMesh) return transmittance;
+    const Shading shading = mixed_shading(world, scene.mesh(hit.mesh), hit);
+    if (!(shading.transmission > 0)) return {};
+    const SurfacePoint point = scene.surface_point(segment, hit);
+    const float eta = point.inside ? shading.ior : 1 / shading.ior;
+    transmittance = transmittance * glass_tint(shading) *
+                    (1 - dielectric_fresnel(-dot(segment.direction, point.shading), eta));
+    segment.origin = point.position - point.normal * world.epsilon;
+    segment.far = ray.far - length(segment.origin - ray.origin);
+    if (is_black(transmittance) || !(segment.far > 0)) break;
+  }
+  return transmittance;
+}
+
+#if defined(PM_PACKS)
 
 /// Collects rays towards lights and adds the unoccluded light to `direct`, in the order of adding.
 class ShadowRays {
@@ -38,5 +64,6 @@ class ShadowRays {
   int count_ = 0;
   std::array<Row, 2 * kPacket> rows_;
 };
+#endif
 
 }  // namespace polymorph

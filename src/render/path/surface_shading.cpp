@@ -1,18 +1,10 @@
 #include "render/path/surface_shading.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
-
-#include "image/texture.h"
 
 namespace polymorph {
 namespace {
-
-/// Weight of the common look.
-float look_weight(const RenderMesh& mesh) {
-  return mesh.materials.empty() ? 1.0f : clamp01(mesh.look);
-}
 
 bool is_uniform(const MaterialLayer& layer) {
   return layer.triangle_materials.empty() && layer.materials.front().texture < 0;
@@ -23,32 +15,6 @@ bool is_uniform(const RenderMesh& mesh) {
          std::all_of(mesh.over.begin(), mesh.over.end(), [](const MixedLayer& layer) {
            return layer.materials.empty() || is_uniform(layer);
          });
-}
-
-Shading layer_shading(const MaterialLayer& layer, const MeshHit& hit) {
-  const TexturePoint at = texture_point(layer, hit.triangle, hit.u, hit.v);
-  const Material& material = layer.materials[at.material];
-  const auto texture = static_cast<std::size_t>(std::max(material.texture, 0));
-  if (material.texture < 0 || layer.corner_uvs.empty() || texture >= layer.textures.size() ||
-      !layer.textures[texture])
-    return own_shading(material, {1, 1, 1});
-  return own_shading(material, sample_texture(*layer.textures[texture], at.uv));
-}
-
-/// The mesh's own materials, mixed with its other layers.
-Shading mesh_shading(const RenderMesh& mesh, const MeshHit& hit) {
-  Shading shading = layer_shading(mesh, hit);
-  for (const MixedLayer& layer : mesh.over)
-    if (!layer.materials.empty() && layer.share > 0)
-      shading = mix(shading, layer_shading(layer, hit), clamp01(layer.share));
-  if (!mesh.vertex_colors.empty() && mesh.vertex_color_share > 0) {
-    const Triangle& t = mesh.triangles[hit.triangle];
-    const Vec3* colors = mesh.vertex_colors.data();
-    const Vec3 color =
-        colors[t.v[0]] * (1 - hit.u - hit.v) + colors[t.v[1]] * hit.u + colors[t.v[2]] * hit.v;
-    shading.color = lerp(shading.color, color, clamp01(mesh.vertex_color_share));
-  }
-  return shading;
 }
 
 MeshHit lane(const MeshHitOf<Pack>& hit, int l) {
@@ -97,26 +63,7 @@ TexturePoint texture_point(const MaterialLayer& layer, std::uint32_t triangle, f
     if (border != TransferredMaterials::kNoBorder)
       return texture_point(*borders.model, *borders.closest, borders.triangles[border], u, v);
   }
-  TexturePoint point;
-  if (!layer.triangle_materials.empty()) point.material = layer.triangle_materials[triangle];
-  if (!layer.corner_uvs.empty()) {
-    const Vec2* uv = &layer.corner_uvs[std::size_t{triangle} * 3];
-    point.uv = uv[0] * (1 - u - v) + uv[1] * u + uv[2] * v;
-  }
-  return point;
-}
-
-Vec3 glass_tint(const Shading& shading) {
-  const Vec3 c = min(shading.color, {1, 1, 1});
-  return Vec3{std::sqrt(c.x), std::sqrt(c.y), std::sqrt(c.z)} * shading.transmission;
-}
-
-Shading mixed_shading(const World& world, const MeshHit& hit) {
-  const RenderMesh& mesh = world.geometry->mesh(hit.mesh);
-  const float share = look_weight(mesh);
-  if (share >= 1) return look_shading(world.look);
-  const Shading own = mesh_shading(mesh, hit);
-  return share > 0 ? mix(own, look_shading(world.look), share) : own;
+  return interpolate_texture_point(layer, triangle, u, v);
 }
 
 ShadingOf<Pack3> mixed_shading(const World& world, const MeshHitOf<Pack>& hit) {

@@ -1,22 +1,99 @@
 // Material lookup: the shading parameters of a mesh at a ray's hit.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
+#include "image/texture.h"
 #include "render/materials/materials.h"
 #include "render/path/world.h"
 
 namespace polymorph {
 
+/// Material and texture coordinates at a point of a triangle without borders.
+template <class Layer>
+PM_HD TexturePoint interpolate_texture_point(const Layer& layer, std::uint32_t triangle, float u,
+                                             float v) {
+  TexturePoint point;
+  if (!layer.triangle_materials.empty()) point.material = layer.triangle_materials[triangle];
+  if (!layer.corner_uvs.empty()) {
+    const Vec2* uv = &layer.corner_uvs[std::size_t{triangle} * 3];
+    point.uv = uv[0] * (1 - u - v) + uv[1] * u + uv[2] * v;
+  }
+  return point;
+}
+
+/// Weight of the common look.
+template <class Mesh>
+PM_HD float look_weight(const Mesh& mesh) {
+  return mesh.materials.empty() ? 1.0f : clamp01(mesh.look);
+}
+
+/// The shading parameters of a layer.
+template <class Layer>
+PM_HD_CALL Shading layer_shading(const Layer& layer, const MeshHit& hit) {
+  const TexturePoint at = texture_point(layer, hit.triangle, hit.u, hit.v);
+  const auto& material = layer.materials[at.material];
+  const auto texture = static_cast<std::size_t>(std::max(material.texture, 0));
+  if (material.texture < 0 || layer.corner_uvs.empty() || texture >= layer.textures.size() ||
+      !layer.textures[texture])
+    return own_shading(material, {1, 1, 1});
+  return own_shading(material, sample_texture(*layer.textures[texture], at.uv));
+}
+
+/// The mesh's own materials, mixed with its other layers.
+template <class Mesh>
+PM_HD Shading mesh_shading(const Mesh& mesh, const MeshHit& hit) {
+  Shading shading = layer_shading(mesh, hit);
+  for (const auto& layer : mesh.over)
+    if (!layer.materials.empty() && layer.share > 0)
+      shading = mix(shading, layer_shading(layer, hit), clamp01(layer.share));
+  if (!mesh.vertex_colors.empty() && mesh.vertex_color_share > 0) {
+    const Triangle& t = mesh.triangles[hit.triangle];
+    const Vec3* colors = mesh.vertex_colors.data();
+    const Vec3 color =
+        colors[t.v[0]] * (1 - hit.u - hit.v) + colors[t.v[1]] * hit.u + colors[t.v[2]] * hit.v;
+    shading.color = lerp(shading.color, color, clamp01(mesh.vertex_color_share));
+  }
+  return shading;
+}
+
 /// The mesh's own materials, mixed with its other layers and with the common look, as one material:
 /// for glass and for the AOVs.
-Shading mixed_shading(const World& world, const MeshHit& hit);
-ShadingOf<Pack3> mixed_shading(const World& world, const MeshHitOf<Pack>& hit);
+template <class Mesh>
+PM_HD_CALL Shading mixed_shading(const World& world, const Mesh& mesh, const MeshHit& hit) {
+  const float share = look_weight(mesh);
+  if (share >= 1) return look_shading(world.look);
+  const Shading own = mesh_shading(mesh, hit);
+  return share > 0 ? mix(own, look_shading(world.look), share) : own;
+}
 
-/// Makes the BSDF at eight hits. The mesh's own materials and the common look are two materials
-/// here, whose lobes are mixed. Gloss is omitted where `matte`.
-BsdfOf<Pack3> make_bsdf_at(const World& world, const MeshHitOf<Pack>& hit, const Pack3& normal,
-                           const Pack3& view, PackMask matte);
+/// Makes the BSDF at a hit. The mesh's own materials and the common look are two materials here,
+/// whose lobes are mixed. Gloss is omitted where `matte`.
+template <class Mesh>
+PM_HD_CALL Bsdf make_bsdf_at(const World& world, const Mesh& mesh, const MeshHit& hit, Vec3 normal,
+                             Vec3 view, bool matte) {
+  const float share = look_weight(mesh);
+  const Shading look = make_matte_where<Vec3>(matte, look_shading(world.look));
+  if (!(share < 1.0f)) return make_bsdf(look, look, share, normal, view);
+  const Shading own = mesh.materials.empty() ? Shading{} : mesh_shading(mesh, hit);
+  return make_bsdf(make_matte_where<Vec3>(matte, own), look, share, normal, view);
+}
 
 /// Fraction of light that glass transmits at one boundary, without Fresnel reflection.
-Vec3 glass_tint(const Shading& shading);
+PM_HD inline Vec3 glass_tint(const Shading& shading) {
+  const Vec3 c = min(shading.color, {1, 1, 1});
+  return Vec3{std::sqrt(c.x), std::sqrt(c.y), std::sqrt(c.z)} * shading.transmission;
+}
+
+#if defined(PM_PACKS)
+inline Shading mixed_shading(const World& world, const MeshHit& hit) {
+  return mixed_shading(world, world.geometry->mesh(hit.mesh), hit);
+}
+/// Do the same at eight hits.
+ShadingOf<Pack3> mixed_shading(const World& world, const MeshHitOf<Pack>& hit);
+BsdfOf<Pack3> make_bsdf_at(const World& world, const MeshHitOf<Pack>& hit, const Pack3& normal,
+                           const Pack3& view, PackMask matte);
+#endif
 
 }  // namespace polymorph

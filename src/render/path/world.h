@@ -15,8 +15,10 @@ namespace polymorph {
 
 /// The scene as the path tracer sees it. Borrowed, constant during a frame.
 struct World {
-  const TracedScene* geometry = nullptr;
-  const Sky* sky = nullptr;
+  const TracedScene* geometry = nullptr;  ///< null on a GPU
+  Box bounds;                             ///< TracedScene::bounds()
+  float epsilon = 0;                      ///< TracedScene::epsilon()
+  SkyTables sky;
   std::span<const KeyLight> suns;  ///< the key light first
   std::span<const Lamp> lamps;
   Floor floor;
@@ -45,6 +47,7 @@ struct IntersectionOf {
 };
 using Intersection = IntersectionOf<float>;
 
+#if defined(PM_PACKS)
 inline Ray lane(const RayOf<Pack3>& ray, int l) {
   return {lane(ray.origin, l), lane(ray.direction, l), ray.time[l], ray.far[l]};
 }
@@ -70,5 +73,6 @@ inline void intersect_closest(const World& world, const RayOf<Pack3>* rays,
   world.geometry->closest(shortened, hits, count, coherent);
   for (int i = 0; i < packs; ++i) intersections[i].mesh = hits[i];
 }
+#endif
 
 }  // namespace polymorph

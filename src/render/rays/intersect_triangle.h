@@ -16,12 +16,44 @@ namespace polymorph {
 
 /// One value per corner of a triangle, or per edge opposite to it; the fourth is unused. Each
 /// operation is that of three doubles.
+#if defined(__CUDACC__)
+struct PerCorner {
+  double v[4];
+  PM_HD double operator[](int i) const { return v[i]; }
+};
+struct PerCornerMask {
+  bool v[4];
+  PM_HD bool operator[](int i) const { return v[i]; }
+};
+PM_HD inline PerCorner operator+(PerCorner a, PerCorner b) {
+  return {a[0] + b[0], a[1] + b[1], a[2] + b[2], 0};
+}
+PM_HD inline PerCorner operator-(PerCorner a, PerCorner b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2], 0};
+}
+PM_HD inline PerCorner operator-(PerCorner a, double b) {
+  return {a[0] - b, a[1] - b, a[2] - b, 0};
+}
+PM_HD inline PerCorner operator*(PerCorner a, PerCorner b) {
+  return {a[0] * b[0], a[1] * b[1], a[2] * b[2], 0};
+}
+PM_HD inline PerCorner operator*(double a, PerCorner b) {
+  return {a * b[0], a * b[1], a * b[2], 0};
+}
+PM_HD inline PerCorner operator*(PerCorner a, double b) { return b * a; }
+PM_HD inline PerCornerMask operator<=(PerCorner a, PerCorner b) {
+  return {a[0] <= b[0], a[1] <= b[1], a[2] <= b[2], false};
+}
+PM_HD inline PerCorner next(PerCorner a) { return {a[1], a[2], a[0], 0}; }
+PM_HD inline PerCorner after_next(PerCorner a) { return {a[2], a[0], a[1], 0}; }
+#else
 typedef double PerCorner __attribute__((vector_size(32)));
 typedef std::int64_t PerCornerMask __attribute__((vector_size(32)));
 
 /// Rotates the values by one corner, and by two.
 inline PerCorner next(PerCorner a) { return __builtin_shufflevector(a, a, 1, 2, 0, 3); }
 inline PerCorner after_next(PerCorner a) { return __builtin_shufflevector(a, a, 2, 0, 1, 3); }
+#endif
 
 /// Sides of a triangle's edges on which the line of a ray passes. `at[i]` belongs to the edge
 /// opposite to corner i: D . (P x Q) for the edge PQ seen from the origin. It is exactly the
@@ -31,7 +63,7 @@ struct EdgeSides {
   PerCorner at;
   double sum;  ///< twice the triangle's area as seen along the ray, with the sign of its facing
 
-  EdgeSides(Vec3 origin, Vec3d direction, Vec3 a, Vec3 b, Vec3 c) {
+  PM_HD EdgeSides(Vec3 origin, Vec3d direction, Vec3 a, Vec3 b, Vec3 c) {
     const Vec3d o(origin), p(a), q(b), r(c);
     x = PerCorner{p.x, q.x, r.x, o.x} - o.x;
     y = PerCorner{p.y, q.y, r.y, o.y} - o.y;
@@ -44,25 +76,25 @@ struct EdgeSides {
   }
   /// Tests whether the line passes inside. A line through an edge counts for both triangles; a
   /// triangle seen edge-on is never hit.
-  bool inside() const {
+  PM_HD bool inside() const {
     return (std::min({at[0], at[1], at[2]}) >= 0 || std::max({at[0], at[1], at[2]}) <= 0) &&
            sum != 0;
   }
   /// Tests whether the line, for a direction of length 1, passes edge i so closely that floats
   /// cannot decide the side: their error is proportional to the edge's length in space, not to its
   /// projection. `margin2`: the square of the maximum error of floats.
-  bool near(int i, double margin2) const { return near_edges(margin2)[i] != 0; }
-  bool near_any(double margin2) const {
+  PM_HD bool near(int i, double margin2) const { return near_edges(margin2)[i] != 0; }
+  PM_HD bool near_any(double margin2) const {
     const PerCornerMask near = near_edges(margin2);
     return (near[0] | near[1] | near[2]) != 0;
   }
   /// The smallest of |at|.
-  double closest() const {
+  PM_HD double closest() const {
     return std::min({std::fabs(at[0]), std::fabs(at[1]), std::fabs(at[2])});
   }
 
  private:
-  PerCornerMask near_edges(double margin2) const {
+  PM_HD PerCornerMask near_edges(double margin2) const {
     const PerCorner ex = after_next(x) - next(x), ey = after_next(y) - next(y),
                     ez = after_next(z) - next(z);
     return at * at <= margin2 * (ex * ex + ey * ey + ez * ez);
@@ -74,7 +106,7 @@ struct TriangleIntersection {
   double u = 0, v = 0;  ///< weights of the second and the third corner
 };
 /// Computes the intersection of a line that passes inside.
-inline TriangleIntersection compute_intersection(const EdgeSides& sides, Vec3d d) {
+PM_HD inline TriangleIntersection compute_intersection(const EdgeSides& sides, Vec3d d) {
   const double scale = 1 / sides.sum;
   // Weighted mean of the corners' distances: never far outside their range, even for grazing rays.
   const PerCorner along = sides.at * (sides.x * d.x + sides.y * d.y + sides.z * d.z);

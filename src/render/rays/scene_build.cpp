@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "render/math/vector_math.h"
+#include "render/rays/surface_point.h"
 #include "render/rays/widened.h"
 
 namespace polymorph {
@@ -48,75 +49,6 @@ void note_error(void* user, RTCError code, const char* text) {
   report->text = text ? text : "";
 }
 
-/// The triangle's corners, or its shading normals.
-template <class T3>
-struct CornersOf {
-  T3 a, b, c;
-};
-
-template <class T3>
-T3 interpolate(const CornersOf<T3>& c, ComponentOf<T3> u, ComponentOf<T3> v) {
-  return c.a * (1.0f - u - v) + c.b * u + c.c * v;
-}
-
-/// Bends a shading normal so that the mirrored view ray stays above the triangle (Keller et al.
-/// 2017, "The Iray light transport simulation and rendering system"); this avoids black edges on
-/// coarse, shiny meshes.
-template <class T3>
-T3 bend_to_valid_reflection(T3 shading, T3 normal, T3 view) {
-  using V = ComponentOf<T3>;
-  const T3 mirrored = shading * (2.0f * dot(shading, view)) - view;
-  const V above = dot(mirrored, normal);
-  const V min_above = min(0.9f * dot(view, normal), 0.01f);
-  const MaskOf<T3> low = above < min_above;
-  if (!any(low)) return shading;
-  const T3 bent = normalized(normalized(mirrored + normal * (min_above - above)) + view);
-  return select(low, select(dot(bent, normal) > 0.0f, bent, normal), shading);
-}
-
-/// Moves a point of a flat triangle onto the smooth surface that its vertex normals describe
-/// (Hanika 2021, "Hacking the shadow terminator"); this avoids a faceted terminator on coarse
-/// meshes.
-template <class T3>
-T3 lift(T3 position, const CornersOf<T3>& p, const CornersOf<T3>& n, ComponentOf<T3> u,
-        ComponentOf<T3> v, ComponentOf<T3> side) {
-  using V = ComponentOf<T3>;
-  const auto above = [&](T3 vertex, T3 normal, V weight) {
-    const V below = min(side * dot(position - vertex, normal), 0.0f);
-    return normal * (-below * side * weight);
-  };
-  return position + above(p.a, n.a, 1.0f - u - v) + above(p.b, n.b, u) + above(p.c, n.c, v);
-}
-
-/// Makes the surface point of a hit. `n` is 0 for a triangle without shading normals.
-template <class T3>
-SurfacePointOf<T3> make_surface_point(const CornersOf<T3>& p, const CornersOf<T3>& n,
-                                      const RayOf<T3>& ray, const MeshHitOf<ComponentOf<T3>>& hit) {
-  using V = ComponentOf<T3>;
-  const T3 view = -ray.direction;
-  SurfacePointOf<T3> point;
-  point.position = interpolate(p, hit.u, hit.v);
-  const T3 normal = normalized(cross(p.b - p.a, p.c - p.a));
-  point.normal = select(dot(normal, normal) > 0.5f, normal, view);
-  const V side = copysign(broadcast<V>(1), dot(point.normal, view));
-  point.normal = point.normal * side;
-  point.inside = side < 0.0f;
-  point.shading = point.normal;
-  point.lifted = point.position;
-
-  const T3 smooth = normalized(interpolate(n, hit.u, hit.v));
-  const MaskOf<T3> has_smooth = dot(smooth, smooth) > 0.5f;
-  if (any(has_smooth)) {
-    // Normals of some files point to the wrong side; the triangle decides.
-    const V agree = copysign(broadcast<V>(1), dot(smooth, point.normal));
-    const T3 bent = bend_to_valid_reflection(smooth * agree, point.normal, view);
-    point.shading = select(has_smooth, bent, point.shading);
-    const T3 lifted = lift(point.position, p, n, hit.u, hit.v, agree);
-    point.lifted = select(has_smooth, lifted, point.lifted);
-  }
-  return point;
-}
-
 void check_layer(const MaterialLayer& layer, std::size_t triangles) {
   PM_CHECK(layer.corner_uvs.empty() || layer.corner_uvs.size() == 3 * triangles);
   PM_CHECK(layer.triangle_materials.empty() || layer.triangle_materials.size() == triangles);
@@ -136,21 +68,6 @@ void check_mesh(const RenderMesh& mesh) {
   PM_CHECK(mesh.displacement.empty() || mesh.displacement.size() == mesh.positions.size());
   PM_CHECK(mesh.vertex_labels.empty() || mesh.vertex_labels.size() == mesh.positions.size());
   PM_CHECK(mesh.vertex_progress.empty() || mesh.vertex_progress.size() == mesh.positions.size());
-}
-
-/// Reads the corners and shading normals of a triangle at a time of the shutter.
-void read_triangle(const MeshToTrace& traced, std::uint32_t triangle, float time,
-                   CornersOf<Vec3>& p, CornersOf<Vec3>& n) {
-  const RenderMesh& m = *traced.mesh;
-  const Triangle& t = m.triangles[triangle];
-  p = {traced.at(t.v[0], time), traced.at(t.v[1], time), traced.at(t.v[2], time)};
-  n = {};
-  if (!m.vertex_normals.empty())
-    n = {m.vertex_normals[t.v[0]], m.vertex_normals[t.v[1]], m.vertex_normals[t.v[2]]};
-  else if (!m.corner_normals.empty())
-    n = {m.corner_normals[std::size_t{triangle} * 3],
-         m.corner_normals[std::size_t{triangle} * 3 + 1],
-         m.corner_normals[std::size_t{triangle} * 3 + 2]};
 }
 
 /// Upper bound of Embree's error relative to the length of its rays: about four errors of 2^-22.

@@ -14,6 +14,8 @@
 #include "base/result.h"
 #include "render/math/simd.h"
 #include "render/rays/intersect_triangle.h"
+#include "render/rays/ray.h"
+#include "render/rays/traced_mesh.h"
 #include "render/render.h"
 
 namespace polymorph {
@@ -42,67 +44,11 @@ Result<RayDevice> make_ray_device(const std::string& chosen);
 /// Returns the first error since the device was made or last checked, if there is one (kResource).
 Status take_device_error(const RayDevice& device);
 
-/// A ray, or eight.
-template <class T3>
-struct RayOf {
-  T3 origin;
-  T3 direction;  ///< unit
-  ComponentOf<T3> time =
-      broadcast<ComponentOf<T3>>(0.5f);  ///< time while the shutter is open, [0, 1]
-  ComponentOf<T3> far = broadcast<ComponentOf<T3>>(std::numeric_limits<float>::infinity());
-};
-using Ray = RayOf<Vec3>;
-
 /// Number of rays in an Embree packet.
 inline constexpr int kPacket = 16;
 
-inline constexpr std::uint32_t kNoMesh = 0xffffffffu;
-
-template <class V>
-struct MeshHitOf {
-  BitsOf<V> mesh = BitsOf<V>{} + kNoMesh;
-  BitsOf<V> triangle{};
-  V distance{};
-  V u{}, v{};  ///< weights of the triangle's second and third corner
-};
-using MeshHit = MeshHitOf<float>;
-
-/// Geometry of a hit, as shading needs it.
-template <class T3>
-struct SurfacePointOf {
-  T3 position;
-  T3 normal;   ///< the triangle's, towards the ray's origin; unit
-  T3 shading;  ///< interpolated, on the same side and visible to the ray; unit
-  T3 lifted;   ///< position on the smooth surface that the shading normals describe, the origin of
-               ///< further rays
-  MaskOf<T3> inside{};  ///< the ray came from behind the triangle
-};
-using SurfacePoint = SurfacePointOf<Vec3>;
-
-/// A mesh under Embree, for its callbacks.
-struct MeshToTrace {
-  const RenderMesh* mesh = nullptr;
-  float shutter = 0;
-  double margin2 = 0;  ///< square of the maximum error of Embree's floats, in units of length
-  double clear = 0;    ///< beyond this distance (EdgeSides::at) no edge of the mesh is near
-  /// The triangles around vertex v are fans[fan_begin[v]] ... fans[fan_begin[v + 1] - 1].
-  std::vector<std::uint32_t> fan_begin, fans;
-
-  bool moves() const { return shutter > 0 && !mesh->displacement.empty(); }
-  /// Position of a vertex at a time of the shutter, [0, 1].
-  Vec3 at(std::uint32_t vertex, float time) const {
-    const Vec3 p = mesh->positions[vertex];
-    return moves() ? p + mesh->displacement[vertex] * (shutter * (time - 0.5f)) : p;
-  }
-};
-
-/// Tests whether the line of a ray hits a triangle of the mesh, and computes the intersection. The
-/// line passes through the interior; where it passes an edge or corner so closely that floats
-/// cannot decide the side, there must be mesh on the other side too. So a mesh ends about a
-/// millionth of the stage's size inside its outline, where Embree finds it with any instruction
-/// set, and there are no gaps between triangles.
-bool intersects_triangle(const MeshToTrace& traced, std::uint32_t triangle, const Ray& ray,
-                         TriangleIntersection& intersection);
+/// A mesh that is traced on the CPU.
+using MeshToTrace = TracedMeshOf<RenderMesh, std::vector<std::uint32_t>>;
 
 /// Installs the callbacks with which closest() and test_occlusion() decide about every triangle
 /// that Embree finds.
@@ -127,20 +73,25 @@ class TracedScene {
 
   /// Finds the nearest mesh in (0, ray.far).
   MeshHit closest(const Ray& ray) const;
+  SurfacePoint surface_point(const Ray& ray, const MeshHit& hit) const;
+#if defined(PM_PACKS)
   /// Does the same for up to kPacket rays, the first `count` lanes of one or two packs. Several
   /// times faster for rays of similar directions, `coherent`.
   void closest(const RayOf<Pack3>* rays, MeshHitOf<Pack>* hits, int count, bool coherent) const;
   /// Tests whether there is any mesh in (0, ray.far); bit i for the i-th of `count` rays.
   std::uint32_t test_occlusion(const RayOf<Pack3>* rays, int count) const;
-  SurfacePoint surface_point(const Ray& ray, const MeshHit& hit) const;
   /// Computes eight surface points; every lane must have a hit.
   SurfacePointOf<Pack3> surface_point(const RayOf<Pack3>& ray, const MeshHitOf<Pack>& hit) const;
+#endif
 
   /// Tests whether the ray misses the bounds of all meshes. Most rays of a studio picture do, and
   /// this costs a tenth of a call of Embree.
   template <class T3>
-  MaskOf<T3> misses_bounds(const RayOf<T3>& ray) const;
+  MaskOf<T3> misses_bounds(const RayOf<T3>& ray) const {
+    return misses_box(bounds_, ray);
+  }
 
+  std::uint32_t mesh_count() const { return static_cast<std::uint32_t>(meshes_.size()); }
   const RenderMesh& mesh(std::uint32_t index) const { return *meshes_[index].mesh; }
   const MeshToTrace& mesh_to_trace(std::uint32_t index) const { return meshes_[index]; }
   const Box& bounds() const {
@@ -161,24 +112,5 @@ class TracedScene {
   float epsilon_ = 0;
   float max_length_ = 0;  ///< maximum length of a ray
 };
-
-template <class T3>
-inline MaskOf<T3> TracedScene::misses_bounds(const RayOf<T3>& ray) const {
-  using V = ComponentOf<T3>;
-  if (bounds_.empty()) return broadcast_mask<MaskOf<T3>>(true);
-  V near = broadcast<V>(0), far = ray.far;
-  const auto clip = [&](V origin, V direction, float low, float high) {
-    const V inverse = 1.0f / direction;
-    const V a = (low - origin) * inverse, b = (high - origin) * inverse;
-    // A ray in the plane of a side makes a NaN here; these comparisons then keep the interval as it
-    // is.
-    near = max(min(a, b), near);
-    far = min(max(a, b), far);
-  };
-  clip(ray.origin.x, ray.direction.x, bounds_.low.x, bounds_.high.x);
-  clip(ray.origin.y, ray.direction.y, bounds_.low.y, bounds_.high.y);
-  clip(ray.origin.z, ray.direction.z, bounds_.low.z, bounds_.high.z);
-  return near > far;
-}
 
 }  // namespace polymorph

@@ -5,6 +5,7 @@
 
 #include "base/log.h"
 #include "base/text.h"
+#include "render/device/device_tracer.h"
 
 namespace polymorph {
 
@@ -44,6 +45,20 @@ Result<std::unique_ptr<Engine>> make_engine(const std::string& device, std::stri
     log_debug("no GPU: {}", status.message);
   }
   return cpu();
+}
+
+Result<Renderer> make_renderer(const std::string& device) {
+  PM_TRY(Renderer renderer, Renderer::create());
+  if (!device.starts_with("cuda:")) return renderer;
+  const auto index = parse_integer(device.substr(5));
+  std::string error;
+  auto tracer = make_cuda_tracer(static_cast<int>(index.value_or(0)), error);
+  static std::atomic_flag said;
+  if (tracer)
+    renderer.trace_with(std::move(tracer));
+  else if (!said.test_and_set())
+    log_info("the CPU traces: {} does not ({})", device, error);
+  return renderer;
 }
 
 }  // namespace polymorph

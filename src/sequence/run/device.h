@@ -7,6 +7,7 @@
 
 #include "base/result.h"
 #include "kernels/engine.h"
+#include "render/render.h"
 
 namespace polymorph {
 
@@ -15,5 +16,9 @@ namespace polymorph {
 /// `max_memory`: bytes for the surface's buffers and mesh; 0 = no limit.
 Result<std::unique_ptr<Engine>> make_engine(const std::string& device, std::string& chosen,
                                             std::size_t max_memory = 0);
+
+/// Creates a renderer that traces on `device` ("cpu", "cuda:1"), as make_engine() chose it. Errors:
+/// those of Renderer::create(). A GPU that cannot trace is said once; the CPU traces then.
+Result<Renderer> make_renderer(const std::string& device);
 
 }  // namespace polymorph

@@ -169,7 +169,7 @@ class SequenceRun {
           PM_TRY_STATUS(check_writable(file));
     report_.prepare_seconds = stopwatch.seconds();
     for (int i = 0; i < settings_.jobs; ++i) {
-      PM_TRY(Renderer renderer, Renderer::create());
+      PM_TRY(Renderer renderer, make_renderer(report_.device));
       tracers_.push_back(std::make_unique<Tracer>(std::move(renderer)));
       idle_.push_back(tracers_.back().get());
       writers_.push_back(std::make_unique<Worker>());

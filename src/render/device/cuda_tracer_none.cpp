@@ -1,0 +1,13 @@
+// The symbols of cuda_tracer.cu in a build without CUDA.
+#if !defined(PM_HAVE_CUDA)
+#include "render/device/device_tracer.h"
+
+namespace polymorph {
+
+std::unique_ptr<DeviceTracer> make_cuda_tracer(int, std::string& error) {
+  error = "this polymorph was built without CUDA";
+  return nullptr;
+}
+
+}  // namespace polymorph
+#endif

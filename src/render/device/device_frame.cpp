@@ -1,0 +1,134 @@
+#include "render/device/device_frame.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace polymorph {
+namespace {
+
+/// Lays arrays out one after the other.
+class Packer {
+ public:
+  Packer(const void* address, std::byte* bytes)
+      : address_(static_cast<const std::byte*>(address)), bytes_(bytes) {}
+
+  template <class T>
+  const T* put(const T* from, std::size_t count) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    constexpr std::size_t kAlignment = 32;
+    const std::size_t start = size_;
+    size_ += (count * sizeof(T) + kAlignment - 1) / kAlignment * kAlignment;
+    if (bytes_ && count > 0) std::memcpy(bytes_ + start, from, count * sizeof(T));
+    return reinterpret_cast<const T*>(address_ + start);
+  }
+  template <class Values>
+  auto put(const Values& values) {
+    return std::span(put(std::data(values), std::size(values)), std::size(values));
+  }
+  std::size_t size() const { return size_; }
+
+ private:
+  const std::byte* address_;
+  std::byte* bytes_;
+  std::size_t size_ = 0;
+};
+
+DeviceLayer pack_layer(const MaterialLayer& layer, Packer& packer) {
+  DeviceLayer packed;
+  packed.corner_uvs = packer.put(layer.corner_uvs);
+  packed.triangle_materials = packer.put(layer.triangle_materials);
+  std::vector<DeviceMaterial> materials;
+  for (const Material& m : layer.materials)
+    materials.push_back(
+        {m.color, m.specular, m.roughness, m.metallic, m.transmission, m.ior, m.texture});
+  packed.materials = packer.put(materials);
+  std::vector<const TextureView*> textures;
+  for (const std::shared_ptr<const Image>& image : layer.textures) {
+    textures.push_back(nullptr);
+    if (!image) continue;
+    const TextureView view{image->width, image->height, image->channel_count(),
+                           packer.put(image->pixels).data()};
+    textures.back() = packer.put(&view, 1);
+  }
+  packed.textures = packer.put(textures);
+  return packed;
+}
+
+DeviceTracedMesh pack_mesh(const MeshToTrace& traced, Packer& packer) {
+  const RenderMesh& from = *traced.mesh;
+  DeviceMesh mesh;
+  static_cast<DeviceLayer&>(mesh) = pack_layer(from, packer);
+  mesh.positions = packer.put(from.positions);
+  mesh.triangles = packer.put(from.triangles);
+  mesh.vertex_normals = packer.put(from.vertex_normals);
+  mesh.corner_normals = packer.put(from.corner_normals);
+  mesh.vertex_colors = packer.put(from.vertex_colors);
+  if (traced.moves()) mesh.displacement = packer.put(from.displacement);
+  std::vector<DeviceLayer> over;
+  for (const MixedLayer& layer : from.over) {
+    over.push_back(pack_layer(layer, packer));
+    over.back().share = layer.share;
+  }
+  mesh.over = packer.put(over);
+  mesh.vertex_color_share = from.vertex_color_share;
+  mesh.look = from.look;
+  mesh.moves = from.moves;
+  return {packer.put(&mesh, 1),         traced.shutter,         traced.margin2, traced.clear,
+          packer.put(traced.fan_begin), packer.put(traced.fans)};
+}
+
+SkyTables pack_sky(const SkyTables& sky, Packer& packer) {
+  const auto size = [](int a, int b) {
+    return static_cast<std::size_t>(a) * static_cast<std::size_t>(b);
+  };
+  SkyTables packed = sky;
+  packed.texels = packer.put(sky.texels, size(sky.width, sky.height));
+  packed.irradiance = packer.put(sky.irradiance, size(kIrradianceCells + 1, kIrradianceCells + 1));
+  if (!sky.has_bright) return packed;
+  packed.row_cdf = packer.put(sky.row_cdf, size(1, sky.rows + 1));
+  packed.column_cdf = packer.put(sky.column_cdf, size(sky.rows, sky.columns + 1));
+  packed.pdf = packer.put(sky.pdf, size(sky.rows, sky.columns));
+  return packed;
+}
+
+bool has_borders(const RenderMesh& mesh) {
+  return !mesh.borders.border_of.empty() ||
+         std::any_of(mesh.over.begin(), mesh.over.end(),
+                     [](const MixedLayer& layer) { return !layer.borders.border_of.empty(); });
+}
+
+}  // namespace
+
+std::string why_not_on_device(const FrameJob& job) {
+  if (job.image.noise > 0) return "adaptive samples (image.noise)";
+  if (job.image.denoise) return "guides of the denoiser (image.denoise)";
+  for (std::uint32_t m = 0; m < job.world.geometry->mesh_count(); ++m)
+    if (has_borders(job.world.geometry->mesh(m)))
+      return "borders of charts and materials of a model";
+  return "";
+}
+
+std::size_t pack_frame(const FrameJob& job, const Bvh& bvh, const void* address, std::byte* bytes,
+                       DeviceFrame& frame) {
+  Packer packer(address, bytes);
+  const TracedScene& geometry = *job.world.geometry;
+  frame.world = job.world;
+  frame.world.geometry = nullptr;
+  frame.world.sky = pack_sky(job.world.sky, packer);
+  frame.world.suns = packer.put(job.world.suns);
+  frame.world.lamps = packer.put(job.world.lamps);
+  std::vector<DeviceTracedMesh> meshes;
+  for (std::uint32_t m = 0; m < geometry.mesh_count(); ++m)
+    meshes.push_back(pack_mesh(geometry.mesh_to_trace(m), packer));
+  frame.scene = {packer.put(meshes), packer.put(bvh.nodes), packer.put(bvh.triangles),
+                 geometry.bounds(), geometry.slack()};
+  frame.camera = job.camera;
+  frame.camera.filter = packer.put(job.camera.filter, 1);
+  frame.sampler = job.sampler;
+  frame.first_sample = job.samples.first;
+  frame.end_sample = job.samples.end;
+  frame.looks_for_motion = job.image.steady && job.meshes_move;
+  return packer.size();
+}
+
+}  // namespace polymorph

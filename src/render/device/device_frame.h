@@ -1,0 +1,31 @@
+// A frame as a GPU traces it: plain data whose arrays lie in one piece of memory.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "render/device/device_scene.h"
+#include "render/tile.h"
+
+namespace polymorph {
+
+struct DeviceFrame {
+  World world;
+  DeviceScene scene;
+  CameraSetup camera;
+  FrameSampler sampler;
+  int first_sample = 0, end_sample = 0;
+  bool looks_for_motion = false;  ///< whether pixels that show something moving have other samples
+};
+
+/// Says what a GPU does not trace in this frame; empty: nothing.
+std::string why_not_on_device(const FrameJob& job);
+
+/// Copies a frame for memory that begins at `address`: returns the number of its bytes, and writes
+/// them to `bytes` unless that is null. `frame` then refers to that memory.
+std::size_t pack_frame(const FrameJob& job, const Bvh& bvh, const void* address, std::byte* bytes,
+                       DeviceFrame& frame);
+
+}  // namespace polymorph

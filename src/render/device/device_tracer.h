@@ -1,0 +1,27 @@
+// Path tracing on another processor than the CPU's lanes, with the same bits.
+#pragma once
+
+#include <memory>
+#include <string>
+
+namespace polymorph {
+
+struct Bvh;
+struct DeviceSums;
+struct FrameJob;
+struct RayStats;
+
+/// Traces frames on a GPU, whose memory it keeps. An error is a text for the log.
+class DeviceTracer {
+ public:
+  virtual ~DeviceTracer() = default;
+  /// Traces all samples of the frame. Returns an empty text, or why it could not.
+  virtual std::string trace(const FrameJob& job, const Bvh& bvh, DeviceSums& sums,
+                            RayStats& stats) = 0;
+};
+/// Opens a CUDA device. Null: `error` says why.
+std::unique_ptr<DeviceTracer> make_cuda_tracer(int index, std::string& error);
+/// Makes a tracer that does on the CPU what a GPU does, one path after the other: for tests.
+std::unique_ptr<DeviceTracer> make_scalar_tracer();
+
+}  // namespace polymorph

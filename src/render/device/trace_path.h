@@ -1,0 +1,136 @@
+// Path tracing of one path after the other: the loop of integrator.cpp for a width of one, with the
+// same functions in the same order, so that a GPU's light has the CPU's bits.
+#pragma once
+
+#include "render/device/device_frame.h"
+#include "render/path/scatter.h"
+
+namespace polymorph {
+
+/// Traces shadow rays at once and adds the unoccluded light to `direct`.
+struct ShadowRay {
+  const World& world;
+  const DeviceScene& scene;
+  RayStats& stats;
+  Vec3 direct{};
+
+  PM_HD_CALL void add(const Ray& ray, Vec3 light, std::uint32_t, bool live) {
+    if (!live || !(intersect_floor(world.floor, ray) == kInfinity) || is_black(light)) return;
+    if (world.has_glass) {
+      direct = direct + light * trace_transmittance(world, scene, ray, stats);
+      return;
+    }
+    ++stats.rays;
+    if (!scene.is_occluded(ray)) direct = direct + light;
+  }
+};
+
+/// Traces the last ray of a path at the depth limit, which only finds the sky; the floor counts as
+/// the sky's lower half.
+PM_HD inline void trace_final_ray(const World& world, const DeviceScene& scene, PathRow& path,
+                                  RayStats& stats) {
+  Vec3 share{1, 1, 1};
+  if (world.has_glass) {
+    share = trace_transmittance(world, scene, path.ray, stats);
+  } else {
+    ++stats.rays;
+    if (scene.is_occluded(path.ray)) share = {};
+  }
+  if (is_black(share))
+    return add_sky(world, path, world.max_depth == 1 ? kGuessedBounce : 0.0f, true);
+  // Unoccluded, the control variate is exact.
+  if (min_component(share) < 1.0f) add_sky(world, path, 0.0f, true);
+  path.throughput = path.throughput * share;
+  leave_scene(world, path, true);
+}
+
+/// Traces the light along a camera ray.
+PM_HD inline PathLight trace_path(const DeviceFrame& frame, const Ray& ray, SampleIndex sample,
+                                  RayStats& stats) {
+  const World& world = frame.world;
+  const DeviceScene& scene = frame.scene;
+  ++stats.paths;
+  ShadowRay shadows{world, scene, stats};
+  PathRow path;
+  path.ray = ray;
+  path.ray.far = kInfinity;
+  path.depth_left = static_cast<float>(world.max_depth);
+  path.sample = sample.reversed;
+  for (std::uint32_t depth = 1;; ++depth) {
+    if (!(path.depth_left > 0)) {
+      trace_final_ray(world, scene, path, stats);
+      break;
+    }
+    ++stats.rays;
+    Ray shortened = path.ray;
+    const float floor = intersect_floor(world.floor, path.ray);
+    shortened.far = min(floor, path.ray.far);
+    const MeshHit hit = scene.closest(shortened);
+    const VertexRandomOf<float> random{{frame.sampler, sample.sequence, sample.reversed}, depth};
+    VerticesOf<Vec3, ShadowRay> at{path, 0, {}, true, {}, shadows};
+    if (hit.mesh != kNoMesh) {
+      add_hit_lamps(world, path, hit.distance, true);
+      add_sky(world, path, 0.0f, true);
+      const DeviceMesh& mesh = scene.mesh(hit.mesh);
+      const SurfacePoint point = scene.surface_point(path.ray, hit);
+      if (world.has_glass) {
+        const Sample4 numbers = random.glass();
+        const Shading shading = mixed_shading(world, mesh, hit);
+        if (shading.transmission > numbers.b) {
+          if (path.flags >> kGlassShift == 0) {
+            // A path that has passed the maximum of boundaries leaves along its ray.
+            add_sky(world, path, 1.0f, true);
+            break;
+          }
+          path.flags -= 1u << kGlassShift;
+          pass_glass(world, path, point, shading, numbers);
+          continue;
+        }
+      }
+      const Bsdf bsdf =
+          make_bsdf_at(world, mesh, hit, point.shading, -path.ray.direction, has(path, kScattered));
+      if (!scatter_on_mesh(world, at, point, bsdf, random)) break;
+    } else if (floor < kInfinity) {
+      add_hit_lamps(world, path, floor, true);
+      const FloorPointOf<Vec3> point = floor_point(world.floor, path.ray, floor);
+      add_sky(world, path, point.fade, true);
+      path.throughput = path.throughput * (1.0f - point.fade);
+      const bool continues = scatter_on_floor(world, at, point, random, stats);
+      path.depth_left = path.depth_left - 1.0f;
+      if (!continues) break;
+    } else {
+      leave_scene(world, path, true);
+      break;
+    }
+  }
+  return make_result(path, shadows.direct);
+}
+
+/// Tests whether a pixel shows something that moves (sample_index()).
+PM_HD inline bool shows_motion(const DeviceFrame& frame, int x, int y, RayStats& stats) {
+  if (frame.camera.moves || !frame.looks_for_motion) return frame.camera.moves;
+  Ray ray = center_rays<Vec3>(frame.camera, static_cast<float>(x), static_cast<float>(y));
+  ray.far = min(intersect_floor(frame.world.floor, ray), ray.far);
+  ++stats.rays;
+  const MeshHit hit = frame.scene.closest(ray);
+  return hit.mesh != kNoMesh && frame.scene.mesh(hit.mesh).moves;
+}
+
+/// Traces one sample of a pixel.
+PM_HD inline PathLight trace_sample(const DeviceFrame& frame, int x, int y, std::uint32_t sample,
+                                    bool moving, RayStats& stats) {
+  const SampleIndex index = sample_index(frame.sampler, x, y, sample, moving);
+  const PathSamplerOf<float> sampler(frame.sampler, index.sequence, index.reversed);
+  const Ray ray =
+      sample_camera_rays<Vec3>(frame.camera, sampler, static_cast<float>(x), static_cast<float>(y));
+  return trace_path(frame, ray, index, stats);
+}
+
+/// Sums the lights of the samples [first, end) of a block.
+PM_HD inline PixelSum sum_block(const PathLight* lights, int first, int end) {
+  PixelSum sum;
+  for (int s = first; s < end; ++s) add_sample(sum, lights[s - first], s % 2 == 1);
+  return sum;
+}
+
+}  // namespace polymorph

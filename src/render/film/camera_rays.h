@@ -1,0 +1,105 @@
+// Camera rays: from random numbers to rays through the pixels, for one or for eight.
+#pragma once
+
+#include "render/film/film.h"
+#include "render/math/sampler.h"
+#include "render/math/vector_math.h"
+#include "render/rays/ray.h"
+#include "render/render.h"
+
+namespace polymorph {
+
+inline constexpr std::uint32_t kTimeSet = 4096;  ///< disjoint from the sets of the vertices
+
+/// Pixels of the whole picture.
+struct FilmSize {
+  int width = 0, height = 0;
+};
+
+/// One camera per lane.
+template <class T3>
+struct CamerasOf {
+  T3 position, right, up, forward;
+  ComponentOf<T3> tan_half_fov_y, lens_radius, focus;
+};
+template <class T3>
+PM_HD CamerasOf<T3> broadcast_camera(const Camera& camera) {
+  return {broadcast3<T3>(camera.position),
+          broadcast3<T3>(camera.right),
+          broadcast3<T3>(camera.up),
+          broadcast3<T3>(camera.forward),
+          broadcast<ComponentOf<T3>>(camera.tan_half_fov_y),
+          broadcast<ComponentOf<T3>>(camera.lens_radius),
+          broadcast<ComponentOf<T3>>(camera.focus)};
+}
+/// Interpolates cameras at times of the open shutter, [0, 1].
+template <class T3>
+PM_HD CamerasOf<T3> interpolate_cameras(const Camera& opening, const Camera& closing,
+                                        ComponentOf<T3> time) {
+  const auto between = [&](Vec3 from, Vec3 to) {
+    return broadcast3<T3>(from) + broadcast3<T3>(to - from) * time;
+  };
+  const auto at = [&](float from, float to) { return from + time * (to - from); };
+  return {between(opening.position, closing.position),
+          normalized(between(opening.right, closing.right)),
+          normalized(between(opening.up, closing.up)),
+          normalized(between(opening.forward, closing.forward)),
+          at(opening.tan_half_fov_y, closing.tan_half_fov_y),
+          at(opening.lens_radius, closing.lens_radius),
+          at(opening.focus, closing.focus)};
+}
+
+/// Makes rays through points of the film, in pixels from the image's upper left corner, and through
+/// the points (u, v) of the lens. Pixels are square.
+template <class T3>
+PM_HD RayOf<T3> camera_rays(const CamerasOf<T3>& camera, FilmSize image,
+                            Vec2Of<ComponentOf<T3>> film, Vec2Of<ComponentOf<T3>> lens,
+                            bool pinhole) {
+  using V = ComponentOf<T3>;
+  const V scale = 2.0f * camera.tan_half_fov_y / static_cast<float>(image.height);
+  const V right = (film.x - 0.5f * static_cast<float>(image.width)) * scale;
+  const V up = (0.5f * static_cast<float>(image.height) - film.y) * scale;
+  const T3 direction = camera.forward + camera.right * right + camera.up * up;
+  if (pinhole) return {camera.position, normalized(direction)};
+  const Vec2Of<V> at = concentric_disc(lens.x, lens.y) * camera.lens_radius;
+  const T3 shift = camera.right * at.x + camera.up * at.y;
+  return {camera.position + shift, normalized(direction * camera.focus - shift)};
+}
+
+/// All that the rays of a frame's samples depend on, but the sampler.
+struct CameraSetup {
+  Camera camera;
+  bool moves = false;
+  Camera opening, closing;  ///< if it moves
+  FilmSize size;
+  const PixelFilter* filter = nullptr;  ///< borrowed
+};
+
+/// Makes the rays of samples in the pixels (x, y).
+template <class T3>
+PM_HD RayOf<T3> sample_camera_rays(const CameraSetup& setup,
+                                   const PathSamplerOf<ComponentOf<T3>>& sampler, ComponentOf<T3> x,
+                                   ComponentOf<T3> y) {
+  using V = ComponentOf<T3>;
+  const Sample4Of<V> random = sampler.get(0);
+  const bool blurred = setup.camera.shutter > 0;
+  const V time = blurred ? sampler.get(kTimeSet).a : broadcast<V>(0.5f);
+  const CamerasOf<T3> cameras = blurred && setup.moves
+                                    ? interpolate_cameras<T3>(setup.opening, setup.closing, time)
+                                    : broadcast_camera<T3>(setup.camera);
+  RayOf<T3> rays = camera_rays(cameras, setup.size,
+                               {x + 0.5f + filter_offset(*setup.filter, random.a),
+                                y + 0.5f + filter_offset(*setup.filter, random.b)},
+                               {random.c, random.d}, !(setup.camera.lens_radius > 0));
+  rays.time = time;
+  return rays;
+}
+
+/// Makes the ray through the centre of a pixel.
+template <class T3>
+PM_HD RayOf<T3> center_rays(const CameraSetup& setup, ComponentOf<T3> x, ComponentOf<T3> y) {
+  return camera_rays(broadcast_camera<T3>(setup.camera), setup.size, {x + 0.5f, y + 0.5f},
+                     Vec2Of<ComponentOf<T3>>{}, true);
+}
+
+}  // namespace polymorph

@@ -1,0 +1,48 @@
+// Sums of the light of a pixel's samples.
+#pragma once
+
+#include <vector>
+
+#include "kernels/types.h"
+#include "render/path/integrator.h"
+
+namespace polymorph {
+
+/// Lights and coverages summed over the samples of a pixel.
+struct PixelSum {
+  Vec3 light, odd;  ///< sums over all samples, and over every second one
+  float alpha = 0, floor = 0, lit = 0, unlit = 0;
+  int samples = 0;
+
+  PM_HD void add(const PixelSum& other) {
+    light = light + other.light;
+    odd = odd + other.odd;
+    alpha += other.alpha;
+    floor += other.floor;
+    lit += other.lit;
+    unlit += other.unlit;
+    samples += other.samples;
+  }
+};
+
+/// Adds the light of a sample; `odd`: of every second one.
+PM_HD inline void add_sample(PixelSum& sum, const PathLight& light, bool odd) {
+  ++sum.samples;
+  sum.alpha += light.alpha;
+  sum.floor += light.floor;
+  sum.lit += light.lit;
+  sum.unlit += light.unlit;
+  // Skip NaN and infinity, which one bad normal or texel can cause.
+  if (!finite(light.radiance)) return;
+  sum.light = sum.light + light.radiance;
+  if (odd) sum.odd = sum.odd + light.radiance;
+}
+
+/// Sums of a frame's samples that a GPU has made: of each pixel, in rows from the upper left, one
+/// for each block of kSampleBlock samples.
+struct DeviceSums {
+  int first_block = 0, blocks = 0;
+  std::vector<PixelSum> sums;
+};
+
+}  // namespace polymorph

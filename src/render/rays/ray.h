@@ -1,0 +1,68 @@
+// Rays, and what they hit: for one ray or for eight.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+
+#include "base/box.h"
+#include "render/math/simd.h"
+
+namespace polymorph {
+
+/// A ray, or eight.
+template <class T3>
+struct RayOf {
+  T3 origin;
+  T3 direction;  ///< unit
+  ComponentOf<T3> time =
+      broadcast<ComponentOf<T3>>(0.5f);  ///< time while the shutter is open, [0, 1]
+  ComponentOf<T3> far = broadcast<ComponentOf<T3>>(std::numeric_limits<float>::infinity());
+};
+using Ray = RayOf<Vec3>;
+
+inline constexpr std::uint32_t kNoMesh = 0xffffffffu;
+
+template <class V>
+struct MeshHitOf {
+  BitsOf<V> mesh = BitsOf<V>{} + kNoMesh;
+  BitsOf<V> triangle{};
+  V distance{};
+  V u{}, v{};  ///< weights of the triangle's second and third corner
+};
+using MeshHit = MeshHitOf<float>;
+
+/// Geometry of a hit, as shading needs it.
+template <class T3>
+struct SurfacePointOf {
+  T3 position;
+  T3 normal;   ///< the triangle's, towards the ray's origin; unit
+  T3 shading;  ///< interpolated, on the same side and visible to the ray; unit
+  T3 lifted;   ///< position on the smooth surface that the shading normals describe, the origin of
+               ///< further rays
+  MaskOf<T3> inside{};  ///< the ray came from behind the triangle
+};
+using SurfacePoint = SurfacePointOf<Vec3>;
+
+/// Tests whether a ray misses a box.
+template <class T3>
+PM_HD inline MaskOf<T3> misses_box(const Box& box, const RayOf<T3>& ray) {
+  using V = ComponentOf<T3>;
+  // Box::empty(), for both compilers.
+  if (!(box.low.x <= box.high.x && box.low.y <= box.high.y && box.low.z <= box.high.z))
+    return broadcast_mask<MaskOf<T3>>(true);
+  V near = broadcast<V>(0), far = ray.far;
+  const auto clip = [&](V origin, V direction, float low, float high) {
+    const V inverse = 1.0f / direction;
+    const V a = (low - origin) * inverse, b = (high - origin) * inverse;
+    // A ray in the plane of a side makes a NaN here; these comparisons then keep the interval as it
+    // is.
+    near = max(min(a, b), near);
+    far = min(max(a, b), far);
+  };
+  clip(ray.origin.x, ray.direction.x, box.low.x, box.high.x);
+  clip(ray.origin.y, ray.direction.y, box.low.y, box.high.y);
+  clip(ray.origin.z, ray.direction.z, box.low.z, box.high.z);
+  return near > far;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,192 @@
+// Other processors give the same bits as eight lanes of the CPU: a GPU, where there is one, and
+// what it does on the CPU. One path after the other, among triangles that the renderer's own
+// hierarchy proposes, are those of eight at a time among the triangles that Embree proposes.
+#include <cstdlib>
+
+#include "base/random.h"
+#include "kernels/floating_point.h"
+#include "render/device/bvh.h"
+#include "render/device/device_frame.h"
+#include "render/device/device_tracer.h"
+#include "render/math/vector_math.h"
+#include "testing/render.h"
+
+namespace polymorph {
+namespace {
+
+using namespace testing;
+
+/// The scalar tracer, and the first GPU's where there is one.
+std::vector<std::unique_ptr<DeviceTracer>> make_tracers() {
+  std::vector<std::unique_ptr<DeviceTracer>> tracers;
+  tracers.push_back(make_scalar_tracer());
+  std::string error;
+  if (auto cuda = make_cuda_tracer(0, error))
+    tracers.push_back(std::move(cuda));
+  else
+    EXPECT_EQ(std::getenv("POLYMORPH_REQUIRE_CUDA"), nullptr) << error;
+  return tracers;
+}
+
+void expect_same_bits(const RenderScene& scene, const RenderSettings& settings) {
+  Renderer lanes = *Renderer::create();
+  const Image expected = *lanes.render(scene, settings);
+  EXPECT_GT(mean_green(expected), 0.01);
+  for (auto& tracer : make_tracers()) {
+    Renderer renderer = *Renderer::create();
+    renderer.trace_with(std::move(tracer));
+    const Image image = *renderer.render(scene, settings);
+    EXPECT_FALSE(renderer.traced_on_cpu());
+    EXPECT_EQ(renderer.stats().paths, lanes.stats().paths);
+    ASSERT_EQ(expected.pixels.size(), image.pixels.size());
+    std::size_t differing = 0;
+    for (std::size_t i = 0; i < expected.pixels.size(); ++i)
+      differing += float_bits(expected.pixels[i]) != float_bits(image.pixels[i]) ? 1 : 0;
+    EXPECT_EQ(differing, 0u) << "of " << expected.pixels.size();
+  }
+}
+
+LampSettings lamp(LampKind kind, Vec3 position) {
+  LampSettings lamp;
+  lamp.kind = kind;
+  lamp.position = position;
+  lamp.radius = 0.2f;
+  lamp.intensity = 2;
+  return lamp;
+}
+
+TEST(ScalarTracer, StudioHasTheSameBits) {
+  BallOnFloor studio;
+  expect_same_bits(studio.scene, small_settings(16));
+  RenderSettings settings = small_settings(40);  // blocks of 16, 16 and 8
+  settings.frame = 3;
+  settings.image.aovs = "all";
+  expect_same_bits(studio.scene, settings);
+  settings.image.steady = false;
+  settings.image.max_depth = 1;
+  expect_same_bits(studio.scene, settings);
+}
+
+TEST(ScalarTracer, MirrorsAndColorsOfVerticesHaveTheSameBits) {
+  BallOnFloor studio;
+  studio.scene.look.kind = LookKind::kMetal;
+  studio.scene.meshes[0].look = 1;
+  expect_same_bits(studio.scene, small_settings());
+  studio.scene.meshes[0].look = 0.4f;
+  std::vector<Vec3> colors;
+  for (const Vec3& p : studio.ball.positions) colors.push_back(p * 0.5f + Vec3{0.5f, 0.5f, 0.5f});
+  studio.scene.meshes[0].vertex_colors = colors;
+  studio.scene.meshes[0].vertex_color_share = 0.7f;
+  expect_same_bits(studio.scene, small_settings());
+}
+
+TEST(ScalarTracer, GlassHasTheSameBits) {
+  BallOnFloor studio;
+  studio.scene.look.kind = LookKind::kGlass;
+  for (const float roughness : {0.0f, 0.4f}) {
+    studio.scene.look.roughness = roughness;
+    studio.scene.meshes[0].look = 1;
+    expect_same_bits(studio.scene, small_settings());
+  }
+}
+
+TEST(ScalarTracer, LampsSunsAndImageSkiesHaveTheSameBits) {
+  BallOnFloor studio;
+  studio.scene.lights.lamps = {lamp(LampKind::kPanel, {1, 2, 1}), lamp(LampKind::kSun, {}),
+                               lamp(LampKind::kLamp, {-1, 1, 1})};
+  expect_same_bits(studio.scene, small_settings());
+  Image sky = make_image(64, 32, {"R", "G", "B"});
+  for (std::size_t i = 0; i < sky.pixels.size(); ++i)
+    sky.pixels[i] = i / 3 == 64 * 8 + 20 ? 900.0f : 0.2f + 0.01f * static_cast<float>(i % 7);
+  studio.scene.environment = std::make_shared<const Image>(std::move(sky));
+  expect_same_bits(studio.scene, small_settings());
+  studio.scene.environment = nullptr;
+  studio.scene.lights.sky = SkyKind::kDay;
+  studio.scene.ground.shadow_only = true;
+  expect_same_bits(studio.scene, small_settings());
+}
+
+TEST(ScalarTracer, LensTexturesAndMotionHaveTheSameBits) {
+  BallOnFloor studio;
+  Image checks = make_image(8, 8, {"R", "G", "B"});
+  for (std::size_t i = 0; i < checks.pixels.size(); ++i)
+    checks.pixels[i] = (i / 3 + i / 24) % 2 == 0 ? 0.9f : 0.1f;
+  TestMesh square = make_square({0.3f, 0.2f, 0.9f}, {1, 0, 0}, {0, 1, 0}, 0.5f);
+  square.textures = {std::make_shared<const Image>(std::move(checks))};
+  square.materials[0].texture = 0;
+  studio.scene.meshes.push_back(view_of(square, 3));
+  studio.scene.camera.lens_radius = 0.1f;
+  studio.scene.camera.focus = 4;
+  expect_same_bits(studio.scene, small_settings());
+  const std::vector<Vec3> displacement(studio.ball.positions.size(), Vec3{0.3f, 0.1f, 0});
+  studio.scene.meshes[0].displacement = displacement;
+  studio.scene.camera.shutter = 0.5f;
+  CameraMotion motion{studio.scene.camera, studio.scene.camera, studio.scene.camera};
+  motion.closing.position.x += 0.2f;
+  studio.scene.camera_motion = motion;
+  expect_same_bits(studio.scene, small_settings());
+}
+
+TEST(ScalarTracer, EmptyScenesAndSingleTrianglesAreTraced) {
+  expect_same_bits(furnace(), small_settings());
+  RenderScene scene = furnace();
+  TestMesh square = make_square({}, {1, 0, 0}, {0, 1, 0}, 0.7f);
+  square.triangles.resize(1);
+  square.uvs.resize(3);
+  scene.meshes = {view_of(square)};
+  expect_same_bits(scene, small_settings());
+}
+
+TEST(ScalarTracer, FramesThatItDoesNotTraceGoToTheCpu) {
+  BallOnFloor studio;
+  RenderSettings settings = small_settings();
+  settings.image.noise = 0.1f;
+  Renderer renderer = *Renderer::create();
+  renderer.trace_with(make_scalar_tracer());
+  EXPECT_EQ(renderer.render(studio.scene, settings)->pixels,
+            render_or_fail(studio.scene, settings).pixels);
+  EXPECT_TRUE(renderer.traced_on_cpu());
+}
+
+/// Points of the interior, of edges and of corners, seen from all sides.
+TEST(ScalarTracer, ClosestHitsAreThoseOfEmbree) {
+  const RayDevice device = *make_ray_device("");
+  TestMesh ball = make_ball(40, 20), other = make_ball(33, 17, 0.8f);
+  for (Vec3& p : other.positions) p = p + Vec3{0.4f, 0.1f, 0.2f};
+  const std::vector<RenderMesh> meshes = {view_of(ball), view_of(other)};
+  const TracedScene scene = *TracedScene::build(device, meshes, 0, 10);
+  FrameJob job;
+  job.world.geometry = &scene;
+  Sky sky = make_image_sky(*constant_sky(1), 1, SkyPart::kAll);
+  job.world.sky = sky;
+  const PixelFilter filter = make_pixel_filter(1);
+  job.camera.filter = &filter;
+  const Bvh bvh = *build_bvh(device, scene);
+  DeviceFrame frame;
+  std::vector<std::byte> memory(pack_frame(job, bvh, nullptr, nullptr, frame));
+  pack_frame(job, bvh, memory.data(), memory.data(), frame);
+  const FlushDenormals flush;
+  int hits = 0;
+  for (std::uint64_t i = 0; i < 100000; ++i) {
+    const auto number = [&](std::uint64_t k) { return 2 * random_float(5, i, k) - 1; };
+    const Vec3 from =
+        normalized(Vec3{number(0), number(1), number(2)}) * (i % 2 == 0 ? 4.0f : 0.3f);
+    const Triangle& t = ball.triangles[i % ball.triangles.size()];
+    const float u = i % 3 == 0 ? 0.0f : 0.5f + 0.5f * number(3);
+    Vec3 to = ball.positions[t.v[0]] * u + ball.positions[t.v[1]] * (1 - u);
+    if (i % 4 == 0) to = to * 0.999f + ball.positions[t.v[2]] * 0.001f;
+    const Ray ray{from, normalized(to - from)};
+    const MeshHit expected = scene.closest(ray), hit = frame.scene.closest(ray);
+    hits += expected.mesh != kNoMesh ? 1 : 0;
+    ASSERT_EQ(hit.mesh, expected.mesh) << i;
+    ASSERT_EQ(hit.triangle, expected.triangle) << i;
+    ASSERT_EQ(hit.distance, expected.distance) << i;
+    ASSERT_EQ(hit.u, expected.u) << i;
+    ASSERT_EQ(hit.v, expected.v) << i;
+    ASSERT_EQ(frame.scene.is_occluded(ray), expected.mesh != kNoMesh) << i;
+  }
+  EXPECT_GT(hits, 50000);
+}
+
+}  // namespace
+}  // namespace polymorph
