@@ -187,7 +187,14 @@ struct CdfPick {
   float fraction;
 };
 PM_HD inline CdfPick pick_from_cdf(const float* cdf, int count, float u) {
-  const int above = static_cast<int>(std::upper_bound(cdf, cdf + count + 1, u) - cdf);
+  // std::upper_bound() is not for devices: nvcc compiles it without a word, to something else.
+  int above = 0;
+  for (int size = count + 1; size > 0;) {
+    const int half = size / 2;
+    const bool below = !(u < cdf[above + half]);
+    above = below ? above + half + 1 : above;
+    size = below ? size - half - 1 : half;
+  }
   const int index = std::clamp(above - 1, 0, count - 1);
   const float width = cdf[index + 1] - cdf[index];
   return {index, width > 0 ? std::min((u - cdf[index]) / width, 0.999999f) : 0.5f};

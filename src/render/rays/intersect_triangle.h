@@ -77,7 +77,8 @@ struct EdgeSides {
   /// Tests whether the line passes inside. A line through an edge counts for both triangles; a
   /// triangle seen edge-on is never hit.
   PM_HD bool inside() const {
-    return (std::min({at[0], at[1], at[2]}) >= 0 || std::max({at[0], at[1], at[2]}) <= 0) &&
+    return (std::min(std::min(at[0], at[1]), at[2]) >= 0 ||
+            std::max(std::max(at[0], at[1]), at[2]) <= 0) &&
            sum != 0;
   }
   /// Tests whether the line, for a direction of length 1, passes edge i so closely that floats
@@ -90,7 +91,7 @@ struct EdgeSides {
   }
   /// The smallest of |at|.
   PM_HD double closest() const {
-    return std::min({std::fabs(at[0]), std::fabs(at[1]), std::fabs(at[2])});
+    return std::min(std::min(std::fabs(at[0]), std::fabs(at[1])), std::fabs(at[2]));
   }
 
  private:
