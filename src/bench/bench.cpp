@@ -26,7 +26,7 @@ Result<JsonValue> run_benchmarks(const BenchSettings& settings, const std::strin
   const bool all = settings.what == "all";
   if (settings.what != "report") PM_TRY_STATUS(bench_surface(bench, device, engine, mesh));
   if (all || settings.what == "report") PM_TRY_STATUS(bench_report(bench, engine));
-  if (all || settings.what == "render") PM_TRY_STATUS(bench_render(bench, mesh));
+  if (all || settings.what == "render") PM_TRY_STATUS(bench_render(bench, device, mesh));
   return JsonValue{{"device", device}, {"threads", thread_count()}, {"rows", bench.rows}};
 }
 

@@ -1,11 +1,37 @@
 #include "bench/bench_run.h"
 #include "render/ray_bench.h"
 #include "render/render.h"
+#include "sequence/run/device.h"
 
 namespace polymorph {
+namespace {
 
-Status bench_render(Bench& bench, const Mesh& mesh) {
-  PM_TRY(Renderer renderer, Renderer::create());
+/// Times frames of a scene, traced by the CPU or by a GPU (make_renderer()).
+Status bench_frames(Bench& bench, const RenderScene& scene, const RenderSettings& settings,
+                    const std::string& device) {
+  PM_TRY(Renderer renderer, make_renderer(device));
+  Renderer::Stats stats;
+  PM_TRY(const Timing timing, time_it(std::min(bench.settings.repeats, 3), [&]() -> Status {
+           PM_TRY(const Image image, renderer.render(scene, settings));
+           stats = renderer.stats();
+           return Ok{};
+         }));
+  if (device != "cpu" && renderer.traced_on_cpu()) return Ok{};
+  const double paths = static_cast<double>(stats.paths) * 1e-6;
+  bench.rows.push_back(report_row(
+      bench,
+      fmt::format("render {}x{} {} spp{}", settings.image.width, settings.image.height,
+                  settings.image.samples, device == "cpu" ? "" : ", " + device),
+      timing,
+      fmt::format("{:.2f} M paths/s, {:.1f} M rays/s, build {:.1f} ms", paths / stats.trace_seconds,
+                  static_cast<double>(stats.rays) * 1e-6 / stats.trace_seconds,
+                  stats.build_seconds * 1e3)));
+  return Ok{};
+}
+
+}  // namespace
+
+Status bench_render(Bench& bench, const std::string& device, const Mesh& mesh) {
   RenderScene scene;
   RenderMesh surface;
   surface.positions = mesh.positions;
@@ -22,21 +48,8 @@ Status bench_render(Bench& bench, const Mesh& mesh) {
   settings.image.width = bench.settings.width;
   settings.image.height = bench.settings.height;
   settings.image.samples = bench.settings.samples;
-  Renderer::Stats stats;
-  PM_TRY(const Timing timing, time_it(std::min(bench.settings.repeats, 3), [&]() -> Status {
-           PM_TRY(const Image image, renderer.render(scene, settings));
-           stats = renderer.stats();
-           return Ok{};
-         }));
-  const double paths = static_cast<double>(stats.paths) * 1e-6;
-  bench.rows.push_back(report_row(
-      bench,
-      fmt::format("render {}x{} {} spp", bench.settings.width, bench.settings.height,
-                  bench.settings.samples),
-      timing,
-      fmt::format("{:.2f} M paths/s, {:.1f} M rays/s, build {:.1f} ms", paths / stats.trace_seconds,
-                  static_cast<double>(stats.rays) * 1e-6 / stats.trace_seconds,
-                  stats.build_seconds * 1e3)));
+  PM_TRY_STATUS(bench_frames(bench, scene, settings, "cpu"));
+  if (device != "cpu") PM_TRY_STATUS(bench_frames(bench, scene, settings, device));
   PM_TRY(const std::vector<RayLoop> loops,
          measure_rays(scene, bench.settings.width, bench.settings.height, bench.settings.repeats));
   for (const RayLoop& loop : loops) {

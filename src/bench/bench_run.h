@@ -56,7 +56,7 @@ JsonValue report_row(const Bench& bench, const std::string& name, const Timing& 
 Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Mesh& mesh);
 /// Times Table 6.7 and Graph 6.1 of the report.
 Status bench_report(Bench& bench, Engine& engine);
-/// Times the rendering of a mesh.
-Status bench_render(Bench& bench, const Mesh& mesh);
+/// Times the rendering of a mesh, by the CPU and, where that is another one, by `device`.
+Status bench_render(Bench& bench, const std::string& device, const Mesh& mesh);
 
 }  // namespace polymorph
