@@ -12,6 +12,7 @@ each other. Failures raise Error.
 """
 import html as _html
 import json as _json
+import operator as _operator
 import os as _os
 import pathlib as _pathlib
 from typing import Any, Callable, Optional, Union
@@ -136,16 +137,20 @@ class Scene:
         with _reporting(self._progress) as report:
             return self._scene.frame(frame, report)
 
-    def pictures(self, frames=None, *, dtype: str = "float32") -> numpy.ndarray:
+    def pictures(self, frames=None, *, dtype: Any = "float32") -> numpy.ndarray:
         """Renders frames, a list of numbers or None for all, to one array (frames, height, width, 4), row 0 on top.
 
         dtype: "float32": R, G, B and A as frame() has them, linear Rec. 709, alpha premultiplied. "uint8": as a PNG has them,
         sRGB, not premultiplied, with the scene's image.exposure, without dither.
         Raises Error: no such frame or dtype, no memory.
         """
-        if dtype not in ("float32", "uint8"):
+        if dtype not in ("float32", "uint8", numpy.float32, numpy.uint8):
             raise Error(f"dtype: must be \"float32\" or \"uint8\", not {dtype!r}", 2)
-        numbers = list(range(1, self.frame_count + 1) if frames is None else frames)
+        eight_bits = numpy.dtype(dtype) == numpy.uint8
+        try:
+            numbers = [_operator.index(number) for number in (range(1, self.frame_count + 1) if frames is None else frames)]
+        except TypeError:
+            raise Error(f"frames: must be a list of whole numbers, not {frames!r}", 2) from None
         width, height = self.size
         try:
             pictures = numpy.empty((len(numbers), height, width, 4), dtype)
@@ -153,7 +158,7 @@ class Scene:
             raise Error(f"{len(numbers)} pictures of {width} x {height} do not fit into memory ({error}) - ask for fewer", 5) from None
         with _reporting(self._progress) as report:
             for i, number in enumerate(numbers):
-                pictures[i] = self._scene.colors(number, dtype == "uint8", report)
+                pictures[i] = self._scene.colors(number, eight_bits, report)
         return pictures
 
     def page(self) -> str:
@@ -176,12 +181,14 @@ class Scene:
                 'style="width: 100%; height: 480px; border: 0"></iframe>')
 
     def analyze(self, frames: int = 0) -> list[dict]:
-        """Measures the quality of each leg at `frames` even times, 0: as many as the leg has, as `polymorph analyze` does.
+        """Measures the quality of each leg at `frames` even times, two or more, or 0: as many as the leg has, as `polymorph analyze` does.
 
         A dict per leg: "actor", "from", "to"; "metrics": {name: {"value", "goal", "principle", "what"}}, value None where it
         cannot be measured; "frames": {name of a measure: (frames,) array of numbers, NaN where it cannot be measured, but for
         the surfaces' digests}.
         """
+        if frames < 0 or frames == 1:
+            raise Error(f"frames: {frames} - a morph is measured at two times or more; 0: at as many as the leg has", 2)
         with _reporting(self._progress) as report:
             return _morphs_of(self._scene.analyze(frames, report))
 
@@ -225,7 +232,7 @@ def morph(vertices0, faces0, vertices1, faces1, u, *, set: Optional[dict] = None
 
 
 def render(vertices, faces=None, *, colors=None, width: int = 640, height: int = 480, samples: int = 16,
-           dtype: str = "float32", set: Optional[dict] = None, device: str = "auto", cache=None, progress: Progress = None,
+           dtype: Any = "float32", set: Optional[dict] = None, device: str = "auto", cache=None, progress: Progress = None,
            **settings) -> numpy.ndarray:
     """Renders a mesh, (height, width, 4), or a list of meshes, (frames, height, width, 4), in the default studio; row 0 on top.
 

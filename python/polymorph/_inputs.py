@@ -6,6 +6,8 @@ from .error import Error
 
 
 def _array(values, name, shape, kinds, wanted):
+    if numpy.ma.is_masked(values):
+        raise Error(f"{name}: has masked values - fill them or leave them out", 3)
     try:
         array = numpy.asarray(values)
     except ValueError as error:

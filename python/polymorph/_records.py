@@ -5,6 +5,7 @@ import numpy
 
 from . import _polymorph
 from ._inputs import faces_of, points_of, reals_of
+from .error import Error
 
 
 class _Record:
@@ -76,9 +77,11 @@ class Mesh(_Record):
     def from_arrays(cls, vertices, faces) -> "Mesh":
         """Makes a mesh of vertices, (n, 3) real numbers, and faces, (m, 3) integers from 0. Arrays are copied.
 
-        Raises Error: another shape or type, NaN, infinity, or a vertex that is not there.
+        Raises Error: another shape or type, NaN, a number beyond +-1e15, or a vertex that is not there.
         """
         positions = points_of(vertices, "vertices").copy()
+        if positions.size and numpy.abs(positions).max() > 1e15:
+            raise Error(f"vertices: reach {numpy.abs(positions).max():g} - they must be within +-1e15", 3)
         return cls(positions, numpy.empty((0, 3), numpy.float32), faces_of(faces, len(positions)))
 
 

@@ -176,9 +176,9 @@ class ContradictionFinder {
     const int minimum = plays_meshes(actor) ? 1 : 2;
     if (moving < minimum)
       return report("/frames/count", inner(&document_.root, {"frames", "count"}),
-                    fmt::format("leaves {} frames beside the holds ({} + {}) - at least {} are "
-                                "needed",
-                                moving, frames.hold_start, frames.hold_end, minimum));
+                    fmt::format("leaves {} frame{} beside the holds ({} + {}) - {} needed", moving,
+                                moving == 1 ? "" : "s", frames.hold_start, frames.hold_end,
+                                minimum == 1 ? "at least one is" : "at least two are"));
     int needed = std::accumulate(actor.per_leg.begin(), actor.per_leg.end(), 0);
     for (const ObjectSettings& object : actor.intermediate)
       needed += actor.per_leg.empty() ? 0 : object.hold;

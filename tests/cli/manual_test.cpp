@@ -36,6 +36,10 @@ TEST_F(Manual, EveryCommandAndOptionIsThere) {
     EXPECT_TRUE(contains(fish, " -f -a " + name + " -d ")) << name;
   }
   EXPECT_GT(found, 15u);
+  // help takes a command's name.
+  const std::size_t help = bash.find("    help) options=");
+  EXPECT_TRUE(
+      contains(bash.substr(help, bash.find('\n', help) - help), "arguments=\"demo init render "));
   EXPECT_TRUE(contains(read_text(folder / "man1/polymorph-render.1"), "\\-\\-skip\\-existing"));
   EXPECT_TRUE(contains(read_text(folder / "man1/polymorph.1"), "POLYMORPH_THREADS"));
   EXPECT_TRUE(contains(run(4, {"manual", "man", "-o", "man1"}).err, "exists"));

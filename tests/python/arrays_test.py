@@ -89,6 +89,8 @@ raises(3, "mesh2.faces", "no area")(lambda: polymorph.morph(ring, triangles, 0 *
 
 # Meshes that are none.
 raises(3, "vertices[1, 0] is nan")(lambda: polymorph.render([(0, 0, 0), (float("nan"), 0, 0), (0, 1, 0)], [(0, 1, 2)]))
+raises(3, "vertices: has masked values")(lambda: polymorph.render(np.ma.masked_greater(box, 1), box_triangles))
+raises(3, "vertices: reach 2e+20", "1e15")(lambda: polymorph.Mesh.from_arrays(box * 1e20, box_triangles))
 raises(3, "vertices: has the shape (8, 2)")(lambda: polymorph.render(box[:, :2], box_triangles))
 raises(3, "faces[0, 2] is 8", "vertices 0 to 7")(lambda: polymorph.render(box, [(0, 1, 8)]))
 raises(3, "faces[1][3] is -1")(lambda: polymorph.render(box, [(0, 1, 2), (0, 1, 3, -1)]))
@@ -161,6 +163,11 @@ ends = polymorph.analyze(meshes, source=meshes[0], target=(box, box_triangles))[
 assert ends["metrics"] != rows[0]["metrics"]
 raises(3, "at least two frames")(lambda: polymorph.analyze([(ring, quads)]))
 raises(3, "at least two frames")(lambda: polymorph.analyze(ring, quads))
+for times in (-1, 1):
+    raises(2, "two times or more")(lambda times=times: files.analyze(times))
+assert files.pictures([1], dtype=np.uint8).dtype == np.uint8
+raises(2, "dtype")(lambda: files.pictures([1], dtype="int16"))
+raises(2, "whole numbers")(lambda: files.pictures(["a"]))
 raises(2, "a Scene has its own")(lambda: polymorph.analyze(files, target=(ring, quads)))
 raises(2, "source: give a mesh")(lambda: polymorph.analyze(meshes, source="ring.obj"))
 

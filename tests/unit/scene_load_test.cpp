@@ -210,7 +210,7 @@ TEST_F(SceneTest, WrongValuesSayWhatIsAllowed) {
   EXPECT_NE(with("\"frames\": {\"per_leg\": [3, 4]}").find("has 2 entries for 1 leg"),
             std::string::npos);
   EXPECT_NE(with("\"frames\": {\"count\": 5, \"hold_start\": 2, \"hold_end\": 2}")
-                .find("leaves 1 frames beside the holds"),
+                .find("leaves 1 frame beside the holds (2 + 2) - at least two are needed"),
             std::string::npos);
   EXPECT_NE(with("\"intermediate\": {}").find("must be a list (is an object)"), std::string::npos);
   EXPECT_NE(with("\"intermediate\": [{\"shape\": \"spher\"}]").find("did you mean \"sphere\"?"),

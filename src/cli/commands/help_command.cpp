@@ -23,7 +23,7 @@ void add_help(CommandLine& line) {
       add_command(line, "help", "Print the help of a command, or list all commands.",
                   "  polymorph help\n  polymorph help render", "  0 printed   2 unknown command");
   command.add_option("command", *name, "the command; default: all of them in a list")
-      .type_name("NAME")
+      .type_name("COMMAND")
       .group("Main");
   set_action(line, command, [&line, name] { return run_help(line, *name); });
 }

@@ -9,8 +9,18 @@ struct ManualOptions {
   std::string what, output, shell;
 };
 
+/// Lists the commands' names as the words that arguments called COMMAND take.
+void add_command_names(std::vector<CommandTable>& commands) {
+  std::vector<std::string> names;
+  for (const CommandTable& command : commands) names.push_back(command.name);
+  for (CommandTable& command : commands)
+    for (OptionRow& row : command.options)
+      if (row.value == "COMMAND") row.choices = names;
+}
+
 Result<int> run_completion(const CommandLine& line, const ManualOptions& options) {
-  const std::vector<CommandTable> commands = command_tables(*line.app);
+  std::vector<CommandTable> commands = command_tables(*line.app);
+  add_command_names(commands);
   print_bytes(options.shell == "bash"  ? bash_completion(commands)
               : options.shell == "zsh" ? zsh_completion(commands)
                                        : fish_completion(commands));

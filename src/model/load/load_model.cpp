@@ -190,9 +190,9 @@ constexpr const char* kForeign[] = {".glb", ".gltf", ".ply", ".stl",
                                     ".fbx", ".dae",  ".off", ".3ds"};
 
 /// Files of other programs' scenes.
-constexpr const char* kUnread[] = {".blend", ".usd", ".usda", ".usdc", ".usdz", ".abc",
-                                   ".ma",    ".mb",  ".max",  ".c4d",  ".ztl",  ".3dm",
-                                   ".hip",   ".lwo", ".step", ".stp",  ".iges", ".igs"};
+constexpr const char* kUnread[] = {".blend", ".usd", ".usda", ".usdc", ".usdz", ".abc", ".ma",
+                                   ".mb",    ".max", ".c4d",  ".ztl",  ".3dm",  ".hip", ".lwo",
+                                   ".step",  ".stp", ".iges", ".igs",  ".skp"};
 
 bool is_one_of(std::span<const char* const> suffixes, const fs::path& path) {
   return std::find(suffixes.begin(), suffixes.end(), lower_suffix(path)) != suffixes.end();
