@@ -148,6 +148,20 @@ TEST(ScalarTracer, FramesThatItDoesNotTraceGoToTheCpu) {
   EXPECT_TRUE(renderer.traced_on_cpu());
 }
 
+TEST(ScalarTracer, SumsThatFillTheMemoryAreLeftToTheCpu) {
+  BallOnFloor studio;
+  const RayDevice device = *make_ray_device("");
+  const TracedScene scene = *TracedScene::build(device, studio.scene.meshes, 0, 10);
+  FrameJob job;
+  job.world.geometry = &scene;
+  job.image.width = 3840;
+  job.image.height = 2160;
+  job.samples = {0, 16};
+  EXPECT_EQ(why_not_on_device(job), "");
+  job.samples = {0, 512};
+  EXPECT_NE(why_not_on_device(job).find("so many samples"), std::string::npos);
+}
+
 /// Points of the interior, of edges and of corners, seen from all sides.
 TEST(ScalarTracer, ClosestHitsAreThoseOfEmbree) {
   const RayDevice device = *make_ray_device("");
