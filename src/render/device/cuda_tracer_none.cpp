@@ -1,11 +1,11 @@
-// The symbols of cuda_tracer.cu in a build without CUDA.
+// The symbols of cuda_tracer.cu in a build without CUDA, or by an nvcc older than 12.
 #if !defined(PM_HAVE_CUDA)
 #include "render/device/device_tracer.h"
 
 namespace polymorph {
 
 std::unique_ptr<DeviceTracer> make_cuda_tracer(int, std::string& error) {
-  error = "this polymorph was built without CUDA";
+  error = "this polymorph was built without CUDA 12 or later";
   return nullptr;
 }
 
