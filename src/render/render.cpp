@@ -141,8 +141,8 @@ std::optional<DeviceSums> Renderer::State::trace_on_device(const FrameJob& job, 
   if (reason.empty()) {
     const Result<Bvh> bvh = build_bvh(device, *job.world.geometry);
     DeviceSums sums;
-    sums.first_block = job.samples.first / kSampleBlock;
-    sums.blocks = (job.samples.end + kSampleBlock - 1) / kSampleBlock - sums.first_block;
+    sums.first_block = job.samples.first_block();
+    sums.blocks = job.samples.block_count();
     sums.sums.resize(static_cast<std::size_t>(job.image.width) *
                      static_cast<std::size_t>(job.image.height) *
                      static_cast<std::size_t>(sums.blocks));

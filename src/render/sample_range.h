@@ -18,6 +18,8 @@ struct SampleRange {
   int first = 0, end = 0, total = 0;
   int count() const { return end - first; }
   bool is_whole() const { return first == 0 && end == total; }
+  int first_block() const { return first / kSampleBlock; }
+  int block_count() const { return (end + kSampleBlock - 1) / kSampleBlock - first_block(); }
 };
 
 /// Parses "FIRST-LAST/TOTAL". Errors (kUsage): syntax, a range that does not begin and end at

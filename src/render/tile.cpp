@@ -59,10 +59,8 @@ class Tile {
         guides_(job.image.denoise ? kPixels : 0) {}
 
   void sample() {
-    if (job_.device_sums) {
-      take_device_sums();
-      if (mattes_.empty()) return;
-    }
+    if (job_.device_sums) take_device_sums();
+    if (!casts_rays()) return;
     const int max_samples = job_.samples.end;
     if (!(job_.image.noise > 0)) return sample_round(job_.samples.first, max_samples);
     for (int from = 0, to = std::min(kFirstSamples, max_samples); from < max_samples;
@@ -88,7 +86,7 @@ class Tile {
 
   /// Intersects the rays through the pixels' centres, if AOVs or steady noise need them.
   void intersect_centers() {
-    const bool steady = job_.image.steady && !job_.camera.moves && job_.meshes_move;
+    const bool steady = casts_rays() && job_.image.steady && !job_.camera.moves && job_.meshes_move;
     moving_.fill(job_.camera.moves);
     if (job_.aovs.empty() && !steady) return;
     for (int y = 0; y < height_; ++y) {
@@ -179,6 +177,10 @@ class Tile {
   }
 
  private:
+  /// Tests whether samples' camera rays are cast here: to trace them, or, where a GPU has done
+  /// that, for mattes alone.
+  bool casts_rays() const { return !job_.device_sums || !mattes_.empty(); }
+
   /// Takes the samples [from, to) of the pixels that are still noisy. They are whole blocks, but
   /// for the last one of the picture.
   void sample_round(int from, int to) {

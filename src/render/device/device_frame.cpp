@@ -104,9 +104,8 @@ std::string why_not_on_device(const FrameJob& job) {
   if (job.image.denoise) return "guides of the denoiser (image.denoise)";
   // The sums of all blocks of samples come back at once.
   constexpr double kMaxSums = 1e9;
-  const int first = job.samples.first / kSampleBlock,
-            end = (job.samples.end + kSampleBlock - 1) / kSampleBlock;
-  if (static_cast<double>(job.image.width) * job.image.height * (end - first) * sizeof(PixelSum) >
+  if (static_cast<double>(job.image.width) * job.image.height * job.samples.block_count() *
+          sizeof(PixelSum) >
       kMaxSums)
     return "pictures with so many samples (image.width x height x samples / 16)";
   for (std::uint32_t m = 0; m < job.world.geometry->mesh_count(); ++m)

@@ -187,7 +187,8 @@ struct CdfPick {
   float fraction;
 };
 PM_HD inline CdfPick pick_from_cdf(const float* cdf, int count, float u) {
-  // std::upper_bound() is not for devices: nvcc compiles it without a word, to something else.
+  // Finds what std::upper_bound() would: that finds another entry on a device, and nvcc does not
+  // warn.
   int above = 0;
   for (int size = count + 1; size > 0;) {
     const int half = size / 2;
