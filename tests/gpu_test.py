@@ -25,7 +25,7 @@ if [[ $1 == devices ]]; then echo '{{"cpu": {{"name": "a processor"}}, "built_wi
 if [[ $POLYMORPH_DEVICE == cuda && $1 == mesh && -n $OTHER ]]; then set -- "$@" --set surface.resolution=12; fi
 POLYMORPH_DEVICE=cpu exec {PROGRAM} "$@"
 """
-BACKEND = """#!/bin/bash
+TESTS = """#!/bin/bash
 [[ -n $POLYMORPH_REQUIRE_CUDA || -z $NEEDED ]] || { echo '[  FAILED  ] 1 test'; exit 1; }
 echo '[==========] 7 tests from 2 test suites ran. (1 ms total)'
 [[ -z $SKIPS ]] || echo '[  SKIPPED ] 2 tests, listed below:'
@@ -50,7 +50,7 @@ class Gpu(unittest.TestCase):
         subprocess.run([PROGRAM, "golden", "update", "suite", "--root", cls.copy / "golden_frames", "--reason", "first", "-q"], check=True, capture_output=True)
         cls.programs = cls.folder / "programs"
         cls.programs.mkdir()
-        for name, text in (("polymorph", WITH_GPU), ("test_backend", BACKEND)):
+        for name, text in (("polymorph", WITH_GPU), ("test_backend", TESTS), ("test_render", TESTS)):
             (cls.programs / name).write_text(text)
             (cls.programs / name).chmod(0o755)
 
@@ -69,11 +69,13 @@ class Gpu(unittest.TestCase):
             self.assertIn(words, self.said)
 
     def test_the_cpu_in_its_place(self):
-        table = self.run_gpu("--cpu", "--program", PROGRAM, "--backend", self.programs / "test_backend", "--figure", "fig5.6")
+        table = self.run_gpu("--cpu", "--program", PROGRAM, "--backend", self.programs / "test_backend",
+                             "--tracer", self.programs / "test_render", "--figure", "fig5.6")
         self.assertEqual({result for result, _ in table.values()}, {"pass"}, self.said)
-        self.assertEqual(list(table), ["backend", "golden", "surfaces", "analyze_flat", "analyze_midpoint", "frames", "figures"])
+        self.assertEqual(list(table), ["backend", "tracing", "golden", "surfaces", "analyze_flat", "analyze_midpoint", "frames", "figures"])
         words = {name: what for name, (_, what) in table.items()}
         self.assertEqual(words["backend"], "7 tests")
+        self.assertEqual(words["tracing"], "7 tests")
         self.assertIn("2 frames", words["golden"])
         self.assertEqual(words["surfaces"], "8 frames of 2 scenes are equal")
         self.assertEqual(words["frames"], "6 frames are equal")
@@ -82,13 +84,13 @@ class Gpu(unittest.TestCase):
 
     def test_what_differs_fails(self):
         table = self.run_gpu("--program", self.programs / "polymorph", "--skip", "figures,golden,analyze_flat,analyze_midpoint", NEEDED="1", OTHER="1", code=1)
-        self.assertEqual([table[name][0] for name in ("backend", "golden", "surfaces", "frames")], ["pass", "left out", "FAIL", "pass"], self.said)
+        self.assertEqual([table[name][0] for name in ("backend", "tracing", "golden", "surfaces", "frames")], ["pass", "pass", "left out", "FAIL", "pass"], self.said)
         self.assertIn("other surfaces than on the CPU: one two", self.said)
         self.assertIn("DIFFERS", (self.folder / "out/surfaces.log").read_text())
 
     def test_a_test_that_is_skipped_fails(self):
-        table = self.run_gpu("--program", self.programs / "polymorph", "--only", "backend", SKIPS="1", code=1)
-        self.assertEqual(table["backend"][0], "FAIL")
+        table = self.run_gpu("--program", self.programs / "polymorph", "--only", "backend,tracing", SKIPS="1", code=1)
+        self.assertEqual([table[name][0] for name in ("backend", "tracing")], ["FAIL", "FAIL"])
 
     def test_a_golden_that_differs_fails(self):
         suite = self.copy / "golden_frames/suite"
@@ -102,7 +104,8 @@ class Gpu(unittest.TestCase):
         alone = self.folder / "alone"
         alone.mkdir()
         shutil.copy(self.programs / "polymorph", alone)
-        self.assertEqual(self.run_gpu("--program", alone / "polymorph", "--only", "backend", code=1)["backend"][0], "UNABLE")
+        table = self.run_gpu("--program", alone / "polymorph", "--only", "backend,tracing", code=1)
+        self.assertEqual([table[name][0] for name in ("backend", "tracing")], ["UNABLE", "UNABLE"])
         self.run_gpu("--program", self.folder / "nothing", code=2)
         self.run_gpu("--only", "pictures", "--program", PROGRAM, code=2)
 
