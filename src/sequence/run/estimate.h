@@ -15,10 +15,11 @@ namespace polymorph {
 
 /// Renders up to three of the frames, evenly spread, with at most an eighth of the samples (at
 /// least one; of a part one block of samples), and scales the time of tracing up. Writes nothing.
-/// With image.noise it is the time at the full number of samples, which most pixels do not need.
+/// They are traced on `device`, as make_engine() chose it. With image.noise it is the time at the
+/// full number of samples, which most pixels do not need.
 /// Errors: kResource, kOutput.
 Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, Engine& engine,
-                                      std::span<const int> frames,
+                                      const std::string& device, std::span<const int> frames,
                                       const std::optional<SampleRange>& part = {});
 
 }  // namespace polymorph

@@ -195,7 +195,8 @@ class SequenceRun {
       std::vector<int> planned;
       for (const FrameRecord& record : report_.frames)
         if (record.state == FrameRecord::State::kPlanned) planned.push_back(record.frame);
-      PM_TRY(report_.estimate, estimate_frames(prepared_, *engine_, planned, settings_.part));
+      PM_TRY(report_.estimate,
+             estimate_frames(prepared_, *engine_, report_.device, planned, settings_.part));
     }
     report_.frames_seconds = frames.seconds();
     report_.peak_memory = peak_memory_bytes();
