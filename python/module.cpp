@@ -293,7 +293,8 @@ class PythonScene {
     check(check_picture_memory(prepared_.scene.image, 1, memory_limit()));
     const FrameGeometry shown = geometry(frame);
     const Activity activity(fmt::format("rendering frame {}", frame));
-    if (!renderer_) renderer_ = std::make_unique<Renderer>(take(make_renderer(device_)));
+    if (!renderer_)
+      renderer_ = std::make_unique<Renderer>(take(make_renderer(device_, memory_limit())));
     return take(render_frame(prepared_, shown, *renderer_, device_, ""));
   }
 

@@ -122,7 +122,7 @@ Result<Film> render_film(const CommandLine& line, const FilmScene& ready, std::v
   film.last = frame_count(prepared.scene);
   film.fps = prepared.scene.frames.fps;
   if (content == FilmContent::kPlan) PM_TRY_STATUS(check_has_plans(ready.prepared));
-  PM_TRY(Renderer renderer, make_renderer(ready.device));
+  PM_TRY(Renderer renderer, make_renderer(ready.device, line.common.max_memory));
   const ProgressCallback progress = make_progress(progress_mode(line.common));
   struct Traced {
     Result<Image> image;

@@ -162,6 +162,35 @@ TEST(ScalarTracer, SumsThatFillTheMemoryAreLeftToTheCpu) {
   EXPECT_NE(why_not_on_device(job).find("so many samples"), std::string::npos);
 }
 
+TEST(ScalarTracer, MemoryIsLimitedToWhatIsAllowed) {
+  FrameJob job;
+  job.image.width = 1920;
+  job.image.height = 1080;
+  job.samples = {0, 64};
+  const std::size_t sums = std::size_t{1920} * 1080 * 4 * sizeof(PixelSum);
+  const std::size_t row = std::size_t{1920} * (64 * sizeof(PathLight) + 1);
+  const std::size_t frame_bytes = 5'000'000;
+  EXPECT_EQ(size_buffers(job, frame_bytes, 0).rows, 34u);  // 4 million paths
+  EXPECT_EQ(size_buffers(job, frame_bytes, std::size_t{1} << 40).rows, 34u);
+  EXPECT_EQ(size_buffers(job, frame_bytes, frame_bytes + sums + 3 * row).rows, 3u);
+  EXPECT_EQ(size_buffers(job, frame_bytes, frame_bytes + sums + row).rows, 1u);
+  const std::string error = size_buffers(job, frame_bytes, frame_bytes + sums + row - 1).error;
+  EXPECT_NE(error.find("above --max-memory"), std::string::npos) << error;
+
+  // The CPU traces a frame that is refused; a frame of a few rows a launch has the same bits.
+  BallOnFloor studio;
+  const RenderSettings settings = small_settings(16);
+  const Image expected = render_or_fail(studio.scene, settings);
+  for (const std::size_t limit : {std::size_t{1000}, std::size_t{1'500'000}})
+    for (auto& tracer : make_tracers()) {
+      tracer->limit_memory(limit);
+      Renderer renderer = *Renderer::create();
+      renderer.trace_with(std::move(tracer));
+      EXPECT_EQ(renderer.render(studio.scene, settings)->pixels, expected.pixels);
+      EXPECT_EQ(renderer.traced_on_cpu(), limit == 1000);
+    }
+}
+
 /// Points of the interior, of edges and of corners, seen from all sides.
 TEST(ScalarTracer, ClosestHitsAreThoseOfEmbree) {
   const RayDevice device = *make_ray_device("");

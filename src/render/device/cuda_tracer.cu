@@ -2,6 +2,7 @@
 // zero, as the CPU's tiles are.
 #include <algorithm>
 #include <cstdlib>
+#include <string>
 
 #include "render/device/device_tracer.h"
 #include "render/device/trace_path.h"
@@ -10,8 +11,6 @@ namespace polymorph {
 namespace {
 
 constexpr int kThreads = 128;
-/// Paths of one launch: bounds the memory of their lights.
-constexpr std::size_t kMaxPaths = std::size_t{1} << 22;
 
 /// Memory of the device that only grows.
 class DeviceMemory {
@@ -102,23 +101,25 @@ class CudaTracer : public DeviceTracer {
 
   std::string trace(const FrameJob& job, const Bvh& bvh, DeviceSums& sums,
                     RayStats& stats) override {
-    const cudaError_t error = trace_frame(job, bvh, sums, stats);
+    DeviceFrame frame;
+    bytes_.resize(pack_frame(job, bvh, nullptr, nullptr, frame));
+    const DeviceBuffers buffers = size_buffers(job, bytes_.size(), max_memory_);
+    if (!buffers.error.empty()) return buffers.error;
+    const cudaError_t error = trace_frame(job, bvh, buffers.rows, sums, stats);
     if (error == cudaSuccess) return "";
     cudaGetLastError();  // the next frame may find memory again
     return std::string("the device fails: ") + cudaGetErrorString(error);
   }
 
  private:
-  cudaError_t trace_frame(const FrameJob& job, const Bvh& bvh, DeviceSums& sums, RayStats& stats) {
+  cudaError_t trace_frame(const FrameJob& job, const Bvh& bvh, std::size_t rows, DeviceSums& sums,
+                          RayStats& stats) {
     if (const cudaError_t error = cudaSetDevice(index_)) return error;
     DeviceFrame frame;
-    bytes_.resize(pack_frame(job, bvh, nullptr, nullptr, frame));
     if (const cudaError_t error = scene_.reserve(bytes_.size())) return error;
     pack_frame(job, bvh, scene_.as<std::byte>(), bytes_.data(), frame);
     const auto width = static_cast<std::size_t>(job.image.width);
     const auto samples = static_cast<std::size_t>(frame.end_sample - frame.first_sample);
-    const std::size_t rows = std::clamp<std::size_t>(kMaxPaths / (width * samples), 1,
-                                                     static_cast<std::size_t>(job.image.height));
     if (const cudaError_t error = lights_.reserve(rows * width * samples * sizeof(PathLight)))
       return error;
     if (const cudaError_t error = moving_.reserve(rows * width)) return error;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "base/text.h"
+
 namespace polymorph {
 namespace {
 
@@ -112,6 +114,23 @@ std::string why_not_on_device(const FrameJob& job) {
     if (has_borders(job.world.geometry->mesh(m)))
       return "borders of charts and materials of a model";
   return "";
+}
+
+DeviceBuffers size_buffers(const FrameJob& job, std::size_t frame_bytes, std::size_t max_memory) {
+  // Bounds the memory of the paths' lights.
+  constexpr std::size_t kMaxPaths = std::size_t{1} << 22;
+  const auto width = static_cast<std::size_t>(job.image.width),
+             height = static_cast<std::size_t>(job.image.height),
+             samples = static_cast<std::size_t>(job.samples.end - job.samples.first),
+             blocks = static_cast<std::size_t>(job.samples.block_count());
+  const std::size_t fixed = frame_bytes + width * height * blocks * sizeof(PixelSum);
+  const std::size_t row = width * (samples * sizeof(PathLight) + 1);
+  std::size_t rows = std::clamp<std::size_t>(kMaxPaths / (width * samples), 1, height);
+  if (max_memory == 0) return {rows, ""};
+  rows = std::min(rows, max_memory > fixed ? (max_memory - fixed) / row : 0);
+  if (rows > 0) return {rows, ""};
+  return {0, fmt::format("a frame that takes {} of the GPU's memory, above --max-memory",
+                         format_bytes(static_cast<double>(fixed + row)))};
 }
 
 std::size_t pack_frame(const FrameJob& job, const Bvh& bvh, const void* address, std::byte* bytes,

@@ -23,6 +23,16 @@ struct DeviceFrame {
 /// Says what a GPU does not trace in this frame; empty: nothing.
 std::string why_not_on_device(const FrameJob& job);
 
+/// Buffers of a device that traces a frame some rows at a time.
+struct DeviceBuffers {
+  std::size_t rows = 0;  ///< rows of one launch
+  std::string error;     ///< why not even one row fits, for the log; else empty
+};
+
+/// Chooses the rows of a launch: at most 4 million paths (a row may have more), and no more than
+/// fit into `max_memory` bytes (0: no limit) beside the packed frame of `frame_bytes` and the sums.
+DeviceBuffers size_buffers(const FrameJob& job, std::size_t frame_bytes, std::size_t max_memory);
+
 /// Copies a frame for memory that begins at `address`: returns the number of its bytes, and writes
 /// them to `bytes` unless that is null. `frame` then refers to that memory.
 std::size_t pack_frame(const FrameJob& job, const Bvh& bvh, const void* address, std::byte* bytes,

@@ -1,6 +1,7 @@
 // Path tracing on another processor than the CPU's lanes, with the same bits.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <string>
 
@@ -18,7 +19,13 @@ class DeviceTracer {
   /// Traces all samples of the frame. Returns an empty text, or why it could not.
   virtual std::string trace(const FrameJob& job, const Bvh& bvh, DeviceSums& sums,
                             RayStats& stats) = 0;
+  /// Frames that would take more memory of the device are refused. 0: no limit.
+  void limit_memory(std::size_t bytes) { max_memory_ = bytes; }
+
+ protected:
+  std::size_t max_memory_ = 0;
 };
+
 /// Opens a CUDA device. Null: `error` says why.
 std::unique_ptr<DeviceTracer> make_cuda_tracer(int index, std::string& error);
 /// Makes a tracer that does on the CPU what a GPU does, one path after the other: for tests.

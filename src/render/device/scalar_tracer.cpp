@@ -27,6 +27,8 @@ class ScalarTracer : public DeviceTracer {
                     RayStats& stats) override {
     DeviceFrame frame;
     std::vector<std::byte> memory(pack_frame(job, bvh, nullptr, nullptr, frame));
+    const DeviceBuffers buffers = size_buffers(job, memory.size(), max_memory_);
+    if (!buffers.error.empty()) return buffers.error;
     pack_frame(job, bvh, memory.data(), memory.data(), frame);
     const auto width = static_cast<std::size_t>(job.image.width),
                blocks = static_cast<std::size_t>(sums.blocks);

@@ -47,17 +47,19 @@ Result<std::unique_ptr<Engine>> make_engine(const std::string& device, std::stri
   return cpu();
 }
 
-Result<Renderer> make_renderer(const std::string& device) {
+Result<Renderer> make_renderer(const std::string& device, std::size_t max_memory) {
   PM_TRY(Renderer renderer, Renderer::create());
   if (!device.starts_with("cuda:")) return renderer;
   const auto index = parse_integer(device.substr(5));
   std::string error;
   auto tracer = make_cuda_tracer(static_cast<int>(index.value_or(0)), error);
   static std::atomic_flag said;
-  if (tracer)
+  if (tracer) {
+    tracer->limit_memory(max_memory);
     renderer.trace_with(std::move(tracer));
-  else if (!said.test_and_set())
+  } else if (!said.test_and_set()) {
     log_info("the CPU traces: {} does not ({})", device, error);
+  }
   return renderer;
 }
 

@@ -18,7 +18,8 @@ Result<std::unique_ptr<Engine>> make_engine(const std::string& device, std::stri
                                             std::size_t max_memory = 0);
 
 /// Creates a renderer that traces on `device` ("cpu", "cuda:1"), as make_engine() chose it. Errors:
-/// those of Renderer::create(). A GPU that cannot trace is said once; the CPU traces then.
-Result<Renderer> make_renderer(const std::string& device);
+/// those of Renderer::create(). A GPU that cannot trace is said once; the CPU traces then, as it
+/// does where a frame would take more than `max_memory` bytes of the device (0: no limit).
+Result<Renderer> make_renderer(const std::string& device, std::size_t max_memory = 0);
 
 }  // namespace polymorph

@@ -9,7 +9,6 @@
 #include "image/image_io.h"
 #include "sequence/frame/frame_geometry.h"
 #include "sequence/frame/render_scene.h"
-#include "sequence/run/device.h"
 
 namespace polymorph {
 namespace {
@@ -45,14 +44,13 @@ void add_fits(const PreparedScene& prepared, FrameEstimate& estimate) {
 }  // namespace
 
 Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, Engine& engine,
-                                      const std::string& device, std::span<const int> frames,
+                                      Renderer& renderer, std::span<const int> frames,
                                       const std::optional<SampleRange>& part) {
   FrameEstimate estimate;
   estimate.memory = prepared.memory.total();
   add_fits(prepared, estimate);
   if (frames.empty()) return estimate;
   const Activity activity("rendering some frames to estimate the others");
-  PM_TRY(Renderer renderer, make_renderer(device));
   const int samples = part ? part->count() : prepared.scene.image.samples;
   const int measured_samples =
       part ? std::min(samples, kSampleBlock) : std::max(1, samples / kFewerSamples);

@@ -3,10 +3,10 @@
 
 #include <optional>
 #include <span>
-#include <string>
 
 #include "base/result.h"
 #include "kernels/engine.h"
+#include "render/render.h"
 #include "render/sample_range.h"
 #include "sequence/prepare/prepared_scene.h"
 #include "sequence/run/run_report.h"
@@ -15,11 +15,10 @@ namespace polymorph {
 
 /// Renders up to three of the frames, evenly spread, with at most an eighth of the samples (at
 /// least one; of a part one block of samples), and scales the time of tracing up. Writes nothing.
-/// They are traced on `device`, as make_engine() chose it. With image.noise it is the time at the
-/// full number of samples, which most pixels do not need.
+/// With image.noise it is the time at the full number of samples, which most pixels do not need.
 /// Errors: kResource, kOutput.
 Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, Engine& engine,
-                                      const std::string& device, std::span<const int> frames,
+                                      Renderer& renderer, std::span<const int> frames,
                                       const std::optional<SampleRange>& part = {});
 
 }  // namespace polymorph

@@ -169,7 +169,7 @@ class SequenceRun {
           PM_TRY_STATUS(check_writable(file));
     report_.prepare_seconds = stopwatch.seconds();
     for (int i = 0; i < settings_.jobs; ++i) {
-      PM_TRY(Renderer renderer, make_renderer(report_.device));
+      PM_TRY(Renderer renderer, make_renderer(report_.device, settings_.max_memory));
       tracers_.push_back(std::make_unique<Tracer>(std::move(renderer)));
       idle_.push_back(tracers_.back().get());
       writers_.push_back(std::make_unique<Worker>());
@@ -195,8 +195,9 @@ class SequenceRun {
       std::vector<int> planned;
       for (const FrameRecord& record : report_.frames)
         if (record.state == FrameRecord::State::kPlanned) planned.push_back(record.frame);
+      PM_TRY(Renderer renderer, make_renderer(report_.device, settings_.max_memory));
       PM_TRY(report_.estimate,
-             estimate_frames(prepared_, *engine_, report_.device, planned, settings_.part));
+             estimate_frames(prepared_, *engine_, renderer, planned, settings_.part));
     }
     report_.frames_seconds = frames.seconds();
     report_.peak_memory = peak_memory_bytes();

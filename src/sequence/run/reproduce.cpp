@@ -100,9 +100,8 @@ bool names_layers(const Image& image) {
 
 /// Renders the frame and encodes it with the header that it has where it was rendered.
 Result<std::string> render_again(const FrameFile& given, const PreparedScene& prepared,
-                                 Engine& engine, const std::string& device) {
+                                 Engine& engine, Renderer& renderer) {
   PM_TRY(const FrameGeometry geometry, geometry_at(prepared, engine, given.frame));
-  PM_TRY(Renderer renderer, make_renderer(device));
   PM_TRY(Image image, render_frame(prepared, geometry, renderer, "", ""));
   const auto entry = [&](const char* name) { return format_entry(given.image, name).value_or(""); };
   put_header(prepared, given.frame,
@@ -157,7 +156,8 @@ Result<Reproduction> reproduce_frame(const fs::path& file, const ReproduceSettin
   if (!result.changed.empty()) return result;
   if (given.is_png && !names_layers(given.image)) prepared.scene.image.aovs = "none";
   prepared.provenance = given.packed;
-  PM_TRY(result.bytes, render_again(given, prepared, *engine, device));
+  PM_TRY(Renderer renderer, make_renderer(device, settings.max_memory));
+  PM_TRY(result.bytes, render_again(given, prepared, *engine, renderer));
   PM_TRY(const Image now, decode_image(result.bytes, "the frame as rendered now", kAsStored));
   compare_frames(given, now, result);
   return result;
