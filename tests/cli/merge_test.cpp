@@ -19,7 +19,7 @@ class Merge : public ProgramTest {
   }
   /// All that is in the file but the command line that made it.
   std::string content(const Path& name) const {
-    const auto image = read_image(folder / name);
+    const auto image = read_image(folder / name, {.stored_colors = true});
     EXPECT_TRUE(image) << image.error().message;
     std::string text = pixel_digest(*image);
     for (const Attribute& attribute : image->attributes)
@@ -84,6 +84,27 @@ TEST_F(Merge, SmoothsAfterMerging) {
   run(0, {"merge", "a.exr", "b.exr", "-o", "f.exr"});
   run(0, {"render", "scene.json", "-o", "whole.exr", "--spp", "32", "--preview", "-f", "1"});
   EXPECT_EQ(content("f.exr"), content("whole.exr"));
+}
+
+TEST_F(Merge, ConvertsColorsAfterMerging) {
+  const std::vector<std::string> acescg{
+      "-f", "1", "--set", "output.colorspace=acescg", "--set", "image.aovs=all"};
+  render("a.exr", "0-15/32", acescg);
+  render("b.exr", "16-31/32", acescg);
+  EXPECT_TRUE(contains(
+      run(0, {"render", "scene.json", "-o", "a.exr", "--samples", "0-15/32", "-f", "1", "--set",
+              "output.colorspace=acescg", "--set", "image.aovs=all", "--skip-existing"})
+          .err,
+      "0 frames rendered, 1 kept"));
+  run(0, {"merge", "b.exr", "a.exr", "-o", "f.exr"});
+  run(0, {"render", "scene.json", "-o", "whole.exr", "--spp", "32", "-f", "1", "--set",
+          "output.colorspace=acescg", "--set", "image.aovs=all"});
+  EXPECT_EQ(content("f.exr"), content("whole.exr"));
+  EXPECT_TRUE(contains(content("f.exr"), "colorInteropID=lin_ap1_scene")) << content("f.exr");
+  // A part of the same picture for a film in the other space.
+  run(0, {"render", "scene.json", "-o", "c.exr", "--samples", "16-31/32", "-f", "1", "--set",
+          "image.aovs=all"});
+  EXPECT_TRUE(contains(error_of(3, {"a.exr", "c.exr", "-o", "g.exr"}), "different colour spaces"));
 }
 
 TEST_F(Merge, NamesWhatDoesNotFit) {

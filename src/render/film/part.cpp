@@ -111,6 +111,9 @@ Status check_equal(const Part& a, const Part& b, const std::vector<std::string>&
   if (a.image.width != b.image.width || a.image.height != b.image.height)
     return make_error(ErrorCode::kInput, "{} is {} x {} pixels, and {} is {} x {}", a.name,
                       a.image.width, a.image.height, b.name, b.image.width, b.image.height);
+  if (merged_color_space(a.image) != merged_color_space(b.image))
+    return make_error(ErrorCode::kInput, "{} and {} are of pictures in different colour spaces",
+                      a.name, b.name);
   const std::size_t pixels =
       static_cast<std::size_t>(a.image.width) * static_cast<std::size_t>(a.image.height);
   for (const std::string& channel : channels) {
@@ -222,6 +225,12 @@ std::vector<Attribute> merge_attributes(const Image& first, const SampleRange& r
 }
 
 }  // namespace
+
+ColorSpace merged_color_space(const Image& part) {
+  const std::string_view name = find_text(part, kPartColorSpaceAttribute);
+  return name == color_space_label(ColorSpace::kAcesCg).interop_id ? ColorSpace::kAcesCg
+                                                                   : ColorSpace::kRec709;
+}
 
 void write_colors(const PixelSum& sum, float* pixel) {
   const float n = static_cast<float>(sum.samples);

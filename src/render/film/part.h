@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/result.h"
+#include "image/color_space.h"
 #include "image/image.h"
 #include "render/film/cryptomatte.h"
 #include "render/film/pixel_sum.h"
@@ -27,6 +28,12 @@ inline constexpr const char* kPartSamplesAttribute = "polymorph/part/samples";  
 inline constexpr const char* kPartChannelsAttribute = "polymorph/part/channels";
 inline constexpr const char* kPartSmoothAttribute =
     "polymorph/part/smooth";  ///< int: 1 if the merged picture is smoothed (film/smooth.h)
+/// The space of the merged picture's colours (kColorInteropAttribute's values), if it is not Rec.
+/// 709; a part's own are always in Rec. 709.
+inline constexpr const char* kPartColorSpaceAttribute = "polymorph/part/colorspace";
+
+/// Tells the space of the colours of the picture that a part is merged to.
+ColorSpace merged_color_space(const Image& part);
 
 /// Number of channels of a node, without its mattes.
 inline constexpr int kNodeChannels = 7;

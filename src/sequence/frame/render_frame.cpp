@@ -100,10 +100,12 @@ std::vector<Attribute> make_header(const PreparedScene& prepared, int frame,
   return attributes;
 }
 
-/// Makes a frame's header a part's: it names the picture that the part belongs to.
-void rename_hash(std::vector<Attribute>& header) {
+/// Makes a frame's header a part's: it names the picture that the part belongs to, and its colours.
+void make_part_header(ColorSpace space, std::vector<Attribute>& header) {
   for (Attribute& attribute : header)
     if (attribute.name == kFrameHashAttribute) attribute.name = kPartOfAttribute;
+  if (space != ColorSpace::kRec709)
+    header.push_back({kPartColorSpaceAttribute, color_space_label(space).interop_id});
 }
 
 void add(Hasher& key, const MorphState& m) {
@@ -146,12 +148,13 @@ void put_header(const PreparedScene& prepared, int frame, const FrameOrigin& ori
   // What says how to read the picture's mattes and how to merge a part stays.
   bool is_part = false;
   for (Attribute& attribute : image.attributes) {
-    const bool merges = attribute.name.starts_with(kPartPrefix);
+    const bool merges =
+        attribute.name.starts_with(kPartPrefix) && attribute.name != kPartColorSpaceAttribute;
     is_part = is_part || merges;
     if (merges || attribute.name.starts_with("cryptomatte/"))
       header.push_back(std::move(attribute));
   }
-  if (is_part) rename_hash(header);
+  if (is_part) make_part_header(prepared.scene.output.color_space, header);
   image.attributes = std::move(header);
 }
 

@@ -99,7 +99,8 @@ Status write_png(const Image& image, const std::filesystem::path& file, PngSetti
 Status write_frame(const Image& image, const SequenceSettings& settings, const Scene& scene,
                    int frame, const std::optional<ViewTransform>& view) {
   const PngSettings png = png_settings(scene, frame);
-  const ExrSettings exr{.color_space = scene.output.color_space};
+  ExrSettings exr;
+  if (!settings.part) exr.color_space = scene.output.color_space;
   if (has_exr(settings))
     PM_TRY_STATUS(write_image(frame_path(settings.exr, frame), image, png, exr));
   if (has_png(settings))
@@ -480,8 +481,6 @@ Status check_part(const Scene& scene, const FrameFiles& files) {
     return refuse(
         "denoising needs all samples at once - render with --set image.denoise=false, and denoise "
         "the merged picture");
-  if (scene.output.color_space != ColorSpace::kRec709)
-    return refuse("merged pictures are in Rec. 709 - render with --set output.colorspace=rec709");
   if (!files.png.before.empty() || files.png.has_number())
     return refuse(
         "a part is an EXR file; a PNG cannot hold its sums - name an .exr file, without --png, and "
