@@ -6,12 +6,12 @@
 #include <condition_variable>
 #include <exception>
 #include <new>
-#include <system_error>
 #include <thread>
 
 #include "base/activity.h"
 #include "base/parallel.h"
 #include "base/stopwatch.h"
+#include "base/thread_failure.h"
 #include "kernels/interruption.h"
 
 namespace nb = nanobind;
@@ -99,7 +99,8 @@ void register_errors(nb::module_&) {
     } catch (const std::bad_alloc&) {
       raise({ErrorCode::kResource,
              "out of memory - use fewer balls, a lower surface.resolution or a smaller image"});
-    } catch (const std::system_error& e) {
+    } catch (const std::exception& e) {
+      if (!is_thread_failure(e)) throw;  // for nanobind
       raise(make_thread_error(e.what()));
     }
   });

@@ -1,16 +1,18 @@
 #!/usr/bin/env python3
-"""docs_test.py POLYMORPH [PAGE...]: runs every command of README.md and of the pages in docs/ (default: all) as people would
-type it, and checks every scene that stands in them.
+"""docs_test.py POLYMORPH [--but] [PAGE...]: runs every command of README.md and of the pages in docs/ (default: all; --but: all others)
+as people would type it, and checks every scene that stands in them. Prints which commands took longest, by seconds of processor time.
 
 A page's `sh` blocks run in order in a folder of the page's own, which has what the pages take for granted: two models, a scene, the
 folders of the checkout with small pictures, an sbatch that runs a job's first task at once. What a page needs besides stands in it as a comment,
 `<!-- before: COMMAND -->`. Commands that are not run here name the test that runs them. The README's reader writes the scene first.
+Scenes are small, and what is dear whatever the scene is made at draft quality (DRAFT).
 Each `json` block with a scene is saved beside the models that come with the program, and checked.
 """
 import json
 import os
 import pathlib
 import re
+import resource
 import runpy
 import subprocess
 import sys
@@ -32,6 +34,16 @@ ELSEWHERE = {
 }
 # What a command of the README does is tested, not how its pictures look; and what it makes twice may be replaced.
 QUICK = "overwrite = true\n[render]\npreview = true\n[strip]\npreview = true\n"
+# What a command's own options make dear, and what stands in their place here.
+DRAFT = [
+    (re.compile(r"(strip .*--spp) \d+"), r"\1 1"),
+    # A carried mesh has to follow a cube's edges, all of them; a sphere's takes the same way.
+    (re.compile(r"(mesh scene\.json --topology constant)"), r"\1 -f 1-6 --set source=sphere"),
+    (re.compile(r"(strip walk\.json)"), r"\1 --set spheres.balls=8 --set surface.resolution=16"),
+    (re.compile(r"(spheres first\.obj --balls) 64"), r"\1 16"),
+]
+# Typed twice on a page with nothing changed between.
+ONCE = {"polymorph demo"}
 BLOCK = re.compile(r"```sh\n(.*?)```|<!-- before: (.*?) -->", re.S)
 SCENE = re.compile(r"^```json\n(.*?)^```", re.M | re.S)
 TINY = {"width": 32, "height": 24, "samples": 1}
@@ -41,7 +53,7 @@ def shrink(scene):
     """A scene whose frames take no time."""
     scene["image"] = {**TINY, **{k: v for k, v in scene.get("image", {}).items() if k in ("aovs", "steady")}}
     scene["surface"] = {"resolution": 16}
-    scene["spheres"] = {"balls": 8}
+    scene["spheres"] = {"balls": 8, "fit": "none"}
     frames = scene.setdefault("frames", {})
     for key in ("hold_start", "hold_end"):
         frames.pop(key, None)
@@ -68,7 +80,8 @@ def prepare(folder: pathlib.Path):
                 target.symlink_to(file)
             elif name == "pairs":
                 game = read_json(file)
-                game["scene"] = shrink(game.get("scene", {})) | {"frames": {"fps": 1}}
+                game["scene"] = shrink(game.get("scene", {})) | {
+                    "frames": {"fps": 1}, "boundary": {"method": "cut"}, "spheres": {"method": "octree", "resolution": 3, "fit": "none"}}
                 game["moves"] = game.get("moves", [])[:2]
                 target.write_text(json.dumps(game))
             else:
@@ -101,7 +114,19 @@ def check_scenes(name: str, text: str, cache: str) -> list[str]:
     return problems
 
 
-def run_page(name: str, text: str, cache: str) -> list[str]:
+def processor_seconds() -> float:
+    """User and system time of all commands that have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def drafted(command: str) -> str:
+    for pattern, instead in DRAFT:
+        command = pattern.sub(instead, command)
+    return command
+
+
+def run_page(name: str, text: str, cache: str, seconds: list) -> list[str]:
     blocks = BLOCK.findall(text)
     if not any(block for block, _ in blocks):
         return []
@@ -115,31 +140,40 @@ def run_page(name: str, text: str, cache: str) -> list[str]:
             (folder / "scene.json").unlink()
             (folder / "bin" / "quick.toml").write_text(QUICK)
             environment["POLYMORPH_CONFIG"] = f"{folder}/bin/quick.toml"
-        ran = 0
+        ran = set()
+        count = 0
         for block, before in blocks:
             for line in (block or before).replace("\\\n", " ").splitlines():
                 command = line.split("  #")[0].strip()
                 if not command or command.startswith("#"):
                     continue
-                if block and command.startswith(tuple(ELSEWHERE)):
+                if block and command.startswith(tuple(ELSEWHERE)) or command in ONCE & ran:
                     continue
-                done = subprocess.run(["bash", "-euo", "pipefail", "-c", command], cwd=folder, env=environment, input="a1 b1\n",
+                start = processor_seconds()
+                done = subprocess.run(["bash", "-euo", "pipefail", "-c", drafted(command)], cwd=folder, env=environment, input="a1 b1\n",
                                       capture_output=True, text=True, timeout=600, check=False)
-                ran += 1
+                seconds.append((processor_seconds() - start, name, command))
+                ran.add(command)
+                count += 1
                 if done.returncode != 0:
                     problems.append(f"{name}: `{command}` ends with {done.returncode}:\n{done.stderr.strip()}")
-        print(f"{name}: {ran} commands", flush=True)
+        print(f"{name}: {count} commands", flush=True)
     return problems
 
 
 def main():
-    wanted = sys.argv[2:]
+    but = sys.argv[2:3] == ["--but"]
+    named = set(sys.argv[3 if but else 2:])
     pages = {page.name: page.read_text(encoding="utf-8") for page in sorted((ROOT / "docs").glob("*.md")) if page.name not in GENERATED}
     pages["README.md"] = (ROOT / "README.md").read_text(encoding="utf-8")
     pages["cookbook.md"] = runpy.run_path(str(ROOT / "scripts/manual"))["cookbook"]()
-    pages = {name: text for name, text in pages.items() if not wanted or name in wanted}
+    assert named <= pages.keys(), f"no such page: {named - pages.keys()}"
+    pages = {name: text for name, text in pages.items() if not named or (name in named) != but}
+    seconds = []
     with tempfile.TemporaryDirectory() as cache:
-        problems = [problem for name, text in pages.items() for problem in check_scenes(name, text, cache) + run_page(name, text, cache)]
+        problems = [problem for name, text in pages.items() for problem in check_scenes(name, text, cache) + run_page(name, text, cache, seconds)]
+    print("\n".join(f"{spent:7.1f} s  {name}: {command}" for spent, name, command in sorted(seconds, reverse=True)[:15]))
+    print(f"{processor_seconds():7.1f} s  all commands and scenes")
     print("\n".join(problems) if problems else f"docs: the scenes and commands of {len(pages)} pages work")
     sys.exit(1 if problems else 0)
 

@@ -7,7 +7,6 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <system_error>
 
 #include "base/activity.h"
 #include "base/file.h"
@@ -20,6 +19,7 @@
 #include "base/program_identity.h"
 #include "base/stop.h"
 #include "base/text.h"
+#include "base/thread_failure.h"
 #include "cli/config.h"
 #include "cli/progress.h"
 #include "kernels/interruption.h"
@@ -350,10 +350,7 @@ int run_program(int argc, char** argv) {
                 "out of memory - lower surface.resolution, image size or --threads");
     return static_cast<int>(ErrorCode::kResource);
   } catch (const std::exception& error) {
-    const auto* system = dynamic_cast<const std::system_error*>(&error);
-    const bool threads = (system && system->code() == std::errc::resource_unavailable_try_again) ||
-                         std::string_view(error.what()).starts_with("pthread_create");  // TBB's
-    if (threads) {
+    if (is_thread_failure(error)) {
       print_error(make_thread_error(error.what()));
       // Libraries that wanted the thread may have pools that cannot be taken down any more.
       std::fflush(nullptr);

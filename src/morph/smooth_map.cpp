@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "field/extract_surface.h"
 #include "kernels/distance_field.h"
@@ -103,8 +104,12 @@ Grid lattice_over(const Box& box, float size) {
 }
 
 Box box_around(const BallSet& balls, float size) {
+  // Of many balls in one place each is faint; the strongest counts in any case.
+  float strongest = -std::numeric_limits<float>::infinity();
+  for (const Ball& ball : balls.balls()) strongest = std::max(strongest, ball.w);
   ExtractSettings settings;
   settings.cutoff = 0.1f;
+  if (strongest < 0) settings.cutoff *= static_cast<float>(exp_scalar(strongest));
   const Box box = surface_bounds(balls.balls(), settings);
   const float margin = kMargin * size;
   return {box.low - Vec3{margin, margin, margin}, box.high + Vec3{margin, margin, margin}};

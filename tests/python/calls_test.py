@@ -5,6 +5,8 @@ import pickle
 import pydoc
 import re
 import signal
+import subprocess
+import sys
 import threading
 import time
 
@@ -116,6 +118,23 @@ assert all(np.array_equal(found[i], found[i % 2]) for i in range(6)) and np.arra
 raises(5, "32768")(lambda: scene_of("torus", **{"image.width": 32768, "image.height": 32768}).frame(3))
 raises(2, "-1 threads")(lambda: polymorph.set_thread_count(-1))
 raises(2, "4097 threads")(lambda: polymorph.set_thread_count(4097))
+
+if os.geteuid() == 0:  # a limit on processes does not count root's
+    # For this thread and the call's, and none besides for TBB; then for this one alone.
+    subprocess.run([sys.executable, "-B", "-c", """if True:
+        import os, resource, polymorph
+        os.setgid(65534)
+        os.setuid(65534)
+        polymorph.set_thread_count(4)
+        for limit in (2, 1):
+            resource.setrlimit(resource.RLIMIT_NPROC, (limit, limit))
+            try:
+                polymorph.Scene({"source": "torus", "target": "cube"}, cache="")
+            except polymorph.Error as error:
+                assert error.code == 5 and "no thread can be started" in str(error), error
+            else:
+                raise AssertionError(limit)
+        """], check=True)
 
 # Progress is told, and ends the call where it raises; Python's other threads run meanwhile.
 stages, ticks = [], [0]

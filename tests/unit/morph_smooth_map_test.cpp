@@ -172,6 +172,19 @@ TEST(SmoothMap, LandmarksReachBeyondAllBalls) {
   EXPECT_LT(length(met.target[0] - Vec3{0, 4, 0}), 1e-3f);
 }
 
+TEST(SmoothMap, HasABoxAroundManyFaintBalls) {
+  std::vector<Ball> from = bar(), to = random_balls(40, 3);
+  for (std::vector<Ball>* balls : {&from, &to})
+    for (Ball& ball : *balls) ball.w -= 8;
+  const MorphPlan plan = plan_between(from, to);
+  const std::vector<Ball> half = balls_at(plan, 0.5f);
+  const Box box = frame_map(plan, 0.5f, half, kSize).box;
+  ASSERT_FALSE(box.empty());
+  const Ball& strongest = *std::max_element(half.begin(), half.end(),
+                                            [](const Ball& a, const Ball& b) { return a.w < b.w; });
+  EXPECT_EQ(extend(box, strongest.center).size(), box.size());
+}
+
 TEST(SmoothMap, TipsWithoutACounterpartLead) {
   // A bar becomes a ball: its ends are further out than anything there.
   const MorphPlan plan =
