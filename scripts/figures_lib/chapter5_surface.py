@@ -340,7 +340,7 @@ def fig5_13(w):
     last_look = len(stages) - 1 - stages[::-1].index("look-out") + 1
     first_volume = stages.index("volume") + 2
     top = w.render(path, [1, last_look // 2 + 1, last_look, first_volume], 230, 230)
-    ours = w.scene(objects, {"frames": {"count": 49}})
+    ours = w.scene(objects, {"frames": {"count": 49}}, w.coarse())
     bottom = w.render(ours, [1, 14, 20, 25], 230, 230)
     labels = ["The report's method: texture, fading, sphere map, and the balls' surface with face normals"]
     labels.append("Ours: balls from the second picture on, half way in the last")

@@ -24,9 +24,7 @@ METHODS = [
 
 def three_scenes(w, objects, count, *layers):
     """By the report's method, with its plan, and ours."""
-    settings = {"frames": {"count": count}}
-    if w.draft:  # fine enough for pictures of this size
-        settings |= {"spheres": {"balls": 64}, "surface": {"resolution": 48}}
+    settings = {"frames": {"count": count}, **w.coarse()}
     return [w.scene(objects, settings, *layers, layer) for layer in (w.report(), INDEX_PLAN, {})]
 
 

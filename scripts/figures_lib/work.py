@@ -146,7 +146,8 @@ class Studio:
 def draw_only_models():
     """Settings where a scene's models are shown and never its balls: those that cost nothing."""
     cheap = {"method": "octree", "resolution": 3, "fit": "none"}
-    return {"spheres": cheap, "frames": {"count": 2}, "boundary": {"method": "cut"}, "plan": {"method": "index"}}
+    still = {"frames": {"count": 2}, "motion": {"interpolate": "balls"}}  # distances take seconds to measure
+    return {"spheres": cheap, "boundary": {"method": "cut"}, "plan": {"method": "index"}, **still}
 
 
 class Work:
@@ -216,6 +217,10 @@ class Work:
         path.write_text(json.dumps(scene), encoding="utf-8")
         self.commands.append(f"cat > work/{path.name} <<< '{self.short(json.dumps(scene))}'")
         return path
+
+    def coarse(self):
+        """Settings of a draft: fine enough for pictures of its size."""
+        return {"spheres": {"balls": 64}, "surface": {"resolution": 48}} if self.draft else {}
 
     def report(self):
         """The settings of the report's own method, its 27 cells and angular surface included."""
