@@ -89,6 +89,24 @@ TEST(Smooth, LightDoesNotCrossEdges) {
   EXPECT_LT(rms(film, before), 1e-6);
 }
 
+TEST(Smooth, SilhouettesAreNotFrayed) {
+  // Where an object ends, pixels show any mixture of it and of the wall behind it.
+  const auto id = [](int x, int) { return x < 30 ? 2.0f : 1.0f; };
+  const auto albedo = [&](int x, int y) { return id(x, y) > 1 ? 0.8f : 0.2f; };
+  Image noisy = noisy_wall(albedo, id, 0), even = noisy;
+  for (int y = 0; y < kHeight; ++y)
+    for (const int x : {29, 30})
+      for (int c = 0; c < 3; ++c) {
+        const float share =
+            random_float(7, static_cast<std::uint64_t>(x), static_cast<std::uint64_t>(y));
+        noisy.at(x, y, c) = 0.2f + 0.6f * share;
+        even.at(x, y, c) = 0.5f;
+      }
+  Image film = noisy;
+  smooth_noise(film);
+  EXPECT_LT(rms(film, even), 0.55 * rms(noisy, even));
+}
+
 TEST(Smooth, OnePixelThatIsNoNumberStaysAlone) {
   Image film = noisy_wall(kGrey, kOneId, 0.3f);
   film.at(20, 20, 5) = std::nanf("");
@@ -100,6 +118,14 @@ TEST(Smooth, OnePixelThatIsNoNumberStaysAlone) {
     for (int x = 0; x < kWidth; ++x)
       for (int c = 0; c < 3; ++c) odd += !std::isfinite(film.at(x, y, c));
   EXPECT_LE(odd, 1);
+  // On a silhouette, too.
+  film = noisy_wall(
+      kGrey, [](int x, int) { return x < 30 ? 2.0f : 1.0f; }, 0.3f);
+  film.at(29, 20, 0) = std::nanf("");
+  smooth_noise(film);
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = 0; x < kWidth; ++x)
+      EXPECT_EQ(std::isfinite(film.at(x, y, 0)), x != 29 || y != 20) << x << ", " << y;
 }
 
 TEST(Smooth, BitsAreTheSameEverywhere) {

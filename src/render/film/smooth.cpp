@@ -18,6 +18,7 @@ constexpr int kMargin = 1 << (kPasses - 1);  // furthest tap
 constexpr float kMinAlbedo = 0.02f;          // darker ones would magnify what is no diffuse light
 constexpr float kMinCosine = 0.8f;           // between the normals of pixels beside each other
 constexpr float kTexture = 0.2f;             // share by which the albedos of those may differ
+constexpr float kJump = 0.05f;               // share of the depth by which surfaces are apart
 constexpr float kDepth = 0.02f;              // share of the depth at which a tap has no weight
 constexpr float kDeviations = 4;             // differences of brightness that noise explains
 constexpr float kUnbounded = std::numeric_limits<float>::infinity();
@@ -49,6 +50,9 @@ class Smoother {
     estimate_variance();
     for (int pass = 0; pass < kPasses; ++pass) smooth(pass);
     find_bounds();
+    find_silhouettes();
+    make_colors();
+    find_residuals();
     write();
   }
 
@@ -69,6 +73,28 @@ class Smoother {
         for (int dx = -1; dx <= 1; ++dx)
           if (dx != 0 || dy != 0) f(first, dy * std::ptrdiff_t{stride_} + dx);
     });
+  }
+
+  /// Calls f(pixel, x, y) for the pixels on silhouettes.
+  template <class F>
+  void for_silhouettes(const F& f) const {
+    parallel_for(
+        height_,
+        [&](std::int64_t line) {
+          const int y = static_cast<int>(line);
+          for (int x = 0; x < width_; ++x) {
+            const std::size_t i = row(y) + static_cast<std::size_t>(x);
+            if (silhouette_[i]) f(i, x, y);
+          }
+        },
+        16);
+  }
+  /// Calls f(pixel) for those of the picture within two of one.
+  template <class F>
+  void for_near(int x, int y, const F& f) const {
+    for (int v = std::max(y - 2, 0); v <= std::min(y + 2, height_ - 1); ++v)
+      for (int u = std::max(x - 2, 0); u <= std::min(x + 2, width_ - 1); ++u)
+        f(row(v) + static_cast<std::size_t>(u));
   }
 
   /// A layer as a plane; its margin repeats the outermost pixels.
@@ -275,31 +301,127 @@ class Smoother {
     }
   }
 
-  void write() {
-    std::array<int, 3> channels{film_.find_channel("R"), film_.find_channel("G"),
-                                film_.find_channel("B")};
+  /// Marks the pixels beside another surface: of another id, or far before or behind.
+  void find_silhouettes() {
+    silhouette_.assign(size_, 0);
+    for_neighbours([&](std::size_t first, std::ptrdiff_t offset) {
+      const float *id = &id_[first], *depth = &depth_[first];
+      std::uint8_t* to = &silhouette_[first];
+      for (int x = 0; x < width_; ++x) {
+        const std::ptrdiff_t q = x + offset;
+        const bool is_apart = std::fabs(depth[x] - depth[q]) > kJump * std::min(depth[x], depth[q]);
+        to[x] |= static_cast<std::uint8_t>(id[x] != id[q]) | static_cast<std::uint8_t>(is_apart);
+      }
+    });
+  }
+
+  /// Mean colour of a silhouette's own side: of the pixels within two of it that show the same
+  /// surface and are not on a silhouette themselves. Returns whether there are any.
+  bool own_side(int x, int y, float* color) const {
+    const std::size_t i = row(y) + static_cast<std::size_t>(x);
+    float count = 0;
+    std::array<float, 3> sum{};
+    for_near(x, y, [&](std::size_t q) {
+      const bool is_even = key_[q] >= 0 || !(id_[q] > 0);
+      const bool is_near = std::fabs(depth_[i] - depth_[q]) <= kJump * depth_[i];
+      if (id_[q] != id_[i] || silhouette_[q] || !is_even || (id_[i] > 0 && !is_near)) return;
+      for (std::size_t c = 0; c < 3; ++c) sum[c] += light_[c][q];
+      ++count;
+    });
+    for (std::size_t c = 0; c < 3 && count > 0; ++c) color[c] = sum[c] / count * albedo_[c][i];
+    return count > 0;
+  }
+
+  /// The value of a pixel that is not even, within what the light around it allows.
+  float kept_value(std::size_t i, std::size_t c, float value) const {
+    const bool is_bounded = id_[i] > 0 && low_[c][i] <= high_[c][i];
+    return is_bounded ? std::clamp(value, low_[c][i], high_[c][i]) : value;
+  }
+
+  /// Sets `next_` to the colours of what the pixels' centres show.
+  void make_colors() {
+    const std::array<int, 3> channels = color_channels();
     parallel_for(
         height_,
-        [&](std::int64_t y) {
-          const std::size_t first = row(static_cast<int>(y));
+        [&](std::int64_t line) {
+          const int y = static_cast<int>(line);
           for (int x = 0; x < width_; ++x) {
-            const std::size_t i = first + x;
+            const std::size_t i = row(y) + static_cast<std::size_t>(x);
+            std::array<float, 3> color;
+            const bool is_known = silhouette_[i] != 0 && own_side(x, y, color.data());
             for (std::size_t c = 0; c < 3; ++c) {
-              float& value = film_.at(x, static_cast<int>(y), channels[c]);
-              if (key_[i] >= 0)
-                value = light_[c][i] * albedo_[c][i];
-              else if (id_[i] > 0 && low_[c][i] <= high_[c][i])
-                value = std::clamp(value, low_[c][i], high_[c][i]);
+              next_[c][i] = key_[i] >= 0 ? light_[c][i] * albedo_[c][i]
+                            : is_known   ? color[c]
+                                         : kept_value(i, c, film_.at(x, y, channels[c]));
             }
           }
         },
         16);
   }
 
+  /// Sets `light_` on silhouettes to what the samples differ by from the colours of both sides,
+  /// filtered by a tent.
+  void find_residuals() {
+    const std::array<int, 3> channels = color_channels();
+    for_silhouettes([&](std::size_t i, int x, int y) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        const float difference =
+            kept_value(i, c, film_.at(x, y, channels[c])) - tent(next_[c], x, y);
+        light_[c][i] = std::isfinite(difference) ? difference : 0;
+      }
+    });
+  }
+
+  /// On silhouettes a pixel's few samples fall on either side by chance. What they differ by from
+  /// the filtered colours of both sides is averaged along the silhouette.
+  void write() {
+    const std::array<int, 3> channels = color_channels();
+    parallel_for(
+        height_,
+        [&](std::int64_t line) {
+          const int y = static_cast<int>(line);
+          for (int x = 0; x < width_; ++x) {
+            const std::size_t i = row(y) + static_cast<std::size_t>(x);
+            for (std::size_t c = 0; c < 3 && !silhouette_[i]; ++c)
+              film_.at(x, y, channels[c]) = next_[c][i];
+          }
+        },
+        16);
+    for_silhouettes([&](std::size_t i, int x, int y) {
+      float count = 0;
+      std::array<float, 3> sum{};
+      for_near(x, y, [&](std::size_t q) {
+        if (!silhouette_[q] || id_[q] != id_[i]) return;
+        for (std::size_t c = 0; c < 3; ++c) sum[c] += light_[c][q];
+        ++count;
+      });
+      for (std::size_t c = 0; c < 3; ++c) {
+        float& value = film_.at(x, y, channels[c]);
+        const float smooth = kept_value(i, c, tent(next_[c], x, y) + sum[c] / count);
+        if (std::isfinite(value) && std::isfinite(smooth)) value = smooth;
+      }
+    });
+  }
+  /// Mean over 3 x 3 pixels by the weights 1 2 1; outermost ones are repeated.
+  float tent(const Plane& plane, int x, int y) const {
+    float sum = 0;
+    for (int dy = -1; dy <= 1; ++dy) {
+      const float* line = &plane[row(std::clamp(y + dy, 0, height_ - 1))];
+      const float across =
+          line[std::max(x - 1, 0)] + 2 * line[x] + line[std::min(x + 1, width_ - 1)];
+      sum += (dy == 0 ? 2.0f : 1.0f) * across;
+    }
+    return sum / 16;
+  }
+  std::array<int, 3> color_channels() const {
+    return {film_.find_channel("R"), film_.find_channel("G"), film_.find_channel("B")};
+  }
+
   Image& film_;
   int width_, height_, stride_;
   std::size_t size_;
   Plane id_, depth_, steepness_, key_, guide_, variance_;
+  std::vector<std::uint8_t> silhouette_;
   Colors light_, next_, normal_, albedo_, low_, high_;
 };
 
@@ -308,7 +430,7 @@ class Smoother {
 void smooth_noise(Image& film) { Smoother(film).run(); }
 
 std::uint64_t smooth_bytes(int width, int height) {
-  constexpr std::uint64_t kPlanes = 26;
+  constexpr std::uint64_t kPlanes = 27;
   return kPlanes * sizeof(float) * static_cast<std::uint64_t>(width + 2 * kMargin) *
          static_cast<std::uint64_t>(height + 2 * kMargin);
 }
