@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -41,6 +42,7 @@ class Smoother {
         width_(film.width),
         height_(film.height),
         stride_(film.width + 2 * kMargin),
+        channels_{film.find_channel("R"), film.find_channel("G"), film.find_channel("B")},
         size_(static_cast<std::size_t>(stride_) *
               static_cast<std::size_t>(film.height + 2 * kMargin)) {}
 
@@ -75,27 +77,36 @@ class Smoother {
     });
   }
 
-  /// Calls f(pixel, x, y) for the pixels on silhouettes.
+  /// Calls f(pixel, x, y) for the pixels of the picture.
   template <class F>
-  void for_silhouettes(const F& f) const {
+  void for_pixels(const F& f) const {
     parallel_for(
         height_,
         [&](std::int64_t line) {
           const int y = static_cast<int>(line);
-          for (int x = 0; x < width_; ++x) {
-            const std::size_t i = row(y) + static_cast<std::size_t>(x);
-            if (silhouette_[i]) f(i, x, y);
-          }
+          for (int x = 0; x < width_; ++x) f(row(y) + static_cast<std::size_t>(x), x, y);
         },
         16);
   }
-  /// Calls f(pixel) for those of the picture within two of one.
+  /// Mean of `light_` over the pixels within two of one for which accepts(pixel) holds; nothing
+  /// if there are none.
   template <class F>
-  void for_near(int x, int y, const F& f) const {
+  std::optional<std::array<float, 3>> mean_near(int x, int y, const F& accepts) const {
+    float count = 0;
+    std::array<float, 3> sum{};
     for (int v = std::max(y - 2, 0); v <= std::min(y + 2, height_ - 1); ++v)
-      for (int u = std::max(x - 2, 0); u <= std::min(x + 2, width_ - 1); ++u)
-        f(row(v) + static_cast<std::size_t>(u));
+      for (int u = std::max(x - 2, 0); u <= std::min(x + 2, width_ - 1); ++u) {
+        const std::size_t q = row(v) + static_cast<std::size_t>(u);
+        if (!accepts(q)) continue;
+        for (std::size_t c = 0; c < 3; ++c) sum[c] += light_[c][q];
+        ++count;
+      }
+    if (count == 0) return {};
+    for (float& value : sum) value = value / count;
+    return sum;
   }
+  /// Tests whether the light of a pixel has been smoothed, or needs none as nothing is hit.
+  bool has_smooth_light(std::size_t i) const { return key_[i] >= 0 || !(id_[i] > 0); }
 
   /// A layer as a plane; its margin repeats the outermost pixels.
   Plane layer(const char* name) const {
@@ -276,7 +287,7 @@ class Smoother {
     for (std::size_t c = 0; c < 3; ++c) {
       for_rows([&](std::size_t first) {
         for (std::size_t i = first; i < first + width_; ++i) {
-          const bool known = key_[i] >= 0 || !(id_[i] > 0);
+          const bool known = has_smooth_light(i);
           low[i] = known ? light_[c][i] : kUnbounded;
           high[i] = known ? light_[c][i] : -kUnbounded;
         }
@@ -315,21 +326,13 @@ class Smoother {
     });
   }
 
-  /// Mean colour of a silhouette's own side: of the pixels within two of it that show the same
-  /// surface and are not on a silhouette themselves. Returns whether there are any.
-  bool own_side(int x, int y, float* color) const {
-    const std::size_t i = row(y) + static_cast<std::size_t>(x);
-    float count = 0;
-    std::array<float, 3> sum{};
-    for_near(x, y, [&](std::size_t q) {
-      const bool is_even = key_[q] >= 0 || !(id_[q] > 0);
+  /// Mean light of a silhouette's own side: of the pixels nearby that show the same surface and are
+  /// not on a silhouette themselves.
+  std::optional<std::array<float, 3>> own_side(std::size_t i, int x, int y) const {
+    return mean_near(x, y, [&](std::size_t q) {
       const bool is_near = std::fabs(depth_[i] - depth_[q]) <= kJump * depth_[i];
-      if (id_[q] != id_[i] || silhouette_[q] || !is_even || (id_[i] > 0 && !is_near)) return;
-      for (std::size_t c = 0; c < 3; ++c) sum[c] += light_[c][q];
-      ++count;
+      return id_[q] == id_[i] && !silhouette_[q] && has_smooth_light(q) && is_near;
     });
-    for (std::size_t c = 0; c < 3 && count > 0; ++c) color[c] = sum[c] / count * albedo_[c][i];
-    return count > 0;
   }
 
   /// The value of a pixel that is not even, within what the light around it allows.
@@ -340,33 +343,23 @@ class Smoother {
 
   /// Sets `next_` to the colours of what the pixels' centres show.
   void make_colors() {
-    const std::array<int, 3> channels = color_channels();
-    parallel_for(
-        height_,
-        [&](std::int64_t line) {
-          const int y = static_cast<int>(line);
-          for (int x = 0; x < width_; ++x) {
-            const std::size_t i = row(y) + static_cast<std::size_t>(x);
-            std::array<float, 3> color;
-            const bool is_known = silhouette_[i] != 0 && own_side(x, y, color.data());
-            for (std::size_t c = 0; c < 3; ++c) {
-              next_[c][i] = key_[i] >= 0 ? light_[c][i] * albedo_[c][i]
-                            : is_known   ? color[c]
-                                         : kept_value(i, c, film_.at(x, y, channels[c]));
-            }
-          }
-        },
-        16);
+    for_pixels([&](std::size_t i, int x, int y) {
+      std::optional<std::array<float, 3>> side;
+      if (silhouette_[i] != 0) side = own_side(i, x, y);
+      for (std::size_t c = 0; c < 3; ++c)
+        next_[c][i] = key_[i] >= 0 ? light_[c][i] * albedo_[c][i]
+                      : side       ? (*side)[c] * albedo_[c][i]
+                                   : kept_value(i, c, film_.at(x, y, channels_[c]));
+    });
   }
 
   /// Sets `light_` on silhouettes to what the samples differ by from the colours of both sides,
   /// filtered by a tent.
   void find_residuals() {
-    const std::array<int, 3> channels = color_channels();
-    for_silhouettes([&](std::size_t i, int x, int y) {
-      for (std::size_t c = 0; c < 3; ++c) {
-        const float difference =
-            kept_value(i, c, film_.at(x, y, channels[c])) - tent(next_[c], x, y);
+    for_pixels([&](std::size_t i, int x, int y) {
+      for (std::size_t c = 0; c < 3 && silhouette_[i] != 0; ++c) {
+        const float own = kept_value(i, c, film_.at(x, y, channels_[c]));
+        const float difference = own - tent(next_[c], x, y);
         light_[c][i] = std::isfinite(difference) ? difference : 0;
       }
     });
@@ -375,33 +368,21 @@ class Smoother {
   /// On silhouettes a pixel's few samples fall on either side by chance. What they differ by from
   /// the filtered colours of both sides is averaged along the silhouette.
   void write() {
-    const std::array<int, 3> channels = color_channels();
-    parallel_for(
-        height_,
-        [&](std::int64_t line) {
-          const int y = static_cast<int>(line);
-          for (int x = 0; x < width_; ++x) {
-            const std::size_t i = row(y) + static_cast<std::size_t>(x);
-            for (std::size_t c = 0; c < 3 && !silhouette_[i]; ++c)
-              film_.at(x, y, channels[c]) = next_[c][i];
-          }
-        },
-        16);
-    for_silhouettes([&](std::size_t i, int x, int y) {
-      float count = 0;
-      std::array<float, 3> sum{};
-      for_near(x, y, [&](std::size_t q) {
-        if (!silhouette_[q] || id_[q] != id_[i]) return;
-        for (std::size_t c = 0; c < 3; ++c) sum[c] += light_[c][q];
-        ++count;
-      });
+    for_pixels([&](std::size_t i, int x, int y) {
+      if (silhouette_[i] == 0) {
+        for (std::size_t c = 0; c < 3; ++c) film_.at(x, y, channels_[c]) = next_[c][i];
+        return;
+      }
+      const auto residual =
+          mean_near(x, y, [&](std::size_t q) { return silhouette_[q] != 0 && id_[q] == id_[i]; });
       for (std::size_t c = 0; c < 3; ++c) {
-        float& value = film_.at(x, y, channels[c]);
-        const float smooth = kept_value(i, c, tent(next_[c], x, y) + sum[c] / count);
+        float& value = film_.at(x, y, channels_[c]);
+        const float smooth = kept_value(i, c, tent(next_[c], x, y) + (*residual)[c]);
         if (std::isfinite(value) && std::isfinite(smooth)) value = smooth;
       }
     });
   }
+
   /// Mean over 3 x 3 pixels by the weights 1 2 1; outermost ones are repeated.
   float tent(const Plane& plane, int x, int y) const {
     float sum = 0;
@@ -413,12 +394,10 @@ class Smoother {
     }
     return sum / 16;
   }
-  std::array<int, 3> color_channels() const {
-    return {film_.find_channel("R"), film_.find_channel("G"), film_.find_channel("B")};
-  }
 
   Image& film_;
   int width_, height_, stride_;
+  std::array<int, 3> channels_;  ///< R, G and B in the film
   std::size_t size_;
   Plane id_, depth_, steepness_, key_, guide_, variance_;
   std::vector<std::uint8_t> silhouette_;
