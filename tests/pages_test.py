@@ -165,6 +165,11 @@ class PlayPage(Pages):
             self.assertTrue(self.playing())
             self.slide("#time", touch, 0.25)
             self.at_frame(3)
+            # Where the slider stands already, which changes no value.
+            self.slide("#time", touch, 0.5)
+            self.browser.run("polymorph.morph.data.fps = 0; polymorph.play(true)")
+            self.slide("#time", touch, 0.5)
+            self.at_frame(5)
         self.visits(visit)
 
     def test_what_is_switched_on_and_off_leaves_the_picture_as_it_was(self):
