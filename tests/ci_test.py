@@ -10,6 +10,7 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -94,24 +95,32 @@ def expand(text, context):
 
 
 class Runner(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        """Makes the repository that each test has a copy of, with golden frames of its main branch."""
+        temporary = tempfile.TemporaryDirectory(prefix="polymorph-ci-")
+        cls.addClassCleanup(temporary.cleanup)
+        cls.common = pathlib.Path(temporary.name)
+        tools, work = cls.common / "bin", cls.common / "work"
+        tools.mkdir()
+        (tools / "polymorph").symlink_to(PROGRAM)
+        names = {f"GIT_{role}_{what}": text for role in ("AUTHOR", "COMMITTER") for what, text in (("NAME", "A"), ("EMAIL", "a@localhost"))}
+        inherited = {k: v for k, v in os.environ.items() if not k.startswith(("POLYMORPH", "CI", "GIT", "GOLDEN", "REPORT"))}
+        cls.environment = inherited | names | {"PATH": f"{tools}:{os.environ['PATH']}", "POLYMORPH_CACHE_DIR": str(cls.common / "cache"),
+                                               "HOME": temporary.name, "GIT_CONFIG_NOSYSTEM": "1"}
+        (work / "golden_frames/suite").mkdir(parents=True)
+        (work / "scene.json").write_text(json.dumps(SCENE))
+        (work / "golden_frames/suite/suite.json").write_text(json.dumps({"scene": "../../scene.json", "frames": [1, 3]}))
+        cls.call("polymorph", "golden", "update", "suite", "--reason", "first", "-q", folder=work)
+        cls.git("init", "-q", "-b", "main", folder=work)
+        cls.commit("first", folder=work)
+
     def setUp(self):
         temporary = tempfile.TemporaryDirectory(prefix="polymorph-ci-")
         self.addCleanup(temporary.cleanup)
         self.outside = pathlib.Path(temporary.name)
-        self.origin, self.folder, self.tools = self.outside / "team/scenes.git", self.outside / "checkout", self.outside / "bin"
-        self.tools.mkdir()
-        (self.tools / "polymorph").symlink_to(PROGRAM)
-        names = {f"GIT_{role}_{what}": text for role in ("AUTHOR", "COMMITTER") for what, text in (("NAME", "A"), ("EMAIL", "a@localhost"))}
-        inherited = {k: v for k, v in os.environ.items() if not k.startswith(("POLYMORPH", "CI", "GIT", "GOLDEN", "REPORT"))}
-        self.environment = inherited | names | {"PATH": f"{self.tools}:{os.environ['PATH']}", "POLYMORPH_CACHE_DIR": str(self.outside / "cache"),
-                                                "HOME": temporary.name, "GIT_CONFIG_NOSYSTEM": "1"}
-        work = self.outside / "work"
-        (work / "golden_frames/suite").mkdir(parents=True)
-        (work / "scene.json").write_text(json.dumps(SCENE))
-        (work / "golden_frames/suite/suite.json").write_text(json.dumps({"scene": "../../scene.json", "frames": [1, 3]}))
-        self.call("polymorph", "golden", "update", "suite", "--reason", "first", "-q", folder=work)
-        self.git("init", "-q", "-b", "main", folder=work)
-        self.commit("first", folder=work)
+        self.origin, self.folder, work = self.outside / "team/scenes.git", self.outside / "checkout", self.outside / "work"
+        shutil.copytree(self.common / "work", work)
         self.git("clone", "-q", "--bare", str(work), str(self.origin))
         self.git("remote", "add", "origin", str(self.origin), folder=work)
         self.git("checkout", "-q", "-b", "topic", folder=work)
@@ -124,22 +133,24 @@ class Runner(unittest.TestCase):
         self.addCleanup(self.server.shutdown)
         self.url = f"http://127.0.0.1:{self.server.server_address[1]}"
 
-    def call(self, *command, folder=None):
-        return subprocess.run(command, cwd=folder or self.outside, env=self.environment, check=True, capture_output=True, text=True).stdout.strip()
+    @classmethod
+    def call(cls, *command, folder):
+        return subprocess.run(command, cwd=folder, env=cls.environment, check=True, capture_output=True, text=True).stdout.strip()
 
-    def git(self, *arguments, folder=None):
-        return self.call("git", *arguments, folder=folder)
+    @classmethod
+    def git(cls, *arguments, folder=None):
+        return cls.call("git", *arguments, folder=folder or cls.common)
 
-    def commit(self, message, scene=None, folder=None):
-        folder = folder or self.work
+    @classmethod
+    def commit(cls, message, scene=None, *, folder):
         if scene:
             (folder / "scene.json").write_text(json.dumps(scene))
-        self.git("add", "-A", folder=folder)
-        self.git("commit", "-q", "--allow-empty", "-m", message, folder=folder)
-        return self.git("rev-parse", "HEAD", folder=folder)
+        cls.git("add", "-A", folder=folder)
+        cls.git("commit", "-q", "--allow-empty", "-m", message, folder=folder)
+        return cls.git("rev-parse", "HEAD", folder=folder)
 
     def push_topic(self, message, scene=None):
-        head = self.commit(message, scene)
+        head = self.commit(message, scene, folder=self.work)
         self.git("push", "-q", "--force", "origin", "topic", folder=self.work)
         return head
 
@@ -316,7 +327,7 @@ class GitHub(Runner):
         self.expect_nothing_written(head)
 
     def test_default_branch_is_accepted_by_the_button_alone(self):
-        head = self.commit("Squashed\n\nGolden-Accept: of the branch", CHANGED)
+        head = self.commit("Squashed\n\nGolden-Accept: of the branch", CHANGED, folder=self.work)
         self.git("push", "-q", "origin", "topic:main", folder=self.work)
         push = {"repository": {"default_branch": "main"}}
         self.assertFalse(self.run_workflow("push", push, sha=head, ref="refs/heads/main"))
@@ -443,7 +454,7 @@ class GitLab(Runner):
         self.expect_nothing_written(head)
 
     def test_default_branch(self):
-        head = self.commit("Golden-Accept: of the branch", CHANGED)
+        head = self.commit("Golden-Accept: of the branch", CHANGED, folder=self.work)
         self.git("push", "-q", "origin", "topic:main", folder=self.work)
         self.assertIs(self.run_job("golden frames", {"CI_PIPELINE_SOURCE": "push", "CI_COMMIT_BRANCH": "main", "CI_COMMIT_SHA": head}), False)
         self.assertEqual(self.origin_head("main"), head)

@@ -8,7 +8,7 @@ namespace {
 
 class Demo : public ProgramTest {
  protected:
-  /// A data folder with one model, so that a demo takes a second.
+  /// A data folder with one model.
   void use_small_models() {
     write("data/models/lump.obj",
           "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
@@ -19,6 +19,15 @@ class Demo : public ProgramTest {
     write("data/effects/tied.json",
           R"({"source": "cube", "target": "torus", "plan": {"labels": {"cube": "torus"}}})");
     variables = {{"POLYMORPH_DATA_DIR", (folder / "data").string()}};
+  }
+
+  /// Runs a demo of few, small frames.
+  Ran small_demo(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "demo");
+    for (const char* set : {"frames.count=12", "spheres.balls=12", "surface.resolution=16",
+                            "image.width=48", "image.height=36", "image.samples=1"})
+      arguments.insert(arguments.end(), {"--set", set});
+    return run(0, arguments);
   }
 };
 
@@ -56,7 +65,9 @@ TEST_F(Demo, MakesAStripAGifAndTheSceneItPrints) {
 TEST_F(Demo, ItsLastLinesSayWhatToDo) {
   use_small_models();
   const std::string command = "cd '" + folder.string() + "' && POLYMORPH_DATA_DIR=data '" +
-                              program_path().string() + "' demo lump sphere --no-cache 2>&1";
+                              program_path().string() +
+                              "' demo lump sphere --set image.samples=1 --set frames.count=12 "
+                              "--set surface.resolution=16 2>&1";
   FILE* const pipe = ::popen(command.c_str(), "r");  // both streams into one
   ASSERT_NE(pipe, nullptr);
   std::string both;
@@ -73,20 +84,20 @@ TEST_F(Demo, ItsLastLinesSayWhatToDo) {
 
 TEST_F(Demo, TakesAFolderOrTheNameOfOneOfItsFiles) {
   use_small_models();
-  run(0, {"demo", "lump", "sphere", "-o", "to/d1.png"});
+  small_demo({"lump", "sphere", "-o", "to/d1.png"});
   EXPECT_TRUE(read_text(folder / "to/d1.png").starts_with("\x89PNG"));
   EXPECT_TRUE(read_text(folder / "to/d1.gif").starts_with("GIF89a"));
   EXPECT_TRUE(contains(read_text(folder / "to/d1.json"), "lump.obj"));
   EXPECT_TRUE(contains(run(4, {"demo", "lump", "cube", "-o", "to/d1.gif"}).err, "exists"));
   EXPECT_TRUE(contains(run(2, {"demo", "lump", "cube", "-o", "d2.mp4"}).err, "name a folder"));
   EXPECT_FALSE(exists("d2.mp4"));
-  run(0, {"demo", "lump", "cube", "-o", "v1.2"});
+  small_demo({"lump", "cube", "-o", "v1.2"});
   EXPECT_TRUE(exists("v1.2/scene.json"));
 }
 
 TEST_F(Demo, GoesThroughEffectsAndObjects) {
   use_small_models();
-  run(0, {"demo", "lump", "cube", "--through", "flat"});
+  small_demo({"lump", "cube", "--through", "flat"});
   const auto json = parse(run(0, {"info", "lump-flat-cube/scene.json", "--json"}).out);
   const auto actor = json["actors"][0];
   EXPECT_EQ(actor["intermediate"][0]["shape"], "puddle");
@@ -97,6 +108,19 @@ TEST_F(Demo, GoesThroughEffectsAndObjects) {
   EXPECT_EQ(actor["target"]["shape"], "cube");
   EXPECT_EQ(json["look"]["kind"], "metal");
   EXPECT_NE(json["frames"]["count"], 99);
+}
+
+TEST_F(Demo, SettingsAreThoseOfTheSceneItWrites) {
+  use_small_models();
+  const std::string scene = small_demo({"lump", "sphere", "-o", "d"}).out;
+  EXPECT_TRUE(contains(scene, "\"samples\": 1\n")) << scene;
+  EXPECT_EQ(parse(run(0, {"info", "d/scene.json", "--json"}).out)["image"]["width"], 48);
+  // What no scene takes leaves no file.
+  EXPECT_TRUE(contains(run(2, {"demo", "lump", "sphere", "-o", "e", "--set", "image"}).err,
+                       "write KEY=VALUE"));
+  EXPECT_TRUE(contains(run(3, {"demo", "lump", "sphere", "-o", "e", "--set", "image.widht=9"}).err,
+                       "did you mean \"width\"?"));
+  EXPECT_FALSE(exists("e/scene.json"));
 }
 
 TEST_F(Demo, NamesWhatItKnows) {

@@ -8,6 +8,7 @@
 #include "cli/film_output.h"
 #include "morph/timeline.h"
 #include "scene/commented_scene.h"
+#include "scene/override.h"
 #include "starter/demo_scene.h"
 
 namespace polymorph {
@@ -17,6 +18,7 @@ namespace fs = std::filesystem;
 
 struct DemoOptions {
   std::string from = "teapot", to = "penguin", through, output;
+  std::vector<std::string> sets;
   bool list = false;
 };
 
@@ -64,15 +66,18 @@ Result<int> run_demo(const CommandLine& line, const DemoOptions& options) {
   PM_TRY(const DemoFiles files,
          demo_files(options.output.empty() ? stem(options.from) + through + "-" + stem(options.to)
                                            : options.output));
-  PM_TRY(const auto json,
+  PM_TRY(JsonValue json,
          demo_scene(data, options.from, options.to, options.through, files.scene.parent_path()));
+  PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
+  JsonDocument document{files.scene.string(), "", std::move(json)};
+  for (const auto& [path, value] : overrides) PM_TRY_STATUS(set_json_value(document, path, value));
   for (const fs::path& file : {files.scene, files.strip, files.gif})
     PM_TRY_STATUS(check_output(file, line.common.overwrite));
   const std::string text = commented_scene(
-      json, "Made by polymorph demo. Edit it and render it; `polymorph schema` knows every key.",
-      {});
+      document.root,
+      "Made by polymorph demo. Edit it and render it; `polymorph schema` knows every key.", {});
+  PM_TRY(Scene scene, load_scene_text(files.scene, text));
   PM_TRY_STATUS(write_file(files.scene, text));
-  PM_TRY(Scene scene, load_scene(files.scene));
   std::vector<int> numbers;
   for (int frame = 1; frame <= frame_count(scene); ++frame) numbers.push_back(frame);
   PM_TRY(const FilmScene ready, prepare_film(line, std::move(scene)));
@@ -118,6 +123,7 @@ void add_demo(CommandLine& line) {
       .type_name("DIR|FILE")
       .group("Main");
   command.add_flag("-l,--list", options->list, "list models and effects").group("Main");
+  add_overrides(command, options->sets);
   add_overwrite(command, line.common).group("Main");
   set_action(line, command, [&line, options] { return run_demo(line, *options); });
 }
