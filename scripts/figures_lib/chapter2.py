@@ -187,7 +187,12 @@ def fig2_3(w):
                 {"model": prism, "name": name, "color": [0.12, 0.36, 0.52]},
                 {"shape": "sphere", "color": [0.12, 0.36, 0.52]},
             ],
-            {"spheres": {"balls": 96}, "frames": {"count": 24}, "camera": {"azimuth": 15, "elevation": 8}},
+            {
+                "spheres": {"balls": 96},
+                "frames": {"count": 24},
+                "camera": {"azimuth": 15, "elevation": 8},
+                **w.coarse(),
+            },
         )
         strips.append(w.render(scene, [1, 7, 10, 13, 16, 24], 160, 150))
     w.picture(fig)

@@ -1,51 +1,17 @@
 // SHA-256 of surfaces and values, the same on every processor: whatever rounds a product and a sum
 // as one, or leaves their order, changes them.
 #include <gtest/gtest.h>
-#include <nettle/sha2.h>
 
-#include <array>
-#include <cstdint>
-#include <cstdio>
 #include <string>
 #include <vector>
 
 #include "kernels/simd_math.h"
 #include "testing/backend.h"
 #include "testing/between.h"
+#include "testing/digest.h"
 
 namespace polymorph {
 namespace {
-
-/// Collects numbers; hex() is the start of their SHA-256.
-class Digest {
- public:
-  Digest() { sha256_init(&state_); }
-  template <class T>
-  void add(const std::vector<T>& values) {
-    sha256_update(&state_, values.size() * sizeof(T),
-                  reinterpret_cast<const std::uint8_t*>(values.data()));
-  }
-  void add(const Mesh& mesh) {
-    EXPECT_FALSE(mesh.triangles.empty());
-    add(mesh.positions);
-    add(mesh.normals);
-    add(mesh.triangles);
-  }
-  std::string hex() {
-    std::array<std::uint8_t, 8> bytes;
-    sha256_digest(&state_, bytes.size(), bytes.data());
-    std::string text;
-    for (const std::uint8_t byte : bytes) {
-      char digits[3];
-      std::snprintf(digits, sizeof digits, "%02x", byte);
-      text += digits;
-    }
-    return text;
-  }
-
- private:
-  sha256_ctx state_;
-};
 
 /// The balls as ellipsoids and round ones by turns, with no sine, which is the C library's.
 std::vector<Ball> stretched(std::vector<Ball> balls) {
@@ -56,6 +22,13 @@ std::vector<Ball> stretched(std::vector<Ball> balls) {
   return balls;
 }
 
+void add(Digest& digest, const Mesh& mesh) {
+  EXPECT_FALSE(mesh.triangles.empty());
+  digest.add(mesh.positions);
+  digest.add(mesh.normals);
+  digest.add(mesh.triangles);
+}
+
 class DigestsTest : public SurfaceTest {
  protected:
   std::string surface(const std::vector<Ball>& balls, FieldKind field, int refine_steps) {
@@ -63,7 +36,7 @@ class DigestsTest : public SurfaceTest {
     settings.field = field;
     settings.refine_steps = refine_steps;
     Digest digest;
-    digest.add(extract(balls, cube_grid(41, 1.6f), settings));
+    add(digest, extract(balls, cube_grid(41, 1.6f), settings));
     std::vector<Vec3> points;
     for (const Ball& ball : random_balls(500, field, 41)) points.push_back(1.2f * ball.center);
     digest.add(sample(balls, points, settings));
@@ -84,7 +57,7 @@ class DigestsTest : public SurfaceTest {
     std::vector<AttributeValues> values;
     EXPECT_EQ(engine_->regress(map, points, values).code, EngineCode::kOk);
     Digest digest;
-    digest.add(mesh);
+    add(digest, mesh);
     digest.add(values);
     return digest.hex();
   }

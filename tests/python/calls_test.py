@@ -20,7 +20,7 @@ small = {"image.width": 32, "image.height": 24, "image.samples": 2, "frames.coun
 
 
 def scene_of(source, target="cube", **settings):
-    return polymorph.Scene({"source": source, "target": target}, set={**small, **settings}, cache="")
+    return polymorph.Scene({"source": source, "target": target}, set={**small, **settings})
 
 
 # Names, versions, types and words for people and tools.

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <vector>
 
+#include "render/math/vector_math.h"
 #include "render/render.h"
 
 namespace polymorph::testing {
@@ -21,7 +22,7 @@ struct TestMesh {
   std::vector<std::shared_ptr<const Image>> textures;
 };
 
-/// Unit sphere around the origin.
+/// Sphere around the origin, with the same bits on every processor.
 inline TestMesh make_ball(int columns, int rows, float radius = 1) {
   TestMesh mesh;
   for (int j = 0; j <= rows; ++j)
@@ -29,7 +30,7 @@ inline TestMesh make_ball(int columns, int rows, float radius = 1) {
       const float t = std::numbers::pi_v<float> * static_cast<float>(j) / static_cast<float>(rows);
       const float p =
           2 * std::numbers::pi_v<float> * static_cast<float>(i) / static_cast<float>(columns);
-      mesh.normals.push_back({std::sin(t) * std::sin(p), std::cos(t), std::sin(t) * std::cos(p)});
+      mesh.normals.push_back({sine(t) * sine(p), cosine(t), sine(t) * cosine(p)});
       mesh.positions.push_back(mesh.normals.back() * radius);
     }
   for (int j = 0; j < rows; ++j)
@@ -89,6 +90,15 @@ inline RenderScene furnace(float sky = 1) {
   scene.ground.enabled = false;
   scene.lights.key_intensity = 0;
   return scene;
+}
+
+inline LampSettings make_lamp(LampKind kind, Vec3 position) {
+  LampSettings lamp;
+  lamp.kind = kind;
+  lamp.position = position;
+  lamp.radius = 0.2f;
+  lamp.intensity = 2;
+  return lamp;
 }
 
 /// From this height on the y axis straight down; the picture's upper edge is at -z.

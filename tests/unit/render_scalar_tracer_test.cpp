@@ -46,15 +46,6 @@ void expect_same_bits(const RenderScene& scene, const RenderSettings& settings) 
   }
 }
 
-LampSettings lamp(LampKind kind, Vec3 position) {
-  LampSettings lamp;
-  lamp.kind = kind;
-  lamp.position = position;
-  lamp.radius = 0.2f;
-  lamp.intensity = 2;
-  return lamp;
-}
-
 TEST(ScalarTracer, StudioHasTheSameBits) {
   BallOnFloor studio;
   expect_same_bits(studio.scene, small_settings(16));
@@ -92,8 +83,9 @@ TEST(ScalarTracer, GlassHasTheSameBits) {
 
 TEST(ScalarTracer, LampsSunsAndImageSkiesHaveTheSameBits) {
   BallOnFloor studio;
-  studio.scene.lights.lamps = {lamp(LampKind::kPanel, {1, 2, 1}), lamp(LampKind::kSun, {}),
-                               lamp(LampKind::kLamp, {-1, 1, 1})};
+  studio.scene.lights.lamps = {make_lamp(LampKind::kPanel, {1, 2, 1}),
+                               make_lamp(LampKind::kSun, {}),
+                               make_lamp(LampKind::kLamp, {-1, 1, 1})};
   expect_same_bits(studio.scene, small_settings());
   Image sky = make_image(64, 32, {"R", "G", "B"});
   for (std::size_t i = 0; i < sky.pixels.size(); ++i)
