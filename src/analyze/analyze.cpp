@@ -221,7 +221,7 @@ void add_rigidity(const Subject& subject, Analysis& analysis) {
     value = std::sqrt(sum / static_cast<double>(rows.size()));
   }
   add(analysis, "rigidity", "4 rigidity", value, "<= 0.3",
-      "RMS ln of neighbouring balls' distances over the even ones");
+      "RMS of ln(distance of neighbouring balls / the distance interpolated between the ends)");
 }
 
 void add_monotonicity(Analysis& analysis) {

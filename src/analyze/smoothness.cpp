@@ -184,7 +184,7 @@ void add_smoothness_metrics(const MorphEnds& ends, const std::vector<MorphFrame>
     pop = std::max({pop, steps.pop, steps.jump_pop(uniform_step(first))});
   }
   add("pop", pop, "<= 2",
-      "largest pace of a frame over its neighbours' mean; boundary stages and hand-overs count");
+      "largest pace of a frame over its neighbours' mean, boundary stages and hand-overs included");
   add("handover", jump, "<= 0.002",
       "largest step between an object's mesh and the balls' surface, over L");
 }
@@ -218,9 +218,10 @@ void add_roughness_metrics(Analysis& analysis) {
       "least total absolute curvature over that line: limbs that melt");
   add("bumps", "5 smoothness",
       excess(rows, [](const auto& row) { return static_cast<double>(row.roughness.bumps); }),
-      "<= 1.2", "most domes with radii below 6 % of L, and one, over the larger end's, and one");
+      "<= 1.2",
+      "most bumps + 1 over those of the bumpier end + 1; radii below 6 % of L, the box's diagonal");
   add("groove", "5 smoothness", excess(rows, [](const auto& row) { return row.roughness.groove; }),
-      "", "largest per cent of the area in grooves, and one, over the larger end's, and one");
+      "", "largest % of the area in grooves + 1 over that of the end with more + 1");
   add("detail", "3 features", detail, ">= 0.55",
       "mean roughness for u in 0.2 to 0.8 over the line between the ends: what is not blurred");
 }

@@ -34,32 +34,46 @@ void set_signals() {
   std::signal(SIGXFSZ, SIG_IGN);  // write() then says EFBIG, with the file's name
 }
 
-void add_common(Command command, CommonOptions& common) {
+/// Commands that compute nothing: they take what has to do with work, and do not list it.
+constexpr std::string_view kPrintingCommands[] = {"cubes",      "devices", "help",
+                                                  "completion", "schema",  "version"};
+
+/// Heading in help of an option that has to do with work.
+const char* group_of_work(std::string_view command) {
+  const bool prints = std::find(std::begin(kPrintingCommands), std::end(kPrintingCommands),
+                                command) != std::end(kPrintingCommands);
+  return prints ? "" : "Common";
+}
+
+void add_common(Command command, CommonOptions& common, const char* work) {
   const auto add = [](Option option) { option.group("Common"); };
+  const auto add_of_work = [&](Option option) { option.group(work); };
   add(command
           .add_option("-t,--threads", common.threads,
                       "threads; 0 = all this process may use (env POLYMORPH_THREADS)")
           .environment("POLYMORPH_THREADS")
           .range(0, 4096)
           .type_name("N"));
-  add(command
+  add_of_work(
+      command
           .add_option("--device", common.device, "cpu, cuda, cuda:1 or auto (env POLYMORPH_DEVICE)")
           .environment("POLYMORPH_DEVICE")
           .type_name("DEVICE"));
-  add(command
+  add_of_work(
+      command
           .add_option(
               "--max-memory", common.max_memory,
-              "maximum memory, estimated before it is taken: bytes, or with K, M or G; 0 = no "
-              "limit; default: what the machine, the cgroup or Slurm gives")
+              "limit on memory, estimated beforehand: bytes, or with K, M or G; 0 = none; default: "
+              "what the machine, the cgroup or Slurm gives")
           .environment("POLYMORPH_MAX_MEMORY")
           .bytes()
           .type_name("SIZE"));
-  add(command
-          .add_option("--cache-dir", common.cache_dir,
-                      "folder of the cache (env POLYMORPH_CACHE_DIR)")
-          .environment("POLYMORPH_CACHE_DIR")
-          .type_name("DIR"));
-  add(command.add_flag("--no-cache", common.no_cache, "neither read nor write the cache"));
+  add_of_work(command
+                  .add_option("--cache-dir", common.cache_dir,
+                              "folder of the cache (env POLYMORPH_CACHE_DIR)")
+                  .environment("POLYMORPH_CACHE_DIR")
+                  .type_name("DIR"));
+  add_of_work(command.add_flag("--no-cache", common.no_cache, "neither read nor write the cache"));
   add(command.add_flag("-q,--quiet", common.quiet, "only warnings and errors"));
   add(command.add_flag("-v,--verbose", common.verbose, "say more"));
   add(command.add_option("--color", common.color, "auto, always or never (NO_COLOR is respected)")
@@ -205,7 +219,7 @@ void remember_names(int argc, char** argv) {
 Command add_command(CommandLine& line, const std::string& name, const std::string& purpose,
                     const std::string& examples, const std::string& exit_codes) {
   const Command command = add_subcommand(*line.app, name, purpose, examples, exit_codes);
-  add_common(command, line.common);
+  add_common(command, line.common, group_of_work(name));
   return command;
 }
 
@@ -312,7 +326,8 @@ int run_program(int argc, char** argv) {
         add_pairs,   add_completion, add_manual, add_help,  add_version})
     add(line);
   for (const Command command : subcommands_of(*line.app))
-    if (!command.has_option("--overwrite")) add_overwrite(command, line.common).group("Common");
+    if (!command.has_option("--overwrite"))
+      add_overwrite(command, line.common).group(group_of_work(command.name()));
 
   // Help and version answer before anything is checked, wherever they stand.
   const auto given = [&](const char* flag) {

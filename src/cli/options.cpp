@@ -249,6 +249,7 @@ Option Command::add_optional_value(const std::string& name,
 }
 Option Command::option(const char* name) const { return Option(app_->get_option(name)); }
 bool Command::has_option(const char* name) const { return app_->get_option_no_throw(name); }
+std::string Command::name() const { return app_->get_name(); }
 void Command::on_chosen(std::function<void()> action) const { app_->callback(std::move(action)); }
 
 std::shared_ptr<CLI::App> make_program(const char* name, const char* purpose,

@@ -71,6 +71,7 @@ class Command {
   /// The option of this name, which exists.
   Option option(const char* name) const;
   bool has_option(const char* name) const;
+  std::string name() const;
 
   /// Sets the action of the command when it is chosen, after its options are read.
   void on_chosen(std::function<void()> action) const;

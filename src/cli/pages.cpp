@@ -153,8 +153,10 @@ std::string program_page(const std::vector<CommandTable>& commands) {
                                 "polymorph demo\npolymorph init first.obj second.obj\n"
                                 "polymorph render scene.json -o 'out/frame.####.exr' --png");
   out +=
-      ".SH EXIT STATUS\n0 good, 1 the answer is no, 2 usage, 3 bad input, 4 cannot write, 5 device "
-      "or memory, 6 some frames failed, 70 a bug, 75 stopped early on purpose, 130 and 143 stopped "
+      ".SH EXIT STATUS\n0 good, 1 a check, test or comparison failed, 2 usage, 3 bad input, 4 "
+      "cannot "
+      "write, 5 device or memory, 6 some frames failed, 70 a bug, 75 stopped early on purpose, 130 "
+      "and 143 stopped "
       "by a signal.\n.SH ENVIRONMENT\n";
   std::vector<std::string> seen;
   for (const CommandTable& command : commands)

@@ -247,6 +247,11 @@ bool over_flip(const Tolerance& tolerance, const FlipFigures& flip) {
 }
 
 /// FLIP in words, "" where nothing is visible.
+/// "1 pixel is", "2 pixels are".
+std::string pixels_are(std::size_t count) {
+  return fmt::format("{} pixel{}", count, count == 1 ? " is" : "s are");
+}
+
 std::string flip_text(const Comparison& result) {
   if (!result.flip || !(result.flip->max > 0)) return "";
   return fmt::format("; FLIP mean {:.3g}, 99 % below {:.3g}, worst {:.3g}", result.flip->mean,
@@ -259,10 +264,10 @@ void decide(const Tolerance& tolerance, bool equal, const std::string& shown, Co
   const std::string largest = describe_largest(result);
   if (result.not_finite_pixels > 0) {
     result.verdict = Verdict::kNotFinite;
-    result.reason = fmt::format("{} pixels are NaN or infinite", result.not_finite_pixels);
+    result.reason = pixels_are(result.not_finite_pixels) + " NaN or infinite";
   } else if (result.negative_alpha_pixels > 0) {
     result.verdict = Verdict::kDiffers;
-    result.reason = fmt::format("{} pixels have a negative alpha", result.negative_alpha_pixels);
+    result.reason = pixels_are(result.negative_alpha_pixels) + " of negative alpha";
   } else if (!shown.empty()) {
     result.verdict = Verdict::kDiffers;
     result.reason = fmt::format("the files are shown differently: {}{}", shown, largest);
@@ -271,9 +276,9 @@ void decide(const Tolerance& tolerance, bool equal, const std::string& shown, Co
     result.reason = "all values are equal";
   } else if (result.hard_failing_pixels > 0) {
     result.verdict = Verdict::kDiffers;
-    result.reason =
-        fmt::format("{} pixels differ by more than {:.4g}, which none may{}",
-                    result.hard_failing_pixels, static_cast<double>(tolerance.hard_fail), largest);
+    result.reason = fmt::format("{} off by more than {:.4g}, which none may be{}",
+                                pixels_are(result.hard_failing_pixels),
+                                static_cast<double>(tolerance.hard_fail), largest);
   } else if (const bool within = percent <= static_cast<double>(tolerance.fail_percent);
              within && result.flip && over_flip(tolerance, *result.flip)) {
     result.verdict = Verdict::kDiffers;
@@ -286,10 +291,10 @@ void decide(const Tolerance& tolerance, bool equal, const std::string& shown, Co
       result.reason = fmt::format("{} of {} pixels differ{}{}", result.failing_pixels,
                                   result.pixels, largest, flip_text(result));
     else
-      result.reason =
-          fmt::format("{} of {} pixels are over the limits ({:.3g} %, allowed {:.3g} %){}",
-                      result.failing_pixels, result.pixels, percent,
-                      static_cast<double>(tolerance.fail_percent), largest);
+      result.reason = fmt::format(
+          "{} of {} pixels {} over the limits ({:.3g} %, allowed {:.3g} %){}",
+          result.failing_pixels, result.pixels, result.failing_pixels == 1 ? "is" : "are", percent,
+          static_cast<double>(tolerance.fail_percent), largest);
   }
 }
 

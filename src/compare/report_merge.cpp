@@ -7,6 +7,7 @@
 
 #include "base/archive.h"
 #include "base/file.h"
+#include "base/folder.h"
 #include "base/json.h"
 #include "base/text.h"
 #include "compare/comparison_report.h"
@@ -264,10 +265,9 @@ Status write_merged(Shard& merged, const CaseCounts& counts, const fs::path& fol
 
 Status check_merge_output(const std::vector<fs::path>& reports, const fs::path& folder) {
   for (const fs::path& report : reports) {
-    std::error_code ignored;
-    if (fs::equivalent(report_folder(report), folder, ignored))
+    if (lies_in(folder, report_folder(report)))
       return make_error(ErrorCode::kUsage,
-                        "{}: one of the reports to merge - give -o another folder",
+                        "{}: one of the reports to merge, or in one - give -o another folder",
                         folder.string());
   }
   return Ok{};

@@ -13,8 +13,8 @@
 namespace polymorph {
 namespace {
 
-/// A unit sphere of 320 triangles: an icosahedron, each face cut into 16.
-Mesh unit_sphere() {
+/// A unit sphere of 320 triangles: an icosahedron, each face cut in four, twice or `cuts` times.
+Mesh unit_sphere(int cuts = 2) {
   const float g = (1 + std::sqrt(5.0f)) / 2;
   Mesh mesh;
   for (const float a : {-1.0f, 1.0f})
@@ -36,7 +36,7 @@ Mesh unit_sphere() {
         const bool outward = dot(cross(b - a, c - a), a) > 0;
         mesh.triangles.push_back(outward ? Triangle{{i, j, k}} : Triangle{{i, k, j}});
       }
-  for (int cut = 0; cut < 2; ++cut) {
+  for (int cut = 0; cut < cuts; ++cut) {
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
     const auto middle = [&](std::uint32_t i, std::uint32_t j) {
       const auto [at, is_new] =
@@ -74,10 +74,7 @@ std::vector<Material> wheel() {
   return materials;
 }
 
-}  // namespace
-
-Mesh mesh_of_spheres(const std::vector<Sphere>& spheres) {
-  const Mesh unit = unit_sphere();
+Mesh copy_to(const std::vector<Sphere>& spheres, const Mesh& unit) {
   Mesh mesh;
   for (const Sphere& sphere : spheres) {
     const auto first = static_cast<std::uint32_t>(mesh.positions.size());
@@ -91,6 +88,10 @@ Mesh mesh_of_spheres(const std::vector<Sphere>& spheres) {
   return mesh;
 }
 
+}  // namespace
+
+Mesh mesh_of_spheres(const std::vector<Sphere>& spheres) { return copy_to(spheres, unit_sphere()); }
+
 Status write_spheres_picture(const std::filesystem::path& path, const Model& model,
                              const std::vector<Sphere>& spheres, const Mesh& surface, int width) {
   RenderSettings settings;
@@ -102,7 +103,9 @@ Status write_spheres_picture(const std::filesystem::path& path, const Model& mod
   scene.camera = make_camera(CameraSettings{}, model.points, width, width);
   scene.ground.height = scene.bounds.low.y - 0.02f * scene.bounds.diagonal();
 
-  const Mesh balls = mesh_of_spheres(spheres);
+  // So many spheres are a few pixels large, and would take gigabytes.
+  constexpr std::size_t kManySpheres = 65536;
+  const Mesh balls = copy_to(spheres, unit_sphere(spheres.size() > kManySpheres ? 0 : 2));
   const std::vector<Material> colors = wheel();
   std::vector<std::uint32_t> ball_colors;
   const std::size_t each = spheres.empty() ? 1 : balls.triangles.size() / spheres.size();

@@ -180,7 +180,7 @@ void describe(V& v, PlanSettings& s) {
             {"transport", PlanMethod::kTransport}},
            "assignment of balls: in list order with surplus balls paired at random, every "
            "ball with the cheapest one, or optimal transport of the volume");
-  v.integer("seed", seed, 0, 9007199254740991, "seed of everything random in the plan");
+  v.integer("seed", seed, 0, 9007199254740991, "random seed of the plan");
   v.choice("align", align,
            {{"none", AlignMethod::kNone},
             {"translate", AlignMethod::kTranslate},
@@ -302,7 +302,7 @@ void describe(V& v, MotionSettings& s) {
   v.object("stagger", stagger_keys, "order of starting; its kind alone may stand for it");
   v.retired("stagger_share", "motion.stagger.share");
   v.retired("stagger_axis", "motion.stagger.axis");
-  v.integer("seed", seed, 0, 9007199254740991, "seed of everything random in the motion");
+  v.integer("seed", seed, 0, 9007199254740991, "random seed of the motion");
   v.boolean("keep_volume", keep_volume,
             "shift the level of every frame so that the volume goes evenly from one object's to "
             "the next's");
@@ -496,7 +496,7 @@ void describe(V& v, ImageSettings& s) {
            "sample until a pixel's estimated error, over the root of its brightness, is below this "
            "(0.01 is clean, 0.05 a draft); 0: the same number everywhere");
   v.integer("max_depth", max_depth, 1, 64, "longest light path, in bounces");
-  v.integer("seed", seed, 0, 9007199254740991, "seed of the sampling noise");
+  v.integer("seed", seed, 0, 9007199254740991, "random seed of the samples");
   v.boolean("steady", steady,
             "things that stand still under a camera that stands still keep their noise from frame "
             "to frame; those that move have new noise in each");

@@ -145,11 +145,10 @@ bool is_good_fit(const ApproximationQuality& quality) {
 
 std::string describe_fit(const ApproximationQuality& quality) {
   const bool is_good = is_good_fit(quality);
-  return fmt::format(
-      "the balls fit {}: {:.0f} % overlap, up to {:.0f} % of the size off{}",
-      is_good ? "well" : "poorly", 100 * quality.iou,
-      100 * std::max(quality.hausdorff_to_model, quality.hausdorff_to_surface),
-      is_good ? "" : " - raise the number of balls, or mend what `check` says of the model");
+  return fmt::format("the balls fit {}: {:.0f} % overlap, up to {:.0f} % of the size off{}",
+                     is_good ? "well" : "poorly", 100 * quality.iou,
+                     100 * std::max(quality.hausdorff_to_model, quality.hausdorff_to_surface),
+                     is_good ? "" : " - use more balls, or fix what `check` reports");
 }
 
 Result<double> hausdorff_distance(const Model& model, const std::vector<BoundarySample>& samples,

@@ -173,6 +173,7 @@ TEST_F(GoldenTest, MasksThatCoverEverythingFail) {
   const Ran ran = run(1, {"golden", "test"});
   EXPECT_TRUE(contains(ran.out, "100 % of the pixels are masked, suite.json allows 99 %"))
       << ran.out;
+  EXPECT_FALSE(contains(ran.out, "100 % masked")) << "said once: " << ran.out;
 }
 
 TEST_F(GoldenTest, NoMaskHidesNaN) {
@@ -199,7 +200,7 @@ TEST_F(GoldenTest, NoMaskHidesNaN) {
     write_frame("golden_frames/other/picture.exr", 0.9f, 1);
     run(0, {"golden", "test"});
     write_frame("golden_frames/other/picture.exr", std::nanf(""), 1);
-    EXPECT_TRUE(contains(run(1, {"golden", "test"}).out, "1 pixels are NaN or infinite")) << masks;
+    EXPECT_TRUE(contains(run(1, {"golden", "test"}).out, "1 pixel is NaN or infinite")) << masks;
     run(3, {"golden", "update", "other", "--reason", "NaN"});
     write_frame("golden_frames/other/picture.exr", 0.5f, -1);
     EXPECT_TRUE(contains(run(1, {"golden", "test"}).out, "negative alpha")) << masks;
@@ -215,6 +216,29 @@ TEST_F(GoldenTest, OptionsOfOtherVerbsAreRefused) {
   run(2, {"golden", "update", "tiny", "--reason", "x", "--bits"});
   run(2, {"golden", "list", "--junit", "j.xml"});
   run(2, {"golden", "accept", "out", "--reason", "x", "-o", "y"});
+}
+
+TEST_F(GoldenTest, NothingIsWrittenAmongTheSuites) {
+  make_suite();
+  run(0, {"golden", "update", "tiny", "--reason", "first"});
+  change_scene();
+  for (const char* place : {"golden_frames", "golden_frames/tiny/report", "golden_frames/report"}) {
+    for (const char* option : {"--report", "--failures"}) {
+      const Ran ran = run(2, {"golden", "test", option, place});
+      EXPECT_TRUE(contains(ran.err, "lies in golden_frames, where each entry is a suite"))
+          << ran.err;
+    }
+    EXPECT_TRUE(exists(place) == (std::string(place) == "golden_frames")) << place;
+  }
+  std::filesystem::create_directory_symlink("golden_frames", folder / "link");
+  run(2, {"golden", "test", "--report", "link/report"});
+  run(1, {"golden", "test", "--report", "golden_frames_report"});
+  run(1, {"golden", "test", "--report", "second"});
+  for (const char* inside : {"second", "second/frames", "second/new"})
+    EXPECT_TRUE(
+        contains(run(2, {"golden", "merge", "golden_frames_report", "second", "-o", inside}).err,
+                 "one of the reports to merge, or in one"));
+  EXPECT_FALSE(exists("second/new"));
 }
 
 TEST_F(GoldenTest, NewMakesASuite) {

@@ -314,6 +314,16 @@ TEST_F(Help, HelpIsACommand) {
       << unknown.err;
 }
 
+TEST_F(Help, WhatOnlyPrintsListsNoOptionsOfWork) {
+  for (const char* option :
+       {"--device", "--max-memory", "--cache-dir", "--no-cache", "--overwrite"}) {
+    for (const char* command : {"cubes", "schema", "devices", "version", "help", "completion"})
+      EXPECT_FALSE(contains(run(0, {command, "--help"}).out, option)) << command << option;
+    EXPECT_TRUE(contains(run(0, {"render", "--help"}).out, option)) << option;
+  }
+  run(0, {"cubes", "--device", "cpu", "--overwrite"});  // as scripts for all commands may have it
+}
+
 TEST_F(Help, SchemaListsWhatSetTakes) {
   const std::vector<std::string> lines = lines_of(run(0, {"schema", "--keys"}).out);
   for (const char* line :

@@ -325,13 +325,13 @@ TEST_F(LoadObj, FacesThatLookTheWrongWayAreTurnedAndTold) {
   const std::string right = "f 1 5 7 3\n";
   text.replace(text.find(right), right.size(), "f 3 7 5 1\n");
   const Model model = good(text);
-  EXPECT_TRUE(any_contains(warnings_, ": 2 of 12 faces look the wrong way")) << "triangles";
+  EXPECT_TRUE(any_contains(warnings_, ": 2 of 12 faces point inwards - flipped")) << "triangles";
   EXPECT_NEAR(volume_of(model), 1, 1e-6);
   const std::vector<Vec3> faces = face_normals(model);
   for (std::size_t c = 0; c < model.corner_normals.size(); ++c)
     EXPECT_GT(dot(model.corner_normals[c], faces[c / 3]), 0.99f) << c;
   EXPECT_EQ(good(kCubeObj).triangles.size(), 12u);
-  EXPECT_FALSE(any_contains(warnings_, "wrong way"));
+  EXPECT_FALSE(any_contains(warnings_, "point inwards"));
 }
 
 TEST_F(LoadObj, FarFromTheOriginIsAWarning) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/file.h"
+#include "base/folder.h"
 #include "base/log.h"
 #include "base/program_identity.h"
 #include "cli/command_line.h"
@@ -82,6 +83,15 @@ Status check_options(const GoldenOptions& options) {
   return Ok{};
 }
 
+/// Refuses to write into the folder of the suites, where the next run would take it for one.
+Status check_outside_suites(const GoldenOptions& options, const std::filesystem::path& folder) {
+  if (!lies_in(folder, options.root)) return Ok{};
+  return make_error(ErrorCode::kUsage,
+                    "{}: lies in {}, where each entry is a suite - give --report or --failures "
+                    "another folder",
+                    folder.string(), options.root);
+}
+
 /// Lists the names of all suites. An empty folder is an error, because it may be the wrong one.
 Result<std::vector<std::string>> all_suites(const std::string& root) {
   PM_TRY(std::vector<std::string> names, list_golden_suites(root));
@@ -117,11 +127,12 @@ Status test(const GoldenSuite& suite, const GoldenSettings& settings, const Gold
   const std::string accept = accept_command(options, suite.name);
   for (GoldenFrame& frame : result.frames) {
     if (!options.json.enabled)
-      print_data(
-          "{} frame {}: {}{}{}{}{}\n", suite.name, frame.frame,
-          frame.passed() ? "ok" : "FAILED: ", frame.message,
-          frame.masked_percent > 0 ? fmt::format(", {:.3g} % masked", frame.masked_percent) : "",
-          frame.report.cause.empty() ? "" : "; seen: ", frame.report.cause);
+      print_data("{} frame {}: {}{}{}{}{}\n", suite.name, frame.frame,
+                 frame.passed() ? "ok" : "FAILED: ", frame.message,
+                 frame.masked_percent > 0 && frame.masked_percent <= frame.report.max_masked_percent
+                     ? fmt::format(", {:.3g} % masked", frame.masked_percent)
+                     : "",
+                 frame.report.cause.empty() ? "" : "; seen: ", frame.report.cause);
     if (frame.passed() && frame.image && frame.image->verdict == Verdict::kWithin)
       log_debug("  {}", frame.image->reason);
     if (frame.report.warned())
@@ -170,6 +181,9 @@ void add_error(const std::string& group, const std::string& name, const Error& e
 }
 
 Result<int> test_all(const GoldenOptions& options, GoldenSettings settings) {
+  PM_TRY_STATUS(check_outside_suites(options, settings.failures));
+  if (!options.report.folder.empty())
+    PM_TRY_STATUS(check_outside_suites(options, options.report.folder));
   PM_TRY_STATUS(begin_report(options.report, options.overwrite));
   PictureBudget budget;
   if (options.report.pictures()) settings.pictures = &budget;

@@ -309,7 +309,8 @@ void add_render(CommandLine& line) {
                   "this share of the frames: 2/8, or auto from Slurm or MPI")
       .type_name("i/N")
       .group("Farm");
-  command.add_option("-j,--jobs", options->jobs, "frames traced at once; default: by their size")
+  command
+      .add_option("-j,--jobs", options->jobs, "frames rendered in parallel; default: by their size")
       .range(1, 256)
       .type_name("N")
       .group("Farm");

@@ -421,9 +421,9 @@ void Builder::orient_outward() {
   if (faces.flipped == 0) return;
   warnings_.push_back(
       faces.flipped == faces.faces
-          ? fmt::format("{}: the model is inside out - its faces are turned around", file_)
-          : fmt::format("{}: {} of {} faces look the wrong way - they are turned around", file_,
-                        faces.flipped, faces.faces));
+          ? fmt::format("{}: the model is inside out - its faces are flipped", file_)
+          : fmt::format("{}: {} of {} faces point inwards - flipped", file_, faces.flipped,
+                        faces.faces));
 }
 
 void Builder::check_distance_from_origin() {

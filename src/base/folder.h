@@ -1,0 +1,20 @@
+// Folders: whether a path lies in one.
+#pragma once
+
+#include <filesystem>
+#include <system_error>
+
+namespace polymorph {
+
+/// Tells whether a path is a folder or lies in it, once links are followed. Neither needs to exist.
+inline bool lies_in(const std::filesystem::path& path, const std::filesystem::path& folder) {
+  std::error_code ignored;
+  const auto full = [&](const std::filesystem::path& p) {
+    return std::filesystem::weakly_canonical(
+        std::filesystem::absolute(p.empty() ? "." : p, ignored), ignored);
+  };
+  const std::filesystem::path relative = full(path).lexically_relative(full(folder));
+  return !relative.empty() && *relative.begin() != "..";
+}
+
+}  // namespace polymorph
