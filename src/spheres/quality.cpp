@@ -145,11 +145,12 @@ bool is_good_fit(const ApproximationQuality& quality) {
 
 std::string describe_fit(const ApproximationQuality& quality) {
   const bool is_good = is_good_fit(quality);
-  return fmt::format(
-      "the balls fit {}: {:.0f} % overlap, up to {:.0f} % of the size off{}",
-      is_good ? "well" : "poorly", 100 * quality.iou,
-      100 * std::max(quality.hausdorff_to_model, quality.hausdorff_to_surface),
-      is_good ? "" : " - raise the number of balls, or mend what `check` says of the model");
+  return fmt::format("the balls fit {}: {:.0f} % overlap, up to {:.0f} % of the size off{}",
+                     is_good ? "well" : "poorly", 100 * quality.iou,
+                     100 * std::max(quality.hausdorff_to_model, quality.hausdorff_to_surface),
+                     is_good ? ""
+                             : " - raise the number of balls, or repair the problems that `check` "
+                               "lists for the model");
 }
 
 Result<double> hausdorff_distance(const Model& model, const std::vector<BoundarySample>& samples,
@@ -172,10 +173,11 @@ Result<double> hausdorff_distance(const Model& model, const std::vector<Boundary
   PM_TRY(const Mesh mesh,
          extract_surface(*engine, approximation.balls, model.box().diagonal() / 300, {}));
   if (mesh.triangles.empty()) return 1.0;
-  const Distances out = measure_distances(mesh.positions, ClosestPointQuery(model), diagonal, 0);
+  const Distances forward =
+      measure_distances(mesh.positions, ClosestPointQuery(model), diagonal, 0);
   const Distances backward = measure_distances(
       list_points(samples), ClosestPointQuery(mesh.positions, mesh.triangles), diagonal, 0);
-  return std::max(out.largest, backward.largest);
+  return std::max(forward.largest, backward.largest);
 }
 
 double solid_volume(const Model& model, const InsideTest& inside) {
