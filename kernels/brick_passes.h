@@ -1,5 +1,5 @@
-// Passes from a tree of bricks to a mesh: sample and count, number, place vertices, emit triangles.
-// They are the same for every field and every backend.
+// Passes from a tree of bricks to a mesh: sample and count, assign indices, place vertices, emit
+// triangles. They are the same for every field and every backend.
 #pragma once
 
 #include <algorithm>
@@ -154,15 +154,15 @@ class MeshPasses {
   /// Samples the bricks, numbers their vertices and triangles, and places the vertices of marching
   /// cubes.
   ///
-  /// Where the host knows the counts, it does so block by block: values go from one pass to the
-  /// next in the caches, and take no more memory for a finer grid. By themselves they would be the
-  /// most that memory has to move.
+  /// Where the host knows the counts, it does so block by block: values stay in the caches from one
+  /// pass to the next, and take no more memory for a finer grid. Otherwise they would dominate the
+  /// memory traffic.
   template <class Sample, class Source>
   void place_bricks(const SampledBricks<Sample, Source>& in) {
     const BrickViews& bricks = in.bricks;
     Sample sample = in.sample;
     Offsets* total = &work_.totals[kMaxLevels];
-    const bool places = settings_.method == SurfaceMethod::kMarchingCubes;
+    const bool places_vertices = settings_.method == SurfaceMethod::kMarchingCubes;
     if constexpr (B::kHostMemory) {
       *total = {};
       for (std::int64_t begin = 0; begin < *bricks.count; begin += brick_block(backend_)) {
@@ -173,10 +173,10 @@ class MeshPasses {
         backend_.scan({bricks.counts.data + begin, n}, &n, {bricks.first.data + begin, n}, total,
                       "number", before);
         check_vertex_count(total->first);
-        if (!places) continue;
-        const double share = static_cast<double>(begin + n) / static_cast<double>(*bricks.count);
-        positions_ = backend_.grow(mesh_.positions, before.first, total->first, share);
-        normals_ = backend_.grow(mesh_.normals, before.first, total->first, share);
+        if (!places_vertices) continue;
+        const double done = static_cast<double>(begin + n) / static_cast<double>(*bricks.count);
+        positions_ = backend_.grow(mesh_.positions, before.first, total->first, done);
+        normals_ = backend_.grow(mesh_.normals, before.first, total->first, done);
         backend_.for_teams(&n, n, place_vertices(in.source, bricks, begin), "vertices");
       }
       mesh_.positions.resize(static_cast<std::size_t>(total->first));
@@ -185,7 +185,7 @@ class MeshPasses {
       backend_.for_teams(bricks.count, bricks.capacity, sample, "sample");
       backend_.scan({bricks.counts.data, bricks.capacity}, bricks.count, bricks.first, total,
                     "number");
-      if (!places) return;
+      if (!places_vertices) return;
       allocate_vertices();
       backend_.for_teams(bricks.count, bricks.capacity, place_vertices(in.source, bricks, 0),
                          "vertices");
@@ -254,8 +254,8 @@ class MeshPasses {
     backend_.for_teams(bricks.count, bricks.capacity, emit, "triangles");
   }
 
-  /// Goes block by block as well where the result is the caller's own memory: new memory is cleared
-  /// when it is allocated, and still in the caches when triangles are written.
+  /// Emits block by block, too, where the result is the caller's own memory: a block of new memory
+  /// is cleared when it is allocated, and still in the caches when its triangles are written.
   void emit_triangles(const BrickViews& bricks) {
     const Offsets* total = &work_.totals[kMaxLevels];
     EmitTriangles emit = {0,           upload_table(work_), bricks.tree,  bricks.inside,
@@ -269,8 +269,8 @@ class MeshPasses {
       for (std::int64_t begin = 0; begin < count; begin += block) {
         const std::int64_t n = std::min(block, count - begin);
         const std::int64_t end = begin + n < count ? bricks.first[begin + n].second : total->second;
-        const double share = static_cast<double>(end) / static_cast<double>(total->second);
-        triangles_ = backend_.grow(mesh_.triangles, before, end, share);
+        const double done = static_cast<double>(end) / static_cast<double>(total->second);
+        triangles_ = backend_.grow(mesh_.triangles, before, end, done);
         before = end;
         emit.begin = begin;
         emit.triangles = triangles_;

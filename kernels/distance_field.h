@@ -48,8 +48,8 @@ struct DistanceField {
               static_cast<std::uint32_t>(grid.points.y)),
         values(data) {}
 
-  void set_detail(const float* without, const DetailFade& fade) {
-    smooth = without;
+  void set_detail(const float* smoothed, const DetailFade& fade) {
+    smooth = smoothed;
     fade_end = fade.end;
     fade_scale = 1 / (fade.end - fade.begin);
   }
@@ -60,21 +60,21 @@ struct DistanceField {
     return interpolate(values, place);
   }
 
-  /// The distances with a share of their detail in [0, 1].
+  /// The distances where a fraction `detail` of their detail, in [0, 1], is left.
   template <class V>
   PM_HD V value(const Points<V>& p, V detail) const {
     const Place<V> place = find_place(p);
     // Most points have all of the detail or none, and one of the two grids is enough.
     if (!smooth || Lanes<V>::bits(detail < 1.0f) == 0) return interpolate(values, place);
-    const V without = interpolate(smooth, place);
-    if (Lanes<V>::bits(detail > 0.0f) == 0) return without;
-    const V with = interpolate(values, place);
+    const V smoothed = interpolate(smooth, place);
+    if (Lanes<V>::bits(detail > 0.0f) == 0) return smoothed;
+    const V detailed = interpolate(values, place);
     // A lane gets the bits that it would get alone; the sum would turn -0 into +0.
-    const V some = select(detail > 0.0f, fma(detail, with - without, without), without);
-    return select(detail < 1.0f, some, with);
+    const V mixed = select(detail > 0.0f, fma(detail, detailed - smoothed, smoothed), smoothed);
+    return select(detail < 1.0f, mixed, detailed);
   }
 
-  /// The share of detail where the object is `progress` away from itself.
+  /// The fraction of its detail that an object keeps at `progress` from its own end of the morph.
   template <class V>
   PM_HD V detail_share(V progress) const {
     return smoothstep((fade_end - progress) * fade_scale);
@@ -97,7 +97,7 @@ struct DistanceField {
     return value(line_points<V>(grid, start));
   }
 
-  /// The gradient by central differences over two cells, where there is a share of the detail.
+  /// The gradient of value(p, detail), by central differences over two cells.
   template <class V>
   PM_HD Points<V> gradient(const Points<V>& p, V detail) const {
     const auto slope = [&](float dx, float dy, float dz) {

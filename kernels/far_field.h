@@ -36,8 +36,9 @@ constexpr int kFarAlong = 4;  ///< points along an axis
 constexpr int kFarPoints = kFarAlong * kFarAlong * kFarAlong;
 constexpr float kFarError = 3.93f;  ///< 5/8 (1 + L + L^2), and rounding
 
-/// A distant ball's largest error, in iso times a cell's share of the field's length: as a field
-/// falls from iso by about as much in a cell, a share of a cell. Measured on 1032 balls (bench) at
+/// A distant ball's largest error, in units of iso * cell / length of the field. A field falls from
+/// iso by about that much over one cell, so the error shifts the surface by this fraction of a
+/// cell. Measured on 1032 balls (bench) at
 /// 256^3: with 1e-3 vertices are off by 3.7e-4 cells rms (8.5e-4 for the worst in 1000) and the
 /// surface takes 0.8 times as long; with 2e-4 by 1.6e-4 (1.9e-4); with 1e-4 by 0.9e-4 (1.3e-4), and
 /// 1.15 times as long.

@@ -24,8 +24,8 @@ constexpr float kMinShare = 1e-4f;
 template <class F, class V, int kMaps>
 struct InterpolateAttributes {
   static constexpr int kThreads = 128;
-  static constexpr int kBoxes = Lanes<V>::kCount, kInBox = kBoxes > 1 ? 32 : 128;
-  static constexpr int kRun = kBoxes * kInBox;
+  static constexpr int kBoxes = Lanes<V>::kCount, kPointsPerBox = kBoxes > 1 ? 32 : 128;
+  static constexpr int kRun = kBoxes * kPointsPerBox;
   static constexpr std::uint32_t kMaxNear = 2048;
   struct Scratch {
     std::uint32_t near[kBoxes * kMaxNear];  ///< kMaxNear per box
@@ -45,7 +45,7 @@ struct InterpolateAttributes {
     team.each_group(1, [&](int) { list_near(team, scratch, begin, n); });
     team.sync();
     team.each((n + kLanes - 1) / kLanes, [&](int item) {
-      const int first = item * kLanes, box = first / kInBox;
+      const int first = item * kLanes, box = first / kPointsPerBox;
       BallList list = {scratch.near + box * kMaxNear, scratch.count[box]};
       if (list.count > kMaxNear) list = all_balls;
       interpolate(list, begin + first, n - first < kLanes ? n - first : kLanes);
@@ -59,11 +59,11 @@ struct InterpolateAttributes {
     alignas(32) float bounds[6][kBoxes];
     for (int box = 0; box < kBoxes; ++box) {
       const auto point = [&](int i) {
-        const int k = box * kInBox + i;
+        const int k = box * kPointsPerBox + i;
         return points[begin + (k < n ? k : n - 1)];
       };
       Vec3 low = point(0), high = low;
-      for (int i = static_cast<int>(rank); i < kInBox; i += static_cast<int>(Team::kGroup)) {
+      for (int i = static_cast<int>(rank); i < kPointsPerBox; i += static_cast<int>(Team::kGroup)) {
         low = min(low, point(i)), high = max(high, point(i));
       }
       bounds[0][box] = -team.group_max(-low.x), bounds[1][box] = team.group_max(high.x);
@@ -79,7 +79,7 @@ struct InterpolateAttributes {
     for (std::uint32_t j = rank; j < all_balls.count; j += Team::kGroup) {
       strongest = max(strongest, F::Kind::share(balls[j], range(j).far));
     }
-    // The polynomial of exp2() is not monotone.
+    // The factor 0.999 is needed because the polynomial of exp2() is not quite monotone.
     const V min_near = 0.999f * kMinShare * team.group_max(strongest);
     std::int64_t cursor[kBoxes], end[kBoxes];
     for (int box = 0; box < kBoxes; ++box) {
@@ -104,11 +104,11 @@ struct InterpolateAttributes {
     }
   }
 
-  PM_HD void interpolate(BallList list, std::int64_t at, int n) const {
+  PM_HD void interpolate(BallList list, std::int64_t first, int n) const {
     constexpr int kLanes = Lanes<V>::kCount;
     alignas(32) float p[3][kLanes];
     for (int l = 0; l < kLanes; ++l) {
-      const Vec3 point = points[at + (l < n ? l : 0)];
+      const Vec3 point = points[first + (l < n ? l : 0)];
       p[0][l] = point.x, p[1][l] = point.y, p[2][l] = point.z;
     }
     const Points<V> x = {Lanes<V>::load(p[0]), Lanes<V>::load(p[1]), Lanes<V>::load(p[2])};
@@ -134,10 +134,10 @@ struct InterpolateAttributes {
     for (int k = 0; k < 4 * kMaps; ++k) {
       alignas(32) float lanes[kLanes];
       Lanes<V>::store(lanes, value[k] / sum);
-      for (int l = 0; l < n; ++l) out[(at + l) * kMaps + k / 4].v[k % 4] = lanes[l];
+      for (int l = 0; l < n; ++l) out[(first + l) * kMaps + k / 4].v[k % 4] = lanes[l];
     }
     for (int l = 0; l < n; ++l) {
-      if (!(reached >> l & 1u)) take_nearest(at + l);
+      if (!(reached >> l & 1u)) take_nearest(first + l);
     }
   }
 

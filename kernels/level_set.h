@@ -6,10 +6,10 @@
 //   value(p), negated_gradient(p): the field and minus its gradient at Points<V>
 //   line_values<V>(grid, start): value() at as many points of a grid line as V has lanes
 // and its bounds, which say where it can be 0,
-//   local(team, box): a Local, all that holds in the whole box of a node
-//   crossing_boxes(middles, half, local, has_rim): bit l: the surface can cross the box around
-//   middle l
-//     that reaches `half` to each side, or, with has_rim, some point of that box can be inside
+//   local(team, box): a Local, the values that hold for the whole box of a node
+//   crossing_boxes(middles, half, local, has_rim): a mask of lanes; bit l is set if the surface can
+//     cross the box of half sides `half` around middle l, or, with has_rim, if a point of that box
+//     can be inside
 #pragma once
 
 #include <cstdint>
@@ -168,7 +168,7 @@ struct LevelSetVertices {
   PM_HD V value(const Points<V>& p) const {
     return field.value(p);
   }
-  /// Near the surface the field is a length: in cells it is 0 at the level and nearly linear.
+  /// The field's value in cells, which near the surface is nearly the signed distance.
   template <class V>
   PM_HD V height(V value) const {
     return value * inv_cell;
@@ -177,6 +177,7 @@ struct LevelSetVertices {
   PM_HD Points<V> negated_gradient(const Points<V>& p) const {
     return field.negated_gradient(p);
   }
+  /// No edge is flat, and every value is exact already (vertices.h: those of balls may not be).
   template <class V, class Edges>
   PM_HD std::uint32_t flat_lanes(const Edges&, const Points<V>&) const {
     return 0;

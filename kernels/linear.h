@@ -121,9 +121,9 @@ PM_HD inline Sym3d exp_symmetric(Sym3d a) {
   double scale = 1;
   for (; size > kExpReach && k < 64; size /= 2) ++k, scale /= 2;
   a = a * scale;
-  const Sym3d one = {1, 1, 1, 0, 0, 0};
-  Sym3d sum = one;
-  for (int i = kExpTerms; i > 0; --i) sum = one + commuting_product(a, sum) * (1.0 / i);
+  const Sym3d identity = {1, 1, 1, 0, 0, 0};
+  Sym3d sum = identity;
+  for (int i = kExpTerms; i > 0; --i) sum = identity + commuting_product(a, sum) * (1.0 / i);
   for (; k > 0; --k) sum = commuting_product(sum, sum);
   return sum;
 }

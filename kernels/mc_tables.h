@@ -187,9 +187,10 @@ inline Triangles case_triangles(int key, bool& ok) {
 inline std::array<int, 8> rotation(int r) {
   constexpr int kAxes[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
   const int* axes = kAxes[r / 4];
-  const int odd = r / 12;  // the last three permutations are reflections and need an odd flip
-  const int two = r % 4;   // two free flips; the third makes the determinant +1
-  const int flips[3] = {two & 1, two >> 1, ((two & 1) ^ (two >> 1) ^ odd) & 1};
+  const int odd = r / 12;        // the last three permutations are reflections and need an odd flip
+  const int free_flips = r % 4;  // two free flips; the third makes the determinant +1
+  const int flips[3] = {free_flips & 1, free_flips >> 1,
+                        ((free_flips & 1) ^ (free_flips >> 1) ^ odd) & 1};
   std::array<int, 8> to{};
   for (int c = 0; c < 8; ++c) {
     for (int axis = 0; axis < 3; ++axis) to[c] |= ((c >> axes[axis] & 1) ^ flips[axis]) << axis;

@@ -8,8 +8,8 @@
 // object is a shell; elsewhere it is made, at the lattice's nodes, of how thin both objects are
 // (WeighLevel). The surface is where the field is 0.
 //
-// Objects may have distances without detail too. Then that of the source is gone before that of the
-// target comes, as otherwise each would show as relief on the other (Hughes 1992).
+// Objects may have smoothed distances, too. Then the source's detail fades out before the target's
+// fades in, as otherwise each would show as relief on the other (Hughes 1992).
 #pragma once
 
 #include <cstdint>
@@ -33,7 +33,7 @@ struct MorphField {
   float inv_range = 0;  ///< 1 / s; 0: S(d) = d
 
   /// S(d). Thin parts have small distances, so an uncompressed mix would hide them until the other
-  /// object has almost vanished. S is odd, so that neither object takes more than its share.
+  /// object has almost vanished. S is odd, so that inside and outside are treated alike.
   template <class V>
   PM_HD V compress(V distance) const {
     return distance / fma(inv_slope(distance), broadcast<V>(0.5f), broadcast<V>(0.5f));
@@ -72,24 +72,24 @@ struct MorphField {
       const Vec3 corner = grid_point(grid, start);
       const SplineAxis y(corner.y, map.lattice.origin.y, map.inv_spacing, map.lattice.points.y);
       const SplineAxis z(corner.z, map.lattice.origin.z, map.inv_spacing, map.lattice.points.z);
-      // The line of a coarse surface spans many nodes: a ring of the last few columns.
+      // A ring buffer of the last four columns, because a line of a coarse surface spans many.
       typename SmoothMap::Values column[4];
       int known[4] = {-1, -1, -1, -1};
       alignas(32) float x[kLanes], lanes[kRegressionValues][kLanes];
       Lanes<V>::store(x, p.x);
       for (int l = 0; l < kLanes; ++l) {
         const SplineAxis at(x[l], map.lattice.origin.x, map.inv_spacing, map.lattice.points.x);
-        typename SmoothMap::Values three[3];
+        typename SmoothMap::Values nodes[3];
         for (int i = 0; i < 3; ++i) {
           const int n = at.first + i, slot = n & 3;
           if (known[slot] != n) {
             column[slot] = map.reduce_yz(n, y.first, z.first, y.weight, z.weight);
             known[slot] = n;
           }
-          three[i] = column[slot];
+          nodes[i] = column[slot];
         }
         alignas(32) float value[kRegressionValues];
-        SmoothMap::interpolate_x(three, at.weight, value);
+        SmoothMap::interpolate_x(nodes, at.weight, value);
         for (int i = 0; i < kRegressionValues; ++i) lanes[i][l] = value[i];
       }
       V map_values[kRegressionValues];
@@ -129,6 +129,7 @@ struct MorphField {
     const V detail_a = from.detail_share(map_value(3)),
             detail_b = to.detail_share(1.0f - map_value(3));
     const Points<V> gradient_a = from.gradient(a, detail_a), gradient_b = to.gradient(b, detail_b);
+    // `db_dt` holds the progress t at first.
     alignas(32) float db_dt[kLanes], slope_a[kLanes], slope_b[kLanes];
     Lanes<V>::store(db_dt, map_value(3));
     for (int l = 0; l < kLanes; ++l) {
@@ -140,16 +141,17 @@ struct MorphField {
     const V to_distance = to_scale * to.value(b, detail_b);
     const V from_weight = from_scale / inv_slope(from_distance);
     const V to_weight = to_scale / inv_slope(to_distance);
-    const V mixed = smoothstep(map_value(3));
+    const V weight_b = smoothstep(map_value(3));  // b of the formula above
     // Detail comes and goes with the progress, too.
-    const V da_dt = from_weight * from.detail(a) * Lanes<V>::load(slope_a);
-    const V db_detail_dt = to_weight * to.detail(b) * Lanes<V>::load(slope_b);
+    const V detail_a_dt = from_weight * from.detail(a) * Lanes<V>::load(slope_a);
+    const V detail_b_dt = to_weight * to.detail(b) * Lanes<V>::load(slope_b);
     const V df_dt = fma(Lanes<V>::load(db_dt), compress(to_distance) - compress(from_distance),
-                        fma(mixed, db_detail_dt - da_dt, da_dt));
+                        fma(weight_b, detail_b_dt - detail_a_dt, detail_a_dt));
     const auto negated_derivative = [&](int axis) {
       const auto map_slope = [&](int i) { return Lanes<V>::load(lanes[axis][i]); };
       // The chain rule: the distance's gradient times the map's derivative along the axis.
-      const auto pull_back = [&](const AffineMap& affine, int first, const Points<V>& gradient) {
+      const auto pulled_back_slope = [&](const AffineMap& affine, int first,
+                                         const Points<V>& gradient) {
         const auto row_derivative = [&](int i) {
           const Vec3 row = affine.rows[i];
           return map_slope(first + i) + (axis == 0 ? row.x : axis == 1 ? row.y : row.z);
@@ -157,9 +159,9 @@ struct MorphField {
         return fma(gradient.x, row_derivative(0),
                    fma(gradient.y, row_derivative(1), gradient.z * row_derivative(2)));
       };
-      const V from_slope = from_weight * pull_back(map.affine[0], 0, gradient_a);
-      const V to_slope = to_weight * pull_back(map.affine[1], 4, gradient_b);
-      const V map_term = fma(mixed, to_slope - from_slope, fma(df_dt, map_slope(3), from_slope));
+      const V from_slope = from_weight * pulled_back_slope(map.affine[0], 0, gradient_a);
+      const V to_slope = to_weight * pulled_back_slope(map.affine[1], 4, gradient_b);
+      const V map_term = fma(weight_b, to_slope - from_slope, fma(df_dt, map_slope(3), from_slope));
       return fma(broadcast<V>(level), map_slope(7), -map_term);
     };
     return {negated_derivative(0), negated_derivative(1), negated_derivative(2)};
@@ -244,14 +246,15 @@ struct MorphBounds {
                                             to.detail_share(1.0f - end));
     const V shift = -field.level * map_values[7];
     const V high_a = field.compress(range_a.high + max_change),
-            high_b = field.compress(range_b.high + max_change) - high_a;
+            high_step = field.compress(range_b.high + max_change) - high_a;
     const V high =
-        max(fma(first, high_b, high_a), fma(last, high_b, high_a)) + shift + max_level_change;
+        max(fma(first, high_step, high_a), fma(last, high_step, high_a)) + shift + max_level_change;
     const std::uint32_t inside = Lanes<V>::bits(high > 0.0f);
     if (has_rim || inside == 0) return inside;
     const V low_a = field.compress(range_a.low - max_change),
-            low_b = field.compress(range_b.low - max_change) - low_a;
-    const V low = min(fma(first, low_b, low_a), fma(last, low_b, low_a)) + shift - max_level_change;
+            low_step = field.compress(range_b.low - max_change) - low_a;
+    const V low =
+        min(fma(first, low_step, low_a), fma(last, low_step, low_a)) + shift - max_level_change;
     return inside & Lanes<V>::bits(low <= 0.0f);
   }
 
@@ -264,10 +267,10 @@ struct MorphBounds {
   template <class V>
   PM_HD static Range<V> distance_range(const DistanceField& object, float scale,
                                        const Points<V>& place, V low, V high) {
-    const V one = scale * object.value(place, high);
-    if (Lanes<V>::bits(low < high) == 0) return {one, one};
-    const V other = scale * object.value(place, low);
-    return {min(one, other), max(one, other)};
+    const V at_high = scale * object.value(place, high);
+    if (Lanes<V>::bits(low < high) == 0) return {at_high, at_high};
+    const V at_low = scale * object.value(place, low);
+    return {min(at_high, at_low), max(at_high, at_low)};
   }
 };
 

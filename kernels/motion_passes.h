@@ -16,7 +16,7 @@ namespace polymorph {
 
 template <class B>
 BallSet move_balls(Workspace<B>& work, const std::shared_ptr<const BallPaths>& paths,
-                   const MotionState& moment, const std::vector<float>& eased_times) {
+                   const MotionState& state, const std::vector<float>& eased_times) {
   const auto resize = [&](auto& buffer, const auto& from) {
     return buffer.resize(work.backend, static_cast<std::int64_t>(from.size()));
   };
@@ -28,14 +28,14 @@ BallSet move_balls(Workspace<B>& work, const std::shared_ptr<const BallPaths>& p
     work.backend.upload(parts, paths->parts.data());
     work.uploaded_paths = paths;
   }
-  const std::vector<PartPlace> part_places = places_at(paths->parts, moment.eased);
+  const std::vector<PartPlace> part_places = places_at(paths->parts, state.eased);
   const View<PartPlace> places = resize(work.places, part_places);
   work.backend.upload(places, part_places.data());
   const View<float> eased = resize(work.eased_times, eased_times);
   if (!eased_times.empty()) work.backend.upload(eased, eased_times.data());
   work.uploaded_balls = {};
   const View<Ball> moved = work.raw_balls.resize(work.backend, ball_paths.size);
-  work.backend.for_each(ball_paths.size, MoveBalls{ball_paths, parts, places, eased, moment, moved},
+  work.backend.for_each(ball_paths.size, MoveBalls{ball_paths, parts, places, eased, state, moved},
                         "step");
   std::vector<Ball> balls(paths->balls.size());
   work.backend.download(balls.data(), moved);

@@ -104,7 +104,7 @@ PM_HD inline float select(bool first, float a, float b) { return first ? a : b; 
 PM_HD inline float min(float a, float b) { return a < b ? a : b; }
 PM_HD inline float max(float a, float b) { return a > b ? a : b; }
 
-/// Number of values that a V holds, and V's that hold one value everywhere, or values from memory.
+/// The lanes of a V: their number, broadcasts, loads and stores.
 template <class V>
 struct Lanes {
   static constexpr int kCount = 1;
@@ -122,7 +122,7 @@ PM_HD inline V broadcast(float a) {
   return Lanes<V>::broadcast(a);
 }
 
-/// A V from one: of what is known for all lanes, or for each.
+/// Broadcasts a scalar to all lanes; a V stays as it is.
 template <class V, class T>
 PM_HD inline V spread(T a) {
   if constexpr (std::is_same_v<T, V>) {
@@ -269,7 +269,7 @@ PM_HD inline float signed_to_float(std::uint32_t a) {
   return static_cast<float>(static_cast<std::int32_t>(a));
 }
 
-/// Adding this rounds a number in (-2^22, 2^22) to a whole one, which stands in the low bits of the
+/// Adding this rounds a number in (-2^22, 2^22) to an integer, which is then in the low bits of the
 /// sum.
 constexpr float kRoundToInteger = 0x1.8p23f;
 
@@ -313,8 +313,8 @@ PM_HD inline void store_points(float* to, V x, V y, V z, int count) {
     to[3 * l] = p[0][l], to[3 * l + 1] = p[1][l], to[3 * l + 2] = p[2][l];
   }
 }
-/// Writes `base` plus the number of each set bit of 24, lowest first; up to 24 elements are written
-/// whatever `bits` are. The number of set bits.
+/// Writes `base` plus the index of each set bit of 24, lowest first, and returns the number of set
+/// bits. Up to 24 elements are overwritten, whatever `bits` are.
 template <class V>
 PM_HD inline int write_set_bits(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
   int n = 0;
@@ -322,8 +322,8 @@ PM_HD inline int write_set_bits(std::uint32_t bits, std::uint32_t base, std::uin
     to[n++] = base + static_cast<std::uint32_t>(countr_zero(bits));
   return n;
 }
-/// Writes at the number of each set bit of 24 how many are set below it, plus `base`; what is
-/// written at the others means nothing.
+/// Writes, at the index of each set bit of 24, `base` plus the number of set bits below it; the
+/// other elements become undefined.
 template <class V>
 PM_HD inline void number_set_bits(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
   for (; bits != 0; bits &= bits - 1) to[countr_zero(bits)] = base++;
@@ -380,9 +380,9 @@ inline void number_set_bits<WidePack>(std::uint32_t bits, std::uint32_t base, st
 }
 #endif
 
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
 /// The range of exp2(): sums of 10^8 terms of 2^100 stay finite, and below 2^-125 the
 /// result would leave the normal numbers.
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kMaxExponent = 100.0f;
 constexpr float kMinExponent = -125.0f;
 

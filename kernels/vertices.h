@@ -243,7 +243,7 @@ struct PlaceVertices {
     // The cut at the border is flat; and where the field has no slope, the edge itself leads
     // outward.
     const auto sloped = (length2 > 1e-30f) & (length2 < 1e30f);
-    const V one = broadcast<V>(1.0f), sign = select(edges.value0 > iso, one, -one);
+    const V unit = broadcast<V>(1.0f), sign = select(edges.value0 > iso, unit, -unit);
     const auto normal = [&](V component, std::uint32_t axis) {
       const V edge_normal = zero_unless(edges.axis == axis, sign);
       return select(edges.cut, edge_normal, select(sloped, component / length, edge_normal));
@@ -257,11 +257,11 @@ struct PlaceVertices {
   PM_HD V find_root(const Edges<V>& edges, const Field& field, std::uint32_t flat) const {
     V value0 = edges.value0, value1 = edges.value1;
     const V low = edges.low, high = edges.high;
-    const V zero = broadcast<V>(0.0f), one = broadcast<V>(1.0f);
+    const V zero = broadcast<V>(0.0f), unit = broadcast<V>(1.0f);
     value0 = field.exact_where(flat, value0, along(edges, zero));
-    value1 = field.exact_where(flat, value1, along(edges, one));
+    value1 = field.exact_where(flat, value1, along(edges, unit));
     const V g0 = field.height(value0), g1 = field.height(value1);
-    Bracket<V> b = {zero, g0, one, g1, one, g1};
+    Bracket<V> b = {zero, g0, unit, g1, unit, g1};
     V t = min(max(b.line_root(), low), high);
     for (int s = 0; s < refine_steps; ++s) {
       const Points<V> at = along(edges, t);

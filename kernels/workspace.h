@@ -72,13 +72,13 @@ struct Workspace {
   };
   std::vector<std::unique_ptr<UploadedDistances>> uploaded_distances;
 
-  // The tree (tree.h), per level or for even and odd levels.
+  // The tree (tree.h): [level], or [level % 2] where two levels are needed at a time.
   Buffer<Node> nodes[kMaxLevels];
   Buffer<std::uint32_t> entries[2];
   Buffer<FarField> far[2];
   Buffer<Counts> sums[2];  ///< children and entries per node
   Buffer<std::uint32_t> child_entries;
-  Buffer<Offsets> first;  ///< prefix sums of `sums`
+  Buffer<Offsets> first;  ///< prefix sums of `sums`: each node's first child and entry
 
   /// [level]: nodes and entries; [kMaxLevels]: vertices and triangles.
   Buffer<Offsets> totals_buffer;

@@ -2,8 +2,9 @@
 """check_words.py [PATH...]: holds the words of the sources to the rules of CONTRIBUTING.md, "Style".
 
 Doc comments begin with a verb or the noun that they define; a comment after a member is no prepositional phrase; locals are nouns;
-functions are verbs, with few exceptions; help texts are sentences with a subject; no two files share a name. Prints every breach
-(below PATHs alone, if some are given) and, with --count, only how many there are of each kind. Exit code 1 if there is one."""
+constants are kMax and kMin; functions are verbs, with few exceptions; help texts are sentences with a subject; no two files share a
+name. Prints every breach (below PATHs alone, if some are given) and, with --count, only how many there are of each kind. Exit code 1
+if there is one."""
 import collections
 import pathlib
 import re
@@ -13,9 +14,12 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 RIDDLE = re.compile(r"(What|Where|How|Which|Whether|Of|The same|As|That|Those|By|At|In|With|From|To)\b")
 FRAGMENT = re.compile(r"///<\s*(of|by|in|from|which|as|at|to|with|where|that|what|how|on|for)\b")
-LOCAL = r"(ways?|of|by|rest|off|apart|aside|straight|made|wanted|whole|these|who|goes|never|same|told|was|then|placed|how|which|tight|turned|back|most|least)"
+LOCAL = (r"(ways?|of|by|rest|off|apart|aside|straight|made|wanted|whole|these|who|goes|never|same|told|was|then|placed|how|which|tight|turned|back|"
+         r"most|least|two|three|some|only|given|said|mine|theirs|many|few|away|again|alike|with|without)")
 TYPE = r"(?:auto|bool|char|int|float|double|std::[\w:]+(?:<[^;=(){}]*>)?|[A-Z]\w*(?:<[^;=(){}]*>)?)"
 VARIABLE = re.compile(rf"\b{TYPE}\s*[&*]*\s+[&*]?{LOCAL}\s*(?=[;=,){{(\[:])")
+# CONTRIBUTING.md: kMax and kMin.
+CONSTANT = re.compile(r"\bk(?:Least|Most|Fewest|Few)(?![a-z])\w*")
 FUNCTION = re.compile(rf"^\s*(?:(?:PM_HD|inline|static|constexpr|virtual|template\s*<[^>]*>|\[\[nodiscard\]\])\s+)*(?:const\s+)?{TYPE}[&*]*\s+[&*]?(?:\w+::)*([a-z]\w*)\(", re.M)
 # Participles that the field uses as names of functions (std::clamp is a verb; "normalized" and "transposed" are Eigen's).
 ESTABLISHED = {"clamped", "normalized", "transposed", "interpolated", "transformed", "inverted", "sorted", "rotated", "reflected", "refracted",
@@ -58,6 +62,8 @@ def main():
         code = re.sub(r"//[^\n]*", "", text)
         for match in VARIABLE.finditer(code):
             found["variable"].append(f"{name}:{code[:match.start()].count(chr(10)) + 1}: {match[0].strip()}")
+        for constant in sorted(set(CONSTANT.findall(code))):
+            found["constant"].append(f"{name}: {constant}")
         for match in FUNCTION.finditer(code):
             function = match[1]
             where = f"{name}:{code[:match.start(1)].count(chr(10)) + 1}: {function}()"

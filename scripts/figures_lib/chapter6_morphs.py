@@ -8,7 +8,7 @@ METRICS = {
     "attributes": "labels kept",
     "topology": "topology changes",
     "rigidity": "rigidity",
-    "backtrack": "volume gone back",
+    "backtrack": "volume lost",
     "dip": "least volume",
     "pop": "pop",
     "slow_in": "slow-in",

@@ -15,12 +15,12 @@ namespace {
 
 struct Column {
   const char* name;
-  const char* what;
+  const char* definition;
   std::function<std::optional<double>(const FrameMeasures&)> value;
 };
 
 const std::vector<Column>& columns() {
-  const auto number = [](auto member) {
+  const auto measure = [](auto member) {
     return [member](const FrameMeasures& row) {
       return std::optional<double>(static_cast<double>(row.*member));
     };
@@ -41,11 +41,11 @@ const std::vector<Column>& columns() {
       {"components", "parts", surface(&MeshReport::components)},
       {"genus", "genus", surface(&MeshReport::genus)},
       {"euler", "Euler characteristic", surface(&MeshReport::euler)},
-      {"speed", "RMS step of the balls to the next frame", number(&FrameMeasures::speed)},
-      {"step", "chamfer distance to the next frame", number(&FrameMeasures::step)},
-      {"rate", "step over the change of eased time", number(&FrameMeasures::rate)},
-      {"farthest", "Hausdorff distance to the next frame", number(&FrameMeasures::farthest)},
-      {"bending", "bending energy (a sphere: 12.57)", number(&FrameMeasures::bending)},
+      {"speed", "RMS step of the balls to the next frame", measure(&FrameMeasures::speed)},
+      {"step", "chamfer distance to the next frame", measure(&FrameMeasures::step)},
+      {"rate", "step over the change of eased time", measure(&FrameMeasures::rate)},
+      {"farthest", "Hausdorff distance to the next frame", measure(&FrameMeasures::farthest)},
+      {"bending", "bending energy (a sphere: 12.57)", measure(&FrameMeasures::bending)},
       {"tac", "total absolute curvature (a sphere: 1)", roughness(&Roughness::tac)},
       {"bumps", "domes with radii below 6 % of L, the diagonal of both objects' box",
        roughness(&Roughness::bumps)},
@@ -54,12 +54,12 @@ const std::vector<Column>& columns() {
       {"rho", "RMS distance from the solid smoothed by 2 % of L, in % of L",
        roughness(&Roughness::rho)},
       {"strain", "RMS of ln(distance of neighbouring balls / the interpolated one)",
-       number(&FrameMeasures::strain)},
-      {"leakage", "volume outside the objects' hull", number(&FrameMeasures::leakage)},
-      {"hull", "volume of the convex hull", number(&FrameMeasures::hull)},
-      {"lowest", "height of the lowest point", number(&FrameMeasures::lowest)},
-      {"height", "height of the surface", number(&FrameMeasures::height)},
-      {"distortion", "mean stretch one way over that across, since the first frame",
+       measure(&FrameMeasures::strain)},
+      {"leakage", "volume outside the objects' hull", measure(&FrameMeasures::leakage)},
+      {"hull", "volume of the convex hull", measure(&FrameMeasures::hull)},
+      {"lowest", "height of the lowest point", measure(&FrameMeasures::lowest)},
+      {"height", "height of the surface", measure(&FrameMeasures::height)},
+      {"distortion", "mean ratio of the principal stretches since the first frame",
        [](const FrameMeasures& row) { return row.distortion; }},
       {"off_similarity", "Hausdorff distance from the moved source, over L",
        [](const FrameMeasures& row) { return row.off_similarity; }},
@@ -112,8 +112,8 @@ std::string curve(const Analysis& morph, const Column& column) {
       "<figure><figcaption><b>{}</b> {}</figcaption><div class=\"plot\"><svg viewBox=\"0 0 {} {}\" "
       "role=\"img\" aria-label=\"{} over time\"><path d=\"{}\"/>{}</svg><span class=\"high\">{:.4g}"
       "</span><span class=\"low\">{:.4g}</span></div></figure>\n",
-      column.name, escape_markup(column.what), kWidth, kHeight, column.name, path, dots, high,
-      high > low ? low : low);
+      column.name, escape_markup(column.definition), kWidth, kHeight, column.name, path, dots, high,
+      low);
 }
 
 constexpr const char* kStyle = R"(<style>
@@ -144,7 +144,7 @@ std::string metric_rows(const Analysis& morph) {
         "class=\"soft\">{}</td></tr>\n",
         escape_markup(metric.principle), metric.name, mark,
         known ? fmt::format("{:.4g}", *metric.value) : "-", escape_markup(metric.goal),
-        escape_markup(metric.what));
+        escape_markup(metric.definition));
   }
   return text;
 }
@@ -175,7 +175,7 @@ JsonValue analysis_json(const std::vector<Analysis>& morphs) {
       entry["metrics"][metric.name] = {{"value", number_or_null(metric.value)},
                                        {"goal", metric.goal},
                                        {"principle", metric.principle},
-                                       {"what", metric.what}};
+                                       {"what", metric.definition}};
     entry["frames"] = JsonValue::array();
     for (const FrameMeasures& row : morph.frames) {
       JsonValue frame{{"time", row.time},

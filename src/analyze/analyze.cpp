@@ -7,8 +7,8 @@
 #include <numbers>
 #include <utility>
 
+#include "analyze/correspondence_metrics.h"
 #include "analyze/distortion.h"
-#include "analyze/meaning.h"
 #include "analyze/measure.h"
 #include "analyze/smoothness.h"
 #include "base/box.h"
@@ -96,11 +96,6 @@ struct Subject {
   bool has_balls = false;
 };
 
-void add(Analysis& analysis, const char* name, const char* principle, std::optional<double> value,
-         const std::string& goal, const char* what) {
-  analysis.metrics.push_back({name, principle, value, goal, what});
-}
-
 /// Hausdorff distances of the first and last frame from the objects, over L.
 struct EndErrors {
   double source = 0, target = 0;
@@ -173,8 +168,8 @@ void add_attributes(const Subject& subject, Analysis& analysis) {
   std::optional<double> value;
   if (subject.ends.purity && subject.ends.chance && *subject.ends.chance < 1)
     value = (*subject.ends.purity - *subject.ends.chance) / (1 - *subject.ends.chance);
-  add(analysis, "attributes", "1 attributes", value, ">= 0.95",
-      "share of the volume that keeps its label, beyond chance");
+  analysis.metrics.push_back({"attributes", "1 attributes", value, ">= 0.95",
+                              "share of the volume that keeps its label, beyond chance"});
 }
 
 void add_topology(Analysis& analysis) {
@@ -191,25 +186,26 @@ void add_topology(Analysis& analysis) {
                std::abs(genus(rows[k + 1]) - genus(rows[k]));
   changes -= std::abs(components(rows.back()) - components(rows.front())) +
              std::abs(genus(rows.back()) - genus(rows.front()));
-  add(analysis, "topology", "2 topology", changes, "<= 0",
-      "changes of parts and handles beyond those between the ends");
+  analysis.metrics.push_back({"topology", "2 topology", changes, "<= 0",
+                              "changes of parts and handles beyond those between the ends"});
   double largest = 0;
   for (const FrameMeasures& row : rows) largest = std::max(largest, components(row));
-  add(analysis, "parts", "2 topology", largest,
-      fmt::format("<= {:g}", std::max(components(rows.front()), components(rows.back()))),
-      "largest number of parts at once; goal: as many as the larger end has");
+  analysis.metrics.push_back(
+      {"parts", "2 topology", largest,
+       fmt::format("<= {:g}", std::max(components(rows.front()), components(rows.back()))),
+       "largest number of parts at once; goal: as many as the larger end has"});
 }
 
 void add_features(const Subject& subject, const EndErrors& errors, Analysis& analysis) {
   std::optional<double> landmarks;
   for (const double error : subject.ends.landmark_errors)
     landmarks = std::max(landmarks.value_or(0), error / subject.size);
-  add(analysis, "landmarks", "3 features", landmarks, "<= 0.05",
-      "largest error of a landmark, over L");
-  add(analysis, "source_error", "3 features", errors.source, "<= 0.02",
-      "Hausdorff distance of the first frame from the source, over L");
-  add(analysis, "target_error", "3 features", errors.target, "<= 0.02",
-      "Hausdorff distance of the last frame from the target, over L");
+  analysis.metrics.push_back(
+      {"landmarks", "3 features", landmarks, "<= 0.05", "largest error of a landmark, over L"});
+  analysis.metrics.push_back({"source_error", "3 features", errors.source, "<= 0.02",
+                              "Hausdorff distance of the first frame from the source, over L"});
+  analysis.metrics.push_back({"target_error", "3 features", errors.target, "<= 0.02",
+                              "Hausdorff distance of the last frame from the target, over L"});
 }
 
 void add_rigidity(const Subject& subject, Analysis& analysis) {
@@ -220,14 +216,15 @@ void add_rigidity(const Subject& subject, Analysis& analysis) {
     for (const FrameMeasures& row : rows) sum += row.strain * row.strain;
     value = std::sqrt(sum / static_cast<double>(rows.size()));
   }
-  add(analysis, "rigidity", "4 rigidity", value, "<= 0.3",
-      "RMS of ln(distance of neighbouring balls / the distance interpolated between the ends)");
+  analysis.metrics.push_back(
+      {"rigidity", "4 rigidity", value, "<= 0.3",
+       "RMS of ln(distance of neighbouring balls / the distance interpolated between the ends)"});
 }
 
 void add_monotonicity(Analysis& analysis) {
   const std::vector<FrameMeasures>& rows = analysis.frames;
   const auto add_direction = [&](const char* backtrack, const char* dip, const auto& value,
-                                 const char* what_back, const char* what_dip) {
+                                 const char* backtrack_definition, const char* dip_definition) {
     const double first = value(rows.front()), last = value(rows.back());
     double lost = 0, lowest = first;
     for (std::size_t k = 0; k + 1 < rows.size(); ++k) {
@@ -236,15 +233,18 @@ void add_monotonicity(Analysis& analysis) {
       lost += std::max(0.0, -sign * step);
       lowest = std::min(lowest, value(rows[k + 1]));
     }
-    add(analysis, backtrack, "6 monotonicity", lost / std::max(first, last), "<= 0.005", what_back);
-    add(analysis, dip, "6 monotonicity", lowest / std::min(first, last), ">= 0.98", what_dip);
+    analysis.metrics.push_back({backtrack, "6 monotonicity", lost / std::max(first, last),
+                                "<= 0.005", backtrack_definition});
+    analysis.metrics.push_back(
+        {dip, "6 monotonicity", lowest / std::min(first, last), ">= 0.98", dip_definition});
   };
   add_direction(
       "backtrack", "dip", [](const FrameMeasures& row) { return row.surface.volume; },
-      "volume gone back, over the larger end's", "least volume over the smaller end's");
+      "volume lost against the trend, over the larger end's",
+      "smallest volume over the smaller end's");
   add_direction(
       "area_backtrack", "area_dip", [](const FrameMeasures& row) { return row.surface.area; },
-      "area gone back, over the larger end's", "least area over the smaller end's");
+      "area lost against the trend, over the larger end's", "smallest area over the smaller end's");
 }
 
 void add_transformations(const Subject& subject, Analysis& analysis) {
@@ -268,11 +268,15 @@ void add_transformations(const Subject& subject, Analysis& analysis) {
               subject.size;
     }
   }
-  add(analysis, "nonlinearity", "7 nonlinearity", error, "<= 0.02",
-      "Hausdorff distance from the moved source, over L, where the target is just that");
-  add(analysis, "rotation_error", "8 transformation groups", angle, "<= 0.5", "degrees");
-  add(analysis, "scale_error", "8 transformation groups", scale, "<= 0.01", "relative");
-  add(analysis, "translation_error", "8 transformation groups", shift, "<= 0.01", "over L");
+  analysis.metrics.push_back(
+      {"nonlinearity", "7 nonlinearity", error, "<= 0.02",
+       "Hausdorff distance from the moved source, over L, if the target is the source moved"});
+  analysis.metrics.push_back(
+      {"rotation_error", "8 transformation groups", angle, "<= 0.5", "degrees"});
+  analysis.metrics.push_back(
+      {"scale_error", "8 transformation groups", scale, "<= 0.01", "relative"});
+  analysis.metrics.push_back(
+      {"translation_error", "8 transformation groups", shift, "<= 0.01", "over L"});
 }
 
 void add_slow_in_out(Analysis& analysis) {
@@ -287,12 +291,13 @@ void add_slow_in_out(Analysis& analysis) {
   const auto over_largest = [&](std::size_t k) {
     return moves ? std::optional(rows[k].speed / largest) : std::nullopt;
   };
-  add(analysis, "slow_in", "9 slow-in, slow-out", over_largest(0), "<= 0.3",
-      "first step over the largest");
-  add(analysis, "slow_out", "9 slow-in, slow-out", over_largest(rows.size() - 2), "<= 0.3",
-      "last step over the largest");
-  add(analysis, "peak", "9 slow-in, slow-out", moves ? std::optional(peak) : std::nullopt, "",
-      "when the largest step is; goal 0.4 to 0.6");
+  analysis.metrics.push_back(
+      {"slow_in", "9 slow-in, slow-out", over_largest(0), "<= 0.3", "first step over the largest"});
+  analysis.metrics.push_back({"slow_out", "9 slow-in, slow-out", over_largest(rows.size() - 2),
+                              "<= 0.3", "last step over the largest"});
+  analysis.metrics.push_back({"peak", "9 slow-in, slow-out",
+                              moves ? std::optional(peak) : std::nullopt, "",
+                              "time of the largest step; goal 0.4 to 0.6"});
 }
 
 void add_certificates(Analysis& analysis) {
@@ -303,10 +308,11 @@ void add_certificates(Analysis& analysis) {
     invalid_surfaces += row.surface.is_manifold() && row.surface.triangles > 0 ? 0 : 1;
   }
   const double volume = std::max(rows.front().surface.volume, rows.back().surface.volume);
-  add(analysis, "leakage", "10 no leakage", volume > 0 ? leakage / volume : leakage, "<= 0",
-      "largest volume outside both objects' hull, dilated by 2 % of L, over the larger end's");
-  add(analysis, "bad_surfaces", "surface", invalid_surfaces, "<= 0",
-      "frames without a surface that is closed, manifold and oriented");
+  analysis.metrics.push_back(
+      {"leakage", "10 no leakage", volume > 0 ? leakage / volume : leakage, "<= 0",
+       "largest volume outside both objects' hull, dilated by 2 % of L, over the larger end's"});
+  analysis.metrics.push_back({"bad_surfaces", "surface", invalid_surfaces, "<= 0",
+                              "frames without a surface that is closed, manifold and oriented"});
 }
 
 }  // namespace

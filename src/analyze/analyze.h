@@ -37,13 +37,14 @@ struct Handover {
 /// Errors of known points that belong together (analyze/true_points.h).
 struct TrueErrors {
   std::size_t points = 0;  ///< number of pairs
-  /// Distance of each point from where its partner is brought, both ways, over the diagonal of the
-  /// object that is reached: by the nearest balls' own targets, and by the map of the surface.
+  /// Distance of each point, of both objects, from where its partner is taken, over the diagonal of
+  /// the point's object: by the targets of the nearest balls, and by the map of the surface.
   std::vector<double> plan, map;
-  /// Way along the target's edges from where the map brings each source point to its partner, over
-  /// the root of the target's area; infinite between separate parts.
+  /// Distance along the target's edges from where the map takes each source point to its partner,
+  /// over the square root of the target's area; infinite between separate components.
   std::vector<double> geodesic;
-  /// Degrees about the vertical that the turn taken lacks; nothing if the points tell no turn.
+  /// Degrees about the vertical by which the morph's rotation misses that of the points; nothing if
+  /// the points do not determine one.
   std::optional<double> facing;
 };
 
@@ -58,7 +59,7 @@ struct MorphEnds {
   std::optional<Similarity> truth;        ///< set if the target is the source moved by it
   std::optional<Similarity> recovered;    ///< the plan's estimate of `truth`
   std::optional<TrueErrors> true_errors;  ///< errors of points whose partners are known
-  std::optional<double> facing;           ///< degrees between the turn taken and that of the pairs
+  std::optional<double> facing;           ///< degrees between the morph's rotation and the pairs'
   std::optional<double> registration;     ///< larger share_off() of both objects' surfaces
   std::optional<double> pose_step;        ///< largest step from pose to pose, over the ends' own
   Handover leaving, arriving;             ///< boundary stages of both ends; empty if not shown
@@ -99,7 +100,7 @@ struct Metric {
   std::string principle;        ///< one of the ten principles, "5 smoothness"
   std::optional<double> value;  ///< empty if it cannot be measured
   std::string goal;             ///< "<= 2"; empty if there is none
-  std::string what;             ///< short definition
+  std::string definition;       ///< a phrase for the report
 };
 
 /// The measures and metrics of one morph.

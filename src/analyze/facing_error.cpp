@@ -7,7 +7,7 @@
 
 namespace polymorph {
 
-std::optional<double> turn_about_vertical(const WeightedPairs& pairs, const Mat3& applied) {
+std::optional<double> rotation_about_vertical(const WeightedPairs& pairs, const Mat3& applied) {
   PM_CHECK(pairs.from.size() == pairs.to.size() &&
            (pairs.weights.empty() || pairs.weights.size() == pairs.from.size()));
   const auto weight = [&](std::size_t i) { return pairs.weights.empty() ? 1 : pairs.weights[i]; };
@@ -28,9 +28,9 @@ std::optional<double> turn_about_vertical(const WeightedPairs& pairs, const Mat3
     from_spread += weight(i) * (p.x * p.x + p.z * p.z);
     to_spread += weight(i) * (q.x * q.x + q.z * q.z);
   }
-  constexpr double kLeast = 0.1;
+  constexpr double kMinCorrelation = 0.1;
   const double spread = std::sqrt(from_spread * to_spread);
-  if (!(spread > 0) || std::hypot(cosine, sine) < kLeast * spread) return std::nullopt;
+  if (!(spread > 0) || std::hypot(cosine, sine) < kMinCorrelation * spread) return std::nullopt;
   return std::atan2(sine, cosine) * 180 / std::numbers::pi;
 }
 

@@ -1,4 +1,4 @@
-// Facing: the turn about the vertical between points and those that they become.
+// Facing: the rotation about the vertical between points and those that they become.
 #pragma once
 
 #include <optional>
@@ -15,10 +15,10 @@ struct WeightedPairs {
   std::span<const double> weights;  ///< one per pair; empty: all count alike
 };
 
-/// Returns the rotation about the y axis, in degrees from -180 to 180 (from z towards x), that
-/// takes the points nearest to those that they become, all about their centroids, after `applied`
-/// was applied to them (weighted Procrustes in the plane). Nothing where no rotation is much better
-/// than another: the covariance keeps less than a tenth of both sides' spread.
-std::optional<double> turn_about_vertical(const WeightedPairs& pairs, const Mat3& applied = {});
+/// Fits the rotation about the y axis, in degrees from -180 to 180 (from z towards x), that takes
+/// the points, after the rotation `applied`, onto those that they become, both relative to their
+/// centroids (weighted Procrustes in the plane). Returns nothing if no rotation fits much better
+/// than the others: if the covariance is below a tenth of the product of both standard deviations.
+std::optional<double> rotation_about_vertical(const WeightedPairs& pairs, const Mat3& applied = {});
 
 }  // namespace polymorph

@@ -144,8 +144,8 @@ void add_smoothness_metrics(const MorphEnds& ends, const std::vector<MorphFrame>
   for (const FrameMeasures& row : rows) largest = std::max(largest, row.bending);
   const double larger_end = std::max(rows.front().bending, rows.back().bending);
   const auto add = [&](const char* name, std::optional<double> value, const char* goal,
-                       const char* what) {
-    analysis.metrics.push_back({name, "5 smoothness", value, goal, what});
+                       const char* definition) {
+    analysis.metrics.push_back({name, "5 smoothness", value, goal, definition});
   };
   add("bending", larger_end > 0 ? std::optional(largest / larger_end) : std::nullopt, "<= 1",
       "largest bending energy over the larger one of the ends");
@@ -209,21 +209,21 @@ void add_roughness_metrics(Analysis& analysis) {
   }
   if (count > 0) detail = sum / count;
   const auto add = [&](const char* name, const char* principle, std::optional<double> value,
-                       const char* goal, const char* what) {
-    analysis.metrics.push_back({name, principle, value, goal, what});
+                       const char* goal, const char* definition) {
+    analysis.metrics.push_back({name, principle, value, goal, definition});
   };
   add("curvature", "5 smoothness", curvature, "<= 1.05",
-      "largest total absolute curvature over the line between the ends");
+      "largest total absolute curvature over the interpolated one");
   add("least_curvature", "3 features", least_curvature, ">= 0.85",
-      "least total absolute curvature over that line: limbs that melt");
+      "smallest total absolute curvature over the interpolated one; low if limbs melt");
   add("bumps", "5 smoothness",
       excess(rows, [](const auto& row) { return static_cast<double>(row.roughness.bumps); }),
       "<= 1.2",
-      "most bumps + 1 over those of the bumpier end + 1; radii below 6 % of L, the box's diagonal");
+      "largest number of domes with radii below 6 % of L, plus 1, over the larger end's plus 1");
   add("groove", "5 smoothness", excess(rows, [](const auto& row) { return row.roughness.groove; }),
-      "", "largest % of the area in grooves + 1 over that of the end with more + 1");
+      "", "largest per cent of the area in grooves, plus 1, over the larger end's plus 1");
   add("detail", "3 features", detail, ">= 0.55",
-      "mean roughness for u in 0.2 to 0.8 over the line between the ends: what is not blurred");
+      "mean roughness for u in 0.2 to 0.8 over the interpolated one; low if detail is blurred");
 }
 
 void add_step_metrics(const MorphEnds& ends, const std::vector<MorphFrame>& frames, double size,
@@ -244,18 +244,19 @@ void add_step_metrics(const MorphEnds& ends, const std::vector<MorphFrame>& fram
     return steps_from_object(object, frame, kHiddenDepth * size, rows);
   };
   const auto add = [&](const char* name, std::optional<double> value, const char* goal,
-                       const char* what) {
-    analysis.metrics.push_back({name, "5 smoothness", value, goal, what});
+                       const char* definition) {
+    analysis.metrics.push_back({name, "5 smoothness", value, goal, definition});
   };
   add("first_step", relative_pace(true), "<= 1.2",
-      "pace over the first tenth of u over the mean pace");
+      "pace in the first tenth of u over the mean pace");
   add("last_step", relative_pace(false), "<= 1.2",
-      "pace over the last tenth of u over the mean pace");
+      "pace in the last tenth of u over the mean pace");
   add("source_step", object_step(ends.source_shown, ends.source, frames.front().surface), "<= 2",
       "step from the source itself to the first frame over the mean step, by the chamfer or the "
-      "Hausdorff distance, whichever is more");
+      "Hausdorff distance, whichever gives more");
   add("target_step", object_step(ends.target_shown, ends.target, frames.back().surface), "<= 2",
-      "step from the last frame to the target itself over the mean step, likewise");
+      "step from the last frame to the target itself over the mean step, by the larger of both "
+      "distances");
 }
 
 }  // namespace polymorph

@@ -18,8 +18,8 @@ struct Recorders {
   std::vector<InputRecorder*> all;
 };
 Recorders& recorders() {
-  static Recorders one;
-  return one;
+  static Recorders instance;
+  return instance;
 }
 
 fs::path key(const fs::path& path) {

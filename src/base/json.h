@@ -109,7 +109,7 @@ struct JsonDocument {
   TextPosition position(std::size_t offset) const;
 };
 
-/// Reads JSON. Comments, // to the end of a line and /* */, are read over. Nesting is limited to
+/// Reads JSON. Comments, // to the end of a line and /* */, are skipped. Nesting is limited to
 /// 64; a duplicate key is an error that names both lines. Errors (kInput): "NAME:LINE:COL: what",
 /// the line itself and a caret below it.
 Result<JsonDocument> parse_json(std::string name, std::string text);

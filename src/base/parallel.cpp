@@ -14,7 +14,7 @@ namespace polymorph {
 namespace {
 
 std::unique_ptr<tbb::global_control> limit;
-int current = 0;
+int current_threads = 0;
 
 int available_threads() {
   cpu_set_t set;
@@ -31,9 +31,9 @@ int available_threads() {
 }  // namespace
 
 void set_thread_count(int count) {
-  current = count > 0 ? count : available_threads();
+  current_threads = count > 0 ? count : available_threads();
   limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
-                                                static_cast<std::size_t>(current));
+                                                static_cast<std::size_t>(current_threads));
 }
 
 Status check_threads() {
@@ -52,6 +52,6 @@ Error make_thread_error(const std::string& reason) {
                     reason);
 }
 
-int thread_count() { return current > 0 ? current : available_threads(); }
+int thread_count() { return current_threads > 0 ? current_threads : available_threads(); }
 
 }  // namespace polymorph

@@ -76,9 +76,9 @@ bool is_control(std::uint32_t code) {
 
 }  // namespace
 
-std::string printable(std::string_view given, Lines lines) {
+std::string printable(std::string_view raw_text, Lines lines) {
   const std::string cleaned =
-      lines == Lines::kKeep ? replace_breaks_of_names(given) : std::string(given);
+      lines == Lines::kKeep ? replace_breaks_of_names(raw_text) : std::string(raw_text);
   const std::string_view text = cleaned;
   std::string result;
   result.reserve(text.size());

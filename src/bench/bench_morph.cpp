@@ -24,9 +24,9 @@ constexpr Column kColumns[] = {
     {"plan_within_10", ".10", 4, 2, true},    {"plan_error", "mean", 5, 3, true},
     {"map_within_5", "map .05", 7, 2, true},  {"map_within_10", ".10", 4, 2, true},
     {"map_error", "mean", 5, 3, true},        {"map_geodesic", "geodesic", 8, 3, true},
-    {"true_facing", "turn off", 8, 0, false}, {"facing", "pairs'", 6, 0, false},
-    {"registration", "off", 5, 3, false},     {"hull_dip", "hull", 5, 2, false},
-    {"curvature", "tac", 5, 2, false},        {"least_curvature", "least", 5, 2, false},
+    {"true_facing", "turn err", 8, 0, false}, {"facing", "by plan", 7, 0, false},
+    {"registration", "missed", 6, 3, false},  {"hull_dip", "hull", 5, 2, false},
+    {"curvature", "curv.", 5, 2, false},      {"least_curvature", "least", 5, 2, false},
     {"area_dip", "area", 5, 3, false},        {"parts", "parts", 5, 1, false},
     {"topology", "topol.", 6, 1, false},      {"floating", "float", 5, 3, false},
     {"sinking", "sink", 5, 3, false},         {"distortion", "distort.", 8, 2, false},
@@ -90,8 +90,8 @@ Result<Scene> make_scene(const Truth& truth, const TrueModel& from, const TrueMo
 
 Result<Analysis> measure_pair(const BenchMorphSettings& settings, const Truth& truth,
                               const TrueModel& from, const TrueModel& to, Engine& engine,
-                              const std::function<bool()>& go_on) {
-  const AnalyzeProgress progress = [&](int, int) { return go_on(); };
+                              const std::function<bool()>& keep_going) {
+  const AnalyzeProgress progress = [&](int, int) { return keep_going(); };
   std::vector<Analysis> morphs;
   if (settings.meshes.empty()) {
     PM_TRY(const Scene scene, make_scene(truth, from, to, settings.overrides));
@@ -100,10 +100,10 @@ Result<Analysis> measure_pair(const BenchMorphSettings& settings, const Truth& t
     PM_TRY(morphs, analyze_scene(prepared, engine, settings.frames, progress, &truth));
   } else {
     std::string pattern = settings.meshes;
-    const std::string place = "{pair}", name = from.name + "-" + to.name;
-    for (auto at = pattern.find(place); at != std::string::npos;
-         at = pattern.find(place, at + name.size()))
-      pattern.replace(at, place.size(), name);
+    const std::string placeholder = "{pair}", name = from.name + "-" + to.name;
+    for (auto at = pattern.find(placeholder); at != std::string::npos;
+         at = pattern.find(placeholder, at + name.size()))
+      pattern.replace(at, placeholder.size(), name);
     PM_TRY(const FramePattern frames, parse_pattern(pattern));
     if (!frames.has_number())
       return make_error(ErrorCode::kUsage,
@@ -121,7 +121,7 @@ Result<Analysis> measure_pair(const BenchMorphSettings& settings, const Truth& t
 
 Result<BenchMorphReport> bench_morph(const BenchMorphSettings& settings, Engine& engine,
                                      const std::function<void(const std::string&)>& print,
-                                     const std::function<bool()>& go_on) {
+                                     const std::function<bool()>& keep_going) {
   PM_TRY(const Truth truth, load_truth(settings.truth));
   if (truth.pairs.empty())
     return make_error(ErrorCode::kInput,
@@ -136,7 +136,7 @@ Result<BenchMorphReport> bench_morph(const BenchMorphSettings& settings, Engine&
   print(format_heading());
   for (const auto& [from, to] : truth.pairs) {
     PM_TRY(Analysis morph,
-           measure_pair(settings, truth, truth.models[from], truth.models[to], engine, go_on));
+           measure_pair(settings, truth, truth.models[from], truth.models[to], engine, keep_going));
     rows.push_back(make_row(morph));
     print(format_row(morph.from + "-" + morph.to, rows.back()));
     report.morphs.push_back(std::move(morph));

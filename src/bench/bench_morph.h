@@ -34,11 +34,11 @@ struct BenchMorphReport {
 };
 
 /// Measures every pair and prints a line for each, then one for all: shares and errors of points
-/// are means over all points, the rest are means over the pairs where they are known. `go_on` is
-/// asked before each frame; false ends it with kResumable. Errors: kInput (no pairs, pairs without
-/// points in common, models, meshes), kUsage (an override), the engine's.
+/// are means over all points, the rest are means over the pairs where they are known. `keep_going`
+/// is asked before each frame; false ends it with kResumable. Errors: kInput (no pairs, pairs
+/// without points in common, models, meshes), kUsage (an override), the engine's.
 Result<BenchMorphReport> bench_morph(const BenchMorphSettings& settings, Engine& engine,
                                      const std::function<void(const std::string&)>& print,
-                                     const std::function<bool()>& go_on);
+                                     const std::function<bool()>& keep_going);
 
 }  // namespace polymorph

@@ -330,7 +330,7 @@ int run_program(int argc, char** argv) {
       add_overwrite(command, line.common).group(group_of_work(command.name()));
 
   // Help and version answer before anything is checked, wherever they stand.
-  const auto given = [&](const char* flag) {
+  const auto has_flag = [&](const char* flag) {
     return std::any_of(argv + 1, argv + argc,
                        [&](const char* a) { return std::string_view(a) == flag; });
   };
@@ -338,11 +338,11 @@ int run_program(int argc, char** argv) {
     std::fputs(first_steps(line).c_str(), stderr);
     return static_cast<int>(ErrorCode::kUsage);
   }
-  if (given("--help") || given("-h")) {
-    print_bytes(help_page(line, named_command(*line.app, argc, argv), given("--help")));
+  if (has_flag("--help") || has_flag("-h")) {
+    print_bytes(help_page(line, named_command(*line.app, argc, argv), has_flag("--help")));
     return finish_output(0);
   }
-  if (given("--version") || (argc == 2 && given("-V"))) {
+  if (has_flag("--version") || (argc == 2 && has_flag("-V"))) {
     print_data("polymorph {}\n", program_version());
     return finish_output(0);
   }

@@ -34,23 +34,25 @@ bool is_decided(const CLI::Option& option) {
                                            [](const CLI::Option* o) { return o->count() > 0; });
 }
 
-Error bad(const std::string& file, const CLI::ConfigItem& item, const std::string& why) {
+Error make_config_error(const std::string& file, const CLI::ConfigItem& item,
+                        const std::string& why) {
   const std::string section = item.parents.empty() ? "" : "[" + item.parents.front() + "] ";
   return make_error(ErrorCode::kUsage, "{}: {}{}: {}", file, section, item.name, why);
 }
 
-/// The commands that a key is for.
-Result<std::vector<CLI::App*>> commands_of(const std::string& file, const CLI::ConfigItem& item,
-                                           CLI::App& app) {
+/// Finds the commands that a key applies to.
+Result<std::vector<CLI::App*>> find_commands(const std::string& file, const CLI::ConfigItem& item,
+                                             CLI::App& app) {
   std::vector<CLI::App*> commands = app.get_subcommands([](const CLI::App*) { return true; });
-  if (item.parents.size() > 1) return bad(file, item, "sections have no sections of their own");
+  if (item.parents.size() > 1)
+    return make_config_error(file, item, "sections have no sections of their own");
   if (item.parents.empty()) return commands;
   std::vector<std::string> names;
   for (const CLI::App* command : commands) names.push_back(command->get_name());
   std::erase_if(commands, [&](const CLI::App* c) { return c->get_name() != item.parents.front(); });
   if (commands.empty())
-    return bad(file, item,
-               "the section names no command" + did_you_mean(item.parents.front(), names));
+    return make_config_error(
+        file, item, "the section names no command" + did_you_mean(item.parents.front(), names));
   return commands;
 }
 
@@ -70,15 +72,16 @@ Status apply_config(const std::string& file, CLI::App& program) {
   for (CLI::ConfigItem& item : items) {
     if (item.name == "++" || item.name == "--") continue;  // where a section begins and ends
     std::replace(item.name.begin(), item.name.end(), '_', '-');
-    PM_TRY(const std::vector<CLI::App*> commands, commands_of(file, item, program));
+    PM_TRY(const std::vector<CLI::App*> commands, find_commands(file, item, program));
     std::vector<std::string> known;
     bool found = false;
-    for (CLI::App* one : commands) {
-      const std::vector<std::string> keys = option_keys(*one);
+    for (CLI::App* candidate : commands) {
+      const std::vector<std::string> keys = option_keys(*candidate);
       found = found || std::find(keys.begin(), keys.end(), item.name) != keys.end();
       known.insert(known.end(), keys.begin(), keys.end());
     }
-    if (!found) return bad(file, item, "unknown option" + did_you_mean(item.name, known));
+    if (!found)
+      return make_config_error(file, item, "unknown option" + did_you_mean(item.name, known));
     if (std::find(commands.begin(), commands.end(), &command) == commands.end()) continue;
     CLI::Option* option = command.get_option_no_throw("--" + item.name);
     if (!option || is_decided(*option)) continue;
@@ -86,13 +89,14 @@ Status apply_config(const std::string& file, CLI::App& program) {
       const std::vector<std::string> values = values_for(item, *option);
       if (values.empty()) continue;
       for (const std::string& value : values) {
-        if (value.empty()) return bad(file, item, "is empty - give a value, or leave it out");
+        if (value.empty())
+          return make_config_error(file, item, "is empty - give a value, or leave it out");
         remember_name(value);
         option->add_result(value);
       }
       option->run_callback();
     } catch (const CLI::Error& error) {
-      return bad(file, item, error.what());
+      return make_config_error(file, item, error.what());
     }
   }
   return Ok{};

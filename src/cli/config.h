@@ -6,7 +6,7 @@
 //   png = true
 //   set = ["image.samples=64"]
 //
-// What the command line or a POLYMORPH_ variable says wins.
+// The command line and POLYMORPH_ variables override the file.
 #pragma once
 
 #include <string>
@@ -16,8 +16,8 @@
 
 namespace polymorph {
 
-/// Gives the options of the chosen subcommand that the command line and the environment have left
-/// open the values of the file. The whole file is checked, also what is for other commands. Errors
+/// Sets the options of the chosen subcommand from the file, except those that the command line or
+/// the environment has set. Checks the whole file, including what is for other commands. Errors
 /// (kUsage): no such file, an unknown section or key, a value that the option does not take.
 Status apply_config(const std::string& file, CLI::App& program);
 

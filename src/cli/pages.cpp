@@ -78,8 +78,8 @@ std::string kind_of(const JsonValue& schema) {
   if (schema.contains("enum")) return choices_text(schema.get("enum"));
   if (schema.contains("oneOf")) {
     std::string text;
-    for (const JsonValue& one : schema.get("oneOf").items) {
-      const std::string kind = kind_of(one);
+    for (const JsonValue& choice : schema.get("oneOf").items) {
+      const std::string kind = kind_of(choice);
       text += (text.empty() ? "" : ", or ") + kind;
     }
     return text;
@@ -109,8 +109,8 @@ std::string default_of(const JsonValue& schema) {
 const JsonValue* inner_object(const JsonValue& schema) {
   if (schema.contains("properties")) return &schema;
   if (schema.contains("items")) return inner_object(schema.get("items"));
-  for (const JsonValue& one : schema.get("oneOf").items)
-    if (const JsonValue* found = inner_object(one)) return found;
+  for (const JsonValue& choice : schema.get("oneOf").items)
+    if (const JsonValue* found = inner_object(choice)) return found;
   return nullptr;
 }
 

@@ -9,7 +9,7 @@
 namespace polymorph {
 namespace {
 
-/// A fit that takes a tenth of the time. What is to have no fit stays as it is.
+/// Makes the fit of an object's balls take a tenth of the time, if it has one.
 void make_coarse(const Scene& scene, SphereSettings& spheres) {
   constexpr int kBalls = 64;
   if (!is_fitted(scene, spheres)) return;
@@ -19,8 +19,8 @@ void make_coarse(const Scene& scene, SphereSettings& spheres) {
   spheres.resolution = 0;
 }
 
-/// Half size, coarser surface and balls, direct light and a ray for what hides the sky,
-/// smoothed. `--set` goes before what a preview says of rays and noise.
+/// Applies --preview: half the size, coarser surface and balls, direct light with one ray for the
+/// occlusion of the sky, smoothed. Image settings that `sets` (--set) names keep their values.
 void make_preview(Scene& scene, const std::vector<std::string>& sets) {
   for (ActorSettings& actor : scene.actors) {
     make_coarse(scene, actor.source.spheres);
@@ -52,7 +52,7 @@ void add_scene_options(Command command, SceneOptions& options) {
       .group("Scene");
   command
       .add_option("--display", options.shown.display,
-                  "display of $OCIO's config, by whose view PNGs, strips, GIFs and movies are made")
+                  "display of $OCIO's config that PNGs, strips, GIFs and movies are made for")
       .type_name("NAME")
       .group("Scene");
   command.add_option("--view", options.shown.view, "view of that display; default: its first")

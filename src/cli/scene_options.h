@@ -14,17 +14,17 @@ namespace polymorph {
 struct SceneOptions {
   bool preview = false;
   int samples = 0;    ///< 0 = the scene's
-  DisplayView shown;  ///< view by which PNGs, strips, GIFs and movies are made
+  DisplayView shown;  ///< view for which PNGs, strips, GIFs and movies are made
   std::vector<std::string> sets;
 };
 
-/// --preview in group Main; --spp, --display, --view and --set in Scene.
+/// Adds --preview to the group Main, and --spp, --display, --view and --set to Scene.
 void add_scene_options(Command command, SceneOptions& options);
 
 /// Applies the options to a scene that was loaded with the overrides of --set.
 void apply_scene_options(Scene& scene, const SceneOptions& options);
 
-/// The scene with these options applied. Errors: those of load_scene(), kUsage.
+/// Loads a scene and applies these options. Errors: those of load_scene(), kUsage.
 Result<Scene> load_scene_with(const std::string& file, const SceneOptions& options);
 
 /// Converts the options back to words of a command line.

@@ -26,8 +26,8 @@ Result<LandmarksLeg> make_landmarks_leg(const std::shared_ptr<const Leg>& shared
   // landmark_candidates() has refused flattened objects.
   const Transform from_file = *inverse(leg.from->to_scene), to_file = *inverse(leg.to->to_scene);
   for (std::size_t l = 0; l < leg.plan.landmarks.size(); ++l)
-    out.given.push_back({leg.landmark_names[l], apply(from_file, leg.plan.landmarks[l].from),
-                         apply(to_file, leg.plan.landmarks[l].to)});
+    out.landmarks.push_back({leg.landmark_names[l], apply(from_file, leg.plan.landmarks[l].from),
+                             apply(to_file, leg.plan.landmarks[l].to)});
   return out;
 }
 
@@ -57,11 +57,11 @@ Result<LandmarksPage> make_landmarks_page(const PreparedScene& prepared, Engine&
   };
   for (const LegCandidates& leg : legs) {
     const PreparedActor& actor = prepared.actors[static_cast<std::size_t>(leg.actor)];
-    PM_TRY(LandmarksLeg one,
+    PM_TRY(LandmarksLeg page_leg,
            make_landmarks_leg(actor.legs[static_cast<std::size_t>(leg.from)], leg, engine));
-    one.from = index_of(leg.actor, leg.from, leg.from_key);
-    one.to = index_of(leg.actor, leg.to, leg.to_key);
-    page.legs.push_back(std::move(one));
+    page_leg.from = index_of(leg.actor, leg.from, leg.from_key);
+    page_leg.to = index_of(leg.actor, leg.to, leg.to_key);
+    page.legs.push_back(std::move(page_leg));
     if (!page.title.empty()) page.title += ", ";
     page.title += actor.objects[static_cast<std::size_t>(leg.from)]->name + " to " +
                   actor.objects[static_cast<std::size_t>(leg.to)]->name;

@@ -123,18 +123,18 @@ Result<std::string> run_sbatch(const std::vector<std::string>& arguments) {
   const std::string command = "sbatch --parsable" + words(arguments) + " 2>&1";
   FILE* pipe = ::popen(command.c_str(), "r");
   if (!pipe) return make_error(ErrorCode::kResource, "sbatch: cannot be started");
-  std::string said;
+  std::string output;
   std::array<char, 512> buffer{};
-  while (std::fgets(buffer.data(), static_cast<int>(buffer.size()), pipe)) said += buffer.data();
+  while (std::fgets(buffer.data(), static_cast<int>(buffer.size()), pipe)) output += buffer.data();
   const int status = ::pclose(pipe);
-  while (!said.empty() && (said.back() == '\n' || said.back() == '\r')) said.pop_back();
+  while (!output.empty() && (output.back() == '\n' || output.back() == '\r')) output.pop_back();
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0)
     return make_error(ErrorCode::kResource,
                       "{}: {} - run this on a machine of the cluster, or see the scripts with "
                       "--print",
-                      command, said.empty() ? "failed" : said);
+                      command, output.empty() ? "failed" : output);
   // "1234" or "1234;cluster", behind whatever else the site's sbatch says.
-  const auto lines = split(said, '\n');
+  const auto lines = split(output, '\n');
   return lines.back().substr(0, lines.back().find(';'));
 }
 

@@ -13,7 +13,7 @@ DistanceGrid hollow_distances(DistanceGrid walls, const DistanceGrid& filled) {
     if (filled.values[i] > 0) depth = std::max(depth, -walls.values[i]);
   // A mix k w + (1 - k) d with d = r, the distance to the wall, is 0 where 1 - k = q if
   // w = -r q / (1 - q). With q = kRate (r / depth)^2 walls grow fast at first, before the other
-  // object's distances could tear them. Beyond an opening the values go on from those inside.
+  // object's distances could tear them. Outside an opening the values continue those inside.
   constexpr float kRate = 0.95f;
   for (std::size_t i = 0; i < walls.values.size(); ++i) {
     float& value = walls.values[i];

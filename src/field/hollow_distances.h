@@ -6,8 +6,8 @@
 namespace polymorph {
 
 /// Makes distances of a vessel's walls that can be mixed with those of the filled vessel, on the
-/// same grid: within it they decrease more slowly, so that in a mix the walls grow thicker evenly
-/// until they meet.
+/// same grid: inside the cavity they decrease more slowly, so that in a mix the walls grow evenly
+/// thicker until they meet.
 DistanceGrid hollow_distances(DistanceGrid walls, const DistanceGrid& filled);
 
 }  // namespace polymorph

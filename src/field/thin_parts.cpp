@@ -111,11 +111,12 @@ std::vector<std::vector<Vec3>> find_thin_walls(const Model& original, const Dist
   TriangleBvh bvh = build_split_bvh(original.points, original.triangles);
   // A ray through thousands of strewn long triangles has a wall everywhere, and one through a point
   // that thousands share touches all of them.
-  const std::optional<ClusteredModel> few =
+  const std::optional<ClusteredModel> clustered =
       bvh.is_split ? cluster_long_triangles(original) : std::nullopt;
   const bool is_thinned =
-      few && (few->thinned || 2 * few->model.triangles.size() < original.triangles.size());
-  const Model& model = is_thinned ? few->model : original;
+      clustered &&
+      (clustered->thinned || 2 * clustered->model.triangles.size() < original.triangles.size());
+  const Model& model = is_thinned ? clustered->model : original;
   if (is_thinned) bvh = build_split_bvh(model.points, model.triangles);
   std::vector<std::vector<Vec3>> layers(static_cast<std::size_t>(grid.points.z));
   // One midpoint per half cell: thin triangles crowd around their common point.

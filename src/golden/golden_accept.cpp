@@ -25,7 +25,7 @@ bool ends_in_path(const std::string& path, const std::string& name) {
 }
 
 /// A failed frame in a report.
-struct Failed {
+struct FailedFrame {
   SurfaceRecord surface;
   std::string sha256;  ///< hash of its file
 };
@@ -33,14 +33,14 @@ struct Failed {
 struct ParsedReport {
   std::string program;
   std::map<std::string, std::string> suite_hashes;
-  std::map<std::string, std::vector<Failed>> failed;  ///< keyed by suite
+  std::map<std::string, std::vector<FailedFrame>> failed;  ///< keyed by suite
 };
 
 Result<ParsedReport> parse_report(const fs::path& report, const std::string& text) {
   const auto document = parse_json("report.json", text);
   const auto refuse = [&](const std::string& why) {
     return make_error(ErrorCode::kInput,
-                      "{}: its report.json is not one of 'golden test --report': {}",
+                      "{}: its report.json was not written by 'golden test --report': {}",
                       report.string(), why);
   };
   if (!document) return refuse(document.error().message);
@@ -51,24 +51,24 @@ Result<ParsedReport> parse_report(const fs::path& report, const std::string& tex
   parsed.program = json.get("facts").get("program").string;
   for (const JsonMember& suite : json.get("suites").members)
     parsed.suite_hashes[suite.key] = suite.value.string;
-  for (const JsonValue& one : json.get("cases").items) {
-    if (one.get("passed").boolean || !one.contains("file_sha256")) continue;
-    const JsonValue& surface = one.get("surface");
-    if (!one.get("frame").integral || !surface.get("vertices").integral ||
+  for (const JsonValue& golden_case : json.get("cases").items) {
+    if (golden_case.get("passed").boolean || !golden_case.contains("file_sha256")) continue;
+    const JsonValue& surface = golden_case.get("surface");
+    if (!golden_case.get("frame").integral || !surface.get("vertices").integral ||
         !surface.get("triangles").integral)
       return refuse("a failed case has no frame or no surface");
-    Failed failed;
-    failed.sha256 = one.get("file_sha256").string;
-    failed.surface.frame = static_cast<int>(one.get("frame").integer);
+    FailedFrame failed;
+    failed.sha256 = golden_case.get("file_sha256").string;
+    failed.surface.frame = static_cast<int>(golden_case.get("frame").integer);
     failed.surface.vertices = static_cast<std::size_t>(surface.get("vertices").integer);
     failed.surface.triangles = static_cast<std::size_t>(surface.get("triangles").integer);
     failed.surface.digest = surface.get("digest").string;
-    parsed.failed[one.get("group").string].push_back(std::move(failed));
+    parsed.failed[golden_case.get("group").string].push_back(std::move(failed));
   }
   return parsed;
 }
 
-/// The report that lies highest.
+/// Finds the report.json nearest to the root of the tree.
 Result<std::string> find_report_json(const fs::path& report, const Files& files) {
   const std::string* best = nullptr;
   std::size_t shortest = 0;
@@ -84,9 +84,9 @@ Result<std::string> find_report_json(const fs::path& report, const Files& files)
   return *best;
 }
 
-/// One frame of the report as a golden.
+/// Reads a frame of the report as a golden.
 Result<NewGolden> read_golden(const fs::path& report, const Files& files, const GoldenSuite& suite,
-                              const Failed& failed) {
+                              const FailedFrame& failed) {
   const std::string path =
       fmt::format("{}/frame.{:04}.actual.{}", suite.name, failed.surface.frame, suite.format);
   const auto file = std::find_if(files.begin(), files.end(), [&](const auto& entry) {
@@ -119,10 +119,11 @@ Status check_origin(const fs::path& report, const ParsedReport& parsed, const Go
   const auto hash = parsed.suite_hashes.find(suite.name);
   PM_TRY(const std::string own, suite_hash(suite));
   if (hash == parsed.suite_hashes.end() || hash->second != own)
-    return make_error(ErrorCode::kInput,
-                      "{}: its {} is of another scene, model or texture than yours - check out the "
-                      "commit that was tested",
-                      report.string(), suite.name);
+    return make_error(
+        ErrorCode::kInput,
+        "{}: its {} was rendered from another scene, model or texture than yours - check out the "
+        "commit that was tested",
+        report.string(), suite.name);
   return Ok{};
 }
 
@@ -140,23 +141,24 @@ Result<std::vector<fs::path>> accept_report(const fs::path& report,
     if (!parsed.failed.contains(name))
       return make_error(ErrorCode::kInput, "{}: no frame of {} failed in it", report.string(),
                         printable(name));
-  std::vector<NewFile> write;
-  std::vector<fs::path> written;
+  std::vector<NewFile> files_to_write;
+  std::vector<fs::path> paths;
   std::size_t chosen = 0;
-  for (const auto& [name, all] : parsed.failed) {
+  for (const auto& [name, failed_frames] : parsed.failed) {
     if (!settings.suites.empty() &&
         std::find(settings.suites.begin(), settings.suites.end(), name) == settings.suites.end())
       continue;
     PM_TRY(const GoldenSuite suite, load_golden_suite(settings.root, name));
     PM_TRY_STATUS(check_origin(report, parsed, suite, settings.any_program));
-    std::vector<int> only;
+    std::vector<int> frames;
     if (!settings.frames.empty()) {
-      PM_TRY(only, parse_frames(settings.frames, 0, 9999999));
+      PM_TRY(frames, parse_frames(settings.frames, 0, 9999999));
     }
     std::vector<NewGolden> goldens;
-    for (const Failed& failed : all) {
+    for (const FailedFrame& failed : failed_frames) {
       const int frame = failed.surface.frame;
-      if (!only.empty() && std::find(only.begin(), only.end(), frame) == only.end()) continue;
+      if (!frames.empty() && std::find(frames.begin(), frames.end(), frame) == frames.end())
+        continue;
       if (std::find(suite.frames.begin(), suite.frames.end(), frame) == suite.frames.end())
         return make_error(ErrorCode::kInput, "{}: {} has no frame {}",
                           (suite.folder / "suite.json").string(), suite.name, frame);
@@ -164,17 +166,17 @@ Result<std::vector<fs::path>> accept_report(const fs::path& report,
       goldens.push_back(std::move(golden));
     }
     chosen += goldens.size();
-    PM_TRY(std::vector<NewFile> more, golden_files(suite, goldens, settings.reason));
-    for (NewFile& file : more) {
-      written.push_back(file.path);
-      write.push_back(std::move(file));
+    PM_TRY(std::vector<NewFile> suite_files, golden_files(suite, goldens, settings.reason));
+    for (NewFile& file : suite_files) {
+      paths.push_back(file.path);
+      files_to_write.push_back(std::move(file));
     }
   }
   if (chosen == 0)
     return make_error(ErrorCode::kInput, "{}: no failed frame in it to accept{}", report.string(),
                       settings.frames.empty() ? "" : " among " + settings.frames);
-  PM_TRY_STATUS(write_files(write));
-  return written;
+  PM_TRY_STATUS(write_files(files_to_write));
+  return paths;
 }
 
 }  // namespace polymorph

@@ -69,9 +69,9 @@ Result<std::vector<NewFile>> golden_files(const GoldenSuite& suite,
                                           const std::vector<NewGolden>& frames,
                                           const std::string& reason) {
   std::vector<NewFile> files;
-  for (const NewGolden& one : frames)
-    if (!one.bytes.empty())
-      files.push_back({golden_image_path(suite, one.surface.frame), one.bytes});
+  for (const NewGolden& golden : frames)
+    if (!golden.bytes.empty())
+      files.push_back({golden_image_path(suite, golden.surface.frame), golden.bytes});
   const std::size_t count = files.size();
   if (suite.command.empty()) {
     // Damaged records are written anew.
@@ -81,7 +81,7 @@ Result<std::vector<NewFile>> golden_files(const GoldenSuite& suite,
       for (const SurfaceRecord& record : *old)
         if (std::find(suite.frames.begin(), suite.frames.end(), record.frame) != suite.frames.end())
           rows[record.frame] = record;
-    for (const NewGolden& one : frames) rows[one.surface.frame] = one.surface;
+    for (const NewGolden& golden : frames) rows[golden.surface.frame] = golden.surface;
     std::vector<SurfaceRecord> records;
     for (const auto& [frame, record] : rows) records.push_back(record);
     const std::string text = surface_records_text(records);

@@ -1,4 +1,4 @@
-// Files of a golden suite's folder: frames, surface.csv and CHANGES.md, whoever rendered them.
+// Files of a golden suite's folder: frames, surface.csv and CHANGES.md.
 #pragma once
 
 #include "base/file.h"
@@ -13,15 +13,16 @@ struct NewGolden {
   std::string bytes;  ///< empty: the golden stays, only its record may change
 };
 
-/// Errors: kUsage without a reason, or when CI is set in the environment. `verb`: for the message.
+/// Tests whether goldens may be written now. Errors: kUsage without a reason, or when CI is set in
+/// the environment; the message names the command's `verb`.
 Status may_write_goldens(const std::string& verb, const std::string& reason);
 
 /// Are all values finite?
 bool all_finite(const Image& image);
 
 /// The files that make these frames goldens: the frames, surface.csv (with the rows that stay) and
-/// CHANGES.md with the reason at its end; a reason that stands there last is not repeated. None
-/// where nothing is new. To be written all or none (base/file.h, write_files). Errors: kInput.
+/// CHANGES.md with the reason at its end; a reason that stands there last is not repeated. Empty
+/// if nothing changes. Write them all or none (base/file.h, write_files). Errors: kInput.
 Result<std::vector<NewFile>> golden_files(const GoldenSuite& suite,
                                           const std::vector<NewGolden>& frames,
                                           const std::string& reason);

@@ -206,7 +206,7 @@ DecodedImage decode_png(const std::string& bytes, std::uint64_t max_bytes) {
   static const char* const kGrey[] = {"Y", "A"};
   static const char* const kColors[] = {"R", "G", "B", "A"};
   auto* image = new PngImage;
-  DecodedImage result(image, [](PmOiioImage* one) { delete static_cast<PngImage*>(one); });
+  DecodedImage result(image, [](PmOiioImage* picture) { delete static_cast<PngImage*>(picture); });
   decode(bytes, max_bytes, *image);
   image->error = image->error_text.c_str();
   image->channel_names = image->channels < 3 ? kGrey : kColors;

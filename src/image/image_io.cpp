@@ -2,14 +2,13 @@
 
 #include "base/file.h"
 #include "base/hash.h"
+#include "base/text.h"
 
 namespace polymorph {
 
 Status write_image(const std::filesystem::path& path, const Image& image, const PngSettings& png,
                    const ExrSettings& exr) {
-  std::string extension = path.extension().string();
-  for (char& c : extension)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  const std::string extension = lower_case(path.extension().string());
   if (extension != ".exr" && extension != ".png")
     return make_error(ErrorCode::kUsage,
                       "{}: cannot write this kind of image ('{}') - end the name in .exr or .png",

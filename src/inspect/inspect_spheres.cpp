@@ -135,8 +135,8 @@ Result<SpheresResult> inspect_spheres(const SpheresRequest& request) {
   measured.seconds = stopwatch.seconds();
   activity.emplace(request.measure ? "measuring how well they fit" : "making balls of spheres");
   // Balls of a shell or of a solidified model are judged by what they stand for.
-  const std::optional<ClusteredModel> few = cluster_long_triangles(model);
-  const Model& solid = stand_in ? *stand_in : few ? few->model : model;
+  const std::optional<ClusteredModel> clustered = cluster_long_triangles(model);
+  const Model& solid = stand_in ? *stand_in : clustered ? clustered->model : model;
   if (stand_in && !settings.solidify)
     log_info(
         "{}: it bounds no solid, so it is taken for a shell and given thickness; --solidify "

@@ -108,7 +108,7 @@ std::string encode_landmarks_page(const LandmarksPage& page) {
                             {"to", leg.to},
                             {"colors", JsonValue::array({colors_json(leg.from_colors, blob),
                                                          colors_json(leg.to_colors, blob)})},
-                            {"given", pairs_json(leg.given)},
+                            {"given", pairs_json(leg.landmarks)},
                             {"candidates", pairs_json(leg.candidates)}});
   return fill_page(landmarks_page, {{"{{title}}", escape_markup(page.title)},
                                     {"{{engine}}", script_of_play_page("engine")},

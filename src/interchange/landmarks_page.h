@@ -26,7 +26,7 @@ struct LandmarksObject {
 struct LandmarksLeg {
   int from = 0, to = 0;                      ///< indices of the page's objects
   std::vector<Vec3> from_colors, to_colors;  ///< [0, 1], one per point of each mesh
-  std::vector<NamedPair> given;              ///< the scene's own landmarks
+  std::vector<NamedPair> landmarks;          ///< the scene's own landmarks
   std::vector<NamedPair> candidates;         ///< tips of limbs that become each other
 };
 

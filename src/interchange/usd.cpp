@@ -138,7 +138,7 @@ std::string quote(const std::string& text) {
 }
 std::string quote(const std::vector<std::string>& texts) {
   std::vector<std::string> all;
-  for (const std::string& one : texts) all.push_back(quote(one));
+  for (const std::string& text : texts) all.push_back(quote(text));
   return fmt::format("[{}]", fmt::join(all, ", "));
 }
 

@@ -10,9 +10,10 @@
 namespace polymorph {
 namespace {
 
-/// Beyond this, in cells, distances are all alike: surfaces that lie further apart meet later.
+/// Distances are clamped to this many cells, so that surfaces further apart than that meet late in
+/// the blend.
 constexpr float kBand = 6;
-/// Points along an axis of the blocks that are looked at or left out whole.
+/// Points per axis of the blocks that are sampled or skipped as a whole.
 constexpr int kBlock = 8;
 
 struct BlendInputs {
@@ -28,9 +29,8 @@ struct Distances {
   std::vector<float> model, balls;
 };
 
-/// Signed distances to both, none further than `band`.
+/// Computes signed distances to both surfaces, clamped to `band`.
 Result<Distances> distances_at(const BlendInputs& in, const std::vector<Vec3>& points, float band) {
-  // Is a point inside? What is asked once must not depend on who asks.
   std::vector<float> values;
   PM_TRY_STATUS(to_status(in.engine.sample(in.balls, points, in.settings, values)));
   const std::vector<std::uint8_t> in_model = in.inside.inside(points);
@@ -45,9 +45,9 @@ Result<Distances> distances_at(const BlendInputs& in, const std::vector<Vec3>& p
   return out;
 }
 
-/// Marks the blocks that some blend's surface may pass through: those near either surface, and
-/// those that another side begins next to (an open model's inside may end far from any face).
-std::vector<bool> passable(const Distances& middles, Int3 blocks, float near) {
+/// Marks the blocks that a blend's surface may pass through: those near either surface, and those
+/// with a neighbour on the other side of one (an open model's inside may end far from any face).
+std::vector<bool> find_crossed_blocks(const Distances& middles, Int3 blocks, float near) {
   const auto index = [&](int x, int y, int z) {
     return static_cast<std::size_t>((z * blocks.y + y) * blocks.x + x);
   };
@@ -87,18 +87,18 @@ Status fill(const BlendInputs& in, DistanceGrid& model, DistanceGrid& balls) {
         middles.push_back(grid_point(grid, {x, y, z}) + Vec3{kHalf, kHalf, kHalf} * grid.cell);
       }
   PM_TRY(const Distances at_middle, distances_at(in, middles, band + block_radius));
-  const std::vector<bool> looked_at = passable(at_middle, blocks, band + block_radius);
-  // Many at a time, for the sake of memory.
+  const std::vector<bool> is_crossed = find_crossed_blocks(at_middle, blocks, band + block_radius);
+  // Batches bound the memory.
   constexpr std::size_t kBatch = 1 << 18;
-  std::vector<std::size_t> numbers;
+  std::vector<std::size_t> indices;
   std::vector<Vec3> points;
-  const auto look = [&]() -> Status {
-    PM_TRY(const Distances found, distances_at(in, points, band));
-    for (std::size_t i = 0; i < numbers.size(); ++i) {
-      model.values[numbers[i]] = found.model[i];
-      balls.values[numbers[i]] = found.balls[i];
+  const auto sample_batch = [&]() -> Status {
+    PM_TRY(const Distances distances, distances_at(in, points, band));
+    for (std::size_t i = 0; i < indices.size(); ++i) {
+      model.values[indices[i]] = distances.model[i];
+      balls.values[indices[i]] = distances.balls[i];
     }
-    numbers.clear(), points.clear();
+    indices.clear(), points.clear();
     return Ok{};
   };
   for (std::size_t b = 0; b < corners.size(); ++b) {
@@ -107,17 +107,17 @@ Status fill(const BlendInputs& in, DistanceGrid& model, DistanceGrid& balls) {
       for (int y = low.y; y < std::min(low.y + kBlock, n.y); ++y)
         for (int x = low.x; x < std::min(low.x + kBlock, n.x); ++x) {
           const auto i = static_cast<std::size_t>((std::int64_t{z} * n.y + y) * n.x + x);
-          if (looked_at[b]) {
-            numbers.push_back(i);
+          if (is_crossed[b]) {
+            indices.push_back(i);
             points.push_back(grid_point(grid, {x, y, z}));
           } else {
             model.values[i] = at_middle.model[b] > 0 ? band : -band;
             balls.values[i] = at_middle.balls[b] > 0 ? band : -band;
           }
         }
-    if (points.size() >= kBatch) PM_TRY_STATUS(look());
+    if (points.size() >= kBatch) PM_TRY_STATUS(sample_batch());
   }
-  return look();
+  return sample_batch();
 }
 
 Vec3 surface_normal(const Mesh& mesh, const ClosestPoint& at) {
@@ -133,14 +133,15 @@ Vec3 surface_normal(const Mesh& mesh, const ClosestPoint& at) {
 float invert_smoothstep(float share) {
   if (share <= 0 || share >= 1) return share;
   double t = static_cast<double>(share);
-  for (int i = 0; i < 40; ++i) {  // Newton's steps, which both ends slow down
+  for (int i = 0; i < 40; ++i) {  // Newton's method, slow near both ends
     const double change = (t * t * (3 - 2 * t) - static_cast<double>(share)) / (6 * t * (1 - t));
     t = std::clamp(t - change, 0.5 * t, 0.5 * (1 + t));
   }
   return static_cast<float>(t);
 }
 
-/// The map of a surface between objects that stand still in `box` and are mixed alike everywhere.
+/// Makes the regression of a surface between objects in `box` whose points all stay where they are,
+/// with the same progress everywhere.
 std::shared_ptr<const Regression> still_map(const Box& box, float progress) {
   auto map = std::make_shared<Regression>();
   map->maps = 2;
@@ -164,17 +165,18 @@ Result<BlendField> make_blend_field(const Model& model, const InsideTest& inside
          fit_grid(box, std::max(cell, std::max({size.x, size.y, size.z}) / kMaxDistanceCells)));
   const auto count =
       static_cast<std::size_t>(std::int64_t{grid.points.x} * grid.points.y * grid.points.z);
-  auto of_model = std::make_shared<DistanceGrid>(), of_balls = std::make_shared<DistanceGrid>();
-  of_model->grid = of_balls->grid = grid;
-  of_model->values.resize(count), of_balls->values.resize(count);
+  auto model_distances = std::make_shared<DistanceGrid>(),
+       ball_distances = std::make_shared<DistanceGrid>();
+  model_distances->grid = ball_distances->grid = grid;
+  model_distances->values.resize(count), ball_distances->values.resize(count);
   auto to_surface = std::make_shared<const ClosestPointQuery>(surface.positions, surface.triangles);
-  PM_TRY_STATUS(
-      fill({model, inside, to_model, *to_surface, balls, settings, engine}, *of_model, *of_balls));
-  for (DistanceGrid* distances : {of_model.get(), of_balls.get()}) {
+  PM_TRY_STATUS(fill({model, inside, to_model, *to_surface, balls, settings, engine},
+                     *model_distances, *ball_distances));
+  for (DistanceGrid* distances : {model_distances.get(), ball_distances.get()}) {
     close_border(*distances);
     bound_slopes(*distances);
   }
-  return BlendField{std::move(of_model), std::move(of_balls), std::move(surface),
+  return BlendField{std::move(model_distances), std::move(ball_distances), std::move(surface),
                     std::move(to_surface)};
 }
 

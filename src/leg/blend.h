@@ -16,13 +16,13 @@ namespace polymorph {
 /// grid, cut off a few cells away.
 struct BlendField {
   std::shared_ptr<const DistanceGrid> model, balls;
-  Mesh surface;  ///< the balls'
+  Mesh surface;  ///< surface of the balls
   std::shared_ptr<const ClosestPointQuery> to_surface;
 };
 
-/// `to_model` answers for `model`; `surface` is that of the balls, field = 1. The grid has cells of
-/// `cell`, or the smallest of which 256 go along its longest side, whichever are larger. Errors: as
-/// Engine::sample().
+/// Measures both distances on a grid around both surfaces. `to_model` finds closest points of
+/// `model`; `surface` is where the balls' field is 1. The cells are `cell` wide, but at least 1/256
+/// of the longest side of the box. Errors: as Engine::sample().
 Result<BlendField> make_blend_field(const Model& model, const InsideTest& inside,
                                     const ClosestPointQuery& to_model, const BallSet& balls,
                                     Mesh surface, float cell, const ExtractSettings& settings,

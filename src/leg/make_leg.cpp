@@ -22,15 +22,15 @@ std::uint32_t index_of_name(std::vector<std::string>& names, const std::string& 
   return index;
 }
 
-/// Gives balls in flight the labels of those that they are more of.
+/// Gives balls in flight the labels of the end that they are nearer to in time.
 void add_flight_labels(const Leg& leg, float u, PreparedObject& object) {
-  const PreparedObject& near = u < 0.5f ? *leg.from : *leg.to;
+  const PreparedObject& nearer_end = u < 0.5f ? *leg.from : *leg.to;
   for (const Pair& pair : leg.plan.pairs) {
-    const std::uint32_t label = near.ball_labels[u < 0.5f ? pair.from : pair.to];
+    const std::uint32_t label = nearer_end.ball_labels[u < 0.5f ? pair.from : pair.to];
     std::vector<std::string>& names = object.model.label_names;
-    const std::uint32_t index = index_of_name(names, near.model.label_names[label]);
+    const std::uint32_t index = index_of_name(names, nearer_end.model.label_names[label]);
     if (index == object.label_numbers.size())
-      object.label_numbers.push_back(near.label_numbers[label]);
+      object.label_numbers.push_back(nearer_end.label_numbers[label]);
     object.ball_labels.push_back(index);
   }
 }
@@ -49,9 +49,9 @@ Result<std::shared_ptr<const Leg>> make_leg(LegParts parts, const LegTiming& tim
           settings,
           BallLeg{}};
   if (timing.interpolation == Interpolation::kDistance) {
-    leg.plan.leads = pair_leads(leg.plan);
+    leg.plan.leads = compute_leads(leg.plan);
     DistanceLeg distances;
-    leg.kind = distances;
+    leg.kind = distances;  // without levels: measuring the pace needs the leg
     Registration registration;
     if (move_together(leg.plan)) {
       PM_TRY(Pacing pacing, measure_pacing(leg, engine, cache));
@@ -67,7 +67,7 @@ Result<std::shared_ptr<const Leg>> make_leg(LegParts parts, const LegTiming& tim
     leg.plan.to_offsets = std::move(registration.to_offsets);
     leg.kind = std::move(distances);
   }
-  if (leg.before) carry_on(leg.plan, leg.before->plan, leg.before->until, parts.pace);
+  if (leg.before) continue_motion(leg.plan, leg.before->plan, leg.before->until, parts.pace);
   return std::make_shared<const Leg>(std::move(leg));
 }
 
@@ -75,8 +75,8 @@ std::shared_ptr<const Leg> pose_leg(const Leg& reference,
                                     std::shared_ptr<const PreparedObject> from,
                                     std::shared_ptr<const PreparedObject> to) {
   Leg leg = reference;
-  leg.plan =
-      posed_plan(reference.plan, {from->balls, from->ball_turns}, {to->balls, to->ball_turns});
+  leg.plan = posed_plan(reference.plan, {from->balls, from->ball_rotations},
+                        {to->balls, to->ball_rotations});
   for (std::size_t l = 0; l < leg.landmark_names.size(); ++l) {
     leg.plan.landmarks[l].from = from->landmarks.at(leg.landmark_names[l]);
     leg.plan.landmarks[l].to = to->landmarks.at(leg.landmark_names[l]);
@@ -88,11 +88,11 @@ std::shared_ptr<const Leg> pose_leg(const Leg& reference,
 
 Result<PreparedObject> object_in_flight(const Leg& leg, bool with_distances, Engine& engine,
                                         const std::filesystem::path& cache) {
-  PM_TRY(LegSurface left, leg_surface(leg, leg.until, engine));
+  PM_TRY(LegSurface last_surface, leg_surface(leg, leg.until, engine));
   PreparedObject object;
   object.name = fmt::format("{} -> {} at {:.3g}", leg.from->name, leg.to->name, leg.until);
   object.meta = true;
-  object.balls = rescale_balls(left.state.balls.balls(), leg.plan.kind, left.iso);
+  object.balls = rescale_balls(last_surface.state.balls.balls(), leg.plan.kind, last_surface.iso);
   PM_TRY(const Mesh mesh,
          visit(
              leg,
@@ -100,7 +100,7 @@ Result<PreparedObject> object_in_flight(const Leg& leg, bool with_distances, Eng
                return extract_surface(engine, object.balls, leg.settings.cell,
                                       leg.settings.measured);
              },
-             [&](const DistanceLeg&) -> Result<Mesh> { return std::move(left.mesh); }));
+             [&](const DistanceLeg&) -> Result<Mesh> { return std::move(last_surface.mesh); }));
   if (mesh.triangles.empty())
     return make_error(ErrorCode::kInput, "{}: the balls have no surface to go on from",
                       object.name);
@@ -114,8 +114,8 @@ Result<PreparedObject> object_in_flight(const Leg& leg, bool with_distances, Eng
                                      static_cast<double>(leg.settings.min_component_share), false};
     PM_TRY(object.distances, measure_distances(object, measure, engine, cache));
   }
-  add_flight_labels(leg, left.state.u, object);
-  const std::vector<Vec3> places = landmark_places(leg.plan, leg.until, left.state.balls);
+  add_flight_labels(leg, last_surface.state.u, object);
+  const std::vector<Vec3> places = landmark_places(leg.plan, leg.until, last_surface.state.balls);
   for (std::size_t l = 0; l < places.size(); ++l)
     object.landmarks[leg.landmark_names[l]] = places[l];
   return object;

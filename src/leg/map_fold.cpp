@@ -18,13 +18,13 @@ constexpr std::size_t kPoints = 4000;
 /// Step of the differences, in spacings of the map's nodes: within one piece of the spline, mostly.
 constexpr float kStepInCells = 0.25f;
 /// A smaller share is no fold: single points where the map nearly was one without landmarks.
-constexpr double kFew = 1e-3;
+constexpr double kMinFoldedShare = 1e-3;
 
-std::vector<Vec3> some_of(const std::vector<Vec3>& points) {
+std::vector<Vec3> select_points(const std::vector<Vec3>& points) {
   const std::size_t stride = std::max<std::size_t>(1, points.size() / kPoints);
-  std::vector<Vec3> some;
-  for (std::size_t i = 0; i < points.size(); i += stride) some.push_back(points[i]);
-  return some;
+  std::vector<Vec3> selection;
+  for (std::size_t i = 0; i < points.size(); i += stride) selection.push_back(points[i]);
+  return selection;
 }
 
 }  // namespace
@@ -33,12 +33,12 @@ Result<std::vector<std::uint8_t>> find_folds(const std::shared_ptr<const Regress
                                              std::span<const std::size_t> maps,
                                              const std::vector<Vec3>& points, float step,
                                              Engine& engine) {
-  std::vector<Vec3> around;
+  std::vector<Vec3> stencil;
   for (const Vec3 p : points)
     for (const Vec3 d : {Vec3{0, 0, 0}, Vec3{step, 0, 0}, Vec3{0, step, 0}, Vec3{0, 0, step}})
-      around.push_back(p + d);
+      stencil.push_back(p + d);
   std::vector<AttributeValues> values;
-  PM_TRY_STATUS(to_status(engine.regress(regression, around, values)));
+  PM_TRY_STATUS(to_status(engine.regress(regression, stencil, values)));
   std::vector<std::uint8_t> folds(points.size(), 0);
   for (std::size_t i = 0; i < points.size(); ++i)
     for (const std::size_t m : maps) {
@@ -53,9 +53,9 @@ Result<std::vector<std::uint8_t>> find_folds(const std::shared_ptr<const Regress
 }
 
 Result<std::string> describe_fold(const Leg& leg, Engine& engine) {
-  const bool of_distances = visit(
+  const bool is_distance_leg = visit(
       leg, [] { return false; }, [](const DistanceLeg&) { return true; });
-  if (!of_distances || leg.plan.landmarks.empty()) return std::string();
+  if (!is_distance_leg || leg.plan.landmarks.empty()) return std::string();
   std::size_t count = 0, all = 0;
   std::map<std::string, std::size_t> nearest;  // folded points by the landmark next to them
   for (const float time : {0.0f, 0.5f, 1.0f}) {
@@ -63,9 +63,9 @@ Result<std::string> describe_fold(const Leg& leg, Engine& engine) {
     std::vector<Vec3> points;
     if (time == 0.5f) {
       PM_TRY(const LegSurface surface, leg_surface(leg, time, engine));
-      points = some_of(surface.mesh.positions);
+      points = select_points(surface.mesh.positions);
     } else {
-      points = some_of((time == 0 ? leg.from : leg.to)->model.points);
+      points = select_points((time == 0 ? leg.from : leg.to)->model.points);
     }
     auto plain = std::make_shared<Regression>(*state.map.regression);
     plain->landmarks.clear();
@@ -85,7 +85,7 @@ Result<std::string> describe_fold(const Leg& leg, Engine& engine) {
     }
   }
   const double share = static_cast<double>(count) / static_cast<double>(all);
-  if (!(share > kFew)) return std::string();
+  if (!(share > kMinFoldedShare)) return std::string();
   const auto worst =
       std::max_element(nearest.begin(), nearest.end(),
                        [](const auto& a, const auto& b) { return a.second < b.second; });

@@ -38,13 +38,13 @@ struct PreparedObject {
   std::string name;
   Model model;         ///< balls in flight: their surface, without materials
   Transform to_scene;  ///< takes the coordinates of the model's file into the scene
-  bool meta = false;
+  bool meta = false;   ///< passed through as balls only: its own mesh is never shown
   /// Azimuth of the front, radians from +z towards +x; nothing where the scene does not say it.
   std::optional<double> front;
   int missing_balls = 0;    ///< count that is still to be fitted (Fits::kCached)
   std::vector<Ball> balls;  ///< surface at field = 1
   /// Rotation of each ball since the pose that the leg's plan was made for; empty: it is that pose.
-  std::vector<Mat3> ball_turns;
+  std::vector<Mat3> ball_rotations;
   std::vector<std::uint32_t> ball_labels;    ///< one per ball: index into model.label_names
   std::vector<std::uint32_t> label_numbers;  ///< one per label: index into the actor's label_names
   std::map<std::string, Vec3> landmarks;     ///< places on the surface, by name

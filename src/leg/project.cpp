@@ -111,11 +111,11 @@ double arrived_share(const Model& model, const Projection& projection,
 
 }  // namespace
 
-Projection project_model(const Model& model, const InsideTest& inside, std::span<const Ball> given,
-                         FieldKind kind) {
+Projection project_model(const Model& model, const InsideTest& inside,
+                         std::span<const Ball> leg_balls, FieldKind kind) {
   const Box box = model.box();
   const float size = box.diagonal(), max_distance = 0.05f * size, near = 0.005f * size;
-  const NearBalls balls(given, kind);
+  const NearBalls balls(leg_balls, kind);
   const std::vector<Vec3> normals = point_normals(model);
   const std::vector<std::uint8_t> boundary = on_boundary(model, normals, inside, 2e-4f * size);
   // In Morton order neighbours share their balls.

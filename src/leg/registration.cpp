@@ -18,19 +18,19 @@ namespace {
 
 constexpr int kRounds = 12;
 constexpr std::size_t kSamples = 2000;
-/// Radius of the neighbourhood whose mean a pair's offset follows, a share of the objects' size.
+/// Radius of the neighbourhood over which residuals are averaged, as a fraction of the size.
 constexpr float kRadius = 0.08f;
-/// Farther than that, a share of the size, the closest point says nothing.
-constexpr float kFarthest = 0.12f;
-/// Cosine of the angle up to which normals agree.
-constexpr float kAgree = 0.3f;
-/// Share of the points whose normals must agree with the closest ones at first: where the plan
-/// matches parts that are unlike, what is closest misleads.
-constexpr double kLeastAgreement = 0.6;
-/// Step of differences, a share of the size.
+/// Maximum distance of a closest point that is believed, as a fraction of the size.
+constexpr float kMaxDistance = 0.12f;
+/// Minimum cosine of the angle between normals that agree.
+constexpr float kMinCosine = 0.3f;
+/// Minimum fraction of the points whose normals agree with those of their closest points at first.
+/// Below it the plan matches unlike parts, and closest points would mislead.
+constexpr double kMinAgreement = 0.6;
+/// Step of finite differences, as a fraction of the size.
 constexpr float kStepInSizes = 0.005f;
-/// Halvings of the offsets, at most, until they fold the map nowhere.
-constexpr int kHalvings = 6;
+/// Maximum number of times that offsets are halved to unfold the map.
+constexpr int kMaxHalvings = 6;
 
 /// An object's surface.
 struct Surface {
@@ -50,7 +50,7 @@ Result<Surface> make_surface(const PreparedObject& object, const LegSettings& se
   return surface;
 }
 
-/// One of a leg's maps at its start or end: the one to the other object.
+/// The map from the object that shows at one end of a leg to the other object.
 struct EndMap {
   MorphPlan plan;
   float time = 0;  ///< 0: the map to the target; 1: that to the source
@@ -63,11 +63,11 @@ struct EndMap {
     plan.to_offsets.assign(plan.pairs.size(), {});
   }
   std::vector<Vec3>& offsets() { return time <= 0 ? plan.to_offsets : plan.from_offsets; }
-  /// Marks the points that the map folds, by differences over half a hundredth of the size.
+  /// Marks the points that the map folds, by finite differences.
   Result<std::vector<std::uint8_t>> find_folds(const std::vector<Vec3>& points,
                                                Engine& engine) const {
-    const std::array<std::size_t, 1> own{time <= 0 ? std::size_t{1} : std::size_t{0}};
-    return polymorph::find_folds(frame_map(plan, time, balls, size).regression, own, points,
+    const std::array<std::size_t, 1> map_index{time <= 0 ? std::size_t{1} : std::size_t{0}};
+    return polymorph::find_folds(frame_map(plan, time, balls, size).regression, map_index, points,
                                  kStepInSizes * size, engine);
   }
   Result<std::vector<Vec3>> carry(const std::vector<Vec3>& points, Engine& engine) const {
@@ -76,14 +76,14 @@ struct EndMap {
   }
 };
 
-/// A vector at each sample, and whether it counts.
+/// A vector at each sample, and whether normals agree there.
 struct Residuals {
   std::vector<Vec3> vectors;
-  std::vector<std::uint8_t> counts;
+  std::vector<std::uint8_t> agrees;
   std::size_t agreeing = 0;
 };
 
-/// Measures the way from each carried sample to the closest point of the other surface.
+/// Computes the offset from each carried sample to the closest point of the other surface.
 Result<Residuals> find_residuals(const EndMap& map, const Surface& own, const Surface& other,
                                  const ClosestPointQuery& closest, Engine& engine) {
   std::vector<Vec3> points;
@@ -92,24 +92,24 @@ Result<Residuals> find_residuals(const EndMap& map, const Surface& own, const Su
     points.push_back(sample.point + sample.normal * (kStepInSizes * map.size));
   }
   PM_TRY(const std::vector<Vec3> carried, map.carry(points, engine));
-  std::vector<Vec3> at;
-  for (std::size_t i = 0; i < carried.size(); i += 2) at.push_back(carried[i]);
-  const std::vector<ClosestPoint> hits = closest.closest(at);
+  std::vector<Vec3> targets;
+  for (std::size_t i = 0; i < carried.size(); i += 2) targets.push_back(carried[i]);
+  const std::vector<ClosestPoint> hits = closest.closest(targets);
   Residuals residuals;
-  for (std::size_t i = 0; i < at.size(); ++i) {
+  for (std::size_t i = 0; i < targets.size(); ++i) {
     const Vec3 normal = normalized(carried[2 * i + 1] - carried[2 * i]);
-    const bool agrees = hits[i].distance < kFarthest * map.size &&
-                        dot(normal, other.normals[hits[i].triangle]) > kAgree;
-    residuals.vectors.push_back(hits[i].point - at[i]);
-    residuals.counts.push_back(agrees ? 1 : 0);
+    const bool agrees = hits[i].distance < kMaxDistance * map.size &&
+                        dot(normal, other.normals[hits[i].triangle]) > kMinCosine;
+    residuals.vectors.push_back(hits[i].point - targets[i]);
+    residuals.agrees.push_back(agrees ? 1 : 0);
     residuals.agreeing += agrees ? 1 : 0;
   }
   return residuals;
 }
 
 /// Moves each pair's offset by the mean of the residuals around its ball.
-void follow(const Surface& own, const Residuals& residuals, EndMap& map) {
-  constexpr float kInertia = 0.5f;  // of a ball that few samples are near to
+void move_offsets(const Surface& own, const Residuals& residuals, EndMap& map) {
+  constexpr float kInertia = 0.5f;  // damps balls with few samples nearby
   const float radius = kRadius * map.size;
   std::vector<Vec3>& offsets = map.offsets();
   parallel_for(
@@ -119,11 +119,11 @@ void follow(const Surface& own, const Residuals& residuals, EndMap& map) {
         Vec3 sum;
         float weights = kInertia;
         for (std::size_t i = 0; i < own.samples.size(); ++i) {
-          if (!residuals.counts[i]) continue;
-          const Vec3 away = own.samples[i].point - map.balls[e].center;
-          const float near = 1 - dot(away, away) / (radius * radius);
-          if (near <= 0) continue;
-          const float weight = near * near * near;
+          if (!residuals.agrees[i]) continue;
+          const Vec3 offset = own.samples[i].point - map.balls[e].center;
+          const float closeness = 1 - dot(offset, offset) / (radius * radius);
+          if (closeness <= 0) continue;
+          const float weight = closeness * closeness * closeness;
           sum = sum + residuals.vectors[i] * weight;
           weights += weight;
         }
@@ -132,27 +132,27 @@ void follow(const Surface& own, const Residuals& residuals, EndMap& map) {
       16);
 }
 
-/// Halves the offsets around samples that they fold, until they fold none that is not folded
-/// without them.
+/// Halves the offsets around samples where they fold the map, until they fold it only where it is
+/// folded without them (`folded`).
 Status unfold(EndMap& map, const std::vector<Vec3>& points, const std::vector<std::uint8_t>& folded,
               Engine& engine) {
   const float radius = kRadius * map.size;
-  for (int k = 0; k <= kHalvings; ++k) {
-    PM_TRY(const std::vector<std::uint8_t> now, map.find_folds(points, engine));
-    std::vector<Vec3> worse;
-    for (std::size_t i = 0; i < now.size(); ++i)
-      if (now[i] > folded[i]) worse.push_back(points[i]);
-    if (worse.empty()) return Ok{};
+  for (int k = 0; k <= kMaxHalvings; ++k) {
+    PM_TRY(const std::vector<std::uint8_t> folded_now, map.find_folds(points, engine));
+    std::vector<Vec3> newly_folded;
+    for (std::size_t i = 0; i < folded_now.size(); ++i)
+      if (folded_now[i] > folded[i]) newly_folded.push_back(points[i]);
+    if (newly_folded.empty()) return Ok{};
     std::vector<Vec3>& offsets = map.offsets();
     for (std::size_t e = 0; e < offsets.size(); ++e)
-      if (std::any_of(worse.begin(), worse.end(),
+      if (std::any_of(newly_folded.begin(), newly_folded.end(),
                       [&](Vec3 p) { return length(p - map.balls[e].center) < radius; }))
-        offsets[e] = k < kHalvings ? offsets[e] * 0.5f : Vec3{};
+        offsets[e] = k < kMaxHalvings ? offsets[e] * 0.5f : Vec3{};
   }
   return Ok{};
 }
 
-/// The offsets of one of the maps.
+/// Computes the offsets of one map.
 Result<std::vector<Vec3>> register_map(EndMap map, const Surface& own, const Surface& other,
                                        Engine& engine) {
   const ClosestPointQuery closest(other.mesh.positions, other.mesh.triangles);
@@ -162,9 +162,9 @@ Result<std::vector<Vec3>> register_map(EndMap map, const Surface& own, const Sur
   for (int round = 0; round < kRounds; ++round) {
     PM_TRY(const Residuals residuals, find_residuals(map, own, other, closest, engine));
     if (round == 0 && static_cast<double>(residuals.agreeing) <
-                          kLeastAgreement * static_cast<double>(own.samples.size()))
+                          kMinAgreement * static_cast<double>(own.samples.size()))
       return std::move(map.offsets());
-    follow(own, residuals, map);
+    move_offsets(own, residuals, map);
   }
   PM_TRY_STATUS(unfold(map, points, folded, engine));
   return std::move(map.offsets());

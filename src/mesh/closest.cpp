@@ -177,15 +177,15 @@ ClosestPointQuery::ClosestPointQuery(MeshView mesh) : tree_(std::make_unique<Tre
   tree_->bvh = build_split_bvh(mesh.points, mesh.triangles);
   // Thousands of long triangles that are strewn or share a point are all about as close as the
   // closest one. Those of a coarse surface have boxes that overlap little, and are not split.
-  const std::vector<std::uint32_t> few =
+  const std::vector<std::uint32_t> thinned =
       tree_->bvh.is_split ? thin_long_triangles(mesh) : std::vector<std::uint32_t>();
-  if (!few.empty()) tree_->bvh = build_split_bvh(mesh.points, select_triangles(mesh, few));
+  if (!thinned.empty()) tree_->bvh = build_split_bvh(mesh.points, select_triangles(mesh, thinned));
   const std::vector<TriangleBvh::Corners>& corners = tree_->bvh.corners;
   tree_->leaves.reserve(corners.size() / TriangleBvh::kLeafTriangles);
   for (std::size_t slot = 0; slot < corners.size(); slot += TriangleBvh::kLeafTriangles)
     tree_->leaves.emplace_back(&corners[slot]);
   for (std::uint32_t& triangle : tree_->bvh.triangles)
-    if (triangle < few.size()) triangle = few[triangle];
+    if (triangle < thinned.size()) triangle = thinned[triangle];
 }
 ClosestPointQuery::ClosestPointQuery(MeshView mesh, std::span<const std::uint32_t> faces)
     : ClosestPointQuery(MeshView(mesh.points, select_triangles(mesh, faces))) {

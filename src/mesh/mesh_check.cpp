@@ -57,22 +57,14 @@ std::size_t count_pinched(const Mesh& mesh, const std::vector<Edge>& edges) {
       std::count_if(fan_count.begin(), fan_count.end(), [](std::uint32_t n) { return n > 1; }));
 }
 
-double triangle_volume(Vec3 a, Vec3 b, Vec3 c) {
-  return (static_cast<double>(a.x) *
-              (static_cast<double>(b.y) * c.z - static_cast<double>(b.z) * c.y) +
-          static_cast<double>(a.y) *
-              (static_cast<double>(b.z) * c.x - static_cast<double>(b.x) * c.z) +
-          static_cast<double>(a.z) *
-              (static_cast<double>(b.x) * c.y - static_cast<double>(b.y) * c.x)) /
-         6;
-}
-
 }  // namespace
 
 double volume_of(const Mesh& mesh) {
   double sum = 0;
   for (const Triangle& t : mesh.triangles)
-    sum += triangle_volume(mesh.positions[t.v[0]], mesh.positions[t.v[1]], mesh.positions[t.v[2]]);
+    sum += dot(Vec3d(mesh.positions[t.v[0]]),
+               cross(Vec3d(mesh.positions[t.v[1]]), Vec3d(mesh.positions[t.v[2]]))) /
+           6;
   return sum;
 }
 

@@ -68,12 +68,12 @@ class AngleSums {
       std::memcpy(&turns, turns_ + first, sizeof turns);
       // A triangle with a corner at the eye adds nothing.
       const Integers is_added = (bits != 0) & ((num != 0.0) | (den != 0.0));
-      const Doubles factor_re = is_added ? den : one(), factor_im = is_added ? num : zero();
+      const Doubles factor_re = is_added ? den : ones(), factor_im = is_added ? num : zero();
       const Doubles new_re = re * factor_re - im * factor_im,
                     new_im = im * factor_re + re * factor_im;
       // The same as in add_angle().
-      turns += ((im >= 0.0) & (factor_im >= 0.0) & (new_im < 0.0)) ? one() : zero();
-      turns -= ((im < 0.0) & (factor_im < 0.0) & (new_im >= 0.0)) ? one() : zero();
+      turns += ((im >= 0.0) & (factor_im >= 0.0) & (new_im < 0.0)) ? ones() : zero();
+      turns -= ((im < 0.0) & (factor_im < 0.0) & (new_im >= 0.0)) ? ones() : zero();
       const Doubles size = (new_re < 0.0 ? -new_re : new_re) + (new_im < 0.0 ? -new_im : new_im);
       const Integers is_out_of_range = (size < 1e-100) | (size > 1e100);
       for (int k = 0; k < kWidth; ++k) is_large_or_small |= is_out_of_range[k] != 0;
@@ -101,7 +101,7 @@ class AngleSums {
   using Doubles [[gnu::vector_size(kWidth * sizeof(double))]] = double;
   using Integers [[gnu::vector_size(kWidth * sizeof(double))]] = std::int64_t;
   static Doubles zero() { return Doubles{}; }
-  static Doubles one() { return Doubles{1, 1, 1, 1}; }
+  static Doubles ones() { return Doubles{1, 1, 1, 1}; }
 
   /// Adds the angle of a factor to that of a complex number; counts full turns when the sum leaves
   /// (-pi, pi].

@@ -171,12 +171,12 @@ std::optional<Vec3> thin_middle(const TriangleBvh& bvh, const SurfaceSample& sam
   if (!(hit.distance < max_thickness) || !(hit.cosine > 0)) return std::nullopt;
   const Vec3 middle = sample.point - sample.normal * static_cast<float>(0.5 * hit.distance);
   if (hit.cosine > min_cosine) return middle;
-  const Vec3d away = (Vec3d(sample.normal) + hit.normal) * -1;
-  const double length = std::sqrt(dot(away, away));
+  const Vec3d inward = (Vec3d(sample.normal) + hit.normal) * -1;
+  const double length = std::sqrt(dot(inward, inward));
   if (!(length > 0)) return std::nullopt;
-  const Hit behind = first_hit(bvh, Vec3d(middle), away * (1 / length), 0, sample.triangle);
+  const Hit behind = first_hit(bvh, Vec3d(middle), inward * (1 / length), 0, sample.triangle);
   if (!(behind.distance < max_thickness) || !(behind.cosine > 0)) return std::nullopt;
-  return middle + to_float(away * (0.5 * behind.distance / length));
+  return middle + to_float(inward * (0.5 * behind.distance / length));
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ namespace polymorph {
 namespace {
 
 constexpr double kLong = 1.0 / 64;
-constexpr std::size_t kManyLong = 16384, kFewStrewn = 2048, kFewNested = 1024;
+constexpr std::size_t kManyLong = 16384, kMaxStrewn = 2048, kMaxNested = 1024;
 constexpr double kFineCells = 2048, kCoarseCells = 256;  // along the diagonal
 
 bool is_long(MeshView mesh, const Triangle& t, double diagonal) {
@@ -134,7 +134,7 @@ ClusteredMesh copy_mesh(MeshView mesh) {
 
 /// Keeps every n-th long triangle and multiplies its multiplicity by n, so that few remain.
 void thin_out(ClusteredMesh& clustered, std::size_t count, double diagonal) {
-  const std::size_t n = (count + kFewStrewn - 1) / kFewStrewn;
+  const std::size_t n = (count + kMaxStrewn - 1) / kMaxStrewn;
   ClusteredMesh thinned;
   std::size_t seen = 0;
   for (std::size_t i = 0; i < clustered.multiplicity.size(); ++i) {
@@ -170,7 +170,7 @@ std::optional<ClusteredMesh> cluster_long_triangles(MeshView mesh) {
     const long long times =
         std::accumulate(result.multiplicity.begin(), result.multiplicity.end(), 0LL);
     const bool nested = times > 4 * static_cast<long long>(result.multiplicity.size());
-    if (count > (nested ? kFewNested : kManyLong) && cells > kCoarseCells) continue;
+    if (count > (nested ? kMaxNested : kManyLong) && cells > kCoarseCells) continue;
     if (count > kManyLong) thin_out(result, count, diagonal);
     result.cell = diagonal / cells;
     return result;
@@ -183,7 +183,7 @@ std::vector<std::uint32_t> thin_long_triangles(MeshView mesh) {
   const double diagonal = static_cast<double>(mesh.box().diagonal());
   if (!clustered->thinned) return one_per_cells(mesh, clustered->cell, diagonal);
   std::vector<std::uint32_t> kept_vertices;
-  const std::size_t n = (count_long(mesh, diagonal) + kFewStrewn - 1) / kFewStrewn;
+  const std::size_t n = (count_long(mesh, diagonal) + kMaxStrewn - 1) / kMaxStrewn;
   std::size_t seen = 0;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
     if (!is_long(mesh, mesh.triangles[i], diagonal) || seen++ % n == 0)

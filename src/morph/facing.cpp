@@ -15,7 +15,7 @@ namespace {
 
 /// Least overlap of an object with its mirror image, and least rank of a second plane over the
 /// first's.
-constexpr double kLeastOverlap = 0.7, kSecondPlane = 0.97;
+constexpr double kMinOverlap = 0.7, kSecondPlane = 0.97;
 /// The larger turn is taken only at less than this share of the smaller one's discrepancy.
 constexpr double kGain = 0.98;
 /// Angle up to which two turns are the same.
@@ -120,9 +120,9 @@ double fused_discrepancy(const ScaledBody& a, const ScaledBody& b, double angle)
   for (std::size_t i = 0; i < n; ++i) {
     const Vec3d rotated = rotation * a.points[i];
     for (std::size_t k = 0; k < m; ++k) {
-      const Vec3d away = rotated - b.points[k];
+      const Vec3d offset = rotated - b.points[k];
       const double center = a.mean_distances[i] - b.mean_distances[k];
-      places[i * m + k] = dot(away, away) + kCentrality * center * center;
+      places[i * m + k] = dot(offset, offset) + kCentrality * center * center;
       squares[i * m + k] = a_squares[i] + b_squares[k];
     }
   }
@@ -167,13 +167,14 @@ bool is_symmetric(const Limbs& limbs) {
 
 std::optional<double> find_front_line(const Limbs& limbs) {
   const std::vector<MirrorPlane>& planes = limbs.mirror_planes;
-  if (planes.empty() || planes[0].overlap < kLeastOverlap) return std::nullopt;
+  if (planes.empty() || planes[0].overlap < kMinOverlap) return std::nullopt;
   if (planes.size() > 1 && rank_plane(planes[1]) >= kSecondPlane * rank_plane(planes[0]))
     return std::nullopt;
   return planes[0].azimuth + exact::kPi / 2;
 }
 
-std::optional<double> find_facing(LimbPlan& limbs, double given, std::optional<double> from_front,
+std::optional<double> find_facing(LimbPlan& limbs, double plan_angle,
+                                  std::optional<double> from_front,
                                   std::optional<double> to_front) {
   if (from_front && to_front) return turn_between(*from_front, *to_front);
   const Limbs &from = limbs.from, &to = limbs.to;
@@ -183,13 +184,13 @@ std::optional<double> find_facing(LimbPlan& limbs, double given, std::optional<d
   // Either way round; the turn that is given already, where it is one of these.
   std::array<double, 2> angles = {wrapped(*b - *a), wrapped(*b - *a + exact::kPi)};
   for (double& angle : angles)
-    if (std::fabs(wrapped(angle - given)) < kNear) angle = given;
+    if (std::fabs(wrapped(angle - plan_angle)) < kNear) angle = plan_angle;
   if (std::fabs(angles[1]) < std::fabs(angles[0])) std::swap(angles[0], angles[1]);
   std::array<LimbMatch, 2> matches;
   for (std::size_t k = 0; k < 2; ++k)
     // At the angle of the rotation by that angle, from which a plan asks for the same again.
-    matches[k] =
-        match_at(limbs, angles[k] == given ? given : log_rotation(about_vertical(angles[k])).y);
+    matches[k] = match_at(
+        limbs, angles[k] == plan_angle ? plan_angle : log_rotation(about_vertical(angles[k])).y);
   if (is_certain(matches[0]) && is_certain(matches[1]))
     return angles[matches[1].cost < matches[0].cost ? 1 : 0];
   const ScaledBody body_a = scale_body(from.sample), body_b = scale_body(to.sample);

@@ -23,10 +23,10 @@ double turn_between(double from, double to);
 /// one on that of the other, either way round: the way at which their limbs match better, or, where
 /// these are not certain, the bodies are more alike by the fused Gromov-Wasserstein discrepancy of
 /// their samples (Vayer et al. 2019). Of two ways that are nearly as good, the smaller turn; near
-/// `given`, that itself. Nothing where an object has no mirror plane, or more than one.
+/// `plan_angle`, that itself. Nothing where an object has no mirror plane, or more than one.
 /// `from_front`, `to_front`: azimuths of the fronts where these are known, radians from +z towards
 /// +x; with both the turn is the one between these. Deterministic.
-std::optional<double> find_facing(LimbPlan& limbs, double given,
+std::optional<double> find_facing(LimbPlan& limbs, double plan_angle,
                                   std::optional<double> from_front = {},
                                   std::optional<double> to_front = {});
 

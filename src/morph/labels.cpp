@@ -64,15 +64,15 @@ LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
   // Labels that share a partner are one: sets of both objects' labels, those of `to` from n on.
   DisjointSets sets(n + m);
   std::vector<std::uint8_t> is_named(n + m, 0);
-  const auto join = [&](std::span<const std::uint32_t> ours,
-                        std::span<const std::uint32_t> theirs) {
-    if (ours.empty() || theirs.empty()) return;
+  const auto join = [&](std::span<const std::uint32_t> from_labels,
+                        std::span<const std::uint32_t> to_labels) {
+    if (from_labels.empty() || to_labels.empty()) return;
     const auto add = [&](std::size_t k) {
-      sets.join(ours.front(), static_cast<std::uint32_t>(k));
+      sets.join(from_labels.front(), static_cast<std::uint32_t>(k));
       is_named[k] = 1;
     };
-    for (const std::uint32_t i : ours) add(i);
-    for (const std::uint32_t j : theirs) add(n + j);
+    for (const std::uint32_t i : from_labels) add(i);
+    for (const std::uint32_t j : to_labels) add(n + j);
   };
   for (const auto& [key, value] : map) {
     join(of_from.meant_by(key), of_to.meant_by(value));

@@ -8,9 +8,9 @@
 
 namespace polymorph {
 
-/// A name for each limb, as far as its place tells what it is: "head", "left arm", "front right
-/// leg", "tail", else "limb"; no two are the same. Left is where x is smaller, front where z is
-/// larger: nobody knows which way the object faces.
+/// Names each limb by its position: "head", "left arm", "front right leg", "tail", else "limb"; no
+/// two names are the same. Left is where x is smaller and front where z is larger, although the
+/// object may face elsewhere.
 std::vector<std::string> limb_names(const Limbs& limbs);
 
 }  // namespace polymorph

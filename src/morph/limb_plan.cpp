@@ -13,14 +13,14 @@ namespace polymorph {
 namespace {
 
 /// Weight of the squared difference of the distances from the centres.
-constexpr double kOutWeight = 0.3;
+constexpr double kDistanceWeight = 0.3;
 
-/// The least rotation that takes one direction to another.
+/// Computes the smallest rotation that takes one direction to another.
 Mat3 rotation_between(Vec3d from, Vec3d to) {
   const Vec3d a = normalized(from), b = normalized(to);
   if (dot(a, a) == 0 || dot(b, b) == 0) return {};
   const double cosine = dot(a, b);
-  if (cosine < -0.999) {  // half a turn, about any axis across
+  if (cosine < -0.999) {  // a rotation by 180 degrees about any perpendicular axis
     const Vec3d axis = normalized(cross(a, std::fabs(a.x) < 0.9 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}));
     const double v[3] = {axis.x, axis.y, axis.z};
     Mat3 half;
@@ -36,10 +36,10 @@ Mat3 rotation_between(Vec3d from, Vec3d to) {
   return result;
 }
 
-/// The centre line, drawn on to the limb's root and tip.
+/// The centre line of a limb, extended to its root and tip.
 struct CentreLine {
   std::array<Vec3d, kLimbStations + 2> points;
-  std::array<double, kLimbStations + 2> at;
+  std::array<double, kLimbStations + 2> stations;  ///< fractions of the length, one per point
 };
 CentreLine extend_line(const Limb& limb) {
   constexpr std::size_t n = kLimbStations;
@@ -47,53 +47,54 @@ CentreLine extend_line(const Limb& limb) {
   // The ends are a third of the stations' distance beyond the last of them.
   line.points[0] = limb.line[0] - (limb.line[1] - limb.line[0]) * (1.0 / 3);
   line.points[n + 1] = limb.line[n - 1] + (limb.line[n - 1] - limb.line[n - 2]) * (1.0 / 3);
-  line.at[0] = 0;
-  line.at[n + 1] = 1;
+  line.stations[0] = 0;
+  line.stations[n + 1] = 1;
   for (std::size_t k = 0; k < n; ++k) {
     line.points[k + 1] = limb.line[k];
-    line.at[k + 1] = limb_station(k);
+    line.stations[k + 1] = limb_station(k);
   }
   return line;
 }
 
-/// Piecewise linear through `values` at rising `at`; constant beyond.
+/// Interpolates `values` at the ascending `stations` linearly; constant beyond their ends.
 template <class T, std::size_t N>
-T interpolated(const std::array<double, N>& at, const std::array<T, N>& values, double t) {
-  if (t <= at[0]) return values[0];
+T interpolated(const std::array<double, N>& stations, const std::array<T, N>& values, double t) {
+  if (t <= stations[0]) return values[0];
   for (std::size_t k = 1; k < N; ++k)
-    if (t <= at[k]) {
-      const double share = (t - at[k - 1]) / (at[k] - at[k - 1]);
-      return values[k - 1] * (1 - share) + values[k] * share;
+    if (t <= stations[k]) {
+      const double s = (t - stations[k - 1]) / (stations[k] - stations[k - 1]);
+      return values[k - 1] * (1 - s) + values[k] * s;
     }
   return values[N - 1];
 }
 
-/// The line's direction: that of its pieces, at their middles.
+/// Interpolates the line's direction between the directions of its segments at their middles.
 Vec3d direction_at(const CentreLine& line, double t) {
-  std::array<Vec3d, kLimbStations + 1> pieces;
+  std::array<Vec3d, kLimbStations + 1> segments;
   std::array<double, kLimbStations + 1> middles;
-  for (std::size_t k = 0; k < pieces.size(); ++k) {
-    pieces[k] = line.points[k + 1] - line.points[k];
-    middles[k] = (line.at[k] + line.at[k + 1]) / 2;
+  for (std::size_t k = 0; k < segments.size(); ++k) {
+    segments[k] = line.points[k + 1] - line.points[k];
+    middles[k] = (line.stations[k] + line.stations[k + 1]) / 2;
   }
-  return interpolated(middles, pieces, t);
+  return interpolated(middles, segments, t);
 }
 
 double radius_at(const Limb& limb, double t) {
-  std::array<double, kLimbStations> at;
-  for (std::size_t k = 0; k < kLimbStations; ++k) at[k] = limb_station(k);
-  return interpolated(at, limb.radius, t);
+  std::array<double, kLimbStations> stations;
+  for (std::size_t k = 0; k < kLimbStations; ++k) stations[k] = limb_station(k);
+  return interpolated(stations, limb.radius, t);
 }
 
-/// A place in a limb at `t` of its length, in another limb.
-Vec3d in_other_limb(Vec3d p, double t, const Limb& own, const Limb& other, const Mat3& turn) {
-  // Thickness may differ by more than places should.
-  constexpr double kThinner = 0.4, kThicker = 2.5;
+/// Maps a point of a limb, at the fraction `t` of its length, into another limb: along the centre
+/// lines, with the offset from them rotated and scaled by the ratio of the radii.
+Vec3d map_to_limb(Vec3d p, double t, const Limb& own, const Limb& other, const Mat3& rotation) {
+  // Offsets follow the ratio of the radii only this far.
+  constexpr double kMinScale = 0.4, kMaxScale = 2.5;
   const CentreLine from = extend_line(own), to = extend_line(other);
-  const Vec3d beside = turn * (p - interpolated(from.at, from.points, t));
-  const Mat3 bend = rotation_between(turn * direction_at(from, t), direction_at(to, t));
-  const double grown = std::clamp(radius_at(other, t) / radius_at(own, t), kThinner, kThicker);
-  return interpolated(to.at, to.points, t) + bend * beside * grown;
+  const Vec3d offset = rotation * (p - interpolated(from.stations, from.points, t));
+  const Mat3 bend = rotation_between(rotation * direction_at(from, t), direction_at(to, t));
+  const double scale = std::clamp(radius_at(other, t) / radius_at(own, t), kMinScale, kMaxScale);
+  return interpolated(to.stations, to.points, t) + bend * offset * scale;
 }
 
 /// The label that most balls of a limb have.
@@ -113,9 +114,9 @@ std::vector<std::size_t> landmark_balls(const PlanSide& side) {
   std::vector<std::size_t> nearest;
   for (const Vec3 landmark : side.landmarks) {
     std::size_t best = 0;
-    const auto away = [&](std::size_t b) { return length(side.balls[b].center - landmark); };
+    const auto distance = [&](std::size_t b) { return length(side.balls[b].center - landmark); };
     for (std::size_t b = 1; b < side.balls.size(); ++b)
-      if (away(b) < away(best)) best = b;
+      if (distance(b) < distance(best)) best = b;
     nearest.push_back(best);
   }
   return nearest;
@@ -159,34 +160,36 @@ LimbMatch match_at(LimbPlan& plan, double angle) {
 std::vector<Vec3d> warped_places(const std::vector<Ball>& balls, const Limbs& own,
                                  const Limbs& other, std::span<const MatchedLimbs> matched,
                                  double angle) {
-  // Nearer than this share of the reach a root's displacement is nearly all.
-  constexpr double kNear = 0.08;
-  const Mat3 turn = about_vertical(angle);
-  const auto laid_over = [&](Vec3d p) { return other.center + turn * (p - own.center); };
+  // A root's displacement dominates within this fraction of the reach.
+  constexpr double kRootRadius = 0.08;
+  const Mat3 rotation = about_vertical(angle);
+  const auto place_over = [&](Vec3d p) { return other.center + rotation * (p - own.center); };
   std::vector<Vec3d> places;
   for (std::size_t b = 0; b < balls.size(); ++b) {
     const Vec3d p(balls[b].center);
-    const auto in = std::find_if(matched.begin(), matched.end(),
-                                 [&](const MatchedLimbs& pair) { return own.holds(pair.from, b); });
-    if (in != matched.end()) {
-      const Limb &from = own.limbs[in->from], &to = other.limbs[in->to];
+    const auto limb_match =
+        std::find_if(matched.begin(), matched.end(),
+                     [&](const MatchedLimbs& pair) { return own.holds(pair.from, b); });
+    if (limb_match != matched.end()) {
+      const Limb &from = own.limbs[limb_match->from], &to = other.limbs[limb_match->to];
       const double t = std::clamp(
           (own.ball_distances[b] - from.root_distance) / std::max(from.length(), 1e-9), 0.0, 1.0);
-      places.push_back(in_other_limb(p, t, from, to, turn));
+      places.push_back(map_to_limb(p, t, from, to, rotation));
       continue;
     }
     const auto weight_at = [&](double distance) {
-      const double near = kNear * own.reach;
+      const double near = kRootRadius * own.reach;
       return 1 / (distance * distance + near * near);
     };
     double weights = weight_at(own.ball_distances[b]);  // the centre is not displaced
     Vec3d sum;
     for (const MatchedLimbs& pair : matched) {
       const double weight = weight_at(own.ball_root_distances[pair.from][b]);
-      sum = sum + (other.limbs[pair.to].line[0] - laid_over(own.limbs[pair.from].line[0])) * weight;
+      sum =
+          sum + (other.limbs[pair.to].line[0] - place_over(own.limbs[pair.from].line[0])) * weight;
       weights += weight;
     }
-    places.push_back(laid_over(p) + sum * (1 / weights));
+    places.push_back(place_over(p) + sum * (1 / weights));
   }
   return places;
 }
@@ -199,32 +202,32 @@ std::vector<std::int32_t> limb_labels(const Limbs& limbs, std::span<const std::u
   return labels;
 }
 
-std::pair<std::vector<double>, std::vector<double>> evened_masses(
+std::pair<std::vector<double>, std::vector<double>> balance_masses(
     std::span<const double> from, std::span<const std::int32_t> from_limbs,
     std::span<const double> to, std::span<const std::int32_t> to_limbs) {
-  constexpr double kLeast = 1e-6;
+  constexpr double kMinShare = 1e-6;
   const auto shares = [](std::span<const double> masses, std::span<const std::int32_t> limbs) {
     std::map<std::int32_t, double> sums;
     for (std::size_t b = 0; b < masses.size(); ++b) sums[limbs[b]] += masses[b];
     return sums;
   };
   auto from_shares = shares(from, from_limbs), to_shares = shares(to, to_limbs);
-  const auto evened = [](std::span<const double> masses, std::span<const std::int32_t> limbs,
-                         std::map<std::int32_t, double>& own,
-                         std::map<std::int32_t, double>& other) {
+  const auto balance = [](std::span<const double> masses, std::span<const std::int32_t> limbs,
+                          std::map<std::int32_t, double>& own,
+                          std::map<std::int32_t, double>& other) {
     std::vector<double> result;
     double sum = 0;
     for (std::size_t b = 0; b < masses.size(); ++b) {
-      const double mine = std::max(own[limbs[b]], double{kLeast}),
-                   theirs = std::max(other[limbs[b]], double{kLeast});
-      result.push_back(std::max(masses[b] * std::sqrt(theirs / mine), 1e-9));
+      const double own_share = std::max(own[limbs[b]], double{kMinShare}),
+                   other_share = std::max(other[limbs[b]], double{kMinShare});
+      result.push_back(std::max(masses[b] * std::sqrt(other_share / own_share), 1e-9));
       sum += result.back();
     }
     for (double& mass : result) mass /= sum;
     return result;
   };
-  return {evened(from, from_limbs, from_shares, to_shares),
-          evened(to, to_limbs, to_shares, from_shares)};
+  return {balance(from, from_limbs, from_shares, to_shares),
+          balance(to, to_limbs, to_shares, from_shares)};
 }
 
 std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::vector<Ball>& from,
@@ -237,9 +240,9 @@ std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::
     from_matched.push_back(i);
     to_matched.push_back(k);
   }
-  const std::vector<Vec3d> there =
+  const std::vector<Vec3d> from_in_to =
       warped_places(from, limbs.from, limbs.to, limbs.match.limbs, limbs.match.angle);
-  const std::vector<Vec3d> here =
+  const std::vector<Vec3d> to_in_from =
       warped_places(to, limbs.to, limbs.from, reversed, -limbs.match.angle);
   const auto make_side = [&](std::size_t count, const CostSide& plain, const auto& in_to,
                              const auto& in_from, const Limbs& own) {
@@ -258,28 +261,29 @@ std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::
     axis([&](std::size_t b) { return (in_from(b).y - limbs.from.middle.y) * from_scale; });
     axis([&](std::size_t b) { return (in_from(b).z - limbs.from.middle.z) * from_scale; });
     axis([&](std::size_t b) {
-      return std::sqrt(kOutWeight) * own.ball_distances[b] / std::max(own.reach, 1e-9);
+      return std::sqrt(kDistanceWeight) * own.ball_distances[b] / std::max(own.reach, 1e-9);
     });
     for (std::size_t k = CostSide::kPlain; k < plain.values.size(); ++k)
       side.values.push_back(plain.values[k]);
     side.labels = plain.labels;
     return side;
   };
-  const auto place = [](const std::vector<Ball>& balls) {
+  const auto center = [](const std::vector<Ball>& balls) {
     return [&balls](std::size_t b) { return Vec3d(balls[b].center); };
   };
-  const auto carried = [](const std::vector<Vec3d>& places) {
+  const auto warped_center = [](const std::vector<Vec3d>& places) {
     return [&places](std::size_t b) { return places[b]; };
   };
-  std::pair sides(make_side(from.size(), from_side, carried(there), place(from), limbs.from),
-                  make_side(to.size(), to_side, place(to), carried(here), limbs.to));
+  std::pair sides(
+      make_side(from.size(), from_side, warped_center(from_in_to), center(from), limbs.from),
+      make_side(to.size(), to_side, center(to), warped_center(to_in_from), limbs.to));
   std::tie(sides.first.mass, sides.second.mass) =
-      evened_masses(from_side.mass, limb_labels(limbs.from, from_matched), to_side.mass,
-                    limb_labels(limbs.to, to_matched));
+      balance_masses(from_side.mass, limb_labels(limbs.from, from_matched), to_side.mass,
+                     limb_labels(limbs.to, to_matched));
   return sides;
 }
 
-std::vector<std::pair<std::string, std::string>> named_limbs(const LimbPlan& limbs) {
+std::vector<std::pair<std::string, std::string>> list_limb_names(const LimbPlan& limbs) {
   const std::vector<std::string> from = limb_names(limbs.from), to = limb_names(limbs.to);
   std::vector<std::pair<std::string, std::string>> names;
   std::uint32_t from_done = 0, to_done = 0;

@@ -44,7 +44,7 @@ std::vector<std::int32_t> limb_labels(const Limbs& limbs, std::span<const std::u
 
 /// Scales the masses of each matched limb, and those of all the rest, to the geometric mean of
 /// their shares in both objects: a big head need not be fed from the other's chest.
-std::pair<std::vector<double>, std::vector<double>> evened_masses(
+std::pair<std::vector<double>, std::vector<double>> balance_masses(
     std::span<const double> from, std::span<const std::int32_t> from_limbs,
     std::span<const double> to, std::span<const std::int32_t> to_limbs);
 
@@ -56,6 +56,6 @@ std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::
                                               const CostSide& from_side, const CostSide& to_side);
 
 /// Lists the names of limbs that become each other; an empty name is nothing.
-std::vector<std::pair<std::string, std::string>> named_limbs(const LimbPlan& limbs);
+std::vector<std::pair<std::string, std::string>> list_limb_names(const LimbPlan& limbs);
 
 }  // namespace polymorph

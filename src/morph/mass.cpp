@@ -84,9 +84,9 @@ Part part_inside(const std::vector<Ball>& balls, std::size_t index,
     const float field = std::accumulate(values.begin(), values.end(), 0.0f);
     if (!(field > 1)) continue;
     const auto share = static_cast<double>(value(ball, x) / field);
-    const Vec3d away = Vec3d(x) - center;
+    const Vec3d offset = Vec3d(x) - center;
     sum.volume += share;
-    sum.squares += share * dot(away, away);
+    sum.squares += share * dot(offset, offset);
   }
   constexpr double kUnitBall = 4.18879020478639;
   const auto r = static_cast<double>(radius);
@@ -114,9 +114,9 @@ std::vector<Part> lone_parts(const std::vector<Ball>& balls, FieldKind kind, Vec
   std::vector<Part> parts;
   for (const Ball& ball : balls) {
     const auto r = static_cast<double>(visit(kind, [&](auto field) { return field.radius(ball); }));
-    const Vec3d away = Vec3d(ball.center) - center;
+    const Vec3d offset = Vec3d(ball.center) - center;
     const double volume = r * r * r;  // in units of the unit ball's
-    parts.push_back({volume, volume * (dot(away, away) + 0.6 * r * r)});
+    parts.push_back({volume, volume * (dot(offset, offset) + 0.6 * r * r)});
   }
   return parts;
 }

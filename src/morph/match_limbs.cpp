@@ -26,8 +26,8 @@ constexpr double kOnFloor = 0.15;   // height of a toe
 constexpr std::size_t kBeam = 150;  // partial matchings that are followed
 constexpr int kTurns = 8, kRounds = 4;
 /// is_certain()
-constexpr std::size_t kLeastLimbs = 3;
-constexpr double kLeastShare = 0.75;
+constexpr std::size_t kMinLimbs = 3;
+constexpr double kMinMatchedShare = 0.75;
 
 double square(double a) { return a * a; }
 double square(Vec3d a) { return dot(a, a); }
@@ -212,13 +212,13 @@ struct MatchingFit {
   double angle = 0;
 };
 
-MatchingFit fit_from(const Problem& problem, double start, double given) {
+MatchingFit fit_from(const Problem& problem, double start, double plan_angle) {
   constexpr double kEnough = 1e-6;
   std::optional<MatchingFit> best;
   double angle = start;
   for (int round = 0; round < kRounds; ++round) {
     Partial matching = match_at(problem, angle);
-    matching.cost += kTurn * (1 - exact::cos(angle - given));
+    matching.cost += kTurn * (1 - exact::cos(angle - plan_angle));
     if (best && !(matching.cost < best->matching.cost - kEnough)) break;
     best = MatchingFit{std::move(matching), angle};
     if (best->matching.limbs.empty()) break;
@@ -308,7 +308,7 @@ LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
 }
 
 bool is_certain(const LimbMatch& match) {
-  return match.limbs.size() >= kLeastLimbs && match.share >= kLeastShare;
+  return match.limbs.size() >= kMinLimbs && match.share >= kMinMatchedShare;
 }
 
 }  // namespace polymorph

@@ -237,9 +237,9 @@ float mean_progress(const MorphPlan& plan, const std::vector<float>& eased) {
     mass += plan.pairs[e].mass;
   }
   // Where all are alike the sum may differ from them by rounding.
-  const bool alike =
+  const bool all_equal =
       std::all_of(eased.begin(), eased.end(), [&](float u) { return u == eased[0]; });
-  return alike ? eased[0] : static_cast<float>(sum / mass);
+  return all_equal ? eased[0] : static_cast<float>(sum / mass);
 }
 
 PathPart mean_path_part(const MorphPlan& plan) {
@@ -369,23 +369,24 @@ std::vector<Vec3> landmark_places(const MorphPlan& plan, float time, const BallS
   return places;
 }
 
-void carry_on(MorphPlan& plan, const MorphPlan& before, float until, double pace) {
+void continue_motion(MorphPlan& plan, const MorphPlan& before, float until, double pace) {
   PM_CHECK(plan.from.size() == before.pairs.size());
   constexpr float kStep = 1.0f / 128;
   const auto scale = 1 / static_cast<double>(kStep);
   const std::vector<Ball> earlier = balls_at(before, until - kStep),
                           later = balls_at(before, until + kStep);
-  // Second order at the very beginning of the new motion.
+  // A one-sided difference of second order, at the start of the new motion.
   const std::vector<Ball> own[3] = {balls_at(plan, 0), balls_at(plan, kStep),
                                     balls_at(plan, 2 * kStep)};
   BallPaths paths = *plan.paths;
   for (std::size_t e = 0; e < paths.balls.size(); ++e) {
     const std::uint32_t i = plan.pairs[e].from;
-    const Vec3d had = (Vec3d(later[i].center) - Vec3d(earlier[i].center)) * (0.5 * scale * pace);
-    const Vec3d has =
+    const Vec3d previous_velocity =
+        (Vec3d(later[i].center) - Vec3d(earlier[i].center)) * (0.5 * scale * pace);
+    const Vec3d own_velocity =
         (Vec3d(own[1][e].center) * 4 - Vec3d(own[0][e].center) * 3 - Vec3d(own[2][e].center)) *
         (0.5 * scale);
-    paths.balls[e].drift = had - has;
+    paths.balls[e].drift = previous_velocity - own_velocity;
   }
   plan.paths = std::make_shared<const BallPaths>(std::move(paths));
 }

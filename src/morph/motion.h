@@ -39,10 +39,10 @@ Result<BallSet> balls_at(const MorphPlan& plan, float time, Engine& engine);
 /// pair's part. At 0 (1) exactly where it is on the source (target).
 std::vector<Vec3> landmark_places(const MorphPlan& plan, float time, const BallSet& balls);
 
-/// Makes a plan whose source is the balls of `before` at `until` go on with their velocity, which
-/// fades: its balls' centres leave with the velocity at which they came, whatever its easing, and
-/// arrive as they would. `pace`: how much time of `before` goes by in a unit of this plan's.
-void carry_on(MorphPlan& plan, const MorphPlan& before, float until, double pace);
+/// Makes a plan whose source is the balls of `before` at `until` continue their velocity, which
+/// fades: the balls' centres start with the velocity that they had, whatever the plan's easing, and
+/// arrive as they would. `pace`: time of `before` that passes in a unit of this plan's time.
+void continue_motion(MorphPlan& plan, const MorphPlan& before, float until, double pace);
 
 /// Takes an offset from a pair's moving ball to the offset from its source (target) ball that it
 /// stands for: turned, scaled and stretched as the ball was. The identity at its own end.

@@ -60,12 +60,12 @@ std::vector<Subproblem> split_by_label(const CostPair& sides, LabelMode mode) {
     return std::size_t{0};
   };
   const bool unlabelled_is_from = !unlabelled_from.empty();
-  const CostSide& mine = unlabelled_is_from ? sides.a : sides.b;
-  const CostSide& other = unlabelled_is_from ? sides.b : sides.a;
+  const CostSide& unlabelled_side = unlabelled_is_from ? sides.a : sides.b;
+  const CostSide& other_side = unlabelled_is_from ? sides.b : sides.a;
   std::vector<std::size_t> joins;
-  std::vector<float> row(other.size());
+  std::vector<float> row(other_side.size());
   for (const std::uint32_t ball : unlabelled_is_from ? unlabelled_from : unlabelled_to) {
-    cost_row(mine, other, 0, ball, row);
+    cost_row(unlabelled_side, other_side, 0, ball, row);
     joins.push_back(part_of(
         !unlabelled_is_from,
         static_cast<std::uint32_t>(std::min_element(row.begin(), row.end()) - row.begin())));

@@ -243,7 +243,9 @@ std::vector<Vec3d> BallGraph::joined(std::span<const Vec3d> places, std::span<co
             const auto& neighbours = system_->edges[edge.other];
             const auto twin = std::lower_bound(
                 neighbours.begin(), neighbours.end(), static_cast<std::uint32_t>(e),
-                [](const Edge& one, std::uint32_t other) { return one.other < other; });
+                [](const Edge& edge_of_neighbour, std::uint32_t other) {
+                  return edge_of_neighbour.other < other;
+                });
             const Vec3d edge_sum = rotations[e] * target_edge(e, edge) -
                                    rotations[edge.other] * target_edge(edge.other, *twin);
             sum = sum + edge_sum * 0.5;

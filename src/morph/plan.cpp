@@ -90,14 +90,14 @@ std::vector<PlanLandmark> landmarks_with_pairs(const MorphPlan& plan, std::span<
   const double from_size = rms_size(plan.from), to_size = rms_size(plan.to);
   std::vector<PlanLandmark> landmarks;
   for (std::size_t l = 0; l < from.size(); ++l) {
-    const auto away = [&](const Pair& pair) {
+    const auto distance2 = [&](const Pair& pair) {
       const Vec3d p = Vec3d(plan.from[pair.from].center) - Vec3d(from[l]),
                   q = Vec3d(plan.to[pair.to].center) - Vec3d(to[l]);
       return dot(p, p) / (from_size * from_size) + dot(q, q) / (to_size * to_size);
     };
     const auto nearest =
         std::min_element(plan.pairs.begin(), plan.pairs.end(),
-                         [&](const Pair& a, const Pair& b) { return away(a) < away(b); });
+                         [&](const Pair& a, const Pair& b) { return distance2(a) < distance2(b); });
     landmarks.push_back({from[l], to[l], static_cast<std::uint32_t>(nearest - plan.pairs.begin())});
   }
   return landmarks;
@@ -131,7 +131,7 @@ bool use_limbs(MorphPlan& plan, LimbPlan& limbs, const Mat3& rotation) {
   }
   plan.from_limbs = limb_labels(limbs.from, from_matched);
   plan.to_limbs = limb_labels(limbs.to, to_matched);
-  plan.limb_names = named_limbs(limbs);
+  plan.limb_names = list_limb_names(limbs);
   return true;
 }
 
@@ -184,9 +184,9 @@ Turn find_turn(const MorphPlan& plan, const PlanSide& from, const PlanSide& to,
   if (from.front && to.front)
     return {about_vertical(turn_between(*from.front, *to.front)), turn.axis, Certainty::kKnown};
   LimbPlan& limbs = turn.limbs.emplace(find_limbs_of_sides(from, to, settings.label_mode));
-  const double given = log_rotation(turn.rotation).y;
-  const auto facing = find_facing(limbs, given, from.front, to.front);
-  if (!facing || *facing == given) return turn;
+  const double plan_angle = log_rotation(turn.rotation).y;
+  const auto facing = find_facing(limbs, plan_angle, from.front, to.front);
+  if (!facing || *facing == plan_angle) return turn;
   turn.rotation = about_vertical(*facing);
   const bool is_known = is_symmetric(limbs.from) && is_symmetric(limbs.to);
   turn.certainty = is_known ? Certainty::kKnown : Certainty::kFaced;

@@ -84,7 +84,7 @@ struct MorphPlan {
   /// The paths of the balls, one per pair; a new object whenever they change.
   std::shared_ptr<const BallPaths> paths;
   std::vector<PairTiming> timing;  ///< one per pair
-  /// The leads of a smooth map (morph/smooth_map.h: pair_leads): one per pair, or none.
+  /// The leads of a smooth map (morph/smooth_map.h: compute_leads): one per pair, or none.
   std::vector<float> leads;
   /// Offsets of the places to which a smooth map takes each pair's ball on the source, at the end
   /// of the motion, and on the target, at its start (leg/registration.h); empty: none.

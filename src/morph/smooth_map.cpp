@@ -70,13 +70,13 @@ float kernel_deviation(const MorphPlan& plan, const Pair& pair, double u, float 
 /// half of the way to the next landmark where that is nearer. Below some share of the lattice's
 /// spacing the spline cannot show them.
 std::vector<float> landmark_deviations(std::span<const Vec3> places, float size, float spacing) {
-  constexpr float kLandmarkDeviation = 0.09f, kApart = 0.5f, kLeast = 0.75f;
+  constexpr float kLandmarkDeviation = 0.09f, kApart = 0.5f, kMinDeviation = 0.75f;
   std::vector<float> deviations;
   for (std::size_t l = 0; l < places.size(); ++l) {
     float deviation = kLandmarkDeviation * size;
     for (std::size_t k = 0; k < places.size(); ++k)
       if (k != l) deviation = std::min(deviation, kApart * length(places[k] - places[l]));
-    deviations.push_back(std::max(deviation, kLeast * spacing));
+    deviations.push_back(std::max(deviation, kMinDeviation * spacing));
   }
   return deviations;
 }
@@ -244,7 +244,7 @@ Result<std::shared_ptr<const Regression>> with_shortfalls(const FrameMap& map,
   return std::shared_ptr<const Regression>(std::move(raised));
 }
 
-std::vector<float> pair_leads(const MorphPlan& plan) {
+std::vector<float> compute_leads(const MorphPlan& plan) {
   const std::vector<float> from = ball_features(plan.from, plan.from_masses).distance,
                            to = ball_features(plan.to, plan.to_masses).distance;
   std::vector<float> leads;

@@ -49,9 +49,9 @@ Result<std::shared_ptr<const Regression>> with_shortfalls(const FrameMap& map,
                                                           const DistanceGrid& from,
                                                           const DistanceGrid& to, Engine& engine);
 
-/// The lead of each pair, [-1, 1]: how much further out its part is on its source than on its
-/// target, by the mean distance along the body to all of it (morph/features.h).
-std::vector<float> pair_leads(const MorphPlan& plan);
+/// Computes the lead of each pair, [-1, 1]: how much further out its part is on its source than on
+/// its target, by the mean distance along the body to all of it (morph/features.h).
+std::vector<float> compute_leads(const MorphPlan& plan);
 
 /// Computes the points' places in source and target by the map. Errors: the engine's
 /// (field/extract_surface.h: to_status).

@@ -25,16 +25,16 @@ std::vector<std::int64_t> in_units(std::span<const double> masses) {
   const auto spare = static_cast<double>(kTotal - static_cast<std::int64_t>(masses.size()));
   std::vector<std::int64_t> units(masses.size());
   std::vector<std::pair<double, std::size_t>> remainders(masses.size());
-  std::int64_t given = 0;
+  std::int64_t assigned = 0;
   for (std::size_t i = 0; i < masses.size(); ++i) {
     PM_CHECK(masses[i] > 0);
     const double exact = spare * masses[i] / sum;
     units[i] = 1 + static_cast<std::int64_t>(exact);
     remainders[i] = {std::floor(exact) - exact, i};
-    given += units[i];
+    assigned += units[i];
   }
   std::sort(remainders.begin(), remainders.end());
-  for (std::size_t k = 0; given < kTotal; ++k, ++given)
+  for (std::size_t k = 0; assigned < kTotal; ++k, ++assigned)
     ++units[remainders[k % remainders.size()].second];
   return units;
 }

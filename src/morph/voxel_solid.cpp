@@ -185,7 +185,7 @@ void join_components(const Grid& grid, std::vector<std::uint8_t>& inside) {
                          [](const auto& a, const auto& b) { return a.size() < b.size(); });
     const std::vector<std::uint32_t> own = find_border(grid, inside, *smallest);
     std::vector<Int3> places;
-    for (const std::uint32_t mine : own) places.push_back(grid_place(grid, mine));
+    for (const std::uint32_t voxel : own) places.push_back(grid_place(grid, voxel));
     std::int64_t nearest = std::numeric_limits<std::int64_t>::max();
     std::uint32_t from = 0, to = 0;
     std::size_t partner = 0;

@@ -110,8 +110,8 @@ Status PairsPlay::pick(int first, int second) {
   if (!shown.empty() && reveal_or_explode(second)) shown.push_back(second);
   if (over_) return Ok{};
   if (shown.size() == 2 && a.object == b.object) {
-    const int again = a.looks + b.looks - 2;
-    score_ += std::max(0, game_.rules.pair_points - again * game_.rules.look_cost);
+    const int repeated_looks = a.looks + b.looks - 2;
+    score_ += std::max(0, game_.rules.pair_points - repeated_looks * game_.rules.look_cost);
     a.state = b.state = State::kFound;
     ++found_;
     add_event(Kind::kMelt, shown, game_.rules.melt);

@@ -146,8 +146,8 @@ Camera frame_points(const CameraSettings& settings, std::span<const Vec3> points
 
 }  // namespace
 
-Camera make_camera(const CameraSettings& settings, const Box& given, int width, int height) {
-  const Box box = make_usable_box(given);
+Camera make_camera(const CameraSettings& settings, const Box& scene_box, int width, int height) {
+  const Box box = make_usable_box(scene_box);
   std::array<Vec3, 8> corners;
   for (unsigned i = 0; i < 8; ++i)
     corners[i] = {i & 1 ? box.high.x : box.low.x, i & 2 ? box.high.y : box.low.y,

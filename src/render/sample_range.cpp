@@ -7,6 +7,7 @@
 namespace polymorph {
 namespace {
 
+/// A sum without a value: SampleSums of it only find which blocks become a node.
 struct NoSum {
   void add(NoSum) {}
 };

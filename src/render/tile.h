@@ -21,14 +21,14 @@ struct FrameJob {
   World world;
   CameraSetup camera;
   Camera next_camera;        ///< camera of the next frame
-  bool meshes_move = false;  ///< any
+  bool meshes_move = false;  ///< whether any mesh moves
   ImageSettings image;
   FrameSampler sampler;
   std::vector<const Aov*> aovs;
   const Mattes* mattes = nullptr;
-  SampleRange samples;  ///< those to take
+  SampleRange samples;  ///< samples to take
   int first_aov = 4;    ///< channel of the film
-  /// Sums of a part's mattes (MatteSums). Not null: the film is a part's.
+  /// Sums of mattes (MatteSums) if the film gets only a part of the frame's samples, else null.
   std::vector<MattePixel>* part_mattes = nullptr;
   const DeviceSums* device_sums = nullptr;  ///< set: a GPU has traced the samples
 };

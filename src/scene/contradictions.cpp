@@ -114,12 +114,12 @@ class ContradictionFinder {
       const std::string place = pointer + "/" + member.key;
       const JsonValue* known_points = checked ? checked->find(member.key) : nullptr;
       bool is_known = known_points != nullptr;
-      std::vector<std::string> theirs;  // landmarks of the object's neighbours
+      std::vector<std::string> partner_names;  // landmarks of the object's neighbours
       for (const Chain& chain : chains)
         for (std::size_t i = 0; i < chain.size(); ++i) {
           if (!is_named(*chain[i], member.key)) continue;
           is_known = true;
-          add_neighbours_landmarks(chain, i, plan, theirs);
+          add_neighbours_landmarks(chain, i, plan, partner_names);
           for (std::size_t before = 0; before < k; ++before)
             if (is_named(*chain[i], landmarks.members[before].key))
               return report_at(place, member.key_offset,
@@ -127,9 +127,9 @@ class ContradictionFinder {
                                            printable(landmarks.members[before].key)));
         }
       if (known_points)
-        for (const JsonMember& point : known_points->members) theirs.push_back(point.key);
+        for (const JsonMember& point : known_points->members) partner_names.push_back(point.key);
       if (is_known)
-        check_partners(member, place, plan, theirs);
+        check_partners(member, place, plan, partner_names);
       else
         report_unknown_object(member, place, chains);
     }
@@ -143,16 +143,16 @@ class ContradictionFinder {
     }
   }
   void check_partners(const JsonMember& object, const std::string& pointer,
-                      const PlanSettings& plan, const std::vector<std::string>& theirs) {
+                      const PlanSettings& plan, const std::vector<std::string>& partner_names) {
     const auto own = plan.landmarks.find(object.key);
     if (own == plan.landmarks.end()) return;  // an error already
     for (const JsonMember& point : object.value.members)
       if (own->second.contains(point.key) &&
-          std::find(theirs.begin(), theirs.end(), point.key) == theirs.end())
+          std::find(partner_names.begin(), partner_names.end(), point.key) == partner_names.end())
         report_at(pointer + "/" + point.key, point.key_offset,
                   fmt::format("no neighbour of {} in the chain has a landmark \"{}\"{}",
                               printable(object.key), printable(point.key),
-                              did_you_mean(point.key, theirs)));
+                              did_you_mean(point.key, partner_names)));
   }
   void report_unknown_object(const JsonMember& object, const std::string& pointer,
                              const std::vector<Chain>& chains) {

@@ -22,14 +22,14 @@ constexpr std::size_t kMaxText = 4u << 20;  // unpacked; a scene of a thousand o
 /// Calls `change` with the path of every file that the scene names.
 template <class Change>
 void for_each_path(Scene& scene, const Change& change) {
-  const auto one = [&](fs::path& path) {
+  const auto change_if_set = [&](fs::path& path) {
     if (!path.empty()) change(path);
   };
-  one(scene.lights.environment);
+  change_if_set(scene.lights.environment);
   for (ActorSettings& actor : scene.actors) {
-    one(actor.source.model);
-    for (ObjectSettings& object : actor.intermediate) one(object.model);
-    one(actor.target.model);
+    change_if_set(actor.source.model);
+    for (ObjectSettings& object : actor.intermediate) change_if_set(object.model);
+    change_if_set(actor.target.model);
   }
 }
 
@@ -247,14 +247,15 @@ Result<Scene> load_provenance_scene(const Provenance& provenance, const fs::path
   return scene;
 }
 
-std::vector<std::string> compare_inputs(std::span<const InputFile> of_frame,
-                                        std::span<const InputFile> read) {
-  std::map<std::string, InputFile> now;
-  for (const InputFile& file : join_files(read, find_joining(of_frame))) now[file.name] = file;
+std::vector<std::string> compare_inputs(std::span<const InputFile> frame_files,
+                                        std::span<const InputFile> read_files) {
+  std::map<std::string, InputFile> current;
+  for (const InputFile& file : join_files(read_files, find_joining(frame_files)))
+    current[file.name] = file;
   std::vector<std::string> differences;
-  for (const InputFile& file : of_frame) {
-    const auto found = now.find(file.name);
-    if (found == now.end())
+  for (const InputFile& file : frame_files) {
+    const auto found = current.find(file.name);
+    if (found == current.end())
       differences.push_back(fmt::format("{}: was read for the frame, and is not now", file.name));
     else if (found->second.count != file.count)
       differences.push_back(
@@ -265,9 +266,9 @@ std::vector<std::string> compare_inputs(std::span<const InputFile> of_frame,
                                         file.name,
                                         file.count == 1 ? "has" : "together these files have",
                                         found->second.sha256, file.sha256));
-    if (found != now.end()) now.erase(found);
+    if (found != current.end()) current.erase(found);
   }
-  for (const auto& [name, file] : now)
+  for (const auto& [name, file] : current)
     differences.push_back(fmt::format("{}: is read now, and was not for the frame", name));
   return differences;
 }

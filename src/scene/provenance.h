@@ -19,14 +19,14 @@ namespace polymorph {
 inline constexpr const char* kProvenanceAttribute = "polymorph/provenance";
 /// Maximum length of that text.
 inline constexpr std::size_t kMaxProvenance = 8000;
-/// The name of all files where they are joined to one entry.
+/// The name of the one entry that stands for all files where they are joined.
 inline constexpr const char* kAllFiles = "#";
 
 /// A file that a frame was made from, or several whose names differ in their digits alone.
 struct InputFile {
-  std::string name;    ///< relative (input_names.h); '#' stands for the digits of several
-  std::string sha256;  ///< 64 hex digits; several: that of their lines "SHA-256, two blanks,
-                       ///< name" in their order
+  std::string name;  ///< relative (input_names.h); '#' stands for the digits of several
+  /// 64 hex digits. Several files: the hash of the text of sha256sum, a line "HASH  NAME" per file.
+  std::string sha256;
   int count = 1;
 };
 
@@ -40,8 +40,8 @@ struct Provenance {
 /// Names the files that were read; ascending by name.
 std::vector<InputFile> name_files(std::span<const ReadFile> files, const InputNames& names);
 
-/// Lists the program and the files that a scene was made from, named for the header; `scene` gets
-/// all settings but the description and the output's name, with those names of files.
+/// Lists the program and the files that a scene was made from, named for the header. Its `scene`
+/// has those names of files, and all settings but the description and the output's name.
 Provenance make_provenance(const Scene& scene, std::span<const ReadFile> files);
 
 /// Writes a provenance as one line of printable ASCII of at most kMaxProvenance bytes. Where it is
@@ -49,19 +49,19 @@ Provenance make_provenance(const Scene& scene, std::span<const ReadFile> files);
 /// left out.
 std::string encode_provenance(Provenance provenance);
 
-/// Reads it, whoever wrote it. All names of files, in the scene too, are relative and stay below
-/// their folder. Errors (kInput): it is damaged, too large or of a newer kind.
+/// Reads a provenance from an untrusted source. All names of files, in the scene too, are relative
+/// and stay below their folder. Errors (kInput): it is damaged, too large or of a newer kind.
 Result<Provenance> decode_provenance(std::string_view text);
 
-/// Loads the scene, with its files below `folder`; `name` is its own in messages. Errors: those of
+/// Loads the scene, with its files below `folder`; messages call it `name`. Errors: those of
 /// load_scene_text(); kInput where it was left out.
 Result<Scene> load_provenance_scene(const Provenance& provenance,
                                     const std::filesystem::path& folder, const std::string& name);
 
 /// Compares the files that a frame was made from with those that were read now; one line for each
 /// that differs.
-std::vector<std::string> compare_inputs(std::span<const InputFile> of_frame,
-                                        std::span<const InputFile> read);
+std::vector<std::string> compare_inputs(std::span<const InputFile> frame_files,
+                                        std::span<const InputFile> read_files);
 
 /// The identity of this build as a header has it.
 std::string shared_identity();

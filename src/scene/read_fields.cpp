@@ -34,8 +34,9 @@ bool ReadFields::read_key(const JsonValue& item, const std::string& pointer, Key
   read(fields);
   fields.finish();
   if (!item.find("value")) report_at(item.offset, pointer, "needs a \"value\"");
-  const int given = moment.share.has_value() + moment.frame.has_value() + moment.leg.has_value();
-  if (given != 1) {
+  const int time_keys =
+      moment.share.has_value() + moment.frame.has_value() + moment.leg.has_value();
+  if (time_keys != 1) {
     report_at(item.offset, pointer, "needs one of \"t\", \"frame\" and \"leg\"");
     return false;
   }
@@ -92,7 +93,7 @@ bool ReadFields::read_keyframes(const char* key, T& out, const F& read, Keyframe
   for (std::size_t i = 0; i < std::min(list->items.size(), kMaxItems); ++i) {
     T value = out;
     if (fields.read_key(list->items[i], fmt::format("{}/keys/{}", track.pointer, i), track,
-                        [&](ReadFields& one) { read(one, value); }))
+                        [&](ReadFields& key_fields) { read(key_fields, value); }))
       track.keys.back().value = as_vector(value);
     if (i == 0) out = value;
   }
@@ -102,8 +103,8 @@ bool ReadFields::read_keyframes(const char* key, T& out, const F& read, Keyframe
 
 void ReadFields::number(const char* key, float& out, double low, double high, const char* doc,
                         Keyframes keyframes) {
-  const auto read = [&](ReadFields& one, float& value) {
-    one.number("value", value, low, high, doc);
+  const auto read = [&](ReadFields& key_fields, float& value) {
+    key_fields.number("value", value, low, high, doc);
   };
   if (read_keyframes(key, out, read, keyframes)) return;
   const JsonValue* value = expect(key, JsonValue::Kind::kNumber);
@@ -152,8 +153,9 @@ void ReadFields::model_path(const char* key, std::filesystem::path& out, const c
 }
 
 void ReadFields::vector(const char* key, Vec3& out, const char* doc) {
-  if (read_keyframes(key, out,
-                     [&](ReadFields& one, Vec3& value) { one.vector("value", value, doc); }))
+  if (read_keyframes(key, out, [&](ReadFields& key_fields, Vec3& value) {
+        key_fields.vector("value", value, doc);
+      }))
     return;
   if (const JsonValue* value = expect(key, JsonValue::Kind::kArray))
     read_vector(*value, key, out, -1e6, 1e6);
@@ -184,8 +186,9 @@ void ReadFields::scale(const char* key, Vec3& out, const char*) {
 }
 
 void ReadFields::color(const char* key, Vec3& out, const char* doc) {
-  if (read_keyframes(key, out,
-                     [&](ReadFields& one, Vec3& value) { one.color("value", value, doc); }))
+  if (read_keyframes(key, out, [&](ReadFields& key_fields, Vec3& value) {
+        key_fields.color("value", value, doc);
+      }))
     return;
   const JsonValue* value = find(key);
   if (!value) return;
@@ -280,27 +283,27 @@ void ReadFields::read_landmarks(const JsonValue& value, const std::string& point
                           kMaxLandmarks));
   for (const JsonMember& member : value.members) {
     if (out.size() == kMaxLandmarks) break;
-    const JsonValue& given = member.value;
+    const JsonValue& landmark = member.value;
     LandmarkPoint at;
     at.pointer = pointer + "/" + member.key;
-    const TextPosition position = document_.position(given.offset);
+    const TextPosition position = document_.position(landmark.offset);
     at.line = position.line, at.column = position.column;
     const bool is_point =
-        given.items.size() == 3 &&
-        std::all_of(given.items.begin(), given.items.end(), [&](const JsonValue& item) {
+        landmark.items.size() == 3 &&
+        std::all_of(landmark.items.begin(), landmark.items.end(), [&](const JsonValue& item) {
           return item.kind == JsonValue::Kind::kNumber && std::fabs(item.number) <= kLimit;
         });
-    const bool is_vertex =
-        given.kind == JsonValue::Kind::kString && given.string.size() > 1 && given.string[0] == 'v';
-    const auto number = is_vertex ? parse_integer(given.string.substr(1)) : std::nullopt;
+    const bool is_vertex = landmark.kind == JsonValue::Kind::kString &&
+                           landmark.string.size() > 1 && landmark.string[0] == 'v';
+    const auto number = is_vertex ? parse_integer(landmark.string.substr(1)) : std::nullopt;
     if (is_point) {
-      at.point = {static_cast<float>(given.items[0].number),
-                  static_cast<float>(given.items[1].number),
-                  static_cast<float>(given.items[2].number)};
+      at.point = {static_cast<float>(landmark.items[0].number),
+                  static_cast<float>(landmark.items[1].number),
+                  static_cast<float>(landmark.items[2].number)};
     } else if (number && *number >= 1) {
       at.vertex = *number;
     } else {
-      report_at(given.offset, at.pointer,
+      report_at(landmark.offset, at.pointer,
                 "must be a point [x, y, z] in the file's own coordinates, or a vertex of the file, "
                 "\"v1\" being the first");
       continue;

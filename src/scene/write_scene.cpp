@@ -310,12 +310,12 @@ class WriteFields {
       KeyframeTrack settings = track;
       WriteFields fields(folder_, tracks_, pointer);
       fields.json["keys"] = JsonValue::array();
-      for (const Keyframe& one : track.keys) {
+      for (const Keyframe& keyframe : track.keys) {
         const char* unit = track.unit == KeyUnit::kShare   ? "t"
                            : track.unit == KeyUnit::kFrame ? "frame"
                                                            : "leg";
-        fields.json["keys"].push_back(
-            {{unit, tidy(static_cast<float>(one.at))}, {"value", written_value(one.value)}});
+        fields.json["keys"].push_back({{unit, tidy(static_cast<float>(keyframe.at))},
+                                       {"value", written_value(keyframe.value)}});
       }
       describe(fields, settings);
       json[key] = fields.json;

@@ -76,8 +76,8 @@ std::vector<BoundPoint> bind_ball(const Model& model, const PointGraph& graph, c
   }
   std::vector<BoundPoint> bound;
   for (const std::uint32_t i : region) {
-    const Vec3 away = model.points[i] - ball.center;
-    const float near = 1 - dot(away, away) / (reach * reach);
+    const Vec3 offset = model.points[i] - ball.center;
+    const float near = 1 - dot(offset, offset) / (reach * reach);
     bound.push_back({i, graph.areas[i] * (std::max(near, 0.0f) * near + 1e-4f)});
   }
   return bound;

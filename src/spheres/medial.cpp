@@ -47,15 +47,15 @@ Coverage compute_coverage(const std::vector<BoundarySample>& samples,
 
 /// Chooses candidates by the number of samples that they newly cover, until all samples are covered
 /// or `max_count` are chosen.
-std::vector<std::size_t> greedy_cover(const Coverage& coverage, std::size_t candidates,
+std::vector<std::size_t> greedy_cover(const Coverage& coverage, std::size_t candidate_count,
                                       std::size_t sample_count, std::size_t max_count) {
-  std::vector<std::uint64_t> open_bits(coverage.words, ~0ull);
-  if (sample_count % 64) open_bits.back() = (1ull << (sample_count % 64)) - 1;
+  std::vector<std::uint64_t> uncovered_bits(coverage.words, ~0ull);
+  if (sample_count % 64) uncovered_bits.back() = (1ull << (sample_count % 64)) - 1;
   const auto compute_gain = [&](std::size_t c) {
     std::size_t gain = 0;
     const std::uint64_t* row = coverage.row(c);
     for (std::size_t w = 0; w < coverage.words; ++w)
-      gain += static_cast<std::size_t>(std::popcount(row[w] & open_bits[w]));
+      gain += static_cast<std::size_t>(std::popcount(row[w] & uncovered_bits[w]));
     return gain;
   };
   // Gains only decrease, so an old gain is an upper bound and only the top entry must be updated
@@ -67,7 +67,7 @@ std::vector<std::size_t> greedy_cover(const Coverage& coverage, std::size_t cand
     }
   };
   std::priority_queue<Entry> queue;
-  for (std::size_t c = 0; c < candidates; ++c) queue.push({compute_gain(c), c});
+  for (std::size_t c = 0; c < candidate_count; ++c) queue.push({compute_gain(c), c});
   std::vector<std::size_t> chosen;
   while (chosen.size() < max_count && !queue.empty()) {
     Entry top = queue.top();
@@ -80,7 +80,7 @@ std::vector<std::size_t> greedy_cover(const Coverage& coverage, std::size_t cand
     }
     chosen.push_back(top.candidate);
     const std::uint64_t* row = coverage.row(top.candidate);
-    for (std::size_t w = 0; w < coverage.words; ++w) open_bits[w] &= ~row[w];
+    for (std::size_t w = 0; w < coverage.words; ++w) uncovered_bits[w] &= ~row[w];
   }
   return chosen;
 }

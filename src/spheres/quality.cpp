@@ -171,10 +171,11 @@ Result<double> hausdorff_distance(const Model& model, const std::vector<Boundary
   PM_TRY(const Mesh mesh,
          extract_surface(*engine, approximation.balls, model.box().diagonal() / 300, {}));
   if (mesh.triangles.empty()) return 1.0;
-  const Distances out = measure_distances(mesh.positions, ClosestPointQuery(model), diagonal, 0);
+  const Distances forward =
+      measure_distances(mesh.positions, ClosestPointQuery(model), diagonal, 0);
   const Distances backward = measure_distances(
       list_points(samples), ClosestPointQuery(mesh.positions, mesh.triangles), diagonal, 0);
-  return std::max(out.largest, backward.largest);
+  return std::max(forward.largest, backward.largest);
 }
 
 double solid_volume(const Model& model, const InsideTest& inside) {

@@ -97,7 +97,7 @@ Result<Approximation> approximate_by_medial_balls(const Solid& solid,
   return result;
 }
 
-/// The shape that spheres and balls are made of, with what answers for it.
+/// Makes the solid that spheres and balls approximate, with its inside test.
 Solid make_solid(const Model& shape, const Model& model, InsideMethod inside) {
   return {shape,
           inside == InsideMethod::kParity ? InsideTest(shape, InsideRule::kParity)
@@ -128,8 +128,9 @@ Result<Approximation> approximate_to_error(Solid& solid, const SphereSettings& s
     PM_TRY(best, attempt(2 * best.count));
   }
   if (best.error > settings.error) {
-    log_warning("model \"{}\": {} balls keep {:.4f} of the diagonal, not the wanted {:.4f}",
-                solid.model.name, best.count, best.error, settings.error);
+    log_warning(
+        "model \"{}\": {} balls have an error of {:.4f} of the diagonal, above the limit of {:.4f}",
+        solid.model.name, best.count, best.error, settings.error);
     return std::move(best.result);
   }
   while (best.count - low > std::max<std::size_t>(2, best.count / 8)) {
@@ -203,9 +204,9 @@ Result<Approximation> approximate(const Model& model, const SphereSettings& sett
     proxy = &own_proxy;
   }
   if (*proxy) {
-    SphereSettings plain = settings;
-    plain.solidify = false;
-    return approximate(**proxy, plain);
+    SphereSettings solid_settings = settings;
+    solid_settings.solidify = false;
+    return approximate(**proxy, solid_settings);
   }
   // Only the shape matters for spheres and balls.
   const std::optional<ClusteredModel> clustered = cluster_long_triangles(model);

@@ -28,9 +28,9 @@ TEST(TurnAboutVertical, IsThatOfATurnedAndScaledCopy) {
   for (const double degrees : {-150.0, -40.0, 0.0, 90.0, 179.0}) {
     const Mat3 turn = exp_rotation({0, degrees * kDegree, 0});
     const std::vector<Vec3d> to = sent(from, turn, 2.5);
-    EXPECT_NEAR(*turn_about_vertical({from, to, {}}), degrees, 1e-9);
-    EXPECT_NEAR(*turn_about_vertical({from, to, {}}, turn), 0, 1e-9);
-    EXPECT_NEAR(*turn_about_vertical({from, to, {}}, exp_rotation({0, -30 * kDegree, 0})),
+    EXPECT_NEAR(*rotation_about_vertical({from, to, {}}), degrees, 1e-9);
+    EXPECT_NEAR(*rotation_about_vertical({from, to, {}}, turn), 0, 1e-9);
+    EXPECT_NEAR(*rotation_about_vertical({from, to, {}}, exp_rotation({0, -30 * kDegree, 0})),
                 degrees + 30 > 180 ? degrees - 330 : degrees + 30, 1e-9);
   }
 }
@@ -41,18 +41,18 @@ TEST(TurnAboutVertical, HeavyPointsDecide) {
                                 {0, 0, -1}, {1, 5, 1},  {-1, 5, -1}};
   const std::vector<Vec3d> to{{0, 0, -1}, {0, 0, 1}, {1, 0, 0}, {-1, 0, 0}, {1, 5, 1}, {-1, 5, -1}};
   const std::vector<double> weights{1, 1, 1, 1, 1e6, 1e6};
-  EXPECT_NEAR(*turn_about_vertical({from, to, {}}), 45, 1e-9);
-  EXPECT_NEAR(*turn_about_vertical({from, to, weights}), 0, 1e-3);
+  EXPECT_NEAR(*rotation_about_vertical({from, to, {}}), 45, 1e-9);
+  EXPECT_NEAR(*rotation_about_vertical({from, to, weights}), 0, 1e-3);
 }
 
 TEST(TurnAboutVertical, IsNotKnownWhereEveryTurnIsAsGood) {
   const std::vector<Vec3d> pole{{1, 0, 1}, {1, 1, 1}, {1, 2, 1}};
-  EXPECT_FALSE(turn_about_vertical({pole, pole, {}}));
-  EXPECT_FALSE(turn_about_vertical({}));
+  EXPECT_FALSE(rotation_about_vertical({pole, pole, {}}));
+  EXPECT_FALSE(rotation_about_vertical({}));
   // Mirrored in x, a square has no turn.
   const std::vector<Vec3d> square{{1, 0, 0}, {0, 0, 1}, {-1, 0, 0}, {0, 0, -1}};
   const std::vector<Vec3d> mirrored{{-1, 0, 0}, {0, 0, 1}, {1, 0, 0}, {0, 0, -1}};
-  EXPECT_FALSE(turn_about_vertical({square, mirrored, {}}));
+  EXPECT_FALSE(rotation_about_vertical({square, mirrored, {}}));
 }
 
 }  // namespace

@@ -72,10 +72,10 @@ TEST(LoadMemory, SaysWhatIsNoMesh) {
   };
   MemoryMesh mesh = pyramid();
   mesh.corners[6] = 6;
-  EXPECT_TRUE(has(error_of(mesh), "name:1: vertex 6 is not there: there are 6"));
+  EXPECT_TRUE(has(error_of(mesh), "name: face 1 uses vertex 6, but there are 6"));
   mesh = pyramid();
   mesh.face_sizes = {4, 2, 4, 3, 3};
-  EXPECT_TRUE(has(error_of(mesh), "name:1: has 2 corners"));
+  EXPECT_TRUE(has(error_of(mesh), "name: face 1 has 2 corners"));
   mesh.face_sizes = {4, 3};
   EXPECT_TRUE(has(error_of(mesh), "need 7 corners, there are 16"));
   for (const float bad : {std::nanf(""), std::numeric_limits<float>::infinity(), 1e16f}) {

@@ -126,7 +126,7 @@ TEST(LimbPlan, PlacesAreCarriedAlongTheLimbs) {
 TEST(LimbPlan, MassesOfMatchedLimbsAreEven) {
   const std::vector<double> from{0.5, 0.1, 0.4}, to{0.1, 0.1, 0.8};
   const std::vector<std::int32_t> from_limbs{0, 0, kNoLabel}, to_limbs{0, 0, kNoLabel};
-  const auto [a, b] = evened_masses(from, from_limbs, to, to_limbs);
+  const auto [a, b] = balance_masses(from, from_limbs, to, to_limbs);
   EXPECT_NEAR(a[0] + a[1], b[0] + b[1], 1e-12);
   EXPECT_NEAR(a[0] / a[1], 5, 1e-9);  // within a limb as they were
   EXPECT_NEAR(a[0] + a[1] + a[2], 1, 1e-12);
@@ -148,7 +148,8 @@ TEST(LimbPlan, LabelsAndLandmarksGoFirst) {
   a.landmarks = {head, hand};
   b.landmarks = {hand, head};
   if (const auto plan = plan_limbs(a, b, LabelMode::kSoft)) {
-    for (const auto& [from, to] : named_limbs(*plan)) EXPECT_FALSE(from == "head" && to == "head");
+    for (const auto& [from, to] : list_limb_names(*plan))
+      EXPECT_FALSE(from == "head" && to == "head");
   }
   a.landmarks.clear(), b.landmarks.clear();
   const auto label = [](PlanSide& side, bool swapped) {
@@ -159,7 +160,7 @@ TEST(LimbPlan, LabelsAndLandmarksGoFirst) {
   };
   label(a, false), label(b, true);
   if (const auto plan = plan_limbs(a, b, LabelMode::kSoft)) {
-    for (const auto& [from, to] : named_limbs(*plan))
+    for (const auto& [from, to] : list_limb_names(*plan))
       EXPECT_FALSE(from == "left arm" && to == "left arm");
   }
   EXPECT_TRUE(plan_limbs(a, b, LabelMode::kOff));

@@ -21,7 +21,7 @@ MorphPlan plan_between(std::vector<Ball> from, std::vector<Ball> to, Path path =
   target.balls = std::move(to);
   MorphPlan plan =
       plan_morph(std::move(source), std::move(target), FieldKind::kGaussian, {}, motion);
-  plan.leads = pair_leads(plan);
+  plan.leads = compute_leads(plan);
   return plan;
 }
 

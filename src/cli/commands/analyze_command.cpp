@@ -97,7 +97,8 @@ void print_analysis(const Analysis& morph) {
   for (const Metric& metric : morph.metrics)
     print_data("  {:<24} {:<18} {:>10}  {:<8} {}{}\n", metric.principle, metric.name,
                metric.value ? fmt::format("{:.4g}", *metric.value) : "-", metric.goal,
-               metric.value && !reaches(*metric.value, metric.goal) ? "MISSED: " : "", metric.what);
+               metric.value && !reaches(*metric.value, metric.goal) ? "MISSED: " : "",
+               metric.definition);
 }
 
 Result<int> run_analyze(const CommandLine& line, const AnalyzeOptions& options) {

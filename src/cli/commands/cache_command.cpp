@@ -74,9 +74,10 @@ Result<int> list(const fs::path& folder, const CacheOptions& options) {
     if (verify) json["ok"] = invalid == 0;
     PM_TRY_STATUS(write_json(options.json, json));
   } else {
-    print_data(
-        "{}: {}{}\n", folder.string(), format_files(entries.size(), bytes),
-        invalid > 0 ? fmt::format(", {} bad - polymorph cache clear removes all", invalid) : "");
+    print_data("{}: {}{}\n", folder.string(), format_files(entries.size(), bytes),
+               invalid > 0
+                   ? fmt::format(", {} bad - 'polymorph cache clear' removes all files", invalid)
+                   : "");
   }
   return invalid > 0 ? static_cast<int>(ErrorCode::kAnswerNo) : 0;
 }

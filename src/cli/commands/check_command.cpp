@@ -105,7 +105,7 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
     result.errors.push_back(fits.error().message);
   for (const auto& sequence : loaded.sequences)
     if (sequence) result.sequences.push_back(describe_meshes(*sequence));
-  const std::vector<std::size_t> alike = find_alike(chain);
+  const std::vector<std::size_t> first_alike = find_alike(chain);
   std::map<std::size_t, Diagnosis> diagnoses;
   std::map<std::size_t, std::optional<FitFindings>> fits;
   for (std::size_t i = 0; i < chain.size(); ++i) {
@@ -113,8 +113,8 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
     const Model& model = loaded.fitted_model(i);
     if (model.triangles.empty()) continue;
     const Activity activity("looking for faults in " + object.name);
-    if (alike[i] == i) diagnoses.emplace(i, diagnose_fully(model));
-    const Diagnosis& diagnosis = diagnoses.at(alike[i]);
+    if (first_alike[i] == i) diagnoses.emplace(i, diagnose_fully(model));
+    const Diagnosis& diagnosis = diagnoses.at(first_alike[i]);
     for (const std::string& problem : describe_problems(diagnosis))
       result.warnings.push_back(object.name + ": " + problem);
     for (const std::string& oddity : describe_oddities(diagnosis))
@@ -124,10 +124,10 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
       result.warnings.push_back(object.name + ": " + crossings);
     result.objects.emplace_back(object.name, diagnosis);
     if (!options.fit || object.spheres.fit == FitKind::kNone) continue;
-    if (alike[i] == i) {
+    if (first_alike[i] == i) {
       PM_TRY(fits[i], measure_fit(model, object, cache));
     }
-    if (const auto& fit = fits.at(alike[i])) {
+    if (const auto& fit = fits.at(first_alike[i])) {
       (is_good_fit(fit->quality) ? result.notes : result.warnings)
           .push_back(object.name + ": " + describe_fit(fit->quality));
       if (fit->front_line && object.front == Front::kAuto)

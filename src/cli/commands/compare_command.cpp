@@ -47,9 +47,9 @@ Result<std::vector<FilePair>> find_pairs(const CompareOptions& options) {
   return pairs;
 }
 
-std::string difference_path(const CompareOptions& options, const FilePair& pair, bool many) {
+std::string difference_path(const CompareOptions& options, const FilePair& pair, bool is_sequence) {
   const std::filesystem::path path(options.difference);
-  if (!many) return path.string();
+  if (!is_sequence) return path.string();
   return path.parent_path() / (pair.actual.stem().string() + "." + path.filename().string());
 }
 
@@ -70,8 +70,8 @@ struct Previous {
 };
 
 /// Compares one pair and makes its pictures where a report shows them.
-Result<ReportCase> compare_pair(const CompareOptions& options, const FilePair& pair, bool many,
-                                Previous& previous, PictureBudget& budget) {
+Result<ReportCase> compare_pair(const CompareOptions& options, const FilePair& pair,
+                                bool is_sequence, Previous& previous, PictureBudget& budget) {
   const ReadImageSettings single{.single_picture = true, .stored_colors = true};
   PM_TRY(Image actual, read_image(pair.actual, single));
   PM_TRY(Image reference, read_image(pair.reference, single));
@@ -87,7 +87,7 @@ Result<ReportCase> compare_pair(const CompareOptions& options, const FilePair& p
     result.accept = fmt::format("cp {} {}", quote_for_shell(pair.actual.string()),
                                 quote_for_shell(pair.reference.string()));
     if (!options.difference.empty()) {
-      const std::string path = difference_path(options, pair, many);
+      const std::string path = difference_path(options, pair, is_sequence);
       PM_TRY_STATUS(write_image(path, difference_triptych(actual, reference)));
       log_info("reference | actual | difference: {}", path);
     }

@@ -59,7 +59,7 @@ std::string accept_command(const GoldenOptions& options, const std::string& suit
 Status check_options(const GoldenOptions& options) {
   struct Rule {
     const char* option;
-    bool given;
+    bool is_set;
     std::vector<std::string> verbs;
   };
   const ReportOptions& report = options.report;
@@ -76,7 +76,7 @@ Status check_options(const GoldenOptions& options) {
       {"-o", !options.output.empty(), {"merge"}},
   };
   for (const Rule& rule : rules)
-    if (rule.given &&
+    if (rule.is_set &&
         std::find(rule.verbs.begin(), rule.verbs.end(), options.verb) == rule.verbs.end())
       return make_error(ErrorCode::kUsage, "golden {} takes no {} - that is for golden {}",
                         options.verb, rule.option, fmt::join(rule.verbs, ", "));

@@ -41,29 +41,29 @@ std::vector<int> object_frames(const Scene& scene) {
 }
 
 /// Draws the objects beside each other in colours of what becomes what.
-Status write_plan(const CommandLine& line, const FilmScene& ready,
+Status write_plan(const CommandLine& line, const FilmScene& film_scene,
                   const std::filesystem::path& path) {
-  std::vector<int> numbers = object_frames(ready.prepared.scene);
+  std::vector<int> numbers = object_frames(film_scene.prepared.scene);
   std::vector<std::string> names;
   for (std::size_t i = 0; i < numbers.size(); ++i)
-    names.push_back(ready.prepared.actors.front().objects[i]->name);
+    names.push_back(film_scene.prepared.actors.front().objects[i]->name);
   StripSettings strip;
   strip.columns = static_cast<int>(numbers.size());
-  PM_TRY(const Film film, render_film(line, ready, std::move(numbers), 0, FilmContent::kPlan));
+  PM_TRY(const Film film, render_film(line, film_scene, std::move(numbers), 0, FilmContent::kPlan));
   PM_TRY(const Image sheet, make_strip(film.images, names, strip));
   PngSettings png;
   png.effort = PngEffort::kSmall;
   return write_image(path, sheet, png);
 }
 
-/// Tells the plan of each leg, and draws it where an output is given.
+/// Prints the plan of each leg, and draws it to `options.output` if that is given.
 Result<int> show_plan(const CommandLine& line, const InfoOptions& options, Scene scene) {
   if (!options.output.empty()) PM_TRY_STATUS(check_sheet(options.output, line.common.overwrite));
   scene.frames.turntable = 0;  // its frames are not the morph's
-  PM_TRY(const FilmScene ready, prepare_film(line, std::move(scene)));
-  PM_TRY_STATUS(check_has_plans(ready.prepared));
-  if (!options.output.empty()) PM_TRY_STATUS(write_plan(line, ready, options.output));
-  return print(options.json, inspect_plan(ready.prepared));
+  PM_TRY(const FilmScene film_scene, prepare_film(line, std::move(scene)));
+  PM_TRY_STATUS(check_has_plans(film_scene.prepared));
+  if (!options.output.empty()) PM_TRY_STATUS(write_plan(line, film_scene, options.output));
+  return print(options.json, inspect_plan(film_scene.prepared));
 }
 
 Result<int> run_info(const CommandLine& line, const InfoOptions& options) {
@@ -113,11 +113,12 @@ void add_info(CommandLine& line) {
       .group("Main");
   command
       .add_flag("--timeline", options->timeline,
-                "scene: content of each frame, a line per frame; --json: with all stages")
+                "one line per frame of a scene on what it shows; --json: with all stages")
       .group("Main");
   command
-      .add_option("--show", options->show,
-                  "plan: the limb that each limb becomes, turn and balls of each leg of a scene")
+      .add_option(
+          "--show", options->show,
+          "plan: for each leg of a scene, its rotation and balls, and which limb becomes which")
       .choices({"plan"})
       .type_name("WHAT")
       .group("Main");

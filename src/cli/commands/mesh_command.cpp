@@ -167,11 +167,11 @@ Status MeshRun::check_outputs() {
   // Known once the scene is prepared.
   std::size_t textures = 0;
   for (const PreparedActor& actor : prepared_.actors) {
-    if (actor.sequence) textures += actor.sequence->most_textures * actor.sequence->files.size();
+    if (actor.sequence) textures += actor.sequence->max_textures * actor.sequence->files.size();
     if (actor.poses)
       for (const MovingObject& object : actor.poses->objects)
         if (object.sequence)
-          textures += object.sequence->most_textures * object.sequence->files.size();
+          textures += object.sequence->max_textures * object.sequence->files.size();
     for (const auto& object : actor.objects) textures += object->model.textures.size();
   }
   for (std::size_t i = 1; i <= textures; ++i)

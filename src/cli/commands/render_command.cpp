@@ -50,13 +50,13 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
   PM_TRY(
       settings.frames,
       parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
-  const bool many = settings.frames.size() > 1 || !options.shard.empty();
+  const bool is_sequence = settings.frames.size() > 1 || !options.shard.empty();
   if (!options.shard.empty()) {
     PM_TRY(const Shard shard, parse_shard(options.shard));
     log_info("shard {} of {}", shard.index, shard.count);
     settings.frames = take_shard(settings.frames, shard);
   }
-  PM_TRY(const FrameFiles files, frame_files(scene, options.output, options.png, many));
+  PM_TRY(const FrameFiles files, frame_files(scene, options.output, options.png, is_sequence));
   if (part) PM_TRY_STATUS(check_part(scene, files));
   settings.part = part;
   settings.exr = files.exr;
@@ -156,8 +156,8 @@ Result<Scene> load_turntable(const RenderOptions& options, std::span<const Overr
   return scene;
 }
 
-Result<int> render_once(const CommandLine& line, const RenderOptions& given) {
-  RenderOptions options = given;
+Result<int> render_once(const CommandLine& line, const RenderOptions& command_options) {
+  RenderOptions options = command_options;
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.scene_options.sets));
   PM_TRY(Scene scene, options.turntable ? load_turntable(options, overrides, options.frames)
                                         : load_scene(options.scene, overrides));

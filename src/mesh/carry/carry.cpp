@@ -37,14 +37,14 @@ class Carrier {
  private:
   using Points = std::vector<Vec3>;
 
-  MovedMesh view(Points& points) const { return {points, triangles_, fans_, &goes_on_}; }
+  MovedMesh view(Points& points) const { return {points, triangles_, fans_, &keep_going_}; }
   CarryMeasure measure(const Points& points) { return meter_->measure(points, triangles_); }
   bool is_good(const CarryFault& fault) const {
     return fault.inverted == 0 && fault.distance <= settings_.limit;
   }
   /// False from the first time on that the caller wants the work to end: what is measured then is
   /// not to be used.
-  bool goes_on() {
+  bool keep_going() {
     if (ended_.ok()) ended_ = settings_.going_on();
     return ended_.ok();
   }
@@ -69,7 +69,7 @@ class Carrier {
   std::vector<Points> points_;
   std::optional<CarryMeter> meter_;  ///< measures at the current time
   Status ended_ = Ok{};
-  const std::function<bool()> goes_on_ = [this] { return goes_on(); };
+  const std::function<bool()> keep_going_ = [this] { return keep_going(); };
   std::vector<float> residual_;  ///< distance of each point from the surface at the start of a step
 };
 
@@ -112,7 +112,7 @@ CarryMeasure Carrier::place_on_surface(Points& points, const CarryTarget& target
   for (int step = 0;; ++step) {
     move_onto_surface(view(points), target, 0, near);
     m = measure(points);
-    if (!goes_on()) return m;
+    if (!keep_going()) return m;
     if (m.fault.distance < kEnough * settings_.limit || step + 1 == steps) break;
     pull_towards_misses(view(points), target, m.misses, m.near);
     near = std::move(m.near);
@@ -129,11 +129,11 @@ void Carrier::map_patches(Points& points, const CarryTarget& target, CarryMeasur
     std::vector<std::uint32_t> seeds = m.inverted;
     for (std::uint32_t f = 0; f < triangles_.size(); ++f)
       if (m.triangle_distance[f] > settings_.limit) seeds.push_back(f);
-    if (seeds.empty() || !goes_on()) return;
+    if (seeds.empty() || !keep_going()) return;
     Points mapped_points = points;
     if (polymorph::map_patches(mapped_points, triangles_, {seeds, rings}, target, m.mesh_near) == 0)
       continue;
-    if (!goes_on()) return;
+    if (!keep_going()) return;
     repair(view(mapped_points), target, kEnough * settings_.limit, m.near, seeds);
     CarryMeasure after = measure(mapped_points);
     if (is_better(after.fault, m.fault)) m = std::move(after), points = std::move(mapped_points);
@@ -150,7 +150,7 @@ CarryMeasure Carrier::improve(Points& points, const CarryTarget& target,
   if (!is_first) repair(view(points), target, kEnough * settings_.limit, last.near, fresh);
   CarryMeasure m = place_on_surface(points, target, is_first ? 3 : 2);
   map_patches(points, target, m);
-  if (!is_first && is_better(last.fault, m.fault) && goes_on()) {
+  if (!is_first && is_better(last.fault, m.fault) && keep_going()) {
     // Neither relaxation nor mapping helped; pulling points towards the missed ones may.
     CarryMeasure after = place_on_surface(before, target, 2);
     if (is_better(after.fault, m.fault)) m = std::move(after), points = std::move(before);
@@ -193,7 +193,7 @@ CarryFault Carrier::finish(std::size_t k, const CarryTarget& target) {
     Points& points = points_[k];
     last = improve(points, target, fresh, last);
     const CarryMeasure& m = last;
-    if (!goes_on()) return m.fault;
+    if (!keep_going()) return m.fault;
     std::vector<std::uint32_t> coarse;
     for (std::uint32_t f = 0; f < triangles_.size(); ++f)
       if (m.triangle_distance[f] > kEnough * settings_.limit &&
@@ -234,7 +234,7 @@ CarryFault Carrier::improve_without_division(Points& points, const CarryTarget& 
   CarryMeasure m = measure(candidate);
   for (int k = 0;; ++k) {
     if (is_good(m.fault) || is_better(m.fault, best.fault)) best = m, points = candidate;
-    if (is_good(best.fault) || k == kMaxAttempts || !goes_on()) return best.fault;
+    if (is_good(best.fault) || k == kMaxAttempts || !keep_going()) return best.fault;
     candidate = points;
     m = best;
     if (k % 2 == 0) {
@@ -272,9 +272,9 @@ Status Carrier::run(std::size_t start) {
   std::vector<std::uint32_t> near;
   {
     const Activity activity(stage("beginning", start));
-    for (int k = 0; k < kSweeps && goes_on(); ++k)
+    for (int k = 0; k < kSweeps && keep_going(); ++k)
       move_onto_surface(view(points_[start]), target, kRelax, near);
-    if (goes_on()) finish(start, target);
+    if (keep_going()) finish(start, target);
     PM_TRY_STATUS(ended_);
   }
   for (std::size_t k = start; k-- > 0;) PM_TRY_STATUS(step(k + 1, k));

@@ -45,8 +45,8 @@ struct Mover {
     }
     return result;
   }
-  /// Moves a point as far towards `to` as no triangle becomes worse than allowed. Returns false if
-  /// it did not move.
+  /// Moves a point as far towards `to` as it can without making a triangle worse than allowed.
+  /// Returns false if it did not move.
   bool move(std::uint32_t v, Vec3 to) {
     const Vec3 from = mesh.points[v];
     const float before = std::min(min_quality(v, from), kMinQuality);
@@ -74,19 +74,19 @@ std::vector<Vec3> triangle_normals(std::span<const Triangle> triangles,
 /// The target position of a point: on the surface and, by the fraction `relax`, towards the
 /// centroid of its fan.
 Vec3 target_position(const MovedMesh& mesh, std::size_t i, Vec3 foot, Vec3 n, float relax) {
-  Vec3 centroid, own;
+  Vec3 centroid, fan_normal;
   float weight = 0;
   for (const std::uint32_t f : mesh.fans.around(i)) {
     const Triangle& t = mesh.triangles[f];
     const Vec3 a = area_normal(mesh.points, t);
     const float area = length(a);
-    own = own + a;
+    fan_normal = fan_normal + a;
     centroid =
         centroid + (mesh.points[t.v[0]] + mesh.points[t.v[1]] + mesh.points[t.v[2]]) * (area / 3);
     weight += area;
   }
   const Vec3 p = mesh.points[i];
-  const bool is_facing = dot(own, n) > 0;
+  const bool is_facing = dot(fan_normal, n) > 0;
   if (!(relax > 0 && weight > 0)) {
     // Points that lie on the surface up to rounding stay, and need not be measured again.
     const bool is_on_surface = length(foot - p) <= 4e-6f * length(p);
@@ -208,34 +208,35 @@ float triangle_quality(Vec3 a, Vec3 b, Vec3 c, Vec3 normal) {
 
 void move_onto_surface(const MovedMesh& mesh, const CarryTarget& target, float relax,
                        std::vector<std::uint32_t>& near) {
-  constexpr int kInner = 5;
+  constexpr int kRelaxSteps = 5;
   const SurfaceProjection foot = project_onto_surface(mesh.points, target, near);
   const std::vector<Vec3> normals = triangle_normals(mesh.triangles, foot.normals);
   Mover mover{mesh, normals};
-  for (int k = 0; k < (relax > 0 ? kInner : 1); ++k)
+  for (int k = 0; k < (relax > 0 ? kRelaxSteps : 1); ++k)
     for (std::uint32_t i = 0; i < mesh.points.size(); ++i)
       mover.move(i, target_position(mesh, i, foot.points[i], foot.normals[i], relax));
 }
 
-void repair(const MovedMesh& mesh, const CarryTarget& target, float far,
+void repair(const MovedMesh& mesh, const CarryTarget& target, float max_distance,
             std::span<const std::uint32_t> near, std::span<const std::uint32_t> seeds) {
-  constexpr int kMaxAttempts = 30, kSeeded = 6, kInner = 5, kRings = 3;
+  constexpr int kMaxAttempts = 30, kSeededAttempts = 6, kRelaxSteps = 5, kRings = 3;
   std::vector<TriangleFit> fits(mesh.triangles.size());
   std::vector<std::uint32_t> faces(mesh.triangles.size()), active;
   std::iota(faces.begin(), faces.end(), 0u);
   for (const std::uint32_t f : faces)
     if (const std::uint32_t v = mesh.triangles[f].v[0]; v < near.size()) fits[f].nearest = near[v];
   for (int k = 0;; ++k) {
-    if (mesh.goes_on && !(*mesh.goes_on)()) return;
+    if (mesh.keep_going && !(*mesh.keep_going)()) return;
     fit_to_surface(mesh, faces, target, fits);
     std::vector<std::uint32_t> stuck;
     for (const std::uint32_t f : faces) {
       const Triangle& t = mesh.triangles[f];
       const float quality = triangle_quality(mesh.points[t.v[0]], mesh.points[t.v[1]],
                                              mesh.points[t.v[2]], fits[f].normal);
-      if (quality < kBadQuality || fits[f].distance > far) stuck.insert(stuck.end(), t.v, t.v + 3);
+      if (quality < kBadQuality || fits[f].distance > max_distance)
+        stuck.insert(stuck.end(), t.v, t.v + 3);
     }
-    if ((stuck.empty() && (seeds.empty() || k >= kSeeded)) || k == kMaxAttempts) return;
+    if ((stuck.empty() && (seeds.empty() || k >= kSeededAttempts)) || k == kMaxAttempts) return;
     std::vector<std::uint32_t> ring = stuck;
     if (k == 0)
       for (const std::uint32_t f : seeds)
@@ -256,12 +257,12 @@ void repair(const MovedMesh& mesh, const CarryTarget& target, float far,
     const SurfaceProjection foot = project_onto_surface(positions, target, hints);
     for (const std::uint32_t f : faces) normals[f] = fits[f].normal;
     Mover mover{mesh, normals};
-    for (int inner = 0; inner < kInner; ++inner)
+    for (int inner = 0; inner < kRelaxSteps; ++inner)
       for (std::size_t i = 0; i < active.size(); ++i)
         mover.move(active[i],
                    target_position(mesh, active[i], foot.points[i], foot.normals[i], kRelax));
     add_rings(stuck, mesh, 0);
-    for (const std::uint32_t v : stuck) free_point(mesh, target, fits, v, far);
+    for (const std::uint32_t v : stuck) free_point(mesh, target, fits, v, max_distance);
   }
 }
 

@@ -17,16 +17,16 @@ struct MovedMesh {
   std::vector<Vec3>& points;
   std::span<const Triangle> triangles;
   const Fans& fans;
-  /// repair() leaves the mesh as it is then once this says no.
-  const std::function<bool()>* goes_on = nullptr;
+  /// Asked by repair() between its steps; once it returns false, the mesh stays as it is then.
+  const std::function<bool()>* keep_going = nullptr;
 };
 
 /// Closest points on the surface, with its smooth normals there.
 struct SurfaceProjection {
   std::vector<Vec3> points, normals;
 };
-/// Projects points onto the surface. `near`, here and below: per point a triangle of the surface
-/// that may be near, or none.
+/// Projects points onto the surface. `near`, here and below: per point a guess of the nearest
+/// triangle of the surface, or none.
 SurfaceProjection project_onto_surface(std::span<const Vec3> points, const CarryTarget& target,
                                        std::vector<std::uint32_t>& near);
 
@@ -43,8 +43,8 @@ void move_onto_surface(const MovedMesh& mesh, const CarryTarget& target, float r
                        std::vector<std::uint32_t>& near);
 
 /// Moves points around `seeds` (triangles), and around triangles that are inverted, nearly inverted
-/// or further than `far` from the surface, until there are none of them.
-void repair(const MovedMesh& mesh, const CarryTarget& target, float far,
+/// or further than `max_distance` from the surface, until there are none of them.
+void repair(const MovedMesh& mesh, const CarryTarget& target, float max_distance,
             std::span<const std::uint32_t> near, std::span<const std::uint32_t> seeds = {});
 
 /// Moves points towards missed points of the surface: corners and ridges, which projection never

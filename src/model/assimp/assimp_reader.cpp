@@ -56,23 +56,23 @@ class FolderIO : public Assimp::DefaultIOSystem {
   std::set<std::string> opened_;
 };
 
-/// Replaces spaces and control characters of a name; returns `otherwise` if it is empty.
-std::string make_word(const aiString& name, const char* otherwise) {
+/// Replaces spaces and control characters of a name; returns `fallback` if it is empty.
+std::string make_word(const aiString& name, const char* fallback) {
   std::string text;
   for (const char* c = name.C_Str(); *c; ++c)
     text += static_cast<unsigned char>(*c) <= ' ' || *c == '#' ? '_' : *c;
-  return text.empty() || text[0] == '<' ? otherwise : text;
+  return text.empty() || text[0] == '<' ? fallback : text;
 }
 
-std::string number(double value) {
+std::string format_number(double value) {
   char text[40];
   std::snprintf(text, sizeof text, "%.9g", value);
   return text;
 }
 
-std::string numbers(std::initializer_list<double> values) {
+std::string format_numbers(std::initializer_list<double> values) {
   std::string text;
-  for (const double value : values) text += ' ' + number(value);
+  for (const double value : values) text += ' ' + format_number(value);
   return text;
 }
 
@@ -117,8 +117,8 @@ class Writer {
     if (points_or_lines_ > 0)
       put("warning", std::to_string(points_or_lines_) + " points or lines - ignored", "");
     if (has_unused_colors_)
-      put("warning", "colours of points beside a texture - the texture counts", "");
-    if (animated_) put("warning", "it moves - shown as it stands in the file", "");
+      put("warning", "colours of points beside a texture - the colours are ignored", "");
+    if (animated_) put("warning", "it is animated - the animation is ignored", "");
   }
 
  private:
@@ -155,10 +155,10 @@ aiMatrix4x4 Writer::make_upright() {
   if (axis == 0)
     aiMatrix4x4::RotationZ(sign < 0 ? -AI_MATH_HALF_PI_F : AI_MATH_HALF_PI_F, rotation);
   double centimetres = 100;
-  float narrow = 0;
+  float centimetres_float = 0;
   if (!scene_.mMetaData->Get("UnitScaleFactor", centimetres) &&
-      scene_.mMetaData->Get("UnitScaleFactor", narrow))
-    centimetres = static_cast<double>(narrow);
+      scene_.mMetaData->Get("UnitScaleFactor", centimetres_float))
+    centimetres = static_cast<double>(centimetres_float);
   if (!(centimetres > 0) || !std::isfinite(centimetres)) centimetres = 100;
   const auto metres = static_cast<ai_real>(centimetres / 100);
   return rotation * aiMatrix4x4::Scaling(aiVector3D(metres, metres, metres), scale);
@@ -178,16 +178,17 @@ void Writer::add_material(const aiMaterial& material) {
   const auto clamp_fraction = [](float v) {
     return static_cast<double>(std::isfinite(v) ? std::clamp(v, 0.0f, 1.0f) : 0.7f);
   };
-  mtl_ += "Kd" +
-          numbers({clamp_fraction(color.r), clamp_fraction(color.g), clamp_fraction(color.b)}) +
-          "\n";
+  mtl_ +=
+      "Kd" +
+      format_numbers({clamp_fraction(color.r), clamp_fraction(color.g), clamp_fraction(color.b)}) +
+      "\n";
   float value = 0;
   if (material.Get(AI_MATKEY_ROUGHNESS_FACTOR, value) == aiReturn_SUCCESS)
-    mtl_ += "Pr " + number(clamp_fraction(value)) + "\n";
+    mtl_ += "Pr " + format_number(clamp_fraction(value)) + "\n";
   else if (material.Get(AI_MATKEY_SHININESS, value) == aiReturn_SUCCESS && value > 0)
-    mtl_ += "Ns " + number(std::min(static_cast<double>(value), 1e6)) + "\n";
+    mtl_ += "Ns " + format_number(std::min(static_cast<double>(value), 1e6)) + "\n";
   if (material.Get(AI_MATKEY_METALLIC_FACTOR, value) == aiReturn_SUCCESS)
-    mtl_ += "Pm " + number(clamp_fraction(value)) + "\n";
+    mtl_ += "Pm " + format_number(clamp_fraction(value)) + "\n";
   bool textured = false;
   for (const aiTextureType type : {aiTextureType_BASE_COLOR, aiTextureType_DIFFUSE}) {
     aiString path;
@@ -230,8 +231,8 @@ std::string Writer::color_material(const aiMesh& mesh, const aiFace& face) {
   std::snprintf(name, sizeof name, "color_%06x", code);
   if (colors_.insert(code).second)
     mtl_ += std::string("newmtl ") + name + "\nKd" +
-            numbers({to_linear((code >> 16) / 255.0), to_linear((code >> 8 & 255) / 255.0),
-                     to_linear((code & 255) / 255.0)}) +
+            format_numbers({to_linear((code >> 16) / 255.0), to_linear((code >> 8 & 255) / 255.0),
+                            to_linear((code & 255) / 255.0)}) +
             "\n";
   return name;
 }
@@ -244,12 +245,13 @@ void Writer::add_mesh(const aiMesh& mesh, const aiMatrix4x4& transform, const st
   rotation.Inverse().Transpose();
   for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
     const aiVector3D p = transform * mesh.mVertices[i];
-    obj_ += 'v' + numbers({p.x, p.y, p.z}) + '\n';
+    obj_ += 'v' + format_numbers({p.x, p.y, p.z}) + '\n';
     if (uvs)
-      obj_ += "vt" + numbers({mesh.mTextureCoords[0][i].x, mesh.mTextureCoords[0][i].y}) + '\n';
+      obj_ +=
+          "vt" + format_numbers({mesh.mTextureCoords[0][i].x, mesh.mTextureCoords[0][i].y}) + '\n';
     if (normals) {
       const aiVector3D n = rotation * mesh.mNormals[i];
-      obj_ += "vn" + numbers({n.x, n.y, n.z}) + '\n';
+      obj_ += "vn" + format_numbers({n.x, n.y, n.z}) + '\n';
     }
   }
   obj_ += "g " + label + '\n';
@@ -315,11 +317,11 @@ std::string describe_size(const Counts& counts, double limit) {
 }
 
 /// Limits CPU time or memory to values that suffice for any model the program accepts.
-void limit(int what, rlim_t maximum) {
+void limit(int resource, rlim_t maximum) {
   rlimit now{};
-  if (getrlimit(what, &now) != 0) return;
+  if (getrlimit(resource, &now) != 0) return;
   now.rlim_cur = std::min(now.rlim_max, maximum);
-  setrlimit(what, &now);
+  setrlimit(resource, &now);
 }
 
 }  // namespace

@@ -138,10 +138,10 @@ class Builder {
   void fill_normals();
   void orient_outward();
   void check_distance_from_origin();
-  void report(const Occurrences& what, const char* one, const char* many) {
+  void report(const Occurrences& what, const char* singular, const char* plural) {
     if (what.count > 0)
       warnings_.push_back(fmt::format("{}:{}: {} {}", file_, what.first_line, what.count,
-                                      what.count == 1 ? one : many));
+                                      what.count == 1 ? singular : plural));
   }
 
   ObjScan& scan_;

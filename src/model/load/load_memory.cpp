@@ -22,8 +22,9 @@ Status check_vertices(const MemoryMesh& mesh, const std::string& file) {
     const Vec3 v = mesh.vertices[i];
     for (const float c : {v.x, v.y, v.z})
       if (!(std::abs(c) <= kMaxCoordinate))
-        return make_error(ErrorCode::kInput, "{}: vertex {} has the coordinate {} - use +-1e15",
-                          file, i, c);
+        return make_error(ErrorCode::kInput,
+                          "{}: vertex {} has the coordinate {} - use values within +-1e15", file, i,
+                          c);
   }
   return Ok{};
 }
@@ -38,12 +39,12 @@ Status check_faces(const MemoryMesh& mesh, const std::string& file) {
   std::size_t corner = 0;
   for (std::size_t f = 0; f < mesh.face_sizes.size(); ++f) {
     if (mesh.face_sizes[f] < 3 || mesh.face_sizes[f] > kMaxFaceCorners)
-      return make_error(ErrorCode::kInput, "{}:{}: has {} corners - use 3 to {}", file, f,
+      return make_error(ErrorCode::kInput, "{}: face {} has {} corners - use 3 to {}", file, f,
                         mesh.face_sizes[f], kMaxFaceCorners);
     for (std::uint32_t k = 0; k < mesh.face_sizes[f]; ++k, ++corner)
       if (mesh.corners[corner] >= mesh.vertices.size())
-        return make_error(ErrorCode::kInput, "{}:{}: vertex {} is not there: there are {}", file, f,
-                          mesh.corners[corner], mesh.vertices.size());
+        return make_error(ErrorCode::kInput, "{}: face {} uses vertex {}, but there are {}", file,
+                          f, mesh.corners[corner], mesh.vertices.size());
   }
   return Ok{};
 }

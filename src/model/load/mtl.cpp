@@ -141,24 +141,24 @@ Vec3 clamp_color(const tinyobj::real_t (&c)[3], float high) {
   return {std::clamp(c[0], 0.0f, high), std::clamp(c[1], 0.0f, high), std::clamp(c[2], 0.0f, high)};
 }
 
-MtlMaterial map_material(const tinyobj::material_t& from, const Entry& given) {
+MtlMaterial map_material(const tinyobj::material_t& from, const Entry& entry) {
   MtlMaterial to;
   Material& m = to.material;
   m.name = from.name;
   to.texture = std::string(trim(from.diffuse_texname));
-  to.texture_line = given.texture_line;
+  to.texture_line = entry.texture_line;
   if (!to.texture.empty()) {
     to.uv_scale = {from.diffuse_texopt.scale[0], from.diffuse_texopt.scale[1]};
     to.uv_offset = {from.diffuse_texopt.origin_offset[0], from.diffuse_texopt.origin_offset[1]};
   }
-  if (given.kd) m.color = clamp_color(from.diffuse, 1);
+  if (entry.kd) m.color = clamp_color(from.diffuse, 1);
   // Without Kd the texture is the colour; so it is with a black Kd, which would hide it.
-  if (!to.texture.empty() && (!given.kd || m.color == Vec3{})) m.color = {1, 1, 1};
-  if (given.pm) m.metallic = std::clamp(from.metallic, 0.0f, 1.0f);
-  if (given.ks)
+  if (!to.texture.empty() && (!entry.kd || m.color == Vec3{})) m.color = {1, 1, 1};
+  if (entry.pm) m.metallic = std::clamp(from.metallic, 0.0f, 1.0f);
+  if (entry.ks)
     m.specular = clamp_color(from.specular, m.metallic > 0.5f ? 1.0f : kMaxDielectricSpecular);
-  if (given.ns) m.roughness = std::sqrt(2.0f / (std::max(from.shininess, 0.0f) + 2.0f));
-  if (given.pr) m.roughness = std::clamp(from.roughness, 0.0f, 1.0f);
+  if (entry.ns) m.roughness = std::sqrt(2.0f / (std::max(from.shininess, 0.0f) + 2.0f));
+  if (entry.pr) m.roughness = std::clamp(from.roughness, 0.0f, 1.0f);
   return to;
 }
 
@@ -250,9 +250,11 @@ Result<MtlSet> load_mtls(const fs::path& obj, const std::vector<NamedLine>& libr
       if (!asset->note.empty()) all.warnings.push_back(fmt::format("{} {}", where, asset->note));
       remember_input(asset->path);
       PM_TRY(const std::string bytes, read_file(asset->path, kMaxBytes));
-      PM_TRY(MtlSet one, parse_mtl(bytes, asset->path.string()));
-      std::move(one.materials.begin(), one.materials.end(), std::back_inserter(all.materials));
-      std::move(one.warnings.begin(), one.warnings.end(), std::back_inserter(all.warnings));
+      PM_TRY(MtlSet file_set, parse_mtl(bytes, asset->path.string()));
+      std::move(file_set.materials.begin(), file_set.materials.end(),
+                std::back_inserter(all.materials));
+      std::move(file_set.warnings.begin(), file_set.warnings.end(),
+                std::back_inserter(all.warnings));
     }
   }
   return all;

@@ -47,9 +47,9 @@ class MtlNames {
 /// 20 at once.
 Result<MtlSet> parse_mtl(std::string_view bytes, const std::string& file);
 
+inline constexpr std::size_t kMaxLibraries = 1000;
 /// Loads all files of the OBJ's mtllib lines. A missing file is a warning, or an error when
 /// `strict`. Errors (kInput): more than kMaxLibraries names.
-inline constexpr std::size_t kMaxLibraries = 1000;
 Result<MtlSet> load_mtls(const std::filesystem::path& obj, const std::vector<NamedLine>& libraries,
                          bool strict);
 

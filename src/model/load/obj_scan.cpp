@@ -45,7 +45,7 @@ class Scanner {
                                       const char* what);
   void check_ranges();
   bool check_corner(const ObjCorner& corner, std::uint32_t line);
-  void report(const Occurrences& what, const char* one, const char* many);
+  void report(const Occurrences& what, const char* singular, const char* plural);
   void report_occurrences();
   Error make_no_faces_error() const;
   std::uint32_t label_index();
@@ -113,10 +113,10 @@ void Scanner::scan_line(std::string_view line) {
 void Scanner::scan_point(std::string_view text) {
   std::vector<float>& numbers = point_numbers_;
   numbers.clear();
-  const int given = scan_reals(text, numbers, {7, 3, 8}, "vertex");
+  const int count = scan_reals(text, numbers, {7, 3, 8}, "vertex");
   result_.positions.insert(result_.positions.end(), numbers.begin(), numbers.begin() + 3);
-  const bool is_colored = given == 6 || given == 7;
-  if (!is_colored && given > 4) odd_numbers_.note(lines_.number());
+  const bool is_colored = count == 6 || count == 7;
+  if (!is_colored && count > 4) odd_numbers_.note(lines_.number());
   if (!is_colored && colors_.empty()) return;
   colors_.resize(result_.positions.size(), kUnknownColor);
   if (is_colored) std::copy_n(numbers.begin() + 3, 3, colors_.end() - 3);
@@ -307,10 +307,10 @@ Error Scanner::make_no_faces_error() const {
                     file_, result_.point_count(), result_.point_count() == 1 ? "ex" : "ices");
 }
 
-void Scanner::report(const Occurrences& what, const char* one, const char* many) {
+void Scanner::report(const Occurrences& what, const char* singular, const char* plural) {
   if (what.count == 0) return;
   result_.warnings.push_back(fmt::format("{}:{}: {} {}", file_, what.first_line, what.count,
-                                         what.count == 1 ? one : many));
+                                         what.count == 1 ? singular : plural));
 }
 
 void Scanner::report_occurrences() {

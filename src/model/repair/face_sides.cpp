@@ -53,7 +53,7 @@ std::vector<FaceSide> classify_faces(const Model& model, const InsideTest& insid
   if (!clustered) return classify_each(model, inside, step);
   // Each winding number touches nearly all long triangles: only as many are asked for as there are
   // triangles in the simpler model.
-  const std::vector<FaceSide> few = classify_each(clustered->model, inside, step);
+  const std::vector<FaceSide> clustered_sides = classify_each(clustered->model, inside, step);
   const ClosestPointQuery closest(clustered->model);
   std::vector<FaceSide> sides(model.triangles.size(), FaceSide::kMixed);
   parallel_for(
@@ -64,7 +64,7 @@ std::vector<FaceSide> classify_faces(const Model& model, const InsideTest& insid
         const Vec3 middle =
             (model.points[v[0]] + model.points[v[1]] + model.points[v[2]]) * (1.0f / 3);
         const std::uint32_t nearest = closest.closest(middle).triangle;
-        if (nearest != ClosestPoint::kNoTriangle) sides[t] = few[nearest];
+        if (nearest != ClosestPoint::kNoTriangle) sides[t] = clustered_sides[nearest];
       },
       64);
   return sides;

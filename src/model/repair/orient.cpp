@@ -17,7 +17,7 @@
 namespace polymorph {
 namespace {
 
-constexpr std::size_t kRaysPerComponent = 8;
+constexpr std::size_t kSamplesPerComponent = 8;
 constexpr std::size_t kMaxExamined = 64;
 /// Bounds of the mean winding number at a component's own faces: it is 1/2 on a closed outward
 /// surface, -1/2 on an inward one and 0 on a sheet.
@@ -47,9 +47,9 @@ Vec3d area_vector(const Model& model, std::uint32_t t) {
   return cross(corner(model, t, 1) - a, corner(model, t, 2) - a) * 0.5;
 }
 
-/// Finds the side of the other triangle across each side, for edges with two triangles; the top bit
-/// is set if they are inconsistent.
+/// Top bit of a side: its triangle and the one across it are inconsistent.
 constexpr std::uint32_t kFlipped = 0x80000000u;
+/// Finds the side of the other triangle across each side, for edges with two triangles.
 std::vector<std::uint32_t> sides_across(const Model& model) {
   std::vector<std::uint32_t> across(3 * model.triangles.size(), kNoIndex);
   const std::vector<EdgeUse> uses = sorted_edge_uses(model.triangles);
@@ -106,7 +106,7 @@ Components find_components(const Model& model) {
   return result;
 }
 
-/// Selects up to kRaysPerComponent triangles of a component, evenly by area.
+/// Selects up to kSamplesPerComponent triangles of a component, evenly by area.
 std::vector<std::uint32_t> sample_faces(const Model& model, const Component& component,
                                         std::span<const std::uint32_t> faces) {
   std::vector<std::uint32_t> samples;
@@ -114,8 +114,8 @@ std::vector<std::uint32_t> sample_faces(const Model& model, const Component& com
   for (const std::uint32_t t : faces) {
     sum += length(area_vector(model, t));
     const double next =
-        (static_cast<double>(samples.size()) + 0.5) / kRaysPerComponent * component.area;
-    if (sum >= next && samples.size() < kRaysPerComponent) samples.push_back(t);
+        (static_cast<double>(samples.size()) + 0.5) / kSamplesPerComponent * component.area;
+    if (sum >= next && samples.size() < kSamplesPerComponent) samples.push_back(t);
   }
   return samples;
 }
@@ -155,9 +155,9 @@ double signed_volume(const Model& model, const Components& components, const Com
   double volume = 0;
   for (std::size_t i = component.begin; i < component.end; ++i) {
     const std::uint32_t t = components.order[i];
-    const double six = dot(corner(model, t, 0) - origin,
-                           cross(corner(model, t, 1) - origin, corner(model, t, 2) - origin));
-    volume += components.flip[t] ? -six / 6 : six / 6;
+    const double sixfold = dot(corner(model, t, 0) - origin,
+                               cross(corner(model, t, 1) - origin, corner(model, t, 2) - origin));
+    volume += components.flip[t] ? -sixfold / 6 : sixfold / 6;
   }
   return volume;
 }

@@ -11,7 +11,7 @@
 namespace polymorph {
 namespace {
 
-constexpr float kFarAway = std::numeric_limits<float>::infinity();
+constexpr float kInfiniteDistance = std::numeric_limits<float>::infinity();
 
 /// Computes the lower envelope of parabolas along one line; this adds squared distances along an
 /// axis.
@@ -141,7 +141,7 @@ void remove_small_components(Voxels& voxels) {
 
 std::vector<float> compute_distances(const Grid& grid, const std::vector<std::uint8_t>& seed) {
   std::vector<float> distance2(seed.size());
-  for (std::size_t i = 0; i < seed.size(); ++i) distance2[i] = seed[i] ? 0 : kFarAway;
+  for (std::size_t i = 0; i < seed.size(); ++i) distance2[i] = seed[i] ? 0 : kInfiniteDistance;
   for (int axis = 0; axis < 3; ++axis) transform_axis(grid, axis, distance2);
   for (float& d : distance2) d = std::sqrt(d);
   return distance2;
@@ -223,7 +223,7 @@ void make_manifold(Voxels& voxels) {
             if (is_connected(set) && is_connected(~set & 0xffu)) break;
             // The innermost empty corner becomes solid.
             std::size_t best = 0;
-            float level = -kFarAway;
+            float level = -kInfiniteDistance;
             for (unsigned k = 0; k < 8; ++k) {
               const std::size_t corner = cells.corner(first, k);
               if (voxels.solid[corner] || !(voxels.level[corner] > level)) continue;

@@ -55,13 +55,14 @@ struct DeviceScene {
   PM_HD_CALL MeshHit closest(const Ray& ray) const {
     MeshHit best;
     auto distance = static_cast<double>(ray.far);
-    for_each_intersected(ray, [&](BvhTriangle at, const TriangleIntersection& intersection) {
+    for_each_intersected(ray, [&](BvhTriangle candidate, const TriangleIntersection& intersection) {
       if (intersection.distance > distance) return ray.far;
       if (best.mesh != kNoMesh && intersection.distance == distance &&
-          (at.mesh > best.mesh || (at.mesh == best.mesh && at.triangle >= best.triangle)))
+          (candidate.mesh > best.mesh ||
+           (candidate.mesh == best.mesh && candidate.triangle >= best.triangle)))
         return static_cast<float>(distance);
       distance = intersection.distance;
-      best = {at.mesh, at.triangle, static_cast<float>(distance),
+      best = {candidate.mesh, candidate.triangle, static_cast<float>(distance),
               static_cast<float>(intersection.u), static_cast<float>(intersection.v)};
       return best.distance;
     });
@@ -83,8 +84,8 @@ struct DeviceScene {
   }
 
  private:
-  /// Distance at which a ray enters a box; infinity for a miss. Errs by less than boxes are
-  /// widened.
+  /// Distance at which a ray enters a box; infinity for a miss. Its error is smaller than the
+  /// margin by which boxes are widened.
   PM_HD static float enter(const Box& box, Vec3 origin, Vec3 inverse, float far) {
     const Vec3 a = (box.low - origin) * inverse, b = (box.high - origin) * inverse;
     const float near = max(max_component(min(a, b)), 0.0f);
@@ -95,7 +96,7 @@ struct DeviceScene {
   template <class F>
   PM_HD void for_each_intersected(const Ray& ray, const F& f) const {
     if (misses_box(bounds, ray)) return;
-    // No component is 0, so that no product with it is indefinite.
+    // No component is infinite, so that 0 * infinity cannot occur.
     const auto inverse_of = [](float d) { return 1.0f / copysign(max(abs(d), 1e-20f), d); };
     const Vec3 inverse{inverse_of(ray.direction.x), inverse_of(ray.direction.y),
                        inverse_of(ray.direction.z)};

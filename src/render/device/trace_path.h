@@ -29,18 +29,18 @@ struct ShadowRay {
 /// the sky's lower half.
 PM_HD inline void trace_final_ray(const World& world, const DeviceScene& scene, PathRow& path,
                                   RayStats& stats) {
-  Vec3 share{1, 1, 1};
+  Vec3 transmittance{1, 1, 1};
   if (world.has_glass) {
-    share = trace_transmittance(world, scene, path.ray, stats);
+    transmittance = trace_transmittance(world, scene, path.ray, stats);
   } else {
     ++stats.rays;
-    if (scene.is_occluded(path.ray)) share = {};
+    if (scene.is_occluded(path.ray)) transmittance = {};
   }
-  if (is_black(share))
+  if (is_black(transmittance))
     return add_sky(world, path, world.max_depth == 1 ? kGuessedBounce : 0.0f, true);
   // Unoccluded, the control variate is exact.
-  if (min_component(share) < 1.0f) add_sky(world, path, 0.0f, true);
-  path.throughput = path.throughput * share;
+  if (min_component(transmittance) < 1.0f) add_sky(world, path, 0.0f, true);
+  path.throughput = path.throughput * transmittance;
   leave_scene(world, path, true);
 }
 
@@ -67,7 +67,7 @@ PM_HD inline PathLight trace_path(const DeviceFrame& frame, const Ray& ray, Samp
     shortened.far = min(floor, path.ray.far);
     const MeshHit hit = scene.closest(shortened);
     const VertexRandomOf<float> random{{frame.sampler, sample.sequence, sample.reversed}, depth};
-    VerticesOf<Vec3, ShadowRay> at{path, 0, {}, true, {}, shadows};
+    VerticesOf<Vec3, ShadowRay> vertex{path, 0, {}, true, {}, shadows};
     if (hit.mesh != kNoMesh) {
       add_hit_lamps(world, path, hit.distance, true);
       add_sky(world, path, 0.0f, true);
@@ -89,13 +89,13 @@ PM_HD inline PathLight trace_path(const DeviceFrame& frame, const Ray& ray, Samp
       }
       const Bsdf bsdf =
           make_bsdf_at(world, mesh, hit, point.shading, -path.ray.direction, has(path, kScattered));
-      if (!scatter_on_mesh(world, at, point, bsdf, random)) break;
+      if (!scatter_on_mesh(world, vertex, point, bsdf, random)) break;
     } else if (floor < kInfinity) {
       add_hit_lamps(world, path, floor, true);
       const FloorPointOf<Vec3> point = floor_point(world.floor, path.ray, floor);
       add_sky(world, path, point.fade, true);
       path.throughput = path.throughput * (1.0f - point.fade);
-      const bool continues = scatter_on_floor(world, at, point, random, stats);
+      const bool continues = scatter_on_floor(world, vertex, point, random, stats);
       path.depth_left = path.depth_left - 1.0f;
       if (!continues) break;
     } else {

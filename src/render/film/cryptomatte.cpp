@@ -103,8 +103,8 @@ Mattes::Mattes(const std::string& layers, const RenderScene& scene) {
   }
 }
 
-float Mattes::add_id(Kind kind, std::string_view given) {
-  const std::string name = given.empty() ? "unnamed" : printable(given);
+float Mattes::add_id(Kind kind, std::string_view raw_name) {
+  const std::string name = raw_name.empty() ? "unnamed" : printable(raw_name);
   const float id = matte_id(name);
   for (std::size_t i = 0; i < kinds_.size(); ++i)
     if (kinds_[i] == kind) tables_[i].manifest.emplace(name, id);

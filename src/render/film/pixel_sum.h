@@ -11,7 +11,7 @@ namespace polymorph {
 /// Lights and coverages summed over the samples of a pixel.
 struct PixelSum {
   Vec3 light, odd;  ///< sums over all samples, and over every second one
-  float alpha = 0, floor = 0, lit = 0, unlit = 0;
+  float alpha = 0, floor = 0, lit = 0, unlit = 0;  ///< sums of PathLight's members
   int samples = 0;
 
   PM_HD void add(const PixelSum& other) {
@@ -25,7 +25,7 @@ struct PixelSum {
   }
 };
 
-/// Adds the light of a sample; `odd`: of every second one.
+/// Adds the light of a sample; `odd`: it also counts into the sum of every second one.
 PM_HD inline void add_sample(PixelSum& sum, const PathLight& light, bool odd) {
   ++sum.samples;
   sum.alpha += light.alpha;
@@ -38,8 +38,8 @@ PM_HD inline void add_sample(PixelSum& sum, const PathLight& light, bool odd) {
   if (odd) sum.odd = sum.odd + light.radiance;
 }
 
-/// Sums of a frame's samples that a GPU has made: of each pixel, in rows from the upper left, one
-/// for each block of kSampleBlock samples.
+/// A GPU's sums of a frame's samples: for each pixel, in rows from the upper left, one for each
+/// block of kSampleBlock samples.
 struct DeviceSums {
   int first_block = 0, blocks = 0;
   std::vector<PixelSum> sums;

@@ -15,7 +15,7 @@ float angle_from_cosine(float cosine) {
   return static_cast<float>(exact::acos(static_cast<double>(cosine)));
 }
 
-/// Perez' five numbers for one of Y, x, y (Preetham et al., appendix A.2).
+/// Perez' sky function: its five coefficients for one of Y, x, y (Preetham et al., appendix A.2).
 struct Perez {
   float a, b, c, d, e;
   /// Evaluates the function; arguments: cosine of the angle from the zenith, angle from the sun,
@@ -97,13 +97,13 @@ Sky make_day_sky(const KeyLight& sun, Vec3 floor, float turbidity, float scale, 
       texel = y < horizon ? texel * level : ground;
     }
   // Haze: distant ground blends into the colour of the sky above it.
-  constexpr int kHaze = 10;  // rows, 7 degrees
-  for (int i = 0; i < kHaze; ++i) {
-    const float share = 0.75f * square(1 - (static_cast<float>(i) + 0.5f) / kHaze);
+  constexpr int kHazeRows = 10;  // 7 degrees
+  for (int i = 0; i < kHazeRows; ++i) {
+    const float haze = 0.75f * square(1 - (static_cast<float>(i) + 0.5f) / kHazeRows);
     for (std::size_t x = 0; x < width; ++x) {
       const Vec3 above = sky.texels[static_cast<std::size_t>(horizon - 1) * width + x];
       Vec3& texel = sky.texels[static_cast<std::size_t>(horizon + i) * width + x];
-      texel = lerp(texel, above, share);
+      texel = lerp(texel, above, haze);
     }
   }
   sky.calm_level = std::numeric_limits<float>::infinity();

@@ -132,8 +132,9 @@ Sky make_studio_sky(const Frame& rig, const KeyLight& key, Vec3 floor, float sca
   const float level = scale * kStudioIrradiance * kInvPi / mean.y;
   const Vec3 direct =
       floor * (key.irradiance * (kInvPi * std::max(0.0f, key.frame.z.y)) + mean * level);
-  const Vec3 again = floor * share;
-  const Vec3 lit{direct.x / (1 - again.x), direct.y / (1 - again.y), direct.z / (1 - again.z)};
+  const Vec3 returned = floor * share;
+  const Vec3 lit{direct.x / (1 - returned.x), direct.y / (1 - returned.y),
+                 direct.z / (1 - returned.z)};
   for (std::size_t i = 0; i < count; ++i) sky.texels[i] = sky.texels[i] * level + lit * sweep[i];
   sky.calm_level = std::numeric_limits<float>::infinity();
   prepare_sky(sky, part);

@@ -13,8 +13,9 @@ namespace {
 
 constexpr int kCoarseWidth = 128, kCoarseHeight = 64;  // for the irradiance integral
 constexpr int kMaxDistributionWidth = 2048;
-// Light of an image above this multiple of the mean is bright. Clouds and windows are below.
-constexpr float kCalmMeans = 4;
+// Radiance of an image above this multiple of its mean is bright (sampled by itself), below it
+// calm, as clouds and windows are.
+constexpr float kCalmMultiple = 4;
 
 Vec3 from_lat_long(float u, float v) {
   const Vec2 azimuth = cos_sin_turns(u - 0.5f), polar = cos_sin_turns(0.5f * v);
@@ -172,11 +173,11 @@ Vec3 integrate_upper(const Sky& sky) {
   for (int y = 0; y < kHeight; ++y) {
     const double area = cell_solid_angle(y, kWidth, 2 * kHeight);
     for (int x = 0; x < kWidth; ++x) {
-      const Vec3 from = radiance[static_cast<std::size_t>(y) * kWidth + x];
+      const Vec3 incoming = radiance[static_cast<std::size_t>(y) * kWidth + x];
       const double weight = area * direction(x, y).y;
-      r += weight * from.x;
-      g += weight * from.y;
-      b += weight * from.z;
+      r += weight * incoming.x;
+      g += weight * incoming.y;
+      b += weight * incoming.z;
       cosines += weight;
     }
   }
@@ -212,7 +213,7 @@ Sky make_image_sky(const Image& image, float scale, SkyPart part) {
       sky.texels[static_cast<std::size_t>(y) * sky.width + x] = {
           usable(image.at(x, y, channel[0])), usable(image.at(x, y, channel[1])),
           usable(image.at(x, y, channel[2]))};
-  sky.calm_level = kCalmMeans * mean_luminance(sky);
+  sky.calm_level = kCalmMultiple * mean_luminance(sky);
   prepare_sky(sky, part);
   return sky;
 }

@@ -10,10 +10,10 @@ FrameSampler make_frame_sampler(std::uint64_t seed, int frame, int samples, bool
   PM_CHECK(samples >= 1);
   FrameSampler sampler;
   sampler.sample_bits = static_cast<int>(std::bit_width(static_cast<std::uint32_t>(samples) - 1));
-  const auto number = static_cast<std::uint32_t>(frame);
-  sampler.key = random_u64(seed, steady ? 0 : number, 0);
-  // Only within the pixel's own sequence, SampleIndex::sequence.
-  if (steady) sampler.fresh = random_u64(seed, number, 1) >> (32 + sampler.sample_bits);
+  const auto frame_index = static_cast<std::uint32_t>(frame);
+  sampler.key = random_u64(seed, steady ? 0 : frame_index, 0);
+  // Without its upper bits: an XOR with it must not change SampleIndex::sequence.
+  if (steady) sampler.fresh = random_u64(seed, frame_index, 1) >> (32 + sampler.sample_bits);
   return sampler;
 }
 

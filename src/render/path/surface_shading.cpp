@@ -67,7 +67,8 @@ TexturePoint texture_point(const MaterialLayer& layer, std::uint32_t triangle, f
 }
 
 ShadingOf<Pack3> mixed_shading(const World& world, const MeshHitOf<Pack>& hit) {
-  return gather_shading(world, hit, [&](const MeshHit& one) { return mixed_shading(world, one); });
+  return gather_shading(world, hit,
+                        [&](const MeshHit& lane_hit) { return mixed_shading(world, lane_hit); });
 }
 
 BsdfOf<Pack3> make_bsdf_at(const World& world, const MeshHitOf<Pack>& hit, const Pack3& normal,
@@ -77,9 +78,9 @@ BsdfOf<Pack3> make_bsdf_at(const World& world, const MeshHitOf<Pack>& hit, const
   const ShadingOf<Pack3> look =
       make_matte_where(matte, broadcast_shading(look_shading(world.look)));
   if (!any(share < 1.0f)) return make_bsdf(look, look, share, normal, view);
-  const ShadingOf<Pack3> own = gather_shading(world, hit, [&](const MeshHit& one) {
-    const RenderMesh& mesh = world.geometry->mesh(one.mesh);
-    return mesh.materials.empty() ? Shading{} : mesh_shading(mesh, one);
+  const ShadingOf<Pack3> own = gather_shading(world, hit, [&](const MeshHit& lane_hit) {
+    const RenderMesh& mesh = world.geometry->mesh(lane_hit.mesh);
+    return mesh.materials.empty() ? Shading{} : mesh_shading(mesh, lane_hit);
   });
   return make_bsdf(make_matte_where(matte, own), look, share, normal, view);
 }

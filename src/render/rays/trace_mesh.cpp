@@ -111,11 +111,11 @@ bool fill_packet(const TracedScene& scene, const RayOf<Pack3>* rays, int count, 
   // `valid` for packets of 16 and tests whether [tnear, tfar] is empty.
   if (count <= kLanes) std::memset(&packet, 0, sizeof packet);
   std::memset(valid, 0, kPacket * sizeof(int));
-  bool some = false;
+  bool any_active = false;
   for (int first = 0; first < count; first += kLanes) {
     const RayOf<Pack3>& ray = rays[first / kLanes];
     const PackMask follow = (!scene.misses_bounds(ray)) & first_lanes(count - first);
-    some = some || any(follow);
+    any_active = any_active || any(follow);
     std::memcpy(valid + first, &follow, sizeof follow);
     Lanes<Pack>::store(packet.org_x + first, ray.origin.x);
     Lanes<Pack>::store(packet.org_y + first, ray.origin.y);
@@ -134,7 +134,7 @@ bool fill_packet(const TracedScene& scene, const RayOf<Pack3>* rays, int count, 
     const PackBits id = PackBits{0, 1, 2, 3, 4, 5, 6, 7} + static_cast<std::uint32_t>(first);
     std::memcpy(packet.id + first, &id, sizeof id);
   }
-  return some;
+  return any_active;
 }
 
 }  // namespace

@@ -19,29 +19,29 @@ std::string join_distinct(const std::vector<std::string>& names) {
   return fmt::format("{}", fmt::join(seen, ", "));
 }
 
-/// The object that a moment of the leg shows, whole or on the way to or from its balls.
+/// Returns the object that is shown, itself or between itself and its balls.
 const std::shared_ptr<const PreparedObject>& shown_object(const Leg& leg,
-                                                          const MorphState& moment) {
-  return moment.object == moment.leg ? leg.from : leg.to;
+                                                          const MorphState& morph_state) {
+  return morph_state.object == morph_state.leg ? leg.from : leg.to;
 }
 
-/// The moment of a stage in which a model shows, whole or between itself and its balls.
-Result<ActorGeometry> model_geometry(const PreparedActor& actor, const MorphState& moment,
+/// Makes the geometry of a stage in which an object shows, itself or between itself and its balls.
+Result<ActorGeometry> model_geometry(const PreparedActor& actor, const MorphState& morph_state,
                                      Engine& engine) {
   ActorGeometry geometry;
-  geometry.moment = moment;
-  const bool leaving = moment.object == moment.leg;
-  const MeshSequence* sequence = moving_sequence(actor, moment.object);
-  if (sequence && moment.boundary == 1) {  // nothing but the mesh
-    PM_TRY(Model mesh, load_mesh(*sequence, leaving ? moment.mesh : moment.to_mesh));
+  geometry.moment = morph_state;
+  const bool leaving = morph_state.object == morph_state.leg;
+  const MeshSequence* sequence = moving_sequence(actor, morph_state.object);
+  if (sequence && morph_state.boundary == 1) {  // nothing but the mesh
+    PM_TRY(Model mesh, load_mesh(*sequence, leaving ? morph_state.mesh : morph_state.to_mesh));
     geometry.points = mesh.points;
     geometry.mesh = std::make_shared<const Model>(std::move(mesh));
     return geometry;
   }
-  PM_TRY(geometry.leg, leg_at(actor, moment, engine));
-  const std::shared_ptr<const PreparedObject>& object = shown_object(*geometry.leg, moment);
+  PM_TRY(geometry.leg, leg_at(actor, morph_state, engine));
+  const std::shared_ptr<const PreparedObject>& object = shown_object(*geometry.leg, morph_state);
   if (sequence) geometry.mesh = {object, &object->model};
-  const BoundaryMoment boundary{leaving, moment.boundary, moment.growth};
+  const BoundaryMoment boundary{leaving, morph_state.boundary, morph_state.growth};
   PM_TRY(BoundarySurface shown, boundary_surface(*geometry.leg, boundary, engine));
   geometry.balls = std::move(shown.balls);
   geometry.surface = std::move(shown.surface);
@@ -53,21 +53,21 @@ Result<ActorGeometry> model_geometry(const PreparedActor& actor, const MorphStat
   return geometry;
 }
 
-/// The mesh of a sequence that shows in a moment.
-Result<ActorGeometry> sequence_geometry(const PreparedActor& actor, const MorphState& moment) {
+/// Makes the geometry of a mesh sequence from its mesh that shows.
+Result<ActorGeometry> sequence_geometry(const PreparedActor& actor, const MorphState& morph_state) {
   ActorGeometry geometry;
-  geometry.moment = moment;
-  PM_TRY(Model mesh, load_mesh(*actor.sequence, moment.mesh));
+  geometry.moment = morph_state;
+  PM_TRY(Model mesh, load_mesh(*actor.sequence, morph_state.mesh));
   geometry.points = mesh.points;
   geometry.mesh = std::make_shared<const Model>(std::move(mesh));
   return geometry;
 }
 
-/// Adds the motion until the next frame, within the stage. The level's share of it, which keeps the
-/// volume, is left out, and so are blended surfaces, which move by less than a cell.
-Status add_flow(const PreparedActor& actor, bool last, Engine& engine, ActorGeometry& geometry) {
+/// Adds the motion until the next frame, within the stage. It leaves out the change of the level,
+/// which keeps the volume, and blended surfaces, which move by less than a cell.
+Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorGeometry& geometry) {
   const MorphState& now = geometry.moment;
-  const MorphState next = last ? now : morph_state_at(actor.timeline, now.frame + 1);
+  const MorphState next = is_last ? now : morph_state_at(actor.timeline, now.frame + 1);
   if (actor.sequence) {
     PM_TRY(geometry.displacement,
            mesh_motion(*actor.sequence, *geometry.mesh,
@@ -76,12 +76,12 @@ Status add_flow(const PreparedActor& actor, bool last, Engine& engine, ActorGeom
   }
   if (now.object < 0) {
     const Leg& leg = *geometry.leg;
-    const bool goes_on = next.leg == now.leg && next.object < 0;
+    const bool stays_in_leg = next.leg == now.leg && next.object < 0;
     LegState state;
     state.time = now.time;
     state.balls = geometry.balls;
-    PM_TRY(const auto later, leg_at(actor, now.leg, next.frame, engine));
-    PM_TRY(geometry.flow, flow_until(leg, state, {*later, goes_on ? next.time : leg.until},
+    PM_TRY(const auto next_leg, leg_at(actor, now.leg, next.frame, engine));
+    PM_TRY(geometry.flow, flow_until(leg, state, {*next_leg, stays_in_leg ? next.time : leg.until},
                                      geometry.surface.positions, engine));
     return Ok{};
   }
@@ -105,13 +105,13 @@ Status add_flow(const PreparedActor& actor, bool last, Engine& engine, ActorGeom
 
 }  // namespace
 
-Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState& moment,
+Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState& morph_state,
                                    Engine& engine) {
   ActorGeometry geometry;
-  geometry.moment = moment;
-  PM_TRY(geometry.leg, leg_at(actor, moment.leg, moment.frame, engine));
+  geometry.moment = morph_state;
+  PM_TRY(geometry.leg, leg_at(actor, morph_state.leg, morph_state.frame, engine));
   const Leg& leg = *geometry.leg;
-  PM_TRY(LegSurface surface, leg_surface(leg, moment.time, engine));
+  PM_TRY(LegSurface surface, leg_surface(leg, morph_state.time, engine));
   PM_TRY_STATUS(blend_end_normals(leg, surface.state, surface.mesh, engine));
   if (actor.timeline.own_look && !surface.mesh.triangles.empty()) {
     PM_TRY(geometry.look, leg_look(leg, surface, engine));
@@ -122,19 +122,20 @@ Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState&
   return geometry;
 }
 
-Result<ActorGeometry> actor_geometry_at(const PreparedActor& actor, const MorphState& moment,
+Result<ActorGeometry> actor_geometry_at(const PreparedActor& actor, const MorphState& morph_state,
                                         Engine& engine) {
-  if (actor.sequence) return sequence_geometry(actor, moment);
-  return moment.object >= 0 ? model_geometry(actor, moment, engine)
-                            : leg_geometry(actor, moment, engine);
+  if (actor.sequence) return sequence_geometry(actor, morph_state);
+  return morph_state.object >= 0 ? model_geometry(actor, morph_state, engine)
+                                 : leg_geometry(actor, morph_state, engine);
 }
 
 Result<std::vector<std::uint32_t>> surface_labels(const ActorGeometry& geometry, Engine& engine) {
-  const MorphState& moment = geometry.moment;
+  const MorphState& morph_state = geometry.moment;
   const std::vector<Vec3>& points = geometry.surface.positions;
-  if (moment.object >= 0) return nearest_labels(*shown_object(*geometry.leg, moment), points);
+  if (morph_state.object >= 0)
+    return nearest_labels(*shown_object(*geometry.leg, morph_state), points);
   LegState state;
-  state.time = moment.time;
+  state.time = morph_state.time;
   state.balls = geometry.balls;
   return leg_labels(*geometry.leg, state, points, engine);
 }
@@ -150,15 +151,15 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, Engine& engine,
   const Scene& scene = prepared.scene;
   const int shown = shown_frame(scene, frame);
   const bool turntable = scene.frames.turntable > 0;  // nothing but the camera moves
-  const bool last = turntable || frame == prepared.frame_count;
-  const bool flows = wants_flow(scene_at(scene, static_cast<double>(frame)));
+  const bool is_last = turntable || frame == prepared.frame_count;
+  const bool needs_flow = wants_flow(scene_at(scene, static_cast<double>(frame)));
   const bool labels =
       aov_is_chosen(scene.image.aovs, "label") || aov_is_chosen(scene.image.aovs, "crypto_label");
   FrameGeometry geometry{frame, sequence_time(scene, shown), stage_names(prepared, frame), {}};
   for (const PreparedActor& actor : prepared.actors) {
-    const MorphState moment = morph_state_at(actor.timeline, shown);
-    PM_TRY(ActorGeometry actor_geometry, actor_geometry_at(actor, moment, engine));
-    if (flows) PM_TRY_STATUS(add_flow(actor, last, engine, actor_geometry));
+    const MorphState morph_state = morph_state_at(actor.timeline, shown);
+    PM_TRY(ActorGeometry actor_geometry, actor_geometry_at(actor, morph_state, engine));
+    if (needs_flow) PM_TRY_STATUS(add_flow(actor, is_last, engine, actor_geometry));
     actor_geometry.moves = !turntable && moves_at(actor.timeline, shown);
     if (labels && !actor_geometry.surface.positions.empty()) {
       PM_TRY(actor_geometry.surface_labels, surface_labels(actor_geometry, engine));

@@ -8,7 +8,7 @@
 namespace polymorph {
 namespace {
 
-/// Paint of points that have these places on the actor's first object.
+/// Computes the paint of points from where they lie on the actor's first object.
 std::vector<Vec3> make_paint(const PreparedActor& actor, const std::vector<Vec3>& places) {
   std::vector<Vec3> paint = colors_by_place(places, object_of(actor, 0).model.box());
   for (Vec3& color : paint)
@@ -16,8 +16,8 @@ std::vector<Vec3> make_paint(const PreparedActor& actor, const std::vector<Vec3>
   return paint;
 }
 
-/// Paint of points of the surface of a frame's last leg, at a time of it. Without legs the points
-/// are the first object's.
+/// Computes the paint of points on the surface that the last of `legs` has at `time`; without legs,
+/// of points on the first object.
 Result<std::vector<Vec3>> paint_at(const PreparedActor& actor,
                                    std::span<const std::shared_ptr<const Leg>> legs, float time,
                                    const std::vector<Vec3>& points, Engine& engine) {
@@ -33,7 +33,7 @@ Status paint_origins(const PreparedScene& prepared, Engine& engine, FrameGeometr
   for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
     const PreparedActor& actor = prepared.actors[a];
     ActorGeometry& shown = geometry.actors[a];
-    // A model that shows lies at the end of the leg before it.
+    // An object that is shown itself (object >= 0) lies at the end of the leg that leads to it.
     const int object = shown.moment.object, count = object >= 0 ? object : shown.moment.leg + 1;
     std::vector<std::shared_ptr<const Leg>> legs;
     for (int i = 0; i < count; ++i) {

@@ -16,26 +16,28 @@ namespace polymorph {
 
 /// The image attribute that holds PreparedScene::hash.
 inline constexpr const char* kHashAttribute = "polymorph/scene_hash";
-/// The one that holds frame_hash(): of the settings as this frame has them.
+/// The attribute that holds frame_hash(), the hash of the settings as they are in this frame.
 inline constexpr const char* kFrameHashAttribute = "polymorph/frame_hash";
-/// A part of a frame has it here instead, so that no part is taken for the frame.
+/// The attribute that holds it instead in an image of some of a frame's samples, so that such an
+/// image is never mistaken for the frame.
 inline constexpr const char* kPartOfAttribute = "polymorph/part_of";
-/// And the one that holds the frame's number.
+/// The attribute that holds the frame's number.
 inline constexpr const char* kFrameAttribute = "polymorph/frame";
-/// And those that hold FrameOrigin.
+/// The attributes that hold FrameOrigin.
 inline constexpr const char* kIsaAttribute = "polymorph/isa";
 inline constexpr const char* kDeviceAttribute = "polymorph/device";
 inline constexpr const char* kCommandAttribute = "polymorph/command";
 
-/// Equal for frames that show the same to the bit; empty: the frame is like no other.
+/// Returns a key that is equal for frames whose pixels are the same to the bit; empty if the frame
+/// equals no other.
 std::string picture_key(const PreparedScene& prepared, int frame);
 
-/// Is there room for so many pictures at once in `limit` bytes (0: no limit)? Asked before any
-/// work. Errors: kResource, with what they need.
+/// Checks, before any work, that so many pictures at once fit into `limit` bytes (0: no limit).
+/// Errors: kResource, with the bytes needed.
 Status check_picture_memory(const ImageSettings& image, std::size_t pictures, std::uint64_t limit,
                             const std::optional<SampleRange>& part = {});
 
-/// One frame in memory: `geometry` as geometry_at() gave it.
+/// Renders one frame in memory. `geometry`: the result of geometry_at().
 Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& geometry,
                            Renderer& renderer, const std::string& device,
                            const std::string& command);
@@ -50,7 +52,7 @@ struct FrameShare {
   const FrameGeometry& geometry;
   std::optional<SampleRange> part;  ///< empty: the whole frame
 };
-/// Renders a share of a frame in memory. The origin's isa is ignored for the renderer's.
+/// Renders a share of a frame in memory. The header names the renderer's isa, not the origin's.
 Result<Image> render_share(const PreparedScene& prepared, const FrameShare& share,
                            Renderer& renderer, const FrameOrigin& origin);
 

@@ -230,7 +230,7 @@ std::vector<std::string> find_problems(const Scene& scene, std::span<const Chain
   std::vector<std::string> problems;
   float size = 0;
   Readings read(chain);
-  const std::vector<std::size_t> alike = find_alike(chain);
+  const std::vector<std::size_t> first_alike = find_alike(chain);
   for (std::size_t i = 0; i < chain.size(); ++i) {
     const ObjectSettings& object = *chain[i].settings;
     if (read.first[i] == i) read.read(scene, chain, i, true);
@@ -246,7 +246,7 @@ std::vector<std::string> find_problems(const Scene& scene, std::span<const Chain
       for (std::string& problem : mesh_problems(*meshes)) problems.push_back(std::move(problem));
       if (loaded.references.back().triangles.empty()) continue;
     }
-    if (alike[i] != i) continue;
+    if (first_alike[i] != i) continue;
     // A fit takes seconds and fails at nothing that its spheres do not fail at.
     const Activity activity("looking at " + object.name);
     SphereSettings unfitted = object.spheres;

@@ -49,8 +49,8 @@ struct MeshSequence {
   std::vector<MeshFile> files;   ///< files in the order of play
   int reference = 0;             ///< first mesh that can be shown; a morph is planned for its pose
   std::vector<Transform> steps;  ///< ObjectPlacing::steps, the same for all
-  std::uint64_t most_bytes = 0;  ///< memory of the largest mesh with its textures
-  std::size_t most_triangles = 0, most_textures = 0;
+  std::uint64_t max_bytes = 0;   ///< memory of the largest mesh with its textures
+  std::size_t max_triangles = 0, max_textures = 0;
   /// Textures in use, so that meshes that show the same pictures share them.
   std::shared_ptr<TexturePool> textures;
 };

@@ -21,7 +21,7 @@ namespace {
 constexpr double kProgram = 25e6;
 constexpr double kTreesPerTriangle = 270;
 constexpr double kBytesPerFittedBall = 250e3;
-constexpr double kLeastFit = 40e6;         ///< the surface that is looked at, however few the balls
+constexpr double kMinFitBytes = 40e6;      ///< the surface that is looked at, however few the balls
 constexpr double kBytesPerPointMade = 7;   ///< a smoothed copy, and squares of distances to ridges
 constexpr double kTrianglesPerSquare = 8;  ///< triangles of a surface per square of the resolution
 constexpr double kBytesPerSurfaceTriangle = 450;
@@ -67,12 +67,12 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
     if (!sequence) continue;
     const auto count = static_cast<double>(
         std::max<std::size_t>(static_cast<std::size_t>(thread_count()), pictures / 2 + 2));
-    models_bytes += count * static_cast<double>(sequence->most_bytes);
-    trees += count * kTreesPerTriangle * static_cast<double>(sequence->most_triangles);
+    models_bytes += count * static_cast<double>(sequence->max_bytes);
+    trees += count * kTreesPerTriangle * static_cast<double>(sequence->max_triangles);
   }
   for (const ChainObject& object : chain)
     if (is_fitted(scene, object.settings->spheres) && !plays_meshes(*object.actor))
-      fits = std::max({fits, kLeastFit, kBytesPerFittedBall * object.settings->spheres.balls});
+      fits = std::max({fits, kMinFitBytes, kBytesPerFittedBall * object.settings->spheres.balls});
   PM_CHECK(models.size() == chain.size());
   for (const std::span<const ChainObject> objects : actor_chains(chain)) {
     const std::span<const Model> own = models.first(objects.size());

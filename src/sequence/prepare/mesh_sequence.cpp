@@ -35,28 +35,30 @@ std::vector<Vec3> cube_directions() {
   return directions;
 }
 
-/// The direction along which a transform's image of a point lies as far as along `direction`.
-Vec3 pulled_back(const Transform& t, Vec3 direction) {
+/// Multiplies a direction by the transpose of the transform: a point is outermost along the result
+/// if its image is outermost along `direction`.
+Vec3 pull_direction_back(const Transform& t, Vec3 direction) {
   const auto column = [&](int j) {
     return t.m[0][j] * direction.x + t.m[1][j] * direction.y + t.m[2][j] * direction.z;
   };
   return {column(0), column(1), column(2)};
 }
 
-/// Directions in which a sequence's outermost points are sought: all around, and the axes of the
-/// scene once it is turned, and once it is in its place, so that its boxes there are exact.
+/// Lists the directions in which a sequence's outermost points are sought: all around after the
+/// object's rotation, and the scene's axes after all its transforms, so that its boxes are exact.
 std::vector<Vec3> survey_directions(const Scene& scene, const ChainObject& chained) {
   const ObjectSettings& object = *chained.settings;
   const ActorSettings& actor = *chained.actor;
   const bool stand = scene.arrange == Arrange::kStand && object.arrange;
-  const Transform turn = make_transform({}, object.rotate, {1, 1, 1});
-  const Transform own = stand ? compose(make_transform({}, {}, object.scale), turn)
-                              : make_transform({}, object.rotate, object.scale);
-  const Transform all = compose(make_transform({}, actor.rotate, actor.scale), own);
+  const Transform rotation = make_transform({}, object.rotate, {1, 1, 1});
+  const Transform placing = stand ? compose(make_transform({}, {}, object.scale), rotation)
+                                  : make_transform({}, object.rotate, object.scale);
+  const Transform to_scene = compose(make_transform({}, actor.rotate, actor.scale), placing);
   std::vector<Vec3> directions;
-  for (const Vec3 d : cube_directions()) directions.push_back(pulled_back(turn, d));
+  for (const Vec3 d : cube_directions()) directions.push_back(pull_direction_back(rotation, d));
   for (const Vec3 axis : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}})
-    for (const float side : {-1.0f, 1.0f}) directions.push_back(pulled_back(all, axis * side));
+    for (const float side : {-1.0f, 1.0f})
+      directions.push_back(pull_direction_back(to_scene, axis * side));
   return directions;
 }
 
@@ -73,9 +75,9 @@ std::vector<Vec3> outermost_points(const std::vector<Vec3>& points,
   }
   std::sort(outermost.begin(), outermost.end());
   outermost.erase(std::unique(outermost.begin(), outermost.end()), outermost.end());
-  std::vector<Vec3> found;
-  for (const std::size_t i : outermost) found.push_back(points[i]);
-  return found;
+  std::vector<Vec3> result;
+  for (const std::size_t i : outermost) result.push_back(points[i]);
+  return result;
 }
 
 /// A mesh of the sequence as an object of its own.
@@ -85,8 +87,8 @@ ObjectSettings mesh_object(const ObjectSettings& sequence, const std::filesystem
   return object;
 }
 
-/// Hash of the faces, the same for meshes that differ at most in where their points are. The side
-/// that faces show is left out: it follows from the points.
+/// Hash of the faces, equal for meshes that differ only in the positions of their points. It
+/// ignores the orientation of faces, which follows from the points.
 std::string topology_digest(const Model& model) {
   std::vector<std::uint32_t> corners;
   for (const Triangle& t : model.triangles) {
@@ -105,7 +107,7 @@ std::string velocity_digest(const std::vector<PointVelocity>& velocities) {
   return hasher.hex();
 }
 
-/// Says between which meshes no motion is known, where the scene asks for motion.
+/// Logs between which meshes no motion is known, if the scene needs motion.
 void log_unknown_motion(const Scene& scene, const MeshSequence& sequence) {
   if (!wants_flow(scene)) return;
   const std::vector<MeshFile>& files = sequence.files;
@@ -120,8 +122,8 @@ void log_unknown_motion(const Scene& scene, const MeshSequence& sequence) {
       sequence.object.name, unknown, files[first].number, files[first + 1].number);
 }
 
-/// Facts that a look at one mesh leaves.
-struct MeshLook {
+/// Facts about one mesh that the survey keeps.
+struct MeshFacts {
   std::vector<Vec3> outermost;
   Box box;  ///< box in the file's coordinates
   std::vector<std::string> labels, warnings;
@@ -129,34 +131,35 @@ struct MeshLook {
   std::size_t triangles = 0, textures = 0;
 };
 
-MeshLook look_at_mesh(const ObjectSettings& object, const std::vector<Vec3>& directions,
-                      bool textures, MeshFile& file) {
-  MeshLook look;
+MeshFacts inspect_mesh(const ObjectSettings& object, const std::vector<Vec3>& directions,
+                       bool textures, MeshFile& file) {
+  MeshFacts mesh_facts;
   remember_input(file.file);
   if (!model_exists(file.file)) {
     file.problem = fmt::format("mesh {}: {}: no such file", file.number, file.file.string());
-    return look;
+    return mesh_facts;
   }
-  const auto read = load_object(mesh_object(object, file.file), textures, false, look.warnings);
+  const auto read =
+      load_object(mesh_object(object, file.file), textures, false, mesh_facts.warnings);
   if (!read) {
     file.problem = fmt::format("mesh {}: {}", file.number, read.error().message);
-    return look;
+    return mesh_facts;
   }
   file.digest = model_digest(read->model);
   file.topology = topology_digest(read->model);
   const std::vector<PointVelocity> velocities = load_ply_velocities(file.file);
   if (!velocities.empty()) file.velocities = velocity_digest(velocities);
-  look.outermost = outermost_points(read->model.points, directions);
-  look.box = read->placing.box;
-  look.labels = read->model.label_names;
-  look.bytes = model_bytes(read->model);
-  look.triangles = read->model.triangles.size();
-  look.textures = read->model.textures.size();
-  return look;
+  mesh_facts.outermost = outermost_points(read->model.points, directions);
+  mesh_facts.box = read->placing.box;
+  mesh_facts.labels = read->model.label_names;
+  mesh_facts.bytes = model_bytes(read->model);
+  mesh_facts.triangles = read->model.triangles.size();
+  mesh_facts.textures = read->model.textures.size();
+  return mesh_facts;
 }
 
 /// Index of the first mesh that can be shown; 0 if none can.
-int first_sound_mesh(const std::vector<MeshFile>& files) {
+int first_usable_mesh(const std::vector<MeshFile>& files) {
   const auto sound = std::find_if(files.begin(), files.end(),
                                   [](const MeshFile& file) { return file.problem.empty(); });
   return sound == files.end() ? 0 : static_cast<int>(sound - files.begin());
@@ -189,34 +192,35 @@ Result<MeshSurvey> survey_meshes(const Scene& scene, const ChainObject& object, 
     file.file = mesh_file(settings, number);
   }
   const std::vector<Vec3> directions = survey_directions(scene, object);
-  std::vector<MeshLook> looks(sequence.files.size());
-  parallel_for(static_cast<std::int64_t>(looks.size()), [&](std::int64_t index) {
+  std::vector<MeshFacts> facts(sequence.files.size());
+  parallel_for(static_cast<std::int64_t>(facts.size()), [&](std::int64_t index) {
     const auto i = static_cast<std::size_t>(index);
-    looks[i] = look_at_mesh(settings, directions, textures, sequence.files[i]);
+    facts[i] = inspect_mesh(settings, directions, textures, sequence.files[i]);
   });
-  sequence.reference = first_sound_mesh(sequence.files);
+  sequence.reference = first_usable_mesh(sequence.files);
   Model& model = survey.stand_in.model;
   survey.stand_in.placing.to_scene = upright(settings.up);
   model.name = settings.name;
   model.materials.emplace_back();
   std::size_t warned = 0;
-  for (const MeshLook& look : looks) {
-    model.points.insert(model.points.end(), look.outermost.begin(), look.outermost.end());
-    survey.stand_in.placing.box = unite(survey.stand_in.placing.box, look.box);
-    for (const std::string& label : look.labels)
+  for (const MeshFacts& mesh_facts : facts) {
+    model.points.insert(model.points.end(), mesh_facts.outermost.begin(),
+                        mesh_facts.outermost.end());
+    survey.stand_in.placing.box = unite(survey.stand_in.placing.box, mesh_facts.box);
+    for (const std::string& label : mesh_facts.labels)
       if (std::find(model.label_names.begin(), model.label_names.end(), label) ==
           model.label_names.end())
         model.label_names.push_back(label);
-    sequence.most_bytes = std::max(sequence.most_bytes, look.bytes);
-    sequence.most_triangles = std::max(sequence.most_triangles, look.triangles);
-    sequence.most_textures = std::max(sequence.most_textures, look.textures);
-    if (!look.warnings.empty() && warned++ == 0)
-      warnings.insert(warnings.end(), look.warnings.begin(), look.warnings.end());
+    sequence.max_bytes = std::max(sequence.max_bytes, mesh_facts.bytes);
+    sequence.max_triangles = std::max(sequence.max_triangles, mesh_facts.triangles);
+    sequence.max_textures = std::max(sequence.max_textures, mesh_facts.textures);
+    if (!mesh_facts.warnings.empty() && warned++ == 0)
+      warnings.insert(warnings.end(), mesh_facts.warnings.begin(), mesh_facts.warnings.end());
   }
   if (warned > 1)
     warnings.push_back(
-        fmt::format("{}: {} more meshes have warnings of their own - info says "
-                    "those of a mesh",
+        fmt::format("{}: {} more meshes have warnings of their own - info FILE "
+                    "prints those of a mesh",
                     settings.model.string(), warned - 1));
   log_unknown_motion(scene, sequence);
   if (model.points.empty())
@@ -227,7 +231,7 @@ Result<MeshSurvey> survey_meshes(const Scene& scene, const ChainObject& object, 
 Result<Model> load_mesh(const MeshSequence& sequence, int mesh) {
   const MeshFile& file = sequence.files[static_cast<std::size_t>(mesh)];
   if (!file.problem.empty()) return make_error(ErrorCode::kInput, "{}", file.problem);
-  std::vector<std::string> warnings;  // said by the survey
+  std::vector<std::string> warnings;  // the survey has reported them
   PM_TRY(ReadObject read,
          load_object(mesh_object(sequence.object, file.file), true, false, warnings));
   if (model_digest(read.model) != file.digest)
@@ -242,7 +246,7 @@ Result<Model> load_mesh(const MeshSequence& sequence, int mesh) {
 Result<std::vector<Vec3>> mesh_vertices(const MeshSequence& sequence, int mesh) {
   const MeshFile& file = sequence.files[static_cast<std::size_t>(mesh)];
   if (!file.problem.empty()) return make_error(ErrorCode::kInput, "{}", file.problem);
-  std::vector<std::string> warnings;  // said by the survey
+  std::vector<std::string> warnings;  // the survey has reported them
   PM_TRY(ReadObject read,
          load_object(mesh_object(sequence.object, file.file), false, true, warnings));
   return std::move(read.placing.vertices);
@@ -255,13 +259,13 @@ Result<std::vector<Vec3>> mesh_motion(const MeshSequence& sequence, const Model&
   const MeshFile &file = sequence.files[static_cast<std::size_t>(step.mesh)],
                  &next = sequence.files[static_cast<std::size_t>(step.next)];
   if (file.topology == next.topology) {
-    PM_TRY(const Model arrived, load_mesh(sequence, step.next));
+    PM_TRY(const Model next_mesh, load_mesh(sequence, step.next));
     for (std::size_t i = 0; i < shown.points.size(); ++i)
-      motion.push_back(arrived.points[i] - shown.points[i]);
+      motion.push_back(next_mesh.points[i] - shown.points[i]);
     return motion;
   }
   if (file.velocities.empty()) return motion;
-  std::vector<std::string> warnings;  // said by the survey
+  std::vector<std::string> warnings;  // the survey has reported them
   ObjectSettings as_stored = mesh_object(sequence.object, file.file);
   as_stored.up = UpAxis::kY;
   PM_TRY(const ReadObject stored, load_object(as_stored, false, true, warnings));
@@ -284,7 +288,7 @@ Result<std::vector<Vec3>> mesh_motion(const MeshSequence& sequence, const Model&
   for (const Vec3 p : stored.model.points) {
     const auto found = velocity_at.find({p.x, p.y, p.z});
     Vec3 velocity = found == velocity_at.end() ? Vec3{} : found->second;
-    constexpr float kMaxSpeed = 1e15f;  // as coordinates may be; false for NaN, too
+    constexpr float kMaxSpeed = 1e15f;  // the limit of coordinates; the test is false for NaN, too
     if (!(length(velocity) < kMaxSpeed)) velocity = {};
     motion.push_back((apply(to_scene, velocity) - origin) * (direction / step.fps));
   }
@@ -308,7 +312,7 @@ std::string describe_meshes(const MeshSequence& sequence) {
   }
   std::string text = sequence.object.name + ": " + describe_files(sequence.object);
   if (broken > 0) text += fmt::format(", {} broken", broken);
-  return text + fmt::format(", at most {} triangles", sequence.most_triangles);
+  return text + fmt::format(", at most {} triangles", sequence.max_triangles);
 }
 
 }  // namespace polymorph

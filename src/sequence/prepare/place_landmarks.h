@@ -15,9 +15,10 @@ namespace polymorph {
 /// An object's landmarks by name: places on its surface, in the scene.
 using PlacedLandmarks = std::map<std::string, Vec3>;
 
-/// The landmarks of each object of the chain. Adds a line, with its place in the scene file, to
-/// `problems` for each that is a vertex which the file does not have, or farther from the surface
-/// than a tenth of the object's size, or in the place of another.
+/// Places the landmarks of each object of the chain. Adds a line to `problems`, with the position
+/// in the scene file, for each landmark that cannot be used: a vertex that the model does not have,
+/// a point farther from the surface than a tenth of the object's size, or the place of another
+/// landmark.
 std::vector<PlacedLandmarks> place_landmarks(const Scene& scene, std::span<const ChainObject> chain,
                                              const LoadedScene& loaded,
                                              std::vector<std::string>& problems);

@@ -13,9 +13,9 @@
 
 namespace polymorph {
 
-/// The actors with their legs, from their outlines and objects; `warnings` gets what landmarks do
-/// to their maps. Errors: kInput where the plan names
-/// labels that no object has, or a leg is left without a surface; the engine's.
+/// Makes the actors with their legs from their outlines and objects. Appends to `warnings` which
+/// landmarks fold the maps of their legs. Errors: kInput where the plan names labels that no object
+/// has, or a leg is left without a surface; the engine's.
 Result<std::vector<PreparedActor>> make_actors(const Preparation& preparation,
                                                std::span<const ActorOutline> outlines,
                                                std::span<const ObjectList> objects,

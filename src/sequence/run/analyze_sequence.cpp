@@ -84,7 +84,7 @@ std::optional<double> measure_facing(const MorphPlan& plan) {
     to.emplace_back(plan.to[pair.to].center);
     masses.push_back(pair.mass);
   }
-  const auto turn = turn_about_vertical({from, to, masses}, plan.alignment.rotation);
+  const auto turn = rotation_about_vertical({from, to, masses}, plan.alignment.rotation);
   return turn ? std::optional(std::abs(*turn)) : std::nullopt;
 }
 

@@ -39,8 +39,8 @@ Result<std::unique_ptr<Engine>> make_engine(const std::string& device, std::stri
     return make_error(ErrorCode::kResource, "--device {}: {} - use --device cpu or auto", device,
                       status.message);
   // Said once, not for every scene of a command.
-  static std::atomic_flag said;
-  if (!said.test_and_set()) {
+  static std::atomic_flag is_logged;
+  if (!is_logged.test_and_set()) {
     log_info("device: cpu (no GPU is needed; -v says why none is used)");
     log_debug("no GPU: {}", status.message);
   }
@@ -53,11 +53,11 @@ Result<Renderer> make_renderer(const std::string& device, std::size_t max_memory
   const auto index = parse_integer(device.substr(5));
   std::string error;
   auto tracer = make_cuda_tracer(static_cast<int>(index.value_or(0)), error);
-  static std::atomic_flag said;
+  static std::atomic_flag is_logged;
   if (tracer) {
     tracer->limit_memory(max_memory);
     renderer.trace_with(std::move(tracer));
-  } else if (!said.test_and_set()) {
+  } else if (!is_logged.test_and_set()) {
     log_info("the CPU traces: {} does not ({})", device, error);
   }
   return renderer;

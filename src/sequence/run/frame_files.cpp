@@ -4,9 +4,10 @@
 
 namespace polymorph {
 
-Result<FrameFiles> frame_files(const Scene& scene, const std::string& output, bool png, bool many) {
+Result<FrameFiles> frame_files(const Scene& scene, const std::string& output, bool png,
+                               bool is_sequence) {
   PM_TRY(FramePattern pattern, parse_pattern(output.empty() ? scene.output.file : output));
-  if (many) pattern = add_number(pattern);
+  if (is_sequence) pattern = add_number(pattern);
   const std::string extension = frame_path(pattern, 1).extension().string();
   if (extension.empty() ||
       (extension.size() > 1 && extension.find_first_not_of("0123456789", 1) == std::string::npos))

@@ -9,9 +9,11 @@
 
 namespace polymorph {
 
-/// `output` (-o) or, where that is empty, the scene's; `many` frames get a place for their number.
-/// Errors (kUsage): an extension that is neither .exr nor .png, too few digits for the scene.
-Result<FrameFiles> frame_files(const Scene& scene, const std::string& output, bool png, bool many);
+/// `output` (-o) or, where that is empty, the scene's; `is_sequence` frames get a place for their
+/// number. Errors (kUsage): an extension that is neither .exr nor .png, too few digits for the
+/// scene.
+Result<FrameFiles> frame_files(const Scene& scene, const std::string& output, bool png,
+                               bool is_sequence);
 
 /// Settings of a frame's PNG, after its scene.
 PngSettings png_settings(const Scene& scene, int frame);

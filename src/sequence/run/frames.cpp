@@ -98,11 +98,11 @@ Result<Shard> parse_shard(std::string_view text) {
 }
 
 std::vector<int> take_shard(const std::vector<int>& frames, Shard shard) {
-  std::vector<int> mine;
+  std::vector<int> shard_frames;
   for (std::size_t i = static_cast<std::size_t>(shard.index - 1); i < frames.size();
        i += static_cast<std::size_t>(shard.count))
-    mine.push_back(frames[i]);
-  return mine;
+    shard_frames.push_back(frames[i]);
+  return shard_frames;
 }
 
 }  // namespace polymorph

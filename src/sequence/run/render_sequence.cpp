@@ -330,13 +330,14 @@ class SequenceRun {
     record.digest = traced.digest;
   }
 
-  Status begin_writing(std::size_t index, const std::shared_ptr<const Image>& image, bool again) {
+  Status begin_writing(std::size_t index, const std::shared_ptr<const Image>& image,
+                       bool is_repeat) {
     Status before = Ok{};
     if (writing_.size() == static_cast<std::size_t>(settings_.jobs)) before = finish_writing();
     const int frame = report_.frames[index].frame;
-    auto task = [this, frame, image, again]() -> Written {
+    auto task = [this, frame, image, is_repeat]() -> Written {
       const Stopwatch stopwatch;
-      if (!again) {
+      if (!is_repeat) {
         Status status = write_frame(*image, settings_, prepared_.scene, frame, view_);
         return {std::move(status), stopwatch.seconds()};
       }

@@ -99,25 +99,28 @@ bool names_layers(const Image& image) {
 }
 
 /// Renders the frame and encodes it with the header that it has where it was rendered.
-Result<std::string> render_again(const FrameFile& given, const PreparedScene& prepared,
+Result<std::string> render_again(const FrameFile& original, const PreparedScene& prepared,
                                  Engine& engine, Renderer& renderer) {
-  PM_TRY(const FrameGeometry geometry, geometry_at(prepared, engine, given.frame));
+  PM_TRY(const FrameGeometry geometry, geometry_at(prepared, engine, original.frame));
   PM_TRY(Image image, render_frame(prepared, geometry, renderer, "", ""));
-  const auto entry = [&](const char* name) { return format_entry(given.image, name).value_or(""); };
-  put_header(prepared, given.frame,
+  const auto entry = [&](const char* name) {
+    return format_entry(original.image, name).value_or("");
+  };
+  put_header(prepared, original.frame,
              {entry(kIsaAttribute), entry(kDeviceAttribute), entry(kCommandAttribute)}, image);
-  return given.is_png ? encode_png(image, png_settings(prepared.scene, given.frame))
-                      : encode_exr(image, {.color_space = prepared.scene.output.color_space});
+  return original.is_png ? encode_png(image, png_settings(prepared.scene, original.frame))
+                         : encode_exr(image, {.color_space = prepared.scene.output.color_space});
 }
 
-void compare_frames(const FrameFile& given, const Image& now, Reproduction& result) {
-  const Image& before = given.image;
-  result.same_bytes = given.bytes == result.bytes;
-  result.same_pixels =
-      now.width == before.width && now.height == before.height && now.channels == before.channels &&
-      std::memcmp(now.pixels.data(), before.pixels.data(), now.pixels.size() * sizeof(float)) == 0;
+void compare_frames(const FrameFile& original, const Image& rendered, Reproduction& result) {
+  const Image& before = original.image;
+  result.same_bytes = original.bytes == result.bytes;
+  result.same_pixels = rendered.width == before.width && rendered.height == before.height &&
+                       rendered.channels == before.channels &&
+                       std::memcmp(rendered.pixels.data(), before.pixels.data(),
+                                   rendered.pixels.size() * sizeof(float)) == 0;
   if (result.same_pixels) return;
-  const Comparison comparison = compare_images(now, before, exact_tolerance());
+  const Comparison comparison = compare_images(rendered, before, exact_tolerance());
   result.difference = comparison.verdict == Verdict::kSame
                           ? "the pixels have equal values, but not the same bits"
                           : comparison.reason;
@@ -126,10 +129,10 @@ void compare_frames(const FrameFile& given, const Image& now, Reproduction& resu
 }  // namespace
 
 Result<Reproduction> reproduce_frame(const fs::path& file, const ReproduceSettings& settings) {
-  PM_TRY(const FrameFile given, read_frame(file));
-  const Provenance& provenance = given.provenance;
+  PM_TRY(const FrameFile original, read_frame(file));
+  const Provenance& provenance = original.provenance;
   Reproduction result;
-  result.frame = given.frame;
+  result.frame = original.frame;
   result.program = fmt::format("{} ({})", provenance.version, provenance.program);
   result.same_program =
       provenance.version == program_version() && provenance.program == shared_identity();
@@ -141,11 +144,12 @@ Result<Reproduction> reproduce_frame(const fs::path& file, const ReproduceSettin
   check_inputs(provenance, folder, result);
   if (!result.missing.empty() || !result.changed.empty()) return result;
   auto loaded = load_provenance_scene(provenance, folder, file.filename().string());
-  if (!loaded) return make_error(ErrorCode::kInput, "{}: {}", given.name, loaded.error().message);
+  if (!loaded)
+    return make_error(ErrorCode::kInput, "{}: {}", original.name, loaded.error().message);
   const Scene& scene = *loaded;
-  if (const int count = frame_count(scene); given.frame > count)
+  if (const int count = frame_count(scene); original.frame > count)
     return make_error(ErrorCode::kInput, "{}: its header says frame {}, and its scene has {}",
-                      given.name, given.frame, count);
+                      original.name, original.frame, count);
   PM_TRY_STATUS(check_picture_memory(scene.image, 2, settings.max_memory));
   std::string device;
   PM_TRY(const std::unique_ptr<Engine> engine,
@@ -154,12 +158,12 @@ Result<Reproduction> reproduce_frame(const fs::path& file, const ReproduceSettin
          prepare_scene(scene, *engine, settings.cache_folder, {settings.max_memory, 2}));
   result.changed = compare_inputs(provenance.files, name_files(prepared.inputs, {{folder}}));
   if (!result.changed.empty()) return result;
-  if (given.is_png && !names_layers(given.image)) prepared.scene.image.aovs = "none";
-  prepared.provenance = given.packed;
+  if (original.is_png && !names_layers(original.image)) prepared.scene.image.aovs = "none";
+  prepared.provenance = original.packed;
   PM_TRY(Renderer renderer, make_renderer(device, settings.max_memory));
-  PM_TRY(result.bytes, render_again(given, prepared, *engine, renderer));
+  PM_TRY(result.bytes, render_again(original, prepared, *engine, renderer));
   PM_TRY(const Image now, decode_image(result.bytes, "the frame as rendered now", kAsStored));
-  compare_frames(given, now, result);
+  compare_frames(original, now, result);
   return result;
 }
 

@@ -92,7 +92,7 @@ std::vector<double> geodesic_errors(const std::vector<Vec3>& arrived,
 std::optional<double> missing_turn(const std::vector<Vec3>& from, const std::vector<Vec3>& to,
                                    const Mat3& applied) {
   const std::vector<Vec3d> p = in_double(from), q = in_double(to);
-  const std::optional<double> turn = turn_about_vertical({p, q, {}}, applied);
+  const std::optional<double> turn = rotation_about_vertical({p, q, {}}, applied);
   return turn ? std::optional(std::abs(*turn)) : std::nullopt;
 }
 
@@ -116,7 +116,7 @@ Mat3 turn_between(const Mesh& first, const Mesh& last) {
     for (const std::uint32_t v : t.v) areas[v] += static_cast<double>(length(normal)) / 6;
   }
   const std::vector<Vec3d> p = in_double(first.positions), q = in_double(last.positions);
-  const double degrees = turn_about_vertical({p, q, areas}).value_or(0);
+  const double degrees = rotation_about_vertical({p, q, areas}).value_or(0);
   return exp_rotation({0, degrees * std::numbers::pi / 180, 0});
 }
 

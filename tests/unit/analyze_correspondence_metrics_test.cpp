@@ -1,4 +1,4 @@
-#include "analyze/meaning.h"
+#include "analyze/correspondence_metrics.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,5 @@
-// Meaning metrics of a morph: whether parts become those that belong to them, whether the body
-// keeps its limbs on the way, and whether it stays on the ground. Formulas: docs/method.md,
-// Quality.
+// Correspondence metrics of a morph: whether parts become those that belong to them, whether limbs
+// survive in between, and whether the body stays on the ground. Formulas: docs/method.md, Quality.
 #pragma once
 
 #include <vector>

@@ -1,4 +1,4 @@
-#include "analyze/meaning.h"
+#include "analyze/correspondence_metrics.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,7 @@ std::optional<double> share_within(const std::vector<double>& errors, double lim
   return static_cast<double>(count) / static_cast<double>(errors.size());
 }
 
-/// The mean, if all of them are known.
+/// Returns the mean error; nothing if there is none or one is infinite.
 std::optional<double> mean_error(const std::vector<double>& errors) {
   const double sum = std::accumulate(errors.begin(), errors.end(), 0.0);
   if (errors.empty() || !std::isfinite(sum)) return std::nullopt;
@@ -27,34 +27,42 @@ std::optional<double> mean_error(const std::vector<double>& errors) {
 
 void add_correspondence_metrics(const MorphEnds& ends, Analysis& analysis) {
   const auto add = [&](const char* name, std::optional<double> value, const char* goal,
-                       const char* what) {
-    analysis.metrics.push_back({name, "3 features", value, goal, what});
+                       const char* definition) {
+    analysis.metrics.push_back({name, "3 features", value, goal, definition});
   };
   const TrueErrors errors = ends.true_errors.value_or(TrueErrors{});
   add("points", ends.true_errors ? std::optional(static_cast<double>(errors.points)) : std::nullopt,
       "", "pairs of true points (--truth)");
   add("plan_within_5", share_within(errors.plan, 0.05), "",
-      "share of true points that the plan's balls bring within 5 % of the diagonal");
-  add("plan_within_10", share_within(errors.plan, 0.1), ">= 0.7", "the same within 10 %");
+      "share of true points that the plan's balls take to within 5 % of the diagonal of their "
+      "partners");
+  add("plan_within_10", share_within(errors.plan, 0.1), ">= 0.7",
+      "share of true points that the plan's balls take to within 10 % of it");
   add("plan_error", mean_error(errors.plan), "<= 0.09",
-      "mean distance of true points from where the plan's balls bring them, over the diagonal");
+      "mean distance from where the plan's balls take true points to their partners, over the "
+      "diagonal");
   add("map_within_5", share_within(errors.map, 0.05), "",
-      "share of true points that the surface's map brings within 5 % of the diagonal");
-  add("map_within_10", share_within(errors.map, 0.1), ">= 0.7", "the same within 10 %");
+      "share of true points that the surface's map takes to within 5 % of the diagonal of their "
+      "partners");
+  add("map_within_10", share_within(errors.map, 0.1), ">= 0.7",
+      "share of true points that the surface's map takes to within 10 % of it");
   add("map_error", mean_error(errors.map), "<= 0.09",
-      "mean distance of true points from where the map brings them, over the diagonal");
+      "mean distance from where the map takes true points to their partners, over the diagonal");
   add("map_geodesic", mean_error(errors.geodesic), "<= 0.07",
-      "mean way along the target to where its true point is, over the root of its area");
+      "mean distance along the target from where the map takes true points to their partners, over "
+      "the square root of its area");
   add("true_facing", errors.facing, "<= 15",
-      "degrees about the vertical between the turn taken and that of the true points");
+      "degrees about the vertical between the morph's rotation and that of the true points");
   add("facing", ends.facing, "<= 15",
-      "degrees about the vertical between the turn taken and that of the plan's pairs");
+      "degrees about the vertical between the morph's rotation and that of the plan's pairs");
   add("registration", ends.registration, "<= 0.05",
-      "share of the area, of the object with more, that the map leaves off by more than half its "
-      "thickness");
+      "share of an object's area that the map misses by more than half its thickness; the larger "
+      "of "
+      "both");
   add("pose_step", ends.pose_step, "<= 1.2",
-      "moving ends: largest step of the surface from a frame's poses to the next's at the same "
-      "time of the morph, over the larger end's own step");
+      "moving ends: largest step that a change of poses alone makes, at one time of the morph, "
+      "over "
+      "the larger end's own step");
 }
 
 void add_body_metrics(Analysis& analysis) {
@@ -71,20 +79,21 @@ void add_body_metrics(Analysis& analysis) {
     sinking = std::max(sinking, -lift);
     if (row.distortion) distortion = std::max(distortion.value_or(1), *row.distortion);
   }
-  const auto add = [&](const char* name, const char* principle, std::optional<double> value,
-                       const char* goal, const char* what) {
-    analysis.metrics.push_back({name, principle, value, goal, what});
-  };
   const auto over_height = [&](double lift) {
     return height > 0 ? std::optional(lift / height) : std::nullopt;
   };
-  add("hull_dip", "6 monotonicity", hull_dip, ">= 0.85",
-      "least volume of the convex hull over the line between the ends: limbs that are lost");
-  add("floating", "floor", over_height(floating), "<= 0.005",
-      "largest height of the lowest point above the line between the ends, over the height");
-  add("sinking", "floor", over_height(sinking), "<= 0.005", "the same below it");
-  add("distortion", "4 rigidity", distortion, "",
-      "largest mean stretch one way over that across, where all meshes have the same triangles");
+  analysis.metrics.push_back(
+      {"hull_dip", "6 monotonicity", hull_dip, ">= 0.85",
+       "smallest volume of the convex hull over the interpolated one; low if limbs are lost"});
+  analysis.metrics.push_back(
+      {"floating", "floor", over_height(floating), "<= 0.005",
+       "largest height of the lowest point above the interpolated one, over the height"});
+  analysis.metrics.push_back(
+      {"sinking", "floor", over_height(sinking), "<= 0.005",
+       "largest depth of the lowest point below the interpolated one, over the height"});
+  analysis.metrics.push_back(
+      {"distortion", "4 rigidity", distortion, "",
+       "largest mean ratio of the principal stretches, where all meshes have the same triangles"});
 }
 
 }  // namespace polymorph
