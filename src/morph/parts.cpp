@@ -79,18 +79,6 @@ std::vector<std::uint32_t> parts_by_label(const MorphPlan& plan) {
   return parts.size() >= 2 && kept > 0.5 * all ? part_of : std::vector<std::uint32_t>{};
 }
 
-/// Pairs by matched limb, with part 0 for those that stay in none; empty without limbs.
-std::vector<std::uint32_t> parts_by_limb(const MorphPlan& plan) {
-  if (plan.from_limbs.empty()) return {};
-  std::vector<std::uint32_t> part_of;
-  for (const Pair& pair : plan.pairs) {
-    const std::int32_t limb = plan.from_limbs[pair.from];
-    const bool stays = limb != kNoLabel && limb == plan.to_limbs[pair.to];
-    part_of.push_back(stays ? static_cast<std::uint32_t>(limb) + 1 : 0);
-  }
-  return part_of;
-}
-
 /// k-means of the pairs' places in both objects at once, seeded by the farthest.
 std::vector<std::uint32_t> parts_by_place(const MorphPlan& plan) {
   const Alignment& alignment = plan.alignment;
@@ -154,6 +142,17 @@ struct Edge {
 };
 
 }  // namespace
+
+std::vector<std::uint32_t> parts_by_limb(const MorphPlan& plan) {
+  if (plan.from_limbs.empty()) return {};
+  std::vector<std::uint32_t> part_of;
+  for (const Pair& pair : plan.pairs) {
+    const std::int32_t limb = plan.from_limbs[pair.from];
+    const bool stays = limb != kNoLabel && limb == plan.to_limbs[pair.to];
+    part_of.push_back(stays ? static_cast<std::uint32_t>(limb) + 1 : 0);
+  }
+  return part_of;
+}
 
 struct BallGraph::System {
   std::vector<std::vector<Edge>>

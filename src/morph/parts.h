@@ -26,6 +26,9 @@ struct RigidParts {
 /// scaling and shift; it rotates the way round that is nearer to the whole's. Deterministic.
 RigidParts rigid_parts(const MorphPlan& plan);
 
+/// Lists the matched limb that each pair stays in, counted from 1; 0: none. Empty without limbs.
+std::vector<std::uint32_t> parts_by_limb(const MorphPlan& plan);
+
 /// Parts of a plan whose balls were carried from where `reference` has them: each pair stays in its
 /// part, and the alignments are fitted anew.
 RigidParts carried_parts(const MorphPlan& plan, const MorphPlan& reference);

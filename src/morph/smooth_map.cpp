@@ -9,6 +9,7 @@
 #include "kernels/morph_field.h"
 #include "morph/features.h"
 #include "morph/motion.h"
+#include "morph/passing_limbs.h"
 
 namespace polymorph {
 namespace {
@@ -19,6 +20,9 @@ constexpr double kDeviation = 0.055;
 /// as limbs.
 constexpr double kLimbDeviation = 0.04;
 constexpr float kSpacing = 0.04f;
+/// Both where limbs pass each other. Their maps would else be mixed, and both vanish.
+constexpr double kPassingDeviation = 0.015;
+constexpr float kPassingSpacing = 0.02f;
 /// Upper bound of the lattice's nodes along an axis, for objects of very different size: while one
 /// shrinks to nothing, the box around all balls is many times the objects' size.
 constexpr float kMaxNodes = 128;
@@ -56,12 +60,17 @@ Undone undone(const PathPart& part, double u) {
           place.center};
 }
 
-float kernel_deviation(const MorphPlan& plan, const Pair& pair, double u, float size) {
+/// `passing`: passing_shares() of the pair.
+float kernel_deviation(const MorphPlan& plan, const Pair& pair, double u, float passing,
+                       float size) {
   const auto own = [](const Ball& ball) { return 1 / std::sqrt(2 * static_cast<double>(ball.a)); };
   const double v = std::clamp(u, 0.0, 1.0);
   const double radius =
       kOwnSize * ((1 - v) * own(plan.from[pair.from]) + v * own(plan.to[pair.to]));
-  const double deviation = plan.from_limbs.empty() ? kDeviation : kLimbDeviation;
+  const double deviation =
+      plan.from_limbs.empty()
+          ? kDeviation
+          : kLimbDeviation + (kPassingDeviation - kLimbDeviation) * static_cast<double>(passing);
   const double share = deviation * static_cast<double>(size);
   return static_cast<float>(std::sqrt(share * share + radius * radius));
 }
@@ -90,10 +99,18 @@ Box with_landmarks(Box box, std::span<const Vec3> places, float size) {
   return box;
 }
 
-Grid lattice_over(const Box& box, float size) {
+float largest(const std::vector<float>& values) {
+  float result = 0;
+  for (const float value : values) result = std::max(result, value);
+  return result;
+}
+
+/// `passing`: the largest of passing_shares().
+Grid lattice_over(const Box& box, float size, float passing) {
   Grid lattice;
   const Vec3 extent = box.size();
-  lattice.cell = std::max(kSpacing * size, std::max({extent.x, extent.y, extent.z}) / kMaxNodes);
+  lattice.cell = std::max(lerp(kSpacing, kPassingSpacing, passing) * size,
+                          std::max({extent.x, extent.y, extent.z}) / kMaxNodes);
   // Two nodes beyond: a point's spline needs one, rounding may take the other.
   const auto nodes = [&](float length) {
     return static_cast<int>(std::ceil(length / lattice.cell)) + 5;
@@ -124,8 +141,10 @@ float mixing_progress(float u, float lead) {
   return u + kLead * lead * middle;
 }
 
+/// `passing`: passing_shares().
 std::vector<RegressionSample> make_samples(const MorphPlan& plan, const std::vector<float>& eased,
-                                           const BallSet& balls, float size) {
+                                           const std::vector<float>& passing, const BallSet& balls,
+                                           float size) {
   // Beside a trunk a thin limb's few balls would have no say by their mass.
   const auto even = 1 / static_cast<float>(plan.pairs.size());
   std::vector<RegressionSample> samples;
@@ -133,7 +152,7 @@ std::vector<RegressionSample> make_samples(const MorphPlan& plan, const std::vec
     samples.push_back(
         {balls[e].center,
          plan.from_limbs.empty() ? std::max(static_cast<float>(plan.pairs[e].mass), 1e-6f) : even,
-         kernel_deviation(plan, plan.pairs[e], static_cast<double>(eased[e]), size)});
+         kernel_deviation(plan, plan.pairs[e], static_cast<double>(eased[e]), passing[e], size)});
   return samples;
 }
 
@@ -154,7 +173,7 @@ void set_value(BallAttribute& carried, Vec3d value) {
 double regression_bytes(const Box& box, float size) {
   const float margin = kMargin * size;
   const Grid lattice = lattice_over(
-      {box.low - Vec3{margin, margin, margin}, box.high + Vec3{margin, margin, margin}}, size);
+      {box.low - Vec3{margin, margin, margin}, box.high + Vec3{margin, margin, margin}}, size, 1);
   return static_cast<double>(kRegressionValues * sizeof(float) + sizeof(Strain)) *
          lattice.points.x * lattice.points.y * lattice.points.z;
 }
@@ -168,13 +187,14 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
   FrameMap map;
   map.box = with_landmarks(box_around(balls, size), places, size);
   auto regression = std::make_shared<Regression>();
+  const std::vector<float> passing = passing_shares(plan, eased, balls, size);
   regression->maps = 2;
-  regression->lattice = lattice_over(map.box, size);
+  regression->lattice = lattice_over(map.box, size, largest(passing));
   const std::vector<float> deviations = landmark_deviations(places, size, regression->lattice.cell);
   for (std::size_t l = 0; l < places.size(); ++l)
     regression->landmarks.push_back(
         {places[l], deviations[l], {plan.landmarks[l].from, plan.landmarks[l].to}});
-  regression->samples = make_samples(plan, eased, balls, size);
+  regression->samples = make_samples(plan, eased, passing, balls, size);
   // What all have in common is exact: the rotation and scaling of the whole.
   const auto mean = static_cast<double>(mean_progress(plan, eased));
   const PathPart mean_part = mean_path_part(plan);
@@ -267,10 +287,12 @@ Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls, floa
                            then = eased_times(next.plan, next.time);
   const BallSet later = differ(now, next) ? BallSet(balls_at(next.plan, next.time)) : balls;
   auto regression = std::make_shared<Regression>();
-  regression->samples = make_samples(plan, eased, balls, size);
+  const std::vector<float> passing = passing_shares(plan, eased, balls, size);
+  regression->samples = make_samples(plan, eased, passing, balls, size);
   const std::vector<Vec3> places = landmark_places(plan, time, balls),
                           next_places = landmark_places(next.plan, next.time, later);
-  regression->lattice = lattice_over(with_landmarks(box_around(balls, size), places, size), size);
+  regression->lattice =
+      lattice_over(with_landmarks(box_around(balls, size), places, size), size, largest(passing));
   const std::vector<float> deviations = landmark_deviations(places, size, regression->lattice.cell);
   for (std::size_t l = 0; l < places.size(); ++l)
     regression->landmarks.push_back({places[l], deviations[l], {next_places[l] - places[l], {}}});

@@ -25,18 +25,19 @@ struct FrameMap {
 };
 
 /// `balls` are those of balls_at(plan, time), `size` the diagonal of the objects. The regression's
-/// kernels have a deviation of 5.5 % of that, wider for large balls: X_A(x) = sum_e k_e (p_e + F_e
-/// (x - x_e)) / sum_e k_e, with p_e the ball that x_e comes from and F_e the rotation and scaling
-/// since then, undone; X_B likewise. At time 0 (1) X_A (X_B) is the identity exactly. At each
-/// landmark's place (landmark_places()) X_A and X_B are where it is on either object. Where both
-/// objects' compute_thinness() is given, the level's weights are made of them. The formulas are in
+/// kernels have a deviation of 5.5 % of that, wider for large balls, and down to 1.5 % where limbs
+/// pass each other (morph/passing_limbs.h): X_A(x) = sum_e k_e (p_e + F_e (x - x_e)) / sum_e k_e,
+/// with p_e the ball that x_e comes from and F_e the rotation and scaling since then, undone; X_B
+/// likewise. At time 0 (1) X_A (X_B) is the identity exactly. At each landmark's place
+/// (landmark_places()) X_A and X_B are where it is on either object. Where both objects'
+/// compute_thinness() is given, the level's weights are made of them. The formulas are in
 /// docs/method.md, Surface between.
 FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, float size,
                    const std::shared_ptr<const DistanceGrid>& from_thinness = nullptr,
                    const std::shared_ptr<const DistanceGrid>& to_thinness = nullptr);
 
 /// Memory of a map's nodes while an engine evaluates them, for a box around the balls and the size
-/// of the smaller object.
+/// of the smaller object: at most, as where limbs pass each other.
 double regression_bytes(const Box& box, float size);
 
 /// The map's regression with other level weights, for a level of -1: how far the field of both

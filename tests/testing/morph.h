@@ -10,6 +10,7 @@
 #include "base/matrix_decompositions.h"
 #include "base/random.h"
 #include "kernels/types.h"
+#include "morph/motion.h"
 #include "morph/plan.h"
 
 namespace polymorph {
@@ -78,6 +79,30 @@ inline Creature creature(float limb_length, float spread, int balls_a_limb) {
     }
   }
   return result;
+}
+
+/// Two columns of balls beside each other, limbs 0 and 1, of which one is ahead of the other by
+/// twice `ahead`, and the other at the end: they pass each other half way, along straight paths.
+inline MorphPlan plan_between_columns(float ahead) {
+  const auto columns = [](float front) {
+    std::vector<Ball> balls;
+    for (const float side : {-1.0f, 1.0f})
+      for (int i = 0; i < 11; ++i)
+        balls.push_back(ball_at({0.1f * side, 0.1f * static_cast<float>(i), side * front}, 0.06f));
+    return balls;
+  };
+  PlanSide from, to;
+  from.balls = columns(0), to.balls = columns(0);
+  MotionSettings motion;
+  motion.path = Path::kStraight;
+  motion.easing = Easing::kLinear;
+  MorphPlan plan = plan_morph(from, to, FieldKind::kGaussian, {}, motion);
+  plan.from = columns(ahead), plan.to = columns(-ahead);
+  plan.from_limbs.assign(11, 0);
+  plan.from_limbs.resize(22, 1);
+  plan.to_limbs = plan.from_limbs;
+  set_paths(plan);
+  return plan;
 }
 
 /// Expects the same plan: no bit may differ, as frames would.

@@ -198,6 +198,34 @@ TEST(SmoothMap, TipsWithoutACounterpartLead) {
   EXPECT_GT(tip, middle + 0.2f);
 }
 
+TEST(SmoothMap, LimbsThatPassEachOtherAreNotMixed) {
+  const MorphPlan plan = plan_between_columns(0.4f);
+  std::vector<Vec3> points;
+  for (const Pair& pair : plan.pairs) {
+    ASSERT_EQ(plan.from_limbs[pair.from], plan.to_limbs[pair.to]);
+    // On the side of the other column.
+    const Vec3 p = plan.from[pair.from].center, q = plan.to[pair.to].center;
+    points.push_back((p + q) * 0.5f + Vec3{p.x < 0 ? 0.05f : -0.05f, 0, 0});
+  }
+  const PullBack half = pulled(plan, 0.5f, points);
+  for (std::size_t e = 0; e < points.size(); ++e) {
+    EXPECT_NEAR(half.source[e].z, plan.from[plan.pairs[e].from].center.z, 0.1f);
+    EXPECT_NEAR(half.target[e].z, plan.to[plan.pairs[e].to].center.z, 0.1f);
+  }
+}
+
+TEST(SmoothMap, IsOnlyFinerWhereLimbsPassEachOther) {
+  const auto map_at = [](const MorphPlan& plan, float time) {
+    return frame_map(plan, time, balls_at(plan, time), kSize);
+  };
+  const MorphPlan passing = plan_between_columns(0.4f), standing = plan_between_columns(0);
+  const float coarse = map_at(standing, 0.5f).regression->lattice.cell;
+  EXPECT_NEAR(coarse, 0.04f * kSize, 1e-5f);
+  EXPECT_EQ(map_at(passing, 0).regression->lattice.cell, coarse);
+  EXPECT_EQ(map_at(passing, 1).regression->lattice.cell, coarse);
+  EXPECT_LT(map_at(passing, 0.5f).regression->lattice.cell, 0.6f * coarse);
+}
+
 TEST(Pacing, RunsThroughItsTableWithoutTurningBack) {
   MorphPlan plan = plan_between(bar(), random_balls(40, 3));
   plan.pacing = {0, 0.05f, 0.1f, 0.5f, 0.9f, 1};
