@@ -148,7 +148,7 @@ Result<SpheresResult> inspect_spheres(const SpheresRequest& request) {
       std::max({size.x, size.y, size.z}) / static_cast<float>(request.grid);
   const auto engine = make_cpu_engine();
   fitted.balls = fitted.approximation.balls;
-  // Without a fit each sphere becomes a ball, which takes minutes for 100 000 of them.
+  // Without a fit each sphere becomes a ball, which takes seconds for 100 000 of them.
   const bool needs_balls = request.measure || !request.write_balls.empty() ||
                            !request.write_surface.empty() || !request.output.empty();
   if (fitted.balls.empty() && needs_balls) {

@@ -73,6 +73,40 @@ TEST_F(CheckModels, WhatChangesNothingIsNoWarning) {
   EXPECT_TRUE(contains(json["notes"].dump(), "a point joins parts that no edge joins")) << json;
 }
 
+TEST_F(CheckModels, TurnsAndSizesAreExaminedOnce) {
+  std::string shell = box(0, 2, 1) + box(0.02f, 1.98f, 9, true);
+  shell.erase(shell.rfind('f'));
+  write("shell.obj", shell);
+  std::string actors;
+  for (int i = 0; i < 5; ++i)
+    actors += (i > 0 ? ", " : "") +
+              (R"({"source": {"model": "shell.obj", "spheres": {"balls": 8}}, "target": {"shape": )"
+               R"("cube", "spheres": {"balls": 8}}, "scale": )" +
+               std::to_string(1 + i)) +
+              ", \"rotate\": [0, " + std::to_string(20 * i) + ", 0]}";
+  const auto check_actors = [&](const std::string& list) {
+    write("scene.json", "{\"actors\": [" + list + "], \"surface\": {\"resolution\": 16}}");
+    return parse(run(0, {"check", "scene.json", "--json", "--cache-dir", "kept"}).out);
+  };
+  const auto json = check_actors(actors);
+  std::size_t examined = 0;
+  for (const auto& file : std::filesystem::directory_iterator(folder / "kept"))
+    examined += file.path().extension() == ".spheres";
+  EXPECT_EQ(examined, 2u) << "a shell and a cube, whatever their sizes";
+  ASSERT_EQ(json["objects"].size(), 10u);
+  // Each actor has the numbers that it has alone.
+  const auto alone = check_actors(actors.substr(actors.rfind("{\"source\"")));
+  for (std::size_t k = 0; k < 2; ++k) {
+    const auto &last = json["objects"][8 + k], &same = alone["objects"][k];
+    for (const char* count : {"name", "triangles", "genus", "boundary_edges", "thin"})
+      EXPECT_EQ(last[count], same[count]) << count;
+    for (const char* size : {"volume", "area", "thickness", "balls_needed"})
+      EXPECT_NEAR(last[size].get<double>() / same[size].get<double>(), 1, 0.01) << size;
+  }
+  EXPECT_NEAR(json["objects"][8]["thickness"].get<double>(), 5 * 0.02, 1e-3);
+  EXPECT_EQ(json["warnings"].size(), 10u) << "each shell is open and thin: " << json["warnings"];
+}
+
 TEST_F(CheckModels, AFitIsJudgedEitherWay) {
   auto json = check(0, box(0, 1, 1), R"({"balls": 16, "fit": "ellipsoid"})", {"--fit"});
   EXPECT_TRUE(contains(json["notes"].dump(), "model: the balls fit well: ")) << json;

@@ -105,7 +105,8 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
     result.errors.push_back(fits.error().message);
   for (const auto& sequence : loaded.sequences)
     if (sequence) result.sequences.push_back(describe_meshes(*sequence));
-  const std::vector<std::size_t> first_alike = find_alike(chain);
+  const std::vector<std::size_t> first_alike = find_alike(chain),
+                                 first_similar = find_similar(chain);
   std::map<std::size_t, Diagnosis> diagnoses;
   std::map<std::size_t, std::optional<FitFindings>> fits;
   for (std::size_t i = 0; i < chain.size(); ++i) {
@@ -113,7 +114,10 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
     const Model& model = loaded.fitted_model(i);
     if (model.triangles.empty()) continue;
     const Activity activity("looking for faults in " + object.name);
-    if (first_alike[i] == i) diagnoses.emplace(i, diagnose_fully(model));
+    if (first_alike[i] == i)
+      diagnoses.emplace(i, first_similar[i] == i
+                               ? diagnose_fully(model)
+                               : transfer_diagnosis(diagnoses.at(first_similar[i]), model));
     const Diagnosis& diagnosis = diagnoses.at(first_alike[i]);
     for (const std::string& problem : describe_problems(diagnosis))
       result.warnings.push_back(object.name + ": " + problem);

@@ -212,6 +212,20 @@ Diagnosis diagnose_fully(const Model& model) {
   return d;
 }
 
+Diagnosis transfer_diagnosis(Diagnosis d, const Model& similar) {
+  const double area = area_of(similar), scale = d.area > 0 ? std::sqrt(area / d.area) : 1;
+  d.box = similar.box();
+  d.area = area;
+  d.volume *= scale * scale * scale;
+  if (d.boundary_edges > 0)
+    for (std::size_t k = 0; k < 2; ++k)
+      d.first_open_edge_points[k] = similar.points[d.first_open_edge[k]];
+  if (d.thickness)
+    for (double* length : {&d.thickness->low, &d.thickness->median, &d.thickness->high})
+      *length *= scale;
+  return d;
+}
+
 std::vector<std::string> describe_problems(const Diagnosis& d) {
   std::vector<std::string> lines;
   if (d.triangles == 0) return {"it has no faces - export the model with its faces"};

@@ -48,6 +48,9 @@ Diagnosis diagnose(const Model& model);
 /// Does the same and also measures wall thickness and finds self-intersections, which takes longer.
 Diagnosis diagnose_fully(const Model& model);
 
+/// Derives the diagnosis of a model that only a turn, a size and a place tell from a diagnosed one.
+Diagnosis transfer_diagnosis(Diagnosis diagnosis, const Model& similar);
+
 /// Describes each problem in one line with what to do, worst first; empty for a closed, outward
 /// oriented model.
 std::vector<std::string> describe_problems(const Diagnosis& diagnosis);

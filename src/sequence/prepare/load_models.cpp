@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <initializer_list>
 #include <map>
 #include <utility>
 
@@ -39,17 +40,34 @@ std::string reading_key(const ChainObject& object) {
   return is_mesh_sequence(*object.settings) ? fmt::format("{}", fmt::ptr(object.settings))
                                             : file_key(*object.settings);
 }
-std::string shape_key(const ChainObject& chained) {
-  const ObjectSettings& object = *chained.settings;
-  const ActorSettings& actor = *chained.actor;
+/// Key of an object's shape and balls, in a turn and size that `placing` tells apart.
+std::string shape_key(const ObjectSettings& object, std::initializer_list<Vec3> placing) {
   std::string key = file_key(object);
-  for (const Vec3& v : {object.rotate, object.scale, actor.rotate, actor.scale})
-    key += fmt::format("\n{} {} {}", v.x, v.y, v.z);
+  for (const Vec3& v : placing) key += fmt::format("\n{} {} {}", v.x, v.y, v.z);
   const auto& [method, balls, error, resolution, root_margin, fit, inside, solidify, coarse] =
       object.spheres;
   return key + fmt::format("\n{} {} {} {} {} {} {} {} {} {}", static_cast<int>(method), balls,
                            error, resolution, root_margin, static_cast<int>(fit),
                            static_cast<int>(inside), solidify, coarse, object.arrange);
+}
+std::string placed_key(const ChainObject& chained) {
+  const ObjectSettings& object = *chained.settings;
+  const ActorSettings& actor = *chained.actor;
+  return shape_key(object, {object.rotate, object.scale, actor.rotate, actor.scale});
+}
+/// Key that turns and sizes share; those of cells, which lie along the axes, have keys of their
+/// own.
+std::string similarity_key(const ChainObject& chained) {
+  const ObjectSettings& object = *chained.settings;
+  const auto is_even = [](Vec3 scale) {
+    return scale.x > 0 && scale == Vec3{scale.x, scale.x, scale.x};
+  };
+  const bool has_cells = object.spheres.method == SphereMethod::kOctree ||
+                         object.spheres.method == SphereMethod::kActive;
+  if (is_mesh_sequence(object) || has_cells || !is_even(object.scale) ||
+      !is_even(chained.actor->scale))
+    return placed_key(chained);
+  return shape_key(object, {});
 }
 
 /// For each object the index of the first with the same key.
@@ -222,7 +240,11 @@ std::optional<double> front_azimuth(const ChainObject& object) {
 }
 
 std::vector<std::size_t> find_alike(std::span<const ChainObject> chain) {
-  return first_with_key(chain, shape_key);
+  return first_with_key(chain, placed_key);
+}
+
+std::vector<std::size_t> find_similar(std::span<const ChainObject> chain) {
+  return first_with_key(chain, similarity_key);
 }
 
 std::vector<std::string> find_problems(const Scene& scene, std::span<const ChainObject> chain,
@@ -230,7 +252,7 @@ std::vector<std::string> find_problems(const Scene& scene, std::span<const Chain
   std::vector<std::string> problems;
   float size = 0;
   Readings read(chain);
-  const std::vector<std::size_t> first_alike = find_alike(chain);
+  const std::vector<std::size_t> first_similar = find_similar(chain);
   for (std::size_t i = 0; i < chain.size(); ++i) {
     const ObjectSettings& object = *chain[i].settings;
     if (read.first[i] == i) read.read(scene, chain, i, true);
@@ -246,7 +268,7 @@ std::vector<std::string> find_problems(const Scene& scene, std::span<const Chain
       for (std::string& problem : mesh_problems(*meshes)) problems.push_back(std::move(problem));
       if (loaded.references.back().triangles.empty()) continue;
     }
-    if (first_alike[i] != i) continue;
+    if (first_similar[i] != i) continue;
     // A fit takes seconds and fails at nothing that its spheres do not fail at.
     const Activity activity("looking at " + object.name);
     SphereSettings unfitted = object.spheres;

@@ -29,6 +29,9 @@ Model turned_upright(Model model, UpAxis up);
 /// For each object the index of the first that has the same shape, size and spheres: they differ at
 /// most in their places, colours and motions. What is said about the shape of one holds for all.
 std::vector<std::size_t> find_alike(std::span<const ChainObject> chain);
+/// For each object the index of the first of the same shape that also may be turned otherwise and
+/// of another size: what is wrong with one is wrong with all.
+std::vector<std::size_t> find_similar(std::span<const ChainObject> chain);
 
 /// Finds what is wrong with the models, their spheres and the environment, one line each:
 /// everything that could stop prepare_scene() but the machine. `loaded` gets what could be loaded,
