@@ -31,7 +31,7 @@ class BallSet {
   auto begin() const { return balls().begin(); }
   auto end() const { return balls().end(); }
 
-  /// Is it the same set, and not only one of equal balls?
+  /// Tests whether it is the same set, not only one of equal balls.
   bool is(const BallSet& other) const { return balls_ && balls_ == other.balls_; }
 
  private:

@@ -86,8 +86,8 @@ struct ExpandFarField {
     team.each(1, [&](int) {
       const FarField& from = above[node.parent];
       const float size = from.size + scratch.sum[2];
-      // Rounding: of the sums at the points, of the weights and of the sums with them; each up to
-      // 6.3 times as large between the points.
+      // Bounds the rounding errors of the sums at the points, of the weights, and of the weighted
+      // sums; between the points each is at most 6.3 times as large.
       const float rounding = 0x1p-24f * (1200.0f + 2.0f * static_cast<float>(parent.count));
       out[n].error = 1.0001f * (from.error + scratch.sum[0]);
       out[n].rounding = fma(rounding, size, from.rounding);

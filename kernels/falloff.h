@@ -177,9 +177,9 @@ PM_HD inline bool factor(const Sym3& s, double scale, double (&m)[6]) {
   return true;
 }
 
-/// Is a ball of infinite support too near a box for a polynomial (far_field.h), near^3 <= reach
-/// |w|? A ball clamped to the largest distance is, too: the clamp makes a kink that no polynomial
-/// follows.
+/// Tests whether a ball of infinite support is too near a box for a polynomial (far_field.h),
+/// near^3 <= reach |w|? A ball clamped to the largest distance is, too: the clamp makes a kink that
+/// no polynomial follows.
 template <class V>
 PM_HD inline auto is_near(V w, QRange<V> q, float reach) {
   return (q.near * (q.near * q.near) <= reach * max(w, -w)) | (q.far >= kMaxDistance2);
@@ -203,7 +203,8 @@ struct Field {
   /// A contribution is a product of three numbers, one per axis: on a grid they are shared.
   static constexpr bool kSeparable = Kind::kExponential && std::is_same<Ball, RoundBall>::value;
 
-  /// Does a ball belong in the list of a node over whose box its coordinate has the range q?
+  /// Tests whether a ball belongs in the list of a node over whose box its coordinate has the range
+  /// q.
   template <class V>
   PM_HD static auto reaches(const Ball& ball, QRange<V> q, float reach) {
     if constexpr (kCompactSupport) {

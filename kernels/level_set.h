@@ -64,8 +64,8 @@ struct ClassifyNodes {
     return level.cells > kBrickCells || can_cross_parts<typename Team::V>(team, box, local);
   }
 
-  /// Can the surface cross any of a brick's 4^3 parts? A brick that is far from it need not be
-  /// sampled.
+  /// Tests whether the surface can cross any of a brick's 4^3 parts. A brick that is far from it
+  /// need not be sampled.
   template <class V, class Team>
   PM_HD bool can_cross_parts(const Team& team, const NodeBox& box,
                              const typename Bounds::Local& local) const {

@@ -12,7 +12,7 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-RIDDLE = re.compile(r"(What|Where|How|Which|Whether|Of|The same|As|That|Those|By|At|In|With|From|To)\b")
+RIDDLE = re.compile(r"(What|Where|How|Which|Whether|Of|The same|Do(es)? the same|As|That|Those|By|At|In|With|From|To|Is|Are|Do|Can|May)\b|(Does|Has|Have)\b.*\?")
 FRAGMENT = re.compile(r"///<\s*(of|by|in|from|which|as|at|to|with|where|that|what|how|on|for)\b")
 LOCAL = (r"(ways?|of|by|rest|off|apart|aside|straight|made|wanted|whole|these|who|goes|never|same|told|was|then|placed|how|which|tight|turned|back|"
          r"most|least|two|three|some|only|given|said|mine|theirs|many|few|away|again|alike|with|without)")

@@ -35,7 +35,7 @@ Result<Limit> parse_limit(const std::string& text);
 std::vector<std::string> broken_limits(const std::vector<Analysis>& morphs,
                                        const std::vector<Limit>& limits);
 
-/// Does `value` reach the goal, as "<= 2"? An empty goal is always reached.
+/// Tests whether `value` reaches the goal, as "<= 2". An empty goal is always reached.
 bool reaches(double value, const std::string& goal);
 
 /// Every metric's name, in order.

@@ -17,7 +17,7 @@ Mat3 nearest_rotation(const Mat3& a);
 
 /// Logarithm of a rotation: the axis times the angle (0..pi); the inverse of exp_rotation().
 Vec3d log_rotation(const Mat3& r);
-/// Does the same, but of the two ways round takes the one nearer to `usual` (angle below 2 pi).
+/// Like it, but of the two possible directions takes the one nearer to `usual` (angle below 2 pi).
 Vec3d log_rotation_near(const Mat3& r, Vec3d usual);
 /// Angle of a rotation, 0..pi.
 double rotation_angle(const Mat3& r);

@@ -7,7 +7,7 @@
 
 namespace polymorph {
 
-/// Is this the name of the user (USER, LOGNAME) or of the user's home folder (HOME)?
+/// Tests whether this is the name of the user (USER, LOGNAME) or of the user's home folder (HOME).
 bool is_private_folder(std::string_view name);
 
 /// The text without the folders of the absolute paths in it: "--set look=\"/home/ada/a.hdr\""

@@ -41,7 +41,7 @@ struct Tolerance {
 inline Tolerance exact_tolerance() {
   return {.fail = 0, .relative = 0, .fail_percent = 0, .depth = 0, .normal = 0};
 }
-/// Is no pixel allowed to differ?
+/// Tests whether no pixel may differ.
 inline bool is_exact(const Tolerance& t) {
   return t.fail == 0 && t.relative == 0 && t.fail_percent == 0 && t.depth == 0 && t.normal == 0;
 }

@@ -110,7 +110,7 @@ std::vector<std::string> listed_files(const fs::path& report_json) {
   return names;
 }
 
-/// Does the file begin as, or hold, what a report's file of this name does?
+/// Tests whether the file begins with, or contains, what a report's file of this name has.
 bool is_written_by_report(const fs::path& file) {
   const auto bytes = read_file(file, 256 << 20);
   if (!bytes) return false;

@@ -146,7 +146,7 @@ Status check_shard(const fs::path& path, const Shard& shard) {
   return Ok{};
 }
 
-/// Is it a failed frame that was kept, in a folder of its own?
+/// Tests whether it is a failed frame that was kept, in a folder of its own.
 bool is_kept_frame(const std::string& name) {
   for (const char* part : {".actual.", ".reference.", ".difference."})
     if (name.find('/') != std::string::npos && name.find(part) != std::string::npos) return true;

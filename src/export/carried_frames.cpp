@@ -18,7 +18,7 @@ constexpr const char* kInstead =
 
 std::string place_text(Vec3 p) { return fmt::format("({:.3g}, {:.3g}, {:.3g})", p.x, p.y, p.z); }
 
-/// Does the leg go from model to model by stages, and not by its surface alone?
+/// Tests whether the leg goes from model to model by stages, not by its surface alone.
 bool has_stages(const Leg& leg) {
   return visit(
       leg, [] { return true; }, [](const DistanceLeg&) { return false; });
@@ -56,8 +56,8 @@ std::string describe(const MeshReport& report) {
                      report.genus);
 }
 
-/// Is the topology the same at all moments? Gives the one whose surface is largest: the most of
-/// what there is to stand for.
+/// Tests whether the topology is the same at all moments. Gives the one whose surface is largest:
+/// the most of what there is to stand for.
 Result<std::size_t> check_moments(const ActorFrames& shown, const CarriedActor& carried,
                                   const MovingSurface& surface) {
   const auto& [scene, actor, frames] = shown;

@@ -131,7 +131,7 @@ void add_looks(const PreparedActor& actor, std::span<const Layer> layers, float 
   }
 }
 
-/// Is any edge of the model sharp?
+/// Tests whether any edge of the model is sharp.
 bool has_creases(const Model& model, std::span<const Vec3> smooth) {
   constexpr float kSame = 0.9998f;  // cosine of a degree
   for (std::size_t c = 0; c < model.corner_normals.size(); ++c)

@@ -17,7 +17,7 @@ struct NewGolden {
 /// the environment; the message names the command's `verb`.
 Status may_write_goldens(const std::string& verb, const std::string& reason);
 
-/// Are all values finite?
+/// Tests whether all values are finite.
 bool all_finite(const Image& image);
 
 /// The files that make these frames goldens: the frames, surface.csv (with the rows that stay) and

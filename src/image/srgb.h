@@ -21,7 +21,7 @@ class SrgbQuantizer {
  public:
   static const SrgbQuantizer& instance();
   std::uint8_t operator()(float linear) const {
-    // No branch: rows of pictures wait for wrong guesses otherwise. Below kFirst the code is 0.
+    // Without branches, whose mispredictions would dominate. Below kFirst the code is 0.
     const float value = linear >= kFirst ? (linear < 1.0f ? linear : 1.0f) : kFirst;
     constexpr std::uint32_t kFirstBucket = std::bit_cast<std::uint32_t>(kFirst) >> kShift;
     const std::uint8_t code =

@@ -495,7 +495,7 @@ void GlbWriter::add_nodes() {
   nodes_.push_back(std::move(node));
 }
 
-/// Does the field of view change?
+/// Tests whether the field of view changes.
 bool GlbWriter::zooms() const {
   const std::vector<FrameCamera>& all = sequence_.cameras;
   return std::any_of(all.begin(), all.end(), [&](const FrameCamera& camera) {

@@ -40,8 +40,8 @@ class ClosestPointQuery {
   /// is much faster where most points are far off.
   ClosestPoint closest(Vec3 from,
                        float max_distance = std::numeric_limits<float>::infinity()) const;
-  /// Does the same, faster if `neighbour_hit` is the closest point of `neighbour`, a point near
-  /// `from`.
+  /// Finds the closest point, faster if `neighbour_hit` is the closest point of `neighbour`, a
+  /// point near `from`.
   ClosestPoint closest(Vec3 from, Vec3 neighbour, const ClosestPoint& neighbour_hit,
                        float max_distance = std::numeric_limits<float>::infinity()) const;
   /// Calls closest() for each point, in parallel.

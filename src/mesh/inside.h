@@ -13,13 +13,13 @@ namespace polymorph {
 enum class InsideRule : std::uint8_t {
   kWinding,  ///< generalized winding number >= 0.5 (Jacobson 2013): tolerates holes and doubled
              ///< faces
-  /// The report's one ray: an odd number of crossings (5.1.2.1). Exact for closed models; where
+  /// An odd number of crossings along one ray (report 5.1.2.1). Exact for closed models; where
   /// parts overlap it sees a hole. The ray is fixed, oblique to axes and diagonals, and never
   /// counts an edge or corner twice.
   kParity,
 };
 
-/// A hierarchy over a model's triangles (copied: the model need not live on). Const calls may run
+/// A hierarchy over a model's triangles (copied: it may outlive the model). Const calls may run
 /// on many threads; answers do not depend on them.
 class InsideTest {
  public:
@@ -29,9 +29,9 @@ class InsideTest {
   InsideTest& operator=(InsideTest&&) noexcept;
 
   bool inside(Vec3 point) const;
-  /// Generalized winding number, far triangles in groups from twice a group's radius on (Barill et
-  /// al. 2018, two terms): 1 inside a closed model, 0 outside. Within 0.08 of the exact sum on all
-  /// models measured.
+  /// Generalized winding number: 1 inside a closed model, 0 outside. A group of triangles farther
+  /// than twice its radius is approximated by two terms (Barill et al. 2018). Within 0.08 of the
+  /// exact sum on all models measured.
   double winding_number(Vec3 point) const;
   /// One byte per point (1 = inside), in parallel.
   std::vector<std::uint8_t> inside(std::span<const Vec3> points) const;

@@ -30,7 +30,7 @@ struct PlanMoment {
 Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls,
                      const std::vector<Vec3>& points, Engine& engine);
 
-/// Is anything known to move between two moments?
+/// Tests whether anything is known to move between two moments.
 inline bool differ(PlanMoment a, PlanMoment b) { return &a.plan != &b.plan || a.time != b.time; }
 
 /// Reads displacement and progress from the values carried to points.

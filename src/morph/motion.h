@@ -31,7 +31,7 @@ void lay_paths(MorphPlan& plan, RigidParts parts);
 /// ln(share) for Gaussian ones.
 std::vector<Ball> balls_at(const MorphPlan& plan, float time);
 
-/// Has the engine move the same balls, and they stay there for the surface. Errors: the engine's
+/// Moves the same balls by the engine, which keeps them for the surface. Errors: the engine's
 /// (field/extract_surface.h: to_status).
 Result<BallSet> balls_at(const MorphPlan& plan, float time, Engine& engine);
 
@@ -55,7 +55,7 @@ std::vector<PairFrame> pair_frames(const MorphPlan& plan, float time);
 /// The eased progress of each pair at `time`, in [0, 1].
 std::vector<float> pair_progress(const MorphPlan& plan, float time);
 
-/// Do all balls share one eased time: no stagger and no spring?
+/// Tests whether all balls share one eased time: no stagger and no spring.
 bool move_together(const MorphPlan& plan);
 /// Each ball's eased time at `time`, at an even pace where the plan has one; a spring's may lie
 /// outside [0, 1].

@@ -1,4 +1,4 @@
-// Correspondences in the disk cache: what takes a plan's time.
+// Correspondences in the disk cache: the parts of plans that take long to compute.
 #pragma once
 
 #include <cstdint>
@@ -30,12 +30,12 @@ struct Correspondence {
 std::string correspondence_key(const PlanSide& from, const PlanSide& to, FieldKind kind,
                                const PlanSettings& settings);
 
-/// The one of these sides that is kept in `folder` under this key, to the bit; nothing where none
-/// is, or one that does not fit its sides.
+/// Loads the correspondence of these sides that is stored in `folder` under this key, to the bit;
+/// nothing if there is none or it does not fit the sides.
 std::optional<Correspondence> load_correspondence(const std::filesystem::path& folder,
                                                   const std::string& key, const PlanSide& from,
                                                   const PlanSide& to);
-/// `origin`: the names of its sides (base/cache_file.h).
+/// Stores a correspondence. `origin`: the names of its sides (base/cache_file.h).
 void store_correspondence(const std::filesystem::path& folder, const std::string& key,
                           std::string_view origin, const Correspondence& found);
 

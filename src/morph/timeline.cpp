@@ -66,7 +66,7 @@ bool show_model_without_stages(const LegTiming& leg, float local, MorphState& mo
   return true;
 }
 
-/// Is the number of frames given, and the legs' follow from it?
+/// Tests whether the number of frames is given, and the legs' follow from it.
 bool is_counted(const Scene& scene) {
   return scene.frames.count > 0 && scene.frames.per_leg.empty();
 }

@@ -121,13 +121,13 @@ int shown_mesh_number(const Timeline& timeline, std::size_t object, int frame);
 /// Depends on nothing but its arguments.
 MorphState morph_state_at(const Timeline& timeline, double frame);
 
-/// Does the moment show the leg's source, or what it becomes; does it show the target?
+/// Tests whether the leg's source, or what it becomes, shows, and whether its target does.
 bool shows_source(const MorphState& moment);
 bool shows_target(const MorphState& moment);
 
-/// Does the actor show the same at two frames?
+/// Tests whether the actor shows the same at two frames.
 bool same_moment(const MorphState& a, const MorphState& b);
-/// Does it show something else than both in the frame before and in the one after?
+/// Tests whether it shows something else than in the frame before and than in the one after.
 bool moves_at(const Timeline& timeline, int frame);
 
 }  // namespace polymorph

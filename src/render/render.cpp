@@ -77,7 +77,8 @@ float max_start_distance(const RenderScene& scene) {
   return std::max(length(scene.camera.position - box.center()), floor) + box.diagonal();
 }
 
-/// Is the noise smoothed? Lens and shutter blur textures, which the guides show sharp.
+/// Tests whether the noise is smoothed. Lens and shutter blur textures, which the guides show
+/// sharp.
 bool is_smoothed(const ImageSettings& image, const Camera& camera) {
   return image.smooth && !image.denoise && !(camera.lens_radius > 0) && !(camera.shutter > 0);
 }

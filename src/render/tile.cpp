@@ -214,7 +214,7 @@ class Tile {
   }
 
   int block_index(int path) const { return static_cast<int>(sample_indices_[path]) / kSampleBlock; }
-  /// Is it the last sample of its block?
+  /// Tests whether it is the last sample of its block.
   bool ends_block(int path) const {
     const std::uint32_t sample = sample_indices_[path];
     return sample % kSampleBlock == kSampleBlock - 1 || sample == last_;

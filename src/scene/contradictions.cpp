@@ -104,8 +104,8 @@ class ContradictionFinder {
     }
     if (scenes) check_landmarks(*scenes, "/plan/landmarks", scene_.plan, chains, nullptr);
   }
-  /// Is every object there, once, and is every landmark one of a neighbour, too? Those of `checked`
-  /// are left out.
+  /// Checks that every object exists, once, and that a neighbour has each landmark, too. Those of
+  /// `checked` are left out.
   void check_landmarks(const JsonValue& landmarks, const std::string& pointer,
                        const PlanSettings& plan, const std::vector<Chain>& chains,
                        const JsonValue* checked) {
@@ -169,7 +169,7 @@ class ContradictionFinder {
               fmt::format("no object is called that{} (known: {})", did_you_mean(object.key, names),
                           join_quoted(names)));
   }
-  /// Does the actor get its chain into the scene's frames?
+  /// Checks that the actor's chain fits into the scene's frames.
   void check_time(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
     const FrameSettings& frames = scene_.frames;
     const int moving = frames.count - frames.hold_start - frames.hold_end;

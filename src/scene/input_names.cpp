@@ -34,7 +34,7 @@ fs::path common_folder(std::span<const fs::path> files) {
   return common;
 }
 
-/// May the names of the files below the folder be told?
+/// Tests whether the names of the files below the folder may be published.
 bool is_presentable(const fs::path& root, std::span<const fs::path> files) {
   if (root == root.root_path()) return false;
   return std::none_of(files.begin(), files.end(), [&](const fs::path& file) {

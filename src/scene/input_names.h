@@ -22,7 +22,7 @@ struct InputNames {
 InputNames choose_names(const std::filesystem::path& scene_folder,
                         std::span<const std::filesystem::path> files);
 
-/// Is this a relative name of a file that stays below its folder?
+/// Tests whether this is a relative name of a file that stays below its folder.
 bool is_safe_name(std::string_view name);
 
 }  // namespace polymorph

@@ -81,7 +81,7 @@ bool is_named(const ObjectSettings& object, const std::string& key);
 /// The object's landmarks; null if it has none.
 const ObjectLandmarks* find_landmarks(const PlanSettings& plan, const ObjectSettings& object);
 
-/// Are balls fitted to an object of these settings? Fits are Gaussian.
+/// Tests whether balls are fitted to an object of these settings. Fits are Gaussian.
 bool is_fitted(const Scene& scene, const SphereSettings& spheres);
 
 }  // namespace polymorph

@@ -340,7 +340,7 @@ inline const std::vector<std::string> kAovNames{"Z",
                                                 "crypto_object",
                                                 "crypto_material",
                                                 "crypto_label"};
-/// Is this layer among those that image.aovs asks for?
+/// Tests whether this layer is among those that image.aovs asks for.
 inline bool aov_is_chosen(std::string_view aovs, std::string_view layer) {
   const std::vector<std::string> chosen = split(aovs, ',');
   return aovs == "all" || std::find(chosen.begin(), chosen.end(), layer) != chosen.end();

@@ -46,12 +46,12 @@ struct FitRows {
   std::vector<std::uint32_t> balls;         ///< ball index per entry
   std::vector<float> weights;               ///< q per entry: the ball's fraction of the field
   std::vector<float> derivatives;   ///< `parameters` values per entry, times the root of the weight
-  std::vector<double> group_costs;  ///< sums over 32 points each; they add up to:
+  std::vector<double> group_costs;  ///< sums over 32 points each; their sum is `cost`
   double cost = 0;                  ///< sum of Huber's loss
 
   /// Clears everything but keeps the memory.
   void clear() {
-    for (auto* parameters : {&residuals, &psi, &steepness, &group_costs}) parameters->clear();
+    for (auto* values : {&residuals, &psi, &steepness, &group_costs}) values->clear();
     begins.assign(1, 0);
   }
 };

@@ -36,7 +36,7 @@ Result<ApproximationQuality> measure_quality(const Model& model, const InsideTes
                                              const std::vector<Ball>& balls, FieldKind kind,
                                              const QualitySettings& settings);
 
-/// Is the overlap at least 70 %, and nothing further off than 15 % of the size?
+/// Tests whether the overlap is at least 70 % and no distance is above 15 % of the size.
 bool is_good_fit(const ApproximationQuality& quality);
 /// Describes a fit with numbers and, where it is poor, what to do.
 std::string describe_fit(const ApproximationQuality& quality);

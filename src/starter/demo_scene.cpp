@@ -52,8 +52,8 @@ const NamedFile* find_named(const std::vector<NamedFile>& files, const std::stri
   return found == files.end() ? nullptr : &*found;
 }
 
-/// A demo model, else a shape, else a model file; null if it is none of them. For a scene in
-/// `folder`.
+/// Finds the object of this name: a demo model, else a shape, else a model file, named relative to
+/// `folder`; null if it is none of them.
 JsonValue object_named(const std::vector<NamedFile>& models, const std::string& name,
                        const fs::path& folder) {
   if (const NamedFile* model = find_named(models, name)) return relative_name(model->file, folder);
@@ -68,7 +68,7 @@ Error unknown_name(const char* what, const std::string& name, std::vector<std::s
                     what, name, did_you_mean(name, names), join_quoted(names));
 }
 
-/// An object of an effect's scene in the folder `from`, for a scene in the folder `to`.
+/// Rewrites an object of an effect's scene in the folder `from` for a scene in the folder `to`.
 JsonValue relocated(JsonValue object, const fs::path& from, const fs::path& to) {
   if (object.is_string()) {
     const std::string& name = object.string;
@@ -80,8 +80,8 @@ JsonValue relocated(JsonValue object, const fs::path& from, const fs::path& to) 
   return object;
 }
 
-/// An end of an effect's chain that is part of the effect: a shape, such as the drops that
-/// something comes from. It is passed through as balls.
+/// Tests whether an end of an effect's chain belongs to the effect: whether it is a shape, such as
+/// drops. The demo's chain then passes through it, as balls.
 bool is_shape(const JsonValue& object) {
   return object.is_object() ? object.contains("shape")
                             : std::find(kShapeNames.begin(), kShapeNames.end(), object.string) !=

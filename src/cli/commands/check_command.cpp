@@ -51,18 +51,18 @@ std::string describe_object(const std::string& name, const Diagnosis& d) {
   return text;
 }
 
-/// The quality of an object's balls, and the line that its front lies on, if they tell one.
+/// The quality of an object's balls, and the line on which its front lies, if they determine one.
 struct FitFindings {
   ApproximationQuality quality;
   std::optional<double> front_line;  ///< find_front_line()
 };
 
-/// Fits the balls of an object and looks at the fit; empty where there are none to fit.
+/// Fits the balls of an object and measures the fit; returns nothing if there are none to fit.
 Result<std::optional<FitFindings>> measure_fit(const Model& model, const ObjectSettings& object,
                                                const std::filesystem::path& cache) {
   const Activity activity("fitting balls to " + object.name);
   const auto stand_in = make_solid_proxy(model, object.spheres);
-  if (!stand_in) return std::optional<FitFindings>();  // said already
+  if (!stand_in) return std::optional<FitFindings>();  // the diagnosis has told why
   const auto approximation = approximate_cached(model, object.spheres, cache, &*stand_in);
   if (!approximation || approximation->balls.empty()) return std::optional<FitFindings>();
   const Model& solid = *stand_in ? **stand_in : model;
@@ -72,13 +72,13 @@ Result<std::optional<FitFindings>> measure_fit(const Model& model, const ObjectS
   return std::optional(FitFindings{quality, find_front_line(find_limbs(approximation->balls))});
 }
 
-/// Says where an object's front may be, unless the scene says it.
+/// Describes the two possible directions of an object's front.
 std::string describe_front(const ObjectSettings& object, double front_line) {
   constexpr double kDegrees = 57.29577951308232;
   const int degrees = static_cast<int>(std::lround(front_line * kDegrees)) % 180;
   return fmt::format(
-      "{}: by its mirror plane it looks to {} or {} degrees from +z towards +x - \"front\" says "
-      "which",
+      "{}: by its mirror plane its front is at {} or {} degrees from +z towards +x - set \"front\" "
+      "to one of them",
       object.name, degrees, degrees - 180);
 }
 
@@ -92,17 +92,18 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
   result.frames = frame_count(reading.scene);
   const std::vector<ChainObject> chain = chain_objects(reading.scene);
   result.object_count = chain.size();
-  if (const Status fits = check_model_files(chain, common.max_memory); !fits) {
-    result.errors.push_back(fits.error().message);
+  if (const Status status = check_model_files(chain, common.max_memory); !status) {
+    result.errors.push_back(status.error().message);
     return result;
   }
   LoadedScene loaded;
   result.errors = find_problems(reading.scene, chain, cache, loaded);
   result.warnings = loaded.warnings;
-  const auto pictures = static_cast<std::size_t>(std::min(result.frames, 2));  // traced, written
+  const auto pictures = static_cast<std::size_t>(
+      std::min(result.frames, 2));  // one is traced while another is written
   result.memory = estimate_memory(reading.scene, chain, loaded, pictures);
-  if (const Status fits = check_memory(result.memory, common.max_memory); !fits)
-    result.errors.push_back(fits.error().message);
+  if (const Status status = check_memory(result.memory, common.max_memory); !status)
+    result.errors.push_back(status.error().message);
   for (const auto& sequence : loaded.sequences)
     if (sequence) result.sequences.push_back(describe_meshes(*sequence));
   const std::vector<std::size_t> first_alike = find_alike(chain),

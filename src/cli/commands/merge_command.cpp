@@ -63,14 +63,14 @@ Result<int> run_merge(const CommandLine& line, const MergeOptions& options) {
 
 void add_merge(CommandLine& line) {
   auto options = std::make_shared<MergeOptions>();
-  Command command =
-      add_command(line, "merge", "Merge frames that were rendered in ranges of samples.",
-                  "  polymorph render scene.json -o 'a/frame.####.exr' --samples 0-31/64\n"
-                  "  polymorph render scene.json -o 'b/frame.####.exr' --samples 32-63/64\n"
-                  "  polymorph merge a b -o 'out/frame.####.exr'",
-                  "  0 all frames are merged   2 usage\n"
-                  "  3 samples are missing, twice there, or not of one picture   4 cannot write\n"
-                  "  75, 130, 143 stopped by a signal: merged frames are whole");
+  Command command = add_command(
+      line, "merge", "Merge frames that were rendered in ranges of samples.",
+      "  polymorph render scene.json -o 'a/frame.####.exr' --samples 0-31/64\n"
+      "  polymorph render scene.json -o 'b/frame.####.exr' --samples 32-63/64\n"
+      "  polymorph merge a b -o 'out/frame.####.exr'",
+      "  0 all frames are merged   2 usage\n"
+      "  3 samples are missing, given twice, or of different pictures   4 cannot write\n"
+      "  75, 130, 143 stopped by a signal: merged frames are whole");
   command
       .add_option("parts", options->settings.inputs,
                   "EXR files that render --samples FIRST-LAST/TOTAL wrote, patterns of such files, "

@@ -197,7 +197,7 @@ Result<int> write_mattes(const StripOptions& options, bool overwrite) {
   return 0;
 }
 
-/// Are the mattes pictures of their own, not cells of a sheet?
+/// Tests whether the mattes are pictures of their own, not cells of a sheet.
 Result<bool> are_mattes_single(const StripOptions& options) {
   if (options.matte.empty()) return false;
   PM_TRY(const FramePattern input, parse_pattern(options.input));

@@ -45,7 +45,7 @@ struct Diagnosis {
 
 /// Counts topological defects and measures volume and area.
 Diagnosis diagnose(const Model& model);
-/// Does the same and also measures wall thickness and finds self-intersections, which takes longer.
+/// Diagnoses the model, measures wall thickness and finds self-intersections, which takes longer.
 Diagnosis diagnose_fully(const Model& model);
 
 /// Derives the diagnosis of a model that only a turn, a size and a place tell from a diagnosed one.

@@ -19,7 +19,7 @@ struct BlockSpan {
   int end() const { return first + count; }
 };
 
-/// Do the two make up a node?
+/// Tests whether the two make up a node.
 inline bool are_siblings(BlockSpan left, BlockSpan right) {
   return left.count == right.count && left.end() == right.first &&
          left.first % (2 * left.count) == 0;

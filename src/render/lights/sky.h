@@ -187,8 +187,8 @@ struct CdfPick {
   float fraction;
 };
 PM_HD inline CdfPick pick_from_cdf(const float* cdf, int count, float u) {
-  // Finds what std::upper_bound() would: that finds another entry on a device, and nvcc does not
-  // warn.
+  // Own code instead of std::upper_bound(), which gives another entry on a device without a warning
+  // of nvcc.
   int above = 0;
   for (int size = count + 1; size > 0;) {
     const int half = size / 2;

@@ -18,7 +18,7 @@ struct VertexRandomOf {
   static constexpr std::uint32_t kMaxLights = 32;
   PathSamplerOf<V> sampler;
   std::uint32_t set;  ///< 1 + v at vertex v
-  /// Numbers for the key light and the next direction.
+  /// Random numbers for the key light and the next direction.
   PM_HD Sample4Of<V> own() const { return sampler.get(set); }
   PM_HD Sample4Of<V> sky() const { return sampler.get(kSkySets + set); }
   PM_HD Sample4Of<V> glass() const { return sampler.get(kGlassSets + set); }

@@ -90,7 +90,7 @@ PM_HD inline Vec3 glass_tint(const Shading& shading) {
 inline Shading mixed_shading(const World& world, const MeshHit& hit) {
   return mixed_shading(world, world.geometry->mesh(hit.mesh), hit);
 }
-/// Do the same at eight hits.
+/// Computes mixed_shading() and make_bsdf_at() at eight hits.
 ShadingOf<Pack3> mixed_shading(const World& world, const MeshHitOf<Pack>& hit);
 BsdfOf<Pack3> make_bsdf_at(const World& world, const MeshHitOf<Pack>& hit, const Pack3& normal,
                            const Pack3& view, PackMask matte);

@@ -75,8 +75,8 @@ class TracedScene {
   MeshHit closest(const Ray& ray) const;
   SurfacePoint surface_point(const Ray& ray, const MeshHit& hit) const;
 #if defined(PM_PACKS)
-  /// Does the same for up to kPacket rays, the first `count` lanes of one or two packs. Several
-  /// times faster for rays of similar directions, `coherent`.
+  /// Finds the nearest meshes for up to kPacket rays, the first `count` lanes of one or two packs.
+  /// Several times faster for rays of similar directions, `coherent`.
   void closest(const RayOf<Pack3>* rays, MeshHitOf<Pack>* hits, int count, bool coherent) const;
   /// Tests whether there is any mesh in (0, ray.far); bit i for the i-th of `count` rays.
   std::uint32_t test_occlusion(const RayOf<Pack3>* rays, int count) const;

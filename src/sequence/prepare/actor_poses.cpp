@@ -26,8 +26,8 @@ std::vector<std::uint64_t> list_edges(const Model& model) {
   return edges;
 }
 
-/// Do the points of a mesh correspond to those of the reference? Bent polygons may be cut into
-/// other triangles in another pose: two thirds of a quadrangle's edges stay.
+/// Tests whether the points of a mesh correspond to those of the reference. Bent polygons may be
+/// cut into other triangles in another pose: two thirds of a quadrangle's edges stay.
 bool corresponds(const MovingObject& object, const Model& model) {
   constexpr double kShared = 0.55;
   if (model.points.size() != object.reference->model.points.size()) return false;
@@ -63,7 +63,7 @@ CarriedBalls move_with_box(const CarriedBalls& before, const Box& from, const Bo
   return moved;
 }
 
-/// Are the object's balls fitted to it?
+/// Tests whether the object's balls are fitted to it.
 bool has_fit(const ActorPoses& poses, const MovingObject& object) {
   return is_fitted(poses.scene, object.settings.spheres) && object.reference->missing_balls == 0;
 }

@@ -78,7 +78,7 @@ Result<std::shared_ptr<const Leg>> leg_at(const PreparedActor& actor, const Morp
 /// The sequence of an object of the actor's morph; null: it stands still.
 const MeshSequence* moving_sequence(const PreparedActor& actor, int object);
 
-/// Does an end of the leg move?
+/// Tests whether an end of the leg moves.
 bool has_moving_end(const PreparedActor& actor, int leg);
 
 }  // namespace polymorph

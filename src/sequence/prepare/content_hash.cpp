@@ -9,7 +9,7 @@ namespace {
 
 void add(Hasher& hasher, Vec3 v) { hasher.add(v.x).add(v.y).add(v.z); }
 
-/// Its members are taken apart, here and below, so that a new one cannot be forgotten.
+/// Structured bindings, here and below, make the compiler refuse a member that is forgotten.
 void add(Hasher& hasher, const Material& material) {
   const auto& [name, color, specular, roughness, metallic, transmission, ior, texture] = material;
   add(hasher, color);

@@ -23,13 +23,13 @@ struct FrameView {
 /// `frame` in [1, prepared.frame_count].
 FrameView make_frame_view(const PreparedScene& prepared, int frame);
 
-/// Does a frame with these settings show where things move?
+/// Tests whether frames with these settings need the surface's motion.
 inline bool wants_flow(const Scene& scene) {
   return scene.camera.shutter > 0 || aov_is_chosen(scene.image.aovs, "motion") ||
          aov_is_chosen(scene.image.aovs, "morph");
 }
 
-/// Has the scene a camera that goes anywhere, turns or zooms?
+/// Tests whether the scene's camera moves, rotates or zooms.
 bool camera_moves(const Scene& scene);
 
 /// The framing of all frames of a scene whose camera moves; `points`: of all its objects.

@@ -22,7 +22,7 @@
 namespace polymorph {
 namespace {
 
-/// Does a landmark of the object name a vertex?
+/// Tests whether a landmark of the object names a vertex.
 bool names_vertices(const ChainObject& object) {
   const ObjectLandmarks* landmarks = find_landmarks(object.actor->plan, *object.settings);
   return landmarks && std::any_of(landmarks->begin(), landmarks->end(),

@@ -14,7 +14,7 @@ namespace polymorph {
 /// where a frame's file cannot be read any more.
 Result<std::string> make_receipt(const RunReport& report);
 
-/// Is this text a receipt?
+/// Tests whether this text is a receipt.
 bool is_receipt(const std::string& text);
 
 }  // namespace polymorph
