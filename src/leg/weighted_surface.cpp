@@ -74,12 +74,12 @@ Vec3d apply(const PathPart& part, Vec3d p) {
          (exp_rotation(part.turn) * (p - part.from_center)) * exp_scalar(part.log_scale);
 }
 
-/// What all parts' balls have in common, and where they are in the mixture.
+/// Places of the balls in the mixture, and its size, scale and rotation.
 struct Mixture {
   float size = 0;        ///< weighted mean of the objects' diagonals
   double log_scale = 0;  ///< natural logarithm of the mixture's scale over the reference's
   std::vector<RegressionSample> samples;
-  Mat3 rotation;  ///< that of the whole, since the reference
+  Mat3 rotation;  ///< rotation of the whole from the reference
   Box box;
 };
 
