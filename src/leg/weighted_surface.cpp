@@ -24,7 +24,7 @@ namespace {
 constexpr float kDeviation = 0.055f, kSpacing = 0.04f, kMargin = 0.12f, kLinearRange = 0.06f,
                 kFurthest = 0.08f;
 
-Mat3 scaled(Mat3 a, double factor) {
+Mat3 scale_matrix(Mat3 a, double factor) {
   for (double& value : a.m) value *= factor;
   return a;
 }
@@ -33,7 +33,7 @@ Mat3 scaled(Mat3 a, double factor) {
 struct Part {
   const PreparedObject& object;
   double weight = 0;
-  PathPart whole;             ///< rotation and scaling of the whole from the reference to it
+  PathPart similarity;        ///< rotation and scaling of the whole from the reference to it
   std::vector<Vec3d> places;  ///< one per ball of the reference: where it is on the object
 };
 
@@ -92,9 +92,9 @@ Mixture mix_balls(const Leg& first, const std::vector<Part>& parts) {
     const auto weight = static_cast<float>(part.weight);
     const Box box = part.object.model.box();
     mixture.size += weight * box.diagonal();
-    mixture.log_scale += part.weight * part.whole.log_scale;
-    turn = turn + part.whole.turn * part.weight;
-    center = center + apply(part.whole, middle) * part.weight;
+    mixture.log_scale += part.weight * part.similarity.log_scale;
+    turn = turn + part.similarity.turn * part.weight;
+    center = center + apply(part.similarity, middle) * part.weight;
     low = low + weight * box.low, high = high + weight * box.high;
   }
   mixture.rotation = exp_rotation(turn);
@@ -105,10 +105,10 @@ Mixture mix_balls(const Leg& first, const std::vector<Part>& parts) {
   for (std::size_t b = 0; b < balls.size(); ++b) {
     Vec3d place;
     for (const Part& part : parts) {
-      const Mat3 unturn = transposed(exp_rotation(part.whole.turn));
-      const double unscale = exp_scalar(-part.whole.log_scale) * part.weight;
-      place = place + (unturn * (part.places[b] - part.whole.to_center)) * unscale +
-              (part.whole.from_center - middle) * part.weight;
+      const Mat3 unturn = transposed(exp_rotation(part.similarity.turn));
+      const double unscale = exp_scalar(-part.similarity.log_scale) * part.weight;
+      place = place + (unturn * (part.places[b] - part.similarity.to_center)) * unscale +
+              (part.similarity.from_center - middle) * part.weight;
     }
     const Vec3 at = to_float(center + (mixture.rotation * place) * scale);
     const double own = scale * 0.7 / std::sqrt(2 * static_cast<double>(balls[b].a)),
@@ -128,8 +128,8 @@ std::shared_ptr<const Regression> map_to(const Part& part, const Mixture& mixtur
   regression->sloped = true;
   // All of the map is in the samples' values and slopes.
   regression->affine[0] = {{Vec3{}, Vec3{}, Vec3{}}, {}};
-  const Mat3 slope = scaled(exp_rotation(part.whole.turn) * transposed(mixture.rotation),
-                            exp_scalar(part.whole.log_scale - mixture.log_scale));
+  const Mat3 slope = scale_matrix(exp_rotation(part.similarity.turn) * transposed(mixture.rotation),
+                                  exp_scalar(part.similarity.log_scale - mixture.log_scale));
   for (std::size_t b = 0; b < part.places.size(); ++b) {
     const Vec3 place = to_float(part.places[b]);
     BallAttribute carried;
@@ -166,7 +166,7 @@ Status add_distances(const Part& part, float share, const Mixture& mixture, Engi
   DistanceField distances(own.grid->grid, own.grid->values.data());
   if (own.smooth) distances.set_detail(own.smooth->values.data(), DetailFade{});
   const float detail = distances.detail_share(1 - static_cast<float>(part.weight));
-  const auto scale = static_cast<float>(exp_scalar(mixture.log_scale - part.whole.log_scale));
+  const auto scale = static_cast<float>(exp_scalar(mixture.log_scale - part.similarity.log_scale));
   const float inv_range = 1 / (kLinearRange * mixture.size);
   const auto map = map_to(part, mixture);
   const Int3 n = field.grid.points;
@@ -214,10 +214,10 @@ float find_level(const DistanceGrid& field, double volume, float limit) {
 
 std::size_t choose_reference(std::span<const std::shared_ptr<const PreparedObject>> objects) {
   PM_CHECK(!objects.empty());
-  std::size_t least = 0;
+  std::size_t index = 0;
   for (std::size_t i = 1; i < objects.size(); ++i)
-    if (objects[i]->distances.key < objects[least]->distances.key) least = i;
-  return least;
+    if (objects[i]->distances.key < objects[index]->distances.key) index = i;
+  return index;
 }
 
 Result<Mesh> weighted_surface(const ShapeSpace& space, std::span<const float> weights,
