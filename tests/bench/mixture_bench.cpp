@@ -1,7 +1,8 @@
 // Mixtures of three models over a triangle of weights: mixture_bench FIRST SECOND THIRD [FOLDER].
-// Prints for each of 15 mixtures its parts, handles, roughness over that of the rougher end, volume
-// over the mean of the ends' volumes, and processor time over that of a pair's surface half way.
-// FOLDER gets the surfaces as OBJ files and the balls' cache.
+// Prints for each of 5 x 5 mixtures (away from the first, from the second's side to the third's)
+// its parts, handles, roughness over that of the rougher end, volume over the mean of the ends'
+// volumes, and processor time over that of a pair's surface half way. FOLDER gets the surfaces as
+// OBJ files and the balls' cache.
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
@@ -31,14 +32,20 @@ std::string obj_text(const Mesh& mesh) {
   return text;
 }
 
+Result<WeightedSurface> mix(const ShapeSpace& space, std::span<const float> weights,
+                            Engine& engine) {
+  PM_TRY(const Mixture mixture, mix_objects(space, weights));
+  return weighted_surface(mixture, engine);
+}
+
 int run(const std::string& first, const std::string& second, const std::string& third,
         const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
-  const auto actor = [&](const std::string& target) {
-    return fmt::format(R"({{"source": "{}", "target": "{}"}})", first, target);
+  const auto object = [](const std::string& file) {
+    return fmt::format(R"({{"model": "{}", "weight": 1}})", file);
   };
-  const std::string scene_text = fmt::format(R"({{"actors": [{}, {}], "frames": {{"count": 3}}}})",
-                                             actor(second), actor(third));
+  const std::string scene_text =
+      fmt::format(R"({{"blend": [{}, {}, {}]}})", object(first), object(second), object(third));
   const auto stop = [](const Error& error) {
     std::fprintf(stderr, "%s\n", error.message.c_str());
     return 1;
@@ -50,8 +57,7 @@ int run(const std::string& first, const std::string& second, const std::string& 
   const auto engine = make_cpu_engine();
   auto prepared = prepare_scene(*scene, *engine, folder);
   if (!prepared.ok()) return stop(prepared.error());
-  ShapeSpace space;
-  for (const PreparedActor& one : prepared->actors) space.legs.push_back(one.legs.at(0));
+  const ShapeSpace& space = *prepared->actors.front().space;
   const PreparedObject* ends[3] = {space.legs[0]->from.get(), space.legs[0]->to.get(),
                                    space.legs[1]->to.get()};
   Box box = ends[0]->model.box();
@@ -65,31 +71,33 @@ int run(const std::string& first, const std::string& second, const std::string& 
   for (int i = 0; i < 3; ++i) {
     float weights[3] = {0, 0, 0};
     weights[i] = 1;
-    auto mesh = weighted_surface(space, weights, *engine);
-    if (!mesh.ok()) return stop(mesh.error());
-    roughest = std::max(roughest, measure_roughness(*mesh, scale).tac);
+    auto surface = mix(space, weights, *engine);
+    if (!surface.ok()) return stop(surface.error());
+    roughest = std::max(roughest, measure_roughness(surface->mesh, scale).tac);
   }
+  std::printf("%s, %s, %s\n", ends[0]->name.c_str(), ends[1]->name.c_str(), ends[2]->name.c_str());
   std::printf("  w1    w2    w3    parts    handles curvature volume    time\n");
   constexpr int kSteps = 4;
   for (int i = 0; i <= kSteps; ++i)
-    for (int j = 0; i + j <= kSteps; ++j) {
-      const float weights[3] = {static_cast<float>(i) / kSteps, static_cast<float>(j) / kSteps,
-                                static_cast<float>(kSteps - i - j) / kSteps};
+    for (int j = 0; j <= kSteps; ++j) {
+      const float away = static_cast<float>(i) / kSteps, side = static_cast<float>(j) / kSteps;
+      const float weights[3] = {1 - away, away * (1 - side), away * side};
       const double start = seconds();
-      auto mesh = weighted_surface(space, weights, *engine);
+      auto surface = mix(space, weights, *engine);
       const double time = seconds() - start;
-      if (!mesh.ok()) return stop(mesh.error());
+      if (!surface.ok()) return stop(surface.error());
       double volume = 0;
       for (int k = 0; k < 3; ++k)
         volume += static_cast<double>(weights[k]) * ends[k]->distances.volume;
-      const MeshReport report = check_mesh(*mesh);
+      const Mesh& mesh = surface->mesh;
+      const MeshReport report = check_mesh(mesh);
       std::printf("%5.2f %5.2f %5.2f %8d %8d %9.3f %8.3f %7.2f\n", static_cast<double>(weights[0]),
                   static_cast<double>(weights[1]), static_cast<double>(weights[2]),
                   static_cast<int>(report.components), static_cast<int>(report.genus),
-                  measure_roughness(*mesh, scale).tac / roughest, volume_of(*mesh) / volume,
+                  measure_roughness(mesh, scale).tac / roughest, volume_of(mesh) / volume,
                   time / pair_time);
-      const auto name = fmt::format("{}-{}-{}.obj", i, j, kSteps - i - j);
-      if (auto written = write_file(folder / name, obj_text(*mesh)); !written.ok())
+      const auto name = fmt::format("{}-{}.obj", i, j);
+      if (auto written = write_file(folder / name, obj_text(mesh)); !written.ok())
         return stop(written.error());
     }
   return 0;

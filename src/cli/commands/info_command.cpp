@@ -62,6 +62,11 @@ Result<int> show_plan(const CommandLine& line, const InfoOptions& options, Scene
   scene.frames.turntable = 0;  // its frames are not the morph's
   PM_TRY(const FilmScene ready, prepare_film(line, std::move(scene)));
   PM_TRY_STATUS(check_has_plans(ready.prepared));
+  if (!options.output.empty() && !ready.prepared.scene.actors.front().blend.empty())
+    return make_error(ErrorCode::kInput,
+                      "{}: a blend has no frames of its own for each object - leave out -o, or see "
+                      "its frames with strip --show plan",
+                      options.input);
   if (!options.output.empty()) PM_TRY_STATUS(write_plan(line, ready, options.output));
   return print(options.json, inspect_plan(ready.prepared));
 }
