@@ -72,7 +72,7 @@ def prepare(folder: pathlib.Path):
         (folder / name).write_text("\n".join([*cube, *faces]) + "\n")
     scene = shrink({"source": "cube", "target": "sphere", "frames": {"count": 24}})
     (folder / "scene.json").write_text(json.dumps(scene))
-    for name in ("models", "effects", "films", "pairs"):
+    for name in ("models", "blends", "effects", "films", "pairs"):
         (folder / "scenes" / name).mkdir(parents=True)
         for file in (ROOT / "scenes" / name).iterdir():
             target = folder / "scenes" / name / file.name
@@ -104,7 +104,7 @@ def check_scenes(name: str, text: str, cache: str) -> list[str]:
         for file in (ROOT / "scenes" / "models").iterdir():
             (folder / file.name).symlink_to(file)
         for scene in SCENE.findall(text):
-            if not json.loads(scene).keys() & {"source", "actors"}:
+            if not json.loads(scene).keys() & {"source", "blend", "actors"}:
                 continue  # a golden suite's
             (folder / "scene.json").write_text(scene)
             done = subprocess.run([PROGRAM, "check", "scene.json"], cwd=folder, env=os.environ | {"POLYMORPH_CACHE_DIR": cache},

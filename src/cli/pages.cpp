@@ -226,8 +226,9 @@ std::string scene_markdown() {
   std::string out =
       "# The scene format\n\nMade by `polymorph manual scene`; do not edit it by hand.\n\n"
       "A scene is a JSON file; comments (`//` and `/* */`) may stand anywhere. Every key has a "
-      "default but `source` and `target`, or `actors`. Paths are relative to the scene file, "
-      "lengths are in scene units, angles in degrees. `polymorph init` writes a scene to start "
+      "default but `source` and `target`, `blend` or `actors`. Paths are relative to the scene "
+      "file, lengths are in scene units, angles in degrees. `polymorph init` writes a scene to "
+      "start "
       "from, and with `\"$schema\"` an editor completes the keys.\n\n";
   std::vector<std::string> seen;
   describe_keys("", schema, "", seen, out);

@@ -22,11 +22,8 @@ void make_coarse(const Scene& scene, SphereSettings& spheres) {
 /// Applies --preview: half the size, coarser surface and balls, direct light with one ray for the
 /// occlusion of the sky, smoothed. Image settings that `sets` (--set) names keep their values.
 void make_preview(Scene& scene, const std::vector<std::string>& sets) {
-  for (ActorSettings& actor : scene.actors) {
-    make_coarse(scene, actor.source.spheres);
-    for (ObjectSettings& object : actor.intermediate) make_coarse(scene, object.spheres);
-    make_coarse(scene, actor.target.spheres);
-  }
+  for (ActorSettings& actor : scene.actors)
+    for_each_object(actor, [&](ObjectSettings& object) { make_coarse(scene, object.spheres); });
   scene.image.width = std::max(1, scene.image.width / 2);
   scene.image.height = std::max(1, scene.image.height / 2);
   const auto is_free = [&](std::string_view key) {

@@ -31,6 +31,10 @@ Status find_moments(const ActorFrames& shown, CarriedActor& carried) {
     return make_error(ErrorCode::kInput,
                       "{}: plays meshes that are not one through all frames - {}", actor.name,
                       "leave out --topology");
+  if (actor.space)
+    return make_error(ErrorCode::kInput,
+                      "{}: mixes {} objects, and one mesh goes through a morph between two - {}",
+                      actor.name, actor.objects.size(), "leave out --topology");
   for (const int frame : frames) {
     const MorphState moment = morph_state_at(actor.timeline, shown_frame(scene, frame));
     if (!carried.moments.empty() && moment.leg != carried.moments.front().leg)

@@ -85,12 +85,13 @@ Result<std::vector<LegCandidates>> landmark_candidates(const PreparedScene& prep
       limbs.push_back(std::move(named));
     }
     for (std::size_t i = 0; i + 1 < chain.size(); ++i) {
-      if (actor.legs[i]->from != actor.objects[i]) continue;  // balls in flight have no file
+      const std::size_t from = actor.space ? 0 : i;  // all legs of a blend have one source
+      if (actor.legs[i]->from != actor.objects[from]) continue;  // balls in flight have no file
       const double angle = actor.legs[i]->plan.alignment.turn.y;
-      out.push_back({static_cast<int>(a), static_cast<int>(i), static_cast<int>(i + 1),
-                     landmark_key(prepared.scene, *chain[i]),
+      out.push_back({static_cast<int>(a), static_cast<int>(from), static_cast<int>(i + 1),
+                     landmark_key(prepared.scene, *chain[from]),
                      landmark_key(prepared.scene, *chain[i + 1]),
-                     list_tips(limbs[i], limbs[i + 1], angle)});
+                     list_tips(limbs[from], limbs[i + 1], angle)});
     }
   }
   return out;

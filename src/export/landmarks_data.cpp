@@ -58,7 +58,7 @@ Result<LandmarksPage> make_landmarks_page(const PreparedScene& prepared, Engine&
   for (const LegCandidates& leg : legs) {
     const PreparedActor& actor = prepared.actors[static_cast<std::size_t>(leg.actor)];
     PM_TRY(LandmarksLeg page_leg,
-           make_landmarks_leg(actor.legs[static_cast<std::size_t>(leg.from)], leg, engine));
+           make_landmarks_leg(actor.legs[static_cast<std::size_t>(leg.to) - 1], leg, engine));
     page_leg.from = index_of(leg.actor, leg.from, leg.from_key);
     page_leg.to = index_of(leg.actor, leg.to, leg.to_key);
     page.legs.push_back(std::move(page_leg));

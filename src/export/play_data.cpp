@@ -200,6 +200,12 @@ Status check_stands_still(const PreparedScene& prepared) {
 }
 
 Result<PlayPage> make_play_page(const PreparedScene& prepared, Engine& engine) {
+  for (const PreparedActor& actor : prepared.actors)
+    if (actor.space)
+      return make_error(ErrorCode::kInput,
+                        "{}: mixes {} objects - a page plays morphs from one object to the next, "
+                        "and blends of two",
+                        actor.name, actor.objects.size());
   const Scene& scene = prepared.scene;
   PlayPage page;
   page.fps = scene.frames.fps;

@@ -65,6 +65,7 @@ std::string describe_in_lines(const Leg& leg) {
 
 /// The error of the actor's plans where its chain ends with the object that it begins with.
 std::optional<CycleError> actor_cycle(const PreparedActor& actor) {
+  if (actor.space) return std::nullopt;  // all plans start at one object, and none comes back
   std::vector<const MorphPlan*> plans;
   for (const auto& leg : actor.legs) {
     if (leg->before) return std::nullopt;  // from balls in flight, not from an object

@@ -18,7 +18,7 @@ void add_frames(Inspection& out, const Scene& scene, const ActorSettings& actor)
     JsonValue shares;
     for (const StageInfo& stage : stage_table())
       shares[stage.name] = leg.shares[static_cast<std::size_t>(stage.stage)];
-    json["legs"].push_back({{"from", name(static_cast<int>(i))},
+    json["legs"].push_back({{"from", name(mixes_many(timeline) ? 0 : static_cast<int>(i))},
                             {"to", name(static_cast<int>(i) + 1)},
                             {"from_meta", !leg.from_full},
                             {"to_meta", !leg.to_full},
@@ -36,13 +36,20 @@ void add_frames(Inspection& out, const Scene& scene, const ActorSettings& actor)
                      "{} {}", name(object),
                      numbers[static_cast<std::size_t>(object)][static_cast<std::size_t>(mesh)]);
   };
+  const auto shown_names = [&](const MorphState& m) {
+    if (m.stage == Stage::kPlay) return shown_name(0, m.mesh);
+    if (m.stage != Stage::kBlend)
+      return shown_name(m.leg, m.mesh) + " -> " + shown_name(m.leg + 1, m.to_mesh);
+    std::vector<std::string> parts;
+    for (std::size_t i = 0; i < m.weights.size(); ++i)
+      if (m.weights[i] > 0)
+        parts.push_back(fmt::format("{} {:.3g}", objects[i]->name, m.weights[i]));
+    return fmt::format("{}", fmt::join(parts, ", "));
+  };
   for (int frame = 1; frame <= timeline.count; ++frame) {
     const MorphState m = morph_state_at(timeline, frame);
     out.text += fmt::format("{:>5} {:>7.4f} {:<24} {:<12} {:>8.4f} {:>7.4f}\n", frame, m.t,
-                            m.stage == Stage::kPlay ? shown_name(0, m.mesh)
-                                                    : shown_name(m.leg, m.mesh) + " -> " +
-                                                          shown_name(m.leg + 1, m.to_mesh),
-                            stage_name(m.stage), m.progress, m.u);
+                            shown_names(m), stage_name(m.stage), m.progress, m.u);
     json["frames"].push_back({{"frame", frame},
                               {"t", m.t},
                               {"leg", m.leg},
@@ -54,6 +61,11 @@ void add_frames(Inspection& out, const Scene& scene, const ActorSettings& actor)
                               {"look", m.look},
                               {"boundary", m.boundary},
                               {"growth", m.growth}});
+    if (!m.weights.empty()) {
+      JsonValue weights = JsonValue::array();
+      for (const float weight : m.weights) weights.push_back(weight);
+      json["frames"].items.back()["weights"] = std::move(weights);
+    }
     const auto add_number = [&](const char* key, int object, int mesh) {
       if (mesh >= 0)
         json["frames"].items.back()[key] =
@@ -83,11 +95,13 @@ void add_actor(Inspection& out, const Scene& scene, const ActorSettings& actor) 
     const MorphState moment = morph_state_at(timeline, frame);
     int last = frame;
     while (last < timeline.count && morph_state_at(timeline, last + 1).stage == moment.stage &&
-           morph_state_at(timeline, last + 1).leg == moment.leg)
+           (mixes_many(timeline) || morph_state_at(timeline, last + 1).leg == moment.leg))
       ++last;
-    out.text += fmt::format("  frames {:>4} - {:<4} {} -> {}: {}\n", frame, last,
-                            objects[static_cast<std::size_t>(moment.leg)]->name,
-                            objects[static_cast<std::size_t>(moment.leg) + 1]->name,
+    const auto at = static_cast<std::size_t>(moment.leg);
+    out.text += fmt::format("  frames {:>4} - {:<4} {}{}\n", frame, last,
+                            mixes_many(timeline)
+                                ? std::string()
+                                : objects[at]->name + " -> " + objects[at + 1]->name + ": ",
                             stage_name(moment.stage));
     frame = last + 1;
   }

@@ -26,11 +26,11 @@ std::optional<Vec3> root_along(const NearBalls& balls, std::span<const std::uint
   const auto at = [&](float t) { return balls.log_field(p + direction * t, list).value; };
   const bool inside = at(0) > 0;
   // Outward from inside, inward from outside, then the other way: a bulge may hide the near root.
-  constexpr int kSteps = 12;
+  constexpr int kRootSteps = 12;
   for (const float side : {inside ? 1.0f : -1.0f, inside ? -1.0f : 1.0f}) {
     float near = 0;
-    for (int i = 1; i <= kSteps; ++i) {
-      const float distance = side * max_distance * static_cast<float>(i) / kSteps;
+    for (int i = 1; i <= kRootSteps; ++i) {
+      const float distance = side * max_distance * static_cast<float>(i) / kRootSteps;
       if ((at(distance) > 0) == inside) {
         near = distance;
         continue;

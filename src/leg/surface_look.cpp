@@ -16,36 +16,6 @@ float smoothstep(float low, float high, float x) {
   return t * t * (3.0f - 2.0f * t);
 }
 
-/// Mixes a model's own normals, at the points `origins` that the surface comes from (goes to), into
-/// those of a surface that is nearly the model. Else a smoothly shaded model would show its faces
-/// as soon as it moves.
-void add_shading(const PreparedObject& object, const AffineMap& map,
-                 const std::vector<Vec3>& origins, float weight, std::vector<Vec3>& normals) {
-  const Model& model = object.model;
-  if (model.corner_normals.size() != 3 * model.triangles.size() || normals.size() != origins.size())
-    return;
-  const std::vector<ClosestPoint> closest = object.outer->closest(origins);
-  // Gradients turn back by the transposed map.
-  const auto rotate_back = [&](Vec3 n) {
-    return normalized(map.rows[0] * n.x + map.rows[1] * n.y + map.rows[2] * n.z);
-  };
-  parallel_for(
-      static_cast<std::int64_t>(origins.size()),
-      [&](std::int64_t index) {
-        const auto i = static_cast<std::size_t>(index);
-        const Vec3 shading =
-            rotate_back(interpolate_normal(model, model.corner_normals, closest[i]));
-        // Not where the surface is another: beside edges, in gaps that it closes.
-        if (dot(shading, normals[i]) > 0.8f)
-          normals[i] = normalized(lerp(normals[i], shading, weight));
-      },
-      256);
-}
-
-Vec3 plain_color(const PreparedObject& object, Vec3 at) {
-  return object.colors ? object.colors->at(at) : object.model.materials.front().color;
-}
-
 /// Puts the leg's colours without detail over those of the leg before it. `is_last`: no other leg's
 /// go on top of them.
 void fade_colors(const Leg& leg, const PullBack& pulled, const ColorFade& fade, bool is_last,
@@ -111,6 +81,37 @@ ObjectLayer object_layer(std::shared_ptr<const PreparedObject> object,
   return {std::move(object), share, std::move(materials)};
 }
 
+Vec3 plain_color(const PreparedObject& object, Vec3 at) {
+  return object.colors ? object.colors->at(at) : object.model.materials.front().color;
+}
+
+void add_end_normals(const EndNormals& end, std::vector<Vec3>& normals) {
+  const PreparedObject& object = end.object;
+  const std::vector<Vec3>& origins = end.origins;
+  const Model& model = object.model;
+  if (model.corner_normals.size() != 3 * model.triangles.size() || normals.size() != origins.size())
+    return;
+  const std::vector<ClosestPoint> closest = object.outer->closest(origins);
+  parallel_for(
+      static_cast<std::int64_t>(origins.size()),
+      [&](std::int64_t index) {
+        const auto i = static_cast<std::size_t>(index);
+        const Vec3 n = interpolate_normal(model, model.corner_normals, closest[i]);
+        // Gradients turn back by the transposed map.
+        const Vec3 shading =
+            normalized(end.map.rows[0] * n.x + end.map.rows[1] * n.y + end.map.rows[2] * n.z);
+        // Not where the surface is another: beside edges, in gaps that it closes.
+        if (dot(shading, normals[i]) > 0.8f)
+          normals[i] = normalized(lerp(normals[i], shading, end.weight));
+      },
+      256);
+}
+
+float end_normals_weight(float distance) {
+  constexpr float kGone = 0.3f;  // before much has changed, whatever the pace
+  return smoothstep(0, 1, 1 - distance / kGone);
+}
+
 Result<SurfaceLook> leg_look(const Leg& leg, const LegSurface& surface, Engine& engine) {
   LookTarget target{surface.mesh.triangles, engine, {}};
   PM_TRY_STATUS(add_look(leg, surface.state, surface.mesh.positions, true, target));
@@ -118,18 +119,18 @@ Result<SurfaceLook> leg_look(const Leg& leg, const LegSurface& surface, Engine& 
 }
 
 Status blend_end_normals(const Leg& leg, const LegState& state, Mesh& surface, Engine& engine) {
-  // Gone before much has changed, whatever the pace.
-  constexpr float kGone = 0.3f;
-  const float u = ease(leg.plan.motion, state.time), near = std::min(u, 1 - u);
-  if (near >= kGone || surface.normals.empty()) return Ok{};
+  const float u = ease(leg.plan.motion, state.time);
+  const float weight = end_normals_weight(std::min(u, 1 - u));
+  if (weight == 0 || surface.normals.empty()) return Ok{};
   return visit(
       leg, []() -> Status { return Ok{}; },
       [&](const DistanceLeg&) -> Status {
-        const float weight = smoothstep(0, 1, 1 - near / kGone);
         PM_TRY(const PullBack pulled, pull_back(leg, state, surface.positions, engine));
         const bool leaving = u < 0.5f;
-        add_shading(leaving ? *leg.from : *leg.to, state.map.regression->affine[leaving ? 0 : 1],
-                    leaving ? pulled.source : pulled.target, weight, surface.normals);
+        add_end_normals(
+            {leaving ? *leg.from : *leg.to, state.map.regression->affine[leaving ? 0 : 1],
+             leaving ? pulled.source : pulled.target, weight},
+            surface.normals);
         return Ok{};
       });
 }

@@ -42,6 +42,23 @@ struct SurfaceLook {
   std::vector<Vec3> colors;
   float color_share = 0;
 };
+/// Colour of an object at a place of its model, without detail.
+Vec3 plain_color(const PreparedObject& object, Vec3 at);
+
+/// A model's own normals on a surface that is nearly the model. Else a smoothly shaded model would
+/// show its faces as soon as it moves.
+struct EndNormals {
+  const PreparedObject& object;
+  const AffineMap& map;              ///< linear part of the map from the surface to the object
+  const std::vector<Vec3>& origins;  ///< places of the surface's points on it
+  float weight = 1;
+};
+/// Mixes them into the surface's normals.
+void add_end_normals(const EndNormals& end, std::vector<Vec3>& normals);
+
+/// Weight of the model's own normals where the surface is `distance` of the progress away from it.
+float end_normals_weight(float distance);
+
 /// The look of a leg's surface, from the positions of its points on both objects. Errors: the
 /// engine's.
 Result<SurfaceLook> leg_look(const Leg& leg, const LegSurface& surface, Engine& engine);

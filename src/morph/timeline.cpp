@@ -8,6 +8,7 @@
 
 #include "base/result.h"
 #include "morph/easing.h"
+#include "scene/blends.h"
 #include "scene/load_scene.h"
 #include "scene/mesh_numbers.h"
 
@@ -15,13 +16,14 @@ namespace polymorph {
 namespace {
 
 constexpr int kFramesPerLeg = 24;
-constexpr std::array<StageInfo, 6> kStages{{
+constexpr std::array<StageInfo, 7> kStages{{
     {Stage::kLookOut, "look-out", "the source's own materials fade to the common look"},
     {Stage::kBoundaryOut, "boundary-out", "the source's mesh becomes its balls"},
     {Stage::kVolume, "volume", "balls move from source to target"},
     {Stage::kBoundaryIn, "boundary-in", "the target's balls become its mesh"},
     {Stage::kLookIn, "look-in", "the common look fades to the target's own materials"},
     {Stage::kPlay, "play", "meshes of a sequence, one after the other"},
+    {Stage::kBlend, "blend", "three objects or more, mixed by their weights"},
 }};
 
 float smoothstep(float t) { return t * t * (3 - 2 * t); }
@@ -112,6 +114,53 @@ int mesh_at(const Playback& playback, int step) {
   return std::min(static_cast<int>(gone * playback.pace + kRounding), playback.meshes - 1);
 }
 
+/// Adds the legs of a blend: each lasts as long as the film.
+void add_blend_legs(const Scene& scene, const ActorSettings& actor, Timeline& timeline) {
+  const auto objects = chain_objects(actor);
+  for (std::size_t i = 1; i < objects.size(); ++i) {
+    LegTiming& leg = timeline.legs.emplace_back();
+    leg.steps = timeline.steps;
+    leg.motion = objects[i]->motion;
+    leg.motion.easing = Easing::kLinear;  // weights have easings of their own
+    if (has_distances(scene, *objects[0], *objects[i]))
+      leg.interpolation = Interpolation::kDistance;
+    set_shares(leg, scene.boundary, timeline.own_look);
+  }
+}
+
+/// Adds the weights of a blend's objects in each frame.
+void add_weights(const Scene& scene, std::size_t actor, Timeline& timeline) {
+  for (int frame = 1; frame <= timeline.count; ++frame)
+    timeline.weights.push_back(blend_weights(scene, actor, film_time(scene, frame)));
+}
+
+/// Weights of a blend's objects at a frame or between two, where they go evenly; empty without one.
+std::vector<float> weights_at(const Timeline& timeline, double frame) {
+  if (timeline.weights.empty()) return {};
+  const auto before = static_cast<std::size_t>(frame) - 1;
+  const auto share = static_cast<float>(frame - std::floor(frame));
+  std::vector<float> weights = timeline.weights[before];
+  if (share > 0)
+    for (std::size_t i = 0; i < weights.size(); ++i)
+      weights[i] = std::lerp(weights[i], timeline.weights[before + 1][i], share);
+  return weights;
+}
+
+/// State of an actor that mixes many objects. One that has all the weight shows itself.
+MorphState blend_state(const Timeline& timeline, const std::vector<float>& weights,
+                       MorphState moment) {
+  moment.stage = Stage::kBlend;
+  moment.progress = moment.time = moment.u = 1 - weights.front();
+  moment.weights = weights;
+  const auto alone = std::find(weights.begin(), weights.end(), 1.0f);
+  if (alone == weights.end()) return moment;
+  moment.object = static_cast<int>(alone - weights.begin());
+  moment.leg = std::max(moment.object - 1, 0);
+  moment.look = timeline.own_look ? 0.0f : 1.0f;
+  moment.growth = 0;
+  return moment;
+}
+
 /// State of an actor that plays a mesh sequence.
 MorphState play_state(const Timeline& timeline, int step, MorphState moment) {
   const Playback& playback = timeline.playbacks.front();
@@ -126,13 +175,8 @@ MorphState play_state(const Timeline& timeline, int step, MorphState moment) {
   return moment;
 }
 
-}  // namespace
-
-std::span<const StageInfo> stage_table() { return std::span(kStages).first(5); }
-
-const char* stage_name(Stage stage) { return kStages[static_cast<std::size_t>(stage)].name; }
-
-Timeline make_timeline(const Scene& scene, const ActorSettings& actor) {
+/// Lays out the times of an actor, without the weights of its blend.
+Timeline lay_out(const Scene& scene, const ActorSettings& actor) {
   Timeline timeline;
   timeline.count = film_frame_count(scene);
   timeline.start = actor.start;
@@ -141,6 +185,13 @@ Timeline make_timeline(const Scene& scene, const ActorSettings& actor) {
   if (plays_meshes(actor)) {
     timeline.steps = timeline.count - timeline.hold_start - scene.frames.hold_end - 1;
     timeline.playbacks = {make_playback(scene, actor.source)};
+    return timeline;
+  }
+  if (!actor.blend.empty()) {
+    const bool given = is_counted(scene) && actor.per_leg.empty();
+    const int held = timeline.hold_start + scene.frames.hold_end;
+    timeline.steps = (given ? timeline.count - held : leg_frames(scene, actor).front()) - 1;
+    add_blend_legs(scene, actor, timeline);
     return timeline;
   }
   const auto objects = chain_objects(actor);
@@ -186,6 +237,34 @@ Timeline make_timeline(const Scene& scene, const ActorSettings& actor) {
     set_shares(leg, scene.boundary, timeline.own_look);
     timeline.legs.push_back(leg);
   }
+  return timeline;
+}
+
+}  // namespace
+
+std::span<const StageInfo> stage_table() { return std::span(kStages).first(5); }
+
+const char* stage_name(Stage stage) { return kStages[static_cast<std::size_t>(stage)].name; }
+
+bool mixes_many(const Timeline& timeline) {
+  return !timeline.weights.empty() && timeline.weights.front().size() > 2;
+}
+
+std::optional<int> find_weightless_frame(const Timeline& timeline) {
+  for (std::size_t i = 0; i < timeline.weights.size(); ++i) {
+    const std::vector<float>& weights = timeline.weights[i];
+    if (std::none_of(weights.begin(), weights.end(), [](float weight) { return weight > 0; }))
+      return static_cast<int>(i) + 1;
+  }
+  return std::nullopt;
+}
+
+Timeline make_timeline(const Scene& scene, const ActorSettings& actor) {
+  Timeline timeline = lay_out(scene, actor);
+  if (actor.blend.empty()) return timeline;
+  const auto index = static_cast<std::size_t>(&actor - scene.actors.data());
+  PM_CHECK(index < scene.actors.size());
+  add_weights(scene, index, timeline);
   return timeline;
 }
 
@@ -239,11 +318,12 @@ FilmTime film_time(const Scene& scene, double frame) {
   time.frame = frame;
   time.share = count > 1 ? (frame - 1) / (count - 1) : 0;
   time.turn = (frame - 1) / count;
-  const Timeline timeline = make_timeline(scene, scene.actors.front());
+  const Timeline timeline = lay_out(scene, scene.actors.front());
   const double step = frame - 1 - timeline.hold_start;
   if (timeline.legs.empty())  // to keyframes, playing is the first leg
     time.leg = 1 + std::clamp(step / std::max(timeline.steps, 1), 0.0, 1.0);
-  for (std::size_t i = 0; i < timeline.legs.size(); ++i) {
+  const bool blends = !scene.actors.front().blend.empty();  // all legs at once
+  for (std::size_t i = 0; i < (blends ? 1 : timeline.legs.size()); ++i) {
     const LegTiming& leg = timeline.legs[i];
     const double gone = (step - leg.first_step) / std::max(leg.steps, 1);
     if (i == 0 || gone >= 0) time.leg = static_cast<double>(i + 1) + std::clamp(gone, 0.0, 1.0);
@@ -266,6 +346,8 @@ MorphState morph_state_at(const Timeline& timeline, double frame) {
   moment.frame = static_cast<int>(frame);
   moment.t = timeline.steps > 0 ? static_cast<float>(step) / static_cast<float>(timeline.steps) : 0;
   if (timeline.legs.empty()) return play_state(timeline, static_cast<int>(step), moment);
+  const std::vector<float> weights = weights_at(timeline, frame);
+  if (mixes_many(timeline)) return blend_state(timeline, weights, moment);
 
   // The last leg that has begun. One that few frames leave without a step is passed over, but the
   // first frame is the source's and the last the target's, always.
@@ -278,10 +360,11 @@ MorphState morph_state_at(const Timeline& timeline, double frame) {
   moment.leg = static_cast<int>(index);
   moment.mesh = shown_mesh_number(timeline, index, moment.frame);
   moment.to_mesh = shown_mesh_number(timeline, index + 1, moment.frame);
-  float local = last ? 1.0f
-                     : std::min(static_cast<float>(step - leg.first_step) /
-                                    static_cast<float>(std::max(leg.steps, 1)),
-                                1.0f);
+  float local = !weights.empty() ? weights[1]
+                : last           ? 1.0f
+                                 : std::min(static_cast<float>(step - leg.first_step) /
+                                                static_cast<float>(std::max(leg.steps, 1)),
+                                            1.0f);
   if (show_model_without_stages(leg, local, moment)) return moment;
 
   int stage = 0;
@@ -315,6 +398,7 @@ MorphState morph_state_at(const Timeline& timeline, double frame) {
       moment.time = 1;
       break;
     case Stage::kPlay:
+    case Stage::kBlend:
       break;  // of no leg
   }
   if (timeline.own_look) moment.look = 0;
@@ -332,9 +416,9 @@ bool shows_target(const MorphState& moment) { return moment.object != moment.leg
 
 bool same_moment(const MorphState& a, const MorphState& b) {
   return a.leg == b.leg && a.stage == b.stage && a.progress == b.progress && a.time == b.time &&
-         a.object == b.object && a.look == b.look && a.boundary == b.boundary &&
-         a.growth == b.growth && (!shows_source(a) || a.mesh == b.mesh) &&
-         (!shows_target(a) || a.to_mesh == b.to_mesh);
+         a.object == b.object && a.weights == b.weights && a.look == b.look &&
+         a.boundary == b.boundary && a.growth == b.growth &&
+         (!shows_source(a) || a.mesh == b.mesh) && (!shows_target(a) || a.to_mesh == b.to_mesh);
 }
 
 bool moves_at(const Timeline& timeline, int frame) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -20,6 +21,7 @@ enum class Stage : std::uint8_t {
   kBoundaryIn,   ///< B's balls become B's mesh
   kLookIn,       ///< the common look fades to B's own materials
   kPlay,         ///< meshes of a sequence show, one after the other; in no leg
+  kBlend,        ///< three objects or more are mixed by their weights; in no leg
 };
 
 struct StageInfo {
@@ -65,6 +67,10 @@ struct Timeline {
   /// Playing of mesh sequences: one per object of the chain, with no meshes for other objects;
   /// empty where none is one. Without legs the only object plays alone.
   std::vector<Playback> playbacks;
+  /// Blend: weights of its objects in each frame, from the first; their sum is 1. With two objects
+  /// the second one's weight is the share of the only leg's time that has gone by. With more, leg k
+  /// goes from object 0 to k + 1, and none of them shows: they are what is mixed.
+  std::vector<std::vector<float>> weights;
   bool own_look = true;  ///< objects keep their own colours throughout: there is no look to fade to
 };
 
@@ -76,6 +82,12 @@ struct LegKinds {
   bool distances = false, balls = false;
 };
 LegKinds leg_kinds(const Timeline& timeline, std::size_t object);
+
+/// Tests whether the actor mixes three objects or more.
+bool mixes_many(const Timeline& timeline);
+
+/// The first frame in which all weights of an actor's blend are 0; nothing where there is none.
+std::optional<int> find_weightless_frame(const Timeline& timeline);
 
 /// `actor`: one of the scene's.
 Timeline make_timeline(const Scene& scene, const ActorSettings& actor);
@@ -112,6 +124,8 @@ struct MorphState {
   /// Meshes of the leg's source and target, or of the object that plays alone, counted from 0 in
   /// the order of play; -1: it is no mesh sequence.
   int mesh = -1, to_mesh = -1;
+  /// Weights of the objects, where three or more are mixed, also while one of them has all.
+  std::vector<float> weights;
 };
 
 /// The mesh of an object of the chain that `frame` shows, if it shows any; -1: it is no sequence.

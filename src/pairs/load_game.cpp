@@ -155,7 +155,7 @@ std::string read_game(const JsonValue& json, const fs::path& folder, PairsFile& 
   members.text("piece_color", file.piece_color);
   if (const JsonValue* stage = members.find("scene")) file.stage = *stage;
   if (!file.stage.is_null() && !file.stage.is_object()) members.fail("scene", "must be an object");
-  for (const char* key : {"source", "target", "intermediate", "actors"})
+  for (const char* key : {"source", "target", "intermediate", "blend", "actors"})
     if (file.stage.is_object() && file.stage.contains(key))
       members.fail(std::string("scene/") + key, "belongs to the game - leave it out");
   if (const JsonValue* rules = members.find("rules"))

@@ -28,7 +28,7 @@ bool add_values(const JsonValue& schema, const std::string& key, std::vector<std
 
 void add_keys(const JsonValue& schema, const std::string& path, std::vector<std::string>& list) {
   for (const auto& [key, value, offset] : schema.get("properties").members)
-    if (key != "$schema" && key != "actors" && key != "intermediate" &&
+    if (key != "$schema" && key != "actors" && key != "intermediate" && key != "blend" &&
         !add_values(value, path + key, list))
       list.push_back(path + key + "=");
 }

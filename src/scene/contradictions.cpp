@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/text.h"
+#include "scene/blends.h"
 #include "scene/mesh_numbers.h"
 
 namespace polymorph {
@@ -40,14 +41,50 @@ class ContradictionFinder {
   }
 
  private:
-  using Chain = std::vector<const ObjectSettings*>;
+  /// Objects of an actor. In a blend each is a neighbour of all others.
+  struct Chain {
+    std::vector<const ObjectSettings*> objects;
+    bool is_blend = false;
+  };
 
   void check_actor(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
+    if (value.find("blend")) return check_blend(actor, pointer, value);
     if (plays_meshes(actor) && !value.find("target")) return check_play(actor, pointer, value);
     for (const char* key : {"source", "target"})
       if (!value.find(key))
         report(fmt::format("{}/{}", pointer, key), &value,
                "is missing - name a model file or a shape");
+    check_per_leg(actor, pointer, value);
+    if (scene_.frames.count > 0 && scene_.frames.per_leg.empty()) check_time(actor, pointer, value);
+    for (const auto& [key, object] :
+         {std::pair("source", &actor.source), std::pair("target", &actor.target)}) {
+      if (object->retarget < 1)
+        report(fmt::format("{}/{}/retarget", pointer, key), inner(&value, {key, "retarget"}),
+               "only an object on the way can be left before it is reached");
+      check_no_weight(*object, fmt::format("{}/{}", pointer, key), inner(&value, {key}));
+    }
+    const JsonValue* on_the_way = value.find("intermediate");
+    for (std::size_t i = 0; i < actor.intermediate.size(); ++i) {
+      const std::string own = fmt::format("{}/intermediate/{}", pointer, i);
+      check_no_weight(actor.intermediate[i], own, &on_the_way->items[i]);
+      if (actor.intermediate[i].retarget == 1) continue;
+      if (actor.intermediate[i].hold > 0)
+        report(own + "/hold", &on_the_way->items[i],
+               "an object that is left before it is reached cannot stand still");
+      if (morphs_meshes(actor))
+        report(own + "/retarget", &on_the_way->items[i],
+               "an actor with a mesh sequence in its morph reaches all its objects");
+    }
+  }
+  void check_no_weight(const ObjectSettings& object, const std::string& pointer,
+                       const JsonValue* value) {
+    if (object.weight)
+      report(pointer + "/weight", inner(value, {"weight"}),
+             "is for the objects of a \"blend\" - those of a chain follow each other");
+  }
+  /// Checks the numbers of frames of an actor's legs.
+  void check_per_leg(const ActorSettings& actor, const std::string& pointer,
+                     const JsonValue& value) {
     const std::size_t legs = actor.intermediate.size() + 1;
     const auto legs_text = fmt::format("{} leg{}", legs, legs == 1 ? "" : "s");
     const bool own = !actor.per_leg.empty();
@@ -57,22 +94,61 @@ class ContradictionFinder {
       report(own ? pointer + "/per_leg" : "/frames/per_leg",
              own ? value.find("per_leg") : inner(frames, {"per_leg"}),
              fmt::format("has {} entries for {} (objects - 1)", per_leg.size(), legs_text));
+  }
+  /// Checks an actor that mixes objects by weights.
+  void check_blend(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
+    for (const char* key : {"source", "intermediate", "target"})
+      if (const JsonValue* other = value.find(key))
+        report(fmt::format("{}/{}", pointer, key), other,
+               "contradicts \"blend\" - an actor mixes objects, or goes from one to the next");
+    const JsonValue& list = *value.find("blend");
+    if (list.kind != JsonValue::Kind::kArray) return;  // an error already
+    if (actor.blend.size() < 2)
+      report(pointer + "/blend", &list,
+             fmt::format("has {} object{} - a blend has two or more", actor.blend.size(),
+                         actor.blend.size() == 1 ? "" : "s"));
+    if (actor.start != 1)
+      report(pointer + "/start", value.find("start"),
+             "is for morphs - the keyframes of a blend's weights say when it changes");
+    check_per_leg(actor, pointer, value);
     if (scene_.frames.count > 0 && scene_.frames.per_leg.empty()) check_time(actor, pointer, value);
-    for (const auto& [key, object] :
-         {std::pair("source", &actor.source), std::pair("target", &actor.target)})
-      if (object->retarget < 1)
-        report(fmt::format("{}/{}/retarget", pointer, key), inner(&value, {key, "retarget"}),
-               "only an object on the way can be left before it is reached");
-    const JsonValue* on_the_way = value.find("intermediate");
-    for (std::size_t i = 0; i < actor.intermediate.size(); ++i) {
-      if (actor.intermediate[i].retarget == 1) continue;
-      if (actor.intermediate[i].hold > 0)
-        report(fmt::format("{}/intermediate/{}/hold", pointer, i), &on_the_way->items[i],
-               "an object that is left before it is reached cannot stand still");
-      if (morphs_meshes(actor))
-        report(fmt::format("{}/intermediate/{}/retarget", pointer, i), &on_the_way->items[i],
-               "an actor with a mesh sequence in its morph reaches all its objects");
-    }
+    for (std::size_t i = 0; i < actor.blend.size(); ++i)
+      check_blended(actor, actor.blend[i], fmt::format("{}/blend/{}", pointer, i), list.items[i]);
+    const auto is_zero = [&](const ObjectSettings& object) {
+      const auto index = static_cast<std::size_t>(&object - actor.blend.data());
+      const std::string track = fmt::format("{}/blend/{}/weight", pointer, index);
+      return object.weight == 0.0f &&
+             std::none_of(scene_.tracks.begin(), scene_.tracks.end(),
+                          [&](const KeyframeTrack& one) { return one.pointer == track; });
+    };
+    if (!actor.blend.empty() && std::all_of(actor.blend.begin(), actor.blend.end(), is_zero))
+      report(pointer + "/blend", &list, "all weights are 0 - one object has more at least");
+  }
+  /// Checks one object of a blend.
+  void check_blended(const ActorSettings& actor, const ObjectSettings& object,
+                     const std::string& pointer, const JsonValue& value) {
+    if (!object.weight)
+      report(pointer + "/weight", &value, "is missing - a number from 0, or keyframes");
+    if (is_mesh_sequence(object))
+      report(pointer + "/model", inner(&value, {"model"}),
+             "is a mesh sequence - the objects of a blend do not move: name one mesh");
+    for (const auto& [key, is_given] :
+         {std::pair("meta", object.meta), std::pair("hold", object.hold > 0),
+          std::pair("retarget", object.retarget < 1)})
+      if (is_given)
+        report(fmt::format("{}/{}", pointer, key), inner(&value, {key}),
+               "is for an object on the way of a morph - a blend has its weights");
+    if (!mixes_many(actor)) return;
+    const char* problem =
+        scene_.field.kind != FieldKind::kGaussian               ? "field.kind \"gaussian\""
+        : scene_.surface.influence != 1                         ? "report.influence 1"
+        : object.motion.interpolate != Interpolation::kDistance ? "motion.interpolate \"distance\""
+        : object.motion.path == Path::kExplode ? "another motion.path than \"explode\""
+        : object.shape == "drops"              ? "another shape than \"drops\""
+                                               : nullptr;
+    if (problem)
+      report(pointer, &value,
+             fmt::format("needs {} - three objects or more are mixed by their distances", problem));
   }
   /// Checks an actor that plays a mesh sequence.
   void check_play(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
@@ -96,7 +172,7 @@ class ContradictionFinder {
     std::vector<Chain> chains;
     for (std::size_t i = 0; i < scene_.actors.size(); ++i) {
       const ActorSettings& actor = scene_.actors[i];
-      chains.push_back(chain_objects(actor));
+      chains.push_back({chain_objects(actor), !actor.blend.empty()});
       const JsonValue* own = list && i < list->items.size() ? &list->items[i] : nullptr;
       if (const JsonValue* landmarks = inner(own, {"plan", "landmarks"}))
         check_landmarks(*landmarks, fmt::format("/actors/{}/plan/landmarks", i), actor.plan,
@@ -116,12 +192,12 @@ class ContradictionFinder {
       bool is_known = known_points != nullptr;
       std::vector<std::string> partner_names;  // landmarks of the object's neighbours
       for (const Chain& chain : chains)
-        for (std::size_t i = 0; i < chain.size(); ++i) {
-          if (!is_named(*chain[i], member.key)) continue;
+        for (std::size_t i = 0; i < chain.objects.size(); ++i) {
+          if (!is_named(*chain.objects[i], member.key)) continue;
           is_known = true;
           add_neighbours_landmarks(chain, i, plan, partner_names);
           for (std::size_t before = 0; before < k; ++before)
-            if (is_named(*chain[i], landmarks.members[before].key))
+            if (is_named(*chain.objects[i], landmarks.members[before].key))
               return report_at(place, member.key_offset,
                                fmt::format("is the same object as \"{}\" - name it once",
                                            printable(landmarks.members[before].key)));
@@ -136,8 +212,9 @@ class ContradictionFinder {
   }
   static void add_neighbours_landmarks(const Chain& chain, std::size_t i, const PlanSettings& plan,
                                        std::vector<std::string>& names) {
-    for (const std::size_t j : {i - 1, i + 1}) {
-      const ObjectLandmarks* other = j < chain.size() ? find_landmarks(plan, *chain[j]) : nullptr;
+    for (std::size_t j = 0; j < chain.objects.size(); ++j) {
+      const bool is_next = j + 1 == i || i + 1 == j || (chain.is_blend && j != i);
+      const ObjectLandmarks* other = is_next ? find_landmarks(plan, *chain.objects[j]) : nullptr;
       if (!other) continue;
       for (const auto& [name, point] : *other) names.push_back(name);
     }
@@ -158,7 +235,7 @@ class ContradictionFinder {
                              const std::vector<Chain>& chains) {
     std::vector<std::string> names;
     for (const Chain& chain : chains)
-      for (const ObjectSettings* known : chain) {
+      for (const ObjectSettings* known : chain.objects) {
         const std::string name = !known->name.empty()   ? known->name
                                  : known->model.empty() ? known->shape
                                                         : known->model.filename().string();
@@ -173,7 +250,7 @@ class ContradictionFinder {
   void check_time(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
     const FrameSettings& frames = scene_.frames;
     const int moving = frames.count - frames.hold_start - frames.hold_end;
-    const int minimum = plays_meshes(actor) ? 1 : 2;
+    const int minimum = plays_meshes(actor) || !actor.blend.empty() ? 1 : 2;
     if (moving < minimum)
       return report("/frames/count", inner(&document_.root, {"frames", "count"}),
                     fmt::format("leaves {} frame{} beside the holds ({} + {}) - {} needed", moving,

@@ -78,7 +78,7 @@ void describe(V& v, SphereSettings& s) {
 template <class V>
 void describe(V& v, ObjectSettings& s) {
   auto& [name, model, range, fps, loop, shape, up, front, meta, arrange, translate, rotate, scale,
-         color, roughness, metallic, glass, crease, spheres, motion, hold, retarget] = s;
+         color, roughness, metallic, glass, crease, spheres, motion, hold, retarget, weight] = s;
   v.text("name", name, "name in messages and reports; default: the file's stem or the shape");
   v.model_path(
       "model", model,
@@ -127,6 +127,9 @@ void describe(V& v, ObjectSettings& s) {
       "retarget", retarget, 0.01, 1,
       "share of the motion's time after which the actor leaves for the next object, from where "
       "its balls are, for an object on the way; 1: it is reached");
+  v.number("weight", weight, 0, 1e6,
+           "blend: share of this object, over the sum of all weights; may have keyframes",
+           Keyframes::kAllowed);
 }
 
 template <class V>
@@ -536,12 +539,16 @@ void describe_chain(V& v, ActorSettings& s) {
            "start of the morph: an object, or just its model file or shape as a string");
   v.objects("intermediate", s.intermediate, "objects on the way, in order");
   v.object("target", s.target, "end of the morph; none where the source is a mesh sequence");
+  v.objects("blend", s.blend,
+            "two objects or more, each with a `weight`, mixed by them instead of following each "
+            "other; the order of the list changes nothing");
 }
 
 template <class V>
 void describe(V& v, ActorSettings& s) {
-  auto& [name, source, intermediate, target, start, per_leg, translate, rotate, scale, plan] = s;
-  v.text("name", name, "name in messages, reports and meshes; default: the source's");
+  auto& [name, source, intermediate, target, blend, start, per_leg, translate, rotate, scale,
+         plan] = s;
+  v.text("name", name, "name in messages, reports and meshes; default: the source's, or blend");
   describe_chain(v, s);
   v.integer("start", start, 1, 100000,
             "the frame from which it moves; before, it stands still (frames.hold_start comes on "
@@ -569,7 +576,7 @@ void describe(V& v, Scene& s) {
   v.before_actors(s);  // an actor's and an object's own settings start from the scene's
   v.actors("actors", actors,
            "several morphs in one scene, each with its own chain, place and time; instead of "
-           "source, intermediate and target");
+           "source, intermediate and target, or blend");
   v.choice("arrange", arrange, {{"stand", Arrange::kStand}, {"none", Arrange::kNone}},
            "stand: every object gets the first source's size, centred, standing on y = 0; none: "
            "as in the files");

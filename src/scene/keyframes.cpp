@@ -71,7 +71,7 @@ class ApplyKeyframes {
           std::clamp(value_at(*track, time_).x, static_cast<float>(low), static_cast<float>(high));
   }
   void number(const char* key, std::optional<float>& value, double low, double high,
-              const char* doc) {
+              const char* doc, Keyframes = Keyframes::kAsObject) {
     if (find(key)) number(key, value.emplace(), low, high, doc);
   }
   void boolean(const char*, bool&, const char*) {}
@@ -115,7 +115,12 @@ class ApplyKeyframes {
   }
   void retired(const char*, const char*) {}
   void before_actors(Scene&) {}
-  void actors(const char*, std::vector<ActorSettings>&, const char*) {}
+  void actors(const char* key, std::vector<ActorSettings>& values, const char* doc) {
+    const auto is_weight = [](const KeyframeTrack& track) {
+      return track.pointer.starts_with("/actors/");
+    };
+    if (std::any_of(tracks_.begin(), tracks_.end(), is_weight)) objects(key, values, doc);
+  }
 
  private:
   const KeyframeTrack* find(const char* key) const {

@@ -1,4 +1,5 @@
-// Keyframes: settings of camera, lights, ground, look and exposure that change over the film.
+// Keyframes: settings of camera, lights, ground, look and exposure, and weights of blends, that
+// change over the film.
 #pragma once
 
 #include <cstdint>

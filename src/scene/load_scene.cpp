@@ -6,6 +6,7 @@
 #include "base/file.h"
 #include "base/json.h"
 #include "base/text.h"
+#include "scene/blends.h"
 #include "scene/contradictions.h"
 #include "scene/mesh_numbers.h"
 #include "scene/override.h"
@@ -26,10 +27,13 @@ void name_objects(Scene& scene) {
   };
   std::set<std::string> names;
   for (ActorSettings& actor : scene.actors) {
-    name(actor.source);
-    for (ObjectSettings& object : actor.intermediate) name(object);
-    name(actor.target);
-    if (actor.name.empty()) actor.name = actor.source.name;
+    for (ObjectSettings& object : actor.blend) name(object);
+    if (actor.blend.empty()) {
+      name(actor.source);
+      for (ObjectSettings& object : actor.intermediate) name(object);
+      name(actor.target);
+    }
+    if (actor.name.empty()) actor.name = actor.blend.empty() ? actor.source.name : "blend";
     actor.name = printable(actor.name);  // it stands in the headers of meshes and images
     const std::string shared_name = actor.name;
     for (int n = 2; !names.insert(actor.name).second; ++n)
@@ -97,6 +101,7 @@ Result<SceneReading> read_scene_text(const std::filesystem::path& path, std::str
   fields.finish();
   find_contradictions(document, reading.scene, reading.findings);
   name_objects(reading.scene);
+  sort_blends(reading.scene);
   remember_inputs(reading.scene);
   std::stable_sort(reading.findings.begin(), reading.findings.end(),
                    [](const SceneFinding& a, const SceneFinding& b) {
@@ -149,6 +154,11 @@ Result<Scene> turntable_of_model(const std::filesystem::path& model,
 }
 
 std::vector<const ObjectSettings*> chain_objects(const ActorSettings& actor) {
+  if (!actor.blend.empty()) {
+    std::vector<const ObjectSettings*> mixed;
+    for (const ObjectSettings& object : actor.blend) mixed.push_back(&object);
+    return mixed;
+  }
   std::vector<const ObjectSettings*> objects{&actor.source};
   for (const ObjectSettings& object : actor.intermediate) objects.push_back(&object);
   if (!plays_meshes(actor)) objects.push_back(&actor.target);

@@ -61,8 +61,13 @@ std::string scene_schema();
 /// The scene with every default spelled out, as JSON; paths relative to `folder`.
 std::string scene_to_json(const Scene& scene, const std::filesystem::path& folder);
 
+/// One object with every default spelled out, and the keyframes of its settings, which are at
+/// `pointer`.
+std::string object_to_json(const ObjectSettings& object, const std::vector<KeyframeTrack>& tracks,
+                           const std::string& pointer);
+
 /// Every object of an actor in chain order: source, intermediate..., target. A mesh sequence that
-/// plays is alone.
+/// plays is alone; those of a blend have the order of their names.
 std::vector<const ObjectSettings*> chain_objects(const ActorSettings& actor);
 
 /// An object of a scene's chains, with its actor.

@@ -26,11 +26,8 @@ void for_each_path(Scene& scene, const Change& change) {
     if (!path.empty()) change(path);
   };
   change_if_set(scene.lights.environment);
-  for (ActorSettings& actor : scene.actors) {
-    change_if_set(actor.source.model);
-    for (ObjectSettings& object : actor.intermediate) change_if_set(object.model);
-    change_if_set(actor.target.model);
-  }
+  for (ActorSettings& actor : scene.actors)
+    for_each_object(actor, [&](ObjectSettings& object) { change_if_set(object.model); });
 }
 
 bool is_coarse(const Scene& scene) {
@@ -46,7 +43,7 @@ std::string canonical_scene(const Scene& scene, const InputNames& names) {
   canonical.output = {};
   canonical.output.png_bits = scene.output.png_bits;
   canonical.output.color_space = scene.output.color_space;
-  for_each_path(canonical, [&](fs::path& path) { path = "/" + names.name(path); });
+  for_each_path(canonical, [&](fs::path& path) { path = fmt::format("/{}", names.name(path)); });
   const auto document = parse_json("scene", scene_to_json(canonical, "/"));
   PM_CHECK(document.ok());
   return format_json(document->root);
@@ -150,7 +147,7 @@ Result<InputFile> read_file_entry(const JsonMember& member) {
 std::string find_unsafe_path(const JsonValue& value, std::string_view key = {}) {
   if (key == "labels") return "";  // names of parts, whatever they are called
   const bool is_path = key == "model" || key == "environment" || key == "source" ||
-                       key == "target" || key == "intermediate";
+                       key == "target" || key == "intermediate" || key == "blend";
   if (value.is_string())
     return is_path && !is_safe_name(value.string) ? printable(value.string) + " " : "";
   for (const JsonValue& item : value.items)
@@ -236,14 +233,10 @@ Result<Scene> load_provenance_scene(const Provenance& provenance, const fs::path
     return refuse("the scene was too large for a header - render it from its own file");
   PM_TRY(Scene scene, load_scene_text(folder / name, provenance.scene));
   if (!provenance.coarse) return scene;
-  for (ActorSettings& actor : scene.actors) {
-    const auto make_coarse = [&](ObjectSettings& object) {
+  for (ActorSettings& actor : scene.actors)
+    for_each_object(actor, [&](ObjectSettings& object) {
       object.spheres.coarse = is_fitted(scene, object.spheres);
-    };
-    make_coarse(actor.source);
-    for (ObjectSettings& object : actor.intermediate) make_coarse(object);
-    make_coarse(actor.target);
-  }
+    });
   return scene;
 }
 

@@ -73,7 +73,7 @@ bool ReadFields::read_keyframes(const char* key, T& out, const F& read, Keyframe
   if (!keyed) {
     report(*object, key,
            "cannot change over the film - only settings of camera, lights, ground "
-           "and look, and image.exposure, take keys");
+           "and look, image.exposure and weights of a blend take keys");
     return true;
   }
   KeyframeTrack track;
@@ -116,10 +116,10 @@ void ReadFields::number(const char* key, float& out, double low, double high, co
 }
 
 void ReadFields::number(const char* key, std::optional<float>& out, double low, double high,
-                        const char* doc) {
+                        const char* doc, Keyframes keyframes) {
   if (!object_.find(key)) return seen(key);
   float value = 0;
-  number(key, value, low, high, doc);
+  number(key, value, low, high, doc, keyframes);
   out = value;
 }
 
@@ -327,7 +327,7 @@ void ReadFields::actors(const char* key, std::vector<ActorSettings>& out, const 
     return;
   }
   objects(key, out, doc);
-  for (const char* alone : {"source", "intermediate", "target"})
+  for (const char* alone : {"blend", "source", "intermediate", "target"})
     if (const JsonValue* value = find(alone))
       report(*value, alone, "contradicts \"actors\" - write it into one of them");
   if (!out.empty()) return;

@@ -49,7 +49,8 @@ class ReadFields {
   }
   void number(const char* key, float& out, double low, double high, const char* doc,
               Keyframes keyframes = Keyframes::kAsObject);
-  void number(const char* key, std::optional<float>& out, double low, double high, const char* doc);
+  void number(const char* key, std::optional<float>& out, double low, double high, const char* doc,
+              Keyframes keyframes = Keyframes::kAsObject);
   void boolean(const char* key, bool& out, const char*);
   void boolean(const char* key, std::optional<bool>& out, const char* doc);
   template <class E>

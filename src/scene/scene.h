@@ -113,6 +113,7 @@ struct ObjectSettings {
   int hold = 0;           ///< frames that it stands still between its two legs, or on its last mesh
   /// Time of the motion to it at which the morph leaves for the next object; 1: it is reached.
   float retarget = 1;
+  std::optional<float> weight;  ///< weight in its actor's blend; empty in a chain
 };
 
 /// The built-in shapes an object may name; model/shapes.h makes them.
@@ -359,6 +360,9 @@ struct ActorSettings {
   ObjectSettings source;
   std::vector<ObjectSettings> intermediate;
   ObjectSettings target;
+  /// Objects that are mixed by their weights, in the order of their names (scene/blends.h); empty:
+  /// the actor goes from object to object.
+  std::vector<ObjectSettings> blend;
   int start = 1;             ///< the frame from which it moves, frames.hold_start not counted
   std::vector<int> per_leg;  ///< frames of each leg; empty: the scene's
   /// Its place in the scene: rotated and scaled about the origin, then shifted.
@@ -367,6 +371,15 @@ struct ActorSettings {
   Vec3 scale{1, 1, 1};
   PlanSettings plan;
 };
+
+/// Calls the function with every object of an actor.
+template <class Function>
+void for_each_object(ActorSettings& actor, const Function& function) {
+  function(actor.source);
+  for (ObjectSettings& object : actor.intermediate) function(object);
+  function(actor.target);
+  for (ObjectSettings& object : actor.blend) function(object);
+}
 
 struct Scene {
   std::filesystem::path path;  ///< the file it came from

@@ -27,8 +27,9 @@ class SchemaFields {
     add_keyed(key, doc, {{"type", "number"}, {"minimum", low}, {"maximum", high}}, tidy(value),
               keyframes);
   }
-  void number(const char* key, std::optional<float>&, double low, double high, const char* doc) {
-    add_keyed(key, doc, {{"type", "number"}, {"minimum", low}, {"maximum", high}});
+  void number(const char* key, std::optional<float>&, double low, double high, const char* doc,
+              Keyframes keyframes = Keyframes::kAsObject) {
+    add_keyed(key, doc, {{"type", "number"}, {"minimum", low}, {"maximum", high}}, {}, keyframes);
   }
   void boolean(const char* key, bool& value, const char* doc) {
     add(key, doc, {{"type", "boolean"}, {"default", value}});
@@ -141,7 +142,8 @@ class SchemaFields {
     if constexpr (std::is_same_v<T, ObjectSettings>)
       return {{"oneOf", JsonValue::array({JsonValue{{"type", "string"}}, object})}};
     if constexpr (std::is_same_v<T, ActorSettings>)
-      object["required"] = JsonValue::array({"source"});
+      object["oneOf"] = JsonValue::array({JsonValue{{"required", JsonValue::array({"source"})}},
+                                          JsonValue{{"required", JsonValue::array({"blend"})}}});
     return object;
   }
 
@@ -218,7 +220,7 @@ class WriteFields {
     if (!write_keyframes(key, [](Vec3 v) { return JsonValue(tidy(v.x)); })) json[key] = tidy(value);
   }
   void number(const char* key, std::optional<float>& value, double low, double high,
-              const char* doc) {
+              const char* doc, Keyframes = Keyframes::kAsObject) {
     if (value) number(key, *value, low, high, doc);
   }
   void boolean(const char* key, bool& value, const char*) { json[key] = value; }
@@ -272,6 +274,7 @@ class WriteFields {
   template <class T>
   void object(const char* key, T& value, const char*) {
     if constexpr (std::is_same_v<T, ObjectSettings>) {
+      if (blends_) return;
       if (std::string_view(key) == "source") plays_ = is_mesh_sequence(value);
       // Every target has a name; a sequence that plays alone has none.
       if (std::string_view(key) == "target" && plays_ && value.name.empty()) return;
@@ -284,6 +287,9 @@ class WriteFields {
   }
   template <class T>
   void objects(const char* key, std::vector<T>& values, const char*) {
+    if constexpr (std::is_same_v<T, ObjectSettings>) {
+      if ((std::string_view(key) == "blend") != blends_) return;
+    }
     json[key] = JsonValue::array();
     for (std::size_t i = 0; i < values.size(); ++i)
       json[key].push_back(written(values[i], fmt::format("{}/{}/{}", pointer_, key, i)));
@@ -298,6 +304,7 @@ class WriteFields {
   template <class T>
   JsonValue written(T& value, const std::string& pointer) const {
     WriteFields inner(folder_, tracks_, pointer);
+    if constexpr (std::is_same_v<T, ActorSettings>) inner.blends_ = !value.blend.empty();
     describe(inner, value);
     return inner.json;
   }
@@ -326,7 +333,8 @@ class WriteFields {
   std::filesystem::path folder_;
   const std::vector<KeyframeTrack>& tracks_;
   std::string pointer_;
-  bool plays_ = false;  ///< the source is a mesh sequence: there is no target
+  bool blends_ = false;  ///< the actor's objects are those of a blend
+  bool plays_ = false;   ///< the source is a mesh sequence: there is no target
 };
 
 }  // namespace
@@ -345,10 +353,19 @@ std::string scene_schema() {
       {"type", "object"},
       {"additionalProperties", false},
       {"oneOf", JsonValue::array({JsonValue{{"required", JsonValue::array({"source"})}},
+                                  JsonValue{{"required", JsonValue::array({"blend"})}},
                                   JsonValue{{"required", JsonValue::array({"actors"})}}})},
       {"properties", fields.properties},
       {"$defs", {{"keyframes", SchemaFields::keyframes_schema()}}}};
   return dump_json(schema);
+}
+
+std::string object_to_json(const ObjectSettings& object, const std::vector<KeyframeTrack>& tracks,
+                           const std::string& pointer) {
+  ObjectSettings copy = object;
+  WriteFields fields({}, tracks, pointer);
+  describe(fields, copy);
+  return dump_json(fields.json);
 }
 
 std::string scene_to_json(const Scene& scene, const std::filesystem::path& folder) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <set>
+#include <tuple>
 
 namespace polymorph {
 namespace {
@@ -266,6 +267,63 @@ TEST(Timeline, EveryActorHasItsOwnTimeInTheScenesFrames) {
   EXPECT_LT(morph_state_at(make_timeline(scene, scene.actors[0]), 47).t, 1);
   EXPECT_EQ(morph_state_at(make_timeline(scene, scene.actors[0]), 48).t, 1);
   EXPECT_EQ(morph_state_at(make_timeline(scene, scene.actors[1]), 43).t, 1);
+}
+
+/// A scene of five frames whose first object gives all its weight to the last. `count`: of objects.
+Scene blend_scene(std::size_t count) {
+  Scene scene;
+  scene.frames.count = 5;
+  scene.look.kind = LookKind::kOwn;
+  for (std::size_t i = 0; i < count; ++i) {
+    ObjectSettings object;
+    object.shape = "cube";
+    object.weight = 0.0f;
+    scene.actors[0].blend.push_back(object);
+  }
+  for (const auto& [object, first, last] :
+       {std::tuple(std::size_t{0}, 3.0f, 0.0f), std::tuple(count - 1, 0.0f, 3.0f)})
+    scene.tracks.push_back({"/actors/0/blend/" + std::to_string(object) + "/weight",
+                            KeyUnit::kFrame,
+                            KeyEasing::kLinear,
+                            {{1, {first, 0, 0}}, {5, {last, 0, 0}}}});
+  return scene;
+}
+
+TEST(Timeline, OfTwoBlendedObjectsTheSecondsWeightIsTheTime) {
+  const Timeline timeline = timeline_of(blend_scene(2));
+  ASSERT_EQ(timeline.legs.size(), 1u);
+  EXPECT_FALSE(mixes_many(timeline));
+  for (int frame = 1; frame <= 5; ++frame) {
+    const MorphState moment = morph_state_at(timeline, frame);
+    EXPECT_FLOAT_EQ(moment.time, static_cast<float>(frame - 1) / 4);
+    EXPECT_EQ(moment.u, moment.time) << "whatever the scene's easing";
+    EXPECT_TRUE(moment.weights.empty());
+    EXPECT_EQ(moment.object, frame == 1 ? 0 : frame == 5 ? 1 : -1);
+  }
+  EXPECT_FLOAT_EQ(morph_state_at(timeline, 2.5).time, 0.375f);
+}
+
+TEST(Timeline, ManyBlendedObjectsHaveWeightsAndTheOneWithAllOfThemShows) {
+  const Scene scene = blend_scene(4);
+  const Timeline timeline = timeline_of(scene);
+  EXPECT_TRUE(mixes_many(timeline));
+  EXPECT_EQ(timeline.legs.size(), 3u);
+  EXPECT_FALSE(find_weightless_frame(timeline));
+  const MorphState first = morph_state_at(timeline, 1), last = morph_state_at(timeline, 5),
+                   middle = morph_state_at(timeline, 3);
+  EXPECT_EQ(first.object, 0);
+  EXPECT_EQ(first.leg, 0);
+  EXPECT_EQ(last.object, 3);
+  EXPECT_EQ(last.leg, 2) << "the leg that ends at it";
+  EXPECT_EQ(middle.object, -1);
+  EXPECT_EQ(middle.stage, Stage::kBlend);
+  EXPECT_EQ(middle.weights, (std::vector<float>{0.5f, 0, 0, 0.5f}));
+  EXPECT_EQ(morph_state_at(timeline, 2.5).weights, (std::vector<float>{0.625f, 0, 0, 0.375f}));
+  EXPECT_TRUE(moves_at(timeline, 3));
+  EXPECT_DOUBLE_EQ(film_time(scene, 3).leg, 1.5) << "to keyframes a blend is one leg";
+  Scene zero = scene;
+  zero.tracks[1].keys[1].value = {};
+  EXPECT_EQ(find_weightless_frame(timeline_of(zero)), 5);
 }
 
 }  // namespace

@@ -56,7 +56,8 @@ class ChangeField {
               Keyframes = Keyframes::kAsObject) {
     if (turn(key)) value = static_cast<float>(value == static_cast<float>(low) ? high : low);
   }
-  void number(const char* key, std::optional<float>& value, double low, double high, const char*) {
+  void number(const char* key, std::optional<float>& value, double low, double high, const char*,
+              Keyframes = Keyframes::kAsObject) {
     if (turn(key)) value = static_cast<float>(0.3 * low + 0.7 * high);
   }
   void boolean(const char* key, bool& value, const char*) {

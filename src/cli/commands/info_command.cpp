@@ -62,6 +62,11 @@ Result<int> show_plan(const CommandLine& line, const InfoOptions& options, Scene
   scene.frames.turntable = 0;  // its frames are not the morph's
   PM_TRY(const FilmScene film_scene, prepare_film(line, std::move(scene)));
   PM_TRY_STATUS(check_has_plans(film_scene.prepared));
+  if (!options.output.empty() && !film_scene.prepared.scene.actors.front().blend.empty())
+    return make_error(ErrorCode::kInput,
+                      "{}: a blend has no frames of its own for each object - leave out -o, or see "
+                      "its frames with strip --show plan",
+                      options.input);
   if (!options.output.empty()) PM_TRY_STATUS(write_plan(line, film_scene, options.output));
   return print(options.json, inspect_plan(film_scene.prepared));
 }

@@ -4,6 +4,7 @@
 
 #include "leg/boundary_surface.h"
 #include "leg/leg_surface.h"
+#include "leg/weighted_look.h"
 #include "mesh/append.h"
 #include "sequence/prepare/actor_poses.h"
 #include "sequence/prepare/film_settings.h"
@@ -53,6 +54,23 @@ Result<ActorGeometry> model_geometry(const PreparedActor& actor, const MorphStat
   return geometry;
 }
 
+/// Makes the surface of objects that are mixed, with its look.
+Result<ActorGeometry> mixture_geometry(const PreparedActor& actor, const MorphState& morph_state,
+                                       Engine& engine) {
+  ActorGeometry geometry;
+  geometry.moment = morph_state;
+  PM_TRY(Mixture mixture, mix_objects(*actor.space, morph_state.weights));
+  PM_TRY(WeightedSurface surface, weighted_surface(mixture, engine));
+  PM_TRY(const PulledMixture pulled, pull_mixture_back(mixture, surface, engine));
+  blend_weighted_normals(pulled, surface.mesh);
+  if (actor.timeline.own_look && !surface.mesh.triangles.empty())
+    geometry.look = weighted_look(pulled, surface.mesh.triangles);
+  geometry.surface = std::move(surface.mesh);
+  geometry.lift = surface.lift;
+  geometry.mixture = std::make_shared<const Mixture>(std::move(mixture));
+  return geometry;
+}
+
 /// Makes the geometry of a mesh sequence from its mesh that shows.
 Result<ActorGeometry> sequence_geometry(const PreparedActor& actor, const MorphState& morph_state) {
   ActorGeometry geometry;
@@ -72,6 +90,18 @@ Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorG
     PM_TRY(geometry.displacement,
            mesh_motion(*actor.sequence, *geometry.mesh,
                        {now.mesh, next.mesh, actor.timeline.playbacks.front().fps}));
+    return Ok{};
+  }
+  if (actor.space) {
+    const bool is_model = !geometry.points.empty();
+    if (now.weights == next.weights && is_model) return Ok{};
+    PM_TRY(Flow flow,
+           weighted_flow(*actor.space, now.weights, next.weights,
+                         is_model ? geometry.points : geometry.surface.positions, engine));
+    if (is_model)
+      geometry.displacement = std::move(flow.displacement);
+    else
+      geometry.flow = std::move(flow);
     return Ok{};
   }
   if (now.object < 0) {
@@ -125,8 +155,9 @@ Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState&
 Result<ActorGeometry> actor_geometry_at(const PreparedActor& actor, const MorphState& morph_state,
                                         Engine& engine) {
   if (actor.sequence) return sequence_geometry(actor, morph_state);
-  return morph_state.object >= 0 ? model_geometry(actor, morph_state, engine)
-                                 : leg_geometry(actor, morph_state, engine);
+  if (morph_state.object >= 0) return model_geometry(actor, morph_state, engine);
+  return actor.space ? mixture_geometry(actor, morph_state, engine)
+                     : leg_geometry(actor, morph_state, engine);
 }
 
 Result<std::vector<std::uint32_t>> surface_labels(const ActorGeometry& geometry, Engine& engine) {
@@ -134,6 +165,11 @@ Result<std::vector<std::uint32_t>> surface_labels(const ActorGeometry& geometry,
   const std::vector<Vec3>& points = geometry.surface.positions;
   if (morph_state.object >= 0)
     return nearest_labels(*shown_object(*geometry.leg, morph_state), points);
+  if (geometry.mixture) {
+    const WeightedSurface surface{geometry.surface, geometry.lift};
+    PM_TRY(const PulledMixture pulled, pull_mixture_back(*geometry.mixture, surface, engine));
+    return weighted_labels(pulled);
+  }
   LegState state;
   state.time = morph_state.time;
   state.balls = geometry.balls;

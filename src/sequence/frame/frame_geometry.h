@@ -22,10 +22,12 @@ struct ActorGeometry {
   BallSet balls;  ///< empty while only a model shows
   float iso = 1;  ///< level of the balls' field that shows
   Mesh surface;   ///< surface of the leg, or of the boundary stage of the model `moment.object`
-  std::vector<Vec3> points;           ///< points of the model `moment.object`, when one shows
-  std::shared_ptr<const Model> mesh;  ///< model, where it is the mesh of a sequence
-  std::shared_ptr<const Leg> leg;     ///< leg, where balls show or a model becomes them
-  std::vector<Vec3> corner_normals;   ///< normals of those points; empty: the model's own
+  std::vector<Vec3> points;                ///< points of the model `moment.object`, when one shows
+  std::shared_ptr<const Model> mesh;       ///< model, where it is the mesh of a sequence
+  std::shared_ptr<const Leg> leg;          ///< leg, where balls show or a model becomes them
+  std::vector<Vec3> corner_normals;        ///< normals of those points; empty: the model's own
+  std::shared_ptr<const Mixture> mixture;  ///< mixture of many objects, where the surface is one
+  float lift = 0;                          ///< height by which that was raised
   /// Motion until the next frame, only where the scene asks for motion blur or for a layer that
   /// needs it: see wants_flow().
   Flow flow;                       ///< motion of the surface's points; empty = still

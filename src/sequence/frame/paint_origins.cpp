@@ -1,5 +1,7 @@
 #include "sequence/frame/paint_origins.h"
 
+#include <algorithm>
+
 #include "image/srgb.h"
 #include "leg/leg_surface.h"
 #include "leg/origin_colors.h"
@@ -33,10 +35,17 @@ Status paint_origins(const PreparedScene& prepared, Engine& engine, FrameGeometr
   for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
     const PreparedActor& actor = prepared.actors[a];
     ActorGeometry& shown = geometry.actors[a];
+    if (shown.mixture) {
+      PM_TRY(const std::vector<Vec3> places,
+             places_on_reference(*actor.space, shown.moment.weights, shown.lift,
+                                 shown.surface.positions, engine));
+      shown.surface_paint = make_paint(actor, places);
+      continue;
+    }
     // An object that is shown itself (object >= 0) lies at the end of the leg that leads to it.
     const int object = shown.moment.object, count = object >= 0 ? object : shown.moment.leg + 1;
     std::vector<std::shared_ptr<const Leg>> legs;
-    for (int i = 0; i < count; ++i) {
+    for (int i = actor.space ? std::max(count - 1, 0) : 0; i < count; ++i) {
       PM_TRY(std::shared_ptr<const Leg> leg, leg_at(actor, i, shown.moment.frame, engine));
       legs.push_back(std::move(leg));
     }

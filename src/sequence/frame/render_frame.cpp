@@ -110,7 +110,7 @@ void make_part_header(ColorSpace space, std::vector<Attribute>& header) {
 
 void add(Hasher& key, const MorphState& m) {
   key.add(m.leg).add(static_cast<int>(m.stage)).add(m.progress).add(m.time).add(m.object);
-  key.add(m.look).add(m.boundary).add(m.growth);
+  key.add(m.look).add(m.boundary).add(m.growth).add(std::span<const float>(m.weights));
   key.add(shows_source(m) ? m.mesh : -1).add(shows_target(m) ? m.to_mesh : -1);
 }
 

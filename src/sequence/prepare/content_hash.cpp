@@ -41,11 +41,8 @@ Scene settings_of(const Scene& scene) {
   settings.description.clear();
   settings.path.clear();
   settings.lights.environment.clear();
-  for (ActorSettings& actor : settings.actors) {
-    actor.source.model.clear();
-    for (ObjectSettings& object : actor.intermediate) object.model.clear();
-    actor.target.model.clear();
-  }
+  for (ActorSettings& actor : settings.actors)
+    for_each_object(actor, [](ObjectSettings& object) { object.model.clear(); });
   return settings;
 }
 

@@ -195,6 +195,16 @@ std::string turntable_problem(const Scene& scene) {
   return fmt::format("/frames/still: is {}, but the film has {} frames", scene.frames.still, count);
 }
 
+std::vector<std::string> weight_problems(const Scene& scene) {
+  std::vector<std::string> problems;
+  for (const ActorSettings& actor : scene.actors)
+    if (const auto frame = find_weightless_frame(make_timeline(scene, actor)))
+      problems.push_back(
+          fmt::format("{}: all weights are 0 in frame {} - in each, one object has more at least",
+                      actor.name, *frame));
+  return problems;
+}
+
 Result<std::shared_ptr<const Image>> load_environment(const Scene& scene) {
   if (scene.lights.environment.empty()) return std::shared_ptr<const Image>();
   PM_TRY(Image image, read_image(scene.lights.environment));
@@ -288,6 +298,7 @@ std::vector<std::string> find_problems(const Scene& scene, std::span<const Chain
   }
   if (const std::string problem = turntable_problem(scene); !problem.empty())
     problems.push_back(problem);
+  for (std::string& problem : weight_problems(scene)) problems.push_back(std::move(problem));
   if (!scene.lights.environment.empty())
     if (const auto image = read_image(scene.lights.environment); !image)
       problems.push_back(image.error().message);

@@ -43,6 +43,9 @@ std::vector<std::string> find_problems(const Scene& scene, std::span<const Chain
 /// The scene's environment picture; null where it has none. Errors: kInput.
 Result<std::shared_ptr<const Image>> load_environment(const Scene& scene);
 
+/// Names the blends that have a frame in which all weights are 0.
+std::vector<std::string> weight_problems(const Scene& scene);
+
 /// Reason for which a turntable cannot show its scene; empty if it can.
 std::string turntable_problem(const Scene& scene);
 

@@ -21,9 +21,10 @@ namespace {
 constexpr double kProgram = 25e6;
 constexpr double kTreesPerTriangle = 270;
 constexpr double kBytesPerFittedBall = 250e3;
-constexpr double kMinFitBytes = 40e6;      ///< the surface that is looked at, however few the balls
-constexpr double kBytesPerPointMade = 7;   ///< a smoothed copy, and squares of distances to ridges
-constexpr double kTrianglesPerSquare = 8;  ///< triangles of a surface per square of the resolution
+constexpr double kMinFitBytes = 40e6;     ///< the surface that is looked at, however few the balls
+constexpr double kBytesPerPointMade = 7;  ///< a smoothed copy, and squares of distances to ridges
+constexpr double kBytesPerPointMixed = 12;  ///< values of a mixture, and points near its surface
+constexpr double kTrianglesPerSquare = 8;   ///< triangles of a surface per square of the resolution
 constexpr double kBytesPerSurfaceTriangle = 450;
 constexpr double kBytesPerTracedTriangle =
     165;  ///< memory per triangle of a further traced surface
@@ -54,6 +55,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
                                const LoadedScene& loaded, std::size_t pictures) {
   std::span<const Model> models = loaded.models;
   double models_bytes = 0, trees = 0, fits = 0, distances = 0, making = 0, surfaces = 0, maps = 0;
+  double mixtures = 0;
   std::set<const Image*> textures;
   for (const Model& model : models) {
     models_bytes += bytes_of(model);
@@ -91,6 +93,9 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
     surfaces += kTrianglesPerSquare * static_cast<double>(scene.surface.resolution) *
                 scene.surface.resolution;
     const Timeline timeline = make_timeline(scene, *objects.front().actor);
+    if (mixes_many(timeline))
+      mixtures +=
+          kBytesPerPointMixed * point_count(make_distance_grid(box, static_cast<float>(cell)));
     for (std::size_t i = 0; i < objects.size(); ++i) {
       const bool moves = is_mesh_sequence(*objects[i].settings);
       if (!leg_kinds(timeline, i).distances || (own[i].triangles.empty() && !moves)) continue;
@@ -111,8 +116,9 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
   estimate.fits = to_bytes(fits);
   estimate.distances = to_bytes(distances);
   estimate.making = to_bytes(making);
-  estimate.surfaces = to_bytes(
-      maps + (kBytesPerSurfaceTriangle + extra_pictures * kBytesPerTracedTriangle) * surfaces);
+  estimate.surfaces =
+      to_bytes(maps + mixtures +
+               (kBytesPerSurfaceTriangle + extra_pictures * kBytesPerTracedTriangle) * surfaces);
   estimate.pictures = pictures * picture_bytes(scene.image);
   return estimate;
 }

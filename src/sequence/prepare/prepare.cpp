@@ -13,12 +13,13 @@ namespace polymorph {
 namespace {
 
 /// The landmarks of all objects. Errors (kInput): these, labels or the turntable are not those of
-/// the models.
+/// the models, or a blend has no weights.
 Result<std::vector<PlacedLandmarks>> check_scene(const Scene& scene,
                                                  std::span<const ChainObject> chain,
                                                  const LoadedScene& loaded) {
   std::vector<std::string> problems = plan_problems(chain, loaded.models);
   std::vector<PlacedLandmarks> landmarks = place_landmarks(scene, chain, loaded, problems);
+  for (std::string& problem : weight_problems(scene)) problems.push_back(std::move(problem));
   if (!problems.empty()) return make_error(ErrorCode::kInput, "{}", fmt::join(problems, "\n"));
   if (const std::string problem = turntable_problem(scene); !problem.empty())
     return make_error(ErrorCode::kInput, "{}: {}", scene.path.string(), problem);

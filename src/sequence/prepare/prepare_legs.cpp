@@ -82,6 +82,7 @@ Status add_legs(const Preparation& preparation, const PlanSettings& settings, Pr
     actor.legs.push_back(leg);
     PM_TRY(const std::string fold, describe_fold(*leg, engine));
     if (!fold.empty()) warnings.push_back(fold);
+    if (mixes_many(actor.timeline)) continue;  // all legs from one reference
     source = target;
     before = nullptr;
     if (leg->until == 1) continue;
@@ -92,6 +93,9 @@ Status add_legs(const Preparation& preparation, const PlanSettings& settings, Pr
     actor.objects.push_back(source);
     before = leg;
   }
+  if (!mixes_many(actor.timeline)) return Ok{};
+  PM_TRY(ShapeSpace space, make_shape_space(actor.legs, engine));
+  actor.space = std::make_shared<const ShapeSpace>(std::move(space));
   return Ok{};
 }
 
@@ -103,7 +107,7 @@ Result<std::vector<PreparedActor>> make_actors(const Preparation& preparation,
                                                std::vector<std::string>& warnings) {
   std::vector<PreparedActor> actors;
   for (std::size_t a = 0; a < outlines.size(); ++a) {
-    PreparedActor& actor = actors.emplace_back(PreparedActor{outlines[a], objects[a], {}, {}});
+    PreparedActor& actor = actors.emplace_back(PreparedActor{outlines[a], objects[a], {}, {}, {}});
     PM_TRY_STATUS(add_legs(preparation, preparation.scene.actors[a].plan, actor, warnings));
   }
   return actors;

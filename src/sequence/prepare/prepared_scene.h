@@ -11,6 +11,7 @@
 #include "base/result.h"
 #include "kernels/engine.h"
 #include "leg/leg.h"
+#include "leg/weighted_surface.h"
 #include "morph/timeline.h"
 #include "render/render.h"
 #include "scene/scene.h"
@@ -41,6 +42,8 @@ struct PreparedActor : ActorOutline {
   ObjectList objects;
   /// The legs; where mesh sequences move through them, between the objects' reference poses.
   std::vector<std::shared_ptr<const Leg>> legs;
+  /// Space in which three objects or more are mixed, of all legs; null: there are no such.
+  std::shared_ptr<const ShapeSpace> space;
   std::shared_ptr<ActorPoses> poses;  ///< poses of the objects that move; null: none does
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 
 #include "analyze/facing_error.h"
@@ -225,6 +226,39 @@ Result<MorphFrame> measure_sample(const Leg& leg, float share, Engine& engine) {
   return frame;
 }
 
+/// Number of samples of an actor that mixes three objects or more: frames of the film.
+int blend_sample_count(const PreparedActor& actor, int frames) {
+  return std::max(2, frames > 0 ? frames : actor.timeline.count);
+}
+
+/// Measures the film of an actor that mixes three objects or more, as a morph from its first frame
+/// to its last. `next` says before each sample whether to go on.
+Result<Analysis> analyze_blend(const PreparedActor& actor, int count, Engine& engine,
+                               const std::function<bool()>& next) {
+  std::vector<MorphFrame> samples;
+  MorphEnds ends;
+  for (int k = 0; k < count; ++k) {
+    if (!next()) return stopped_error();
+    const double share = static_cast<double>(k) / (count - 1);
+    const auto frame = static_cast<int>(std::lround(1 + share * (actor.timeline.count - 1)));
+    const MorphState moment = morph_state_at(actor.timeline, frame);
+    PM_TRY(const Mixture mixture, mix_objects(*actor.space, moment.weights));
+    PM_TRY(WeightedSurface surface, weighted_surface(mixture, engine));
+    MorphFrame& sample = samples.emplace_back();
+    sample.time = sample.u = share;
+    sample.surface = std::move(surface.mesh);
+    for (const RegressionSample& ball : mixture.samples) {
+      sample.centers.push_back(ball.center);
+      if (k == 0) ends.masses.push_back(static_cast<double>(ball.mass));
+    }
+  }
+  ends.from = "frame 1";
+  ends.to = fmt::format("frame {}", actor.timeline.count);
+  ends.source = samples.front().surface;
+  ends.target = samples.back().surface;
+  return analyze_morph(ends, samples);
+}
+
 }  // namespace
 
 Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engine& engine,
@@ -234,8 +268,12 @@ Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engin
   const auto sample_count = [&](const LegTiming& timing) {
     return std::max(2, frames > 0 ? frames : timing.steps + 1);
   };
-  for (const PreparedActor& actor : prepared.actors)
-    for (const LegTiming& timing : actor.timeline.legs) total += sample_count(timing);
+  for (const PreparedActor& actor : prepared.actors) {
+    if (actor.space)
+      total += blend_sample_count(actor, frames);
+    else
+      for (const LegTiming& timing : actor.timeline.legs) total += sample_count(timing);
+  }
   if (total == 0)
     return make_error(
         ErrorCode::kInput,
@@ -245,6 +283,13 @@ Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engin
   std::vector<Analysis> morphs;
   for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
     const PreparedActor& actor = prepared.actors[a];
+    if (actor.space) {
+      PM_TRY(Analysis blend, analyze_blend(actor, blend_sample_count(actor, frames), engine,
+                                           [&] { return progress(done++, total); }));
+      if (prepared.actors.size() > 1) blend.actor = actor.name;
+      morphs.push_back(std::move(blend));
+      continue;
+    }
     for (std::size_t number = 0; number < actor.legs.size(); ++number) {
       const LegTiming& timing = actor.timeline.legs[number];
       const LegFrames shown(actor, number);

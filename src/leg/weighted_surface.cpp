@@ -1,0 +1,426 @@
+#include "leg/weighted_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "base/parallel.h"
+#include "field/distance_grid.h"
+#include "field/extract_surface.h"
+#include "kernels/distance_field.h"
+#include "kernels/linear.h"
+#include "leg/leg_surface.h"
+#include "mesh/components.h"
+#include "mesh/fairing.h"
+#include "mesh/handles.h"
+#include "morph/motion.h"
+
+namespace polymorph {
+namespace {
+
+/// Shares of the objects' size: deviation of the kernels and spacing of their lattice (as those of
+/// a leg's map), margin around the mixture, range in which distances count nearly as they are, and
+/// the furthest level.
+constexpr float kDeviation = 0.055f, kSpacing = 0.04f, kMargin = 0.12f, kLinearRange = 0.06f,
+                kFurthest = 0.08f;
+
+Mat3 scale_matrix(Mat3 a, double factor) {
+  for (double& value : a.m) value *= factor;
+  return a;
+}
+
+/// An object of the space, with its weight in the mixture.
+struct Part {
+  std::shared_ptr<const PreparedObject> object;
+  double weight = 0;
+  PathPart similarity;               ///< rotation and scaling of the whole from the reference to it
+  const std::vector<Vec3d>& places;  ///< places of the reference's balls on it
+};
+
+/// Computes the places of the reference's balls on a leg's target, by the leg's map as it starts.
+Result<std::vector<Vec3d>> carry_balls(const Leg& leg, Engine& engine) {
+  PM_TRY(const LegState start, leg_state(leg, 0, engine));
+  std::vector<Vec3> points;
+  for (const Ball& ball : leg.plan.from) points.push_back(ball.center);
+  PM_TRY(const PullBack carried, pull_back(leg, start, points, engine));
+  std::vector<Vec3d> places;
+  for (const Vec3 place : carried.target) places.emplace_back(place);
+  return places;
+}
+
+Part make_part(const ShapeSpace& space, std::size_t object, float weight) {
+  const auto share = static_cast<double>(weight);
+  if (object > 0) {
+    const Leg& leg = *space.legs[object - 1];
+    return {leg.to, share, mean_path_part(leg.plan), space.places[object]};
+  }
+  const std::shared_ptr<const PreparedObject>& reference = space.legs.front()->from;
+  const Vec3d center(reference->model.box().center());
+  return {reference, share, PathPart{center, center, {}, 0}, space.places.front()};
+}
+
+/// The reference and the objects that its legs lead to, without those of weight 0.
+std::vector<Part> weighted_parts(const ShapeSpace& space, std::span<const float> weights) {
+  std::vector<Part> parts;
+  for (std::size_t i = 0; i < weights.size(); ++i)
+    if (weights[i] > 0) parts.push_back(make_part(space, i, weights[i]));
+  return parts;
+}
+
+Vec3d apply(const PathPart& part, Vec3d p) {
+  return part.to_center +
+         (exp_rotation(part.turn) * (p - part.from_center)) * exp_scalar(part.log_scale);
+}
+
+MeanSimilarity mean_similarity(const std::vector<Part>& parts, Vec3d middle) {
+  MeanSimilarity mean;
+  Vec3d turn;
+  for (const Part& part : parts) {
+    mean.log_scale += part.weight * part.similarity.log_scale;
+    turn = turn + part.similarity.turn * part.weight;
+    mean.center = mean.center + apply(part.similarity, middle) * part.weight;
+  }
+  mean.rotation = exp_rotation(turn);
+  return mean;
+}
+
+/// Sets the places of the reference's balls in the mixture, and the box around them.
+void mix_balls(const MorphPlan& plan, const std::vector<Part>& parts, Vec3d middle,
+               Mixture& mixture) {
+  const MeanSimilarity& mean = mixture.mean;
+  const double scale = exp_scalar(mean.log_scale);
+  const float margin = kMargin * mixture.size;
+  Vec3 low, high;
+  for (const Part& part : parts) {
+    const Box box = part.object->model.box();
+    const auto weight = static_cast<float>(part.weight);
+    low = low + weight * box.low, high = high + weight * box.high;
+  }
+  const auto widened = [](Box box, float width) {
+    return Box{box.low - Vec3{width, width, width}, box.high + Vec3{width, width, width}};
+  };
+  mixture.box = widened({low, high}, margin);
+  const std::vector<Ball>& balls = plan.from;
+  for (std::size_t b = 0; b < balls.size(); ++b) {
+    Vec3d place;
+    for (const Part& part : parts) {
+      const Mat3 unturn = transposed(exp_rotation(part.similarity.turn));
+      const double unscale = exp_scalar(-part.similarity.log_scale) * part.weight;
+      place = place + (unturn * (part.places[b] - part.similarity.to_center)) * unscale +
+              (part.similarity.from_center - middle) * part.weight;
+    }
+    const Vec3 at = to_float(mean.center + (mean.rotation * place) * scale);
+    const double own = scale * 0.7 / std::sqrt(2 * static_cast<double>(balls[b].a)),
+                 share = static_cast<double>(kDeviation * mixture.size);
+    mixture.samples.push_back({at, std::max(static_cast<float>(plan.from_masses[b]), 1e-6f),
+                               static_cast<float>(std::sqrt(share * share + own * own))});
+    mixture.box = unite(mixture.box, widened({at, at}, 0.5f * margin));
+  }
+}
+
+/// A regression around the mixture's balls, without values.
+Regression empty_regression(const Mixture& mixture) {
+  Regression regression;
+  regression.samples = mixture.samples;
+  regression.sloped = true;
+  // All of the map is in the samples' values and slopes.
+  regression.affine[0] = {{Vec3{}, Vec3{}, Vec3{}}, {}};
+  Grid& lattice = regression.lattice;
+  lattice.cell = kSpacing * mixture.size;
+  lattice.origin = mixture.box.low - Vec3{3, 3, 3} * lattice.cell;
+  const auto nodes = [&](float length) {
+    return static_cast<int>(std::ceil(length / lattice.cell)) + 7;
+  };
+  const Vec3 extent = mixture.box.size();
+  lattice.points = {nodes(extent.x), nodes(extent.y), nodes(extent.z)};
+  return regression;
+}
+
+BallAttribute make_value(Vec3 value, const Mat3& slope) {
+  BallAttribute carried;
+  carried.value[0] = value.x, carried.value[1] = value.y, carried.value[2] = value.z;
+  for (int i = 0; i < 3; ++i)
+    carried.slope[i] = to_float({slope.at(i, 0), slope.at(i, 1), slope.at(i, 2)});
+  return carried;
+}
+
+/// An object of the mixture with the map to it.
+MixedObject mixed_object(const Part& part, const Mixture& mixture) {
+  const MeanSimilarity& mean = mixture.mean;
+  MixedObject mixed{part.object, static_cast<float>(part.weight), {}, 1, {}};
+  const double log_scale = part.similarity.log_scale - mean.log_scale;
+  mixed.scale = static_cast<float>(exp_scalar(-log_scale));
+  mixed.turn = scale_matrix(exp_rotation(part.similarity.turn) * transposed(mean.rotation),
+                            exp_scalar(log_scale));
+  Regression regression = empty_regression(mixture);
+  for (const Vec3d place : part.places)
+    regression.values.push_back(make_value(to_float(place), mixed.turn));
+  mixed.map = std::make_shared<const Regression>(std::move(regression));
+  return mixed;
+}
+
+/// Weight of an object's distances: as between two objects, so that ends are left gently.
+std::vector<float> distance_shares(const std::vector<MixedObject>& objects) {
+  std::vector<float> shares;
+  for (const MixedObject& mixed : objects) shares.push_back(polymorph::smoothstep(mixed.weight));
+  const float all = std::accumulate(shares.begin(), shares.end(), 0.0f);
+  for (float& share : shares) share /= all;
+  return shares;
+}
+
+/// The level at which the field encloses the volume, within `limit` of 0.
+float find_level(const DistanceGrid& field, double volume, float limit) {
+  const auto cell = static_cast<double>(field.grid.cell);
+  const auto enclosed = [&](float level) {
+    double cells = 0;
+    for (const float value : field.values)
+      cells +=
+          static_cast<double>(std::clamp((value - level) / field.grid.cell + 0.5f, 0.0f, 1.0f));
+    return cells * cell * cell * cell;
+  };
+  float low = -limit, high = limit;
+  for (int i = 0; i < 12; ++i) {
+    const float level = 0.5f * (low + high);
+    (enclosed(level) > volume ? low : high) = level;
+  }
+  return 0.5f * (low + high);
+}
+
+/// Evaluates the field of a mixture, before its level, at points. `shares`: distance_shares().
+Result<std::vector<float>> sample_field(const Mixture& mixture, const std::vector<float>& shares,
+                                        const std::vector<Vec3>& points, Engine& engine) {
+  const float inv_range = 1 / (kLinearRange * mixture.size);
+  std::vector<float> field(points.size(), 0.0f);
+  std::vector<AttributeValues> values;
+  for (std::size_t k = 0; k < shares.size(); ++k) {
+    const MixedObject& mixed = mixture.objects[k];
+    const ObjectDistances& own = mixed.object->distances;
+    DistanceField distances(own.grid->grid, own.grid->values.data());
+    if (own.smooth) distances.set_detail(own.smooth->values.data(), DetailFade{});
+    const float detail = distances.detail_share(1 - mixed.weight);
+    PM_TRY_STATUS(to_status(engine.regress(mixed.map, points, values)));
+    parallel_for(
+        static_cast<std::int64_t>(points.size()),
+        [&](std::int64_t index) {
+          const auto i = static_cast<std::size_t>(index);
+          const float* at = values[i].v;
+          const float d = mixed.scale * distances.value(Points<float>{at[0], at[1], at[2]}, detail);
+          field[i] += shares[k] * d / (0.5f + 0.5f * std::sqrt(1 + 2 * std::abs(d) * inv_range));
+        },
+        4096);
+  }
+  return field;
+}
+
+std::size_t flat_index(const Grid& grid, Int3 at) {
+  const auto along = [](int i) { return static_cast<std::size_t>(i); };
+  return (along(at.z) * along(grid.points.y) + along(at.y)) * along(grid.points.x) + along(at.x);
+}
+
+/// Cells of the fine grid in one of the coarse grid.
+constexpr int kStride = 4;
+
+/// Every fourth point of a grid, to beyond the last.
+Grid coarsen(const Grid& fine) {
+  const auto points = [](int count) { return (count + kStride - 2) / kStride + 1; };
+  return {fine.origin,
+          fine.cell * kStride,
+          {points(fine.points.x), points(fine.points.y), points(fine.points.z)}};
+}
+
+/// Calls the function with every point of a grid, in order.
+template <class Function>
+void for_each_point(const Grid& grid, const Function& function) {
+  for (int z = 0; z < grid.points.z; ++z)
+    for (int y = 0; y < grid.points.y; ++y)
+      for (int x = 0; x < grid.points.x; ++x) function(Int3{x, y, z});
+}
+
+/// Evaluates the field on a grid. Far from the level it is interpolated between every fourth point:
+/// only its sign counts there.
+Result<std::vector<float>> fill_grid(const Grid& grid, const Mixture& mixture, double volume,
+                                     Engine& engine) {
+  const std::vector<float> shares = distance_shares(mixture.objects);
+  DistanceGrid coarse{coarsen(grid), {}};
+  std::vector<Vec3> points;
+  for_each_point(coarse.grid, [&](Int3 at) { points.push_back(grid_point(coarse.grid, at)); });
+  PM_TRY(coarse.values, sample_field(mixture, shares, points, engine));
+  const float level =
+      mixture.keeps_volume ? find_level(coarse, volume, kFurthest * mixture.size) : 0;
+  // The field rises by 2 per unit of length at most, and half of a coarse cell's diagonal lies
+  // between a point and the nearest corner; the rest is for the level, which is not known yet.
+  const float reach = 2.5f * coarse.grid.cell;
+  const Int3 n = grid.points;
+  std::vector<float> values(flat_index(grid, {n.x - 1, n.y - 1, n.z - 1}) + 1);
+  std::vector<std::size_t> near;
+  points.clear();
+  for_each_point(grid, [&](Int3 at) {
+    const Int3 cell{at.x / kStride, at.y / kStride, at.z / kStride};
+    const float t[3] = {static_cast<float>(at.x % kStride) / kStride,
+                        static_cast<float>(at.y % kStride) / kStride,
+                        static_cast<float>(at.z % kStride) / kStride};
+    float value = 0, nearest = reach;
+    for (int corner = 0; corner < 8; ++corner) {
+      const int step[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
+      float share = 1;
+      for (int axis = 0; axis < 3; ++axis) share *= step[axis] ? t[axis] : 1 - t[axis];
+      if (share == 0) continue;
+      const float own = coarse.values[flat_index(
+          coarse.grid, {cell.x + step[0], cell.y + step[1], cell.z + step[2]})];
+      value += share * own;
+      nearest = std::min(nearest, std::abs(own - level));
+    }
+    const std::size_t index = flat_index(grid, at);
+    values[index] = value;
+    if (nearest >= reach) return;
+    near.push_back(index);
+    points.push_back(grid_point(grid, at));
+  });
+  PM_TRY(const std::vector<float> exact, sample_field(mixture, shares, points, engine));
+  for (std::size_t i = 0; i < near.size(); ++i) values[near[i]] = exact[i];
+  return values;
+}
+
+/// Leaves out what comes off, and cuts handles that no object has, as between two objects
+/// (leg/leg.h, leg/leg_surface.cpp).
+void mend(const Mixture& mixture, Mesh& mesh) {
+  constexpr double kFragment = 0.015, kMaxCrumbs = 0.05;
+  constexpr float kMaxLength = 0.15f;
+  const auto min_share = static_cast<double>(mixture.settings.min_component_share);
+  double smallest = 0;
+  std::int64_t genus = 0;
+  for (const MixedObject& mixed : mixture.objects) {
+    smallest = std::max(smallest, mixed.object->distances.smallest_component_share);
+    genus = std::max<std::int64_t>(genus, mixed.object->distances.genus);
+  }
+  const double fragment = min_share > 0 ? std::min(kFragment, 0.5 * smallest) : 0;
+  remove_small_components(mesh, std::max(min_share, fragment), {kMaxCrumbs, min_share});
+  mend_normals(mesh);
+  cut_handles(mesh, genus, kMaxLength * mixture.size);
+}
+
+/// Raises or lowers a surface so that it stands as low as the objects do.
+float stand(float floor, Mesh& mesh) {
+  if (mesh.positions.empty()) return 0;
+  const float lift = floor - box_of(mesh.positions).low.y;
+  for (Vec3& p : mesh.positions) p.y += lift;
+  return lift;
+}
+
+}  // namespace
+
+Result<ShapeSpace> make_shape_space(std::vector<std::shared_ptr<const Leg>> legs, Engine& engine) {
+  PM_CHECK(!legs.empty());
+  ShapeSpace space;
+  std::vector<Vec3d>& own = space.places.emplace_back();
+  for (const Ball& ball : legs.front()->plan.from) own.emplace_back(ball.center);
+  for (const auto& leg : legs) {
+    for (const auto& object : {leg->from, leg->to})
+      if (is_shell(object->distances) || object->distances.is_vessel)
+        return make_error(ErrorCode::kInput,
+                          "{}: is a shell or a vessel, and three objects or more can be mixed only "
+                          "if all are solids - set spheres.solidify, or blend it with one other",
+                          object->name);
+    PM_TRY(std::vector<Vec3d> places, carry_balls(*leg, engine));
+    space.places.push_back(std::move(places));
+  }
+  space.legs = std::move(legs);
+  return space;
+}
+
+Result<Mixture> mix_objects(const ShapeSpace& space, std::span<const float> weights) {
+  PM_CHECK(weights.size() == space.places.size());
+  const Leg& first = *space.legs.front();
+  double all = 0;
+  for (const float weight : weights) {
+    if (!(weight >= 0 && weight <= 1))
+      return make_error(ErrorCode::kInput, "{}: a weight of a mixture must be in [0, 1] (is {})",
+                        first.from->name, weight);
+    all += static_cast<double>(weight);
+  }
+  if (std::abs(all - 1) > 1e-5)
+    return make_error(ErrorCode::kInput,
+                      "{}: the weights of a mixture must sum to 1 (they do to {})",
+                      first.from->name, all);
+  const std::vector<Part> parts = weighted_parts(space, weights);
+  Mixture mixture;
+  mixture.settings = first.settings;
+  mixture.keeps_volume = first.plan.motion.keep_volume;
+  Box lows;  // its height is how far apart the objects' lowest points are
+  for (const Part& part : parts) {
+    const Box box = part.object->model.box();
+    mixture.size += static_cast<float>(part.weight) * box.diagonal();
+    mixture.floor += static_cast<float>(part.weight) * box.low.y;
+    lows = unite(lows, {box.low, box.low});
+  }
+  constexpr float kEquallyLow = 0.01f;
+  mixture.stands = first.settings.contact && lows.size().y <= kEquallyLow * mixture.size;
+  const Vec3d middle(first.from->model.box().center());
+  mixture.mean = mean_similarity(parts, middle);
+  mix_balls(first.plan, parts, middle, mixture);
+  for (const Part& part : parts) mixture.objects.push_back(mixed_object(part, mixture));
+  return mixture;
+}
+
+Result<WeightedSurface> weighted_surface(const Mixture& mixture, Engine& engine) {
+  const LegSettings& settings = mixture.settings;
+  const std::vector<MixedObject>& objects = mixture.objects;
+  WeightedSurface surface;
+  if (objects.size() == 1) {
+    PM_TRY(surface.mesh, extract_distances(engine, objects.front().object->distances.grid,
+                                           settings.cell, settings.shown));
+    return surface;
+  }
+  auto field = std::make_shared<DistanceGrid>();
+  PM_TRY(field->grid, fit_grid(mixture.box, settings.cell));
+  double volume = 0;
+  for (const MixedObject& mixed : objects)
+    volume += static_cast<double>(mixed.weight) * mixed.object->distances.volume;
+  PM_TRY(field->values, fill_grid(field->grid, mixture, volume, engine));
+  if (mixture.keeps_volume) {
+    const float level = find_level(*field, volume, kFurthest * mixture.size);
+    for (float& value : field->values) value -= level;
+  }
+  close_border(*field);
+  bound_slopes(*field);
+  PM_TRY(surface.mesh, extract_distances(engine, field, settings.cell, settings.shown));
+  mend(mixture, surface.mesh);
+  if (mixture.stands) surface.lift = stand(mixture.floor, surface.mesh);
+  return surface;
+}
+
+Result<std::vector<Vec3>> places_on(const MixedObject& object, float lift,
+                                    const std::vector<Vec3>& points, Engine& engine) {
+  std::vector<Vec3> lowered = points;
+  for (Vec3& p : lowered) p.y -= lift;
+  std::vector<AttributeValues> values;
+  PM_TRY_STATUS(to_status(engine.regress(object.map, lowered, values)));
+  std::vector<Vec3> places;
+  for (const AttributeValues& at : values) places.push_back({at.v[0], at.v[1], at.v[2]});
+  return places;
+}
+
+Result<std::vector<Vec3>> places_on_reference(const ShapeSpace& space,
+                                              std::span<const float> weights, float lift,
+                                              const std::vector<Vec3>& points, Engine& engine) {
+  PM_TRY(const Mixture mixture, mix_objects(space, weights));
+  return places_on(mixed_object(make_part(space, 0, 0), mixture), lift, points, engine);
+}
+
+Result<Flow> weighted_flow(const ShapeSpace& space, std::span<const float> now,
+                           std::span<const float> next, const std::vector<Vec3>& points,
+                           Engine& engine) {
+  PM_TRY(const Mixture mixture, mix_objects(space, now));
+  PM_TRY(const Mixture later, mix_objects(space, next));
+  auto regression = std::make_shared<Regression>(empty_regression(mixture));
+  for (std::size_t b = 0; b < mixture.samples.size(); ++b) {
+    const Vec3 step = later.samples[b].center - mixture.samples[b].center;
+    regression->values.push_back(make_value(step, scale_matrix({}, 0)));
+    regression->values.back().value[3] = 1 - now.front();
+  }
+  std::vector<AttributeValues> values;
+  PM_TRY_STATUS(to_status(engine.regress(regression, points, values)));
+  return read_flow(values);
+}
+
+}  // namespace polymorph
