@@ -79,7 +79,7 @@ Status sample_near(Sampling& sampling, const std::vector<double>& reaches,
   return sample_run(sampling, std::move(balls), run);
 }
 
-/// Do all balls end somewhere, at one distance in all directions?
+/// Tests that all balls end at one distance in all directions.
 bool have_round_ends(const BallSet& balls, FieldKind kind) {
   return visit(kind, [](auto field) { return decltype(field)::kCompactSupport; }) &&
          std::all_of(balls.begin(), balls.end(), is_round);
@@ -95,11 +95,11 @@ std::size_t sampled_at_once(std::size_t balls) {
 Result<std::vector<float>> sample_field(Engine& engine, const BallSet& balls,
                                         const std::vector<Vec3>& points,
                                         const ExtractSettings& settings, const std::string& name) {
-  constexpr std::size_t kFewPairs = std::size_t{1} << 26;  // a tenth of a second
+  constexpr std::size_t kMinPairs = std::size_t{1} << 26;  // a tenth of a second
   Sampling sampling = {engine, balls, points, settings, name, std::vector<float>(points.size())};
   std::vector<std::uint32_t> order(points.size());
   std::iota(order.begin(), order.end(), 0u);
-  if (balls.size() * points.size() > kFewPairs && have_round_ends(balls, settings.field)) {
+  if (balls.size() * points.size() > kMinPairs && have_round_ends(balls, settings.field)) {
     std::vector<float> none;
     PM_TRY_STATUS(to_status(engine.sample(balls, {}, settings, none)));  // are the balls sound?
     const Box box = box_of(points);

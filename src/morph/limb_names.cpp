@@ -96,7 +96,8 @@ std::vector<std::string> limb_names(const Limbs& limbs) {
   std::map<std::string, int> used;
   for (std::size_t i = 0; i < nouns.size(); ++i) {
     std::string name = describe_side(limbs, groups[nouns[i]], i) + std::string(nouns[i]);
-    if (const int before = used[name]++; before > 0) name += " " + std::to_string(before + 1);
+    if (const int before = used[name]++; before > 0)
+      name.append(" ").append(std::to_string(before + 1));
     names.push_back(std::move(name));
   }
   return names;

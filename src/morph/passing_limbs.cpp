@@ -13,8 +13,8 @@ namespace {
 
 /// Shares of the objects' size: balls of two limbs are near up to kNear, and not beyond kFar.
 constexpr float kNear = 0.1f, kFar = 0.2f;
-/// The way along which one passes another fully, a share of the size.
-constexpr float kWay = 0.06f;
+/// The length along which one passes another fully, a share of the size.
+constexpr float kPassing = 0.06f;
 
 float squared_length(Vec3 v) { return dot(v, v); }
 
@@ -32,14 +32,14 @@ std::vector<float> passing_shares(const MorphPlan& plan, const std::vector<float
   const auto from_scale = static_cast<float>(exp_scalar(growth * u)),
              to_scale = static_cast<float>(exp_scalar(growth * (u - 1)));
   const auto share_between = [&](std::size_t e, std::size_t f) {
-    const float apart = squared_length(balls[e].center - balls[f].center);
-    if (apart >= kFar * size * (kFar * size)) return 0.0f;
+    const float distance2 = squared_length(balls[e].center - balls[f].center);
+    if (distance2 >= kFar * size * (kFar * size)) return 0.0f;
     const BallPath &a = plan.paths->balls[e], &b = plan.paths->balls[f];
     const float at_ends = std::min(squared_length((a.start.center - b.start.center) * from_scale),
                                    squared_length((a.end.center - b.end.center) * to_scale));
-    const float way = (at_ends - apart) / (kWay * size * (kWay * size));
-    const float near = (kFar - std::sqrt(apart) / size) / (kFar - kNear);
-    return std::clamp(way, 0.0f, 1.0f) * std::min(near, 1.0f);
+    const float passed = (at_ends - distance2) / (kPassing * size * (kPassing * size));
+    const float near = (kFar - std::sqrt(distance2) / size) / (kFar - kNear);
+    return std::clamp(passed, 0.0f, 1.0f) * std::min(near, 1.0f);
   };
   parallel_for(
       static_cast<std::int64_t>(balls.size()),

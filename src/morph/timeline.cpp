@@ -188,9 +188,9 @@ Timeline lay_out(const Scene& scene, const ActorSettings& actor) {
     return timeline;
   }
   if (!actor.blend.empty()) {
-    const bool given = is_counted(scene) && actor.per_leg.empty();
+    const bool counts_all = is_counted(scene) && actor.per_leg.empty();
     const int held = timeline.hold_start + scene.frames.hold_end;
-    timeline.steps = (given ? timeline.count - held : leg_frames(scene, actor).front()) - 1;
+    timeline.steps = (counts_all ? timeline.count - held : leg_frames(scene, actor).front()) - 1;
     add_blend_legs(scene, actor, timeline);
     return timeline;
   }
