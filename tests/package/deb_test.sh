@@ -47,5 +47,5 @@ inside 'echo "{\"source\": \"cube\", \"target\": \"sphere\", \"frames\": {\"coun
   /usr/share/polymorph/ci/pipeline 2>&1 | grep usage'
 # Without OpenImageIO, which is only recommended.
 inside 'apt-get -q remove -y libopenimageio2.4 >/dev/null 2>&1'
-inside 'polymorph demo --set frames.count=6 --set spheres.balls=16 --set surface.resolution=32 --set image.samples=2; ls -l teapot-penguin/morph.gif teapot-penguin/strip.png'
+inside 'polymorph demo --set frames.count=12 --set spheres.balls=16 --set surface.resolution=32 --set image.samples=2; ls -l teapot-penguin/morph.gif teapot-penguin/strip.png'
 inside 'apt-get -q remove -y polymorph >/dev/null 2>&1; [ ! -e /usr/bin/polymorph ] && [ ! -e /usr/share/polymorph ]'

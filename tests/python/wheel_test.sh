@@ -33,7 +33,7 @@ assert document["spdxVersion"] == "SPDX-2.3" and document["packages"][0]["name"]
 assert {"libembree3-3", "libassimp5", "libeigen3-dev"} <= {entry["name"] for entry in document["packages"]}
 CHECK
 export POLYMORPH_CACHE_DIR=$work/cache
-"$work/venv/bin/polymorph" demo cube torus --set frames.count=6 --set spheres.balls=16 --set surface.resolution=32 --set image.samples=2 -q >/dev/null
+"$work/venv/bin/polymorph" demo cube torus --set frames.count=12 --set spheres.balls=16 --set surface.resolution=32 --set image.samples=2 -q >/dev/null
 [[ -s cube-torus/morph.gif ]]
 cat >scene.json <<'SCENE'
 {"source": {"shape": "cube", "spheres": {"balls": 12}}, "target": {"shape": "sphere", "spheres": {"balls": 6}},
