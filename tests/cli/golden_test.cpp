@@ -67,7 +67,7 @@ TEST_F(GoldenTest, ARunsFramesAreAcceptedWithoutRendering) {
   EXPECT_TRUE(contains(accept(3, {"golden_frames", "--reason", "x"}).err, "no report.json"));
   // The scene is another one than the report's.
   write("scenes/tiny.json", tiny_scene());
-  EXPECT_TRUE(contains(accept(3, {"out", "--reason", "x"}).err, "of another scene"));
+  EXPECT_TRUE(contains(accept(3, {"out", "--reason", "x"}).err, "from another scene"));
   change_scene();
   // A frame that is not what the run wrote.
   const std::string kept = read_text(folder / "out/frames/tiny/frame.0003.actual.exr");
