@@ -63,9 +63,6 @@ std::optional<float> level_at(const std::vector<float>& levels, float u) {
 
 Status extract_between(const Leg& leg, const LevelSearch& search, Engine& engine,
                        LegSurface& surface) {
-  // Shares of the objects' size: no further may the level go for the volume's sake, and up to where
-  // distances count nearly as they are.
-  constexpr float kFurthest = 0.08f, kLinearRange = 0.06f;
   const LegState& state = surface.state;
   const ObjectDistances &from = leg.from->distances, &to = leg.to->distances;
   const FrameMap& map = state.map;
@@ -83,7 +80,7 @@ Status extract_between(const Leg& leg, const LevelSearch& search, Engine& engine
   if (!at_an_end && keeps_volume(leg)) {
     const auto u = static_cast<double>(state.u);
     const double volume = (1 - u) * from.volume + u * to.volume;
-    const VolumeGoal goal = {volume, leg.settings.cell, kFurthest * object_size(leg, state.u),
+    const VolumeGoal goal = {volume, leg.settings.cell, kFurthestLevel * object_size(leg, state.u),
                              search.near, search.tolerance};
     PM_TRY(LevelSurface found, surface_of_volume(engine, fill_vessels(leg, field), map.box,
                                                  search.cell, search.extract, goal));

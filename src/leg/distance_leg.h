@@ -9,6 +9,10 @@
 
 namespace polymorph {
 
+/// Shares of the objects' size: no further may the level go for the volume's sake, and up to where
+/// distances count nearly as they are.
+inline constexpr float kFurthestLevel = 0.08f, kLinearRange = 0.06f;
+
 /// The map to both objects when the leg's balls are `balls`.
 FrameMap distance_map(const Leg& leg, float time, const BallSet& balls);
 

@@ -20,22 +20,30 @@ double min_component_share(const Leg& leg, float u) {
         // Fragments that come off between two objects, a limb's tip perhaps, are left out unless
         // they are as large as a component that, near an end, this object has, and that half way
         // both have.
-        constexpr double kFragment = 0.015;
         constexpr float kNear = 0.1f, kFar = 0.35f;  // from either end
         if (min_share <= 0) return min_share;
         const double from = leg.from->distances.smallest_component_share,
                      to = leg.to->distances.smallest_component_share;
-        const double end = std::min(kFragment, 0.5 * (u < 0.5f ? from : to)),
-                     middle = std::min(kFragment, 0.5 * std::max(from, to));
+        const double end = fragment_share(u < 0.5f ? from : to),
+                     middle = fragment_share(std::max(from, to));
         const float t = std::clamp((std::min(u, 1 - u) - kNear) / (kFar - kNear), 0.0f, 1.0f);
         return std::max(min_share, std::lerp(end, middle, static_cast<double>(t)));
       });
 }
 
 void remove_crumbs(const Leg& leg, float u, Mesh& surface) {
+  remove_crumbs(min_component_share(leg, u), leg.settings, surface);
+}
+
+void remove_crumbs(double fraction, const LegSettings& settings, Mesh& surface) {
   constexpr double kMaxCrumbs = 0.05;  // in play.html, too
-  remove_small_components(surface, min_component_share(leg, u),
-                          {kMaxCrumbs, static_cast<double>(leg.settings.min_component_share)});
+  remove_small_components(surface, fraction,
+                          {kMaxCrumbs, static_cast<double>(settings.min_component_share)});
+}
+
+double fragment_share(double smallest) {
+  constexpr double kFragment = 0.015;
+  return std::min(kFragment, 0.5 * smallest);
 }
 
 }  // namespace polymorph

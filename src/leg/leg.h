@@ -68,6 +68,16 @@ double min_component_share(const Leg& leg, float u);
 /// heap of small parts, together more than a twentieth of the volume, is no crumbs and stays.
 void remove_crumbs(const Leg& leg, float u, Mesh& surface);
 
+/// Removes components that enclose less than `fraction` of a surface's volume, likewise.
+void remove_crumbs(double fraction, const LegSettings& settings, Mesh& surface);
+
+/// The share of the volume below which a fragment that comes off between objects is left out, where
+/// their smallest component encloses the share `smallest`: their components stay.
+double fragment_share(double smallest);
+
+/// Objects stand equally low whose lowest points differ by no more than this share of their size.
+inline constexpr float kEquallyLow = 0.01f;
+
 /// Diagonal of the objects at an eased time: the length by which a smooth map measures.
 float object_size(const Leg& leg, float u);
 

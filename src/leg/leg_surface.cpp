@@ -11,17 +11,6 @@
 #include "morph/motion.h"
 
 namespace polymorph {
-namespace {
-
-/// Between objects a surface has no more handles than the one that has more: others, where two
-/// parts touch or a thin one tears, are cut, as long as they are thin.
-void cut_superfluous_handles(const Leg& leg, float u, Mesh& surface) {
-  constexpr float kMaxLength = 0.15f;  // around a handle, as a share of the objects' size
-  const std::int64_t genus = std::max(leg.from->distances.genus, leg.to->distances.genus);
-  cut_handles(surface, genus, kMaxLength * object_size(leg, u));
-}
-
-}  // namespace
 
 Result<float> volume_iso(const Leg& leg, const LegState& state, Engine& engine) {
   const auto search = [&]() -> Result<float> {
@@ -72,9 +61,15 @@ Result<LegSurface> leg_surface(const Leg& leg, float time, Engine& engine) {
       leg, [] {},
       [&](const DistanceLeg&) {
         mend_normals(surface.mesh);
-        cut_superfluous_handles(leg, surface.state.u, surface.mesh);
+        cut_superfluous_handles(std::max(leg.from->distances.genus, leg.to->distances.genus),
+                                object_size(leg, surface.state.u), surface.mesh);
       });
   return surface;
+}
+
+void cut_superfluous_handles(std::int64_t genus, float size, Mesh& surface) {
+  constexpr float kMaxLength = 0.15f;  // around a handle, as a share of the objects' size
+  cut_handles(surface, genus, kMaxLength * size);
 }
 
 Result<std::vector<float>> surface_field(const Leg& leg, const LegSurface& surface,

@@ -23,6 +23,11 @@ Result<float> volume_iso(const Leg& leg, const LegState& state, Engine& engine);
 /// small and handles that no object has. Errors: kResource.
 Result<LegSurface> leg_surface(const Leg& leg, float time, Engine& engine);
 
+/// Cuts handles of a surface between objects that none of them has, where two parts touch or a thin
+/// one tears, as long as they are thin. `genus`: the largest of the objects; `size`: their
+/// diagonal.
+void cut_superfluous_handles(std::int64_t genus, float size, Mesh& surface);
+
 /// Evaluates the field of the leg's surface at points: positive inside, 0 on the surface before
 /// small components and handles were removed. A leg made of distances has their mixture in scene
 /// units; a leg made of balls has field / level - 1. Errors: the engine's.

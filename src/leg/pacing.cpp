@@ -83,7 +83,6 @@ float level_near(const std::vector<Moment>& moments, float time) {
 /// Tests whether the leg's surface is to stay on the floor: where both objects stand equally low.
 /// Arcs and explosions leave it on purpose.
 bool has_contact(const Leg& leg) {
-  constexpr float kEquallyLow = 0.01f;
   const Path path = leg.plan.motion.path;
   const float difference = leg.from->model.box().low.y - leg.to->model.box().low.y;
   return leg.settings.contact && path != Path::kBezier && path != Path::kExplode &&

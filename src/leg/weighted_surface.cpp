@@ -9,20 +9,16 @@
 #include "field/extract_surface.h"
 #include "kernels/distance_field.h"
 #include "kernels/linear.h"
+#include "leg/distance_leg.h"
 #include "leg/leg_surface.h"
-#include "mesh/components.h"
 #include "mesh/fairing.h"
-#include "mesh/handles.h"
 #include "morph/motion.h"
 
 namespace polymorph {
 namespace {
 
-/// Shares of the objects' size: deviation of the kernels and spacing of their lattice (as those of
-/// a leg's map), margin around the mixture, range in which distances count nearly as they are, and
-/// the furthest level.
-constexpr float kDeviation = 0.055f, kSpacing = 0.04f, kMargin = 0.12f, kLinearRange = 0.06f,
-                kFurthest = 0.08f;
+/// Margin around the mixture, a share of the objects' size.
+constexpr float kMargin = 0.12f;
 
 Mat3 scale_matrix(Mat3 a, double factor) {
   for (double& value : a.m) value *= factor;
@@ -111,7 +107,7 @@ void mix_balls(const MorphPlan& plan, const std::vector<Part>& parts, Vec3d midd
     }
     const Vec3 at = to_float(mean.center + (mean.rotation * place) * scale);
     const double own = scale * 0.7 / std::sqrt(2 * static_cast<double>(balls[b].a)),
-                 share = static_cast<double>(kDeviation * mixture.size);
+                 share = static_cast<double>(static_cast<float>(kMapDeviation) * mixture.size);
     mixture.samples.push_back({at, std::max(static_cast<float>(plan.from_masses[b]), 1e-6f),
                                static_cast<float>(std::sqrt(share * share + own * own))});
     mixture.box = unite(mixture.box, widened({at, at}, 0.5f * margin));
@@ -126,7 +122,7 @@ Regression empty_regression(const Mixture& mixture) {
   // All of the map is in the samples' values and slopes.
   regression.affine[0] = {{Vec3{}, Vec3{}, Vec3{}}, {}};
   Grid& lattice = regression.lattice;
-  lattice.cell = kSpacing * mixture.size;
+  lattice.cell = kMapSpacing * mixture.size;
   lattice.origin = mixture.box.low - Vec3{3, 3, 3} * lattice.cell;
   const auto nodes = [&](float length) {
     return static_cast<int>(std::ceil(length / lattice.cell)) + 7;
@@ -246,7 +242,7 @@ Result<std::vector<float>> fill_grid(const Grid& grid, const Mixture& mixture, d
   for_each_point(coarse.grid, [&](Int3 at) { points.push_back(grid_point(coarse.grid, at)); });
   PM_TRY(coarse.values, sample_field(mixture, shares, points, engine));
   const float level =
-      mixture.keeps_volume ? find_level(coarse, volume, kFurthest * mixture.size) : 0;
+      mixture.keeps_volume ? find_level(coarse, volume, kFurthestLevel * mixture.size) : 0;
   // The field rises by 2 per unit of length at most, and half of a coarse cell's diagonal lies
   // between a point and the nearest corner; the rest is for the level, which is not known yet.
   const float reach = 2.5f * coarse.grid.cell;
@@ -281,11 +277,8 @@ Result<std::vector<float>> fill_grid(const Grid& grid, const Mixture& mixture, d
   return values;
 }
 
-/// Leaves out what comes off, and cuts handles that no object has, as between two objects
-/// (leg/leg.h, leg/leg_surface.cpp).
+/// Leaves out what comes off, and cuts handles that no object has, as between two objects.
 void mend(const Mixture& mixture, Mesh& mesh) {
-  constexpr double kFragment = 0.015, kMaxCrumbs = 0.05;
-  constexpr float kMaxLength = 0.15f;
   const auto min_share = static_cast<double>(mixture.settings.min_component_share);
   double smallest = 0;
   std::int64_t genus = 0;
@@ -293,10 +286,10 @@ void mend(const Mixture& mixture, Mesh& mesh) {
     smallest = std::max(smallest, mixed.object->distances.smallest_component_share);
     genus = std::max<std::int64_t>(genus, mixed.object->distances.genus);
   }
-  const double fragment = min_share > 0 ? std::min(kFragment, 0.5 * smallest) : 0;
-  remove_small_components(mesh, std::max(min_share, fragment), {kMaxCrumbs, min_share});
+  const double fragment = min_share > 0 ? fragment_share(smallest) : 0;
+  remove_crumbs(std::max(min_share, fragment), mixture.settings, mesh);
   mend_normals(mesh);
-  cut_handles(mesh, genus, kMaxLength * mixture.size);
+  cut_superfluous_handles(genus, mixture.size, mesh);
 }
 
 /// Raises or lowers a surface so that it stands as low as the objects do.
@@ -353,7 +346,6 @@ Result<Mixture> mix_objects(const ShapeSpace& space, std::span<const float> weig
     mixture.floor += static_cast<float>(part.weight) * box.low.y;
     lows = unite(lows, {box.low, box.low});
   }
-  constexpr float kEquallyLow = 0.01f;
   mixture.stands = first.settings.contact && lows.size().y <= kEquallyLow * mixture.size;
   const Vec3d middle(first.from->model.box().center());
   mixture.mean = mean_similarity(parts, middle);
@@ -378,7 +370,7 @@ Result<WeightedSurface> weighted_surface(const Mixture& mixture, Engine& engine)
     volume += static_cast<double>(mixed.weight) * mixed.object->distances.volume;
   PM_TRY(field->values, fill_grid(field->grid, mixture, volume, engine));
   if (mixture.keeps_volume) {
-    const float level = find_level(*field, volume, kFurthest * mixture.size);
+    const float level = find_level(*field, volume, kFurthestLevel * mixture.size);
     for (float& value : field->values) value -= level;
   }
   close_border(*field);

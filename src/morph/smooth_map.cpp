@@ -14,12 +14,9 @@
 namespace polymorph {
 namespace {
 
-/// Deviation of the kernels, and the lattice's spacing, as shares of the objects' size.
-constexpr double kDeviation = 0.055;
 /// Deviation where limbs are matched: neighbours agree on their ways and kernels may be as narrow
 /// as limbs.
 constexpr double kLimbDeviation = 0.04;
-constexpr float kSpacing = 0.04f;
 /// Both where limbs pass each other. Their maps would else be mixed, and both vanish.
 constexpr double kPassingDeviation = 0.015;
 constexpr float kPassingSpacing = 0.02f;
@@ -69,7 +66,7 @@ float kernel_deviation(const MorphPlan& plan, const Pair& pair, double u, float 
       kOwnSize * ((1 - v) * own(plan.from[pair.from]) + v * own(plan.to[pair.to]));
   const double deviation =
       plan.from_limbs.empty()
-          ? kDeviation
+          ? kMapDeviation
           : kLimbDeviation + (kPassingDeviation - kLimbDeviation) * static_cast<double>(passing);
   const double share = deviation * static_cast<double>(size);
   return static_cast<float>(std::sqrt(share * share + radius * radius));
@@ -99,17 +96,11 @@ Box with_landmarks(Box box, std::span<const Vec3> places, float size) {
   return box;
 }
 
-float largest(const std::vector<float>& values) {
-  float result = 0;
-  for (const float value : values) result = std::max(result, value);
-  return result;
-}
-
 /// `passing`: the largest of passing_shares().
 Grid lattice_over(const Box& box, float size, float passing) {
   Grid lattice;
   const Vec3 extent = box.size();
-  lattice.cell = std::max(lerp(kSpacing, kPassingSpacing, passing) * size,
+  lattice.cell = std::max(lerp(kMapSpacing, kPassingSpacing, passing) * size,
                           std::max({extent.x, extent.y, extent.z}) / kMaxNodes);
   // Two nodes beyond: a point's spline needs one, rounding may take the other.
   const auto nodes = [&](float length) {
@@ -189,7 +180,8 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
   auto regression = std::make_shared<Regression>();
   const std::vector<float> passing = passing_shares(plan, eased, balls, size);
   regression->maps = 2;
-  regression->lattice = lattice_over(map.box, size, largest(passing));
+  regression->lattice =
+      lattice_over(map.box, size, *std::max_element(passing.begin(), passing.end()));
   const std::vector<float> deviations = landmark_deviations(places, size, regression->lattice.cell);
   for (std::size_t l = 0; l < places.size(); ++l)
     regression->landmarks.push_back(
@@ -291,8 +283,8 @@ Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls, floa
   regression->samples = make_samples(plan, eased, passing, balls, size);
   const std::vector<Vec3> places = landmark_places(plan, time, balls),
                           next_places = landmark_places(next.plan, next.time, later);
-  regression->lattice =
-      lattice_over(with_landmarks(box_around(balls, size), places, size), size, largest(passing));
+  regression->lattice = lattice_over(with_landmarks(box_around(balls, size), places, size), size,
+                                     *std::max_element(passing.begin(), passing.end()));
   const std::vector<float> deviations = landmark_deviations(places, size, regression->lattice.cell);
   for (std::size_t l = 0; l < places.size(); ++l)
     regression->landmarks.push_back({places[l], deviations[l], {next_places[l] - places[l], {}}});

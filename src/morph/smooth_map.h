@@ -16,6 +16,10 @@
 
 namespace polymorph {
 
+/// Deviation of a map's kernels, and spacing of its lattice, as shares of the objects' size.
+inline constexpr double kMapDeviation = 0.055;
+inline constexpr float kMapSpacing = 0.04f;
+
 /// One moment's map, and what lengths are measured by then.
 struct FrameMap {
   /// Map 0: to the source, and the progress; map 1: to the target.

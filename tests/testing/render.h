@@ -56,6 +56,17 @@ inline TestMesh make_square(Vec3 center, Vec3 right, Vec3 up, float half) {
   return mesh;
 }
 
+/// A square in front of the ball of BallOnFloor, with a texture of checks.
+inline TestMesh make_checkered_square() {
+  Image checks = make_image(8, 8, {"R", "G", "B"});
+  for (std::size_t i = 0; i < checks.pixels.size(); ++i)
+    checks.pixels[i] = (i / 3 + i / 24) % 2 == 0 ? 0.9f : 0.1f;
+  TestMesh square = make_square({0.3f, 0.2f, 0.9f}, {1, 0, 0}, {0, 1, 0}, 0.5f);
+  square.textures = {std::make_shared<const Image>(std::move(checks))};
+  square.materials[0].texture = 0;
+  return square;
+}
+
 inline Material matte(Vec3 color) {
   Material material;
   material.color = color;

@@ -100,12 +100,7 @@ TEST(ScalarTracer, LampsSunsAndImageSkiesHaveTheSameBits) {
 
 TEST(ScalarTracer, LensTexturesAndMotionHaveTheSameBits) {
   BallOnFloor studio;
-  Image checks = make_image(8, 8, {"R", "G", "B"});
-  for (std::size_t i = 0; i < checks.pixels.size(); ++i)
-    checks.pixels[i] = (i / 3 + i / 24) % 2 == 0 ? 0.9f : 0.1f;
-  TestMesh square = make_square({0.3f, 0.2f, 0.9f}, {1, 0, 0}, {0, 1, 0}, 0.5f);
-  square.textures = {std::make_shared<const Image>(std::move(checks))};
-  square.materials[0].texture = 0;
+  const TestMesh square = make_checkered_square();
   studio.scene.meshes.push_back(view_of(square, 3));
   studio.scene.camera.lens_radius = 0.1f;
   studio.scene.camera.focus = 4;

@@ -22,27 +22,27 @@ std::string join_distinct(const std::vector<std::string>& names) {
 
 /// Returns the object that is shown, itself or between itself and its balls.
 const std::shared_ptr<const PreparedObject>& shown_object(const Leg& leg,
-                                                          const MorphState& morph_state) {
-  return morph_state.object == morph_state.leg ? leg.from : leg.to;
+                                                          const MorphState& moment) {
+  return moment.object == moment.leg ? leg.from : leg.to;
 }
 
 /// Makes the geometry of a stage in which an object shows, itself or between itself and its balls.
-Result<ActorGeometry> model_geometry(const PreparedActor& actor, const MorphState& morph_state,
+Result<ActorGeometry> model_geometry(const PreparedActor& actor, const MorphState& moment,
                                      Engine& engine) {
   ActorGeometry geometry;
-  geometry.moment = morph_state;
-  const bool leaving = morph_state.object == morph_state.leg;
-  const MeshSequence* sequence = moving_sequence(actor, morph_state.object);
-  if (sequence && morph_state.boundary == 1) {  // nothing but the mesh
-    PM_TRY(Model mesh, load_mesh(*sequence, leaving ? morph_state.mesh : morph_state.to_mesh));
+  geometry.moment = moment;
+  const bool leaving = moment.object == moment.leg;
+  const MeshSequence* sequence = moving_sequence(actor, moment.object);
+  if (sequence && moment.boundary == 1) {  // nothing but the mesh
+    PM_TRY(Model mesh, load_mesh(*sequence, leaving ? moment.mesh : moment.to_mesh));
     geometry.points = mesh.points;
     geometry.mesh = std::make_shared<const Model>(std::move(mesh));
     return geometry;
   }
-  PM_TRY(geometry.leg, leg_at(actor, morph_state, engine));
-  const std::shared_ptr<const PreparedObject>& object = shown_object(*geometry.leg, morph_state);
+  PM_TRY(geometry.leg, leg_at(actor, moment, engine));
+  const std::shared_ptr<const PreparedObject>& object = shown_object(*geometry.leg, moment);
   if (sequence) geometry.mesh = {object, &object->model};
-  const BoundaryMoment boundary{leaving, morph_state.boundary, morph_state.growth};
+  const BoundaryMoment boundary{leaving, moment.boundary, moment.growth};
   PM_TRY(BoundarySurface shown, boundary_surface(*geometry.leg, boundary, engine));
   geometry.balls = std::move(shown.balls);
   geometry.surface = std::move(shown.surface);
@@ -55,11 +55,11 @@ Result<ActorGeometry> model_geometry(const PreparedActor& actor, const MorphStat
 }
 
 /// Makes the surface of objects that are mixed, with its look.
-Result<ActorGeometry> mixture_geometry(const PreparedActor& actor, const MorphState& morph_state,
+Result<ActorGeometry> mixture_geometry(const PreparedActor& actor, const MorphState& moment,
                                        Engine& engine) {
   ActorGeometry geometry;
-  geometry.moment = morph_state;
-  PM_TRY(Mixture mixture, mix_objects(*actor.space, morph_state.weights));
+  geometry.moment = moment;
+  PM_TRY(Mixture mixture, mix_objects(*actor.space, moment.weights));
   PM_TRY(WeightedSurface surface, weighted_surface(mixture, engine));
   PM_TRY(const PulledMixture pulled, pull_mixture_back(mixture, surface, engine));
   blend_weighted_normals(pulled, surface.mesh);
@@ -72,10 +72,10 @@ Result<ActorGeometry> mixture_geometry(const PreparedActor& actor, const MorphSt
 }
 
 /// Makes the geometry of a mesh sequence from its mesh that shows.
-Result<ActorGeometry> sequence_geometry(const PreparedActor& actor, const MorphState& morph_state) {
+Result<ActorGeometry> sequence_geometry(const PreparedActor& actor, const MorphState& moment) {
   ActorGeometry geometry;
-  geometry.moment = morph_state;
-  PM_TRY(Model mesh, load_mesh(*actor.sequence, morph_state.mesh));
+  geometry.moment = moment;
+  PM_TRY(Model mesh, load_mesh(*actor.sequence, moment.mesh));
   geometry.points = mesh.points;
   geometry.mesh = std::make_shared<const Model>(std::move(mesh));
   return geometry;
@@ -135,13 +135,13 @@ Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorG
 
 }  // namespace
 
-Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState& morph_state,
+Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState& moment,
                                    Engine& engine) {
   ActorGeometry geometry;
-  geometry.moment = morph_state;
-  PM_TRY(geometry.leg, leg_at(actor, morph_state.leg, morph_state.frame, engine));
+  geometry.moment = moment;
+  PM_TRY(geometry.leg, leg_at(actor, moment.leg, moment.frame, engine));
   const Leg& leg = *geometry.leg;
-  PM_TRY(LegSurface surface, leg_surface(leg, morph_state.time, engine));
+  PM_TRY(LegSurface surface, leg_surface(leg, moment.time, engine));
   PM_TRY_STATUS(blend_end_normals(leg, surface.state, surface.mesh, engine));
   if (actor.timeline.own_look && !surface.mesh.triangles.empty()) {
     PM_TRY(geometry.look, leg_look(leg, surface, engine));
@@ -152,26 +152,25 @@ Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState&
   return geometry;
 }
 
-Result<ActorGeometry> actor_geometry_at(const PreparedActor& actor, const MorphState& morph_state,
+Result<ActorGeometry> actor_geometry_at(const PreparedActor& actor, const MorphState& moment,
                                         Engine& engine) {
-  if (actor.sequence) return sequence_geometry(actor, morph_state);
-  if (morph_state.object >= 0) return model_geometry(actor, morph_state, engine);
-  return actor.space ? mixture_geometry(actor, morph_state, engine)
-                     : leg_geometry(actor, morph_state, engine);
+  if (actor.sequence) return sequence_geometry(actor, moment);
+  if (moment.object >= 0) return model_geometry(actor, moment, engine);
+  return actor.space ? mixture_geometry(actor, moment, engine)
+                     : leg_geometry(actor, moment, engine);
 }
 
 Result<std::vector<std::uint32_t>> surface_labels(const ActorGeometry& geometry, Engine& engine) {
-  const MorphState& morph_state = geometry.moment;
+  const MorphState& moment = geometry.moment;
   const std::vector<Vec3>& points = geometry.surface.positions;
-  if (morph_state.object >= 0)
-    return nearest_labels(*shown_object(*geometry.leg, morph_state), points);
+  if (moment.object >= 0) return nearest_labels(*shown_object(*geometry.leg, moment), points);
   if (geometry.mixture) {
     const WeightedSurface surface{geometry.surface, geometry.lift};
     PM_TRY(const PulledMixture pulled, pull_mixture_back(*geometry.mixture, surface, engine));
     return weighted_labels(pulled);
   }
   LegState state;
-  state.time = morph_state.time;
+  state.time = moment.time;
   state.balls = geometry.balls;
   return leg_labels(*geometry.leg, state, points, engine);
 }
@@ -193,8 +192,8 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, Engine& engine,
       aov_is_chosen(scene.image.aovs, "label") || aov_is_chosen(scene.image.aovs, "crypto_label");
   FrameGeometry geometry{frame, sequence_time(scene, shown), stage_names(prepared, frame), {}};
   for (const PreparedActor& actor : prepared.actors) {
-    const MorphState morph_state = morph_state_at(actor.timeline, shown);
-    PM_TRY(ActorGeometry actor_geometry, actor_geometry_at(actor, morph_state, engine));
+    const MorphState moment = morph_state_at(actor.timeline, shown);
+    PM_TRY(ActorGeometry actor_geometry, actor_geometry_at(actor, moment, engine));
     if (needs_flow) PM_TRY_STATUS(add_flow(actor, is_last, engine, actor_geometry));
     actor_geometry.moves = !turntable && moves_at(actor.timeline, shown);
     if (labels && !actor_geometry.surface.positions.empty()) {
