@@ -16,12 +16,12 @@ struct Box {
 
   bool empty() const { return !(low.x <= high.x && low.y <= high.y && low.z <= high.z); }
   Vec3 size() const { return empty() ? Vec3{} : high - low; }
-  Vec3 center() const { return (low + high) * 0.5f; }
+  PM_HD Vec3 center() const { return (low + high) * 0.5f; }
   float diagonal() const { return length(size()); }
 };
 
-inline Box extend(Box box, Vec3 p) { return {min(box.low, p), max(box.high, p)}; }
-inline Box unite(Box a, Box b) { return {min(a.low, b.low), max(a.high, b.high)}; }
+PM_HD inline Box extend(Box box, Vec3 p) { return {min(box.low, p), max(box.high, p)}; }
+PM_HD inline Box unite(Box a, Box b) { return {min(a.low, b.low), max(a.high, b.high)}; }
 inline Box box_of(std::span<const Vec3> points) {
   Box box;
   for (Vec3 p : points) box = extend(box, p);

@@ -132,32 +132,21 @@ struct Renderer::State {
   std::string device_said;  ///< why the last frame was not traced there
   Stats stats;
 
-  /// Traces the frame's samples with the device tracer; nothing without one, or if it cannot.
-  std::optional<DeviceSums> trace_on_device(const FrameJob& job, RayStats& tally);
+  /// Traces the frame's samples with the device tracer. Returns whether it did.
+  bool trace_on_device(const FrameJob& job, DeviceFilm& film, RayStats& tally);
 };
 
-std::optional<DeviceSums> Renderer::State::trace_on_device(const FrameJob& job, RayStats& tally) {
-  if (!device_tracer) return {};
+bool Renderer::State::trace_on_device(const FrameJob& job, DeviceFilm& film, RayStats& tally) {
+  if (!device_tracer) return false;
   std::string reason = why_not_on_device(job);
-  if (reason.empty()) {
-    const Result<Bvh> bvh = build_bvh(device, *job.world.geometry);
-    DeviceSums sums;
-    sums.first_block = job.samples.first_block();
-    sums.blocks = job.samples.block_count();
-    sums.sums.resize(static_cast<std::size_t>(job.image.width) *
-                     static_cast<std::size_t>(job.image.height) *
-                     static_cast<std::size_t>(sums.blocks));
-    RayStats traced;
-    reason = bvh ? device_tracer->trace(job, *bvh, sums, traced) : bvh.error().message;
-    if (reason.empty()) {
-      tally = traced;
-      device_said.clear();
-      return sums;
-    }
-  }
-  if (reason != device_said) log_info("the CPU traces what the GPU does not: {}", reason);
+  RayStats traced;
+  if (reason.empty()) reason = device_tracer->trace(job, film, traced);
+  if (reason.empty())
+    tally = traced;
+  else if (reason != device_said)
+    log_info("the CPU traces what the GPU does not: {}", reason);
   device_said = reason;
-  return {};
+  return reason.empty();
 }
 
 Renderer::Renderer(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -182,9 +171,7 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
     state.denoiser = std::move(denoiser);
   }
   const Stopwatch build_watch;
-  PM_TRY(const TracedScene geometry,
-         TracedScene::build(state.device, scene.meshes, scene.camera.shutter,
-                            max_start_distance(scene), scene.bounds));
+  TracedScene geometry(scene.meshes, scene.camera.shutter, max_start_distance(scene), scene.bounds);
 
   const Camera& rig = scene.rig ? *scene.rig : scene.camera;
   const Box& stage = scene.bounds.empty() ? geometry.bounds() : scene.bounds;
@@ -261,8 +248,15 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   film.attributes = mattes.attributes();
   const int columns = (image.width + kTile - 1) / kTile, rows = (image.height + kTile - 1) / kTile;
   std::vector<RayStats> tallies(static_cast<std::size_t>(columns) * rows + 1);
-  const std::optional<DeviceSums> device_sums = state.trace_on_device(job, tallies.back());
-  if (device_sums) job.device_sums = &*device_sums;
+  DeviceFilm device_film;
+  if (state.trace_on_device(job, device_film, tallies.back())) job.device_film = &device_film;
+  // Mattes are found by rays of the CPU.
+  double hierarchy_seconds = 0;
+  if (!job.device_film || mattes.layer_count() > 0) {
+    const Stopwatch hierarchy_watch;
+    PM_TRY_STATUS(geometry.build_hierarchy(state.device));
+    hierarchy_seconds = hierarchy_watch.seconds();
+  }
   parallel_for(columns * rows, [&](std::int64_t i) {
     const int tile = static_cast<int>(i);
     render_tile(job, tile % columns, tile / columns, film, tallies[i]);
@@ -272,7 +266,8 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
     state.stats.rays += stats.rays;
     state.stats.paths += stats.paths;
   }
-  state.stats.trace_seconds = trace_watch.seconds();
+  state.stats.build_seconds += hierarchy_seconds;
+  state.stats.trace_seconds = trace_watch.seconds() - hierarchy_seconds;
   std::vector<std::string> channels = list_film_channels(choose_aovs(image.aovs));
   for (std::string& channel : mattes.channels()) channels.push_back(std::move(channel));
   if (part) {

@@ -59,7 +59,7 @@ class Tile {
         guides_(job.image.denoise ? kPixels : 0) {}
 
   void sample() {
-    if (job_.device_sums) take_device_sums();
+    if (job_.device_film) take_device_sums();
     if (!casts_rays()) return;
     const int max_samples = job_.samples.end;
     if (!(job_.image.noise > 0)) return sample_round(job_.samples.first, max_samples);
@@ -86,7 +86,7 @@ class Tile {
 
   /// Intersects the rays through the pixels' centres, if AOVs or steady noise need them.
   void intersect_centers() {
-    const bool steady = casts_rays() && job_.image.steady && !job_.camera.moves && job_.meshes_move;
+    const bool steady = casts_rays() && job_.looks_for_motion();
     moving_.fill(job_.camera.moves);
     if (job_.aovs.empty() && !steady) return;
     for (int y = 0; y < height_; ++y) {
@@ -96,7 +96,10 @@ class Tile {
         const Pack film_x = Lanes<Pack>::iota() + static_cast<float>(left_ + k * kLanes);
         row.rays[k] = center_rays<Pack3>(job_.camera, film_x, film_y);
       }
-      intersect_closest(job_.world, row.rays, row.intersections, width_, true, stats_);
+      if (job_.device_film)
+        take_device_centers(y);
+      else
+        intersect_closest(job_.world, row.rays, row.intersections, width_, true, stats_);
       if (!steady) continue;
       for (int x = 0; x < width_; ++x) {
         const std::uint32_t mesh = row.intersections[x / kLanes].mesh.mesh[x % kLanes];
@@ -163,23 +166,39 @@ class Tile {
     }
   }
 
-  /// Takes the sums that a GPU has made of all samples.
-  void take_device_sums() {
-    const DeviceSums& device = *job_.device_sums;
-    for (int i = 0; i < width_ * height_; ++i) {
-      const auto x = static_cast<std::size_t>(left_ + i % width_),
-                 y = static_cast<std::size_t>(top_ + i / width_),
-                 blocks = static_cast<std::size_t>(device.blocks);
-      const PixelSum* sums =
-          &device.sums[(y * static_cast<std::size_t>(job_.image.width) + x) * blocks];
-      for (int b = 0; b < device.blocks; ++b) sums_[i].add({{device.first_block + b, 1}, sums[b]});
-    }
-  }
-
  private:
   /// Tests whether samples' camera rays are cast here: to trace them, or, where a GPU has done
   /// that, for mattes alone.
-  bool casts_rays() const { return !job_.device_sums || !mattes_.empty(); }
+  bool casts_rays() const { return !job_.device_film || !mattes_.empty(); }
+
+  std::size_t film_index(int x, int y) const {
+    return static_cast<std::size_t>(top_ + y) * static_cast<std::size_t>(job_.image.width) +
+           static_cast<std::size_t>(left_ + x);
+  }
+  /// Takes the sums that a GPU has made of all samples.
+  void take_device_sums() {
+    const DeviceFilm& film = *job_.device_film;
+    for (int i = 0; i < width_ * height_; ++i) {
+      const PixelSum* sums = &film.sums[film_index(i % width_, i / width_) * film.nodes.size()];
+      for (const BlockSpan node : film.nodes) sums_[i].add({node, *sums++});
+    }
+  }
+  /// Takes what a GPU has found in the centres of a row's pixels.
+  void take_device_centers(int y) {
+    CenterRow& row = centers_[y];
+    for (int k = 0; k < 2; ++k)
+      row.intersections[k] = {{}, intersect_floor(job_.world.floor, row.rays[k])};
+    for (int x = 0; x < width_; ++x) {
+      const MeshHit& hit = job_.device_film->centers[film_index(x, y)];
+      MeshHitOf<Pack>& hits = row.intersections[x / kLanes].mesh;
+      const int l = x % kLanes;
+      hits.mesh[l] = hit.mesh;
+      hits.triangle[l] = hit.triangle;
+      hits.distance[l] = hit.distance;
+      hits.u[l] = hit.u;
+      hits.v[l] = hit.v;
+    }
+  }
 
   /// Takes the samples [from, to) of the pixels that are still noisy. They are whole blocks, but
   /// for the last one of the picture.
@@ -201,7 +220,7 @@ class Tile {
     check_interruption();  // a tile of many samples takes seconds
     for (int first = 0; first < wave_.count; first += kLanes) make_camera_rays(first);
     if (!mattes_.empty() || job_.image.denoise) add_mattes_and_guides();
-    if (!job_.device_sums) trace_wave();
+    if (!job_.device_film) trace_wave();
     wave_.count = 0;
   }
   void trace_wave() {

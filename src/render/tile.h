@@ -1,6 +1,9 @@
 // Tile rendering: from camera rays to a tile of the film, with adaptive sampling.
 #pragma once
 
+#include <span>
+#include <vector>
+
 #include "image/image.h"
 #include "render/aov.h"
 #include "render/film/camera_rays.h"
@@ -16,6 +19,14 @@ namespace polymorph {
 
 inline constexpr int kTile = 16;  // pixels along a side
 
+/// Sums and hits that a GPU has found for the pixels of a frame, in rows from the upper left.
+/// Borrowed.
+struct DeviceFilm {
+  std::vector<BlockSpan> nodes;      ///< nodes that sum the frame's samples
+  std::span<const PixelSum> sums;    ///< sums of each pixel's nodes
+  std::span<const MeshHit> centers;  ///< hits of the rays through pixels' centres, if they are used
+};
+
 /// All that the tiles of a frame share.
 struct FrameJob {
   World world;
@@ -30,7 +41,9 @@ struct FrameJob {
   int first_aov = 4;    ///< channel of the film
   /// Sums of mattes (MatteSums) if the film gets only a part of the frame's samples, else null.
   std::vector<MattePixel>* part_mattes = nullptr;
-  const DeviceSums* device_sums = nullptr;  ///< set: a GPU has traced the samples
+  const DeviceFilm* device_film = nullptr;  ///< set: a GPU has traced the samples
+
+  bool looks_for_motion() const { return image.steady && meshes_move && !camera.moves; }
 };
 
 /// Fills pixels [tile_x kTile, ...) x [tile_y kTile, ...) of the film. One task owns a tile and

@@ -2,6 +2,7 @@
 // what it does on the CPU. One path after the other, among triangles that the renderer's own
 // hierarchy proposes, are those of eight at a time among the triangles that Embree proposes.
 #include <cstdlib>
+#include <cstring>
 
 #include "base/random.h"
 #include "kernels/floating_point.h"
@@ -124,6 +125,43 @@ TEST(ScalarTracer, EmptyScenesAndSingleTrianglesAreTraced) {
   expect_same_bits(scene, small_settings());
 }
 
+/// Traces frames of other samples from other sides until their rays are as many as POLYMORPH_RAYS
+/// asks for: a hit that differs is light that differs.
+TEST(ScalarTracer, ManyRaysHaveTheSameBitsOnAGpu) {
+  std::string error;
+  if (!make_cuda_tracer(0, error)) {
+    EXPECT_EQ(std::getenv("POLYMORPH_REQUIRE_CUDA"), nullptr) << error;
+    GTEST_SKIP() << error;
+  }
+  const char* asked = std::getenv("POLYMORPH_RAYS");
+  const double rays = asked ? std::atof(asked) : 1e7;
+  BallOnFloor studio;
+  const TestMesh small = make_ball(33, 17, 0.4f);
+  studio.scene.meshes.push_back(view_of(small, 3));
+  studio.scene.meshes[0].look = 1;
+  studio.scene.look.kind = LookKind::kMetal;
+  RenderSettings settings = small_settings(64);
+  settings.image.width = 320;
+  settings.image.height = 240;
+  settings.image.aovs = "all";
+  Renderer lanes = *Renderer::create(), device = *Renderer::create();
+  device.trace_with(make_cuda_tracer(0, error));
+  double traced = 0;
+  for (settings.frame = 1; traced < rays; ++settings.frame) {
+    CameraSettings camera;
+    camera.azimuth = 37.0f * static_cast<float>(settings.frame);
+    studio.scene.camera = make_camera(camera, studio.scene.bounds, 320, 240);
+    const Image expected = *lanes.render(studio.scene, settings);
+    const Image image = *device.render(studio.scene, settings);
+    ASSERT_FALSE(device.traced_on_cpu());
+    ASSERT_TRUE(std::memcmp(expected.pixels.data(), image.pixels.data(),
+                            expected.pixels.size() * sizeof(float)) == 0)
+        << "frame " << settings.frame;
+    traced += static_cast<double>(device.stats().rays);
+  }
+  RecordProperty("rays", std::to_string(traced));
+}
+
 TEST(ScalarTracer, FramesThatItDoesNotTraceGoToTheCpu) {
   BallOnFloor studio;
   RenderSettings settings = small_settings();
@@ -143,32 +181,42 @@ TEST(ScalarTracer, SumsThatFillTheMemoryAreLeftToTheCpu) {
   job.world.geometry = &scene;
   job.image.width = 3840;
   job.image.height = 2160;
-  job.samples = {0, 16};
+  job.samples = {0, 512, 512};
   EXPECT_EQ(why_not_on_device(job), "");
-  job.samples = {0, 512};
-  EXPECT_NE(why_not_on_device(job).find("so many samples"), std::string::npos);
+  job.samples = {16, 4096, 4096};  // eight nodes a pixel
+  EXPECT_NE(why_not_on_device(job).find("so large pictures"), std::string::npos);
 }
 
 TEST(ScalarTracer, MemoryIsLimitedToWhatIsAllowed) {
+  BallOnFloor studio;
+  const TracedScene scene(studio.scene.meshes, 0, 10, {});
   FrameJob job;
+  job.world.geometry = &scene;
   job.image.width = 1920;
   job.image.height = 1080;
-  job.samples = {0, 64};
-  const std::size_t sums = std::size_t{1920} * 1080 * 4 * sizeof(PixelSum);
-  const std::size_t row = std::size_t{1920} * (64 * sizeof(PathLight) + 1);
+  DeviceFrame frame;
+  frame.end_sample = 64;
+  frame.node_count = 1;
+  frame.finds_centers = true;
+  const std::size_t film = std::size_t{1920} * 1080 * (sizeof(PixelSum) + sizeof(MeshHit));
+  const std::size_t row = std::size_t{1920} * 64 * sizeof(PathLight);
   const std::size_t frame_bytes = 5'000'000;
-  EXPECT_EQ(size_buffers(job, frame_bytes, 0).rows, 34u);  // 4 million paths
-  EXPECT_EQ(size_buffers(job, frame_bytes, std::size_t{1} << 40).rows, 34u);
-  EXPECT_EQ(size_buffers(job, frame_bytes, frame_bytes + sums + 3 * row).rows, 3u);
-  EXPECT_EQ(size_buffers(job, frame_bytes, frame_bytes + sums + row).rows, 1u);
-  const std::string error = size_buffers(job, frame_bytes, frame_bytes + sums + row - 1).error;
+  const std::size_t fixed =
+      frame_bytes + studio.scene.meshes[0].triangles.size() * kHierarchyBytes + film;
+  const auto choose = [&](std::size_t limit) {
+    return size_buffers(job, frame, frame_bytes, limit);
+  };
+  EXPECT_EQ(choose(0).rows, 34u);  // 4 million paths
+  EXPECT_EQ(choose(std::size_t{1} << 40).rows, 34u);
+  EXPECT_EQ(choose(fixed + 3 * row).rows, 3u);
+  EXPECT_EQ(choose(fixed + row).rows, 1u);
+  const std::string error = choose(fixed + row - 1).error;
   EXPECT_NE(error.find("above --max-memory"), std::string::npos) << error;
 
   // The CPU traces a frame that is refused; a frame of a few rows a launch has the same bits.
-  BallOnFloor studio;
   const RenderSettings settings = small_settings(16);
   const Image expected = render_or_fail(studio.scene, settings);
-  for (const std::size_t limit : {std::size_t{1000}, std::size_t{1'500'000}})
+  for (const std::size_t limit : {std::size_t{1000}, std::size_t{3'000'000}})
     for (auto& tracer : make_tracers()) {
       tracer->limit_memory(limit);
       Renderer renderer = *Renderer::create();
@@ -191,10 +239,13 @@ TEST(ScalarTracer, ClosestHitsAreThoseOfEmbree) {
   job.world.sky = sky;
   const PixelFilter filter = make_pixel_filter(1);
   job.camera.filter = &filter;
-  const Bvh bvh = *build_bvh(device, scene);
   DeviceFrame frame;
-  std::vector<std::byte> memory(pack_frame(job, bvh, nullptr, nullptr, frame));
-  pack_frame(job, bvh, memory.data(), memory.data(), frame);
+  std::vector<std::byte> memory(pack_frame(job, nullptr, nullptr, frame));
+  pack_frame(job, memory.data(), memory.data(), frame);
+  const Bvh bvh = build_bvh(frame.scene);
+  frame.scene.nodes = bvh.nodes;
+  frame.scene.triangles = bvh.triangles;
+  frame.scene.root = bvh.root;
   const FlushDenormals flush;
   int hits = 0;
   for (std::uint64_t i = 0; i < 100000; ++i) {

@@ -4,39 +4,17 @@
 #include <cstdlib>
 #include <string>
 
+#include "render/device/cuda_hierarchy.cuh"
+#include "render/device/cuda_memory.cuh"
 #include "render/device/device_tracer.h"
 #include "render/device/trace_path.h"
 
 namespace polymorph {
 namespace {
 
-constexpr int kThreads = 128;
-
-/// Memory of the device that only grows.
-class DeviceMemory {
- public:
-  DeviceMemory() = default;
-  DeviceMemory(const DeviceMemory&) = delete;
-  DeviceMemory& operator=(const DeviceMemory&) = delete;
-  ~DeviceMemory() { cudaFree(data_); }
-  cudaError_t reserve(std::size_t bytes) {
-    if (bytes <= size_) return cudaSuccess;
-    cudaFree(data_);
-    data_ = nullptr;
-    size_ = 0;
-    const cudaError_t error = cudaMalloc(&data_, bytes);
-    if (error == cudaSuccess) size_ = bytes;
-    return error;
-  }
-  template <class T>
-  T* as() const {
-    return static_cast<T*>(data_);
-  }
-
- private:
-  void* data_ = nullptr;
-  std::size_t size_ = 0;
-};
+/// Blocks that a multiprocessor shall hold: with fewer registers each, but more at once, their
+/// waits for memory overlap.
+constexpr int kBlocks = 5;
 
 /// Rows of the picture that one launch traces.
 struct Band {
@@ -44,115 +22,142 @@ struct Band {
   int pixels = 0;
 };
 
-__global__ void __launch_bounds__(kThreads)
-    mark_motion(const __grid_constant__ DeviceFrame frame, Band band, unsigned char* moving,
-                unsigned long long* rays) {
-  const int pixel = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
-  if (pixel >= band.pixels) return;
-  RayStats stats;
-  moving[pixel] = shows_motion(frame, pixel % frame.camera.size.width,
-                               band.first_row + pixel / frame.camera.size.width, stats);
-  if (stats.rays > 0) atomicAdd(rays, static_cast<unsigned long long>(stats.rays));
+/// Adds the rays of a warp's threads to the frame's.
+__device__ void count_rays(const RayStats& stats, unsigned long long* rays) {
+  auto sum = static_cast<unsigned>(stats.rays);
+  for (int lanes = 16; lanes > 0; lanes /= 2) sum += __shfl_down_sync(~0u, sum, lanes);
+  if (threadIdx.x % 32 == 0) atomicAdd(rays, static_cast<unsigned long long>(sum));
 }
 
 __global__ void __launch_bounds__(kThreads)
-    trace_paths(const __grid_constant__ DeviceFrame frame, Band band, const unsigned char* moving,
+    find_centers(const __grid_constant__ DeviceFrame frame, MeshHit* centers,
+                 unsigned long long* rays) {
+  const int pixel = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  const int width = frame.camera.size.width;
+  RayStats stats;
+  if (pixel < width * frame.camera.size.height)
+    centers[pixel] = find_center(frame, pixel % width, pixel / width, stats);
+  count_rays(stats, rays);
+}
+
+__global__ void __launch_bounds__(kThreads, kBlocks)
+    trace_paths(const __grid_constant__ DeviceFrame frame, Band band, const MeshHit* centers,
                 PathLight* lights, unsigned long long* rays) {
-  const int samples = frame.end_sample - frame.first_sample;
+  const int samples = frame.end_sample - frame.first_sample, width = frame.camera.size.width;
   const std::size_t path = static_cast<std::size_t>(blockIdx.x) * blockDim.x + threadIdx.x;
   RayStats stats;
   if (path < static_cast<std::size_t>(band.pixels) * samples) {
     const int pixel = static_cast<int>(path / samples);
     const int sample = frame.first_sample + static_cast<int>(path % samples);
-    lights[path] = trace_sample(frame, pixel % frame.camera.size.width,
-                                band.first_row + pixel / frame.camera.size.width,
-                                static_cast<std::uint32_t>(sample), moving[pixel] != 0, stats);
+    const MeshHit center =
+        frame.looks_for_motion ? centers[band.first_row * width + pixel] : MeshHit{};
+    lights[path] =
+        trace_sample(frame, pixel % width, band.first_row + pixel / width,
+                     static_cast<std::uint32_t>(sample), shows_motion(frame, center), stats);
   }
-  // One addition a warp.
-  unsigned sum = static_cast<unsigned>(stats.rays);
-  for (int lanes = 16; lanes > 0; lanes /= 2) sum += __shfl_down_sync(~0u, sum, lanes);
-  if (threadIdx.x % 32 == 0) atomicAdd(rays, static_cast<unsigned long long>(sum));
+  count_rays(stats, rays);
 }
 
-__global__ void sum_blocks(int first_sample, int end_sample, Band band, int blocks,
-                           const PathLight* lights, PixelSum* sums) {
-  const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
-  if (i >= band.pixels * blocks) return;
-  const int pixel = i / blocks, first = first_sample + i % blocks * kSampleBlock;
-  const int end = first + kSampleBlock < end_sample ? first + kSampleBlock : end_sample;
-  const std::size_t samples = static_cast<std::size_t>(end_sample - first_sample);
-  sums[i] = sum_block(lights + pixel * samples + (first - first_sample), first, end);
+__global__ void __launch_bounds__(kThreads)
+    sum_pixels(int first_sample, int end_sample, Band band, int node_count, const PathLight* lights,
+               PixelSum* sums) {
+  const int pixel = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (pixel >= band.pixels) return;
+  const auto samples = static_cast<std::size_t>(end_sample - first_sample);
+  sum_samples(lights + pixel * samples, first_sample, end_sample,
+              sums + static_cast<std::size_t>(pixel) * node_count);
 }
-
-std::size_t block_count(std::size_t threads) { return (threads + kThreads - 1) / kThreads; }
 
 class CudaTracer : public DeviceTracer {
  public:
   explicit CudaTracer(int index) : index_(index) {}
-  ~CudaTracer() override { cudaSetDevice(index_); }
+  ~CudaTracer() override {
+    cudaSetDevice(index_);
+    if (stream_) cudaStreamDestroy(stream_);
+  }
 
   cudaError_t open() {
     cudaError_t error = cudaSetDevice(index_);
     // Fails where this program holds no code for the device's architecture.
     if (error == cudaSuccess)
       error = cudaMemcpyToSymbol(device_albedo_tables, &host_albedo_tables(), sizeof(AlbedoTables));
+    if (error == cudaSuccess) error = cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking);
     return error;
   }
 
-  std::string trace(const FrameJob& job, const Bvh& bvh, DeviceSums& sums,
-                    RayStats& stats) override {
+  std::string trace(const FrameJob& job, DeviceFilm& film, RayStats& stats) override {
     DeviceFrame frame;
-    bytes_.resize(pack_frame(job, bvh, nullptr, nullptr, frame));
-    const DeviceBuffers buffers = size_buffers(job, bytes_.size(), max_memory_);
+    const std::size_t bytes = pack_frame(job, nullptr, nullptr, frame);
+    const DeviceBuffers buffers = size_buffers(job, frame, bytes, max_memory_);
     if (!buffers.error.empty()) return buffers.error;
-    const cudaError_t error = trace_frame(job, bvh, buffers.rows, sums, stats);
+    const cudaError_t error = trace_frame(job, bytes, buffers.rows, film, stats);
     if (error == cudaSuccess) return "";
     cudaGetLastError();  // the next frame may find memory again
     return std::string("the device fails: ") + cudaGetErrorString(error);
   }
 
  private:
-  cudaError_t trace_frame(const FrameJob& job, const Bvh& bvh, std::size_t rows, DeviceSums& sums,
-                          RayStats& stats) {
+  cudaError_t trace_frame(const FrameJob& job, std::size_t bytes, std::size_t rows,
+                          DeviceFilm& film, RayStats& stats) {
     if (const cudaError_t error = cudaSetDevice(index_)) return error;
+    if (const cudaError_t error = scene_.reserve(bytes)) return error;
+    if (const cudaError_t error = packed_.reserve(bytes)) return error;
     DeviceFrame frame;
-    if (const cudaError_t error = scene_.reserve(bytes_.size())) return error;
-    pack_frame(job, bvh, scene_.as<std::byte>(), bytes_.data(), frame);
-    const auto width = static_cast<std::size_t>(job.image.width);
-    const auto samples = static_cast<std::size_t>(frame.end_sample - frame.first_sample);
+    pack_frame(job, scene_.data(), packed_.data(), frame);
+    cudaMemcpyAsync(scene_.data(), packed_.data(), bytes, cudaMemcpyHostToDevice, stream_);
+    std::vector<std::size_t> triangle_counts;
+    for (std::uint32_t m = 0; m < job.world.geometry->mesh_count(); ++m)
+      triangle_counts.push_back(job.world.geometry->mesh(m).triangles.size());
+    if (const cudaError_t error = hierarchy_.build(triangle_counts, stream_, frame.scene))
+      return error;
+
+    const auto width = static_cast<std::size_t>(job.image.width),
+               height = static_cast<std::size_t>(job.image.height),
+               samples = static_cast<std::size_t>(frame.end_sample - frame.first_sample),
+               nodes = static_cast<std::size_t>(frame.node_count);
+    const std::size_t sum_count = width * height * nodes,
+                      center_count = frame.finds_centers ? width * height : 0;
     if (const cudaError_t error = lights_.reserve(rows * width * samples * sizeof(PathLight)))
       return error;
-    if (const cudaError_t error = moving_.reserve(rows * width)) return error;
-    if (const cudaError_t error = rays_.reserve(sizeof(unsigned long long))) return error;
-    if (const cudaError_t error = sums_.reserve(sums.sums.size() * sizeof(PixelSum))) return error;
-    cudaMemcpy(scene_.as<std::byte>(), bytes_.data(), bytes_.size(), cudaMemcpyHostToDevice);
-    cudaMemset(rays_.as<std::byte>(), 0, sizeof(unsigned long long));
-    for (std::size_t row = 0; row < static_cast<std::size_t>(job.image.height); row += rows) {
-      const std::size_t count = std::min(rows, static_cast<std::size_t>(job.image.height) - row);
+    // The number of rays, the pixels' sums and their centres lie behind each other.
+    const std::size_t film_size =
+        kFilmStart + sum_count * sizeof(PixelSum) + center_count * sizeof(MeshHit);
+    if (const cudaError_t error = film_.reserve(film_size)) return error;
+    if (const cudaError_t error = host_film_.reserve(film_size)) return error;
+    auto* rays = film_.as<unsigned long long>();
+    auto* sums = reinterpret_cast<PixelSum*>(film_.data() + kFilmStart);
+    auto* centers = reinterpret_cast<MeshHit*>(sums + sum_count);
+    cudaMemsetAsync(rays, 0, sizeof *rays, stream_);
+    if (frame.finds_centers)
+      find_centers<<<block_count(width * height), kThreads, 0, stream_>>>(frame, centers, rays);
+    for (std::size_t row = 0; row < height; row += rows) {
+      const std::size_t count = std::min(rows, height - row);
       const Band band{static_cast<int>(row), static_cast<int>(count * width)};
-      auto* rays = rays_.as<unsigned long long>();
-      mark_motion<<<block_count(count * width), kThreads>>>(frame, band,
-                                                            moving_.as<unsigned char>(), rays);
-      trace_paths<<<block_count(count * width * samples), kThreads>>>(
-          frame, band, moving_.as<unsigned char>(), lights_.as<PathLight>(), rays);
-      const auto blocks = static_cast<std::size_t>(sums.blocks);
-      sum_blocks<<<block_count(count * width * blocks), kThreads>>>(
-          frame.first_sample, frame.end_sample, band, sums.blocks, lights_.as<PathLight>(),
-          sums_.as<PixelSum>() + row * width * blocks);
+      trace_paths<<<block_count(count * width * samples), kThreads, 0, stream_>>>(
+          frame, band, centers, lights_.as<PathLight>(), rays);
+      sum_pixels<<<block_count(count * width), kThreads, 0, stream_>>>(
+          frame.first_sample, frame.end_sample, band, frame.node_count, lights_.as<PathLight>(),
+          sums + row * width * nodes);
       if (const cudaError_t error = cudaGetLastError()) return error;
     }
-    unsigned long long rays = 0;
-    cudaMemcpy(&rays, rays_.as<std::byte>(), sizeof rays, cudaMemcpyDeviceToHost);
-    cudaMemcpy(sums.sums.data(), sums_.as<std::byte>(), sums.sums.size() * sizeof(PixelSum),
-               cudaMemcpyDeviceToHost);
-    stats.rays += rays;
-    stats.paths += width * static_cast<std::size_t>(job.image.height) * samples;
-    return cudaDeviceSynchronize();
+    cudaMemcpyAsync(host_film_.data(), film_.data(), film_size, cudaMemcpyDeviceToHost, stream_);
+    if (const cudaError_t error = cudaStreamSynchronize(stream_)) return error;
+    stats.rays += *host_film_.as<unsigned long long>();
+    stats.paths += width * height * samples;
+    const auto* host_sums = reinterpret_cast<const PixelSum*>(host_film_.data() + kFilmStart);
+    film = {list_nodes(job.samples),
+            {host_sums, sum_count},
+            {reinterpret_cast<const MeshHit*>(host_sums + sum_count), center_count}};
+    return cudaSuccess;
   }
 
+  static constexpr std::size_t kFilmStart = 256;
+
   int index_;
-  std::vector<std::byte> bytes_;
-  DeviceMemory scene_, lights_, moving_, rays_, sums_;
+  cudaStream_t stream_ = nullptr;
+  CudaHierarchy hierarchy_;
+  DeviceMemory scene_, lights_, film_;
+  HostMemory packed_, host_film_;
 };
 
 }  // namespace

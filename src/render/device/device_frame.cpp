@@ -104,27 +104,32 @@ bool has_borders(const RenderMesh& mesh) {
 std::string why_not_on_device(const FrameJob& job) {
   if (job.image.noise > 0) return "adaptive samples (image.noise)";
   if (job.image.denoise) return "guides of the denoiser (image.denoise)";
-  // The sums of all blocks of samples come back at once.
-  constexpr double kMaxSums = 1e9;
-  if (static_cast<double>(job.image.width) * job.image.height * job.samples.block_count() *
-          sizeof(PixelSum) >
+  // The sums of all nodes of samples come back at once.
+  constexpr double kMaxSums = 2e9;
+  if (static_cast<double>(job.image.width) * job.image.height *
+          static_cast<double>(list_nodes(job.samples).size()) * sizeof(PixelSum) >
       kMaxSums)
-    return "pictures with so many samples (image.width x height x samples / 16)";
+    return "so large pictures (image.width x image.height, or fewer --samples)";
   for (std::uint32_t m = 0; m < job.world.geometry->mesh_count(); ++m)
     if (has_borders(job.world.geometry->mesh(m)))
       return "borders of charts and materials of a model";
   return "";
 }
 
-DeviceBuffers size_buffers(const FrameJob& job, std::size_t frame_bytes, std::size_t max_memory) {
+DeviceBuffers size_buffers(const FrameJob& job, const DeviceFrame& frame, std::size_t frame_bytes,
+                           std::size_t max_memory) {
   // Bounds the memory of the paths' lights.
   constexpr std::size_t kMaxPaths = std::size_t{1} << 22;
   const auto width = static_cast<std::size_t>(job.image.width),
              height = static_cast<std::size_t>(job.image.height),
-             samples = static_cast<std::size_t>(job.samples.end - job.samples.first),
-             blocks = static_cast<std::size_t>(job.samples.block_count());
-  const std::size_t fixed = frame_bytes + width * height * blocks * sizeof(PixelSum);
-  const std::size_t row = width * (samples * sizeof(PathLight) + 1);
+             samples = static_cast<std::size_t>(frame.end_sample - frame.first_sample);
+  const std::size_t pixel = static_cast<std::size_t>(frame.node_count) * sizeof(PixelSum) +
+                            (frame.finds_centers ? sizeof(MeshHit) : 0);
+  std::size_t triangles = 0;
+  for (std::uint32_t m = 0; m < job.world.geometry->mesh_count(); ++m)
+    triangles += job.world.geometry->mesh(m).triangles.size();
+  const std::size_t fixed = frame_bytes + triangles * kHierarchyBytes + width * height * pixel;
+  const std::size_t row = width * samples * sizeof(PathLight);
   std::size_t rows = std::clamp<std::size_t>(kMaxPaths / (width * samples), 1, height);
   if (max_memory == 0) return {rows, ""};
   rows = std::min(rows, max_memory > fixed ? (max_memory - fixed) / row : 0);
@@ -133,7 +138,7 @@ DeviceBuffers size_buffers(const FrameJob& job, std::size_t frame_bytes, std::si
                          format_bytes(static_cast<double>(fixed + row)))};
 }
 
-std::size_t pack_frame(const FrameJob& job, const Bvh& bvh, const void* address, std::byte* bytes,
+std::size_t pack_frame(const FrameJob& job, const void* address, std::byte* bytes,
                        DeviceFrame& frame) {
   Packer packer(address, bytes);
   const TracedScene& geometry = *job.world.geometry;
@@ -145,14 +150,15 @@ std::size_t pack_frame(const FrameJob& job, const Bvh& bvh, const void* address,
   std::vector<DeviceTracedMesh> meshes;
   for (std::uint32_t m = 0; m < geometry.mesh_count(); ++m)
     meshes.push_back(pack_mesh(geometry.mesh_to_trace(m), packer));
-  frame.scene = {packer.put(meshes), packer.put(bvh.nodes), packer.put(bvh.triangles),
-                 geometry.bounds(), geometry.slack()};
+  frame.scene = {packer.put(meshes), {}, {}, 0, geometry.bounds(), geometry.slack()};
   frame.camera = job.camera;
   frame.camera.filter = packer.put(job.camera.filter, 1);
   frame.sampler = job.sampler;
   frame.first_sample = job.samples.first;
   frame.end_sample = job.samples.end;
-  frame.looks_for_motion = job.image.steady && job.meshes_move;
+  frame.node_count = static_cast<int>(list_nodes(job.samples).size());
+  frame.looks_for_motion = job.looks_for_motion();
+  frame.finds_centers = !job.aovs.empty() || frame.looks_for_motion;
   return packer.size();
 }
 

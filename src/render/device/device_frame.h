@@ -17,8 +17,13 @@ struct DeviceFrame {
   CameraSetup camera;
   FrameSampler sampler;
   int first_sample = 0, end_sample = 0;
+  int node_count = 0;             ///< nodes that sum these samples
+  bool finds_centers = false;     ///< whether the rays through pixels' centres are traced
   bool looks_for_motion = false;  ///< whether pixels that show something moving have other samples
 };
+
+/// Memory that a device takes for each triangle's share of the hierarchy and of its construction.
+inline constexpr std::size_t kHierarchyBytes = 192;
 
 /// Says what a GPU does not trace in this frame; empty: nothing.
 std::string why_not_on_device(const FrameJob& job);
@@ -30,12 +35,15 @@ struct DeviceBuffers {
 };
 
 /// Chooses the rows of a launch: at most 4 million paths (a row may have more), and no more than
-/// fit into `max_memory` bytes (0: no limit) beside the packed frame of `frame_bytes` and the sums.
-DeviceBuffers size_buffers(const FrameJob& job, std::size_t frame_bytes, std::size_t max_memory);
+/// fit into `max_memory` bytes (0: no limit) beside the packed frame of `frame_bytes`, the
+/// hierarchy and the film.
+DeviceBuffers size_buffers(const FrameJob& job, const DeviceFrame& frame, std::size_t frame_bytes,
+                           std::size_t max_memory);
 
 /// Copies a frame for memory that begins at `address`: returns the number of its bytes, and writes
-/// them to `bytes` unless that is null. `frame` then refers to that memory.
-std::size_t pack_frame(const FrameJob& job, const Bvh& bvh, const void* address, std::byte* bytes,
+/// them to `bytes` unless that is null. `frame` then refers to that memory; its scene is still
+/// without a hierarchy.
+std::size_t pack_frame(const FrameJob& job, const void* address, std::byte* bytes,
                        DeviceFrame& frame);
 
 }  // namespace polymorph

@@ -46,10 +46,22 @@ struct DeviceScene {
   std::span<const DeviceTracedMesh> meshes;
   std::span<const BvhNode> nodes;
   std::span<const BvhTriangle> triangles;
-  Box bounds;       ///< TracedScene::bounds()
-  float slack = 0;  ///< TracedScene::slack()
+  std::int32_t root = 0;  ///< Bvh::root
+  Box bounds;             ///< TracedScene::bounds()
+  float slack = 0;        ///< TracedScene::slack()
 
   PM_HD const DeviceMesh& mesh(std::uint32_t index) const { return *meshes[index].mesh; }
+
+  /// The box of a triangle while the shutter is open, as nodes have it.
+  PM_HD Box triangle_box(BvhTriangle t) const {
+    const DeviceTracedMesh& traced = meshes[t.mesh];
+    Box box;
+    for (const std::uint32_t v : traced.mesh->triangles[t.triangle].v)
+      box = extend(extend(box, traced.at(v, 0)), traced.at(v, 1));
+    // 64 units in the last place of the longest ray; enter() errs by a few.
+    const float pad = slack * 0x1p-4f;
+    return {box.low - Vec3{pad, pad, pad}, box.high + Vec3{pad, pad, pad}};
+  }
 
   /// Finds the nearest mesh in (0, ray.far).
   PM_HD_CALL MeshHit closest(const Ray& ray) const {
@@ -84,50 +96,80 @@ struct DeviceScene {
   }
 
  private:
-  /// Distance at which a ray enters a box; infinity for a miss. Its error is smaller than the
-  /// margin by which boxes are widened.
-  PM_HD static float enter(const Box& box, Vec3 origin, Vec3 inverse, float far) {
-    const Vec3 a = (box.low - origin) * inverse, b = (box.high - origin) * inverse;
-    const float near = max(max_component(min(a, b)), 0.0f);
-    return near <= min(min_component(max(a, b)), far) ? near : kInfinity;
+  /// A ray as boxes are tested with it: a plane at p is reached at the distance p inverse + shift.
+  struct BoxRay {
+    Vec3 inverse, shift;
+  };
+  PM_HD static BoxRay make_box_ray(const Ray& ray) {
+    // No component is infinite, so that 0 * infinity cannot occur.
+    const auto inverse_of = [](float d) { return 1.0f / copysign(max(abs(d), 1e-20f), d); };
+    const Vec3 inverse{inverse_of(ray.direction.x), inverse_of(ray.direction.y),
+                       inverse_of(ray.direction.z)};
+    return {inverse, -(ray.origin * inverse)};
+  }
+  /// Distance at which a ray enters a box; infinity for a miss. It may differ between processors:
+  /// its error is smaller than the margin by which boxes are widened.
+  PM_HD static float enter(const Box& box, const BoxRay& ray, float far) {
+#if defined(__CUDA_ARCH__)
+    const auto at = [](float p, float inverse, float shift) {
+      return __fmaf_rn(p, inverse, shift);
+    };
+    const auto lower = [](float a, float b) { return fminf(a, b); };
+    const auto upper = [](float a, float b) { return fmaxf(a, b); };
+#else
+    const auto at = [](float p, float inverse, float shift) { return p * inverse + shift; };
+    const auto lower = [](float a, float b) { return min(a, b); };
+    const auto upper = [](float a, float b) { return max(a, b); };
+#endif
+    const Vec3 i = ray.inverse, s = ray.shift;
+    const float ax = at(box.low.x, i.x, s.x), bx = at(box.high.x, i.x, s.x);
+    const float ay = at(box.low.y, i.y, s.y), by = at(box.high.y, i.y, s.y);
+    const float az = at(box.low.z, i.z, s.z), bz = at(box.high.z, i.z, s.z);
+    const float near = upper(upper(lower(ax, bx), lower(ay, by)), upper(lower(az, bz), 0.0f));
+    const float end = lower(lower(upper(ax, bx), upper(ay, by)), lower(upper(az, bz), far));
+    return near <= end ? near : kInfinity;
+  }
+  /// Tests whether a ray hits a triangle in (0, ray.far). Not inlined: its numbers would take the
+  /// registers of the loop over nodes.
+  PM_HD_CALL bool intersects(BvhTriangle t, const Ray& ray, TriangleIntersection& at) const {
+    return intersects_triangle(meshes[t.mesh], t.triangle, ray, at) && at.distance > 0 &&
+           at.distance < static_cast<double>(ray.far);
   }
   /// Calls f(triangle, intersection) for the triangles that the ray hits, nearer nodes first; f
   /// returns the distance up to which more are of interest.
   template <class F>
   PM_HD void for_each_intersected(const Ray& ray, const F& f) const {
     if (misses_box(bounds, ray)) return;
-    // No component is infinite, so that 0 * infinity cannot occur.
-    const auto inverse_of = [](float d) { return 1.0f / copysign(max(abs(d), 1e-20f), d); };
-    const Vec3 inverse{inverse_of(ray.direction.x), inverse_of(ray.direction.y),
-                       inverse_of(ray.direction.z)};
+    const BoxRay box_ray = make_box_ray(ray);
     float far = ray.far + slack;
-    std::int32_t waiting[kMaxBvhDepth + 2];
-    int count = 0;
-    for (std::int32_t at = 0;;) {
-      if (at >= 0) {
-        const BvhNode& node = nodes[at];
-        const float left = enter(node.boxes[0], ray.origin, inverse, far),
-                    right = enter(node.boxes[1], ray.origin, inverse, far);
+    constexpr std::uint32_t kEnd = 0x7fffffff;  // less than any child that is a triangle
+    std::uint32_t waiting[kMaxBvhDepth + 1];
+    waiting[0] = kEnd;
+    int count = 1;
+    auto next = static_cast<std::uint32_t>(root);
+    for (;;) {
+      // A warp's threads first all come to a triangle or to the end, then test their triangles
+      // together (Aila and Laine 2009).
+      while (next < kEnd) {
+        const BvhNode node = load_node(nodes.data(), next);
+        const float left = enter(node.boxes[0], box_ray, far),
+                    right = enter(node.boxes[1], box_ray, far);
+        const auto a = static_cast<std::uint32_t>(node.children[0]),
+                   b = static_cast<std::uint32_t>(node.children[1]);
         const bool left_first = left <= right;
-        if (max(left, right) < kInfinity) waiting[count++] = node.children[left_first ? 1 : 0];
-        if (min(left, right) < kInfinity) {
-          at = node.children[left_first ? 0 : 1];
-          continue;
-        }
-      } else {
-        const std::int32_t first = ~at >> kLeafBits, end = first + (~at & kLeafMask);
-        for (std::int32_t i = first; i < end; ++i) {
-          TriangleIntersection intersection;
-          const BvhTriangle candidate = triangles[i];
-          if (!intersects_triangle(meshes[candidate.mesh], candidate.triangle, ray, intersection) ||
-              !(intersection.distance > 0 && intersection.distance < static_cast<double>(ray.far)))
-            continue;
-          far = min(far, f(candidate, intersection) + slack);
-          if (far < 0) return;
-        }
+        next = left_first ? a : b;
+        if (max(left, right) < kInfinity)
+          waiting[count++] = left_first ? b : a;
+        else if (!(min(left, right) < kInfinity))
+          next = waiting[--count];
       }
-      if (count == 0) return;
-      at = waiting[--count];
+      if (next == kEnd) return;
+      const BvhTriangle candidate = triangles[~next];
+      next = waiting[--count];
+      TriangleIntersection intersection;
+      if (!intersects(candidate, ray, intersection)) continue;
+      far = min(far, f(candidate, intersection) + slack);
+      if (far < 0) return;
     }
   }
 };

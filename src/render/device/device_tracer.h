@@ -7,8 +7,7 @@
 
 namespace polymorph {
 
-struct Bvh;
-struct DeviceSums;
+struct DeviceFilm;
 struct FrameJob;
 struct RayStats;
 
@@ -16,9 +15,9 @@ struct RayStats;
 class DeviceTracer {
  public:
   virtual ~DeviceTracer() = default;
-  /// Traces all samples of the frame. Returns an empty text, or why it could not.
-  virtual std::string trace(const FrameJob& job, const Bvh& bvh, DeviceSums& sums,
-                            RayStats& stats) = 0;
+  /// Traces all samples of the frame. Returns an empty text, or why it could not. What `film`
+  /// borrows is there until the next frame.
+  virtual std::string trace(const FrameJob& job, DeviceFilm& film, RayStats& stats) = 0;
   /// Frames that would take more memory of the device are refused. 0: no limit.
   void limit_memory(std::size_t bytes) { max_memory_ = bytes; }
 

@@ -1,4 +1,4 @@
-#include <array>
+#include <vector>
 
 #include "base/parallel.h"
 #include "kernels/floating_point.h"
@@ -8,44 +8,54 @@
 namespace polymorph {
 namespace {
 
-/// Sums of one pixel's samples, block after block.
-void trace_pixel(const DeviceFrame& frame, int x, int y, PixelSum* sums, RayStats& stats) {
-  const bool moving = shows_motion(frame, x, y, stats);
-  for (int first = frame.first_sample; first < frame.end_sample; first += kSampleBlock) {
-    const int end = std::min(first + kSampleBlock, frame.end_sample);
-    std::array<PathLight, kSampleBlock> lights;
-    for (int s = first; s < end; ++s)
-      lights[static_cast<std::size_t>(s - first)] =
-          trace_sample(frame, x, y, static_cast<std::uint32_t>(s), moving, stats);
-    *sums++ = sum_block(lights.data(), first, end);
-  }
-}
-
 class ScalarTracer : public DeviceTracer {
  public:
-  std::string trace(const FrameJob& job, const Bvh& bvh, DeviceSums& sums,
-                    RayStats& stats) override {
+  std::string trace(const FrameJob& job, DeviceFilm& film, RayStats& stats) override {
     DeviceFrame frame;
-    std::vector<std::byte> memory(pack_frame(job, bvh, nullptr, nullptr, frame));
-    const DeviceBuffers buffers = size_buffers(job, memory.size(), max_memory_);
+    std::vector<std::byte> memory(pack_frame(job, nullptr, nullptr, frame));
+    const DeviceBuffers buffers = size_buffers(job, frame, memory.size(), max_memory_);
     if (!buffers.error.empty()) return buffers.error;
-    pack_frame(job, bvh, memory.data(), memory.data(), frame);
+    pack_frame(job, memory.data(), memory.data(), frame);
+    const Bvh bvh = build_bvh(frame.scene);
+    frame.scene.nodes = bvh.nodes;
+    frame.scene.triangles = bvh.triangles;
+    frame.scene.root = bvh.root;
     const auto width = static_cast<std::size_t>(job.image.width),
-               blocks = static_cast<std::size_t>(sums.blocks);
-    std::vector<RayStats> rows(static_cast<std::size_t>(job.image.height));
+               height = static_cast<std::size_t>(job.image.height),
+               nodes = static_cast<std::size_t>(frame.node_count);
+    sums_.resize(width * height * nodes);
+    centers_.resize(width * height);
+    std::vector<RayStats> rows(height);
     parallel_for(job.image.height, [&](std::int64_t y) {
       const FlushDenormals flush;
       const auto row = static_cast<std::size_t>(y);
-      for (int x = 0; x < job.image.width; ++x)
-        trace_pixel(frame, x, static_cast<int>(y),
-                    &sums.sums[(row * width + static_cast<std::size_t>(x)) * blocks], rows[row]);
+      for (int x = 0; x < job.image.width; ++x) {
+        const std::size_t pixel = row * width + static_cast<std::size_t>(x);
+        trace_pixel(frame, x, static_cast<int>(y), &sums_[pixel * nodes], centers_[pixel],
+                    rows[row]);
+      }
     });
     for (const RayStats& row : rows) {
       stats.rays += row.rays;
       stats.paths += row.paths;
     }
+    film = {list_nodes(job.samples), sums_, centers_};
     return "";
   }
+
+ private:
+  static void trace_pixel(const DeviceFrame& frame, int x, int y, PixelSum* sums, MeshHit& center,
+                          RayStats& stats) {
+    if (frame.finds_centers) center = find_center(frame, x, y, stats);
+    std::vector<PathLight> lights;
+    for (int s = frame.first_sample; s < frame.end_sample; ++s)
+      lights.push_back(trace_sample(frame, x, y, static_cast<std::uint32_t>(s),
+                                    shows_motion(frame, center), stats));
+    sum_samples(lights.data(), frame.first_sample, frame.end_sample, sums);
+  }
+
+  std::vector<PixelSum> sums_;
+  std::vector<MeshHit> centers_;
 };
 
 }  // namespace

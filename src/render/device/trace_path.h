@@ -106,14 +106,18 @@ PM_HD inline PathLight trace_path(const DeviceFrame& frame, const Ray& ray, Samp
   return make_result(path, shadows.direct);
 }
 
-/// Tests whether a pixel shows something that moves (sample_index()).
-PM_HD inline bool shows_motion(const DeviceFrame& frame, int x, int y, RayStats& stats) {
-  if (frame.camera.moves || !frame.looks_for_motion) return frame.camera.moves;
+/// Finds the mesh that the ray through a pixel's centre hits before the floor.
+PM_HD inline MeshHit find_center(const DeviceFrame& frame, int x, int y, RayStats& stats) {
   Ray ray = center_rays<Vec3>(frame.camera, static_cast<float>(x), static_cast<float>(y));
   ray.far = min(intersect_floor(frame.world.floor, ray), ray.far);
   ++stats.rays;
-  const MeshHit hit = frame.scene.closest(ray);
-  return hit.mesh != kNoMesh && frame.scene.mesh(hit.mesh).moves;
+  return frame.scene.closest(ray);
+}
+
+/// Tests whether a pixel whose centre shows this moves (sample_index()).
+PM_HD inline bool shows_motion(const DeviceFrame& frame, const MeshHit& center) {
+  if (!frame.looks_for_motion) return frame.camera.moves;
+  return center.mesh != kNoMesh && frame.scene.mesh(center.mesh).moves;
 }
 
 /// Traces one sample of a pixel.
@@ -126,11 +130,27 @@ PM_HD inline PathLight trace_sample(const DeviceFrame& frame, int x, int y, std:
   return trace_path(frame, ray, index, stats);
 }
 
-/// Sums the lights of the samples [first, end) of a block.
-PM_HD inline PixelSum sum_block(const PathLight* lights, int first, int end) {
-  PixelSum sum;
-  for (int s = first; s < end; ++s) add_sample(sum, lights[s - first], s % 2 == 1);
-  return sum;
+/// Sums the lights of the samples [first, end) of a pixel into their nodes, as SampleSums does.
+PM_HD inline void sum_samples(const PathLight* lights, int first, int end, PixelSum* nodes) {
+  // A range of 2^12 blocks has at most two nodes of each size.
+  constexpr int kMaxNodes = 26;
+  BlockSpan spans[kMaxNodes];
+  PixelSum sums[kMaxNodes];
+  int count = 0;
+  for (int start = first; start < end; start += kSampleBlock) {
+    PixelSum sum;
+    for (int s = start; s < end && s < start + kSampleBlock; ++s)
+      add_sample(sum, *lights++, s % 2 == 1);
+    BlockSpan span{start / kSampleBlock, 1};
+    for (; count > 0 && are_siblings(spans[count - 1], span); --count) {
+      sums[count - 1].add(sum);
+      sum = sums[count - 1];
+      span = {spans[count - 1].first, 2 * span.count};
+    }
+    spans[count] = span;
+    sums[count++] = sum;
+  }
+  for (int i = 0; i < count; ++i) nodes[i] = sums[i];
 }
 
 }  // namespace polymorph

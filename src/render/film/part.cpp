@@ -183,8 +183,9 @@ class Merger {
     if (range_.is_whole()) {
       write_colors(sums.total(), pixel);
     } else {
-      for (std::size_t n = 0; n < sums.nodes().size(); ++n)
-        write_node(sums.nodes()[n].sum, pixel + n * kNodeChannels);
+      const auto nodes = sums.nodes();
+      for (std::size_t n = 0; n < nodes.size(); ++n)
+        write_node(nodes[n].sum, pixel + n * kNodeChannels);
     }
     float* other = pixel + first_other_;
     for (const int channel : others_) *other++ = find_pixel(0, i)[channel];
@@ -198,9 +199,9 @@ class Merger {
         other = std::copy(rank.begin(), rank.end(), other);
         continue;
       }
-      const std::size_t nodes = matte.nodes().size();
-      for (std::size_t n = 0; n < nodes; ++n)
-        mattes_.sums[(i * mattes_.layers.size() + layer) * nodes + n] = matte.nodes()[n].sum;
+      const auto nodes = matte.nodes();
+      for (std::size_t n = 0; n < nodes.size(); ++n)
+        mattes_.sums[(i * mattes_.layers.size() + layer) * nodes.size() + n] = nodes[n].sum;
     }
   }
 

@@ -1,8 +1,6 @@
 // Sums of the light of a pixel's samples.
 #pragma once
 
-#include <vector>
-
 #include "kernels/types.h"
 #include "render/path/integrator.h"
 
@@ -37,12 +35,5 @@ PM_HD inline void add_sample(PixelSum& sum, const PathLight& light, bool odd) {
   sum.light = sum.light + light.radiance;
   if (odd) sum.odd = sum.odd + light.radiance;
 }
-
-/// A GPU's sums of a frame's samples: for each pixel, in rows from the upper left, one for each
-/// block of kSampleBlock samples.
-struct DeviceSums {
-  int first_block = 0, blocks = 0;
-  std::vector<PixelSum> sums;
-};
 
 }  // namespace polymorph

@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "kernels/host_device.h"
+
 namespace polymorph {
 
 inline constexpr int kSampleBlock = 16;  ///< samples that are summed one after the other
@@ -16,11 +18,11 @@ inline constexpr int kSampleBlock = 16;  ///< samples that are summed one after 
 /// divides `first`.
 struct BlockSpan {
   int first = 0, count = 1;
-  int end() const { return first + count; }
+  PM_HD int end() const { return first + count; }
 };
 
 /// Tests whether the two make up a node.
-inline bool are_siblings(BlockSpan left, BlockSpan right) {
+PM_HD inline bool are_siblings(BlockSpan left, BlockSpan right) {
   return left.count == right.count && left.end() == right.first &&
          left.first % (2 * left.count) == 0;
 }
@@ -40,27 +42,39 @@ class SampleSums {
   void end_block(int index) { add({{index, 1}, std::exchange(block_, Sum{})}); }
   /// Adds a node. Nodes come in ascending order and without gaps.
   void add(Node node) {
-    while (!nodes_.empty() && are_siblings(nodes_.back().blocks, node.blocks)) {
-      Node left = std::move(nodes_.back());
-      nodes_.pop_back();
-      left.sum.add(node.sum);
-      left.blocks.count *= 2;
-      node = std::move(left);
+    while (has_last_ && are_siblings(last_.blocks, node.blocks)) {
+      last_.sum.add(node.sum);
+      last_.blocks.count *= 2;
+      node = std::move(last_);
+      has_last_ = !earlier_.empty();
+      if (!has_last_) break;
+      last_ = std::move(earlier_.back());
+      earlier_.pop_back();
     }
-    nodes_.push_back(std::move(node));
+    if (has_last_) earlier_.push_back(std::move(last_));
+    last_ = std::move(node);
+    has_last_ = true;
   }
-  const std::vector<Node>& nodes() const { return nodes_; }
+  std::vector<Node> nodes() const {
+    std::vector<Node> nodes = earlier_;
+    if (has_last_) nodes.push_back(last_);
+    return nodes;
+  }
   /// The sum over all ended blocks.
   Sum total() const {
-    if (nodes_.empty()) return {};
-    Sum sum = nodes_.front().sum;
-    for (std::size_t i = 1; i < nodes_.size(); ++i) sum.add(nodes_[i].sum);
+    if (!has_last_ || earlier_.empty()) return last_.sum;
+    Sum sum = earlier_.front().sum;
+    for (std::size_t i = 1; i < earlier_.size(); ++i) sum.add(earlier_[i].sum);
+    sum.add(last_.sum);
     return sum;
   }
 
  private:
   Sum block_{};
-  std::vector<Node> nodes_;
+  // The last node lies here, because most sums have no other: a picture has one for each pixel.
+  std::vector<Node> earlier_;
+  Node last_{};
+  bool has_last_ = false;
 };
 
 }  // namespace polymorph

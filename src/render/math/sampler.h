@@ -12,6 +12,7 @@
 #pragma once
 
 #include <cstdint>
+#include <type_traits>
 
 #include "base/random.h"
 #include "render/math/simd.h"
@@ -31,7 +32,10 @@ constexpr B owen_hash(B x, std::uint32_t seed) {
 }
 
 template <class B>
-constexpr B reverse_bits(B x) {
+PM_HD constexpr B reverse_bits(B x) {
+#if defined(__CUDA_ARCH__)
+  if constexpr (std::is_same_v<B, std::uint32_t>) return __brev(x);  // one instruction
+#endif
   x = (x >> 16) | (x << 16);
   x = ((x >> 8) & 0x00ff00ffu) | ((x & 0x00ff00ffu) << 8);
   x = ((x >> 4) & 0x0f0f0f0fu) | ((x & 0x0f0f0f0fu) << 4);
@@ -102,7 +106,7 @@ class PathSamplerOf {
       : key_(frame.key + sequence * 0x9e3779b97f4a7c15ull), reversed_index_(reversed_index) {}
 
   /// Returns the numbers of `set`: 0 for the camera, 1 + v for vertex v of the path.
-  PM_HD Sample4Of<V> get(std::uint32_t set) const {
+  PM_HD_CALL Sample4Of<V> get(std::uint32_t set) const {
     Sample4Of<V> numbers;
     pair(mix64(key_ ^ (2 * set)), numbers.a, numbers.b);
     pair(mix64(key_ ^ (2 * set + 1)), numbers.c, numbers.d);

@@ -198,46 +198,52 @@ Status take_device_error(const RayDevice& device) {
                     text);
 }
 
-Result<TracedScene> TracedScene::build(const RayDevice& device,
-                                       const std::vector<RenderMesh>& meshes, float shutter,
-                                       float max_start_distance, const Box& stage) {
-  TracedScene traced;
+TracedScene::TracedScene(const std::vector<RenderMesh>& meshes, float shutter,
+                         float max_start_distance, const Box& stage) {
   for (const RenderMesh& mesh : meshes) {
     check_mesh(mesh);
-    traced.meshes_.push_back({&mesh, shutter, 0, 0, {}, {}});
-    collect_fans(traced.meshes_.back());
+    meshes_.push_back({&mesh, shutter, 0, 0, {}, {}});
+    collect_fans(meshes_.back());
   }
-  traced.scene_.reset(rtcNewScene(device.device.get()));
-  if (!traced.scene_) {
+  bounds_ = compute_bounds(meshes_);
+  if (bounds_.empty()) return;
+  // Positions have an error of about 2^-23 of the largest coordinate; epsilon is larger.
+  const Vec3 low = bounds_.low, high = bounds_.high;
+  const Box all = stage.empty() ? bounds_ : unite(stage, bounds_);
+  const float size = std::max(max_component(max(all.high, -all.low)), all.diagonal());
+  epsilon_ = size * 0x1p-18f;
+  max_length_ = size + std::max(size, max_start_distance);
+  const auto margin = static_cast<double>(max_length_ * kMaxError);
+  for (MeshToTrace& mesh : meshes_) {
+    mesh.margin2 = margin * margin;
+    mesh.clear = 1.000001 * margin * longest_edge(mesh);
+  }
+  const Vec3 pad = Vec3{1, 1, 1} * epsilon_;
+  bounds_ = {low - pad, high + pad};
+}
+
+Status TracedScene::build_hierarchy(const RayDevice& device) {
+  scene_.reset(rtcNewScene(device.device.get()));
+  if (!scene_) {
     PM_TRY_STATUS(take_device_error(device));
     return make_error(ErrorCode::kResource, "embree gives no scene");
   }
-  traced.bounds_ = compute_bounds(traced.meshes_);
-  if (!traced.bounds_.empty()) {
-    // Positions have an error of about 2^-23 of the largest coordinate; epsilon is larger.
-    const Vec3 low = traced.bounds_.low, high = traced.bounds_.high;
-    const Box all = stage.empty() ? traced.bounds_ : unite(stage, traced.bounds_);
-    const float size = std::max(max_component(max(all.high, -all.low)), all.diagonal());
-    traced.epsilon_ = size * 0x1p-18f;
-    traced.max_length_ = size + std::max(size, max_start_distance);
-    const auto margin = static_cast<double>(traced.max_length_ * kMaxError);
-    for (MeshToTrace& mesh : traced.meshes_) {
-      mesh.margin2 = margin * margin;
-      mesh.clear = 1.000001 * margin * longest_edge(mesh);
-    }
-    const Vec3 pad = Vec3{1, 1, 1} * traced.epsilon_;
-    traced.bounds_ = {low - pad, high + pad};
-  }
-  RTCScene scene = traced.scene_.get();
-  rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
-  for (std::size_t i = 0; i < meshes.size(); ++i)
-    if (!meshes[i].triangles.empty() &&
-        !attach_mesh(device.device.get(), scene, traced.meshes_[i], static_cast<unsigned>(i),
-                     traced.max_length_ * kWidening))
+  rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_MEDIUM);
+  for (std::size_t i = 0; i < meshes_.size(); ++i)
+    if (!meshes_[i].mesh->triangles.empty() &&
+        !attach_mesh(device.device.get(), scene_.get(), meshes_[i], static_cast<unsigned>(i),
+                     max_length_ * kWidening))
       break;
-  rtcCommitScene(scene);
-  PM_TRY_STATUS(take_device_error(device));
-  return traced;
+  rtcCommitScene(scene_.get());
+  return take_device_error(device);
+}
+
+Result<TracedScene> TracedScene::build(const RayDevice& device,
+                                       const std::vector<RenderMesh>& meshes, float shutter,
+                                       float max_start_distance, const Box& stage) {
+  TracedScene scene(meshes, shutter, max_start_distance, stage);
+  PM_TRY_STATUS(scene.build_hierarchy(device));
+  return scene;
 }
 
 SurfacePoint TracedScene::surface_point(const Ray& ray, const MeshHit& hit) const {

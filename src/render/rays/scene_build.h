@@ -62,11 +62,15 @@ void set_filters(RTCGeometry geometry);
 /// packet width and order of traversal. Borrows the spans of the RenderMeshes for its lifetime.
 class TracedScene {
  public:
-  /// Builds the scene. With a `shutter` meshes move by their displacement while it is open.
-  /// `max_start_distance`: no ray starts further than this from the meshes; those that do may miss
-  /// edges. `stage`: bounds of all frames, so that the offsets of rays are the same in all of them;
-  /// empty: the meshes' own bounds. Errors: kResource (memory), kInternal (an index beyond the
-  /// positions).
+  /// Makes a scene that a device other than Embree's can trace. With a `shutter` meshes move by
+  /// their displacement while it is open. `max_start_distance`: no ray starts further than this
+  /// from the meshes; those that do may miss edges. `stage`: bounds of all frames, so that the
+  /// offsets of rays are the same in all of them; empty: the meshes' own bounds.
+  TracedScene(const std::vector<RenderMesh>& meshes, float shutter, float max_start_distance,
+              const Box& stage);
+  /// Builds Embree's hierarchy, which the functions below need. Errors: kResource (memory).
+  Status build_hierarchy(const RayDevice& device);
+  /// Does both.
   static Result<TracedScene> build(const RayDevice& device, const std::vector<RenderMesh>& meshes,
                                    float shutter = 0, float max_start_distance = 0,
                                    const Box& stage = {});
@@ -105,7 +109,6 @@ class TracedScene {
   struct Release {
     void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
   };
-  TracedScene() = default;
   std::unique_ptr<RTCSceneTy, Release> scene_;
   std::vector<MeshToTrace> meshes_;
   Box bounds_;

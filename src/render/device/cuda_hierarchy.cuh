@@ -1,0 +1,189 @@
+// The hierarchy of a scene (bvh.h), built by a GPU's threads.
+#pragma once
+
+#include <cub/device/device_radix_sort.cuh>
+#include <cub/device/device_scan.cuh>
+
+#include "render/device/cuda_memory.cuh"
+#include "render/device/device_frame.h"
+
+namespace polymorph {
+
+inline constexpr int kThreads = 128;
+inline unsigned block_count(std::size_t threads) {
+  return static_cast<unsigned>((threads + kThreads - 1) / kThreads);
+}
+
+namespace hierarchy {
+
+__device__ inline int thread_index() {
+  return static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+}
+
+/// Where the arrays of a hierarchy under construction lie.
+struct Arrays {
+  BvhTriangle *unsorted, *triangles;
+  std::uint32_t *positions, *sorted_positions, *order, *sorted_order;
+  BvhCluster* clusters[2];
+  int* nearest;
+  unsigned long long* places;  ///< for each cluster, and for their end
+  BvhNode* nodes;
+};
+
+__global__ void __launch_bounds__(kThreads)
+    place_triangles(const __grid_constant__ DeviceScene scene, std::uint32_t mesh, int first,
+                    int count, Arrays arrays) {
+  const int i = thread_index();
+  if (i >= count) return;
+  const BvhTriangle triangle{mesh, static_cast<std::uint32_t>(i)};
+  arrays.unsorted[first + i] = triangle;
+  arrays.order[first + i] = static_cast<std::uint32_t>(first + i);
+  arrays.positions[first + i] = curve_position(scene.triangle_box(triangle).center(), scene.bounds);
+}
+
+__global__ void __launch_bounds__(kThreads)
+    make_leaves(const __grid_constant__ DeviceScene scene, int count, Arrays arrays) {
+  const int i = thread_index();
+  if (i >= count) return;
+  const BvhTriangle triangle = arrays.unsorted[arrays.sorted_order[i]];
+  arrays.triangles[i] = triangle;
+  arrays.clusters[0][i] = {scene.triangle_box(triangle), ~i};
+}
+
+__global__ void __launch_bounds__(kThreads)
+    find_nearest(const BvhCluster* clusters, int count, int* nearest) {
+  const int i = thread_index();
+  if (i < count) nearest[i] = nearest_cluster(clusters, count, i);
+}
+
+/// A cluster that stays takes a place in the lower 32 bits, a merged one a node in the upper ones.
+__global__ void __launch_bounds__(kThreads)
+    count_places(const int* nearest, int count, int round, unsigned long long* places) {
+  const int i = thread_index();
+  if (i > count) return;
+  const int partner = i < count ? merge_partner(nearest, count, i, round) : -1;
+  const bool stays = i < count && !(partner >= 0 && partner < i);
+  places[i] = (stays ? 1ull : 0) | (stays && partner >= 0 ? 1ull << 32 : 0);
+}
+
+__global__ void __launch_bounds__(kThreads)
+    merge_clusters(const BvhCluster* clusters, const int* nearest, int count, int round,
+                   const unsigned long long* places, int node_count, BvhNode* nodes,
+                   BvhCluster* merged) {
+  const int i = thread_index();
+  if (i >= count) return;
+  const int partner = merge_partner(nearest, count, i, round);
+  if (partner >= 0 && partner < i) return;
+  BvhCluster cluster = clusters[i];
+  if (partner >= 0) {
+    const BvhCluster other = clusters[partner];
+    const int node = node_count + static_cast<int>(places[i] >> 32);
+    nodes[node] = {{cluster.box, other.box}, {cluster.node, other.node}};
+    cluster = {unite(cluster.box, other.box), node};
+  }
+  merged[static_cast<std::uint32_t>(places[i])] = cluster;
+}
+
+}  // namespace hierarchy
+
+/// Builds hierarchies, and keeps the memory that they take.
+class CudaHierarchy {
+ public:
+  /// Builds the hierarchy of a packed scene, to which it is added. `triangle_counts`: of its
+  /// meshes.
+  cudaError_t build(const std::vector<std::size_t>& triangle_counts, cudaStream_t stream,
+                    DeviceScene& scene) {
+    std::size_t count = 0;
+    for (const std::size_t triangles : triangle_counts) count += triangles;
+    hierarchy::Arrays arrays{};
+    if (const cudaError_t error = reserve(count, arrays)) return error;
+    int first = 0;
+    for (std::uint32_t m = 0; m < triangle_counts.size(); ++m) {
+      const int triangles = static_cast<int>(triangle_counts[m]);
+      if (triangles == 0) continue;
+      hierarchy::place_triangles<<<block_count(triangle_counts[m]), kThreads, 0, stream>>>(
+          scene, m, first, triangles, arrays);
+      first += triangles;
+    }
+    int node_count = 0;
+    if (count > 0) {
+      std::size_t bytes = scratch_.size();
+      const int n = static_cast<int>(count);
+      cub::DeviceRadixSort::SortPairs(scratch_.data(), bytes, arrays.positions,
+                                      arrays.sorted_positions, arrays.order, arrays.sorted_order, n,
+                                      0, 30, stream);
+      hierarchy::make_leaves<<<block_count(count), kThreads, 0, stream>>>(scene, n, arrays);
+      if (const cudaError_t error = merge(n, stream, arrays, node_count)) return error;
+    }
+    if (count == 1) {  // a ray begins with a node
+      const BvhNode node{{scene.bounds, scene.bounds}, {~0, ~0}};
+      cudaMemcpyAsync(arrays.nodes, &node, sizeof node, cudaMemcpyHostToDevice, stream);
+      node_count = 1;
+    }
+    scene.nodes = {arrays.nodes, static_cast<std::size_t>(node_count)};
+    scene.triangles = {arrays.triangles, count};
+    scene.root = node_count - 1;
+    return cudaGetLastError();
+  }
+
+ private:
+  cudaError_t reserve(std::size_t count, hierarchy::Arrays& arrays) {
+    std::size_t size = 0;
+    const auto place = [&](auto*& array, std::size_t items) {
+      array = reinterpret_cast<std::remove_reference_t<decltype(array)>>(memory_.data() + size);
+      size += (items * sizeof *array + 255) / 256 * 256;
+    };
+    for (int pass = 0; pass < 2; ++pass) {  // the first finds the size
+      size = 0;
+      place(arrays.nodes, count);
+      place(arrays.triangles, count);
+      place(arrays.unsorted, count);
+      place(arrays.positions, count);
+      place(arrays.sorted_positions, count);
+      place(arrays.order, count);
+      place(arrays.sorted_order, count);
+      place(arrays.clusters[0], count);
+      place(arrays.clusters[1], count);
+      place(arrays.nearest, count);
+      place(arrays.places, count + 1);
+      if (const cudaError_t error = memory_.reserve(size)) return error;
+    }
+    std::size_t sort = 0, scan = 0;
+    const int n = static_cast<int>(count);
+    cub::DeviceRadixSort::SortPairs(nullptr, sort, arrays.positions, arrays.sorted_positions,
+                                    arrays.order, arrays.sorted_order, n);
+    cub::DeviceScan::ExclusiveSum(nullptr, scan, arrays.places, arrays.places, n + 1);
+    if (const cudaError_t error = total_.reserve(sizeof(unsigned long long))) return error;
+    return scratch_.reserve(std::max(sort, scan));
+  }
+
+  /// Merges clusters round after round until one is left.
+  cudaError_t merge(int count, cudaStream_t stream, const hierarchy::Arrays& arrays,
+                    int& node_count) {
+    for (int round = 0; count > 1; ++round) {
+      const BvhCluster* clusters = arrays.clusters[round % 2];
+      const auto threads = static_cast<std::size_t>(count);
+      hierarchy::find_nearest<<<block_count(threads), kThreads, 0, stream>>>(clusters, count,
+                                                                             arrays.nearest);
+      hierarchy::count_places<<<block_count(threads + 1), kThreads, 0, stream>>>(
+          arrays.nearest, count, round, arrays.places);
+      std::size_t bytes = scratch_.size();
+      cub::DeviceScan::ExclusiveSum(scratch_.data(), bytes, arrays.places, arrays.places, count + 1,
+                                    stream);
+      hierarchy::merge_clusters<<<block_count(threads), kThreads, 0, stream>>>(
+          clusters, arrays.nearest, count, round, arrays.places, node_count, arrays.nodes,
+          arrays.clusters[(round + 1) % 2]);
+      auto& total = *reinterpret_cast<unsigned long long*>(total_.data());
+      cudaMemcpyAsync(&total, arrays.places + count, sizeof total, cudaMemcpyDeviceToHost, stream);
+      if (const cudaError_t error = cudaStreamSynchronize(stream)) return error;
+      count = static_cast<int>(total & 0xffffffffu);
+      node_count += static_cast<int>(total >> 32);
+    }
+    return cudaSuccess;
+  }
+
+  DeviceMemory memory_, scratch_;
+  HostMemory total_;
+};
+
+}  // namespace polymorph
