@@ -54,11 +54,12 @@ void add_common(Command command, CommonOptions& common, const char* work) {
           .environment("POLYMORPH_THREADS")
           .range(0, 4096)
           .type_name("N"));
-  add_of_work(
-      command
-          .add_option("--device", common.device, "cpu, cuda, cuda:1 or auto (env POLYMORPH_DEVICE)")
-          .environment("POLYMORPH_DEVICE")
-          .type_name("DEVICE"));
+  add_of_work(command
+                  .add_option("--device", common.device,
+                              "cpu, cuda, cuda:1 or auto; for films also several, as "
+                              "cuda:0,cuda:1, or cuda:all (env POLYMORPH_DEVICE)")
+                  .environment("POLYMORPH_DEVICE")
+                  .type_name("DEVICE"));
   add_of_work(
       command
           .add_option(

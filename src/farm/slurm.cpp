@@ -73,6 +73,8 @@ std::string slurm_render_script(const SlurmJob& job) {
   std::string out = header(job, job.name, "%x-%A_%a.log");
   out += fmt::format("#SBATCH --array=1-{}\n#SBATCH --requeue\n#SBATCH --signal=B:USR1@{}\n",
                      job.tasks, signal_seconds(job));
+  if (job.gpus > 0)
+    out += fmt::format("#SBATCH --ntasks=1\n#SBATCH --gpus-per-task={}\n", job.gpus);
   out += fmt::format(
       "# Made by polymorph submit. Every task renders its share and keeps what is current, so "
       "that\n"

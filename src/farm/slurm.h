@@ -21,6 +21,7 @@ struct SlurmJob {
   std::vector<std::string> directives;        ///< more of sbatch's options, "--partition=big"
   int tasks = 1;
   int cpus = 4;
+  int gpus = 0;  ///< GPUs of a task, which share its frames
   int memory_mib = 1024;
   int minutes = 10;
   double frame_seconds = 0;  ///< seconds per frame, on `cpus`; 0: unknown

@@ -114,6 +114,7 @@ Result<SlurmJob> make_slurm_job(const Scene& scene, SlurmRequest request) {
   job.sheet = (frames / "strip").string();
   job.movie = (frames / job.name).string();
   job.cpus = request.cpus;
+  job.gpus = request.gpus;
   job.scene_arguments = request.scene_arguments;
   if (request.png) job.scene_arguments.emplace_back("--png");
   job.render_arguments = request.render_arguments;

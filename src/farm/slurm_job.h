@@ -19,7 +19,7 @@ struct SlurmRequest {
   std::string frames;         ///< value of --frames; empty: all
   bool png = false;
   DisplayView view;  ///< view by which PNGs are made
-  int tasks = 0, max_tasks = 1000, cpus = 4, minutes = 0;
+  int tasks = 0, max_tasks = 1000, cpus = 4, gpus = 0, minutes = 0;
   double task_minutes = 2;
   double frame_seconds = 0;  ///< 0: measured here
   std::uint64_t memory = 0;

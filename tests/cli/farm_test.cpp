@@ -190,8 +190,17 @@ TEST_F(Farm, PrintsJobScripts) {
         "status 'it'\\''s/f.####.exr' scene.json --spp 2 --png\n",
         "#SBATCH --job-name=scene-finish\n"})
     EXPECT_TRUE(contains(ran.out, part)) << part << "\n" << ran.out;
+  EXPECT_FALSE(contains(ran.out, "gpus"));
   EXPECT_FALSE(exists("it's"));
   EXPECT_FALSE(exists("slurm"));
+  // GPUs are asked for by the tasks that render, not by the job after them.
+  const std::string shared =
+      run(0, {"submit", "slurm", "scene.json", "--print", "--frame-seconds", "70", "--gpus", "4"})
+          .out;
+  const std::size_t asked = shared.find("#SBATCH --ntasks=1\n#SBATCH --gpus-per-task=4\n");
+  ASSERT_NE(asked, std::string::npos);
+  EXPECT_EQ(shared.find("gpus-per-task", asked + 40), std::string::npos);
+  EXPECT_TRUE(contains(shared, "--device cuda:all"));
   // Chunks by time: a minute each lets every task have one frame; an hour, one task have all.
   const auto tasks = [&](const char* minutes, const char* seconds) {
     const Ran printed = run(0, {"submit", "slurm", "scene.json", "--print", "--frame-seconds",

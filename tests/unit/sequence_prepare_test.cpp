@@ -8,6 +8,7 @@
 #include "base/file.h"
 #include "base/parallel.h"
 #include "image/image_io.h"
+#include "kernels/devices.h"
 #include "mesh/mesh_check.h"
 #include "scene/load_scene.h"
 #include "sequence/frame/frame_geometry.h"
@@ -262,6 +263,46 @@ TEST_F(SequenceTest, TheSamePicturesHoweverManyFramesAtOnce) {
   EXPECT_EQ(order, frames) << "told in their order";
   for (const int frame : frames)
     EXPECT_EQ(digest(fmt::format("a.{:04}.exr", frame)), digest(fmt::format("b.{:04}.exr", frame)));
+}
+
+/// Three devices, which are the CPU each time: a GPU is not needed to share a film. Where there is
+/// one, two contexts of it do so as well.
+TEST_F(SequenceTest, TheSamePicturesByHoweverManyDevices) {
+  const std::vector<int> frames{2, 5, 6, 7, 9};
+  ASSERT_TRUE(render_sequence(scene, settings(frames, "a.####.exr"), nullptr).ok());
+  std::vector<std::string> lists{"cpu,cpu,cpu"};
+  if (!list_cuda_devices().devices.empty())
+    lists.insert(lists.end(), {"cuda:0,cuda:0", "cpu,cuda:0", "cuda:all"});
+  for (const std::string& list : lists) {
+    auto shared = settings(frames, "b.####.exr");
+    shared.device = list;
+    shared.jobs = 0;
+    shared.existing = Existing::kOverwrite;
+    const auto report = render_sequence(scene, shared, nullptr);
+    ASSERT_TRUE(report.ok()) << report.error().message;
+    EXPECT_TRUE(list == "cuda:all" || report->device == list) << report->device;
+    for (const FrameRecord& record : report->frames) {
+      EXPECT_GT(record.triangles, 0u);
+      EXPECT_GT(record.surface_seconds, 0);
+    }
+    for (const int frame : frames)
+      EXPECT_EQ(digest(fmt::format("a.{:04}.exr", frame)),
+                digest(fmt::format("b.{:04}.exr", frame)))
+          << list;
+  }
+}
+
+TEST(ListDevices, KnowsListsAndNamesOfAll) {
+  EXPECT_EQ(*list_devices("auto"), std::vector<std::string>{"auto"});
+  EXPECT_EQ(*list_devices("cuda:0,cuda:1"), (std::vector<std::string>{"cuda:0", "cuda:1"}));
+  EXPECT_EQ(list_devices("cuda:0,").error().code, ErrorCode::kUsage);
+  const std::size_t gpus = list_cuda_devices().devices.size();
+  const auto all = list_devices("cuda:all");
+  EXPECT_EQ(all.ok(), gpus > 0);
+  if (all.ok())
+    EXPECT_EQ(all->size(), gpus);
+  else
+    EXPECT_EQ(all.error().code, ErrorCode::kResource);
 }
 
 TEST_F(SequenceTest, LayersShowHowPointsMoveAndWhatTheyBecome) {

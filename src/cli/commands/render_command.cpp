@@ -68,9 +68,7 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
   settings.keep_going = options.keep_going;
   settings.strict = options.strict;
   settings.dry_run = options.dry_run;
-  const auto& image = scene.image;
-  settings.jobs =
-      options.jobs > 0 ? options.jobs : jobs_for(image.width, image.height, settings.frames.size());
+  settings.jobs = options.jobs;
   settings.device = line.common.device;
   settings.max_memory = line.common.max_memory;
   settings.cache_folder = cache_folder(line.common);
@@ -310,7 +308,9 @@ void add_render(CommandLine& line) {
       .type_name("i/N")
       .group("Farm");
   command
-      .add_option("-j,--jobs", options->jobs, "frames rendered in parallel; default: by their size")
+      .add_option(
+          "-j,--jobs", options->jobs,
+          "frames rendered in parallel; default: by their size, and at least two on each GPU")
       .range(1, 256)
       .type_name("N")
       .group("Farm");

@@ -25,7 +25,10 @@ Result<int> run_submit(const CommandLine& line, const SubmitOptions& options) {
   if (!line.common.cache_dir.empty())
     words.insert(words.end(), {"--cache-dir", line.common.cache_dir});
   if (line.common.no_cache) words.emplace_back("--no-cache");
-  if (request.device != "auto") words.insert(words.end(), {"--device", request.device});
+  if (request.gpus > 0)
+    words.insert(words.end(), {"--device", "cuda:all"});
+  else if (request.device != "auto")
+    words.insert(words.end(), {"--device", request.device});
   PM_TRY(const SlurmJob job, make_slurm_job(scene, request));
   if (options.print) {
     print_data("{}\n{}", slurm_render_script(job), slurm_finish_script(job));
@@ -63,6 +66,9 @@ void add_farm_options(Command command, SlurmRequest& job) {
           .type_name("S"));
   add(command.add_option("--cpus", job.cpus, "processors of a task (4)")
           .range(1, 4096)
+          .type_name("N"));
+  add(command.add_option("--gpus", job.gpus, "GPUs of a task, which share its frames (0)")
+          .range(0, 1024)
           .type_name("N"));
   add(command.add_option("--mem", job.memory, "memory of a task; default: by what is measured")
           .bytes()

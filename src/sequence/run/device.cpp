@@ -1,16 +1,37 @@
 #include "sequence/run/device.h"
 
+#include <algorithm>
 #include <atomic>
 #include <optional>
 
 #include "base/log.h"
 #include "base/text.h"
+#include "kernels/devices.h"
 #include "render/device/device_tracer.h"
 
 namespace polymorph {
 
-Result<std::unique_ptr<Engine>> make_engine(const std::string& device, std::string& chosen,
+Result<std::vector<std::string>> list_devices(const std::string& asked) {
+  std::vector<std::string> devices;
+  if (asked == "cuda:all") {
+    for (const DeviceInfo& device : list_cuda_devices().devices)
+      devices.push_back(fmt::format("cuda:{}", device.index));
+    if (devices.empty())
+      return make_error(ErrorCode::kResource,
+                        "--device cuda:all: there is no GPU - use --device cpu or auto");
+    return devices;
+  }
+  devices = split(asked, ',');
+  if (devices.empty() || std::find(devices.begin(), devices.end(), "") != devices.end())
+    return make_error(ErrorCode::kUsage,
+                      "--device \"{}\": a device has no name - write cuda:0,cuda:1", asked);
+  return devices;
+}
+
+Result<std::unique_ptr<Engine>> make_engine(const std::string& asked, std::string& chosen,
                                             std::size_t max_memory) {
+  PM_TRY(const std::vector<std::string> devices, list_devices(asked));
+  const std::string& device = devices.front();
   chosen = "cpu";
   const auto cpu = [&] {
     auto engine = make_cpu_engine();
@@ -25,7 +46,8 @@ Result<std::unique_ptr<Engine>> make_engine(const std::string& device, std::stri
                         : device.starts_with("cuda:") ? parse_integer(device.substr(5))
                                                       : std::nullopt;
     if (!number || *number < 0 || *number > 1023)
-      return make_error(ErrorCode::kUsage, "--device {}: write cpu, cuda, cuda:1 or auto", device);
+      return make_error(ErrorCode::kUsage, "--device {}: write cpu, cuda, cuda:1, cuda:all or auto",
+                        device);
     index = static_cast<int>(*number);
   }
   EngineStatus status;

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "base/result.h"
 #include "kernels/engine.h"
@@ -11,9 +12,14 @@
 
 namespace polymorph {
 
-/// "cpu", "cuda", "cuda:1" or "auto" (CUDA where it answers, else the CPU, said once).
-/// Errors: kUsage for another word; kResource when a device asked for by name is not there.
-/// `max_memory`: bytes for the surface's buffers and mesh; 0 = no limit.
+/// Lists the devices that share a film: those of a list ("cuda:0,cuda:1"), every GPU of the machine
+/// for "cuda:all", and for any other word that word. Errors: kUsage for an empty word in a list;
+/// kResource for "cuda:all" where there is no GPU.
+Result<std::vector<std::string>> list_devices(const std::string& asked);
+
+/// "cpu", "cuda", "cuda:1" or "auto" (CUDA where it answers, else the CPU, said once); the first of
+/// a list. Errors: those of list_devices(), kUsage for another word; kResource when a device asked
+/// for by name is not there. `max_memory`: bytes for the surface's buffers and mesh; 0 = no limit.
 Result<std::unique_ptr<Engine>> make_engine(const std::string& device, std::string& chosen,
                                             std::size_t max_memory = 0);
 

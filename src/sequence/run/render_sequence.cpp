@@ -141,18 +141,19 @@ class SequenceRun {
       : settings_(settings), progress_(progress) {}
 
   Result<RunReport> run(const Scene& scene) {
-    PM_CHECK(settings_.jobs >= 1);
     const Stopwatch stopwatch;
     report_.threads = thread_count();
     PM_TRY_STATUS(check_outputs(settings_));
+    PM_TRY(const std::vector<std::string> devices, list_devices(settings_.device));
+    PM_TRY(engine_, make_engine(settings_.device, report_.device, settings_.max_memory));
+    choose_jobs(scene.image, static_cast<int>(devices.size()));
     const std::size_t at_once =  // traced, written
-        std::min(settings_.frames.size(), 2 * static_cast<std::size_t>(settings_.jobs));
+        std::min(settings_.frames.size(), 2 * static_cast<std::size_t>(jobs_));
     PM_TRY_STATUS(check_picture_memory(scene.image, at_once, settings_.max_memory, settings_.part));
     if (scene.image.denoise) PM_TRY_STATUS(check_denoiser());
     if (has_png(settings_) && !settings_.view.empty()) {
       PM_TRY(view_, ViewTransform::open(settings_.view));
     }
-    PM_TRY(engine_, make_engine(settings_.device, report_.device, settings_.max_memory));
     PM_TRY(prepared_,
            prepare_scene(scene, *engine_, settings_.cache_folder, {settings_.max_memory, at_once},
                          settings_.dry_run ? Fits::kCached : Fits::kMake));
@@ -169,12 +170,7 @@ class SequenceRun {
         for (const fs::path& file : list_files(settings_, frame))
           PM_TRY_STATUS(check_writable(file));
     report_.prepare_seconds = stopwatch.seconds();
-    for (int i = 0; i < settings_.jobs; ++i) {
-      PM_TRY(Renderer renderer, make_renderer(report_.device, settings_.max_memory));
-      tracers_.push_back(std::make_unique<Tracer>(std::move(renderer)));
-      idle_.push_back(tracers_.back().get());
-      writers_.push_back(std::make_unique<Worker>());
-    }
+    PM_TRY_STATUS(open_tracers(devices));
     report_.isa = tracers_.front()->renderer.isa();
     report_.scene_hash = prepared_.hashes.scene;
     report_.provenance = make_provenance(scene, prepared_.inputs);
@@ -196,7 +192,7 @@ class SequenceRun {
       std::vector<int> planned;
       for (const FrameRecord& record : report_.frames)
         if (record.state == FrameRecord::State::kPlanned) planned.push_back(record.frame);
-      PM_TRY(Renderer renderer, make_renderer(report_.device, settings_.max_memory));
+      PM_TRY(Renderer renderer, make_renderer(tracers_.front()->device, settings_.max_memory));
       PM_TRY(report_.estimate,
              estimate_frames(prepared_, *engine_, renderer, planned, settings_.part));
     }
@@ -210,12 +206,22 @@ class SequenceRun {
   struct Tracer {
     explicit Tracer(Renderer&& r) : renderer(std::move(r)) {}
     Renderer renderer;
+    std::string device;
+    std::unique_ptr<Engine> engine;  ///< makes the surfaces, where several devices share the film
     Worker worker;
+  };
+  /// The surfaces of a frame, and what the report says of them.
+  struct Surfaces {
+    FrameGeometry geometry;
+    std::size_t balls = 0, vertices = 0, triangles = 0;
+    std::string digest;
+    double seconds = 0;
   };
   /// A picture on its way, and the seconds it took so far.
   struct Traced {
     Result<Image> image;
     double seconds = 0;
+    Surfaces surfaces;  ///< without the geometry
   };
   struct Tracing {
     std::vector<std::size_t> indices;  ///< the frame that is traced, and those that show the same
@@ -227,6 +233,36 @@ class SequenceRun {
     Status status;
     double seconds = 0;
   };
+
+  void choose_jobs(const ImageSettings& image, int devices) {
+    jobs_ = settings_.jobs;
+    if (jobs_ == 0) {
+      jobs_ = jobs_for(image.width, image.height, settings_.frames.size());
+      if (report_.device != "cpu") jobs_ = std::max(jobs_, 2 * devices);
+    }
+    jobs_ = std::max(jobs_, devices);
+  }
+
+  Status open_tracers(const std::vector<std::string>& devices) {
+    for (int i = 0; i < jobs_; ++i) {
+      std::string device = report_.device;
+      std::unique_ptr<Engine> engine;
+      if (devices.size() > 1) {
+        const std::string& asked = devices[static_cast<std::size_t>(i) % devices.size()];
+        PM_TRY(engine, make_engine(asked, device, settings_.max_memory));
+      }
+      PM_TRY(Renderer renderer, make_renderer(device, settings_.max_memory));
+      tracers_.push_back(std::make_unique<Tracer>(std::move(renderer)));
+      tracers_.back()->device = device;
+      tracers_.back()->engine = std::move(engine);
+      writers_.push_back(std::make_unique<Worker>());
+    }
+    // The first is taken first.
+    for (auto tracer = tracers_.rbegin(); tracer != tracers_.rend(); ++tracer)
+      idle_.push_back(tracer->get());
+    if (devices.size() > 1) report_.device = fmt::format("{}", fmt::join(devices, ","));
+    return Ok{};
+  }
 
   Status all_frames() {
     for (std::size_t i = 0; i < settings_.frames.size(); ++i) {
@@ -262,32 +298,50 @@ class SequenceRun {
       tracing_.back().indices.push_back(index);
       return Ok{};
     }
-    const Stopwatch stopwatch;
-    auto geometry = geometry_at(prepared_, *engine_, record.frame);
-    if (!geometry) {
-      PM_TRY_STATUS(drain());
-      return failed(record, geometry.error());
+    std::optional<Surfaces> surfaces;
+    if (!tracers_.front()->engine) {
+      auto result = make_surfaces(record.frame, *engine_);
+      if (!result) {
+        PM_TRY_STATUS(drain());
+        return failed(record, result.error());
+      }
+      surfaces = std::move(*result);
     }
-    const Mesh surface = join_surfaces(*geometry);
-    record.balls = ball_count(*geometry);
-    record.vertices = surface.positions.size();
-    record.triangles = surface.triangles.size();
-    if (record.triangles > 0) record.digest = mesh_digest(surface);
-    record.surface_seconds = stopwatch.seconds();
     Status before = Ok{};
     if (idle_.empty()) before = finish_tracing();
-    begin_tracing(index, std::move(picture), std::move(*geometry));
+    begin_tracing(index, std::move(picture), std::move(surfaces));
     return before;
   }
 
-  void begin_tracing(std::size_t index, std::string picture, FrameGeometry geometry) {
+  Result<Surfaces> make_surfaces(int frame, Engine& engine) const {
+    const Stopwatch stopwatch;
+    Surfaces surfaces;
+    PM_TRY(surfaces.geometry, geometry_at(prepared_, engine, frame));
+    const Mesh mesh = join_surfaces(surfaces.geometry);
+    surfaces.balls = ball_count(surfaces.geometry);
+    surfaces.vertices = mesh.positions.size();
+    surfaces.triangles = mesh.triangles.size();
+    if (surfaces.triangles > 0) surfaces.digest = mesh_digest(mesh);
+    surfaces.seconds = stopwatch.seconds();
+    return surfaces;
+  }
+
+  /// Traces a frame on an idle tracer, which also makes its surfaces unless they are there.
+  void begin_tracing(std::size_t index, std::string picture, std::optional<Surfaces> surfaces) {
     Tracer* tracer = idle_.back();
     idle_.pop_back();
-    auto task = [this, tracer, geometry = std::move(geometry)]() -> Traced {
+    const int frame = report_.frames[index].frame;
+    auto task = [this, tracer, frame, surfaces = std::move(surfaces)]() mutable -> Traced {
+      if (!surfaces) {
+        auto result = make_surfaces(frame, *tracer->engine);
+        if (!result) return {result.error(), 0, {}};
+        surfaces = std::move(*result);
+      }
       const Stopwatch stopwatch;
-      auto image = render_share(prepared_, {geometry, settings_.part}, tracer->renderer,
-                                {report_.isa, report_.device, settings_.command});
-      return {std::move(image), stopwatch.seconds()};
+      auto image = render_share(prepared_, {surfaces->geometry, settings_.part}, tracer->renderer,
+                                {report_.isa, tracer->device, settings_.command});
+      surfaces->geometry = {};
+      return {std::move(image), stopwatch.seconds(), std::move(*surfaces)};
     };
     tracing_.push_back({{index}, std::move(picture), tracer, tracer->worker.run(std::move(task))});
   }
@@ -311,6 +365,11 @@ class SequenceRun {
     for (const std::size_t index : tracing.indices) {
       FrameRecord& record = report_.frames[index];
       if (index == tracing.indices.front()) {
+        record.balls = traced.surfaces.balls;
+        record.vertices = traced.surfaces.vertices;
+        record.triangles = traced.surfaces.triangles;
+        record.digest = traced.surfaces.digest;
+        record.surface_seconds = traced.surfaces.seconds;
         record.trace_seconds = traced.seconds;
         record.seconds = record.surface_seconds + traced.seconds;
       } else {
@@ -333,7 +392,7 @@ class SequenceRun {
   Status begin_writing(std::size_t index, const std::shared_ptr<const Image>& image,
                        bool is_repeat) {
     Status before = Ok{};
-    if (writing_.size() == static_cast<std::size_t>(settings_.jobs)) before = finish_writing();
+    if (writing_.size() == static_cast<std::size_t>(jobs_)) before = finish_writing();
     const int frame = report_.frames[index].frame;
     auto task = [this, frame, image, is_repeat]() -> Written {
       const Stopwatch stopwatch;
@@ -449,8 +508,9 @@ class SequenceRun {
   std::optional<ViewTransform> view_;  ///< view by which PNGs are made
   RunReport report_;
   std::size_t finished_ = 0;
-  /// Tracers without a frame. At most settings_.jobs frames each are traced and written while the
-  /// next one's surface is made.
+  int jobs_ = 1;
+  /// Tracers without a frame. At most jobs_ frames each are traced and written while the next one's
+  /// surface is made.
   std::vector<Tracer*> idle_;
   std::deque<Tracing> tracing_;
   std::deque<std::pair<std::size_t, std::future<Written>>> writing_;

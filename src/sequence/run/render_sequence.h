@@ -32,8 +32,11 @@ struct SequenceSettings {
   bool strict = false;      ///< warnings about the scene's files are errors
   bool keep_going = false;  ///< a failed frame does not stop the others
   bool dry_run = false;     ///< only say what would be done
-  int jobs = 1;  ///< frames traced at once, and as many written; one more has its surface made
-  std::string device = "auto";
+  /// Frames traced at once, and as many written; one more has its surface made, or each of them
+  /// where several devices share the film. 0: by their size, and two on each GPU, so that the
+  /// host's work on one frame is done while another is traced.
+  int jobs = 1;
+  std::string device = "auto";         ///< a device, or those that share the film (list_devices())
   std::size_t max_memory = 0;          ///< bytes that the whole run may take; 0 = no limit
   std::filesystem::path cache_folder;  ///< empty: none
   std::string command;                 ///< command line that the image headers state
