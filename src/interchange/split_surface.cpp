@@ -5,7 +5,7 @@
 namespace polymorph {
 namespace {
 
-constexpr std::uint32_t kNone = 0xffffffffu;
+constexpr std::uint32_t kNoVertex = 0xffffffffu;
 
 bool same_bits(float a, float b) {
   return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b);
@@ -27,12 +27,12 @@ SplitSurface split_corners(const SurfaceFrame& frame, const SplitSettings& setti
   SplitSurface split;
   split.triangles.resize(frame.triangles.size());
   // The vertices of each point form a list.
-  std::vector<std::uint32_t> first(frame.positions.size(), kNone), next;
+  std::vector<std::uint32_t> first(frame.positions.size(), kNoVertex), next;
   for (std::size_t c = 0; c < 3 * frame.triangles.size(); ++c) {
     const std::uint32_t point = frame.triangles[c / 3].v[c % 3];
     std::uint32_t vertex = first[point];
-    while (vertex != kNone && !is_equal(split.corner_of[vertex], c)) vertex = next[vertex];
-    if (vertex == kNone) {
+    while (vertex != kNoVertex && !is_equal(split.corner_of[vertex], c)) vertex = next[vertex];
+    if (vertex == kNoVertex) {
       vertex = static_cast<std::uint32_t>(split.position_of.size());
       split.position_of.push_back(point);
       split.corner_of.push_back(static_cast<std::uint32_t>(c));

@@ -8,6 +8,7 @@
 #include "base/text.h"
 #include "kernels/devices.h"
 #include "render/device/device_tracer.h"
+#include "sequence/run/failover_engine.h"
 
 namespace polymorph {
 
@@ -54,6 +55,7 @@ Result<std::unique_ptr<Engine>> make_engine(const std::string& asked, std::strin
   auto engine = make_cuda_engine(index, status);
   if (engine) {
     chosen = fmt::format("cuda:{}", index);
+    engine = make_failover_engine(std::move(engine));
     engine->limit_memory(max_memory);
     return engine;
   }

@@ -1,0 +1,90 @@
+#include "sequence/run/failover_engine.h"
+
+#include <string>
+#include <utility>
+
+#include "base/log.h"
+
+namespace polymorph {
+namespace {
+
+class FailoverEngine : public Engine {
+ public:
+  explicit FailoverEngine(std::unique_ptr<Engine> device) : device_(std::move(device)) {}
+
+  EngineStatus extract(const BallSet& balls, const Grid& grid, const ExtractSettings& settings,
+                       Mesh& mesh) override {
+    return call([&](Engine& engine) { return engine.extract(balls, grid, settings, mesh); });
+  }
+  EngineStatus extract(const MorphSurface& between, const Grid& grid,
+                       const ExtractSettings& settings, Mesh& mesh) override {
+    return call([&](Engine& engine) { return engine.extract(between, grid, settings, mesh); });
+  }
+  EngineStatus extract(const std::shared_ptr<const DistanceGrid>& object, const Grid& grid,
+                       const ExtractSettings& settings, Mesh& mesh) override {
+    return call([&](Engine& engine) { return engine.extract(object, grid, settings, mesh); });
+  }
+  EngineStatus sample(const BallSet& balls, const std::vector<Vec3>& points,
+                      const ExtractSettings& settings, std::vector<float>& values) override {
+    return call([&](Engine& engine) { return engine.sample(balls, points, settings, values); });
+  }
+  EngineStatus move_balls(const std::shared_ptr<const BallPaths>& paths, const MotionState& moment,
+                          const std::vector<float>& eased_times, BallSet& balls) override {
+    return call(
+        [&](Engine& engine) { return engine.move_balls(paths, moment, eased_times, balls); });
+  }
+  EngineStatus interpolate(const BallSet& balls, const std::vector<BallAttribute>& carried,
+                           const std::vector<Vec3>& points, const ExtractSettings& settings,
+                           std::vector<AttributeValues>& values) override {
+    return call([&](Engine& engine) {
+      return engine.interpolate(balls, carried, points, settings, values);
+    });
+  }
+  EngineStatus regress(const std::shared_ptr<const Regression>& regression,
+                       const std::vector<Vec3>& points,
+                       std::vector<AttributeValues>& values) override {
+    return call([&](Engine& engine) { return engine.regress(regression, points, values); });
+  }
+  void limit_memory(std::size_t bytes) override {
+    max_memory_ = bytes;
+    device_->limit_memory(bytes);
+    if (cpu_) cpu_->limit_memory(bytes);
+  }
+  std::vector<PassTime> pass_times() const override { return last().pass_times(); }
+  std::size_t memory_used() const override { return last().memory_used(); }
+
+ private:
+  template <class F>
+  EngineStatus call(const F& f) {
+    called_cpu_ = false;
+    if (!has_failed_) {
+      EngineStatus status = f(*device_);
+      has_failed_ = status.code == EngineCode::kDeviceError;
+      if (!has_failed_ && status.code != EngineCode::kOutOfMemory) return status;
+      if (status.message != logged_)
+        log_info("the CPU makes the surfaces that the GPU does not: {}", status.message);
+      logged_ = status.message;
+    }
+    if (!cpu_) {
+      cpu_ = make_cpu_engine();
+      cpu_->limit_memory(max_memory_);
+    }
+    called_cpu_ = true;
+    return f(*cpu_);
+  }
+  const Engine& last() const { return called_cpu_ ? *cpu_ : *device_; }
+
+  std::unique_ptr<Engine> device_, cpu_;
+  std::size_t max_memory_ = 0;
+  std::string logged_;       ///< the last reason
+  bool has_failed_ = false;  ///< the device answers no more
+  bool called_cpu_ = false;  ///< the last call was the CPU's
+};
+
+}  // namespace
+
+std::unique_ptr<Engine> make_failover_engine(std::unique_ptr<Engine> device) {
+  return std::make_unique<FailoverEngine>(std::move(device));
+}
+
+}  // namespace polymorph
