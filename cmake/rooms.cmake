@@ -80,13 +80,17 @@ function(pm_cuda_tracer)
   endif()
   set(from ${CMAKE_SOURCE_DIR}/src/render/device/cuda_tracer.cu)
   set(to ${CMAKE_BINARY_DIR}/cuda_tracer.o)
+  set(contraction false)
+  if(POLYMORPH_CONTRACTION)
+    set(contraction true)
+  endif()
   set(architectures)
   foreach(architecture ${CMAKE_CUDA_ARCHITECTURES})
     string(REGEX REPLACE "-.*" "" number ${architecture})
     list(APPEND architectures -gencode=arch=compute_${number},code=sm_${number})
   endforeach()
   add_custom_command(OUTPUT ${to} DEPENDS ${from} DEPFILE ${to}.d VERBATIM
-    COMMAND ${CMAKE_CUDA_COMPILER_LAUNCHER} ${CMAKE_CUDA_COMPILER} -std=c++20 -O3 --expt-relaxed-constexpr --fmad=false --ftz=true ${architectures}
+    COMMAND ${CMAKE_CUDA_COMPILER_LAUNCHER} ${CMAKE_CUDA_COMPILER} -std=c++20 -O3 --expt-relaxed-constexpr --fmad=${contraction} --ftz=true ${architectures}
       -Xcompiler=-ffp-contract=off,-fPIC -diag-suppress=20012 -DFMT_USE_CONSTEXPR=1 -DNDEBUG
       -I${CMAKE_SOURCE_DIR} -I${CMAKE_SOURCE_DIR}/src -MD -MF ${to}.d -c ${from} -o ${to})
   set_source_files_properties(${to} PROPERTIES EXTERNAL_OBJECT ON)

@@ -19,6 +19,8 @@ os.environ.pop("CI", None)  # golden update refuses to write where it is set
 PROGRAM = pathlib.Path(sys.argv.pop(1)).absolute()
 SCENE = {"source": {"shape": "cube", "spheres": {"balls": 8}}, "target": {"shape": "sphere", "spheres": {"balls": 8}}, "frames": {"count": 4},
          "surface": {"resolution": 16}, "image": {"width": 32, "height": 24, "samples": 1}}
+BLEND = {key: value for key, value in SCENE.items() if key not in ("source", "target")} | {
+    "blend": [{"model": "../models/cube.obj", "weight": 1, "spheres": {"balls": 8}}, {"model": "../models/cube.obj", "spheres": {"balls": 8}, "scale": 0.5, "weight": 2}]}
 # Has a GPU by its own account, and makes surfaces in other cells on it where $OTHER is set.
 WITH_GPU = f"""#!/bin/bash
 if [[ $1 == devices ]]; then echo '{{"cpu": {{"name": "a processor"}}, "built_with_cuda": true, "cuda": [{{"name": "a GPU"}}]}}'; exit; fi
@@ -30,6 +32,7 @@ TESTS = """#!/bin/bash
 echo '[==========] 7 tests from 2 test suites ran. (1 ms total)'
 [[ -z $SKIPS ]] || echo '[  SKIPPED ] 2 tests, listed below:'
 """
+CONTRACTED = "#!/bin/bash\necho '[  FAILED  ] ScalarTracer.StudioHasTheSameBits'; exit 1\n"
 
 
 class Gpu(unittest.TestCase):
@@ -46,11 +49,12 @@ class Gpu(unittest.TestCase):
             shutil.copy(file, cls.copy / "scenes/models")
         for name in ("one", "two"):
             (cls.copy / f"scenes/standard/{name}.json").write_text(json.dumps(SCENE))
+        (cls.copy / "scenes/standard/blend.json").write_text(json.dumps(BLEND))
         (cls.copy / "golden_frames/suite/suite.json").write_text(json.dumps({"scene": "../../scenes/standard/one.json", "frames": [1, 3]}))
         subprocess.run([PROGRAM, "golden", "update", "suite", "--root", cls.copy / "golden_frames", "--reason", "first", "-q"], check=True, capture_output=True)
         cls.programs = cls.folder / "programs"
         cls.programs.mkdir()
-        for name, text in (("polymorph", WITH_GPU), ("test_backend", TESTS), ("test_render", TESTS)):
+        for name, text in (("polymorph", WITH_GPU), ("test_backend", TESTS), ("test_render", TESTS), ("contracted", CONTRACTED)):
             (cls.programs / name).write_text(text)
             (cls.programs / name).chmod(0o755)
 
@@ -70,23 +74,29 @@ class Gpu(unittest.TestCase):
 
     def test_the_cpu_in_its_place(self):
         table = self.run_gpu("--cpu", "--program", PROGRAM, "--backend", self.programs / "test_backend",
-                             "--tracer", self.programs / "test_render", "--figure", "fig5.6")
+                             "--tracer", self.programs / "test_render", "--contracted", self.programs / "contracted", "--figure", "fig5.6")
         self.assertEqual({result for result, _ in table.values()}, {"pass"}, self.said)
-        self.assertEqual(list(table), ["backend", "tracing", "golden", "surfaces", "analyze_flat", "analyze_midpoint", "frames", "figures"])
+        self.assertEqual(list(table), ["backend", "tracing", "contraction", "golden", "surfaces", "analyze_flat", "analyze_midpoint", "frames", "figures"])
         words = {name: what for name, (_, what) in table.items()}
         self.assertEqual(words["backend"], "7 tests")
         self.assertEqual(words["tracing"], "7 tests")
         self.assertIn("2 frames", words["golden"])
-        self.assertEqual(words["surfaces"], "8 frames of 2 scenes are equal")
-        self.assertEqual(words["frames"], "6 frames are equal")
+        self.assertEqual(words["surfaces"], "12 frames of 3 scenes are equal")
+        self.assertEqual(words["frames"], "9 frames are equal")
         self.assertIn("1 made", words["figures"])
         self.assertTrue((self.folder / "out/figures/fig5.6.png").exists())
 
     def test_what_differs_fails(self):
-        table = self.run_gpu("--program", self.programs / "polymorph", "--skip", "figures,golden,analyze_flat,analyze_midpoint", NEEDED="1", OTHER="1", code=1)
+        table = self.run_gpu("--program", self.programs / "polymorph", "--skip", "contraction,figures,golden,analyze_flat,analyze_midpoint", NEEDED="1", OTHER="1", code=1)
         self.assertEqual([table[name][0] for name in ("backend", "tracing", "golden", "surfaces", "frames")], ["pass", "pass", "left out", "FAIL", "pass"], self.said)
-        self.assertIn("other surfaces than on the CPU: one two", self.said)
+        self.assertIn("other surfaces than on the CPU: blend one two", self.said)
         self.assertIn("DIFFERS", (self.folder / "out/surfaces.log").read_text())
+
+    def test_a_contracted_tracer_that_passes_fails(self):
+        words = ["--program", self.programs / "polymorph", "--only", "contraction"]
+        table = self.run_gpu(*words, "--contracted", self.programs / "test_render", code=1)
+        self.assertEqual(table["contraction"][0], "FAIL")
+        self.assertEqual(self.run_gpu(*words, code=1)["contraction"][0], "UNABLE")
 
     def test_a_test_that_is_skipped_fails(self):
         table = self.run_gpu("--program", self.programs / "polymorph", "--only", "backend,tracing", SKIPS="1", code=1)
