@@ -199,7 +199,7 @@ class Play(unittest.TestCase):
         (self.folder / "blend.json").write_text(json.dumps({"blend": blend, "frames": {"count": FRAMES[-1]}}))
         page, points = self.made("blend", scene=self.folder / "blend.json")
         self.assertLessEqual(len(page.encode()), 1_500_000)
-        self.expect_same_surface(page, points, mended=0.01, bounds=(0.03, 0.1, 0.3))
+        self.expect_same_surface(page, points, mended=0.01, bounds=(0.02, 0.08, 0.25))
 
     def test_it_shows_and_plays(self):
         self.run_mesh("--html", "look.html", "--overwrite", "--set", "frames.fps=24", "--set", "frames.count=12")

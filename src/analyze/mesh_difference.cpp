@@ -22,8 +22,8 @@ bool are_equal(const Model& a, const Model& b) {
 
 MeshDifference mesh_difference(const Model& actual, const Model& reference) {
   MeshDifference difference;
-  difference.same = are_equal(actual, reference);
-  if (difference.same) return difference;
+  difference.is_same = are_equal(actual, reference);
+  if (difference.is_same) return difference;
   const MeasuredSurface one(actual.points, actual.triangles),
       other(reference.points, reference.triangles);
   const MeasuredSurface::Distance distance = one.distance_to(other);

@@ -6,9 +6,9 @@
 namespace polymorph {
 
 struct MeshDifference {
-  bool same = false;   ///< equal points and triangles, in their order
-  double mean = 0;     ///< chamfer distance over the reference's diagonal
-  double largest = 0;  ///< Hausdorff distance over that, of about 4000 samples of each surface
+  bool is_same = false;  ///< equal points and triangles, in their order
+  double mean = 0;       ///< chamfer distance over the reference's diagonal
+  double largest = 0;    ///< Hausdorff distance over that, of about 4000 samples of each surface
 };
 
 /// Distances are infinite where one of the two has no triangles.

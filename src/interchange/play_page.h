@@ -8,6 +8,7 @@
 
 #include "base/box.h"
 #include "interchange/surface_frame.h"
+#include "kernels/linear.h"
 #include "kernels/morph_surface.h"
 #include "kernels/types.h"
 

@@ -14,7 +14,7 @@ inline constexpr int kPosesPerSecond = 24;
 /// A pose of an animated model.
 struct AnimatedPose {
   std::filesystem::path file;  ///< the model's
-  int number = 1;              ///< from 1
+  int number = 1;              ///< number of the pose, from 1
   double seconds() const { return static_cast<double>(number - 1) / kPosesPerSecond; }
 };
 

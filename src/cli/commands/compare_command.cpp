@@ -151,12 +151,12 @@ Result<int> compare_meshes(const CompareOptions& options) {
     if (!passed) ++failed;
     json["cases"].push_back({{"name", pair.actual.filename().string()},
                              {"passed", passed},
-                             {"same", difference.same},
+                             {"same", difference.is_same},
                              {"mean", difference.mean},
                              {"largest", difference.largest}});
     if (options.json.enabled) continue;
     print_data("{}: {}\n", pair.actual.string(),
-               difference.same
+               difference.is_same
                    ? std::string("same points and faces")
                    : fmt::format("{}at most {:.2g} of the size apart, {:.2g} on the mean",
                                  passed ? "" : "different: ", difference.largest, difference.mean));

@@ -63,7 +63,7 @@ void add_globals(const aiNode& node, const aiMatrix4x4& parent, Pose& pose) {
   for (unsigned i = 0; i < node.mNumChildren; ++i) add_globals(*node.mChildren[i], global, pose);
 }
 
-/// What a channel moves, in a name.
+/// Names of the nodes and morph targets that an animation moves.
 std::set<std::string> moved_by(const aiAnimation& animation) {
   std::set<std::string> moved;
   for (unsigned i = 0; i < animation.mNumChannels; ++i)

@@ -9,9 +9,9 @@
 
 /// Places of nodes and weights of morph targets at a moment.
 struct Pose {
-  std::map<std::string, aiMatrix4x4> locals;           ///< of nodes that the animation moves
-  std::map<std::string, aiMatrix4x4> globals;          ///< of all nodes
-  std::map<std::string, std::vector<double>> weights;  ///< of morph targets, by their node
+  std::map<std::string, aiMatrix4x4> locals;   ///< transforms of nodes that the animation moves
+  std::map<std::string, aiMatrix4x4> globals;  ///< transforms of all nodes to the scene
+  std::map<std::string, std::vector<double>> weights;  ///< weights of morph targets, by their node
 
   /// A node's transform relative to its parent.
   const aiMatrix4x4& local(const aiNode& node) const;
