@@ -130,7 +130,7 @@ function(pm_program)
   file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/share)
   file(CREATE_LINK ${CMAKE_SOURCE_DIR}/scenes ${CMAKE_BINARY_DIR}/share/polymorph SYMBOLIC)
   # Assimp reads what comes from anywhere; it does so in a process of its own.
-  add_executable(polymorph_assimp ${CMAKE_SOURCE_DIR}/src/model/assimp/assimp_reader.cpp)
+  add_executable(polymorph_assimp ${CMAKE_SOURCE_DIR}/src/model/assimp/assimp_reader.cpp ${CMAKE_SOURCE_DIR}/src/model/assimp/pose.cpp)
   target_link_libraries(polymorph_assimp PRIVATE pm_flags PkgConfig::ASSIMP)
   add_dependencies(polymorph polymorph_assimp)
 endfunction()

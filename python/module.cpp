@@ -203,6 +203,12 @@ class PythonScene {
             make_error(ErrorCode::kUsage, "actor {}: is a mesh sequence, without field", actor)};
       const MorphState moment =
           morph_state_at(prepared.timeline, shown_frame(prepared_.scene, frame));
+      if (prepared.space) {
+        const Mixture mixture = take(mix_objects(*prepared.space, moment.weights));
+        const WeightedSurface mixed = take(weighted_surface(mixture, *engine_));
+        values = take(weighted_field(mixture, mixed, at, *engine_));
+        return;
+      }
       const Leg& leg = *prepared.legs[static_cast<std::size_t>(moment.leg)];
       const LegSurface surface = take(leg_surface(leg, moment.time, *engine_));
       values = take(surface_field(leg, surface, at, *engine_));

@@ -271,6 +271,128 @@ class PlayPage(Pages):
         self.visits(visit)
 
 
+class BlendPage(Pages):
+    """The handle of a page that mixes three objects."""
+
+    @classmethod
+    def make(cls):
+        weights = [{"easing": "linear", "keys": [{"frame": 1, "value": a}, {"frame": FRAMES, "value": b}]} for a, b in ((1, 0), (0, 1), (0, 1))]
+        shapes = [("cube", [0.7, 0.2, 0.1]), ("sphere", [0.2, 0.6, 0.2]), ("torus", [0.1, 0.4, 0.7])]
+        blend = [{"shape": shape, "color": color, "weight": weight} for (shape, color), weight in zip(shapes, weights)]
+        scene = {"blend": blend, **{key: SCENE[key] for key in ("spheres", "frames", "surface", "image")}}
+        (cls.folder / "blend.json").write_text(json.dumps(scene))
+        (cls.folder / "still.json").write_text(json.dumps({**scene, "blend": [{**one, "weight": 1} for one in blend], "frames": {"count": 1}}))
+        for name in ("blend", "still"):
+            polymorph("mesh", f"{name}.json", "--html", f"{name}.html", "-q")
+
+    def still(self):
+        self.browser.wait("return polymorph.resting()")
+        return self.browser.picture("#view")
+
+    def weights(self):
+        """Those that the handle shows, which are those that are mixed unless the film shows."""
+        shown = self.browser.run("return polymorph.handle.weights")
+        words = self.browser.find("#weights").get_attribute("aria-valuetext")
+        self.assertEqual(words, ", ".join(f"{name} {round(100 * w)} %" for name, w in zip(("cube", "sphere", "torus"), shown)))
+        if (mixed := self.browser.run("return polymorph.weights()")) is not None:
+            self.assertEqual(mixed, shown)
+        return shown
+
+    def place(self, *weights):
+        """Where in the window the point of some weights is; they may lie beside the triangle."""
+        return self.browser.run("""
+            const svg = document.getElementById('weights'), [x, y] = polymorph.handle.pointOf(arguments[0]);
+            const p = new DOMPoint(x, y).matrixTransform(svg.getScreenCTM()); return [p.x, p.y];""", weights)
+
+    def drag(self, touch, *places):
+        points = [self.place(*weights) for weights in places]
+        if touch:
+            self.browser.touch(*([p] for p in points))
+        elif len(points) == 1:
+            self.browser.click(*points[0])
+        else:
+            self.browser.drag(*points)
+
+    def expect_weights(self, *weights):
+        """To what a pixel is: two hundredths."""
+        shown = self.weights()
+        self.assertAlmostEqual(sum(shown), 1, places=9)
+        for w, expected in zip(shown, weights):
+            self.assertLessEqual(abs(w - expected), 0.0201, (shown, weights))
+
+    def test_the_handle(self):
+        def visit(width, height, touch):
+            x, y, wide, high = self.browser.box("#weights")
+            self.assertTrue(x >= 0 and y >= 0 and x + wide <= width and y + high <= self.browser.box("#bar")[1], "the triangle is in the window")
+            orbit = self.browser.run("return polymorph.orbit.azimuth")
+            self.drag(touch, (0.5, 0.25, 0.25))
+            self.expect_weights(0.5, 0.25, 0.25)
+            self.assertEqual(self.browser.find("#play").text, "Play", "a touch of the handle stops the film")
+            seen = {self.still()}
+            self.drag(touch, (0.5, 0.25, 0.25), (0.4, 0.4, 0.2), (0.2, 0.2, 0.6))
+            self.expect_weights(0.2, 0.2, 0.6)
+            seen.add(self.still())
+            self.keep(f"blend-mixed-{width}")
+            # Beside the triangle: the nearest point of its border, and a corner.
+            self.drag(touch, (0.3, 0.3, 0.4), (-0.08, 0.54, 0.54))
+            self.expect_weights(0, 0.5, 0.5)
+            seen.add(self.still())
+            self.drag(touch, (0.8, 0.1, 0.1), (1.04, -0.02, -0.02))
+            self.expect_weights(1, 0, 0)
+            cube = self.still()
+            seen.add(cube)
+            self.assertEqual(len(seen), 4, "each mixture looks different")
+            self.assertEqual(self.browser.run("return polymorph.orbit.azimuth"), orbit, "the view does not turn")
+            # The mixture is the one of the weights, however it was come by: a corner of the triangle is the film's first frame.
+            self.slide("#time", touch, 0)
+            self.assertIsNone(self.browser.run("return polymorph.weights()"))
+            self.assertEqual(self.weights(), [1, 0, 0])
+            self.assertEqual(self.still(), cube)
+            self.slide("#time", touch, 0.5)
+            self.assertEqual([round(w, 3) for w in self.weights()], [0.333, 0.333, 0.333], "half way all weights of the film are alike")
+        self.in_windows("blend.html", "return window.polymorph && polymorph.surfaces.done", False, visit)
+
+    def test_its_keys(self):
+        def visit(width, height, touch):
+            for key, weights in (("1", [1, 0, 0]), ("3", [0, 0, 1]), ("2", [0, 1, 0]), ("0", [0.34, 0.33, 0.33])):
+                self.browser.press(key)
+                self.assertEqual(sorted(self.weights()), sorted(weights))
+                if key != "0":
+                    self.assertEqual(self.weights(), weights)
+            self.browser.run("document.getElementById('weights').focus()")
+            self.browser.press(Keys.ARROW_UP, Keys.ARROW_UP)
+            self.assertGreater(self.weights()[0], 0.38)
+            before = self.weights()
+            self.browser.press(Keys.ARROW_RIGHT)
+            after = self.weights()
+            self.assertTrue(after[2] > before[2] and after[1] < before[1] and after[0] == before[0], (before, after))
+            self.browser.press(Keys.ARROW_LEFT, Keys.ARROW_DOWN, Keys.ARROW_DOWN)
+            self.expect_weights(0.34, 0.33, 0.33)
+            for _ in range(60):
+                self.browser.press(Keys.ARROW_DOWN)
+            self.assertEqual(self.weights()[0], 0, "it stops at the border")
+            orbit = self.browser.run("return polymorph.orbit.azimuth")
+            self.browser.chord(Keys.SHIFT, Keys.ARROW_LEFT)
+            self.assertNotEqual(self.browser.run("return polymorph.orbit.azimuth"), orbit, "with the shift key it turns")
+            self.browser.run("document.activeElement.blur()")
+            self.browser.press(Keys.HOME, Keys.ARROW_RIGHT, Keys.ARROW_RIGHT)
+            self.assertEqual(self.browser.find("#frame").text, f"3 / {FRAMES}", "without the focus they go over the film")
+        self.in_windows("blend.html", "return window.polymorph && polymorph.surfaces.done", False, visit)
+
+    def test_a_blend_that_stands_still_has_the_handle_alone(self):
+        def visit(width, height, touch):
+            for name in ("play", "time", "frame", "balls", "plan"):
+                self.assertFalse(self.browser.find(f"#{name}").is_displayed(), name)
+            self.assertTrue(self.browser.find("#colors").is_displayed())
+            middle = self.still()
+            self.browser.press(" ", Keys.END)
+            self.assertEqual(self.still(), middle)
+            self.drag(touch, (0.1, 0.8, 0.1))
+            self.expect_weights(0.1, 0.8, 0.1)
+            self.assertNotEqual(self.still(), middle)
+        self.in_windows("still.html", "return window.polymorph && polymorph.surfaces.done", False, visit)
+
+
 class LandmarksPage(Pages):
     @classmethod
     def make(cls):

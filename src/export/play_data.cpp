@@ -128,6 +128,36 @@ Result<PlayLeg> make_play_leg(const PreparedActor& actor, int number, Engine& en
   return play;
 }
 
+/// The space of an actor that mixes many objects.
+PlaySpace make_play_space(const PreparedActor& actor) {
+  const ShapeSpace& from = *actor.space;
+  const MorphPlan& plan = from.legs.front()->plan;
+  PlaySpace space;
+  space.middle = actor.objects.front()->model.box().center();
+  space.keeps_volume = plan.motion.keep_volume;
+  space.contact = actor.settings.contact;
+  space.look = actor.timeline.own_look ? 0.0f : 1.0f;
+  for (std::size_t b = 0; b < plan.from.size(); ++b) {
+    space.masses.push_back(static_cast<float>(plan.from_masses[b]));
+    space.deviations.push_back(static_cast<float>(ball_deviation(plan.from[b], 1)));
+  }
+  for (std::size_t i = 0; i < actor.objects.size(); ++i) {
+    const PreparedObject& object = *actor.objects[i];
+    const PathPart similarity = space_path(from, i);
+    PlaySpaceObject& own = space.objects.emplace_back(
+        PlaySpaceObject{object.model.box(),
+                        object.distances.volume,
+                        static_cast<float>(least_component_share(object, actor.settings)),
+                        similarity.from_center,
+                        similarity.to_center,
+                        similarity.turn,
+                        similarity.log_scale,
+                        {}});
+    for (const Vec3d place : from.places[i]) own.balls.push_back(to_float(place));
+  }
+  return space;
+}
+
 /// Trilinear between the grid's points; one colour where the object has no volume.
 Vec3 color_at(const PlayObject& object, Vec3 p) {
   return object.colors.empty() ? object.color : ColorVolume{object.color_grid, object.colors}.at(p);
@@ -173,7 +203,7 @@ Result<std::vector<PlayObject>> make_play_objects(const PreparedActor& actor, En
     object.name = from.name;
     object.distances = from.distances.grid;
     object.smooth = from.distances.smooth;
-    object.thinness = from.distances.thinness;
+    if (!actor.space) object.thinness = from.distances.thinness;
     if (!from.model.materials.empty()) object.color = from.model.materials.front().color;
     if (!from.colors) continue;
     object.color_grid = from.colors->grid;
@@ -200,12 +230,6 @@ Status check_stands_still(const PreparedScene& prepared) {
 }
 
 Result<PlayPage> make_play_page(const PreparedScene& prepared, Engine& engine) {
-  for (const PreparedActor& actor : prepared.actors)
-    if (actor.space)
-      return make_error(ErrorCode::kInput,
-                        "{}: mixes {} objects - a page plays morphs from one object to the next, "
-                        "and blends of two",
-                        actor.name, actor.objects.size());
   const Scene& scene = prepared.scene;
   PlayPage page;
   page.fps = scene.frames.fps;
@@ -224,19 +248,21 @@ Result<PlayPage> make_play_page(const PreparedScene& prepared, Engine& engine) {
     play_actor.name = actor.name;
     play_actor.cell = actor.settings.cell;
     PM_TRY(play_actor.objects, make_play_objects(actor, engine));
-    for (int leg = 0; leg < static_cast<int>(actor.legs.size()); ++leg) {
+    if (actor.space) play_actor.space = make_play_space(actor);
+    const int legs = actor.space ? 0 : static_cast<int>(actor.legs.size());
+    for (int leg = 0; leg < legs; ++leg) {
       PM_TRY(PlayLeg play_leg, make_play_leg(actor, leg, engine));
       play_actor.legs.push_back(std::move(play_leg));
     }
     for (int frame = 1; frame <= actor.timeline.count; ++frame) {
       const MorphState moment = morph_state_at(actor.timeline, frame);
-      play_actor.frames.push_back({moment.leg, moment.time, moment.look});
+      play_actor.frames.push_back({moment.leg, moment.time, moment.look, moment.weights});
     }
     std::vector<std::string> chain;
     for (const auto& object : actor.objects)
       if (!object->name.empty() && object->name.find("->") == std::string::npos)
         chain.push_back(object->name);
-    names.push_back(fmt::format("{}", fmt::join(chain, " to ")));
+    names.push_back(fmt::format("{}", fmt::join(chain, actor.space ? " + " : " to ")));
   }
   page.title = fmt::format("{}", fmt::join(names, ", "));
   return page;

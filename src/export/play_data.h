@@ -14,8 +14,7 @@ inline constexpr int kPlayResolution = 64;
 Status check_stands_still(const PreparedScene& prepared);
 
 /// The surface's cells are those that the scene was prepared with. Objects that are balls in flight
-/// get the colours that they have then. Errors: kInput for an actor that mixes three objects or
-/// more; kResource.
+/// get the colours that they have then. Errors: kResource.
 Result<PlayPage> make_play_page(const PreparedScene& prepared, Engine& engine);
 
 }  // namespace polymorph

@@ -3,6 +3,7 @@
 #include "morph/cost.h"
 #include "morph/plan_cycle.h"
 #include "morph/plan_words.h"
+#include "sequence/prepare/prepare_legs.h"
 
 namespace polymorph {
 namespace {
@@ -65,7 +66,7 @@ std::string describe_in_lines(const Leg& leg) {
 
 /// The error of the actor's plans where its chain ends with the object that it begins with.
 std::optional<CycleError> actor_cycle(const PreparedActor& actor) {
-  if (actor.space) return std::nullopt;  // all plans start at one object, and none comes back
+  if (actor.space) return std::nullopt;  // blend_cycles() has those of a blend
   std::vector<const MorphPlan*> plans;
   for (const auto& leg : actor.legs) {
     if (leg->before) return std::nullopt;  // from balls in flight, not from an object
@@ -74,12 +75,48 @@ std::optional<CycleError> actor_cycle(const PreparedActor& actor) {
   return cycle_error(plans);
 }
 
+/// Errors of the way from a blend's reference to one object, on to another, and back.
+struct BlendCycle {
+  std::string from, to;        ///< names of the two objects
+  CycleError by_reference;     ///< the way between them leads over the reference, as in the blend
+  CycleError by_plan_between;  ///< the way between them is a plan of its own
+};
+
+MorphPlan backwards(const MorphPlan& plan) {
+  MorphPlan reverse = plan;
+  swap_ends(reverse);
+  return reverse;
+}
+
+/// The cycles through every two objects beside the reference. Plans between these two are made for
+/// the comparison alone.
+std::vector<BlendCycle> blend_cycles(const Preparation& preparation, std::size_t number,
+                                     const PreparedActor& actor) {
+  std::vector<BlendCycle> cycles;
+  for (std::size_t i = 0; i < actor.legs.size(); ++i)
+    for (std::size_t j = i + 1; j < actor.legs.size(); ++j) {
+      const Leg &one = *actor.legs[i], &other = *actor.legs[j];
+      const MorphPlan between = plan_between(preparation, number, *one.to, *other.to);
+      const MorphPlan one_back = backwards(one.plan), other_back = backwards(other.plan);
+      const auto direct = cycle_error({&one.plan, &between, &other_back});
+      const auto blended = cycle_error({&one.plan, &one_back, &other.plan, &other_back});
+      if (direct && blended) cycles.push_back({one.to->name, other.to->name, *blended, *direct});
+    }
+  return cycles;
+}
+
+JsonValue describe_error(const CycleError& error) {
+  return {{"drift", error.drift}, {"spread", error.spread}};
+}
+
 }  // namespace
 
-Inspection inspect_plan(const PreparedScene& prepared) {
+Inspection inspect_plan(const PreparedScene& prepared, Engine& engine,
+                        const std::filesystem::path& cache) {
   Inspection out;
   out.json = {{"actors", JsonValue::array()}};
-  for (const PreparedActor& actor : prepared.actors) {
+  for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
+    const PreparedActor& actor = prepared.actors[a];
     JsonValue legs = JsonValue::array();
     if (prepared.actors.size() > 1) out.text += fmt::format("{}:\n", actor.name);
     for (const auto& leg : actor.legs) {
@@ -88,11 +125,27 @@ Inspection inspect_plan(const PreparedScene& prepared) {
     }
     JsonValue described = {{"name", actor.name}, {"legs", std::move(legs)}};
     if (const std::optional<CycleError> cycle = actor_cycle(actor)) {
-      described["cycle"] = {{"drift", cycle->drift}, {"spread", cycle->spread}};
+      described["cycle"] = describe_error(*cycle);
       out.text += fmt::format(
           "Once around, mass comes back {:.2f} of the size from where it set out, on the mean, and "
           "spreads by {:.2f}; 0: consistent plans, 1: unrelated ones\n",
           cycle->drift, cycle->spread);
+    }
+    if (actor.space) {
+      described["cycles"] = JsonValue::array();
+      const std::string& reference = actor.objects.front()->name;
+      for (const BlendCycle& cycle : blend_cycles({prepared.scene, engine, cache}, a, actor)) {
+        described["cycles"].push_back(
+            {{"objects", JsonValue::array({reference, cycle.from, cycle.to})},
+             {"by_reference", describe_error(cycle.by_reference)},
+             {"by_plan_between", describe_error(cycle.by_plan_between)}});
+        out.text += fmt::format(
+            "Once around {0}, {1} and {2}, mass comes back {3:.2f} of the size from where it set "
+            "out, on the mean, and spreads by {4:.2f}, as the way from {1} to {2} leads over {0}; "
+            "by a plan of their own it would be {5:.2f} and {6:.2f}\n",
+            reference, cycle.from, cycle.to, cycle.by_reference.drift, cycle.by_reference.spread,
+            cycle.by_plan_between.drift, cycle.by_plan_between.spread);
+      }
     }
     out.json["actors"].push_back(std::move(described));
   }

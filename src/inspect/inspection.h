@@ -1,10 +1,12 @@
 // Descriptions of files: images, models, scenes and their frames.
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include "base/json.h"
 #include "base/result.h"
+#include "kernels/engine.h"
 #include "scene/scene.h"
 #include "sequence/prepare/prepared_scene.h"
 
@@ -29,7 +31,9 @@ Inspection inspect_scene(const std::string& file, const Scene& scene);
 Inspection inspect_timeline(const Scene& scene);
 
 /// The plan of each leg: which limb becomes which, the turn, and how much is left between the ends;
-/// where a chain ends with the object that it begins with, whether its plans are consistent.
-Inspection inspect_plan(const PreparedScene& prepared);
+/// where a chain ends with the object that it begins with, and for a blend, whether its plans are
+/// consistent. Plans that only the comparison needs are made, or read from the folder `cache`.
+Inspection inspect_plan(const PreparedScene& prepared, Engine& engine,
+                        const std::filesystem::path& cache);
 
 }  // namespace polymorph

@@ -277,13 +277,47 @@ JsonValue leg_json(const PlayLeg& leg, Packer& packer) {
           {"channels", channels}};
 }
 
+/// Writes a list of numbers, one per ball.
+JsonValue ball_json(std::span<const float> values, Packer& packer) {
+  const Shape shape{{static_cast<int>(values.size()), 1, 1}, {false, false, false}};
+  return packer.add(values, shape, range_step(values, kBallSteps));
+}
+
+JsonValue space_json(const PlaySpace& space, Packer& packer) {
+  JsonValue json{{"masses", space.masses},           {"radii", space.deviations},
+                 {"middle", to_array(space.middle)}, {"keeps_volume", space.keeps_volume},
+                 {"contact", space.contact},         {"look", space.look}};
+  const auto vector = [](Vec3d v) { return JsonValue::array({v.x, v.y, v.z}); };
+  for (const PlaySpaceObject& object : space.objects) {
+    JsonValue entry{{"low", to_array(object.box.low)},
+                    {"high", to_array(object.box.high)},
+                    {"volume", object.volume},
+                    {"min_part", object.min_part},
+                    {"from", vector(object.from_center)},
+                    {"to", vector(object.to_center)},
+                    {"turn", vector(object.turn)},
+                    {"log_scale", object.log_scale}};
+    for (float Vec3::*c : {&Vec3::x, &Vec3::y, &Vec3::z}) {
+      std::vector<float> axis;
+      for (const Vec3& place : object.balls) axis.push_back(place.*c);
+      entry["places"].push_back(ball_json(axis, packer));
+    }
+    json["objects"].push_back(std::move(entry));
+  }
+  return json;
+}
+
 JsonValue actor_json(const PlayActor& actor, Packer& packer) {
-  JsonValue json{{"name", printable(actor.name)}, {"cell", actor.cell}};
+  JsonValue json{
+      {"name", printable(actor.name)}, {"cell", actor.cell}, {"legs", JsonValue::array()}};
   for (const PlayObject& object : actor.objects)
     json["objects"].push_back(object_json(object, actor.cell, packer));
   for (const PlayLeg& leg : actor.legs) json["legs"].push_back(leg_json(leg, packer));
+  const bool mixes = !actor.space.objects.empty();
+  if (mixes) json["space"] = space_json(actor.space, packer);
   for (const PlayFrame& frame : actor.frames)
-    json["frames"].push_back(JsonValue::array({frame.leg, frame.time, frame.look}));
+    json["frames"].push_back(mixes ? JsonValue(frame.weights)
+                                   : JsonValue::array({frame.leg, frame.time, frame.look}));
   return json;
 }
 

@@ -8,6 +8,7 @@
 
 #include "base/box.h"
 #include "interchange/surface_frame.h"
+#include "kernels/linear.h"
 #include "kernels/morph_surface.h"
 #include "kernels/types.h"
 
@@ -43,18 +44,43 @@ struct PlayLeg {
   std::vector<PlayKey> keys;  ///< two or more, ascending times
 };
 
+/// An object of a space, and the way of the whole from the reference to it.
+struct PlaySpaceObject {
+  Box box;
+  double volume = 0;
+  float min_part = 0;  ///< components of its surface with a smaller fraction of the volume go
+  Vec3d from_center, to_center;
+  Vec3d turn;               ///< axis times angle
+  double log_scale = 0;     ///< natural logarithm
+  std::vector<Vec3> balls;  ///< places of the reference's balls on it
+};
+
+/// Space in which an actor's objects, of which the first is the reference, are mixed by weights
+/// (leg/weighted_surface.h).
+struct PlaySpace {
+  std::vector<PlaySpaceObject> objects;  ///< objects of the actor; empty: there is no space
+  std::vector<float> masses;             ///< masses of the reference's balls
+  std::vector<float> deviations;         ///< own part of their kernels' deviations
+  Vec3 middle;                           ///< centre of the reference's box
+  bool keeps_volume = true;
+  bool contact = true;  ///< whether mixtures of objects that stand equally low do so, too
+  float look = 0;       ///< weight of the common look
+};
+
 /// State of an actor in a frame.
 struct PlayFrame {
   int leg = 0;
   float time = 0;
-  float look = 0;  ///< weight of the common look
+  float look = 0;              ///< weight of the common look
+  std::vector<float> weights;  ///< weights of the objects of a space, which decide alone
 };
 
 struct PlayActor {
   std::string name;
   float cell = 0;  ///< edge of the surface's cells
   std::vector<PlayObject> objects;
-  std::vector<PlayLeg> legs;
+  std::vector<PlayLeg> legs;  ///< none with a space
+  PlaySpace space;
   std::vector<PlayFrame> frames;
 };
 

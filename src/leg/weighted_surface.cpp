@@ -45,14 +45,9 @@ Result<std::vector<Vec3d>> carry_balls(const Leg& leg, Engine& engine) {
 }
 
 Part make_part(const ShapeSpace& space, std::size_t object, float weight) {
-  const auto share = static_cast<double>(weight);
-  if (object > 0) {
-    const Leg& leg = *space.legs[object - 1];
-    return {leg.to, share, mean_path_part(leg.plan), space.places[object]};
-  }
-  const std::shared_ptr<const PreparedObject>& reference = space.legs.front()->from;
-  const Vec3d center(reference->model.box().center());
-  return {reference, share, PathPart{center, center, {}, 0}, space.places.front()};
+  const Leg& leg = *space.legs[object > 0 ? object - 1 : 0];
+  return {object > 0 ? leg.to : leg.from, static_cast<double>(weight), space_path(space, object),
+          space.places[object]};
 }
 
 /// The reference and the objects that its legs lead to, without those of weight 0.
@@ -106,7 +101,7 @@ void mix_balls(const MorphPlan& plan, const std::vector<Part>& parts, Vec3d midd
               (part.similarity.from_center - middle) * part.weight;
     }
     const Vec3 at = to_float(mean.center + (mean.rotation * place) * scale);
-    const double own = scale * 0.7 / std::sqrt(2 * static_cast<double>(balls[b].a)),
+    const double own = ball_deviation(balls[b], scale),
                  share = static_cast<double>(static_cast<float>(kMapDeviation) * mixture.size);
     mixture.samples.push_back({at, std::max(static_cast<float>(plan.from_masses[b]), 1e-6f),
                                static_cast<float>(std::sqrt(share * share + own * own))});
@@ -279,15 +274,13 @@ Result<std::vector<float>> fill_grid(const Grid& grid, const Mixture& mixture, d
 
 /// Leaves out what comes off, and cuts handles that no object has, as between two objects.
 void mend(const Mixture& mixture, Mesh& mesh) {
-  const auto min_share = static_cast<double>(mixture.settings.min_component_share);
-  double smallest = 0;
+  double share = 0;
   std::int64_t genus = 0;
   for (const MixedObject& mixed : mixture.objects) {
-    smallest = std::max(smallest, mixed.object->distances.smallest_component_share);
+    share = std::max(share, least_component_share(*mixed.object, mixture.settings));
     genus = std::max<std::int64_t>(genus, mixed.object->distances.genus);
   }
-  const double fragment = min_share > 0 ? fragment_share(smallest) : 0;
-  remove_crumbs(std::max(min_share, fragment), mixture.settings, mesh);
+  remove_crumbs(share, mixture.settings, mesh);
   mend_normals(mesh);
   cut_superfluous_handles(genus, mixture.size, mesh);
 }
@@ -301,6 +294,22 @@ float stand(float floor, Mesh& mesh) {
 }
 
 }  // namespace
+
+PathPart space_path(const ShapeSpace& space, std::size_t object) {
+  if (object > 0) return mean_path_part(space.legs[object - 1]->plan);
+  const Vec3d center(space.legs.front()->from->model.box().center());
+  return {center, center, {}, 0};
+}
+
+double ball_deviation(const Ball& ball, double scale) {
+  return scale * 0.7 / std::sqrt(2 * static_cast<double>(ball.a));
+}
+
+double least_component_share(const PreparedObject& object, const LegSettings& settings) {
+  const auto min_share = static_cast<double>(settings.min_component_share);
+  if (min_share <= 0) return 0;
+  return std::max(min_share, fragment_share(object.distances.smallest_component_share));
+}
 
 Result<ShapeSpace> make_shape_space(std::vector<std::shared_ptr<const Leg>> legs, Engine& engine) {
   PM_CHECK(!legs.empty());
@@ -370,8 +379,8 @@ Result<WeightedSurface> weighted_surface(const Mixture& mixture, Engine& engine)
     volume += static_cast<double>(mixed.weight) * mixed.object->distances.volume;
   PM_TRY(field->values, fill_grid(field->grid, mixture, volume, engine));
   if (mixture.keeps_volume) {
-    const float level = find_level(*field, volume, kFurthestLevel * mixture.size);
-    for (float& value : field->values) value -= level;
+    surface.level = find_level(*field, volume, kFurthestLevel * mixture.size);
+    for (float& value : field->values) value -= surface.level;
   }
   close_border(*field);
   bound_slopes(*field);
@@ -379,6 +388,23 @@ Result<WeightedSurface> weighted_surface(const Mixture& mixture, Engine& engine)
   mend(mixture, surface.mesh);
   if (mixture.stands) surface.lift = stand(mixture.floor, surface.mesh);
   return surface;
+}
+
+Result<std::vector<float>> weighted_field(const Mixture& mixture, const WeightedSurface& surface,
+                                          const std::vector<Vec3>& points, Engine& engine) {
+  std::vector<float> values;
+  if (mixture.objects.size() == 1) {
+    const DistanceGrid& own = *mixture.objects.front().object->distances.grid;
+    const DistanceField distances(own.grid, own.values.data());
+    for (const Vec3 p : points)
+      values.push_back(distances.value(Points<float>{p.x, p.y, p.z}, 1.0f));
+    return values;
+  }
+  std::vector<Vec3> lowered = points;
+  for (Vec3& p : lowered) p.y -= surface.lift;
+  PM_TRY(values, sample_field(mixture, distance_shares(mixture.objects), lowered, engine));
+  for (float& value : values) value -= surface.level;
+  return values;
 }
 
 Result<std::vector<Vec3>> places_on(const MixedObject& object, float lift,

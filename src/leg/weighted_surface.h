@@ -62,15 +62,32 @@ struct Mixture {
 /// for weights that are no such.
 Result<Mixture> mix_objects(const ShapeSpace& space, std::span<const float> weights);
 
+/// Rotation and scaling of the whole from the reference to an object of the space; that of the
+/// reference turns about its middle by nothing.
+PathPart space_path(const ShapeSpace& space, std::size_t object);
+
+/// A ball's own part in the deviation of its kernel in the maps, scene units, where the whole is
+/// scaled so much.
+double ball_deviation(const Ball& ball, double scale);
+
+/// Share of the volume below which a part of a mixture is left out, as one object of it has it.
+double least_component_share(const PreparedObject& object, const LegSettings& settings);
+
 /// Surface of a mixture: where the sum of the objects' distances, pulled back, has the level that
 /// keeps the volume.
 struct WeightedSurface {
   Mesh mesh;
-  float lift = 0;  ///< height by which it was raised to stand
+  float lift = 0;   ///< height by which it was raised to stand
+  float level = 0;  ///< level of the sum of distances
 };
 /// An object of weight 1 has its own distances. The result depends neither on objects of weight 0
 /// nor on the number of threads. Errors: kResource.
 Result<WeightedSurface> weighted_surface(const Mixture& mixture, Engine& engine);
+
+/// Evaluates the field whose zero the surface is at points: positive inside; the distance, where
+/// one object has all the weight. Errors: the engine's.
+Result<std::vector<float>> weighted_field(const Mixture& mixture, const WeightedSurface& surface,
+                                          const std::vector<Vec3>& points, Engine& engine);
 
 /// Places of points of the mixture on one of its objects. `lift`: that of the surface. Errors: the
 /// engine's.

@@ -279,6 +279,21 @@ Mat3 correspond(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
 
 }  // namespace
 
+void swap_ends(MorphPlan& plan) {
+  std::swap(plan.from, plan.to);
+  std::swap(plan.from_masses, plan.to_masses);
+  std::swap(plan.from_labels, plan.to_labels);
+  std::swap(plan.from_limbs, plan.to_limbs);
+  for (auto& [a, b] : plan.limb_names) std::swap(a, b);
+  for (Pair& pair : plan.pairs) {
+    std::swap(pair.from, pair.to);
+    std::swap(pair.from_share, pair.to_share);
+  }
+  const Alignment fit = plan.alignment;
+  plan.alignment = {transposed(fit.rotation), fit.turn * -1.0, 1 / fit.scale, fit.to_center,
+                    fit.from_center,          fit.strain};
+}
+
 MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSettings& settings,
                      const MotionSettings& motion, const std::filesystem::path& cache) {
   PM_CHECK(!from.balls.empty() && !to.balls.empty());
@@ -296,20 +311,7 @@ MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSetti
     return std::pair(a.from, a.to) < std::pair(b.from, b.to);
   });
   plan.alignment = fit_alignment(plan, rotation, settings.align);
-  if (swap) {
-    std::swap(plan.from, plan.to);
-    std::swap(plan.from_masses, plan.to_masses);
-    std::swap(plan.from_labels, plan.to_labels);
-    std::swap(plan.from_limbs, plan.to_limbs);
-    for (auto& [a, b] : plan.limb_names) std::swap(a, b);
-    for (Pair& pair : plan.pairs) {
-      std::swap(pair.from, pair.to);
-      std::swap(pair.from_share, pair.to_share);
-    }
-    const Alignment fit = plan.alignment;
-    plan.alignment = {transposed(fit.rotation), fit.turn * -1.0, 1 / fit.scale, fit.to_center,
-                      fit.from_center,          fit.strain};
-  }
+  if (swap) swap_ends(plan);
   plan.landmarks = landmarks_with_pairs(plan, swap ? to.landmarks : from.landmarks,
                                         swap ? from.landmarks : to.landmarks);
   plan.size = std::sqrt(rms_size(plan.from) * rms_size(plan.to));

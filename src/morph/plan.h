@@ -105,4 +105,8 @@ struct MorphPlan {
 MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSettings& settings,
                      const MotionSettings& motion = {}, const std::filesystem::path& cache = {});
 
+/// Swaps the ends of a plan: of its balls, labels, limbs, pairs and turn. Landmarks, paths and what
+/// follows from them stay.
+void swap_ends(MorphPlan& plan);
+
 }  // namespace polymorph

@@ -6,6 +6,7 @@
 #include "base/file.h"
 #include "base/json.h"
 #include "base/text.h"
+#include "scene/animated_model.h"
 #include "scene/blends.h"
 #include "scene/contradictions.h"
 #include "scene/mesh_numbers.h"
@@ -66,9 +67,11 @@ Result<SceneReading> read_scene(const std::filesystem::path& path,
   for (char& c : suffix) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
   const bool is_model =
       std::find(std::begin(kModels), std::end(kModels), suffix) != std::end(kModels);
-  if (is_model && is_numbered(path)) {
-    PM_TRY([[maybe_unused]] const std::vector<int> range, find_range(path));
-    const JsonValue json{{"source", {{"model", std::filesystem::absolute(path).string()}}}};
+  const bool is_animated = is_model && !is_numbered(path) && pose_count(path) > 0;
+  if (is_model && (is_animated || is_numbered(path))) {
+    const std::filesystem::path meshes = is_animated ? pose_pattern(path) : path;
+    PM_TRY([[maybe_unused]] const std::vector<int> range, find_range(meshes));
+    const JsonValue json{{"source", {{"model", std::filesystem::absolute(meshes).string()}}}};
     return read_scene_text(path, format_json(json), overrides);
   }
   if (is_model)

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/frame_pattern.h"
+#include "scene/animated_model.h"
 
 namespace polymorph {
 namespace {
@@ -73,7 +74,7 @@ std::shared_ptr<const MemoryMesh> find_memory_mesh(const std::filesystem::path& 
 
 bool model_exists(const std::filesystem::path& path) {
   std::error_code error;
-  return find_memory_mesh(path) || std::filesystem::exists(path, error);
+  return find_memory_mesh(path) || std::filesystem::exists(path, error) || find_pose(path);
 }
 
 }  // namespace polymorph

@@ -44,7 +44,7 @@ class MemoryModels {
 /// The mesh that is in memory under this path; null if there is none.
 std::shared_ptr<const MemoryMesh> find_memory_mesh(const std::filesystem::path& path);
 
-/// Tests whether there is a model of this path, in memory or as a file.
+/// Tests whether there is a model of this path: in memory, as a file, or as a pose of one.
 bool model_exists(const std::filesystem::path& path);
 
 }  // namespace polymorph

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <numeric>
 
+#include "scene/animated_model.h"
 #include "scene/memory_models.h"
 
 namespace polymorph {
@@ -18,14 +19,23 @@ Result<std::vector<int>> existing_meshes(const FramePattern& pattern) {
   std::vector<int> in_memory;
   for (int number = 1; find_memory_mesh(frame_path(pattern, number)); ++number)
     in_memory.push_back(number);
-  if (in_memory.empty()) return existing_frames(pattern);
-  return in_memory;
+  if (!in_memory.empty()) return in_memory;
+  if (!pattern.has_number()) return existing_frames(pattern);
+  const auto pose = find_pose(frame_path(pattern, 1));
+  if (!pose) return existing_frames(pattern);
+  std::vector<int> poses(static_cast<std::size_t>(pose_count(pose->file)));
+  std::iota(poses.begin(), poses.end(), 1);
+  return poses;
 }
 
 Result<std::vector<int>> find_range(const std::filesystem::path& model) {
   PM_TRY(const FramePattern pattern, file_pattern(model));
   PM_TRY(const std::vector<int> numbers, existing_meshes(pattern));
-  if (numbers.empty()) return make_error(ErrorCode::kInput, "no such files: {}", model.string());
+  if (numbers.empty())
+    return find_pose(frame_path(pattern, 1))
+               ? make_error(ErrorCode::kInput, "{}: it is not animated",
+                            find_pose(frame_path(pattern, 1))->file.string())
+               : make_error(ErrorCode::kInput, "no such files: {}", model.string());
   int step = 0;
   for (const int number : numbers) step = std::gcd(step, number - numbers.front());
   std::vector<int> range{numbers.front(), numbers.back()};
@@ -82,7 +92,7 @@ std::string sequence_name(const std::filesystem::path& model) {
   const std::string before = std::filesystem::path(pattern->before + "x").filename().string(),
                     after = std::filesystem::path(pattern->after).stem().string();
   std::string name = before.substr(0, before.size() - 1);
-  while (!name.empty() && std::string("._- ").find(name.back()) != std::string::npos)
+  while (!name.empty() && std::string("._- @").find(name.back()) != std::string::npos)
     name.pop_back();
   return name.empty() ? after : name;
 }

@@ -1,5 +1,7 @@
 // Sequences of meshes in place of a scene: all formats, and the commands that render, test, convert
 // and describe scenes.
+#include <cmath>
+
 #include "testing/program.h"
 
 namespace polymorph {
@@ -49,6 +51,30 @@ TEST_F(MeshSequences, AllFormatsRenderInOneLine) {
     EXPECT_TRUE(contains(ran.err, "2 frames rendered")) << ran.err;
     EXPECT_EQ(read_text(folder / ("out" + std::string(suffix)) / "f.0001.png").substr(1, 3), "PNG");
   }
+}
+
+TEST_F(MeshSequences, CompareMeasuresHowFarSurfacesAreApart) {
+  const auto tetrahedron = [&](const std::string& name, const std::string& top) {
+    write(name,
+          "v 0 0 0\nv 3 0 0\nv 0 3 0\nv 0 0 " + top + "\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
+  };
+  tetrahedron("a.01.obj", "3"), tetrahedron("a.02.obj", "3");
+  tetrahedron("b.01.obj", "3"), tetrahedron("b.02.obj", "3.6");
+  const Ran ran = run(1, {"compare", "a.##.obj", "b.##.obj", "--fail", "0.05"});
+  EXPECT_TRUE(contains(ran.out, "a.01.obj: same points and faces")) << ran.out;
+  EXPECT_TRUE(contains(ran.out, "a.02.obj: different: at most ")) << ran.out;
+  EXPECT_TRUE(contains(ran.out, "1 of 2 pairs pass")) << ran.out;
+  run(0, {"compare", "a.##.obj", "b.##.obj", "--fail", "0.2"});
+  const auto json = parse(run(1, {"compare", "a.02.obj", "b.02.obj", "--json"}).out);
+  // 0.6 of a diagonal of sqrt(3^2 + 3^2 + 3.6^2), at the top; less between the other points.
+  const double largest = json["cases"][0]["largest"].get<double>();
+  EXPECT_NEAR(largest, 0.6 / std::sqrt(30.96), 0.02);
+  EXPECT_LT(json["cases"][0]["mean"].get<double>(), 0.5 * largest);
+  fs::remove(folder / "a.02.obj");
+  EXPECT_TRUE(contains(run(3, {"compare", "a.##.obj", "b.##.obj"}).err, "a.02.obj"));
+  EXPECT_TRUE(contains(run(2, {"compare", "a.01.obj", "b.##.obj"}).err, "two sequences"));
+  EXPECT_TRUE(contains(run(2, {"compare", "a.01.obj", "b.01.obj", "--html", "r.html"}).err,
+                       "are for images"));
 }
 
 TEST_F(MeshSequences, EveryCommandTakesThePattern) {

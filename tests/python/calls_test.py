@@ -67,6 +67,29 @@ morph, = carried.analyze(4)
 assert morph["metrics"]["pop"]["value"] > 0 and morph["frames"]["volume"].shape == (4,)
 assert morph["frames"]["volume"].dtype == np.float64 and (morph["frames"]["volume"] > 0).all()
 
+# A blend, with keyframes of its weights: mesh, field, page, measures, plans to the first object by name.
+weights = [{"easing": "linear", "keys": [{"frame": 1, "value": a}, {"frame": 3, "value": b}]} for a, b in ((1, 0), (0, 1), (0, 1))]
+blend = polymorph.Scene({"blend": [{"shape": shape, "weight": weight} for shape, weight in zip(("cube", "torus", "sphere"), weights)],
+                         "frames": {"count": 3}}, set={key: value for key, value in small.items() if not key.startswith("frames")})
+assert blend.frame_count == 3 and [(plan.source, plan.target) for plan in blend.plans()] == [("cube", "sphere"), ("cube", "torus")]
+for at in (2, 3):
+    mesh = blend.mesh(at)
+    size = np.ptp(mesh.positions, axis=0).max()
+    assert np.abs(blend.field(at, mesh.positions)).mean() < 0.01 * size
+    assert (blend.field(at, mesh.positions - 0.02 * size * mesh.normals) > 0).mean() > 0.98
+    assert (blend.field(at, mesh.positions + 0.02 * size * mesh.normals) < 0).mean() > 0.98
+alone = scene_of("cube").mesh(1)
+assert np.array_equal(blend.mesh(1).positions, alone.positions) and np.array_equal(blend.mesh(1).triangles, alone.triangles)
+assert not np.array_equal(blend.mesh(1.5).positions, blend.mesh(2).positions)
+assert blend.frame(2)[0].shape[:2] == (24, 32) and len(blend.balls(2).a) == 0
+measures, = blend.analyze()
+assert measures["frames"]["volume"].shape == (3,)
+assert '"space"' in blend.page()
+array_blend = polymorph.Scene({"blend": [{"model": mesh, "weight": 1}, {"shape": "cube", "weight": 1}, {"shape": "torus", "weight": 2}]},
+                              set=small)
+assert len(array_blend.mesh(1).triangles) > 100
+raises(3, "all weights are 0")(lambda: polymorph.Scene({"blend": [{"shape": "cube", "weight": 0}, {"shape": "torus", "weight": 0}]}))
+
 # Arrays in: any strides and types; what is no mesh is named.
 vertices = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
 faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]

@@ -91,6 +91,29 @@ TEST_F(WeightedSurfaceTest, MixturesAreClosedWholeAndHaveTheMeanVolume) {
   }
 }
 
+TEST_F(WeightedSurfaceTest, TheFieldIsZeroOnTheSurfaceAndPositiveInside) {
+  for (const std::vector<float>& weights :
+       {std::vector<float>{0.5f, 0.3f, 0.2f}, {0, 0.5f, 0.5f}, {0, 0, 1}}) {
+    const auto mixture = mix_objects(space, weights);
+    ASSERT_TRUE(mixture.ok());
+    const auto surface = weighted_surface(*mixture, *engine);
+    ASSERT_TRUE(surface.ok());
+    const Mesh& mesh = surface->mesh;
+    const float cell = mixture->settings.cell;
+    std::vector<Vec3> inside = mesh.positions;
+    for (std::size_t i = 0; i < inside.size(); ++i) inside[i] = inside[i] - mesh.normals[i] * cell;
+    const auto on = weighted_field(*mixture, *surface, mesh.positions, *engine);
+    const auto below = weighted_field(*mixture, *surface, inside, *engine);
+    ASSERT_TRUE(on.ok() && below.ok());
+    double mean = 0;
+    std::size_t positive = 0;
+    for (const float value : *on) mean += static_cast<double>(std::abs(value) / cell);
+    for (const float value : *below) positive += value > 0 ? 1u : 0u;
+    EXPECT_LT(mean / static_cast<double>(on->size()), 0.1);
+    EXPECT_GT(static_cast<double>(positive), 0.98 * static_cast<double>(below->size()));
+  }
+}
+
 TEST_F(WeightedSurfaceTest, ObjectsOfWeight0LeaveNoTrace) {
   const ShapeSpace two{{space.legs[0]}, {space.places[0], space.places[1]}};
   EXPECT_EQ(mixed(space, {0.4f, 0.6f, 0}).positions, mixed(two, {0.4f, 0.6f}).positions);

@@ -4,6 +4,7 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "cli/command_line.h"
+#include "scene/animated_model.h"
 #include "sequence/prepare/prepare.h"
 #include "sequence/run/analyze_sequence.h"
 #include "sequence/run/device.h"
@@ -66,7 +67,9 @@ Result<std::vector<Analysis>> analyzed(const CommandLine& line, const AnalyzeOpt
   }
   const Truth* truth = options.truth.empty() ? nullptr : &known;
   if (!is_scene(options.input)) {
-    PM_TRY(const FramePattern pattern, parse_pattern(options.input));
+    const bool is_animated = pose_count(options.input) > 0;
+    PM_TRY(const FramePattern pattern,
+           parse_pattern(is_animated ? pose_pattern(options.input).string() : options.input));
     if (!pattern.has_number() || !options.sets.empty())
       return make_error(ErrorCode::kUsage,
                         "{}: neither a scene (.json) nor meshes with a place for the frame number "

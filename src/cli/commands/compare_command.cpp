@@ -1,4 +1,6 @@
+#include <set>
 
+#include "analyze/mesh_difference.h"
 #include "base/file.h"
 #include "base/json.h"
 #include "base/log.h"
@@ -9,6 +11,9 @@
 #include "compare/flicker.h"
 #include "compare/report_data.h"
 #include "image/image_io.h"
+#include "model/load/load_model.h"
+#include "scene/animated_model.h"
+#include "scene/mesh_numbers.h"
 #include "sequence/run/frames.h"
 
 namespace polymorph {
@@ -99,7 +104,72 @@ Result<ReportCase> compare_pair(const CompareOptions& options, const FilePair& p
   return result;
 }
 
+/// The pattern of a model's files; of an animated model, that of its poses.
+Result<FramePattern> mesh_pattern(const std::string& name) {
+  return parse_pattern(pose_count(name) > 0 ? pose_pattern(name).string() : name);
+}
+
+/// Pairs two models, or the meshes of two sequences by their numbers. Errors: kUsage, kInput.
+Result<std::vector<FilePair>> find_mesh_pairs(const CompareOptions& options) {
+  PM_TRY(const FramePattern a, mesh_pattern(options.actual));
+  PM_TRY(const FramePattern b, mesh_pattern(options.reference));
+  if (!a.has_number() && !b.has_number())
+    return std::vector<FilePair>{{options.actual, options.reference}};
+  if (a.has_number() != b.has_number())
+    return make_error(ErrorCode::kUsage,
+                      "compare two models or two sequences (with #### in both names)");
+  std::set<int> numbers;
+  for (const FramePattern& pattern : {a, b}) {
+    PM_TRY(const std::vector<int> own, existing_meshes(pattern));
+    if (own.empty())
+      return make_error(ErrorCode::kInput, "{}: no such files", frame_path(pattern, 1).string());
+    numbers.insert(own.begin(), own.end());
+  }
+  std::vector<FilePair> pairs;
+  for (const int number : numbers) pairs.push_back({frame_path(a, number), frame_path(b, number)});
+  return pairs;
+}
+
+/// Compares meshes by how far apart their surfaces are.
+Result<int> compare_meshes(const CompareOptions& options) {
+  if (options.report.pictures() || !options.report.junit.empty() || !options.difference.empty())
+    return make_error(ErrorCode::kUsage,
+                      "{} is a model - reports and --diff are for images; leave them out",
+                      options.actual);
+  PM_TRY(const std::vector<FilePair> pairs, find_mesh_pairs(options));
+  LoadObjSettings settings;
+  settings.textures = false;
+  const auto limit = static_cast<double>(options.tolerance.fail);
+  std::size_t failed = 0;
+  JsonValue json{{"cases", JsonValue::array()}};
+  for (const FilePair& pair : pairs) {
+    for (const auto& file : {pair.actual, pair.reference}) remember_input(file);
+    PM_TRY(const LoadedModel actual, load_model(pair.actual, settings));
+    PM_TRY(const LoadedModel reference, load_model(pair.reference, settings));
+    const MeshDifference difference = mesh_difference(actual.model, reference.model);
+    const bool passed = difference.largest <= limit;
+    if (!passed) ++failed;
+    json["cases"].push_back({{"name", pair.actual.filename().string()},
+                             {"passed", passed},
+                             {"same", difference.is_same},
+                             {"mean", difference.mean},
+                             {"largest", difference.largest}});
+    if (options.json.enabled) continue;
+    print_data("{}: {}\n", pair.actual.string(),
+               difference.is_same
+                   ? std::string("same points and faces")
+                   : fmt::format("{}at most {:.2g} of the size apart, {:.2g} on the mean",
+                                 passed ? "" : "different: ", difference.largest, difference.mean));
+  }
+  if (options.json.enabled) PM_TRY_STATUS(write_json(options.json, json));
+  if (pairs.size() > 1 && !options.json.enabled)
+    print_data("{} of {} pairs pass\n", pairs.size() - failed, pairs.size());
+  return failed == 0 ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
+}
+
 Result<int> run_compare(const CompareOptions& options, bool overwrite) {
+  if (is_model_file(options.actual) && is_model_file(options.reference))
+    return compare_meshes(options);
   const auto found = find_pairs(options);
   const std::vector<FilePair> pairs = found ? *found : std::vector<FilePair>{};
   for (const FilePair& pair : pairs)
@@ -148,7 +218,10 @@ void add_limits(Command command, Tolerance& t) {
     command.add_option(name, value, what).range(0.0, highest).type_name(type).group("Main");
   };
   add("--fail", t.fail, kMax, "X",
-      fmt::format("a pixel fails beyond this difference ({})", t.fail));
+      fmt::format(
+          "a pixel fails beyond this difference ({}); of models their surfaces, beyond this "
+          "share of the size",
+          t.fail));
   add("--relative", t.relative, kMax, "X",
       fmt::format("... plus this share of the reference ({})", t.relative));
   add("--failpercent", t.fail_percent, 100, "P",
@@ -168,16 +241,19 @@ void add_limits(Command command, Tolerance& t) {
 void add_compare(CommandLine& line) {
   auto options = std::make_shared<CompareOptions>();
   Command command =
-      add_command(line, "compare", "Compare two images or two sequences; NaN always fails.",
+      add_command(line, "compare",
+                  "Compare two images, two models or two sequences of either; NaN always fails.",
                   "  polymorph compare new.exr golden.exr\n"
-                  "  polymorph compare 'a/f.####.exr' 'b/f.####.exr' --fail 0.01 --html page.html",
+                  "  polymorph compare 'a/f.####.exr' 'b/f.####.exr' --fail 0.01 --html page.html\n"
+                  "  polymorph compare 'a/seq.####.obj' 'b/seq.####.obj'",
                   "  0 within the limits   1 different   2 usage   3 unreadable image\n"
                   "  4 cannot write");
-  command.add_option("actual", options->actual, "image, or sequence with ####")
+  command.add_option("actual", options->actual, "image or model, or a sequence of them with ####")
       .required()
       .type_name("ACTUAL")
       .group("Main");
-  command.add_option("reference", options->reference, "the image or sequence to compare with")
+  command
+      .add_option("reference", options->reference, "the image, model or sequence to compare with")
       .required()
       .type_name("REFERENCE")
       .group("Main");

@@ -68,7 +68,8 @@ Result<int> show_plan(const CommandLine& line, const InfoOptions& options, Scene
                       "its frames with strip --show plan",
                       options.input);
   if (!options.output.empty()) PM_TRY_STATUS(write_plan(line, film_scene, options.output));
-  return print(options.json, inspect_plan(film_scene.prepared));
+  return print(options.json,
+               inspect_plan(film_scene.prepared, *film_scene.engine, cache_folder(line.common)));
 }
 
 Result<int> run_info(const CommandLine& line, const InfoOptions& options) {

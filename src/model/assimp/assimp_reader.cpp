@@ -1,6 +1,7 @@
-// polymorph_assimp FILE: reads a model with Assimp and writes it to standard output as the records
-// of model/load/import_process.h: OBJ text, MTL text and embedded textures. It is a program of its
-// own, so that a file that makes the library crash, loop or exhaust memory ends only this process.
+// polymorph_assimp FILE MEMORY [SECONDS]: reads a model, or a pose of an animated one, with Assimp
+// and writes it to standard output as the records of model/load/import_process.h: OBJ text, MTL
+// text and embedded textures. It is a program of its own, so that a file that makes the library
+// crash, loop or exhaust memory ends only this process.
 #include <assimp/GltfMaterial.h>
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
@@ -15,11 +16,14 @@
 #include <cstdlib>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/exact_math.h"
+#include "model/assimp/pose.h"
 #include "model/load/import_process.h"
 
 namespace {
@@ -102,15 +106,23 @@ void count_nodes(const aiScene& scene, const aiNode& node, Counts& counts) {
   for (unsigned i = 0; i < node.mNumChildren; ++i) count_nodes(scene, *node.mChildren[i], counts);
 }
 
+/// Vertices of a mesh as they are written; `normals` may be null.
+struct Vertices {
+  const aiVector3D *points, *normals;
+};
+
 class Writer {
  public:
-  Writer(const aiScene& scene, const std::string& suffix) : scene_(scene), suffix_(suffix) {}
+  /// `pose`: where the animation is to be; nothing for the file's own pose.
+  Writer(const aiScene& scene, const std::string& suffix, std::optional<Pose> pose)
+      : scene_(scene), suffix_(suffix), pose_(std::move(pose)) {}
 
   /// `counts`: those of the scene.
   void write(const Counts& counts) {
     obj_.reserve(static_cast<std::size_t>(counts.text));
     for (unsigned i = 0; i < scene_.mNumMaterials; ++i) add_material(*scene_.mMaterials[i]);
-    add_node(*scene_.mRootNode, make_upright());
+    upright_ = make_upright();
+    add_node(*scene_.mRootNode, upright_);
     put("obj", "", obj_);
     put("mtl", "", mtl_);
     for (unsigned i = 0; i < scene_.mNumTextures; ++i) add_texture(i);
@@ -118,20 +130,23 @@ class Writer {
       put("warning", std::to_string(points_or_lines_) + " points or lines - ignored", "");
     if (has_unused_colors_)
       put("warning", "colours of points beside a texture - the colours are ignored", "");
-    if (animated_) put("warning", "it is animated - the animation is ignored", "");
+    if (animated_ && !pose_) put("warning", "it is animated - the animation is ignored", "");
   }
 
  private:
   aiMatrix4x4 make_upright();
   void add_material(const aiMaterial& material);
   void add_node(const aiNode& node, const aiMatrix4x4& parent);
-  void add_mesh(const aiMesh& mesh, const aiMatrix4x4& transform, const std::string& label);
+  void add_mesh(const aiMesh& mesh, const Vertices& vertices, const aiMatrix4x4& transform,
+                const std::string& label);
   std::string color_material(const aiMesh& mesh, const aiFace& face);
   void add_texture(unsigned index);
   bool is_srgb() const { return suffix_ == ".ply" || suffix_ == ".off" || suffix_ == ".stl"; }
 
   const aiScene& scene_;
   std::string suffix_;
+  std::optional<Pose> pose_;
+  aiMatrix4x4 upright_;
   std::string obj_ = "mtllib m\n", mtl_;
   std::vector<std::string> materials_;
   std::vector<bool> textured_;
@@ -204,10 +219,17 @@ void Writer::add_material(const aiMaterial& material) {
 }
 
 void Writer::add_node(const aiNode& node, const aiMatrix4x4& parent) {
-  const aiMatrix4x4 transform = parent * node.mTransformation;
+  const aiMatrix4x4 transform = parent * (pose_ ? pose_->local(node) : node.mTransformation);
   for (unsigned i = 0; i < node.mNumMeshes; ++i) {
     const aiMesh& mesh = *scene_.mMeshes[node.mMeshes[i]];
-    add_mesh(mesh, transform, make_word(mesh.mName.length ? mesh.mName : node.mName, "mesh"));
+    const std::string label = make_word(mesh.mName.length ? mesh.mName : node.mName, "mesh");
+    if (!pose_) {
+      add_mesh(mesh, {mesh.mVertices, mesh.mNormals}, transform, label);
+      continue;
+    }
+    const PosedMesh posed = posed_mesh(*pose_, node, mesh);
+    add_mesh(mesh, {posed.points.data(), posed.normals.empty() ? nullptr : posed.normals.data()},
+             posed.in_scene ? upright_ : transform, label);
   }
   for (unsigned i = 0; i < node.mNumChildren; ++i) add_node(*node.mChildren[i], transform);
 }
@@ -237,20 +259,21 @@ std::string Writer::color_material(const aiMesh& mesh, const aiFace& face) {
   return name;
 }
 
-void Writer::add_mesh(const aiMesh& mesh, const aiMatrix4x4& transform, const std::string& label) {
+void Writer::add_mesh(const aiMesh& mesh, const Vertices& vertices, const aiMatrix4x4& transform,
+                      const std::string& label) {
   aiMatrix3x3 rotation(transform);
   const bool mirrored = rotation.Determinant() < 0;
-  const bool normals = mesh.HasNormals() && suffix_ != ".stl" && rotation.Determinant() != 0;
+  const bool normals = vertices.normals && suffix_ != ".stl" && rotation.Determinant() != 0;
   const bool uvs = mesh.HasTextureCoords(0);
   rotation.Inverse().Transpose();
   for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
-    const aiVector3D p = transform * mesh.mVertices[i];
+    const aiVector3D p = transform * vertices.points[i];
     obj_ += 'v' + format_numbers({p.x, p.y, p.z}) + '\n';
     if (uvs)
       obj_ +=
           "vt" + format_numbers({mesh.mTextureCoords[0][i].x, mesh.mTextureCoords[0][i].y}) + '\n';
     if (normals) {
-      const aiVector3D n = rotation * mesh.mNormals[i];
+      const aiVector3D n = rotation * vertices.normals[i];
       obj_ += "vn" + format_numbers({n.x, n.y, n.z}) + '\n';
     }
   }
@@ -327,7 +350,7 @@ void limit(int resource, rlim_t maximum) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 3) return 2;
+  if (argc != 3 && argc != 4) return 2;
   limit(RLIMIT_CORE, 0);
   std::fputs(polymorph::kImportHello, stdout);
   const fs::path path = argv[1];
@@ -359,7 +382,9 @@ int main(int argc, char** argv) {
         put("large", describe_size(counts, static_cast<double>(memory)), "");
       } else {
         limit(RLIMIT_CPU, seconds + static_cast<rlim_t>(counts.text / 20e6));
-        Writer(*scene, suffix).write(counts);
+        std::optional<Pose> pose;
+        if (argc == 4) pose = pose_at(*scene, std::strtod(argv[3], nullptr));
+        Writer(*scene, suffix, std::move(pose)).write(counts);
       }
     }
   } catch (const std::bad_alloc&) {

@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <map>
+#include <optional>
 #include <span>
 
 #include "base/file.h"
@@ -23,6 +24,7 @@
 #include "model/load/load_memory.h"
 #include "model/load/obj_scan.h"
 #include "model/load/textures.h"
+#include "scene/animated_model.h"
 
 extern char** environ;
 
@@ -62,10 +64,21 @@ struct ReaderRun {
   bool is_too_large = false, is_interrupted = false;
 };
 
+/// A model's file, and the time of the pose that its path names.
+struct AnimatedPath {
+  fs::path file;
+  std::optional<double> seconds;
+};
+
+AnimatedPath resolve_pose(const fs::path& path) {
+  const auto pose = find_pose(path);
+  return pose ? AnimatedPath{pose->file, pose->seconds()} : AnimatedPath{path, std::nullopt};
+}
+
 /// `memory`: bytes that the reader and the model that it makes may take; `limit`: those of its
 /// output.
-Result<ReaderRun> run_reader(const fs::path& reader, const fs::path& model, std::uint64_t memory,
-                             std::uint64_t limit) {
+Result<ReaderRun> run_reader(const fs::path& reader, const AnimatedPath& model,
+                             std::uint64_t memory, std::uint64_t limit) {
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0)
     return make_error(ErrorCode::kResource, "cannot make a pipe: {}", std::strerror(errno));
@@ -74,8 +87,10 @@ Result<ReaderRun> run_reader(const fs::path& reader, const fs::path& model, std:
   posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
   posix_spawn_file_actions_adddup2(&actions, ends[1], 1);
   posix_spawn_file_actions_addopen(&actions, 2, "/dev/null", O_WRONLY, 0);
-  std::string words[3] = {reader.string(), model.string(), std::to_string(memory)};
-  char* arguments[4] = {words[0].data(), words[1].data(), words[2].data(), nullptr};
+  std::string words[4] = {reader.string(), model.file.string(), std::to_string(memory),
+                          model.seconds ? fmt::format("{}", *model.seconds) : std::string()};
+  char* arguments[5] = {words[0].data(), words[1].data(), words[2].data(),
+                        model.seconds ? words[3].data() : nullptr, nullptr};
   pid_t id = 0;
   const int failure = ::posix_spawn(&id, reader.c_str(), &actions, nullptr, arguments, environ);
   posix_spawn_file_actions_destroy(&actions);
@@ -200,17 +215,18 @@ bool is_one_of(std::span<const char* const> suffixes, const fs::path& path) {
 
 Result<LoadedModel> run_and_parse(const fs::path& path, const LoadObjSettings& settings) {
   const std::string file = path.string();
-  remember_input(path);
+  const AnimatedPath animated = resolve_pose(path);
+  remember_input(animated.file);
   // Report unreadable or too large files as for any other format.
   PM_TRY_STATUS([&]() -> Status {
-    PM_TRY(const std::string bytes, read_file(path, settings.max_bytes));
+    PM_TRY(const std::string bytes, read_file(animated.file, settings.max_bytes));
     if (bytes.empty()) return make_error(ErrorCode::kInput, "{}: is empty", file);
     return Ok{};
   }());
   PM_TRY(const fs::path reader, find_reader());
   const std::uint64_t left = remaining_memory();
   PM_TRY(ReaderRun run,
-         run_reader(reader, path, left, std::min<std::uint64_t>(8 * settings.max_bytes, left)));
+         run_reader(reader, animated, left, std::min<std::uint64_t>(8 * settings.max_bytes, left)));
   const Imported imported = parse(run.bytes);
   for (const std::string& input : imported.inputs) remember_input(input);
   if (!imported.too_large.empty())

@@ -12,6 +12,7 @@
 #include "base/parallel.h"
 #include "image/image_io.h"
 #include "model/load/ply_velocities.h"
+#include "scene/animated_model.h"
 #include "scene/memory_models.h"
 #include "scene/mesh_numbers.h"
 #include "sequence/prepare/content_hash.h"
@@ -134,7 +135,8 @@ struct MeshFacts {
 MeshFacts inspect_mesh(const ObjectSettings& object, const std::vector<Vec3>& directions,
                        bool textures, MeshFile& file) {
   MeshFacts mesh_facts;
-  remember_input(file.file);
+  const std::optional<AnimatedPose> pose = find_pose(file.file);
+  remember_input(pose ? pose->file : file.file);
   if (!model_exists(file.file)) {
     file.problem = fmt::format("mesh {}: {}: no such file", file.number, file.file.string());
     return mesh_facts;

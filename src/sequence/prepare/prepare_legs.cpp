@@ -54,9 +54,7 @@ MorphPlan plan_leg(const PlanSettings& settings, const LegEnds& ends, const Moti
     source.landmarks.push_back(from.landmarks.at(name));
     target.landmarks.push_back(to.landmarks.at(name));
   }
-  MorphPlan plan = plan_morph(std::move(source), std::move(target), kind, settings, motion, cache);
-  log_plan(plan, from.name, to.name);
-  return plan;
+  return plan_morph(std::move(source), std::move(target), kind, settings, motion, cache);
 }
 
 /// Makes the actor's legs, in order: a leg may start from the balls with which the one before it is
@@ -76,6 +74,7 @@ Status add_legs(const Preparation& preparation, const PlanSettings& settings, Pr
     LegParts parts{source, target, {}, before, common_landmarks(*source, *target)};
     parts.plan = plan_leg(settings, {*source, *target, parts.landmark_names}, timings[i].motion,
                           scene.field.kind, cache);
+    log_plan(parts.plan, source->name, target->name);
     if (before) parts.pace = leg_pace(timings[i - 1]) / leg_pace(timings[i]);
     PM_TRY(const std::shared_ptr<const Leg> leg,
            make_leg(std::move(parts), timings[i], actor.settings, engine, cache));
@@ -111,6 +110,13 @@ Result<std::vector<PreparedActor>> make_actors(const Preparation& preparation,
     PM_TRY_STATUS(add_legs(preparation, preparation.scene.actors[a].plan, actor, warnings));
   }
   return actors;
+}
+
+MorphPlan plan_between(const Preparation& preparation, std::size_t actor,
+                       const PreparedObject& from, const PreparedObject& to) {
+  const Scene& scene = preparation.scene;
+  return plan_leg(scene.actors[actor].plan, {from, to, common_landmarks(from, to)}, {},
+                  scene.field.kind, preparation.cache);
 }
 
 }  // namespace polymorph

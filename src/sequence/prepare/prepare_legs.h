@@ -21,4 +21,9 @@ Result<std::vector<PreparedActor>> make_actors(const Preparation& preparation,
                                                std::span<const ObjectList> objects,
                                                std::vector<std::string>& warnings);
 
+/// Plans the way between two of an actor's objects, whether a leg joins them or not. `actor`: its
+/// number in the scene.
+MorphPlan plan_between(const Preparation& preparation, std::size_t actor,
+                       const PreparedObject& from, const PreparedObject& to);
+
 }  // namespace polymorph

@@ -1,0 +1,30 @@
+// Pose of an animated scene of Assimp at a moment: its nodes, skins and morph targets.
+#pragma once
+
+#include <assimp/scene.h>
+
+#include <map>
+#include <string>
+#include <vector>
+
+/// Places of nodes and weights of morph targets at a moment.
+struct Pose {
+  std::map<std::string, aiMatrix4x4> locals;   ///< transforms of nodes that the animation moves
+  std::map<std::string, aiMatrix4x4> globals;  ///< transforms of all nodes to the scene
+  std::map<std::string, std::vector<double>> weights;  ///< weights of morph targets, by their node
+
+  /// A node's transform relative to its parent.
+  const aiMatrix4x4& local(const aiNode& node) const;
+};
+
+/// Computes the pose of a scene at a time, before the first key and after the last one that of the
+/// key. The first animation plays, and of the others those that move nothing that plays already: an
+/// armature's and that of morph targets are often two.
+Pose pose_at(const aiScene& scene, double seconds);
+
+/// Vertices of a mesh in a pose.
+struct PosedMesh {
+  std::vector<aiVector3D> points, normals;  ///< `normals`: empty where the mesh has none
+  bool in_scene = false;  ///< whether a skin has put them into the scene's coordinates
+};
+PosedMesh posed_mesh(const Pose& pose, const aiNode& node, const aiMesh& mesh);
