@@ -23,11 +23,16 @@ install(FILES ${python_sbom} DESTINATION ${SKBUILD_METADATA_DIR}/sboms COMPONENT
 # The licences of the libraries, as Debian's packages of them state them.
 install(CODE [[
   file(GET_RUNTIME_DEPENDENCIES EXECUTABLES "$<TARGET_FILE:polymorph>" "$<TARGET_FILE:polymorph_assimp>" RESOLVED_DEPENDENCIES_VAR libraries)
-  foreach(library ${libraries})
-    get_filename_component(name ${library} NAME)
-    execute_process(COMMAND dpkg-query -S */${name} OUTPUT_VARIABLE owner ERROR_QUIET)
-    if(owner MATCHES "^([^:\n]+):" AND EXISTS /usr/share/doc/${CMAKE_MATCH_1}/copyright)
-      file(INSTALL DESTINATION "${CMAKE_INSTALL_PREFIX}/licenses" RENAME ${CMAKE_MATCH_1}.txt TYPE FILE
-        FOLLOW_SYMLINK_CHAIN FILES /usr/share/doc/${CMAKE_MATCH_1}/copyright)
+  # /lib is /usr/lib, but packages say either. One question for all: Debian's database is read for each.
+  list(TRANSFORM libraries REPLACE "^/usr/" "/" OUTPUT_VARIABLE names)
+  list(TRANSFORM names PREPEND "/usr" OUTPUT_VARIABLE long_names)
+  execute_process(COMMAND dpkg-query -S ${names} ${long_names} OUTPUT_VARIABLE owners ERROR_QUIET)
+  string(REGEX MATCHALL "[^:\n]+:[^\n]*" owners "${owners}")
+  list(TRANSFORM owners REPLACE ":.*" "")
+  list(REMOVE_DUPLICATES owners)
+  foreach(owner ${owners})
+    if(EXISTS /usr/share/doc/${owner}/copyright)
+      file(INSTALL DESTINATION "${CMAKE_INSTALL_PREFIX}/licenses" RENAME ${owner}.txt TYPE FILE
+        FOLLOW_SYMLINK_CHAIN FILES /usr/share/doc/${owner}/copyright)
     endif()
   endforeach()]] COMPONENT python EXCLUDE_FROM_ALL)

@@ -30,7 +30,7 @@ except ImportError:
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PROGRAM = pathlib.Path(sys.argv.pop(1)).absolute()
-SCENE = {"source": {"shape": "cube", "spheres": {"balls": 8}}, "target": {"shape": "sphere", "spheres": {"balls": 8}}, "frames": {"count": 4},
+SCENE = {"source": "cube", "target": "sphere", "spheres": {"balls": 8, "fit": "none"}, "frames": {"count": 4},
          "surface": {"resolution": 16}, "image": {"width": 32, "height": 24, "samples": 1}}
 CHANGED = SCENE | {"camera": {"azimuth": 70}}
 MARKER = "<!-- polymorph golden frames -->"

@@ -41,6 +41,8 @@ DRAFT = [
     (re.compile(r"(mesh scene\.json --topology constant)"), r"\1 -f 1-6 --set source=sphere"),
     (re.compile(r"(strip walk\.json)"), r"\1 --set spheres.balls=8 --set surface.resolution=16"),
     (re.compile(r"(spheres first\.obj --balls) 64"), r"\1 16"),
+    # The README's other demo is made as it is.
+    (re.compile(r"(demo monkey spider --through puddle)"), r"\1 --set spheres.balls=24 --set surface.resolution=32"),
 ]
 # Typed twice on a page with nothing changed between.
 ONCE = {"polymorph demo"}

@@ -62,7 +62,7 @@ int rename(const char *from, const char *to) {
 
 SCENE = {
     "source": {"shape": "cube"}, "target": {"shape": "sphere"},
-    "spheres": {"balls": 8}, "surface": {"resolution": 16}, "frames": {"per_leg": [6]},
+    "spheres": {"balls": 8, "fit": "none"}, "surface": {"resolution": 16}, "frames": {"per_leg": [6]},
     "image": {"width": 64, "height": 48, "samples": 1},
 }
 

@@ -108,9 +108,10 @@ class Figures(unittest.TestCase):
 
     def test_suzanne_is_blenders_where_there_is_blender(self):
         blender = self.copy.parent / "blender"
-        blender.write_text(f'#!/bin/sh\nfor last; do :; done\ncp {self.copy}/scenes/models/cube.obj "$last"\n')
+        blender.write_text(f'#!/bin/sh\nfor last; do :; done\necho "Writing to $last"\ncp {self.copy}/scenes/models/cube.obj "$last"\n')
         blender.chmod(0o755)
-        self.run_figures(["fig5.4"], blender=str(blender))
+        done = self.run_figures(["fig5.4"], blender=str(blender))
+        self.assertNotIn("Writing", done.stdout + done.stderr, "Blender's own words are not the figures'")
         self.assertTrue((self.out / "models/suzanne.obj").exists())
         self.assertIn("Suzanne is Blender's own", (self.out / "index.html").read_text())
 

@@ -17,7 +17,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 os.environ.pop("CI", None)  # golden update refuses to write where it is set
 PROGRAM = pathlib.Path(sys.argv.pop(1)).absolute()
-SCENE = {"source": {"shape": "cube", "spheres": {"balls": 8}}, "target": {"shape": "sphere", "spheres": {"balls": 8}}, "frames": {"count": 4},
+SCENE = {"source": "cube", "target": "sphere", "spheres": {"balls": 8, "fit": "none"}, "frames": {"count": 4},
          "surface": {"resolution": 16}, "image": {"width": 32, "height": 24, "samples": 1}}
 BLEND = {key: value for key, value in SCENE.items() if key not in ("source", "target")} | {
     "blend": [{"model": "../models/cube.obj", "weight": 1, "spheres": {"balls": 8}}, {"model": "../models/cube.obj", "spheres": {"balls": 8}, "scale": 0.5, "weight": 2}]}

@@ -77,9 +77,11 @@ def fig5_2(w):
     fig.colorbar(shade, ax=axes[1], shrink=0.8)
 
     # The real thing: models with holes, and how many of the octree's cells are then told wrongly.
+    depth = 4 if w.draft else 5
+
     def leaves(model, inside):
         tree = w.file(".json")
-        options = ["--method", "octree", "--resolution", 5, "--no-fit", "--grid", 16, "--inside", inside]
+        options = ["--method", "octree", "--resolution", depth, "--no-fit", "--grid", 16, "--inside", inside]
         w.spheres(model, *options, "--no-cache", "--write-spheres", tree)
         return {tuple(s["center"]) for s in json.loads(tree.read_text())["spheres"] if s["leaf"]}
 
@@ -93,7 +95,7 @@ def fig5_2(w):
     for column, color, name in ((1, draw.REPORT, "parity ray"), (2, draw.OURS, "winding number")):
         axes[2].plot([r[0] for r in rows], [r[column] for r in rows], "o-", color=color, label=name)
     axes[2].set(xlabel="faces missing (%)", ylabel="spheres wrong (%)", ylim=(0, None))
-    axes[2].set_title(f"{w.name_of('suzanne')}, octree, R = 5: {len(truth)} spheres")
+    axes[2].set_title(f"{w.name_of('suzanne')}, octree, R = {depth}: {len(truth)} spheres")
     axes[2].legend()
     w.picture(fig)
     w.table(["faces missing (%)", "spheres wrong by parity (%)", "by winding number (%)"], rows, show=False)

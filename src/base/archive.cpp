@@ -53,6 +53,9 @@ Result<Files> read_tree(const fs::path& path,
                         std::size_t max_bytes) {
   std::error_code error;
   if (fs::is_directory(path, error)) return read_folder(path, is_selected, max_bytes);
+  // Opening a pipe would wait for a writer.
+  if (fs::is_other(path, error))
+    return make_error(ErrorCode::kInput, "{}: is not a regular file", path.string());
   const auto make_read_error = [&](archive* from) {
     const char* const why = archive_error_string(from);
     return make_error(ErrorCode::kInput,

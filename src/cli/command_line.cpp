@@ -182,6 +182,7 @@ int finish_output(int code) {
 }
 
 int run_action(CommandLine& line) {
+  prefer_command_line(*line.app);
   auto status =
       line.common.config.empty() ? Status(Ok{}) : apply_config(line.common.config, *line.app);
   if (status) status = check_side_outputs(*line.app, line.common.overwrite);

@@ -102,4 +102,10 @@ Status apply_config(const std::string& file, CLI::App& program) {
   return Ok{};
 }
 
+void prefer_command_line(const CLI::App& program) {
+  CLI::App& command = *program.get_subcommands().front();
+  for (CLI::Option* option : command.get_options())
+    if (option->count() > 0 && !option->get_envname().empty()) option->run_callback();
+}
+
 }  // namespace polymorph

@@ -21,4 +21,8 @@ namespace polymorph {
 /// (kUsage): no such file, an unknown section or key, a value that the option does not take.
 Status apply_config(const std::string& file, CLI::App& program);
 
+/// Sets again the options of the chosen subcommand that variables can set: a variable sets those of
+/// all other subcommands, too, and all of them share their values.
+void prefer_command_line(const CLI::App& program);
+
 }  // namespace polymorph

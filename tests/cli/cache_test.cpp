@@ -13,7 +13,8 @@ class CacheCommand : public ProgramTest {
  protected:
   void SetUp() override {
     ProgramTest::SetUp();
-    write("scene.json", tiny_scene());
+    write("scene.json", tiny_scene(4, R"({"shape": "cube", "spheres": {"balls": 12}})",
+                                   "  \"spheres\": {\"fit\": \"none\"},\n"));
     run(0, {"mesh", "scene.json", "-f", "2", "-o", "m.obj", "--cache-dir", "kept"});
   }
   Ran cache(int code, std::vector<std::string> arguments) {

@@ -64,6 +64,28 @@ TEST_F(Config, SetGoesBeforeWhatAPreviewSays) {
   compare(1, "more.exr");
 }
 
+TEST_F(Config, TheCommandLineWinsOverTheEnvironment) {
+  variables = {{"POLYMORPH_THREADS", "2"},        {"POLYMORPH_DEVICE", "abacus"},
+               {"POLYMORPH_CACHE_DIR", "theirs"}, {"POLYMORPH_MAX_MEMORY", "1M"},
+               {"POLYMORPH_PROGRESS", "json"},    {"POLYMORPH_COLOR", "always"}};
+  const std::vector<std::string> given{"-t",           "1",    "--device",   "cpu",
+                                       "--cache-dir",  "mine", "--progress", "lines",
+                                       "--max-memory", "4G",   "--color",    "never"};
+  for (std::vector<std::string> command :
+       {std::vector<std::string>{"render", "scene.json", "-f", "2", "-o", "f.exr", "--json"},
+        {"mesh", "scene.json", "-f", "2", "-o", "m.obj"},
+        {"check", "scene.json"}}) {
+    command.insert(command.end(), given.begin(), given.end());
+    const Ran ran = run(0, command);
+    EXPECT_FALSE(contains(ran.err, "\x1b[") || contains(ran.err, "{\"")) << ran.err;
+    if (command[0] == "render") {
+      EXPECT_EQ(parse(ran.out)["threads"], 1);
+    }
+  }
+  EXPECT_TRUE(exists("mine"));
+  EXPECT_FALSE(exists("theirs"));
+}
+
 /// POLYMORPH_CONFIG, POLYMORPH_DATA_DIR (demo_test) and POLYMORPH_OIDN (films_test) besides.
 TEST_F(Config, EveryVariableOfTheEnvironmentCounts) {
   const std::vector<std::string> render{"render", "scene.json", "-f",     "1",

@@ -46,7 +46,7 @@ TEST_F(Demo, TheProgramAloneSaysWhatToDoFirst) {
 
 TEST_F(Demo, MakesAStripAGifAndTheSceneItPrints) {
   use_small_models();
-  const Ran ran = run(0, {"demo", "lump", "sphere", "-o", "it's here"});
+  const Ran ran = small_demo({"lump", "sphere", "-o", "it's here"});
   const std::string scene = read_text(folder / "it's here/scene.json");
   EXPECT_EQ(ran.out, scene);
   EXPECT_TRUE(contains(scene, "// start of the morph")) << scene;

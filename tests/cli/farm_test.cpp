@@ -128,7 +128,7 @@ TEST_F(Farm, DryRunFitsNothing) {
   const std::filesystem::path cache = folder / "own-cache";
   variables = {{"POLYMORPH_CACHE_DIR", cache.string()}};
   write("fitted.json", R"({"source": {"shape": "cube"}, "target": {"shape": "torus"},
-    "spheres": {"balls": 200}, "surface": {"resolution": 16}, "frames": {"count": 4},
+    "spheres": {"balls": 32}, "surface": {"resolution": 16}, "frames": {"count": 4},
     "image": {"width": 32, "height": 24, "samples": 1}})");
   const std::vector<std::string> dry = {"render", "fitted.json", "-o", "d.####.exr", "-n"};
   const Ran first = run(0, dry);

@@ -105,6 +105,17 @@ TEST_F(ForeignModel, WhatLiesOutsideTheFolderIsNotRead) {
   EXPECT_TRUE(contains(ran.err, "in/m.gltf: cannot be read")) << ran.err;
 }
 
+TEST_F(ForeignModel, AHeaderThatCountsTooMuchIsSaidSo) {
+  write("much.ply",
+        "ply\nformat binary_little_endian 1.0\nelement vertex 2147483648\nproperty float x\n"
+        "property float y\nproperty float z\nelement face 1\n"
+        "property list uint int vertex_indices\nend_header\n" +
+            std::string(64, '\1'));
+  const Ran ran = run(3, {"info", "much.ply"});
+  EXPECT_TRUE(contains(ran.err, "much.ply: cannot be read: it asks for more memory than there is"))
+      << ran.err;
+}
+
 TEST_F(ForeignModel, BrokenOnesAreRefusedOrRead) {
   if (std::system("command -v python3 > /dev/null") != 0) GTEST_SKIP() << "no python3";
   const std::string make =

@@ -13,8 +13,8 @@ class Pairs : public ProgramTest {
             "objects": ["cube", {"shape": "torus", "spheres": {"balls": 6}}], "seed": 3,
             "levels": [{"columns": 2, "rows": 2, "seconds": 60}],
             "rules": {"reveal": 0.2, "show": 0.1, "melt": 0.2}, )" +
-              more + R"( "scene": {"frames": {"fps": 10}, "spheres": {"balls": 6},
-            "surface": {"resolution": 12}, "image": {"width": 96, "height": 48, "samples": 1}}})");
+              more + R"( "scene": {"frames": {"fps": 10}, "spheres": {"balls": 6, "fit": "none"},
+            "motion": {"interpolate": "balls"}, "surface": {"resolution": 12}, "image": {"width": 96, "height": 48, "samples": 1}}})");
   }
   /// What pairs with a1, told by a play.
   std::string partner() {

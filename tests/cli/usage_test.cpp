@@ -173,7 +173,7 @@ TEST_F(Usage, TheEstimateOfMemoryIsNearWhatIsTaken) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers take memory of their own";
 #endif
-  for (const char* resolution : {"16", "128"}) {
+  for (const char* resolution : {"16", "96"}) {
     const std::vector<std::string> scene{"scene.json", "--set",
                                          std::string("surface.resolution=") + resolution};
     std::vector<std::string> check{"check", "--json"},

@@ -16,7 +16,8 @@ from expect import raises
 
 teapot = str(polymorph.data_folder() / "models/teapot.obj")
 spider = str(polymorph.data_folder() / "models/spider.obj")
-small = {"image.width": 32, "image.height": 24, "image.samples": 2, "frames.count": 6, "surface.resolution": 24}
+small = {"image.width": 32, "image.height": 24, "image.samples": 2, "frames.count": 6, "surface.resolution": 24,
+         "spheres.balls": 24}
 
 
 def scene_of(source, target="cube", **settings):

@@ -65,7 +65,8 @@ raises(3, "cuont")(lambda: polymorph.Scene({"source": "cube", "target": "sphere"
 # A dict and a changed setting; arrays outlive their scene; the same bits again.
 again = polymorph.Scene("scene.json", set={"image.aovs": "none"})
 assert np.array_equal(again.frame(3)[0], pixels[..., :4])
-small = polymorph.Scene({"source": "cube", "target": "sphere"}, set={"image.width": 16, "frames.count": 2}, device="cpu")
+small = polymorph.Scene({"source": "cube", "target": "sphere"}, device="cpu",
+                        set={"image.width": 16, "frames.count": 2, "surface.resolution": 16, "spheres.balls": 8})
 assert small.size[0] == 16 and small.frame_count == 2
 kept = polymorph.Scene("scene.json").mesh(3)
 del again

@@ -1,10 +1,15 @@
-"""The Python snippets of docs/python.md, in order, in one namespace, as a reader would type them."""
+"""The Python snippets of docs/python.md, in order, in one namespace, as a reader would type them, but for the number of balls: drafts."""
 import pathlib
 import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 page = (ROOT / "docs/python.md").read_text(encoding="utf-8")
+for surface in ('"surface": {"resolution": 48}', '"surface": {"resolution": 32}'):
+    assert surface in page
+    page = page.replace(surface, surface + ', "spheres": {"balls": 24}')
+assert 'surface={"resolution": 48}' in page
+page = page.replace('surface={"resolution": 48}', 'surface={"resolution": 48}, spheres={"balls": 24}')
 blocks = list(re.finditer(r"^```python\n(.*?)^```", page, re.M | re.S))
 assert len(blocks) > 3, "found no snippets"
 namespace = {}

@@ -25,6 +25,8 @@ for file in "$site"/polymorph/bin/polymorph "$site"/polymorph/bin/polymorph_assi
   foreign=$(ldd "$file" | awk '/=> \//{print $3}' | grep -v "^$site" | grep -vE '/(libc|libm|libstdc\+\+|libgcc_s|libz)\.so' || true)
   [[ -z $foreign ]] || { echo "$file takes from the system: $foreign"; exit 1; }
 done
+# The licences are those of the packages that its libraries come from, not of others that have a file of the same name.
+[[ -s $(echo "$site"/polymorph/licenses/libgcc-s1.txt) ]] || { ls "$site/polymorph/licenses"; echo "no licence of libgcc"; exit 1; }
 # It says what it is made of.
 "$work/venv/bin/python" - "$site"/polymorph_render-*.dist-info/sboms/polymorph-render.spdx.json <<'CHECK'
 import json, sys
@@ -37,7 +39,7 @@ export POLYMORPH_CACHE_DIR=$work/cache
 [[ -s cube-torus/morph.gif ]]
 cat >scene.json <<'SCENE'
 {"source": {"shape": "cube", "spheres": {"balls": 12}}, "target": {"shape": "sphere", "spheres": {"balls": 6}},
- "frames": {"count": 6}, "surface": {"resolution": 16}, "image": {"width": 32, "height": 24, "samples": 2}}
+ "spheres": {"fit": "none"}, "frames": {"count": 6}, "surface": {"resolution": 16}, "image": {"width": 32, "height": 24, "samples": 2}}
 SCENE
 "$build/polymorph" render scene.json -o 'f.####.exr' -q
 "$work/venv/bin/python" -B "$source/tests/python/module_test.py"

@@ -1,6 +1,7 @@
 #include "base/archive.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -28,6 +29,13 @@ class Archive : public FolderTest {
   }
   static bool is_exr(const std::string& name) { return name.ends_with(".exr"); }
 };
+
+TEST_F(Archive, APipeIsNotWaitedFor) {
+  ASSERT_EQ(::mkfifo((folder / "pipe.zip").c_str(), 0600), 0);
+  const auto files = read_tree(folder / "pipe.zip", is_exr);
+  ASSERT_FALSE(files.ok());
+  EXPECT_EQ(files.error().message, (folder / "pipe.zip").string() + ": is not a regular file");
+}
 
 TEST_F(Archive, FoldersAndArchivesHaveTheSameFiles) {
   const std::map<std::string, std::string> wanted{{"a.exr", "first"},

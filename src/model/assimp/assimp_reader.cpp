@@ -373,8 +373,11 @@ int main(int argc, char** argv) {
     importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);
     const aiScene* scene = importer.ReadFile(argv[1], aiProcess_ValidateDataStructure);
     if (!scene || !scene->mRootNode || scene->mNumMeshes == 0) {
-      const std::string why = importer.GetErrorString();
-      put("error", why.empty() ? "no meshes in it" : why, "");
+      std::string why = importer.GetErrorString();
+      if (why.empty()) why = "no meshes in it";
+      // Of a header that counts more points than there are bytes, as a rule.
+      if (why == "std::bad_alloc") why = "it asks for more memory than there is";
+      put("error", why, "");
     } else {
       Counts counts;
       count_nodes(*scene, *scene->mRootNode, counts);
