@@ -187,6 +187,10 @@ class Scene:
         cannot be measured; "frames": {name of a measure: (frames,) array of numbers, NaN where it cannot be measured, but for
         the surfaces' digests}.
         """
+        try:
+            frames = _operator.index(frames)
+        except TypeError:
+            raise Error(f"frames: must be a whole number, at how many even times to measure, not {frames!r}", 2) from None
         if frames < 0 or frames == 1:
             raise Error(f"frames: {frames} - a morph is measured at two times or more; 0: at as many as the leg has", 2)
         with _reporting(self._progress) as report:

@@ -1,6 +1,7 @@
 #include "image/color_space.h"
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "base/parallel.h"
@@ -32,17 +33,24 @@ constexpr Matrix kAcesCgToRec709{{{1.70505099f, -0.621792121f, -0.083258872f},
 
 using Channels = std::array<std::size_t, 3>;
 
+/// The channels of a layer's colours, by what stands before R, G and B in their names; nothing
+/// where it has none.
+std::optional<Channels> find_colors(const Image& image, const std::string& prefix) {
+  // A Cryptomatte has ids and coverages in its channels.
+  if (lower_case(prefix).find("crypto") != std::string::npos) return std::nullopt;
+  const int red = image.find_channel(prefix + "R"), green = image.find_channel(prefix + "G"),
+            blue = image.find_channel(prefix + "B");
+  if (red < 0 || green < 0 || blue < 0) return std::nullopt;
+  return Channels{static_cast<std::size_t>(red), static_cast<std::size_t>(green),
+                  static_cast<std::size_t>(blue)};
+}
+
 std::vector<Channels> find_color_layers(const Image& image) {
   std::vector<Channels> layers;
   for (const std::string& name : image.channels) {
     if (name != "R" && !name.ends_with(".R")) continue;
-    const std::string layer = name.substr(0, name.size() - 1);
-    // A Cryptomatte has ids and coverages in its channels.
-    if (lower_case(layer).find("crypto") != std::string::npos) continue;
-    const int green = image.find_channel(layer + "G"), blue = image.find_channel(layer + "B");
-    if (green >= 0 && blue >= 0)
-      layers.push_back({static_cast<std::size_t>(image.find_channel(name)),
-                        static_cast<std::size_t>(green), static_cast<std::size_t>(blue)});
+    if (const auto colors = find_colors(image, name.substr(0, name.size() - 1)))
+      layers.push_back(*colors);
   }
   return layers;
 }
@@ -77,6 +85,10 @@ std::string color_space_name(const Image& image) {
   if (primaries.empty()) return color_space_label(ColorSpace::kRec709).interop_id;
   const ColorSpaceLabel& acescg = color_space_label(ColorSpace::kAcesCg);
   return primaries == describe_primaries(acescg.chromaticities) ? acescg.interop_id : primaries;
+}
+
+bool is_color_layer(const Image& image, const std::string& layer) {
+  return find_colors(image, layer.empty() ? layer : layer + ".").has_value();
 }
 
 void convert_colors(Image& image, ColorSpace space) {

@@ -25,8 +25,12 @@ const ColorSpaceLabel& color_space_label(ColorSpace space);
 /// themselves. An image that says nothing is in Rec. 709.
 std::string color_space_name(const Image& image);
 
-/// Converts the colours of an image in Rec. 709 to `space`: R, G, B and every layer with channels
-/// LAYER.R, LAYER.G and LAYER.B but Cryptomattes. Depths, normals, ids and alpha stay. Greys stay
+/// Tests whether a layer has colours: channels LAYER.R, LAYER.G and LAYER.B, or R, G and B where
+/// `layer` is empty, that are no Cryptomatte's.
+bool is_color_layer(const Image& image, const std::string& layer);
+
+/// Converts the colours of an image in Rec. 709 to `space`: R, G, B and every other layer that
+/// has colours. Depths, normals, ids and alpha stay. Greys stay
 /// within rounding, and the result is the same bits on every machine. Attributes stay.
 void convert_colors(Image& image, ColorSpace space);
 

@@ -1,5 +1,6 @@
 #include "image/decode_png.h"
 
+#include <fmt/format.h>
 #include <png.h>
 
 #include <algorithm>
@@ -45,6 +46,8 @@ void read_bytes(png_structp png, png_bytep to, std::size_t size) {
 void read_header(png_structp png, png_infop info, PngImage& image, int& bits) {
   // The size is checked against the caller's limit instead.
   png_set_user_limits(png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
+  static const png_byte kCodingChunk[] = "cICP";  // libpng knows it from 1.6.45 on
+  png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_ALWAYS, kCodingChunk, 1);
   png_read_info(png, info);
   png_set_expand(png);
   if (png_get_bit_depth(png, info) == 16) png_set_swap(png);
@@ -85,8 +88,30 @@ int exif_orientation(std::span<const png_byte> exif) {
   return 1;
 }
 
-/// Adds the ICC profile, or else the primaries, where sRGB is not stated.
+/// The numbers of a cICP chunk (ITU-T H.273: primaries, curve, matrix, full range), which goes
+/// before all other descriptions of colours (PNG, third edition, 4.3); "" where there is none.
+std::string coding_points(png_structp png, png_infop info) {
+  png_unknown_chunkp chunks = nullptr;
+  const int count = png_get_unknown_chunks(png, info, &chunks);
+  for (int i = 0; i < count; ++i) {
+    const png_unknown_chunk& chunk = chunks[i];
+    if (std::memcmp(chunk.name, "cICP", 4) == 0 && chunk.size == 4)
+      return fmt::format("cICP {} {} {} {}", chunk.data[0], chunk.data[1], chunk.data[2],
+                         chunk.data[3]);
+  }
+  return "";
+}
+constexpr const char* kSrgbCodingPoints = "cICP 1 13 0 1";
+
+/// Adds the coding points, or else the ICC profile, or else the primaries, where sRGB is not
+/// stated.
 void take_color_description(png_structp png, png_infop info, PngImage& image) {
+  if (std::string points = coding_points(png, info); !points.empty()) {
+    if (points == kSrgbCodingPoints) return;
+    image.texts.emplace_back(kColorProfileAttribute);
+    image.texts.push_back(std::move(points));
+    return;
+  }
   int intent = 0, method = 0;
   if (png_get_sRGB(png, info, &intent) != 0) return;
   png_charp name = nullptr;
@@ -115,8 +140,8 @@ void take_shown(png_structp png, png_infop info, PngImage& image) {
   };
   double gamma = 0;
   int intent = 0;
-  if (png_get_sRGB(png, info, &intent) == 0 && png_get_gAMA(png, info, &gamma) != 0 &&
-      std::abs(gamma - 1 / 2.2) > 1e-3)
+  if (coding_points(png, info).empty() && png_get_sRGB(png, info, &intent) == 0 &&
+      png_get_gAMA(png, info, &gamma) != 0 && std::abs(gamma - 1 / 2.2) > 1e-3)
     add(kGammaAttribute, PM_OIIO_FLOAT, 0, static_cast<float>(gamma));
   take_color_description(png, info, image);
   const float aspect = png_get_pixel_aspect_ratio(png, info);

@@ -4,7 +4,10 @@
 #include <ImfHeader.h>
 #include <ImfIO.h>
 #include <ImfIntAttribute.h>
+#include <ImfMultiPartOutputFile.h>
 #include <ImfOutputFile.h>
+#include <ImfOutputPart.h>
+#include <ImfPartType.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
 #include <ImfThreading.h>
@@ -13,6 +16,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <new>
 #include <set>
 #include <system_error>
@@ -67,13 +71,9 @@ half to_half(float value) {
   return half(std::isfinite(value) ? std::clamp(value, -65504.0f, 65504.0f) : value);
 }
 
-Status add_attributes(const Image& image, Imf::Header& header) {
-  for (const Attribute& attribute : image.attributes) {
-    if (const float* aspect = std::get_if<float>(&attribute.value);
-        aspect && attribute.name == kPixelAspectAttribute) {
-      header.pixelAspectRatio() = *aspect;
-      continue;
-    }
+Status add_attributes(const std::vector<Attribute>& attributes, Imf::Header& header) {
+  for (const Attribute& attribute : attributes) {
+    if (attribute.name == kPixelAspectAttribute && std::get_if<float>(&attribute.value)) continue;
     if (attribute.name == kColorInteropAttribute) continue;  // that of the settings holds
     const char* name = attribute.name.c_str();
     if (attribute.name.empty() || attribute.name.size() > 255 ||
@@ -92,11 +92,75 @@ Status add_attributes(const Image& image, Imf::Header& header) {
   return Ok{};
 }
 
-void add_color_space(ColorSpace space, Imf::Header& header) {
-  const ColorSpaceLabel& label = color_space_label(space);
-  const float(&xy)[8] = label.chromaticities;
+/// Makes the entries that OpenEXR wants to be equal in all parts of a file, and says how it is
+/// packed.
+Imf::Header make_header(const Image& image, const ExrSettings& settings) {
+  Imf::Header header(image.width, image.height);
+  header.compression() = to_openexr(settings.compression);
+  // zlib's level 1 takes less than half the time of OpenEXR's default of 4, and files with
+  // rendered noise become 5 % larger.
+  header.zipCompressionLevel() = 1;
+  for (const Attribute& attribute : image.attributes)
+    if (const float* aspect = std::get_if<float>(&attribute.value);
+        aspect && attribute.name == kPixelAspectAttribute)
+      header.pixelAspectRatio() = *aspect;
+  const float(&xy)[8] = color_space_label(settings.color_space).chromaticities;
   Imf::addChromaticities(header, {{xy[0], xy[1]}, {xy[2], xy[3]}, {xy[4], xy[5]}, {xy[6], xy[7]}});
-  header.insert(kColorInteropAttribute, Imf::StringAttribute(label.interop_id));
+  return header;
+}
+
+void add_channel(const std::string& name, Imf::Header& header) {
+  header.channels().insert(name, Imf::Channel(is_half(name) ? Imf::HALF : Imf::FLOAT));
+}
+
+/// Channels of each layer, by its name: what stands before the last dot.
+using Layers = std::map<std::string, std::vector<std::string>>;
+constexpr const char* kColorPart = "rgba";
+
+Layers list_layers(const Image& image) {
+  Layers layers;
+  for (const std::string& name : image.channels)
+    layers[is_half(name) ? kColorPart : name.substr(0, name.rfind('.'))].push_back(name);
+  return layers;
+}
+
+/// The header entries of the Cryptomatte that a layer belongs to: "cryptomatte/ID/..." of the ID
+/// whose name the layer's begins with.
+std::vector<Attribute> list_cryptomatte_entries(const Image& image, const std::string& layer) {
+  std::vector<Attribute> entries;
+  for (const Attribute& name : image.attributes) {
+    const auto* text = std::get_if<std::string>(&name.value);
+    if (!text || !name.name.starts_with("cryptomatte/") || !name.name.ends_with("/name") ||
+        !layer.starts_with(*text))
+      continue;
+    const std::string prefix = name.name.substr(0, name.name.rfind('/') + 1);
+    for (const Attribute& attribute : image.attributes)
+      if (attribute.name.starts_with(prefix)) entries.push_back(attribute);
+  }
+  return entries;
+}
+
+/// A header for each part: the colours first.
+Result<std::vector<Imf::Header>> make_part_headers(const Image& image, const Layers& layers,
+                                                   const ExrSettings& settings) {
+  std::vector<std::string> order;
+  for (const auto& [layer, channels] : layers)
+    order.insert(layer == kColorPart ? order.begin() : order.end(), layer);
+  std::vector<Imf::Header> headers;
+  for (const std::string& layer : order) {
+    Imf::Header header = make_header(image, settings);
+    header.setName(layer);
+    header.setType(Imf::SCANLINEIMAGE);
+    const bool colors = layer == kColorPart || is_color_layer(image, layer);
+    header.insert(
+        kColorInteropAttribute,
+        Imf::StringAttribute(colors ? color_space_label(settings.color_space).interop_id : "data"));
+    for (const std::string& name : layers.at(layer)) add_channel(name, header);
+    PM_TRY_STATUS(add_attributes(
+        headers.empty() ? image.attributes : list_cryptomatte_entries(image, layer), header));
+    headers.push_back(std::move(header));
+  }
+  return headers;
 }
 
 Image converted(Image image, ColorSpace space) {
@@ -161,32 +225,48 @@ int prepare_exr_threads() {
   return count;
 }
 
+Status write_one_part(const Image& image, const ExrSettings& settings,
+                      const Imf::FrameBuffer& buffer, MemoryStream& stream) {
+  Imf::Header header = make_header(image, settings);
+  header.insert(kColorInteropAttribute,
+                Imf::StringAttribute(color_space_label(settings.color_space).interop_id));
+  for (const std::string& name : image.channels) add_channel(name, header);
+  PM_TRY_STATUS(add_attributes(image.attributes, header));
+  // Its destructor writes the table of line offsets.
+  Imf::OutputFile file(stream, header, prepare_exr_threads());
+  file.setFrameBuffer(buffer);
+  file.writePixels(image.height);
+  return Ok{};
+}
+
+Status write_parts(const Image& image, const Layers& layers, const ExrSettings& settings,
+                   const Imf::FrameBuffer& buffer, MemoryStream& stream) {
+  PM_TRY(const std::vector<Imf::Header> headers, make_part_headers(image, layers, settings));
+  const int count = static_cast<int>(headers.size());
+  Imf::MultiPartOutputFile file(stream, headers.data(), count, false, prepare_exr_threads());
+  for (int i = 0; i < count; ++i) {
+    Imf::OutputPart part(file, i);
+    part.setFrameBuffer(buffer);
+    part.writePixels(image.height);
+  }
+  return Ok{};
+}
+
 }  // namespace
 
 Result<std::string> encode_exr(const Image& image, const ExrSettings& settings) {
   PM_TRY_STATUS(check_channels(image));
   try {
-    Imf::Header header(image.width, image.height);
-    header.compression() = to_openexr(settings.compression);
-    // zlib's level 1 takes less than half the time of OpenEXR's default of 4, and files with
-    // rendered noise become 5 % larger.
-    header.zipCompressionLevel() = 1;
-    add_color_space(settings.color_space, header);
-    for (const std::string& name : image.channels)
-      header.channels().insert(name, Imf::Channel(is_half(name) ? Imf::HALF : Imf::FLOAT));
-    PM_TRY_STATUS(add_attributes(image, header));
     Planes planes;
     const Imf::FrameBuffer buffer =
         settings.color_space == ColorSpace::kRec709
             ? fill_planes(image, planes)
             : fill_planes(converted(image, settings.color_space), planes);
     MemoryStream stream;
-    {
-      // Its destructor writes the table of line offsets.
-      Imf::OutputFile file(stream, header, prepare_exr_threads());
-      file.setFrameBuffer(buffer);
-      file.writePixels(image.height);
-    }
+    const Layers layers = list_layers(image);
+    PM_TRY_STATUS(settings.multipart && layers.size() > 1
+                      ? write_parts(image, layers, settings, buffer, stream)
+                      : write_one_part(image, settings, buffer, stream));
     return stream.take();
   } catch (const std::bad_alloc&) {
     throw;  // main() reports it

@@ -63,16 +63,18 @@ std::optional<HeaderSize> jpeg_size(Numbers in) {
   return largest;
 }
 
-/// The windows, channels and tiles of all parts (OpenEXR file layout: name, type, size, value).
+/// The largest windows and tiles, and the channels of all parts together, for they are joined
+/// (OpenEXR file layout: name, type, size, value).
 std::optional<HeaderSize> exr_size(Numbers in) {
+  const bool multipart = (static_cast<unsigned>(in.little(5, 1)) & 0x10u) != 0;
   HeaderSize size{0, 0, 1};
   double channels = 0;
   for (std::size_t at = 8; at < in.bytes.size();) {
     const std::size_t name_end = in.bytes.find('\0', at);
     if (name_end == std::string_view::npos) break;
-    if (name_end == at) {  // the end of a part's header
+    if (name_end == at) {  // the end of a part's header; the last one's has another
       at = name_end + 1;
-      channels = 0;
+      if (!multipart || (at < in.bytes.size() && in.bytes[at] == '\0')) break;
       continue;
     }
     const std::size_t type_end = in.bytes.find('\0', name_end + 1);

@@ -26,7 +26,8 @@ enum class AlphaMode { kPremultiplied, kStraight };
 inline constexpr const char* kPixelAspectAttribute = "pixelAspectRatio";  ///< float
 inline constexpr const char* kOrientationAttribute = "Orientation";       ///< int
 inline constexpr const char* kGammaAttribute = "gamma";                   ///< float, a PNG's gAMA
-/// Strings (image/color_description.h): an ICC profile, and primaries other than Rec. 709.
+/// Strings (image/color_description.h): an ICC profile, or the numbers of a PNG's cICP chunk that
+/// are not sRGB's; and primaries other than Rec. 709.
 inline constexpr const char* kColorProfileAttribute = "colorProfile";
 inline constexpr const char* kColorPrimariesAttribute = "colorPrimaries";
 /// String of an EXR that says the space of its colours, by the names of the Color Interop Forum's
@@ -49,7 +50,8 @@ struct ReadImageSettings {
   /// Limit of the decoded size, checked before anything is allocated for it, as is what the process
   /// may still take (base/memory.h).
   std::size_t max_bytes = std::size_t{1} << 30;
-  /// A file of several parts, pages or pictures is an error; else the first of them is read.
+  /// A file of several pages or pictures is an error, and so is an OpenEXR file of parts that are
+  /// not joined; else the first of them is read.
   bool single_picture = false;
   /// Colours keep the file's numbers, in the space that color_space_name() says; else those of
   /// files in ACEScg are converted to Rec. 709, as an Image has them (convert_to_rec709()).
@@ -63,9 +65,11 @@ struct ReadImageSettings {
 /// must see them. kResource: the module is missing.
 /// Grey becomes R, G, B; the order of channels is R, G, B, A, Z, N.X, N.Y, N.Z, then the rest by
 /// name. Whole numbers of OpenEXR's UINT channels stay what they are; where one is above 2^24, a
-/// further channel NAME.low has the low bytes, and NAME the rest. The size is that of the display
-/// window; pixels outside the data window are 0. Attributes: the string, int and float ones that do
-/// not describe the encoding.
+/// further channel NAME.low has the low bytes, and NAME the rest. OpenEXR files of several parts
+/// are joined where all are flat and have one display window: a channel whose name an earlier part
+/// has is called PART.NAME, and of header entries of one name the first part's is kept. The size is
+/// that of the display window; pixels outside the data window are 0. Attributes: the string, int
+/// and float ones that do not describe the encoding.
 Result<Image> read_image(const std::filesystem::path& path, const ReadImageSettings& settings = {});
 /// Decodes an image in memory; `name` is used in messages.
 Result<Image> decode_image(const std::string& bytes, const std::string& name,
@@ -76,6 +80,10 @@ enum class ExrCompression { kNone, kZip, kZips, kPiz };
 struct ExrSettings {
   ExrCompression compression = ExrCompression::kZip;
   ColorSpace color_space = ColorSpace::kRec709;  ///< space that the colours are converted to
+  /// A part for each layer: first rgba with R, G, B and A, then the others by their names, with
+  /// whole channel names. The first has all header entries, a layer of a Cryptomatte that one's.
+  /// An image of one layer has one part all the same.
+  bool multipart = false;
 };
 
 /// Encodes all channels: R, G, B, A half (finite values are clamped to half's +-65504), everything

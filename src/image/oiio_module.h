@@ -7,7 +7,7 @@
 
 /// Version of this interface, incremented with every change; a module with another version is not
 /// used.
-#define PM_OIIO_INTERFACE 4
+#define PM_OIIO_INTERFACE 5
 
 extern "C" {
 
@@ -42,8 +42,9 @@ struct PmOiioImage {
   const float* pixels;               ///< interleaved, row 0 on top; integer formats as 0..1
   int integer_format;                ///< 1: pixels came from integers, so a transfer curve applies
   int straight_alpha;                ///< 1: colours are not premultiplied
-  /// Number of parts, pages or pictures in the file, of which this one is the first; counted up to
-  /// a thousand, and while all counted together stay within the request's max_bytes.
+  /// Number of pictures in the file, of which this one is the first: pages, moments, or parts that
+  /// are not joined in this one. They are counted up to a thousand, and while all counted together
+  /// stay within the request's max_bytes.
   int picture_count;
   int count_is_cut;          ///< 1: the file may have more than picture_count
   int part_count;            ///< number of parts of an OpenEXR file of several, else 0

@@ -165,6 +165,8 @@ raises(3, "at least two frames")(lambda: polymorph.analyze([(ring, quads)]))
 raises(3, "at least two frames")(lambda: polymorph.analyze(ring, quads))
 for times in (-1, 1):
     raises(2, "two times or more")(lambda times=times: files.analyze(times))
+for times in ([1, 2], 2.5, "3"):
+    raises(2, "frames: must be a whole number")(lambda times=times: files.analyze(times))
 assert files.pictures([1], dtype=np.uint8).dtype == np.uint8
 raises(2, "dtype")(lambda: files.pictures([1], dtype="int16"))
 raises(2, "whole numbers")(lambda: files.pictures(["a"]))

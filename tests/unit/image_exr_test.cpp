@@ -1,7 +1,11 @@
 #include <ImfChannelList.h>
+#include <ImfChromaticitiesAttribute.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
+#include <ImfInputPart.h>
+#include <ImfMultiPartInputFile.h>
 #include <ImfOutputFile.h>
+#include <ImfStringAttribute.h>
 
 #include <cmath>
 #include <limits>
@@ -170,6 +174,84 @@ TEST(ReadImage, PlacesTheDataWindowInTheDisplayWindow) {
       const bool inside = x >= 2 && x < 5 && y >= 1 && y < 3;
       EXPECT_EQ(image->at(x, y, 1), inside ? 0.5f : 0.0f) << x << ", " << y;
     }
+}
+
+Image layered_image() {
+  Image image = random_image(19, 33,
+                             {"R", "G", "B", "A", "Z", "N.X", "N.Y", "N.Z", "albedo.B", "albedo.G",
+                              "albedo.R", "crypto_object00.G", "crypto_object00.R"});
+  image.attributes = {{"note", std::string("a")},
+                      {"pixelAspectRatio", 2.0f},
+                      {"cryptomatte/1234567/name", std::string("crypto_object")},
+                      {"cryptomatte/1234567/manifest", std::string("{}")}};
+  return image;
+}
+
+/// Channels of a part, as in "A half, B half".
+std::string describe_channels(const Imf::Header& header) {
+  std::string text;
+  for (auto c = header.channels().begin(); c != header.channels().end(); ++c)
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", c.name(),
+                        c.channel().type == Imf::HALF ? "half" : "float");
+  return text;
+}
+
+std::string header_text(const Imf::Header& header, const char* name) {
+  const auto* text = header.findTypedAttribute<Imf::StringAttribute>(name);
+  return text ? text->value() : "none";
+}
+
+TEST(EncodeExr, GivesEachLayerAPart) {
+  const Image image = layered_image();
+  const auto bytes = encode_exr(image, {.multipart = true});
+  ASSERT_TRUE(bytes);
+  const TemporaryFolder folder;
+  const Imf::MultiPartInputFile file(folder.write("a.exr", *bytes).c_str());
+  ASSERT_EQ(file.parts(), 5);
+  const char* const expected[][3] = {
+      {"rgba", "A half, B half, G half, R half", "lin_rec709_scene"},
+      {"N", "N.X float, N.Y float, N.Z float", "data"},
+      {"Z", "Z float", "data"},
+      {"albedo", "albedo.B float, albedo.G float, albedo.R float", "lin_rec709_scene"},
+      {"crypto_object00", "crypto_object00.G float, crypto_object00.R float", "data"}};
+  for (int i = 0; i < file.parts(); ++i) {
+    const Imf::Header& header = file.header(i);
+    EXPECT_EQ(header.name(), expected[i][0]);
+    EXPECT_EQ(describe_channels(header), expected[i][1]);
+    EXPECT_EQ(header_text(header, "colorInteropID"), expected[i][2]);
+    EXPECT_EQ(header.pixelAspectRatio(), 2.0f);
+    EXPECT_NE(header.findTypedAttribute<Imf::ChromaticitiesAttribute>("chromaticities"), nullptr);
+    EXPECT_EQ(header_text(header, "note"), i == 0 ? "a" : "none");
+    EXPECT_EQ(header_text(header, "cryptomatte/1234567/manifest"),
+              i == 0 || i == 4 ? "{}" : "none");
+  }
+}
+
+TEST(EncodeExr, PartsAreReadAsOnePicture) {
+  const Image image = layered_image();
+  const std::string one = *encode_exr(image),
+                    parts = *encode_exr(image, {ExrCompression::kPiz, {}, true});
+  const Image expected = read_back("a.exr", one), back = read_back("a.exr", parts);
+  EXPECT_EQ(back.channels, expected.channels);
+  EXPECT_EQ(back.pixels, expected.pixels);
+  const auto own_entries = [](const Image& read) {
+    std::vector<std::string> names;
+    for (const Attribute& attribute : read.attributes)
+      if (!attribute.name.starts_with(kPartAttribute)) names.push_back(attribute.name);
+    std::sort(names.begin(), names.end());
+    return names;
+  };
+  EXPECT_EQ(own_entries(back), own_entries(expected));
+  EXPECT_EQ(back.attributes.size(), expected.attributes.size() + 5) << "the list of parts";
+  EXPECT_TRUE(decode_image(parts, "a.exr", {.single_picture = true}));
+  set_thread_count(1);
+  const std::string alone = *encode_exr(image, {.multipart = true});
+  set_thread_count(3);
+  EXPECT_EQ(*encode_exr(image, {.multipart = true}), alone);
+  set_thread_count(0);
+  // One layer makes no parts.
+  const Image colors = random_image(5, 4, {"R", "G", "B", "A"});
+  EXPECT_EQ(*encode_exr(colors, {.multipart = true}), *encode_exr(colors));
 }
 
 }  // namespace

@@ -26,6 +26,9 @@ TEST(HeaderSize, IsThatOfTheImage) {
   const auto exr = encode_exr(make_image(5, 4, {"R", "G", "B", "A", "Z"}));
   ASSERT_TRUE(exr);
   expect_size(*exr, "openexr", 5, 4, 5);
+  const auto parts = encode_exr(make_image(5, 4, {"R", "Z", "N.X", "N.Y"}), {.multipart = true});
+  ASSERT_TRUE(parts);
+  expect_size(*parts, "openexr", 5, 4, 4);
   expect_size("GIF89a\3\0\2\1\0\0\0"s, "gif", 3, 258, 4);
   expect_size("\xff\xd8\xff\xe0\0\4ab\xff\xc2\0\x11\x08\1\0\2\0\3"s, "jpeg", 512, 256, 3);
   expect_size("RIFF\0\0\0\0WEBPVP8X\n\0\0\0\0\0\0\0\2\0\0\1\0\0"s, "webp", 3, 2, 4);

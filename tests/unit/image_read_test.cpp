@@ -422,15 +422,28 @@ TEST(PixelDigest, DependsOnSizeNamesAndEveryValue) {
 
 TEST(ReadImage, AFileOfSeveralPicturesIsRefusedWhereItMustBeOne) {
   const ReadImageSettings single{.single_picture = true};
-  EXPECT_TRUE(read_image(data_file("parts.exr")));
-  expect_mentions(failure_of(data_file("parts.exr"), single), "several parts");
   EXPECT_TRUE(read_image(data_file("part.exr"), single));
   const TemporaryFolder folder;
+  // More channels than are joined.
+  Image many = random_image(2, 2, {"R", "G", "B"}, 1);
+  for (int i = 0; i < 254; ++i) many.channels.push_back(fmt::format("layer{:03}", i));
+  many.pixels.resize(4 * many.channels.size());
+  const auto layers = folder.write("many.exr", *encode_exr(many, {.multipart = true}));
+  expect_mentions(failure_of(layers, single), "several parts");
+  const auto first = read_image(layers);
+  ASSERT_TRUE(first) << first.error().message;
+  EXPECT_EQ(first->channels, (std::vector<std::string>{"R", "G", "B"}));
   const Image frames[] = {random_image(8, 8, {"R", "G", "B"}, 1),
                           random_image(8, 8, {"R", "G", "B"}, 2)};
   const auto gif = encode_gif(frames, 10);
   ASSERT_TRUE(gif);
   expect_mentions(failure_of(folder.write("a.gif", *gif), single), "several parts");
+}
+
+TEST(ReadImage, EqualNamesInSeveralPartsAreTold) {
+  const auto image = read_image(data_file("parts.exr"), {.single_picture = true});
+  ASSERT_TRUE(image) << image.error().message;
+  EXPECT_EQ(image->channels, (std::vector<std::string>{"Y", "two.Y"}));
 }
 
 TEST(ReadImage, EntriesThatShowPixelsDifferentlyAreKept) {
@@ -493,6 +506,19 @@ TEST(ReadImage, ColorProfilesAndPrimariesAreKept) {
   EXPECT_EQ(text_of(with_chunk(primaries(64000)), kColorPrimariesAttribute), "") << "sRGB's";
   EXPECT_EQ(text_of(with_chunk(primaries(66000)), kColorPrimariesAttribute),
             "0.66 0.33 0.3 0.6 0.15 0.06 0.3127 0.329");
+  // A cICP chunk goes before the others: Rec. 2020 by the PQ curve, and sRGB.
+  const auto coding = [](const char(&numbers)[5]) {
+    return png_chunk("cICP", std::string(numbers, 4));
+  };
+  const std::string gamma = png_chunk("gAMA", big_endian(100000));
+  const auto wide = with_chunk(coding("\x09\x10\x00\x01") + gamma + primaries(66000));
+  EXPECT_EQ(text_of(wide, kColorProfileAttribute), "cICP 9 16 0 1");
+  EXPECT_EQ(text_of(wide, kColorPrimariesAttribute), "");
+  const auto usual = with_chunk(coding("\x01\x0d\x00\x01") + gamma + primaries(66000));
+  for (const char* name : {kColorProfileAttribute, kColorPrimariesAttribute})
+    EXPECT_EQ(text_of(usual, name), "");
+  for (const auto* image : {&wide, &usual})
+    for (const Attribute& a : (*image)->attributes) EXPECT_NE(a.name, kGammaAttribute);
 
   auto exr = encode_exr(make_image(2, 2, {"R", "G", "B"}));
   ASSERT_TRUE(exr);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,14 @@ struct Decoded : PmOiioImage {
   std::vector<unsigned char> id_store;
 };
 
+/// Pixels of a picture or of a part of an OpenEXR file.
+struct Part {
+  int index = 0;
+  OIIO::ImageSpec spec;  ///< layout; a channel more for each that has large ids
+  std::vector<unsigned char> ids;
+  std::vector<float> pixels;  ///< values, at last those of the display window
+};
+
 void fail(Decoded& image, PmOiioFailure failure, std::string reason) {
   image.failure = failure;
   image.error_text = std::move(reason);
@@ -46,10 +55,17 @@ void set_up_once() {
 
 /// Tests for entries that describe the encoding, not the picture: encoders write their own.
 bool is_structural(const std::string& name) {
-  static const char* const kNames[] = {
-      "compression",  "PixelAspectRatio",  "screenWindowCenter", "screenWindowWidth",
-      "planarconfig", "ResolutionUnit",    "XResolution",        "YResolution",
-      "Orientation",  "CompressionQuality"};
+  static const char* const kNames[] = {"compression",
+                                       "PixelAspectRatio",
+                                       "screenWindowCenter",
+                                       "screenWindowWidth",
+                                       "planarconfig",
+                                       "ResolutionUnit",
+                                       "XResolution",
+                                       "YResolution",
+                                       "Orientation",
+                                       "CompressionQuality",
+                                       "name"};  // an OpenEXR part's
   for (const char* known : kNames)
     if (name == known) return true;
   for (const char* prefix : {"oiio:", "openexr:", "tiff:", "png:", "jpeg:", "Exif:", "ICCProfile"})
@@ -83,11 +99,14 @@ void take_shown(const OIIO::ImageSpec& spec, Decoded& image) {
     add("colorPrimaries", std::move(text));
 }
 
+/// Takes the entries that no earlier part has.
 void take_attributes(const OIIO::ImageSpec& spec, Decoded& image) {
-  take_shown(spec, image);
+  std::set<std::string> known;
+  for (const PmOiioAttribute& attribute : image.attribute_store) known.insert(attribute.name);
+  if (image.attribute_store.empty()) take_shown(spec, image);
   for (const OIIO::ParamValue& entry : spec.extra_attribs) {
     const std::string name = entry.name().string();
-    if (is_structural(name) || entry.nvalues() != 1) continue;
+    if (is_structural(name) || entry.nvalues() != 1 || known.count(name)) continue;
     image.texts.push_back(std::make_unique<std::string>(name));
     PmOiioAttribute attribute{image.texts.back()->c_str(), PM_OIIO_INT, nullptr, 0, 0};
     if (entry.type() == OIIO::TypeString) {
@@ -138,30 +157,31 @@ std::vector<int> split_large_ids(const std::vector<unsigned char>& native, OIIO:
 }
 
 /// Reads the data window as floats. OpenEXR's uint channels contain ids, which must not be scaled
-/// to 0..1 as OpenImageIO does with integers; `spec` gets a channel more for each whose ids are
-/// large.
-bool read_pixels(OIIO::ImageInput& input, OIIO::ImageSpec& spec, Decoded& image) {
+/// to 0..1 as OpenImageIO does with integers; the part's spec gets a channel more for each whose
+/// ids are large.
+bool read_pixels(OIIO::ImageInput& input, Part& part) {
+  OIIO::ImageSpec& spec = part.spec;
   const auto count = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
   const int stored = spec.nchannels;
-  if (std::count(image.id_store.begin(), image.id_store.end(), 1) == 0) {
-    image.pixel_store.resize(count * static_cast<std::size_t>(stored));
-    return input.read_image(0, 0, 0, stored, OIIO::TypeFloat, image.pixel_store.data());
+  if (std::count(part.ids.begin(), part.ids.end(), 1) == 0) {
+    part.pixels.resize(count * static_cast<std::size_t>(stored));
+    return input.read_image(part.index, 0, 0, stored, OIIO::TypeFloat, part.pixels.data());
   }
   const std::size_t bytes = spec.pixel_bytes(true);
   std::vector<unsigned char> native(count * bytes);
-  if (!input.read_image(0, 0, 0, stored, OIIO::TypeUnknown, native.data())) return false;
+  if (!input.read_image(part.index, 0, 0, stored, OIIO::TypeUnknown, native.data())) return false;
   const OIIO::ImageSpec file = spec;
   const std::vector<int> split = split_large_ids(native, spec);
-  image.id_store.resize(static_cast<std::size_t>(spec.nchannels), 1);
+  part.ids.resize(static_cast<std::size_t>(spec.nchannels), 1);
   const auto channels = static_cast<std::size_t>(spec.nchannels);
-  image.pixel_store.resize(count * channels);
+  part.pixels.resize(count * channels);
   std::size_t offset = 0;
   for (int c = 0; c < stored; ++c) {
     const OIIO::TypeDesc type = file.channelformat(c);
     const auto low = std::find(split.begin(), split.end(), c);
     for (std::size_t i = 0; i < count; ++i) {
       const unsigned char* from = &native[i * bytes + offset];
-      float* to = &image.pixel_store[i * channels];
+      float* to = &part.pixels[i * channels];
       if (!is_id(file, c)) {
         OIIO::convert_pixel_values(type, from, OIIO::TypeFloat, to + c, 1);
         continue;
@@ -229,6 +249,75 @@ void count_pictures(OIIO::ImageInput& input, double max_bytes, Decoded& image) {
   }
 }
 
+bool has_usable_size(const OIIO::ImageSpec& spec) {
+  return spec.width >= 1 && spec.height >= 1 && spec.full_width >= 1 && spec.full_height >= 1 &&
+         spec.depth <= 1 && spec.nchannels >= 1;
+}
+
+/// The parts of an OpenEXR file that make one picture: all, where they are flat and have one
+/// display window, else the first.
+std::vector<Part> list_joined_parts(OIIO::ImageInput& input, const OIIO::ImageSpec& first) {
+  constexpr int kMaxChannels = 256;  // of all, as of one (limits:channels)
+  std::vector<Part> parts(1);
+  parts[0].spec = first;
+  int channels = first.nchannels;
+  OIIO::ImageSpec spec;
+  for (int i = 1; input.seek_subimage(i, 0, spec); ++i) {
+    channels += spec.nchannels;
+    if (spec.deep || !has_usable_size(spec) || spec.full_x != first.full_x ||
+        spec.full_y != first.full_y || spec.full_width != first.full_width ||
+        spec.full_height != first.full_height || channels > kMaxChannels) {
+      parts.resize(1);
+      break;
+    }
+    parts.push_back({i, spec, {}, {}});
+  }
+  return parts;
+}
+
+/// Bytes of the larger one of both windows.
+double needed_bytes(const Part& part) {
+  const OIIO::ImageSpec& spec = part.spec;
+  const auto channels =
+      static_cast<double>(spec.nchannels + std::count(part.ids.begin(), part.ids.end(), 1));
+  return channels * sizeof(float) *
+         std::max(1.0 * spec.width * spec.height, 1.0 * spec.full_width * spec.full_height);
+}
+
+/// Puts the parts' channels side by side. A name that an earlier part has gets the part's before
+/// it, and its number where that is not enough.
+void join_parts(std::vector<Part> parts, Decoded& image) {
+  std::set<std::string> known;
+  for (const Part& part : parts) {
+    const std::string label = part.spec.get_string_attribute("oiio:subimagename");
+    for (int c = 0; c < part.spec.nchannels; ++c) {
+      std::string name = part.spec.channelnames[static_cast<std::size_t>(c)];
+      if (known.count(name) && !label.empty()) name = label + "." + name;
+      if (known.count(name)) name = std::to_string(part.index + 1) + "." + name;
+      known.insert(name);
+      image.names.push_back(std::move(name));
+    }
+    image.id_store.insert(image.id_store.end(), part.ids.begin(), part.ids.end());
+  }
+  image.channels = static_cast<int>(image.names.size());
+  if (parts.size() == 1) {
+    image.pixel_store = std::move(parts[0].pixels);
+    return;
+  }
+  const std::size_t count =
+      static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
+  image.pixel_store.resize(count * image.names.size());
+  std::size_t at = 0;
+  for (Part& part : parts) {
+    const auto channels = static_cast<std::size_t>(part.spec.nchannels);
+    for (std::size_t i = 0; i < count; ++i)
+      std::copy_n(&part.pixels[i * channels], channels,
+                  &image.pixel_store[i * image.names.size() + at]);
+    at += channels;
+    part.pixels = {};
+  }
+}
+
 void decode(const PmOiioRequest& request, Decoded& image) {
   set_up_once();
   const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(request.format);
@@ -240,43 +329,44 @@ void decode(const PmOiioRequest& request, Decoded& image) {
   config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
   if (!input->open("memory", spec, config)) return fail(image, PM_OIIO_BROKEN, input->geterror());
   if (spec.deep) return fail(image, PM_OIIO_BROKEN, "deep images are not read");
-  if (spec.width < 1 || spec.height < 1 || spec.full_width < 1 || spec.full_height < 1 ||
-      spec.depth > 1 || spec.nchannels < 1)
-    return fail(image, PM_OIIO_BROKEN, "the header gives no usable size");
+  if (!has_usable_size(spec)) return fail(image, PM_OIIO_BROKEN, "the header gives no usable size");
   const bool exr = std::strcmp(request.format, "openexr") == 0;
-  for (int c = 0; c < spec.nchannels; ++c) image.id_store.push_back(exr && is_id(spec, c));
-  const auto channels =
-      spec.nchannels + std::count(image.id_store.begin(), image.id_store.end(), 1);
-  const auto compute_bytes = [&](int width, int height) {
-    return static_cast<double>(width) * height * static_cast<double>(channels) * sizeof(float);
-  };
-  const double needed = std::max(compute_bytes(spec.width, spec.height),
-                                 compute_bytes(spec.full_width, spec.full_height));
+  std::vector<Part> parts{{0, spec, {}, {}}};
+  if (exr) parts = list_joined_parts(*input, spec);
+  double needed = 0;
+  int channels = 0;
+  for (Part& part : parts) {
+    for (int c = 0; c < part.spec.nchannels; ++c) part.ids.push_back(exr && is_id(part.spec, c));
+    needed += needed_bytes(part);
+    channels += part.spec.nchannels;
+  }
   if (needed > static_cast<double>(request.max_bytes)) {
     image.width = spec.width;
     image.height = spec.height;
-    image.channels = spec.nchannels;
+    image.channels = channels;
     return fail(image, PM_OIIO_TOO_LARGE, "");
   }
-  if (!read_pixels(*input, spec, image)) {
-    std::string reason = input->geterror();
-    return fail(image, PM_OIIO_BROKEN, reason.empty() ? "the pixels cannot be decoded" : reason);
-  }
-  image.pixel_store = to_display_window(spec, std::move(image.pixel_store));
   image.width = spec.full_width;
   image.height = spec.full_height;
-  image.channels = spec.nchannels;
-  image.names = spec.channelnames;
-  image.names.resize(static_cast<std::size_t>(spec.nchannels));
+  for (Part& part : parts) {
+    if (!read_pixels(*input, part)) {
+      std::string reason = input->geterror();
+      return fail(image, PM_OIIO_BROKEN, reason.empty() ? "the pixels cannot be decoded" : reason);
+    }
+    part.pixels = to_display_window(part.spec, std::move(part.pixels));
+    take_attributes(part.spec, image);
+  }
+  const bool is_joined = parts.size() > 1;
+  join_parts(std::move(parts), image);
   for (const std::string& name : image.names) image.name_pointers.push_back(name.c_str());
   image.channel_names = image.name_pointers.data();
   image.ids = image.id_store.data();
   image.pixels = image.pixel_store.data();
   image.integer_format = !exr && !spec.format.is_floating_point();
   image.straight_alpha = spec.get_int_attribute("oiio:UnassociatedAlpha") != 0;
-  take_attributes(spec, image);
   count_pictures(*input, static_cast<double>(request.max_bytes), image);
   if (exr && image.picture_count > 1) list_parts(*input, image);
+  if (is_joined) image.picture_count = 1;
 }
 
 }  // namespace
