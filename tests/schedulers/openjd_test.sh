@@ -11,7 +11,7 @@ if ! command -v openjd >/dev/null; then
 fi
 cat >"$work/scene.json" <<'SCENE'
 {"source": {"shape": "cube", "spheres": {"balls": 12}}, "target": {"shape": "sphere", "spheres": {"balls": 6}},
- "frames": {"count": 6}, "surface": {"resolution": 16}, "image": {"width": 32, "height": 24, "samples": 1}}
+ "spheres": {"fit": "none"}, "frames": {"count": 6}, "surface": {"resolution": 16}, "image": {"width": 32, "height": 24, "samples": 1}}
 SCENE
 export POLYMORPH_CACHE_DIR=$work/cache
 "$polymorph" render "$work/scene.json" -o "$work/one/f.####.exr" -q

@@ -27,7 +27,7 @@ cd "$work"
 export POLYMORPH_CACHE_DIR=$work/cache
 cat >scene.json <<'SCENE'
 {"source": {"shape": "cube", "spheres": {"balls": 12}}, "target": {"shape": "torus", "spheres": {"balls": 12}},
- "frames": {"count": 16}, "surface": {"resolution": 32}, "image": {"width": 96, "height": 72, "samples": 256}}
+ "spheres": {"fit": "none"}, "frames": {"count": 16}, "surface": {"resolution": 32}, "image": {"width": 96, "height": 72, "samples": 256}}
 SCENE
 fail() { echo "FAILED: $*" >&2; tail -n 20 farm/slurm/*.log >&2 || true; squeue >&2 || true; exit 1; }
 state() { scontrol show job "$1" | sed -n 's/.*JobState=\([A-Z_]*\).*/\1/p' | head -n 1; }
