@@ -11,12 +11,12 @@ class Multipart : public ProgramTest {
     ProgramTest::SetUp();
     write("scene.json", tiny_scene(3));
   }
-  Ran render(const std::string& output, std::vector<std::string> more = {}) const {
+  Ran render(const std::string& output, std::vector<std::string> more = {}) {
     more.insert(more.begin(),
                 {"render", "scene.json", "-o", output, "-f", "2", "--set", "image.aovs=all"});
     return run(0, more);
   }
-  Image read(const std::string& name) const {
+  Image read(const std::string& name) {
     auto image = read_image(folder / name, {.single_picture = true});
     EXPECT_TRUE(image) << image.error().message;
     return image ? *std::move(image) : Image{};
@@ -43,7 +43,7 @@ TEST_F(Multipart, FilesOfPartsHoldTheSamePicture) {
     return attribute.name.starts_with(kPartAttribute);
   });
   write("changed.exr", *encode_exr(image, {.multipart = true}));
-  const Ran ran = run(1, {"compare", "changed.exr", "parts.exr", "--fail-percent", "0"});
+  const Ran ran = run(1, {"compare", "changed.exr", "parts.exr", "--failpercent", "0"});
   EXPECT_TRUE(contains(ran.out, "N.X")) << ran.out;
 }
 
