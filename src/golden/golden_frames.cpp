@@ -21,6 +21,7 @@
 #include "sequence/frame/render_scene.h"
 #include "sequence/prepare/prepare.h"
 #include "sequence/run/device.h"
+#include "sequence/run/frame_files.h"
 #include "sequence/run/render_sequence.h"
 #include "sequence/run/status.h"
 
@@ -118,7 +119,7 @@ Result<RenderedFrame> SuiteRenderer::render(int frame) {
   }
   rendered.pixels = pixel_sha256(image);
   // A golden went through half floats; so must what is compared with it.
-  PM_TRY(rendered.bytes, encode_exr(image));
+  PM_TRY(rendered.bytes, encode_exr(image, exr_settings(state.prepared.scene)));
   PM_TRY(rendered.image, decode_image(rendered.bytes, fmt::format("frame {}", frame)));
   return rendered;
 }

@@ -518,7 +518,7 @@ void describe(V& v, ImageSettings& s) {
 
 template <class V>
 void describe(V& v, OutputSettings& s) {
-  auto& [file, png, color_space, png_bits] = s;
+  auto& [file, png, color_space, multipart, png_bits] = s;
   v.text("file", file,
          "frame file names when -o is not given, from where the program runs; #### is the frame "
          "number");
@@ -529,6 +529,9 @@ void describe(V& v, OutputSettings& s) {
            {{"rec709", ColorSpace::kRec709}, {"acescg", ColorSpace::kAcesCg}},
            "space of the colours in EXR files: linear Rec. 709, in which the program computes, or "
            "ACEScg; the header says which");
+  v.boolean("multipart", multipart,
+            "write each layer of an EXR as a part of its own, so that readers take only those that "
+            "they need: rgba of 16-bit numbers, the others of 32-bit ones");
   v.retired("dither", nullptr);
 }
 

@@ -43,6 +43,7 @@ std::string canonical_scene(const Scene& scene, const InputNames& names) {
   canonical.output = {};
   canonical.output.png_bits = scene.output.png_bits;
   canonical.output.color_space = scene.output.color_space;
+  canonical.output.multipart = scene.output.multipart;
   for_each_path(canonical, [&](fs::path& path) { path = fmt::format("/{}", names.name(path)); });
   const auto document = parse_json("scene", scene_to_json(canonical, "/"));
   PM_CHECK(document.ok());

@@ -351,6 +351,7 @@ struct OutputSettings {
   std::string file = "frame.####.exr";           ///< used when the command line names none
   bool png = false;                              ///< a PNG beside each EXR
   ColorSpace color_space = ColorSpace::kRec709;  ///< space of the colours in EXR files
+  bool multipart = false;                        ///< a part of an EXR for each layer
   int png_bits = 8;                              ///< 16, or 8 with dither
 };
 

@@ -111,7 +111,7 @@ Status check_equal(const Part& a, const Part& b, const std::vector<std::string>&
   if (a.image.width != b.image.width || a.image.height != b.image.height)
     return make_error(ErrorCode::kInput, "{} is {} x {} pixels, and {} is {} x {}", a.name,
                       a.image.width, a.image.height, b.name, b.image.width, b.image.height);
-  if (merged_color_space(a.image) != merged_color_space(b.image))
+  if (merged_exr_settings(a.image).color_space != merged_exr_settings(b.image).color_space)
     return make_error(ErrorCode::kInput, "{} and {} are of pictures in different colour spaces",
                       a.name, b.name);
   const std::size_t pixels =
@@ -227,10 +227,13 @@ std::vector<Attribute> merge_attributes(const Image& first, const SampleRange& r
 
 }  // namespace
 
-ColorSpace merged_color_space(const Image& part) {
-  const std::string_view name = find_text(part, kPartColorSpaceAttribute);
-  return name == color_space_label(ColorSpace::kAcesCg).interop_id ? ColorSpace::kAcesCg
-                                                                   : ColorSpace::kRec709;
+ExrSettings merged_exr_settings(const Image& part) {
+  ExrSettings settings;
+  if (find_text(part, kPartColorSpaceAttribute) ==
+      color_space_label(ColorSpace::kAcesCg).interop_id)
+    settings.color_space = ColorSpace::kAcesCg;
+  settings.multipart = format_entry(part, kPartMultipartAttribute) == "1";
+  return settings;
 }
 
 void write_colors(const PixelSum& sum, float* pixel) {

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "base/result.h"
-#include "image/color_space.h"
 #include "image/image.h"
+#include "image/image_io.h"
 #include "render/film/cryptomatte.h"
 #include "render/film/pixel_sum.h"
 #include "render/film/sample_sums.h"
@@ -32,8 +32,11 @@ inline constexpr const char* kPartSmoothAttribute =
 /// 709; a part's own are always in Rec. 709.
 inline constexpr const char* kPartColorSpaceAttribute = "polymorph/part/colorspace";
 
-/// Tells the space of the colours of the picture that a part is merged to.
-ColorSpace merged_color_space(const Image& part);
+/// int: 1 if the file of the merged picture has a part for each layer (ExrSettings::multipart).
+inline constexpr const char* kPartMultipartAttribute = "polymorph/part/multipart";
+
+/// Settings of the file of the picture that a part is merged to.
+ExrSettings merged_exr_settings(const Image& part);
 
 /// Number of channels of a node, without its mattes.
 inline constexpr int kNodeChannels = 7;

@@ -100,12 +100,14 @@ std::vector<Attribute> make_header(const PreparedScene& prepared, int frame,
   return attributes;
 }
 
-/// Makes a frame's header a part's: it names the picture that the part belongs to, and its colours.
-void make_part_header(ColorSpace space, std::vector<Attribute>& header) {
+/// Makes a frame's header a part's: it names the picture that the part belongs to, and how that is
+/// written.
+void make_part_header(const OutputSettings& output, std::vector<Attribute>& header) {
   for (Attribute& attribute : header)
     if (attribute.name == kFrameHashAttribute) attribute.name = kPartOfAttribute;
-  if (space != ColorSpace::kRec709)
-    header.push_back({kPartColorSpaceAttribute, color_space_label(space).interop_id});
+  if (output.color_space != ColorSpace::kRec709)
+    header.push_back({kPartColorSpaceAttribute, color_space_label(output.color_space).interop_id});
+  if (output.multipart) header.push_back({kPartMultipartAttribute, 1});
 }
 
 void add(Hasher& key, const MorphState& m) {
@@ -148,13 +150,14 @@ void put_header(const PreparedScene& prepared, int frame, const FrameOrigin& ori
   // What says how to read the picture's mattes and how to merge a part stays.
   bool is_part = false;
   for (Attribute& attribute : image.attributes) {
-    const bool merges =
-        attribute.name.starts_with(kPartPrefix) && attribute.name != kPartColorSpaceAttribute;
+    const bool merges = attribute.name.starts_with(kPartPrefix) &&
+                        attribute.name != kPartColorSpaceAttribute &&
+                        attribute.name != kPartMultipartAttribute;
     is_part = is_part || merges;
     if (merges || attribute.name.starts_with("cryptomatte/"))
       header.push_back(std::move(attribute));
   }
-  if (is_part) make_part_header(prepared.scene.output.color_space, header);
+  if (is_part) make_part_header(prepared.scene.output, header);
   image.attributes = std::move(header);
 }
 

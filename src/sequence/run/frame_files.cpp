@@ -27,6 +27,10 @@ Result<FrameFiles> frame_files(const Scene& scene, const std::string& output, bo
   return files;
 }
 
+ExrSettings exr_settings(const Scene& scene) {
+  return {.color_space = scene.output.color_space, .multipart = scene.output.multipart};
+}
+
 PngSettings png_settings(const Scene& scene, int frame) {
   PngSettings png;
   png.exposure = scene_at(scene, static_cast<double>(frame)).image.exposure;

@@ -15,6 +15,9 @@ namespace polymorph {
 Result<FrameFiles> frame_files(const Scene& scene, const std::string& output, bool png,
                                bool is_sequence);
 
+/// Settings of the scene's EXR files.
+ExrSettings exr_settings(const Scene& scene);
+
 /// Settings of a frame's PNG, after its scene.
 PngSettings png_settings(const Scene& scene, int frame);
 

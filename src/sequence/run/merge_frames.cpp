@@ -159,17 +159,15 @@ Status merge_frame(const FrameMerge& merge, const std::string& command) {
       return make_error(ErrorCode::kInput, "{}: has changed while it was read", file.string());
     parts.push_back({file.string(), *header.part, std::move(image)});
   }
-  const ColorSpace space = merged_color_space(parts.front().image);
+  const ExrSettings merged = merged_exr_settings(parts.front().image);
   PM_TRY(Image image, merge_parts(parts));
   parts.clear();
-  ExrSettings exr;
-  if (merge.samples.is_whole()) exr.color_space = space;
   for (Attribute& attribute : image.attributes) {
     if (attribute.name == kCommandAttribute) attribute.value = printable(command);
     if (attribute.name == kPartOfAttribute && merge.samples.is_whole())
       attribute.name = kFrameHashAttribute;
   }
-  return write_image(merge.output, image, {}, exr);
+  return write_image(merge.output, image, {}, merge.samples.is_whole() ? merged : ExrSettings{});
 }
 
 }  // namespace polymorph

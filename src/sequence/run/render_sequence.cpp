@@ -99,8 +99,7 @@ Status write_png(const Image& image, const std::filesystem::path& file, PngSetti
 Status write_frame(const Image& image, const SequenceSettings& settings, const Scene& scene,
                    int frame, const std::optional<ViewTransform>& view) {
   const PngSettings png = png_settings(scene, frame);
-  ExrSettings exr;
-  if (!settings.part) exr.color_space = scene.output.color_space;
+  const ExrSettings exr = settings.part ? ExrSettings{} : exr_settings(scene);
   if (has_exr(settings))
     PM_TRY_STATUS(write_image(frame_path(settings.exr, frame), image, png, exr));
   if (has_png(settings))

@@ -109,7 +109,7 @@ Result<std::string> render_again(const FrameFile& original, const PreparedScene&
   put_header(prepared, original.frame,
              {entry(kIsaAttribute), entry(kDeviceAttribute), entry(kCommandAttribute)}, image);
   return original.is_png ? encode_png(image, png_settings(prepared.scene, original.frame))
-                         : encode_exr(image, {.color_space = prepared.scene.output.color_space});
+                         : encode_exr(image, exr_settings(prepared.scene));
 }
 
 void compare_frames(const FrameFile& original, const Image& rendered, Reproduction& result) {

@@ -26,6 +26,24 @@ int read_png_bits(const std::filesystem::path& file) {
   return std::string_view(head.data(), head.size()).starts_with(kSignature) ? head[kBits] : 0;
 }
 
+/// Tests whether an EXR has the space of colours and the parts that the scene wants.
+bool is_written_so(const Image& image, const ExpectedFrame& expected) {
+  const ColorSpace space = expected.output.color_space;
+  if (expected.part) {
+    const ExrSettings merged = merged_exr_settings(image);
+    return merged.color_space == space && merged.multipart == expected.output.multipart;
+  }
+  const bool has_layers =
+      std::any_of(image.channels.begin(), image.channels.end(), [](const std::string& name) {
+        return name != "R" && name != "G" && name != "B" && name != "A";
+      });
+  const bool has_parts = std::any_of(
+      image.attributes.begin(), image.attributes.end(),
+      [](const Attribute& attribute) { return attribute.name.starts_with(kPartAttribute); });
+  return color_space_name(image) == color_space_label(space).interop_id &&
+         has_parts == (expected.output.multipart && has_layers);
+}
+
 }  // namespace
 
 Result<std::string> source_hash(const Scene& scene) {
@@ -66,11 +84,7 @@ FileState file_state(const std::filesystem::path& file, const ExpectedFrame& exp
   if (bits != 0 && (bits != expected.output.png_bits ||
                     find_text(*image, kViewAttribute) != view_text(expected.view)))
     return FileState::kStale;
-  const ColorSpace space = expected.output.color_space;
-  const bool has_space = expected.part
-                             ? merged_color_space(*image) == space
-                             : color_space_name(*image) == color_space_label(space).interop_id;
-  if (bits == 0 && !has_space) return FileState::kStale;
+  if (bits == 0 && !is_written_so(*image, expected)) return FileState::kStale;
   const bool matches = expected.part
                            ? says(kPartOfAttribute, expected.hash) &&
                                  says(kPartSamplesAttribute, format_sample_range(*expected.part))
