@@ -102,7 +102,8 @@ TEST_F(Usage, TooFewDigits) {
 
 TEST_F(Usage, BadDevice) {
   expect_usage({"render", "scene.json", "--device", "gpu"},
-               "--device gpu: write cpu, cuda, cuda:1 or auto");
+               "--device gpu: write cpu, cuda, cuda:1, cuda:all or auto");
+  expect_usage({"render", "scene.json", "--device", "cuda:0,"}, "a device has no name");
   expect_usage({"render", "scene.json", "--device", "cuda:x"}, "--device cuda:x");
 }
 
