@@ -95,19 +95,22 @@ class Pages(unittest.TestCase):
 
     def tap(self, selector, touch):
         self.browser.run("document.querySelector(arguments[0]).scrollIntoView({block: 'nearest'})", selector)
-        self.browser.touch([self.middle(selector)]) if touch else self.browser.click(*self.middle(selector))
+        self.press(touch, self.middle(selector))
 
-    def slide(self, selector, touch, *shares):
-        """Taps a slider at a share of its way, or drags it over several."""
-        self.browser.run("document.querySelector(arguments[0]).scrollIntoView({block: 'nearest'})", selector)
-        x, y, width, height = self.browser.box(selector)
-        points = [(x + 8 + share * (width - 16), y + height / 2) for share in shares]
+    def press(self, touch, *points):
+        """Taps or clicks a point, or drags over several."""
         if touch:
             self.browser.touch(*([p] for p in points))
         elif len(points) == 1:
             self.browser.click(*points[0])
         else:
             self.browser.drag(*points)
+
+    def slide(self, selector, touch, *shares):
+        """Taps a slider at a share of its way, or drags it over several."""
+        self.browser.run("document.querySelector(arguments[0]).scrollIntoView({block: 'nearest'})", selector)
+        x, y, width, height = self.browser.box(selector)
+        self.press(touch, *((x + 8 + share * (width - 16), y + height / 2) for share in shares))
 
 
 class PlayPage(Pages):
@@ -305,13 +308,7 @@ class BlendPage(Pages):
             const p = new DOMPoint(x, y).matrixTransform(svg.getScreenCTM()); return [p.x, p.y];""", weights)
 
     def drag(self, touch, *places):
-        points = [self.place(*weights) for weights in places]
-        if touch:
-            self.browser.touch(*([p] for p in points))
-        elif len(points) == 1:
-            self.browser.click(*points[0])
-        else:
-            self.browser.drag(*points)
+        self.press(touch, *(self.place(*weights) for weights in places))
 
     def expect_weights(self, *weights):
         """To what a pixel is: two hundredths."""

@@ -8,14 +8,11 @@ namespace polymorph {
 namespace {
 
 bool are_equal(const Model& a, const Model& b) {
-  const auto same_point = [](Vec3 p, Vec3 q) { return p.x == q.x && p.y == q.y && p.z == q.z; };
   const auto same_triangle = [](const Triangle& s, const Triangle& t) {
     return s.v[0] == t.v[0] && s.v[1] == t.v[1] && s.v[2] == t.v[2];
   };
-  return std::equal(a.points.begin(), a.points.end(), b.points.begin(), b.points.end(),
-                    same_point) &&
-         std::equal(a.triangles.begin(), a.triangles.end(), b.triangles.begin(), b.triangles.end(),
-                    same_triangle);
+  return a.points == b.points && std::equal(a.triangles.begin(), a.triangles.end(),
+                                            b.triangles.begin(), b.triangles.end(), same_triangle);
 }
 
 }  // namespace

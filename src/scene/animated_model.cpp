@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <string>
 #include <system_error>
 
@@ -21,16 +22,27 @@ bool is_gltf(const std::filesystem::path& file) {
   return suffix == ".glb" || suffix == ".gltf";
 }
 
-/// The JSON of a glTF file; of a .glb its first chunk. Empty where it has none.
+/// The JSON of a glTF file; of a .glb its first chunk, without what follows, which may be large.
+/// Empty where it has none.
 std::string gltf_json(const std::filesystem::path& file) {
-  const auto bytes = read_file(file, kMaxBytes);
-  if (!bytes) return {};
-  if (lower_case(file.extension().string()) == ".gltf") return *bytes;
+  if (lower_case(file.extension().string()) == ".gltf") {
+    const auto text = read_file(file, kMaxBytes);
+    return text ? *text : std::string();
+  }
   constexpr std::size_t kHeader = 12, kChunk = 8;
-  if (bytes->size() < kHeader + kChunk || bytes->compare(0, 4, "glTF") != 0) return {};
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(file, error);
+  if (error || size < kHeader + kChunk || !std::filesystem::is_regular_file(file, error)) return {};
+  std::ifstream in(file, std::ios::binary);
+  char head[kHeader + kChunk] = {};
+  if (!in.read(head, sizeof head) || std::memcmp(head, "glTF", 4) != 0) return {};
   std::uint32_t length = 0;
-  std::memcpy(&length, bytes->data() + kHeader, sizeof length);
-  return bytes->substr(kHeader + kChunk, length);
+  std::memcpy(&length, head + kHeader, sizeof length);
+  std::string json(static_cast<std::size_t>(std::min<std::uintmax_t>(length, size - sizeof head)),
+                   '\0');
+  in.read(json.data(), static_cast<std::streamsize>(json.size()));
+  json.resize(static_cast<std::size_t>(in.gcount()));
+  return json;
 }
 
 /// The largest number of an accessor's bounds, which is the last time of a sampler's keys.

@@ -31,11 +31,11 @@ Result<std::vector<int>> existing_meshes(const FramePattern& pattern) {
 Result<std::vector<int>> find_range(const std::filesystem::path& model) {
   PM_TRY(const FramePattern pattern, file_pattern(model));
   PM_TRY(const std::vector<int> numbers, existing_meshes(pattern));
-  if (numbers.empty())
-    return find_pose(frame_path(pattern, 1))
-               ? make_error(ErrorCode::kInput, "{}: it is not animated",
-                            find_pose(frame_path(pattern, 1))->file.string())
-               : make_error(ErrorCode::kInput, "no such files: {}", model.string());
+  if (numbers.empty()) {
+    if (const auto pose = find_pose(frame_path(pattern, 1)))
+      return make_error(ErrorCode::kInput, "{}: it is not animated", pose->file.string());
+    return make_error(ErrorCode::kInput, "no such files: {}", model.string());
+  }
   int step = 0;
   for (const int number : numbers) step = std::gcd(step, number - numbers.front());
   std::vector<int> range{numbers.front(), numbers.back()};
