@@ -1,79 +1,10 @@
 #include "mesh/closest.h"
 
-#include <algorithm>
-#include <bit>
-#include <cmath>
-
 #include "base/parallel.h"
-#include "kernels/linear.h"
-#include "kernels/simd_math.h"
-#include "mesh/triangle_bvh.h"
 #include "mesh/vertex_clustering.h"
 
 namespace polymorph {
 namespace {
-
-/// Parameter in [0, 1] of the point of an edge that is closest to p: `along` is the dot product of
-/// the edge and p, seen from the edge's start.
-double edge_parameter(double along, double length2) {
-  return length2 > 0 ? std::clamp(along / length2, 0.0, 1.0) : 0.0;
-}
-
-/// Weights of the closest point on the three edges, for triangles too thin to have a plane.
-TriangleWeights weights_on_edges(Vec3d ap, Vec3d ab, Vec3d ac) {
-  const Vec3d bp = ap - ab, bc = ac - ab;
-  const double t = edge_parameter(dot(ab, ap), dot(ab, ab)),
-               u = edge_parameter(dot(ac, ap), dot(ac, ac)),
-               v = edge_parameter(dot(bc, bp), dot(bc, bc));
-  const Vec3d rt = ap - ab * t, ru = ap - ac * u, rv = bp - bc * v;
-  const double dt = dot(rt, rt), du = dot(ru, ru), dv = dot(rv, rv);
-  if (dt <= du && dt <= dv) return {1 - t, t, 0};
-  if (du <= dv) return {1 - u, 0, u};
-  return {0, 1 - v, v};
-}
-
-/// Weights by Voronoi regions of the corners, the edges and the face (Ericson, Real-Time Collision
-/// Detection, 5.1.5). Needs double precision: with floats, points far from a small triangle land
-/// anywhere on it.
-TriangleWeights weights_on_triangle(Vec3d ap, Vec3d ab, Vec3d ac) {
-  const double d1 = dot(ab, ap), d2 = dot(ac, ap);
-  if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
-  const double bb = dot(ab, ab), bc = dot(ab, ac), cc = dot(ac, ac);
-  if (bb * cc - bc * bc <= 1e-12 * bb * cc) return weights_on_edges(ap, ab, ac);
-  const double d3 = d1 - bb, d4 = d2 - bc;
-  if (d3 >= 0 && d4 <= d3) return {0, 1, 0};
-  const double d5 = d1 - bc, d6 = d2 - cc;
-  if (d6 >= 0 && d5 <= d6) return {0, 0, 1};
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) {
-    const double t = edge_parameter(d1, bb);
-    return {1 - t, t, 0};
-  }
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) {
-    const double t = edge_parameter(d2, cc);
-    return {1 - t, 0, t};
-  }
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 >= d3 && d5 >= d6) {
-    const double t = edge_parameter(d4 - d3, (d4 - d3) + (d5 - d6));
-    return {0, 1 - t, t};
-  }
-  const double sum = va + vb + vc;
-  return {1 - vb / sum - vc / sum, vb / sum, vc / sum};
-}
-
-struct Best {
-  double distance2;
-  std::uint32_t slot = TriangleBvh::kNone;      // TriangleBvh::corners
-  std::uint32_t triangle = TriangleBvh::kNone;  // original index
-  TriangleWeights weights = {};                 // of the closest point
-};
-
-struct StackEntry {
-  float distance2;
-  std::uint32_t child, count;
-};
 
 /// The triangles of a leaf as structure of arrays, in single precision. One vectorized pass decides
 /// which of them need a test in double precision.
@@ -139,6 +70,15 @@ struct Leaf {
   }
 };
 
+/// The triangles of leaves that floats cannot exclude.
+struct LeafCandidates {
+  const std::vector<Leaf>& leaves;
+  Vec3 from;
+  unsigned operator()(std::uint32_t slot, float limit) const {
+    return leaves[slot / TriangleBvh::kLeafTriangles].candidates(from, limit);
+  }
+};
+
 std::vector<Triangle> select_triangles(MeshView mesh, std::span<const std::uint32_t> faces) {
   std::vector<Triangle> selected;
   for (const std::uint32_t face : faces) selected.push_back(mesh.triangles[face]);
@@ -147,30 +87,9 @@ std::vector<Triangle> select_triangles(MeshView mesh, std::span<const std::uint3
 
 }  // namespace
 
-TriangleWeights closest_on_triangle(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
-  return weights_on_triangle(Vec3d(p) - Vec3d(a), Vec3d(b) - Vec3d(a), Vec3d(c) - Vec3d(a));
-}
-
 struct ClosestPointQuery::Tree {
   TriangleBvh bvh;
   std::vector<Leaf> leaves;
-
-  void try_leaf(Vec3 from, const StackEntry& next, float limit, Best& best) const {
-    unsigned bits = leaves[next.child / TriangleBvh::kLeafTriangles].candidates(from, limit) &
-                    ((1u << next.count) - 1);
-    for (; bits != 0; bits &= bits - 1) {
-      const std::uint32_t slot = next.child + static_cast<std::uint32_t>(std::countr_zero(bits));
-      const TriangleBvh::Corners& corners = bvh.corners[slot];
-      const Vec3d a(corners.p[0]), ap = Vec3d(from) - a, ab = Vec3d(corners.p[1]) - a,
-                                   ac = Vec3d(corners.p[2]) - a;
-      const TriangleWeights w = weights_on_triangle(ap, ab, ac);
-      const Vec3d r = ap - ab * w.b - ac * w.c;
-      const double distance2 = dot(r, r);
-      const std::uint32_t triangle = bvh.triangles[slot];
-      if (distance2 < best.distance2 || (distance2 == best.distance2 && triangle < best.triangle))
-        best = {distance2, slot, triangle, w};
-    }
-  }
 };
 
 ClosestPointQuery::ClosestPointQuery(MeshView mesh) : tree_(std::make_unique<Tree>()) {
@@ -196,70 +115,20 @@ ClosestPointQuery::~ClosestPointQuery() = default;
 ClosestPointQuery::ClosestPointQuery(ClosestPointQuery&&) noexcept = default;
 ClosestPointQuery& ClosestPointQuery::operator=(ClosestPointQuery&&) noexcept = default;
 
-ClosestPoint ClosestPointQuery::closest(Vec3 from, float max_distance) const {
+TriangleBvhView ClosestPointQuery::view() const {
   const TriangleBvh& bvh = tree_->bvh;
-  Best best{static_cast<double>(max_distance) * static_cast<double>(max_distance)};
-  // Distances to boxes are rounded; this slack keeps triangles that are as close as the best one.
-  // Thousands of split triangles may share their closest point, and any of them will do.
-  const double slack = tree_->bvh.is_split ? 1 - 1e-4 : 1 + 1e-6;
-  const auto bound = [&] { return static_cast<float>(best.distance2 * slack); };
-  StackEntry stack[TriangleBvh::kStackSize];
-  int stack_size = 0;
-  if (!bvh.nodes.empty()) stack[stack_size++] = {0, 0, 0};
-  while (stack_size > 0) {
-    const StackEntry next = stack[--stack_size];
-    const float limit = bound();
-    if (next.distance2 > limit) continue;
-    if (next.count > 0) {
-      tree_->try_leaf(from, next, limit, best);
-      continue;
-    }
-    const TriangleBvh::Node& node = bvh.nodes[next.child];
-    float distance2[TriangleBvh::kWidth];
-    for (int k = 0; k < TriangleBvh::kWidth; ++k) {
-      const float x = max(max(node.low[0][k] - from.x, from.x - node.high[0][k]), 0);
-      const float y = max(max(node.low[1][k] - from.y, from.y - node.high[1][k]), 0);
-      const float z = max(max(node.low[2][k] - from.z, from.z - node.high[2][k]), 0);
-      distance2[k] = x * x + y * y + z * z;
-    }
-    unsigned bits = 0;
-    for (int k = 0; k < TriangleBvh::kWidth; ++k)
-      bits |= (distance2[k] <= limit && node.child[k] != TriangleBvh::kNone ? 1u : 0u) << k;
-    const int first = stack_size;
-    for (; bits != 0; bits &= bits - 1) {
-      const int k = std::countr_zero(bits);
-      // Keep the stack sorted, the nearest child on top.
-      int top = stack_size++;
-      for (; top > first && stack[top - 1].distance2 < distance2[k]; --top)
-        stack[top] = stack[top - 1];
-      stack[top] = {distance2[k], node.child[k], node.count[k]};
-    }
-  }
-  if (best.slot == TriangleBvh::kNone) return {from, max_distance, ClosestPoint::kNoTriangle};
-  const TriangleBvh::Corners& corners = bvh.corners[best.slot];
-  const Vec3d a(corners.p[0]), b(corners.p[1]), c(corners.p[2]);
-  const TriangleWeights& w = best.weights;
-  return {to_float(a + (b - a) * w.b + (c - a) * w.c),
-          static_cast<float>(std::sqrt(best.distance2)), best.triangle};
+  return {bvh.nodes, bvh.corners, bvh.triangles, bvh.is_split};
+}
+
+ClosestPoint ClosestPointQuery::closest(Vec3 from, float max_distance) const {
+  return find_closest(view(), from, max_distance, LeafCandidates{tree_->leaves, from});
 }
 
 ClosestPoint ClosestPointQuery::closest(Vec3 from, Vec3 neighbour,
                                         const ClosestPoint& neighbour_hit,
                                         float max_distance) const {
-  // The neighbour's closest point bounds the distance. Split triangles are excluded: there any of
-  // several equally close points may be returned, and the bound would change which.
-  constexpr float kRounding = 1.0001f;
-  if (tree_->bvh.is_split || neighbour_hit.triangle == ClosestPoint::kNoTriangle)
-    return closest(from, max_distance);
-  ClosestPoint hit =
-      closest(from, min(max_distance, kRounding * length(from - neighbour_hit.point)));
-  // The neighbour's closest point is rounded: next to the surface it may be closer than the
-  // surface.
-  if (hit.triangle == ClosestPoint::kNoTriangle)
-    hit = closest(
-        from, min(max_distance, kRounding * (neighbour_hit.distance + length(from - neighbour))));
-  if (hit.triangle == ClosestPoint::kNoTriangle) hit.distance = max_distance;
-  return hit;
+  return find_closest_near(view(), from, neighbour, neighbour_hit, max_distance,
+                           LeafCandidates{tree_->leaves, from});
 }
 
 std::vector<ClosestPoint> ClosestPointQuery::closest(std::span<const Vec3> from,

@@ -1,22 +1,15 @@
 // Closest-point queries on a triangle mesh (8-wide BVH).
 #pragma once
 
-#include <cstdint>
 #include <limits>
 #include <memory>
 #include <span>
 #include <vector>
 
+#include "mesh/closest_tree.h"
 #include "mesh/mesh_view.h"
 
 namespace polymorph {
-
-struct ClosestPoint {
-  static constexpr std::uint32_t kNoTriangle = 0xffffffffu;
-  Vec3 point;
-  float distance = std::numeric_limits<float>::infinity();
-  std::uint32_t triangle = kNoTriangle;
-};
 
 /// A hierarchy over triangles (copied: the mesh need not live on). Const calls may run on many
 /// threads; answers do not depend on them. Triangles without area stand for the segment or point
@@ -49,17 +42,13 @@ class ClosestPointQuery {
       std::span<const Vec3> from,
       float max_distance = std::numeric_limits<float>::infinity()) const;
 
+  /// The hierarchy's arrays, for find_closest().
+  TriangleBvhView view() const;
+
  private:
   struct Tree;
   std::unique_ptr<Tree> tree_;
 };
-
-/// Barycentric weights of a point in a triangle (each >= 0, sum 1).
-struct TriangleWeights {
-  double a = 1, b = 0, c = 0;
-};
-/// Weights of the point of triangle abc that is closest to p.
-TriangleWeights closest_on_triangle(Vec3 p, Vec3 a, Vec3 b, Vec3 c);
 
 /// Weights of a closest point within its triangle.
 TriangleWeights weights_at(MeshView mesh, const ClosestPoint& hit);

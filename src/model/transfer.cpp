@@ -12,14 +12,6 @@
 namespace polymorph {
 namespace {
 
-/// Texture coordinates at barycentric weights of a triangle.
-Vec2 interpolate_uv(const Model& model, std::uint32_t triangle, const TriangleWeights& w) {
-  const std::size_t c = 3 * std::size_t{triangle};
-  return model.corner_uvs[c] * static_cast<float>(w.a) +
-         model.corner_uvs[c + 1] * static_cast<float>(w.b) +
-         model.corner_uvs[c + 2] * static_cast<float>(w.c);
-}
-
 /// Barycentric coordinates of p's projection onto the triangle's plane, also outside the triangle.
 TriangleWeights weights_in_plane(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
   const Vec3 e = b - a, f = c - a, d = p - a;
@@ -48,7 +40,7 @@ std::uint32_t material_at(const Model& model, std::uint32_t triangle) {
 
 /// Texture coordinates at a closest point.
 Vec2 uv_at(const Model& model, const ClosestPoint& hit) {
-  return interpolate_uv(model, hit.triangle, weights_at(model, hit));
+  return interpolate_uv(model.corner_uvs, hit.triangle, weights_at(model, hit));
 }
 
 Vec3 mean(const std::array<Vec3, 3>& corners) {
@@ -83,7 +75,7 @@ std::array<Vec2, 3> continue_chart(const Model& model, const ClosestPoint& middl
     const TriangleWeights w = weights_in_plane(corners[k], a, b, c);
     // Far outside a small triangle the extrapolation is meaningless.
     if (std::max({std::abs(w.a), std::abs(w.b), std::abs(w.c)}) < 4)
-      uv[k] = interpolate_uv(model, middle.triangle, w);
+      uv[k] = interpolate_uv(model.corner_uvs, middle.triangle, w);
   }
   return uv;
 }
@@ -235,11 +227,12 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
 }
 
 TexturePoint texture_point(const Model& model, const ClosestPointQuery& closest,
-                           const BorderTriangle& triangle, float u, float v) {
-  const auto& [a, b, c] = triangle.at;
-  const ClosestPoint hit =
-      closest.closest(a * (1 - u - v) + b * u + c * v, mean(triangle.at), triangle.middle);
-  return {material_at(model, hit.triangle), model.corner_uvs.empty() ? Vec2{} : uv_at(model, hit)};
+                           const BorderTriangle& border, float u, float v) {
+  return texture_point({model.points, model.triangles, model.corner_uvs, model.triangle_materials},
+                       border, u, v,
+                       [&](Vec3 from, Vec3 neighbour, const ClosestPoint& hit) {
+                         return closest.closest(from, neighbour, hit);
+                       });
 }
 
 }  // namespace polymorph

@@ -48,9 +48,45 @@ struct TexturePoint {
   Vec2 uv;
 };
 
+/// A model as its texture is looked up at a closest point: an array for each of its members.
+/// Borrowed; `corner_uvs` and `triangle_materials` may be empty.
+struct TexturedTriangles {
+  std::span<const Vec3> points;
+  std::span<const Triangle> triangles;
+  std::span<const Vec2> corner_uvs;
+  std::span<const std::uint32_t> triangle_materials;
+};
+
+/// Texture coordinates at barycentric weights of a triangle.
+PM_HD inline Vec2 interpolate_uv(std::span<const Vec2> corner_uvs, std::uint32_t triangle,
+                                 const TriangleWeights& w) {
+  const Vec2* uv = &corner_uvs[3 * std::size_t{triangle}];
+  return uv[0] * static_cast<float>(w.a) + uv[1] * static_cast<float>(w.b) +
+         uv[2] * static_cast<float>(w.c);
+}
+
+PM_HD inline TexturePoint texture_point(const TexturedTriangles& from, const ClosestPoint& hit) {
+  TexturePoint point;
+  if (!from.triangle_materials.empty()) point.material = from.triangle_materials[hit.triangle];
+  if (from.corner_uvs.empty()) return point;
+  const std::uint32_t* v = from.triangles[hit.triangle].v;
+  point.uv = interpolate_uv(
+      from.corner_uvs, hit.triangle,
+      closest_on_triangle(hit.point, from.points[v[0]], from.points[v[1]], from.points[v[2]]));
+  return point;
+}
+
 /// The material and texture coordinates of the model closest to a point of a border triangle; `u`
-/// and `v` are the barycentric weights of its second and third corner.
+/// and `v` are the barycentric weights of its second and third corner. `closest(point, neighbour,
+/// neighbour's hit)` finds closest points.
+template <class Closest>
+PM_HD TexturePoint texture_point(const TexturedTriangles& from, const BorderTriangle& border,
+                                 float u, float v, const Closest& closest) {
+  const Vec3 a = border.at[0], b = border.at[1], c = border.at[2];
+  return texture_point(
+      from, closest(a * (1 - u - v) + b * u + c * v, (a + b + c) / 3.0f, border.middle));
+}
 TexturePoint texture_point(const Model& model, const ClosestPointQuery& closest,
-                           const BorderTriangle& triangle, float u, float v);
+                           const BorderTriangle& border, float u, float v);
 
 }  // namespace polymorph

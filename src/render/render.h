@@ -29,6 +29,9 @@ struct MaterialBorders {
   /// Per mesh triangle: its index in `triangles`, or TransferredMaterials::kNoBorder; empty: no
   /// borders.
   std::span<const std::uint32_t> border_of;
+
+  /// The model's material and texture coordinates at a point of border triangle `border`.
+  TexturePoint at(std::uint32_t border, float u, float v) const;
 };
 
 /// Materials and texture coordinates of a mesh. Spans are borrowed.

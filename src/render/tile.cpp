@@ -7,6 +7,7 @@
 #include "kernels/floating_point.h"
 #include "kernels/interruption.h"
 #include "render/film/camera_rays.h"
+#include "render/film/convergence.h"
 #include "render/film/denoise.h"
 #include "render/film/part.h"
 #include "render/film/pixel_sum.h"
@@ -16,8 +17,6 @@ namespace polymorph {
 namespace {
 
 constexpr int kPixels = kTile * kTile;
-constexpr int kFirstSamples = 16;  // first of the adaptive rounds; each round doubles the number
-constexpr int kBlock = 4;  // side of the blocks of pixels that are continued or stopped together
 
 /// Projects a direction to the film: pixels from the image's centre, x right, y down.
 Vec2 project_to_film(const Camera& camera, const ImageSettings& image, Vec3 direction) {
@@ -35,17 +34,6 @@ struct GuideSum {
   }
 };
 
-/// Estimates the error of the mean, divided by the square root of its brightness, which
-/// approximates perception (Dammertz et al. 2010, "A hierarchical automatic stopping condition for
-/// Monte Carlo global illumination").
-float estimate_error(const PixelSum& sum) {
-  const float n = static_cast<float>(sum.samples);
-  const Vec3 mean = sum.light / n, half = sum.odd * (2 / n);
-  const Vec3 difference = mean - half;
-  return (std::fabs(difference.x) + std::fabs(difference.y) + std::fabs(difference.z)) /
-         (0.01f + std::sqrt(std::max(0.0f, mean.x + mean.y + mean.z)));
-}
-
 class Tile {
  public:
   Tile(const FrameJob& job, int tile_x, int tile_y, RayStats& stats)
@@ -61,12 +49,10 @@ class Tile {
   void sample() {
     if (job_.device_film) take_device_sums();
     if (!casts_rays()) return;
-    const int max_samples = job_.samples.end;
-    if (!(job_.image.noise > 0)) return sample_round(job_.samples.first, max_samples);
-    for (int from = 0, to = std::min(kFirstSamples, max_samples); from < max_samples;
-         from = to, to = std::min(2 * to, max_samples)) {
-      sample_round(from, to);
-      if (to < max_samples && !mark_converged()) return;
+    for (int first = job_.samples.first, end; first < job_.samples.end; first = end) {
+      end = round_end(job_.image.noise, first, job_.samples.end);
+      sample_round(first, end);
+      if (end < job_.samples.end && !mark_done(end)) return;
     }
   }
 
@@ -180,7 +166,12 @@ class Tile {
     const DeviceFilm& film = *job_.device_film;
     for (int i = 0; i < width_ * height_; ++i) {
       const PixelSum* sums = &film.sums[film_index(i % width_, i / width_) * film.nodes.size()];
-      for (const BlockSpan node : film.nodes) sums_[i].add({node, *sums++});
+      // A pixel that has converged has only the first node, and less of it.
+      for (const BlockSpan node : film.nodes) {
+        if (sums->samples == 0) break;
+        sums_[i].add({{node.first, (sums->samples + kSampleBlock - 1) / kSampleBlock}, *sums});
+        ++sums;
+      }
     }
   }
   /// Takes what a GPU has found in the centres of a row's pixels.
@@ -294,39 +285,19 @@ class Tile {
     for (int i = first; i < end; ++i) wave_.rays[i] = lane(rays, i - first);
   }
 
-  /// Marks the pixels of converged blocks as done; returns whether any are left. A block next to a
-  /// noisy one is continued too, because the estimate of a single block is uncertain.
-  bool mark_converged() {
-    const int columns = (width_ + kBlock - 1) / kBlock, rows = (height_ + kBlock - 1) / kBlock;
-    std::array<bool, kPixels / (kBlock * kBlock)> noisy{};
-    for (int b = 0; b < columns * rows; ++b) {
-      float sum = 0;
-      int count = 0;
-      for_block(b, columns, [&](int pixel) {
-        sum += estimate_error(sums_[pixel].total());
-        ++count;
-      });
-      noisy[b] = !(sum <= job_.image.noise * static_cast<float>(count));
-    }
+  /// Marks the pixels that get no more than the first `samples`; returns whether any are left.
+  bool mark_done(int samples) {
+    if (!job_.device_film)
+      return mark_converged(
+          width_, height_, job_.image.noise,
+          [&](int x, int y) { return sums_[y * width_ + x].total(); },
+          [&](int x, int y) -> bool& { return done_[y * width_ + x]; });
     bool any = false;
-    for (int b = 0; b < columns * rows; ++b) {
-      bool go_on = false;
-      for (int c = 0; c < columns * rows; ++c)
-        go_on = go_on || (noisy[c] && std::abs(b % columns - c % columns) <= 1 &&
-                          std::abs(b / columns - c / columns) <= 1);
-      any = any || go_on;
-      // A stopped pixel is never continued: its samples must be the sequence's first 2^k.
-      if (!go_on) for_block(b, columns, [&](int pixel) { done_[pixel] = true; });
+    for (int i = 0; i < width_ * height_; ++i) {
+      done_[i] = sums_[i].total().samples <= samples;
+      any = any || !done_[i];
     }
-    return any && std::find(done_.begin(), done_.begin() + width_ * height_, false) !=
-                      done_.begin() + width_ * height_;
-  }
-
-  template <class F>
-  void for_block(int block, int columns, const F& f) const {
-    const int x0 = block % columns * kBlock, y0 = block / columns * kBlock;
-    for (int y = y0; y < std::min(y0 + kBlock, height_); ++y)
-      for (int x = x0; x < std::min(x0 + kBlock, width_); ++x) f(y * width_ + x);
+    return any;
   }
 
   /// Motion to the next frame, in pixels.

@@ -7,6 +7,7 @@
 #include "image/image.h"
 #include "render/aov.h"
 #include "render/film/camera_rays.h"
+#include "render/film/convergence.h"
 #include "render/film/cryptomatte.h"
 #include "render/film/film.h"
 #include "render/film/pixel_sum.h"
@@ -17,13 +18,12 @@
 
 namespace polymorph {
 
-inline constexpr int kTile = 16;  // pixels along a side
-
 /// Sums and hits that a GPU has found for the pixels of a frame, in rows from the upper left.
 /// Borrowed.
 struct DeviceFilm {
   std::vector<BlockSpan> nodes;      ///< nodes that sum the frame's samples
-  std::span<const PixelSum> sums;    ///< sums of each pixel's nodes
+  /// Sums of each pixel's nodes; those that a pixel has converged before have no samples.
+  std::span<const PixelSum> sums;
   std::span<const MeshHit> centers;  ///< hits of the rays through pixels' centres, if they are used
 };
 

@@ -162,10 +162,116 @@ TEST(ScalarTracer, ManyRaysHaveTheSameBitsOnAGpu) {
   RecordProperty("rays", std::to_string(traced));
 }
 
-TEST(ScalarTracer, FramesThatItDoesNotTraceGoToTheCpu) {
+TEST(ScalarTracer, AdaptiveSamplesHaveTheSameBits) {
   BallOnFloor studio;
-  RenderSettings settings = small_settings();
+  for (const int samples : {8, 16, 63, 64, 200}) {
+    RenderSettings settings = small_settings(samples);
+    settings.image.noise = 0.1f;
+    settings.image.aovs = "all";
+    expect_same_bits(studio.scene, settings);
+    settings.image.noise = 1e-6f;  // nothing converges
+    expect_same_bits(studio.scene, settings);
+  }
+  RenderSettings settings = small_settings(200);
   settings.image.noise = 0.1f;
+  Renderer renderer = *Renderer::create();
+  renderer.trace_with(make_scalar_tracer());
+  ASSERT_TRUE(renderer.render(studio.scene, settings));
+  const auto pixels = static_cast<std::uint64_t>(settings.image.width * settings.image.height);
+  EXPECT_GT(renderer.stats().paths, 16 * pixels);
+  EXPECT_LT(renderer.stats().paths, 150 * pixels);
+}
+
+/// A square of two materials, whose halves have charts of their own, traced as a finer square that
+/// takes them.
+struct BorderedSquare {
+  Model model;
+  TestMesh fine = make_square({0.3f, 0.2f, 0.9f}, {1, 0, 0}, {0, 1, 0}, 0.5f);
+  std::unique_ptr<ClosestPointQuery> closest;
+  TransferredMaterials materials;
+
+  /// `extra`: triangles far away, which are part of the model too.
+  explicit BorderedSquare(const std::vector<Triangle>& extra = {},
+                          const std::vector<Vec3>& extra_points = {}) {
+    const TestMesh square = make_checkered_square();
+    model.points = square.positions;
+    model.triangles = square.triangles;
+    model.points.insert(model.points.end(), extra_points.begin(), extra_points.end());
+    model.triangles.insert(model.triangles.end(), extra.begin(), extra.end());
+    model.corner_uvs = square.uvs;
+    for (std::size_t c = 3; c < 6; ++c) model.corner_uvs[c] = model.corner_uvs[c] * 0.6f;
+    model.corner_uvs.resize(3 * model.triangles.size());
+    model.triangle_materials.resize(model.triangles.size());
+    model.triangle_materials[1] = 1;
+    model.materials = {square.materials[0], square.materials[0]};
+    model.materials[1].color = {0.2f, 0.5f, 0.9f};
+    model.textures = square.textures;
+    closest = std::make_unique<ClosestPointQuery>(model);
+    make_grid();
+    materials = transfer_materials(model, *closest, texture_charts(model), fine.positions,
+                                   fine.triangles);
+  }
+  RenderMesh view() const {
+    RenderMesh mesh = view_of(fine, 3);
+    mesh.corner_uvs = materials.corner_uvs;
+    mesh.triangle_materials = materials.triangle_materials;
+    mesh.materials = model.materials;
+    mesh.textures = model.textures;
+    mesh.borders = {&model, closest.get(), materials.borders, materials.border_of};
+    return mesh;
+  }
+
+ private:
+  /// Cuts the square into a grid whose lines do not follow its diagonal.
+  void make_grid() {
+    constexpr std::uint32_t kCells = 7;
+    const std::vector<Vec3> corners = fine.positions;
+    fine = {};
+    for (std::uint32_t i = 0; i <= kCells; ++i)
+      for (std::uint32_t k = 0; k <= kCells; ++k) {
+        const float s = static_cast<float>(i) / kCells, t = static_cast<float>(k) / kCells;
+        fine.positions.push_back(corners[0] + (corners[1] - corners[0]) * s +
+                                 (corners[3] - corners[0]) * t);
+        if (i == kCells || k == kCells) continue;
+        const std::uint32_t v = i * (kCells + 1) + k;
+        fine.triangles.push_back({{v, v + kCells + 1, v + 1}});
+        fine.triangles.push_back({{v + 1, v + kCells + 1, v + kCells + 2}});
+      }
+  }
+};
+
+TEST(ScalarTracer, BordersOfMaterialsHaveTheSameBits) {
+  BallOnFloor studio;
+  const BorderedSquare square;
+  ASSERT_GT(square.materials.borders.size(), 5u);
+  studio.scene.meshes.push_back(square.view());
+  expect_same_bits(studio.scene, small_settings(32));
+  MixedLayer over;
+  static_cast<MaterialLayer&>(over) = square.view();
+  over.share = 0.4f;
+  studio.scene.meshes[1].over.push_back(over);
+  RenderSettings settings = small_settings(32);
+  settings.image.aovs = "all";
+  expect_same_bits(studio.scene, settings);
+}
+
+/// The closest of thousands of long triangles depends on the way to it.
+TEST(ScalarTracer, BordersOfThousandsOfLongTrianglesAreLeftToTheCpu) {
+  std::vector<Vec3> points;
+  std::vector<Triangle> fan;
+  for (std::uint32_t i = 0; i < 5000; ++i) {
+    const float turn = static_cast<float>(i) * 0.7f;
+    const std::uint32_t v = 4 + 3 * i;
+    points.insert(points.end(), {{9, 9, 9},
+                                 {9 + 5 * std::cos(turn), 9 + 5 * std::sin(turn), 9},
+                                 {9 + 5 * std::cos(turn), 9 + 5 * std::sin(turn), 9.01f}});
+    fan.push_back({{v, v + 1, v + 2}});
+  }
+  const BorderedSquare square(fan, points);
+  ASSERT_TRUE(square.closest->view().is_split);
+  BallOnFloor studio;
+  studio.scene.meshes.push_back(square.view());
+  const RenderSettings settings = small_settings();
   Renderer renderer = *Renderer::create();
   renderer.trace_with(make_scalar_tracer());
   EXPECT_EQ(renderer.render(studio.scene, settings)->pixels,
@@ -198,7 +304,7 @@ TEST(ScalarTracer, MemoryIsLimitedToWhatIsAllowed) {
   frame.end_sample = 64;
   frame.node_count = 1;
   frame.finds_centers = true;
-  const std::size_t film = std::size_t{1920} * 1080 * (sizeof(PixelSum) + sizeof(MeshHit));
+  const std::size_t film = std::size_t{1920} * 1080 * (sizeof(PixelSum) + sizeof(MeshHit) + sizeof(bool));
   const std::size_t row = std::size_t{1920} * 64 * sizeof(PathLight);
   const std::size_t frame_bytes = 5'000'000;
   const std::size_t fixed =

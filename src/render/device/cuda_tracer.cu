@@ -22,50 +22,72 @@ struct Band {
   int pixels = 0;
 };
 
+/// Arrays of the picture's pixels.
+struct Film {
+  PixelSum* sums;
+  MeshHit* centers;
+  bool* done;  ///< pixels that get no more samples; null without adaptive sampling
+};
+
+/// Results of all threads together.
+struct Tally {
+  unsigned long long rays = 0;
+  unsigned remaining = 0;  ///< tiles with pixels that have not converged
+};
+
 /// Adds the rays of a warp's threads to the frame's.
-__device__ void count_rays(const RayStats& stats, unsigned long long* rays) {
+__device__ void count_rays(const RayStats& stats, Tally* tally) {
   auto sum = static_cast<unsigned>(stats.rays);
   for (int lanes = 16; lanes > 0; lanes /= 2) sum += __shfl_down_sync(~0u, sum, lanes);
-  if (threadIdx.x % 32 == 0) atomicAdd(rays, static_cast<unsigned long long>(sum));
+  if (threadIdx.x % 32 == 0) atomicAdd(&tally->rays, static_cast<unsigned long long>(sum));
 }
 
 __global__ void __launch_bounds__(kThreads)
-    find_centers(const __grid_constant__ DeviceFrame frame, MeshHit* centers,
-                 unsigned long long* rays) {
+    find_centers(const __grid_constant__ DeviceFrame frame, MeshHit* centers, Tally* tally) {
   const int pixel = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
   const int width = frame.camera.size.width;
   RayStats stats;
   if (pixel < width * frame.camera.size.height)
     centers[pixel] = find_center(frame, pixel % width, pixel / width, stats);
-  count_rays(stats, rays);
+  count_rays(stats, tally);
 }
 
 __global__ void __launch_bounds__(kThreads, kBlocks)
-    trace_paths(const __grid_constant__ DeviceFrame frame, Band band, const MeshHit* centers,
-                PathLight* lights, unsigned long long* rays) {
+    trace_paths(const __grid_constant__ DeviceFrame frame, Band band, Film film,
+                PathLight* lights, Tally* tally) {
   const int samples = frame.end_sample - frame.first_sample, width = frame.camera.size.width;
   const std::size_t path = static_cast<std::size_t>(blockIdx.x) * blockDim.x + threadIdx.x;
   RayStats stats;
   if (path < static_cast<std::size_t>(band.pixels) * samples) {
-    const int pixel = static_cast<int>(path / samples);
+    const int pixel = band.first_row * width + static_cast<int>(path / samples);
     const int sample = frame.first_sample + static_cast<int>(path % samples);
-    const MeshHit center =
-        frame.looks_for_motion ? centers[band.first_row * width + pixel] : MeshHit{};
-    lights[path] =
-        trace_sample(frame, pixel % width, band.first_row + pixel / width,
-                     static_cast<std::uint32_t>(sample), shows_motion(frame, center), stats);
+    if (!film.done || !film.done[pixel]) {
+      const MeshHit center = frame.looks_for_motion ? film.centers[pixel] : MeshHit{};
+      lights[path] =
+          trace_sample(frame, pixel % width, pixel / width, static_cast<std::uint32_t>(sample),
+                       shows_motion(frame, center), stats);
+    }
   }
-  count_rays(stats, rays);
+  count_rays(stats, tally);
 }
 
 __global__ void __launch_bounds__(kThreads)
-    sum_pixels(int first_sample, int end_sample, Band band, int node_count, const PathLight* lights,
-               PixelSum* sums) {
-  const int pixel = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
-  if (pixel >= band.pixels) return;
+    sum_pixels(int first_sample, int end_sample, int width, Band band, int node_count, Film film,
+               const PathLight* lights) {
+  const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (i >= band.pixels) return;
+  const int pixel = band.first_row * width + i;
+  if (film.done && film.done[pixel]) return;
   const auto samples = static_cast<std::size_t>(end_sample - first_sample);
-  sum_samples(lights + pixel * samples, first_sample, end_sample,
-              sums + static_cast<std::size_t>(pixel) * node_count);
+  sum_samples(lights + i * samples, first_sample, end_sample, film.done && first_sample > 0,
+              film.sums + static_cast<std::size_t>(pixel) * node_count);
+}
+
+__global__ void __launch_bounds__(kThreads)
+    mark_tiles(const __grid_constant__ DeviceFrame frame, Film film, Tally* tally) {
+  const int tile = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (tile < count_tiles(frame) && mark_tile(frame, tile, film.sums, film.done))
+    atomicAdd(&tally->remaining, 1u);
 }
 
 class CudaTracer : public DeviceTracer {
@@ -90,14 +112,14 @@ class CudaTracer : public DeviceTracer {
     const std::size_t bytes = pack_frame(job, nullptr, nullptr, frame);
     const DeviceBuffers buffers = size_buffers(job, frame, bytes, max_memory_);
     if (!buffers.error.empty()) return buffers.error;
-    const cudaError_t error = trace_frame(job, bytes, buffers.rows, film, stats);
+    const cudaError_t error = trace_frame(job, bytes, buffers, film, stats);
     if (error == cudaSuccess) return "";
     cudaGetLastError();  // the next frame may find memory again
     return std::string("the device fails: ") + cudaGetErrorString(error);
   }
 
  private:
-  cudaError_t trace_frame(const FrameJob& job, std::size_t bytes, std::size_t rows,
+  cudaError_t trace_frame(const FrameJob& job, std::size_t bytes, const DeviceBuffers& buffers,
                           DeviceFilm& film, RayStats& stats) {
     if (const cudaError_t error = cudaSetDevice(index_)) return error;
     if (const cudaError_t error = scene_.reserve(bytes)) return error;
@@ -113,42 +135,75 @@ class CudaTracer : public DeviceTracer {
 
     const auto width = static_cast<std::size_t>(job.image.width),
                height = static_cast<std::size_t>(job.image.height),
-               samples = static_cast<std::size_t>(frame.end_sample - frame.first_sample),
                nodes = static_cast<std::size_t>(frame.node_count);
     const std::size_t sum_count = width * height * nodes,
                       center_count = frame.finds_centers ? width * height : 0;
-    if (const cudaError_t error = lights_.reserve(rows * width * samples * sizeof(PathLight)))
+    if (const cudaError_t error =
+            lights_.reserve(buffers.rows * width * buffers.samples * sizeof(PathLight)))
       return error;
-    // The number of rays, the pixels' sums and their centres lie behind each other.
+    // The tally, the pixels' sums and their centres lie behind each other; only the marks of
+    // convergence stay on the device.
     const std::size_t film_size =
         kFilmStart + sum_count * sizeof(PixelSum) + center_count * sizeof(MeshHit);
-    if (const cudaError_t error = film_.reserve(film_size)) return error;
+    const std::size_t marks = frame.noise > 0 ? width * height * sizeof(bool) : 0;
+    if (const cudaError_t error = film_.reserve(film_size + marks)) return error;
     if (const cudaError_t error = host_film_.reserve(film_size)) return error;
-    auto* rays = film_.as<unsigned long long>();
+    auto* tally = film_.as<Tally>();
     auto* sums = reinterpret_cast<PixelSum*>(film_.data() + kFilmStart);
-    auto* centers = reinterpret_cast<MeshHit*>(sums + sum_count);
-    cudaMemsetAsync(rays, 0, sizeof *rays, stream_);
+    const Film on_device{sums, reinterpret_cast<MeshHit*>(sums + sum_count),
+                         marks > 0 ? reinterpret_cast<bool*>(film_.data() + film_size) : nullptr};
+    cudaMemsetAsync(film_.data(), 0, film_size + marks, stream_);
     if (frame.finds_centers)
-      find_centers<<<block_count(width * height), kThreads, 0, stream_>>>(frame, centers, rays);
-    for (std::size_t row = 0; row < height; row += rows) {
-      const std::size_t count = std::min(rows, height - row);
-      const Band band{static_cast<int>(row), static_cast<int>(count * width)};
-      trace_paths<<<block_count(count * width * samples), kThreads, 0, stream_>>>(
-          frame, band, centers, lights_.as<PathLight>(), rays);
-      sum_pixels<<<block_count(count * width), kThreads, 0, stream_>>>(
-          frame.first_sample, frame.end_sample, band, frame.node_count, lights_.as<PathLight>(),
-          sums + row * width * nodes);
+      find_centers<<<block_count(width * height), kThreads, 0, stream_>>>(frame, on_device.centers,
+                                                                          tally);
+    for (int first = job.samples.first, end; first < job.samples.end; first = end) {
+      end = round_end(frame.noise, first, job.samples.end);
+      frame.first_sample = first;
+      frame.end_sample = end;
+      const auto samples = static_cast<std::size_t>(end - first);
+      trace_round(frame, buffers.rows * buffers.samples / samples, on_device, tally);
       if (const cudaError_t error = cudaGetLastError()) return error;
+      if (end == job.samples.end) break;
+      mark_tiles<<<block_count(count_tiles(frame)), kThreads, 0, stream_>>>(frame, on_device,
+                                                                            tally);
+      auto& so_far = *host_film_.as<Tally>();
+      cudaMemcpyAsync(&so_far, tally, sizeof so_far, cudaMemcpyDeviceToHost, stream_);
+      cudaMemsetAsync(&tally->remaining, 0, sizeof tally->remaining, stream_);
+      if (const cudaError_t error = cudaStreamSynchronize(stream_)) return error;
+      if (so_far.remaining == 0) break;
     }
     cudaMemcpyAsync(host_film_.data(), film_.data(), film_size, cudaMemcpyDeviceToHost, stream_);
     if (const cudaError_t error = cudaStreamSynchronize(stream_)) return error;
-    stats.rays += *host_film_.as<unsigned long long>();
-    stats.paths += width * height * samples;
+    stats.rays += host_film_.as<Tally>()->rays;
     const auto* host_sums = reinterpret_cast<const PixelSum*>(host_film_.data() + kFilmStart);
+    const auto samples = static_cast<std::size_t>(job.samples.count());
+    stats.paths += frame.noise > 0 ? count_samples({host_sums, sum_count}) : width * height * samples;
     film = {list_nodes(job.samples),
             {host_sums, sum_count},
             {reinterpret_cast<const MeshHit*>(host_sums + sum_count), center_count}};
     return cudaSuccess;
+  }
+
+  static std::uint64_t count_samples(std::span<const PixelSum> sums) {
+    std::uint64_t count = 0;
+    for (const PixelSum& sum : sums) count += static_cast<std::uint64_t>(sum.samples);
+    return count;
+  }
+
+  /// Traces the samples of a frame, `rows` rows at a time, and sums them.
+  void trace_round(const DeviceFrame& frame, std::size_t rows, Film film, Tally* tally) {
+    const auto width = static_cast<std::size_t>(frame.camera.size.width),
+               height = static_cast<std::size_t>(frame.camera.size.height),
+               samples = static_cast<std::size_t>(frame.end_sample - frame.first_sample);
+    for (std::size_t row = 0; row < height; row += rows) {
+      const std::size_t pixels = std::min(rows, height - row) * width;
+      const Band band{static_cast<int>(row), static_cast<int>(pixels)};
+      trace_paths<<<block_count(pixels * samples), kThreads, 0, stream_>>>(
+          frame, band, film, lights_.as<PathLight>(), tally);
+      sum_pixels<<<block_count(pixels), kThreads, 0, stream_>>>(
+          frame.first_sample, frame.end_sample, frame.camera.size.width, band, frame.node_count,
+          film, lights_.as<PathLight>());
+    }
   }
 
   static constexpr std::size_t kFilmStart = 256;

@@ -35,8 +35,23 @@ class Packer {
   std::size_t size_ = 0;
 };
 
+DeviceBorders pack_borders(const MaterialBorders& borders, Packer& packer) {
+  DeviceBorders packed;
+  if (borders.border_of.empty()) return packed;
+  const TriangleBvhView bvh = borders.closest->view();
+  packed.bvh = {packer.put(bvh.nodes), packer.put(bvh.corners), packer.put(bvh.triangles),
+                bvh.is_split};
+  const Model& model = *borders.model;
+  packed.model = {packer.put(model.points), packer.put(model.triangles),
+                  packer.put(model.corner_uvs), packer.put(model.triangle_materials)};
+  packed.triangles = packer.put(borders.triangles);
+  packed.border_of = packer.put(borders.border_of);
+  return packed;
+}
+
 DeviceLayer pack_layer(const MaterialLayer& layer, Packer& packer) {
   DeviceLayer packed;
+  packed.borders = pack_borders(layer.borders, packer);
   packed.corner_uvs = packer.put(layer.corner_uvs);
   packed.triangle_materials = packer.put(layer.triangle_materials);
   std::vector<DeviceMaterial> materials;
@@ -93,16 +108,19 @@ SkyTables pack_sky(const SkyTables& sky, Packer& packer) {
   return packed;
 }
 
-bool has_borders(const RenderMesh& mesh) {
-  return !mesh.borders.border_of.empty() ||
+/// Tests whether the closest points of a layer's borders depend on the way to them.
+bool has_split_borders(const MaterialLayer& layer) {
+  return !layer.borders.border_of.empty() && layer.borders.closest->view().is_split;
+}
+bool has_split_borders(const RenderMesh& mesh) {
+  return has_split_borders(static_cast<const MaterialLayer&>(mesh)) ||
          std::any_of(mesh.over.begin(), mesh.over.end(),
-                     [](const MixedLayer& layer) { return !layer.borders.border_of.empty(); });
+                     [](const MixedLayer& layer) { return has_split_borders(layer); });
 }
 
 }  // namespace
 
 std::string why_not_on_device(const FrameJob& job) {
-  if (job.image.noise > 0) return "adaptive samples (image.noise)";
   if (job.image.denoise) return "guides of the denoiser (image.denoise)";
   // The sums of all nodes of samples come back at once.
   constexpr double kMaxSums = 2e9;
@@ -111,8 +129,8 @@ std::string why_not_on_device(const FrameJob& job) {
       kMaxSums)
     return "so large pictures (image.width x image.height, or fewer --samples)";
   for (std::uint32_t m = 0; m < job.world.geometry->mesh_count(); ++m)
-    if (has_borders(job.world.geometry->mesh(m)))
-      return "borders of charts and materials of a model";
+    if (has_split_borders(job.world.geometry->mesh(m)))
+      return "borders of charts and materials of a model of thousands of long triangles";
   return "";
 }
 
@@ -121,20 +139,24 @@ DeviceBuffers size_buffers(const FrameJob& job, const DeviceFrame& frame, std::s
   // Bounds the memory of the paths' lights.
   constexpr std::size_t kMaxPaths = std::size_t{1} << 22;
   const auto width = static_cast<std::size_t>(job.image.width),
-             height = static_cast<std::size_t>(job.image.height),
-             samples = static_cast<std::size_t>(frame.end_sample - frame.first_sample);
+             height = static_cast<std::size_t>(job.image.height);
+  std::size_t samples = 0;
+  for (int first = frame.first_sample, end; first < frame.end_sample; first = end) {
+    end = round_end(frame.noise, first, frame.end_sample);
+    samples = std::max(samples, static_cast<std::size_t>(end - first));
+  }
   const std::size_t pixel = static_cast<std::size_t>(frame.node_count) * sizeof(PixelSum) +
-                            (frame.finds_centers ? sizeof(MeshHit) : 0);
+                            (frame.finds_centers ? sizeof(MeshHit) : 0) + sizeof(bool);
   std::size_t triangles = 0;
   for (std::uint32_t m = 0; m < job.world.geometry->mesh_count(); ++m)
     triangles += job.world.geometry->mesh(m).triangles.size();
   const std::size_t fixed = frame_bytes + triangles * kHierarchyBytes + width * height * pixel;
   const std::size_t row = width * samples * sizeof(PathLight);
   std::size_t rows = std::clamp<std::size_t>(kMaxPaths / (width * samples), 1, height);
-  if (max_memory == 0) return {rows, ""};
+  if (max_memory == 0) return {rows, samples, ""};
   rows = std::min(rows, max_memory > fixed ? (max_memory - fixed) / row : 0);
-  if (rows > 0) return {rows, ""};
-  return {0, fmt::format("a frame that takes {} of the GPU's memory, above --max-memory",
+  if (rows > 0) return {rows, samples, ""};
+  return {0, 0, fmt::format("a frame that takes {} of the GPU's memory, above --max-memory",
                          format_bytes(static_cast<double>(fixed + row)))};
 }
 
@@ -158,6 +180,7 @@ std::size_t pack_frame(const FrameJob& job, const void* address, std::byte* byte
   frame.end_sample = job.samples.end;
   frame.node_count = static_cast<int>(list_nodes(job.samples).size());
   frame.looks_for_motion = job.looks_for_motion();
+  frame.noise = job.image.noise;
   frame.finds_centers = !job.aovs.empty() || frame.looks_for_motion;
   return packer.size();
 }

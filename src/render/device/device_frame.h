@@ -20,6 +20,7 @@ struct DeviceFrame {
   int node_count = 0;             ///< nodes that sum these samples
   bool finds_centers = false;     ///< whether the rays through pixels' centres are traced
   bool looks_for_motion = false;  ///< whether pixels that show something moving have other samples
+  float noise = 0;                ///< ImageSettings::noise: above 0 pixels stop when they converge
 };
 
 /// Memory that a device takes for each triangle's share of the hierarchy and of its construction.
@@ -30,7 +31,8 @@ std::string why_not_on_device(const FrameJob& job);
 
 /// Buffers of a device that traces a frame some rows at a time.
 struct DeviceBuffers {
-  std::size_t rows = 0;  ///< rows of one launch
+  std::size_t rows = 0;     ///< rows of one launch
+  std::size_t samples = 0;  ///< samples of a pixel in the longest round (round_end())
   std::string error;     ///< why not even one row fits, for the log; else empty
 };
 

@@ -18,17 +18,34 @@ struct DeviceMaterial {
   int texture = -1;
 };
 
+/// MaterialBorders.
+struct DeviceBorders {
+  TriangleBvhView bvh;
+  TexturedTriangles model;
+  std::span<const BorderTriangle> triangles;
+  std::span<const std::uint32_t> border_of;
+
+  /// Not inlined: few hits lie on borders, and their search needs many registers.
+  PM_HD_CALL TexturePoint at(std::uint32_t border, float u, float v) const {
+    const auto closest = [&](Vec3 from, Vec3 neighbour, const ClosestPoint& hit) {
+      return find_closest_near(bvh, from, neighbour, hit, kInfinity, AllOfLeaf{});
+    };
+    return texture_point(model, triangles[border], u, v, closest);
+  }
+};
+
 /// MaterialLayer, or MixedLayer.
 struct DeviceLayer {
   std::span<const Vec2> corner_uvs;
   std::span<const std::uint32_t> triangle_materials;
   std::span<const DeviceMaterial> materials;
   std::span<const TextureView* const> textures;
+  DeviceBorders borders;
   float share = 0;
 };
 PM_HD inline TexturePoint texture_point(const DeviceLayer& layer, std::uint32_t triangle, float u,
                                         float v) {
-  return interpolate_texture_point(layer, triangle, u, v);
+  return find_texture_point(layer, triangle, u, v);
 }
 
 /// RenderMesh, as far as light needs it.

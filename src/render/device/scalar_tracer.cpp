@@ -23,18 +23,32 @@ class ScalarTracer : public DeviceTracer {
     const auto width = static_cast<std::size_t>(job.image.width),
                height = static_cast<std::size_t>(job.image.height),
                nodes = static_cast<std::size_t>(frame.node_count);
-    sums_.resize(width * height * nodes);
+    sums_.assign(width * height * nodes, {});
     centers_.resize(width * height);
+    std::vector<char> done(width * height);
+    auto* is_done = reinterpret_cast<bool*>(done.data());
     std::vector<RayStats> rows(height);
-    parallel_for(job.image.height, [&](std::int64_t y) {
+    for (int first = job.samples.first, end; first < job.samples.end; first = end) {
+      end = round_end(frame.noise, first, job.samples.end);
+      frame.first_sample = first;
+      frame.end_sample = end;
+      parallel_for(job.image.height, [&](std::int64_t y) {
+        const FlushDenormals flush;
+        const auto row = static_cast<std::size_t>(y);
+        for (int x = 0; x < job.image.width; ++x) {
+          const std::size_t pixel = row * width + static_cast<std::size_t>(x);
+          if (!is_done[pixel])
+            trace_pixel(frame, x, static_cast<int>(y), &sums_[pixel * nodes], centers_[pixel],
+                        rows[row]);
+        }
+      });
+      if (end == job.samples.end) break;
+      bool any = false;
       const FlushDenormals flush;
-      const auto row = static_cast<std::size_t>(y);
-      for (int x = 0; x < job.image.width; ++x) {
-        const std::size_t pixel = row * width + static_cast<std::size_t>(x);
-        trace_pixel(frame, x, static_cast<int>(y), &sums_[pixel * nodes], centers_[pixel],
-                    rows[row]);
-      }
-    });
+      for (int tile = 0; tile < count_tiles(frame); ++tile)
+        any = mark_tile(frame, tile, sums_.data(), is_done) || any;
+      if (!any) break;
+    }
     for (const RayStats& row : rows) {
       stats.rays += row.rays;
       stats.paths += row.paths;
@@ -46,12 +60,13 @@ class ScalarTracer : public DeviceTracer {
  private:
   static void trace_pixel(const DeviceFrame& frame, int x, int y, PixelSum* sums, MeshHit& center,
                           RayStats& stats) {
-    if (frame.finds_centers) center = find_center(frame, x, y, stats);
+    const bool continues = frame.noise > 0 && frame.first_sample > 0;
+    if (frame.finds_centers && !continues) center = find_center(frame, x, y, stats);
     std::vector<PathLight> lights;
     for (int s = frame.first_sample; s < frame.end_sample; ++s)
       lights.push_back(trace_sample(frame, x, y, static_cast<std::uint32_t>(s),
                                     shows_motion(frame, center), stats));
-    sum_samples(lights.data(), frame.first_sample, frame.end_sample, sums);
+    sum_samples(lights.data(), frame.first_sample, frame.end_sample, continues, sums);
   }
 
   std::vector<PixelSum> sums_;

@@ -131,12 +131,19 @@ PM_HD inline PathLight trace_sample(const DeviceFrame& frame, int x, int y, std:
 }
 
 /// Sums the lights of the samples [first, end) of a pixel into their nodes, as SampleSums does.
-PM_HD inline void sum_samples(const PathLight* lights, int first, int end, PixelSum* nodes) {
+/// `continues`: nodes[0] is the sum of the samples before.
+PM_HD inline void sum_samples(const PathLight* lights, int first, int end, bool continues,
+                              PixelSum* nodes) {
   // A range of 2^12 blocks has at most two nodes of each size.
   constexpr int kMaxNodes = 26;
   BlockSpan spans[kMaxNodes];
   PixelSum sums[kMaxNodes];
   int count = 0;
+  if (continues) {
+    spans[0] = {0, first / kSampleBlock};
+    sums[0] = nodes[0];
+    count = 1;
+  }
   for (int start = first; start < end; start += kSampleBlock) {
     PixelSum sum;
     for (int s = start; s < end && s < start + kSampleBlock; ++s)
@@ -151,6 +158,31 @@ PM_HD inline void sum_samples(const PathLight* lights, int first, int end, Pixel
     sums[count++] = sum;
   }
   for (int i = 0; i < count; ++i) nodes[i] = sums[i];
+}
+
+/// Number of tiles that are sampled together.
+PM_HD inline int count_tiles(const DeviceFrame& frame) {
+  const auto tiles = [](int pixels) { return (pixels + kTile - 1) / kTile; };
+  return tiles(frame.camera.size.width) * tiles(frame.camera.size.height);
+}
+
+/// Marks the converged pixels of a tile as done; returns whether any are left. `sums` and `done`
+/// are the picture's.
+PM_HD inline bool mark_tile(const DeviceFrame& frame, int tile, const PixelSum* sums, bool* done) {
+  const int width = frame.camera.size.width, height = frame.camera.size.height;
+  const int columns = (width + kTile - 1) / kTile;
+  const int left = tile % columns * kTile, top = tile / columns * kTile;
+  const auto pixel = [&](int x, int y) {
+    return static_cast<std::size_t>(top + y) * static_cast<std::size_t>(width) +
+           static_cast<std::size_t>(left + x);
+  };
+  const auto side = [](int remaining) { return remaining < kTile ? remaining : kTile; };
+  return mark_converged(
+      side(width - left), side(height - top), frame.noise,
+      [&](int x, int y) {
+        return sums[pixel(x, y) * static_cast<std::size_t>(frame.node_count)];
+      },
+      [&](int x, int y) -> bool& { return done[pixel(x, y)]; });
 }
 
 }  // namespace polymorph

@@ -56,14 +56,12 @@ ShadingOf<Pack3> gather_shading(const World& world, const MeshHitOf<Pack>& hit,
 
 }  // namespace
 
+TexturePoint MaterialBorders::at(std::uint32_t border, float u, float v) const {
+  return texture_point(*model, *closest, triangles[border], u, v);
+}
+
 TexturePoint texture_point(const MaterialLayer& layer, std::uint32_t triangle, float u, float v) {
-  const MaterialBorders& borders = layer.borders;
-  if (!borders.border_of.empty()) {
-    const std::uint32_t border = borders.border_of[triangle];
-    if (border != TransferredMaterials::kNoBorder)
-      return texture_point(*borders.model, *borders.closest, borders.triangles[border], u, v);
-  }
-  return interpolate_texture_point(layer, triangle, u, v);
+  return find_texture_point(layer, triangle, u, v);
 }
 
 ShadingOf<Pack3> mixed_shading(const World& world, const MeshHitOf<Pack>& hit) {

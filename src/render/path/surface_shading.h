@@ -10,10 +10,15 @@
 
 namespace polymorph {
 
-/// Material and texture coordinates at a point of a triangle without borders.
+/// Material and texture coordinates at a point of a triangle: those of the layer's own triangles,
+/// or, on borders, of the model that they come from.
 template <class Layer>
-PM_HD TexturePoint interpolate_texture_point(const Layer& layer, std::uint32_t triangle, float u,
-                                             float v) {
+PM_HD TexturePoint find_texture_point(const Layer& layer, std::uint32_t triangle, float u,
+                                      float v) {
+  if (!layer.borders.border_of.empty()) {
+    const std::uint32_t border = layer.borders.border_of[triangle];
+    if (border != TransferredMaterials::kNoBorder) return layer.borders.at(border, u, v);
+  }
   TexturePoint point;
   if (!layer.triangle_materials.empty()) point.material = layer.triangle_materials[triangle];
   if (!layer.corner_uvs.empty()) {

@@ -1,0 +1,193 @@
+// The closest point on the triangles of a hierarchy, for the CPU and for a GPU's threads: the same
+// bits on both.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <span>
+
+#include "kernels/linear.h"
+#include "kernels/simd_math.h"
+#include "mesh/triangle_bvh.h"
+
+namespace polymorph {
+
+struct ClosestPoint {
+  static constexpr std::uint32_t kNoTriangle = 0xffffffffu;
+  Vec3 point;
+  float distance = std::numeric_limits<float>::infinity();
+  std::uint32_t triangle = kNoTriangle;
+};
+
+/// Barycentric weights of a point in a triangle (each >= 0, sum 1).
+struct TriangleWeights {
+  double a = 1, b = 0, c = 0;
+};
+
+/// Parameter in [0, 1] of the point of an edge that is closest to p: `along` is the dot product of
+/// the edge and p, seen from the edge's start.
+PM_HD inline double edge_parameter(double along, double length2) {
+  if (!(length2 > 0)) return 0;
+  const double t = along / length2;
+  return t < 0 ? 0 : t > 1 ? 1 : t;
+}
+
+/// Weights of the closest point on the three edges, for triangles too thin to have a plane.
+PM_HD inline TriangleWeights weights_on_edges(Vec3d ap, Vec3d ab, Vec3d ac) {
+  const Vec3d bp = ap - ab, bc = ac - ab;
+  const double t = edge_parameter(dot(ab, ap), dot(ab, ab)),
+               u = edge_parameter(dot(ac, ap), dot(ac, ac)),
+               v = edge_parameter(dot(bc, bp), dot(bc, bc));
+  const Vec3d rt = ap - ab * t, ru = ap - ac * u, rv = bp - bc * v;
+  const double dt = dot(rt, rt), du = dot(ru, ru), dv = dot(rv, rv);
+  if (dt <= du && dt <= dv) return {1 - t, t, 0};
+  if (du <= dv) return {1 - u, 0, u};
+  return {0, 1 - v, v};
+}
+
+/// Weights by Voronoi regions of the corners, the edges and the face (Ericson, Real-Time Collision
+/// Detection, 5.1.5). Needs double precision: with floats, points far from a small triangle land
+/// anywhere on it.
+PM_HD inline TriangleWeights weights_on_triangle(Vec3d ap, Vec3d ab, Vec3d ac) {
+  const double d1 = dot(ab, ap), d2 = dot(ac, ap);
+  if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
+  const double bb = dot(ab, ab), bc = dot(ab, ac), cc = dot(ac, ac);
+  if (bb * cc - bc * bc <= 1e-12 * bb * cc) return weights_on_edges(ap, ab, ac);
+  const double d3 = d1 - bb, d4 = d2 - bc;
+  if (d3 >= 0 && d4 <= d3) return {0, 1, 0};
+  const double d5 = d1 - bc, d6 = d2 - cc;
+  if (d6 >= 0 && d5 <= d6) return {0, 0, 1};
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) {
+    const double t = edge_parameter(d1, bb);
+    return {1 - t, t, 0};
+  }
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) {
+    const double t = edge_parameter(d2, cc);
+    return {1 - t, 0, t};
+  }
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 >= d3 && d5 >= d6) {
+    const double t = edge_parameter(d4 - d3, (d4 - d3) + (d5 - d6));
+    return {0, 1 - t, t};
+  }
+  const double sum = va + vb + vc;
+  return {1 - vb / sum - vc / sum, vb / sum, vc / sum};
+}
+
+/// Weights of the point of triangle abc that is closest to p.
+PM_HD inline TriangleWeights closest_on_triangle(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
+  return weights_on_triangle(Vec3d(p) - Vec3d(a), Vec3d(b) - Vec3d(a), Vec3d(c) - Vec3d(a));
+}
+
+/// Refers to the arrays of a TriangleBvh that lives elsewhere.
+struct TriangleBvhView {
+  std::span<const TriangleBvh::Node> nodes;
+  std::span<const TriangleBvh::Corners> corners;
+  std::span<const std::uint32_t> triangles;
+  bool is_split = false;
+};
+
+/// Lets every triangle of a leaf be tested.
+struct AllOfLeaf {
+  PM_HD unsigned operator()(std::uint32_t, float) const { return ~0u; }
+};
+
+/// Finds the closest point as ClosestPointQuery::closest() does. `candidates(slot, limit)` sets bit
+/// k if triangle k of the leaf that begins at `slot` may be no further off than the square root of
+/// `limit`.
+template <class Candidates>
+PM_HD ClosestPoint find_closest(const TriangleBvhView& bvh, Vec3 from, float max_distance,
+                                const Candidates& candidates) {
+  struct Entry {
+    float distance2;
+    std::uint32_t child, count;
+  };
+  double best2 = static_cast<double>(max_distance) * static_cast<double>(max_distance);
+  std::uint32_t best_slot = TriangleBvh::kNone, best_triangle = TriangleBvh::kNone;
+  TriangleWeights best_weights;
+  // Distances to boxes are rounded; this slack keeps triangles that are as close as the best one.
+  // Thousands of split triangles may share their closest point, and any of them will do.
+  const double slack = bvh.is_split ? 1 - 1e-4 : 1 + 1e-6;
+  Entry stack[TriangleBvh::kStackSize];
+  int stack_size = 0;
+  if (!bvh.nodes.empty()) stack[stack_size++] = {0, 0, 0};
+  while (stack_size > 0) {
+    const Entry next = stack[--stack_size];
+    const auto limit = static_cast<float>(best2 * slack);
+    if (next.distance2 > limit) continue;
+    if (next.count > 0) {
+      unsigned leaf = candidates(next.child, limit) & ((1u << next.count) - 1);
+      for (; leaf != 0; leaf &= leaf - 1) {
+        const std::uint32_t slot = next.child + static_cast<std::uint32_t>(countr_zero(leaf));
+        const TriangleBvh::Corners& corners = bvh.corners[slot];
+        const Vec3d a(corners.p[0]), ap = Vec3d(from) - a, ab = Vec3d(corners.p[1]) - a,
+                                     ac = Vec3d(corners.p[2]) - a;
+        const TriangleWeights w = weights_on_triangle(ap, ab, ac);
+        const Vec3d r = ap - ab * w.b - ac * w.c;
+        const double distance2 = dot(r, r);
+        const std::uint32_t triangle = bvh.triangles[slot];
+        if (!(distance2 < best2 || (distance2 == best2 && triangle < best_triangle))) continue;
+        best2 = distance2;
+        best_slot = slot;
+        best_triangle = triangle;
+        best_weights = w;
+      }
+      continue;
+    }
+    const TriangleBvh::Node& node = bvh.nodes[next.child];
+    float distance2[TriangleBvh::kWidth];
+    for (int k = 0; k < TriangleBvh::kWidth; ++k) {
+      const float x = max(max(node.low[0][k] - from.x, from.x - node.high[0][k]), 0.0f);
+      const float y = max(max(node.low[1][k] - from.y, from.y - node.high[1][k]), 0.0f);
+      const float z = max(max(node.low[2][k] - from.z, from.z - node.high[2][k]), 0.0f);
+      distance2[k] = x * x + y * y + z * z;
+    }
+    unsigned bits = 0;
+    for (int k = 0; k < TriangleBvh::kWidth; ++k)
+      bits |= (distance2[k] <= limit && node.child[k] != TriangleBvh::kNone ? 1u : 0u) << k;
+    const int first = stack_size;
+    for (; bits != 0; bits &= bits - 1) {
+      const int k = countr_zero(bits);
+      // Keep the stack sorted, the nearest child on top.
+      int top = stack_size++;
+      for (; top > first && stack[top - 1].distance2 < distance2[k]; --top)
+        stack[top] = stack[top - 1];
+      stack[top] = {distance2[k], node.child[k], node.count[k]};
+    }
+  }
+  if (best_slot == TriangleBvh::kNone) return {from, max_distance, ClosestPoint::kNoTriangle};
+  const TriangleBvh::Corners& corners = bvh.corners[best_slot];
+  const Vec3d a(corners.p[0]), b(corners.p[1]), c(corners.p[2]);
+  return {to_float(a + (b - a) * best_weights.b + (c - a) * best_weights.c),
+          static_cast<float>(std::sqrt(best2)), best_triangle};
+}
+
+/// Finds the closest point to `from`, faster if `neighbour_hit` is the closest point of
+/// `neighbour`, a point near it.
+template <class Candidates>
+PM_HD ClosestPoint find_closest_near(const TriangleBvhView& bvh, Vec3 from, Vec3 neighbour,
+                                     const ClosestPoint& neighbour_hit, float max_distance,
+                                     const Candidates& candidates) {
+  // The neighbour's closest point bounds the distance. Split triangles are excluded: there any of
+  // several equally close points may be returned, and the bound would change which.
+  constexpr float kRounding = 1.0001f;
+  if (bvh.is_split || neighbour_hit.triangle == ClosestPoint::kNoTriangle)
+    return find_closest(bvh, from, max_distance, candidates);
+  ClosestPoint hit =
+      find_closest(bvh, from, min(max_distance, kRounding * length(from - neighbour_hit.point)),
+                   candidates);
+  // The neighbour's closest point is rounded: next to the surface it may be closer than the
+  // surface.
+  if (hit.triangle == ClosestPoint::kNoTriangle)
+    hit = find_closest(
+        bvh, from,
+        min(max_distance, kRounding * (neighbour_hit.distance + length(from - neighbour))),
+        candidates);
+  if (hit.triangle == ClosestPoint::kNoTriangle) hit.distance = max_distance;
+  return hit;
+}
+
+}  // namespace polymorph

@@ -1,0 +1,74 @@
+// Adaptive sampling: which pixels of a tile get more samples, for the CPU's tiles and for a GPU's
+// threads.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "render/film/pixel_sum.h"
+
+namespace polymorph {
+
+inline constexpr int kTile = 16;  ///< pixels along a side of the tiles that are sampled together
+inline constexpr int kFirstSamples = 16;  ///< samples of the first round; each doubles the number
+inline constexpr int kConvergenceBlock =
+    4;  ///< side of the blocks of pixels that are continued or stopped together
+
+/// The end of the round that begins with sample `first`, of at most `end` samples; without adaptive
+/// sampling (`noise` 0) there is one round.
+PM_HD inline int round_end(float noise, int first, int end) {
+  if (!(noise > 0)) return end;
+  return std::min(first == 0 ? kFirstSamples : 2 * first, end);
+}
+
+/// Estimates the error of the mean, divided by the square root of its brightness, which
+/// approximates perception (Dammertz et al. 2010, "A hierarchical automatic stopping condition for
+/// Monte Carlo global illumination").
+PM_HD inline float estimate_error(const PixelSum& sum) {
+  const float n = static_cast<float>(sum.samples);
+  const Vec3 mean = sum.light / n, half = sum.odd * (2 / n);
+  const Vec3 difference = mean - half;
+  return (std::fabs(difference.x) + std::fabs(difference.y) + std::fabs(difference.z)) /
+         (0.01f + std::sqrt(std::max(0.0f, mean.x + mean.y + mean.z)));
+}
+
+/// Marks the pixels of converged blocks of a tile as done; returns whether any are left. A block
+/// next to a noisy one is continued too, because the estimate of a single block is uncertain.
+/// `total(x, y)` is the sum of a pixel's samples, `done(x, y)` its mark.
+template <class Total, class Done>
+PM_HD bool mark_converged(int width, int height, float noise, const Total& total,
+                          const Done& done) {
+  constexpr int kBlock = kConvergenceBlock, kBlocks = kTile / kBlock;
+  const int columns = (width + kBlock - 1) / kBlock, rows = (height + kBlock - 1) / kBlock;
+  const auto for_block = [&](int row, int column, const auto& f) {
+    for (int y = row * kBlock; y < std::min((row + 1) * kBlock, height); ++y)
+      for (int x = column * kBlock; x < std::min((column + 1) * kBlock, width); ++x) f(x, y);
+  };
+  bool noisy[kBlocks][kBlocks] = {};
+  for (int row = 0; row < rows; ++row)
+    for (int column = 0; column < columns; ++column) {
+      float sum = 0;
+      int count = 0;
+      for_block(row, column, [&](int x, int y) {
+        sum += estimate_error(total(x, y));
+        ++count;
+      });
+      noisy[row][column] = !(sum <= noise * static_cast<float>(count));
+    }
+  bool any = false;
+  for (int row = 0; row < rows; ++row)
+    for (int column = 0; column < columns; ++column) {
+      bool continues = false;
+      for (int r = std::max(row - 1, 0); r < std::min(row + 2, rows); ++r)
+        for (int c = std::max(column - 1, 0); c < std::min(column + 2, columns); ++c)
+          continues = continues || noisy[r][c];
+      for_block(row, column, [&](int x, int y) {
+        // A stopped pixel is never continued: its samples must be the sequence's first 2^k.
+        if (!continues) done(x, y) = true;
+        any = any || !done(x, y);
+      });
+    }
+  return any;
+}
+
+}  // namespace polymorph
