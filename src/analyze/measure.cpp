@@ -103,10 +103,10 @@ bool MeasuredSurface::empty() const { return data_->samples.empty(); }
 MeasuredSurface::Distance MeasuredSurface::distance_to(const MeasuredSurface& other,
                                                        double hidden) const {
   if (empty() && other.empty()) return {};
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  if (empty() || other.empty()) return {kInfinity, kInfinity};
+  constexpr double kUnlimited = std::numeric_limits<double>::infinity();
+  if (empty() || other.empty()) return {kUnlimited, kInfinity};
   const OneSidedDistance forward = other.data_->distance_from(data_->samples, hidden);
-  const OneSidedDistance backward = data_->distance_from(other.data_->samples, kInfinity);
+  const OneSidedDistance backward = data_->distance_from(other.data_->samples, kUnlimited);
   return {(forward.mean + backward.mean) / 2, std::max(forward.largest, backward.largest)};
 }
 

@@ -29,6 +29,43 @@ Status bench_frames(Bench& bench, const RenderScene& scene, const RenderSettings
   return Ok{};
 }
 
+void report_loops(Bench& bench, const std::vector<RayLoop>& loops) {
+  for (const RayLoop& loop : loops) {
+    const Timing t = timing_of(loop.seconds);
+    bench.rows.push_back(report_row(
+        bench, loop.name, t,
+        fmt::format("{:.1f} M rays/s", static_cast<double>(loop.rays) * 1e-6 / t.median)));
+  }
+}
+
+/// The share of the bare loop's rate in the same turn; the median of the turns.
+double share_of_rate(const RayLoop& own, const RayLoop& bare) {
+  std::vector<double> ratios;
+  for (std::size_t i = 0; i < own.seconds.size(); ++i)
+    ratios.push_back(bare.seconds[i] / own.seconds[i]);
+  return median_of(ratios);
+}
+void report_shares(Bench& bench, const char* name, double camera, double scattered) {
+  bench.print_line(
+      "  camera rays at {:.0f} % of the bare ones' rate, scattered rays at {:.0f} % of the bare "
+      "ones'\n",
+      100 * camera, 100 * scattered);
+  bench.rows.push_back({{"name", name}, {"camera", camera}, {"scattered", scattered}});
+}
+
+Status bench_device_rays(Bench& bench, const RenderScene& scene, const std::string& device) {
+  std::string error;
+  const std::unique_ptr<DeviceTracer> tracer = open_tracer(device, error);
+  if (!tracer) return make_error(ErrorCode::kResource, "{}: {}", device, error);
+  PM_TRY(const std::vector<RayLoop> loops,
+         measure_device_rays(scene, *tracer, bench.settings.width, bench.settings.height,
+                             bench.settings.repeats));
+  report_loops(bench, loops);
+  report_shares(bench, "share of bare rates, GPU", share_of_rate(loops[1], loops[0]),
+                share_of_rate(loops[3], loops[2]));
+  return Ok{};
+}
+
 }  // namespace
 
 Status bench_render(Bench& bench, const std::string& device, const Mesh& mesh) {
@@ -52,26 +89,10 @@ Status bench_render(Bench& bench, const std::string& device, const Mesh& mesh) {
   if (device != "cpu") PM_TRY_STATUS(bench_frames(bench, scene, settings, device));
   PM_TRY(const std::vector<RayLoop> loops,
          measure_rays(scene, bench.settings.width, bench.settings.height, bench.settings.repeats));
-  for (const RayLoop& loop : loops) {
-    const Timing t = timing_of(loop.seconds);
-    bench.rows.push_back(report_row(
-        bench, loop.name, t,
-        fmt::format("{:.1f} M rays/s", static_cast<double>(loop.rays) * 1e-6 / t.median)));
-  }
-  // The share of the bare loop's rate in the same turn; the median of the turns.
-  const auto ratio = [&](std::size_t own, std::size_t bare) {
-    std::vector<double> ratios;
-    for (std::size_t i = 0; i < loops[own].seconds.size(); ++i)
-      ratios.push_back(loops[bare].seconds[i] / loops[own].seconds[i]);
-    return median_of(ratios);
-  };
-  const double camera = ratio(2, 1), scattered = ratio(4, 3);
-  bench.print_line(
-      "  camera rays at {:.0f} % of the bare packets' rate, scattered rays at {:.0f} % of "
-      "the bare ones'\n",
-      100 * camera, 100 * scattered);
-  bench.rows.push_back(
-      {{"name", "share of bare rates"}, {"camera", camera}, {"scattered", scattered}});
+  report_loops(bench, loops);
+  report_shares(bench, "share of bare rates", share_of_rate(loops[2], loops[1]),
+                share_of_rate(loops[4], loops[3]));
+  if (device != "cpu") PM_TRY_STATUS(bench_device_rays(bench, scene, device));
   PM_TRY(const std::vector<BuildQuality> builds, measure_builds(scene));
   for (const BuildQuality& build : builds) {
     bench.print_line("  BVH quality {:<8} {:>8.1f} ms to build, {:>8.1f} ms per million rays\n",

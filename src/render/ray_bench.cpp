@@ -9,7 +9,9 @@
 #include "base/random.h"
 #include "base/stopwatch.h"
 #include "kernels/floating_point.h"
-#include "render/path/world.h"
+#include "render/device/device_tracer.h"
+#include "render/lights/lights.h"
+#include "render/tile.h"
 
 namespace polymorph {
 namespace {
@@ -185,6 +187,37 @@ Result<std::vector<RayLoop>> measure_rays(const RenderScene& scene, int width, i
   for (int i = 0; i <= repeats; ++i)
     for (std::size_t loop = 0; loop < loops.size(); ++loop) {
       const double seconds = measure_seconds([&] { run(loop); });
+      if (i > 0) loops[loop].seconds.push_back(seconds);  // the first warms up
+    }
+  return loops;
+}
+
+Result<std::vector<RayLoop>> measure_device_rays(const RenderScene& scene, DeviceTracer& tracer,
+                                                 int width, int height, int repeats) {
+  PM_CHECK(scene.meshes.size() == 1);
+  const BareScene bare(scene.meshes.front(), RTC_BUILD_QUALITY_MEDIUM);
+  const TracedScene geometry(scene.meshes, 0, length(scene.bounds.size()), scene.bounds);
+  const Sky sky = make_studio_sky(make_rig(scene.camera), make_key_light({}, scene.camera), {}, 1,
+                                  SkyPart::kAll);
+  const PixelFilter filter = make_pixel_filter(1);
+  FrameJob job;
+  job.world.geometry = &geometry;
+  job.world.sky = sky;
+  job.camera.filter = &filter;
+  const std::vector<Ray> camera = make_camera_rays(scene.camera, width, height);
+  const std::vector<Ray> scattered = make_scattered_rays(bare, camera);
+  std::vector<MeshHit> hits(camera.size());
+  std::vector<RayLoop> loops{{"bare camera rays, GPU", camera.size(), {}},
+                             {"camera rays, GPU", camera.size(), {}},
+                             {"bare scattered rays, GPU", scattered.size(), {}},
+                             {"scattered rays, GPU", scattered.size(), {}}};
+  for (int i = 0; i <= repeats; ++i)
+    for (std::size_t loop = 0; loop < loops.size(); ++loop) {
+      const std::span<const Ray> rays = loop < 2 ? camera : scattered;
+      double seconds = 0;
+      const std::string error =
+          tracer.find_hits(job, rays, loop % 2 == 0, std::span(hits).first(rays.size()), seconds);
+      if (!error.empty()) return make_error(ErrorCode::kResource, "{}", error);
       if (i > 0) loops[loop].seconds.push_back(seconds);  // the first warms up
     }
   return loops;

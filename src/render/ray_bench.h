@@ -8,6 +8,8 @@
 
 namespace polymorph {
 
+class DeviceTracer;
+
 /// One benchmark loop: its number of rays, and the seconds of each run.
 struct RayLoop {
   const char* name;
@@ -21,6 +23,11 @@ struct RayLoop {
 /// Errors: kResource.
 Result<std::vector<RayLoop>> measure_rays(const RenderScene& scene, int width, int height,
                                           int repeats);
+
+/// Runs camera rays and rays that leave the surface on a GPU in the same way, each as `tracer`
+/// decides them and in floats, on the same hierarchy: bare ones, the tracer's. Errors: kResource.
+Result<std::vector<RayLoop>> measure_device_rays(const RenderScene& scene, DeviceTracer& tracer,
+                                                 int width, int height, int repeats);
 
 /// Seconds to build the BVH of the scene's mesh at one of Embree's qualities, and to trace a
 /// million random rays.

@@ -182,6 +182,46 @@ TEST(ScalarTracer, AdaptiveSamplesHaveTheSameBits) {
   EXPECT_LT(renderer.stats().paths, 150 * pixels);
 }
 
+/// Away from edges rays hit the same without the exact decision.
+TEST(ScalarTracer, BareHitsAreThoseOfTheExactDecisionButForEdges) {
+  BallOnFloor studio;
+  const RayDevice device = *make_ray_device("");
+  const TracedScene scene = *TracedScene::build(device, studio.scene.meshes, 0, 10);
+  const Sky sky = make_image_sky(*constant_sky(1), 1, SkyPart::kAll);
+  const PixelFilter filter = make_pixel_filter(1);
+  FrameJob job;
+  job.world.geometry = &scene;
+  job.world.sky = sky;
+  job.camera.filter = &filter;
+  std::vector<Ray> rays;
+  for (std::uint64_t i = 0; i < 2000; ++i) {
+    const auto number = [&](std::uint64_t k) { return 2 * random_float(6, i, k) - 1; };
+    const Vec3 from = normalized(Vec3{number(0), number(1), number(2)}) * 4.0f;
+    rays.push_back({from, normalized(Vec3{number(3), number(4), number(5)} - from)});
+  }
+  for (auto& tracer : make_tracers()) {
+    std::vector<MeshHit> exact(rays.size()), bare(rays.size());
+    double seconds = -1;
+    ASSERT_EQ(tracer->find_hits(job, rays, false, exact, seconds), "");
+    EXPECT_GE(seconds, 0);
+    ASSERT_EQ(tracer->find_hits(job, rays, true, bare, seconds), "");
+    int found = 0, differing = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const FlushDenormals flush;
+      const MeshHit expected = scene.closest(rays[i]);
+      ASSERT_EQ(exact[i].triangle, expected.triangle);
+      ASSERT_EQ(exact[i].distance, expected.distance);
+      found += exact[i].mesh != kNoMesh ? 1 : 0;
+      differing += bare[i].triangle != exact[i].triangle ? 1 : 0;
+      if (bare[i].triangle == exact[i].triangle && exact[i].mesh != kNoMesh) {
+        EXPECT_NEAR(bare[i].distance, exact[i].distance, 1e-3f);
+      }
+    }
+    EXPECT_GT(found, 500);
+    EXPECT_LT(differing, 10);
+  }
+}
+
 /// A square of two materials, whose halves have charts of their own, traced as a finer square that
 /// takes them.
 struct BorderedSquare {

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <string>
 
+#include "base/stopwatch.h"
 #include "render/device/cuda_hierarchy.cuh"
 #include "render/device/cuda_memory.cuh"
 #include "render/device/device_tracer.h"
@@ -90,6 +91,13 @@ __global__ void __launch_bounds__(kThreads)
     atomicAdd(&tally->remaining, 1u);
 }
 
+__global__ void __launch_bounds__(kThreads)
+    find_ray_hits(const __grid_constant__ DeviceScene scene, const Ray* rays, int count, bool bare,
+                  MeshHit* hits) {
+  const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (i < count) hits[i] = bare ? scene.closest_bare(rays[i]) : scene.closest(rays[i]);
+}
+
 class CudaTracer : public DeviceTracer {
  public:
   explicit CudaTracer(int index) : index_(index) {}
@@ -112,27 +120,55 @@ class CudaTracer : public DeviceTracer {
     const std::size_t bytes = pack_frame(job, nullptr, nullptr, frame);
     const DeviceBuffers buffers = size_buffers(job, frame, bytes, max_memory_);
     if (!buffers.error.empty()) return buffers.error;
-    const cudaError_t error = trace_frame(job, bytes, buffers, film, stats);
+    return describe(trace_frame(job, bytes, buffers, film, stats));
+  }
+  std::string find_hits(const FrameJob& job, std::span<const Ray> rays, bool bare,
+                        std::span<MeshHit> hits, double& seconds) override {
+    return describe(find_ray_hits_of(job, rays, bare, hits, seconds));
+  }
+
+ private:
+  static std::string describe(cudaError_t error) {
     if (error == cudaSuccess) return "";
     cudaGetLastError();  // the next frame may find memory again
     return std::string("the device fails: ") + cudaGetErrorString(error);
   }
 
- private:
-  cudaError_t trace_frame(const FrameJob& job, std::size_t bytes, const DeviceBuffers& buffers,
-                          DeviceFilm& film, RayStats& stats) {
+  /// Copies the packed frame to the device, where the hierarchy is built.
+  cudaError_t upload(const FrameJob& job, std::size_t bytes, DeviceFrame& frame) {
     if (const cudaError_t error = cudaSetDevice(index_)) return error;
     if (const cudaError_t error = scene_.reserve(bytes)) return error;
     if (const cudaError_t error = packed_.reserve(bytes)) return error;
-    DeviceFrame frame;
     pack_frame(job, scene_.data(), packed_.data(), frame);
     cudaMemcpyAsync(scene_.data(), packed_.data(), bytes, cudaMemcpyHostToDevice, stream_);
     std::vector<std::size_t> triangle_counts;
     for (std::uint32_t m = 0; m < job.world.geometry->mesh_count(); ++m)
       triangle_counts.push_back(job.world.geometry->mesh(m).triangles.size());
-    if (const cudaError_t error = hierarchy_.build(triangle_counts, stream_, frame.scene))
-      return error;
+    return hierarchy_.build(triangle_counts, stream_, frame.scene);
+  }
 
+  cudaError_t find_ray_hits_of(const FrameJob& job, std::span<const Ray> rays, bool bare,
+                               std::span<MeshHit> hits, double& seconds) {
+    DeviceFrame frame;
+    if (const cudaError_t error = upload(job, pack_frame(job, nullptr, nullptr, frame), frame))
+      return error;
+    if (const cudaError_t error = lights_.reserve(rays.size_bytes())) return error;
+    if (const cudaError_t error = film_.reserve(hits.size_bytes())) return error;
+    cudaMemcpyAsync(lights_.data(), rays.data(), rays.size_bytes(), cudaMemcpyHostToDevice,
+                    stream_);
+    if (const cudaError_t error = cudaStreamSynchronize(stream_)) return error;
+    const Stopwatch stopwatch;
+    find_ray_hits<<<block_count(rays.size()), kThreads, 0, stream_>>>(
+        frame.scene, lights_.as<Ray>(), static_cast<int>(rays.size()), bare, film_.as<MeshHit>());
+    if (const cudaError_t error = cudaStreamSynchronize(stream_)) return error;
+    seconds = stopwatch.seconds();
+    return cudaMemcpy(hits.data(), film_.data(), hits.size_bytes(), cudaMemcpyDeviceToHost);
+  }
+
+  cudaError_t trace_frame(const FrameJob& job, std::size_t bytes, const DeviceBuffers& buffers,
+                          DeviceFilm& film, RayStats& stats) {
+    DeviceFrame frame;
+    if (const cudaError_t error = upload(job, bytes, frame)) return error;
     const auto width = static_cast<std::size_t>(job.image.width),
                height = static_cast<std::size_t>(job.image.height),
                nodes = static_cast<std::size_t>(frame.node_count);

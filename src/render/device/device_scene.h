@@ -81,26 +81,16 @@ struct DeviceScene {
   }
 
   /// Finds the nearest mesh in (0, ray.far).
-  PM_HD_CALL MeshHit closest(const Ray& ray) const {
-    MeshHit best;
-    auto distance = static_cast<double>(ray.far);
-    for_each_intersected(ray, [&](BvhTriangle candidate, const TriangleIntersection& intersection) {
-      if (intersection.distance > distance) return ray.far;
-      if (best.mesh != kNoMesh && intersection.distance == distance &&
-          (candidate.mesh > best.mesh ||
-           (candidate.mesh == best.mesh && candidate.triangle >= best.triangle)))
-        return static_cast<float>(distance);
-      distance = intersection.distance;
-      best = {candidate.mesh, candidate.triangle, static_cast<float>(distance),
-              static_cast<float>(intersection.u), static_cast<float>(intersection.v)};
-      return best.distance;
-    });
-    return best;
+  PM_HD_CALL MeshHit closest(const Ray& ray) const { return find_closest(ray, ExactTest{*this}); }
+  /// Finds it in floats (Möller and Trumbore 1997), like a plain loop, for benchmarks: the hit may
+  /// be another near edges.
+  PM_HD_CALL MeshHit closest_bare(const Ray& ray) const {
+    return find_closest(ray, BareTest{*this});
   }
   /// Tests whether there is any mesh in (0, ray.far).
   PM_HD_CALL bool is_occluded(const Ray& ray) const {
     bool any = false;
-    for_each_intersected(ray, [&](BvhTriangle, const TriangleIntersection&) {
+    for_each_intersected(ray, ExactTest{*this}, [&](BvhTriangle, const TriangleIntersection&) {
       any = true;
       return -kInfinity;
     });
@@ -146,16 +136,53 @@ struct DeviceScene {
     const float end = lower(lower(upper(ax, bx), upper(ay, by)), lower(upper(az, bz), far));
     return near <= end ? near : kInfinity;
   }
-  /// Tests whether a ray hits a triangle in (0, ray.far). Not inlined: its numbers would take the
-  /// registers of the loop over nodes.
-  PM_HD_CALL bool intersects(BvhTriangle t, const Ray& ray, TriangleIntersection& at) const {
-    return intersects_triangle(meshes[t.mesh], t.triangle, ray, at) && at.distance > 0 &&
-           at.distance < static_cast<double>(ray.far);
+  /// Tests whether a ray hits a triangle in (0, ray.far).
+  struct ExactTest {
+    const DeviceScene& scene;
+    /// Not inlined: its numbers would take the registers of the loop over nodes.
+    PM_HD_CALL bool operator()(BvhTriangle t, const Ray& ray, TriangleIntersection& at) const {
+      return intersects_triangle(scene.meshes[t.mesh], t.triangle, ray, at) && at.distance > 0 &&
+             at.distance < static_cast<double>(ray.far);
+    }
+  };
+  struct BareTest {
+    const DeviceScene& scene;
+    PM_HD bool operator()(BvhTriangle t, const Ray& ray, TriangleIntersection& at) const {
+      const DeviceTracedMesh& traced = scene.meshes[t.mesh];
+      const std::uint32_t* v = traced.mesh->triangles[t.triangle].v;
+      const Vec3 a = traced.at(v[0], ray.time), e = traced.at(v[1], ray.time) - a,
+                 f = traced.at(v[2], ray.time) - a;
+      const Vec3 p = cross(ray.direction, f), s = ray.origin - a, q = cross(s, e);
+      const float scale = 1 / dot(e, p);
+      const float u = dot(s, p) * scale, v2 = dot(ray.direction, q) * scale,
+                  distance = dot(f, q) * scale;
+      if (!(u >= 0 && v2 >= 0 && u + v2 <= 1 && distance > 0 && distance < ray.far)) return false;
+      at = {static_cast<double>(distance), static_cast<double>(u), static_cast<double>(v2)};
+      return true;
+    }
+  };
+  template <class Test>
+  PM_HD MeshHit find_closest(const Ray& ray, const Test& intersects) const {
+    MeshHit best;
+    auto distance = static_cast<double>(ray.far);
+    for_each_intersected(ray, intersects, [&](BvhTriangle candidate,
+                                              const TriangleIntersection& intersection) {
+      if (intersection.distance > distance) return ray.far;
+      if (best.mesh != kNoMesh && intersection.distance == distance &&
+          (candidate.mesh > best.mesh ||
+           (candidate.mesh == best.mesh && candidate.triangle >= best.triangle)))
+        return static_cast<float>(distance);
+      distance = intersection.distance;
+      best = {candidate.mesh, candidate.triangle, static_cast<float>(distance),
+              static_cast<float>(intersection.u), static_cast<float>(intersection.v)};
+      return best.distance;
+    });
+    return best;
   }
   /// Calls f(triangle, intersection) for the triangles that the ray hits, nearer nodes first; f
   /// returns the distance up to which more are of interest.
-  template <class F>
-  PM_HD void for_each_intersected(const Ray& ray, const F& f) const {
+  template <class Test, class F>
+  PM_HD void for_each_intersected(const Ray& ray, const Test& intersects, const F& f) const {
     if (misses_box(bounds, ray)) return;
     const BoxRay box_ray = make_box_ray(ray);
     float far = ray.far + slack;

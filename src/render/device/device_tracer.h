@@ -3,7 +3,10 @@
 
 #include <cstddef>
 #include <memory>
+#include <span>
 #include <string>
+
+#include "render/rays/ray.h"
 
 namespace polymorph {
 
@@ -18,6 +21,10 @@ class DeviceTracer {
   /// Traces all samples of the frame. Returns an empty text, or why it could not. What `film`
   /// borrows is there until the next frame.
   virtual std::string trace(const FrameJob& job, DeviceFilm& film, RayStats& stats) = 0;
+  /// Finds what each of the rays hits among the frame's meshes, for benchmarks; `bare`: decided in
+  /// floats, as a plain loop would. `seconds` is the time of that alone.
+  virtual std::string find_hits(const FrameJob& job, std::span<const Ray> rays, bool bare,
+                                std::span<MeshHit> hits, double& seconds) = 0;
   /// Frames that would take more memory of the device are refused. 0: no limit.
   void limit_memory(std::size_t bytes) { max_memory_ = bytes; }
 

@@ -1,6 +1,7 @@
 #include <vector>
 
 #include "base/parallel.h"
+#include "base/stopwatch.h"
 #include "kernels/floating_point.h"
 #include "render/device/device_tracer.h"
 #include "render/device/trace_path.h"
@@ -8,18 +9,41 @@
 namespace polymorph {
 namespace {
 
-class ScalarTracer : public DeviceTracer {
- public:
-  std::string trace(const FrameJob& job, DeviceFilm& film, RayStats& stats) override {
-    DeviceFrame frame;
-    std::vector<std::byte> memory(pack_frame(job, nullptr, nullptr, frame));
-    const DeviceBuffers buffers = size_buffers(job, frame, memory.size(), max_memory_);
-    if (!buffers.error.empty()) return buffers.error;
+/// A frame in memory of its own, with its hierarchy.
+struct PackedFrame {
+  std::vector<std::byte> memory;
+  Bvh bvh;
+
+  PackedFrame(const FrameJob& job, DeviceFrame& frame)
+      : memory(pack_frame(job, nullptr, nullptr, frame)) {
     pack_frame(job, memory.data(), memory.data(), frame);
-    const Bvh bvh = build_bvh(frame.scene);
+    bvh = build_bvh(frame.scene);
     frame.scene.nodes = bvh.nodes;
     frame.scene.triangles = bvh.triangles;
     frame.scene.root = bvh.root;
+  }
+};
+
+class ScalarTracer : public DeviceTracer {
+ public:
+  std::string find_hits(const FrameJob& job, std::span<const Ray> rays, bool bare,
+                        std::span<MeshHit> hits, double& seconds) override {
+    DeviceFrame frame;
+    const PackedFrame packed(job, frame);
+    const Stopwatch stopwatch;
+    parallel_for(static_cast<std::int64_t>(rays.size()), [&](std::int64_t i) {
+      const FlushDenormals flush;
+      hits[i] = bare ? frame.scene.closest_bare(rays[i]) : frame.scene.closest(rays[i]);
+    });
+    seconds = stopwatch.seconds();
+    return "";
+  }
+  std::string trace(const FrameJob& job, DeviceFilm& film, RayStats& stats) override {
+    DeviceFrame frame;
+    const DeviceBuffers buffers =
+        size_buffers(job, frame, pack_frame(job, nullptr, nullptr, frame), max_memory_);
+    if (!buffers.error.empty()) return buffers.error;
+    const PackedFrame packed(job, frame);
     const auto width = static_cast<std::size_t>(job.image.width),
                height = static_cast<std::size_t>(job.image.height),
                nodes = static_cast<std::size_t>(frame.node_count);

@@ -71,12 +71,16 @@ Result<std::unique_ptr<Engine>> make_engine(const std::string& asked, std::strin
   return cpu();
 }
 
+std::unique_ptr<DeviceTracer> open_tracer(const std::string& device, std::string& error) {
+  const auto index = parse_integer(device.substr(device.find(':') + 1));
+  return make_cuda_tracer(static_cast<int>(index.value_or(0)), error);
+}
+
 Result<Renderer> make_renderer(const std::string& device, std::size_t max_memory) {
   PM_TRY(Renderer renderer, Renderer::create());
   if (!device.starts_with("cuda:")) return renderer;
-  const auto index = parse_integer(device.substr(5));
   std::string error;
-  auto tracer = make_cuda_tracer(static_cast<int>(index.value_or(0)), error);
+  auto tracer = open_tracer(device, error);
   static std::atomic_flag is_logged;
   if (tracer) {
     tracer->limit_memory(max_memory);

@@ -8,6 +8,7 @@
 
 #include "base/result.h"
 #include "kernels/engine.h"
+#include "render/device/device_tracer.h"
 #include "render/render.h"
 
 namespace polymorph {
@@ -22,6 +23,9 @@ Result<std::vector<std::string>> list_devices(const std::string& asked);
 /// for by name is not there. `max_memory`: bytes for the surface's buffers and mesh; 0 = no limit.
 Result<std::unique_ptr<Engine>> make_engine(const std::string& device, std::string& chosen,
                                             std::size_t max_memory = 0);
+
+/// Opens the tracer of a GPU ("cuda:1"). Null: `error` says why.
+std::unique_ptr<DeviceTracer> open_tracer(const std::string& device, std::string& error);
 
 /// Creates a renderer that traces on `device` ("cpu", "cuda:1"), as make_engine() chose it. Errors:
 /// those of Renderer::create(). A GPU that cannot trace is said once; the CPU traces then, as it
