@@ -25,6 +25,7 @@ BLEND = {key: value for key, value in SCENE.items() if key not in ("source", "ta
 WITH_GPU = f"""#!/bin/bash
 if [[ $1 == devices ]]; then echo '{{"cpu": {{"name": "a processor"}}, "built_with_cuda": true, "cuda": [{{"name": "a GPU"}}]}}'; exit; fi
 if [[ $POLYMORPH_DEVICE == cuda && $1 == mesh && -n $OTHER ]]; then set -- "$@" --set surface.resolution=12; fi
+if [[ $POLYMORPH_DEVICE == cuda && $1 == golden && -n $LEAVES ]]; then echo "the CPU traces what the GPU does not: a reason" >&2; fi
 POLYMORPH_DEVICE=cpu exec {PROGRAM} "$@"
 """
 TESTS = """#!/bin/bash
@@ -91,6 +92,11 @@ class Gpu(unittest.TestCase):
         self.assertEqual([table[name][0] for name in ("backend", "tracing", "golden", "surfaces", "frames")], ["pass", "pass", "left out", "FAIL", "pass"], self.said)
         self.assertIn("other surfaces than on the CPU: blend one two", self.said)
         self.assertIn("DIFFERS", (self.folder / "out/surfaces.log").read_text())
+
+    def test_frames_that_are_left_to_the_cpu_fail(self):
+        table = self.run_gpu("--program", self.programs / "polymorph", "--only", "golden,frames", "--scenes", "one.json", LEAVES="1", code=1)
+        self.assertEqual([table[name][0] for name in ("golden", "frames")], ["FAIL", "FAIL"], self.said)
+        self.assertIn("left work to the CPU", self.said)
 
     def test_a_contracted_tracer_that_passes_fails(self):
         words = ["--program", self.programs / "polymorph", "--only", "contraction"]
