@@ -135,7 +135,8 @@ struct DistanceField {
   template <class V>
   PM_HD V interpolate(const float* data, const Place<V>& place) const {
     const auto interpolate_x = [&](std::uint32_t offset) {
-      const V a = gather(data + offset, place.index), b = gather(data + offset + 1, place.index);
+      V a, b;
+      gather_pairs(data + offset, place.index, a, b);
       return fma(place.x, b - a, a);
     };
     const V near_low = interpolate_x(0), near_high = interpolate_x(row);

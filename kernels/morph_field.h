@@ -64,38 +64,15 @@ struct MorphField {
   /// value() at grid points; what the points of a line share along y and z is computed once.
   template <class V>
   PM_HD V line_values(const Grid& grid, Int3 start) const {
-    constexpr int kLanes = Lanes<V>::kCount;
     const Points<V> p = line_points<V>(grid, start);
-    if constexpr (kLanes == 1) {
-      return value(p);
-    } else {
+#if defined(PM_PACKS)
+    if constexpr (Lanes<V>::kCount == 8) {
       const Vec3 corner = grid_point(grid, start);
-      const SplineAxis y(corner.y, map.lattice.origin.y, map.inv_spacing, map.lattice.points.y);
-      const SplineAxis z(corner.z, map.lattice.origin.z, map.inv_spacing, map.lattice.points.z);
-      // A ring buffer of the last four columns, because a line of a coarse surface spans many.
-      typename SmoothMap::Values column[4];
-      int known[4] = {-1, -1, -1, -1};
-      alignas(32) float x[kLanes], lanes[kRegressionValues][kLanes];
-      Lanes<V>::store(x, p.x);
-      for (int l = 0; l < kLanes; ++l) {
-        const SplineAxis at(x[l], map.lattice.origin.x, map.inv_spacing, map.lattice.points.x);
-        typename SmoothMap::Values nodes[3];
-        for (int i = 0; i < 3; ++i) {
-          const int n = at.first + i, slot = n & 3;
-          if (known[slot] != n) {
-            column[slot] = map.reduce_yz(n, y.first, z.first, y.weight, z.weight);
-            known[slot] = n;
-          }
-          nodes[i] = column[slot];
-        }
-        alignas(32) float value[kRegressionValues];
-        SmoothMap::interpolate_x(nodes, at.weight, value);
-        for (int i = 0; i < kRegressionValues; ++i) lanes[i][l] = value[i];
-      }
       V map_values[kRegressionValues];
-      for (int i = 0; i < kRegressionValues; ++i) map_values[i] = Lanes<V>::load(lanes[i]);
-      return value(p, map_values);
+      if (map.spline_line(p.x, corner.y, corner.z, map_values)) return value(p, map_values);
     }
+#endif
+    return value(p);
   }
 
   /// Places of points on both objects, and the map's values there.
@@ -208,15 +185,17 @@ struct MorphBounds {
       const int end = b.first + 4 < points[axis] ? b.first + 4 : points[axis];
       count[axis] = end - first[axis];
     }
-    const int size = count[0] * count[1] * count[2];
+    // A row of nodes at a time, because a division for each node would take most of the time.
     Strain largest;
-    for (int i = static_cast<int>(team.group_rank()); i < size;
+    const int rows = count[1] * count[2];
+    for (int i = static_cast<int>(team.group_rank()); i < rows;
          i += static_cast<int>(team.kGroup)) {
-      const std::int64_t x = first[0] + i % count[0], y = first[1] + i / count[0] % count[1],
-                         z = first[2] + i / count[0] / count[1];
-      const Strain& here = strain[x + points[0] * (y + points[1] * z)];
-      largest.maps = max(largest.maps, here.maps);
-      for (int k = 0; k < 2; ++k) largest.fourth[k] = max(largest.fourth[k], here.fourth[k]);
+      const std::int64_t y = first[1] + i % count[1], z = first[2] + i / count[1];
+      const Strain* here = &strain[first[0] + points[0] * (y + points[1] * z)];
+      for (int x = 0; x < count[0]; ++x, ++here) {
+        largest.maps = max(largest.maps, here->maps);
+        for (int k = 0; k < 2; ++k) largest.fourth[k] = max(largest.fourth[k], here->fourth[k]);
+      }
     }
     const auto group_max = [&](Vec3 v) {
       return Vec3{team.group_max(v.x), team.group_max(v.y), team.group_max(v.z)};

@@ -28,13 +28,13 @@ struct KernelSample {
   float mass = 0, second = 0, third = 0;  ///< mass times each Gaussian's height
 };
 
-/// Computes the coefficients at the lattice's nodes. Eight nodes per team; their samples are split
+/// Computes the coefficients at the lattice's nodes. Sixteen nodes per team; their samples are split
 /// into kChunks runs, each with a sum of its own, and these are added in order.
 struct RegressNodes {
-  static constexpr int kThreads = 128;
-  static constexpr int kNodes = 8, kChunks = 16, kSums = kRegressionValues + 1;
+  static constexpr int kThreads = 256;
+  static constexpr int kNodes = 16, kChunks = 16, kSums = kRegressionValues + 1;
   struct Scratch {
-    alignas(32) float sums[kChunks][kSums][kNodes];
+    alignas(64) float sums[kChunks][kSums][kNodes];
   };
   Grid lattice;
   View<const KernelSample> samples;
@@ -44,7 +44,7 @@ struct RegressNodes {
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t run) const {
-    using V = typename Lanes<typename Team::V>::Half;
+    using V = typename Team::V;
     constexpr int kLanes = Lanes<V>::kCount, kPacks = kNodes / kLanes;
     const std::int64_t count = nodes.size / kRegressionValues;
     team.each(kPacks * kChunks, [&](int item) {
@@ -113,21 +113,30 @@ struct RegressNodes {
   }
 };
 
-/// The three nodes along an axis that count at a coordinate, and their weights.
-struct SplineAxis {
-  int first = 0;
-  float weight[3], slope[3];  ///< slope: derivative of the weight, per spacing of nodes
+/// The three nodes along an axis that count at a coordinate, and their weights; of a V, those of
+/// each lane.
+template <class V>
+struct SplineAxisOf {
+  decltype(to_index(V{})) middle;  ///< index of the second node
+  V weight[3], slope[3];           ///< slope: derivative of the weight, per spacing of nodes
 
-  PM_HD SplineAxis(float p, float origin, float inv_spacing, int nodes) {
-    const float u = (p - origin) * inv_spacing;
-    float middle = round_to_nearest(min(max(u, 1.0f), static_cast<float>(nodes - 2)));
-    const float f = min(max(u - middle, -0.5f), 0.5f);
-    first = static_cast<int>(to_index(middle)) - 1;
-    const float low = 0.5f - f, high = 0.5f + f;
+  PM_HD SplineAxisOf(V p, float origin, float inv_spacing, int nodes) {
+    const V u = (p - origin) * inv_spacing;
+    const V nearest = round_to_nearest(
+        min(max(u, broadcast<V>(1.0f)), broadcast<V>(static_cast<float>(nodes - 2))));
+    const V f = min(max(u - nearest, broadcast<V>(-0.5f)), broadcast<V>(0.5f));
+    middle = to_index(nearest);
+    const V low = 0.5f - f, high = 0.5f + f;
     weight[0] = 0.5f * (low * low), weight[2] = 0.5f * (high * high);
     weight[1] = 1.0f - weight[0] - weight[2];
     slope[0] = -low, slope[1] = low - high, slope[2] = high;
   }
+};
+struct SplineAxis : SplineAxisOf<float> {
+  int first = 0;
+
+  PM_HD SplineAxis(float p, float origin, float inv_spacing, int nodes)
+      : SplineAxisOf<float>(p, origin, inv_spacing, nodes), first(static_cast<int>(middle) - 1) {}
 };
 
 /// The spline as the kernels read it, with the affine maps. It has eight values at a point: a
@@ -199,6 +208,27 @@ struct SmoothMap {
   }
   static void interpolate_x(const Pack (&column)[3], const float* wx, float* out) {
     Lanes<Pack>::store(out, weigh_columns(column, wx));
+  }
+  /// Evaluates the eight values at eight points of a line along x, without the affine maps. The
+  /// points may span eight nodes at most; returns whether they do.
+  bool spline_line(Pack px, float py, float pz, Pack (&values)[kRegressionValues]) const {
+    const SplineAxisOf<Pack> x(px, lattice.origin.x, inv_spacing, lattice.points.x);
+    const auto begin = static_cast<int>(x.middle[0]) - 1,
+               count = static_cast<int>(x.middle[7]) + 2 - begin;
+    if (count > 8) return false;
+    const SplineAxis y(py, lattice.origin.y, inv_spacing, lattice.points.y);
+    const SplineAxis z(pz, lattice.origin.z, inv_spacing, lattice.points.z);
+    // One row a node; then one row a value.
+    for (int n = 0; n < 8; ++n)
+      values[n] = n < count ? reduce_yz(begin + n, y.first, z.first, y.weight, z.weight) : Pack{};
+    transpose(values);
+    const PackBits first = x.middle - static_cast<std::uint32_t>(begin + 1);
+    for (Pack& value : values) {
+      const Pack row = value;
+      value = fma(x.weight[2], permute(row, first + 2u),
+                  fma(x.weight[1], permute(row, first + 1u), permute(row, first) * x.weight[0]));
+    }
+    return true;
   }
 #else
   struct Values {

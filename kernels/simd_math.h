@@ -284,6 +284,11 @@ PM_HD inline std::uint32_t to_index(float a) {
 }
 /// base[index].
 PM_HD inline float gather(const float* base, std::uint32_t index) { return base[index]; }
+/// base[index] and base[index + 1].
+PM_HD inline void gather_pairs(const float* base, std::uint32_t index, float& first,
+                               float& second) {
+  first = base[index], second = base[index + 1];
+}
 #if defined(PM_PACKS)
 inline PackBits to_index(Pack a) { return float_bits(a + kRoundToInteger) - 0x4b400000u; }
 inline Pack gather(const float* base, PackBits index) {
@@ -295,11 +300,64 @@ inline Pack gather(const float* base, PackBits index) {
   return out;
 #endif
 }
+/// Eight loads of two floats take half the time of two gathers.
+inline void gather_pairs(const float* base, PackBits index, Pack& first, Pack& second) {
+#if defined(__AVX2__)
+  const auto load = [&](int a, int b) {
+    const auto at = [&](int lane) { return reinterpret_cast<const __m64*>(base + index[lane]); };
+    return _mm_loadh_pi(_mm_loadl_pi(_mm_setzero_ps(), at(a)), at(b));
+  };
+  const __m256 even = _mm256_set_m128(load(4, 5), load(0, 1)),
+               odd = _mm256_set_m128(load(6, 7), load(2, 3));
+  first = _mm256_shuffle_ps(even, odd, 0x88);
+  second = _mm256_shuffle_ps(even, odd, 0xdd);
+#else
+  first = gather(base, index), second = gather(base + 1, index);
+#endif
+}
+/// table[index], for indices below 8.
+inline Pack permute(Pack table, PackBits index) {
+#if defined(__AVX2__)
+  return _mm256_permutevar8x32_ps(table, reinterpret_cast<__m256i>(index));
+#else
+  Pack out;
+  for (int l = 0; l < 8; ++l) out[l] = table[index[l]];
+  return out;
+#endif
+}
+/// Transposes eight rows of eight floats.
+inline void transpose(Pack (&rows)[8]) {
+  Pack pairs[8], quads[8];
+  for (int i = 0; i < 8; i += 2) {
+    const Pack a = rows[i], b = rows[i + 1];
+    pairs[i] = __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13);
+    pairs[i + 1] = __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
+  }
+  for (int i = 0; i < 8; i += 4)
+    for (int k = 0; k < 2; ++k) {
+      const Pack a = pairs[i + k], b = pairs[i + k + 2];
+      quads[i + 2 * k] = __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13);
+      quads[i + 2 * k + 1] = __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15);
+    }
+  for (int i = 0; i < 4; ++i) {
+    const Pack a = quads[i], b = quads[i + 4];
+    rows[i] = __builtin_shufflevector(a, b, 0, 1, 2, 3, 8, 9, 10, 11);
+    rows[i + 4] = __builtin_shufflevector(a, b, 4, 5, 6, 7, 12, 13, 14, 15);
+  }
+}
 #endif
 #if defined(PM_WIDE_PACKS)
 inline WidePackBits to_index(WidePack a) { return float_bits(a + kRoundToInteger) - 0x4b400000u; }
 inline WidePack gather(const float* base, WidePackBits index) {
   return _mm512_i32gather_ps(reinterpret_cast<__m512i>(index), base, 4);
+}
+inline void gather_pairs(const float* base, WidePackBits index, WidePack& first,
+                         WidePack& second) {
+  const __m512i all = reinterpret_cast<__m512i>(index);
+  Pack a[2], b[2];
+  gather_pairs(base, reinterpret_cast<PackBits>(_mm512_castsi512_si256(all)), a[0], b[0]);
+  gather_pairs(base, reinterpret_cast<PackBits>(_mm512_extracti64x4_epi64(all, 1)), a[1], b[1]);
+  first = join(a[0], a[1]), second = join(b[0], b[1]);
 }
 #endif
 

@@ -4,8 +4,10 @@
 
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "kernels/falloff.h"
+#include "kernels/regression.h"
 #include "testing/backend.h"
 
 namespace polymorph {
@@ -53,6 +55,54 @@ TEST(Math, branchless_selections_agree_with_comparisons) {
   }
   EXPECT_EQ(float_bits(zero_unless(false, std::numeric_limits<float>::quiet_NaN())), 0u);
 }
+
+#if defined(PM_PACKS)
+TEST(Packs, gathers_of_pairs_permutations_and_transposes_move_every_float) {
+  float table[64];
+  for (int i = 0; i < 64; ++i) table[i] = static_cast<float>(i);
+  const PackBits index{3, 61, 0, 17, 17, 40, 8, 62};
+  Pack first, second;
+  gather_pairs(table, index, first, second);
+  const PackBits order{7, 0, 3, 3, 5, 1, 6, 2};
+  const Pack permuted = permute(Lanes<Pack>::load(table + 8), order);
+  Pack rows[8];
+  for (int r = 0; r < 8; ++r) rows[r] = Lanes<Pack>::load(table + 8 * r);
+  transpose(rows);
+  for (int l = 0; l < 8; ++l) {
+    EXPECT_EQ(first[l], table[index[l]]) << l;
+    EXPECT_EQ(second[l], table[index[l] + 1]) << l;
+    EXPECT_EQ(permuted[l], table[8 + order[l]]) << l;
+    for (int r = 0; r < 8; ++r) EXPECT_EQ(rows[r][l], table[8 * l + r]) << r << ' ' << l;
+  }
+}
+
+TEST(Packs, a_line_of_a_spline_has_the_bits_of_its_points) {
+  Regression regression;
+  regression.lattice = {{-1, -1, -1}, 0.25f, {9, 9, 9}};
+  std::vector<float> nodes(9 * 9 * 9 * kRegressionValues);
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    nodes[i] = static_cast<float>(i * 2654435761u % 1000003u) * 1e-6f - 0.4f;
+  const SmoothMap map(regression, nodes.data());
+  // Lines within a cell, across some, beyond the lattice, and across too many.
+  int done = 0;
+  for (const float step : {0.01f, 0.11f, 0.17f, 0.4f})
+    for (const float start : {-1.3f, -0.6f, 0.1f, 0.9f}) {
+      const Pack x = start + step * Lanes<Pack>::iota();
+      Pack values[kRegressionValues];
+      if (!map.spline_line(x, 0.37f, -0.81f, values)) continue;
+      ++done;
+      for (int l = 0; l < 8; ++l) {
+        alignas(32) float expected[kRegressionValues];
+        map.spline({x[l], 0.37f, -0.81f}, expected);
+        for (int k = 0; k < kRegressionValues; ++k)
+          EXPECT_EQ(float_bits(values[k][l]), float_bits(expected[k])) << step << ' ' << l;
+      }
+    }
+  EXPECT_GE(done, 12);
+  Pack values[kRegressionValues];
+  EXPECT_FALSE(map.spline_line(-1.0f + 0.28f * Lanes<Pack>::iota(), 0, 0, values));
+}
+#endif
 
 using RoundGaussian = Field<GaussianField, RoundBall>;
 using Ellipsoid = Field<GaussianField, EllipsoidBall>;
