@@ -188,7 +188,12 @@ class CudaBackend {
 
   explicit CudaBackend(int device) : device_(device) {
     check_cuda(cudaSetDevice(device_), "select the device");
-    check_cuda(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "create a stream");
+    // Passes are short, and another stream of the device may be tracing paths for 20 ms: theirs go
+    // first wherever a block of those ends.
+    int lowest = 0, highest = 0;
+    check_cuda(cudaDeviceGetStreamPriorityRange(&lowest, &highest), "ask for priorities");
+    check_cuda(cudaStreamCreateWithPriority(&stream_, cudaStreamNonBlocking, highest),
+               "create a stream");
     check_cuda(cudaDeviceGetAttribute(&processors_, cudaDevAttrMultiProcessorCount, device_),
                "ask for the multiprocessors");
     check_cuda(cudaMallocHost(&staging_, 2 * kStagingBytes), "allocate pinned memory");

@@ -1,24 +1,36 @@
 #include "mesh/edges.h"
 
 #include <algorithm>
+#include <cstddef>
+#include <numeric>
 
 namespace polymorph {
 
 std::vector<EdgeUse> sorted_edge_uses(std::span<const Triangle> triangles) {
-  std::vector<EdgeUse> uses;
-  uses.reserve(triangles.size() * 3);
-  for (std::size_t t = 0; t < triangles.size(); ++t)
-    for (std::uint32_t k = 0; k < 3; ++k) {
-      const std::uint32_t a = triangles[t].v[k], b = triangles[t].v[(k + 1) % 3];
-      if (a == b) continue;
-      uses.push_back(
-          {std::min(a, b), std::max(a, b), static_cast<std::uint32_t>(3 * t + k), a < b});
-    }
-  std::sort(uses.begin(), uses.end(), [](const EdgeUse& a, const EdgeUse& b) {
-    if (a.low != b.low) return a.low < b.low;
-    if (a.high != b.high) return a.high < b.high;
-    return a.corner < b.corner;
+  const auto for_each_use = [&](const auto& f) {
+    for (std::size_t t = 0; t < triangles.size(); ++t)
+      for (std::uint32_t k = 0; k < 3; ++k) {
+        const std::uint32_t a = triangles[t].v[k], b = triangles[t].v[(k + 1) % 3];
+        if (a != b)
+          f(EdgeUse{std::min(a, b), std::max(a, b), static_cast<std::uint32_t>(3 * t + k), a < b});
+      }
+  };
+  // The edges of a vertex are few: they are put together first, and then sorted.
+  std::vector<std::size_t> begin;
+  for_each_use([&](const EdgeUse& use) {
+    if (use.low + std::size_t{2} > begin.size()) begin.resize(use.low + std::size_t{2});
+    ++begin[use.low + 1];
   });
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<EdgeUse> uses(begin.empty() ? 0 : begin.back());
+  std::vector<std::size_t> next = begin;
+  for_each_use([&](const EdgeUse& use) { uses[next[use.low]++] = use; });
+  for (std::size_t v = 0; v + 1 < begin.size(); ++v)
+    std::sort(uses.begin() + static_cast<std::ptrdiff_t>(begin[v]),
+              uses.begin() + static_cast<std::ptrdiff_t>(begin[v + 1]),
+              [](const EdgeUse& a, const EdgeUse& b) {
+                return a.high != b.high ? a.high < b.high : a.corner < b.corner;
+              });
   return uses;
 }
 
