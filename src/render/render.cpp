@@ -250,9 +250,8 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   std::vector<RayStats> tallies(static_cast<std::size_t>(columns) * rows + 1);
   DeviceFilm device_film;
   if (state.trace_on_device(job, device_film, tallies.back())) job.device_film = &device_film;
-  // Mattes are found by rays of the CPU.
   double hierarchy_seconds = 0;
-  if (!job.device_film || mattes.layer_count() > 0) {
+  if (!job.device_film || needs_first_hits(job)) {
     const Stopwatch hierarchy_watch;
     PM_TRY_STATUS(geometry.build_hierarchy(state.device));
     hierarchy_seconds = hierarchy_watch.seconds();

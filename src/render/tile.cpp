@@ -154,8 +154,8 @@ class Tile {
 
  private:
   /// Tests whether samples' camera rays are cast here: to trace them, or, where a GPU has done
-  /// that, for mattes alone.
-  bool casts_rays() const { return !job_.device_film || !mattes_.empty(); }
+  /// that, for mattes and guides alone.
+  bool casts_rays() const { return !job_.device_film || needs_first_hits(job_); }
 
   std::size_t film_index(int x, int y) const {
     return static_cast<std::size_t>(top_ + y) * static_cast<std::size_t>(job_.image.width) +
@@ -210,7 +210,7 @@ class Tile {
   void flush() {
     check_interruption();  // a tile of many samples takes seconds
     for (int first = 0; first < wave_.count; first += kLanes) make_camera_rays(first);
-    if (!mattes_.empty() || job_.image.denoise) add_mattes_and_guides();
+    if (needs_first_hits(job_)) add_mattes_and_guides();
     if (!job_.device_film) trace_wave();
     wave_.count = 0;
   }

@@ -46,6 +46,11 @@ struct FrameJob {
   bool looks_for_motion() const { return image.steady && meshes_move && !camera.moves; }
 };
 
+/// Tests whether the picture has mattes or guides, which the CPU finds by camera rays of its own.
+inline bool needs_first_hits(const FrameJob& job) {
+  return job.mattes->layer_count() > 0 || job.image.denoise;
+}
+
 /// Fills pixels [tile_x kTile, ...) x [tile_y kTile, ...) of the film. One task owns a tile and
 /// works through it in a fixed order, so the picture does not depend on the threads.
 void render_tile(const FrameJob& job, int tile_x, int tile_y, Image& film, RayStats& stats);

@@ -182,6 +182,20 @@ TEST(ScalarTracer, AdaptiveSamplesHaveTheSameBits) {
   EXPECT_LT(renderer.stats().paths, 150 * pixels);
 }
 
+/// Light comes from the tracer, guides of the denoiser and mattes from the CPU's own rays.
+TEST(ScalarTracer, GuidesAndMattesHaveTheSameBits) {
+  BallOnFloor studio;
+  RenderSettings settings = small_settings(20);
+  settings.image.aovs = "crypto_object,depth";
+  expect_same_bits(studio.scene, settings);
+  settings.image.noise = 0.1f;
+  settings.image.samples = 100;
+  expect_same_bits(studio.scene, settings);
+  // Where Open Image Denoise is there (POLYMORPH_OIDN).
+  settings.image.denoise = static_cast<bool>(check_denoiser());
+  expect_same_bits(studio.scene, settings);
+}
+
 /// Away from edges rays hit the same without the exact decision.
 TEST(ScalarTracer, BareHitsAreThoseOfTheExactDecisionButForEdges) {
   BallOnFloor studio;

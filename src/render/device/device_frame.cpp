@@ -121,7 +121,6 @@ bool has_split_borders(const RenderMesh& mesh) {
 }  // namespace
 
 std::string why_not_on_device(const FrameJob& job) {
-  if (job.image.denoise) return "guides of the denoiser (image.denoise)";
   // The sums of all nodes of samples come back at once.
   constexpr double kMaxSums = 2e9;
   if (static_cast<double>(job.image.width) * job.image.height *
