@@ -28,8 +28,8 @@ struct KernelSample {
   float mass = 0, second = 0, third = 0;  ///< mass times each Gaussian's height
 };
 
-/// Computes the coefficients at the lattice's nodes. Sixteen nodes per team; their samples are split
-/// into kChunks runs, each with a sum of its own, and these are added in order.
+/// Computes the coefficients at the lattice's nodes. Sixteen nodes per team; their samples are
+/// split into kChunks runs, each with a sum of its own, and these are added in order.
 struct RegressNodes {
   static constexpr int kThreads = 256;
   static constexpr int kNodes = 16, kChunks = 16, kSums = kRegressionValues + 1;

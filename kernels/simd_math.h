@@ -351,8 +351,7 @@ inline WidePackBits to_index(WidePack a) { return float_bits(a + kRoundToInteger
 inline WidePack gather(const float* base, WidePackBits index) {
   return _mm512_i32gather_ps(reinterpret_cast<__m512i>(index), base, 4);
 }
-inline void gather_pairs(const float* base, WidePackBits index, WidePack& first,
-                         WidePack& second) {
+inline void gather_pairs(const float* base, WidePackBits index, WidePack& first, WidePack& second) {
   const __m512i all = reinterpret_cast<__m512i>(index);
   Pack a[2], b[2];
   gather_pairs(base, reinterpret_cast<PackBits>(_mm512_castsi512_si256(all)), a[0], b[0]);

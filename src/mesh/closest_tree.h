@@ -176,9 +176,8 @@ PM_HD ClosestPoint find_closest_near(const TriangleBvhView& bvh, Vec3 from, Vec3
   constexpr float kRounding = 1.0001f;
   if (bvh.is_split || neighbour_hit.triangle == ClosestPoint::kNoTriangle)
     return find_closest(bvh, from, max_distance, candidates);
-  ClosestPoint hit =
-      find_closest(bvh, from, min(max_distance, kRounding * length(from - neighbour_hit.point)),
-                   candidates);
+  ClosestPoint hit = find_closest(
+      bvh, from, min(max_distance, kRounding * length(from - neighbour_hit.point)), candidates);
   // The neighbour's closest point is rounded: next to the surface it may be closer than the
   // surface.
   if (hit.triangle == ClosestPoint::kNoTriangle)

@@ -229,8 +229,7 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
 TexturePoint texture_point(const Model& model, const ClosestPointQuery& closest,
                            const BorderTriangle& border, float u, float v) {
   return texture_point({model.points, model.triangles, model.corner_uvs, model.triangle_materials},
-                       border, u, v,
-                       [&](Vec3 from, Vec3 neighbour, const ClosestPoint& hit) {
+                       border, u, v, [&](Vec3 from, Vec3 neighbour, const ClosestPoint& hit) {
                          return closest.closest(from, neighbour, hit);
                        });
 }

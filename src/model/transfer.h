@@ -83,8 +83,8 @@ template <class Closest>
 PM_HD TexturePoint texture_point(const TexturedTriangles& from, const BorderTriangle& border,
                                  float u, float v, const Closest& closest) {
   const Vec3 a = border.at[0], b = border.at[1], c = border.at[2];
-  return texture_point(
-      from, closest(a * (1 - u - v) + b * u + c * v, (a + b + c) / 3.0f, border.middle));
+  return texture_point(from,
+                       closest(a * (1 - u - v) + b * u + c * v, (a + b + c) / 3.0f, border.middle));
 }
 TexturePoint texture_point(const Model& model, const ClosestPointQuery& closest,
                            const BorderTriangle& border, float u, float v);

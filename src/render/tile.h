@@ -21,7 +21,7 @@ namespace polymorph {
 /// Sums and hits that a GPU has found for the pixels of a frame, in rows from the upper left.
 /// Borrowed.
 struct DeviceFilm {
-  std::vector<BlockSpan> nodes;      ///< nodes that sum the frame's samples
+  std::vector<BlockSpan> nodes;  ///< nodes that sum the frame's samples
   /// Sums of each pixel's nodes; those that a pixel has converged before have no samples.
   std::span<const PixelSum> sums;
   std::span<const MeshHit> centers;  ///< hits of the rays through pixels' centres, if they are used

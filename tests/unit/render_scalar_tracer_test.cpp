@@ -262,8 +262,8 @@ struct BorderedSquare {
     model.textures = square.textures;
     closest = std::make_unique<ClosestPointQuery>(model);
     make_grid();
-    materials = transfer_materials(model, *closest, texture_charts(model), fine.positions,
-                                   fine.triangles);
+    materials =
+        transfer_materials(model, *closest, texture_charts(model), fine.positions, fine.triangles);
   }
   RenderMesh view() const {
     RenderMesh mesh = view_of(fine, 3);
@@ -358,7 +358,8 @@ TEST(ScalarTracer, MemoryIsLimitedToWhatIsAllowed) {
   frame.end_sample = 64;
   frame.node_count = 1;
   frame.finds_centers = true;
-  const std::size_t film = std::size_t{1920} * 1080 * (sizeof(PixelSum) + sizeof(MeshHit) + sizeof(bool));
+  const std::size_t film =
+      std::size_t{1920} * 1080 * (sizeof(PixelSum) + sizeof(MeshHit) + sizeof(bool));
   const std::size_t row = std::size_t{1920} * 64 * sizeof(PathLight);
   const std::size_t frame_bytes = 5'000'000;
   const std::size_t fixed =

@@ -54,8 +54,8 @@ __global__ void __launch_bounds__(kThreads)
 }
 
 __global__ void __launch_bounds__(kThreads, kBlocks)
-    trace_paths(const __grid_constant__ DeviceFrame frame, Band band, Film film,
-                PathLight* lights, Tally* tally) {
+    trace_paths(const __grid_constant__ DeviceFrame frame, Band band, Film film, PathLight* lights,
+                Tally* tally) {
   const int samples = frame.end_sample - frame.first_sample, width = frame.camera.size.width;
   const std::size_t path = static_cast<std::size_t>(blockIdx.x) * blockDim.x + threadIdx.x;
   RayStats stats;
@@ -213,7 +213,8 @@ class CudaTracer : public DeviceTracer {
     stats.rays += host_film_.as<Tally>()->rays;
     const auto* host_sums = reinterpret_cast<const PixelSum*>(host_film_.data() + kFilmStart);
     const auto samples = static_cast<std::size_t>(job.samples.count());
-    stats.paths += frame.noise > 0 ? count_samples({host_sums, sum_count}) : width * height * samples;
+    stats.paths +=
+        frame.noise > 0 ? count_samples({host_sums, sum_count}) : width * height * samples;
     film = {list_nodes(job.samples),
             {host_sums, sum_count},
             {reinterpret_cast<const MeshHit*>(host_sums + sum_count), center_count}};

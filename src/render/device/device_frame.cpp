@@ -155,8 +155,9 @@ DeviceBuffers size_buffers(const FrameJob& job, const DeviceFrame& frame, std::s
   if (max_memory == 0) return {rows, samples, ""};
   rows = std::min(rows, max_memory > fixed ? (max_memory - fixed) / row : 0);
   if (rows > 0) return {rows, samples, ""};
-  return {0, 0, fmt::format("a frame that takes {} of the GPU's memory, above --max-memory",
-                         format_bytes(static_cast<double>(fixed + row)))};
+  return {0, 0,
+          fmt::format("a frame that takes {} of the GPU's memory, above --max-memory",
+                      format_bytes(static_cast<double>(fixed + row)))};
 }
 
 std::size_t pack_frame(const FrameJob& job, const void* address, std::byte* bytes,

@@ -33,7 +33,7 @@ std::string why_not_on_device(const FrameJob& job);
 struct DeviceBuffers {
   std::size_t rows = 0;     ///< rows of one launch
   std::size_t samples = 0;  ///< samples of a pixel in the longest round (round_end())
-  std::string error;     ///< why not even one row fits, for the log; else empty
+  std::string error;        ///< why not even one row fits, for the log; else empty
 };
 
 /// Chooses the rows of a launch: at most 4 million paths (a row may have more), and no more than

@@ -165,18 +165,18 @@ struct DeviceScene {
   PM_HD MeshHit find_closest(const Ray& ray, const Test& intersects) const {
     MeshHit best;
     auto distance = static_cast<double>(ray.far);
-    for_each_intersected(ray, intersects, [&](BvhTriangle candidate,
-                                              const TriangleIntersection& intersection) {
-      if (intersection.distance > distance) return ray.far;
-      if (best.mesh != kNoMesh && intersection.distance == distance &&
-          (candidate.mesh > best.mesh ||
-           (candidate.mesh == best.mesh && candidate.triangle >= best.triangle)))
-        return static_cast<float>(distance);
-      distance = intersection.distance;
-      best = {candidate.mesh, candidate.triangle, static_cast<float>(distance),
-              static_cast<float>(intersection.u), static_cast<float>(intersection.v)};
-      return best.distance;
-    });
+    for_each_intersected(
+        ray, intersects, [&](BvhTriangle candidate, const TriangleIntersection& intersection) {
+          if (intersection.distance > distance) return ray.far;
+          if (best.mesh != kNoMesh && intersection.distance == distance &&
+              (candidate.mesh > best.mesh ||
+               (candidate.mesh == best.mesh && candidate.triangle >= best.triangle)))
+            return static_cast<float>(distance);
+          distance = intersection.distance;
+          best = {candidate.mesh, candidate.triangle, static_cast<float>(distance),
+                  static_cast<float>(intersection.u), static_cast<float>(intersection.v)};
+          return best.distance;
+        });
     return best;
   }
   /// Calls f(triangle, intersection) for the triangles that the ray hits, nearer nodes first; f

@@ -29,7 +29,7 @@ class ScalarTracer : public DeviceTracer {
   std::string find_hits(const FrameJob& job, std::span<const Ray> rays, bool bare,
                         std::span<MeshHit> hits, double& seconds) override {
     DeviceFrame frame;
-    const PackedFrame packed(job, frame);
+    const PackedFrame memory(job, frame);
     const Stopwatch stopwatch;
     parallel_for(static_cast<std::int64_t>(rays.size()), [&](std::int64_t i) {
       const FlushDenormals flush;
@@ -43,7 +43,7 @@ class ScalarTracer : public DeviceTracer {
     const DeviceBuffers buffers =
         size_buffers(job, frame, pack_frame(job, nullptr, nullptr, frame), max_memory_);
     if (!buffers.error.empty()) return buffers.error;
-    const PackedFrame packed(job, frame);
+    const PackedFrame memory(job, frame);
     const auto width = static_cast<std::size_t>(job.image.width),
                height = static_cast<std::size_t>(job.image.height),
                nodes = static_cast<std::size_t>(frame.node_count);

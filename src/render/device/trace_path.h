@@ -179,9 +179,7 @@ PM_HD inline bool mark_tile(const DeviceFrame& frame, int tile, const PixelSum* 
   const auto side = [](int remaining) { return remaining < kTile ? remaining : kTile; };
   return mark_converged(
       side(width - left), side(height - top), frame.noise,
-      [&](int x, int y) {
-        return sums[pixel(x, y) * static_cast<std::size_t>(frame.node_count)];
-      },
+      [&](int x, int y) { return sums[pixel(x, y) * static_cast<std::size_t>(frame.node_count)]; },
       [&](int x, int y) -> bool& { return done[pixel(x, y)]; });
 }
 
