@@ -30,10 +30,10 @@ inline EngineStatus cuda_status(cudaError_t error, const char* doing) {
   if (error == cudaErrorMemoryAllocation) {
     return {EngineCode::kOutOfMemory,
             std::string("the cuda device has no memory left while doing '") + doing + "': " + text +
-                ", use a coarser grid or the cpu backend"};
+                "};
   }
   return {EngineCode::kDeviceError, std::string("the cuda device failed while doing '") + doing +
-                                        "': " + text + ", try again or use the cpu backend"};
+                                        "': " + text};
 }
 
 inline void check_cuda(cudaError_t error, const char* doing) {
