@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
-# wheel_test.sh BUILD SOURCE: a wheel of this build, installed into a bare virtual environment and used there.
-# Exit code 77: PyPI cannot be reached, or this is no release build of the CPU.
+# wheel_test.sh BUILD SOURCE: a wheel of this build, installed into a bare virtual environment and used there. PYTHON names the
+# interpreter, as that of scripts/wheel. Exit code 77: PyPI cannot be reached, or this is no release build of the CPU.
 set -euo pipefail
 build=$1 source=$2
+export PYTHON=${PYTHON:-/usr/bin/python3}
 grep -q '^CMAKE_BUILD_TYPE:.*=Release$' "$build/CMakeCache.txt" || { echo "SKIPPED: not a release build"; exit 77; }
 work=$(mktemp -d); trap 'rm -rf "$work"' EXIT
-/usr/bin/python3 -m venv "$work/venv" 2>/dev/null || { echo "SKIPPED: needs python3-venv"; exit 77; }
-[[ -f /usr/include/python3.11/Python.h || -f $(/usr/bin/python3 -c 'import sysconfig; print(sysconfig.get_path("include"))')/Python.h ]] || {
+"$PYTHON" -m venv "$work/venv" 2>/dev/null || { echo "SKIPPED: needs python3-venv"; exit 77; }
+[[ -f $("$PYTHON" -c 'import sysconfig; print(sysconfig.get_path("include"))')/Python.h ]] || {
   echo "SKIPPED: needs python3-dev"; exit 77; }
 "$work/venv/bin/pip" -q install numpy >/dev/null 2>&1 || { echo "SKIPPED: PyPI cannot be reached"; exit 77; }
 wheel=$("$source/scripts/wheel" "$build")
