@@ -92,25 +92,30 @@ double hermite(double u, double length, double a, double leaving, double arrivin
          length * (leaving * u * (1 - u) * (1 - u) - arriving * u * u * (1 - u));
 }
 
-// Three nodes of one name: tangents, steps and a stretch before a turn, weights below 0, integers.
-// Assimp's own keys put them up to 2 units away, or at NaN.
+// Nodes and bones of one name: tangents, steps and a stretch before a turn, weights below 0,
+// integers. Assimp's own keys put them up to 2 units away, or at NaN.
 TEST_F(AnimatedModel, KeysAreSplinesStepsAndIntegersAsTheFileSays) {
   GltfBuffer buffer;
   using Floats = std::vector<float>;
-  const std::string points = buffer.add(Floats{0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, "VEC3", 3),
-                    faces =
-                        buffer.add(std::vector<std::uint16_t>{0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3},
-                                   "SCALAR", 1),
-                    right = buffer.add(Floats{0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0}, "VEC3", 3),
-                    up = buffer.add(Floats{0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0}, "VEC3", 3),
-                    times = buffer.add(Floats{0, 0.75F}, "SCALAR", 1),
-                    slide = buffer.add(
-                        Floats{9, 9, 9, 0, 0, 0, 4, 0, 8, 0, -4, 0, 1, 2, 3, 9, 9, 9}, "VEC3", 3),
-                    stretch = buffer.add(Floats{1, 1, 1, 2, 1, 1}, "VEC3", 3),
-                    swell = buffer.add(Floats{9, 9, 0.2F, 0.4F, 2, -1, 0.5F, 3, 1, -0.5F, 9, 9},
-                                       "SCALAR", 1),
-                    turn = buffer.add(std::vector<std::int16_t>{0, 0, 0, 32767, 0, 0, 23170, 23170},
-                                      "VEC4", 4, R"(, "normalized": true)");
+  const std::string
+      points = buffer.add(Floats{0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, "VEC3", 3),
+      faces =
+          buffer.add(std::vector<std::uint16_t>{0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3}, "SCALAR", 1),
+      right = buffer.add(Floats{0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0}, "VEC3", 3),
+      up = buffer.add(Floats{0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0}, "VEC3", 3),
+      times = buffer.add(Floats{0, 0.75F}, "SCALAR", 1),
+      slide = buffer.add(Floats{9, 9, 9, 0, 0, 0, 4, 0, 8, 0, -4, 0, 1, 2, 3, 9, 9, 9}, "VEC3", 3),
+      stretch = buffer.add(Floats{1, 1, 1, 2, 1, 1}, "VEC3", 3),
+      swell = buffer.add(Floats{9, 9, 0.2F, 0.4F, 2, -1, 0.5F, 3, 1, -0.5F, 9, 9}, "SCALAR", 1),
+      turn =
+          buffer.add(std::vector<std::int16_t>{0, 0, 0, 32767, 0, 0, 23170, 23170}, "VEC4", 4,
+                     R"(, "normalized": true)"),
+      joints = buffer.add(std::vector<std::uint16_t>(16), "VEC4", 4),
+      shares = buffer.add(Floats{1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, "VEC4", 4),
+      bind = buffer.add(Floats{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, "MAT4", 16);
+  const std::string skinned = R"({"primitives": [{"attributes": {"POSITION": )" + points +
+                              R"(, "JOINTS_0": )" + joints + R"(, "WEIGHTS_0": )" + shares +
+                              R"(}, "indices": )" + faces + "}]}";
   const auto sampler = [&](const std::string& output, const std::string& interpolation) {
     return R"({"input": )" + times + R"(, "output": )" + output + R"(, "interpolation": ")" +
            interpolation + "\"}";
@@ -119,25 +124,32 @@ TEST_F(AnimatedModel, KeysAreSplinesStepsAndIntegersAsTheFileSays) {
     return std::string(R"({"sampler": )") + sampler_index + R"(, "target": {"node": )" + node +
            R"(, "path": ")" + path + "\"}}";
   };
-  write("keys.gltf",
-        R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1, 2]}], "nodes": [
+  write(
+      "keys.gltf",
+      R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1, 2, 3, 4, 5, 6]}], "nodes": [
         {"name": "body", "mesh": 0}, {"name": "body", "mesh": 0, "scale": [3, 1, 1], "translation": [20, 0, 0]},
-        {"name": "body", "mesh": 1, "translation": [40, 0, 0]}],
+        {"name": "body", "mesh": 1, "translation": [40, 0, 0]},
+        {"mesh": 2, "skin": 0}, {"mesh": 3, "skin": 1},
+        {"name": "bone", "translation": [60, 0, 0]}, {"name": "bone", "translation": [80, 0, 0]}],
+        "skins": [{"joints": [5], "inverseBindMatrices": )" +
+          bind + R"(}, {"joints": [6], "inverseBindMatrices": )" + bind + R"(}],
         "meshes": [{"primitives": [{"attributes": {"POSITION": )" +
-            points + R"(}, "indices": )" + faces +
-            R"(}]}, {"primitives": [{"attributes": {"POSITION": )" + points + R"(}, "indices": )" +
-            faces + R"(, "targets": [{"POSITION": )" + right + R"(}, {"POSITION": )" + up +
-            R"(}]}], "weights": [0, 0]}], "animations": [{"samplers": [)" +
-            sampler(slide, "CUBICSPLINE") + "," + sampler(stretch, "STEP") + "," +
-            sampler(turn, "LINEAR") + "," + sampler(swell, "CUBICSPLINE") + R"(], "channels": [)" +
-            channel("0", "0", "translation") + "," + channel("1", "0", "scale") + "," +
-            channel("2", "1", "rotation") + "," + channel("3", "2", "weights") +
-            R"(]}], "bufferViews": [)" + buffer.views + R"(], "accessors": [)" + buffer.accessors +
-            R"(], "buffers": [{"byteLength": )" + std::to_string(buffer.bytes.size()) +
-            R"(, "uri": "data:application/octet-stream;base64,)" + base64(buffer.bytes) + "\"}]}");
+          points + R"(}, "indices": )" + faces +
+          R"(}]}, {"primitives": [{"attributes": {"POSITION": )" + points + R"(}, "indices": )" +
+          faces + R"(, "targets": [{"POSITION": )" + right + R"(}, {"POSITION": )" + up +
+          R"(}]}], "weights": [0, 0]}, )" + skinned + "," + skinned +
+          R"(], "animations": [{"samplers": [)" + sampler(slide, "CUBICSPLINE") + "," +
+          sampler(stretch, "STEP") + "," + sampler(turn, "LINEAR") + "," +
+          sampler(swell, "CUBICSPLINE") + R"(], "channels": [)" + channel("0", "0", "translation") +
+          "," + channel("1", "0", "scale") + "," + channel("2", "1", "rotation") + "," +
+          channel("3", "2", "weights") + "," + channel("1", "5", "scale") + "," +
+          channel("2", "6", "rotation") + R"(]}], "bufferViews": [)" + buffer.views +
+          R"(], "accessors": [)" + buffer.accessors + R"(], "buffers": [{"byteLength": )" +
+          std::to_string(buffer.bytes.size()) +
+          R"(, "uri": "data:application/octet-stream;base64,)" + base64(buffer.bytes) + "\"}]}");
   for (const int pose : {1, 7, 10, 18, 19}) {
     const auto found = points_of(pose, "keys@####.gltf");
-    ASSERT_EQ(found.size(), 12u);
+    ASSERT_EQ(found.size(), 20u);
     const double length = 0.75, u = (pose - 1) / 24.0 / length;
     const double x = hermite(u, length, 0, 4, 0, 1), y = hermite(u, length, 0, 0, -4, 2),
                  z = hermite(u, length, 0, 8, 0, 3);
@@ -149,6 +161,8 @@ TEST_F(AnimatedModel, KeysAreSplinesStepsAndIntegersAsTheFileSays) {
                  second = hermite(u, length, 0.4, -1, 3, -0.5);
     EXPECT_LT(distance_to(found, 41 + first, 0, 0), 1e-5) << pose;
     EXPECT_LT(distance_to(found, 40, 1 + second, 0), 1e-5) << pose;
+    EXPECT_LT(distance_to(found, pose < 19 ? 61 : 62, 0, 0), 1e-5) << pose;
+    EXPECT_LT(distance_to(found, 80 + std::cos(angle), std::sin(angle), 0), 1e-4) << pose;
   }
   // Keys that cannot be read are named; what they would move stays.
   std::string text = read_text(folder / "keys.gltf");
