@@ -25,7 +25,7 @@ GENERATED = {"commands.md", "scene.md"}
 ELSEWHERE = {
     "scripts/figures": "figures",
     "chromium": "nothing: a browser's own command",
-    "scripts/wheel": "python.wheel", "python3 -m venv": "python.wheel", "env/bin/": "python.wheel",
+    "scripts/wheel": "python.wheel", "PYTHON=": "python.wheel", "python3 -m venv": "python.wheel", "env/bin/": "python.wheel",
     "scripts/manual": "manual",
     "scripts/demo": "nothing: it installs packages", "scripts/test": "CI",
     "apt install": "package.deb",

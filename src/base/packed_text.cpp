@@ -12,6 +12,17 @@
 namespace polymorph {
 namespace {
 
+/// Ends a stream of zlib's, whatever becomes of it.
+struct Inflation {
+  z_stream stream = {};
+  Inflation() { PM_CHECK(inflateInit(&stream) == Z_OK); }
+  ~Inflation() { inflateEnd(&stream); }
+  Inflation(const Inflation&) = delete;
+  Inflation& operator=(const Inflation&) = delete;
+};
+
+}  // namespace
+
 Result<std::string> decode_base64(std::string_view text) {
   std::string bytes(BASE64_DECODE_LENGTH(text.size()), '\0');
   std::size_t size = bytes.size();
@@ -24,17 +35,6 @@ Result<std::string> decode_base64(std::string_view text) {
   bytes.resize(size);
   return bytes;
 }
-
-/// Ends a stream of zlib's, whatever becomes of it.
-struct Inflation {
-  z_stream stream = {};
-  Inflation() { PM_CHECK(inflateInit(&stream) == Z_OK); }
-  ~Inflation() { inflateEnd(&stream); }
-  Inflation(const Inflation&) = delete;
-  Inflation& operator=(const Inflation&) = delete;
-};
-
-}  // namespace
 
 std::string pack_text(std::string_view text) {
   uLongf size = compressBound(static_cast<uLong>(text.size()));

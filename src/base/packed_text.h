@@ -9,6 +9,9 @@
 
 namespace polymorph {
 
+/// Decodes base64. Errors (kInput): it is none.
+Result<std::string> decode_base64(std::string_view text);
+
 /// Packs a text as base64 of zlib data (RFC 1950).
 std::string pack_text(std::string_view text);
 

@@ -1,7 +1,11 @@
 // Animated models as mesh sequences: an armature and a morph target of two animations, rendered in
 // one line and as an end of a morph.
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 
+#include "base/html_page.h"
 #include "testing/program.h"
 
 namespace polymorph {
@@ -18,8 +22,9 @@ class AnimatedModel : public ProgramTest {
     fs::copy_file(source_dir() / "tests/data/models/bar.glb", folder / "bar.glb");
   }
   /// Vertices of a pose in the file's own coordinates.
-  std::vector<std::array<double, 3>> points_of(int pose) {
-    write("bar.json", R"({"source": {"model": "bar@####.glb"}, "arrange": "none"})");
+  std::vector<std::array<double, 3>> points_of(int pose,
+                                               const std::string& model = "bar@####.glb") {
+    write("bar.json", R"({"source": {"model": ")" + model + R"("}, "arrange": "none"})");
     const std::string frame = std::to_string(pose);
     run(0, {"mesh", "bar.json", "-f", frame, "-o", "pose" + frame + ".obj"});
     std::vector<std::array<double, 3>> points;
@@ -52,6 +57,120 @@ TEST_F(AnimatedModel, BonesAndMorphTargetsAreWhereTheirKeysPutThem) {
   EXPECT_LT(distance_to(bent, 0.45, 1 + 0.3 * root, 0), 1e-4);  // the middle, on both bones
   EXPECT_LT(distance_to(between, -0.5, 1 + root, 0), 1e-4);     // half way: 30 degrees
   EXPECT_LT(distance_to(rest, 0.3, 1, 0), 1e-4);
+}
+
+/// Bytes of a glTF buffer with the JSON of its views and accessors.
+struct GltfBuffer {
+  std::string bytes, views, accessors;
+  int count = 0;
+
+  /// Adds numbers as an accessor, and returns its index.
+  template <class T>
+  std::string add(const std::vector<T>& numbers, const std::string& type, std::size_t width,
+                  const std::string& more = {}) {
+    bytes.resize((bytes.size() + 3) / 4 * 4);
+    const int code = sizeof(T) == 4 ? 5126 : std::is_signed_v<T> ? 5122 : 5123;
+    views += (count ? "," : "") + std::string(R"({"buffer": 0, "byteOffset": )") +
+             std::to_string(bytes.size()) + R"(, "byteLength": )" +
+             std::to_string(numbers.size() * sizeof(T)) + "}";
+    const auto [low, high] = std::minmax_element(numbers.begin(), numbers.end());
+    accessors += (count ? "," : "") + std::string(R"({"bufferView": )") + std::to_string(count) +
+                 R"(, "componentType": )" + std::to_string(code) + R"(, "count": )" +
+                 std::to_string(numbers.size() / width) + R"(, "type": ")" + type + "\"" + more;
+    if (type == "SCALAR")
+      accessors +=
+          R"(, "min": [)" + std::to_string(*low) + R"(], "max": [)" + std::to_string(*high) + "]";
+    accessors += "}";
+    bytes.append(reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(T));
+    return std::to_string(count++);
+  }
+};
+
+/// The spline of a cubic pair of keys, from its definition.
+double hermite(double u, double length, double a, double leaving, double arriving, double b) {
+  return a * (1 + 2 * u) * (1 - u) * (1 - u) + b * u * u * (3 - 2 * u) +
+         length * (leaving * u * (1 - u) * (1 - u) - arriving * u * u * (1 - u));
+}
+
+// Nodes and bones of one name: tangents, steps and a stretch before a turn, weights below 0,
+// integers. Assimp's own keys put them up to 2 units away, or at NaN.
+TEST_F(AnimatedModel, KeysAreSplinesStepsAndIntegersAsTheFileSays) {
+  GltfBuffer buffer;
+  using Floats = std::vector<float>;
+  const std::string
+      points = buffer.add(Floats{0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}, "VEC3", 3),
+      faces =
+          buffer.add(std::vector<std::uint16_t>{0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3}, "SCALAR", 1),
+      right = buffer.add(Floats{0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0}, "VEC3", 3),
+      up = buffer.add(Floats{0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0}, "VEC3", 3),
+      times = buffer.add(Floats{0, 0.75F}, "SCALAR", 1),
+      slide = buffer.add(Floats{9, 9, 9, 0, 0, 0, 4, 0, 8, 0, -4, 0, 1, 2, 3, 9, 9, 9}, "VEC3", 3),
+      stretch = buffer.add(Floats{1, 1, 1, 2, 1, 1}, "VEC3", 3),
+      swell = buffer.add(Floats{9, 9, 0.2F, 0.4F, 2, -1, 0.5F, 3, 1, -0.5F, 9, 9}, "SCALAR", 1),
+      turn =
+          buffer.add(std::vector<std::int16_t>{0, 0, 0, 32767, 0, 0, 23170, 23170}, "VEC4", 4,
+                     R"(, "normalized": true)"),
+      joints = buffer.add(std::vector<std::uint16_t>(16), "VEC4", 4),
+      shares = buffer.add(Floats{1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0}, "VEC4", 4),
+      bind = buffer.add(Floats{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1}, "MAT4", 16);
+  const std::string skinned = R"({"primitives": [{"attributes": {"POSITION": )" + points +
+                              R"(, "JOINTS_0": )" + joints + R"(, "WEIGHTS_0": )" + shares +
+                              R"(}, "indices": )" + faces + "}]}";
+  const auto sampler = [&](const std::string& output, const std::string& interpolation) {
+    return R"({"input": )" + times + R"(, "output": )" + output + R"(, "interpolation": ")" +
+           interpolation + "\"}";
+  };
+  const auto channel = [](const char* sampler_index, const char* node, const std::string& path) {
+    return std::string(R"({"sampler": )") + sampler_index + R"(, "target": {"node": )" + node +
+           R"(, "path": ")" + path + "\"}}";
+  };
+  write(
+      "keys.gltf",
+      R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1, 2, 3, 4, 5, 6]}], "nodes": [
+        {"name": "body", "mesh": 0}, {"name": "body", "mesh": 0, "scale": [3, 1, 1], "translation": [20, 0, 0]},
+        {"name": "body", "mesh": 1, "translation": [40, 0, 0]},
+        {"mesh": 2, "skin": 0}, {"mesh": 3, "skin": 1},
+        {"name": "bone", "translation": [60, 0, 0]}, {"name": "bone", "translation": [80, 0, 0]}],
+        "skins": [{"joints": [5], "inverseBindMatrices": )" +
+          bind + R"(}, {"joints": [6], "inverseBindMatrices": )" + bind + R"(}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": )" +
+          points + R"(}, "indices": )" + faces +
+          R"(}]}, {"primitives": [{"attributes": {"POSITION": )" + points + R"(}, "indices": )" +
+          faces + R"(, "targets": [{"POSITION": )" + right + R"(}, {"POSITION": )" + up +
+          R"(}]}], "weights": [0, 0]}, )" + skinned + "," + skinned +
+          R"(], "animations": [{"samplers": [)" + sampler(slide, "CUBICSPLINE") + "," +
+          sampler(stretch, "STEP") + "," + sampler(turn, "LINEAR") + "," +
+          sampler(swell, "CUBICSPLINE") + R"(], "channels": [)" + channel("0", "0", "translation") +
+          "," + channel("1", "0", "scale") + "," + channel("2", "1", "rotation") + "," +
+          channel("3", "2", "weights") + "," + channel("1", "5", "scale") + "," +
+          channel("2", "6", "rotation") + R"(]}], "bufferViews": [)" + buffer.views +
+          R"(], "accessors": [)" + buffer.accessors + R"(], "buffers": [{"byteLength": )" +
+          std::to_string(buffer.bytes.size()) +
+          R"(, "uri": "data:application/octet-stream;base64,)" + base64(buffer.bytes) + "\"}]}");
+  for (const int pose : {1, 7, 10, 18, 19}) {
+    const auto found = points_of(pose, "keys@####.gltf");
+    ASSERT_EQ(found.size(), 20u);
+    const double length = 0.75, u = (pose - 1) / 24.0 / length;
+    const double x = hermite(u, length, 0, 4, 0, 1), y = hermite(u, length, 0, 0, -4, 2),
+                 z = hermite(u, length, 0, 8, 0, 3);
+    EXPECT_LT(distance_to(found, x + (pose < 19 ? 1 : 2), y, z), 1e-5) << pose;
+    EXPECT_LT(distance_to(found, x, y, z + 1), 1e-5) << pose;
+    const double angle = u * std::acos(0.0);  // of a vertex that is stretched to 3, then turned
+    EXPECT_LT(distance_to(found, 20 + 3 * std::cos(angle), 3 * std::sin(angle), 0), 1e-4) << pose;
+    const double first = hermite(u, length, 0.2, 2, 0.5, 1),
+                 second = hermite(u, length, 0.4, -1, 3, -0.5);
+    EXPECT_LT(distance_to(found, 41 + first, 0, 0), 1e-5) << pose;
+    EXPECT_LT(distance_to(found, 40, 1 + second, 0), 1e-5) << pose;
+    EXPECT_LT(distance_to(found, pose < 19 ? 61 : 62, 0, 0), 1e-5) << pose;
+    EXPECT_LT(distance_to(found, 80 + std::cos(angle), std::sin(angle), 0), 1e-4) << pose;
+  }
+  // Keys that cannot be read are named; what they would move stays.
+  std::string text = read_text(folder / "keys.gltf");
+  text.replace(text.find("CUBICSPLINE"), 11, "LINEAR");
+  write("odd.gltf", text);
+  const Ran odd = run(0, {"check", "odd.gltf"});
+  EXPECT_TRUE(contains(odd.out + odd.err, "keys of \"translation\" of node 0 cannot be read"))
+      << odd.out << odd.err;
 }
 
 TEST_F(AnimatedModel, RendersInOneLine) {

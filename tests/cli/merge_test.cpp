@@ -70,6 +70,19 @@ TEST_F(Merge, RefinesAFilmLater) {
   EXPECT_TRUE(contains(error_of(3, {"a", "-o", "f.####.exr"}),
                        "frame 3: there are samples 0-63 of 128 - render the others with --samples "
                        "64-127/128"));
+  // A draft is the mean of its samples, and never taken for the frame.
+  run(0, {"merge", "a", "--draft", "-o", "draft.####.exr"});
+  run(0, {"render", "scene.json", "-f", "3", "-o", "other.exr", "--spp", "128", "--set",
+          "frames.hold_start=1"});
+  EXPECT_TRUE(contains(content("draft.0003.exr"), "polymorph/draft=0-63 of 128"));
+  EXPECT_FALSE(contains(content("draft.0003.exr"), "polymorph/frame_hash"));
+  run(1, {"compare", "draft.0003.exr", "other.exr", "--fail", "0", "--relative", "0"});
+  run(0, {"compare", "draft.0003.exr", "other.exr", "--fail", "0.2"});
+  EXPECT_TRUE(contains(run(3, {"reproduce", "draft.0003.exr"}).err, "some of the frame's samples"));
+  EXPECT_TRUE(contains(run(1, {"status", "draft.####.exr", "scene.json", "--spp", "128", "--set",
+                               "frames.hold_start=1"})
+                           .out,
+                       "whole           0"));
   render("b/f.####.exr", "64-127/128", held);
   run(0, {"merge", "a", "b", "-o", "f.####.exr"});
   render("whole.####.exr", "128", held);

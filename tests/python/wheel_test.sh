@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
-# wheel_test.sh BUILD SOURCE: a wheel of this build, installed into a bare virtual environment and used there.
-# Exit code 77: PyPI cannot be reached, or this is no release build of the CPU.
+# wheel_test.sh BUILD SOURCE: a wheel of this build, installed into a bare virtual environment and used there. PYTHON names the
+# interpreter, as that of scripts/wheel. Exit code 77: PyPI cannot be reached, or this is no release build of the CPU.
 set -euo pipefail
 build=$1 source=$2
+export PYTHON=${PYTHON:-/usr/bin/python3}
 grep -q '^CMAKE_BUILD_TYPE:.*=Release$' "$build/CMakeCache.txt" || { echo "SKIPPED: not a release build"; exit 77; }
 work=$(mktemp -d); trap 'rm -rf "$work"' EXIT
-/usr/bin/python3 -m venv "$work/venv" 2>/dev/null || { echo "SKIPPED: needs python3-venv"; exit 77; }
-[[ -f /usr/include/python3.11/Python.h || -f $(/usr/bin/python3 -c 'import sysconfig; print(sysconfig.get_path("include"))')/Python.h ]] || {
+"$PYTHON" -m venv "$work/venv" 2>/dev/null || { echo "SKIPPED: needs python3-venv"; exit 77; }
+[[ -f $("$PYTHON" -c 'import sysconfig; print(sysconfig.get_path("include"))')/Python.h ]] || {
   echo "SKIPPED: needs python3-dev"; exit 77; }
 "$work/venv/bin/pip" -q install numpy >/dev/null 2>&1 || { echo "SKIPPED: PyPI cannot be reached"; exit 77; }
 wheel=$("$source/scripts/wheel" "$build")
@@ -14,7 +15,8 @@ wheel=$("$source/scripts/wheel" "$build")
 tag=$(basename "$wheel" .whl | sed 's/.*-\(manylinux_[0-9_]*\)_x86_64$/\1/')
 [[ $(getconf GNU_LIBC_VERSION) != "glibc 2.36" ]] || grep -q "($tag:" "$source/docs/python.md" || { echo "docs/python.md does not name $tag"; exit 1; }
 cp "$wheel" "$work/first.whl"
-# Made again it is the same bytes.
+# Made again it is the same bytes, also where another Python made one in between.
+echo '{"skbuild_path": "/nowhere"}' >"$build/.skbuild-info.json"
 wheel=$(umask 077; TZ=Asia/Kolkata "$source/scripts/wheel" "$build")
 cmp "$work/first.whl" "$wheel"
 "$work/venv/bin/pip" -q install --no-deps "$wheel"

@@ -7,6 +7,7 @@
 #include "cli/command_line.h"
 #include "cli/progress.h"
 #include "sequence/run/merge_frames.h"
+#include "sequence/run/part_files.h"
 
 namespace polymorph {
 namespace {
@@ -21,10 +22,11 @@ JsonValue to_json(const std::vector<FrameMerge>& merges) {
   for (const FrameMerge& merge : merges) {
     JsonValue parts = JsonValue::array();
     for (const auto& part : merge.parts) parts.push_back(part.string());
-    json["frames"].push_back({{"frame", merge.frame},
-                              {"samples", format_sample_range(merge.samples)},
-                              {"parts", parts},
-                              {"file", merge.output.string()}});
+    json["frames"].push_back(
+        {{"frame", merge.frame},
+         {"samples", fmt::format("{}/{}", format_samples(merge.ranges), merge.samples.total)},
+         {"parts", parts},
+         {"file", merge.output.string()}});
   }
   return json;
 }
@@ -47,7 +49,7 @@ Result<int> run_merge(const CommandLine& line, const MergeOptions& options) {
     FrameRecord record;
     record.frame = merge.frame;
     record.state = FrameRecord::State::kDone;
-    record.stage = fmt::format("samples {}", format_sample_range(merge.samples));
+    record.stage = fmt::format("samples {}/{}", format_samples(merge.ranges), merge.samples.total);
     record.seconds = watch.seconds();
     record.files = {merge.output};
     parts += merge.parts.size();
@@ -87,6 +89,12 @@ void add_merge(CommandLine& line) {
   command
       .add_flag("--partial", options->settings.partial,
                 "write a larger part where samples before the first or after the last are missing")
+      .group("Main");
+  command
+      .add_flag("--draft", options->settings.draft,
+                "write pictures of the samples that there are, to look at before the others are "
+                "rendered")
+      .excludes(command.option("--partial"))
       .group("Main");
   add_overwrite(command, line.common).group("Main");
   add_json(command, options->json);

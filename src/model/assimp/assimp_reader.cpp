@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "base/exact_math.h"
+#include "model/assimp/gltf_keys.h"
 #include "model/assimp/pose.h"
 #include "model/load/import_process.h"
 
@@ -386,7 +387,11 @@ int main(int argc, char** argv) {
       } else {
         limit(RLIMIT_CPU, seconds + static_cast<rlim_t>(counts.text / 20e6));
         std::optional<Pose> pose;
-        if (argc == 4) pose = pose_at(*scene, std::strtod(argv[3], nullptr));
+        if (argc == 4) {
+          const GltfFile file = read_gltf(*importer.GetIOHandler(), argv[1]);
+          for (const std::string& warning : file.warnings) put("warning", warning, "");
+          pose = pose_at(*scene, file, std::strtod(argv[3], nullptr));
+        }
         Writer(*scene, suffix, std::move(pose)).write(counts);
       }
     }

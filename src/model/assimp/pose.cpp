@@ -2,92 +2,85 @@
 
 #include <algorithm>
 #include <set>
+#include <string>
+#include <utility>
 
 namespace {
 
-/// The keys around a time, and the share of the second.
-template <class Key>
-struct KeyPair {
-  const Key &first, &second;
-  double share = 0;
-};
-template <class Key>
-KeyPair<Key> keys_at(const Key* keys, unsigned count, double ticks) {
-  const Key* const end = keys + count;
-  const Key* next =
-      std::upper_bound(keys, end, ticks, [](double t, const Key& key) { return t < key.mTime; });
-  if (next == keys) return {keys[0], keys[0], 0};
-  if (next == end) return {end[-1], end[-1], 0};
-  const double length = next->mTime - next[-1].mTime;
-  return {next[-1], *next, length > 0 ? (ticks - next[-1].mTime) / length : 0};
+/// Pairs each node of the file with Assimp's; both trees have the same order.
+void pair_nodes(const aiNode& node, std::size_t index, const GltfFile& file,
+                std::vector<const aiNode*>& nodes) {
+  if (index >= nodes.size()) return;
+  nodes[index] = &node;
+  const std::vector<std::size_t>& children = file.nodes[index].children;
+  if (children.size() != node.mNumChildren) return;
+  for (unsigned i = 0; i < node.mNumChildren; ++i)
+    pair_nodes(*node.mChildren[i], children[i], file, nodes);
 }
 
-aiVector3D vector_at(const aiVectorKey* keys, unsigned count, double ticks, aiVector3D fallback) {
-  if (count == 0) return fallback;
-  const auto [a, b, share] = keys_at(keys, count, ticks);
-  return a.mValue + (b.mValue - a.mValue) * static_cast<ai_real>(share);
+/// Assimp's nodes in the file's order. Several roots are children of a node of its own.
+std::vector<const aiNode*> list_nodes(const aiScene& scene, const GltfFile& file) {
+  std::vector<const aiNode*> nodes(file.nodes.size());
+  const aiNode& root = *scene.mRootNode;
+  if (file.roots.size() == 1)
+    pair_nodes(root, file.roots[0], file, nodes);
+  else if (file.roots.size() == root.mNumChildren)
+    for (unsigned i = 0; i < root.mNumChildren; ++i)
+      pair_nodes(*root.mChildren[i], file.roots[i], file, nodes);
+  return nodes;
 }
 
-aiMatrix4x4 transform_at(const aiNodeAnim& channel, double ticks) {
-  aiQuaternion rotation;
-  if (channel.mNumRotationKeys > 0) {
-    const auto [a, b, share] = keys_at(channel.mRotationKeys, channel.mNumRotationKeys, ticks);
-    aiQuaternion::Interpolate(rotation, a.mValue, b.mValue, static_cast<ai_real>(share));
-    rotation.Normalize();
-  }
-  return {vector_at(channel.mScalingKeys, channel.mNumScalingKeys, ticks, {1, 1, 1}), rotation,
-          vector_at(channel.mPositionKeys, channel.mNumPositionKeys, ticks, {0, 0, 0})};
-}
+using KeysByPath = std::map<std::string, GltfKeys>;
 
-std::vector<double> weights_at(const aiMeshMorphAnim& channel, double ticks) {
-  std::vector<double> weights;
-  if (channel.mNumKeys == 0) return weights;
-  const auto [a, b, share] = keys_at(channel.mKeys, channel.mNumKeys, ticks);
-  const auto add = [&](const aiMeshMorphKey& key, double part) {
-    for (unsigned i = 0; i < key.mNumValuesAndWeights; ++i) {
-      const std::size_t target = key.mValues[i];
-      constexpr std::size_t kMaxTargets = 4096;
-      if (target >= kMaxTargets) continue;
-      if (weights.size() <= target) weights.resize(target + 1);
-      weights[target] += part * key.mWeights[i];
-    }
+aiMatrix4x4 transform_at(const GltfNode& node, const KeysByPath& moved, double seconds) {
+  const auto value = [&](const char* what, const std::vector<double>& at_rest) {
+    const auto keys = moved.find(what);
+    return keys == moved.end() ? at_rest : keys->second.value_at(seconds);
   };
-  add(a, 1 - share);
-  if (share > 0) add(b, share);
-  return weights;
+  const auto vector = [](const std::vector<double>& v) {
+    return aiVector3D(static_cast<ai_real>(v[0]), static_cast<ai_real>(v[1]),
+                      static_cast<ai_real>(v[2]));
+  };
+  const std::vector<double> q = value("rotation", node.rotation);
+  const aiMatrix4x4 rotation(aiQuaternion(static_cast<ai_real>(q[3]), static_cast<ai_real>(q[0]),
+                                          static_cast<ai_real>(q[1]), static_cast<ai_real>(q[2]))
+                                 .GetMatrix());
+  aiMatrix4x4 scaling, translation;
+  aiMatrix4x4::Scaling(vector(value("scale", node.scale)), scaling);
+  aiMatrix4x4::Translation(vector(value("translation", node.translation)), translation);
+  // Assimp's constructor of all three would scale after the rotation.
+  return translation * rotation * scaling;
 }
 
 void add_globals(const aiNode& node, const aiMatrix4x4& parent, Pose& pose) {
   const aiMatrix4x4 global = parent * pose.local(node);
-  pose.globals[node.mName.C_Str()] = global;
+  pose.globals[&node] = global;
   for (unsigned i = 0; i < node.mNumChildren; ++i) add_globals(*node.mChildren[i], global, pose);
 }
 
-/// Names of the nodes and morph targets that an animation moves.
-std::set<std::string> moved_by(const aiAnimation& animation) {
-  std::set<std::string> moved;
-  for (unsigned i = 0; i < animation.mNumChannels; ++i)
-    moved.insert(std::string("node ") + animation.mChannels[i]->mNodeName.C_Str());
-  for (unsigned i = 0; i < animation.mNumMorphMeshChannels; ++i)
-    moved.insert(std::string("morph ") + animation.mMorphMeshChannels[i]->mName.C_Str());
+/// Nodes, and weights of nodes, that an animation moves.
+std::set<std::pair<std::size_t, bool>> moved_by(const GltfAnimation& animation) {
+  std::set<std::pair<std::size_t, bool>> moved;
+  for (const auto& [node, keys] : animation)
+    for (const auto& [what, values] : keys) moved.emplace(node, what == "weights");
   return moved;
 }
 
-void play(const aiAnimation& animation, double seconds, Pose& pose) {
-  constexpr double kUnknown = 25;
-  const double ticks =
-      seconds * (animation.mTicksPerSecond > 0 ? animation.mTicksPerSecond : kUnknown);
-  for (unsigned i = 0; i < animation.mNumChannels; ++i)
-    pose.locals[animation.mChannels[i]->mNodeName.C_Str()] =
-        transform_at(*animation.mChannels[i], ticks);
-  for (unsigned i = 0; i < animation.mNumMorphMeshChannels; ++i)
-    pose.weights[animation.mMorphMeshChannels[i]->mName.C_Str()] =
-        weights_at(*animation.mMorphMeshChannels[i], ticks);
+void play(const GltfAnimation& animation, const GltfFile& file,
+          const std::vector<const aiNode*>& nodes, double seconds, Pose& pose) {
+  for (const auto& [index, keys] : animation) {
+    const aiNode* const node = nodes[index];
+    if (!node) continue;
+    const auto weights = keys.find("weights");
+    if (weights != keys.end()) pose.weights[node] = weights->second.value_at(seconds);
+    if (keys.size() > (weights != keys.end() ? 1u : 0u))
+      pose.locals[node] = transform_at(file.nodes[index], keys, seconds);
+  }
 }
 
 /// Adds the morph targets, each by its weight, to a mesh at rest.
 void add_targets(const Pose& pose, const aiNode& node, const aiMesh& mesh, PosedMesh& posed) {
-  const auto own = pose.weights.find(node.mName.C_Str());
+  const auto own = pose.weights.find(&node);
   for (unsigned t = 0; t < mesh.mNumAnimMeshes; ++t) {
     const aiAnimMesh& target = *mesh.mAnimMeshes[t];
     const double weight = own == pose.weights.end() ? static_cast<double>(target.mWeight)
@@ -103,15 +96,26 @@ void add_targets(const Pose& pose, const aiNode& node, const aiMesh& mesh, Posed
   }
 }
 
+/// The node that moves a bone: the skin's joint, or else the first node of the bone's name.
+const aiNode* find_joint(const Pose& pose, const aiNode& node, const aiBone& bone, unsigned index) {
+  const auto skin = pose.joints.find(&node);
+  if (skin != pose.joints.end() && index < skin->second.size() && skin->second[index] &&
+      skin->second[index]->mName == bone.mName)
+    return skin->second[index];
+  const aiNode* root = &node;
+  while (root->mParent) root = root->mParent;
+  return root->FindNode(bone.mName);
+}
+
 /// Moves vertices by their bones: linear blend skinning.
-void skin(const Pose& pose, const aiMesh& mesh, PosedMesh& posed) {
+void skin(const Pose& pose, const aiNode& node, const aiMesh& mesh, PosedMesh& posed) {
   const std::vector<aiVector3D> points = posed.points, normals = posed.normals;
   std::vector<ai_real> sums(points.size());
   for (aiVector3D& p : posed.points) p = {};
   for (aiVector3D& n : posed.normals) n = {};
   for (unsigned b = 0; b < mesh.mNumBones; ++b) {
     const aiBone& bone = *mesh.mBones[b];
-    const auto found = pose.globals.find(bone.mName.C_Str());
+    const auto found = pose.globals.find(find_joint(pose, node, bone, b));
     if (found == pose.globals.end()) continue;
     const aiMatrix4x4 moved = found->second * bone.mOffsetMatrix;
     const aiMatrix3x3 turned(moved);
@@ -135,20 +139,26 @@ void skin(const Pose& pose, const aiMesh& mesh, PosedMesh& posed) {
 }  // namespace
 
 const aiMatrix4x4& Pose::local(const aiNode& node) const {
-  const auto found = locals.find(node.mName.C_Str());
+  const auto found = locals.find(&node);
   return found == locals.end() ? node.mTransformation : found->second;
 }
 
-Pose pose_at(const aiScene& scene, double seconds) {
+Pose pose_at(const aiScene& scene, const GltfFile& file, double seconds) {
   Pose pose;
-  std::set<std::string> moved;
-  for (unsigned i = 0; i < scene.mNumAnimations; ++i) {
-    const aiAnimation& animation = *scene.mAnimations[i];
-    const std::set<std::string> own = moved_by(animation);
-    if (std::any_of(own.begin(), own.end(), [&](const auto& name) { return moved.contains(name); }))
+  const std::vector<const aiNode*> nodes = list_nodes(scene, file);
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (!nodes[i]) continue;
+    if (!file.nodes[i].weights.empty()) pose.weights[nodes[i]] = file.nodes[i].weights;
+    for (const std::size_t joint : file.nodes[i].joints)
+      pose.joints[nodes[i]].push_back(joint < nodes.size() ? nodes[joint] : nullptr);
+  }
+  std::set<std::pair<std::size_t, bool>> moved;
+  for (const GltfAnimation& animation : file.animations) {
+    const auto own = moved_by(animation);
+    if (std::any_of(own.begin(), own.end(), [&](const auto& one) { return moved.contains(one); }))
       continue;
     moved.insert(own.begin(), own.end());
-    play(animation, seconds, pose);
+    play(animation, file, nodes, seconds, pose);
   }
   add_globals(*scene.mRootNode, {}, pose);
   return pose;
@@ -159,7 +169,7 @@ PosedMesh posed_mesh(const Pose& pose, const aiNode& node, const aiMesh& mesh) {
   posed.points.assign(mesh.mVertices, mesh.mVertices + mesh.mNumVertices);
   if (mesh.HasNormals()) posed.normals.assign(mesh.mNormals, mesh.mNormals + mesh.mNumVertices);
   add_targets(pose, node, mesh, posed);
-  if (mesh.HasBones()) skin(pose, mesh, posed);
+  if (mesh.HasBones()) skin(pose, node, mesh, posed);
   for (aiVector3D& n : posed.normals) n.NormalizeSafe();
   return posed;
 }

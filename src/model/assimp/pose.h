@@ -4,23 +4,25 @@
 #include <assimp/scene.h>
 
 #include <map>
-#include <string>
 #include <vector>
+
+#include "model/assimp/gltf_keys.h"
 
 /// Places of nodes and weights of morph targets at a moment.
 struct Pose {
-  std::map<std::string, aiMatrix4x4> locals;   ///< transforms of nodes that the animation moves
-  std::map<std::string, aiMatrix4x4> globals;  ///< transforms of all nodes to the scene
-  std::map<std::string, std::vector<double>> weights;  ///< weights of morph targets, by their node
+  std::map<const aiNode*, aiMatrix4x4> locals;   ///< transforms of nodes that the animation moves
+  std::map<const aiNode*, aiMatrix4x4> globals;  ///< transforms of all nodes to the scene
+  std::map<const aiNode*, std::vector<double>> weights;        ///< weights of morph targets
+  std::map<const aiNode*, std::vector<const aiNode*>> joints;  ///< those of a node's bones
 
   /// A node's transform relative to its parent.
   const aiMatrix4x4& local(const aiNode& node) const;
 };
 
-/// Computes the pose of a scene at a time, before the first key and after the last one that of the
-/// key. The first animation plays, and of the others those that move nothing that plays already: an
-/// armature's and that of morph targets are often two.
-Pose pose_at(const aiScene& scene, double seconds);
+/// Computes the pose of a glTF file's scene at a time. The first animation plays, and of the others
+/// those that move nothing that plays already: an armature's and that of morph targets are often
+/// two.
+Pose pose_at(const aiScene& scene, const GltfFile& file, double seconds);
 
 /// Vertices of a mesh in a pose.
 struct PosedMesh {

@@ -136,24 +136,26 @@ Status check_equal(const Part& a, const Part& b, const std::vector<std::string>&
 class Merger {
  public:
   Merger(std::span<const Part> parts, const std::vector<std::vector<NodeView>>& views,
-         const std::vector<std::string>& others, MatteSums& mattes)
+         const std::vector<std::string>& others, MatteSums& mattes, bool is_picture)
       : parts_(parts),
         views_(views),
         mattes_(mattes),
-        range_{parts.front().samples.first, parts.back().samples.end, parts.front().samples.total} {
+        range_{parts.front().samples.first, parts.back().samples.end, parts.front().samples.total},
+        is_picture_(is_picture) {
+    for (const Part& part : parts) samples_ += part.samples.count();
     std::vector<std::string> channels{"R", "G", "B", "A"};
-    if (!range_.is_whole()) channels = list_node_channels(range_);
+    if (!is_picture_) channels = list_node_channels(range_);
     first_other_ = channels.size();
     for (const std::string& channel : others) {
       others_.push_back(parts.front().image.find_channel(channel));
       channels.push_back(channel);
     }
-    if (range_.is_whole())
+    if (is_picture_)
       for (const std::string& layer : mattes.layers)
         for (const std::string& channel : list_matte_channels(layer)) channels.push_back(channel);
     const Image& first = parts.front().image;
     film_ = make_image(first.width, first.height, std::move(channels));
-    if (!range_.is_whole())
+    if (!is_picture_)
       mattes.sums.resize(static_cast<std::size_t>(first.width) *
                          static_cast<std::size_t>(first.height) * mattes.layers.size() *
                          list_nodes(range_).size());
@@ -180,7 +182,7 @@ class Merger {
     for (std::size_t p = 0; p < parts_.size(); ++p)
       for (const NodeView& node : views_[p])
         sums.add({node.blocks, read_node(find_pixel(p, i), node.sums, node.samples)});
-    if (range_.is_whole()) {
+    if (is_picture_) {
       write_colors(sums.total(), pixel);
     } else {
       const auto nodes = sums.nodes();
@@ -194,8 +196,8 @@ class Merger {
       for (std::size_t p = 0; p < parts_.size(); ++p)
         for (const NodeView& node : views_[p])
           matte.add({node.blocks, read_mattes(find_pixel(p, i), node.mattes[layer])});
-      if (range_.is_whole()) {
-        const auto rank = matte.total().rank(static_cast<float>(range_.total));
+      if (is_picture_) {
+        const auto rank = matte.total().rank(static_cast<float>(samples_));
         other = std::copy(rank.begin(), rank.end(), other);
         continue;
       }
@@ -209,17 +211,20 @@ class Merger {
   const std::vector<std::vector<NodeView>>& views_;
   MatteSums& mattes_;
   SampleRange range_;
+  bool is_picture_ = false;
+  int samples_ = 0;  ///< those of all parts
   std::size_t first_other_ = 0;
   std::vector<int> others_;  ///< channels of the first part
   Image film_;
 };
 
-std::vector<Attribute> merge_attributes(const Image& first, const SampleRange& range) {
+std::vector<Attribute> merge_attributes(const Image& first, const SampleRange& range,
+                                        bool is_picture) {
   std::vector<Attribute> attributes;
   for (const Attribute& attribute : first.attributes) {
-    if (attribute.name == kPartSamplesAttribute && !range.is_whole())
+    if (attribute.name == kPartSamplesAttribute && !is_picture)
       attributes.push_back({kPartSamplesAttribute, format_sample_range(range)});
-    else if (!attribute.name.starts_with(kPartPrefix) || !range.is_whole())
+    else if (!attribute.name.starts_with(kPartPrefix) || !is_picture)
       attributes.push_back(attribute);
   }
   return attributes;
@@ -304,7 +309,7 @@ Image select_channels(Image film, std::vector<std::string> channels) {
   return image;
 }
 
-Result<Image> merge_parts(std::span<const Part> parts) {
+Result<Image> merge_parts(std::span<const Part> parts, bool is_draft) {
   PM_CHECK(!parts.empty());
   const Part& first = parts.front();
   const std::vector<std::string> channels =
@@ -322,9 +327,10 @@ Result<Image> merge_parts(std::span<const Part> parts) {
     PM_TRY_STATUS(check_equal(first, part, others));
   }
   const SampleRange range{first.samples.first, parts.back().samples.end, first.samples.total};
-  Image film = Merger(parts, views, others, mattes).run();
-  film.attributes = merge_attributes(first.image, range);
-  if (!range.is_whole()) return append_matte_sums(std::move(film), range, mattes);
+  const bool is_picture = is_draft || range.is_whole();
+  Image film = Merger(parts, views, others, mattes, is_picture).run();
+  film.attributes = merge_attributes(first.image, range, is_picture);
+  if (!is_picture) return append_matte_sums(std::move(film), range, mattes);
   const bool smooth = format_entry(first.image, kPartSmoothAttribute) == "1";
   std::vector<std::string> needed = channels;
   if (smooth)

@@ -68,9 +68,9 @@ struct Part {
 };
 
 /// Merges parts of one picture that follow each other, in ascending order: to the picture if they
-/// are all of it, else to a larger part. It has the attributes of the first, without those of
-/// kPartPrefix where it is a picture. Errors (kInput): a channel is missing, sizes or layers
-/// differ.
-Result<Image> merge_parts(std::span<const Part> parts);
+/// are all of it, else to a larger part. A draft is a picture of any of its samples. It has the
+/// attributes of the first, without those of kPartPrefix where it is a picture. Errors (kInput): a
+/// channel is missing, sizes or layers differ.
+Result<Image> merge_parts(std::span<const Part> parts, bool is_draft = false);
 
 }  // namespace polymorph

@@ -92,12 +92,10 @@ Status check_one_picture(int frame, const std::vector<PartFile>& parts) {
 }
 
 /// Describes what keeps the parts from making up a frame, or with `partial` a larger part; else "".
-std::string find_gap(const FrameMerge& merge, const std::vector<PartFile>& parts, bool partial) {
-  std::vector<SampleRange> ranges;
-  for (const PartFile& part : parts) ranges.push_back(*part.header.part);
-  const std::vector<SampleRange> joined = join_ranges(ranges);
+std::string find_gap(const FrameMerge& merge, bool partial) {
+  const std::vector<SampleRange>& joined = merge.ranges;
   const int total = merge.samples.total;
-  if (joined.size() == 1 && (partial || merge.samples.is_whole())) return "";
+  if (merge.is_draft || (joined.size() == 1 && (partial || merge.samples.is_whole()))) return "";
   std::string options;
   for (const SampleRange& range : missing_ranges(joined, total))
     options +=
@@ -129,9 +127,17 @@ Result<std::vector<FrameMerge>> plan_merge(const MergeSettings& settings) {
     });
     PM_TRY_STATUS(check_one_picture(frame, parts));
     const SampleRange &first = *parts.front().header.part, &last = *parts.back().header.part;
-    FrameMerge merge{frame, {first.first, last.end, first.total}, {}, frame_path(output, frame)};
-    for (const PartFile& part : parts) merge.parts.push_back(part.path);
-    if (std::string gap = find_gap(merge, parts, settings.partial); !gap.empty())
+    FrameMerge merge{
+        frame, {first.first, last.end, first.total}, {}, {}, false, frame_path(output, frame)};
+    std::vector<SampleRange> ranges;
+    for (const PartFile& part : parts) {
+      merge.parts.push_back(part.path);
+      ranges.push_back(*part.header.part);
+    }
+    merge.ranges = join_ranges(ranges);
+    merge.is_draft =
+        settings.draft && !(merge.ranges.size() == 1 && merge.ranges.front().is_whole());
+    if (std::string gap = find_gap(merge, settings.partial); !gap.empty())
       gaps.push_back(std::move(gap));
     merges.push_back(std::move(merge));
   }
@@ -160,14 +166,18 @@ Status merge_frame(const FrameMerge& merge, const std::string& command) {
     parts.push_back({file.string(), *header.part, std::move(image)});
   }
   const ExrSettings merged = merged_exr_settings(parts.front().image);
-  PM_TRY(Image image, merge_parts(parts));
+  PM_TRY(Image image, merge_parts(parts, merge.is_draft));
   parts.clear();
+  const bool is_whole = merge.samples.is_whole() && !merge.is_draft;
   for (Attribute& attribute : image.attributes) {
     if (attribute.name == kCommandAttribute) attribute.value = printable(command);
-    if (attribute.name == kPartOfAttribute && merge.samples.is_whole())
-      attribute.name = kFrameHashAttribute;
+    if (attribute.name == kPartOfAttribute && is_whole) attribute.name = kFrameHashAttribute;
   }
-  return write_image(merge.output, image, {}, merge.samples.is_whole() ? merged : ExrSettings{});
+  if (merge.is_draft)
+    image.attributes.push_back(
+        {kDraftAttribute,
+         fmt::format("{} of {}", format_samples(merge.ranges), merge.samples.total)});
+  return write_image(merge.output, image, {}, is_whole || merge.is_draft ? merged : ExrSettings{});
 }
 
 }  // namespace polymorph

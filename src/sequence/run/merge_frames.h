@@ -11,11 +11,15 @@
 
 namespace polymorph {
 
+/// The attribute of a picture that lacks samples: "0-15 of 64", those that it has.
+inline constexpr const char* kDraftAttribute = "polymorph/draft";
+
 struct MergeSettings {
   std::vector<std::string> inputs;  ///< EXR files, patterns of them, and folders
   std::string output;               ///< an EXR file, or a pattern
   bool overwrite = false;
   bool partial = false;  ///< parts that are not the whole frame become a larger part
+  bool draft = false;    ///< they become a picture of the samples that there are
   std::string command;   ///< command line that the image headers state
 };
 
@@ -24,6 +28,8 @@ struct FrameMerge {
   int frame = 0;
   SampleRange samples;                       ///< samples of all parts together
   std::vector<std::filesystem::path> parts;  ///< parts in the order of their samples
+  std::vector<SampleRange> ranges;           ///< samples of the parts, joined
+  bool is_draft = false;                     ///< a picture that lacks samples
   std::filesystem::path output;
 };
 

@@ -1,0 +1,288 @@
+#include "model/assimp/gltf_keys.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <assimp/IOStream.hpp>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "base/exact_math.h"
+#include "base/json.h"
+#include "base/packed_text.h"
+
+namespace {
+
+using polymorph::JsonValue;
+
+std::string read_bytes(Assimp::IOSystem& system, const std::string& path) {
+  Assimp::IOStream* const stream = system.Open(path.c_str(), "rb");
+  if (!stream) return {};
+  std::string bytes(stream->FileSize(), '\0');
+  bytes.resize(stream->Read(bytes.data(), 1, bytes.size()));
+  system.Close(stream);
+  return bytes;
+}
+
+/// The chunks of a .glb file: JSON and bytes; all of a .gltf file is JSON.
+struct Chunks {
+  std::string json, bytes;
+};
+
+Chunks split_chunks(std::string file) {
+  constexpr std::size_t kHeader = 12, kChunk = 8;
+  if (file.size() < kHeader || file.compare(0, 4, "glTF") != 0) return {std::move(file), {}};
+  Chunks chunks;
+  for (std::size_t at = kHeader; at + kChunk <= file.size();) {
+    std::uint32_t length = 0;
+    std::memcpy(&length, file.data() + at, sizeof length);
+    const std::string_view kind(file.data() + at + 4, 4);
+    at += kChunk;
+    const std::size_t size = std::min<std::size_t>(length, file.size() - at);
+    if (kind == "JSON") chunks.json = file.substr(at, size);
+    if (kind == std::string_view("BIN\0", 4)) chunks.bytes = file.substr(at, size);
+    at += size;
+  }
+  return chunks;
+}
+
+std::optional<std::size_t> read_index(const JsonValue& value) {
+  if (!value.integral || value.integer < 0) return std::nullopt;
+  return static_cast<std::size_t>(value.integer);
+}
+
+std::vector<std::size_t> read_indices(const JsonValue& list) {
+  std::vector<std::size_t> indices;
+  for (const JsonValue& item : list.items)
+    if (const auto index = read_index(item)) indices.push_back(*index);
+  return indices;
+}
+
+/// The item that a member of `value` refers to; null where there is none.
+const JsonValue& find_item(const JsonValue& list, const JsonValue& index) {
+  static const JsonValue none;
+  const auto found = read_index(index);
+  return found && *found < list.items.size() ? list.items[*found] : none;
+}
+
+class Accessors {
+ public:
+  Accessors(Assimp::IOSystem& system, std::string path, const JsonValue& root, std::string bytes)
+      : system_(system), path_(std::move(path)), root_(root) {
+    buffers_[0] = std::move(bytes);
+    const JsonValue& first = find_item(root.get("buffers"), JsonValue(0));
+    if (first.contains("uri")) buffers_.clear();
+  }
+
+  /// All numbers of an accessor; nothing where they cannot be read. `width`: numbers of an element.
+  std::optional<std::vector<double>> numbers(const JsonValue& index, std::size_t width);
+
+ private:
+  const std::string& buffer(std::size_t index);
+
+  Assimp::IOSystem& system_;
+  std::string path_;
+  const JsonValue& root_;
+  std::map<std::size_t, std::string> buffers_;
+};
+
+const std::string& Accessors::buffer(std::size_t index) {
+  const auto [entry, is_new] = buffers_.try_emplace(index);
+  if (!is_new) return entry->second;
+  const std::string& uri = find_item(root_.get("buffers"), JsonValue(index)).get("uri").string;
+  if (uri.starts_with("data:")) {
+    const std::size_t comma = uri.find(',');
+    if (comma != std::string::npos)
+      if (auto bytes = polymorph::decode_base64(std::string_view(uri).substr(comma + 1)))
+        entry->second = std::move(*bytes);
+  } else if (!uri.empty()) {
+    entry->second =
+        read_bytes(system_, (std::filesystem::path(path_).parent_path() / uri).string());
+  }
+  return entry->second;
+}
+
+template <class T>
+double number_at(const char* bytes, double scale) {
+  T value;
+  std::memcpy(&value, bytes, sizeof value);
+  return std::max(static_cast<double>(value) * scale, scale < 1 ? -1.0 : -HUGE_VAL);
+}
+
+std::optional<std::vector<double>> Accessors::numbers(const JsonValue& index, std::size_t width) {
+  struct Kind {
+    std::int64_t code;
+    std::size_t size;
+    double largest;
+    double (*read)(const char*, double);
+  };
+  static constexpr Kind kKinds[] = {{5120, 1, 127, number_at<std::int8_t>},
+                                    {5121, 1, 255, number_at<std::uint8_t>},
+                                    {5122, 2, 32767, number_at<std::int16_t>},
+                                    {5123, 2, 65535, number_at<std::uint16_t>},
+                                    {5126, 4, 1, number_at<float>}};
+  const JsonValue& accessor = find_item(root_.get("accessors"), index);
+  const JsonValue& view = find_item(root_.get("bufferViews"), accessor.get("bufferView"));
+  const auto count = read_index(accessor.get("count")), source = read_index(view.get("buffer"));
+  const auto* const kind = std::find_if(
+      std::begin(kKinds), std::end(kKinds),
+      [code = accessor.get("componentType").integer](const Kind& k) { return k.code == code; });
+  if (!count || !source || kind == std::end(kKinds) || accessor.contains("sparse"))
+    return std::nullopt;
+  const std::string& bytes = buffer(*source);
+  const std::size_t first = read_index(view.get("byteOffset")).value_or(0),
+                    within = read_index(accessor.get("byteOffset")).value_or(0);
+  if (first > bytes.size() || within > bytes.size() - first) return std::nullopt;
+  const std::size_t start = first + within;
+  if (*count > (bytes.size() - start) / (width * kind->size)) return std::nullopt;
+  const double scale = accessor.get("normalized").boolean ? 1 / kind->largest : 1;
+  std::vector<double> values(*count * width);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    values[i] = kind->read(bytes.data() + start + i * kind->size, scale);
+    if (!std::isfinite(values[i])) return std::nullopt;
+  }
+  return values;
+}
+
+/// Keys of a sampler; nothing where they are not as the format has them.
+std::optional<GltfKeys> read_keys(Accessors& accessors, const JsonValue& sampler,
+                                  const std::string& what) {
+  GltfKeys keys;
+  const std::string& interpolation = sampler.get("interpolation").string;
+  if (interpolation == "STEP") keys.interpolation = GltfKeys::Interpolation::kStep;
+  if (interpolation == "CUBICSPLINE") keys.interpolation = GltfKeys::Interpolation::kCubicSpline;
+  keys.is_rotation = what == "rotation";
+  const std::size_t element = keys.is_rotation ? 4 : what == "weights" ? 1 : 3;
+  auto seconds = accessors.numbers(sampler.get("input"), 1);
+  auto numbers = accessors.numbers(sampler.get("output"), element);
+  if (!seconds || !numbers || seconds->empty() || !std::is_sorted(seconds->begin(), seconds->end()))
+    return std::nullopt;
+  const std::size_t values =
+      seconds->size() * (keys.interpolation == GltfKeys::Interpolation::kCubicSpline ? 3 : 1);
+  keys.width = numbers->size() / values;
+  if (keys.width == 0 || keys.width * values != numbers->size() ||
+      (what != "weights" && keys.width != element))
+    return std::nullopt;
+  keys.seconds = std::move(*seconds);
+  keys.numbers = std::move(*numbers);
+  return keys;
+}
+
+void read_numbers(const JsonValue& list, std::vector<double>& numbers) {
+  if (list.items.size() != numbers.size()) return;
+  for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = list.items[i].number;
+}
+
+GltfNode read_node(const JsonValue& root, const JsonValue& value) {
+  GltfNode node;
+  node.children = read_indices(value.get("children"));
+  node.joints = read_indices(find_item(root.get("skins"), value.get("skin")).get("joints"));
+  read_numbers(value.get("translation"), node.translation);
+  read_numbers(value.get("rotation"), node.rotation);
+  read_numbers(value.get("scale"), node.scale);
+  for (const JsonValue& weight : value.get("weights").items) node.weights.push_back(weight.number);
+  return node;
+}
+
+/// A quaternion on the great circle from `a` to `b`, the shorter way.
+std::vector<double> turn_between(const double* a, const double* b, double share) {
+  double cosine = 0;
+  for (int k = 0; k < 4; ++k) cosine += a[k] * b[k];
+  const double sign = cosine < 0 ? -1 : 1;
+  cosine *= sign;
+  double first = 1 - share, second = share;
+  constexpr double kNearlyEqual = 0.9999995;
+  if (cosine < kNearlyEqual) {
+    const double angle = polymorph::exact::acos(cosine), sine = polymorph::exact::sin(angle);
+    first = polymorph::exact::sin(first * angle) / sine;
+    second = polymorph::exact::sin(second * angle) / sine;
+  }
+  std::vector<double> rotation(4);
+  for (std::size_t k = 0; k < 4; ++k) rotation[k] = first * a[k] + sign * second * b[k];
+  return rotation;
+}
+
+void normalize(std::vector<double>& quaternion) {
+  double square = 0;
+  for (const double v : quaternion) square += v * v;
+  if (!(square > 0)) {
+    quaternion = {0, 0, 0, 1};
+    return;
+  }
+  for (double& v : quaternion) v /= std::sqrt(square);
+}
+
+}  // namespace
+
+std::vector<double> GltfKeys::value_at(double time) const {
+  const bool is_cubic = interpolation == Interpolation::kCubicSpline;
+  // `part`: 0 the tangent before a key, 1 its value, 2 the tangent behind it.
+  const auto numbers_of = [&](std::size_t key, std::size_t part) {
+    return numbers.data() + width * (is_cubic ? 3 * key + part : key);
+  };
+  const auto next = static_cast<std::size_t>(
+      std::upper_bound(seconds.begin(), seconds.end(), time) - seconds.begin());
+  const std::size_t key = next == 0 ? 0 : next - 1;
+  const double* const first = numbers_of(key, 1);
+  std::vector<double> value(first, first + width);
+  const double length = next == 0 || next == seconds.size() ? 0 : seconds[next] - seconds[key];
+  if (length > 0 && interpolation != Interpolation::kStep) {
+    const double u = (time - seconds[key]) / length;
+    const double* const second = numbers_of(next, 1);
+    if (is_cubic) {
+      const double *const leaving = numbers_of(key, 2), *const arriving = numbers_of(next, 0);
+      const double square = u * u, cube = square * u;
+      for (std::size_t i = 0; i < width; ++i)
+        value[i] = (2 * cube - 3 * square + 1) * first[i] +
+                   length * (cube - 2 * square + u) * leaving[i] +
+                   (3 * square - 2 * cube) * second[i] + length * (cube - square) * arriving[i];
+    } else if (is_rotation) {
+      std::vector<double> a(first, first + width), b(second, second + width);
+      normalize(a);
+      normalize(b);
+      value = turn_between(a.data(), b.data(), u);
+    } else {
+      for (std::size_t i = 0; i < width; ++i) value[i] = first[i] + (second[i] - first[i]) * u;
+    }
+  }
+  if (is_rotation) normalize(value);
+  return value;
+}
+
+GltfFile read_gltf(Assimp::IOSystem& system, const std::string& path) {
+  GltfFile file;
+  Chunks chunks = split_chunks(read_bytes(system, path));
+  const auto document = polymorph::parse_json(path, std::move(chunks.json));
+  if (!document) {
+    file.warnings.push_back("its animation cannot be read - it stands still");
+    return file;
+  }
+  const JsonValue& root = document->root;
+  const JsonValue& scene =
+      find_item(root.get("scenes"), root.contains("scene") ? root.get("scene") : JsonValue(0));
+  file.roots = read_indices(scene.get("nodes"));
+  for (const JsonValue& node : root.get("nodes").items) file.nodes.push_back(read_node(root, node));
+  Accessors accessors(system, path, root, std::move(chunks.bytes));
+  for (const JsonValue& value : root.get("animations").items) {
+    GltfAnimation& animation = file.animations.emplace_back();
+    for (const JsonValue& channel : value.get("channels").items) {
+      const JsonValue& target = channel.get("target");
+      const std::string& what = target.get("path").string;
+      const auto node = read_index(target.get("node"));
+      if (!node || *node >= file.nodes.size()) continue;
+      std::optional<GltfKeys> keys;
+      if (what == "translation" || what == "rotation" || what == "scale" || what == "weights")
+        keys = read_keys(accessors, find_item(value.get("samplers"), channel.get("sampler")), what);
+      if (keys)
+        animation[*node].emplace(what, std::move(*keys));
+      else
+        file.warnings.push_back(fmt::format(
+            "keys of \"{}\" of node {} cannot be read - they are ignored", what, *node));
+    }
+  }
+  return file;
+}
