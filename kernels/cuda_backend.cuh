@@ -27,13 +27,11 @@ namespace polymorph {
 inline EngineStatus cuda_status(cudaError_t error, const char* doing) {
   const std::string text =
       std::string(cudaGetErrorString(error)) + " (" + cudaGetErrorName(error) + ")";
-  if (error == cudaErrorMemoryAllocation) {
+  if (error == cudaErrorMemoryAllocation)
     return {EngineCode::kOutOfMemory,
-            std::string("the cuda device has no memory left while doing '") + doing + "': " + text +
-                "};
-  }
-  return {EngineCode::kDeviceError, std::string("the cuda device failed while doing '") + doing +
-                                        "': " + text};
+            std::string("the cuda device has no memory left while doing '") + doing + "': " + text};
+  return {EngineCode::kDeviceError,
+          std::string("the cuda device failed while doing '") + doing + "': " + text};
 }
 
 inline void check_cuda(cudaError_t error, const char* doing) {
