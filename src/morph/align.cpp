@@ -102,6 +102,26 @@ double residual(const CostSide& a, const CostSide& b, float label_cost, const Ma
 
 }  // namespace
 
+Mat3 rotation_between(Vec3d from, Vec3d to) {
+  const Vec3d a = normalized(from), b = normalized(to);
+  if (dot(a, a) == 0 || dot(b, b) == 0) return {};
+  const double cosine = dot(a, b);
+  if (cosine < -0.999) {  // a rotation by 180 degrees about any perpendicular axis
+    const Vec3d axis = normalized(cross(a, std::fabs(a.x) < 0.9 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}));
+    const double v[3] = {axis.x, axis.y, axis.z};
+    Mat3 half;
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) half.at(r, c) = 2 * v[r] * v[c] - (r == c ? 1 : 0);
+    return half;
+  }
+  const Vec3d v = cross(a, b);
+  const Mat3 k{{0, -v.z, v.y, v.z, 0, -v.x, -v.y, v.x, 0}};
+  const Mat3 square = k * k;
+  Mat3 result;
+  for (std::size_t i = 0; i < 9; ++i) result.m[i] += k.m[i] + square.m[i] / (1 + cosine);
+  return result;
+}
+
 Mat3 about_vertical(double angle) {
   const double c = exact::cos(angle), s = exact::sin(angle);
   return Mat3{{c, 0, s, 0, 1, 0, -s, 0, c}};

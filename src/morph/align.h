@@ -18,6 +18,9 @@ enum class RotationAxis : std::uint8_t { kVertical, kAny };
 /// The rotation by an angle, in radians, that takes +z towards +x.
 Mat3 about_vertical(double angle);
 
+/// Computes the smallest rotation that takes one direction to another.
+Mat3 rotation_between(Vec3d from, Vec3d to);
+
 struct FoundRotation {
   Mat3 rotation;
   RotationAxis axis = RotationAxis::kVertical;  ///< the axis that fit_rotation() goes on with

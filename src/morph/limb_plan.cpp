@@ -15,27 +15,6 @@ namespace {
 /// Weight of the squared difference of the distances from the centres.
 constexpr double kDistanceWeight = 0.3;
 
-/// Computes the smallest rotation that takes one direction to another.
-Mat3 rotation_between(Vec3d from, Vec3d to) {
-  const Vec3d a = normalized(from), b = normalized(to);
-  if (dot(a, a) == 0 || dot(b, b) == 0) return {};
-  const double cosine = dot(a, b);
-  if (cosine < -0.999) {  // a rotation by 180 degrees about any perpendicular axis
-    const Vec3d axis = normalized(cross(a, std::fabs(a.x) < 0.9 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}));
-    const double v[3] = {axis.x, axis.y, axis.z};
-    Mat3 half;
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) half.at(r, c) = 2 * v[r] * v[c] - (r == c ? 1 : 0);
-    return half;
-  }
-  const Vec3d v = cross(a, b);
-  const Mat3 k{{0, -v.z, v.y, v.z, 0, -v.x, -v.y, v.x, 0}};
-  const Mat3 square = k * k;
-  Mat3 result;
-  for (std::size_t i = 0; i < 9; ++i) result.m[i] += k.m[i] + square.m[i] / (1 + cosine);
-  return result;
-}
-
 /// The centre line of a limb, extended to its root and tip.
 struct CentreLine {
   std::array<Vec3d, kLimbStations + 2> points;
@@ -129,9 +108,15 @@ AllowedLimbs allowed_limbs(const PlanSide& from, const PlanSide& to, const Limbs
   const std::vector<std::size_t> from_marks = landmark_balls(from), to_marks = landmark_balls(to);
   for (std::uint32_t i = 0; i < n; ++i)
     for (std::uint32_t k = 0; k < m; ++k) {
-      for (std::size_t l = 0; l < from_marks.size(); ++l)
-        if (from_limbs.holds(i, from_marks[l]) != to_limbs.holds(k, to_marks[l])) allowed[i][k] = 0;
-      if (labels == LabelMode::kOff) continue;
+      bool share_a_mark = false;
+      for (std::size_t l = 0; l < from_marks.size(); ++l) {
+        const bool on_from = from_limbs.holds(i, from_marks[l]),
+                   on_to = to_limbs.holds(k, to_marks[l]);
+        if (on_from != on_to) allowed[i][k] = 0;
+        share_a_mark |= on_from && on_to;
+      }
+      // Landmarks say more than names that both files happen to have.
+      if (labels == LabelMode::kOff || share_a_mark) continue;
       const std::int32_t a = find_label(from, from_limbs, i), b = find_label(to, to_limbs, k);
       const auto has = [](const PlanSide& side, std::int32_t label) {
         return std::find(side.labels.begin(), side.labels.end(), label) != side.labels.end();
@@ -142,18 +127,269 @@ AllowedLimbs allowed_limbs(const PlanSide& from, const PlanSide& to, const Limbs
   return allowed;
 }
 
+/// Tests whether two limbs of one object are the same or sit on each other.
+bool overlap(const Limbs& limbs, std::uint32_t a, std::uint32_t b) {
+  const auto holds = [&](std::uint32_t outer, std::uint32_t inner) {
+    const std::vector<std::uint32_t>& on = limbs.limbs[outer].inner;
+    return std::find(on.begin(), on.end(), inner) != on.end();
+  };
+  return a == b || holds(a, b) || holds(b, a);
+}
+
+/// The pairs of limbs on which a landmark lies on both sides, and no other landmark on one alone:
+/// whole arms rather than their fingers.
+std::vector<MatchedLimbs> chosen_limbs(const PlanSide& from, const PlanSide& to, const Limbs& a,
+                                       const Limbs& b, const AllowedLimbs& allowed) {
+  const std::vector<std::size_t> from_marks = landmark_balls(from), to_marks = landmark_balls(to);
+  std::vector<MatchedLimbs> candidates;
+  for (std::uint32_t i = 0; i < a.limbs.size(); ++i)
+    for (std::uint32_t k = 0; k < b.limbs.size(); ++k)
+      for (std::size_t l = 0; l < from_marks.size(); ++l)
+        if (allowed[i][k] && a.holds(i, from_marks[l]) && b.holds(k, to_marks[l])) {
+          candidates.push_back({i, k});
+          break;
+        }
+  const auto length_of = [&](const MatchedLimbs& pair) {
+    return a.limbs[pair.from].length() / a.reach + b.limbs[pair.to].length() / b.reach;
+  };
+  std::stable_sort(
+      candidates.begin(), candidates.end(),
+      [&](const MatchedLimbs& p, const MatchedLimbs& q) { return length_of(p) > length_of(q); });
+  std::vector<MatchedLimbs> chosen;
+  for (const MatchedLimbs& pair : candidates)
+    if (std::none_of(chosen.begin(), chosen.end(), [&](const MatchedLimbs& other) {
+          return overlap(a, pair.from, other.from) || overlap(b, pair.to, other.to);
+        }))
+      chosen.push_back(pair);
+  return chosen;
+}
+
+/// The field of Gaussian balls, divided by its threshold: at least 1 inside.
+double field_at(const std::vector<Ball>& balls, Vec3d p) {
+  double sum = 0;
+  for (const Ball& ball : balls) {
+    const Vec3d d = p - Vec3d(ball.center);
+    const double q = dot(d, to_mat3(ball.shape) * d) * static_cast<double>(ball.a);
+    const double exponent = static_cast<double>(ball.w) - q;
+    constexpr double kNothing = -40;
+    if (exponent > kNothing) sum += exp_scalar(exponent);
+  }
+  return sum;
+}
+
+/// The point of the balls' surface between one inside and one outside.
+Vec3d surface_between(const std::vector<Ball>& balls, Vec3d inside, Vec3d outside) {
+  constexpr int kHalvings = 24;
+  for (int k = 0; k < kHalvings; ++k) {
+    const Vec3d middle = (inside + outside) * 0.5;
+    (field_at(balls, middle) >= 1 ? inside : outside) = middle;
+  }
+  return outside;
+}
+
+/// The point of the balls' surface where a limb of another object begins or ends that comes out at
+/// `place` in this direction.
+Vec3d place_on_surface(const std::vector<Ball>& balls, const Limbs& limbs, Vec3d place,
+                       Vec3d direction) {
+  constexpr double kStep = 0.02;  // of the reach
+  constexpr int kSteps = 100;
+  if (field_at(balls, place) >= 1) {
+    const Vec3d step = direction * (kStep * limbs.reach);
+    for (int k = 1; k <= kSteps; ++k) {
+      const Vec3d next = place + step * static_cast<double>(k);
+      if (field_at(balls, next) < 1) return surface_between(balls, next - step, next);
+    }
+    return place;
+  }
+  const auto nearest =
+      std::min_element(balls.begin(), balls.end(), [&](const Ball& a, const Ball& b) {
+        return length(Vec3d(a.center) - place) < length(Vec3d(b.center) - place);
+      });
+  const Vec3d center(nearest->center);
+  return field_at(balls, center) >= 1 ? surface_between(balls, center, place) : center;
+}
+
+/// The outermost limbs that neither are matched nor hold or sit on one that is.
+std::vector<std::uint32_t> list_lone_limbs(const Limbs& limbs,
+                                           std::span<const std::uint32_t> matched) {
+  // What is larger or thicker is a body.
+  constexpr double kMaxVolume = 0.15, kMinSlimness = 1.5;
+  std::vector<std::uint32_t> candidates;
+  for (std::uint32_t k = 0; k < limbs.limbs.size(); ++k) {
+    const Limb& limb = limbs.limbs[k];
+    double radius = 0;
+    for (const double r : limb.radius) radius += r / static_cast<double>(kLimbStations);
+    if (limb.volume <= kMaxVolume && limb.length() >= kMinSlimness * 2 * radius &&
+        std::none_of(matched.begin(), matched.end(),
+                     [&](std::uint32_t i) { return overlap(limbs, i, k); }))
+      candidates.push_back(k);
+  }
+  std::vector<std::uint32_t> lone;
+  for (const std::uint32_t k : candidates)
+    if (std::none_of(candidates.begin(), candidates.end(), [&](std::uint32_t i) {
+          const std::vector<std::uint32_t>& on = limbs.limbs[i].inner;
+          return std::find(on.begin(), on.end(), k) != on.end();
+        }))
+      lone.push_back(k);
+  return lone;
+}
+
+LimbCurve make_curve(const Limb& limb) {
+  static_assert(LimbCurve::kPoints == kLimbStations + 2);
+  const CentreLine line = extend_line(limb);
+  LimbCurve curve;
+  for (std::size_t k = 0; k < LimbCurve::kPoints; ++k) {
+    curve.points[k] = to_float(line.points[k]);
+    curve.radii[k] = static_cast<float>(radius_at(limb, line.stations[k]));
+  }
+  return curve;
+}
+
+/// The share of a limb's length at a ball.
+double station_of(const Limbs& limbs, const Limb& limb, std::size_t ball) {
+  return std::clamp(
+      (limbs.ball_distances[ball] - limb.root_distance) / std::max(limb.length(), 1e-9), 0.0, 1.0);
+}
+
+/// The curves of the limbs of `own`, whose balls are carried to `places` of the other object.
+LimbCurves make_curves(const std::vector<Ball>& balls, const Limbs& own,
+                       std::span<const std::uint32_t> matched, const std::vector<Ball>& other_balls,
+                       const Limbs& other, const std::vector<Vec3d>& places, double angle) {
+  const std::vector<std::uint32_t> lone = list_lone_limbs(own, matched);
+  LimbCurves curves;
+  curves.lone_limbs = limb_labels(own, lone);
+  const std::vector<std::int32_t> matched_limbs = limb_labels(own, matched);
+  for (std::size_t b = 0; b < balls.size(); ++b) {
+    double station = 0;
+    if (curves.lone_limbs[b] != kNoLabel)
+      station = station_of(own, own.limbs[lone[static_cast<std::size_t>(curves.lone_limbs[b])]], b);
+    else if (matched_limbs[b] != kNoLabel)
+      station = station_of(own, own.limbs[matched[static_cast<std::size_t>(matched_limbs[b])]], b);
+    curves.stations.push_back(static_cast<float>(station));
+  }
+  for (const std::uint32_t limb : matched) curves.matched.push_back(make_curve(own.limbs[limb]));
+  const Mat3 rotation = about_vertical(angle);
+  for (const std::uint32_t number : lone) {
+    const Limb& limb = own.limbs[number];
+    curves.lone.push_back(make_curve(limb));
+    // The body around the root says where it goes.
+    const Vec3d root(curves.lone.back().points[0]);
+    std::size_t nearest = balls.size();
+    const auto distance = [&](std::size_t b) { return length(Vec3d(balls[b].center) - root); };
+    for (std::size_t b = 0; b < balls.size(); ++b)
+      if (curves.lone_limbs[b] == kNoLabel && matched_limbs[b] == kNoLabel &&
+          (nearest == balls.size() || distance(b) < distance(nearest)))
+        nearest = b;
+    Vec3d place = other.center;
+    if (nearest < balls.size())
+      place = places[nearest] + rotation * (root - Vec3d(balls[nearest].center));
+    curves.counterparts.push_back(to_float(place_on_surface(
+        other_balls, other, place, rotation * normalized(limb.line[1] - limb.line[0]))));
+  }
+  return curves;
+}
+
+/// The balls of no lone limb.
+std::vector<std::uint32_t> list_body(const LimbCurves& curves, std::size_t count) {
+  std::vector<std::uint32_t> body;
+  for (std::uint32_t b = 0; b < count; ++b)
+    if (curves.lone_limbs.empty() || curves.lone_limbs[b] == kNoLabel) body.push_back(b);
+  return body;
+}
+
+CostSide part_of_side(const CostSide& side, const std::vector<std::uint32_t>& balls) {
+  CostSide part;
+  for (const std::uint32_t b : balls) {
+    part.mass.push_back(side.mass[b]);
+    if (!side.labels.empty()) part.labels.push_back(side.labels[b]);
+  }
+  for (const std::vector<float>& axis : side.values) {
+    std::vector<float>& values = part.values.emplace_back();
+    for (const std::uint32_t b : balls) values.push_back(axis[b]);
+  }
+  return part;
+}
+
+/// The body's ball nearest to a place.
+std::uint32_t nearest_ball(const std::vector<Ball>& balls, const std::vector<std::uint32_t>& body,
+                           Vec3 place) {
+  return *std::min_element(body.begin(), body.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return length(balls[a].center - place) < length(balls[b].center - place);
+  });
+}
+
 }  // namespace
 
 LimbPlan find_limbs_of_sides(const PlanSide& from, const PlanSide& to, LabelMode labels) {
   LimbPlan plan = {find_limbs(from.balls), find_limbs(to.balls)};
-  plan.allowed = allowed_limbs(from, to, plan.from, plan.to, labels);
+  plan.choices.allowed = allowed_limbs(from, to, plan.from, plan.to, labels);
+  plan.choices.required = chosen_limbs(from, to, plan.from, plan.to, plan.choices.allowed);
   return plan;
+}
+
+std::pair<LimbCurves, LimbCurves> find_limb_curves(const LimbPlan& limbs,
+                                                   const std::vector<Ball>& from,
+                                                   const std::vector<Ball>& to) {
+  std::vector<MatchedLimbs> reversed;
+  std::vector<std::uint32_t> from_matched, to_matched;
+  for (const auto& [i, k] : limbs.match.limbs) {
+    reversed.push_back({k, i});
+    from_matched.push_back(i);
+    to_matched.push_back(k);
+  }
+  const double angle = limbs.match.angle;
+  return {make_curves(from, limbs.from, from_matched, to, limbs.to,
+                      warped_places(from, limbs.from, limbs.to, limbs.match.limbs, angle), angle),
+          make_curves(to, limbs.to, to_matched, from, limbs.from,
+                      warped_places(to, limbs.to, limbs.from, reversed, -angle), -angle)};
+}
+
+std::vector<Pair> pair_bodies(const CostPair& sides, LabelMode mode, const LimbCurves& from_curves,
+                              const LimbCurves& to_curves) {
+  const std::vector<std::uint32_t> from = list_body(from_curves, sides.a.size()),
+                                   to = list_body(to_curves, sides.b.size());
+  std::vector<Pair> pairs = pair_by_transport(
+      {part_of_side(sides.a, from), part_of_side(sides.b, to), sides.label_cost}, mode);
+  for (Pair& pair : pairs) pair.from = from[pair.from], pair.to = to[pair.to];
+  return pairs;
+}
+
+void add_lone_pairs(MorphPlan& plan) {
+  // Shares of the bodies' balls that lone limbs shrink into, and the weight of such a pair.
+  constexpr float kShare = 1e-4f;
+  constexpr double kMass = 1e-6;
+  const std::size_t bodies = plan.pairs.size();
+  const std::vector<std::uint32_t> from = list_body(plan.from_curves, plan.from.size()),
+                                   to = list_body(plan.to_curves, plan.to.size());
+  std::vector<std::size_t> from_guests(plan.from.size(), 0), to_guests(plan.to.size(), 0);
+  for (std::uint32_t b = 0; b < plan.from_curves.lone_limbs.size(); ++b)
+    if (const std::int32_t limb = plan.from_curves.lone_limbs[b]; limb != kNoLabel) {
+      const Vec3 place = plan.from_curves.counterparts[static_cast<std::size_t>(limb)];
+      plan.pairs.push_back({b, nearest_ball(plan.to, to, place), 1, kShare});
+      ++to_guests[plan.pairs.back().to];
+    }
+  for (std::uint32_t b = 0; b < plan.to_curves.lone_limbs.size(); ++b)
+    if (const std::int32_t limb = plan.to_curves.lone_limbs[b]; limb != kNoLabel) {
+      const Vec3 place = plan.to_curves.counterparts[static_cast<std::size_t>(limb)];
+      plan.pairs.push_back({nearest_ball(plan.from, from, place), b, kShare, 1});
+      ++from_guests[plan.pairs.back().from];
+    }
+  double mass = 0;
+  for (std::size_t e = 0; e < bodies; ++e) {
+    Pair& pair = plan.pairs[e];
+    pair.from_share *= 1 - kShare * static_cast<float>(from_guests[pair.from]);
+    pair.to_share *= 1 - kShare * static_cast<float>(to_guests[pair.to]);
+    mass += pair.mass;
+  }
+  const double lone_mass = kMass * static_cast<double>(plan.pairs.size() - bodies);
+  for (std::size_t e = 0; e < plan.pairs.size(); ++e)
+    plan.pairs[e].mass = e < bodies ? plan.pairs[e].mass * (1 - lone_mass) / mass : kMass;
 }
 
 LimbMatch match_at(LimbPlan& plan, double angle) {
   for (const auto& [known, match] : plan.searched)
     if (known == angle) return match;
-  plan.searched.emplace_back(angle, match_limbs(plan.from, plan.to, angle, plan.allowed));
+  plan.searched.emplace_back(angle, match_limbs(plan.from, plan.to, angle, plan.choices));
   return plan.searched.back().second;
 }
 

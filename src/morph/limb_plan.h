@@ -11,6 +11,7 @@
 #include "morph/cost.h"
 #include "morph/limbs.h"
 #include "morph/match_limbs.h"
+#include "morph/pairing.h"
 #include "morph/plan.h"
 
 namespace polymorph {
@@ -18,14 +19,15 @@ namespace polymorph {
 /// Two objects' limbs and which becomes which.
 struct LimbPlan {
   Limbs from, to;
-  AllowedLimbs allowed = {};
+  LimbChoices choices = {};
   LimbMatch match = {};  ///< the one that is planned by
   /// Turns, radians, from which match_at() has searched, with what it found.
   std::vector<std::pair<double, LimbMatch>> searched = {};
 };
 
 /// Finds the limbs of both sides. What the sides' labels (unless LabelMode::kOff) and landmarks say
-/// is heeded: limbs of other labels, or of which one alone holds a landmark, may not be matched.
+/// is heeded: limbs of other labels, or of which one alone holds a landmark, may not be matched,
+/// and two that hold the same landmarks are.
 LimbPlan find_limbs_of_sides(const PlanSide& from, const PlanSide& to, LabelMode labels);
 
 /// Matches the limbs from a turn about the vertical, in radians; once for each turn.
@@ -54,6 +56,20 @@ std::pair<std::vector<double>, std::vector<double>> balance_masses(
 std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::vector<Ball>& from,
                                               const std::vector<Ball>& to,
                                               const CostSide& from_side, const CostSide& to_side);
+
+/// The curves of both objects' limbs, by the match that is planned by.
+std::pair<LimbCurves, LimbCurves> find_limb_curves(const LimbPlan& limbs,
+                                                   const std::vector<Ball>& from,
+                                                   const std::vector<Ball>& to);
+
+/// Pairs the balls that belong to no lone limb, by transport.
+std::vector<Pair> pair_bodies(const CostPair& sides, LabelMode mode, const LimbCurves& from,
+                              const LimbCurves& to);
+
+/// Adds the balls of lone limbs to a plan of the others, whose masses are set: each with the ball
+/// of the other object's body that is nearest to its limb's counterpart, next to none of which it
+/// becomes. Such pairs weigh next to nothing.
+void add_lone_pairs(MorphPlan& plan);
 
 /// Lists the names of limbs that become each other; an empty name is nothing.
 std::vector<std::pair<std::string, std::string>> list_limb_names(const LimbPlan& limbs);

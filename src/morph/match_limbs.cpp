@@ -21,6 +21,7 @@ constexpr double kBetween = 0.6, kRootsBetween = 0.4;  // to the other limbs tha
 constexpr double kCrossed = 1;
 /// Costs of a limb left alone, by its stretch, and of one that sits on a matched limb.
 constexpr double kAlone = 1.6, kInner = 0.6, kLongest = 1.2;
+constexpr double kChosen = 1000;    // of a limb left alone that the user matches
 constexpr double kTurn = 1;         // of another turn than the one given
 constexpr double kOnFloor = 0.15;   // height of a toe
 constexpr std::size_t kBeam = 150;  // partial matchings that are followed
@@ -41,6 +42,7 @@ struct Features {
   Vec3d tip, root, direction, toe;
   double length = 0, depth = 0, volume = 0, tip_height = 0, root_height = 0;
   double stretch = 0;
+  bool is_required = false;
   std::array<double, kLimbStations> thickness{};  // logarithms
   std::uint32_t inner = 0, outer = 0;             // masks: limbs on it, limbs that it is on
   bool on_floor = false;
@@ -79,14 +81,17 @@ std::vector<Features> compute_features(const Limbs& limbs) {
 /// Two objects' limbs, to be matched.
 struct Problem {
   const Limbs &from, &to;
-  const AllowedLimbs& allowed;
+  const LimbChoices& choices;
   std::vector<Features> a, b;
   std::vector<std::uint32_t>
       order;  ///< order of a: limbs that others sit on first, then the longest
 };
 
 bool is_allowed(const Problem& problem, std::size_t i, std::size_t k) {
-  return problem.allowed.empty() || problem.allowed[i][k] != 0;
+  for (const MatchedLimbs& pair : problem.choices.required)
+    if ((pair.from == i) != (pair.to == k)) return false;
+  const AllowedLimbs& allowed = problem.choices.allowed;
+  return allowed.empty() || allowed[i][k] != 0;
 }
 
 /// The cost of one limb with another, `a` turned.
@@ -116,11 +121,14 @@ struct Partial {
 
 /// The cost of a limb that is left alone.
 double alone(const Features& limb, std::uint32_t matched) {
+  if (limb.is_required) return kChosen;
   return kAlone * limb.stretch * (limb.outer & matched ? kInner : 1);
 }
 /// The cost for a limb that others sit on: none where one of these is matched in its place.
 double alone_or_inner(const Features& limb, std::uint32_t matched) {
-  return !(limb.outer & matched) && (limb.inner & matched) ? 0 : alone(limb, matched);
+  return !limb.is_required && !(limb.outer & matched) && (limb.inner & matched)
+             ? 0
+             : alone(limb, matched);
 }
 
 /// The degree to which two roots lie the other way round in the plane of the floor: 0 to 1. Roots
@@ -273,12 +281,15 @@ Lengths sum_lengths(const Limbs& limbs, const std::vector<Features>& features,
 }  // namespace
 
 LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
-                      const AllowedLimbs& allowed) {
-  Problem problem = {from, to, allowed, compute_features(from), compute_features(to), {}};
+                      const LimbChoices& choices) {
+  Problem problem = {from, to, choices, compute_features(from), compute_features(to), {}};
+  for (const MatchedLimbs& pair : choices.required)
+    problem.a[pair.from].is_required = problem.b[pair.to].is_required = true;
   for (std::uint32_t i = 0; i < problem.a.size(); ++i) problem.order.push_back(i);
   std::stable_sort(problem.order.begin(), problem.order.end(),
                    [&](std::uint32_t i, std::uint32_t k) {
                      const Features &a = problem.a[i], &b = problem.a[k];
+                     if (a.is_required != b.is_required) return a.is_required;
                      const int on_a = std::popcount(a.inner), on_b = std::popcount(b.inner);
                      return on_a != on_b ? on_a > on_b : a.stretch > b.stretch;
                    });
@@ -293,21 +304,34 @@ LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
   LimbMatch match;
   match.limbs = best->matching.limbs;
   std::erase_if(match.limbs, [&](const MatchedLimbs& pair) {
-    return is_half_a_pair(problem, best->matching, pair);
+    return !problem.a[pair.from].is_required && is_half_a_pair(problem, best->matching, pair);
   });
+
   std::sort(match.limbs.begin(), match.limbs.end(),
             [](const MatchedLimbs& p, const MatchedLimbs& q) { return p.from < q.from; });
   match.angle = exact::atan2(exact::sin(best->angle), exact::cos(best->angle));
   match.cost = best->matching.cost;
-  std::uint32_t from_matched = 0, to_matched = 0;
-  for (const auto& [i, k] : match.limbs) from_matched |= 1u << i, to_matched |= 1u << k;
-  const Lengths a = sum_lengths(from, problem.a, from_matched),
-                b = sum_lengths(to, problem.b, to_matched);
-  if (a.all + b.all > 0) match.share = (a.matched + b.matched) / (a.all + b.all);
+  const auto measure_share = [&] {
+    std::uint32_t from_matched = 0, to_matched = 0;
+    for (const auto& [i, k] : match.limbs) from_matched |= 1u << i, to_matched |= 1u << k;
+    const Lengths a = sum_lengths(from, problem.a, from_matched),
+                  b = sum_lengths(to, problem.b, to_matched);
+    if (a.all + b.all > 0) match.share = (a.matched + b.matched) / (a.all + b.all);
+  };
+  measure_share();
+  if (choices.required.empty()) return match;
+  // Of what nobody has chosen, only what is certain.
+  if (!is_certain(match)) {
+    std::erase_if(match.limbs,
+                  [&](const MatchedLimbs& pair) { return !problem.a[pair.from].is_required; });
+    measure_share();
+  }
+  match.is_chosen = true;
   return match;
 }
 
 bool is_certain(const LimbMatch& match) {
+  if (match.is_chosen) return true;
   return match.limbs.size() >= kMinLimbs && match.share >= kMinMatchedShare;
 }
 

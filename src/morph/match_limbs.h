@@ -20,21 +20,28 @@ struct LimbMatch {
   double cost = 0;
   /// The share of both objects' limbs, by their length, that is matched.
   double share = 0;
+  bool is_chosen = false;  ///< some of it is the user's choice
 };
 
 /// Pairs of limbs that may be matched: those that the user's labels and landmarks do not forbid.
 /// allowed[i][k]: limb i of `from` with limb k of `to`; empty: all.
 using AllowedLimbs = std::vector<std::vector<std::uint8_t>>;
 
+/// Choices of the user about the match.
+struct LimbChoices {
+  AllowedLimbs allowed;
+  std::vector<MatchedLimbs> required;  ///< these are matched; no limb twice
+};
+
 /// The cheapest matching that is found from eight turns about the vertical, `angle` (radians) among
 /// them. No limb is matched twice, nor one together with another that it sits on. What decides is
 /// where the limbs begin and end, which way they point, how long and thick they are, how high they
 /// are above the floor, and how far along the body from each other. Deterministic.
 LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle = 0,
-                      const AllowedLimbs& allowed = {});
+                      const LimbChoices& choices = {});
 
 /// True if a matching says enough to plan by: three limbs at least, and three quarters of their
-/// length.
+/// length; or some that the user has chosen.
 bool is_certain(const LimbMatch& match);
 
 }  // namespace polymorph

@@ -339,13 +339,18 @@ Result<BallSet> balls_at(const MorphPlan& plan, float time, Engine& engine) {
 }
 
 std::vector<Vec3> landmark_places(const MorphPlan& plan, float time, const BallSet& balls) {
-  if (plan.landmarks.empty()) return {};
+  return moved_places(plan, plan.landmarks, time, balls);
+}
+
+std::vector<Vec3> moved_places(const MorphPlan& plan, std::span<const PlanLandmark> points,
+                               float time, const BallSet& balls) {
+  if (points.empty()) return {};
   // A landmark moves as a ball of its pair's part would, and with what moves the pair's ball beside
   // that: the graph of neighbours and the drift.
   const std::vector<float> own = own_times(plan, time);
   BallPaths paths;
   std::vector<float> times;
-  for (const PlanLandmark& landmark : plan.landmarks) {
+  for (const PlanLandmark& landmark : points) {
     BallPath beside = plan.paths->balls[landmark.pair], path;
     beside.drift = {};
     const Alignment& alignment = plan.parts[beside.part];
@@ -363,9 +368,9 @@ std::vector<Vec3> landmark_places(const MorphPlan& plan, float time, const BallS
   const std::vector<Ball> moved =
       move_on_host(paths.balls, plan.paths->parts, times, make_motion_state(plan, time));
   std::vector<Vec3> places;
-  for (std::size_t l = 0; l < plan.landmarks.size(); ++l)
+  for (std::size_t l = 0; l < points.size(); ++l)
     places.push_back(moved[2 * l].center +
-                     (balls[plan.landmarks[l].pair].center - moved[2 * l + 1].center));
+                     (balls[points[l].pair].center - moved[2 * l + 1].center));
   return places;
 }
 

@@ -1,6 +1,7 @@
 // Motion of a plan's balls in time (docs/method.md, Time).
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "base/result.h"
@@ -38,6 +39,9 @@ Result<BallSet> balls_at(const MorphPlan& plan, float time, Engine& engine);
 /// Places of the plan's landmarks when the balls are balls_at(plan, time): each goes the way of its
 /// pair's part. At 0 (1) exactly where it is on the source (target).
 std::vector<Vec3> landmark_places(const MorphPlan& plan, float time, const BallSet& balls);
+/// Moves other points of both objects in the same manner.
+std::vector<Vec3> moved_places(const MorphPlan& plan, std::span<const PlanLandmark> points,
+                               float time, const BallSet& balls);
 
 /// Makes a plan whose source is the balls of `before` at `until` continue their velocity, which
 /// fades: the balls' centres start with the velocity that they had, whatever the plan's easing, and

@@ -96,11 +96,19 @@ std::vector<PlanLandmark> landmarks_with_pairs(const MorphPlan& plan, std::span<
       return dot(p, p) / (from_size * from_size) + dot(q, q) / (to_size * to_size);
     };
     const auto nearest =
-        std::min_element(plan.pairs.begin(), plan.pairs.end(),
-                         [&](const Pair& a, const Pair& b) { return distance2(a) < distance2(b); });
+        std::min_element(plan.pairs.begin(), plan.pairs.end(), [&](const Pair& a, const Pair& b) {
+          const bool a_is_lone = is_lone(plan, a), b_is_lone = is_lone(plan, b);
+          return a_is_lone != b_is_lone ? b_is_lone : distance2(a) < distance2(b);
+        });
     landmarks.push_back({from[l], to[l], static_cast<std::uint32_t>(nearest - plan.pairs.begin())});
   }
   return landmarks;
+}
+
+std::vector<Vec3> lone_roots(const LimbCurves& curves) {
+  std::vector<Vec3> roots;
+  for (const LimbCurve& curve : curves.lone) roots.push_back(curve.points[0]);
+  return roots;
 }
 
 /// Tests whether a plan looks at both objects' limbs and fronts: where objects may turn, as one
@@ -143,12 +151,17 @@ Mat3 find_pairs_by_limbs(MorphPlan& plan, const LimbPlan& limbs, const CostPair&
   CostPair by_limbs;
   by_limbs.label_cost = sides.label_cost;
   std::tie(by_limbs.a, by_limbs.b) = limb_cost_sides(limbs, plan.from, plan.to, sides.a, sides.b);
-  plan.pairs = pair_by_transport(by_limbs, mode);
+  // Without landmarks the pairs alone say more: a limb that is lone for one of two similar objects
+  // often lies on one of the other's.
+  if (limbs.match.is_chosen)
+    std::tie(plan.from_curves, plan.to_curves) = find_limb_curves(limbs, plan.from, plan.to);
+  plan.pairs = pair_bodies(by_limbs, mode, plan.from_curves, plan.to_curves);
   set_masses(plan.pairs, plan.from_masses, plan.to_masses);
+  const std::vector<TransportFlow> flows = list_flows(plan.pairs);
+  if (has_curves(plan)) add_lone_pairs(plan);
   const double angle = limbs.match.angle;
   const bool turns = std::fabs(angle) > kAnotherSide || rotation_angle(rotation) > 0;
-  return turns ? fit_rotation(sides.a, sides.b, list_flows(plan.pairs), RotationAxis::kVertical)
-               : Mat3{};
+  return turns ? fit_rotation(sides.a, sides.b, flows, RotationAxis::kVertical) : Mat3{};
 }
 
 /// Source of a turn: the balls' cost, the facing of bodies that are hardly symmetric, or landmarks,
@@ -263,6 +276,8 @@ Mat3 correspond(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
       plan.pairs = std::move(kept->pairs);
       plan.from_limbs = std::move(kept->from_limbs);
       plan.to_limbs = std::move(kept->to_limbs);
+      plan.from_curves = std::move(kept->from_curves);
+      plan.to_curves = std::move(kept->to_curves);
       plan.limb_names = std::move(kept->limb_names);
       return kept->rotation;
     }
@@ -273,17 +288,25 @@ Mat3 correspond(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
     store_correspondence(cache, key,
                          std::min(from.name, to.name) + ", " + std::max(from.name, to.name),
                          {plan.from_masses, plan.to_masses, plan.pairs, rotation, plan.from_limbs,
-                          plan.to_limbs, plan.limb_names});
+                          plan.to_limbs, plan.from_curves, plan.to_curves, plan.limb_names});
   return rotation;
 }
 
 }  // namespace
+
+bool has_curves(const MorphPlan& plan) { return !plan.from_curves.stations.empty(); }
+
+bool is_lone(const MorphPlan& plan, const Pair& pair) {
+  return has_curves(plan) && (plan.from_curves.lone_limbs[pair.from] != kNoLabel ||
+                              plan.to_curves.lone_limbs[pair.to] != kNoLabel);
+}
 
 void swap_ends(MorphPlan& plan) {
   std::swap(plan.from, plan.to);
   std::swap(plan.from_masses, plan.to_masses);
   std::swap(plan.from_labels, plan.to_labels);
   std::swap(plan.from_limbs, plan.to_limbs);
+  std::swap(plan.from_curves, plan.to_curves);
   for (auto& [a, b] : plan.limb_names) std::swap(a, b);
   for (Pair& pair : plan.pairs) {
     std::swap(pair.from, pair.to);
@@ -314,6 +337,11 @@ MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSetti
   if (swap) swap_ends(plan);
   plan.landmarks = landmarks_with_pairs(plan, swap ? to.landmarks : from.landmarks,
                                         swap ? from.landmarks : to.landmarks);
+  plan.lone_roots =
+      landmarks_with_pairs(plan, lone_roots(plan.from_curves), plan.from_curves.counterparts);
+  for (const PlanLandmark& root :
+       landmarks_with_pairs(plan, plan.to_curves.counterparts, lone_roots(plan.to_curves)))
+    plan.lone_roots.push_back(root);
   plan.size = std::sqrt(rms_size(plan.from) * rms_size(plan.to));
   plan.floor = std::min(lowest(plan.from), lowest(plan.to));
   plan.motion = motion;

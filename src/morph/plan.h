@@ -2,6 +2,7 @@
 // morph/motion.h has their motion.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -62,6 +63,23 @@ struct PlanLandmark {
   std::uint32_t pair = 0;  ///< index of the pair with which it moves: the nearest one at both ends
 };
 
+/// A limb's centre line, from its root to its tip.
+struct LimbCurve {
+  static constexpr std::size_t kPoints = 9;
+  std::array<Vec3, kPoints> points;
+  std::array<float, kPoints> radii;  ///< half the limb's thickness
+};
+
+/// One object's limbs as a smooth map follows them (morph/limb_samples.h); all empty: it follows
+/// the pairs alone.
+struct LimbCurves {
+  std::vector<LimbCurve> matched;  ///< limbs by the number of their pair
+  std::vector<LimbCurve> lone;     ///< limbs that the other object has no counterpart of
+  std::vector<Vec3> counterparts;  ///< place of each lone limb's root on the other object's surface
+  std::vector<std::int32_t> lone_limbs;  ///< the lone limb of each ball, or kNoLabel
+  std::vector<float> stations;           ///< share of its limb's length at each ball
+};
+
 class BallGraph;  // morph/parts.h
 
 struct MorphPlan {
@@ -73,6 +91,9 @@ struct MorphPlan {
   std::vector<std::int32_t> from_limbs, to_limbs;
   /// Names of limbs that become each other; an empty name is nothing.
   std::vector<std::pair<std::string, std::string>> limb_names;
+  LimbCurves from_curves, to_curves;
+  /// The roots of the lone limbs of `from`, then of `to`, with their counterparts.
+  std::vector<PlanLandmark> lone_roots;
   std::vector<double> from_masses, to_masses;  ///< ball_masses() of each
   std::vector<Pair> pairs;
   std::vector<PlanLandmark> landmarks;
@@ -104,6 +125,11 @@ struct MorphPlan {
 /// (morph/plan_cache.h); empty: they are not.
 MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSettings& settings,
                      const MotionSettings& motion = {}, const std::filesystem::path& cache = {});
+
+/// Tests whether the plan has curves of its limbs.
+bool has_curves(const MorphPlan& plan);
+/// Tests whether one of a pair's balls belongs to a lone limb.
+bool is_lone(const MorphPlan& plan, const Pair& pair);
 
 /// Swaps the ends of a plan: of its balls, labels, limbs, pairs and turn. Landmarks, paths and what
 /// follows from them stay.

@@ -6,6 +6,7 @@
 
 #include "base/cache_file.h"
 #include "base/hash.h"
+#include "morph/cost.h"
 
 namespace polymorph {
 namespace {
@@ -13,6 +14,7 @@ namespace {
 // No padding is hashed or kept.
 static_assert(sizeof(Ball) == 11 * sizeof(float) && sizeof(Vec3) == 3 * sizeof(float) &&
               sizeof(Pair) == 4 * sizeof(float) + sizeof(double) &&
+              sizeof(LimbCurve) == 4 * LimbCurve::kPoints * sizeof(float) &&
               sizeof(Mat3) == 9 * sizeof(double) && std::is_trivially_copyable_v<Mat3>);
 
 /// Labels of limbs, or none, then their names: a line each pair.
@@ -46,6 +48,36 @@ bool take_limbs(std::string_view& bytes, std::size_t from, std::size_t to, Corre
     names.remove_prefix(end + 1);
   }
   return true;
+}
+
+/// The numbers of curves and balls, then the curves.
+void put_curves(std::string& bytes, const LimbCurves& curves) {
+  for (const std::size_t count :
+       {curves.matched.size(), curves.lone.size(), curves.stations.size()})
+    put(bytes, static_cast<std::uint64_t>(count));
+  put_all(bytes, curves.matched);
+  put_all(bytes, curves.lone);
+  put_all(bytes, curves.counterparts);
+  put_all(bytes, curves.lone_limbs);
+  put_all(bytes, curves.stations);
+}
+
+bool take_curves(std::string_view& bytes, std::size_t balls, LimbCurves& curves) {
+  if (bytes.size() < 3 * sizeof(std::uint64_t)) return false;
+  const auto matched = take<std::uint64_t>(bytes), lone = take<std::uint64_t>(bytes),
+             stations = take<std::uint64_t>(bytes);
+  if (matched > balls || lone > balls || (stations != 0 && stations != balls) ||
+      bytes.size() < (matched + lone) * sizeof(LimbCurve) + lone * sizeof(Vec3) +
+                         stations * (sizeof(std::int32_t) + sizeof(float)))
+    return false;
+  curves.matched = take_all<LimbCurve>(bytes, matched);
+  curves.lone = take_all<LimbCurve>(bytes, lone);
+  curves.counterparts = take_all<Vec3>(bytes, lone);
+  curves.lone_limbs = take_all<std::int32_t>(bytes, stations);
+  curves.stations = take_all<float>(bytes, stations);
+  return std::all_of(curves.lone_limbs.begin(), curves.lone_limbs.end(), [&](std::int32_t limb) {
+    return limb >= kNoLabel && limb < static_cast<std::int32_t>(lone);
+  });
 }
 
 }  // namespace
@@ -87,7 +119,8 @@ std::optional<Correspondence> load_correspondence(const std::filesystem::path& f
   found.from_masses = take_all<double>(bytes, from.balls.size());
   found.to_masses = take_all<double>(bytes, to.balls.size());
   if (!take_limbs(bytes, from.balls.size(), to.balls.size(), found) ||
-      bytes.size() % sizeof(Pair) != 0)
+      !take_curves(bytes, from.balls.size(), found.from_curves) ||
+      !take_curves(bytes, to.balls.size(), found.to_curves) || bytes.size() % sizeof(Pair) != 0)
     return std::nullopt;
   found.pairs = take_all<Pair>(bytes, bytes.size() / sizeof(Pair));
   const bool fits = std::all_of(found.pairs.begin(), found.pairs.end(), [&](const Pair& pair) {
@@ -104,6 +137,8 @@ void store_correspondence(const std::filesystem::path& folder, const std::string
   put_all(bytes, found.from_masses);
   put_all(bytes, found.to_masses);
   put_limbs(bytes, found);
+  put_curves(bytes, found.from_curves);
+  put_curves(bytes, found.to_curves);
   put_all(bytes, found.pairs);
   store_cached(folder, key, kPlanFiles, origin, bytes);
 }

@@ -15,7 +15,7 @@ namespace polymorph {
 
 /// Raise it when the same sides and settings get other pairs, masses or another rotation: plans in
 /// the cache are then not used. A test pins the digests.
-inline constexpr std::uint32_t kPlanVersion = 4;
+inline constexpr std::uint32_t kPlanVersion = 5;
 
 /// The parts of a plan that depend on its sides and settings alone, and are slow to find.
 struct Correspondence {
@@ -23,6 +23,7 @@ struct Correspondence {
   std::vector<Pair> pairs;
   Mat3 rotation;                                   ///< rotation that `from` is turned by
   std::vector<std::int32_t> from_limbs, to_limbs;  ///< those of MorphPlan
+  LimbCurves from_curves, to_curves;               ///< those of MorphPlan
   std::vector<std::pair<std::string, std::string>> limb_names;
 };
 

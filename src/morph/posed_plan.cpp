@@ -1,5 +1,7 @@
 #include "morph/posed_plan.h"
 
+#include <span>
+
 #include "base/result.h"
 #include "morph/motion.h"
 #include "morph/parts.h"
@@ -40,6 +42,42 @@ void turn_offsets(const CarriedBalls& carried, const std::vector<Pair>& pairs, c
     offsets[e] = to_float(carried.turns[index(pairs[e])] * Vec3d(offsets[e]));
 }
 
+/// Moves each point with the ball that is nearest to it.
+void carry_points(const CarriedBalls& carried, const std::vector<Ball>& reference,
+                  std::span<Vec3> points) {
+  for (Vec3& point : points) {
+    std::size_t nearest = 0;
+    const auto distance = [&](std::size_t b) { return length(reference[b].center - point); };
+    for (std::size_t b = 1; b < reference.size(); ++b)
+      if (distance(b) < distance(nearest)) nearest = b;
+    const Vec3d offset = Vec3d(point) - Vec3d(reference[nearest].center);
+    const Vec3d posed_offset = carried.turns.empty() ? offset : carried.turns[nearest] * offset;
+    point = to_float(Vec3d(carried.balls[nearest].center) + posed_offset);
+  }
+}
+
+void pose_curves(const MorphPlan& reference, const CarriedBalls& from, const CarriedBalls& to,
+                 MorphPlan& plan) {
+  const auto pose = [](LimbCurves& curves, const CarriedBalls& own,
+                       const std::vector<Ball>& own_balls, const CarriedBalls& other,
+                       const std::vector<Ball>& other_balls) {
+    for (std::vector<LimbCurve>* limbs : {&curves.matched, &curves.lone})
+      for (LimbCurve& limb : *limbs) carry_points(own, own_balls, limb.points);
+    carry_points(other, other_balls, curves.counterparts);
+  };
+  pose(plan.from_curves, from, reference.from, to, reference.to);
+  pose(plan.to_curves, to, reference.to, from, reference.from);
+  std::size_t next = 0;
+  for (std::size_t n = 0; n < plan.from_curves.lone.size(); ++n, ++next) {
+    plan.lone_roots[next].from = plan.from_curves.lone[n].points[0];
+    plan.lone_roots[next].to = plan.from_curves.counterparts[n];
+  }
+  for (std::size_t n = 0; n < plan.to_curves.lone.size(); ++n, ++next) {
+    plan.lone_roots[next].from = plan.to_curves.counterparts[n];
+    plan.lone_roots[next].to = plan.to_curves.lone[n].points[0];
+  }
+}
+
 }  // namespace
 
 MorphPlan posed_plan(const MorphPlan& reference, const CarriedBalls& from, const CarriedBalls& to) {
@@ -52,6 +90,7 @@ MorphPlan posed_plan(const MorphPlan& reference, const CarriedBalls& from, const
       from, plan.pairs, [](const Pair& pair) { return pair.from; }, plan.from_offsets);
   turn_offsets(
       to, plan.pairs, [](const Pair& pair) { return pair.to; }, plan.to_offsets);
+  pose_curves(reference, from, to, plan);
   RigidParts parts = carried_parts(plan, reference);
   if (reference.graph)
     plan.graph = std::make_shared<const BallGraph>(plan, parts, *reference.graph);

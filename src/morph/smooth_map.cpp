@@ -8,6 +8,7 @@
 #include "kernels/distance_field.h"
 #include "kernels/morph_field.h"
 #include "morph/features.h"
+#include "morph/limb_samples.h"
 #include "morph/motion.h"
 #include "morph/passing_limbs.h"
 
@@ -57,7 +58,7 @@ Undone undone(const PathPart& part, double u) {
           place.center};
 }
 
-/// `passing`: passing_shares() of the pair.
+/// `passing`: kernel_narrowing() of the pair.
 float kernel_deviation(const MorphPlan& plan, const Pair& pair, double u, float passing,
                        float size) {
   const auto own = [](const Ball& ball) { return 1 / std::sqrt(2 * static_cast<double>(ball.a)); };
@@ -111,6 +112,16 @@ Grid lattice_over(const Box& box, float size, float passing) {
   return lattice;
 }
 
+/// The box, grown so that it has limbs, whose balls may fade.
+Box with_limbs(Box box, std::span<const LimbSample> on_limbs, const BallSet& balls, float size) {
+  for (const LimbSample& sample : on_limbs) {
+    const float reach = kMargin * size + 2 / std::sqrt(balls[sample.pair].a);
+    const Vec3 around = {reach, reach, reach};
+    box = unite(box, {sample.center - around, sample.center + around});
+  }
+  return box;
+}
+
 Box box_around(const BallSet& balls, float size) {
   // Of many balls in one place each is faint; the strongest counts in any case.
   float strongest = -std::numeric_limits<float>::infinity();
@@ -132,10 +143,26 @@ float mixing_progress(float u, float lead) {
   return u + kLead * lead * middle;
 }
 
-/// `passing`: passing_shares().
+/// Tests whether a pair belongs to a limb: a lone one, or a matched one at either end.
+bool is_on_limb(const MorphPlan& plan, const Pair& pair) {
+  return is_lone(plan, pair) || plan.from_limbs[pair.from] != kNoLabel ||
+         plan.to_limbs[pair.to] != kNoLabel;
+}
+
+/// The degree to which each pair's kernel is narrow: where limbs pass each other, and along curves
+/// of limbs, which say more of their neighbourhood than balls do, 1.
+std::vector<float> kernel_narrowing(const MorphPlan& plan, const std::vector<float>& eased,
+                                    const BallSet& balls, float size) {
+  std::vector<float> narrowing = passing_shares(plan, eased, balls, size);
+  for (std::size_t e = 0; e < narrowing.size() && has_curves(plan); ++e)
+    if (is_on_limb(plan, plan.pairs[e])) narrowing[e] = 1;
+  return narrowing;
+}
+
+/// `passing`: kernel_narrowing().
 std::vector<RegressionSample> make_samples(const MorphPlan& plan, const std::vector<float>& eased,
                                            const std::vector<float>& passing, const BallSet& balls,
-                                           float size) {
+                                           std::span<const LimbSample> on_limbs, float size) {
   // Beside a trunk a thin limb's few balls would have no say by their mass.
   const auto even = 1 / static_cast<float>(plan.pairs.size());
   std::vector<RegressionSample> samples;
@@ -144,6 +171,16 @@ std::vector<RegressionSample> make_samples(const MorphPlan& plan, const std::vec
         {balls[e].center,
          plan.from_limbs.empty() ? std::max(static_cast<float>(plan.pairs[e].mass), 1e-6f) : even,
          kernel_deviation(plan, plan.pairs[e], static_cast<double>(eased[e]), passing[e], size)});
+  if (!has_curves(plan)) return samples;
+  // Pairs that leave their limb count little. On a limb the body's wide kernels do.
+  constexpr float kLeavingMass = 0.05f, kLimbMass = 10, kMinMass = 1e-6f;
+  for (std::size_t e = 0; e < balls.size(); ++e)
+    if (is_on_limb(plan, plan.pairs[e])) samples[e].mass = even * kLeavingMass;
+  for (const LimbSample& sample : on_limbs) {
+    samples[sample.pair].center = sample.center;
+    samples[sample.pair].mass =
+        kLimbMass * even * std::max(static_cast<float>(sample.mass), kMinMass);
+  }
   return samples;
 }
 
@@ -176,9 +213,11 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
   const std::vector<float> eased = eased_times(plan, time);
   const std::vector<Vec3> places = landmark_places(plan, time, balls);
   FrameMap map;
-  map.box = with_landmarks(box_around(balls, size), places, size);
+  const std::vector<LimbSample> on_limbs = limb_samples(plan, time, eased, balls);
+  map.box =
+      with_landmarks(with_limbs(box_around(balls, size), on_limbs, balls, size), places, size);
   auto regression = std::make_shared<Regression>();
-  const std::vector<float> passing = passing_shares(plan, eased, balls, size);
+  const std::vector<float> passing = kernel_narrowing(plan, eased, balls, size);
   regression->maps = 2;
   regression->lattice =
       lattice_over(map.box, size, *std::max_element(passing.begin(), passing.end()));
@@ -186,7 +225,7 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
   for (std::size_t l = 0; l < places.size(); ++l)
     regression->landmarks.push_back(
         {places[l], deviations[l], {plan.landmarks[l].from, plan.landmarks[l].to}});
-  regression->samples = make_samples(plan, eased, passing, balls, size);
+  regression->samples = make_samples(plan, eased, passing, balls, on_limbs, size);
   // What all have in common is exact: the rotation and scaling of the whole.
   const auto mean = static_cast<double>(mean_progress(plan, eased));
   const PathPart mean_part = mean_path_part(plan);
@@ -217,6 +256,21 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
     set_slope(to_target, minus(own.to_target, common.to_target), *regression);
     regression->values.push_back(to_source);
     regression->values.push_back(to_target);
+  }
+  for (const LimbSample& sample : on_limbs) {
+    const std::size_t e = sample.pair;
+    BallAttribute &to_source = regression->values[2 * e],
+                  &to_target = regression->values[2 * e + 1];
+    const Vec3d x(sample.center);
+    const auto u = static_cast<double>(eased[e]);
+    const bool has_offsets = !sample.is_lone && !plan.from_offsets.empty();
+    const Vec3d source_offset = has_offsets ? Vec3d(plan.from_offsets[e]) * u : Vec3d{},
+                target_offset = has_offsets ? Vec3d(plan.to_offsets[e]) * (1 - u) : Vec3d{};
+    set_value(to_source, Vec3d(sample.from) + source_offset - common.to_source * x - from_offset);
+    set_value(to_target, Vec3d(sample.to) + target_offset - common.to_target * x - to_offset);
+    set_slope(to_source, minus(sample.to_source, common.to_source), *regression);
+    set_slope(to_target, minus(sample.to_target, common.to_target), *regression);
+    if (sample.is_lone) to_source.value[3] = sample.progress;
   }
   map.from_scale = static_cast<float>(exp_scalar(mean_part.log_scale * mean));
   map.to_scale = static_cast<float>(exp_scalar(mean_part.log_scale * (mean - 1)));
@@ -279,12 +333,15 @@ Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls, floa
                            then = eased_times(next.plan, next.time);
   const BallSet later = differ(now, next) ? BallSet(balls_at(next.plan, next.time)) : balls;
   auto regression = std::make_shared<Regression>();
-  const std::vector<float> passing = passing_shares(plan, eased, balls, size);
-  regression->samples = make_samples(plan, eased, passing, balls, size);
+  const std::vector<float> passing = kernel_narrowing(plan, eased, balls, size);
+  const std::vector<LimbSample> on_limbs = limb_samples(plan, time, eased, balls),
+                                next_on_limbs = limb_samples(next.plan, next.time, then, later);
+  regression->samples = make_samples(plan, eased, passing, balls, on_limbs, size);
   const std::vector<Vec3> places = landmark_places(plan, time, balls),
                           next_places = landmark_places(next.plan, next.time, later);
-  regression->lattice = lattice_over(with_landmarks(box_around(balls, size), places, size), size,
-                                     *std::max_element(passing.begin(), passing.end()));
+  regression->lattice = lattice_over(
+      with_landmarks(with_limbs(box_around(balls, size), on_limbs, balls, size), places, size),
+      size, *std::max_element(passing.begin(), passing.end()));
   const std::vector<float> deviations = landmark_deviations(places, size, regression->lattice.cell);
   for (std::size_t l = 0; l < places.size(); ++l)
     regression->landmarks.push_back({places[l], deviations[l], {next_places[l] - places[l], {}}});
@@ -302,6 +359,10 @@ Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls, floa
     set_slope(carried, minus(turn, Mat3{}), *regression);
     regression->values.push_back(carried);
   }
+  for (const LimbSample& sample : on_limbs)
+    for (const LimbSample& then_there : next_on_limbs)
+      if (then_there.pair == sample.pair)
+        set_value(regression->values[sample.pair], Vec3d(then_there.center) - Vec3d(sample.center));
   std::vector<AttributeValues> values;
   PM_TRY_STATUS(to_status(engine.regress(regression, points, values)));
   return read_flow(values);

@@ -2,8 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <optional>
+#include <string>
 
 #include "morph/motion.h"
 #include "morph/smooth_map.h"
@@ -55,6 +58,22 @@ TEST(LimbPlan, NearCopiesStayAsTheyAre) {
   const MorphPlan plan = plan_figures(a, b, with(PlanStructure::kAuto));
   EXPECT_TRUE(plan.from_limbs.empty());
   expect_same(plan, plan_figures(a, b, with(PlanStructure::kOff)));
+}
+
+TEST(LimbPlan, LandmarksDecideWhichLimbsMatch) {
+  const std::vector<Ball> hanging = figure(-0.9f), raised = figure(1.0f);
+  // The right hand becomes the right foot.
+  const Vec3 hand = {0.2f + 0.9f * std::cos(-0.9f), 1.5f + 0.9f * std::sin(-0.9f), 0},
+             foot = {0.2f, 0.08f, 0.18f};
+  const MorphPlan plan = plan_morph({hanging, {}, {hand}}, {raised, {}, {foot}},
+                                    FieldKind::kGaussian, with(PlanStructure::kAuto));
+  const auto is_arm_to_leg = [](const auto& names) {
+    return names.first.find("arm") != std::string::npos &&
+           names.second.find("leg") != std::string::npos;
+  };
+  EXPECT_EQ(std::count_if(plan.limb_names.begin(), plan.limb_names.end(), is_arm_to_leg), 1);
+  EXPECT_GT(kept(plan), 0.9);
+  ASSERT_FALSE(plan.from_curves.matched.empty());
 }
 
 TEST(LimbPlan, PartsAreTheLimbs) {

@@ -144,8 +144,21 @@ TEST(MatchLimbs, HeedsWhatIsNotAllowed) {
       static_cast<std::size_t>(std::find(names.begin(), names.end(), "head") - names.begin());
   AllowedLimbs allowed(from.limbs.size(), std::vector<std::uint8_t>(to.limbs.size(), 1));
   allowed[head][head] = 0;
-  for (const auto& [i, k] : match_limbs(from, to, 0, allowed).limbs)
+  for (const auto& [i, k] : match_limbs(from, to, 0, {allowed, {}}).limbs)
     EXPECT_FALSE(i == head && k == head);
+}
+
+TEST(MatchLimbs, WhatTheUserChoosesIsMatched) {
+  const Limbs from = find_limbs(figure()), to = find_limbs(figure());
+  const std::vector<std::string> names = limb_names(from);
+  const auto find = [&](const char* name) {
+    return static_cast<std::uint32_t>(std::find(names.begin(), names.end(), name) - names.begin());
+  };
+  const std::uint32_t head = find("head"), arm = find("left arm");
+  const LimbMatch match = match_limbs(from, to, 0, {{}, {{head, arm}}});
+  EXPECT_TRUE(is_certain(match));
+  EXPECT_TRUE(std::any_of(match.limbs.begin(), match.limbs.end(),
+                          [&](const auto& pair) { return pair.from == head && pair.to == arm; }));
 }
 
 TEST(MatchLimbs, OfABallAreNotCertain) {

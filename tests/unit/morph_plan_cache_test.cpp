@@ -88,6 +88,36 @@ TEST(PlanCache, WhatDoesNotFitIsMadeAnew) {
   EXPECT_FALSE(load_correspondence(folder.path(), key, from, to));
 }
 
+TEST(PlanCache, KeepsTheCurvesOfLimbs) {
+  const TemporaryFolder folder;
+  const PlanSide from{line_of(12, 1), {}, {}, {}}, to{line_of(9, 0), {}, {}, {}};
+  const std::string key = correspondence_key(from, to, FieldKind::kGaussian, {});
+  Correspondence found;
+  found.from_masses.assign(12, 1.0 / 12);
+  found.to_masses.assign(9, 1.0 / 9);
+  found.pairs = {{11, 8, 1, 1, 1}};
+  found.from_curves.matched.resize(2);
+  found.from_curves.matched[1].points[3] = {1, 2, 3};
+  found.from_curves.lone.resize(1);
+  found.from_curves.lone[0].radii[8] = 0.25f;
+  found.from_curves.counterparts = {{4, 5, 6}};
+  found.from_curves.lone_limbs.assign(12, -1);
+  found.from_curves.lone_limbs[7] = 0;
+  found.from_curves.stations.assign(12, 0.5f);
+  store_correspondence(folder.path(), key, "", found);
+  const auto kept = load_correspondence(folder.path(), key, from, to);
+  ASSERT_TRUE(kept);
+  EXPECT_EQ(kept->from_curves.matched[1].points[3], (Vec3{1, 2, 3}));
+  EXPECT_EQ(kept->from_curves.lone[0].radii[8], 0.25f);
+  EXPECT_EQ(kept->from_curves.counterparts[0], (Vec3{4, 5, 6}));
+  EXPECT_EQ(kept->from_curves.lone_limbs, found.from_curves.lone_limbs);
+  EXPECT_EQ(kept->from_curves.stations, found.from_curves.stations);
+  EXPECT_TRUE(kept->to_curves.stations.empty());
+  found.from_curves.lone_limbs[7] = 1;  // there is no such limb
+  store_correspondence(folder.path(), key, "", found);
+  EXPECT_FALSE(load_correspondence(folder.path(), key, from, to));
+}
+
 /// Where this fails although plans are meant to have changed: raise kPlanVersion, and put the new
 /// digests here. Else files of an older program would be taken for this one's.
 TEST(PlanCache, TheVersionBelongsToThesePlans) {
@@ -107,7 +137,7 @@ TEST(PlanCache, TheVersionBelongsToThesePlans) {
         hasher.add(plan.alignment.rotation.at(row, column));
     return hasher.hex();
   };
-  EXPECT_EQ(kPlanVersion, 4u);
+  EXPECT_EQ(kPlanVersion, 5u);
   EXPECT_EQ(digest(PlanMethod::kIndex, AlignMethod::kNone), "19a09e2d90cc5629bf1b8e82aec93e72");
   EXPECT_EQ(digest(PlanMethod::kNearest, AlignMethod::kNone), "c098e4c87eedf9eb291087ac604f028d");
   EXPECT_EQ(digest(PlanMethod::kTransport, AlignMethod::kNone), "2955f7dab2266c66dc12d25b4e2c6102");

@@ -10,7 +10,7 @@
 namespace polymorph {
 namespace {
 
-constexpr float kSize = 2.5f;
+constexpr float kObjectSize = 2.5f;
 
 MorphPlan plan_between(std::vector<Ball> from, std::vector<Ball> to, Path path = Path::kRigid) {
   MotionSettings motion;
@@ -27,7 +27,7 @@ MorphPlan plan_between(std::vector<Ball> from, std::vector<Ball> to, Path path =
 
 PullBack pulled(const MorphPlan& plan, float time, const std::vector<Vec3>& points) {
   const auto engine = make_cpu_engine();
-  auto out = pull_back(frame_map(plan, time, balls_at(plan, time), kSize), points, *engine);
+  auto out = pull_back(frame_map(plan, time, balls_at(plan, time), kObjectSize), points, *engine);
   EXPECT_TRUE(out.ok()) << out.error().message;
   return out.ok() ? *out : PullBack{};
 }
@@ -72,10 +72,10 @@ TEST(SmoothMap, NeighboursStayNeighbours) {
   const MorphPlan plan = plan_between(random_balls(80, 5), random_balls(80, 6));
   std::vector<Vec3> points = points_of(balls_at(plan, 0.5f));
   std::vector<Vec3> beside;
-  for (const Vec3 p : points) beside.push_back(p + Vec3{0.01f * kSize, 0, 0});
+  for (const Vec3 p : points) beside.push_back(p + Vec3{0.01f * kObjectSize, 0, 0});
   const PullBack a = pulled(plan, 0.5f, points), b = pulled(plan, 0.5f, beside);
   for (std::size_t i = 0; i < points.size(); ++i)
-    EXPECT_LT(length(a.source[i] - b.source[i]), 0.06f * kSize);
+    EXPECT_LT(length(a.source[i] - b.source[i]), 0.06f * kObjectSize);
 }
 
 TEST(SmoothMap, FlowTakesPointsWhereTheyComeFromTheSamePlace) {
@@ -84,7 +84,7 @@ TEST(SmoothMap, FlowTakesPointsWhereTheyComeFromTheSamePlace) {
   const std::vector<Ball> balls = balls_at(plan, kTime);
   std::vector<Vec3> points = points_of(balls);
   const auto engine = make_cpu_engine();
-  const auto flow = flow_at({plan, kTime}, {plan, kNext}, balls, kSize, points, *engine);
+  const auto flow = flow_at({plan, kTime}, {plan, kNext}, balls, kObjectSize, points, *engine);
   ASSERT_TRUE(flow.ok()) << flow.error().message;
   const PullBack before = pulled(plan, kTime, points);
   double moved = 0, missed = 0;
@@ -124,8 +124,8 @@ TEST(SmoothMap, LandmarksAreMetOnTheirWay) {
         const std::vector<Vec3> places = landmark_places(plan, time, balls_at(plan, time));
         const PullBack met = pulled(plan, time, places);
         for (std::size_t l = 0; l < places.size(); ++l) {
-          EXPECT_LT(length(met.source[l] - kFrom[l]), 1e-4f * kSize) << time;
-          EXPECT_LT(length(met.target[l] - kTo[l]), 1e-4f * kSize) << time;
+          EXPECT_LT(length(met.source[l] - kFrom[l]), 1e-4f * kObjectSize) << time;
+          EXPECT_LT(length(met.target[l] - kTo[l]), 1e-4f * kObjectSize) << time;
           if (time == 0) {
             EXPECT_EQ(places[l], kFrom[l]);
           }
@@ -154,7 +154,7 @@ TEST(SmoothMap, FlowTakesLandmarksAlong) {
   const std::vector<Vec3> places = landmark_places(plan, kTime, balls),
                           next = landmark_places(plan, kNext, later);
   const auto engine = make_cpu_engine();
-  const auto flow = flow_at({plan, kTime}, {plan, kNext}, balls, kSize, places, *engine);
+  const auto flow = flow_at({plan, kTime}, {plan, kNext}, balls, kObjectSize, places, *engine);
   ASSERT_TRUE(flow.ok()) << flow.error().message;
   for (std::size_t l = 0; l < places.size(); ++l)
     EXPECT_LT(length(places[l] + flow->displacement[l] - next[l]), 1e-5f);
@@ -164,7 +164,7 @@ TEST(SmoothMap, LandmarksReachBeyondAllBalls) {
   // A landmark that is drawn far out takes the surface's bounds along.
   MorphPlan plan = plan_with_landmarks(Path::kStraight, Stagger::kNone);
   plan.landmarks[0].to = {0, 4, 0};
-  const FrameMap map = frame_map(plan, 0.5f, balls_at(plan, 0.5f), kSize);
+  const FrameMap map = frame_map(plan, 0.5f, balls_at(plan, 0.5f), kObjectSize);
   const Vec3 place = map.regression->landmarks[0].place;
   EXPECT_GT(place.y, 2);
   EXPECT_GT(map.box.high.y, place.y);
@@ -178,7 +178,7 @@ TEST(SmoothMap, HasABoxAroundManyFaintBalls) {
     for (Ball& ball : *balls) ball.w -= 8;
   const MorphPlan plan = plan_between(from, to);
   const std::vector<Ball> half = balls_at(plan, 0.5f);
-  const Box box = frame_map(plan, 0.5f, half, kSize).box;
+  const Box box = frame_map(plan, 0.5f, half, kObjectSize).box;
   ASSERT_FALSE(box.empty());
   const Ball& strongest = *std::max_element(half.begin(), half.end(),
                                             [](const Ball& a, const Ball& b) { return a.w < b.w; });
@@ -216,11 +216,11 @@ TEST(SmoothMap, LimbsThatPassEachOtherAreNotMixed) {
 
 TEST(SmoothMap, IsOnlyFinerWhereLimbsPassEachOther) {
   const auto map_at = [](const MorphPlan& plan, float time) {
-    return frame_map(plan, time, balls_at(plan, time), kSize);
+    return frame_map(plan, time, balls_at(plan, time), kObjectSize);
   };
   const MorphPlan passing = plan_between_columns(0.4f), standing = plan_between_columns(0);
   const float coarse = map_at(standing, 0.5f).regression->lattice.cell;
-  EXPECT_NEAR(coarse, 0.04f * kSize, 1e-5f);
+  EXPECT_NEAR(coarse, 0.04f * kObjectSize, 1e-5f);
   EXPECT_EQ(map_at(passing, 0).regression->lattice.cell, coarse);
   EXPECT_EQ(map_at(passing, 1).regression->lattice.cell, coarse);
   EXPECT_LT(map_at(passing, 0.5f).regression->lattice.cell, 0.6f * coarse);
