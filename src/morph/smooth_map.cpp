@@ -7,6 +7,7 @@
 #include "field/extract_surface.h"
 #include "kernels/distance_field.h"
 #include "kernels/morph_field.h"
+#include "morph/cost.h"
 #include "morph/features.h"
 #include "morph/limb_samples.h"
 #include "morph/motion.h"
