@@ -318,6 +318,27 @@ std::uint32_t nearest_ball(const std::vector<Ball>& balls, const std::vector<std
   });
 }
 
+/// The limbs of either object that a plan matches, and where it takes each object's balls in the
+/// other.
+struct WarpedSides {
+  std::vector<std::uint32_t> from_matched, to_matched;
+  std::vector<Vec3d> from_in_to, to_in_from;
+};
+WarpedSides warp_sides(const LimbPlan& limbs, const std::vector<Ball>& from,
+                       const std::vector<Ball>& to) {
+  WarpedSides sides;
+  std::vector<MatchedLimbs> reversed;
+  for (const auto& [i, k] : limbs.match.limbs) {
+    reversed.push_back({k, i});
+    sides.from_matched.push_back(i);
+    sides.to_matched.push_back(k);
+  }
+  const double angle = limbs.match.angle;
+  sides.from_in_to = warped_places(from, limbs.from, limbs.to, limbs.match.limbs, angle);
+  sides.to_in_from = warped_places(to, limbs.to, limbs.from, reversed, -angle);
+  return sides;
+}
+
 }  // namespace
 
 LimbPlan find_limbs_of_sides(const PlanSide& from, const PlanSide& to, LabelMode labels) {
@@ -330,18 +351,10 @@ LimbPlan find_limbs_of_sides(const PlanSide& from, const PlanSide& to, LabelMode
 std::pair<LimbCurves, LimbCurves> find_limb_curves(const LimbPlan& limbs,
                                                    const std::vector<Ball>& from,
                                                    const std::vector<Ball>& to) {
-  std::vector<MatchedLimbs> reversed;
-  std::vector<std::uint32_t> from_matched, to_matched;
-  for (const auto& [i, k] : limbs.match.limbs) {
-    reversed.push_back({k, i});
-    from_matched.push_back(i);
-    to_matched.push_back(k);
-  }
+  const WarpedSides sides = warp_sides(limbs, from, to);
   const double angle = limbs.match.angle;
-  return {make_curves(from, limbs.from, from_matched, to, limbs.to,
-                      warped_places(from, limbs.from, limbs.to, limbs.match.limbs, angle), angle),
-          make_curves(to, limbs.to, to_matched, from, limbs.from,
-                      warped_places(to, limbs.to, limbs.from, reversed, -angle), -angle)};
+  return {make_curves(from, limbs.from, sides.from_matched, to, limbs.to, sides.from_in_to, angle),
+          make_curves(to, limbs.to, sides.to_matched, from, limbs.from, sides.to_in_from, -angle)};
 }
 
 std::vector<Pair> pair_bodies(const CostPair& sides, LabelMode mode, const LimbCurves& from_curves,
@@ -469,17 +482,7 @@ std::pair<std::vector<double>, std::vector<double>> balance_masses(
 std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::vector<Ball>& from,
                                               const std::vector<Ball>& to,
                                               const CostSide& from_side, const CostSide& to_side) {
-  std::vector<MatchedLimbs> reversed;
-  std::vector<std::uint32_t> from_matched, to_matched;
-  for (const auto& [i, k] : limbs.match.limbs) {
-    reversed.push_back({k, i});
-    from_matched.push_back(i);
-    to_matched.push_back(k);
-  }
-  const std::vector<Vec3d> from_in_to =
-      warped_places(from, limbs.from, limbs.to, limbs.match.limbs, limbs.match.angle);
-  const std::vector<Vec3d> to_in_from =
-      warped_places(to, limbs.to, limbs.from, reversed, -limbs.match.angle);
+  const auto [from_matched, to_matched, from_in_to, to_in_from] = warp_sides(limbs, from, to);
   const auto make_side = [&](std::size_t count, const CostSide& plain, const auto& in_to,
                              const auto& in_from, const Limbs& own) {
     CostSide side;
