@@ -306,7 +306,6 @@ LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
   std::erase_if(match.limbs, [&](const MatchedLimbs& pair) {
     return !problem.a[pair.from].is_required && is_half_a_pair(problem, best->matching, pair);
   });
-
   std::sort(match.limbs.begin(), match.limbs.end(),
             [](const MatchedLimbs& p, const MatchedLimbs& q) { return p.from < q.from; });
   match.angle = exact::atan2(exact::sin(best->angle), exact::cos(best->angle));

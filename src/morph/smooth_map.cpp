@@ -360,10 +360,15 @@ Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls, floa
     set_slope(carried, minus(turn, Mat3{}), *regression);
     regression->values.push_back(carried);
   }
-  for (const LimbSample& sample : on_limbs)
-    for (const LimbSample& then_there : next_on_limbs)
-      if (then_there.pair == sample.pair)
-        set_value(regression->values[sample.pair], Vec3d(then_there.center) - Vec3d(sample.center));
+  // Both lists are in the order of the pairs.
+  auto later_sample = next_on_limbs.begin();
+  for (const LimbSample& sample : on_limbs) {
+    while (later_sample != next_on_limbs.end() && later_sample->pair < sample.pair) ++later_sample;
+    if (later_sample == next_on_limbs.end()) break;
+    if (later_sample->pair == sample.pair)
+      set_value(regression->values[sample.pair],
+                Vec3d(later_sample->center) - Vec3d(sample.center));
+  }
   std::vector<AttributeValues> values;
   PM_TRY_STATUS(to_status(engine.regress(regression, points, values)));
   return read_flow(values);

@@ -17,16 +17,20 @@ struct MergeOptions {
   JsonOutput json;
 };
 
+/// The samples that the parts have, as in "0-15, 32-47/64".
+std::string describe_samples(const FrameMerge& merge) {
+  return fmt::format("{}/{}", format_samples(merge.ranges), merge.samples.total);
+}
+
 JsonValue to_json(const std::vector<FrameMerge>& merges) {
   JsonValue json{{"frames", JsonValue::array()}};
   for (const FrameMerge& merge : merges) {
     JsonValue parts = JsonValue::array();
     for (const auto& part : merge.parts) parts.push_back(part.string());
-    json["frames"].push_back(
-        {{"frame", merge.frame},
-         {"samples", fmt::format("{}/{}", format_samples(merge.ranges), merge.samples.total)},
-         {"parts", parts},
-         {"file", merge.output.string()}});
+    json["frames"].push_back({{"frame", merge.frame},
+                              {"samples", describe_samples(merge)},
+                              {"parts", parts},
+                              {"file", merge.output.string()}});
   }
   return json;
 }
@@ -49,7 +53,7 @@ Result<int> run_merge(const CommandLine& line, const MergeOptions& options) {
     FrameRecord record;
     record.frame = merge.frame;
     record.state = FrameRecord::State::kDone;
-    record.stage = fmt::format("samples {}/{}", format_samples(merge.ranges), merge.samples.total);
+    record.stage = "samples " + describe_samples(merge);
     record.seconds = watch.seconds();
     record.files = {merge.output};
     parts += merge.parts.size();
