@@ -206,7 +206,7 @@ class SequenceRun {
     explicit Tracer(Renderer&& r) : renderer(std::move(r)) {}
     Renderer renderer;
     std::string device;
-    std::unique_ptr<Engine> engine;  ///< makes the surfaces, where several devices share the film
+    std::unique_ptr<Engine> engine;  ///< makes the surfaces on the tracer's GPU; null: this thread's
     Worker worker;
   };
   /// The surfaces of a frame, and what the report says of them.
@@ -225,7 +225,6 @@ class SequenceRun {
   struct Tracing {
     std::vector<std::size_t> indices;  ///< the frame that is traced, and those that show the same
     std::string picture;               ///< picture_key()
-    Tracer* tracer;
     std::future<Traced> result;
   };
   struct Written {
@@ -237,16 +236,20 @@ class SequenceRun {
     jobs_ = settings_.jobs;
     if (jobs_ == 0) {
       jobs_ = jobs_for(image.width, image.height, settings_.frames.size());
-      if (report_.device != "cpu") jobs_ = std::max(jobs_, 2 * devices);
+      // A GPU traces one frame while surfaces of others are mended, and their pictures made, here.
+      constexpr int kPerDevice = 4;
+      if (report_.device != "cpu")
+        jobs_ = std::max(jobs_, std::clamp(thread_count() / devices, 2, kPerDevice) * devices);
     }
     jobs_ = std::max(jobs_, devices);
+    jobs_ = std::min(jobs_, std::max(1, static_cast<int>(settings_.frames.size())));
   }
 
   Status open_tracers(const std::vector<std::string>& devices) {
     for (int i = 0; i < jobs_; ++i) {
       std::string device = report_.device;
       std::unique_ptr<Engine> engine;
-      if (devices.size() > 1) {
+      if (report_.device != "cpu") {
         const std::string& asked = devices[static_cast<std::size_t>(i) % devices.size()];
         PM_TRY(engine, make_engine(asked, device, settings_.max_memory));
       }
@@ -256,9 +259,6 @@ class SequenceRun {
       tracers_.back()->engine = std::move(engine);
       writers_.push_back(std::make_unique<Worker>());
     }
-    // The first is taken first.
-    for (auto tracer = tracers_.rbegin(); tracer != tracers_.rend(); ++tracer)
-      idle_.push_back(tracer->get());
     if (devices.size() > 1) report_.device = fmt::format("{}", fmt::join(devices, ","));
     return Ok{};
   }
@@ -307,7 +307,7 @@ class SequenceRun {
       surfaces = std::move(*result);
     }
     Status before = Ok{};
-    if (idle_.empty()) before = finish_tracing();
+    if (tracing_.size() == tracers_.size()) before = finish_tracing();
     begin_tracing(index, std::move(picture), std::move(surfaces));
     return before;
   }
@@ -325,10 +325,9 @@ class SequenceRun {
     return surfaces;
   }
 
-  /// Traces a frame on an idle tracer, which also makes its surfaces unless they are there.
+  /// Traces a frame on the next tracer, which also makes its surfaces unless they are there.
   void begin_tracing(std::size_t index, std::string picture, std::optional<Surfaces> surfaces) {
-    Tracer* tracer = idle_.back();
-    idle_.pop_back();
+    Tracer* tracer = tracers_[begun_++ % tracers_.size()].get();
     const int frame = report_.frames[index].frame;
     auto task = [this, tracer, frame, surfaces = std::move(surfaces)]() mutable -> Traced {
       if (!surfaces) {
@@ -342,7 +341,7 @@ class SequenceRun {
       surfaces->geometry = {};
       return {std::move(image), stopwatch.seconds(), std::move(*surfaces)};
     };
-    tracing_.push_back({{index}, std::move(picture), tracer, tracer->worker.run(std::move(task))});
+    tracing_.push_back({{index}, std::move(picture), tracer->worker.run(std::move(task))});
   }
 
   /// Waits for the oldest frame that is traced, and hands it on, and those that show the same.
@@ -350,7 +349,6 @@ class SequenceRun {
     Tracing tracing = std::move(tracing_.front());
     Traced traced = tracing.result.get();
     tracing_.pop_front();
-    idle_.push_back(tracing.tracer);
     if (!traced.image) {
       Status first = Ok{};
       for (const std::size_t index : tracing.indices) {
@@ -508,9 +506,7 @@ class SequenceRun {
   RunReport report_;
   std::size_t finished_ = 0;
   int jobs_ = 1;
-  /// Tracers without a frame. At most jobs_ frames each are traced and written while the next one's
-  /// surface is made.
-  std::vector<Tracer*> idle_;
+  std::size_t begun_ = 0;  ///< frames that were given to tracers, by turns
   std::deque<Tracing> tracing_;
   std::deque<std::pair<std::size_t, std::future<Written>>> writing_;
   // Their tasks borrow what stands above, so they are the first to go.
