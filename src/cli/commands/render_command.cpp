@@ -308,9 +308,8 @@ void add_render(CommandLine& line) {
       .type_name("i/N")
       .group("Farm");
   command
-      .add_option(
-          "-j,--jobs", options->jobs,
-          "frames rendered in parallel; default: by their size, and at least two on each GPU")
+      .add_option("-j,--jobs", options->jobs,
+                  "frames rendered in parallel; default: by their size, and four on each GPU")
       .range(1, 256)
       .type_name("N")
       .group("Farm");

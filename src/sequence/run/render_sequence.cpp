@@ -206,7 +206,7 @@ class SequenceRun {
     explicit Tracer(Renderer&& r) : renderer(std::move(r)) {}
     Renderer renderer;
     std::string device;
-    std::unique_ptr<Engine> engine;  ///< makes the surfaces on the tracer's GPU; null: this thread's
+    std::unique_ptr<Engine> engine;  ///< makes surfaces on the tracer's GPU; null: this thread's
     Worker worker;
   };
   /// The surfaces of a frame, and what the report says of them.
