@@ -9,11 +9,14 @@
 #include <sys/resource.h>
 
 #include <assimp/DefaultIOSystem.h>
+#include <assimp/MemoryIOWrapper.h>
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -25,6 +28,7 @@
 
 #include "base/exact_math.h"
 #include "model/assimp/gltf_keys.h"
+#include "model/assimp/guard_ply.h"
 #include "model/assimp/pose.h"
 #include "model/load/import_process.h"
 
@@ -47,10 +51,31 @@ class FolderIO : public Assimp::DefaultIOSystem {
   Assimp::IOStream* Open(const char* name, const char* mode) override {
     if (mode[0] != 'r' || !is_allowed(name)) return nullptr;
     if (opened_.insert(name).second) put("input", name, "");
-    return DefaultIOSystem::Open(name, mode);
+    Assimp::IOStream* const stream = DefaultIOSystem::Open(name, mode);
+    return stream && is_ply(name) ? guard_stream(stream) : stream;
   }
 
  private:
+  static bool is_ply(const fs::path& path) {
+    std::string suffix = path.extension().string();
+    for (char& c : suffix) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return suffix == ".ply";
+  }
+  /// Replaces a stream that Assimp would misread by one of the bytes that guard_ply() makes of it.
+  Assimp::IOStream* guard_stream(Assimp::IOStream* stream) {
+    constexpr std::size_t kMaxHeader = 1 << 16;
+    std::string bytes(std::min(stream->FileSize(), kMaxHeader), '\0');
+    bytes.resize(stream->Read(bytes.data(), 1, bytes.size()));
+    stream->Seek(0, aiOrigin_SET);
+    if (!find_mistaken_data(bytes)) return stream;
+    bytes.resize(stream->FileSize());
+    bytes.resize(stream->Read(bytes.data(), 1, bytes.size()));
+    Close(stream);
+    bytes = guard_ply(std::move(bytes));
+    auto* const copy = new std::uint8_t[bytes.size()];
+    std::memcpy(copy, bytes.data(), bytes.size());
+    return new Assimp::MemoryIOStream(copy, bytes.size(), true);
+  }
   bool is_allowed(const char* name) const {
     std::error_code error;
     const fs::path path = fs::weakly_canonical(name, error);
