@@ -7,6 +7,7 @@ Exit code 77: Chromium, its driver or Selenium is missing. POLYMORPH_CHROMIUM na
 """
 
 import json
+import math
 import os
 import pathlib
 import shutil
@@ -376,11 +377,52 @@ class BlendPage(Pages):
             self.assertEqual(self.browser.find("#frame").text, f"3 / {FRAMES}", "without the focus they go over the film")
         self.in_windows("blend.html", "return window.polymorph && polymorph.surfaces.done", False, visit)
 
+    def test_balls_and_plan(self):
+        """Balls are the cube's, which is the first by name. They move to the other objects with the weights, and the plan says where to."""
+        balls_and_ways = """
+            const {morph} = polymorph, weights = arguments[0], balls = [], ways = [], shown = {weights, look: 0};
+            ballsOf(morph, 0, shown, 0, balls); planOf(morph, 0, shown, ways);
+            const corner = Math.max(0, weights.indexOf(1)), {space, objects} = morph.data.actors[0];
+            const inside = balls.filter((_, i) => i % 15 === 0 && objects[corner].distances.distance(...balls.slice(i, i + 3)) > 0).length;
+            return [balls, ways, space.objects[corner].volume, inside];"""
+
+        def visit(width, height, touch):
+            ends = []
+            for corner in range(3):
+                balls, ways, volume, inside = self.browser.run(balls_and_ways, [float(k == corner) for k in range(3)])
+                ends.append([balls[i:i + 3] for i in range(0, len(balls), 15)])
+                self.assertAlmostEqual(sum(4 / 3 * math.pi * r**3 for r in balls[3::15]), volume, delta=1e-4 * volume)
+                self.assertGreater(inside, 0.5 * len(ends[-1]), "most centres lie in the object; some lie in the torus's hole")
+            self.assertNotEqual(ends[0], ends[2])
+            balls, ways, *_ = self.browser.run(balls_and_ways, [0.5, 0.3, 0.2])
+            steps, count = 8, len(balls) // 15
+            self.assertEqual(len(ways), 3 * steps * count * 6)
+            for corner in range(3):
+                for ball in range(count):
+                    first, last = (6 * (count * (steps * corner + step) + ball) for step in (0, steps - 1))
+                    for axis in range(3):
+                        self.assertAlmostEqual(ways[first + axis], balls[15 * ball + axis], places=5)
+                        self.assertAlmostEqual(ways[last + 3 + axis], ends[corner][ball][axis], places=5)
+            self.drag(touch, (0.4, 0.3, 0.3))
+            seen = {self.still()}
+            for name in ("#balls", "#plan"):
+                self.browser.find(name).click()
+                seen.add(self.still())
+            self.keep(f"blend-balls-{width}")
+            self.drag(touch, (0.1, 0.2, 0.7))
+            seen.add(self.still())
+            for key in "bl":
+                self.browser.press(key)
+            seen.add(self.still())
+            self.assertEqual(len(seen), 5, "with balls, with the plan, and those of another mixture")
+        self.in_windows("blend.html", "return window.polymorph && polymorph.surfaces.done", False, visit)
+
     def test_a_blend_that_stands_still_has_the_handle_alone(self):
         def visit(width, height, touch):
-            for name in ("play", "time", "frame", "balls", "plan"):
+            for name in ("play", "time", "frame"):
                 self.assertFalse(self.browser.find(f"#{name}").is_displayed(), name)
-            self.assertTrue(self.browser.find("#colors").is_displayed())
+            for name in ("balls", "plan", "colors"):
+                self.assertTrue(self.browser.find(f"#{name}").is_displayed(), name)
             middle = self.still()
             self.browser.press(" ", Keys.END)
             self.assertEqual(self.still(), middle)

@@ -6,6 +6,7 @@
 #include "interchange/json_vectors.h"
 #include "model/load/load_model.h"
 #include "model/repair/diagnose.h"
+#include "scene/animated_model.h"
 
 namespace polymorph {
 
@@ -35,6 +36,8 @@ Result<Inspection> inspect_model(const std::string& file) {
               {"area", d.area},
               {"labels", loaded.model.label_names},
               {"textures", loaded.model.textures.size()}};
+  const Animation animation = read_animation(file);
+  for (const std::string& name : animation.names) out.json["animations"].push_back(name);
   out.text += fmt::format("{}: {} points, {} triangles, {} shell{}\n", file, d.points, d.triangles,
                           d.shells, d.shells == 1 ? "" : "s");
   out.text += fmt::format("  {}, box {:.4g} x {:.4g} x {:.4g}, volume {:.4g}, area {:.4g}\n",
@@ -51,6 +54,14 @@ Result<Inspection> inspect_model(const std::string& file) {
                     textures = loaded.model.textures.size();
   out.text += fmt::format("  labels: {}\n  {} material{}, {} texture{}\n", labels, materials,
                           materials == 1 ? "" : "s", textures, textures == 1 ? "" : "s");
+  if (!animation.names.empty()) {
+    out.text +=
+        fmt::format("  {} animation{}, {}: {} poses, {} per second\n", animation.names.size(),
+                    animation.names.size() == 1 ? "" : "s", fmt::join(animation.names, ", "),
+                    animation.pose_count(), animation.poses_per_second);
+    if (const std::string others = describe_other_animations({file, {}, 1}); !others.empty())
+      out.text += fmt::format("  {}\n", others);
+  }
   for (const std::string& problem : describe_problems(d))
     out.text += fmt::format("  {}\n", problem);
   for (const std::string& oddity : describe_oddities(d))

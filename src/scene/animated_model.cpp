@@ -1,11 +1,14 @@
 #include "scene/animated_model.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <fstream>
-#include <string>
+#include <set>
 #include <system_error>
+#include <utility>
 
 #include "base/file.h"
 #include "base/json.h"
@@ -14,7 +17,7 @@
 namespace polymorph {
 namespace {
 
-constexpr char kPlace = '@';  // before a pose's number
+constexpr char kPlace = '@';  // before the name of an animation, and before a pose's number
 constexpr std::size_t kMaxBytes = std::size_t{1} << 32;
 
 bool is_gltf(const std::filesystem::path& file) {
@@ -45,55 +48,185 @@ std::string gltf_json(const std::filesystem::path& file) {
   return json;
 }
 
-/// The largest number of an accessor's bounds, which is the last time of a sampler's keys.
-double last_time(const JsonValue& accessors, const JsonValue& sampler) {
-  const JsonValue* input = sampler.find("input");
-  if (!input || input->kind != JsonValue::Kind::kNumber) return 0;
-  const auto index = static_cast<std::size_t>(std::max(input->number, 0.0));
-  if (index >= accessors.items.size()) return 0;
-  const JsonValue* bounds = accessors.items[index].find("max");
-  const bool known =
-      bounds && !bounds->items.empty() && bounds->items[0].kind == JsonValue::Kind::kNumber;
-  return known ? bounds->items[0].number : 0;
+/// A file's name before its last kPlace, with its extension, and the text behind it; nothing where
+/// it has no such place.
+std::optional<std::pair<std::filesystem::path, std::string>> split_name(
+    const std::filesystem::path& path) {
+  const std::string stem = path.stem().string();
+  const std::size_t place = stem.rfind(kPlace);
+  if (place == std::string::npos || place == 0) return std::nullopt;
+  return std::pair(path.parent_path() / (stem.substr(0, place) + path.extension().string()),
+                   stem.substr(place + 1));
+}
+
+bool is_file(const std::filesystem::path& path) {
+  std::error_code error;
+  return std::filesystem::is_regular_file(path, error);
+}
+
+/// An animation's name as paths have it, without what has a meaning there; its number where it has
+/// no name.
+std::string path_name(const JsonValue& animation, std::size_t index) {
+  std::string name = animation.get("name").string;
+  for (char& c : name)
+    if (static_cast<unsigned char>(c) < ' ' || std::strchr("/\\#%@", c)) c = '_';
+  return name.empty() ? std::to_string(index + 1) : name;
+}
+
+/// The item that a member of an object refers to by its index; null where there is none.
+const JsonValue& find_item(const JsonValue& list, const JsonValue& index) {
+  static const JsonValue none;
+  return index.integral && index.integer >= 0 && std::cmp_less(index.integer, list.items.size())
+             ? list.items[static_cast<std::size_t>(index.integer)]
+             : none;
+}
+
+/// Nodes, and weights of nodes, that an animation moves.
+std::set<std::pair<std::int64_t, bool>> moved_by(const JsonValue& animation) {
+  std::set<std::pair<std::int64_t, bool>> moved;
+  for (const JsonValue& channel : animation.get("channels").items) {
+    const JsonValue& target = channel.get("target");
+    if (target.get("node").integral)
+      moved.emplace(target.get("node").integer, target.get("path").string == "weights");
+  }
+  return moved;
+}
+
+/// Times of a sampler's keys, by the bounds of its accessor.
+struct KeyTimes {
+  double first = 0, last = 0;
+  std::int64_t count = 0;
+};
+
+std::optional<KeyTimes> key_times(const JsonValue& accessor) {
+  const JsonValue &low = accessor.get("min"), &high = accessor.get("max");
+  if (low.items.empty() || high.items.empty() || !low.items[0].is_number() ||
+      !high.items[0].is_number() || !accessor.get("count").integral)
+    return std::nullopt;
+  return KeyTimes{low.items[0].number, high.items[0].number, accessor.get("count").integer};
+}
+
+/// The rate of films at which keys lie evenly; 0 where they lie otherwise, or are few.
+int sampled_rate(const KeyTimes& times) {
+  constexpr int kMinKeys = 6, kMinRate = 24, kMaxRate = 120;
+  constexpr double kRounding = 0.05;  // of rates such as 23.976
+  if (times.count < kMinKeys || !(times.last > times.first)) return 0;
+  const double rate = static_cast<double>(times.count - 1) / (times.last - times.first);
+  if (!(rate > kMinRate - 1 && rate < kMaxRate + 1)) return 0;
+  const auto nearest = static_cast<int>(std::lround(rate));
+  return std::abs(rate - nearest) <= kRounding && nearest >= kMinRate && nearest <= kMaxRate
+             ? nearest
+             : 0;
 }
 
 }  // namespace
 
+int Animation::pose_count() const {
+  constexpr double kMaxSeconds = 3600;
+  if (playing.empty() || !(end > start)) return 0;
+  return 1 + static_cast<int>(std::lround(std::min(end - start, kMaxSeconds) * poses_per_second));
+}
+
+std::optional<AnimatedPose> find_named_animation(const std::filesystem::path& path) {
+  const auto named = is_gltf(path) && !is_file(path) ? split_name(path) : std::nullopt;
+  if (!named || named->second.empty() || !is_file(named->first)) return std::nullopt;
+  return AnimatedPose{named->first, named->second, 1};
+}
+
 std::optional<AnimatedPose> find_pose(const std::filesystem::path& path) {
-  if (!is_gltf(path)) return std::nullopt;
-  const std::string stem = path.stem().string();
-  const std::size_t place = stem.rfind(kPlace);
-  if (place == std::string::npos || place == 0) return std::nullopt;
-  const auto number = parse_integer(stem.substr(place + 1));
+  const auto numbered = is_gltf(path) ? split_name(path) : std::nullopt;
   std::error_code error;
-  if (!number || *number < 1 || *number > 1000000 || std::filesystem::exists(path, error))
-    return std::nullopt;
+  if (!numbered || std::filesystem::exists(path, error)) return std::nullopt;
+  const auto number = parse_integer(numbered->second);
+  if (!number || *number < 1 || *number > 1000000) return std::nullopt;
   AnimatedPose pose;
-  pose.file = path.parent_path() / (stem.substr(0, place) + path.extension().string());
+  if (is_file(numbered->first))
+    pose.file = numbered->first;
+  else if (const auto named = find_named_animation(numbered->first))
+    pose = *named;
+  else
+    return std::nullopt;
   pose.number = static_cast<int>(*number);
-  if (!std::filesystem::is_regular_file(pose.file, error)) return std::nullopt;
   return pose;
 }
 
-int pose_count(const std::filesystem::path& file) {
-  if (!is_gltf(file)) return 0;
+Animation read_animation(const std::filesystem::path& file, const std::string& name) {
+  Animation animation;
+  if (!is_gltf(file)) return animation;
   const auto document = parse_json(file.string(), gltf_json(file));
-  if (!document || document->root.kind != JsonValue::Kind::kObject) return 0;
-  const JsonValue* animations = document->root.find("animations");
-  const JsonValue* accessors = document->root.find("accessors");
-  if (!animations || !accessors) return 0;
-  double seconds = 0;
-  for (const JsonValue& animation : animations->items)
-    if (const JsonValue* samplers = animation.find("samplers"))
-      for (const JsonValue& sampler : samplers->items)
-        seconds = std::max(seconds, last_time(*accessors, sampler));
-  if (!(seconds > 0)) return 0;
-  constexpr double kMaxSeconds = 3600;
-  return 1 + static_cast<int>(std::lround(std::min(seconds, kMaxSeconds) * kPosesPerSecond));
+  if (!document) return animation;
+  const std::vector<JsonValue>& all = document->root.get("animations").items;
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < all.size(); ++i) animation.names.push_back(path_name(all[i], i));
+  if (!name.empty()) {
+    const auto named = std::find(animation.names.begin(), animation.names.end(), name);
+    if (named == animation.names.end()) return animation;
+    first = static_cast<std::size_t>(named - animation.names.begin());
+  }
+  std::set<std::pair<std::int64_t, bool>> moved;
+  bool has_times = false;
+  int rate = 0;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    // The first or the named one, then the others in their order.
+    const std::size_t i = k == 0 ? first : k <= first ? k - 1 : k;
+    const auto own = moved_by(all[i]);
+    if (own.empty() ||
+        std::any_of(own.begin(), own.end(), [&](const auto& one) { return moved.contains(one); }))
+      continue;
+    animation.playing.push_back(i);
+    moved.insert(own.begin(), own.end());
+    if (!name.empty() && k > 0) continue;
+    for (const JsonValue& channel : all[i].get("channels").items) {
+      const JsonValue& sampler = find_item(all[i].get("samplers"), channel.get("sampler"));
+      const auto times =
+          key_times(find_item(document->root.get("accessors"), sampler.get("input")));
+      if (!times) continue;
+      animation.start = has_times ? std::min(animation.start, times->first) : times->first;
+      animation.end = has_times ? std::max(animation.end, times->last) : times->last;
+      has_times = true;
+      rate = std::max(rate, sampled_rate(*times));
+    }
+  }
+  if (rate > 0) animation.poses_per_second = rate;
+  return animation;
 }
 
-std::filesystem::path pose_pattern(const std::filesystem::path& file) {
-  return file.parent_path() / (file.stem().string() + kPlace + "####" + file.extension().string());
+int pose_count(const std::filesystem::path& model) {
+  const auto named = find_named_animation(model);
+  return read_animation(named ? named->file : model, named ? named->animation : std::string())
+      .pose_count();
+}
+
+std::string describe_missing_poses(const AnimatedPose& pose) {
+  const std::string file = pose.file.string();
+  const std::vector<std::string> names = read_animation(pose.file).names;
+  if (names.empty()) return file + ": it is not animated";
+  if (pose.animation.empty()) return file + ": its animations move nothing";
+  return fmt::format("{}: it has no animation \"{}\" that moves anything - name {}", file,
+                     pose.animation, join_quoted(names));
+}
+
+std::string describe_other_animations(const AnimatedPose& pose) {
+  const Animation animation = read_animation(pose.file, pose.animation);
+  if (!pose.animation.empty() || animation.names.size() <= animation.playing.size()) return {};
+  std::string playing, others, other;
+  for (std::size_t i = 0; i < animation.names.size(); ++i) {
+    const bool plays =
+        std::find(animation.playing.begin(), animation.playing.end(), i) != animation.playing.end();
+    std::string& list = plays ? playing : others;
+    list += fmt::format("{}\"{}\"", list.empty() ? "" : ", ", animation.names[i]);
+    if (!plays && other.empty()) other = animation.names[i];
+  }
+  const std::filesystem::path named =
+      pose.file.stem().string() + kPlace + other + pose.file.extension().string();
+  return fmt::format("{}: plays {}, not {} - {}, or {} in a scene, plays that one",
+                     pose.file.string(), playing, others, named.string(),
+                     pose_pattern(named).string());
+}
+
+std::filesystem::path pose_pattern(const std::filesystem::path& model) {
+  return model.parent_path() /
+         (model.stem().string() + kPlace + "####" + model.extension().string());
 }
 
 }  // namespace polymorph

@@ -88,8 +88,10 @@ void describe(V& v, ObjectSettings& s) {
   v.integers("range", range, 0, 100000000,
              "mesh sequence: first and last number of its files, last first to play it backwards, "
              "and the step between two where it is not 1; default: the files that are there");
-  v.number("fps", fps, 0.001, 1000,
-           "mesh sequence: meshes per second; default: frames.fps, a mesh per frame");
+  v.number(
+      "fps", fps, 0.001, 1000,
+      "mesh sequence: meshes per second; default: frames.fps, a mesh per frame; of an animated "
+      "model its own rate");
   v.boolean("loop", loop, "mesh sequence: begin again after the last mesh, until the scene ends");
   v.text("shape", shape,
          "a built-in shape instead of a file: sphere, cube, torus, puddle or drops");

@@ -71,9 +71,12 @@ Result<SceneReading> read_scene(const std::filesystem::path& path,
   if (is_model && (is_animated || is_numbered(path))) {
     const std::filesystem::path meshes = is_animated ? pose_pattern(path) : path;
     PM_TRY([[maybe_unused]] const std::vector<int> range, find_range(meshes));
-    const JsonValue json{{"source", {{"model", std::filesystem::absolute(meshes).string()}}}};
+    JsonValue json{{"source", {{"model", std::filesystem::absolute(meshes).string()}}}};
+    if (const auto rate = stored_rate(meshes)) json["frames"] = {{"fps", *rate}};
     return read_scene_text(path, format_json(json), overrides);
   }
+  if (const auto named = find_named_animation(path))
+    return make_error(ErrorCode::kInput, "{}", describe_missing_poses(*named));
   if (is_model)
     return make_error(ErrorCode::kInput,
                       "{0}: is a model, not a scene - a scene names two of them: polymorph init "

@@ -23,7 +23,8 @@ Result<std::vector<int>> existing_meshes(const FramePattern& pattern) {
   if (!pattern.has_number()) return existing_frames(pattern);
   const auto pose = find_pose(frame_path(pattern, 1));
   if (!pose) return existing_frames(pattern);
-  std::vector<int> poses(static_cast<std::size_t>(pose_count(pose->file)));
+  std::vector<int> poses(
+      static_cast<std::size_t>(read_animation(pose->file, pose->animation).pose_count()));
   std::iota(poses.begin(), poses.end(), 1);
   return poses;
 }
@@ -33,7 +34,7 @@ Result<std::vector<int>> find_range(const std::filesystem::path& model) {
   PM_TRY(const std::vector<int> numbers, existing_meshes(pattern));
   if (numbers.empty()) {
     if (const auto pose = find_pose(frame_path(pattern, 1)))
-      return make_error(ErrorCode::kInput, "{}: it is not animated", pose->file.string());
+      return make_error(ErrorCode::kInput, "{}", describe_missing_poses(*pose));
     return make_error(ErrorCode::kInput, "no such files: {}", model.string());
   }
   int step = 0;
@@ -41,6 +42,14 @@ Result<std::vector<int>> find_range(const std::filesystem::path& model) {
   std::vector<int> range{numbers.front(), numbers.back()};
   if (step > 1) range.push_back(step);
   return range;
+}
+
+std::optional<float> stored_rate(const std::filesystem::path& model) {
+  const auto pattern = file_pattern(model);
+  const auto pose =
+      pattern && pattern->has_number() ? find_pose(frame_path(*pattern, 1)) : std::nullopt;
+  if (!pose) return std::nullopt;
+  return static_cast<float>(read_animation(pose->file, pose->animation).poses_per_second);
 }
 
 bool plays_meshes(const ActorSettings& actor) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,9 @@ Result<std::vector<int>> existing_meshes(const FramePattern& pattern);
 /// Range of the files that are there: first and last number, and a step where all are further
 /// apart than 1. Errors: kInput (there is none, or the folder cannot be read), kUsage (a bad name).
 Result<std::vector<int>> find_range(const std::filesystem::path& model);
+
+/// Meshes per second that the files themselves state: an animated model's poses; else nothing.
+std::optional<float> stored_rate(const std::filesystem::path& model);
 
 /// Tests whether the object is a mesh sequence: then its scene's reader has found its range.
 inline bool is_mesh_sequence(const ObjectSettings& object) { return !object.range.empty(); }

@@ -93,7 +93,7 @@ struct ObjectSettings {
   /// Mesh sequence (scene/mesh_numbers.h): first and last number of its files and, if that is not
   /// 1, the step between two; empty for every other object.
   std::vector<int> range;
-  std::optional<float> fps;  ///< meshes per second; default: the scene's frames.fps
+  std::optional<float> fps;  ///< meshes per second; none: the scene's frames.fps
   std::optional<bool> loop;  ///< begin again after the last mesh
   std::string shape;         ///< built-in shape; empty when `model` is given
   UpAxis up = UpAxis::kY;    ///< turned to y before everything else

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <map>
+#include <utility>
 
 #include "base/html_page.h"
 #include "testing/program.h"
@@ -22,11 +24,13 @@ class AnimatedModel : public ProgramTest {
     fs::copy_file(source_dir() / "tests/data/models/bar.glb", folder / "bar.glb");
   }
   /// Vertices of a pose in the file's own coordinates.
-  std::vector<std::array<double, 3>> points_of(int pose,
-                                               const std::string& model = "bar@####.glb") {
-    write("bar.json", R"({"source": {"model": ")" + model + R"("}, "arrange": "none"})");
+  std::vector<std::array<double, 3>> points_of(int pose, const std::string& model = "bar@####.glb",
+                                               int fps = 24) {
+    write("bar.json", R"({"source": {"model": ")" + model +
+                          R"("}, "arrange": "none", "frames": {"fps": )" + std::to_string(fps) +
+                          "}}");
     const std::string frame = std::to_string(pose);
-    run(0, {"mesh", "bar.json", "-f", frame, "-o", "pose" + frame + ".obj"});
+    run(0, {"mesh", "bar.json", "-f", frame, "-o", "pose" + frame + ".obj", "--overwrite"});
     std::vector<std::array<double, 3>> points;
     for (const std::string& line : lines_of(read_text(folder / ("pose" + frame + ".obj")))) {
       std::array<double, 3> p{};
@@ -216,7 +220,92 @@ TEST_F(AnimatedModel, WhatIsNotAnimatedIsNoSequence) {
       contains(run(3, {"render", "box.glb", "-o", "b.png"}).err, "is a model, not a scene"));
   EXPECT_TRUE(contains(run(1, {"check", "none@####.glb"}).err, "no such files"));
   // As one object it has the file's own pose.
-  EXPECT_TRUE(contains(run(0, {"info", "bar.glb"}).err, "the animation is ignored"));
+  EXPECT_TRUE(contains(run(0, {"info", "bar.glb"}).err, "stands still here"));
+}
+
+/// A file of Blender's exporter: tests/data/models/README.md.
+class BlenderModel : public AnimatedModel {
+ protected:
+  void SetUp() override {
+    AnimatedModel::SetUp();
+    fs::copy_file(kFolder / "rig.glb", folder / "rig.glb");
+  }
+  const fs::path kFolder = source_dir() / "tests/data/models";
+};
+
+// Frames of Blender from its frame 10 on, at 30 per second: an action of the armature by its name,
+// with the shape key's, a mirrored object on it, and what Blender's own evaluation says of them.
+TEST_F(BlenderModel, PosesAreBlendersFrames) {
+  std::map<std::pair<std::string, int>, std::vector<std::array<double, 3>>> shown;
+  for (const std::string& line : lines_of(read_text(kFolder / "rig.txt"))) {
+    char action[8] = {};
+    int frame = 0;
+    std::array<double, 3> p{};
+    if (std::sscanf(line.c_str(), "%7s %d %lf %lf %lf", action, &frame, &p[0], &p[1], &p[2]) == 5)
+      shown[{action, frame}].push_back(p);
+  }
+  ASSERT_EQ(shown.size(), 12u);
+  for (const auto& [moment, points] : shown) {
+    const auto& [action, frame] = moment;
+    const auto found = points_of(frame, "rig@" + action + "@####.glb", 30);
+    ASSERT_EQ(points.size(), 28u);
+    for (const auto& [x, y, z] : points)
+      EXPECT_LT(distance_to(found, x, y, z), 2e-6) << action << frame;
+    for (const auto& [x, y, z] : found)
+      EXPECT_LT(distance_to(points, x, y, z), 2e-6) << action << frame;
+  }
+}
+
+TEST_F(BlenderModel, OneOfItsActionsIsChosenByName) {
+  const Ran first = run(0, {"check", "rig.glb"});
+  EXPECT_TRUE(contains(first.out, "rig: 19 meshes, frames 1 to 19")) << first.out;
+  EXPECT_TRUE(contains(first.err, R"(plays "Bend", "TubeAction", not "Wave" - rig@Wave.glb)"))
+      << first.err;
+  const Ran wave = run(0, {"check", "rig@Wave.glb"});
+  EXPECT_TRUE(contains(wave.out, "rig@Wave: 13 meshes")) << wave.out;
+  EXPECT_EQ(wave.err.find("warning"), std::string::npos) << wave.err;
+  EXPECT_TRUE(contains(run(0, {"check", "rig@Wave@####.glb"}).out, "13 meshes"));
+  EXPECT_TRUE(contains(run(1, {"check", "rig@Wve@####.glb"}).err,
+                       R"(has no animation "Wve" that moves anything - name "Bend", "Wave" or)"));
+  EXPECT_TRUE(contains(run(1, {"check", "rig@Wve.glb"}).err, R"(no animation "Wve")"));
+  EXPECT_TRUE(contains(run(0, {"info", "rig.glb"}).out,
+                       "3 animations, Bend, Wave, TubeAction: 19 poses, 30 per second"));
+}
+
+// 30 poses per second are a film of 30 frames per second, and at 12 frames per second two of five.
+TEST_F(BlenderModel, KeepsItsPace) {
+  EXPECT_TRUE(contains(run(0, {"info", "rig@####.glb"}).out, "19 frames at 30 fps"));
+  write("slow.json", R"({"source": {"model": "rig@####.glb"}, "frames": {"fps": 12}})");
+  EXPECT_TRUE(contains(run(0, {"info", "slow.json"}).out, "8 frames at 12 fps"));
+  write("half.json", R"({"source": {"model": "rig@####.glb", "fps": 12}, "frames": {"fps": 12}})");
+  EXPECT_TRUE(contains(run(0, {"info", "half.json"}).out, "19 frames at 12 fps"));
+}
+
+// Blender's mapping node, by the definition of its transform: scale, turn, shift.
+TEST_F(BlenderModel, TexturesLieAsTheirMappingSays) {
+  run(0, {"mesh", "rig.glb", "-f", "1", "-o", "rig.obj", "--set", "arrange=none"});
+  std::vector<std::array<double, 3>> points;
+  std::vector<std::array<double, 2>> uvs;
+  std::size_t corners = 0;
+  const double cosine = std::cos(0.5), sine = std::sin(0.5);
+  for (const std::string& line : lines_of(read_text(folder / "rig.obj"))) {
+    double a = 0, b = 0, c = 0;
+    if (std::sscanf(line.c_str(), "v %lf %lf %lf", &a, &b, &c) == 3) points.push_back({a, b, c});
+    if (std::sscanf(line.c_str(), "vt %lf %lf", &a, &b) == 2) uvs.push_back({a, b});
+    unsigned p[3], t[3];
+    if (std::sscanf(line.c_str(), "f %u/%u/%*u %u/%u/%*u %u/%u/%*u", &p[0], &t[0], &p[1], &t[1],
+                    &p[2], &t[2]) != 6)
+      continue;
+    for (int k = 0; k < 3; ++k) {
+      const auto& [x, y, z] = points.at(p[k] - 1);
+      if (x > 0.5) continue;  // the cube
+      const double u = 3 * (x - z / 2), v = 2 * (y / 2);
+      EXPECT_NEAR(uvs.at(t[k] - 1)[0], cosine * u - sine * v + 0.25, 1e-4);
+      EXPECT_NEAR(uvs.at(t[k] - 1)[1], sine * u + cosine * v + 0.125, 1e-4);
+      ++corners;
+    }
+  }
+  EXPECT_EQ(corners, 108u);
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // Models of other formats than OBJ: what comes out of them, and what becomes of broken ones.
 #include <cstring>
 
+#include <cstring>
+
 #include "testing/program.h"
 
 namespace polymorph {
@@ -114,6 +116,39 @@ TEST_F(ForeignModel, AHeaderThatCountsTooMuchIsSaidSo) {
   const Ran ran = run(3, {"info", "much.ply"});
   EXPECT_TRUE(contains(ran.err, "much.ply: cannot be read: it asks for more memory than there is"))
       << ran.err;
+}
+
+// Assimp takes the byte of a line's end for one.
+TEST_F(ForeignModel, PlyDataMayBeginWithAnyByte) {
+  const auto bytes_of = [](auto value) {
+    std::string bytes(sizeof value, '\0');
+    std::memcpy(bytes.data(), &value, sizeof value);
+    return bytes;
+  };
+  for (const std::string line_end : {"\n", "\r\n"}) {
+    for (const char first : {'\n', '\r', ' ', 'a'}) {
+      float corner = -1;
+      std::memcpy(&corner, &first, 1);
+      const float points[4][3] = {{corner, 0, 0}, {2, 0, 0}, {0, 2, 0}, {0, 0, 2}};
+      const int faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+      std::string text;
+      for (const char* row :
+           {"ply", "format binary_little_endian 1.0", "comment a tetrahedron", "element vertex 4",
+            "property float x", "property float y", "property float z", "element face 4",
+            "property list uchar int vertex_indices", "end_header"})
+        text += row + line_end;
+      for (const auto& point : points)
+        for (const float number : point) text += bytes_of(number);
+      for (const auto& face : faces) {
+        text += '\3';
+        for (const int index : face) text += bytes_of(index);
+      }
+      write("a.ply", text);
+      const auto json = info("a.ply");
+      EXPECT_EQ(json["points"], 4) << static_cast<int>(first);
+      EXPECT_NEAR(json["volume"].get<double>(), (2.0 - static_cast<double>(corner)) * 4 / 6, 1e-5);
+    }
+  }
 }
 
 TEST_F(ForeignModel, BrokenOnesAreRefusedOrRead) {

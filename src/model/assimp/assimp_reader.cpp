@@ -1,7 +1,7 @@
-// polymorph_assimp FILE MEMORY [SECONDS]: reads a model, or a pose of an animated one, with Assimp
-// and writes it to standard output as the records of model/load/import_process.h: OBJ text, MTL
-// text and embedded textures. It is a program of its own, so that a file that makes the library
-// crash, loop or exhaust memory ends only this process.
+// polymorph_assimp FILE MEMORY ["SECONDS ANIMATION..."]: reads a model, or a pose of an animated
+// one, with Assimp and writes it to standard output as the records of model/load/import_process.h:
+// OBJ text, MTL text and embedded textures. It is a program of its own, so that a file that makes
+// the library crash, loop or exhaust memory ends only this process.
 #include <assimp/GltfMaterial.h>
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
@@ -9,21 +9,26 @@
 #include <sys/resource.h>
 
 #include <assimp/DefaultIOSystem.h>
+#include <assimp/MemoryIOWrapper.h>
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <map>
 #include <optional>
 #include <set>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "base/exact_math.h"
 #include "model/assimp/gltf_keys.h"
+#include "model/assimp/guard_ply.h"
 #include "model/assimp/pose.h"
 #include "model/load/import_process.h"
 
@@ -46,10 +51,31 @@ class FolderIO : public Assimp::DefaultIOSystem {
   Assimp::IOStream* Open(const char* name, const char* mode) override {
     if (mode[0] != 'r' || !is_allowed(name)) return nullptr;
     if (opened_.insert(name).second) put("input", name, "");
-    return DefaultIOSystem::Open(name, mode);
+    Assimp::IOStream* const stream = DefaultIOSystem::Open(name, mode);
+    return stream && is_ply(name) ? guard_stream(stream) : stream;
   }
 
  private:
+  static bool is_ply(const fs::path& path) {
+    std::string suffix = path.extension().string();
+    for (char& c : suffix) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return suffix == ".ply";
+  }
+  /// Replaces a stream that Assimp would misread by one of the bytes that guard_ply() makes of it.
+  Assimp::IOStream* guard_stream(Assimp::IOStream* stream) {
+    constexpr std::size_t kMaxHeader = 1 << 16;
+    std::string bytes(std::min(stream->FileSize(), kMaxHeader), '\0');
+    bytes.resize(stream->Read(bytes.data(), 1, bytes.size()));
+    stream->Seek(0, aiOrigin_SET);
+    if (!find_mistaken_data(bytes)) return stream;
+    bytes.resize(stream->FileSize());
+    bytes.resize(stream->Read(bytes.data(), 1, bytes.size()));
+    Close(stream);
+    bytes = guard_ply(std::move(bytes));
+    auto* const copy = new std::uint8_t[bytes.size()];
+    std::memcpy(copy, bytes.data(), bytes.size());
+    return new Assimp::MemoryIOStream(copy, bytes.size(), true);
+  }
   bool is_allowed(const char* name) const {
     std::error_code error;
     const fs::path path = fs::weakly_canonical(name, error);
@@ -112,6 +138,44 @@ struct Vertices {
   const aiVector3D *points, *normals;
 };
 
+/// A colour texture of a material: which coordinates of a mesh it takes, and how it moves them.
+struct ColorTexture {
+  unsigned channel = 0;  ///< index of the mesh's texture coordinates
+  aiVector2D scale{1, 1}, offset;
+  ai_real rotation = 0;
+
+  /// Moves coordinates with v up as KHR_texture_transform does, which counts v down.
+  aiVector2D apply(const aiVector3D& uv) const {
+    if (rotation == 0 && scale == aiVector2D(1, 1) && offset == aiVector2D()) return {uv.x, uv.y};
+    const auto sine = static_cast<ai_real>(polymorph::exact::sin(static_cast<double>(rotation))),
+               cosine = static_cast<ai_real>(polymorph::exact::cos(static_cast<double>(rotation)));
+    const ai_real u = scale.x * uv.x, v = scale.y * (1 - uv.y);
+    return {cosine * u + sine * v + offset.x, 1 - (cosine * v - sine * u + offset.y)};
+  }
+};
+
+/// Reads how a texture of a material takes its coordinates.
+ColorTexture read_color_texture(const aiMaterial& material, aiTextureType type) {
+  ColorTexture texture;
+  int channel = 0;
+  if (material.Get(AI_MATKEY_UVWSRC(type, 0), channel) == aiReturn_SUCCESS && channel > 0 &&
+      channel < AI_MAX_NUMBER_OF_TEXTURECOORDS)
+    texture.channel = static_cast<unsigned>(channel);
+  aiUVTransform stored;
+  if (material.Get(AI_MATKEY_UVTRANSFORM(type, 0), stored) != aiReturn_SUCCESS) return texture;
+  // Assimp has moved the offset for a rotation about the picture's middle.
+  texture.scale = stored.mScaling;
+  texture.rotation = -stored.mRotation;
+  const auto sine =
+      static_cast<ai_real>(polymorph::exact::sin(static_cast<double>(texture.rotation)));
+  const auto cosine =
+      static_cast<ai_real>(polymorph::exact::cos(static_cast<double>(texture.rotation)));
+  texture.offset.x = stored.mTranslation.x - stored.mScaling.x / 2 * (sine - cosine + 1);
+  texture.offset.y =
+      stored.mScaling.y / 2 * (sine + cosine - 1) + 1 - stored.mScaling.y - stored.mTranslation.y;
+  return texture;
+}
+
 class Writer {
  public:
   /// `pose`: where the animation is to be; nothing for the file's own pose.
@@ -129,14 +193,22 @@ class Writer {
     for (unsigned i = 0; i < scene_.mNumTextures; ++i) add_texture(i);
     if (points_or_lines_ > 0)
       put("warning", std::to_string(points_or_lines_) + " points or lines - ignored", "");
+    if (!lights_.empty()) put("warning", lights_ + " emits light - it does not here", "");
+    if (!clear_.empty()) put("warning", clear_ + " is partly transparent - it is opaque here", "");
     if (has_unused_colors_)
       put("warning", "colours of points beside a texture - the colours are ignored", "");
-    if (animated_ && !pose_) put("warning", "it is animated - the animation is ignored", "");
+    if (animated_ && !pose_)
+      put("warning",
+          suffix_ == ".glb" || suffix_ == ".gltf"
+              ? "it is animated, and stands still here - NAME@####" + suffix_ + " are its poses"
+              : "it is animated - the animation is ignored, that of a .glb is not",
+          "");
   }
 
  private:
   aiMatrix4x4 make_upright();
   void add_material(const aiMaterial& material);
+  void note_ignored(const aiMaterial& material, const std::string& name);
   void add_node(const aiNode& node, const aiMatrix4x4& parent);
   void add_mesh(const aiMesh& mesh, const Vertices& vertices, const aiMatrix4x4& transform,
                 const std::string& label);
@@ -150,8 +222,9 @@ class Writer {
   aiMatrix4x4 upright_;
   std::string obj_ = "mtllib m\n", mtl_;
   std::vector<std::string> materials_;
-  std::vector<bool> textured_;
+  std::vector<std::optional<ColorTexture>> textures_;  ///< those of the materials
   std::set<std::string> names_;
+  std::string lights_, clear_;  ///< the first material that emits light, or that is transparent
   std::set<unsigned> colors_;
   std::size_t points_ = 0, uvs_ = 0, normals_ = 0, points_or_lines_ = 0;
   bool has_unused_colors_ = false, animated_ = false;
@@ -205,18 +278,19 @@ void Writer::add_material(const aiMaterial& material) {
     mtl_ += "Ns " + format_number(std::min(static_cast<double>(value), 1e6)) + "\n";
   if (material.Get(AI_MATKEY_METALLIC_FACTOR, value) == aiReturn_SUCCESS)
     mtl_ += "Pm " + format_number(clamp_fraction(value)) + "\n";
-  bool textured = false;
+  if (suffix_ == ".glb" || suffix_ == ".gltf") note_ignored(material, name);
+  std::optional<ColorTexture> texture;
   for (const aiTextureType type : {aiTextureType_BASE_COLOR, aiTextureType_DIFFUSE}) {
     aiString path;
-    if (textured || material.GetTexture(type, 0, &path) != aiReturn_SUCCESS || path.length == 0)
+    if (texture || material.GetTexture(type, 0, &path) != aiReturn_SUCCESS || path.length == 0)
       continue;
     const auto [embedded, index] = scene_.GetEmbeddedTextureAndIndex(path.C_Str());
     mtl_ += "map_Kd " +
             (embedded ? polymorph::embedded_name(static_cast<unsigned>(index)) : path.C_Str()) +
             "\n";
-    textured = true;
+    texture = read_color_texture(material, type);
   }
-  textured_.push_back(textured);
+  textures_.push_back(texture);
 }
 
 void Writer::add_node(const aiNode& node, const aiMatrix4x4& parent) {
@@ -233,6 +307,18 @@ void Writer::add_node(const aiNode& node, const aiMatrix4x4& parent) {
              posed.in_scene ? upright_ : transform, label);
   }
   for (unsigned i = 0; i < node.mNumChildren; ++i) add_node(*node.mChildren[i], transform);
+}
+
+/// Remembers a glTF material that emits light or is transparent.
+void Writer::note_ignored(const aiMaterial& material, const std::string& name) {
+  aiColor3D light;
+  aiString mode;
+  const bool emits = material.Get(AI_MATKEY_COLOR_EMISSIVE, light) == aiReturn_SUCCESS &&
+                     std::max({light.r, light.g, light.b}) > 0;
+  if (emits && lights_.empty()) lights_ = "material " + name;
+  if (material.Get(AI_MATKEY_GLTF_ALPHAMODE, mode) == aiReturn_SUCCESS &&
+      std::string(mode.C_Str()) != "OPAQUE" && clear_.empty())
+    clear_ = "material " + name;
 }
 
 /// Makes a material of the mean colour of a face's corners, in steps of 4/255.
@@ -265,23 +351,30 @@ void Writer::add_mesh(const aiMesh& mesh, const Vertices& vertices, const aiMatr
   aiMatrix3x3 rotation(transform);
   const bool mirrored = rotation.Determinant() < 0;
   const bool normals = vertices.normals && suffix_ != ".stl" && rotation.Determinant() != 0;
-  const bool uvs = mesh.HasTextureCoords(0);
+  const ColorTexture* const texture =
+      mesh.mMaterialIndex < textures_.size() && textures_[mesh.mMaterialIndex]
+          ? &*textures_[mesh.mMaterialIndex]
+          : nullptr;
+  const unsigned channel =
+      texture && mesh.HasTextureCoords(texture->channel) ? texture->channel : 0;
+  const bool uvs = mesh.HasTextureCoords(channel);
   rotation.Inverse().Transpose();
   for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
     const aiVector3D p = transform * vertices.points[i];
     obj_ += 'v' + format_numbers({p.x, p.y, p.z}) + '\n';
-    if (uvs)
-      obj_ +=
-          "vt" + format_numbers({mesh.mTextureCoords[0][i].x, mesh.mTextureCoords[0][i].y}) + '\n';
+    if (uvs) {
+      const aiVector3D& stored = mesh.mTextureCoords[channel][i];
+      const aiVector2D uv = texture ? texture->apply(stored) : aiVector2D(stored.x, stored.y);
+      obj_ += "vt" + format_numbers({uv.x, uv.y}) + '\n';
+    }
     if (normals) {
       const aiVector3D n = rotation * vertices.normals[i];
       obj_ += "vn" + format_numbers({n.x, n.y, n.z}) + '\n';
     }
   }
   obj_ += "g " + label + '\n';
-  const bool textured = mesh.mMaterialIndex < textured_.size() && textured_[mesh.mMaterialIndex];
-  const bool colored = mesh.HasVertexColors(0) && !textured;
-  has_unused_colors_ = has_unused_colors_ || (mesh.HasVertexColors(0) && textured);
+  const bool colored = mesh.HasVertexColors(0) && !texture;
+  has_unused_colors_ = has_unused_colors_ || (mesh.HasVertexColors(0) && texture);
   std::string current_material;
   for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
     const aiFace& face = mesh.mFaces[f];
@@ -340,6 +433,16 @@ std::string describe_size(const Counts& counts, double limit) {
   return text;
 }
 
+/// The pose of "SECONDS ANIMATION...".
+Pose named_pose(const aiScene& scene, const GltfFile& file, const char* words) {
+  std::istringstream numbers(words);
+  double seconds = 0;
+  numbers >> seconds;
+  std::vector<std::size_t> playing;
+  for (std::size_t index = 0; numbers >> index;) playing.push_back(index);
+  return pose_at(scene, file, playing, seconds);
+}
+
 /// Limits CPU time or memory to values that suffice for any model the program accepts.
 void limit(int resource, rlim_t maximum) {
   rlimit now{};
@@ -387,10 +490,10 @@ int main(int argc, char** argv) {
       } else {
         limit(RLIMIT_CPU, seconds + static_cast<rlim_t>(counts.text / 20e6));
         std::optional<Pose> pose;
-        if (argc == 4) {
+        if (suffix == ".glb" || suffix == ".gltf") {
           const GltfFile file = read_gltf(*importer.GetIOHandler(), argv[1]);
           for (const std::string& warning : file.warnings) put("warning", warning, "");
-          pose = pose_at(*scene, file, std::strtod(argv[3], nullptr));
+          if (argc == 4) pose = named_pose(*scene, file, argv[3]);
         }
         Writer(*scene, suffix, std::move(pose)).write(counts);
       }

@@ -262,6 +262,14 @@ GltfFile read_gltf(Assimp::IOSystem& system, const std::string& path) {
     return file;
   }
   const JsonValue& root = document->root;
+  // What Assimp 5.2 reads, and what changes no shape.
+  static constexpr std::string_view kKnown[] = {
+      "KHR_draco_mesh_compression", "KHR_texture_transform", "KHR_materials_unlit",
+      "KHR_materials_pbrSpecularGlossiness", "KHR_lights_punctual"};
+  for (const JsonValue& extension : root.get("extensionsRequired").items)
+    if (std::find(std::begin(kKnown), std::end(kKnown), extension.string) == std::end(kKnown))
+      file.warnings.push_back(fmt::format(
+          "it needs {}, which is not read - what that describes is missing", extension.string));
   const JsonValue& scene =
       find_item(root.get("scenes"), root.contains("scene") ? root.get("scene") : JsonValue(0));
   file.roots = read_indices(scene.get("nodes"));

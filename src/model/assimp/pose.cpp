@@ -1,7 +1,6 @@
 #include "model/assimp/pose.h"
 
 #include <algorithm>
-#include <set>
 #include <string>
 #include <utility>
 
@@ -56,14 +55,6 @@ void add_globals(const aiNode& node, const aiMatrix4x4& parent, Pose& pose) {
   const aiMatrix4x4 global = parent * pose.local(node);
   pose.globals[&node] = global;
   for (unsigned i = 0; i < node.mNumChildren; ++i) add_globals(*node.mChildren[i], global, pose);
-}
-
-/// Nodes, and weights of nodes, that an animation moves.
-std::set<std::pair<std::size_t, bool>> moved_by(const GltfAnimation& animation) {
-  std::set<std::pair<std::size_t, bool>> moved;
-  for (const auto& [node, keys] : animation)
-    for (const auto& [what, values] : keys) moved.emplace(node, what == "weights");
-  return moved;
 }
 
 void play(const GltfAnimation& animation, const GltfFile& file,
@@ -143,7 +134,8 @@ const aiMatrix4x4& Pose::local(const aiNode& node) const {
   return found == locals.end() ? node.mTransformation : found->second;
 }
 
-Pose pose_at(const aiScene& scene, const GltfFile& file, double seconds) {
+Pose pose_at(const aiScene& scene, const GltfFile& file, const std::vector<std::size_t>& playing,
+             double seconds) {
   Pose pose;
   const std::vector<const aiNode*> nodes = list_nodes(scene, file);
   for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -152,14 +144,8 @@ Pose pose_at(const aiScene& scene, const GltfFile& file, double seconds) {
     for (const std::size_t joint : file.nodes[i].joints)
       pose.joints[nodes[i]].push_back(joint < nodes.size() ? nodes[joint] : nullptr);
   }
-  std::set<std::pair<std::size_t, bool>> moved;
-  for (const GltfAnimation& animation : file.animations) {
-    const auto own = moved_by(animation);
-    if (std::any_of(own.begin(), own.end(), [&](const auto& one) { return moved.contains(one); }))
-      continue;
-    moved.insert(own.begin(), own.end());
-    play(animation, file, nodes, seconds, pose);
-  }
+  for (const std::size_t index : playing)
+    if (index < file.animations.size()) play(file.animations[index], file, nodes, seconds, pose);
   add_globals(*scene.mRootNode, {}, pose);
   return pose;
 }

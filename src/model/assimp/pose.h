@@ -19,10 +19,10 @@ struct Pose {
   const aiMatrix4x4& local(const aiNode& node) const;
 };
 
-/// Computes the pose of a glTF file's scene at a time. The first animation plays, and of the others
-/// those that move nothing that plays already: an armature's and that of morph targets are often
-/// two.
-Pose pose_at(const aiScene& scene, const GltfFile& file, double seconds);
+/// Computes the pose of a glTF file's scene at a time. `playing`: indices of its animations that
+/// play.
+Pose pose_at(const aiScene& scene, const GltfFile& file, const std::vector<std::size_t>& playing,
+             double seconds);
 
 /// Vertices of a mesh in a pose.
 struct PosedMesh {

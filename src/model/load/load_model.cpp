@@ -64,15 +64,18 @@ struct ReaderRun {
   bool is_too_large = false, is_interrupted = false;
 };
 
-/// A model's file, and the time of the pose that its path names.
+/// A model's file, and the pose that its path names.
 struct AnimatedPath {
   fs::path file;
-  std::optional<double> seconds;
+  std::string pose;  ///< its time, and indices of the animations that play; empty: at rest
 };
 
 AnimatedPath resolve_pose(const fs::path& path) {
   const auto pose = find_pose(path);
-  return pose ? AnimatedPath{pose->file, pose->seconds()} : AnimatedPath{path, std::nullopt};
+  if (!pose) return {path, {}};
+  const Animation animation = read_animation(pose->file, pose->animation);
+  return {pose->file,
+          fmt::format("{} {}", animation.seconds(pose->number), fmt::join(animation.playing, " "))};
 }
 
 /// `memory`: bytes that the reader and the model that it makes may take; `limit`: those of its
@@ -87,10 +90,9 @@ Result<ReaderRun> run_reader(const fs::path& reader, const AnimatedPath& model,
   posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
   posix_spawn_file_actions_adddup2(&actions, ends[1], 1);
   posix_spawn_file_actions_addopen(&actions, 2, "/dev/null", O_WRONLY, 0);
-  std::string words[4] = {reader.string(), model.file.string(), std::to_string(memory),
-                          model.seconds ? fmt::format("{}", *model.seconds) : std::string()};
+  std::string words[4] = {reader.string(), model.file.string(), std::to_string(memory), model.pose};
   char* arguments[5] = {words[0].data(), words[1].data(), words[2].data(),
-                        model.seconds ? words[3].data() : nullptr, nullptr};
+                        model.pose.empty() ? nullptr : words[3].data(), nullptr};
   pid_t id = 0;
   const int failure = ::posix_spawn(&id, reader.c_str(), &actions, nullptr, arguments, environ);
   posix_spawn_file_actions_destroy(&actions);

@@ -160,6 +160,34 @@ MeshFacts inspect_mesh(const ObjectSettings& object, const std::vector<Vec3>& di
   return mesh_facts;
 }
 
+/// Adds the warnings of the first mesh that has any, and counts the meshes that have others. Poses
+/// of one model often have the same.
+void add_warnings(const MeshSequence& sequence, const std::vector<MeshFacts>& facts,
+                  std::vector<std::string>& warnings) {
+  const std::string model = sequence.object.model.string();
+  std::vector<std::string> first;
+  std::size_t others = 0;
+  for (std::size_t i = 0; i < facts.size(); ++i) {
+    std::vector<std::string> unnamed = facts[i].warnings;
+    const std::string file = sequence.files[i].file.string();
+    for (std::string& warning : unnamed)
+      if (warning.starts_with(file)) warning = model + warning.substr(file.size());
+    if (unnamed.empty() || unnamed == first) continue;
+    if (first.empty()) {
+      const std::vector<std::string>& shown =
+          find_pose(sequence.files[i].file) ? unnamed : facts[i].warnings;
+      warnings.insert(warnings.end(), shown.begin(), shown.end());
+      first = std::move(unnamed);
+    } else {
+      ++others;
+    }
+  }
+  if (others > 0)
+    warnings.push_back(
+        fmt::format("{}: {} more meshes have other warnings - info FILE prints those of a mesh",
+                    model, others));
+}
+
 /// Index of the first mesh that can be shown; 0 if none can.
 int first_usable_mesh(const std::vector<MeshFile>& files) {
   const auto sound = std::find_if(files.begin(), files.end(),
@@ -204,7 +232,6 @@ Result<MeshSurvey> survey_meshes(const Scene& scene, const ChainObject& object, 
   survey.stand_in.placing.to_scene = upright(settings.up);
   model.name = settings.name;
   model.materials.emplace_back();
-  std::size_t warned = 0;
   for (const MeshFacts& mesh_facts : facts) {
     model.points.insert(model.points.end(), mesh_facts.outermost.begin(),
                         mesh_facts.outermost.end());
@@ -216,14 +243,11 @@ Result<MeshSurvey> survey_meshes(const Scene& scene, const ChainObject& object, 
     sequence.max_bytes = std::max(sequence.max_bytes, mesh_facts.bytes);
     sequence.max_triangles = std::max(sequence.max_triangles, mesh_facts.triangles);
     sequence.max_textures = std::max(sequence.max_textures, mesh_facts.textures);
-    if (!mesh_facts.warnings.empty() && warned++ == 0)
-      warnings.insert(warnings.end(), mesh_facts.warnings.begin(), mesh_facts.warnings.end());
   }
-  if (warned > 1)
-    warnings.push_back(
-        fmt::format("{}: {} more meshes have warnings of their own - info FILE "
-                    "prints those of a mesh",
-                    settings.model.string(), warned - 1));
+  add_warnings(sequence, facts, warnings);
+  if (const auto pose = find_pose(sequence.files.front().file))
+    if (std::string others = describe_other_animations(*pose); !others.empty())
+      warnings.push_back(std::move(others));
   log_unknown_motion(scene, sequence);
   if (model.points.empty())
     return make_error(ErrorCode::kInput, "{}", sequence.files.front().problem);

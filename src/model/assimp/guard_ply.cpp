@@ -1,0 +1,78 @@
+#include "model/assimp/guard_ply.h"
+
+#include <sstream>
+
+#include "base/text.h"
+
+namespace {
+
+/// Bytes of a number of a type; 0 where there is no such type.
+std::size_t size_of(std::string_view type) {
+  if (type == "char" || type == "uchar" || type == "int8" || type == "uint8") return 1;
+  if (type == "short" || type == "ushort" || type == "int16" || type == "uint16") return 2;
+  if (type == "int" || type == "uint" || type == "int32" || type == "uint32" || type == "float" ||
+      type == "float32")
+    return 4;
+  return type == "double" || type == "float64" ? 8 : 0;
+}
+
+/// The first element of a PLY file.
+struct FirstElement {
+  std::size_t count = 0, stride = 0;
+  std::size_t properties = 0;  ///< offset of the first in the header
+};
+
+/// Nothing where the file is not binary, or the element has lists or none of the format's types.
+std::optional<FirstElement> find_first_element(const std::string& header) {
+  std::istringstream lines(header);
+  std::string line;
+  FirstElement element;
+  bool is_binary = false;
+  while (std::getline(lines, line)) {
+    std::istringstream words(line);
+    std::string word, type, name;
+    words >> word >> type >> name;
+    if (word == "format") is_binary = type.starts_with("binary_");
+    if (word == "element" && element.properties > 0) break;
+    if (word == "element") {
+      const auto count = polymorph::parse_integer(name);
+      if (!count || *count < 0) return std::nullopt;
+      element.count = static_cast<std::size_t>(*count);
+      element.properties = static_cast<std::size_t>(lines.tellg());
+    }
+    if (word != "property" || element.properties == 0) continue;
+    if (size_of(type) == 0) return std::nullopt;
+    element.stride += size_of(type);
+  }
+  return is_binary && element.stride > 0 ? std::optional(element) : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<std::size_t> find_mistaken_data(std::string_view bytes) {
+  constexpr std::string_view kEnd = "\nend_header";
+  const std::size_t end = bytes.starts_with("ply") ? bytes.find(kEnd) : std::string_view::npos;
+  if (end == std::string_view::npos) return std::nullopt;
+  const std::size_t line_end = bytes.find('\n', end + kEnd.size());
+  if (line_end == std::string_view::npos || line_end + 1 >= bytes.size()) return std::nullopt;
+  const char first = bytes[line_end + 1];
+  return first == '\n' || first == '\r' ? std::optional(line_end + 1) : std::nullopt;
+}
+
+std::string guard_ply(std::string file) {
+  const std::string_view bytes = file;
+  const auto found = find_mistaken_data(bytes);
+  if (!found) return file;
+  std::size_t data = *found;
+  const auto element = find_first_element(file.substr(0, data));
+  if (!element || element->count > (bytes.size() - data) / element->stride) return file;
+  std::string copy(bytes.substr(0, element->properties));
+  copy.reserve(bytes.size() + element->count + 64);
+  copy += "property uchar guard\n";
+  copy += bytes.substr(element->properties, data - element->properties);
+  for (std::size_t i = 0; i < element->count; ++i, data += element->stride) {
+    copy += '\1';
+    copy += bytes.substr(data, element->stride);
+  }
+  return copy += bytes.substr(data);
+}
