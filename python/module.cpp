@@ -190,7 +190,7 @@ class PythonScene {
   }
 
   nb::object field(int frame, const Rows<3>& points, int actor, const nb::object& progress) {
-    const std::vector<Vec3> at = to_points(points);
+    std::vector<Vec3> at = to_points(points);
     std::vector<float> values;
     call(progress, [&] {
       check_frame(frame);
@@ -210,6 +210,7 @@ class PythonScene {
         return;
       }
       const Leg& leg = *prepared.legs[static_cast<std::size_t>(moment.leg)];
+      for (Vec3& p : at) p = p - prepared.offset;
       const LegSurface surface = take(leg_surface(leg, moment.time, *engine_));
       values = take(surface_field(leg, surface, at, *engine_));
     });
@@ -240,8 +241,8 @@ class PythonScene {
       check(check_stands_still(prepared_));
       Scene scene = prepared_.scene;
       scene.surface.resolution = std::min(scene.surface.resolution, kPlayResolution);
-      const PreparedScene prepared =
-          take(prepare_scene(scene, *engine_, cache_, {memory_limit(), 0}));
+      const PreparedScene prepared = take(
+          prepare_scene(scene, *engine_, cache_, {memory_limit(), 0}, Fits::kMake, Sharing::kNone));
       page_ = encode_play_page(take(make_play_page(prepared, *engine_)));
     });
     return page_;
@@ -266,7 +267,10 @@ class PythonScene {
     nb::list all;
     for (const PreparedActor& actor : prepared_.actors)
       for (const auto& leg : actor.legs) {
-        nb::dict plan = to_dict(leg->plan);
+        MorphPlan shown = leg->plan;
+        for (Ball& ball : shown.from) ball.center = ball.center + actor.offset;
+        for (Ball& ball : shown.to) ball.center = ball.center + actor.offset;
+        nb::dict plan = to_dict(shown);
         plan["actor"] = actor.name;
         plan["source"] = leg->from->name;
         plan["target"] = leg->to->name;

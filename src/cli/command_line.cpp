@@ -297,6 +297,39 @@ void print_error(const Error& error) {
   }
 }
 
+std::vector<CommandTable> command_tables(const CommandLine& line) {
+  std::vector<CommandTable> tables = command_tables(*line.app);
+  for (CommandTable& table : tables)
+    if (const auto verbs = line.verbs.find(table.name); verbs != line.verbs.end())
+      table.verbs = verbs->second;
+  return tables;
+}
+
+Status check_verb(const CommandLine& line, const std::string& command, const std::string& verb) {
+  const std::vector<VerbTable>& verbs = line.verbs.at(command);
+  const auto takes = [](const VerbTable& table, const OptionRow& option) {
+    return std::any_of(option.names.begin(), option.names.end(), [&](const std::string& name) {
+      return std::find(table.options.begin(), table.options.end(), name) != table.options.end();
+    });
+  };
+  const auto own = std::find_if(verbs.begin(), verbs.end(),
+                                [&](const VerbTable& table) { return table.name == verb; });
+  PM_CHECK(own != verbs.end());
+  for (const CommandTable& table : command_tables(line)) {
+    if (table.name != command) continue;
+    for (const OptionRow& option : table.options) {
+      if (option.positional || option.group == "Common") continue;
+      if (takes(*own, option) || !is_given(*line.app, option.names.back().c_str())) continue;
+      std::vector<std::string> others;
+      for (const VerbTable& other : verbs)
+        if (takes(other, option)) others.push_back(other.name);
+      return make_error(ErrorCode::kUsage, "{0} {1} takes no {2} - that is for {0} {3}", command,
+                        verb, option.names.front(), fmt::join(others, ", "));
+    }
+  }
+  return Ok{};
+}
+
 int run_program(int argc, char** argv) {
   set_signals();
   if (const Status stack = raise_stack_limit(); !stack) {
@@ -341,7 +374,7 @@ int run_program(int argc, char** argv) {
     return static_cast<int>(ErrorCode::kUsage);
   }
   if (has_flag("--help") || has_flag("-h")) {
-    print_bytes(help_page(line, named_command(*line.app, argc, argv), has_flag("--help")));
+    print_bytes(help_page(line, named_page(line, argc, argv), has_flag("--help")));
     return finish_output(0);
   }
   if (has_flag("--version") || (argc == 2 && has_flag("-V"))) {

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -46,7 +47,16 @@ struct CommandLine {
   std::string text;                     ///< argv joined, without folders, for image headers
   std::string program = "polymorph";    ///< name it was called by, for commands that are suggested
   std::function<Result<int>()> action;  ///< set by the chosen subcommand; the int is the exit code
+  std::map<std::string, std::vector<VerbTable>>
+      verbs;  ///< verbs of commands that have any, by name
 };
+
+/// Tables of all commands, with their verbs.
+std::vector<CommandTable> command_tables(const CommandLine& line);
+
+/// Errors (kUsage): the verb does not take one of the options that were given for its command,
+/// which nobody would notice.
+Status check_verb(const CommandLine& line, const std::string& command, const std::string& verb);
 
 /// A subcommand with its one-line purpose, examples and exit codes (shown by its help).
 Command add_command(CommandLine& line, const std::string& name, const std::string& purpose,
@@ -94,7 +104,10 @@ std::string first_steps(const CommandLine& line);
 /// `full` shows every option, else those of the first groups.
 std::string help_text(const CommandTable& table, const std::vector<CommandTable>& commands,
                       bool full);
-/// Help of the command of this name, or of the program where there is none of it.
+/// Name of the page that the arguments ask help for: a command's, one of a verb ("golden test"), or
+/// empty for the program's.
+std::string named_page(const CommandLine& line, int argc, char** argv);
+/// Help of the command or verb of this name, or of the program where there is none of it.
 std::string help_page(const CommandLine& line, const std::string& name, bool full);
 
 void add_demo(CommandLine& line);

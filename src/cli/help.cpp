@@ -55,6 +55,7 @@ std::string option_names(const OptionRow& option) {
 std::string options_text(const CommandTable& table, bool full) {
   std::string out, group;
   for (const OptionRow& option : table.options) {
+    if (!table.verbs.empty() && option.group != "Common") continue;  // on the verbs' pages
     if (option.group != group) {
       if (!full && !group.empty()) break;
       group = option.group;
@@ -65,7 +66,16 @@ std::string options_text(const CommandTable& table, bool full) {
   return out;
 }
 
+/// Text of the verbs of a command.
+std::string verbs_text(const CommandTable& table) {
+  std::string out = "\nVerbs:\n";
+  for (const VerbTable& verb : table.verbs)
+    out += row(verb.name + (verb.arguments.empty() ? "" : " " + verb.arguments), verb.purpose);
+  return out + fmt::format("\n'polymorph {} VERB --help' has the options of each.\n", table.name);
+}
+
 std::string usage_of(const CommandTable& table, bool has_commands) {
+  if (!table.usage.empty()) return table.usage;
   std::string usage = table.name.empty() ? "polymorph" : "polymorph " + table.name;
   if (has_commands) usage += " COMMAND";
   for (const OptionRow& option : table.options) {
@@ -97,18 +107,60 @@ std::string help_text(const CommandTable& table, const std::vector<CommandTable>
     out += "\nCommands:\n";
     for (const CommandTable& command : commands) out += row(command.name, command.purpose);
   }
+  if (!table.verbs.empty()) out += verbs_text(table);
   out += options_text(table, full || is_program);
   if (full && !table.exit_codes.empty()) out += "\nExit codes:\n" + table.exit_codes + "\n";
   if (!full && !is_program) out += "\n--help shows all options and the exit codes.\n";
   return out;
 }
 
+CommandTable verb_table(const CommandTable& command, const VerbTable& verb) {
+  CommandTable table;
+  table.name = command.name + " " + verb.name;
+  table.purpose = verb.purpose;
+  table.examples = verb.examples;
+  table.exit_codes = verb.exit_codes;
+  table.usage = fmt::format("polymorph {}{}{} [OPTIONS]", table.name,
+                            verb.arguments.empty() ? "" : " ", verb.arguments);
+  static const std::vector<std::string> kEvery = {
+      "--quiet", "--verbose", "--color", "--progress", "--log-file", "--log-format", "--config"};
+  for (OptionRow option : command.options) {
+    const auto is_listed = [&](const std::vector<std::string>& names) {
+      return std::any_of(option.names.begin(), option.names.end(), [&](const std::string& name) {
+        return std::find(names.begin(), names.end(), name) != names.end();
+      });
+    };
+    if (option.positional ? option.value == "VERB" || verb.arguments.empty()
+                          : !is_listed(verb.options) && !is_listed(kEvery))
+      continue;
+    for (const auto& [name, description] : verb.descriptions)
+      if (option.positional ? option.value == name : is_listed({name}))
+        option.description = description;
+    if (option.positional) option.value = verb.arguments;
+    table.options.push_back(std::move(option));
+  }
+  return table;
+}
+
+std::string named_page(const CommandLine& line, int argc, char** argv) {
+  const std::string command = named_command(*line.app, argc, argv);
+  const auto verbs = line.verbs.find(command);
+  if (verbs == line.verbs.end()) return command;
+  for (int i = 1; i < argc; ++i)
+    for (const VerbTable& verb : verbs->second)
+      if (argv[i] == verb.name) return command + " " + verb.name;
+  return command;
+}
+
 std::string help_page(const CommandLine& line, const std::string& name, bool full) {
-  const std::vector<CommandTable> commands = command_tables(*line.app);
-  const auto named = std::find_if(commands.begin(), commands.end(),
-                                  [&](const CommandTable& table) { return table.name == name; });
-  return named == commands.end() ? help_text(command_table(*line.app), commands, true)
-                                 : help_text(*named, {}, full);
+  const std::vector<CommandTable> commands = command_tables(line);
+  for (const CommandTable& command : commands) {
+    if (command.name == name) return help_text(command, {}, full);
+    for (const VerbTable& verb : command.verbs)
+      if (command.name + " " + verb.name == name)
+        return help_text(verb_table(command, verb), {}, full);
+  }
+  return help_text(command_table(*line.app), commands, true);
 }
 
 }  // namespace polymorph

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace CLI {
@@ -19,10 +20,25 @@ struct OptionRow {
   bool repeated = false;  ///< takes any number of values
 };
 
+/// A verb of a command, as `test` of `golden`.
+struct VerbTable {
+  std::string name, purpose;
+  std::string arguments;             ///< arguments after it: "NAME SCENE"; empty: none
+  std::vector<std::string> options;  ///< "--root": those of the command that it takes
+  std::string examples, exit_codes;
+  /// Descriptions that are not the command's own, by option or argument.
+  std::vector<std::pair<std::string, std::string>> descriptions;
+};
+
 struct CommandTable {
   std::string name, purpose, examples, exit_codes;  ///< the program itself has no name
+  std::string usage;                                ///< empty: made of the arguments
   std::vector<OptionRow> options;                   ///< positional ones first, then by group
+  std::vector<VerbTable> verbs;                     ///< empty where it has none
 };
+
+/// A verb as a command of its own: "golden test", with the options that it takes.
+CommandTable verb_table(const CommandTable& command, const VerbTable& verb);
 
 /// One command, or the program (its options alone).
 CommandTable command_table(const CLI::App& command);

@@ -31,6 +31,7 @@ std::string roff(const std::string& text) {
 }
 
 std::string usage(const CommandTable& command) {
+  if (!command.usage.empty()) return command.usage;
   std::string text = "polymorph " + command.name;
   for (const OptionRow& row : command.options)
     if (row.positional) text += row.required ? " " + row.value : " [" + row.value + "]";
@@ -71,6 +72,16 @@ std::string choices_text(const JsonValue& schema) {
 
 std::string range_text(const JsonValue& schema) {
   return format_json(schema.get("minimum")) + " to " + format_json(schema.get("maximum"));
+}
+
+/// A table of a command's options but those that all have.
+std::string options_markdown(const CommandTable& command) {
+  std::string out = "| option | what |\n|---|---|\n";
+  for (const OptionRow& row : command.options)
+    if (row.group != "Common")
+      out += fmt::format("| `{}` | {} |\n", cell(row.positional ? row.value : names_and_value(row)),
+                         cell(row.description + environment_text(row)));
+  return out;
 }
 
 /// Kind of a value of the scene format, in words.
@@ -191,6 +202,15 @@ std::string command_page(const CommandTable& command) {
     out += fmt::format(".TP\n.B {}\n{}\n", roff(row.positional ? row.value : names_and_value(row)),
                        roff(row.description + environment_text(row)));
   }
+  if (!command.verbs.empty()) out += ".SH VERBS\n";
+  for (const VerbTable& verb : command.verbs) {
+    const CommandTable table = verb_table(command, verb);
+    out += fmt::format(".TP\n.B {}\n{}", roff(table.usage), roff(verb.purpose));
+    for (const OptionRow& row : table.options)
+      if (!row.positional && row.group != "Common")
+        out += fmt::format("\n.br\n{}", roff(names_and_value(row) + ": " + row.description));
+    out += "\n";
+  }
   if (!command.examples.empty()) out += ".SH EXAMPLES\n" + literal(command.examples);
   if (!command.exit_codes.empty()) out += ".SH EXIT STATUS\n" + literal(command.exit_codes);
   return out + ".SH SEE ALSO\n.BR polymorph (1)\n";
@@ -202,15 +222,23 @@ std::string commands_markdown(const std::vector<CommandTable>& commands) {
   for (const CommandTable& command : commands) {
     out += fmt::format("\n## {}\n\n{}\n\n```\n{}\n```\n\n", command.name, command.purpose,
                        usage(command));
-    out += "| option | what |\n|---|---|\n";
-    for (const OptionRow& row : command.options)
-      if (row.group != "Common")
-        out +=
-            fmt::format("| `{}` | {} |\n", cell(row.positional ? row.value : names_and_value(row)),
-                        cell(row.description + environment_text(row)));
+    if (command.verbs.empty())
+      out += options_markdown(command);
+    else
+      out += "| verb | what |\n|---|---|\n";
+    for (const VerbTable& verb : command.verbs)
+      out +=
+          fmt::format("| [`{0}`](#{1}-{0}) | {2} |\n", verb.name, command.name, cell(verb.purpose));
     if (!command.examples.empty()) out += "\n```sh\n" + command.examples + "\n```\n";
     if (!command.exit_codes.empty())
       out += "\nExit codes:\n\n```\n" + command.exit_codes + "\n```\n";
+    for (const VerbTable& verb : command.verbs) {
+      const CommandTable table = verb_table(command, verb);
+      out += fmt::format("\n### {}\n\n{}\n\n```\n{}\n```\n\n", table.name, table.purpose,
+                         usage(table));
+      out += options_markdown(table) + "\n```sh\n" + table.examples + "\n```\n";
+      out += "\nExit codes:\n\n```\n" + table.exit_codes + "\n```\n";
+    }
   }
   out += "\n## Options of every command\n\n| option | what |\n|---|---|\n";
   if (!commands.empty())

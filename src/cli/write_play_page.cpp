@@ -23,8 +23,8 @@ Result<PageScene> prepare_page(const CommandLine& line, Scene scene) {
   PageScene page;
   std::string device;
   PM_TRY(page.engine, make_engine(line.common.device, device, line.common.max_memory));
-  PM_TRY(page.prepared,
-         prepare_scene(scene, *page.engine, cache_folder(line.common), {line.common.max_memory}));
+  PM_TRY(page.prepared, prepare_scene(scene, *page.engine, cache_folder(line.common),
+                                      {line.common.max_memory}, Fits::kMake, Sharing::kNone));
   PM_TRY_STATUS(check_stands_still(page.prepared));
   for (const std::string& warning : page.prepared.warnings) log_warning("{}", warning);
   return page;

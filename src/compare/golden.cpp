@@ -218,7 +218,7 @@ Status check_suite_files(const fs::path& root, const std::string& name) {
     return unknown_suite(root, name);
   if (fs::status(file, error).type() == fs::file_type::regular) return Ok{};
   const std::string rule =
-      fmt::format("each entry of {} is a suite: mend it, or move it away", root.string());
+      fmt::format("each entry of {} is a suite: fix it, or move it away", root.string());
   if (fs::exists(folder, ignored) && !fs::is_directory(folder, ignored))
     return make_error(ErrorCode::kInput, "{}: no folder with a suite.json - {}", folder.string(),
                       rule);

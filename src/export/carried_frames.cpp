@@ -212,6 +212,7 @@ Result<SurfaceFrame> carried_frame(const ActorFrames& shown, const CarriedActor&
     for (std::size_t i = 0; i < next.size(); ++i)
       frame.velocities[i] = (next[i] - frame.positions[i]) * per_second;
   }
+  for (Vec3& p : frame.positions) p = p + actor.offset;
   return frame;
 }
 

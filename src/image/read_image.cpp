@@ -137,8 +137,10 @@ Status check_size(const std::string& name, const HeaderSize& size, std::size_t m
   const auto limit = static_cast<double>(max_bytes);
   const auto left = static_cast<double>(remaining_memory());
   const auto say = [&](ErrorCode code, const std::string& why) {
-    return make_error(code, "{}: {} x {} pixels of {} channels need {} ({}) - scale the image down",
-                      name, size.width, size.height, size.channels, format_bytes(needed), why);
+    return make_error(code,
+                      "{}: {} x {} pixels of {} channel{} need {} ({}) - scale the image down",
+                      name, size.width, size.height, size.channels, size.channels == 1 ? "" : "s",
+                      format_bytes(needed), why);
   };
   if (needed > limit)
     return say(ErrorCode::kInput, fmt::format("more than the limit of {}", format_bytes(limit)));

@@ -371,6 +371,13 @@ TEST_F(Reports, InputsAndForeignFilesStay) {
   run(4, {"compare", "out/f.####.png", "new/f.####.exr", "--report", "out"});
   EXPECT_TRUE(exists("out/f.0002.png"));
 
+  // Nor does an earlier report go where a picture of the new one would be in an input's place.
+  write("out/own.png", picture);
+  const std::string earlier = read_text(folder / "out/report.json");
+  run(4, {"compare", "out/own.png", "ref.exr", "--report", "out"});
+  EXPECT_EQ(read_text(folder / "out/report.json"), earlier);
+  EXPECT_EQ(read_text(folder / "out/own.png"), picture);
+
   write("foreign/report.json",
         R"({"polymorph_report": ["precious.txt", "a.png", "index.html", "report.json"]})");
   for (const char* name : {"precious.txt", "a.png", "index.html"})

@@ -64,7 +64,8 @@ TEST_F(Usage, MissingArgument) {
   expect_usage({"cache", "gc"}, "cache gc needs a limit");
   expect_usage({"cache", "gc", "--max-size", "big"}, "--max-size big: not an amount");
   expect_usage({"cache", "gc", "--max-age", "-3d"}, "--max-age");
-  expect_usage({"cache", "ls", "--max-size", "1G"}, "belong to cache gc");
+  expect_usage({"cache", "ls", "--max-size", "1G"},
+               "cache ls takes no --max-size - that is for cache gc");
 }
 
 TEST_F(Usage, AnEmptyValueIsNoDefault) {
@@ -357,6 +358,46 @@ TEST_F(Help, FitsInEightyColumns) {
       EXPECT_FALSE(line.ends_with(' ')) << line;
     }
   }
+}
+
+TEST_F(Help, EachVerbHasAPageWithItsOwnOptions) {
+  struct Page {
+    const char *command, *verb;
+    std::vector<std::string> has, lacks;
+  };
+  const Page pages[] = {
+      {"golden",
+       "test",
+       {"--report", "--junit", "--bits", "--device"},
+       {"--any-program", "--reason"}},
+      {"golden", "new", {"NAME SCENE", "--frames", "--device"}, {"--report", "--any-program"}},
+      {"golden", "update", {"--reason", "--device"}, {"--report", "--frames"}},
+      {"golden", "accept", {"REPORT", "--any-program", "--frames"}, {"--junit", "--device"}},
+      {"golden", "merge", {"REPORT...", "--output"}, {"--root", "--reason"}},
+      {"golden", "list", {"--root"}, {"--report", "--reason", "--device"}},
+      {"golden", "hash", {"--root", "--threads"}, {"--report", "--reason"}},
+      {"cache", "ls", {"--json", "--cache-dir"}, {"--max-size", "--device"}},
+      {"cache", "verify", {"--json", "--cache-dir"}, {"--max-size", "--device"}},
+      {"cache", "gc", {"--max-size", "--max-age"}, {"--device"}},
+      {"cache", "clear", {"--cache-dir"}, {"--max-size"}},
+  };
+  const std::string reference = run(0, {"manual", "commands"}).out;
+  for (const Page& page : pages) {
+    const std::string name = std::string(page.command) + " " + page.verb;
+    const std::string text = run(0, {page.command, page.verb, "--help"}).out;
+    EXPECT_EQ(run(0, {"help", page.command, page.verb}).out, text) << name;
+    for (const std::string& part : {"Usage: polymorph " + name, std::string("Examples:\n"),
+                                    "  polymorph " + name, std::string("Exit codes:\n")})
+      EXPECT_TRUE(contains(text, part)) << name << ": " << part;
+    for (const std::string& line : lines_of(text)) EXPECT_LE(line.size(), 80u) << line;
+    for (const std::string& option : page.has)
+      EXPECT_TRUE(contains(text, option)) << name << option;
+    for (const std::string& option : page.lacks)
+      EXPECT_FALSE(contains(text, option)) << name << option;
+    EXPECT_TRUE(contains(reference, "\n### " + name + "\n")) << name;
+    EXPECT_TRUE(contains(run(0, {page.command, "--help"}).out, "\n  " + std::string(page.verb)));
+  }
+  EXPECT_TRUE(contains(run(2, {"help", "golden", "acept"}).err, "did you mean \"golden accept\""));
 }
 
 TEST_F(Help, BeginsWithExamplesAndEndsWithExitCodes) {

@@ -171,7 +171,7 @@ TEST_F(Golden, NoFolderOrLinkVanishes) {
     EXPECT_EQ(loaded.ok(), good) << name;
     if (loaded.ok()) continue;
     EXPECT_EQ(loaded.error().code, ErrorCode::kInput);
-    EXPECT_NE(loaded.error().message.find("mend it, or move it away"), std::string::npos)
+    EXPECT_NE(loaded.error().message.find("fix it, or move it away"), std::string::npos)
         << loaded.error().message;
   }
   fs::permissions(folder / "unreadable", fs::perms::owner_all);

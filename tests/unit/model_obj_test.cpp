@@ -73,6 +73,8 @@ TEST_F(LoadObj, BadInputIsAnErrorWithLineAndReason) {
       {kTriangle + "f 1 2\n", {":4: no faces", "fewer than 3"}},
       {kTriangle + "f 1 2 2\n", {"no faces", "no area"}},
       {kTriangle + "v 2 0 0\nf 1 2 4\n", {"no faces", "no area"}},
+      {"v 1e9 1e9 1e9\nv 1000000001 1e9 1e9\nv 1e9 1000000001 1e9\nf 1 2 3\n",
+       {"no area", "1e+09 from the origin", "move the model to the origin"}},
       {"cstype bezier\nsurf 0 1 0 1 1 2 3\n", {"free-form"}},
       {std::string("v 0 0 0\0\n", 9), {"not text", "0x00", "offset 7"}},
       {"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", {":1: vertex number 3 \"nan\"", "finite"}},

@@ -7,6 +7,7 @@
 #include "sequence/frame/frame_geometry.h"
 #include "sequence/frame/render_scene.h"
 #include "sequence/prepare/load_models.h"
+#include "sequence/prepare/prepare.h"
 #include "sequence/run/analyze_sequence.h"
 #include "sequence/run/render_sequence.h"
 #include "testing/scene.h"
@@ -80,6 +81,51 @@ TEST_F(ActorsTest, AllComeToTheFirstSourcesSizeAndToTheirPlaces) {
     EXPECT_NEAR(box.diagonal() / size, 0.5, 1e-4);
     EXPECT_NEAR(box.center().x, 3, 1e-4);
     EXPECT_NEAR(box.low.y, 1, 1e-4);
+  }
+}
+
+TEST_F(ActorsTest, AlikeActorsShareObjectsAndLegs) {
+  const std::string twin = std::string(", \"per_leg\": [6], ") + kCube + "}";
+  const std::string crowd =
+      R"("actors": [{"translate": [0, 0, 0])" + twin +
+      R"(, {"name": "twin", "translate": [3, 0.5, 1])" + twin +
+      R"(, {"name": "late", "start": 3, "translate": [-3, 0, 0])" + twin +
+      R"(, {"name": "turned", "rotate": [0, 30, 0], "translate": [6, 0, 0])" + twin +
+      R"(, {"name": "ring", "translate": [9, 0, 0], "per_leg": [6], )" + kTorus + "}]";
+  const PreparedScene shared = prepared_of(crowd);
+  ASSERT_EQ(shared.actors.size(), 5u);
+  const auto& legs = shared.actors[0].legs;
+  for (const std::size_t a : {1u, 2u}) {
+    EXPECT_EQ(shared.actors[a].legs, legs) << a;
+    EXPECT_EQ(shared.actors[a].objects, shared.actors[0].objects) << a;
+  }
+  for (const std::size_t a : {3u, 4u}) EXPECT_NE(shared.actors[a].legs.front(), legs.front()) << a;
+  const auto alone = prepare_scene(shared.scene, *engine, {}, {}, Fits::kMake, Sharing::kNone);
+  ASSERT_TRUE(alone.ok()) << alone.error().message;
+  EXPECT_LT(shared.memory.distances, 0.75 * alone->memory.distances);
+  EXPECT_NEAR(length(shared.camera.position - alone->camera.position), 0, 1e-2);
+  for (int frame = 1; frame <= shared.frame_count; ++frame) {
+    const FrameGeometry company = frame_of(shared, frame), each = frame_of(*alone, frame);
+    for (std::size_t a = 0; a < 5; ++a) {
+      const ActorGeometry &got = company.actors[a], &own = each.actors[a];
+      EXPECT_EQ(got.moment.time, own.moment.time) << frame;
+      ASSERT_EQ(got.points.size(), own.points.size()) << frame << " " << a;
+      for (std::size_t i = 0; i < own.points.size(); ++i)
+        ASSERT_NEAR(length(got.points[i] - own.points[i]), 0, 1e-5) << frame << " " << a;
+      // The fit of a model elsewhere is not the same to the last bit.
+      const Box box = box_of(got.surface.positions), at = box_of(own.surface.positions);
+      if (!at.empty()) {
+        EXPECT_NEAR(length(box.center() - at.center()), 0, 0.02) << frame << " " << a;
+        EXPECT_NEAR(box.diagonal(), at.diagonal(), 0.02) << frame << " " << a;
+      }
+      ASSERT_EQ(got.balls.empty(), own.balls.empty());
+      Box balls, own_balls;
+      for (const Ball& ball : got.balls) balls = extend(balls, ball.center);
+      for (const Ball& ball : own.balls) own_balls = extend(own_balls, ball.center);
+      if (!own_balls.empty()) {
+        EXPECT_NEAR(length(balls.center() - own_balls.center()), 0, 0.1) << frame << " " << a;
+      }
+    }
   }
 }
 

@@ -120,17 +120,50 @@ Result<int> clean(const fs::path& folder, const CacheOptions& options) {
 }
 
 Result<int> run_cache(const CommandLine& line, const CacheOptions& options) {
+  PM_TRY_STATUS(check_verb(line, "cache", options.verb));
   if (options.verb == "gc" && options.max_size.empty() && options.max_age.empty())
     return make_error(ErrorCode::kUsage,
                       "cache gc needs a limit - give --max-size 1G, --max-age 30d or both");
-  if (options.verb != "gc" && !(options.max_size.empty() && options.max_age.empty()))
-    return make_error(ErrorCode::kUsage, "--max-size and --max-age belong to cache gc");
   const fs::path folder = cache_folder(line.common);
   if (folder.empty())
     return make_error(ErrorCode::kUsage,
                       "there is no cache folder - give --cache-dir or set POLYMORPH_CACHE_DIR");
   return options.verb == "ls" || options.verb == "verify" ? list(folder, options)
                                                           : clean(folder, options);
+}
+
+std::vector<VerbTable> cache_verbs() {
+  return {
+      {"ls",
+       "List the files of the cache: what each holds, its size and age.",
+       "",
+       {"--json", "--cache-dir"},
+       "  polymorph cache ls\n  polymorph cache ls --json | jq .bytes",
+       "  0 listed   2 usage",
+       {}},
+      {"verify",
+       "Read every file of the cache and say which are bad.",
+       "",
+       {"--json", "--cache-dir"},
+       "  polymorph cache verify",
+       "  0 all are good   1 a file is bad   2 usage",
+       {}},
+      {"gc",
+       "Remove the oldest files until the cache is within limits.",
+       "",
+       {"--max-size", "--max-age", "--json", "--cache-dir"},
+       "  polymorph cache gc --max-size 1G --max-age 30d",
+       "  0 done   2 usage   4 a file cannot be removed",
+       {{"--max-size", "keep at most this much: bytes, or with K, M, G or T (1024 each)"},
+        {"--max-age", "keep nothing older, e.g. 30d"}}},
+      {"clear",
+       "Remove all files of the cache.",
+       "",
+       {"--json", "--cache-dir"},
+       "  polymorph cache clear",
+       "  0 done   2 usage   4 a file cannot be removed",
+       {}},
+  };
 }
 
 }  // namespace
@@ -156,6 +189,7 @@ void add_cache(CommandLine& line) {
       .type_name("AGE")
       .group("Main");
   add_json(command, options->json);
+  line.verbs["cache"] = cache_verbs();
   set_action(line, command, [&line, options] { return run_cache(line, *options); });
 }
 

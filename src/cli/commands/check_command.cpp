@@ -101,7 +101,8 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
   result.warnings = loaded.warnings;
   const auto pictures = static_cast<std::size_t>(
       std::min(result.frames, 2));  // one is traced while another is written
-  result.memory = estimate_memory(reading.scene, chain, loaded, pictures);
+  result.memory = estimate_memory(reading.scene, chain, loaded,
+                                  find_shared_actors(reading.scene, chain, loaded), pictures);
   if (const Status status = check_memory(result.memory, common.max_memory); !status)
     result.errors.push_back(status.error().message);
   for (const auto& sequence : loaded.sequences)

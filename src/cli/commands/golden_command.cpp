@@ -55,34 +55,6 @@ std::string accept_command(const GoldenOptions& options, const std::string& suit
                      root_argument(options));
 }
 
-/// Refuses options that the verb does not use: nobody would notice that they do nothing.
-Status check_options(const GoldenOptions& options) {
-  struct Rule {
-    const char* option;
-    bool is_set;
-    std::vector<std::string> verbs;
-  };
-  const ReportOptions& report = options.report;
-  const Rule rules[] = {
-      {"--reason", !options.reason.empty(), {"new", "update", "accept"}},
-      {"-f", !options.frames.empty(), {"new", "accept"}},
-      {"--any-program", options.any_program, {"accept"}},
-      {"--failures", !options.failures.empty(), {"test"}},
-      {"--bits", options.bits, {"test"}},
-      {"--report", !report.folder.empty(), {"test"}},
-      {"--html", !report.html.empty(), {"test"}},
-      {"--junit", !report.junit.empty(), {"test"}},
-      {"--json", options.json.enabled, {"test"}},
-      {"-o", !options.output.empty(), {"merge"}},
-  };
-  for (const Rule& rule : rules)
-    if (rule.is_set &&
-        std::find(rule.verbs.begin(), rule.verbs.end(), options.verb) == rule.verbs.end())
-      return make_error(ErrorCode::kUsage, "golden {} takes no {} - that is for golden {}",
-                        options.verb, rule.option, fmt::join(rule.verbs, ", "));
-  return Ok{};
-}
-
 /// Refuses to write into the folder of the suites, where the next run would take it for one.
 Status check_outside_suites(const GoldenOptions& options, const std::filesystem::path& folder) {
   if (!lies_in(folder, options.root)) return Ok{};
@@ -314,7 +286,7 @@ Result<int> accept(const GoldenOptions& options) {
 
 Result<int> run_golden(const CommandLine& line, GoldenOptions& options) {
   options.overwrite = line.common.overwrite;
-  PM_TRY_STATUS(check_options(options));
+  PM_TRY_STATUS(check_verb(line, "golden", options.verb));
   const GoldenSettings settings = golden_settings(line, options);
   if (options.verb == "new") return make_suite(options, settings);
   if (options.verb == "test") return test_all(options, settings);
@@ -336,6 +308,79 @@ Result<int> run_golden(const CommandLine& line, GoldenOptions& options) {
     if (written.empty()) log_info("{}: nothing to update", suite.name);
   }
   return 0;
+}
+
+std::vector<VerbTable> golden_verbs() {
+  const std::vector<std::string> work = {"-t", "--device", "--max-memory", "--cache-dir",
+                                         "--no-cache"};
+  const auto with_work = [&](std::vector<std::string> options) {
+    options.insert(options.end(), work.begin(), work.end());
+    return options;
+  };
+  return {
+      {"test",
+       "Render the frames of suites and compare them with their goldens.",
+       "[SUITE...]",
+       with_work({"--root", "--failures", "--bits", "--report", "--html", "--junit", "--json",
+                  "--overwrite"}),
+       "  polymorph golden test\n"
+       "  polymorph golden test teapot-penguin --report golden-report\n"
+       "  polymorph golden test --bits",
+       "  0 all frames pass   1 a frame differs or its golden is missing   2 usage\n"
+       "  3 bad suite or scene; the others are tested   4 cannot write\n"
+       "  5 device or memory",
+       {{"SUITE", "suites; default: all of them"},
+        {"--bits",
+         "render in all ways that must not matter (threads, shards, caches, resumed) and compare "
+         "the bits with each other"}}},
+      {"new",
+       "Make a suite of some frames of a scene, and render their goldens.",
+       "NAME SCENE",
+       with_work({"--root", "--frames", "--reason"}),
+       "  polymorph golden new logo scenes/logo.json -f 1,12,24",
+       "  0 made   2 usage   3 bad scene   4 cannot write, exists   5 device or memory",
+       {{"SUITE", "name of the suite, and its scene"},
+        {"--frames", "frames of the suite, as in 1,12,24"},
+        {"--reason", "reason for the goldens; goes to CHANGES.md; default: first frames"}}},
+      {"update",
+       "Render the goldens of suites anew.",
+       "SUITE...",
+       with_work({"--root", "--reason"}),
+       "  polymorph golden update teapot-penguin --reason \"softer key light\"",
+       "  0 done   2 usage   3 bad suite or scene   4 cannot write   5 device or memory",
+       {{"SUITE", "suites; golden list shows them"}}},
+      {"accept",
+       "Make the frames of a failed run goldens, without rendering.",
+       "REPORT [SUITE...]",
+       {"--root", "--frames", "--reason", "--any-program"},
+       "  polymorph golden accept golden-report.zip --reason \"softer key light\"\n"
+       "  polymorph golden accept golden-report teapot-penguin -f 12 --reason \"easing\"",
+       "  0 accepted   2 usage   3 bad report or suite   4 cannot write",
+       {{"SUITE", "the report, a folder, .zip or .tar, then suites; default: all in it"},
+        {"--frames", "these frames; default: all that failed"},
+        {"--any-program", "take also what another build of polymorph rendered"}}},
+      {"merge",
+       "Make one report of those of several machines.",
+       "REPORT...",
+       {"--output", "--overwrite"},
+       "  polymorph golden merge shard-1 shard-2 -o golden-report",
+       "  0 all frames pass   1 a frame failed   2 usage   3 bad report   4 cannot write",
+       {{"SUITE", "reports: two folders or more"}, {"--output", "folder of the new report"}}},
+      {"list",
+       "List the suites with their frames and scenes.",
+       "",
+       {"--root"},
+       "  polymorph golden list",
+       "  0 all can be loaded   2 usage   3 no suite, or a bad one",
+       {}},
+      {"hash",
+       "Print the SHA-256 of each frame's pixels: the same on every machine.",
+       "[SUITE|SCENE.json...]",
+       with_work({"--root"}),
+       "  polymorph golden hash > here.txt\n  polymorph golden hash scenes/logo.json",
+       "  0 printed   2 usage   3 bad suite or scene   5 device or memory",
+       {{"SUITE", "suites and scenes; default: all suites"}}},
+  };
 }
 
 }  // namespace
@@ -401,6 +446,7 @@ void add_golden(CommandLine& line) {
       .group("Main");
   add_report(command, options->report);
   add_json(command, options->json);
+  line.verbs["golden"] = golden_verbs();
   set_action(line, command, [&line, options] { return run_golden(line, *options); });
 }
 

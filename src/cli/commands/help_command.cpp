@@ -5,9 +5,13 @@
 namespace polymorph {
 namespace {
 
-Result<int> run_help(const CommandLine& line, const std::string& name) {
+Result<int> run_help(const CommandLine& line, const std::vector<std::string>& words) {
+  const std::string name = fmt::format("{}", fmt::join(words, " "));
   std::vector<std::string> names;
-  for (const CommandTable& command : command_tables(*line.app)) names.push_back(command.name);
+  for (const CommandTable& command : command_tables(line)) {
+    names.push_back(command.name);
+    for (const VerbTable& verb : command.verbs) names.push_back(command.name + " " + verb.name);
+  }
   if (!name.empty() && std::find(names.begin(), names.end(), name) == names.end())
     return make_error(ErrorCode::kUsage, "unknown command \"{}\"{}", name,
                       did_you_mean(name, names));
@@ -18,14 +22,17 @@ Result<int> run_help(const CommandLine& line, const std::string& name) {
 }  // namespace
 
 void add_help(CommandLine& line) {
-  auto name = std::make_shared<std::string>();
+  auto words = std::make_shared<std::vector<std::string>>();
   Command command =
       add_command(line, "help", "Print the help of a command, or list all commands.",
-                  "  polymorph help\n  polymorph help render", "  0 printed   2 unknown command");
-  command.add_option("command", *name, "the command; default: all of them in a list")
+                  "  polymorph help\n  polymorph help render\n  polymorph help golden accept",
+                  "  0 printed   2 unknown command");
+  command
+      .add_option("command", *words,
+                  "the command, perhaps with its verb; default: all of them in a list")
       .type_name("COMMAND")
       .group("Main");
-  set_action(line, command, [&line, name] { return run_help(line, *name); });
+  set_action(line, command, [&line, words] { return run_help(line, *words); });
 }
 
 }  // namespace polymorph

@@ -19,7 +19,7 @@ void add_command_names(std::vector<CommandTable>& commands) {
 }
 
 Result<int> run_completion(const CommandLine& line, const ManualOptions& options) {
-  std::vector<CommandTable> commands = command_tables(*line.app);
+  std::vector<CommandTable> commands = command_tables(line);
   add_command_names(commands);
   print_bytes(options.shell == "bash"  ? bash_completion(commands)
               : options.shell == "zsh" ? zsh_completion(commands)
@@ -28,7 +28,7 @@ Result<int> run_completion(const CommandLine& line, const ManualOptions& options
 }
 
 Result<int> run_manual(const CommandLine& line, const ManualOptions& options) {
-  const std::vector<CommandTable> commands = command_tables(*line.app);
+  const std::vector<CommandTable> commands = command_tables(line);
   if (options.what != "man") {
     if (!options.output.empty())
       return make_error(ErrorCode::kUsage, "-o belongs to manual man; the rest is printed");

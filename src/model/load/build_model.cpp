@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <map>
 #include <numeric>
 #include <utility>
 
+#include "base/box.h"
 #include "base/parallel.h"
 #include "base/text.h"
 #include "image/srgb.h"
@@ -103,9 +105,10 @@ class Builder {
            "face is far from planar (more than 10 % of its size) - triangulated all the same",
            "faces are far from planar (more than 10 % of their size) - triangulated all the same");
     if (model_.triangles.empty())
-      return make_error(ErrorCode::kInput, "{}: no faces: {} no area", file_,
+      return make_error(ErrorCode::kInput, "{}: no faces: {} no area{}", file_,
                         scan_.faces.size() == 1 ? "the only one has"
-                                                : fmt::format("all {} have", scan_.faces.size()));
+                                                : fmt::format("all {} have", scan_.faces.size()),
+                        far_from_origin());
     remove_unused_names();
     orient_outward();
     fill_normals();
@@ -114,6 +117,24 @@ class Builder {
   }
 
  private:
+  /// Advice for points that lie so far from the origin that they fall together; else empty.
+  std::string far_from_origin() const {
+    constexpr float kFar = 1e4f, kDigits = 1e6f;
+    float reach = 0;
+    Box box;
+    for (std::uint32_t i = 0; i < scan_.point_count(); ++i) {
+      const Vec3 p = vertex_position(scan_, i);
+      reach = std::max({reach, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+      box = extend(box, p);
+    }
+    const Vec3 size = box.size();
+    if (reach < kFar || std::max({size.x, size.y, size.z}) * kDigits > reach) return "";
+    return fmt::format(
+        "; the points lie {:.0g} from the origin, too far for the seven digits of a coordinate - "
+        "move the model to the origin",
+        reach);
+  }
+
   /// The vertex that represents all at the position of a corner's vertex.
   std::uint32_t point_at(std::size_t corner) const {
     return representative_[static_cast<std::size_t>(scan_.corners[corner].v)];

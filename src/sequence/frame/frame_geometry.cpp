@@ -1,6 +1,7 @@
 #include "sequence/frame/frame_geometry.h"
 
 #include <algorithm>
+#include <map>
 
 #include "leg/boundary_surface.h"
 #include "leg/leg_surface.h"
@@ -133,6 +134,57 @@ Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorG
   return Ok{};
 }
 
+/// Whatever shows of the actor in a moment, where its objects and legs stand.
+Result<ActorGeometry> unshifted_geometry(const PreparedActor& actor, const MorphState& moment,
+                                         Engine& engine) {
+  if (actor.sequence) return sequence_geometry(actor, moment);
+  if (moment.object >= 0) return model_geometry(actor, moment, engine);
+  return actor.space ? mixture_geometry(actor, moment, engine)
+                     : leg_geometry(actor, moment, engine);
+}
+
+/// Moves a geometry from where the actor's objects and legs stand to where the actor does.
+void shift(const PreparedActor& actor, ActorGeometry& geometry) {
+  if (actor.offset == Vec3{}) return;
+  for (Vec3& p : geometry.surface.positions) p = p + actor.offset;
+  for (Vec3& p : geometry.points) p = p + actor.offset;
+  std::vector<Ball> balls = geometry.balls.balls();
+  for (Ball& ball : balls) ball.center = ball.center + actor.offset;
+  geometry.balls = std::move(balls);
+}
+
+/// The geometry of an actor in a frame with all that the scene asks for, unshifted.
+Result<ActorGeometry> full_geometry(const PreparedScene& prepared, const PreparedActor& actor,
+                                    int frame, Engine& engine) {
+  const Scene& scene = prepared.scene;
+  const int shown = shown_frame(scene, frame);
+  const bool turntable = scene.frames.turntable > 0;  // nothing but the camera moves
+  const bool is_last = turntable || frame == prepared.frame_count;
+  const bool labels =
+      aov_is_chosen(scene.image.aovs, "label") || aov_is_chosen(scene.image.aovs, "crypto_label");
+  const MorphState moment = morph_state_at(actor.timeline, shown);
+  PM_TRY(ActorGeometry geometry, unshifted_geometry(actor, moment, engine));
+  if (wants_flow(scene_at(scene, static_cast<double>(frame))))
+    PM_TRY_STATUS(add_flow(actor, is_last, engine, geometry));
+  geometry.moves = !turntable && moves_at(actor.timeline, shown);
+  if (labels && !geometry.surface.positions.empty()) {
+    PM_TRY(geometry.surface_labels, surface_labels(geometry, engine));
+  }
+  if (labels && !geometry.points.empty()) {
+    const Model& model = shown_model(actor, geometry);
+    geometry.point_labels =
+        model_labels(model, label_numbers(model.label_names, actor.label_names));
+  }
+  return geometry;
+}
+
+/// Tests whether two actors with the same legs show the same in every frame.
+bool go_together(const PreparedActor& a, const PreparedActor& b) {
+  return !a.legs.empty() && a.legs.front() == b.legs.front() &&
+         a.timeline.start == b.timeline.start && a.timeline.steps == b.timeline.steps &&
+         a.timeline.hold_start == b.timeline.hold_start;
+}
+
 }  // namespace
 
 Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState& moment,
@@ -154,10 +206,9 @@ Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState&
 
 Result<ActorGeometry> actor_geometry_at(const PreparedActor& actor, const MorphState& moment,
                                         Engine& engine) {
-  if (actor.sequence) return sequence_geometry(actor, moment);
-  if (moment.object >= 0) return model_geometry(actor, moment, engine);
-  return actor.space ? mixture_geometry(actor, moment, engine)
-                     : leg_geometry(actor, moment, engine);
+  PM_TRY(ActorGeometry geometry, unshifted_geometry(actor, moment, engine));
+  shift(actor, geometry);
+  return geometry;
 }
 
 Result<std::vector<std::uint32_t>> surface_labels(const ActorGeometry& geometry, Engine& engine) {
@@ -183,29 +234,27 @@ Mesh shown_mesh(const PreparedActor& actor, const ActorGeometry& geometry) {
 }
 
 Result<FrameGeometry> geometry_at(const PreparedScene& prepared, Engine& engine, int frame) {
-  const Scene& scene = prepared.scene;
-  const int shown = shown_frame(scene, frame);
-  const bool turntable = scene.frames.turntable > 0;  // nothing but the camera moves
-  const bool is_last = turntable || frame == prepared.frame_count;
-  const bool needs_flow = wants_flow(scene_at(scene, static_cast<double>(frame)));
-  const bool labels =
-      aov_is_chosen(scene.image.aovs, "label") || aov_is_chosen(scene.image.aovs, "crypto_label");
-  FrameGeometry geometry{frame, sequence_time(scene, shown), stage_names(prepared, frame), {}};
-  for (const PreparedActor& actor : prepared.actors) {
-    const MorphState moment = morph_state_at(actor.timeline, shown);
-    PM_TRY(ActorGeometry actor_geometry, actor_geometry_at(actor, moment, engine));
-    if (needs_flow) PM_TRY_STATUS(add_flow(actor, is_last, engine, actor_geometry));
-    actor_geometry.moves = !turntable && moves_at(actor.timeline, shown);
-    if (labels && !actor_geometry.surface.positions.empty()) {
-      PM_TRY(actor_geometry.surface_labels, surface_labels(actor_geometry, engine));
+  const int shown = shown_frame(prepared.scene, frame);
+  FrameGeometry geometry{
+      frame, sequence_time(prepared.scene, shown), stage_names(prepared, frame), {}};
+  std::map<const Leg*, std::vector<std::size_t>> computed;  // actors by legs
+  for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
+    const PreparedActor& actor = prepared.actors[a];
+    std::vector<std::size_t>& own =
+        computed[actor.legs.empty() ? nullptr : actor.legs.front().get()];
+    const auto twin = std::find_if(own.begin(), own.end(), [&](std::size_t other) {
+      return go_together(prepared.actors[other], actor);
+    });
+    if (twin != own.end()) {
+      geometry.actors.push_back(geometry.actors[*twin]);
+    } else {
+      PM_TRY(ActorGeometry full, full_geometry(prepared, actor, frame, engine));
+      geometry.actors.push_back(std::move(full));
+      own.push_back(a);
     }
-    if (labels && !actor_geometry.points.empty()) {
-      const Model& model = shown_model(actor, actor_geometry);
-      actor_geometry.point_labels =
-          model_labels(model, label_numbers(model.label_names, actor.label_names));
-    }
-    geometry.actors.push_back(std::move(actor_geometry));
   }
+  for (std::size_t a = 0; a < prepared.actors.size(); ++a)
+    shift(prepared.actors[a], geometry.actors[a]);
   return geometry;
 }
 

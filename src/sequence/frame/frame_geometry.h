@@ -59,7 +59,8 @@ struct FrameGeometry {
 };
 
 /// The surface of the actor's leg at a moment of its motion, with its look, whatever
-/// `moment.object` says. Errors: kResource; those of leg_at().
+/// `moment.object` says; where the leg stands, without the actor's `offset`. Errors: kResource;
+/// those of leg_at().
 Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState& moment,
                                    Engine& engine);
 
@@ -68,8 +69,8 @@ Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState&
 Result<ActorGeometry> actor_geometry_at(const PreparedActor& actor, const MorphState& moment,
                                         Engine& engine);
 
-/// The label of each vertex of an actor's surface, as an index into its label_names. Errors: the
-/// engine's.
+/// The label of each vertex of leg_geometry()'s surface, as an index into the actor's label_names.
+/// Errors: the engine's.
 Result<std::vector<std::uint32_t>> surface_labels(const ActorGeometry& geometry, Engine& engine);
 
 /// All that is seen of an actor: its surface, its model where that shows, or both.

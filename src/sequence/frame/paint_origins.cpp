@@ -29,6 +29,12 @@ Result<std::vector<Vec3>> paint_at(const PreparedActor& actor,
   return make_paint(actor, places);
 }
 
+/// Points of what an actor shows, where its legs stand.
+std::vector<Vec3> shift_back(const PreparedActor& actor, std::vector<Vec3> points) {
+  for (Vec3& p : points) p = p - actor.offset;
+  return points;
+}
+
 }  // namespace
 
 Status paint_origins(const PreparedScene& prepared, Engine& engine, FrameGeometry& geometry) {
@@ -51,7 +57,8 @@ Status paint_origins(const PreparedScene& prepared, Engine& engine, FrameGeometr
     }
     const float time = object >= 0 ? 1 : shown.moment.time;
     if (!shown.surface.positions.empty()) {
-      PM_TRY(shown.surface_paint, paint_at(actor, legs, time, shown.surface.positions, engine));
+      PM_TRY(shown.surface_paint,
+             paint_at(actor, legs, time, shift_back(actor, shown.surface.positions), engine));
     }
     if (!shown.points.empty()) {
       PM_TRY(shown.point_paint,

@@ -52,18 +52,12 @@ std::uint64_t model_bytes(const Model& model) {
 }
 
 MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> chain,
-                               const LoadedScene& loaded, std::size_t pictures) {
+                               const LoadedScene& loaded, std::span<const SharedActor> shared,
+                               std::size_t pictures) {
   std::span<const Model> models = loaded.models;
   double models_bytes = 0, trees = 0, fits = 0, distances = 0, making = 0, surfaces = 0, maps = 0;
-  double mixtures = 0;
+  double mixtures = 0, copies = 0;
   std::set<const Image*> textures;
-  for (const Model& model : models) {
-    models_bytes += bytes_of(model);
-    trees += kTreesPerTriangle * static_cast<double>(model.triangles.size());
-    for (const auto& texture : model.textures)
-      if (texture && textures.insert(texture.get()).second)
-        models_bytes += bytes_of(texture->pixels);
-  }
   // Of a mesh sequence each thread reads one, and each frame under way has one.
   for (const auto& sequence : loaded.sequences) {
     if (!sequence) continue;
@@ -76,9 +70,29 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
     if (is_fitted(scene, object.settings->spheres) && !plays_meshes(*object.actor))
       fits = std::max({fits, kMinFitBytes, kBytesPerFittedBall * object.settings->spheres.balls});
   PM_CHECK(models.size() == chain.size());
+  std::size_t next = 0;
   for (const std::span<const ChainObject> objects : actor_chains(chain)) {
+    const std::size_t actor = next++;
     const std::span<const Model> own = models.first(objects.size());
     models = models.subspan(objects.size());
+    const double between = kTrianglesPerSquare * static_cast<double>(scene.surface.resolution) *
+                           scene.surface.resolution;
+    if (shared[actor].first != actor) {
+      double shown = between;
+      for (const Model& model : own) {
+        copies += bytes_of(model);
+        shown = std::max(shown, static_cast<double>(model.triangles.size()));
+      }
+      surfaces += shown;
+      continue;
+    }
+    for (const Model& model : own) {
+      models_bytes += bytes_of(model);
+      trees += kTreesPerTriangle * static_cast<double>(model.triangles.size());
+      for (const auto& texture : model.textures)
+        if (texture && textures.insert(texture.get()).second)
+          models_bytes += bytes_of(texture->pixels);
+    }
     if (plays_meshes(*objects.front().actor)) continue;
     Box box;
     for (const Model& model : own) box = unite(box, model.box());
@@ -90,8 +104,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
     for (const Model& model : own)
       if (!model.triangles.empty()) smallest = std::min(smallest, model.box().diagonal());
     maps = std::max(maps, regression_bytes(box, smallest));
-    surfaces += kTrianglesPerSquare * static_cast<double>(scene.surface.resolution) *
-                scene.surface.resolution;
+    surfaces += between;
     const Timeline timeline = make_timeline(scene, *objects.front().actor);
     if (mixes_many(timeline))
       mixtures +=
@@ -112,6 +125,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
   MemoryEstimate estimate;
   estimate.program = to_bytes(kProgram);
   estimate.models = to_bytes(models_bytes);
+  estimate.copies = to_bytes(copies);
   estimate.trees = to_bytes(trees);
   estimate.fits = to_bytes(fits);
   estimate.distances = to_bytes(distances);
@@ -153,7 +167,8 @@ Status check_memory(const MemoryEstimate& estimate, std::uint64_t limit) {
   };
   const Part parts[] = {
       {estimate.program, "the program itself", ""},
-      {estimate.models, "models and textures", "smaller models or textures, "},
+      {std::max(estimate.models, estimate.copies), "models and textures",
+       "smaller models or textures, "},
       {estimate.trees, "search trees over the models' faces", "models of fewer faces, "},
       {estimate.fits, "fitting balls", "fewer spheres.balls, "},
       {estimate.distances + estimate.making, "distances to the models",

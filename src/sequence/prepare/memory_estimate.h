@@ -9,6 +9,7 @@
 #include "base/result.h"
 #include "model/model.h"
 #include "scene/load_scene.h"
+#include "sequence/prepare/alike_actors.h"
 #include "sequence/prepare/loaded_scene.h"
 
 namespace polymorph {
@@ -17,6 +18,7 @@ namespace polymorph {
 struct MemoryEstimate {
   std::uint64_t program = 0;    ///< itself, its libraries and what they keep
   std::uint64_t models = 0;     ///< points, faces and pictures, as they are
+  std::uint64_t copies = 0;     ///< models of actors that share objects, until those are made
   std::uint64_t trees = 0;      ///< hierarchies (BVH) for closest points, inside tests and rays
   std::uint64_t fits = 0;       ///< the largest of them, whether or not it is in the cache
   std::uint64_t distances = 0;  ///< grids of distances to models
@@ -25,7 +27,8 @@ struct MemoryEstimate {
   std::uint64_t pictures = 0;   ///< traced or written at once
   /// The grids are made before there are surfaces: of the two the larger counts.
   std::uint64_t total() const {
-    return program + models + trees + fits + distances + std::max(making, surfaces + pictures);
+    const std::uint64_t objects = trees + fits + distances + std::max(making, surfaces + pictures);
+    return program + models + std::max(copies, objects);
   }
 };
 
@@ -33,9 +36,10 @@ struct MemoryEstimate {
 std::uint64_t model_bytes(const Model& model);
 
 /// Estimates what preparing and showing the scene takes. `loaded`: of the whole chain, some models
-/// perhaps empty. `pictures`: held at once, none of them if 0.
+/// perhaps empty. `shared`: find_shared_actors(). `pictures`: held at once, none of them if 0.
 MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> chain,
-                               const LoadedScene& loaded, std::size_t pictures);
+                               const LoadedScene& loaded, std::span<const SharedActor> shared,
+                               std::size_t pictures);
 
 /// The memory that a run may take, in bytes (0: no limit), and the number of pictures it holds at
 /// once.

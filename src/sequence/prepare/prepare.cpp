@@ -2,6 +2,7 @@
 
 #include "scene/provenance.h"
 #include "sequence/prepare/actor_poses.h"
+#include "sequence/prepare/alike_actors.h"
 #include "sequence/prepare/check_plan.h"
 #include "sequence/prepare/film_settings.h"
 #include "sequence/prepare/load_models.h"
@@ -35,7 +36,7 @@ void place_camera(PreparedScene& prepared) {
       const bool moves = actor.poses && actor.poses->objects[i].sequence;
       const std::vector<Vec3>& own =
           moves ? actor.poses->objects[i].outermost : actor.objects[i]->model.points;
-      points.insert(points.end(), own.begin(), own.end());
+      for (const Vec3 p : own) points.push_back(p + actor.offset);
     }
   // Between two objects a surface may be larger than both. What stands out by less than the free
   // border leaves the camera where the models alone put it.
@@ -47,7 +48,8 @@ void place_camera(PreparedScene& prepared) {
   for (const PreparedActor& actor : prepared.actors)
     for (const auto& leg : actor.legs)
       if (const auto* distances = std::get_if<DistanceLeg>(&leg->kind))
-        for (const Vec3 p : distances->extremes) {
+        for (const Vec3 extreme : distances->extremes) {
+          const Vec3 p = extreme + actor.offset;
           if (min(p, seen.low) == seen.low && max(p, seen.high) == seen.high) continue;
           points.push_back(p);
           stands_out = true;
@@ -65,7 +67,7 @@ void place_camera(PreparedScene& prepared) {
 
 Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
                                     const std::filesystem::path& cache, const MemoryLimit& limit,
-                                    Fits fits) {
+                                    Fits fits, Sharing sharing) {
   PreparedScene prepared;
   prepared.scene = scene;
   prepared.frame_count = frame_count(scene);
@@ -80,8 +82,12 @@ Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
   prepared.warnings = std::move(loaded.warnings);
   // Refuse labels and landmarks that do not belong to the models.
   PM_TRY(const std::vector<PlacedLandmarks> landmarks, check_scene(scene, chain, loaded));
+  // Find the actors that need no objects of their own.
+  const std::vector<SharedActor> shared = sharing == Sharing::kAlike
+                                              ? find_shared_actors(scene, chain, loaded)
+                                              : unshared_actors(scene);
   // Refuse what memory cannot hold, before search trees, distances and surfaces are made.
-  prepared.memory = estimate_memory(scene, chain, loaded, limit.pictures);
+  prepared.memory = estimate_memory(scene, chain, loaded, shared, limit.pictures);
   PM_TRY_STATUS(check_memory(prepared.memory, limit.bytes));
   // Read the environment. Beyond this point, nothing more is read but the cache.
   PM_TRY(prepared.environment, load_environment(scene));
@@ -96,13 +102,14 @@ Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
   for (const ActorOutline& outline : outlines) prepared.box = unite(prepared.box, outline.box);
   // Make the objects: balls, distances, colours, boundary stages.
   PM_TRY(const std::vector<ObjectList> objects,
-         make_objects(preparation, chain, loaded, landmarks, outlines));
+         make_objects(preparation, chain, loaded, landmarks, outlines, shared));
   // Make the legs: plans between the objects, pacing, balls in flight.
-  PM_TRY(prepared.actors, make_actors(preparation, outlines, objects, prepared.warnings));
+  PM_TRY(prepared.actors, make_actors(preparation, outlines, objects, shared, prepared.warnings));
   // Bind the objects that move, so that frames have their poses.
+  const std::vector<std::span<const ChainObject>> chains = actor_chains(chain);
   std::size_t first = 0;
   for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
-    const std::span<const ChainObject> own = actor_chains(chain)[a];
+    const std::span<const ChainObject> own = chains[a];
     prepared.actors[a].poses = make_poses(preparation, outlines[a], own, objects[a], first, loaded);
     first += own.size();
   }

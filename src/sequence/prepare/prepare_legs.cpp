@@ -103,10 +103,20 @@ Status add_legs(const Preparation& preparation, const PlanSettings& settings, Pr
 Result<std::vector<PreparedActor>> make_actors(const Preparation& preparation,
                                                std::span<const ActorOutline> outlines,
                                                std::span<const ObjectList> objects,
+                                               std::span<const SharedActor> shared,
                                                std::vector<std::string>& warnings) {
   std::vector<PreparedActor> actors;
+  actors.reserve(outlines.size());
   for (std::size_t a = 0; a < outlines.size(); ++a) {
-    PreparedActor& actor = actors.emplace_back(PreparedActor{outlines[a], objects[a], {}, {}, {}});
+    PreparedActor& actor =
+        actors.emplace_back(PreparedActor{outlines[a], shared[a].offset, objects[a], {}, {}, {}});
+    if (shared[a].first != a) {
+      const PreparedActor& first = actors[shared[a].first];
+      actor.objects = first.objects;
+      actor.legs = first.legs;
+      actor.settings = first.settings;
+      continue;
+    }
     PM_TRY_STATUS(add_legs(preparation, preparation.scene.actors[a].plan, actor, warnings));
   }
   return actors;

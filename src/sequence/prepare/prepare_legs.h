@@ -13,12 +13,15 @@
 
 namespace polymorph {
 
-/// Makes the actors with their legs from their outlines and objects. Appends to `warnings` which
+/// Makes the actors with their legs from their outlines and objects; one that is like an earlier
+/// one
+/// (`shared`, one per actor) gets the legs of that. Appends to `warnings` which
 /// landmarks fold the maps of their legs. Errors: kInput where the plan names labels that no object
 /// has, or a leg is left without a surface; the engine's.
 Result<std::vector<PreparedActor>> make_actors(const Preparation& preparation,
                                                std::span<const ActorOutline> outlines,
                                                std::span<const ObjectList> objects,
+                                               std::span<const SharedActor> shared,
                                                std::vector<std::string>& warnings);
 
 /// Plans the way between two of an actor's objects, whether a leg joins them or not. `actor`: its

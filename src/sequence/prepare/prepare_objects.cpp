@@ -142,7 +142,8 @@ Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
                                              std::span<const ChainObject> chain,
                                              LoadedScene& loaded,
                                              std::span<const PlacedLandmarks> landmarks,
-                                             std::span<const ActorOutline> outlines) {
+                                             std::span<const ActorOutline> outlines,
+                                             std::span<const SharedActor> shared) {
   if (std::any_of(chain.begin(), chain.end(), [&](const ChainObject& object) {
         const SphereSettings& spheres = object.settings->spheres;
         return spheres.coarse && is_fitted(preparation.scene, spheres) &&
@@ -153,6 +154,11 @@ Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
   std::size_t next = 0;
   for (std::size_t a = 0; a < outlines.size(); ++a) {
     const ActorOutline& outline = outlines[a];
+    if (shared[a].first != a) {
+      lists[a] = lists[shared[a].first];
+      for (std::size_t i = 0; i < lists[a].size(); ++i, ++next) loaded.models[next] = {};
+      continue;
+    }
     for (std::size_t i = 0; i <= outline.timeline.legs.size(); ++i, ++next) {
       const ObjectSettings& settings = *chain[next].settings;
       PreparedObject object;

@@ -8,6 +8,7 @@
 #include "base/result.h"
 #include "kernels/engine.h"
 #include "scene/load_scene.h"
+#include "sequence/prepare/alike_actors.h"
 #include "sequence/prepare/place_landmarks.h"
 #include "sequence/prepare/prepared_scene.h"
 
@@ -34,12 +35,14 @@ Result<std::vector<ActorOutline>> outline_actors(const Scene& scene,
                                                  const LoadedScene& loaded);
 
 /// The objects of each actor, in their reference poses where they move, from the models of the
-/// chain, which are moved out of `loaded`, and their landmarks. Errors: kInput where a model has no
-/// balls or encloses nothing; the engine's.
+/// chain, which are moved out of `loaded`, and their landmarks. `shared`: that of each actor; one
+/// that is like an earlier one gets the list of that. Errors: kInput where a model has no balls or
+/// encloses nothing; the engine's.
 Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
                                              std::span<const ChainObject> chain,
                                              LoadedScene& loaded,
                                              std::span<const PlacedLandmarks> landmarks,
-                                             std::span<const ActorOutline> outlines);
+                                             std::span<const ActorOutline> outlines,
+                                             std::span<const SharedActor> shared);
 
 }  // namespace polymorph

@@ -37,6 +37,9 @@ using ObjectList = std::vector<std::shared_ptr<const PreparedObject>>;
 
 /// One chain, in its place in the world.
 struct PreparedActor : ActorOutline {
+  /// Offset from its objects and legs to its own place: zero, but where it shares those of another
+  /// actor (sequence/prepare/alike_actors.h).
+  Vec3 offset;
   /// The chain's, then balls in flight, with which legs were left. The object of a mesh sequence
   /// has its outermost points alone.
   ObjectList objects;
@@ -69,6 +72,9 @@ struct SequenceHashes {
 
 /// kCached: an object whose fit is not in the cache gets the balls of its spheres instead.
 enum class Fits : std::uint8_t { kMake, kCached };
+
+/// kAlike: actors that differ in nothing but their places share objects and legs.
+enum class Sharing : std::uint8_t { kAlike, kNone };
 
 struct PreparedScene {
   Scene scene;

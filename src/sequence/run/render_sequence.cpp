@@ -159,7 +159,7 @@ class SequenceRun {
     for (const std::string& warning : prepared_.warnings) log_warning("{}", warning);
     if (settings_.strict && !prepared_.warnings.empty())
       return make_error(ErrorCode::kInput,
-                        "{}: {} warning{} about its files - mend them, or render without --strict",
+                        "{}: {} warning{} about its files - fix them, or render without --strict",
                         scene.path.string(), prepared_.warnings.size(),
                         prepared_.warnings.size() == 1 ? "" : "s");
     if (!settings_.keep_going) PM_TRY_STATUS(check_meshes(prepared_, settings_.frames));

@@ -1,0 +1,87 @@
+#include "sequence/prepare/alike_actors.h"
+
+#include <algorithm>
+#include <map>
+#include <string>
+
+#include "base/text.h"
+#include "morph/timeline.h"
+#include "scene/mesh_numbers.h"
+
+namespace polymorph {
+namespace {
+
+/// The settings of an actor that decide what it looks like, wherever it stands. `scene` gives those
+/// that actors have in common.
+std::string shared_settings(const Scene& scene, const ActorSettings& actor) {
+  Scene alone;
+  alone.motion = scene.motion;
+  alone.spheres = scene.spheres;
+  alone.actors = {actor};
+  ActorSettings& own = alone.actors.front();
+  own.name.clear();
+  own.translate = {};
+  own.start = 1;
+  std::string text = scene_to_json(alone, {});
+  // Files have the same name in two folders.
+  for_each_object(own, [&](ObjectSettings& object) { text += "\n" + object.model.string(); });
+  // An actor that starts later may have fewer frames.
+  for (const LegTiming& leg : make_timeline(scene, actor).legs) {
+    text += fmt::format("\n{} {} {} {} {} {}", leg.first_step, leg.steps, leg.from_full,
+                        leg.to_full, leg.until, static_cast<int>(leg.interpolation));
+    for (const float share : leg.shares) text += fmt::format(" {}", share);
+  }
+  return text;
+}
+
+/// Tests whether a model is the other one, shifted. Models of the same file are not where another
+/// size was asked for: that of the scene's first object.
+bool is_shifted(const Model& model, const Model& from, Vec3 offset) {
+  constexpr float kSame = 1e-5f;  // of what the coordinates of both reach to
+  if (model.points.size() != from.points.size() || model.triangles.size() != from.triangles.size())
+    return false;
+  const Box both = unite(unite(model.box(), from.box()), Box{{}, {}});
+  const float tolerance = kSame * both.diagonal();
+  for (std::size_t i = 0; i < model.points.size(); ++i)
+    if (!(length(model.points[i] - from.points[i] - offset) <= tolerance)) return false;
+  return true;
+}
+
+}  // namespace
+
+std::vector<SharedActor> find_shared_actors(const Scene& scene, std::span<const ChainObject> chain,
+                                            const LoadedScene& loaded) {
+  const std::vector<std::span<const ChainObject>> actors = actor_chains(chain);
+  std::vector<SharedActor> shared;
+  std::vector<std::size_t> begin;                              // of each actor's models
+  std::map<std::string, std::vector<std::size_t>> candidates;  // by what they look like
+  for (std::size_t a = 0, next = 0; a < actors.size(); next += actors[a].size(), ++a) {
+    shared.push_back({a, {}});
+    begin.push_back(next);
+    const ActorSettings& actor = *actors[a].front().actor;
+    const bool has_sequence =
+        std::any_of(actors[a].begin(), actors[a].end(),
+                    [](const ChainObject& object) { return is_mesh_sequence(*object.settings); });
+    if (actors.size() == 1 || has_sequence || !actor.blend.empty()) continue;
+    std::vector<std::size_t>& firsts = candidates[shared_settings(scene, actor)];
+    for (const std::size_t first : firsts) {
+      const Vec3 offset = actor.translate - actors[first].front().actor->translate;
+      bool is_twin = true;
+      for (std::size_t i = 0; is_twin && i < actors[a].size(); ++i)
+        is_twin = is_shifted(loaded.models[next + i], loaded.models[begin[first] + i], offset);
+      if (!is_twin) continue;
+      shared.back() = {first, offset};
+      break;
+    }
+    if (shared.back().first == a) firsts.push_back(a);
+  }
+  return shared;
+}
+
+std::vector<SharedActor> unshared_actors(const Scene& scene) {
+  std::vector<SharedActor> each;
+  for (std::size_t a = 0; a < scene.actors.size(); ++a) each.push_back({a, {}});
+  return each;
+}
+
+}  // namespace polymorph
