@@ -86,6 +86,7 @@ std::string options_markdown(const CommandTable& command) {
 
 /// Kind of a value of the scene format, in words.
 std::string kind_of(const JsonValue& schema) {
+  if (schema.contains("$ref")) return "[keyframes](films.md)";  // the only kind that is shared
   if (schema.contains("enum")) return choices_text(schema.get("enum"));
   if (schema.contains("oneOf")) {
     std::string text;
@@ -118,6 +119,7 @@ std::string default_of(const JsonValue& schema) {
 
 /// The object inside: of an object, or of a list of them.
 const JsonValue* inner_object(const JsonValue& schema) {
+  if (schema.contains("$ref")) return nullptr;
   if (schema.contains("properties")) return &schema;
   if (schema.contains("items")) return inner_object(schema.get("items"));
   for (const JsonValue& choice : schema.get("oneOf").items)

@@ -25,7 +25,9 @@ template <class F>
 bool ReadFields::read_key(const JsonValue& item, const std::string& pointer, KeyframeTrack& track,
                           const F& read) {
   if (item.kind != JsonValue::Kind::kObject) {
-    report_at(item.offset, pointer, fmt::format("must be an object (is {})", kind_name(item.kind)));
+    report_at(
+        item.offset, pointer,
+        fmt::format("must be {{\"frame\": 1, \"value\": ...}} (is {})", kind_name(item.kind)));
     return false;
   }
   ReadFields fields(document_, item, pointer, folder_, findings_, tracks_);
@@ -63,9 +65,13 @@ bool ReadFields::read_key(const JsonValue& item, const std::string& pointer, Key
   return true;
 }
 
+bool ReadFields::takes_keyframes(Keyframes keyframes) const {
+  return keyframes == Keyframes::kAsObject ? keyed_ : keyframes == Keyframes::kAllowed;
+}
+
 template <class T, class F>
 bool ReadFields::read_keyframes(const char* key, T& out, const F& read, Keyframes keyframes) {
-  const bool keyed = keyframes == Keyframes::kAsObject ? keyed_ : keyframes == Keyframes::kAllowed;
+  const bool keyed = takes_keyframes(keyframes);
   const JsonValue* object = object_.find(key);
   if (!object || object->kind != JsonValue::Kind::kObject) return false;
   if (!keyed && !object->find("keys")) return false;
@@ -107,8 +113,15 @@ void ReadFields::number(const char* key, float& out, double low, double high, co
     key_fields.number("value", value, low, high, doc);
   };
   if (read_keyframes(key, out, read, keyframes)) return;
-  const JsonValue* value = expect(key, JsonValue::Kind::kNumber);
+  const JsonValue* value = find(key);
   if (!value) return;
+  if (value->kind != JsonValue::Kind::kNumber)
+    return report(*value, key,
+                  fmt::format("must be a number{} (is {})",
+                              takes_keyframes(keyframes)
+                                  ? ", or {\"keys\": [{\"frame\": 1, \"value\": ...}, ...]}"
+                                  : "",
+                              kind_name(value->kind)));
   if (!(value->number >= low && value->number <= high))
     report(*value, key, fmt::format("must be {:g} to {:g} (is {:g})", low, high, value->number));
   else

@@ -137,6 +137,7 @@ class ReadFields {
   }
   const JsonValue* find(const char* key);
   const JsonValue* expect(const char* key, JsonValue::Kind kind);
+  bool takes_keyframes(Keyframes keyframes) const;
   template <class T>
   void read_object(const JsonValue& value, const std::string& pointer, T& out) {
     if constexpr (std::is_same_v<T, ObjectSettings>) {

@@ -162,7 +162,8 @@ TEST_F(KeyframesInScenes, WhatIsWrongIsNamedWithItsLineAndKey) {
         "/keys/0/value: must be a number (is a string)");
   fails(azimuth(R"({"keys": [{"leg": 2.5, "value": 4}]})"),
         "/keys/0: is at leg 2.5, but the first actor's last leg, 1, ends at 2");
-  fails(azimuth(R"({"keys": [4]})"), "/keys/0: must be an object");
+  fails(azimuth(R"({"keys": [4]})"), "/keys/0: must be {\"frame\": 1, \"value\": ...}");
+  fails(azimuth("[4]"), "/azimuth: must be a number, or {\"keys\": [{\"frame\": 1");
   fails(R"("camera": {"up": {"keys": [{"t": 0, "value": [0, 0, 0]}]}})",
         "/camera/up/keys/0: must not be the zero vector");
   fails(R"("lights": {"key_color": {"keys": [{"t": 0, "value": "red"}]}})",
