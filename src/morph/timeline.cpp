@@ -10,6 +10,7 @@
 #include "morph/easing.h"
 #include "scene/blends.h"
 #include "scene/load_scene.h"
+#include "scene/max_frames.h"
 #include "scene/mesh_numbers.h"
 
 namespace polymorph {
@@ -98,12 +99,11 @@ Playback make_playback(const Scene& scene, const ObjectSettings& object) {
 }
 
 constexpr double kRounding = 1e-6;  // of rates such as 23.976
-constexpr int kMaxRoundFrames = 100'000;
 
 /// Frames of one round.
 int round_frames(const Playback& playback) {
   const double frames = std::ceil(playback.meshes / playback.pace - kRounding);
-  return playback.hold + static_cast<int>(std::clamp(frames, 1.0, double{kMaxRoundFrames}));
+  return playback.hold + static_cast<int>(std::clamp(frames, 1.0, double{kMaxFrames}));
 }
 
 /// Mesh that shows so many frames after the first.

@@ -10,6 +10,7 @@
 
 #include "base/text.h"
 #include "scene/blends.h"
+#include "scene/max_frames.h"
 #include "scene/mesh_numbers.h"
 
 namespace polymorph {
@@ -156,13 +157,12 @@ class ContradictionFinder {
       report(pointer + "/per_leg", value.find("per_leg"),
              "is for morphs - \"range\" and \"fps\" say how long a mesh sequence plays");
     if (scene_.frames.count > 0) check_time(actor, pointer, value);
-    constexpr double kMaxFrames = 100'000;  // as of frames.count
     const double meshes = mesh_count(actor.source);
     const double rate = static_cast<double>(scene_.frames.fps) /
                         static_cast<double>(actor.source.fps.value_or(scene_.frames.fps));
     if (!(meshes * rate + actor.source.hold <= kMaxFrames))
       report(pointer + "/source/fps", inner(&value, {"source", "fps"}),
-             fmt::format("makes {:.0f} frames of {:.0f} meshes (must be {:.0f} at most)",
+             fmt::format("makes {:.0f} frames of {:.0f} meshes (must be {} at most)",
                          meshes * rate + actor.source.hold, meshes, kMaxFrames));
   }
   /// Checks the scene's landmarks, which any actor may have use for, and what actors have besides.

@@ -10,6 +10,7 @@
 // (scene/keyframes.h), unless the number itself says otherwise.
 #pragma once
 
+#include "scene/max_frames.h"
 #include "scene/scene.h"
 
 namespace polymorph {
@@ -137,20 +138,20 @@ void describe(V& v, ObjectSettings& s) {
 template <class V>
 void describe(V& v, FrameSettings& s) {
   auto& [count, per_leg, fps, hold_start, hold_end, turntable, still] = s;
-  v.integer("count", count, 0, 100000,
+  v.integer("count", count, 0, kMaxFrames,
             "frames in all, holds included; 0: as many as the actors need, 24 per leg without "
             "per_leg");
   v.integers(
-      "per_leg", per_leg, 1, 100000,
+      "per_leg", per_leg, 1, kMaxFrames,
       "frames of each leg (object to next object) of every actor without its own; instead of "
       "count");
   v.number("fps", fps, 0.1, 1000, "frames per second, for GIF and movie and the EXR header");
   v.integer("hold_start", hold_start, 0, 10000, "extra frames that stand still at the start");
   v.integer("hold_end", hold_end, 0, 10000, "extra frames that stand still at the end");
-  v.integer("turntable", turntable, 0, 100000,
+  v.integer("turntable", turntable, 0, kMaxFrames,
             "instead of the film: a turn of the camera around its frame `still`, in so many "
             "frames; 0: the film");
-  v.integer("still", still, 1, 100000, "turntable: the frame that is turned");
+  v.integer("still", still, 1, kMaxFrames, "turntable: the frame that is turned");
 }
 
 template <class V>
@@ -555,10 +556,10 @@ void describe(V& v, ActorSettings& s) {
          plan] = s;
   v.text("name", name, "name in messages, reports and meshes; default: the source's, or blend");
   describe_chain(v, s);
-  v.integer("start", start, 1, 100000,
+  v.integer("start", start, 1, kMaxFrames,
             "the frame from which it moves; before, it stands still (frames.hold_start comes on "
             "top)");
-  v.integers("per_leg", per_leg, 1, 100000,
+  v.integers("per_leg", per_leg, 1, kMaxFrames,
              "frames of each of its legs; default: the scene's, else it moves until the scene "
              "ends");
   v.vector("translate", translate, "shift in the scene, in scene units, after everything else");

@@ -7,6 +7,7 @@
 #include "base/log.h"
 #include "base/odd_names.h"
 #include "image/srgb.h"
+#include "scene/max_frames.h"
 #include "scene/memory_models.h"
 #include "scene/mesh_numbers.h"
 
@@ -14,7 +15,6 @@ namespace polymorph {
 namespace {
 
 constexpr std::size_t kMaxCollectedFindings = 200;  // each is looked up in the text
-constexpr std::size_t kMaxMeshes = 100000;          // as many as a scene may have frames
 
 Vec3 as_vector(float value) { return {value, 0, 0}; }
 Vec3 as_vector(Vec3 value) { return value; }
@@ -433,8 +433,8 @@ void ReadFields::find_meshes(const JsonValue& value, const std::string& pointer,
   if (!out.fps) out.fps = stored_rate(out.model);
   if (out.range.size() < 2 || out.range.size() > 3 || (out.range.size() == 3 && out.range[2] < 1))
     return report_key("range", "must be first and last number, and perhaps a step of 1 or more");
-  if (const std::size_t count = mesh_numbers(out).size(); count > kMaxMeshes)
-    report_key("range", fmt::format("has {} meshes - at most {} are possible", count, kMaxMeshes));
+  if (const std::size_t count = mesh_numbers(out).size(); count > std::size_t{kMaxFrames})
+    report_key("range", fmt::format("has {} meshes - at most {} are possible", count, kMaxFrames));
 }
 
 bool ReadFields::read_vector(const JsonValue& value, const char* key, Vec3& out, double low,
