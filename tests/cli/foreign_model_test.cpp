@@ -1,8 +1,6 @@
 // Models of other formats than OBJ: what comes out of them, and what becomes of broken ones.
 #include <cstring>
 
-#include <cstring>
-
 #include "testing/program.h"
 
 namespace polymorph {
@@ -118,7 +116,7 @@ TEST_F(ForeignModel, AHeaderThatCountsTooMuchIsSaidSo) {
       << ran.err;
 }
 
-// Assimp takes the byte of a line's end for one.
+// Assimp takes a line feed at the beginning of the data for a part of the header.
 TEST_F(ForeignModel, PlyDataMayBeginWithAnyByte) {
   const auto bytes_of = [](auto value) {
     std::string bytes(sizeof value, '\0');
