@@ -220,7 +220,7 @@ TEST_F(AnimatedModel, WhatIsNotAnimatedIsNoSequence) {
       contains(run(3, {"render", "box.glb", "-o", "b.png"}).err, "is a model, not a scene"));
   EXPECT_TRUE(contains(run(1, {"check", "none@####.glb"}).err, "no such files"));
   // As one object it has the file's own pose.
-  EXPECT_TRUE(contains(run(0, {"info", "bar.glb"}).err, "stands still here"));
+  EXPECT_TRUE(contains(run(0, {"info", "bar.glb"}).err, "is shown at rest"));
 }
 
 /// A file of Blender's exporter: tests/data/models/README.md.
