@@ -268,6 +268,7 @@ TEST_F(BlenderModel, OneOfItsActionsIsChosenByName) {
   EXPECT_TRUE(contains(run(1, {"check", "rig@Wve@####.glb"}).err,
                        R"(has no animation "Wve" that moves anything - name "Bend", "Wave" or)"));
   EXPECT_TRUE(contains(run(1, {"check", "rig@Wve.glb"}).err, R"(no animation "Wve")"));
+  EXPECT_TRUE(contains(run(1, {"check", "rig@0005.glb"}).err, "is a model, not a scene"));
   EXPECT_TRUE(contains(run(0, {"info", "rig.glb"}).out,
                        "3 animations, Bend, Wave, TubeAction: 19 poses, 30 per second"));
 }
