@@ -47,15 +47,14 @@ struct CommandLine {
   std::string text;                     ///< argv joined, without folders, for image headers
   std::string program = "polymorph";    ///< name it was called by, for commands that are suggested
   std::function<Result<int>()> action;  ///< set by the chosen subcommand; the int is the exit code
-  std::map<std::string, std::vector<VerbTable>>
-      verbs;  ///< verbs of commands that have any, by name
+  /// Verbs of the commands that have any, by the command's name.
+  std::map<std::string, std::vector<VerbTable>> verbs;
 };
 
 /// Tables of all commands, with their verbs.
 std::vector<CommandTable> command_tables(const CommandLine& line);
 
-/// Errors (kUsage): the verb does not take one of the options that were given for its command,
-/// which nobody would notice.
+/// Errors (kUsage): an option was given that the command has, but this verb does not take.
 Status check_verb(const CommandLine& line, const std::string& command, const std::string& verb);
 
 /// A subcommand with its one-line purpose, examples and exit codes (shown by its help).

@@ -55,7 +55,8 @@ std::string option_names(const OptionRow& option) {
 std::string options_text(const CommandTable& table, bool full) {
   std::string out, group;
   for (const OptionRow& option : table.options) {
-    if (!table.verbs.empty() && option.group != "Common") continue;  // on the verbs' pages
+    // The verbs' pages have the others, and a brief page of verbs has no options.
+    if (!table.verbs.empty() && (!full || option.group != "Common")) continue;
     if (option.group != group) {
       if (!full && !group.empty()) break;
       group = option.group;
@@ -110,7 +111,9 @@ std::string help_text(const CommandTable& table, const std::vector<CommandTable>
   if (!table.verbs.empty()) out += verbs_text(table);
   out += options_text(table, full || is_program);
   if (full && !table.exit_codes.empty()) out += "\nExit codes:\n" + table.exit_codes + "\n";
-  if (!full && !is_program) out += "\n--help shows all options and the exit codes.\n";
+  if (!full && !is_program)
+    out += fmt::format("\n--help shows {} options and the exit codes.\n",
+                       table.verbs.empty() ? "all" : "the common");
   return out;
 }
 

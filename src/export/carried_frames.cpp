@@ -16,7 +16,11 @@ namespace {
 constexpr const char* kInstead =
     "leave out --topology for a mesh of its own in each frame, or choose other frames with -f";
 
-std::string place_text(Vec3 p) { return fmt::format("({:.3g}, {:.3g}, {:.3g})", p.x, p.y, p.z); }
+/// A point of an actor's leg, as it lies in the scene.
+std::string place_text(const PreparedActor& actor, Vec3 point) {
+  const Vec3 p = point + actor.offset;
+  return fmt::format("({:.3g}, {:.3g}, {:.3g})", p.x, p.y, p.z);
+}
 
 /// Tests whether the leg goes from model to model by stages, not by its surface alone.
 bool has_stages(const Leg& leg) {
@@ -92,8 +96,8 @@ Result<std::size_t> check_moments(const ActorFrames& shown, const CarriedActor& 
                       "{}: the topology changes: frame {} has {}, and frame {} has {}; they differ "
                       "most at {} - {}",
                       actor.name, frames[first_shown - 1], describe(first), frames[first_shown],
-                      describe(report), place_text(out.first > in.first ? out.second : in.second),
-                      kInstead);
+                      describe(report),
+                      place_text(actor, out.first > in.first ? out.second : in.second), kInstead);
   }
   return largest;
 }
@@ -107,12 +111,12 @@ Status check_faults(const ActorFrames& shown, const CarriedActor& carried) {
                         "{}: one mesh cannot be carried to frame {}: {} triangle{} would be "
                         "inverted, one of them at {} - {}",
                         actor.name, frames[k], fault.inverted, fault.inverted == 1 ? "" : "s",
-                        place_text(fault.inverted_position), kInstead);
+                        place_text(actor, fault.inverted_position), kInstead);
     if (carried.errors[carried.moment_of[k]] > kCarriedError)
       return make_error(ErrorCode::kInput,
                         "{}: one mesh cannot be carried to frame {}: at {} it is {:.2f} % of the "
                         "diagonal off the surface, and {:.1f} % are allowed - {}",
-                        actor.name, frames[k], place_text(fault.position),
+                        actor.name, frames[k], place_text(actor, fault.position),
                         100 * static_cast<double>(carried.errors[carried.moment_of[k]]),
                         100 * static_cast<double>(kCarriedError), kInstead);
   }

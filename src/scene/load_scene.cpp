@@ -75,7 +75,7 @@ Result<SceneReading> read_scene(const std::filesystem::path& path,
     if (const auto rate = stored_rate(meshes)) json["frames"] = {{"fps", *rate}};
     return read_scene_text(path, format_json(json), overrides);
   }
-  if (const auto named = find_named_animation(path))
+  if (const auto named = find_named_animation(path); named && !find_pose(path))
     return make_error(ErrorCode::kInput, "{}", describe_missing_poses(*named));
   if (is_model)
     return make_error(ErrorCode::kInput,

@@ -220,7 +220,7 @@ TEST_F(AnimatedModel, WhatIsNotAnimatedIsNoSequence) {
       contains(run(3, {"render", "box.glb", "-o", "b.png"}).err, "is a model, not a scene"));
   EXPECT_TRUE(contains(run(1, {"check", "none@####.glb"}).err, "no such files"));
   // As one object it has the file's own pose.
-  EXPECT_TRUE(contains(run(0, {"info", "bar.glb"}).err, "stands still here"));
+  EXPECT_TRUE(contains(run(0, {"info", "bar.glb"}).err, "is shown at rest"));
 }
 
 /// A file of Blender's exporter: tests/data/models/README.md.
@@ -268,6 +268,7 @@ TEST_F(BlenderModel, OneOfItsActionsIsChosenByName) {
   EXPECT_TRUE(contains(run(1, {"check", "rig@Wve@####.glb"}).err,
                        R"(has no animation "Wve" that moves anything - name "Bend", "Wave" or)"));
   EXPECT_TRUE(contains(run(1, {"check", "rig@Wve.glb"}).err, R"(no animation "Wve")"));
+  EXPECT_TRUE(contains(run(1, {"check", "rig@0005.glb"}).err, "is a model, not a scene"));
   EXPECT_TRUE(contains(run(0, {"info", "rig.glb"}).out,
                        "3 animations, Bend, Wave, TubeAction: 19 poses, 30 per second"));
 }

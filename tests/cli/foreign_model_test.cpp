@@ -1,8 +1,6 @@
 // Models of other formats than OBJ: what comes out of them, and what becomes of broken ones.
 #include <cstring>
 
-#include <cstring>
-
 #include "testing/program.h"
 
 namespace polymorph {
@@ -107,6 +105,46 @@ TEST_F(ForeignModel, WhatLiesOutsideTheFolderIsNotRead) {
   EXPECT_TRUE(contains(ran.err, "in/m.gltf: cannot be read")) << ran.err;
 }
 
+TEST_F(ForeignModel, WhatAGltfFileAsksForInVainIsSaid) {
+  const auto gltf = [](const std::string& more, const std::string& material) {
+    return R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+      "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
+      "materials": [{"name": "lamp")" +
+           material + R"(}], "buffers": [{"byteLength": 80, "uri": "points.bin"}],
+      "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 24},
+        {"buffer": 0, "byteOffset": 72, "byteLength": 8}, {"buffer": 0, "byteLength": 24}],
+      "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
+        {"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"},
+        {"bufferView": 2, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0], "max": [1]},
+        {"bufferView": 3, "componentType": 5126, "count": 2, "type": "VEC3"}])" +
+           more + "}";
+  };
+  const float points[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  const std::uint16_t corners[12] = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+  const float times[2] = {1, 0};  // keys that cannot be read
+  std::string bytes(80, '\0');
+  std::memcpy(bytes.data(), points, 48);
+  std::memcpy(bytes.data() + 48, corners, 24);
+  std::memcpy(bytes.data() + 72, times, 8);
+  write("points.bin", bytes);
+  write("plain.gltf", gltf(R"(, "extensionsRequired": ["KHR_materials_unlit"])", ""));
+  EXPECT_EQ(run(0, {"info", "plain.gltf"}).err, "");
+  write("lamp.gltf", gltf(R"(, "extensionsRequired": ["EXT_mesh_gpu_instancing"])",
+                          R"(, "emissiveFactor": [1, 1, 0], "alphaMode": "BLEND")"));
+  const std::string warnings = run(0, {"info", "lamp.gltf"}).err;
+  for (const char* warning : {"it requires EXT_mesh_gpu_instancing, which is not supported",
+                              "material lamp emits light, which is ignored",
+                              "material lamp is transparent in part, which is ignored"})
+    EXPECT_TRUE(contains(warnings, warning)) << warnings;
+  // Of a model at rest no keys are read.
+  write("keys.gltf", gltf(R"(, "animations": [{"samplers": [{"input": 2, "output": 3}], "channels":
+          [{"sampler": 0, "target": {"node": 0, "path": "translation"}}]}])",
+                          ""));
+  EXPECT_FALSE(contains(run(0, {"info", "keys.gltf"}).err, "keys of"));
+  EXPECT_TRUE(
+      contains(run(0, {"info", "keys@0001.gltf"}).err, "keys of \"translation\" of node 0"));
+}
+
 TEST_F(ForeignModel, AHeaderThatCountsTooMuchIsSaidSo) {
   write("much.ply",
         "ply\nformat binary_little_endian 1.0\nelement vertex 2147483648\nproperty float x\n"
@@ -118,7 +156,7 @@ TEST_F(ForeignModel, AHeaderThatCountsTooMuchIsSaidSo) {
       << ran.err;
 }
 
-// Assimp takes the byte of a line's end for one.
+// Assimp takes a line feed at the beginning of the data for a part of the header.
 TEST_F(ForeignModel, PlyDataMayBeginWithAnyByte) {
   const auto bytes_of = [](auto value) {
     std::string bytes(sizeof value, '\0');

@@ -114,6 +114,16 @@ TEST_F(MeshSequences, WhatIsMissingIsNamedAndTheOthersAreMade) {
   EXPECT_TRUE(contains(render(0, {"--skip-existing"}).err, "1 frame rendered, 3 kept"));
 }
 
+TEST_F(MeshSequences, WarningsOfTheFirstMeshStandForThoseOfTheOthers) {
+  for (int number = 1; number <= 3; ++number)
+    write("warn.000" + std::to_string(number) + ".obj",
+          "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\nl 1 2\n");
+  const std::string warnings = run(0, {"check", "warn.####.obj"}).err;
+  EXPECT_TRUE(contains(warnings, "warn.0001.obj:9: ")) << warnings;
+  EXPECT_FALSE(contains(warnings, "warn.0002.obj")) << warnings;
+  EXPECT_TRUE(contains(warnings, "2 more meshes have warnings of their own")) << warnings;
+}
+
 TEST_F(MeshSequences, StoredVelocitiesBlur) {
   const auto write_cloud = [&](int number, int faces) {
     std::string text =

@@ -377,6 +377,9 @@ TEST_F(Reports, InputsAndForeignFilesStay) {
   run(4, {"compare", "out/own.png", "ref.exr", "--report", "out"});
   EXPECT_EQ(read_text(folder / "out/report.json"), earlier);
   EXPECT_EQ(read_text(folder / "out/own.png"), picture);
+  write("there.png", picture);
+  run(4, {"compare", "new/f.0001.exr", "ref.exr", "--report", "out", "--diff", "there.png"});
+  EXPECT_EQ(read_text(folder / "out/report.json"), earlier);
 
   write("foreign/report.json",
         R"({"polymorph_report": ["precious.txt", "a.png", "index.html", "report.json"]})");

@@ -396,6 +396,9 @@ TEST_F(Help, EachVerbHasAPageWithItsOwnOptions) {
       EXPECT_FALSE(contains(text, option)) << name << option;
     EXPECT_TRUE(contains(reference, "\n### " + name + "\n")) << name;
     EXPECT_TRUE(contains(run(0, {page.command, "--help"}).out, "\n  " + std::string(page.verb)));
+    const std::string brief = run(0, {page.command, "-h"}).out;
+    EXPECT_TRUE(contains(brief, "\n  " + std::string(page.verb)));
+    EXPECT_FALSE(contains(brief, "--device")) << "options of every command: " << brief;
   }
   EXPECT_TRUE(contains(run(2, {"help", "golden", "acept"}).err, "did you mean \"golden accept\""));
 }

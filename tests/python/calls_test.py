@@ -55,6 +55,15 @@ assert (carried.field(3, mesh.positions - 0.02 * size * mesh.normals) > 0).mean(
 assert (carried.field(3, mesh.positions + 0.02 * size * mesh.normals) < 0).mean() > 0.99
 raises(2, "actors 0 to 0")(lambda: carried.field(3, mesh.positions, actor=1))
 raises(2, "frames 1 to 6")(lambda: carried.field(0, mesh.positions))
+# Alike actors share a leg: fields, meshes and balls of plans are where each stands.
+twins = polymorph.Scene({"actors": [{"name": name, "source": "torus", "target": "cube", "translate": [x, 0, 0]} for name, x in (("a", 0), ("b", 9))]},
+                        set=small)
+second = twins.mesh(3).positions[twins.mesh(3).positions[:, 0] > 4.5]
+assert len(second) and np.abs(twins.field(3, second, actor=1)).max() < 0.01 * size < np.abs(twins.field(3, second, actor=0)).min()
+first_plan, second_plan = twins.plans()
+for name in ("source_balls", "target_balls"):
+    shift = getattr(second_plan, name).centers - getattr(first_plan, name).centers
+    assert np.allclose(shift, (9, 0, 0), atol=1e-4), shift
 copied = pickle.loads(pickle.dumps(balls))
 assert np.array_equal(copied.w, balls.w) and "w=float32" in repr(copied) and (balls == copied) is False
 

@@ -117,6 +117,43 @@ TEST_F(CarriedFramesTest, FramesAreAlikeInAllButPlaces) {
               1e-4f);
 }
 
+TEST_F(CarriedFramesTest, AlikeActorsHaveTheirMeshesAndTheirRefusalsWhereTheyStand) {
+  const auto pair_of = [&](const std::string& target) {
+    const std::string actor = "], " + chain("sphere", target) + "}";
+    return prepared_of(R"("actors": [{"translate": [1, 0, 0)" + actor +
+                       R"(, {"name": "twin", "translate": [21, 0, 0)" + actor + "]");
+  };
+  const PreparedScene cubes = pair_of("cube");
+  ASSERT_EQ(cubes.actors[0].legs, cubes.actors[1].legs);
+  const std::vector<int> frames = {2, 3};
+  std::vector<SurfaceFrame> made;
+  for (const PreparedActor& actor : cubes.actors) {
+    const ActorFrames shown{cubes.scene, actor, frames};
+    const auto carried = carry_actor(shown, *engine, go_on);
+    ASSERT_TRUE(carried.ok()) << carried.error().message;
+    auto frame = carried_frame(shown, *carried, 0, *engine);
+    ASSERT_TRUE(frame.ok());
+    made.push_back(std::move(*frame));
+  }
+  ASSERT_EQ(made[0].positions.size(), made[1].positions.size());
+  for (std::size_t i = 0; i < made[0].positions.size(); ++i) {
+    ASSERT_LT(length(made[1].positions[i] - made[0].positions[i] - Vec3{20, 0, 0}), 1e-4f);
+    ASSERT_EQ(length(made[1].velocities[i] - made[0].velocities[i]), 0);
+  }
+  const PreparedScene tori = pair_of("torus");
+  std::vector<double> places;
+  for (const PreparedActor& actor : tori.actors) {
+    const std::vector<int> all = {1, 2, 3, 4, 5};
+    const auto torn = carry_actor({tori.scene, actor, all}, *engine, go_on);
+    ASSERT_FALSE(torn.ok());
+    const std::string place = "they differ most at (";
+    const std::size_t found = torn.error().message.find(place);
+    ASSERT_NE(found, std::string::npos) << torn.error().message;
+    places.push_back(std::stod(torn.error().message.substr(found + place.size())));
+  }
+  EXPECT_NEAR(places[1] - places[0], 20, 0.1);
+}
+
 TEST_F(CarriedFramesTest, ARefusalNamesFrameAndPlace) {
   const std::vector<int> frames = {1, 2, 3, 4, 5};
   const PreparedScene changing = prepared_of(chain("sphere", "torus"));

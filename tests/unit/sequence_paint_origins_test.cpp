@@ -45,6 +45,22 @@ float difference(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
   return sum / static_cast<float>(a.size());
 }
 
+TEST_F(PaintTest, AlikeActorsHaveTheSameColours) {
+  const std::string chain = R"("source": "torus", "target": "cube"})";
+  const PreparedScene pair = prepared_of(
+      R"("actors": [{)" + chain + R"(, {"name": "twin", "translate": [5, 1, 0], )" + chain + "]");
+  ASSERT_EQ(pair.actors[0].legs, pair.actors[1].legs);
+  for (const int frame : {1, 5, 9}) {
+    const std::vector<ActorGeometry> actors = painted(pair, frame).actors;
+    const auto is_close = [](const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+      return a.size() == b.size() && (a.empty() || difference(a, b) < 1e-3f);
+    };
+    EXPECT_FALSE(actors[0].surface_paint.empty() && actors[0].point_paint.empty());
+    EXPECT_TRUE(is_close(actors[0].surface_paint, actors[1].surface_paint)) << frame;
+    EXPECT_TRUE(is_close(actors[0].point_paint, actors[1].point_paint)) << frame;
+  }
+}
+
 TEST_F(PaintTest, CopiesHaveTheSameColours) {
   const PreparedScene turned = copies("{}");
   const std::vector<Vec3> source = model_paint(turned, 1);

@@ -174,18 +174,17 @@ Result<int> run_compare(const CompareOptions& options, bool overwrite) {
   const std::vector<FilePair> pairs = found ? *found : std::vector<FilePair>{};
   for (const FilePair& pair : pairs)
     for (const auto& file : {pair.actual, pair.reference}) remember_input(file);
-  // A failure's picture must not stand in the place of an input: said before an earlier report
-  // goes.
-  if (!options.report.folder.empty())
-    for (const FilePair& pair : pairs)
+  // Refuse to write pictures over inputs or other files before an earlier report is removed.
+  for (const FilePair& pair : pairs) {
+    if (!options.report.folder.empty())
       PM_TRY_STATUS(check_writable(std::filesystem::path(options.report.folder) /
                                    pair.actual.filename().replace_extension(".png")));
+    if (!options.difference.empty())
+      PM_TRY_STATUS(check_output(difference_path(options, pair, pairs.size() > 1), overwrite));
+  }
   // Inputs are known by now; an earlier report goes, even where there is nothing to compare.
   PM_TRY_STATUS(begin_report(options.report, overwrite));
   if (!found) return found.error();
-  if (!options.difference.empty())
-    for (const FilePair& pair : pairs)
-      PM_TRY_STATUS(check_output(difference_path(options, pair, pairs.size() > 1), overwrite));
   Report report{fmt::format("{} against {}", options.actual, options.reference),
                 {{"polymorph", std::string(program_version())}},
                 {},

@@ -193,15 +193,16 @@ class Writer {
     for (unsigned i = 0; i < scene_.mNumTextures; ++i) add_texture(i);
     if (points_or_lines_ > 0)
       put("warning", std::to_string(points_or_lines_) + " points or lines - ignored", "");
-    if (!lights_.empty()) put("warning", lights_ + " emits light - it does not here", "");
-    if (!clear_.empty()) put("warning", clear_ + " is partly transparent - it is opaque here", "");
+    if (!lights_.empty()) put("warning", lights_ + " emits light, which is ignored", "");
+    if (!clear_.empty())
+      put("warning", clear_ + " is transparent in part, which is ignored - it is opaque", "");
     if (has_unused_colors_)
       put("warning", "colours of points beside a texture - the colours are ignored", "");
     if (animated_ && !pose_)
       put("warning",
           suffix_ == ".glb" || suffix_ == ".gltf"
-              ? "it is animated, and stands still here - NAME@####" + suffix_ + " are its poses"
-              : "it is animated - the animation is ignored, that of a .glb is not",
+              ? "it is animated, and is shown at rest - NAME@####" + suffix_ + " are its poses"
+              : "it is animated - the animation is ignored, only those of .glb and .gltf are read",
           "");
   }
 
@@ -491,9 +492,10 @@ int main(int argc, char** argv) {
         limit(RLIMIT_CPU, seconds + static_cast<rlim_t>(counts.text / 20e6));
         std::optional<Pose> pose;
         if (suffix == ".glb" || suffix == ".gltf") {
-          const GltfFile file = read_gltf(*importer.GetIOHandler(), argv[1]);
+          const bool is_posed = argc == 4;
+          const GltfFile file = read_gltf(*importer.GetIOHandler(), argv[1], is_posed);
           for (const std::string& warning : file.warnings) put("warning", warning, "");
-          if (argc == 4) pose = named_pose(*scene, file, argv[3]);
+          if (is_posed) pose = named_pose(*scene, file, argv[3]);
         }
         Writer(*scene, suffix, std::move(pose)).write(counts);
       }

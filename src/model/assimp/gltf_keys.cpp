@@ -253,12 +253,12 @@ std::vector<double> GltfKeys::value_at(double time) const {
   return value;
 }
 
-GltfFile read_gltf(Assimp::IOSystem& system, const std::string& path) {
+GltfFile read_gltf(Assimp::IOSystem& system, const std::string& path, bool is_posed) {
   GltfFile file;
   Chunks chunks = split_chunks(read_bytes(system, path));
   const auto document = polymorph::parse_json(path, std::move(chunks.json));
   if (!document) {
-    file.warnings.push_back("its animation cannot be read - it stands still");
+    if (is_posed) file.warnings.push_back("its animation cannot be read - it stands still");
     return file;
   }
   const JsonValue& root = document->root;
@@ -269,7 +269,9 @@ GltfFile read_gltf(Assimp::IOSystem& system, const std::string& path) {
   for (const JsonValue& extension : root.get("extensionsRequired").items)
     if (std::find(std::begin(kKnown), std::end(kKnown), extension.string) == std::end(kKnown))
       file.warnings.push_back(fmt::format(
-          "it needs {}, which is not read - what that describes is missing", extension.string));
+          "it requires {}, which is not supported - what it describes is missing or wrong",
+          extension.string));
+  if (!is_posed) return file;
   const JsonValue& scene =
       find_item(root.get("scenes"), root.contains("scene") ? root.get("scene") : JsonValue(0));
   file.roots = read_indices(scene.get("nodes"));

@@ -37,9 +37,10 @@ struct GltfFile {
   std::vector<std::size_t> roots;
   std::vector<GltfNode> nodes;
   std::vector<GltfAnimation> animations;
-  std::vector<std::string> warnings;  ///< keys that cannot be read, and why
+  std::vector<std::string> warnings;  ///< keys and extensions that are not read
 };
 
 /// Reads nodes and animations of a .glb or .gltf file that Assimp has read. Keys that cannot be
-/// read are left out, with a warning.
-GltfFile read_gltf(Assimp::IOSystem& system, const std::string& path);
+/// read are left out, with a warning. `is_posed`: without it neither is read, and the warnings are
+/// those of extensions alone.
+GltfFile read_gltf(Assimp::IOSystem& system, const std::string& path, bool is_posed);

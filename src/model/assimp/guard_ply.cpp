@@ -55,8 +55,7 @@ std::optional<std::size_t> find_mistaken_data(std::string_view bytes) {
   if (end == std::string_view::npos) return std::nullopt;
   const std::size_t line_end = bytes.find('\n', end + kEnd.size());
   if (line_end == std::string_view::npos || line_end + 1 >= bytes.size()) return std::nullopt;
-  const char first = bytes[line_end + 1];
-  return first == '\n' || first == '\r' ? std::optional(line_end + 1) : std::nullopt;
+  return bytes[line_end + 1] == '\n' ? std::optional(line_end + 1) : std::nullopt;
 }
 
 std::string guard_ply(std::string file) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <tuple>
 
 #include "leg/boundary_surface.h"
 #include "leg/leg_surface.h"
@@ -178,13 +179,6 @@ Result<ActorGeometry> full_geometry(const PreparedScene& prepared, const Prepare
   return geometry;
 }
 
-/// Tests whether two actors with the same legs show the same in every frame.
-bool go_together(const PreparedActor& a, const PreparedActor& b) {
-  return !a.legs.empty() && a.legs.front() == b.legs.front() &&
-         a.timeline.start == b.timeline.start && a.timeline.steps == b.timeline.steps &&
-         a.timeline.hold_start == b.timeline.hold_start;
-}
-
 }  // namespace
 
 Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState& moment,
@@ -237,21 +231,21 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, Engine& engine,
   const int shown = shown_frame(prepared.scene, frame);
   FrameGeometry geometry{
       frame, sequence_time(prepared.scene, shown), stage_names(prepared, frame), {}};
-  std::map<const Leg*, std::vector<std::size_t>> computed;  // actors by legs
+  // Actors with the same legs show the same in every frame where their times are the same, too.
+  std::map<std::tuple<const Leg*, int, int, int>, std::size_t> computed;
   for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
     const PreparedActor& actor = prepared.actors[a];
-    std::vector<std::size_t>& own =
-        computed[actor.legs.empty() ? nullptr : actor.legs.front().get()];
-    const auto twin = std::find_if(own.begin(), own.end(), [&](std::size_t other) {
-      return go_together(prepared.actors[other], actor);
-    });
-    if (twin != own.end()) {
-      geometry.actors.push_back(geometry.actors[*twin]);
-    } else {
-      PM_TRY(ActorGeometry full, full_geometry(prepared, actor, frame, engine));
-      geometry.actors.push_back(std::move(full));
-      own.push_back(a);
+    const Timeline& times = actor.timeline;
+    if (!actor.legs.empty()) {
+      const auto [first, is_new] = computed.try_emplace(
+          {actor.legs.front().get(), times.start, times.steps, times.hold_start}, a);
+      if (!is_new) {
+        geometry.actors.push_back(geometry.actors[first->second]);
+        continue;
+      }
     }
+    PM_TRY(ActorGeometry full, full_geometry(prepared, actor, frame, engine));
+    geometry.actors.push_back(std::move(full));
   }
   for (std::size_t a = 0; a < prepared.actors.size(); ++a)
     shift(prepared.actors[a], geometry.actors[a]);

@@ -34,8 +34,8 @@ std::string shared_settings(const Scene& scene, const ActorSettings& actor) {
   return text;
 }
 
-/// Tests whether a model is the other one, shifted. Models of the same file are not where another
-/// size was asked for: that of the scene's first object.
+/// Tests whether a model is the other one, shifted. Two models of one file may differ: all but the
+/// scene's first object are brought to the size of that one.
 bool is_shifted(const Model& model, const Model& from, Vec3 offset) {
   constexpr float kSame = 1e-5f;  // of what the coordinates of both reach to
   if (model.points.size() != from.points.size() || model.triangles.size() != from.triangles.size())
@@ -54,7 +54,7 @@ std::vector<SharedActor> find_shared_actors(const Scene& scene, std::span<const 
   const std::vector<std::span<const ChainObject>> actors = actor_chains(chain);
   std::vector<SharedActor> shared;
   std::vector<std::size_t> begin;                              // of each actor's models
-  std::map<std::string, std::vector<std::size_t>> candidates;  // by what they look like
+  std::map<std::string, std::vector<std::size_t>> candidates;  // by shared_settings()
   for (std::size_t a = 0, next = 0; a < actors.size(); next += actors[a].size(), ++a) {
     shared.push_back({a, {}});
     begin.push_back(next);

@@ -160,32 +160,28 @@ MeshFacts inspect_mesh(const ObjectSettings& object, const std::vector<Vec3>& di
   return mesh_facts;
 }
 
-/// Adds the warnings of the first mesh that has any, and counts the meshes that have others. Poses
-/// of one model often have the same.
+/// Adds the warnings of the first mesh that has any, and counts the other meshes that have any.
+/// Poses of one model count only where their warnings are not the same.
 void add_warnings(const MeshSequence& sequence, const std::vector<MeshFacts>& facts,
                   std::vector<std::string>& warnings) {
   const std::string model = sequence.object.model.string();
+  const bool are_poses = find_pose(sequence.files.front().file).has_value();
   std::vector<std::string> first;
   std::size_t others = 0;
   for (std::size_t i = 0; i < facts.size(); ++i) {
-    std::vector<std::string> unnamed = facts[i].warnings;
+    std::vector<std::string> own = facts[i].warnings;
     const std::string file = sequence.files[i].file.string();
-    for (std::string& warning : unnamed)
-      if (warning.starts_with(file)) warning = model + warning.substr(file.size());
-    if (unnamed.empty() || unnamed == first) continue;
-    if (first.empty()) {
-      const std::vector<std::string>& shown =
-          find_pose(sequence.files[i].file) ? unnamed : facts[i].warnings;
-      warnings.insert(warnings.end(), shown.begin(), shown.end());
-      first = std::move(unnamed);
-    } else {
-      ++others;
-    }
+    for (std::string& warning : own)
+      if (are_poses && warning.starts_with(file)) warning = model + warning.substr(file.size());
+    if (own.empty() || (are_poses && own == first)) continue;
+    if (!first.empty()) ++others;
+    if (first.empty()) first = std::move(own);
   }
+  warnings.insert(warnings.end(), first.begin(), first.end());
   if (others > 0)
-    warnings.push_back(
-        fmt::format("{}: {} more meshes have other warnings - info FILE prints those of a mesh",
-                    model, others));
+    warnings.push_back(fmt::format(
+        "{}: {} more mesh{} warnings of {} own - info FILE prints those of a mesh", model, others,
+        others == 1 ? " has" : "es have", others == 1 ? "its" : "their"));
 }
 
 /// Index of the first mesh that can be shown; 0 if none can.

@@ -14,10 +14,9 @@
 namespace polymorph {
 
 /// Makes the actors with their legs from their outlines and objects; one that is like an earlier
-/// one
-/// (`shared`, one per actor) gets the legs of that. Appends to `warnings` which
-/// landmarks fold the maps of their legs. Errors: kInput where the plan names labels that no object
-/// has, or a leg is left without a surface; the engine's.
+/// one (`shared`, one per actor) gets the legs of that. Appends to `warnings` which landmarks fold
+/// the maps of their legs. Errors: kInput where the plan names labels that no object has, or a leg
+/// is left without a surface; the engine's.
 Result<std::vector<PreparedActor>> make_actors(const Preparation& preparation,
                                                std::span<const ActorOutline> outlines,
                                                std::span<const ObjectList> objects,

@@ -150,13 +150,18 @@ Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
                !plays_meshes(*object.actor);
       }))
     log_info("the balls are coarse, as previews have them: a full render fits finer ones");
-  std::vector<ObjectList> lists(outlines.size());
+  // Free the copies of models first: the memory estimate counts them or the objects, not both.
   std::size_t next = 0;
+  for (std::size_t a = 0; a < outlines.size(); ++a)
+    for (std::size_t i = 0; i <= outlines[a].timeline.legs.size(); ++i, ++next)
+      if (shared[a].first != a) loaded.models[next] = {};
+  std::vector<ObjectList> lists(outlines.size());
+  next = 0;
   for (std::size_t a = 0; a < outlines.size(); ++a) {
     const ActorOutline& outline = outlines[a];
     if (shared[a].first != a) {
       lists[a] = lists[shared[a].first];
-      for (std::size_t i = 0; i < lists[a].size(); ++i, ++next) loaded.models[next] = {};
+      next += lists[a].size();
       continue;
     }
     for (std::size_t i = 0; i <= outline.timeline.legs.size(); ++i, ++next) {

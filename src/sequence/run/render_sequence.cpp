@@ -236,7 +236,8 @@ class SequenceRun {
     jobs_ = settings_.jobs;
     if (jobs_ == 0) {
       jobs_ = jobs_for(image.width, image.height, settings_.frames.size());
-      // A GPU traces one frame while surfaces of others are mended, and their pictures made, here.
+      // While a GPU traces one frame, this processor repairs surfaces and encodes pictures of
+      // others.
       constexpr int kPerDevice = 4;
       if (report_.device != "cpu")
         jobs_ = std::max(jobs_, std::clamp(thread_count() / devices, 2, kPerDevice) * devices);
@@ -275,7 +276,8 @@ class SequenceRun {
     return Ok{};
   }
 
-  /// Makes the frame's surface here while the frames before it are traced, encoded and written.
+  /// Starts a frame while those before it are traced, encoded and written. Without engines of the
+  /// tracers, its surface is made here.
   Status one_frame(std::size_t index) {
     FrameRecord& record = report_.frames[index];
     record.frame = settings_.frames[index];
@@ -506,7 +508,7 @@ class SequenceRun {
   RunReport report_;
   std::size_t finished_ = 0;
   int jobs_ = 1;
-  std::size_t begun_ = 0;  ///< frames that were given to tracers, by turns
+  std::size_t begun_ = 0;  ///< number of frames that tracers were given, each in its turn
   std::deque<Tracing> tracing_;
   std::deque<std::pair<std::size_t, std::future<Written>>> writing_;
   // Their tasks borrow what stands above, so they are the first to go.
