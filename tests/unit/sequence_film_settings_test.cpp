@@ -229,5 +229,14 @@ TEST_F(FilmTest, JobsFillTheThreads) {
   EXPECT_EQ(jobs_for(16, 16, 1), 1);
 }
 
+TEST(JobsForDevices, AreTwoToFourEachByThreads) {
+  set_thread_count(16);
+  EXPECT_EQ(jobs_for_devices(1), 4);
+  EXPECT_EQ(jobs_for_devices(2), 8);
+  EXPECT_EQ(jobs_for_devices(5), 15);
+  EXPECT_EQ(jobs_for_devices(16), 32);
+  set_thread_count(0);
+}
+
 }  // namespace
 }  // namespace polymorph

@@ -194,8 +194,9 @@ Result<int> run_check(const CommandLine& line, const CheckOptions& options) {
     for (const std::string& sequence : result.sequences) print_data("{}\n", sequence);
     for (const std::string& note : result.notes) print_data("{}\n", note);
     if (ok)
-      print_data("{}: ok, {} objects, {} frames, about {} of memory\n", options.scene,
-                 result.object_count, result.frames,
+      print_data("{}: ok, {} object{}, {} frame{}, about {} of memory\n", options.scene,
+                 result.object_count, result.object_count == 1 ? "" : "s", result.frames,
+                 result.frames == 1 ? "" : "s",
                  format_bytes(static_cast<double>(result.memory.total())));
     else
       print_data("{}: {} error{}, {} warning{}\n", options.scene,

@@ -309,7 +309,7 @@ void add_render(CommandLine& line) {
       .group("Farm");
   command
       .add_option("-j,--jobs", options->jobs,
-                  "frames rendered in parallel; default: by their size, and four on each GPU")
+                  "frames rendered in parallel; default: by their size, and up to four on each GPU")
       .range(1, 256)
       .type_name("N")
       .group("Farm");

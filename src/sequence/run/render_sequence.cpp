@@ -146,8 +146,7 @@ class SequenceRun {
     PM_TRY(const std::vector<std::string> devices, list_devices(settings_.device));
     PM_TRY(engine_, make_engine(settings_.device, report_.device, settings_.max_memory));
     choose_jobs(scene.image, static_cast<int>(devices.size()));
-    const std::size_t at_once =  // traced, written
-        std::min(settings_.frames.size(), 2 * static_cast<std::size_t>(jobs_));
+    const std::size_t at_once = pictures_at_once();
     PM_TRY_STATUS(check_picture_memory(scene.image, at_once, settings_.max_memory, settings_.part));
     if (scene.image.denoise) PM_TRY_STATUS(check_denoiser());
     if (has_png(settings_) && !settings_.view.empty()) {
@@ -236,14 +235,18 @@ class SequenceRun {
     jobs_ = settings_.jobs;
     if (jobs_ == 0) {
       jobs_ = jobs_for(image.width, image.height, settings_.frames.size());
-      // While a GPU traces one frame, this processor repairs surfaces and encodes pictures of
-      // others.
-      constexpr int kPerDevice = 4;
-      if (report_.device != "cpu")
-        jobs_ = std::max(jobs_, std::clamp(thread_count() / devices, 2, kPerDevice) * devices);
+      if (report_.device != "cpu") jobs_ = std::max(jobs_, jobs_for_devices(devices));
+      while (jobs_ > 1 &&
+             !check_picture_memory(image, pictures_at_once(), settings_.max_memory, settings_.part))
+        --jobs_;
     }
     jobs_ = std::max(jobs_, devices);
     jobs_ = std::min(jobs_, std::max(1, static_cast<int>(settings_.frames.size())));
+  }
+
+  /// Pictures that are traced or written.
+  std::size_t pictures_at_once() const {
+    return std::min(settings_.frames.size(), 2 * static_cast<std::size_t>(jobs_));
   }
 
   Status open_tracers(const std::vector<std::string>& devices) {
@@ -260,7 +263,10 @@ class SequenceRun {
       tracers_.back()->engine = std::move(engine);
       writers_.push_back(std::make_unique<Worker>());
     }
-    if (devices.size() > 1) report_.device = fmt::format("{}", fmt::join(devices, ","));
+    if (devices.size() > 1) {
+      const std::size_t used = std::min(devices.size(), tracers_.size());
+      report_.device = fmt::format("{}", fmt::join(std::span(devices).first(used), ","));
+    }
     return Ok{};
   }
 
@@ -517,6 +523,13 @@ class SequenceRun {
 };
 
 }  // namespace
+
+int jobs_for_devices(int devices) {
+  // A GPU traces one frame while surfaces of others are mended, and their pictures made, by the
+  // CPU.
+  constexpr int kMin = 2, kMax = 4;
+  return std::clamp(thread_count() / devices, kMin, kMax) * devices;
+}
 
 int jobs_for(int width, int height, std::size_t frames) {
   constexpr int kTile = 16, kTilesPerThread = 64, kMaxJobs = 16;

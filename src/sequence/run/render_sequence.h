@@ -44,6 +44,10 @@ struct SequenceSettings {
   const std::atomic<bool>* stop = nullptr;
 };
 
+/// The number of frames to make at once on so many GPUs: two to four each, by the threads beside
+/// them.
+int jobs_for_devices(int devices);
+
 /// The number of frames of this size to trace at once, so that all threads have enough tiles.
 int jobs_for(int width, int height, std::size_t frames);
 
