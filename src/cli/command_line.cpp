@@ -386,7 +386,7 @@ int run_program(int argc, char** argv) {
     log_message(LogLevel::kError, parsed.error().message);
     if (!name.empty() && argv[1][0] == '-')
       log_info("options come after the command: polymorph {} {}", name, argv[1]);
-    log_info("try: polymorph {}--help", name.empty() ? "" : name + " ");
+    log_info("try: polymorph {}--help", name.empty() ? "" : named_page(line, argc, argv) + " ");
     return static_cast<int>(ErrorCode::kUsage);
   }
   try {

@@ -31,6 +31,7 @@ TEST_F(Usage, UnknownCommandNamesTheNearest) {
 TEST_F(Usage, UnknownFlag) {
   expect_usage({"render", "scene.json", "--framez"}, "--framez");
   expect_usage({"render", "scene.json", "--framez"}, "try: polymorph render --help");
+  expect_usage({"golden", "new", "logo", "--framez"}, "try: polymorph golden new --help");
   expect_usage({"schema", "extra"}, "\"extra\" is one word too many - write polymorph schema");
   expect_usage({"cache", "ls", "x", "y"}, "\"x\" is one word too many");
   expect_usage({"render", "scene.json", "-z"}, "unknown option \"-z\"");
