@@ -307,11 +307,6 @@ std::vector<CommandTable> command_tables(const CommandLine& line) {
 
 Status check_verb(const CommandLine& line, const std::string& command, const std::string& verb) {
   const std::vector<VerbTable>& verbs = line.verbs.at(command);
-  const auto takes = [](const VerbTable& table, const OptionRow& option) {
-    return std::any_of(option.names.begin(), option.names.end(), [&](const std::string& name) {
-      return std::find(table.options.begin(), table.options.end(), name) != table.options.end();
-    });
-  };
   const auto own = std::find_if(verbs.begin(), verbs.end(),
                                 [&](const VerbTable& table) { return table.name == verb; });
   PM_CHECK(own != verbs.end());
@@ -319,10 +314,11 @@ Status check_verb(const CommandLine& line, const std::string& command, const std
     if (table.name != command) continue;
     for (const OptionRow& option : table.options) {
       if (option.positional || option.group == "Common") continue;
-      if (takes(*own, option) || !is_given(*line.app, option.names.back().c_str())) continue;
+      if (is_named(option, own->options) || !is_given(*line.app, option.names.back().c_str()))
+        continue;
       std::vector<std::string> others;
       for (const VerbTable& other : verbs)
-        if (takes(other, option)) others.push_back(other.name);
+        if (is_named(option, other.options)) others.push_back(other.name);
       return make_error(ErrorCode::kUsage, "{0} {1} takes no {2} - that is for {0} {3}", command,
                         verb, option.names.front(), fmt::join(others, ", "));
     }

@@ -117,6 +117,12 @@ std::string help_text(const CommandTable& table, const std::vector<CommandTable>
   return out;
 }
 
+bool is_named(const OptionRow& option, const std::vector<std::string>& names) {
+  return std::any_of(option.names.begin(), option.names.end(), [&](const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  });
+}
+
 CommandTable verb_table(const CommandTable& command, const VerbTable& verb) {
   CommandTable table;
   table.name = command.name + " " + verb.name;
@@ -128,16 +134,11 @@ CommandTable verb_table(const CommandTable& command, const VerbTable& verb) {
   static const std::vector<std::string> kEvery = {
       "--quiet", "--verbose", "--color", "--progress", "--log-file", "--log-format", "--config"};
   for (OptionRow option : command.options) {
-    const auto is_listed = [&](const std::vector<std::string>& names) {
-      return std::any_of(option.names.begin(), option.names.end(), [&](const std::string& name) {
-        return std::find(names.begin(), names.end(), name) != names.end();
-      });
-    };
     if (option.positional ? option.value == "VERB" || verb.arguments.empty()
-                          : !is_listed(verb.options) && !is_listed(kEvery))
+                          : !is_named(option, verb.options) && !is_named(option, kEvery))
       continue;
     for (const auto& [name, description] : verb.descriptions)
-      if (option.positional ? option.value == name : is_listed({name}))
+      if (option.positional ? option.value == name : is_named(option, {name}))
         option.description = description;
     if (option.positional) option.value = verb.arguments;
     table.options.push_back(std::move(option));

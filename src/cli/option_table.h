@@ -37,6 +37,9 @@ struct CommandTable {
   std::vector<VerbTable> verbs;                     ///< empty where it has none
 };
 
+/// Tests whether an option has one of the names.
+bool is_named(const OptionRow& option, const std::vector<std::string>& names);
+
 /// A verb as a command of its own: "golden test", with the options that it takes.
 CommandTable verb_table(const CommandTable& command, const VerbTable& verb);
 
