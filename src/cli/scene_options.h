@@ -12,13 +12,13 @@
 namespace polymorph {
 
 struct SceneOptions {
-  bool preview = false;
-  int samples = 0;    ///< 0 = the scene's
-  DisplayView shown;  ///< view for which PNGs, strips, GIFs and movies are made
+  bool preview = false, draft = false;  ///< --draft is a preview, too
+  int samples = 0;                      ///< 0 = the scene's
+  DisplayView shown;                    ///< view for which PNGs, strips, GIFs and movies are made
   std::vector<std::string> sets;
 };
 
-/// Adds --preview to the group Main, and --spp, --display, --view and --set to Scene.
+/// Adds --preview and --draft to the group Main, and --spp, --display, --view and --set to Scene.
 void add_scene_options(Command command, SceneOptions& options);
 
 /// Applies the options to a scene that was loaded with the overrides of --set.

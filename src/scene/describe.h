@@ -501,7 +501,10 @@ void describe(V& v, ImageSettings& s) {
   v.number("noise", noise, 0, 1,
            "sample until a pixel's estimated error, over the root of its brightness, is below this "
            "(0.01 is clean, 0.05 a draft); 0: the same number everywhere");
-  v.integer("max_depth", max_depth, 1, 64, "longest light path, in bounces");
+  v.integer(
+      "max_depth", max_depth, 0, 64,
+      "longest light path, in bounces; 0: direct light from the lights' centres, and a sky that "
+      "nothing hides");
   v.integer("seed", seed, 0, 9007199254740991, "random seed of the samples");
   v.boolean("steady", steady,
             "things that stand still under a camera that stands still keep their noise from frame "

@@ -64,6 +64,24 @@ TEST_F(Config, SetGoesBeforeWhatAPreviewSays) {
   compare(1, "more.exr");
 }
 
+TEST_F(Config, ADraftIsNearAPreview) {
+  const auto render = [&](const std::string& kind, const std::string& name,
+                          const std::vector<std::string>& more = {}) {
+    std::vector<std::string> command{
+        "render", "scene.json",      kind, "-f", "2-4", "-o", name, "--set", "image.width=160",
+        "--set",  "image.height=120"};
+    command.insert(command.end(), more.begin(), more.end());
+    run(0, command);
+  };
+  render("--preview", "preview.####.png");
+  render("--draft", "draft.####.png");
+  run(0, {"compare", "preview.####.png", "draft.####.png", "--fail", "1", "--flip", "0.08"});
+  run(1, {"compare", "preview.####.png", "draft.####.png"});
+  // What --set says goes before it, as before --preview.
+  render("--draft", "deep.####.png", {"--set", "image.max_depth=1"});
+  run(1, {"compare", "draft.####.png", "deep.####.png"});
+}
+
 TEST_F(Config, TheCommandLineWinsOverTheEnvironment) {
   variables = {{"POLYMORPH_THREADS", "2"},        {"POLYMORPH_DEVICE", "abacus"},
                {"POLYMORPH_CACHE_DIR", "theirs"}, {"POLYMORPH_MAX_MEMORY", "1M"},

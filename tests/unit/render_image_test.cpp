@@ -77,6 +77,10 @@ TEST(Render, DiffusePlaneHasTheIrradianceOfTheDisc) {
     on_floor.ground = {true, 0.0f, {0.5f, 0.5f, 0.5f}};
     on_floor.bounds = {{-50, 0, -50}, {50, 1, 50}};
     EXPECT_NEAR(mean_green(render_or_fail(on_floor, small_settings())), expected, 0.003 * expected);
+    RenderSettings without_paths = small_settings();
+    without_paths.image.max_depth = 0;
+    for (const RenderScene* plain : {&scene, &on_floor})
+      EXPECT_NEAR(mean_green(render_or_fail(*plain, without_paths)), expected, 0.003 * expected);
   }
 }
 
@@ -103,12 +107,46 @@ TEST(Render, AnOccluderThrowsAShadowWithAPenumbra) {
   for (int x = 0; x < image.width; ++x)
     partly += image.at(x, 18, 1) > 0.05 * lit && image.at(x, 18, 1) < 0.95 * lit;
   EXPECT_GE(partly, 6);
+  const auto expect_hard = [&] {
+    const Image hard = render_or_fail(scene, settings);
+    partly = 0;
+    for (int x = 0; x < hard.width; ++x)
+      partly += hard.at(x, 18, 1) > 0.05 * lit && hard.at(x, 18, 1) < 0.95 * lit;
+    EXPECT_LE(partly, 3);
+  };
+  settings.image.max_depth = 0;  // the light's centre alone
+  expect_hard();
+  settings.image.max_depth = 4;
   scene.lights.key_size = 0;
-  const Image hard = render_or_fail(scene, settings);
-  partly = 0;
-  for (int x = 0; x < hard.width; ++x)
-    partly += hard.at(x, 18, 1) > 0.05 * lit && hard.at(x, 18, 1) < 0.95 * lit;
-  EXPECT_LE(partly, 3);
+  expect_hard();
+}
+
+TEST(Render, WithoutPathsAnOpenSceneIsLitAsByMany) {
+  // Nothing hides the even sky from a ball, so that paths only add noise; the sun's disc is small.
+  TestMesh ball = make_ball(96, 48, 1);
+  ball.materials = {matte({0.7f, 0.4f, 0.2f})};
+  ball.materials[0].specular = {0.04f, 0.04f, 0.04f};
+  ball.materials[0].roughness = 0.5f;
+  RenderScene scene = furnace(1);
+  scene.meshes = {view_of(ball)};
+  scene.lights.key_intensity = 2;
+  scene.lights.key_size = 1;
+  RenderSettings settings = small_settings(256);
+  const Image paths = render_or_fail(scene, settings);
+  settings.image.max_depth = 0;
+  settings.image.samples = 1;
+  const Image direct = render_or_fail(scene, settings);
+  settings.image.seed = 5;
+  const Image other = render_or_fail(scene, settings);
+  std::size_t inside = 0, noisy = 0;
+  for (int y = 12; y < 25; ++y)
+    for (int x = 17; x < 31; ++x) {
+      ++inside;
+      EXPECT_NEAR(direct.at(x, y, 1), paths.at(x, y, 1), 0.05f * paths.at(x, y, 1))
+          << x << " " << y;
+      noisy += std::abs(direct.at(x, y, 1) - other.at(x, y, 1)) > 0.05f * direct.at(x, y, 1);
+    }
+  EXPECT_LE(noisy, inside / 50);
 }
 
 TEST(Render, ABallHidesItsFormFactorOfTheSkyFromTheFloor) {

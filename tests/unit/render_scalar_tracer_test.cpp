@@ -59,6 +59,21 @@ TEST(ScalarTracer, StudioHasTheSameBits) {
   expect_same_bits(studio.scene, settings);
 }
 
+TEST(ScalarTracer, LightWithoutPathsHasTheSameBits) {
+  BallOnFloor studio;
+  studio.scene.lights.lamps = {make_lamp(LampKind::kPanel, {1, 2, 1}),
+                               make_lamp(LampKind::kLamp, {-1, 1, 1})};
+  RenderSettings settings = small_settings(3);
+  settings.image.max_depth = 0;
+  for (const LookKind look : {LookKind::kOwn, LookKind::kMetal, LookKind::kGlass}) {
+    studio.scene.look.kind = look;
+    studio.scene.meshes[0].look = look == LookKind::kOwn ? 0.0f : 0.7f;
+    expect_same_bits(studio.scene, settings);
+  }
+  studio.scene.ground.shadow_only = true;
+  expect_same_bits(studio.scene, settings);
+}
+
 TEST(ScalarTracer, MirrorsAndColorsOfVerticesHaveTheSameBits) {
   BallOnFloor studio;
   studio.scene.look.kind = LookKind::kMetal;

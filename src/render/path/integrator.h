@@ -19,11 +19,6 @@ struct PathLight {
   float floor = 0, lit = 0, unlit = 0;
 };
 
-// With a single bounce (previews) surfaces that occlude the sky are assumed to reflect this
-// fraction of it, which replaces all further bounces: fewer black pixels, and shadows of about the
-// right depth.
-inline constexpr float kGuessedBounce = 0.4f;
-
 /// The light of a path that has ended, with the light that its shadow rays brought.
 PM_HD inline PathLight make_result(const PathRow& path, Vec3 direct) {
   const Vec3 radiance = path.radiance + direct;

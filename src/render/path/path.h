@@ -14,6 +14,11 @@ inline constexpr int kFreeMirrors = 2;
 // internal reflection.
 inline constexpr std::uint32_t kFreeGlass = 8;
 
+// With a single bounce (previews) surfaces that occlude the sky are assumed to reflect this
+// fraction of it, which replaces all further bounces: fewer black pixels, and shadows of about the
+// right depth.
+inline constexpr float kGuessedBounce = 0.4f;
+
 // Flags of a path, one bit each; above them, the number of glass boundaries that it may still pass.
 inline constexpr std::uint32_t kHitsLights = 1;    ///< its ray may hit suns and lamps
 inline constexpr std::uint32_t kFromCamera = 2;    ///< only clear glass since the camera

@@ -28,8 +28,9 @@ struct World {
   LookSettings look;
   float white =
       1;  ///< radiance of a white surface under all these lights; scales the clamping limits
-  int max_depth = 4;       ///< surfaces at which a path may scatter; mirrors count less, see path.h
-  bool has_glass = false;  ///< true if any mesh has glass
+  int max_depth = 4;  ///< surfaces at which a path may scatter; mirrors count less, see path.h.
+  ///< 0: light from the lights' centres and from a sky that nothing hides
+  bool has_glass = false;    ///< true if any mesh has glass
   bool transparent = false;  ///< camera rays see no backdrop
   bool shadow_only = false;  ///< camera rays see only the shadows on the floor
   float time = 0;            ///< time within the sequence, shown by an AOV
