@@ -63,7 +63,7 @@ void find_center(Body& body) {
   for (std::size_t i = 0; i < n; ++i) share[owner[i]] += weight[i] / total_weight;
   for (std::size_t b = 0; b < from_base.size(); ++b)
     for (std::size_t i = 0; i < n; ++i) mean[i] += share[b] * static_cast<double>(from_base[b][i]);
-  // Ties are broken in favour of the deepest voxel.
+  // Of voxels with nearly the same mean distance, the deepest is chosen.
   constexpr double kDepthWeight = 1e-3;
   const auto score = [&](std::size_t i) {
     return mean[i] - kDepthWeight * static_cast<double>(solid.depth[i]);
@@ -154,8 +154,8 @@ std::vector<std::uint32_t> prominent_tips(const Body& body) {
 struct Arc {
   std::uint32_t tip = 0, root = 0;  ///< voxels: the farthest, and the one at which the arc ends
   std::uint32_t top = 0;            ///< distance from the centre at which it begins
-  std::vector<std::uint32_t>
-      inner;  ///< the arcs that end where it begins, and the inner arcs of these
+  /// The arcs that end where this one begins, and the inner arcs of these.
+  std::vector<std::uint32_t> inner;
 };
 
 std::vector<Arc> find_arcs(const Body& body, const std::vector<std::uint32_t>& tips) {
@@ -349,8 +349,8 @@ double mirror_overlap(const VoxelSolid& solid, Vec3d middle, double azimuth, dou
 
 /// Counts the pairs of tips that the plane's reflection swaps.
 int count_swapped(const Limbs& limbs, double azimuth) {
-  constexpr double kMaxDistance =
-      0.35;  // max distance from a tip to another's mirror image, in RMS sizes
+  // Max distance from a tip to another tip's mirror image, in RMS sizes.
+  constexpr double kMaxDistance = 0.35;
   const Vec3d normal = {exact::sin(azimuth), 0, exact::cos(azimuth)};
   std::vector<Vec3d> tips;
   for (const Limb& limb : limbs.limbs)

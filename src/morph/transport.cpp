@@ -253,8 +253,8 @@ class ColumnGeneration {
     std::vector<std::pair<int, int>> ends;
     std::vector<std::int64_t> costs;
     std::size_t next = 0;
-    for (std::uint32_t i = 0; i < n_;
-         ++i) {  // StaticDigraph takes arcs in the order of their sources
+    // StaticDigraph takes arcs in the order of their sources.
+    for (std::uint32_t i = 0; i < n_; ++i) {
       for (; next < arcs_.size() && arcs_[next].from == i; ++next) {
         ends.emplace_back(static_cast<int>(i), static_cast<int>(n_ + arcs_[next].to));
         costs.push_back(arcs_[next].cost);
