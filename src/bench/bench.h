@@ -1,4 +1,5 @@
-// Benchmarks of the program itself: a standard surface, the report's table and graph, rendering.
+// Benchmarks of the program: extraction of a standard surface, the report's Table 6.7 and Graph
+// 6.1, and rendering.
 #pragma once
 
 #include <filesystem>
@@ -15,11 +16,12 @@ struct BenchSettings {
   std::string what = "all";  ///< surface, report, render or all
   std::string field = "gaussian";
   std::filesystem::path ball_file;  ///< balls instead of the torus
+  /// `balls`: on the torus; `grid`: points per axis; `samples`: per pixel.
   int balls = 1032, grid = 128, repeats = 7, width = 640, height = 480, samples = 16;
 };
 
-/// Runs the benchmarks on an engine, whose device has a name. `print` gets each line of the table
-/// when it is measured; the result is a JSON report of all. Errors: kInput (the balls' file),
+/// Runs the benchmarks on `engine`, which is that of `device`. `print` gets each line of the table
+/// as soon as it is measured. Returns all results as JSON. Errors: kInput (the balls' file),
 /// kResource.
 Result<JsonValue> run_benchmarks(const BenchSettings& settings, const std::string& device,
                                  Engine& engine,

@@ -12,12 +12,12 @@
 namespace polymorph {
 namespace {
 
-/// A column of the table: a metric.
+/// A column of the table, which shows one metric.
 struct Column {
   const char* metric;
   const char* title;
   int width, decimals;
-  bool by_points;  ///< whether its mean weighs pairs by their points
+  bool weighted_by_points;  ///< the mean is weighted by the pairs' numbers of points
 };
 constexpr Column kColumns[] = {
     {"points", "points", 6, 0, false},        {"plan_within_5", "plan .05", 8, 2, true},
@@ -40,13 +40,13 @@ Row make_row(const Analysis& morph) {
   return row;
 }
 
-/// Means of the columns; the points are added up.
+/// Means of the columns, but the sum of the first one, the number of points.
 Row make_means(const std::vector<Row>& rows) {
   Row means;
   for (std::size_t c = 0; c < std::size(kColumns); ++c) {
     double sum = 0, weights = 0;
     for (const Row& row : rows) {
-      const double weight = kColumns[c].by_points ? row[0].value_or(0) : 1;
+      const double weight = kColumns[c].weighted_by_points ? row[0].value_or(0) : 1;
       if (!row[c]) continue;
       sum += weight * *row[c];
       weights += weight;
@@ -75,7 +75,7 @@ std::string format_heading() {
   return text + "\n";
 }
 
-/// The scene of a pair, with everything at its default but what the overrides set.
+/// Makes the scene of a pair, with default settings except for the overrides.
 Result<Scene> make_scene(const Truth& truth, const TrueModel& from, const TrueModel& to,
                          std::span<const Override> overrides) {
   const auto object = [](const TrueModel& entry) {

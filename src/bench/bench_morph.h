@@ -1,5 +1,5 @@
-// Benchmark of correspondence: pairs of models with true points, morphed by this program or by
-// another one, in one table.
+// Benchmark of correspondence: measures morphs between pairs of models with known corresponding
+// points. The morphs are those of this program or of another one.
 #pragma once
 
 #include <filesystem>
@@ -18,25 +18,26 @@ namespace polymorph {
 
 struct BenchMorphSettings {
   std::filesystem::path truth;  ///< a file of true points with pairs, or its folder (load_truth())
-  /// Meshes of another program, as "theirs/{pair}.####.ply", where {pair} stands for FROM-TO;
-  /// empty: this program's own morphs.
+  /// Pattern of another program's meshes, such as "theirs/{pair}.####.ply", where {pair} stands for
+  /// FROM-TO. Empty: this program's own morphs.
   std::string meshes;
   std::vector<Override> overrides;  ///< settings of the scenes
   int frames = 9;                   ///< frames of each morph, ends included
-  std::filesystem::path cache;      ///< folder; empty: none
+  std::filesystem::path cache;      ///< cache folder; empty: none
   MemoryLimit memory;
 };
 
-/// Analyses of the pairs, in their order.
+/// Results of the benchmark.
 struct BenchMorphReport {
-  std::vector<Analysis> morphs;
-  JsonValue json;  ///< analysis_json() of them, and "all": the means
+  std::vector<Analysis> morphs;  ///< one per pair, in the order of the file
+  JsonValue json;                ///< analysis_json() of `morphs`, and their means as "all"
 };
 
-/// Measures every pair and prints a line for each, then one for all: shares and errors of points
-/// are means over all points, the rest are means over the pairs where they are known. `keep_going`
-/// is asked before each frame; false ends it with kResumable. Errors: kInput (no pairs, pairs
-/// without points in common, models, meshes), kUsage (an override), the engine's.
+/// Measures every pair and prints a line for each, and then one with the means. Metrics of points
+/// are averaged over all points; the others are averaged over the pairs for which they are known.
+/// `keep_going` is called before each frame; if it returns false, the error is kResumable. Errors:
+/// kInput (no pairs, pairs without common points, models, meshes), kUsage (an override), the
+/// engine's.
 Result<BenchMorphReport> bench_morph(const BenchMorphSettings& settings, Engine& engine,
                                      const std::function<void(const std::string&)>& print,
                                      const std::function<bool()>& keep_going);

@@ -38,14 +38,14 @@ void report_loops(Bench& bench, const std::vector<RayLoop>& loops) {
   }
 }
 
-/// The share of the bare loop's rate in the same turn; the median of the turns.
-double share_of_rate(const RayLoop& own, const RayLoop& bare) {
+/// Rate of a loop over that of the bare loop in the same round; the median over the rounds.
+double rate_ratio(const RayLoop& loop, const RayLoop& bare) {
   std::vector<double> ratios;
-  for (std::size_t i = 0; i < own.seconds.size(); ++i)
-    ratios.push_back(bare.seconds[i] / own.seconds[i]);
+  for (std::size_t i = 0; i < loop.seconds.size(); ++i)
+    ratios.push_back(bare.seconds[i] / loop.seconds[i]);
   return median_of(ratios);
 }
-void report_shares(Bench& bench, const char* name, double camera, double scattered) {
+void report_ratios(Bench& bench, const char* name, double camera, double scattered) {
   bench.print_line(
       "  camera rays at {:.0f} % of the bare ones' rate, scattered rays at {:.0f} % of the bare "
       "ones'\n",
@@ -61,8 +61,8 @@ Status bench_device_rays(Bench& bench, const RenderScene& scene, const std::stri
          measure_device_rays(scene, *tracer, bench.settings.width, bench.settings.height,
                              bench.settings.repeats));
   report_loops(bench, loops);
-  report_shares(bench, "share of bare rates, GPU", share_of_rate(loops[1], loops[0]),
-                share_of_rate(loops[3], loops[2]));
+  report_ratios(bench, "share of bare rates, GPU", rate_ratio(loops[1], loops[0]),
+                rate_ratio(loops[3], loops[2]));
   return Ok{};
 }
 
@@ -90,8 +90,8 @@ Status bench_render(Bench& bench, const std::string& device, const Mesh& mesh) {
   PM_TRY(const std::vector<RayLoop> loops,
          measure_rays(scene, bench.settings.width, bench.settings.height, bench.settings.repeats));
   report_loops(bench, loops);
-  report_shares(bench, "share of bare rates", share_of_rate(loops[2], loops[1]),
-                share_of_rate(loops[4], loops[3]));
+  report_ratios(bench, "share of bare rates", rate_ratio(loops[2], loops[1]),
+                rate_ratio(loops[4], loops[3]));
   if (device != "cpu") PM_TRY_STATUS(bench_device_rays(bench, scene, device));
   PM_TRY(const std::vector<BuildQuality> builds, measure_builds(scene));
   for (const BuildQuality& build : builds) {

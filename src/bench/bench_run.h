@@ -1,4 +1,4 @@
-// State of a benchmark run, and timings.
+// Timing and output of benchmark runs.
 #pragma once
 
 #include <algorithm>
@@ -23,6 +23,7 @@ struct Bench {
   }
 };
 
+/// Least, median and largest time of several runs, seconds.
 struct Timing {
   double low = 0, median = 0, high = 0;
 };
@@ -36,6 +37,7 @@ inline Timing timing_of(const std::vector<double>& seconds) {
   return {*low, median_of(seconds), *high};
 }
 
+/// Times `run`, which returns a Status, `repeats` times after one run to warm up.
 template <class F>
 Result<Timing> time_it(int repeats, const F& run) {
   std::vector<double> seconds;
@@ -43,7 +45,7 @@ Result<Timing> time_it(int repeats, const F& run) {
     const Stopwatch stopwatch;
     PM_TRY_STATUS(run());
     const double s = stopwatch.seconds();
-    if (i > 0) seconds.push_back(s);  // the first warms up
+    if (i > 0) seconds.push_back(s);  // run 0 warms up
   }
   return timing_of(seconds);
 }
@@ -52,11 +54,11 @@ Result<Timing> time_it(int repeats, const F& run) {
 JsonValue report_row(const Bench& bench, const std::string& name, const Timing& t,
                      const std::string& note);
 
-/// Times the extraction of the standard surface, whose mesh is returned for bench_render().
+/// Times the extraction of the standard surface. Stores its mesh in `mesh`, for bench_render().
 Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Mesh& mesh);
 /// Times Table 6.7 and Graph 6.1 of the report.
 Status bench_report(Bench& bench, Engine& engine);
-/// Times the rendering of a mesh, by the CPU and, where that is another one, by `device`.
+/// Times the rendering of a mesh on the CPU, and on `device` if that is a GPU.
 Status bench_render(Bench& bench, const std::string& device, const Mesh& mesh);
 
 }  // namespace polymorph

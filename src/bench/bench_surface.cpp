@@ -12,14 +12,14 @@
 namespace polymorph {
 namespace {
 
-/// The standard case: n points spread evenly over a torus (R 1, r 0.4), spacing s = sqrt(area / n),
-/// radii s (0.85 .. 1.15).
+/// The standard case: n balls, evenly distributed over a torus with radii 1 and 0.4. With the
+/// spacing s = sqrt(area / n), the balls' radii are random in [0.85 s, 1.15 s].
 std::vector<Ball> torus_balls(int n, FieldKind kind) {
   constexpr double kPi = 3.14159265358979323846, kMajor = 1, kMinor = 0.4;
   const double spacing = std::sqrt(4 * kPi * kPi * kMajor * kMinor / n);
   std::vector<Ball> balls;
   for (int i = 0; i < n; ++i) {
-    // A rank-1 lattice: even without rows.
+    // A rank-1 lattice is evenly distributed without forming rows.
     const double u = 2 * kPi * i / n, v = 2 * kPi * std::fmod(i * 0.6180339887498949, 1.0);
     const double ring = kMajor + kMinor * std::cos(v);
     const auto radius = static_cast<float>(
@@ -37,20 +37,20 @@ std::vector<Ball> torus_balls(int n, FieldKind kind) {
   return balls;
 }
 
-FieldKind field_named(const std::string& name) {
+FieldKind find_field(const std::string& name) {
   for (const FieldKind kind : kFieldKinds)
     if (field_name(kind) == name) return kind;
   return FieldKind::kGaussian;
 }
 
-/// n points along each axis over [-1.9, 1.9]^3.
+/// The grid over [-1.9, 1.9]^3 with n points along each axis.
 Grid bench_grid(int n) {
   return {{-1.9f, -1.9f, -1.9f}, 3.8f / static_cast<float>(n - 1), {n, n, n}};
 }
 
 Result<BallFile> bench_balls(const BenchSettings& settings) {
   if (!settings.ball_file.empty()) return read_balls(settings.ball_file);
-  const FieldKind kind = field_named(settings.field);
+  const FieldKind kind = find_field(settings.field);
   return BallFile{kind, torus_balls(settings.balls, kind)};
 }
 
@@ -59,23 +59,25 @@ Status extract_once(Engine& engine, const BallSet& balls, const Grid& grid,
   return to_status(engine.extract(balls, grid, settings, mesh));
 }
 
+/// Balls, and the surface that was extracted from them.
 struct ExtractedBalls {
   const BallSet& balls;
   const ExtractSettings& settings;
   const Mesh& mesh;
 };
 
-/// Times a frame's colours: eight values of each ball, carried to the surface's vertices.
-Status bench_carry(Bench& bench, const std::string& name, const ExtractedBalls& surface,
-                   Engine& engine) {
+/// Times the interpolation of a frame's colours: eight values per ball, at the surface's vertices.
+Status bench_interpolation(Bench& bench, const std::string& name, const ExtractedBalls& surface,
+                           Engine& engine) {
   const BallSet& balls = surface.balls;
   const Mesh& mesh = surface.mesh;
-  std::vector<BallAttribute> carried(2 * balls.size());
-  for (std::size_t i = 0; i < carried.size(); ++i) carried[i].value[0] = static_cast<float>(i);
+  std::vector<BallAttribute> attributes(2 * balls.size());
+  for (std::size_t i = 0; i < attributes.size(); ++i)
+    attributes[i].value[0] = static_cast<float>(i);
   std::vector<AttributeValues> values;
   PM_TRY(const Timing timing, time_it(bench.settings.repeats, [&] {
            return to_status(
-               engine.interpolate(balls, carried, mesh.positions, surface.settings, values));
+               engine.interpolate(balls, attributes, mesh.positions, surface.settings, values));
          }));
   const double bytes = static_cast<double>(mesh.positions.size()) * (12 + 32);
   auto row = report_row(bench, name + ", carry", timing,
@@ -90,8 +92,8 @@ Status bench_carry(Bench& bench, const std::string& name, const ExtractedBalls& 
   return Ok{};
 }
 
-/// The report's Table 6.7: frames per second over skin and influence resolution, here with the
-/// influence in whole cells; and what the interpolation costs in accuracy.
+/// The report's Table 6.7: surfaces per second by skin and influence resolution (here a whole
+/// number of cells), and the error of the volume due to the interpolation.
 Status bench_table(Bench& bench, Engine& engine) {
   PM_TRY(const BallFile file, bench_balls(bench.settings));
   const BallSet balls = file.balls;
@@ -125,7 +127,7 @@ Status bench_table(Bench& bench, Engine& engine) {
   return Ok{};
 }
 
-/// The report's Graph 6.1: the same surfaces on the CPU and on the GPU, where there is one.
+/// The report's Graph 6.1: times of the same surfaces on the CPU and, if there is one, on the GPU.
 Status bench_graph(Bench& bench) {
   PM_TRY(const BallFile file, bench_balls(bench.settings));
   const BallSet balls = file.balls;
@@ -172,7 +174,7 @@ Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Me
   PM_TRY_STATUS(extract_once(engine, balls, grid, settings, mesh));
   const std::string note =
       fmt::format("{} balls, {} triangles", balls.size(), mesh.triangles.size());
-  // What must be written at least: the mesh, once.
+  // The least number of bytes to write: the mesh, once.
   const double bytes = static_cast<double>(mesh.positions.size() * 24 + mesh.triangles.size() * 12);
   const auto measure = [&](const std::string& name, double speed,
                            const char* speed_name) -> Status {
@@ -212,7 +214,7 @@ Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Me
     settings.download = true;
     PM_TRY_STATUS(measure(name, 5e10, "50 GB/s"));
   }
-  return bench_carry(bench, name, {balls, settings, mesh}, engine);
+  return bench_interpolation(bench, name, {balls, settings, mesh}, engine);
 }
 
 Status bench_report(Bench& bench, Engine& engine) {

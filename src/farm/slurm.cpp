@@ -13,14 +13,15 @@
 namespace polymorph {
 namespace {
 
-/// Seconds before the time limit at which a task is told to stop: enough for the three frames that
-/// may be in progress, but not from the start.
+/// Seconds before the time limit at which a task gets the signal to stop: enough for the three
+/// frames that may be in progress, but at most half of the time.
 int signal_seconds(const SlurmJob& job) {
-  constexpr double kMinSeconds = 90, kFramesUnderWay = 3;
-  const double frames = std::ceil(kFramesUnderWay * job.frame_seconds);
+  constexpr double kMinSeconds = 90, kFramesInProgress = 3;
+  const double frames = std::ceil(kFramesInProgress * job.frame_seconds);
   return static_cast<int>(std::min(std::max(kMinSeconds, frames), 30.0 * job.minutes));
 }
 
+/// The first lines of a script: the directives that both jobs share.
 std::string header(const SlurmJob& job, const std::string& name, const std::string& log) {
   std::string out = "#!/bin/bash\n";
   const auto directive = [&](const std::string& text) { out += "#SBATCH " + text + "\n"; };
@@ -31,18 +32,18 @@ std::string header(const SlurmJob& job, const std::string& name, const std::stri
   directive(fmt::format("--cpus-per-task={}", job.cpus));
   directive(fmt::format("--mem={}M", job.memory_mib));
   directive(fmt::format("--time={}", job.minutes));
-  for (const std::string& more : job.directives) directive(more);
+  for (const std::string& extra : job.directives) directive(extra);
   return out;
 }
 
-std::string words(const std::vector<std::string>& arguments) {
+std::string quote_arguments(const std::vector<std::string>& arguments) {
   std::string out;
   for (const std::string& word : arguments) out.append(1, ' ').append(quote_for_shell(word));
   return out;
 }
 
-std::string frames_of(const SlurmJob& job) {
-  return job.frames.empty() ? "" : words({"--frames", job.frames});
+std::string frames_argument(const SlurmJob& job) {
+  return job.frames.empty() ? "" : quote_arguments({"--frames", job.frames});
 }
 
 }  // namespace
@@ -50,8 +51,8 @@ std::string frames_of(const SlurmJob& job) {
 Status check_job(const SlurmJob& job) {
   std::vector<std::string> texts{job.name,   job.program, job.folder, job.log_folder, job.scene,
                                  job.output, job.frames,  job.sheet,  job.movie};
-  for (const auto* more : {&job.scene_arguments, &job.render_arguments, &job.directives})
-    texts.insert(texts.end(), more->begin(), more->end());
+  for (const auto* extra : {&job.scene_arguments, &job.render_arguments, &job.directives})
+    texts.insert(texts.end(), extra->begin(), extra->end());
   for (const std::string& text : texts)
     for (const char c : text)
       if (static_cast<unsigned char>(c) < ' ' || c == 127)
@@ -83,7 +84,8 @@ std::string slurm_render_script(const SlurmJob& job) {
       "  --shard \"$SLURM_ARRAY_TASK_ID/{}\" --skip-existing --progress lines \\\n"
       "  --threads \"$SLURM_CPUS_PER_TASK\" &\n",
       quote_for_shell(job.program), quote_for_shell(job.scene), quote_for_shell(job.output),
-      frames_of(job) + words(job.scene_arguments), words(job.render_arguments), job.tasks);
+      frames_argument(job) + quote_arguments(job.scene_arguments),
+      quote_arguments(job.render_arguments), job.tasks);
   out +=
       "child=$!\n"
       "# Slurm tells the script alone that its time is nearly up.\n"
@@ -115,14 +117,15 @@ std::string slurm_finish_script(const SlurmJob& job) {
       "else\n"
       "  {0} strip {1} --width 320 --gif {6} --overwrite\n"
       "fi\n",
-      program, output, quote_for_shell(job.scene), frames_of(job) + words(job.scene_arguments),
+      program, output, quote_for_shell(job.scene),
+      frames_argument(job) + quote_arguments(job.scene_arguments),
       quote_for_shell(job.sheet + ".png"), quote_for_shell(job.movie + ".mp4"),
       quote_for_shell(job.movie + ".gif"));
   return out;
 }
 
 Result<std::string> run_sbatch(const std::vector<std::string>& arguments) {
-  const std::string command = "sbatch --parsable" + words(arguments) + " 2>&1";
+  const std::string command = "sbatch --parsable" + quote_arguments(arguments) + " 2>&1";
   FILE* pipe = ::popen(command.c_str(), "r");
   if (!pipe) return make_error(ErrorCode::kResource, "sbatch: cannot be started");
   std::string output;
@@ -135,7 +138,7 @@ Result<std::string> run_sbatch(const std::vector<std::string>& arguments) {
                       "{}: {} - run this on a machine of the cluster, or see the scripts with "
                       "--print",
                       command, output.empty() ? "failed" : output);
-  // "1234" or "1234;cluster", behind whatever else the site's sbatch says.
+  // The last line is "1234" or "1234;cluster"; a site's sbatch may print others before it.
   const auto lines = split(output, '\n');
   return lines.back().substr(0, lines.back().find(';'));
 }

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The pattern as parse_pattern() reads it.
+/// Formats a pattern in the syntax of parse_pattern().
 std::string to_text(const FramePattern& pattern) {
   std::string text;
   for (const char c : pattern.before) text += c == '%' ? std::string("%%") : std::string(1, c);
@@ -27,9 +27,9 @@ std::string to_text(const FramePattern& pattern) {
   return text;
 }
 
-/// Costs of the job: measured here by a dry run, unless the command line gives them all.
+/// Costs of the job: measured by a dry run, unless the request gives the seconds per frame.
 struct Costs {
-  std::size_t frames = 0;                         ///< number still to be rendered
+  std::size_t frames = 0;                         ///< frames still to be rendered
   double frame_seconds = 0, prepare_seconds = 0;  ///< seconds on the task's processors
   std::uint64_t memory = 0;
 };
@@ -63,16 +63,16 @@ Result<Costs> measure_costs(const SlurmRequest& request, const Scene& scene,
   log_info("measuring frames here; --frame-seconds saves it");
   PM_TRY(const RunReport report, render_sequence(scene, settings, nullptr));
   if (report.stopped) return make_error(stop_code(), "stopped - nothing was submitted");
-  // Frames are traced by all processors, and almost all of their time is that.
-  const double fewer = static_cast<double>(report.threads) / request.cpus;
+  // Nearly all of a frame's time is ray tracing, which scales with the number of processors.
+  const double thread_ratio = static_cast<double>(report.threads) / request.cpus;
   costs.frames = report.count(FrameRecord::State::kPlanned);
-  costs.frame_seconds = report.estimate->seconds * fewer;
-  costs.prepare_seconds = (report.prepare_seconds + report.estimate->fit_seconds) * fewer;
+  costs.frame_seconds = report.estimate->seconds * thread_ratio;
+  costs.prepare_seconds = (report.prepare_seconds + report.estimate->fit_seconds) * thread_ratio;
   costs.memory = std::max(report.peak_memory, report.estimate->memory);
   return costs;
 }
 
-/// Sizes the job with a margin: three times the time, half as much memory again.
+/// Sets the job's tasks, time and memory, with a margin: 3 times the time and 1.5 times the memory.
 void size_job(SlurmJob& job, const SlurmRequest& request, const Costs& costs) {
   constexpr double kMebibyte = 1024.0 * 1024.0;
   constexpr int kMinMinutes = 10, kMinMemory = 1024, kMemoryStep = 256;
@@ -133,7 +133,7 @@ Result<SlurmJob> make_slurm_job(const Scene& scene, SlurmRequest request) {
 Result<SubmittedJob> submit_slurm_job(const SlurmJob& job) {
   const fs::path folder = job.log_folder;
   const fs::path render = folder / "render.sh", finish = folder / "finish.sh";
-  // The scripts are this program's own, and a job keeps the copy that it was submitted with.
+  // Existing scripts may be overwritten: Slurm keeps a copy of a script that was submitted.
   PM_TRY_STATUS(
       write_files({{render, slurm_render_script(job)}, {finish, slurm_finish_script(job)}}));
   SubmittedJob submitted;

@@ -1,4 +1,4 @@
-// Slurm job of a scene: its costs, its tasks and its submission.
+// Slurm job of a scene: estimates its costs, sizes its tasks and submits it.
 #pragma once
 
 #include <cstdint>
@@ -13,32 +13,33 @@
 
 namespace polymorph {
 
-/// A job that is asked for; zeros are chosen by the costs.
+/// A job as the user requests it. Values of 0 are chosen from the measured costs.
 struct SlurmRequest {
-  std::string scene, output;  ///< the scene's file; a pattern, or empty: the scene's own
+  std::string scene, output;  ///< the scene's file; frame pattern, empty: that of the scene
   std::string frames;         ///< value of --frames; empty: all
   bool png = false;
-  DisplayView view;  ///< view by which PNGs are made
+  DisplayView view;  ///< display view of the PNGs
   int tasks = 0, max_tasks = 1000, cpus = 4, gpus = 0, minutes = 0;
   double task_minutes = 2;
-  double frame_seconds = 0;  ///< 0: measured here
-  std::uint64_t memory = 0;
+  double frame_seconds = 0;      ///< 0: measured by a dry run
+  std::uint64_t memory = 0;      ///< bytes
   std::string device = "auto";   ///< device of the measurement
-  std::uint64_t max_memory = 0;  ///< limit of the measurement
+  std::uint64_t max_memory = 0;  ///< memory limit of the measurement, bytes
   std::filesystem::path cache_folder;
   std::vector<std::string> scene_arguments, render_arguments, directives;  ///< those of SlurmJob
 };
 
-/// Costs are measured by a dry run, unless a frame's seconds are given. Errors: those of
-/// render_sequence(); kAnswerNo: every frame is current; kUsage: a name no script can hold.
+/// Makes the job of a scene. Its costs are measured by a dry run, unless `frame_seconds` is given.
+/// Errors: those of render_sequence(); kAnswerNo if every frame is current; kUsage for a name with
+/// control characters.
 Result<SlurmJob> make_slurm_job(const Scene& scene, SlurmRequest request);
 
-/// Numbers of the array and of the job after it.
+/// Slurm's numbers of the array and of the finish job.
 struct SubmittedJob {
   std::string array, finish;
 };
 
-/// Writes both scripts into the job's log folder and hands them to sbatch.
+/// Writes both scripts to the job's log folder and submits them with sbatch.
 Result<SubmittedJob> submit_slurm_job(const SlurmJob& job);
 
 }  // namespace polymorph

@@ -12,8 +12,8 @@ namespace polymorph {
 namespace {
 
 constexpr std::size_t kRepresentatives = 80;
-/// A rotation that tips an object over costs at most this share of the best upright one.
-constexpr double kTipShare = 0.6;
+/// Max cost of a rotation that tips an object over, as a fraction of the best upright rotation's.
+constexpr double kMaxTipCost = 0.6;
 
 /// The rotations of a cube: signed permutations of the axes, without reflections.
 std::vector<Mat3> cube_turns() {
@@ -34,7 +34,7 @@ std::vector<Mat3> cube_turns() {
   return turns;
 }
 
-/// The cheapest plan; its cost without what the distances to landmarks add.
+/// Solves the transport. The plan's cost excludes the distances to landmarks.
 TransportPlan plan_between(const CostSide& a, const CostSide& b, float label_cost) {
   TransportPlan plan = solve_transport(
       a.mass, b.mass,
@@ -48,26 +48,29 @@ TransportPlan plan_between(const CostSide& a, const CostSide& b, float label_cos
   return plan;
 }
 
+/// A rotation, and the cost of the plan that it leads to.
 struct RotationFit {
   Mat3 rotation;
   double cost = 0;
 };
 
+/// Alternates between plan and Procrustes until the cost stops falling.
 RotationFit refine(const CostSide& a, const CostSide& b, float label_cost, Mat3 rotation,
                    RotationAxis axis) {
   constexpr int kMaxSteps = 12;
-  constexpr double kEnough = 1e-3;
+  constexpr double kMinGain = 1e-3;  // relative fall of the cost in a step
   RotationFit best;
   for (int step = 0; step < kMaxSteps; ++step) {
     const TransportPlan plan = plan_between(rotate_side(a, rotation), b, label_cost);
-    if (step > 0 && !(plan.cost < (1 - kEnough) * best.cost)) break;
+    if (step > 0 && !(plan.cost < (1 - kMinGain) * best.cost)) break;
     best = {rotation, plan.cost};
     rotation = fit_rotation(a, b, plan.flows, axis);
   }
   return best;
 }
 
-/// The best fit from these starts. Of rotations within a hundredth of the gain, the smallest.
+/// Refines each of `starts`. Of the fits whose cost is within 1 % of the gain from the cheapest,
+/// returns the one with the smallest rotation.
 RotationFit best_fit(const CostSide& a, const CostSide& b, float label_cost, double unturned,
                      const std::vector<Mat3>& starts, RotationAxis axis) {
   std::vector<RotationFit> fits(starts.size());
@@ -77,16 +80,17 @@ RotationFit best_fit(const CostSide& a, const CostSide& b, float label_cost, dou
   });
   double lowest = fits[0].cost;
   for (const RotationFit& fit : fits) lowest = std::min(lowest, fit.cost);
-  const double enough = lowest + 0.01 * std::max(unturned - lowest, 0.0);
+  const double max_cost = lowest + 0.01 * std::max(unturned - lowest, 0.0);
   const RotationFit* chosen = nullptr;
   for (const RotationFit& fit : fits)
-    if (fit.cost <= enough &&
+    if (fit.cost <= max_cost &&
         (!chosen || rotation_angle(fit.rotation) < rotation_angle(chosen->rotation) - 1e-6))
       chosen = &fit;
   return *chosen;
 }
 
-/// Mean squared distance between what a rotation near this one pairs, over the mean squared radius.
+/// Refits `rotation` about any axis; returns the mean squared distance that is left between paired
+/// balls, over the mean squared radius.
 double residual(const CostSide& a, const CostSide& b, float label_cost, const Mat3& rotation) {
   const TransportPlan near = plan_between(rotate_side(a, rotation), b, label_cost);
   const CostSide fitted = rotate_side(a, fit_rotation(a, b, near.flows, RotationAxis::kAny));
@@ -130,7 +134,7 @@ Mat3 about_vertical(double angle) {
 Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const TransportFlow> flows,
                   RotationAxis axis) {
   Mat3 sum{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
-  // The outward directions turn with the object and count as in the cost.
+  // Outward directions rotate with the object, so they count beside the positions, as in the cost.
   for (std::size_t first = 0; first < CostSide::kTurning; first += 3)
     for (const TransportFlow& flow : flows)
       for (int r = 0; r < 3; ++r)
@@ -145,10 +149,11 @@ Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const Transpor
 }
 
 std::optional<Mat3> rotation_of_landmarks(std::span<const Vec3> from, std::span<const Vec3> to) {
-  // Of the landmarks' lengths across the vertical, how much must agree with one turn.
-  constexpr double kAgreement = 0.3;
-  // What they reach from the vertical through their centre, over what they reach in all.
-  constexpr double kAcross = 0.1;
+  // Min length of the Procrustes sum, as a fraction of the sum of |p| |q| over the horizontal
+  // offsets: 1 if a single rotation takes every p to the direction of its q.
+  constexpr double kMinAgreement = 0.3;
+  // Min RMS distance from the vertical line through the centroid, over that from the centroid.
+  constexpr double kMinHorizontal = 0.1;
   if (from.size() < 3) return std::nullopt;
   const auto center = [](std::span<const Vec3> points) {
     Vec3d sum;
@@ -156,19 +161,21 @@ std::optional<Mat3> rotation_of_landmarks(std::span<const Vec3> from, std::span<
     return sum * (1 / static_cast<double>(points.size()));
   };
   const Vec3d from_center = center(from), to_center = center(to);
-  double sine = 0, cosine = 0, across = 0, from_across = 0, to_across = 0, from_all = 0, to_all = 0;
+  double sine = 0, cosine = 0, horizontal = 0, from_horizontal = 0, to_horizontal = 0, from_all = 0,
+         to_all = 0;
   for (std::size_t l = 0; l < from.size(); ++l) {
     const Vec3d p = Vec3d(from[l]) - from_center, q = Vec3d(to[l]) - to_center;
     const double p2 = p.x * p.x + p.z * p.z, q2 = q.x * q.x + q.z * q.z;
     sine += q.x * p.z - q.z * p.x;
     cosine += q.x * p.x + q.z * p.z;
-    across += std::sqrt(p2 * q2);
-    from_across += p2, to_across += q2;
+    horizontal += std::sqrt(p2 * q2);
+    from_horizontal += p2, to_horizontal += q2;
     from_all += dot(p, p), to_all += dot(q, q);
   }
-  const bool spread = from_across > kAcross * kAcross * from_all &&
-                      to_across > kAcross * kAcross * to_all && across > 0;
-  if (!spread || std::sqrt(sine * sine + cosine * cosine) < kAgreement * across)
+  const bool is_spread_out = from_horizontal > kMinHorizontal * kMinHorizontal * from_all &&
+                             to_horizontal > kMinHorizontal * kMinHorizontal * to_all &&
+                             horizontal > 0;
+  if (!is_spread_out || std::sqrt(sine * sine + cosine * cosine) < kMinAgreement * horizontal)
     return std::nullopt;
   return about_vertical(exact::atan2(sine, cosine));
 }
@@ -187,7 +194,7 @@ FoundRotation find_rotation(const CostSide& a, const CostSide& b, float label_co
       best_fit(few_a, few_b, label_cost, unturned, upright, RotationAxis::kVertical);
   if (!(standing.cost < (1 - gain) * unturned)) standing = {Mat3{}, unturned};
   const RotationFit free = best_fit(few_a, few_b, label_cost, unturned, all, RotationAxis::kAny);
-  const bool cheaper = free.cost < (1 - gain) * unturned && free.cost < kTipShare * standing.cost;
+  const bool cheaper = free.cost < (1 - gain) * unturned && free.cost < kMaxTipCost * standing.cost;
   if (cheaper && residual(a, b, label_cost, free.rotation) <= tip_residual)
     return {free.rotation, RotationAxis::kAny};
   return {standing.rotation, RotationAxis::kVertical};

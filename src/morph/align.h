@@ -11,8 +11,7 @@
 
 namespace polymorph {
 
-/// The rotations that are admitted: those about the y axis, which leave a standing object upright,
-/// or all.
+/// Axes that a rotation may have: the y axis only, which leaves a standing object upright, or any.
 enum class RotationAxis : std::uint8_t { kVertical, kAny };
 
 /// The rotation by an angle, in radians, that takes +z towards +x.
@@ -23,27 +22,29 @@ Mat3 rotation_between(Vec3d from, Vec3d to);
 
 struct FoundRotation {
   Mat3 rotation;
-  RotationAxis axis = RotationAxis::kVertical;  ///< the axis that fit_rotation() goes on with
+  RotationAxis axis = RotationAxis::kVertical;  ///< pass this to later calls of fit_rotation()
 };
 
-/// The rotation of `a` at which it is carried to `b` most cheaply: plan and weighted Procrustes in
-/// turns, from the identity, the 24 rotations of a cube and every 45 degrees about the vertical, on
-/// a few dozen representatives. The identity where none makes the plan `gain` cheaper, and one
-/// about the vertical unless the objects are as good as copies of each other: another makes it a
-/// good deal cheaper than the best of those and leaves a mean squared distance of at most
-/// `tip_residual` between what it pairs, over the mean squared radius. Copies are at 0.04 to 0.13,
-/// different objects from 0.16 on. Among rotations that are as good, the smallest. Distances to
-/// landmarks lead the plans, but they are the same however `a` is turned: of the costs that are
-/// compared they are no part.
+/// Finds the rotation of `a` with the cheapest transport plan to `b`. It alternates between
+/// transport plan and weighted Procrustes, on 80 representatives of each object, starting from the
+/// 24 rotations of a cube and from every 45 degrees about the vertical. It returns the identity
+/// unless another rotation lowers the cost by the fraction `gain`. A rotation about another axis
+/// than the vertical is taken only between near copies: it must cost at most 0.6 of the best
+/// upright one, and the mean squared distance that it leaves between paired balls must be at most
+/// `tip_residual` times the mean squared radius. Copies leave 0.04 to 0.13, different objects 0.16
+/// or more. Of rotations with nearly the same cost, the smallest is chosen. The distances to
+/// landmarks guide the plans, but do not depend on the rotation; the costs that are compared
+/// exclude them.
 FoundRotation find_rotation(const CostSide& a, const CostSide& b, float label_cost, double gain,
                             double tip_residual);
 
-/// The rotation about the vertical that lays `from` on `to` best, both about their centres
-/// (Procrustes). Nothing where there are fewer than three points, or they say nothing of a turn:
-/// all above each other, or each pointing elsewhere.
+/// Fits the rotation about the vertical that takes `from` to `to`, each relative to its centroid
+/// (Procrustes). Returns nullopt for fewer than three points, and for points that determine no
+/// rotation: all nearly on one vertical line, or with directions that disagree.
 std::optional<Mat3> rotation_of_landmarks(std::span<const Vec3> from, std::span<const Vec3> to);
 
-/// The admitted rotation that makes the flows' distances least, both sides about their origins.
+/// Fits the rotation, about `axis`, that minimizes the sum of squared distances of the flows, in
+/// position and outward direction, weighted by amount. Both sides rotate about their origins.
 Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const TransportFlow> flows,
                   RotationAxis axis);
 

@@ -13,7 +13,7 @@
 namespace polymorph {
 namespace {
 
-constexpr std::size_t kPosition = 0, kOutward = 3, kFixed = 6;
+constexpr std::size_t kPosition = 0, kOutward = 3, kRotatingEnd = 6;
 
 float squared_distance(const CostSide& side, std::size_t i, std::size_t j) {
   float sum = 0;
@@ -51,18 +51,18 @@ CostSide cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vector<d
     for (std::size_t i = 0; i < n; ++i) values[i] = static_cast<float>(root * value(i));
     side.values.push_back(std::move(values));
   };
-  const auto place = [&](std::size_t i) {
+  const auto normalized_center = [&](std::size_t i) {
     return (Vec3d(balls[i].center) - normalization.center) * (1 / normalization.size);
   };
   const auto size_weight = static_cast<double>(settings.weights.size);
   const auto feature_weight = static_cast<double>(settings.weights.feature);
-  axis(1, [&](std::size_t i) { return place(i).x; });
-  axis(1, [&](std::size_t i) { return place(i).y; });
-  axis(1, [&](std::size_t i) { return place(i).z; });
+  axis(1, [&](std::size_t i) { return normalized_center(i).x; });
+  axis(1, [&](std::size_t i) { return normalized_center(i).y; });
+  axis(1, [&](std::size_t i) { return normalized_center(i).z; });
   axis(feature_weight, [&](std::size_t i) { return static_cast<double>(features.outward[i].x); });
   axis(feature_weight, [&](std::size_t i) { return static_cast<double>(features.outward[i].y); });
   axis(feature_weight, [&](std::size_t i) { return static_cast<double>(features.outward[i].z); });
-  // Sizes and distances in the object's own units: those of a scaled copy are the same.
+  // Sizes and distances are relative to the object's size, so a scaled copy has the same.
   axis(size_weight, [&](std::size_t i) {
     const float radius = visit(kind, [&](auto field) { return field.radius(balls[i]); });
     return exact::log(static_cast<double>(radius) / normalization.size);
@@ -91,7 +91,7 @@ CostSide rotate_side(const CostSide& side, const Mat3& rotation) {
       result.values[first + 1][i] = static_cast<float>(v.y);
       result.values[first + 2][i] = static_cast<float>(v.z);
     }
-  static_assert(CostSide::kTurning == kFixed);
+  static_assert(CostSide::kTurning == kRotatingEnd);
   return result;
 }
 
@@ -135,7 +135,7 @@ CostSide coarse(const CostSide& side, std::size_t count) {
     for (std::size_t i = 0; i < n; ++i)
       result.values[axis][owner[i]] +=
           static_cast<float>(side.mass[i] / result.mass[owner[i]]) * side.values[axis][i];
-  // Balls in one place leave representatives without any.
+  // Coinciding balls may leave a representative without any ball.
   for (double& mass : result.mass) mass = std::max(mass, 1e-12);
   for (const auto& vote : votes) {
     std::int32_t best = kNoLabel;

@@ -8,7 +8,7 @@
 namespace polymorph {
 namespace {
 
-/// One coordinate of the curve 0, p, q, 1 at parameter s.
+/// One coordinate, at parameter s, of the Bezier curve with control points 0, p, q, 1.
 double bezier(double p, double q, double s) {
   const double r = 1 - s;
   return 3 * r * r * s * p + 3 * r * s * s * q + s * s * s;
@@ -16,7 +16,7 @@ double bezier(double p, double q, double s) {
 
 double bezier_ease(const MotionSettings& motion, double t) {
   const auto at = [&](std::size_t i) { return static_cast<double>(motion.bezier[i]); };
-  // x(s) rises for x1, x2 in [0, 1]: halving finds the s of a t to the last bit of float.
+  // x(s) is monotone for x1, x2 in [0, 1], so bisection finds s; 40 steps suffice for a float.
   double low = 0, high = 1;
   for (int i = 0; i < 40; ++i) {
     const double middle = (low + high) / 2;
@@ -25,8 +25,8 @@ double bezier_ease(const MotionSettings& motion, double t) {
   return bezier(at(1), at(3), (low + high) / 2);
 }
 
-/// Distance still to go, 1 at rest at t = 0, of m x'' + b x' + k x = 0.
-double spring_rest(double mass, double damping, double stiffness, double t) {
+/// Solution of m x'' + b x' + k x = 0 with x(0) = 1, x'(0) = 0.
+double spring_deflection(double mass, double damping, double stiffness, double t) {
   const double g = damping / (2 * mass), w0 = std::sqrt(stiffness / mass);
   const double difference = w0 * w0 - g * g;
   constexpr double kCritical = 1e-9;
@@ -35,18 +35,18 @@ double spring_rest(double mass, double damping, double stiffness, double t) {
     return exact::exp(-g * t) * (exact::cos(w * t) + g / w * exact::sin(w * t));
   }
   if (difference >= -kCritical * w0 * w0) return exact::exp(-g * t) * (1 + g * t);
-  // Two decays; exponents first, so that strong damping does not overflow.
+  // Overdamped: a sum of two decays. cosh and sinh would overflow under strong damping.
   const double root = std::sqrt(-difference), slow = g - root, fast = g + root;
   return (fast * exact::exp(-slow * t) - slow * exact::exp(-fast * t)) / (fast - slow);
 }
 
 double spring_ease(const SpringSettings& s, double inertia, double t) {
-  const auto deflection = [&](double at) {
-    return spring_rest(static_cast<double>(s.mass) * inertia, static_cast<double>(s.damping),
-                       static_cast<double>(s.stiffness), at);
+  const auto remaining = [&](double at) {
+    return spring_deflection(static_cast<double>(s.mass) * inertia, static_cast<double>(s.damping),
+                             static_cast<double>(s.stiffness), at);
   };
-  // What the spring leaves at the end is taken in smoothly: the motion must arrive.
-  return 1 - deflection(t) + deflection(1) * t * t * (3 - 2 * t);
+  // Adds the deflection left at t = 1, weighted by a smoothstep, so that the motion ends at 1.
+  return 1 - remaining(t) + remaining(1) * t * t * (3 - 2 * t);
 }
 
 }  // namespace

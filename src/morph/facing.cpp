@@ -13,20 +13,23 @@
 namespace polymorph {
 namespace {
 
-/// Least overlap of an object with its mirror image, and least rank of a second plane over the
-/// first's.
+/// Min overlap of an object with its mirror image. A second plane with at least kSecondPlane of the
+/// first one's rank leaves the front undecided.
 constexpr double kMinOverlap = 0.7, kSecondPlane = 0.97;
-/// The larger turn is taken only at less than this share of the smaller one's discrepancy.
+/// The larger rotation is taken only if its discrepancy is below this fraction of the smaller
+/// one's.
 constexpr double kGain = 0.98;
-/// Angle up to which two turns are the same.
+/// Rotations within this angle, in radians, count as equal.
 constexpr double kNear = 25 * exact::kPi / 180;
-/// Weight of the distances within the bodies beside that of the places; of the mean distance.
+/// Weight of the term in geodesic distances (1 - kDistances is that of the term in points), and
+/// weight of the mean distance within the term in points; docs/method.md, Facing.
 constexpr double kDistances = 0.8, kCentrality = 0.5;
-constexpr int kSteps = 20;
+constexpr int kSteps = 20;  // conditional gradients
 
 using Matrix = std::vector<double>;  // row by row
 
-/// A body's sample about its centre, at a size of 1, with distances whose mean square is 1.
+/// A body's sample with its centroid at the origin, an RMS radius of 1, and geodesic distances
+/// whose mean square is 1.
 struct ScaledBody {
   std::vector<Vec3d> points;
   std::vector<double> shares, mean_distances;
@@ -48,13 +51,13 @@ ScaledBody scale_body(const BodySample& sample) {
       distance_square +=
           sample.shares[i] * sample.shares[k] * sample.distances[i][k] * sample.distances[i][k];
   }
-  const double size = 1 / std::sqrt(std::max(square, 1e-30)),
-               unit = 1 / std::sqrt(std::max(distance_square, 1e-30));
+  const double scale = 1 / std::sqrt(std::max(square, 1e-30)),
+               distance_scale = 1 / std::sqrt(std::max(distance_square, 1e-30));
   for (std::size_t i = 0; i < n; ++i) {
-    body.points[i] = body.points[i] * size;
+    body.points[i] = body.points[i] * scale;
     double mean = 0;
     for (std::size_t k = 0; k < n; ++k) {
-      body.distances.push_back(sample.distances[i][k] * unit);
+      body.distances.push_back(sample.distances[i][k] * distance_scale);
       mean += sample.shares[k] * body.distances.back();
     }
     body.mean_distances.push_back(mean);
@@ -62,8 +65,8 @@ ScaledBody scale_body(const BodySample& sample) {
   return body;
 }
 
-/// The row sums of squared distances, by share.
-std::vector<double> square_means(const ScaledBody& body) {
+/// Mean squared distance of each point to all points, weighted by share.
+std::vector<double> mean_squared_distances(const ScaledBody& body) {
   std::vector<double> sums(body.size(), 0);
   for (std::size_t i = 0; i < body.size(); ++i)
     for (std::size_t k = 0; k < body.size(); ++k) {
@@ -74,14 +77,14 @@ std::vector<double> square_means(const ScaledBody& body) {
 }
 
 /// The product C_a T C_b of a coupling with both bodies' distances.
-Matrix carry_distances(const ScaledBody& a, const Matrix& coupling, const ScaledBody& b) {
+Matrix multiply_distances(const ScaledBody& a, const Matrix& coupling, const ScaledBody& b) {
   const std::size_t n = a.size(), m = b.size();
   Matrix half(n * m, 0), product(n * m, 0);
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t k = 0; k < m; ++k) {
-      const double share = coupling[i * m + k];
-      if (share == 0) continue;
-      for (std::size_t l = 0; l < m; ++l) half[i * m + l] += share * b.distances[k * m + l];
+      const double amount = coupling[i * m + k];
+      if (amount == 0) continue;
+      for (std::size_t l = 0; l < m; ++l) half[i * m + l] += amount * b.distances[k * m + l];
     }
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = 0; j < n; ++j) {
@@ -91,6 +94,7 @@ Matrix carry_distances(const ScaledBody& a, const Matrix& coupling, const Scaled
   return product;
 }
 
+/// The coupling with the least sum of costs * coupling (optimal transport).
 Matrix solve_linear(const ScaledBody& a, const ScaledBody& b, const Matrix& costs) {
   const double minimum = *std::min_element(costs.begin(), costs.end());
   const TransportPlan plan =
@@ -110,55 +114,59 @@ double sum_products(const Matrix& a, const Matrix& b) {
   return sum;
 }
 
-/// The discrepancy of the bodies with `a` turned: conditional gradients (Frank and Wolfe 1956) with
-/// exact steps, from the coupling that the places alone ask for.
+/// The fused Gromov-Wasserstein discrepancy of the bodies with `a` rotated, minimized by
+/// conditional gradients (Frank and Wolfe 1956) with exact line search. It starts from the optimal
+/// transport of the term in points.
 double fused_discrepancy(const ScaledBody& a, const ScaledBody& b, double angle) {
   const std::size_t n = a.size(), m = b.size();
   const Mat3 rotation = about_vertical(angle);
-  Matrix places(n * m), squares(n * m);
-  const std::vector<double> a_squares = square_means(a), b_squares = square_means(b);
+  Matrix point_costs(n * m), squared_distances(n * m);
+  const std::vector<double> a_means = mean_squared_distances(a),
+                            b_means = mean_squared_distances(b);
   for (std::size_t i = 0; i < n; ++i) {
     const Vec3d rotated = rotation * a.points[i];
     for (std::size_t k = 0; k < m; ++k) {
       const Vec3d offset = rotated - b.points[k];
-      const double center = a.mean_distances[i] - b.mean_distances[k];
-      places[i * m + k] = dot(offset, offset) + kCentrality * center * center;
-      squares[i * m + k] = a_squares[i] + b_squares[k];
+      const double mean_difference = a.mean_distances[i] - b.mean_distances[k];
+      point_costs[i * m + k] =
+          dot(offset, offset) + kCentrality * mean_difference * mean_difference;
+      squared_distances[i * m + k] = a_means[i] + b_means[k];
     }
   }
-  Matrix coupling = solve_linear(a, b, places);
-  Matrix carried = carry_distances(a, coupling, b);
-  const auto value = [&] {
+  Matrix coupling = solve_linear(a, b, point_costs);
+  Matrix product = multiply_distances(a, coupling, b);
+  const auto discrepancy = [&] {
     double sum = 0;
     for (std::size_t i = 0; i < n * m; ++i)
-      sum +=
-          coupling[i] * ((1 - kDistances) * places[i] + kDistances * (squares[i] - 2 * carried[i]));
+      sum += coupling[i] * ((1 - kDistances) * point_costs[i] +
+                            kDistances * (squared_distances[i] - 2 * product[i]));
     return sum;
   };
   for (int step = 0; step < kSteps; ++step) {
     Matrix gradient(n * m);
     for (std::size_t i = 0; i < n * m; ++i)
-      gradient[i] = (1 - kDistances) * places[i] + 2 * kDistances * (squares[i] - 2 * carried[i]);
+      gradient[i] = (1 - kDistances) * point_costs[i] +
+                    2 * kDistances * (squared_distances[i] - 2 * product[i]);
     Matrix direction = solve_linear(a, b, gradient);
     for (std::size_t i = 0; i < n * m; ++i) direction[i] -= coupling[i];
     const double slope = sum_products(gradient, direction);
     if (slope > -1e-9) break;
-    const Matrix change = carry_distances(a, direction, b);
-    const double bend = -2 * kDistances * sum_products(change, direction);
-    const double length = bend <= 0 ? 1 : std::min(1.0, -slope / (2 * bend));
+    const Matrix product_change = multiply_distances(a, direction, b);
+    const double curvature = -2 * kDistances * sum_products(product_change, direction);
+    const double step_length = curvature <= 0 ? 1 : std::min(1.0, -slope / (2 * curvature));
     for (std::size_t i = 0; i < n * m; ++i) {
-      coupling[i] += length * direction[i];
-      carried[i] += length * change[i];
+      coupling[i] += step_length * direction[i];
+      product[i] += step_length * product_change[i];
     }
   }
-  return value();
+  return discrepancy();
 }
 
-double wrapped(double angle) { return exact::atan2(exact::sin(angle), exact::cos(angle)); }
+double wrap_angle(double angle) { return exact::atan2(exact::sin(angle), exact::cos(angle)); }
 
 }  // namespace
 
-double turn_between(double from, double to) { return wrapped(to - from); }
+double turn_between(double from, double to) { return wrap_angle(to - from); }
 
 bool is_symmetric(const Limbs& limbs) {
   constexpr double kSymmetric = 0.8;
@@ -181,14 +189,15 @@ std::optional<double> find_facing(LimbPlan& limbs, double plan_angle,
   const auto a = from_front ? from_front : find_front_line(from),
              b = to_front ? to_front : find_front_line(to);
   if (!a || !b) return std::nullopt;
-  // Either way round; the turn that is given already, where it is one of these.
-  std::array<double, 2> angles = {wrapped(*b - *a), wrapped(*b - *a + exact::kPi)};
+  // The two rotations that take one plane to the other. The plan's own angle replaces one near it.
+  std::array<double, 2> angles = {wrap_angle(*b - *a), wrap_angle(*b - *a + exact::kPi)};
   for (double& angle : angles)
-    if (std::fabs(wrapped(angle - plan_angle)) < kNear) angle = plan_angle;
+    if (std::fabs(wrap_angle(angle - plan_angle)) < kNear) angle = plan_angle;
   if (std::fabs(angles[1]) < std::fabs(angles[0])) std::swap(angles[0], angles[1]);
   std::array<LimbMatch, 2> matches;
   for (std::size_t k = 0; k < 2; ++k)
-    // At the angle of the rotation by that angle, from which a plan asks for the same again.
+    // log_rotation() changes the angle's last bits. The plan will ask for the rounded angle, and
+    // match_at() stores a match per exact angle.
     matches[k] = match_at(
         limbs, angles[k] == plan_angle ? plan_angle : log_rotation(about_vertical(angles[k])).y);
   if (is_certain(matches[0]) && is_certain(matches[1]))
@@ -196,8 +205,8 @@ std::optional<double> find_facing(LimbPlan& limbs, double plan_angle,
   const ScaledBody body_a = scale_body(from.sample), body_b = scale_body(to.sample);
   std::array<double, 2> values;
   parallel_for(2, [&](std::int64_t k) {
-    const auto at = static_cast<std::size_t>(k);
-    values[at] = fused_discrepancy(body_a, body_b, angles[at]);
+    const auto i = static_cast<std::size_t>(k);
+    values[i] = fused_discrepancy(body_a, body_b, angles[i]);
   });
   return angles[values[1] < kGain * values[0] ? 1 : 0];
 }

@@ -9,23 +9,24 @@
 
 namespace polymorph {
 
-/// Tests whether an object is so much its own mirror image that the plane's direction is exact.
+/// Tests whether an object is symmetric enough for its mirror plane to have an exact direction.
 bool is_symmetric(const Limbs& limbs);
 
-/// Finds the azimuth of the line on which an object's front lies, radians from +z towards +x in
-/// [pi/2, 3 pi/2): that of its mirror plane. Nothing where it has none, or more than one.
+/// Finds the azimuth of the mirror plane, radians from +z towards +x in [pi/2, 3 pi/2). The front
+/// lies in that direction or opposite to it. Returns nullopt unless there is exactly one plane.
 std::optional<double> find_front_line(const Limbs& limbs);
 
-/// The turn from one azimuth to another, in radians, half a turn at most.
+/// The angle from one azimuth to another, radians in [-pi, pi].
 double turn_between(double from, double to);
 
-/// Finds the turn, in radians, by which `from` faces as `to` does. It lays the mirror plane of the
-/// one on that of the other, either way round: the way at which their limbs match better, or, where
-/// these are not certain, the bodies are more alike by the fused Gromov-Wasserstein discrepancy of
-/// their samples (Vayer et al. 2019). Of two ways that are nearly as good, the smaller turn; near
-/// `plan_angle`, that itself. Nothing where an object has no mirror plane, or more than one.
-/// `from_front`, `to_front`: azimuths of the fronts where these are known, radians from +z towards
-/// +x; with both the turn is the one between these. Deterministic.
+/// Finds the rotation about the vertical, in radians, after which `from` faces as `to` does. Two
+/// rotations take one mirror plane to the other. Where the limbs match for certain at both, the one
+/// with the cheaper match is returned. Elsewhere it is the one with the smaller fused
+/// Gromov-Wasserstein discrepancy between the bodies' samples (Vayer et al. 2019), or the smaller
+/// rotation if both are nearly as good. An angle near `plan_angle` is replaced by `plan_angle`.
+/// Returns nullopt unless each object has exactly one mirror plane. `from_front`, `to_front`: known
+/// azimuths of the fronts, radians from +z towards +x; if both are given, the result is the angle
+/// between them. Deterministic.
 std::optional<double> find_facing(LimbPlan& limbs, double plan_angle,
                                   std::optional<double> from_front = {},
                                   std::optional<double> to_front = {});

@@ -23,7 +23,7 @@ double distance(const std::vector<Ball>& balls, std::uint32_t i, std::uint32_t j
   return static_cast<double>(length(balls[i].center - balls[j].center));
 }
 
-/// Nearest neighbours that nearly touch, and the shortest links that make it one piece (Prim).
+/// Links each ball to its near neighbours; a minimum spanning tree (Prim) connects all balls.
 Graph ball_graph(const std::vector<Ball>& balls,
                  const std::vector<std::vector<std::uint32_t>>& neighbors) {
   const auto n = static_cast<std::uint32_t>(balls.size());
@@ -34,30 +34,30 @@ Graph ball_graph(const std::vector<Ball>& balls,
   };
   std::vector<double> best(n, kInfinity);
   std::vector<std::uint32_t> parent(n, 0);
-  std::vector<char> done(n, 0);
-  std::vector<double> reach(n, 0);  // of a ball: its longest link in the tree
-  std::uint32_t at = 0;
+  std::vector<char> in_tree(n, 0);
+  std::vector<double> longest_link(n, 0);  // per ball, in the tree
+  std::uint32_t current = 0;
   for (std::uint32_t step = 1; step < n; ++step) {
-    done[at] = 1;
+    in_tree[current] = 1;
     std::uint32_t next = n;
     for (std::uint32_t j = 0; j < n; ++j) {
-      if (done[j]) continue;
-      const double d = distance(balls, at, j);
-      if (d < best[j]) best[j] = d, parent[j] = at;
+      if (in_tree[j]) continue;
+      const double d = distance(balls, current, j);
+      if (d < best[j]) best[j] = d, parent[j] = current;
       if (next == n || best[j] < best[next]) next = j;
     }
     link(next, parent[next]);
-    reach[next] = std::max(reach[next], best[next]);
-    reach[parent[next]] = std::max(reach[parent[next]], best[next]);
-    at = next;
+    longest_link[next] = std::max(longest_link[next], best[next]);
+    longest_link[parent[next]] = std::max(longest_link[parent[next]], best[next]);
+    current = next;
   }
-  // Other neighbours join where the gap is like the tree's own: a graph that jumped from leg to
-  // leg would make two legs one.
+  // Other neighbours are linked only if they are not much farther than the links of the tree. Links
+  // between two legs would make them one limb.
   constexpr double kSlack = 1.5;
   for (std::uint32_t i = 0; i < n; ++i)
     for (std::size_t k = 0; k < std::min(kGraphNeighbors, neighbors[i].size()); ++k) {
       const std::uint32_t j = neighbors[i][k];
-      if (distance(balls, i, j) <= kSlack * std::max(reach[i], reach[j])) link(i, j);
+      if (distance(balls, i, j) <= kSlack * std::max(longest_link[i], longest_link[j])) link(i, j);
     }
   return graph;
 }
@@ -81,8 +81,8 @@ std::vector<double> distances_from(const Graph& graph, std::uint32_t start) {
   return distances;
 }
 
-/// Mean way from each ball to everywhere, by way of a few dozen bases far from each other, each of
-/// the weight of what is nearest to it.
+/// Mean geodesic distance from each ball to all others, estimated from 48 bases (farthest point
+/// sampling). A base has the mass of the balls nearest to it.
 std::vector<float> mean_distances(const Graph& graph, std::span<const double> masses) {
   constexpr std::size_t kBases = 48;
   const std::size_t n = graph.size();
@@ -99,10 +99,10 @@ std::vector<float> mean_distances(const Graph& graph, std::span<const double> ma
     base = static_cast<std::uint32_t>(std::max_element(to_nearest.begin(), to_nearest.end()) -
                                       to_nearest.begin());
   }
-  std::vector<double> weight(from_base.size(), 0), mean(n, 0);
-  for (std::size_t i = 0; i < n; ++i) weight[owner[i]] += masses[i];
+  std::vector<double> base_mass(from_base.size(), 0), mean(n, 0);
+  for (std::size_t i = 0; i < n; ++i) base_mass[owner[i]] += masses[i];
   for (std::size_t b = 0; b < from_base.size(); ++b)
-    for (std::size_t i = 0; i < n; ++i) mean[i] += weight[b] * from_base[b][i];
+    for (std::size_t i = 0; i < n; ++i) mean[i] += base_mass[b] * from_base[b][i];
   const double smallest = *std::min_element(mean.begin(), mean.end());
   std::vector<float> result(n, 0);
   for (std::size_t i = 0; i < n; ++i)
@@ -124,10 +124,11 @@ std::vector<std::vector<std::uint32_t>> nearest_neighbors(std::span<const Vec3> 
             const Vec3 d = points[j] - points[i];
             if (j != i) others.emplace_back(dot(d, d), j);
           }
-          const std::size_t kept = std::min(count, others.size());
-          std::partial_sort(others.begin(), others.begin() + static_cast<std::ptrdiff_t>(kept),
+          const std::size_t found_count = std::min(count, others.size());
+          std::partial_sort(others.begin(),
+                            others.begin() + static_cast<std::ptrdiff_t>(found_count),
                             others.end());
-          for (std::size_t k = 0; k < kept; ++k) result[i].push_back(others[k].second);
+          for (std::size_t k = 0; k < found_count; ++k) result[i].push_back(others[k].second);
         }
       });
   return result;
@@ -146,28 +147,29 @@ BallFeatures ball_features(const std::vector<Ball>& balls, std::span<const doubl
   parallel_for(static_cast<std::int64_t>(n), [&](std::int64_t index) {
     const auto i = static_cast<std::size_t>(index);
     if (neighbors[i].empty()) return;
-    double total = masses[i];
+    double total_mass = masses[i];
     Vec3d mean = Vec3d(centers[i]) * masses[i];
     for (const std::uint32_t j : neighbors[i]) {
-      total += masses[j];
+      total_mass += masses[j];
       mean = mean + Vec3d(centers[j]) * masses[j];
     }
-    mean = mean * (1 / total);
-    Mat3 spread{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
-    const auto add = [&](std::size_t j) {
+    mean = mean * (1 / total_mass);
+    Mat3 covariance{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
+    const auto add_ball = [&](std::size_t j) {
       const Vec3d d = Vec3d(centers[j]) - mean;
       const double v[3] = {d.x, d.y, d.z};
       for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c) spread.at(r, c) += masses[j] / total * v[r] * v[c];
+        for (int c = 0; c < 3; ++c) covariance.at(r, c) += masses[j] / total_mass * v[r] * v[c];
     };
-    add(i);
-    for (const std::uint32_t j : neighbors[i]) add(j);
-    const Axes axes = principal_axes(spread);
+    add_ball(i);
+    for (const std::uint32_t j : neighbors[i]) add_ball(j);
+    const Axes axes = principal_axes(covariance);
     if (!(axes.values[0] > 0)) return;
     features.linearity[i] = static_cast<float>((axes.values[0] - axes.values[1]) / axes.values[0]);
     features.planarity[i] = static_cast<float>((axes.values[1] - axes.values[2]) / axes.values[0]);
-    features.outward[i] = to_float((Vec3d(centers[i]) - mean) *
-                                   (1 / std::sqrt(spread.m[0] + spread.m[4] + spread.m[8])));
+    features.outward[i] =
+        to_float((Vec3d(centers[i]) - mean) *
+                 (1 / std::sqrt(covariance.m[0] + covariance.m[4] + covariance.m[8])));
   });
   return features;
 }

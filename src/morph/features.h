@@ -1,5 +1,5 @@
-// Shape features of balls (neighbourhood and geodesic distances): the part of the plan's cost that
-// tells a limb from a trunk.
+// Shape features of balls: mean geodesic distance, linearity, planarity and outward direction. They
+// are the terms of the plan's cost that distinguish a limb from a trunk.
 #pragma once
 
 #include <cstdint>
@@ -10,13 +10,14 @@
 
 namespace polymorph {
 
-/// The `count` nearest other points of each point (fewer where there are fewer), nearest first.
+/// Finds the `count` nearest other points of each point, nearest first; all others if there are
+/// fewer. Parallel, deterministic.
 std::vector<std::vector<std::uint32_t>> nearest_neighbors(std::span<const Vec3> points,
                                                           std::size_t count);
 
 struct BallFeatures {
-  /// Mean distance along the body to all of it (Hilaga et al. 2001), over the least such mean,
-  /// minus 1: 0 at the object's middle, largest at the tips of limbs.
+  /// Mean geodesic distance to all balls, weighted by mass (Hilaga et al. 2001), over the least
+  /// such mean, minus 1: 0 at the object's centre, largest at the tips of limbs.
   std::vector<float> distance;
   std::vector<float>
       linearity;  ///< (l1 - l2) / l1 of the neighbourhood's principal variances, [0, 1]
@@ -24,7 +25,7 @@ struct BallFeatures {
   std::vector<Vec3> outward;     ///< away from the neighbours: 0 deep inside, about 1 long outside
 };
 
-/// `masses` as ball_masses() gives. Deterministic.
+/// `masses`: ball_masses(). Parallel, deterministic.
 BallFeatures ball_features(const std::vector<Ball>& balls, std::span<const double> masses);
 
 }  // namespace polymorph

@@ -21,32 +21,34 @@ Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls,
   const MorphPlan& plan = now.plan;
   PM_CHECK(balls.size() == plan.pairs.size());
   const std::vector<float> progress = pair_progress(plan, now.time);
-  std::vector<BallAttribute> carried(balls.size());
-  for (std::size_t e = 0; e < balls.size(); ++e) carried[e].value[3] = progress[e];
+  std::vector<BallAttribute> attributes(balls.size());
+  for (std::size_t e = 0; e < balls.size(); ++e) attributes[e].value[3] = progress[e];
   if (differ(now, next)) {
-    const std::vector<Ball> later = balls_at(next.plan, next.time);
-    const std::vector<PairFrame> frames = pair_frames(plan, now.time),
-                                 then = pair_frames(next.plan, next.time);
+    const std::vector<Ball> next_balls = balls_at(next.plan, next.time);
+    const std::vector<PairFrame> now_frames = pair_frames(plan, now.time),
+                                 next_frames = pair_frames(next.plan, next.time);
     for (std::size_t e = 0; e < balls.size(); ++e) {
-      const Vec3 step = later[e].center - balls[e].center;
-      const Mat3 turn = inverse(then[e].to_source) * frames[e].to_source;
+      const Vec3 displacement = next_balls[e].center - balls[e].center;
+      const Mat3 rotation_and_scale = inverse(next_frames[e].to_source) * now_frames[e].to_source;
       for (int i = 0; i < 3; ++i) {
-        const auto moved = [&](int k) { return turn.at(i, k) - (i == k ? 1 : 0); };
-        carried[e].value[i] = i == 0 ? step.x : i == 1 ? step.y : step.z;
-        carried[e].slope[i] = to_float({moved(0), moved(1), moved(2)});
+        const auto derivative = [&](int k) {
+          return rotation_and_scale.at(i, k) - (i == k ? 1 : 0);
+        };
+        attributes[e].value[i] = i == 0 ? displacement.x : i == 1 ? displacement.y : displacement.z;
+        attributes[e].slope[i] = to_float({derivative(0), derivative(1), derivative(2)});
       }
     }
   }
   PM_TRY(const std::vector<AttributeValues> values,
-         interpolate_attributes(engine, balls, plan.kind, carried, points));
+         interpolate_attributes(engine, balls, plan.kind, attributes, points));
   return read_flow(values);
 }
 
 Flow read_flow(const std::vector<AttributeValues>& values) {
   Flow flow;
-  for (const AttributeValues& at : values) {
-    flow.displacement.push_back({at.v[0], at.v[1], at.v[2]});
-    flow.progress.push_back(at.v[3]);
+  for (const AttributeValues& value : values) {
+    flow.displacement.push_back({value.v[0], value.v[1], value.v[2]});
+    flow.progress.push_back(value.v[3]);
   }
   return flow;
 }

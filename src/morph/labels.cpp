@@ -16,31 +16,31 @@
 namespace polymorph {
 namespace {
 
-/// An object's labels by their names.
+/// Finds an object's labels by name; several labels may have one name.
 class LabelIndex {
  public:
   explicit LabelIndex(const LabelledObject& object) : prefix_(object.name + ".") {
     for (std::size_t i = 0; i < object.labels.size(); ++i)
-      of_name_[object.labels[i]].push_back(static_cast<std::uint32_t>(i));
+      by_name_[object.labels[i]].push_back(static_cast<std::uint32_t>(i));
   }
   std::span<const std::uint32_t> find_label(const std::string& label) const {
-    const auto at = of_name_.find(label);
-    return at == of_name_.end() ? std::span<const std::uint32_t>() : at->second;
+    const auto found = by_name_.find(label);
+    return found == by_name_.end() ? std::span<const std::uint32_t>() : found->second;
   }
-  /// The labels that "object.label" or "label" means here.
-  std::vector<std::uint32_t> meant_by(const std::string& name) const {
-    const std::span<const std::uint32_t> plain = find_label(name);
-    std::vector<std::uint32_t> all(plain.begin(), plain.end());
+  /// The labels that `name`, "label" or "object.label", refers to.
+  std::vector<std::uint32_t> resolve(const std::string& name) const {
+    const std::span<const std::uint32_t> unqualified = find_label(name);
+    std::vector<std::uint32_t> all(unqualified.begin(), unqualified.end());
     if (name.starts_with(prefix_)) {
-      const std::span<const std::uint32_t> full = find_label(name.substr(prefix_.size()));
-      all.insert(all.end(), full.begin(), full.end());
+      const std::span<const std::uint32_t> qualified = find_label(name.substr(prefix_.size()));
+      all.insert(all.end(), qualified.begin(), qualified.end());
     }
     return all;
   }
 
  private:
   std::string prefix_;
-  std::unordered_map<std::string, std::vector<std::uint32_t>> of_name_;
+  std::unordered_map<std::string, std::vector<std::uint32_t>> by_name_;
 };
 
 }  // namespace
@@ -60,8 +60,8 @@ std::vector<std::uint32_t> face_labels(const Model& model, const std::vector<Bal
 LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
                         const std::map<std::string, std::string>& map) {
   const std::size_t n = from.labels.size(), m = to.labels.size();
-  const LabelIndex of_from(from), of_to(to);
-  // Labels that share a partner are one: sets of both objects' labels, those of `to` from n on.
+  const LabelIndex from_index(from), to_index(to);
+  // Sets of labels that match. Elements are the labels of `from`, then, from n on, those of `to`.
   DisjointSets sets(n + m);
   std::vector<std::uint8_t> is_named(n + m, 0);
   const auto join = [&](std::span<const std::uint32_t> from_labels,
@@ -75,17 +75,17 @@ LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
     for (const std::uint32_t j : to_labels) add(n + j);
   };
   for (const auto& [key, value] : map) {
-    join(of_from.meant_by(key), of_to.meant_by(value));
-    join(of_from.meant_by(value), of_to.meant_by(key));
+    join(from_index.resolve(key), to_index.resolve(value));
+    join(from_index.resolve(value), to_index.resolve(key));
   }
   const std::vector<std::uint8_t> named_by_map = is_named;
   for (std::size_t i = 0; i < n; ++i)
-    for (const std::uint32_t j : of_to.find_label(from.labels[i]))
+    for (const std::uint32_t j : to_index.find_label(from.labels[i]))
       if (!named_by_map[i] && !named_by_map[n + j]) {
         sets.join(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(n + j));
         is_named[i] = is_named[n + j] = 1;
       }
-  // A number is the first linked label of `from` among them: sets go by their least members.
+  // A set's number is its least member, which is a label of `from`.
   LabelMatch match{std::vector<std::int32_t>(n, kNoLabel), std::vector<std::int32_t>(m, kNoLabel)};
   for (std::size_t k = 0; k < n + m; ++k)
     if (is_named[k])
@@ -102,58 +102,58 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
                                                 Engine& engine) {
   PM_CHECK(balls.size() == plan.pairs.size());
   PM_CHECK(from_names.size() == plan.from.size() && to_names.size() == plan.to.size());
-  // The names that balls have, and 0, add_number anew: an object may have many more.
+  // Renumbers the labels that balls have, and 0, consecutively: an object may have many more.
   std::vector<std::uint32_t> used{0};
   for (const auto& names : {from_names, to_names})
     used.insert(used.end(), names.begin(), names.end());
   std::sort(used.begin(), used.end());
   used.erase(std::unique(used.begin(), used.end()), used.end());
   const auto count = static_cast<std::uint32_t>(used.size());
-  const auto number_of = [&](std::uint32_t name) {
+  const auto index_in_used = [&](std::uint32_t name) {
     return static_cast<std::uint32_t>(std::lower_bound(used.begin(), used.end(), name) -
                                       used.begin());
   };
-  // Names that belong together are a family, called by the least of them.
+  // Matched labels form a family, which has the number of its least member.
   std::vector<std::uint32_t> family(count);
   std::iota(family.begin(), family.end(), 0u);
   for (const Pair& pair : plan.pairs) {
     if (plan.from_labels.empty() || plan.from_labels[pair.from] == kNoLabel ||
         plan.from_labels[pair.from] != plan.to_labels[pair.to])
       continue;
-    const std::uint32_t a = family[number_of(from_names[pair.from])],
-                        b = family[number_of(to_names[pair.to])];
+    const std::uint32_t a = family[index_in_used(from_names[pair.from])],
+                        b = family[index_in_used(to_names[pair.to])];
     std::replace(family.begin(), family.end(), std::max(a, b), std::min(a, b));
   }
-  // Each name is a value that the balls carry, eight at a time.
+  // Each label is an attribute of the balls; a pass interpolates eight of them.
   const std::vector<float> progress = pair_progress(plan, time);
-  std::vector<float> of_names(points.size() * count);
+  std::vector<float> name_weights(points.size() * count);
   for (std::uint32_t first = 0; first < count; first += 8) {
-    std::vector<BallAttribute> carried(2 * balls.size());
+    std::vector<BallAttribute> attributes(2 * balls.size());
     const auto add = [&](std::size_t ball, std::uint32_t name, float share) {
       if (name < first || name >= first + 8) return;
-      carried[2 * ball + (name - first) / 4].value[(name - first) % 4] += share;
+      attributes[2 * ball + (name - first) / 4].value[(name - first) % 4] += share;
     };
     for (std::size_t e = 0; e < balls.size(); ++e) {
-      add(e, number_of(from_names[plan.pairs[e].from]), 1 - progress[e]);
-      add(e, number_of(to_names[plan.pairs[e].to]), progress[e]);
+      add(e, index_in_used(from_names[plan.pairs[e].from]), 1 - progress[e]);
+      add(e, index_in_used(to_names[plan.pairs[e].to]), progress[e]);
     }
     PM_TRY(const std::vector<AttributeValues> values,
-           interpolate_attributes(engine, balls, plan.kind, carried, points));
+           interpolate_attributes(engine, balls, plan.kind, attributes, points));
     for (std::size_t i = 0; i < points.size(); ++i)
       for (std::uint32_t k = 0; k < std::min(count - first, 8u); ++k)
-        of_names[i * count + first + k] = values[2 * i + k / 4].v[k % 4];
+        name_weights[i * count + first + k] = values[2 * i + k / 4].v[k % 4];
   }
   std::vector<std::uint32_t> labels(points.size());
-  std::vector<float> of_family(count);
+  std::vector<float> family_weight(count);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const float* of_name = of_names.data() + i * count;
-    std::fill(of_family.begin(), of_family.end(), 0.0f);
-    for (std::uint32_t name = 0; name < count; ++name) of_family[family[name]] += of_name[name];
+    const float* weight = name_weights.data() + i * count;
+    std::fill(family_weight.begin(), family_weight.end(), 0.0f);
+    for (std::uint32_t name = 0; name < count; ++name) family_weight[family[name]] += weight[name];
     const auto best = static_cast<std::uint32_t>(
-        std::max_element(of_family.begin(), of_family.end()) - of_family.begin());
+        std::max_element(family_weight.begin(), family_weight.end()) - family_weight.begin());
     std::uint32_t winner = best;
     for (std::uint32_t name = 0; name < count; ++name)
-      if (family[name] == best && of_name[name] > of_name[winner]) winner = name;
+      if (family[name] == best && weight[name] > weight[winner]) winner = name;
     labels[i] = used[winner];
   }
   return labels;

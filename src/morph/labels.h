@@ -1,5 +1,5 @@
-// Labels of balls: the part of an object that a ball belongs to, and the matching of two objects'
-// parts.
+// Labels of balls: the face group that each ball belongs to, and the matching of two objects'
+// groups.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace polymorph {
 
-/// For each ball the label (index into model.label_names) of the nearest face.
+/// Finds the label, an index into model.label_names, of the face nearest to each ball.
 std::vector<std::uint32_t> face_labels(const Model& model, const std::vector<Ball>& balls);
 
 /// One object's labels, for matching.
@@ -24,20 +24,21 @@ struct LabelledObject {
   std::vector<std::string> labels;
 };
 
-/// Two objects' labels in one numbering: equal numbers belong together, kNoLabel has no partner.
+/// Two objects' labels in a common numbering: labels with equal numbers match, and kNoLabel has no
+/// partner.
 struct LabelMatch {
   std::vector<std::int32_t> from, to;  ///< one per label of the object
 };
 
-/// `map` names partners ("teapot.spout": "penguin.beak", or just "spout": "beak", in either
-/// direction); labels it does not name belong to the label of the same name.
+/// Matches the labels that `map` names ("teapot.spout": "penguin.beak", or just "spout": "beak", in
+/// either direction). Labels that `map` does not name match labels of the same name.
 LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
                         const std::map<std::string, std::string>& map);
 
-/// The label of each point of the surface between two objects: one number per point, of those in
-/// `from_names` and `to_names` (one per ball of either object, in one numbering). A pair's share of
-/// the field at the point goes to its source's label by 1 - u and to its target's by u; labels that
-/// belong together count as one, and the larger of them gives the name. `balls` are those of
+/// Finds the label of each point of the surface between two objects. `from_names` and `to_names`
+/// have the label of each ball, in a common numbering. Each pair adds its share of the field at the
+/// point, times 1 - u, to its source's label, and times u to its target's. Sums of matched labels
+/// are added up; the largest total wins, and the largest label in it is returned. `balls`:
 /// balls_at(plan, time). Errors: the engine's (field/extract_surface.h: to_status).
 Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float time,
                                                 const BallSet& balls,
@@ -46,7 +47,7 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
                                                 std::span<const std::uint32_t> to_names,
                                                 Engine& engine);
 
-/// Errors (kInput): a name in `map` that no object of the chain has.
+/// Checks that each name in `map` is a label of an object of the chain. Errors: kInput.
 Status check_label_map(const std::vector<LabelledObject>& chain,
                        const std::map<std::string, std::string>& map);
 

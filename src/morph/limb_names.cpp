@@ -8,13 +8,14 @@
 namespace polymorph {
 namespace {
 
-double height(const Limbs& limbs, Vec3d p) {
+/// Height above the object's lowest point, over the object's height.
+double relative_height(const Limbs& limbs, Vec3d p) {
   return (p.y - limbs.low) / std::max(limbs.high - limbs.low, 1e-9);
 }
 
 Vec3d direction(const Limb& limb) { return normalized(limb.tip() - limb.line.front()); }
 
-/// The numbers of the limbs that are not legs and sit on no other limb, the largest first.
+/// Indices of the limbs without a noun that sit on no other limb, the largest first.
 std::vector<std::size_t> others_by_volume(const Limbs& limbs,
                                           const std::vector<std::string_view>& nouns) {
   std::vector<std::size_t> others;
@@ -29,12 +30,14 @@ std::vector<std::size_t> others_by_volume(const Limbs& limbs,
 }
 
 std::vector<std::string_view> choose_nouns(const Limbs& limbs) {
+  // Max height of a foot, min height of a shoulder, min upward component of a head's direction.
   constexpr double kFloor = 0.15, kShoulder = 0.5, kUp = 0.5;
   std::vector<std::string_view> nouns(limbs.limbs.size());
   std::size_t legs = 0;
   for (std::size_t i = 0; i < nouns.size(); ++i) {
     const Limb& limb = limbs.limbs[i];
-    if (height(limbs, limb.tip()) < kFloor && limb.tip().y < limb.root.y) nouns[i] = "leg", ++legs;
+    if (relative_height(limbs, limb.tip()) < kFloor && limb.tip().y < limb.root.y)
+      nouns[i] = "leg", ++legs;
   }
   const std::vector<std::size_t> others = others_by_volume(limbs, nouns);
   if (legs > 2) {
@@ -45,26 +48,27 @@ std::vector<std::string_view> choose_nouns(const Limbs& limbs) {
       if (k == 1 && head.x * tail.x + head.z * tail.z < 0) nouns[others[k]] = "tail";
     }
   } else {
-    // Arms may be raised as well: the head is above the body.
-    const auto offset = [&](std::size_t i) {
+    // Raised arms point upwards, too. The head is the limb nearest to the vertical axis.
+    const auto distance2 = [&](std::size_t i) {
       const Vec3d d = limbs.limbs[i].tip() - limbs.middle;
       return d.x * d.x + d.z * d.z;
     };
     std::size_t head = nouns.size();
     for (const std::size_t i : others)
-      if (direction(limbs.limbs[i]).y > kUp && height(limbs, limbs.limbs[i].root) > kShoulder &&
-          (head == nouns.size() || offset(i) < offset(head)))
+      if (direction(limbs.limbs[i]).y > kUp &&
+          relative_height(limbs, limbs.limbs[i].root) > kShoulder &&
+          (head == nouns.size() || distance2(i) < distance2(head)))
         head = i;
     if (head < nouns.size()) nouns[head] = "head";
     for (const std::size_t i : others)
-      if (i != head && height(limbs, limbs.limbs[i].root) > kShoulder) nouns[i] = "arm";
+      if (i != head && relative_height(limbs, limbs.limbs[i].root) > kShoulder) nouns[i] = "arm";
   }
   for (std::string_view& noun : nouns)
     if (noun.empty()) noun = "limb";
   return nouns;
 }
 
-/// The place of a limb among those of the same noun: "front left ".
+/// Position of a limb among those with the same noun, such as "front left ".
 std::string describe_side(const Limbs& limbs, const std::vector<std::size_t>& group,
                           std::size_t limb) {
   if (group.size() < 2) return "";
@@ -74,10 +78,10 @@ std::string describe_side(const Limbs& limbs, const std::vector<std::size_t>& gr
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
-  // Both words where the group spreads both ways.
-  constexpr double kSpread = 0.25;
+  // A group that is wide along both axes gets both words.
+  constexpr double kMinAspect = 0.25;
   const Vec3d p = limbs.limbs[limb].tip(), middle = (low + high) * 0.5, size = high - low;
-  const bool by_x = size.x >= kSpread * size.z, by_z = size.z >= kSpread * size.x;
+  const bool by_x = size.x >= kMinAspect * size.z, by_z = size.z >= kMinAspect * size.x;
   std::string side;
   if (by_z && (group.size() > 2 || !by_x || size.z > size.x))
     side += p.z > middle.z ? "front " : "back ";
@@ -96,8 +100,8 @@ std::vector<std::string> limb_names(const Limbs& limbs) {
   std::map<std::string, int> used;
   for (std::size_t i = 0; i < nouns.size(); ++i) {
     std::string name = describe_side(limbs, groups[nouns[i]], i) + std::string(nouns[i]);
-    if (const int before = used[name]++; before > 0)
-      name.append(" ").append(std::to_string(before + 1));
+    if (const int earlier = used[name]++; earlier > 0)
+      name.append(" ").append(std::to_string(earlier + 1));
     names.push_back(std::move(name));
   }
   return names;

@@ -8,9 +8,8 @@
 
 namespace polymorph {
 
-/// Names each limb by its position: "head", "left arm", "front right leg", "tail", else "limb"; no
-/// two names are the same. Left is where x is smaller and front where z is larger, although the
-/// object may face elsewhere.
+/// Names each limb by its position: "head", "left arm", "front right leg", "tail", or else "limb".
+/// Names are unique. Left means smaller x and front larger z, whichever way the object faces.
 std::vector<std::string> limb_names(const Limbs& limbs);
 
 }  // namespace polymorph

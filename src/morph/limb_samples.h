@@ -1,6 +1,6 @@
-// Samples of a smooth map along limbs: those of matched limbs lie on both centre lines; those of a
-// limb that only one object has let it shrink along its own centre line into its root, or grow out
-// of it (docs/method.md, Map).
+// Samples of the smooth map on limbs (docs/method.md, Limbs in the map). The samples of matched
+// limbs lie on both centre lines. Those of a lone limb, which only one object has, make it shrink
+// along its centre line into its root, or grow out of it.
 #pragma once
 
 #include <cstdint>
@@ -11,20 +11,20 @@
 
 namespace polymorph {
 
-/// Sample of a smooth map at a moment, in the place of a pair of balls on a limb.
+/// Sample of the smooth map at a time. It replaces the sample of a pair of balls on a limb.
 struct LimbSample {
   std::uint32_t pair = 0;
   bool is_lone = false;
-  Vec3 center;                ///< its place now
-  Vec3 from, to;              ///< its places on both objects
-  Mat3 to_source, to_target;  ///< slopes of the maps to both objects
-  double mass = 1;            ///< factor of its weight
-  float progress = 0;         ///< is_lone: how far what is here is the target
+  Vec3 center;                ///< position at that time
+  Vec3 from, to;              ///< positions on both objects
+  Mat3 to_source, to_target;  ///< derivatives of the maps to both objects
+  double mass = 1;            ///< factor of the sample's weight
+  float progress = 0;         ///< lone limbs only: 0 shows the source, 1 the target
 };
 
-/// The samples of all pairs of which a ball is on a lone limb or both are on one matched limb, in
-/// pair order. A lone limb has none where nothing is left of it. `eased`: eased_times(); `balls`:
-/// balls_at() of the plan at `time`.
+/// Makes the samples of all pairs with a ball on a lone limb or both balls on the same matched
+/// limb, in pair order. A lone limb that has shrunk to nothing has no samples. `eased`:
+/// eased_times(plan, time); `balls`: balls_at(plan, time).
 std::vector<LimbSample> limb_samples(const MorphPlan& plan, float time,
                                      const std::vector<float>& eased, const BallSet& balls);
 

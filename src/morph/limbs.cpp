@@ -13,27 +13,28 @@ namespace {
 
 constexpr std::uint32_t kNone = VoxelSolid::kNone;
 constexpr std::size_t kMaxTips = 14;
-/// Least prominence of a tip, as a share of the longest way from the centre, and of how thick the
-/// object is where the limb begins.
-constexpr double kProminence = 0.1, kProminenceInThickness = 0.5;
-/// Least stretch of a limb that others sit on, as a share of that way and of the longest of these;
-/// and the most of the volume that it holds.
-constexpr double kInnerStretch = 0.06, kInnerStretchInLimb = 0.4, kInnerVolume = 0.25;
+/// Min prominence of a tip, as a fraction of the largest distance from the centre, and of the local
+/// radius at the limb's root.
+constexpr double kMinProminence = 0.1, kMinProminenceInRadii = 0.5;
+/// Min length of a limb that others sit on, as a fraction of the largest distance and of the
+/// longest of those others; and its max fraction of the volume.
+constexpr double kMinInnerLength = 0.06, kMinInnerLengthInLimbs = 0.4, kMaxInnerVolume = 0.25;
 
-/// The object as limbs are looked for in it.
+/// The object's voxels, with the distances and order in which its limbs are found.
 struct Body {
   VoxelSolid solid;
   std::vector<std::uint32_t> radii;  ///< local_radii()
   std::uint32_t center = 0;
-  double mean_distance = 0;             ///< the least, in the units of the solid
+  double mean_distance = 0;             ///< mean distance from the centre, in the solid's units
   std::vector<std::uint32_t> distance;  ///< geodesic distance from the centre
   std::vector<std::uint32_t> order;     ///< voxels, the farthest first
-  std::vector<std::uint32_t> rank;      ///< place of each voxel in that order
+  std::vector<std::uint32_t> rank;      ///< inverse of `order`
   BodySample sample;
 };
 
-/// The voxel with the shortest mean way to all of the body, by way of bases far from each other.
-/// Thick parts count less: the surface is to be near.
+/// Finds the voxel with the least mean geodesic distance to the body, estimated from 60 bases
+/// (farthest point sampling). Voxels are weighted by 1 / local radius, so that the mean is roughly
+/// over the surface. Stores the bases as the body's sample.
 void find_center(Body& body) {
   constexpr std::size_t kBases = 60;
   const VoxelSolid& solid = body.solid;
@@ -41,7 +42,7 @@ void find_center(Body& body) {
   std::vector<double> weight(n);
   for (std::size_t i = 0; i < n; ++i)
     weight[i] = 1 / static_cast<double>(std::max(body.radii[i], VoxelSolid::kStepUnits));
-  const double all = std::accumulate(weight.begin(), weight.end(), 0.0);
+  const double total_weight = std::accumulate(weight.begin(), weight.end(), 0.0);
   std::vector<std::uint32_t> nearest(n, kNone), owner(n, 0);
   std::vector<std::vector<std::uint32_t>> from_base;
   std::vector<std::uint32_t> bases;
@@ -59,16 +60,16 @@ void find_center(Body& body) {
                                       nearest.begin());
   }
   std::vector<double> share(from_base.size(), 0), mean(n, 0);
-  for (std::size_t i = 0; i < n; ++i) share[owner[i]] += weight[i] / all;
+  for (std::size_t i = 0; i < n; ++i) share[owner[i]] += weight[i] / total_weight;
   for (std::size_t b = 0; b < from_base.size(); ++b)
     for (std::size_t i = 0; i < n; ++i) mean[i] += share[b] * static_cast<double>(from_base[b][i]);
-  // Of places as near as each other, the deepest.
-  constexpr double kDepth = 1e-3;
-  const auto value = [&](std::size_t i) {
-    return mean[i] - kDepth * static_cast<double>(solid.depth[i]);
+  // Of voxels with nearly the same mean distance, the deepest is chosen.
+  constexpr double kDepthWeight = 1e-3;
+  const auto score = [&](std::size_t i) {
+    return mean[i] - kDepthWeight * static_cast<double>(solid.depth[i]);
   };
   for (std::uint32_t i = 1; i < n; ++i)
-    if (value(i) < value(body.center)) body.center = i;
+    if (score(i) < score(body.center)) body.center = i;
   body.mean_distance = std::max(mean[body.center], 1.0);
   for (std::size_t b = 0; b < bases.size(); ++b) {
     body.sample.points.push_back(solid.center(bases[b]));
@@ -96,11 +97,12 @@ Body make_body(const std::vector<Ball>& balls) {
   return body;
 }
 
-/// Runs through the superlevel sets of the distance, the farthest voxel first. `met(voxel, roots)`
-/// gets the components that the voxel joins, each by its farthest voxel, the farthest first; they
-/// become one, called by the first of them, or by the voxel where there is none.
-template <class Met>
-void merge_tree(const Body& body, const Met& met) {
+/// Builds the merge tree of the distance's superlevel sets by adding voxels, the farthest first.
+/// Before each voxel is added, `visit_voxel(voxel, roots)` gets the components next to it, each
+/// named by its farthest voxel, the farthest first. These then merge under the first name; a voxel
+/// without such neighbours starts a component of its own.
+template <class Visitor>
+void merge_tree(const Body& body, const Visitor& visit_voxel) {
   const VoxelSolid& solid = body.solid;
   std::vector<std::uint32_t> parent(solid.size(), kNone);
   const auto find = [&](std::uint32_t i) {
@@ -115,14 +117,15 @@ void merge_tree(const Body& body, const Met& met) {
     std::sort(roots.begin(), roots.end(),
               [&](std::uint32_t a, std::uint32_t b) { return body.rank[a] < body.rank[b]; });
     roots.erase(std::unique(roots.begin(), roots.end()), roots.end());
-    met(i, roots);
+    visit_voxel(i, roots);
     parent[i] = i;
     for (const std::uint32_t root : roots) parent[root] = roots.front();
     if (!roots.empty()) parent[i] = roots.front();
   }
 }
 
-/// The tips whose components last, the most prominent first.
+/// Finds at most kMaxTips tips whose prominence (persistence) is large enough, the most prominent
+/// first.
 std::vector<std::uint32_t> prominent_tips(const Body& body) {
   struct Tip {
     std::uint32_t voxel, prominence, saddle;
@@ -134,10 +137,10 @@ std::vector<std::uint32_t> prominent_tips(const Body& body) {
   });
   const std::uint32_t farthest = body.order.front();
   tips.push_back({farthest, body.distance[farthest], body.center});
-  const double minimum = kProminence * static_cast<double>(body.distance[farthest]);
+  const double minimum = kMinProminence * static_cast<double>(body.distance[farthest]);
   std::erase_if(tips, [&](const Tip& tip) {
     return tip.prominence < minimum ||
-           tip.prominence < kProminenceInThickness * static_cast<double>(body.radii[tip.saddle]);
+           tip.prominence < kMinProminenceInRadii * static_cast<double>(body.radii[tip.saddle]);
   });
   std::stable_sort(tips.begin(), tips.end(),
                    [](const Tip& a, const Tip& b) { return a.prominence > b.prominence; });
@@ -147,22 +150,23 @@ std::vector<std::uint32_t> prominent_tips(const Body& body) {
   return voxels;
 }
 
-/// An arc of the merge tree, pruned to the prominent tips.
+/// An arc of the merge tree after it is pruned to the prominent tips.
 struct Arc {
-  std::uint32_t tip = 0, root = 0;   ///< voxels: the farthest, and where it ends
-  std::uint32_t top = 0;             ///< distance at which it begins
-  std::vector<std::uint32_t> inner;  ///< the arcs that end where it begins, and theirs
+  std::uint32_t tip = 0, root = 0;  ///< voxels: the farthest, and the one at which the arc ends
+  std::uint32_t top = 0;            ///< distance from the centre at which it begins
+  /// The arcs that end where this one begins, and the inner arcs of these.
+  std::vector<std::uint32_t> inner;
 };
 
 std::vector<Arc> find_arcs(const Body& body, const std::vector<std::uint32_t>& tips) {
   std::vector<Arc> arcs;
   for (const std::uint32_t tip : tips) arcs.push_back({tip, body.center, body.distance[tip], {}});
-  // Of each component, by its farthest voxel: the arc that it is in, if any.
+  // The arc that each component, named by its farthest voxel, belongs to; kNone if none.
   std::vector<std::uint32_t> open_arc(body.solid.size(), kNone);
   merge_tree(body, [&](std::uint32_t voxel, const std::vector<std::uint32_t>& roots) {
     if (roots.empty()) {
-      const auto at = std::find(tips.begin(), tips.end(), voxel);
-      if (at != tips.end()) open_arc[voxel] = static_cast<std::uint32_t>(at - tips.begin());
+      const auto tip = std::find(tips.begin(), tips.end(), voxel);
+      if (tip != tips.end()) open_arc[voxel] = static_cast<std::uint32_t>(tip - tips.begin());
       return;
     }
     std::vector<std::uint32_t> ending;
@@ -186,7 +190,7 @@ std::vector<Arc> find_arcs(const Body& body, const std::vector<std::uint32_t>& t
   return arcs;
 }
 
-/// The voxels connected to an arc's tip by others that are farther from the centre than its root.
+/// Collects the voxels that are connected to an arc's tip by voxels farther than its root, sorted.
 std::vector<std::uint32_t> collect_members(const Body& body, const Arc& arc) {
   std::vector<std::uint8_t> seen(body.solid.size(), 0);
   std::vector<std::uint32_t> members{arc.tip};
@@ -201,31 +205,32 @@ std::vector<std::uint32_t> collect_members(const Body& body, const Arc& arc) {
   return members;
 }
 
-/// A section of a limb: its middle and half its thickness; nothing where no voxel lies within
-/// `reach` of `at`.
+/// A cross-section of a limb, over the voxels whose `along` is within `half_width` of `at`.
 struct Section {
   Vec3d middle;
-  double radius = 0;
-  std::size_t count = 0;
+  double radius = 0;      ///< half the thickness
+  std::size_t count = 0;  ///< number of voxels; if 0, the other members are 0, too
 };
 Section measure_section(const Body& body, const std::vector<std::uint32_t>& members,
-                        const std::vector<double>& along, double at, double reach) {
+                        const std::vector<double>& along, double at, double half_width) {
   Section section;
   for (std::size_t k = 0; k < members.size(); ++k) {
-    if (!(std::fabs(along[k] - at) < reach)) continue;
+    if (!(std::fabs(along[k] - at) < half_width)) continue;
     section.middle = section.middle + body.solid.center(members[k]);
     section.radius += static_cast<double>(body.radii[members[k]]) * body.solid.unit();
     ++section.count;
   }
   if (section.count > 0) {
-    const double share = 1 / static_cast<double>(section.count);
-    section.middle = section.middle * share;
-    section.radius *= share;
+    const double weight = 1 / static_cast<double>(section.count);
+    section.middle = section.middle * weight;
+    section.radius *= weight;
   }
   return section;
 }
 
+/// Measures the limb of an arc. A station without voxels repeats the one before it.
 Limb make_limb(const Body& body, const Arc& arc, const std::vector<std::uint32_t>& members) {
+  // Half the length of a section, and the length of the root's, as fractions of the limb's length.
   constexpr double kHalfSection = 0.09, kRootSection = 0.12;
   const auto root = static_cast<double>(body.distance[arc.root]),
              tip = static_cast<double>(body.distance[arc.tip]);
@@ -251,40 +256,41 @@ Limb make_limb(const Body& body, const Arc& arc, const std::vector<std::uint32_t
   return limb;
 }
 
-/// Marks the arcs that are limbs: all that end in a tip of their own, and those of the others that
-/// are long and slim enough.
-std::vector<std::uint8_t> limbs_among(const Body& body, const std::vector<Arc>& arcs,
-                                      const std::vector<std::vector<std::uint32_t>>& members) {
-  const auto stretch = [&](const Arc& arc) {
+/// Marks the arcs that are limbs: all leaves, and the inner arcs that are long and slim enough.
+std::vector<std::uint8_t> mark_limbs(const Body& body, const std::vector<Arc>& arcs,
+                                     const std::vector<std::vector<std::uint32_t>>& members) {
+  const auto own_length = [&](const Arc& arc) {
     return static_cast<double>(arc.top) - static_cast<double>(body.distance[arc.root]);
   };
-  const auto reach = static_cast<double>(body.distance[body.order.front()]);
-  std::vector<std::uint8_t> kept;
+  const auto max_distance = static_cast<double>(body.distance[body.order.front()]);
+  std::vector<std::uint8_t> is_limb;
   for (std::size_t k = 0; k < arcs.size(); ++k) {
     const Arc& arc = arcs[k];
     double longest = 0;
     for (const std::uint32_t i : arc.inner)
-      if (body.distance[arcs[i].root] == arc.top)  // its own, not theirs
-        longest = std::max(longest, stretch(arcs[i]));
-    const double share =
+      if (body.distance[arcs[i].root] == arc.top)  // sits on the arc directly
+        longest = std::max(longest, own_length(arcs[i]));
+    const double volume =
         static_cast<double>(members[k].size()) / static_cast<double>(body.solid.size());
-    kept.push_back(arc.inner.empty() ||
-                   (arc.root != body.center && stretch(arc) >= kInnerStretch * reach &&
-                    stretch(arc) >= kInnerStretchInLimb * longest && share <= kInnerVolume));
+    is_limb.push_back(arc.inner.empty() || (arc.root != body.center &&
+                                            own_length(arc) >= kMinInnerLength * max_distance &&
+                                            own_length(arc) >= kMinInnerLengthInLimbs * longest &&
+                                            volume <= kMaxInnerVolume));
   }
-  return kept;
+  return is_limb;
 }
 
-/// Adds the limbs of each ball and its distances from their roots.
+/// Computes what limbs hold each ball, the balls' distances from centre and roots, and the
+/// distances between tips.
 void add_balls(const Body& body, const std::vector<Ball>& balls, const std::vector<Arc>& arcs,
                const std::vector<std::vector<std::uint32_t>>& members, Limbs& limbs) {
   const double unit = body.solid.unit();
-  std::vector<std::uint32_t> voxel(balls.size());
+  std::vector<std::uint32_t> ball_voxels(balls.size());
   parallel_for(static_cast<std::int64_t>(balls.size()), [&](std::int64_t b) {
-    const auto at = static_cast<std::size_t>(b);
-    voxel[at] = nearest_voxel(body.solid, balls[at].center);
+    const auto i = static_cast<std::size_t>(b);
+    ball_voxels[i] = nearest_voxel(body.solid, balls[i].center);
   });
-  for (const std::uint32_t i : voxel)
+  for (const std::uint32_t i : ball_voxels)
     limbs.ball_distances.push_back(static_cast<double>(body.distance[i]) * unit);
   limbs.ball_limbs.assign(balls.size(), 0);
   limbs.ball_root_distances.resize(arcs.size());
@@ -292,7 +298,7 @@ void add_balls(const Body& body, const std::vector<Ball>& balls, const std::vect
   parallel_for(static_cast<std::int64_t>(arcs.size()), [&](std::int64_t k) {
     const auto limb = static_cast<std::size_t>(k);
     const auto from_root = geodesic_distances(body.solid, std::span(&arcs[limb].root, 1));
-    for (const std::uint32_t i : voxel)
+    for (const std::uint32_t i : ball_voxels)
       limbs.ball_root_distances[limb].push_back(static_cast<double>(from_root[i]) * unit);
     const auto from_tip = geodesic_distances(body.solid, std::span(&arcs[limb].tip, 1));
     for (const Arc& other : arcs)
@@ -300,24 +306,25 @@ void add_balls(const Body& body, const std::vector<Ball>& balls, const std::vect
   });
   for (std::size_t limb = 0; limb < arcs.size(); ++limb)
     for (std::size_t b = 0; b < balls.size(); ++b)
-      if (std::binary_search(members[limb].begin(), members[limb].end(), voxel[b]))
+      if (std::binary_search(members[limb].begin(), members[limb].end(), ball_voxels[b]))
         limbs.ball_limbs[b] |= 1u << limb;
 }
 
+/// Computes the object's middle, RMS size, height range, centre and distances from it.
 void measure_whole(const Body& body, Limbs& limbs) {
   const VoxelSolid& solid = body.solid;
-  const double share = 1 / static_cast<double>(solid.size());
+  const double weight = 1 / static_cast<double>(solid.size());
   limbs.low = limbs.high = solid.center(0).y;
   for (std::uint32_t i = 0; i < solid.size(); ++i) {
     const Vec3d p = solid.center(i);
-    limbs.middle = limbs.middle + p * share;
+    limbs.middle = limbs.middle + p * weight;
     limbs.low = std::min(limbs.low, p.y);
     limbs.high = std::max(limbs.high, p.y);
   }
   double square = 0;
   for (std::uint32_t i = 0; i < solid.size(); ++i) {
     const Vec3d d = solid.center(i) - limbs.middle;
-    square += share * dot(d, d);
+    square += weight * dot(d, d);
   }
   limbs.rms = square > 0 ? std::sqrt(square) : 1;
   limbs.center = solid.center(body.center);
@@ -325,24 +332,25 @@ void measure_whole(const Body& body, Limbs& limbs) {
   limbs.reach = static_cast<double>(body.distance[body.order.front()]) * solid.unit();
 }
 
-/// The share of the voxels whose mirror image lies in the solid, in the plane with this azimuth of
-/// the normal and this offset from the middle.
+/// Fraction of the voxels whose mirror image lies in the solid; estimated from about 4000 voxels.
+/// The plane's normal has this azimuth; the plane is `offset` from `middle` along the normal.
 double mirror_overlap(const VoxelSolid& solid, Vec3d middle, double azimuth, double offset) {
   constexpr std::uint32_t kSamples = 4000;
   const Vec3d normal = {exact::sin(azimuth), 0, exact::cos(azimuth)};
   const auto count = static_cast<std::uint32_t>(solid.size());
   const std::uint32_t stride = std::max(1u, count / kSamples);
-  std::size_t all = 0, covered = 0;
-  for (std::uint32_t i = 0; i < count; i += stride, ++all) {
+  std::size_t sampled = 0, covered = 0;
+  for (std::uint32_t i = 0; i < count; i += stride, ++sampled) {
     const Vec3d p = solid.center(i);
     covered += solid.contains(p - normal * (2 * (dot(p - middle, normal) - offset)));
   }
-  return static_cast<double>(covered) / static_cast<double>(all);
+  return static_cast<double>(covered) / static_cast<double>(sampled);
 }
 
 /// Counts the pairs of tips that the plane's reflection swaps.
 int count_swapped(const Limbs& limbs, double azimuth) {
-  constexpr double kNear = 0.35;  // of the root mean square size
+  // Max distance from a tip to another tip's mirror image, in RMS sizes.
+  constexpr double kMaxDistance = 0.35;
   const Vec3d normal = {exact::sin(azimuth), 0, exact::cos(azimuth)};
   std::vector<Vec3d> tips;
   for (const Limb& limb : limbs.limbs)
@@ -352,7 +360,7 @@ int count_swapped(const Limbs& limbs, double azimuth) {
     std::size_t nearest = 0;
     for (std::size_t k = 1; k < tips.size(); ++k)
       if (length(tips[k] - image) < length(tips[nearest] - image)) nearest = k;
-    return length(tips[nearest] - image) < kNear * limbs.rms ? nearest : i;
+    return length(tips[nearest] - image) < kMaxDistance * limbs.rms ? nearest : i;
   };
   int swapped = 0;
   for (std::size_t i = 0; i < tips.size(); ++i) {
@@ -392,8 +400,8 @@ std::vector<MirrorPlane> find_mirror_planes(const VoxelSolid& solid, const Limbs
 }  // namespace
 
 double rank_plane(const MirrorPlane& plane) {
-  constexpr double kSwapped = 0.05;
-  return plane.overlap + kSwapped * std::min(plane.swapped, 2);
+  constexpr double kSwapBonus = 0.05;
+  return plane.overlap + kSwapBonus * std::min(plane.swapped, 2);
 }
 
 Limbs find_limbs(const std::vector<Ball>& balls) {
@@ -407,21 +415,21 @@ Limbs find_limbs(const std::vector<Ball>& balls) {
     const auto at = static_cast<std::size_t>(k);
     members[at] = collect_members(body, arcs[at]);
   });
-  const std::vector<std::uint8_t> kept = limbs_among(body, arcs, members);
-  std::vector<std::uint32_t> number(arcs.size(), kNone);
-  std::vector<Arc> kept_arcs;
-  std::vector<std::vector<std::uint32_t>> kept_members;
+  const std::vector<std::uint8_t> is_limb = mark_limbs(body, arcs, members);
+  std::vector<std::uint32_t> limb_index(arcs.size(), kNone);
+  std::vector<Arc> limb_arcs;
+  std::vector<std::vector<std::uint32_t>> limb_members;
   for (std::size_t k = 0; k < arcs.size(); ++k) {
-    if (!kept[k]) continue;
-    number[k] = static_cast<std::uint32_t>(kept_arcs.size());
+    if (!is_limb[k]) continue;
+    limb_index[k] = static_cast<std::uint32_t>(limb_arcs.size());
     Limb limb = make_limb(body, arcs[k], members[k]);
     for (const std::uint32_t i : arcs[k].inner)
-      if (number[i] != kNone) limb.inner.push_back(number[i]);
+      if (limb_index[i] != kNone) limb.inner.push_back(limb_index[i]);
     limbs.limbs.push_back(std::move(limb));
-    kept_arcs.push_back(std::move(arcs[k]));
-    kept_members.push_back(std::move(members[k]));
+    limb_arcs.push_back(std::move(arcs[k]));
+    limb_members.push_back(std::move(members[k]));
   }
-  add_balls(body, balls, kept_arcs, kept_members, limbs);
+  add_balls(body, balls, limb_arcs, limb_members, limbs);
   limbs.sample = std::move(body.sample);
   limbs.mirror_planes = find_mirror_planes(body.solid, limbs);
   return limbs;

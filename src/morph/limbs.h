@@ -11,69 +11,70 @@
 
 namespace polymorph {
 
-/// Points along a limb's centre line.
+/// Number of points on a limb's centre line.
 inline constexpr std::size_t kLimbStations = 7;
-/// The place of station `k` between the limb's root (0) and its tip (1).
+/// Position of point `k`, from 0 at the limb's root to 1 at its tip.
 constexpr double limb_station(std::size_t k) {
   return 0.05 + 0.9 * static_cast<double>(k) / static_cast<double>(kLimbStations - 1);
 }
 
-/// A part that sticks out: all that is farther from the object's centre than the point where the
-/// shortest paths from its tip and from another limb's tip to the centre meet.
+/// A protruding part: the connected points that are farther from the object's centre than the
+/// saddle at which the part joins another limb in the merge tree.
 struct Limb {
-  std::array<Vec3d, kLimbStations> line;     ///< middles of its sections, from root to tip
-  std::array<double, kLimbStations> radius;  ///< half its thickness there
-  Vec3d root;                                ///< middle of its first tenth
+  std::array<Vec3d, kLimbStations> line;     ///< centres of the cross-sections, from root to tip
+  std::array<double, kLimbStations> radius;  ///< half the thickness at each of these points
+  Vec3d root;                                ///< centre of the first 12 % of its length
   double root_distance = 0;                  ///< geodesic distance of the root from the centre
   double tip_distance = 0;
-  double stretch = 0;  ///< its own length: without the limbs that sit on it
-  double volume = 0;   ///< share of the object's
-  /// The limbs that sit on it, directly or on one another, as a head's horns; empty for a limb
-  /// with a tip of its own.
+  double stretch = 0;  ///< length without the limbs that sit on it
+  double volume = 0;   ///< fraction of the object's volume
+  /// Indices of the limbs that sit on this one, directly or on each other, such as a head's horns.
+  /// Empty for a leaf of the merge tree, which has a tip of its own.
   std::vector<std::uint32_t> inner;
 
   double length() const { return tip_distance - root_distance; }
   Vec3d tip() const { return line.back(); }
 };
 
-/// Sample points of an object, each weighted by the part of the surface that is nearest to it, with
-/// the geodesic distances between them: a metric measure space (Memoli 2011).
+/// Sample points of an object, each weighted by the area of the surface nearest to it, with the
+/// geodesic distances between them: a metric measure space (Memoli 2011).
 struct BodySample {
   std::vector<Vec3d> points;
-  std::vector<double> shares;                  ///< approximate shares of the surface; sum 1
+  std::vector<double> shares;                  ///< approximate fractions of the surface area; sum 1
   std::vector<std::vector<double>> distances;  ///< [point][point]
 };
 
 /// Vertical plane in which an object is nearly its own mirror image.
 struct MirrorPlane {
   double azimuth = 0;  ///< direction of its normal, radians from +z towards +x, in [0, pi)
-  double overlap = 0;  ///< share of the object that its mirror image covers
+  double overlap = 0;  ///< fraction of the object that its mirror image covers
   int swapped = 0;     ///< pairs of limbs whose tips are each other's mirror images
 };
-/// Likelihood that a plane parts left from right: a body stretched out flat has another plane that
-/// is nearly as good, but only this one swaps its limbs.
+/// Score of a plane as the one between left and right: its overlap, and 0.05 for each pair of limbs
+/// that it swaps, two pairs at most. A figure that stretches its arms has a second plane with
+/// nearly the same overlap, but that one swaps no limbs.
 double rank_plane(const MirrorPlane& plane);
 
-/// Least angle between two mirror planes that are told apart, radians.
+/// Min angle between two mirror planes that count as different, radians.
 inline constexpr double kPlanesApart = 0.44;
 
 /// An object's limbs. Lengths in scene units.
 struct Limbs {
   std::vector<Limb> limbs;
   BodySample sample;
-  std::vector<MirrorPlane> mirror_planes;  ///< planes at least kPlanesApart apart, by rank
+  std::vector<MirrorPlane> mirror_planes;  ///< best rank first; kPlanesApart or more apart
   Vec3d middle;                            ///< centre of the volume
-  double rms = 0;                          ///< root of the mean squared distance from it
+  double rms = 0;                          ///< RMS distance from `middle`
   Vec3d center;                            ///< the point with the smallest mean geodesic distance
-  double size = 0;                         ///< mean geodesic distance from there
-  double reach = 0;                        ///< largest geodesic distance from there
+  double size = 0;                         ///< mean geodesic distance from `center`
+  double reach = 0;                        ///< largest geodesic distance from `center`
   double low = 0, high = 0;                ///< the solid's lowest and highest points
-  /// tip_distances[i][k]: from the tip of limb i to that of limb k, along the body.
+  /// tip_distances[i][k]: geodesic distance from the tip of limb i to that of limb k.
   std::vector<std::vector<double>> tip_distances;
-  /// The distance of each ball along the body, from the centre and from each limb's root.
-  std::vector<double> ball_distances;
-  std::vector<std::vector<double>> ball_root_distances;  ///< [limb][ball]
-  /// One mask per ball: bit i is set where it belongs to limb i.
+  std::vector<double> ball_distances;  ///< geodesic distance of each ball from `center`
+  /// ball_root_distances[limb][ball]: geodesic distance of the ball from the limb's root.
+  std::vector<std::vector<double>> ball_root_distances;
+  /// One mask per ball: bit i is set if the ball belongs to limb i.
   std::vector<std::uint32_t> ball_limbs;
 
   bool holds(std::uint32_t limb, std::size_t ball) const {
@@ -82,10 +83,10 @@ struct Limbs {
 };
 
 /// Finds the limbs of the body that Gaussian balls (FieldKind::kGaussian) enclose, in the merge
-/// tree of superlevel sets of the geodesic distance from the centre. Limbs are at most 14 of its
-/// leaves, whose prominence is at least a tenth of the distance of the farthest tip, and which are
-/// at least half as long as they are thick at their roots; and inner arcs that have a length of
-/// their own. Returns no limbs if nothing is inside. Parallel, deterministic.
+/// tree of superlevel sets of the geodesic distance from the centre. Limbs are at most 14 leaves of
+/// the tree, whose prominence is at least a tenth of the largest distance and half the local radius
+/// at the root. Inner arcs are limbs, too, if they are long and slim enough. Returns no limbs if
+/// the balls enclose nothing. Parallel, deterministic.
 Limbs find_limbs(const std::vector<Ball>& balls);
 
 }  // namespace polymorph

@@ -16,59 +16,63 @@
 namespace polymorph {
 namespace {
 
-/// Points spread evenly through the unit ball, each with its mirror image: the R3 sequence
-/// (Roberts 2018) mapped by volume.
+/// Evenly distributed points in the unit ball, in antipodal pairs: the R3 sequence (Roberts 2018),
+/// mapped so that volumes are kept.
 std::vector<Vec3> points_in_ball(std::size_t count) {
   std::vector<Vec3> points;
   for (std::size_t i = 0; points.size() < count; ++i) {
     const auto [r0, r1, r2] = r3_point(i);
-    const double radius = cube_root(r0), z = 2 * r1 - 1, turn = 6.283185307179586 * r2;
-    const double side = std::sqrt(std::max(0.0, 1 - z * z));
-    const Vec3d p = Vec3d{side * exact::cos(turn), side * exact::sin(turn), z} * radius;
+    const double radius = cube_root(r0), z = 2 * r1 - 1, azimuth = 6.283185307179586 * r2;
+    const double horizontal = std::sqrt(std::max(0.0, 1 - z * z));
+    const Vec3d p =
+        Vec3d{horizontal * exact::cos(azimuth), horizontal * exact::sin(azimuth), z} * radius;
     points.push_back(to_float(p));
     points.push_back(to_float(p * -1.0));
   }
   return points;
 }
 
-/// The reach of a ball beyond its surface's level, in its exponent: exp(-4) of the field.
+/// A ball is sampled out to where its value is exp(-4): to q = w + 4 in exp(w - q), for w > 0.
 constexpr float kTail = 4;
-/// The exponent from which a ball's part in the others' points is dropped, as kernels do.
+/// A ball is ignored at points where its value is below exp(-9), as in the kernels.
 constexpr float kCutoff = 9;
 
-float exponent_reach(const Ball& ball, float more) { return std::max(ball.w, 0.0f) + more; }
+float max_exponent(const Ball& ball, float margin) { return std::max(ball.w, 0.0f) + margin; }
 
-float widest_axis(const Ball& ball) {
+/// The longest semi-axis of d^T shape d = 1.
+float longest_axis(const Ball& ball) {
   if (is_round(ball)) return 1;
   return static_cast<float>(
       1 / std::sqrt(std::max(principal_axes(to_mat3(ball.shape)).values[2], 1e-6)));
 }
 
-/// Unit ball -> the ellipsoid d^T shape d = 1.
+/// The map from the unit ball to the ellipsoid d^T shape d = 1.
 Mat3 to_ellipsoid(const Ball& ball) {
   if (is_round(ball)) return {};
   return to_mat3(exp_symmetric(to_sym3d(log_symmetric(to_mat3(ball.shape))) * -0.5));
 }
 
-/// A ball's part of what lies inside the surface: its volume, and the integral of the squared
-/// distance from a point.
-struct Part {
-  double volume = 0, squares = 0;
+/// Integrals over a ball's share of the volume inside the surface: 1, and the squared distance from
+/// a given centre.
+struct VolumeIntegrals {
+  double volume = 0, squared_distance = 0;
 };
 
-Part part_inside(const std::vector<Ball>& balls, std::size_t index,
-                 const std::vector<float>& widest, const std::vector<Vec3>& points, Vec3d center) {
+VolumeIntegrals integrate_ball(const std::vector<Ball>& balls, std::size_t index,
+                               const std::vector<float>& longest_axes,
+                               const std::vector<Vec3>& points, Vec3d center) {
   const Ball& ball = balls[index];
-  const float radius = std::sqrt(exponent_reach(ball, kTail) / ball.a);
+  const float radius = std::sqrt(max_exponent(ball, kTail) / ball.a);
   std::vector<std::uint32_t> near;
   for (std::uint32_t j = 0; j < balls.size(); ++j) {
-    const float reach = std::sqrt(std::max(balls[j].w + kCutoff, 0.0f) / balls[j].a) * widest[j];
-    const float both = reach + radius * widest[index];
+    const float other_radius =
+        std::sqrt(std::max(balls[j].w + kCutoff, 0.0f) / balls[j].a) * longest_axes[j];
+    const float max_distance = other_radius + radius * longest_axes[index];
     const Vec3 d = balls[j].center - ball.center;
-    if (dot(d, d) < both * both) near.push_back(j);
+    if (dot(d, d) < max_distance * max_distance) near.push_back(j);
   }
-  const Mat3 map = to_ellipsoid(ball);
-  // The values first, then their sum: the compiler makes packs of the first loop.
+  const Mat3 ellipsoid = to_ellipsoid(ball);
+  // Values and their sum in two loops: the compiler vectorizes the first.
   const auto value = [](const Ball& b, Vec3 x) {
     constexpr float kLog2E = 1.44269504f, kMin = -120;
     const float exponent = kLog2E * (b.w - b.a * quadratic(b.shape, x - b.center));
@@ -77,61 +81,66 @@ Part part_inside(const std::vector<Ball>& balls, std::size_t index,
   std::vector<Ball> others;
   for (const std::uint32_t j : near) others.push_back(balls[j]);
   std::vector<float> values(others.size());
-  Part sum;
+  VolumeIntegrals sum;
   for (const Vec3& point : points) {
-    const Vec3 x = ball.center + to_float(map * (Vec3d(point) * static_cast<double>(radius)));
+    const Vec3 x = ball.center + to_float(ellipsoid * (Vec3d(point) * static_cast<double>(radius)));
     for (std::size_t j = 0; j < others.size(); ++j) values[j] = value(others[j], x);
     const float field = std::accumulate(values.begin(), values.end(), 0.0f);
     if (!(field > 1)) continue;
     const auto share = static_cast<double>(value(ball, x) / field);
     const Vec3d offset = Vec3d(x) - center;
     sum.volume += share;
-    sum.squares += share * dot(offset, offset);
+    sum.squared_distance += share * dot(offset, offset);
   }
   constexpr double kUnitBall = 4.18879020478639;
   const auto r = static_cast<double>(radius);
   const double count = static_cast<double>(points.size());
-  return {kUnitBall * r * r * r * sum.volume / count, kUnitBall * r * r * r * sum.squares / count};
+  return {kUnitBall * r * r * r * sum.volume / count,
+          kUnitBall * r * r * r * sum.squared_distance / count};
 }
 
-/// The masses of balls whose field lets them melt into each other.
-std::vector<Part> parts_inside(const std::vector<Ball>& balls, Vec3d center) {
-  // Some 65 000 points in all: thousands of balls differ little from their neighbours.
+/// The integrals in a Gaussian field, where balls share the volume in which they overlap.
+std::vector<VolumeIntegrals> integrate_blended(const std::vector<Ball>& balls, Vec3d center) {
+  // Some 65 000 points in total. Many balls need fewer points each: neighbours are alike.
   const std::vector<Vec3> points =
       points_in_ball(std::clamp<std::size_t>(65536 / balls.size(), 8, 1024));
-  std::vector<float> widest(balls.size());
-  for (std::size_t i = 0; i < balls.size(); ++i) widest[i] = widest_axis(balls[i]);
-  std::vector<Part> parts(balls.size());
+  std::vector<float> longest_axes(balls.size());
+  for (std::size_t i = 0; i < balls.size(); ++i) longest_axes[i] = longest_axis(balls[i]);
+  std::vector<VolumeIntegrals> integrals(balls.size());
   parallel_for(static_cast<std::int64_t>(balls.size()), [&](std::int64_t i) {
     const auto at = static_cast<std::size_t>(i);
-    parts[at] = part_inside(balls, at, widest, points, center);
+    integrals[at] = integrate_ball(balls, at, longest_axes, points, center);
   });
-  return parts;
+  return integrals;
 }
 
-/// The masses of balls that are told apart: each as large as it is alone.
-std::vector<Part> lone_parts(const std::vector<Ball>& balls, FieldKind kind, Vec3d center) {
-  std::vector<Part> parts;
+/// The integrals of balls taken alone, as if they did not overlap.
+std::vector<VolumeIntegrals> integrate_separate(const std::vector<Ball>& balls, FieldKind kind,
+                                                Vec3d center) {
+  std::vector<VolumeIntegrals> integrals;
   for (const Ball& ball : balls) {
     const auto r = static_cast<double>(visit(kind, [&](auto field) { return field.radius(ball); }));
     const Vec3d offset = Vec3d(ball.center) - center;
-    const double volume = r * r * r;  // in units of the unit ball's
-    parts.push_back({volume, volume * (dot(offset, offset) + 0.6 * r * r)});
+    const double volume = r * r * r;  // in unit balls
+    // A ball's mean squared distance from its own centre is 0.6 r^2.
+    integrals.push_back({volume, volume * (dot(offset, offset) + 0.6 * r * r)});
   }
-  return parts;
+  return integrals;
 }
 
-std::vector<Part> mass_parts(const std::vector<Ball>& balls, FieldKind kind, Vec3d center) {
+std::vector<VolumeIntegrals> integrate_balls(const std::vector<Ball>& balls, FieldKind kind,
+                                             Vec3d center) {
   return visit(kind, [](auto field) { return decltype(field)::kExponential; })
-             ? parts_inside(balls, center)
-             : lone_parts(balls, kind, center);
+             ? integrate_blended(balls, center)
+             : integrate_separate(balls, kind, center);
 }
 
 }  // namespace
 
 std::vector<double> ball_masses(const std::vector<Ball>& balls, FieldKind kind) {
   std::vector<double> masses;
-  for (const Part& part : mass_parts(balls, kind, {})) masses.push_back(part.volume);
+  for (const VolumeIntegrals& ball : integrate_balls(balls, kind, {}))
+    masses.push_back(ball.volume);
   const double sum = std::accumulate(masses.begin(), masses.end(), 0.0);
   const auto count = static_cast<double>(balls.size());
   if (!(sum > 0)) return std::vector<double>(balls.size(), 1 / count);
@@ -142,12 +151,12 @@ std::vector<double> ball_masses(const std::vector<Ball>& balls, FieldKind kind) 
 }
 
 double radius_of_gyration(const std::vector<Ball>& balls, FieldKind kind, Vec3d center) {
-  Part sum;
-  for (const Part& part : mass_parts(balls, kind, center)) {
-    sum.volume += part.volume;
-    sum.squares += part.squares;
+  VolumeIntegrals sum;
+  for (const VolumeIntegrals& ball : integrate_balls(balls, kind, center)) {
+    sum.volume += ball.volume;
+    sum.squared_distance += ball.squared_distance;
   }
-  return sum.squares > 0 ? std::sqrt(sum.squares / sum.volume) : 1;
+  return sum.squared_distance > 0 ? std::sqrt(sum.squared_distance / sum.volume) : 1;
 }
 
 }  // namespace polymorph

@@ -1,4 +1,4 @@
-// Mass of balls: the fraction of an object's volume that each of its balls stands for.
+// Mass of balls: the fraction of an object's volume that belongs to each ball.
 #pragma once
 
 #include <vector>
@@ -8,14 +8,14 @@
 
 namespace polymorph {
 
-/// Each ball's share of the volume inside the surface: the integral of its part of the field over
-/// field > 1, estimated at fixed points around it (Gaussian), or its lone volume (other fields).
-/// Sums to 1; a ball that has next to nothing inside still gets 1e-4 of the mean. Parallel,
-/// deterministic.
+/// Computes each ball's share of the volume inside the surface, where the field is above 1. In a
+/// Gaussian field it is the integral of f_i / field, estimated at fixed points around the ball; in
+/// other fields it is the volume of the ball alone. The sum is 1; each ball gets at least 1e-4 of
+/// the mean. Parallel, deterministic.
 std::vector<double> ball_masses(const std::vector<Ball>& balls, FieldKind kind);
 
-/// The root of the mean squared distance from `center` of what lies inside the surface, estimated
-/// at the same points; > 0. Parallel, deterministic.
+/// RMS distance of the volume inside the surface from `center`, estimated at the same points; > 0.
+/// Parallel, deterministic.
 double radius_of_gyration(const std::vector<Ball>& balls, FieldKind kind, Vec3d center);
 
 }  // namespace polymorph

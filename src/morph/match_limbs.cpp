@@ -12,39 +12,43 @@
 namespace polymorph {
 namespace {
 
-// Weights of the cost; lengths over the root mean square size or the mean way along the body.
+// Weights of the terms in the cost of a pair of limbs. Lengths are relative to the RMS size or to
+// the mean geodesic distance from the centre.
 constexpr double kTip = 0.15, kRoot = 0.5, kDirection = 0.6, kLength = 0.25, kThickness = 0.15,
                  kVolume = 0.05, kDepth = 0.5, kTipHeight = 0.6, kRootHeight = 1.2, kToe = 0.4;
-constexpr double kFloor = 1.2;  // of a limb that stands on the floor with one that does not
-constexpr double kBetween = 0.6, kRootsBetween = 0.4;  // to the other limbs that are matched
-/// Cost of two limbs that change sides: legs cross when they run, their roots do not.
-constexpr double kCrossed = 1;
-/// Costs of a limb left alone, by its stretch, and of one that sits on a matched limb.
-constexpr double kAlone = 1.6, kInner = 0.6, kLongest = 1.2;
-constexpr double kChosen = 1000;    // of a limb left alone that the user matches
-constexpr double kTurn = 1;         // of another turn than the one given
-constexpr double kOnFloor = 0.15;   // height of a toe
-constexpr std::size_t kBeam = 150;  // partial matchings that are followed
-constexpr int kTurns = 8, kRounds = 4;
-/// is_certain()
+constexpr double kFloorCost = 1.2;  // cost of a limb on the floor with one that is not
+constexpr double kBetween = 0.6,
+                 kRootsBetween = 0.4;  // weights of two pairs: tip distances, root directions
+/// Max cost of two limbs whose roots change sides. Running legs cross, but their roots do not.
+constexpr double kCrossingCost = 1;
+/// Cost of a limb that stays alone, per length; factor for one that sits on a matched limb; max
+/// length that counts.
+constexpr double kAloneCost = 1.6, kInnerFactor = 0.6, kMaxLength = 1.2;
+constexpr double kRequiredCost = 1000;    // cost of leaving a limb alone that the user has matched
+constexpr double kTurnCost = 1;           // cost factor of a rotation away from the given angle
+constexpr double kMaxFloorHeight = 0.15;  // max relative height of a tip that is on the floor
+constexpr std::size_t kBeamWidth = 150;   // width of the beam: partial matchings kept per step
+constexpr int kStartAngles = 8, kRounds = 4;  // start angles; refinements of each
+/// Min number of matched limbs, and min fraction of their length, of a certain match.
 constexpr std::size_t kMinLimbs = 3;
 constexpr double kMinMatchedShare = 0.75;
 
 double square(double a) { return a * a; }
 double square(Vec3d a) { return dot(a, a); }
 
-Vec3d rotate_place(Vec3d p, double sine, double cosine) {
+Vec3d rotate_about_y(Vec3d p, double sine, double cosine) {
   return {cosine * p.x + sine * p.z, p.y, cosine * p.z - sine * p.x};
 }
 
-/// The properties of a limb that are compared.
+/// The properties of a limb that are compared: in unit-RMS coordinates, logarithms of lengths over
+/// the mean geodesic distance, and heights over the object's height.
 struct Features {
   Vec3d tip, root, direction, toe;
   double length = 0, depth = 0, volume = 0, tip_height = 0, root_height = 0;
   double stretch = 0;
   bool is_required = false;
   std::array<double, kLimbStations> thickness{};  // logarithms
-  std::uint32_t inner = 0, outer = 0;             // masks: limbs on it, limbs that it is on
+  std::uint32_t inner = 0, outer = 0;  // masks: limbs that sit on it, limbs that it sits on
   bool on_floor = false;
 };
 
@@ -53,11 +57,11 @@ std::vector<Features> compute_features(const Limbs& limbs) {
   const auto height = [&](Vec3d p) {
     return (p.y - limbs.low) / std::max(limbs.high - limbs.low, 1e-9);
   };
-  const auto place = [&](Vec3d p) { return (p - limbs.middle) * (1 / limbs.rms); };
+  const auto normalize = [&](Vec3d p) { return (p - limbs.middle) * (1 / limbs.rms); };
   for (const Limb& limb : limbs.limbs) {
     Features f;
-    f.tip = place(limb.tip());
-    f.root = place(limb.root);
+    f.tip = normalize(limb.tip());
+    f.root = normalize(limb.root);
     f.direction = normalized(limb.tip() - limb.line.front());
     f.toe = normalized(limb.tip() - limb.line[kLimbStations - 2]);
     f.length = exact::log(std::max(limb.length() / limbs.size, 1e-6));
@@ -65,11 +69,11 @@ std::vector<Features> compute_features(const Limbs& limbs) {
     f.volume = exact::log(std::max(limb.volume, 1e-9));
     f.tip_height = height(limb.tip());
     f.root_height = height(limb.root);
-    f.stretch = std::min(limb.stretch / limbs.size, kLongest);
+    f.stretch = std::min(limb.stretch / limbs.size, kMaxLength);
     for (std::size_t k = 0; k < kLimbStations; ++k)
       f.thickness[k] = exact::log(std::max(limb.radius[k] / limbs.size, 1e-6));
     for (const std::uint32_t i : limb.inner) f.inner |= 1u << i;
-    f.on_floor = f.tip_height < kOnFloor;
+    f.on_floor = f.tip_height < kMaxFloorHeight;
     all.push_back(f);
   }
   for (std::size_t i = 0; i < all.size(); ++i)
@@ -83,8 +87,9 @@ struct Problem {
   const Limbs &from, &to;
   const LimbChoices& choices;
   std::vector<Features> a, b;
-  std::vector<std::uint32_t>
-      order;  ///< order of a: limbs that others sit on first, then the longest
+  /// Indices of `a` in the order of the search: required limbs, then those that most others sit on,
+  /// then the longest.
+  std::vector<std::uint32_t> order;
 };
 
 bool is_allowed(const Problem& problem, std::size_t i, std::size_t k) {
@@ -94,11 +99,11 @@ bool is_allowed(const Problem& problem, std::size_t i, std::size_t k) {
   return allowed.empty() || allowed[i][k] != 0;
 }
 
-/// The cost of one limb with another, `a` turned.
-double compute_cost(const Features& a, const Features& b, double sine, double cosine) {
-  const auto turn = [&](Vec3d p) { return rotate_place(p, sine, cosine); };
-  double cost = kTip * square(turn(a.tip) - b.tip) + kRoot * square(turn(a.root) - b.root) +
-                kDirection * (1 - dot(turn(a.direction), b.direction)) +
+/// The cost of matching two limbs, with `a` rotated.
+double pair_cost(const Features& a, const Features& b, double sine, double cosine) {
+  const auto rotate = [&](Vec3d p) { return rotate_about_y(p, sine, cosine); };
+  double cost = kTip * square(rotate(a.tip) - b.tip) + kRoot * square(rotate(a.root) - b.root) +
+                kDirection * (1 - dot(rotate(a.direction), b.direction)) +
                 kLength * square(a.length - b.length) + kVolume * square(a.volume - b.volume) +
                 kDepth * square(a.depth - b.depth) +
                 kTipHeight * square(a.tip_height - b.tip_height) +
@@ -107,101 +112,104 @@ double compute_cost(const Features& a, const Features& b, double sine, double co
   for (std::size_t k = 0; k < kLimbStations; ++k)
     thickness += square(a.thickness[k] - b.thickness[k]);
   cost += kThickness / static_cast<double>(kLimbStations) * thickness;
-  if (a.on_floor != b.on_floor) cost += kFloor;
-  if (a.on_floor && b.on_floor) cost += kToe * (1 - dot(turn(a.toe), b.toe));
+  if (a.on_floor != b.on_floor) cost += kFloorCost;
+  if (a.on_floor && b.on_floor) cost += kToe * (1 - dot(rotate(a.toe), b.toe));
   return cost;
 }
 
 /// A matching of some of the limbs.
 struct Partial {
   double cost = 0;
-  std::uint32_t from = 0, to = 0;  // masks of what is matched
+  std::uint32_t from = 0, to = 0;  // masks of the matched limbs
   std::vector<MatchedLimbs> limbs;
 };
 
-/// The cost of a limb that is left alone.
-double alone(const Features& limb, std::uint32_t matched) {
-  if (limb.is_required) return kChosen;
-  return kAlone * limb.stretch * (limb.outer & matched ? kInner : 1);
+/// The cost of leaving a limb alone. `matched`: mask of its object's matched limbs.
+double alone_cost(const Features& limb, std::uint32_t matched) {
+  if (limb.is_required) return kRequiredCost;
+  return kAloneCost * limb.stretch * (limb.outer & matched ? kInnerFactor : 1);
 }
-/// The cost for a limb that others sit on: none where one of these is matched in its place.
-double alone_or_inner(const Features& limb, std::uint32_t matched) {
+/// The cost of a limb that is not matched: 0 if instead a limb that sits on it is matched.
+double unmatched_cost(const Features& limb, std::uint32_t matched) {
   return !limb.is_required && !(limb.outer & matched) && (limb.inner & matched)
              ? 0
-             : alone(limb, matched);
+             : alone_cost(limb, matched);
 }
 
-/// The degree to which two roots lie the other way round in the plane of the floor: 0 to 1. Roots
-/// that are close together say little.
-double opposition(Vec3d a, Vec3d b) {
-  constexpr double kApart = 0.3;
+/// Degree to which two horizontal offsets between roots are opposite, [0, 1]. Short offsets count
+/// less.
+double crossing(Vec3d a, Vec3d b) {
+  constexpr double kMinOffset = 0.3;
   a.y = b.y = 0;
-  return std::max(0.0, -dot(a, b)) / (std::max(length(a), kApart) * std::max(length(b), kApart));
+  return std::max(0.0, -dot(a, b)) /
+         (std::max(length(a), kMinOffset) * std::max(length(b), kMinOffset));
 }
 
-double with_others(const Problem& problem, const Partial& partial, std::size_t i, std::size_t k,
-                   double sine, double cosine) {
+/// The cost of matching limbs i and k beside those that `partial` matches already.
+double interaction_cost(const Problem& problem, const Partial& partial, std::size_t i,
+                        std::size_t k, double sine, double cosine) {
   if (partial.limbs.empty()) return 0;
-  double between = 0, roots = 0, crossed = 0;
+  double tip_distances = 0, roots = 0, crossed = 0;
   for (const MatchedLimbs& other : partial.limbs) {
-    between += square(problem.from.tip_distances[i][other.from] / problem.from.size -
-                      problem.to.tip_distances[k][other.to] / problem.to.size);
-    const Vec3d a = rotate_place(problem.a[i].root - problem.a[other.from].root, sine, cosine),
+    tip_distances += square(problem.from.tip_distances[i][other.from] / problem.from.size -
+                            problem.to.tip_distances[k][other.to] / problem.to.size);
+    const Vec3d a = rotate_about_y(problem.a[i].root - problem.a[other.from].root, sine, cosine),
                 b = problem.b[k].root - problem.b[other.to].root;
     roots += (1 - dot(normalized(a), normalized(b))) / 2;
-    crossed += opposition(a, b);
+    crossed += crossing(a, b);
   }
-  return kBetween * between / static_cast<double>(partial.limbs.size()) + kRootsBetween * roots +
-         kCrossed * crossed;
+  return kBetween * tip_distances / static_cast<double>(partial.limbs.size()) +
+         kRootsBetween * roots + kCrossingCost * crossed;
 }
 
-/// The cheapest matching at a turn.
+/// The cheapest matching found by beam search at a rotation about the vertical.
 Partial match_at(const Problem& problem, double angle) {
   const double sine = exact::sin(angle), cosine = exact::cos(angle);
   std::vector<Partial> beam(1), next;
   for (const std::uint32_t i : problem.order) {
     const Features& a = problem.a[i];
-    std::vector<double> pairs;
-    for (const Features& b : problem.b) pairs.push_back(compute_cost(a, b, sine, cosine));
+    std::vector<double> pair_costs;
+    for (const Features& b : problem.b) pair_costs.push_back(pair_cost(a, b, sine, cosine));
     next.clear();
     for (const Partial& partial : beam) {
       next.push_back(partial);
-      // Limbs that others sit on are settled at the end.
-      if (a.inner == 0) next.back().cost += alone(a, partial.from);
+      // Whether a limb that others sit on costs anything is known only at the end.
+      if (a.inner == 0) next.back().cost += alone_cost(a, partial.from);
       if (a.outer & partial.from) continue;
       for (std::uint32_t k = 0; k < problem.b.size(); ++k) {
         const Features& b = problem.b[k];
         if (((b.outer | b.inner | 1u << k) & partial.to) != 0 || !is_allowed(problem, i, k))
           continue;
-        Partial more = partial;
-        more.cost += pairs[k] + with_others(problem, partial, i, k, sine, cosine);
-        more.from |= 1u << i;
-        more.to |= 1u << k;
-        more.limbs.push_back({i, k});
-        next.push_back(std::move(more));
+        Partial extended = partial;
+        extended.cost += pair_costs[k] + interaction_cost(problem, partial, i, k, sine, cosine);
+        extended.from |= 1u << i;
+        extended.to |= 1u << k;
+        extended.limbs.push_back({i, k});
+        next.push_back(std::move(extended));
       }
     }
-    const std::size_t kept = std::min(kBeam, next.size());
+    const std::size_t count = std::min(kBeamWidth, next.size());
     std::stable_sort(next.begin(), next.end(),
                      [](const Partial& p, const Partial& q) { return p.cost < q.cost; });
-    next.resize(kept);
+    next.resize(count);
     std::swap(beam, next);
   }
   const Partial* best = nullptr;
   for (Partial& partial : beam) {
     for (const Features& b : problem.b)
       if (!(partial.to >> (&b - problem.b.data()) & 1))
-        partial.cost += alone_or_inner(b, partial.to);
+        partial.cost += unmatched_cost(b, partial.to);
     for (const Features& a : problem.a)
       if (a.inner != 0 && !(partial.from >> (&a - problem.a.data()) & 1))
-        partial.cost += alone_or_inner(a, partial.from);
+        partial.cost += unmatched_cost(a, partial.from);
     if (!best || partial.cost < best->cost) best = &partial;
   }
   return *best;
 }
 
-/// The turn that lays the matched limbs on each other: weighted Procrustes about the vertical.
-double fitted_angle(const Problem& problem, const std::vector<MatchedLimbs>& limbs) {
+/// The rotation that best aligns the matched limbs: weighted Procrustes about the vertical,
+/// radians.
+double fit_angle(const Problem& problem, const std::vector<MatchedLimbs>& limbs) {
   constexpr double kTipWeight = 0.16;
   double sine = 0, cosine = 0;
   const auto add = [&](Vec3d p, Vec3d q, double weight) {
@@ -215,28 +223,31 @@ double fitted_angle(const Problem& problem, const std::vector<MatchedLimbs>& lim
   return exact::atan2(sine, cosine);
 }
 
+/// A matching, and the angle at which it was found.
 struct MatchingFit {
   Partial matching;
   double angle = 0;
 };
 
+/// Alternates between matching and Procrustes from the angle `start`.
 MatchingFit fit_from(const Problem& problem, double start, double plan_angle) {
-  constexpr double kEnough = 1e-6;
+  constexpr double kMinGain = 1e-6;
   std::optional<MatchingFit> best;
   double angle = start;
   for (int round = 0; round < kRounds; ++round) {
     Partial matching = match_at(problem, angle);
-    matching.cost += kTurn * (1 - exact::cos(angle - plan_angle));
-    if (best && !(matching.cost < best->matching.cost - kEnough)) break;
+    matching.cost += kTurnCost * (1 - exact::cos(angle - plan_angle));
+    if (best && !(matching.cost < best->matching.cost - kMinGain)) break;
     best = MatchingFit{std::move(matching), angle};
     if (best->matching.limbs.empty()) break;
-    angle = fitted_angle(problem, best->matching.limbs);
+    angle = fit_angle(problem, best->matching.limbs);
   }
   return *best;
 }
 
-/// Two limbs that are as long, as thick and as high as each other: a pair of arms or legs.
+/// Tests whether two limbs are about as long, as thick and as high: a pair of arms or legs.
 bool are_twins(const Features& a, const Features& b) {
+  // Max differences between twins' features.
   constexpr double kLengths = 0.2, kDepths = 0.15, kVolumes = 0.4, kTips = 0.15, kRoots = 0.1;
   return std::fabs(a.length - b.length) < kLengths && std::fabs(a.depth - b.depth) < kDepths &&
          std::fabs(a.volume - b.volume) < kVolumes &&
@@ -244,7 +255,7 @@ bool are_twins(const Features& a, const Features& b) {
          std::fabs(a.root_height - b.root_height) < kRoots;
 }
 
-/// A limb has a twin that stays alone.
+/// Tests whether a limb has a twin that stays alone.
 bool has_lonely_twin(const std::vector<Features>& all, std::size_t limb, std::uint32_t matched) {
   for (std::size_t k = 0; k < all.size(); ++k)
     if (k != limb && all[k].inner == 0 &&
@@ -253,8 +264,8 @@ bool has_lonely_twin(const std::vector<Features>& all, std::size_t limb, std::ui
   return false;
 }
 
-/// One limb of a pair, of which the other stays alone, with several that hang together: two legs
-/// and both of the other's under a cape.
+/// Tests whether a match would turn one limb of a pair into several that hang together, while its
+/// twin stays alone: one of two legs into both legs under a cape.
 bool is_half_a_pair(const Problem& problem, const Partial& matching, const MatchedLimbs& limbs) {
   const Features &a = problem.a[limbs.from], &b = problem.b[limbs.to];
   if ((a.inner == 0) == (b.inner == 0)) return false;
@@ -262,7 +273,8 @@ bool is_half_a_pair(const Problem& problem, const Partial& matching, const Match
                       : has_lonely_twin(problem.b, limbs.to, matching.to);
 }
 
-/// The length of the limbs that no other sits on, and how much of it is matched or sits on what is.
+/// Total length of the limbs that no other sits on, and the length of those of them that are
+/// matched or sit on a matched limb.
 struct Lengths {
   double all = 0, matched = 0;
 };
@@ -293,9 +305,9 @@ LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
                      const int on_a = std::popcount(a.inner), on_b = std::popcount(b.inner);
                      return on_a != on_b ? on_a > on_b : a.stretch > b.stretch;
                    });
-  std::array<MatchingFit, kTurns> fits;
-  parallel_for(kTurns, [&](std::int64_t k) {
-    const double start = angle + 2 * exact::kPi * static_cast<double>(k) / kTurns;
+  std::array<MatchingFit, kStartAngles> fits;
+  parallel_for(kStartAngles, [&](std::int64_t k) {
+    const double start = angle + 2 * exact::kPi * static_cast<double>(k) / kStartAngles;
     fits[static_cast<std::size_t>(k)] = fit_from(problem, start, angle);
   });
   const MatchingFit* best = &fits[0];
@@ -319,7 +331,7 @@ LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
   };
   measure_share();
   if (choices.required.empty()) return match;
-  // Of what nobody has chosen, only what is certain.
+  // Matches that the user has not chosen are kept only if the match is certain without the choice.
   if (!is_certain(match)) {
     std::erase_if(match.limbs,
                   [&](const MatchedLimbs& pair) { return !problem.a[pair.from].is_required; });

@@ -14,34 +14,36 @@ struct MatchedLimbs {
   std::uint32_t from = 0, to = 0;
 };
 
+/// A partial matching of two objects' limbs.
 struct LimbMatch {
   std::vector<MatchedLimbs> limbs;  ///< sorted by `from`
-  double angle = 0;                 ///< radians about the vertical that lay `from` on `to`
+  double angle = 0;  ///< rotation about the vertical that takes `from` to `to`, radians
   double cost = 0;
-  /// The share of both objects' limbs, by their length, that is matched.
+  /// Matched length of both objects' limbs, over their total length.
   double share = 0;
-  bool is_chosen = false;  ///< some of it is the user's choice
+  bool is_chosen = false;  ///< the user has chosen some of the matches
 };
 
-/// Pairs of limbs that may be matched: those that the user's labels and landmarks do not forbid.
-/// allowed[i][k]: limb i of `from` with limb k of `to`; empty: all.
+/// Pairs of limbs that may be matched. allowed[i][k] is 0 where the user's labels or landmarks keep
+/// limb i of `from` and limb k of `to` apart; if empty, all pairs are allowed.
 using AllowedLimbs = std::vector<std::vector<std::uint8_t>>;
 
 /// Choices of the user about the match.
 struct LimbChoices {
   AllowedLimbs allowed;
-  std::vector<MatchedLimbs> required;  ///< these are matched; no limb twice
+  std::vector<MatchedLimbs> required;  ///< always matched; each limb at most once
 };
 
-/// The cheapest matching that is found from eight turns about the vertical, `angle` (radians) among
-/// them. No limb is matched twice, nor one together with another that it sits on. What decides is
-/// where the limbs begin and end, which way they point, how long and thick they are, how high they
-/// are above the floor, and how far along the body from each other. Deterministic.
+/// Finds the cheapest matching that a beam search yields from eight rotations about the vertical,
+/// `angle` (radians) and every 45 degrees from there. No limb is matched twice, nor together with a
+/// limb that it sits on. The cost compares the limbs' roots and tips, directions, lengths,
+/// thicknesses, heights above the floor, and the geodesic distances between their tips. Parallel,
+/// deterministic.
 LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle = 0,
                       const LimbChoices& choices = {});
 
-/// True if a matching says enough to plan by: three limbs at least, and three quarters of their
-/// length; or some that the user has chosen.
+/// True if a matching is reliable enough to plan by: it has at least three limbs and three quarters
+/// of the limbs' length, or the user has chosen some of it.
 bool is_certain(const LimbMatch& match);
 
 }  // namespace polymorph

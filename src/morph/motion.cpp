@@ -18,7 +18,7 @@
 namespace polymorph {
 namespace {
 
-/// The rotation and scaling of all balls.
+/// The alignment of a motion without parts: a mere translation, unless the path is rigid.
 Alignment path_alignment(const MorphPlan& plan) {
   if (plan.motion.path == Path::kRigid) return plan.alignment;
   Alignment translation;
@@ -27,6 +27,7 @@ Alignment path_alignment(const MorphPlan& plan) {
   return translation;
 }
 
+/// The weight of a ball of weight `w` that contributes `share` of its field.
 float strength(FieldKind kind, float w, float share) {
   return visit(kind, [&](auto field) { return field.share_of_weight(w, share); });
 }
@@ -36,8 +37,8 @@ double volume_of_ball(const Ball& ball) {
   return 1 / (a * std::sqrt(a));
 }
 
-/// The direction that the paths bow to: all alike and up, so that the whole goes along an arc. Bows
-/// of their own would tear neighbours apart.
+/// Offset of the Bezier paths at half way, upwards. All balls share it, because arcs of different
+/// heights would tear neighbours apart.
 Vec3d bow_vector(const MorphPlan& plan) {
   double squares = 0, mass = 0;
   for (const Pair& pair : plan.pairs) {
@@ -48,8 +49,8 @@ Vec3d bow_vector(const MorphPlan& plan) {
   return {0, static_cast<double>(plan.motion.bend) * std::sqrt(squares / mass), 0};
 }
 
-/// The velocity that a ball is thrown with: out from the middle, up, and at random. Keyed by the
-/// pair's number, which is the same on the way back.
+/// The velocity with which a ball is thrown: outwards from the centre, upwards, and at random. The
+/// random key is the pair's index, which is the same for both ends.
 Vec3d launch_velocity(const MorphPlan& plan, std::size_t e, Vec3d from, Vec3d to) {
   const auto random = [&](std::uint64_t stream) {
     return 2 * static_cast<double>(random_float(plan.motion.seed, stream, e)) - 1;
@@ -60,7 +61,7 @@ Vec3d launch_velocity(const MorphPlan& plan, std::size_t e, Vec3d from, Vec3d to
          (static_cast<double>(plan.motion.burst) * plan.size * (0.75 + 0.25 * random(5)));
 }
 
-/// Each pair's place in the order of starting, [0, 1].
+/// Each pair's start, from 0 for the first to 1 for the last.
 std::vector<float> starting_order(const MorphPlan& plan) {
   const std::size_t n = plan.pairs.size();
   std::vector<double> key(n, 0);
@@ -79,7 +80,7 @@ std::vector<float> starting_order(const MorphPlan& plan) {
         key[e] = plan.from_labels.empty() ? 0 : plan.from_labels[pair.from];
         break;
       case Stagger::kNoise:
-        // Keyed by the ball: its parts start together.
+        // Keyed by the source ball: all its pairs start together.
         key[e] = static_cast<double>(random_float(plan.motion.seed, 1, pair.from));
         break;
     }
@@ -96,124 +97,125 @@ std::vector<float> starting_order(const MorphPlan& plan) {
           static_cast<double>(sorted.size() - 1));
     return order;
   }
-  const double span = sorted.back() - sorted.front();
-  for (std::size_t e = 0; e < n && span > 0; ++e)
-    order[e] = static_cast<float>((key[e] - sorted.front()) / span);
+  const double range = sorted.back() - sorted.front();
+  for (std::size_t e = 0; e < n && range > 0; ++e)
+    order[e] = static_cast<float>((key[e] - sorted.front()) / range);
   return order;
 }
 
+/// The eased time of pair `e`, with its delay and inertia.
 float own_time(const MorphPlan& plan, std::size_t e, float time) {
   const PairTiming& timing = plan.timing[e];
-  const float share = plan.motion.stagger == Stagger::kNone ? 0.0f : plan.motion.stagger_share;
-  const float own = std::clamp((time - timing.delay) / (1 - share), 0.0f, 1.0f);
-  return ease(plan.motion, own, timing.inertia);
+  const float stagger = plan.motion.stagger == Stagger::kNone ? 0.0f : plan.motion.stagger_share;
+  const float local_time = std::clamp((time - timing.delay) / (1 - stagger), 0.0f, 1.0f);
+  return ease(plan.motion, local_time, timing.inertia);
 }
 
-/// The eased time at which `u` of the change is done: a monotone cubic through the plan's pacing
-/// (Fritsch and Carlson 1980). Beyond [0, 1], where easings may lead, nothing is known.
+/// The eased time at which the fraction `u` of the change is done: a monotone cubic through the
+/// plan's pacing (Fritsch and Carlson 1980). Outside (0, 1), which an easing may reach, it is `u`.
 float invert_pacing(const MorphPlan& plan, float u) {
-  const std::vector<float>& at = plan.pacing;
-  if (at.empty() || u <= 0 || u >= 1) return u;
-  const auto last = at.size() - 1;
+  const std::vector<float>& values = plan.pacing;
+  if (values.empty() || u <= 0 || u >= 1) return u;
+  const auto last = values.size() - 1;
   const float x = u * static_cast<float>(last);
   const std::size_t k = std::min(static_cast<std::size_t>(x), last - 1);
   const float t = x - static_cast<float>(k);
-  const auto rise = [&](std::size_t i) { return at[i + 1] - at[i]; };
-  // The harmonic mean of the rises on both sides keeps the curve rising.
+  const auto secant = [&](std::size_t i) { return values[i + 1] - values[i]; };
+  // The harmonic mean of the neighbouring slopes keeps the curve monotone.
   const auto slope = [&](std::size_t i) {
-    if (i == 0) return rise(0);
-    if (i == last) return rise(last - 1);
-    const float a = rise(i - 1), b = rise(i);
+    if (i == 0) return secant(0);
+    if (i == last) return secant(last - 1);
+    const float a = secant(i - 1), b = secant(i);
     return a > 0 && b > 0 ? 2 * a * b / (a + b) : 0.0f;
   };
   const float t2 = t * t, t3 = t2 * t;
-  return at[k] * (2 * t3 - 3 * t2 + 1) + at[k + 1] * (3 * t2 - 2 * t3) +
+  return values[k] * (2 * t3 - 3 * t2 + 1) + values[k + 1] * (3 * t2 - 2 * t3) +
          slope(k) * (t3 - 2 * t2 + t) + slope(k + 1) * (t3 - t2);
 }
 
-/// The height by which all balls are raised when `u` of the change is done: linear between those
-/// that the plan knows.
+/// The height by which all balls are raised when the fraction `u` of the change is done: a linear
+/// interpolation of the plan's lifts.
 double lift_at(const MorphPlan& plan, float u) {
-  const std::vector<float>& at = plan.lifts;
-  if (at.empty() || u <= 0 || u >= 1) return 0;
-  const float x = u * static_cast<float>(at.size() - 1);
-  const std::size_t k = std::min(static_cast<std::size_t>(x), at.size() - 2);
-  return static_cast<double>(lerp(at[k], at[k + 1], x - static_cast<float>(k)));
+  const std::vector<float>& lifts = plan.lifts;
+  if (lifts.empty() || u <= 0 || u >= 1) return 0;
+  const float x = u * static_cast<float>(lifts.size() - 1);
+  const std::size_t k = std::min(static_cast<std::size_t>(x), lifts.size() - 2);
+  return static_cast<double>(lerp(lifts[k], lifts[k + 1], x - static_cast<float>(k)));
 }
 
-/// Puts the balls where the graph of their neighbours wants them.
-void join(const MorphPlan& plan, std::span<const float> eased, std::vector<Ball>& balls) {
-  std::vector<Vec3d> places;
-  std::vector<Mat3> turns;
+/// Joins the parts: moves the balls to the as-rigid-as-possible solution over the graph.
+void join_parts(const MorphPlan& plan, std::span<const float> eased, std::vector<Ball>& balls) {
+  std::vector<Vec3d> positions;
+  std::vector<Mat3> rotations;
   std::vector<double> progress;
   for (std::size_t e = 0; e < balls.size(); ++e) {
     progress.push_back(static_cast<double>(eased[e]));
-    places.emplace_back(balls[e].center);
-    turns.push_back(exp_rotation(plan.parts[plan.paths->balls[e].part].turn * progress[e]));
+    positions.emplace_back(balls[e].center);
+    rotations.push_back(exp_rotation(plan.parts[plan.paths->balls[e].part].turn * progress[e]));
   }
-  const std::vector<Vec3d> joined = plan.graph->joined(places, turns, progress);
+  const std::vector<Vec3d> joined = plan.graph->joined(positions, rotations, progress);
   for (std::size_t e = 0; e < balls.size(); ++e) balls[e].center = to_float(joined[e]);
 }
 
-/// Balls that were fitted to one surface stand out singly when they part. With weight and falloff
-/// lowered together a ball keeps its own radius and melts into its neighbours. Not where the balls
-/// keep their order: a turned copy must stay what it is.
+/// Softness of the moving balls. Balls that were fitted to one surface become visible one by one
+/// when they part. Lowering weight and falloff together keeps a ball's radius and blends it into
+/// its neighbours. The softness is 0 between near copies, which must keep their shape.
 double softness(const MorphPlan& plan) {
   if (!visit(plan.kind, [](auto field) { return decltype(field)::kExponential; })) return 0;
-  // Strain up to which they count as alike, and from which on as wholly unlike.
+  // Strain up to which the softness is 0, and from which on it is kSoften.
   constexpr double kAlike = 0.05, kUnlike = 0.25;
-  // Share of the falloff that unlike balls lose half way.
+  // Fraction of the falloff that balls between unlike objects lose half way.
   constexpr double kSoften = 0.5;
   return kSoften * std::clamp((plan.alignment.strain - kAlike) / (kUnlike - kAlike), 0.0, 1.0);
 }
 
-/// The share of a ball's drift that shows: a unit velocity at time 0, nothing left of it at 1.
-double drift_share(float time) {
+/// Factor of the drift, t (1 - t)^2: unit velocity at time 0; value and velocity 0 at 1.
+double drift_weight(float time) {
   const double t = std::clamp(static_cast<double>(time), 0.0, 1.0);
   return t * (1 - t) * (1 - t);
 }
 
-/// Balls of their own eased time, or none.
+/// The balls' own eased times; empty if all share one.
 std::vector<float> own_times(const MorphPlan& plan, float time) {
   return move_together(plan) ? std::vector<float>() : eased_times(plan, time);
 }
 
 MotionState make_motion_state(const MorphPlan& plan, float time) {
-  MotionState moment;
-  moment.time = time;
-  moment.eased = invert_pacing(plan, ease(plan.motion, time));
-  moment.softness = softness(plan);
-  // Balls of a graph drift when they are joined.
-  moment.drifted = plan.graph ? 0 : drift_share(time);
-  moment.thrown = plan.motion.path == Path::kExplode;
-  moment.gravity = 10 * static_cast<double>(plan.motion.gravity) * plan.size;
-  moment.floor = plan.floor;
-  moment.lift = lift_at(plan, ease(plan.motion, time));
-  return moment;
+  MotionState state;
+  state.time = time;
+  state.eased = invert_pacing(plan, ease(plan.motion, time));
+  state.softness = softness(plan);
+  // With a graph, finish_motion() adds the drift after the parts are joined.
+  state.drifted = plan.graph ? 0 : drift_weight(time);
+  state.thrown = plan.motion.path == Path::kExplode;
+  state.gravity = 10 * static_cast<double>(plan.motion.gravity) * plan.size;
+  state.floor = plan.floor;
+  state.lift = lift_at(plan, ease(plan.motion, time));
+  return state;
 }
 
-/// Moves balls along their paths; `own`: their own eased times, or none.
+/// Moves balls along their paths; `own`: their own eased times, or empty.
 std::vector<Ball> move_on_host(const std::vector<BallPath>& paths,
                                const std::vector<PathPart>& parts, const std::vector<float>& own,
-                               const MotionState& moment) {
+                               const MotionState& state) {
   std::vector<Ball> balls(paths.size());
-  const std::vector<PartPlace> places = places_at(parts, moment.eased);
+  const std::vector<PartPlace> places = places_at(parts, state.eased);
   const auto view = [](const auto& array) {
     return View(array.data(), static_cast<std::int64_t>(array.size()));
   };
-  const MoveBalls step = {view(paths),  view(parts),
+  const MoveBalls move = {view(paths),  view(parts),
                           view(places), view(own),
-                          moment,       {balls.data(), static_cast<std::int64_t>(balls.size())}};
-  parallel_for(static_cast<std::int64_t>(balls.size()), step, 256);
+                          state,        {balls.data(), static_cast<std::int64_t>(balls.size())}};
+  parallel_for(static_cast<std::int64_t>(balls.size()), move, 256);
   return balls;
 }
 
-/// Applies the steps that no ball can take alone.
-void finish(const MorphPlan& plan, float time, std::vector<Ball>& balls) {
+/// Joins the parts, if there is a graph, and then adds the drift.
+void finish_motion(const MorphPlan& plan, float time, std::vector<Ball>& balls) {
   if (!plan.graph) return;
-  if (time > 0 && time < 1) join(plan, eased_times(plan, time), balls);
+  if (time > 0 && time < 1) join_parts(plan, eased_times(plan, time), balls);
   for (std::size_t e = 0; e < balls.size(); ++e)
-    balls[e].center = balls[e].center + to_float(plan.paths->balls[e].drift * drift_share(time));
+    balls[e].center = balls[e].center + to_float(plan.paths->balls[e].drift * drift_weight(time));
 }
 
 }  // namespace
@@ -236,7 +238,7 @@ float mean_progress(const MorphPlan& plan, const std::vector<float>& eased) {
     sum += plan.pairs[e].mass * static_cast<double>(eased[e]);
     mass += plan.pairs[e].mass;
   }
-  // Where all are alike the sum may differ from them by rounding.
+  // The mean of equal times may differ from them by rounding.
   const bool all_equal =
       std::all_of(eased.begin(), eased.end(), [&](float u) { return u == eased[0]; });
   return all_equal ? eased[0] : static_cast<float>(sum / mass);
@@ -272,19 +274,19 @@ void lay_paths(MorphPlan& plan, RigidParts parts) {
     BallPath& path = paths.balls[e];
     path.part = parts.part_of[e];
     const Alignment& alignment = plan.parts[path.part];
-    const Mat3 unturn = transposed(alignment.rotation);
+    const Mat3 inv_rotation = transposed(alignment.rotation);
     path.start = p;
     path.end = q;
     path.start.w = strength(plan.kind, p.w, pair.from_share);
     path.end.w = strength(plan.kind, q.w, pair.to_share);
     path.from = Vec3d(p.center) - alignment.from_center;
-    path.to = unturn * (Vec3d(q.center) - alignment.to_center) * (1 / alignment.scale);
+    path.to = inv_rotation * (Vec3d(q.center) - alignment.to_center) * (1 / alignment.scale);
     path.from_volume = volume_of_ball(p);
     path.to_volume = volume_of_ball(q);
     path.round = is_round(p) && is_round(q);
     if (!path.round) {
       path.from_log = to_sym3d(log_symmetric(to_mat3(p.shape)));
-      path.to_log = to_sym3d(unturn * log_symmetric(to_mat3(q.shape)) * alignment.rotation);
+      path.to_log = to_sym3d(inv_rotation * log_symmetric(to_mat3(q.shape)) * alignment.rotation);
     }
     path.bow = bow;
     if (plan.motion.path == Path::kExplode)
@@ -296,7 +298,7 @@ void lay_paths(MorphPlan& plan, RigidParts parts) {
 void set_paths(MorphPlan& plan) {
   RigidParts parts;
   plan.graph.reset();
-  // Limbs that become each other swing about their joints.
+  // Matched limbs swing about their joints.
   if (plan.motion.path == Path::kAuto)
     plan.motion.path = plan.from_limbs.empty() ? Path::kRigid : Path::kParts;
   if (plan.motion.path == Path::kParts) {
@@ -313,10 +315,10 @@ void set_paths(MorphPlan& plan) {
   for (std::size_t e = 0; e < plan.pairs.size(); ++e) {
     PairTiming& timing = plan.timing[e];
     if (plan.motion.stagger != Stagger::kNone) timing.delay = order[e] * plan.motion.stagger_share;
-    constexpr double kMax = 8;
-    timing.inertia =
-        static_cast<float>(exact::pow(std::clamp(plan.pairs[e].mass * count, 1 / kMax, kMax),
-                                      static_cast<double>(plan.motion.spring.lag)));
+    constexpr double kMaxRatio = 8;  // max ratio of a mass to the mean, and of the mean to a mass
+    timing.inertia = static_cast<float>(
+        exact::pow(std::clamp(plan.pairs[e].mass * count, 1 / kMaxRatio, kMaxRatio),
+                   static_cast<double>(plan.motion.spring.lag)));
   }
 }
 
@@ -324,7 +326,7 @@ std::vector<Ball> balls_at(const MorphPlan& plan, float time) {
   PM_CHECK(plan.paths && plan.paths->balls.size() == plan.pairs.size());
   std::vector<Ball> balls = move_on_host(plan.paths->balls, plan.paths->parts,
                                          own_times(plan, time), make_motion_state(plan, time));
-  finish(plan, time, balls);
+  finish_motion(plan, time, balls);
   return balls;
 }
 
@@ -334,7 +336,7 @@ Result<BallSet> balls_at(const MorphPlan& plan, float time, Engine& engine) {
       engine.move_balls(plan.paths, make_motion_state(plan, time), own_times(plan, time), balls)));
   if (!plan.graph) return balls;
   std::vector<Ball> finished = balls.balls();
-  finish(plan, time, finished);
+  finish_motion(plan, time, finished);
   return BallSet(std::move(finished));
 }
 
@@ -345,24 +347,24 @@ std::vector<Vec3> landmark_places(const MorphPlan& plan, float time, const BallS
 std::vector<Vec3> moved_places(const MorphPlan& plan, std::span<const PlanLandmark> points,
                                float time, const BallSet& balls) {
   if (points.empty()) return {};
-  // A landmark moves as a ball of its pair's part would, and with what moves the pair's ball beside
-  // that: the graph of neighbours and the drift.
+  // A landmark moves as a ball of its pair's part, plus the displacement of the pair's ball that
+  // its path alone does not give: that of the graph and the drift.
   const std::vector<float> own = own_times(plan, time);
   BallPaths paths;
   std::vector<float> times;
   for (const PlanLandmark& landmark : points) {
-    BallPath beside = plan.paths->balls[landmark.pair], path;
-    beside.drift = {};
-    const Alignment& alignment = plan.parts[beside.part];
+    BallPath pair_path = plan.paths->balls[landmark.pair], path;
+    pair_path.drift = {};
+    const Alignment& alignment = plan.parts[pair_path.part];
     path.start.center = landmark.from;
     path.end.center = landmark.to;
     path.from = Vec3d(landmark.from) - alignment.from_center;
     path.to = transposed(alignment.rotation) * (Vec3d(landmark.to) - alignment.to_center) *
               (1 / alignment.scale);
-    path.bow = beside.bow;
-    path.part = beside.part;
+    path.bow = pair_path.bow;
+    path.part = pair_path.part;
     paths.balls.push_back(path);
-    paths.balls.push_back(beside);
+    paths.balls.push_back(pair_path);
     if (!own.empty()) times.insert(times.end(), 2, own[landmark.pair]);
   }
   const std::vector<Ball> moved =
@@ -377,20 +379,21 @@ std::vector<Vec3> moved_places(const MorphPlan& plan, std::span<const PlanLandma
 void continue_motion(MorphPlan& plan, const MorphPlan& before, float until, double pace) {
   PM_CHECK(plan.from.size() == before.pairs.size());
   constexpr float kStep = 1.0f / 128;
-  const auto scale = 1 / static_cast<double>(kStep);
-  const std::vector<Ball> earlier = balls_at(before, until - kStep),
-                          later = balls_at(before, until + kStep);
-  // A one-sided difference of second order, at the start of the new motion.
-  const std::vector<Ball> own[3] = {balls_at(plan, 0), balls_at(plan, kStep),
-                                    balls_at(plan, 2 * kStep)};
+  const auto steps_per_unit = 1 / static_cast<double>(kStep);
+  const std::vector<Ball> balls_before = balls_at(before, until - kStep),
+                          balls_after = balls_at(before, until + kStep);
+  // The initial velocity of the new motion, by a one-sided difference of second order.
+  const std::vector<Ball> own_positions[3] = {balls_at(plan, 0), balls_at(plan, kStep),
+                                              balls_at(plan, 2 * kStep)};
   BallPaths paths = *plan.paths;
   for (std::size_t e = 0; e < paths.balls.size(); ++e) {
     const std::uint32_t i = plan.pairs[e].from;
-    const Vec3d previous_velocity =
-        (Vec3d(later[i].center) - Vec3d(earlier[i].center)) * (0.5 * scale * pace);
+    const Vec3d previous_velocity = (Vec3d(balls_after[i].center) - Vec3d(balls_before[i].center)) *
+                                    (0.5 * steps_per_unit * pace);
     const Vec3d own_velocity =
-        (Vec3d(own[1][e].center) * 4 - Vec3d(own[0][e].center) * 3 - Vec3d(own[2][e].center)) *
-        (0.5 * scale);
+        (Vec3d(own_positions[1][e].center) * 4 - Vec3d(own_positions[0][e].center) * 3 -
+         Vec3d(own_positions[2][e].center)) *
+        (0.5 * steps_per_unit);
     paths.balls[e].drift = previous_velocity - own_velocity;
   }
   plan.paths = std::make_shared<const BallPaths>(std::move(paths));
@@ -398,7 +401,7 @@ void continue_motion(MorphPlan& plan, const MorphPlan& before, float until, doub
 
 std::vector<PairFrame> pair_frames(const MorphPlan& plan, float time) {
   const std::vector<float> eased = eased_times(plan, time);
-  const double soft = softness(plan);
+  const double max_softness = softness(plan);
   std::vector<PairFrame> frames(plan.pairs.size());
   parallel_for(
       static_cast<std::int64_t>(frames.size()),
@@ -407,15 +410,16 @@ std::vector<PairFrame> pair_frames(const MorphPlan& plan, float time) {
         const BallPath& path = plan.paths->balls[e];
         const auto u = static_cast<double>(eased[e]);
         const Alignment& alignment = plan.parts[path.part];
-        const Mat3 unturn = transposed(exp_rotation(alignment.turn * u));
-        Mat3 from = unturn, to = unturn;
+        const Mat3 inv_rotation = transposed(exp_rotation(alignment.turn * u));
+        Mat3 from = inv_rotation, to = inv_rotation;
         if (!path.round) {
           const auto power = [](const Sym3d& log, double exponent) {
             return to_mat3(exp_symmetric(log * exponent));
           };
-          const Mat3 root = power(log_shape_at(path, u), 0.5 * remaining_stretch(soft, u)) * unturn;
-          from = power(path.from_log, -0.5) * root;
-          to = power(path.to_log, -0.5) * root;
+          const Mat3 half_power =
+              power(log_shape_at(path, u), 0.5 * remaining_stretch(max_softness, u)) * inv_rotation;
+          from = power(path.from_log, -0.5) * half_power;
+          to = power(path.to_log, -0.5) * half_power;
         }
         to = alignment.rotation * to;
         const double size = cube_root(volume_at(path, u));

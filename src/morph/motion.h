@@ -11,49 +11,50 @@
 
 namespace polymorph {
 
-/// Works out parts, graph, paths and timing from the plan's pairs and motion settings. plan_morph()
-/// calls it; call it again after a change of plan.motion.
+/// Computes the plan's parts, graph, paths and timing from its pairs and motion settings.
+/// plan_morph() calls this; call it again after changing plan.motion.
 void set_paths(MorphPlan& plan);
 
-/// Makes the paths of the balls, each with the rotation and scaling of its part.
+/// Computes the paths of the balls, each with the rotation and scaling of its part.
 void lay_paths(MorphPlan& plan, RigidParts parts);
 
-/// The balls at `time` in [0, 1] of the motion (not eased), one per pair, in pair order. 0 and 1
-/// give the fields of `from` and `to` exactly. With u the ball's own eased time:
-///   straight: (1-u) p + u q; bezier: the same, all in an arc upwards;
+/// Computes the balls at `time` in [0, 1] of the motion (not eased), one per pair, in pair order. 0
+/// and 1 give the fields of `from` and `to` exactly. With u the ball's own eased time:
+///   straight: (1-u) p + u q; bezier: the same plus an upward arc that all balls share;
 ///   rigid: c(u) + s^u exp(u log R) [(1-u) p' + u q'] with the plan's alignment: exact at both
-///   ends, and a similarity all the way where one object is a turned and scaled copy of the other.
-///   parts: the same, each part (morph/parts.h) with its own rotation, scaling and shift; then an
-///   as-rigid-as-possible solve over neighbouring balls.
-///   explode: thrown out of p, falling onto the floor, and backwards into q; one fades to the
-///   other.
-/// Ellipsoids turn with the motion, and the logarithm of their shape is linear. The cube of a
-/// ball's size (a^-3/2) is linear, and so is its strength: w for inverse-square balls, w +
-/// ln(share) for Gaussian ones.
+///   ends, and a similarity at every time if one object is a rotated and scaled copy of the other;
+///   parts: as rigid, but each part (morph/parts.h) has its own rotation, scaling and translation;
+///   an as-rigid-as-possible solve over neighbouring balls then joins the parts;
+///   explode: balls are thrown out of p, fall onto the floor, and, in reverse, rise into q; the two
+///   flights are crossfaded.
+/// Ellipsoids rotate with the motion, and the logarithm of their shape is linear in u. The cube of
+/// a ball's size, a^-3/2, is linear, and so is its strength: w + ln(share) in Gaussian fields, w *
+/// share in others.
 std::vector<Ball> balls_at(const MorphPlan& plan, float time);
 
-/// Moves the same balls by the engine, which keeps them for the surface. Errors: the engine's
-/// (field/extract_surface.h: to_status).
+/// Computes the same balls on the engine, which keeps them there for extracting the surface.
+/// Errors: the engine's (field/extract_surface.h: to_status).
 Result<BallSet> balls_at(const MorphPlan& plan, float time, Engine& engine);
 
-/// Places of the plan's landmarks when the balls are balls_at(plan, time): each goes the way of its
-/// pair's part. At 0 (1) exactly where it is on the source (target).
+/// Computes the positions of the plan's landmarks at `time`. Each moves with the part of its pair.
+/// At 0 (1) it is exactly at its point of the source (target). `balls`: balls_at(plan, time).
 std::vector<Vec3> landmark_places(const MorphPlan& plan, float time, const BallSet& balls);
-/// Moves other points of both objects in the same manner.
+/// Computes the positions of `points` in the same way.
 std::vector<Vec3> moved_places(const MorphPlan& plan, std::span<const PlanLandmark> points,
                                float time, const BallSet& balls);
 
-/// Makes a plan whose source is the balls of `before` at `until` continue their velocity, which
-/// fades: the balls' centres start with the velocity that they had, whatever the plan's easing, and
-/// arrive as they would. `pace`: time of `before` that passes in a unit of this plan's time.
+/// Continues the motion of `before`, whose balls at `until` are the plan's source. The balls start
+/// with the velocity that they had then, whatever the plan's easing; it fades out, and they arrive
+/// as without it. `pace`: units of the time of `before` per unit of the plan's time.
 void continue_motion(MorphPlan& plan, const MorphPlan& before, float until, double pace);
 
-/// Takes an offset from a pair's moving ball to the offset from its source (target) ball that it
-/// stands for: turned, scaled and stretched as the ball was. The identity at its own end.
+/// Linear maps that take an offset from a pair's moving ball to the corresponding offset from its
+/// source (target) ball. They undo the rotation, scaling and stretching of the ball. At its own end
+/// a map is the identity.
 struct PairFrame {
   Mat3 to_source, to_target;
 };
-/// One per pair, for the balls of balls_at(plan, time).
+/// Computes the maps of all pairs, for the balls of balls_at(plan, time).
 std::vector<PairFrame> pair_frames(const MorphPlan& plan, float time);
 
 /// The eased progress of each pair at `time`, in [0, 1].
@@ -61,17 +62,17 @@ std::vector<float> pair_progress(const MorphPlan& plan, float time);
 
 /// Tests whether all balls share one eased time: no stagger and no spring.
 bool move_together(const MorphPlan& plan);
-/// Each ball's eased time at `time`, at an even pace where the plan has one; a spring's may lie
-/// outside [0, 1].
+/// Computes each ball's eased time at `time`. If all balls share one, it follows the plan's pacing.
+/// A spring's may lie outside [0, 1].
 std::vector<float> eased_times(const MorphPlan& plan, float time);
-/// Their mean by mass.
+/// The mean of the balls' eased times, weighted by mass.
 float mean_progress(const MorphPlan& plan, const std::vector<float>& eased);
-/// The rotation and scaling of all balls, or where each part has a motion of its own their mean
-/// by mass, about the objects' centres.
+/// The rotation and scaling of all balls. If there are several parts, it is their mean, weighted by
+/// mass, about the objects' centres.
 PathPart mean_path_part(const MorphPlan& plan);
 
-/// The progress of the whole object at `time`: the mean of the balls' eased times, by mass, in [0,
-/// 1].
+/// The mean of the balls' eased times at `time`, weighted by mass, in [0, 1]. It ignores the plan's
+/// pacing.
 float progress_at(const MorphPlan& plan, float time);
 
 }  // namespace polymorph

@@ -11,27 +11,28 @@
 
 namespace polymorph {
 
-/// The sides as a plan's cost sees them, `a` already turned.
+/// Both sides in feature space, `a` already rotated, and the cost of labels that differ.
 struct CostPair {
   CostSide a, b;
   float label_cost = 0;
 };
 
-/// The report's correspondence (5.2.7): array order; the surplus of the longer list is paired with
-/// pseudo-randomly chosen balls of the other.
+/// Pairs balls in list order (the report's correspondence, 5.2.7). The surplus balls of the longer
+/// list are paired with pseudo-randomly chosen balls of the other.
 std::vector<Pair> pair_by_index(std::size_t from, std::size_t to, std::uint64_t seed);
 
 /// Pairs every ball of either side with the cheapest one of the other.
 std::vector<Pair> pair_nearest(const CostPair& sides);
 
-/// Optimal transport of the sides' masses, with hard labels one problem a label; pairs that carry
-/// little of both their balls are dropped.
+/// Pairs balls by optimal transport of their masses; with hard labels each label is a problem of
+/// its own. Pairs that carry less than 8 % of both their balls are dropped, unless they are a
+/// ball's largest.
 std::vector<Pair> pair_by_transport(const CostPair& sides, LabelMode mode);
 
-/// Sets what each pair carries of the whole: the mean of both ends' shares of it.
+/// Sets each pair's mass: the mean of the masses that its two ends contribute.
 void set_masses(std::vector<Pair>& pairs, std::span<const double> from, std::span<const double> to);
 
-/// The pairs as flows of their masses.
+/// Converts pairs to flows whose amounts are the pairs' masses.
 std::vector<TransportFlow> list_flows(const std::vector<Pair>& pairs);
 
 }  // namespace polymorph

@@ -17,15 +17,16 @@ namespace polymorph {
 namespace {
 
 constexpr std::size_t kMaxClusters = 8;
-constexpr std::size_t kMinPairs = 12;  // of a cluster, on the mean
+constexpr std::size_t kMinMeanPairs = 12;  // mean number of pairs per cluster, at least
 constexpr std::size_t kNeighbors = 8;
 constexpr int kRotationRounds = 3;
-/// The weight that holds a ball in its part's place, against one edge. Weak: a limb's own straight
-/// path would tear it off.
+/// Weight of a ball's position by its part, relative to that of an edge. It is small because a limb
+/// on a straight path of its own would be torn off.
 constexpr double kAnchor = 0.01;
 
-/// The similarity of some pairs, with the whole's turn where theirs is not determined. Of the two
-/// ways round it takes the one nearer to the turn `usual`.
+/// Fits a similarity to the pairs `members`. Where they do not determine a rotation, it is that of
+/// the plan's alignment. Of the rotation vectors of one rotation, the one nearest to `usual` is
+/// taken.
 Alignment fit_part(const MorphPlan& plan, const std::vector<std::uint32_t>& members, Vec3d usual) {
   Alignment fit;
   double mass = 0;
@@ -49,38 +50,40 @@ Alignment fit_part(const MorphPlan& plan, const std::vector<std::uint32_t>& memb
     from_square += pair.mass * dot(p, p);
     to_square += pair.mass * dot(q, q);
   }
-  // A straight limb does not say how far it rolls about itself.
-  constexpr double kWhole = 1e-3;
-  const double weight = kWhole * std::sqrt(from_square * to_square) + 1e-30;
+  // The points of a straight limb do not determine its rotation about its own axis.
+  constexpr double kWholeWeight = 1e-3;
+  const double weight = kWholeWeight * std::sqrt(from_square * to_square) + 1e-30;
   for (std::size_t k = 0; k < 9; ++k) sum.m[k] += weight * plan.alignment.rotation.m[k];
   fit.rotation = nearest_rotation(sum);
   fit.turn = log_rotation_near(fit.rotation, usual);
-  constexpr double kMaxGrowth = 4;
+  constexpr double kMaxScale = 4;
   fit.scale = from_square > 0 && to_square > 0
-                  ? std::clamp(std::sqrt(to_square / from_square), 1 / kMaxGrowth, kMaxGrowth)
+                  ? std::clamp(std::sqrt(to_square / from_square), 1 / kMaxScale, kMaxScale)
                   : plan.alignment.scale;
   return fit;
 }
 
-/// Pairs by label, with part 0 for those that leave theirs; empty where labels say too little.
+/// The part of each pair: one part per label that both balls have, and part 0 for other pairs.
+/// Empty if there are fewer than two such labels or they hold no more than half of the mass.
 std::vector<std::uint32_t> parts_by_label(const MorphPlan& plan) {
   if (plan.from_labels.empty() || plan.to_labels.empty()) return {};
   std::map<std::int32_t, std::uint32_t> parts;
   std::vector<std::uint32_t> part_of(plan.pairs.size(), 0);
-  double kept = 0, all = 0;
+  double labelled = 0, total = 0;
   for (std::size_t e = 0; e < plan.pairs.size(); ++e) {
     const Pair& pair = plan.pairs[e];
     const std::int32_t label = plan.from_labels[pair.from];
-    all += pair.mass;
+    total += pair.mass;
     if (label == kNoLabel || label != plan.to_labels[pair.to]) continue;
-    kept += pair.mass;
+    labelled += pair.mass;
     part_of[e] = parts.emplace(label, static_cast<std::uint32_t>(parts.size() + 1)).first->second;
   }
-  return parts.size() >= 2 && kept > 0.5 * all ? part_of : std::vector<std::uint32_t>{};
+  return parts.size() >= 2 && labelled > 0.5 * total ? part_of : std::vector<std::uint32_t>{};
 }
 
-/// k-means of the pairs' places in both objects at once, seeded by the farthest.
-std::vector<std::uint32_t> parts_by_place(const MorphPlan& plan) {
+/// Clusters the pairs by their positions in both objects, a point in 6 dimensions: k-means, seeded
+/// by farthest point sampling.
+std::vector<std::uint32_t> parts_by_position(const MorphPlan& plan) {
   const Alignment& alignment = plan.alignment;
   const std::size_t n = plan.pairs.size();
   struct Point {
@@ -93,51 +96,56 @@ std::vector<std::uint32_t> parts_by_place(const MorphPlan& plan) {
              std::sqrt(alignment.scale),
          (Vec3d(plan.to[pair.to].center) - alignment.to_center) *
              (1 / std::sqrt(alignment.scale))});
-  const auto square = [](const Point& a, const Point& b) {
+  const auto distance2 = [](const Point& a, const Point& b) {
     return dot(a.p - b.p, a.p - b.p) + dot(a.q - b.q, a.q - b.q);
   };
-  const std::size_t count = std::clamp<std::size_t>(n / kMinPairs, 1, kMaxClusters);
-  std::vector<Point> middles{{{}, {}}};  // the first is only where the search starts
+  const std::size_t count = std::clamp<std::size_t>(n / kMinMeanPairs, 1, kMaxClusters);
+  std::vector<Point> centers{{{}, {}}};  // this one only starts the search
   for (std::size_t k = 0; k <= count; ++k) {
     std::size_t farthest = 0;
     double largest = -1;
     for (std::size_t e = 0; e < n; ++e) {
       double nearest = std::numeric_limits<double>::infinity();
-      for (const Point& middle : middles) nearest = std::min(nearest, square(points[e], middle));
+      for (const Point& center : centers) nearest = std::min(nearest, distance2(points[e], center));
       if (nearest > largest * (1 + 1e-9)) largest = nearest, farthest = e;
     }
-    if (k == 0) middles.clear();
-    if (middles.size() < count) middles.push_back(points[farthest]);
+    if (k == 0) centers.clear();
+    if (centers.size() < count) centers.push_back(points[farthest]);
   }
   std::vector<std::uint32_t> part_of(n, 0);
   for (int round = 0; round < 10; ++round) {
     for (std::size_t e = 0; e < n; ++e)
-      for (std::uint32_t k = 0; k < middles.size(); ++k)
-        if (square(points[e], middles[k]) < square(points[e], middles[part_of[e]])) part_of[e] = k;
-    std::vector<Point> sums(middles.size());
-    std::vector<double> masses(middles.size(), 0);
+      for (std::uint32_t k = 0; k < centers.size(); ++k)
+        if (distance2(points[e], centers[k]) < distance2(points[e], centers[part_of[e]]))
+          part_of[e] = k;
+    std::vector<Point> sums(centers.size());
+    std::vector<double> masses(centers.size(), 0);
     for (std::size_t e = 0; e < n; ++e) {
       const double m = plan.pairs[e].mass;
       sums[part_of[e]].p = sums[part_of[e]].p + points[e].p * m;
       sums[part_of[e]].q = sums[part_of[e]].q + points[e].q * m;
       masses[part_of[e]] += m;
     }
-    for (std::size_t k = 0; k < middles.size(); ++k)
-      if (masses[k] > 0) middles[k] = {sums[k].p * (1 / masses[k]), sums[k].q * (1 / masses[k])};
+    for (std::size_t k = 0; k < centers.size(); ++k)
+      if (masses[k] > 0) centers[k] = {sums[k].p * (1 / masses[k]), sums[k].q * (1 / masses[k])};
   }
   return part_of;
 }
 
-/// One direction of an edge: what it is at both ends, in the source's orientation.
+/// A directed edge at both ends of the motion: offsets in the source's orientation and scale, and
+/// true lengths.
 struct Edge {
   std::uint32_t other = 0;
   Vec3d from, to;
   double from_length = 0, to_length = 0;
 
+  /// The target of the edge at eased time u, in the source's orientation.
   Vec3d at(double u) const {
     const Vec3d mixture = from * (1 - u) + to * u;
-    const double even = (1 - u) * from_length + u * to_length, far = length(mixture);
-    return far > 1e-3 * even ? mixture * (even / far) : mixture;
+    const double target_length = (1 - u) * from_length + u * to_length,
+                 mixture_length = length(mixture);
+    return mixture_length > 1e-3 * target_length ? mixture * (target_length / mixture_length)
+                                                 : mixture;
   }
 };
 
@@ -148,8 +156,8 @@ std::vector<std::uint32_t> parts_by_limb(const MorphPlan& plan) {
   std::vector<std::uint32_t> part_of;
   for (const Pair& pair : plan.pairs) {
     const std::int32_t limb = plan.from_limbs[pair.from];
-    const bool stays = limb != kNoLabel && limb == plan.to_limbs[pair.to];
-    part_of.push_back(stays ? static_cast<std::uint32_t>(limb) + 1 : 0);
+    const bool is_within_limb = limb != kNoLabel && limb == plan.to_limbs[pair.to];
+    part_of.push_back(is_within_limb ? static_cast<std::uint32_t>(limb) + 1 : 0);
   }
   return part_of;
 }
@@ -200,12 +208,12 @@ BallGraph::BallGraph(const MorphPlan& plan, const RigidParts& parts, const Links
     const Alignment& part = parts.alignments[parts.part_of[e]];
     Edge edge;
     edge.other = f;
-    const Pair &near = plan.pairs[e], &far = plan.pairs[f];
-    edge.from = Vec3d(plan.from[near.from].center) - Vec3d(plan.from[far.from].center);
-    const Vec3d to_way = Vec3d(plan.to[near.to].center) - Vec3d(plan.to[far.to].center);
+    const Pair &pair_e = plan.pairs[e], &pair_f = plan.pairs[f];
+    edge.from = Vec3d(plan.from[pair_e.from].center) - Vec3d(plan.from[pair_f.from].center);
+    const Vec3d to_offset = Vec3d(plan.to[pair_e.to].center) - Vec3d(plan.to[pair_f.to].center);
     edge.from_length = length(edge.from);
-    edge.to_length = length(to_way);
-    edge.to = transposed(part.rotation) * to_way * (1 / part.scale);
+    edge.to_length = length(to_offset);
+    edge.to = transposed(part.rotation) * to_offset * (1 / part.scale);
     const auto row = static_cast<int>(e), column = static_cast<int>(f);
     entries.emplace_back(row, row, 1.0);
     entries.emplace_back(row, column, -1.0);
@@ -226,9 +234,9 @@ std::vector<Vec3d> BallGraph::joined(std::span<const Vec3d> places, std::span<co
   const std::size_t n = system_->edges.size();
   PM_CHECK(places.size() == n && turns.size() == n && progress.size() == n);
   std::vector<Mat3> rotations(turns.begin(), turns.end());
-  std::vector<Vec3d> now(places.begin(), places.end());
-  Eigen::MatrixXd right(static_cast<Eigen::Index>(n), 3);
-  // What an edge should be, by the ball at its near end; an edge's u is the mean of its ends'.
+  std::vector<Vec3d> positions(places.begin(), places.end());
+  Eigen::MatrixXd right_hand_side(static_cast<Eigen::Index>(n), 3);
+  // The edge's target in the frame of its first ball. An edge's u is the mean of its balls'.
   const auto target_edge = [&](std::size_t e, const Edge& edge) {
     return edge.at((progress[e] + progress[edge.other]) / 2);
   };
@@ -240,24 +248,24 @@ std::vector<Vec3d> BallGraph::joined(std::span<const Vec3d> places, std::span<co
           Vec3d sum = places[e] * kAnchor;
           for (const Edge& edge : system_->edges[e]) {
             const auto& neighbours = system_->edges[edge.other];
-            const auto twin = std::lower_bound(
+            const auto reverse_edge = std::lower_bound(
                 neighbours.begin(), neighbours.end(), static_cast<std::uint32_t>(e),
                 [](const Edge& edge_of_neighbour, std::uint32_t other) {
                   return edge_of_neighbour.other < other;
                 });
             const Vec3d edge_sum = rotations[e] * target_edge(e, edge) -
-                                   rotations[edge.other] * target_edge(edge.other, *twin);
+                                   rotations[edge.other] * target_edge(edge.other, *reverse_edge);
             sum = sum + edge_sum * 0.5;
           }
-          right(index, 0) = sum.x;
-          right(index, 1) = sum.y;
-          right(index, 2) = sum.z;
+          right_hand_side(index, 0) = sum.x;
+          right_hand_side(index, 1) = sum.y;
+          right_hand_side(index, 2) = sum.z;
         },
         64);
-    const Eigen::MatrixXd solved = system_->solver.solve(right);
+    const Eigen::MatrixXd solved = system_->solver.solve(right_hand_side);
     for (std::size_t e = 0; e < n; ++e) {
       const auto row = static_cast<Eigen::Index>(e);
-      now[e] = {solved(row, 0), solved(row, 1), solved(row, 2)};
+      positions[e] = {solved(row, 0), solved(row, 1), solved(row, 2)};
     }
     if (round + 1 == kRotationRounds) break;
     parallel_for(
@@ -265,27 +273,27 @@ std::vector<Vec3d> BallGraph::joined(std::span<const Vec3d> places, std::span<co
         [&](std::int64_t index) {
           const auto e = static_cast<std::size_t>(index);
           Mat3 sum{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
-          double size = 0;
+          double weight = 0;
           for (const Edge& edge : system_->edges[e]) {
-            const Vec3d p = target_edge(e, edge), q = now[e] - now[edge.other];
+            const Vec3d p = target_edge(e, edge), q = positions[e] - positions[edge.other];
             const double a[3] = {p.x, p.y, p.z}, b[3] = {q.x, q.y, q.z};
             for (int r = 0; r < 3; ++r)
               for (int c = 0; c < 3; ++c) sum.at(r, c) += b[r] * a[c];
-            size += length(p) * length(q);
+            weight += length(p) * length(q);
           }
-          // The part's own turn where a ball's edges do not determine one.
-          for (std::size_t k = 0; k < 9; ++k) sum.m[k] += 0.1 * size * turns[e].m[k];
+          // The part's rotation decides where a ball's edges do not determine one.
+          for (std::size_t k = 0; k < 9; ++k) sum.m[k] += 0.1 * weight * turns[e].m[k];
           rotations[e] = nearest_rotation(sum);
         },
         64);
   }
-  return now;
+  return positions;
 }
 
 namespace {
 
-/// Mean squared ln of the neighbours' distances over the even ones, half way: what the parts are
-/// worth.
+/// Sum over neighbours of the squared ln of their distance at u = 1/2 over the mean of their
+/// distances at both ends.
 double measure_strain(const MorphPlan& plan, const RigidParts& parts) {
   std::vector<Vec3d> places;
   std::vector<Mat3> turns;
@@ -306,21 +314,23 @@ double measure_strain(const MorphPlan& plan, const RigidParts& parts) {
   double sum = 0;
   for (std::size_t e = 0; e < joined.size(); ++e)
     for (const std::uint32_t f : neighbors[e]) {
-      const auto between = [&](const std::vector<Ball>& balls, std::uint32_t i, std::uint32_t k) {
+      const auto center_distance = [&](const std::vector<Ball>& balls, std::uint32_t i,
+                                       std::uint32_t k) {
         return length(Vec3d(balls[i].center) - Vec3d(balls[k].center));
       };
-      const double even = 0.5 * (between(plan.from, plan.pairs[e].from, plan.pairs[f].from) +
-                                 between(plan.to, plan.pairs[e].to, plan.pairs[f].to));
-      const double now = length(joined[e] - joined[f]);
-      if (even > 1e-3 * plan.size && now > 1e-6 * plan.size) {
-        const double strain = exact::log(now / even);
+      const double mean_distance =
+          0.5 * (center_distance(plan.from, plan.pairs[e].from, plan.pairs[f].from) +
+                 center_distance(plan.to, plan.pairs[e].to, plan.pairs[f].to));
+      const double distance = length(joined[e] - joined[f]);
+      if (mean_distance > 1e-3 * plan.size && distance > 1e-6 * plan.size) {
+        const double strain = exact::log(distance / mean_distance);
         sum += strain * strain;
       }
     }
   return sum;
 }
 
-/// Pairs of each of `count` parts.
+/// Lists the pairs of each of `count` parts.
 std::vector<std::vector<std::uint32_t>> list_members(const std::vector<std::uint32_t>& part_of,
                                                      std::size_t count) {
   std::vector<std::vector<std::uint32_t>> members(count);
@@ -328,13 +338,14 @@ std::vector<std::vector<std::uint32_t>> list_members(const std::vector<std::uint
   return members;
 }
 
+/// Fits the alignments of the parts; part 0 has the whole object's if `first_is_whole`.
 RigidParts with_alignments(const MorphPlan& plan, std::vector<std::uint32_t> part_of,
                            bool first_is_whole) {
   RigidParts parts;
   parts.part_of = std::move(part_of);
   const std::uint32_t count = *std::max_element(parts.part_of.begin(), parts.part_of.end()) + 1;
   const auto members = list_members(parts.part_of, count);
-  // Of the two ways round, that which stays with the whole.
+  // Rotation vectors are the ones nearest to the whole object's.
   for (std::uint32_t k = 0; k < count; ++k)
     parts.alignments.push_back(members[k].empty() || (first_is_whole && k == 0)
                                    ? plan.alignment
@@ -342,7 +353,7 @@ RigidParts with_alignments(const MorphPlan& plan, std::vector<std::uint32_t> par
   return parts;
 }
 
-bool is_same(const Alignment& a, const Alignment& b) {
+bool is_equal(const Alignment& a, const Alignment& b) {
   return std::equal(std::begin(a.rotation.m), std::end(a.rotation.m), b.rotation.m) &&
          a.scale == b.scale && length(a.from_center - b.from_center) == 0 &&
          length(a.to_center - b.to_center) == 0;
@@ -351,29 +362,30 @@ bool is_same(const Alignment& a, const Alignment& b) {
 }  // namespace
 
 RigidParts rigid_parts(const MorphPlan& plan) {
-  if (std::vector<std::uint32_t> labelled = parts_by_label(plan); !labelled.empty())
-    return with_alignments(plan, std::move(labelled), true);
-  if (std::vector<std::uint32_t> limbs = parts_by_limb(plan); !limbs.empty())
-    return with_alignments(plan, std::move(limbs), true);
+  if (std::vector<std::uint32_t> by_label = parts_by_label(plan); !by_label.empty())
+    return with_alignments(plan, std::move(by_label), true);
+  if (std::vector<std::uint32_t> by_limb = parts_by_limb(plan); !by_limb.empty())
+    return with_alignments(plan, std::move(by_limb), true);
   RigidParts one_part =
       with_alignments(plan, std::vector<std::uint32_t>(plan.pairs.size(), 0), true);
-  RigidParts clusters = with_alignments(plan, parts_by_place(plan), false);
+  RigidParts clusters = with_alignments(plan, parts_by_position(plan), false);
   return measure_strain(plan, clusters) < measure_strain(plan, one_part) ? clusters : one_part;
 }
 
 RigidParts carried_parts(const MorphPlan& plan, const MorphPlan& reference) {
   RigidParts parts;
   for (const BallPath& path : reference.paths->balls) parts.part_of.push_back(path.part);
-  if (!reference.graph) {  // one part: the whole, or only its shift
-    Alignment shift;
-    shift.from_center = plan.alignment.from_center;
-    shift.to_center = plan.alignment.to_center;
-    parts.alignments = {is_same(reference.parts[0], reference.alignment) ? plan.alignment : shift};
+  if (!reference.graph) {  // one part, with the plan's alignment or a mere translation
+    Alignment translation;
+    translation.from_center = plan.alignment.from_center;
+    translation.to_center = plan.alignment.to_center;
+    parts.alignments = {is_equal(reference.parts[0], reference.alignment) ? plan.alignment
+                                                                          : translation};
     return parts;
   }
   const auto members = list_members(parts.part_of, reference.parts.size());
   for (std::size_t k = 0; k < members.size(); ++k)
-    parts.alignments.push_back(is_same(reference.parts[k], reference.alignment)
+    parts.alignments.push_back(is_equal(reference.parts[k], reference.alignment)
                                    ? plan.alignment
                                    : fit_part(plan, members[k], reference.parts[k].turn));
   return parts;

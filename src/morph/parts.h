@@ -19,35 +19,38 @@ struct RigidParts {
   std::vector<std::uint32_t> part_of;  ///< one per pair
 };
 
-/// A part per label where the labels that keep to themselves hold most of the mass; what leaves its
-/// label moves with the whole. Else a part per matched limb (MorphPlan::from_limbs), where there
-/// are any. Else at most eight clusters of pairs that are neighbours in both objects, if neighbours
-/// then keep their distances better than with the whole as one part. Each with its own rotation,
-/// scaling and shift; it rotates the way round that is nearer to the whole's. Deterministic.
+/// Divides a plan's pairs into parts. If pairs within one label hold most of the mass, there is a
+/// part per label; otherwise one per matched limb (MorphPlan::from_limbs), if any. All other pairs
+/// then move with the whole object. Without labels and limbs, the parts are at most eight clusters
+/// of pairs that are neighbours in both objects, if neighbours then keep their distances better
+/// than in a single part. Each part has its own rotation, scaling and translation, and rotates in
+/// the direction that is nearer to the whole object's. Deterministic.
 RigidParts rigid_parts(const MorphPlan& plan);
 
-/// Lists the matched limb that each pair stays in, counted from 1; 0: none. Empty without limbs.
+/// Lists the matched limb that holds both balls of each pair, counted from 1; 0 if none does. Empty
+/// for a plan without limbs.
 std::vector<std::uint32_t> parts_by_limb(const MorphPlan& plan);
 
-/// Parts of a plan whose balls were carried from where `reference` has them: each pair stays in its
-/// part, and the alignments are fitted anew.
+/// Makes the parts of a plan whose balls were moved to another pose than in `reference`. Each pair
+/// stays in its part; the alignments are fitted again.
 RigidParts carried_parts(const MorphPlan& plan, const MorphPlan& reference);
 
-/// The graph of neighbouring balls, each edge as long as it should be at every time, and the solve
-/// that puts the balls where their edges want them (Sorkine and Alexa 2007, "As-rigid-as-possible
-/// surface modeling"): prefactored, so that a frame costs a few substitutions.
+/// Solves for as-rigid-as-possible positions on the graph of neighbouring balls, whose edges have a
+/// target length at every time (Sorkine and Alexa 2007, "As-rigid-as-possible surface modeling").
+/// The matrix is factorized once, so that a frame costs a few substitutions.
 class BallGraph {
  public:
-  /// `parts` as rigid_parts(plan) gave them.
+  /// `parts`: rigid_parts(plan).
   BallGraph(const MorphPlan& plan, const RigidParts& parts);
-  /// The graph of carried balls, with the neighbours that they have in `reference`.
+  /// The graph of balls in another pose, with the neighbours that they have in `reference`.
   BallGraph(const MorphPlan& plan, const RigidParts& parts, const BallGraph& reference);
   ~BallGraph();
 
-  /// Places near `places` (one per pair, where their parts would have them) whose edges are nearest
-  /// to what they should be: as long as (1-u) |p_e - p_f| + u |q_e - q_f|, turned as `turns`, which
-  /// are fitted anew to what comes out, twice. With u = 0 (1) and the source's (target's)
-  /// places, those. `progress`: u of each pair.
+  /// Solves for positions near `places`, the balls' positions by their parts, whose edges are as
+  /// near as possible to their targets. A target has the length (1-u) |p_e - p_f| + u |q_e - q_f|
+  /// and is rotated by the balls' rotations: at first `turns`, then twice fitted to the result. At
+  /// u = 0 (1) with the source's (target's) positions, the result is `places`. `progress`: u of
+  /// each pair.
   std::vector<Vec3d> joined(std::span<const Vec3d> places, std::span<const Mat3> turns,
                             std::span<const double> progress) const;
 

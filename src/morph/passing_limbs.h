@@ -1,5 +1,5 @@
-// Limbs that pass each other on their way: a smooth map must not mix them (docs/method.md, Surface
-// between).
+// Limbs that pass each other during the motion; a smooth map must not mix them (docs/method.md,
+// Map).
 #pragma once
 
 #include <vector>
@@ -9,9 +9,10 @@
 
 namespace polymorph {
 
-/// Computes how far each pair's ball passes one of another matched limb, [0, 1]: 1 where that is
-/// near, and much nearer than at either end. 0 at both ends, in no limb, and in plans without
-/// limbs. `eased`: eased_times(); `balls`: balls_at() then; `size`: the objects' diagonal.
+/// Computes c_e of docs/method.md for each pair, in [0, 1]: how closely its ball passes a ball of
+/// another matched limb. It is 1 if that ball is near, and much nearer than at either end. It is 0
+/// at both ends and for balls in no limb. `eased`: eased_times(); `balls`: balls_at() at the same
+/// time; `size`: the objects' diagonal.
 std::vector<float> passing_shares(const MorphPlan& plan, const std::vector<float>& eased,
                                   const BallSet& balls, float size);
 

@@ -22,7 +22,8 @@
 namespace polymorph {
 namespace {
 
-/// The least-squares similarity of the pairs; turn and scale only as the settings allow.
+/// Fits the similarity of the pairs with the given rotation. The scale is fitted only with
+/// AlignMethod::kSimilarity.
 Alignment fit_alignment(const MorphPlan& plan, const Mat3& rotation, AlignMethod method) {
   Alignment fit;
   for (const Pair& pair : plan.pairs) {
@@ -31,37 +32,40 @@ Alignment fit_alignment(const MorphPlan& plan, const Mat3& rotation, AlignMethod
   }
   fit.rotation = rotation;
   fit.turn = log_rotation(rotation);
-  double from_square = 0, to_square = 0, both = 0;
+  double from_square = 0, to_square = 0, product = 0;
   for (const Pair& pair : plan.pairs) {
     const Vec3d p = rotation * (Vec3d(plan.from[pair.from].center) - fit.from_center);
     const Vec3d q = Vec3d(plan.to[pair.to].center) - fit.to_center;
     from_square += pair.mass * dot(p, p);
     to_square += pair.mass * dot(q, q);
-    both += pair.mass * dot(p, q);
+    product += pair.mass * dot(p, q);
   }
   if (!(from_square > 0 && to_square > 0)) return fit;
-  // Horn 1987: the scale that is its own inverse when the objects change places. Kept, like a turn,
-  // only if it brings the balls a good deal nearer.
-  constexpr double kGain = 0.1;
-  const auto left = [&](double s) { return to_square / s + from_square * s - 2 * both; };
-  const auto gains = [&](double s) { return left(s) < (1 - kGain) * left(1); };
+  // The symmetric scale of Horn 1987, which becomes its inverse when the objects are swapped. It is
+  // used only if it brings the balls at least 10 % nearer.
+  constexpr double kMinScaleGain = 0.1;
+  const auto residual_at = [&](double s) { return to_square / s + from_square * s - 2 * product; };
+  const auto is_gain = [&](double s) {
+    return residual_at(s) < (1 - kMinScaleGain) * residual_at(1);
+  };
   const double scale = std::sqrt(to_square / from_square);
-  if (method == AlignMethod::kSimilarity && gains(scale)) {
-    // The centres of few balls may lie anywhere within an object and say nothing of its size; those
-    // of 96 say the same as the bodies to a factor of 1.3.
-    constexpr double kMaxDoubt = 1.5;
-    const double bodies = radius_of_gyration(plan.to, plan.kind, fit.to_center) /
-                          radius_of_gyration(plan.from, plan.kind, fit.from_center);
-    const bool doubtful = std::max(scale / bodies, bodies / scale) > kMaxDoubt;
-    const double sound = doubtful ? bodies : scale;
-    if (gains(sound)) fit.scale = sound;
+  if (method == AlignMethod::kSimilarity && is_gain(scale)) {
+    // The centres of a few balls may lie anywhere in an object and say little about its size. With
+    // 96 balls, the scale agrees with that of the bodies to a factor of 1.3.
+    constexpr double kMaxRatio = 1.5;
+    const double body_scale = radius_of_gyration(plan.to, plan.kind, fit.to_center) /
+                              radius_of_gyration(plan.from, plan.kind, fit.from_center);
+    const bool is_unreliable = std::max(scale / body_scale, body_scale / scale) > kMaxRatio;
+    const double chosen_scale = is_unreliable ? body_scale : scale;
+    if (is_gain(chosen_scale)) fit.scale = chosen_scale;
   }
-  fit.strain = std::sqrt(std::max(left(fit.scale), 0.0) / std::sqrt(from_square * to_square));
+  fit.strain =
+      std::sqrt(std::max(residual_at(fit.scale), 0.0) / std::sqrt(from_square * to_square));
   return fit;
 }
 
-/// The correspondence does not depend on which of two objects a plan starts from: it is always made
-/// from the smaller one in this order.
+/// Orders the sides of a plan. A correspondence is always made from the lesser side, so that it
+/// does not depend on the direction of the morph.
 bool is_less(const PlanSide& a, const PlanSide& b) {
   if (a.balls.size() != b.balls.size()) return a.balls.size() < b.balls.size();
   for (std::size_t i = 0; i < a.balls.size(); ++i) {
@@ -73,18 +77,20 @@ bool is_less(const PlanSide& a, const PlanSide& b) {
   return false;
 }
 
+/// RMS distance of the balls' centres from their mean.
 double rms_size(const std::vector<Ball>& balls) {
-  const std::vector<double> even(balls.size(), 1 / static_cast<double>(balls.size()));
-  return fit_normalization(balls, even).size;
+  const std::vector<double> equal_masses(balls.size(), 1 / static_cast<double>(balls.size()));
+  return fit_normalization(balls, equal_masses).size;
 }
 
-double lowest(const std::vector<Ball>& balls) {
+double lowest_center(const std::vector<Ball>& balls) {
   float low = balls[0].center.y;
   for (const Ball& ball : balls) low = std::min(low, ball.center.y);
   return static_cast<double>(low);
 }
 
-/// The landmarks, each with the pair that is nearest to it at both ends, by the objects' sizes.
+/// Makes landmarks, each with its nearest pair: the one with the least sum of squared distances at
+/// both ends, relative to the objects' sizes. Pairs of lone limbs come last.
 std::vector<PlanLandmark> landmarks_with_pairs(const MorphPlan& plan, std::span<const Vec3> from,
                                                std::span<const Vec3> to) {
   const double from_size = rms_size(plan.from), to_size = rms_size(plan.to);
@@ -111,24 +117,25 @@ std::vector<Vec3> lone_roots(const LimbCurves& curves) {
   return roots;
 }
 
-/// Tests whether a plan looks at both objects' limbs and fronts: where objects may turn, as one
-/// that faces another way has its limbs elsewhere, and where hard labels do not say it all.
-bool looks_at_structure(const MorphPlan& plan, const PlanSettings& settings, RotationAxis axis) {
-  const bool turns =
+/// Tests whether a plan uses the objects' limbs and fronts. The objects must be free to rotate
+/// about the vertical, since limbs of objects that face different ways are in different places.
+/// With hard labels, limbs are not used.
+bool uses_structure(const MorphPlan& plan, const PlanSettings& settings, RotationAxis axis) {
+  const bool may_rotate =
       settings.align == AlignMethod::kRigid || settings.align == AlignMethod::kSimilarity;
   return settings.structure == PlanStructure::kAuto && settings.method == PlanMethod::kTransport &&
-         settings.label_mode != LabelMode::kHard && plan.kind == FieldKind::kGaussian && turns &&
-         axis == RotationAxis::kVertical;
+         settings.label_mode != LabelMode::kHard && plan.kind == FieldKind::kGaussian &&
+         may_rotate && axis == RotationAxis::kVertical;
 }
 
-/// Tests whether the pairs without limbs leave next to no strain: near copies are better laid on
-/// each other as they are.
+/// Tests whether the pairs found without limbs have little strain. Near copies are matched better
+/// without limbs.
 bool are_alike(const MorphPlan& plan, const Mat3& rotation, AlignMethod align) {
   constexpr double kAlike = 0.2;
   return fit_alignment(plan, rotation, align).strain < kAlike;
 }
 
-/// Matches the limbs and notes them in the plan; false where that is not certain.
+/// Matches the limbs and stores the match in the plan; returns false if it is not certain.
 bool use_limbs(MorphPlan& plan, LimbPlan& limbs, const Mat3& rotation) {
   limbs.match = match_at(limbs, log_rotation(rotation).y);
   if (!is_certain(limbs.match)) return false;
@@ -143,16 +150,17 @@ bool use_limbs(MorphPlan& plan, LimbPlan& limbs, const Mat3& rotation) {
   return true;
 }
 
-/// Pairs the balls by limbs. The rotation is that of the pairs where the limbs face another side or
-/// the whole had turned without them; limbs that only point elsewhere do not turn an object.
+/// Pairs the balls by limbs and returns the rotation. It is fitted to the pairs if the limbs match
+/// at another angle, or if `rotation`, found without them, is not the identity. Otherwise it is the
+/// identity: limbs that merely point elsewhere do not rotate an object.
 Mat3 find_pairs_by_limbs(MorphPlan& plan, const LimbPlan& limbs, const CostPair& sides,
                          const Mat3& rotation, LabelMode mode) {
-  constexpr double kAnotherSide = 35 * exact::kPi / 180;
+  constexpr double kMinAngle = 35 * exact::kPi / 180;
   CostPair by_limbs;
   by_limbs.label_cost = sides.label_cost;
   std::tie(by_limbs.a, by_limbs.b) = limb_cost_sides(limbs, plan.from, plan.to, sides.a, sides.b);
-  // Without landmarks the pairs alone say more: a limb that is lone for one of two similar objects
-  // often lies on one of the other's.
+  // Without landmarks, the pairs alone are more reliable: a limb without a counterpart often lies
+  // on a limb of the other object if both are similar.
   if (limbs.match.is_chosen)
     std::tie(plan.from_curves, plan.to_curves) = find_limb_curves(limbs, plan.from, plan.to);
   plan.pairs = pair_bodies(by_limbs, mode, plan.from_curves, plan.to_curves);
@@ -160,22 +168,24 @@ Mat3 find_pairs_by_limbs(MorphPlan& plan, const LimbPlan& limbs, const CostPair&
   const std::vector<TransportFlow> flows = list_flows(plan.pairs);
   if (has_curves(plan)) add_lone_pairs(plan);
   const double angle = limbs.match.angle;
-  const bool turns = std::fabs(angle) > kAnotherSide || rotation_angle(rotation) > 0;
-  return turns ? fit_rotation(sides.a, sides.b, flows, RotationAxis::kVertical) : Mat3{};
+  const bool rotates = std::fabs(angle) > kMinAngle || rotation_angle(rotation) > 0;
+  return rotates ? fit_rotation(sides.a, sides.b, flows, RotationAxis::kVertical) : Mat3{};
 }
 
-/// Source of a turn: the balls' cost, the facing of bodies that are hardly symmetric, or landmarks,
-/// fronts and mirror planes, which nothing else changes.
+/// Source of a rotation. kFound: the cost of representative balls, refitted to all balls; kFaced:
+/// mirror planes of bodies that are not quite symmetric, which limbs may correct; kKnown:
+/// landmarks, fronts or exact mirror planes, which nothing changes.
 enum class Certainty : std::uint8_t { kFound, kFaced, kKnown };
 
+/// The rotation of a plan.
 struct Turn {
   Mat3 rotation;
   RotationAxis axis = RotationAxis::kVertical;
   Certainty certainty = Certainty::kFound;
-  std::optional<LimbPlan> limbs = {};  ///< limbs of both objects, where it depends on them
+  std::optional<LimbPlan> limbs = {};  ///< limbs of both objects, if they were found
 };
 
-/// The turn that lays `from` on `to`.
+/// Finds the rotation from `from` to `to` without regard to the pairs of all balls.
 Turn find_turn(const MorphPlan& plan, const PlanSide& from, const PlanSide& to,
                const CostPair& sides, const PlanSettings& settings) {
   Turn turn;
@@ -184,7 +194,7 @@ Turn find_turn(const MorphPlan& plan, const PlanSide& from, const PlanSide& to,
   if (const auto by_landmarks = rotation_of_landmarks(from.landmarks, to.landmarks)) {
     turn = {*by_landmarks, RotationAxis::kVertical, Certainty::kKnown};
   } else {
-    // While the rotation is searched for, hard labels are soft ones with a high cost.
+    // The search for a rotation treats hard labels as soft ones with a high cost.
     constexpr float kHardCost = 100;
     const float label_cost = settings.label_mode == LabelMode::kHard ? kHardCost : sides.label_cost;
     const FoundRotation found = find_rotation(
@@ -192,7 +202,7 @@ Turn find_turn(const MorphPlan& plan, const PlanSide& from, const PlanSide& to,
         static_cast<double>(settings.weights.align_tip_residual));
     turn = {found.rotation, found.axis, Certainty::kFound};
   }
-  if (!looks_at_structure(plan, settings, turn.axis) || turn.certainty == Certainty::kKnown)
+  if (!uses_structure(plan, settings, turn.axis) || turn.certainty == Certainty::kKnown)
     return turn;
   if (from.front && to.front)
     return {about_vertical(turn_between(*from.front, *to.front)), turn.axis, Certainty::kKnown};
@@ -206,7 +216,7 @@ Turn find_turn(const MorphPlan& plan, const PlanSide& from, const PlanSide& to,
   return turn;
 }
 
-/// Pairs and turn of a morph from `plan.from` to `plan.to`.
+/// Sets the plan's pairs, and its limbs if it uses them; returns the rotation.
 Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
                 const PlanSettings& settings) {
   const std::vector<double>& from_mass = plan.from_masses;
@@ -216,19 +226,20 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
     set_masses(plan.pairs, from_mass, to_mass);
     return {};
   }
-  Normalization from_places = fit_normalization(plan.from, from_mass);
-  Normalization to_places = fit_normalization(plan.to, to_mass);
+  Normalization from_normalization = fit_normalization(plan.from, from_mass);
+  Normalization to_normalization = fit_normalization(plan.to, to_mass);
   if (settings.align == AlignMethod::kNone) {
     Normalization common;
-    common.center = (from_places.center + to_places.center) * 0.5;
-    common.size = std::sqrt(from_places.size * to_places.size);
-    from_places = to_places = common;
+    common.center = (from_normalization.center + to_normalization.center) * 0.5;
+    common.size = std::sqrt(from_normalization.size * to_normalization.size);
+    from_normalization = to_normalization = common;
   }
   const bool soft = settings.label_mode == LabelMode::kSoft;
   CostPair sides;
-  sides.a = cost_side(plan.from, plan.kind, from_mass, from.labels, from.landmarks, from_places,
-                      settings);
-  sides.b = cost_side(plan.to, plan.kind, to_mass, to.labels, to.landmarks, to_places, settings);
+  sides.a = cost_side(plan.from, plan.kind, from_mass, from.labels, from.landmarks,
+                      from_normalization, settings);
+  sides.b =
+      cost_side(plan.to, plan.kind, to_mass, to.labels, to.landmarks, to_normalization, settings);
   sides.label_cost = soft ? settings.weights.label : 0;
   const auto pair_up = [&] {
     plan.pairs = settings.method == PlanMethod::kNearest
@@ -237,22 +248,21 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
     set_masses(plan.pairs, from_mass, to_mass);
   };
   Turn turn = find_turn(plan, from, to, sides, settings);
-  const bool turns = rotation_angle(turn.rotation) > 0;
+  const bool rotates = rotation_angle(turn.rotation) > 0;
   const CostSide unturned = sides.a;
   const auto refit = [&] {
     turn.rotation = fit_rotation(unturned, sides.b, list_flows(plan.pairs), turn.axis);
   };
-  if (turns) sides.a = rotate_side(unturned, turn.rotation);
+  if (rotates) sides.a = rotate_side(unturned, turn.rotation);
   pair_up();
-  // A turn that was found on a few dozen balls: once more with all.
-  for (int step = 0; turns && turn.certainty == Certainty::kFound && step < 2; ++step) {
+  // The rotation was found with 80 representatives. Refine it with all balls.
+  for (int step = 0; rotates && turn.certainty == Certainty::kFound && step < 2; ++step) {
     refit();
     sides.a = rotate_side(unturned, turn.rotation);
     pair_up();
   }
-  if (turns && turn.certainty == Certainty::kFound) refit();
-  if (!looks_at_structure(plan, settings, turn.axis) ||
-      are_alike(plan, turn.rotation, settings.align))
+  if (rotates && turn.certainty == Certainty::kFound) refit();
+  if (!uses_structure(plan, settings, turn.axis) || are_alike(plan, turn.rotation, settings.align))
     return turn.rotation;
   if (!turn.limbs) turn.limbs = find_limbs_of_sides(from, to, settings.label_mode);
   if (use_limbs(plan, *turn.limbs, turn.rotation)) {
@@ -264,22 +274,22 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
   return turn.rotation;
 }
 
-/// Masses, pairs and turn, found or from the cache.
-Mat3 correspond(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
-                const PlanSettings& settings, const std::filesystem::path& cache) {
+/// Sets masses, pairs and limbs, computed or from the cache; returns the rotation.
+Mat3 find_correspondence(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
+                         const PlanSettings& settings, const std::filesystem::path& cache) {
   const std::string key =
       cache.empty() ? std::string{} : correspondence_key(from, to, plan.kind, settings);
   if (!cache.empty())
-    if (auto kept = load_correspondence(cache, key, from, to)) {
-      plan.from_masses = std::move(kept->from_masses);
-      plan.to_masses = std::move(kept->to_masses);
-      plan.pairs = std::move(kept->pairs);
-      plan.from_limbs = std::move(kept->from_limbs);
-      plan.to_limbs = std::move(kept->to_limbs);
-      plan.from_curves = std::move(kept->from_curves);
-      plan.to_curves = std::move(kept->to_curves);
-      plan.limb_names = std::move(kept->limb_names);
-      return kept->rotation;
+    if (auto cached = load_correspondence(cache, key, from, to)) {
+      plan.from_masses = std::move(cached->from_masses);
+      plan.to_masses = std::move(cached->to_masses);
+      plan.pairs = std::move(cached->pairs);
+      plan.from_limbs = std::move(cached->from_limbs);
+      plan.to_limbs = std::move(cached->to_limbs);
+      plan.from_curves = std::move(cached->from_curves);
+      plan.to_curves = std::move(cached->to_curves);
+      plan.limb_names = std::move(cached->limb_names);
+      return cached->rotation;
     }
   plan.from_masses = ball_masses(plan.from, plan.kind);
   plan.to_masses = ball_masses(plan.to, plan.kind);
@@ -329,7 +339,7 @@ MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSetti
   plan.to = to.balls;
   plan.from_labels = from.labels;
   plan.to_labels = to.labels;
-  const Mat3 rotation = correspond(plan, from, to, settings, cache);
+  const Mat3 rotation = find_correspondence(plan, from, to, settings, cache);
   std::sort(plan.pairs.begin(), plan.pairs.end(), [](const Pair& a, const Pair& b) {
     return std::pair(a.from, a.to) < std::pair(b.from, b.to);
   });
@@ -343,7 +353,7 @@ MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSetti
        landmarks_with_pairs(plan, plan.to_curves.counterparts, lone_roots(plan.to_curves)))
     plan.lone_roots.push_back(root);
   plan.size = std::sqrt(rms_size(plan.from) * rms_size(plan.to));
-  plan.floor = std::min(lowest(plan.from), lowest(plan.to));
+  plan.floor = std::min(lowest_center(plan.from), lowest_center(plan.to));
   plan.motion = motion;
   set_paths(plan);
   return plan;

@@ -1,5 +1,5 @@
-// Morph plan: the correspondence between the balls of two objects (docs/method.md, Plan).
-// morph/motion.h has their motion.
+// Morph plan: the correspondence between the balls of two objects (docs/method.md, Plan). Their
+// motion: morph/motion.h.
 #pragma once
 
 #include <array>
@@ -18,49 +18,49 @@
 
 namespace polymorph {
 
-/// One moving ball: a share of ball `from` that becomes a share of ball `to`. The shares of the
-/// pairs that leave one ball, and of those that reach one, each sum to 1, so both ends give the
-/// objects' own fields.
+/// One moving ball: a share of ball `from` that becomes a share of ball `to`. The shares of each
+/// source ball sum to 1, and so do those of each target ball; the fields at both ends are therefore
+/// the objects' own.
 struct Pair {
   std::uint32_t from = 0, to = 0;
   float from_share = 1, to_share = 1;  ///< (0, 1]
-  double mass = 0;                     ///< share of the whole mass, the mean of both ends' shares
+  double mass = 0;                     ///< fraction of the total mass; mean of both ends
 };
 
-/// The similarity that lays one object on the other: q = to_center + scale rotation (p -
-/// from_center).
+/// The similarity from one object to the other: q = to_center + scale rotation (p - from_center).
 struct Alignment {
   Mat3 rotation;
-  /// Its axis times its angle: half a turn goes either way, and the way back is the same.
+  /// Rotation vector, axis times angle. It is stored because a half turn has two; the reversed plan
+  /// needs the negative of this one.
   Vec3d turn;
   double scale = 1;
   Vec3d from_center, to_center;
-  /// RMS distance of the pairs' ends that it leaves, over the RMS size: 0 where one object is a
-  /// rotated and scaled copy of the other, about 1 where they have nothing to do with each other.
+  /// RMS distance that remains between paired balls, over the RMS size: 0 if one object is a
+  /// rotated and scaled copy of the other, about 1 for unrelated objects.
   double strain = 0;
 };
 
-/// One object as a plan takes it.
+/// One object as the input of a plan.
 struct PlanSide {
   std::vector<Ball> balls;
-  /// One per ball, equal numbers belong together (morph/labels.h); empty: no labels.
+  /// One label per ball; labels with equal numbers match (morph/labels.h). Empty: no labels.
   std::vector<std::int32_t> labels;
-  std::vector<Vec3> landmarks;  ///< those of the other side in the same order
-  /// Azimuth of the object's front, radians from +z towards +x; nothing where it is not known.
+  std::vector<Vec3> landmarks;  ///< both sides list them in the same order
+  /// Azimuth of the object's front, radians from +z towards +x; nullopt if unknown.
   std::optional<double> front = {};
-  std::string name = {};  ///< shown to people who list the cache; the plan does not depend on it
+  std::string name = {};  ///< shown when the cache is listed; the plan does not depend on it
 };
 
-/// When a pair starts, and how heavy it is.
+/// Delay and inertia of a pair.
 struct PairTiming {
-  float delay = 0;    ///< stagger: [0, stagger_share]
-  float inertia = 1;  ///< spring: of mean 1, about
+  float delay = 0;    ///< due to stagger, [0, stagger_share]
+  float inertia = 1;  ///< factor of the spring's mass; about 1 in the mean
 };
 
 /// A point of the source and the point of the target that it becomes.
 struct PlanLandmark {
   Vec3 from, to;
-  std::uint32_t pair = 0;  ///< index of the pair with which it moves: the nearest one at both ends
+  std::uint32_t pair = 0;  ///< pair with which it moves: the nearest, over both ends
 };
 
 /// A limb's centre line, from its root to its tip.
@@ -70,26 +70,27 @@ struct LimbCurve {
   std::array<float, kPoints> radii;  ///< half the limb's thickness
 };
 
-/// One object's limbs as a smooth map follows them (morph/limb_samples.h); all empty: it follows
-/// the pairs alone.
+/// One object's limbs for the smooth map's samples (morph/limb_samples.h). If all members are
+/// empty, the map has samples of balls only.
 struct LimbCurves {
-  std::vector<LimbCurve> matched;  ///< limbs by the number of their pair
-  std::vector<LimbCurve> lone;     ///< limbs that the other object has no counterpart of
-  std::vector<Vec3> counterparts;  ///< place of each lone limb's root on the other object's surface
+  std::vector<LimbCurve> matched;        ///< one per matched pair of limbs
+  std::vector<LimbCurve> lone;           ///< limbs without a counterpart
+  std::vector<Vec3> counterparts;        ///< point of the other object's surface per lone root
   std::vector<std::int32_t> lone_limbs;  ///< the lone limb of each ball, or kNoLabel
-  std::vector<float> stations;           ///< share of its limb's length at each ball
+  std::vector<float> stations;           ///< each ball's position along its limb, [0, 1]
 };
 
 class BallGraph;  // morph/parts.h
 
+/// A correspondence between two objects' balls, with the motion along it.
 struct MorphPlan {
   FieldKind kind = FieldKind::kGaussian;
   std::vector<Ball> from, to;
   std::vector<std::int32_t> from_labels, to_labels;  ///< empty or one per ball
-  /// The matched pair of limbs that each ball belongs to, or kNoLabel (morph/limb_plan.h); empty
-  /// where the plan was made without limbs.
+  /// The matched pair of limbs that each ball belongs to, or kNoLabel (morph/limb_plan.h). Empty if
+  /// the plan does not use limbs.
   std::vector<std::int32_t> from_limbs, to_limbs;
-  /// Names of limbs that become each other; an empty name is nothing.
+  /// Names of matched limbs; the name is empty where a limb has no counterpart.
   std::vector<std::pair<std::string, std::string>> limb_names;
   LimbCurves from_curves, to_curves;
   /// The roots of the lone limbs of `from`, then of `to`, with their counterparts.
@@ -99,30 +100,31 @@ struct MorphPlan {
   std::vector<PlanLandmark> landmarks;
   Alignment alignment;
   MotionSettings motion;
-  /// The rotations and scalings of balls: one for all, or (path `parts`) one each.
+  /// Rotations and scalings: one for all balls, or, on path `parts`, one per part.
   std::vector<Alignment> parts;
-  std::shared_ptr<const BallGraph> graph;  ///< path `parts`: what holds them together
-  /// The paths of the balls, one per pair; a new object whenever they change.
+  std::shared_ptr<const BallGraph> graph;  ///< joins the parts; null unless the path is `parts`
+  /// The paths of the balls, one per pair. Changed paths are always a new object.
   std::shared_ptr<const BallPaths> paths;
   std::vector<PairTiming> timing;  ///< one per pair
-  /// The leads of a smooth map (morph/smooth_map.h: compute_leads): one per pair, or none.
+  /// Leads of the smooth map (morph/smooth_map.h: compute_leads), one per pair; empty: none.
   std::vector<float> leads;
-  /// Offsets of the places to which a smooth map takes each pair's ball on the source, at the end
-  /// of the motion, and on the target, at its start (leg/registration.h); empty: none.
+  /// Registration offsets a_e and b_e of each pair (leg/registration.h): at eased time u the smooth
+  /// map uses p_e + u a_e on the source and q_e + (1-u) b_e on the target. Empty: none.
   std::vector<Vec3> from_offsets, to_offsets;
-  /// Eased times at which even shares of the whole change are done, from 0 to 1 and rising; empty:
-  /// as they are (leg/pacing.h). Only where all balls share one eased time.
+  /// Eased times at which k / (size - 1) of the total change is done, increasing from 0 to 1
+  /// (leg/pacing.h). Empty: no pacing. Used only if all balls share one eased time.
   std::vector<float> pacing;
-  /// Heights by which the whole is raised when even shares of the whole change are done, both ends
-  /// at 0; empty: none (leg/pacing.h). Only where all balls share one eased time.
+  /// Heights by which all balls are raised when k / (size - 1) of the total change is done; 0 at
+  /// both ends (leg/pacing.h). Empty: none. Used only if all balls share one eased time.
   std::vector<float> lifts;
   double size = 1;   ///< geometric mean of both objects' RMS sizes
   double floor = 0;  ///< height of the lowest ball's centre in either object
 };
 
-/// Both ball lists must not be empty. Deterministic; `index` also depends on the seed. The plan
-/// from `to` to `from` is this one's mirror image. Pairs and turn are kept in the folder `cache`
-/// (morph/plan_cache.h); empty: they are not.
+/// Plans the morph between two objects, each of at least one ball. Deterministic; `index` also
+/// depends on the seed. The plan from `to` to `from` is the same with its ends swapped.
+/// Correspondences are cached in the folder `cache` (morph/plan_cache.h); if it is empty, there is
+/// no cache.
 MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSettings& settings,
                      const MotionSettings& motion = {}, const std::filesystem::path& cache = {});
 
@@ -131,8 +133,8 @@ bool has_curves(const MorphPlan& plan);
 /// Tests whether one of a pair's balls belongs to a lone limb.
 bool is_lone(const MorphPlan& plan, const Pair& pair);
 
-/// Swaps the ends of a plan: of its balls, labels, limbs, pairs and turn. Landmarks, paths and what
-/// follows from them stay.
+/// Swaps the ends of a plan's balls, labels, limbs, pairs and alignment. Landmarks, paths and
+/// everything derived from the paths stay unchanged.
 void swap_ends(MorphPlan& plan);
 
 }  // namespace polymorph

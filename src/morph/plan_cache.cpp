@@ -11,13 +11,13 @@
 namespace polymorph {
 namespace {
 
-// No padding is hashed or kept.
+// No struct that is hashed or stored has padding.
 static_assert(sizeof(Ball) == 11 * sizeof(float) && sizeof(Vec3) == 3 * sizeof(float) &&
               sizeof(Pair) == 4 * sizeof(float) + sizeof(double) &&
               sizeof(LimbCurve) == 4 * LimbCurve::kPoints * sizeof(float) &&
               sizeof(Mat3) == 9 * sizeof(double) && std::is_trivially_copyable_v<Mat3>);
 
-/// Labels of limbs, or none, then their names: a line each pair.
+/// Writes the number of limb labels and the labels, then the names, one line per pair of limbs.
 void put_limbs(std::string& bytes, const Correspondence& found) {
   std::string names;
   for (const auto& [from, to] : found.limb_names) names += from + "\t" + to + "\n";
@@ -50,7 +50,7 @@ bool take_limbs(std::string_view& bytes, std::size_t from, std::size_t to, Corre
   return true;
 }
 
-/// The numbers of curves and balls, then the curves.
+/// Writes the numbers of curves and balls, then the curves.
 void put_curves(std::string& bytes, const LimbCurves& curves) {
   for (const std::size_t count :
        {curves.matched.size(), curves.lone.size(), curves.stations.size()})
@@ -84,7 +84,8 @@ bool take_curves(std::string_view& bytes, std::size_t balls, LimbCurves& curves)
 
 std::string correspondence_key(const PlanSide& from, const PlanSide& to, FieldKind kind,
                                const PlanSettings& settings) {
-  // By name, so that a new setting is not forgotten. Labels and landmarks are the sides' own.
+  // The bindings name every setting, so that a new one does not compile until it is added here. The
+  // settings' labels and landmarks are already in the sides.
   const auto& [method, seed, align, weights, label_mode, structure, labels, landmarks] = settings;
   const auto& [align_gain, align_tip_residual, size_weight, feature_weight, landmark_weight,
                label_weight] = weights;
@@ -111,8 +112,8 @@ std::optional<Correspondence> load_correspondence(const std::filesystem::path& f
   const char* problem = nullptr;
   const auto content = cached_content(*file, key, kPlanFiles, problem);
   const std::size_t balls = from.balls.size() + to.balls.size();
-  const std::size_t fixed = sizeof(Mat3) + balls * sizeof(double);
-  if (!content || content->size() < fixed) return std::nullopt;
+  const std::size_t min_size = sizeof(Mat3) + balls * sizeof(double);
+  if (!content || content->size() < min_size) return std::nullopt;
   std::string_view bytes = *content;
   Correspondence found;
   found.rotation = take<Mat3>(bytes);
@@ -123,10 +124,10 @@ std::optional<Correspondence> load_correspondence(const std::filesystem::path& f
       !take_curves(bytes, to.balls.size(), found.to_curves) || bytes.size() % sizeof(Pair) != 0)
     return std::nullopt;
   found.pairs = take_all<Pair>(bytes, bytes.size() / sizeof(Pair));
-  const bool fits = std::all_of(found.pairs.begin(), found.pairs.end(), [&](const Pair& pair) {
+  const bool in_range = std::all_of(found.pairs.begin(), found.pairs.end(), [&](const Pair& pair) {
     return pair.from < from.balls.size() && pair.to < to.balls.size();
   });
-  if (found.pairs.empty() || !fits) return std::nullopt;
+  if (found.pairs.empty() || !in_range) return std::nullopt;
   return found;
 }
 

@@ -13,26 +13,26 @@
 
 namespace polymorph {
 
-/// Raise it when the same sides and settings get other pairs, masses or another rotation: plans in
-/// the cache are then not used. A test pins the digests.
+/// Version of the cached correspondences. Raise it when the same sides and settings yield other
+/// pairs, masses or another rotation; stored ones are then ignored. A test pins the digests.
 inline constexpr std::uint32_t kPlanVersion = 5;
 
-/// The parts of a plan that depend on its sides and settings alone, and are slow to find.
+/// The members of a plan that depend on its sides and settings only and are slow to compute.
 struct Correspondence {
   std::vector<double> from_masses, to_masses;  ///< masses of the balls, as in MorphPlan
   std::vector<Pair> pairs;
-  Mat3 rotation;                                   ///< rotation that `from` is turned by
+  Mat3 rotation;                                   ///< rotation of `from` in the alignment
   std::vector<std::int32_t> from_limbs, to_limbs;  ///< those of MorphPlan
   LimbCurves from_curves, to_curves;               ///< those of MorphPlan
   std::vector<std::pair<std::string, std::string>> limb_names;
 };
 
-/// Everything that a correspondence depends on.
+/// Hashes everything that a correspondence depends on.
 std::string correspondence_key(const PlanSide& from, const PlanSide& to, FieldKind kind,
                                const PlanSettings& settings);
 
-/// Loads the correspondence of these sides that is stored in `folder` under this key, to the bit;
-/// nothing if there is none or it does not fit the sides.
+/// Loads the correspondence that is stored in `folder` under `key`, bit for bit; nullopt if there
+/// is none or it does not fit the sides.
 std::optional<Correspondence> load_correspondence(const std::filesystem::path& folder,
                                                   const std::string& key, const PlanSide& from,
                                                   const PlanSide& to);

@@ -6,13 +6,14 @@
 namespace polymorph {
 namespace {
 
-/// Places that a ball's mass comes back to, about the first object's centre.
+/// Distribution of the positions to which a ball's mass returns, relative to the first object's
+/// centre.
 struct Return {
-  Vec3d mean;         ///< expectation of the place
-  double square = 0;  ///< expectation of its squared distance from the centre
+  Vec3d mean;         ///< mean position
+  double square = 0;  ///< mean squared distance from the centre
 };
 
-/// Compares the places of balls, but for rounding.
+/// Tests whether two lists of balls have the same centres up to rounding.
 bool are_same(const std::vector<Ball>& a, const std::vector<Ball>& b, double size) {
   constexpr double kRounding = 1e-4;
   return a.size() == b.size() &&
@@ -21,7 +22,7 @@ bool are_same(const std::vector<Ball>& a, const std::vector<Ball>& b, double siz
          });
 }
 
-/// Takes the returns of a plan's target balls to its source balls.
+/// Computes the returns of a plan's source balls from those of its target balls.
 std::vector<Return> step_back(const MorphPlan& plan, const std::vector<Return>& to) {
   std::vector<Return> from(plan.from.size());
   std::vector<double> shares(plan.from.size());
@@ -47,7 +48,7 @@ std::optional<CycleError> cycle_error(const std::vector<const MorphPlan*>& plans
   const MorphPlan& first = *plans.front();
   const std::vector<double>& masses = first.from_masses;
   Vec3d center;
-  double mass = 0, moment = 0;
+  double mass = 0, squared_radius = 0;
   for (std::size_t i = 0; i < masses.size(); ++i) {
     center = center + Vec3d(first.from[i].center) * masses[i];
     mass += masses[i];
@@ -55,22 +56,23 @@ std::optional<CycleError> cycle_error(const std::vector<const MorphPlan*>& plans
   center = center * (1 / mass);
   std::vector<Return> returns(first.from.size());
   for (std::size_t i = 0; i < returns.size(); ++i) {
-    const Vec3d place = Vec3d(first.from[i].center) - center;
-    returns[i] = {place, dot(place, place)};
-    moment += masses[i] * returns[i].square;
+    const Vec3d position = Vec3d(first.from[i].center) - center;
+    returns[i] = {position, dot(position, position)};
+    squared_radius += masses[i] * returns[i].square;
   }
-  const std::vector<Return> start = returns;
-  if (moment <= 0 || !are_same(first.from, plans.back()->to, std::sqrt(moment / mass)))
+  const std::vector<Return> initial = returns;
+  if (squared_radius <= 0 ||
+      !are_same(first.from, plans.back()->to, std::sqrt(squared_radius / mass)))
     return std::nullopt;
   std::for_each(plans.rbegin(), plans.rend(),
                 [&](const MorphPlan* plan) { returns = step_back(*plan, returns); });
   double drift = 0, spread = 0;
   for (std::size_t i = 0; i < returns.size(); ++i) {
-    const Vec3d offset = returns[i].mean - start[i].mean;
+    const Vec3d offset = returns[i].mean - initial[i].mean;
     drift += masses[i] * dot(offset, offset);
     spread += masses[i] * std::max(returns[i].square - dot(returns[i].mean, returns[i].mean), 0.0);
   }
-  return CycleError{std::sqrt(drift / moment), std::sqrt(spread / moment)};
+  return CycleError{std::sqrt(drift / squared_radius), std::sqrt(spread / squared_radius)};
 }
 
 }  // namespace polymorph

@@ -11,11 +11,11 @@
 namespace polymorph {
 
 std::string describe_turn(const MorphPlan& plan) {
-  constexpr double kDegrees = 180 / exact::kPi, kNoticed = 5, kUpright = 0.999;
+  constexpr double kDegrees = 180 / exact::kPi, kMinAngle = 5, kMinVertical = 0.999;
   if (plan.motion.path == Path::kStraight) return "";
   const double angle = length(plan.alignment.turn) * kDegrees;
-  if (angle < kNoticed) return "";
-  const bool upright = std::fabs(plan.alignment.turn.y) * kDegrees > kUpright * angle;
+  if (angle < kMinAngle) return "";
+  const bool upright = std::fabs(plan.alignment.turn.y) * kDegrees > kMinVertical * angle;
   return fmt::format("turns by {:.0f} degrees about {}", angle,
                      upright ? "the vertical" : "a tilted axis (see plan.align)");
 }

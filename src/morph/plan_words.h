@@ -1,4 +1,4 @@
-// Words for a plan: the turn of the whole, and which limb becomes which.
+// Text about a plan for the log: the rotation of the object, and the matched limbs.
 #pragma once
 
 #include <string>
@@ -7,12 +7,12 @@
 
 namespace polymorph {
 
-/// "turns by 90 degrees about the vertical", or about a tilted axis; empty where nothing turns by 5
-/// degrees or more as a whole.
+/// Says, for instance, "turns by 90 degrees about the vertical", or about a tilted axis. Empty if
+/// the whole object rotates by less than 5 degrees.
 std::string describe_turn(const MorphPlan& plan);
 
-/// "head -> head, left arm -> left arm, tail -> nothing"; empty where the plan is made without
-/// limbs.
+/// Says, for instance, "head -> head, left arm -> left arm, tail -> nothing". Empty if the plan
+/// does not use limbs.
 std::string describe_limbs(const MorphPlan& plan);
 
 }  // namespace polymorph

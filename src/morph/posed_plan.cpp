@@ -9,8 +9,8 @@
 namespace polymorph {
 namespace {
 
-/// The turn of an object as a whole: the mean of its balls', by mass.
-Mat3 mean_turn(const CarriedBalls& carried, const std::vector<double>& masses) {
+/// The rotation of the whole object: the mean of its balls' rotations, weighted by mass.
+Mat3 mean_rotation(const CarriedBalls& carried, const std::vector<double>& masses) {
   if (carried.turns.empty()) return {};
   Mat3 sum{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
   for (std::size_t i = 0; i < masses.size(); ++i)
@@ -21,8 +21,8 @@ Mat3 mean_turn(const CarriedBalls& carried, const std::vector<double>& masses) {
 Alignment posed_alignment(const MorphPlan& plan, const CarriedBalls& from, const CarriedBalls& to) {
   Alignment alignment = plan.alignment;
   if (!from.turns.empty() || !to.turns.empty()) {
-    alignment.rotation = mean_turn(to, plan.to_masses) * plan.alignment.rotation *
-                         transposed(mean_turn(from, plan.from_masses));
+    alignment.rotation = mean_rotation(to, plan.to_masses) * plan.alignment.rotation *
+                         transposed(mean_rotation(from, plan.from_masses));
     alignment.turn = log_rotation_near(alignment.rotation, plan.alignment.turn);
   }
   alignment.from_center = alignment.to_center = {};
@@ -33,10 +33,10 @@ Alignment posed_alignment(const MorphPlan& plan, const CarriedBalls& from, const
   return alignment;
 }
 
-/// Turns each pair's offset with its ball.
+/// Rotates each pair's offset with its ball; index(pair) is that ball.
 template <class Index>
-void turn_offsets(const CarriedBalls& carried, const std::vector<Pair>& pairs, const Index& index,
-                  std::vector<Vec3>& offsets) {
+void rotate_offsets(const CarriedBalls& carried, const std::vector<Pair>& pairs, const Index& index,
+                    std::vector<Vec3>& offsets) {
   if (carried.turns.empty()) return;
   for (std::size_t e = 0; e < offsets.size(); ++e)
     offsets[e] = to_float(carried.turns[index(pairs[e])] * Vec3d(offsets[e]));
@@ -86,9 +86,9 @@ MorphPlan posed_plan(const MorphPlan& reference, const CarriedBalls& from, const
   plan.from = from.balls;
   plan.to = to.balls;
   plan.alignment = posed_alignment(reference, from, to);
-  turn_offsets(
+  rotate_offsets(
       from, plan.pairs, [](const Pair& pair) { return pair.from; }, plan.from_offsets);
-  turn_offsets(
+  rotate_offsets(
       to, plan.pairs, [](const Pair& pair) { return pair.to; }, plan.to_offsets);
   pose_curves(reference, from, to, plan);
   RigidParts parts = carried_parts(plan, reference);

@@ -1,4 +1,4 @@
-// Plan of two objects in other poses than those that it was made for: who becomes whom stays.
+// Plan of two objects in other poses than those that it was made for, with the same pairs.
 #pragma once
 
 #include "morph/plan.h"
@@ -6,9 +6,9 @@
 
 namespace polymorph {
 
-/// The plan when its objects' balls were carried elsewhere. Pairs, parts, neighbours, timing and
-/// pace are those of `reference`; alignments and paths are made anew, and offsets turn with their
-/// balls. Landmarks stay where they are.
+/// Makes the plan of balls that were moved from the pose of `reference`. Pairs, parts, neighbours,
+/// timing and pacing are those of `reference`. Alignments and paths are fitted again, and offsets
+/// rotate with their balls. Landmarks are not moved.
 MorphPlan posed_plan(const MorphPlan& reference, const CarriedBalls& from, const CarriedBalls& to);
 
 }  // namespace polymorph

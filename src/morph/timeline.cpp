@@ -29,8 +29,8 @@ constexpr std::array<StageInfo, 7> kStages{{
 
 float smoothstep(float t) { return t * t * (3 - 2 * t); }
 
-/// Shares of a leg's stages, given which of its ends are shown as a model.
-/// Distances start from the model itself: nothing lies between the two.
+/// Sets the shares of a leg's stages from `from_full` and `to_full`. A surface from distances
+/// starts at the model itself, so it has no boundary stages.
 void set_shares(LegTiming& leg, const BoundarySettings& settings, bool own_look) {
   const bool cut =
       leg.interpolation == Interpolation::kDistance || settings.method == BoundaryMethod::kCut;
@@ -40,14 +40,15 @@ void set_shares(LegTiming& leg, const BoundarySettings& settings, bool own_look)
   leg.shares[1] = leg.from_full ? boundary : 0;
   leg.shares[3] = leg.to_full ? boundary : 0;
   leg.shares[4] = leg.to_full ? look : 0;
-  // Shares that leave no time for the morph itself are scaled down to four fifths.
-  const float ends = leg.shares[0] + leg.shares[1] + leg.shares[3] + leg.shares[4];
-  if (ends > 0.8f)
-    for (const int i : {0, 1, 3, 4}) leg.shares[i] *= 0.8f / ends;
+  // The stages at the ends take at most four fifths of the time.
+  const float end_shares = leg.shares[0] + leg.shares[1] + leg.shares[3] + leg.shares[4];
+  if (end_shares > 0.8f)
+    for (const int i : {0, 1, 3, 4}) leg.shares[i] *= 0.8f / end_shares;
   leg.shares[2] = 1 - (leg.shares[0] + leg.shares[1] + leg.shares[3] + leg.shares[4]);
 }
 
-/// Effects that come apart into single balls are made of balls, and so is the report's method.
+/// Tests whether a leg's surface is made from distances. Effects that separate into single balls,
+/// and the report's method, use balls.
 bool has_distances(const Scene& scene, const ObjectSettings& from, const ObjectSettings& to) {
   constexpr const char* kDrops = "drops";
   return to.motion.interpolate == Interpolation::kDistance && to.motion.path != Path::kExplode &&
@@ -55,21 +56,21 @@ bool has_distances(const Scene& scene, const ObjectSettings& from, const ObjectS
          from.shape != kDrops && to.shape != kDrops;
 }
 
-/// A model whose end of the leg has no stages (a cut, and no fade) still shows itself at that very
-/// end.
-bool show_model_without_stages(const LegTiming& leg, float local, MorphState& moment) {
+/// Handles an end of a leg without stages there (a cut, and no fade), whose frame still shows the
+/// model. Sets `state` to it and returns true if `local`, the time in the leg, is such an end.
+bool show_model_without_stages(const LegTiming& leg, float local, MorphState& state) {
   const bool at_start = local <= 0 && leg.from_full && leg.shares[0] + leg.shares[1] <= 0;
   const bool at_end = local >= 1 && leg.to_full && leg.shares[3] + leg.shares[4] <= 0;
   if (!at_start && !at_end) return false;
-  moment.stage = at_start ? Stage::kLookOut : Stage::kLookIn;
-  moment.object = at_start ? moment.leg : moment.leg + 1;
-  moment.progress = moment.time = moment.u = at_start ? 0.0f : 1.0f;
-  moment.look = moment.growth = 0;
-  moment.boundary = 1;
+  state.stage = at_start ? Stage::kLookOut : Stage::kLookIn;
+  state.object = at_start ? state.leg : state.leg + 1;
+  state.progress = state.time = state.u = at_start ? 0.0f : 1.0f;
+  state.look = state.growth = 0;
+  state.boundary = 1;
   return true;
 }
 
-/// Tests whether the number of frames is given, and the legs' follow from it.
+/// Tests whether the scene gives the total number of frames, from which those of the legs follow.
 bool is_counted(const Scene& scene) {
   return scene.frames.count > 0 && scene.frames.per_leg.empty();
 }
@@ -80,7 +81,7 @@ std::vector<int> leg_frames(const Scene& scene, const ActorSettings& actor) {
   return std::vector<int>(actor.intermediate.size() + 1, kFramesPerLeg);
 }
 
-/// Frames that it stands still between legs.
+/// Number of frames for which an actor stands still between legs.
 int held_frames(const ActorSettings& actor) {
   int held = 0;
   for (const ObjectSettings& object : actor.intermediate) held += object.hold;
@@ -98,20 +99,20 @@ Playback make_playback(const Scene& scene, const ObjectSettings& object) {
   return playback;
 }
 
-constexpr double kRounding = 1e-6;  // of rates such as 23.976
+constexpr double kRounding = 1e-6;  // of products with rates such as 23.976
 
-/// Frames of one round.
+/// Number of frames in which a mesh sequence plays once, with its hold.
 int round_frames(const Playback& playback) {
   const double frames = std::ceil(playback.meshes / playback.pace - kRounding);
   return playback.hold + static_cast<int>(std::clamp(frames, 1.0, double{kMaxFrames}));
 }
 
-/// Mesh that shows so many frames after the first.
+/// The mesh that is shown `step` frames after the first.
 int mesh_at(const Playback& playback, int step) {
-  double gone = step;
+  double elapsed = step;
   if (playback.loop)
-    gone = std::fmod(gone + kRounding, playback.meshes / playback.pace + playback.hold);
-  return std::min(static_cast<int>(gone * playback.pace + kRounding), playback.meshes - 1);
+    elapsed = std::fmod(elapsed + kRounding, playback.meshes / playback.pace + playback.hold);
+  return std::min(static_cast<int>(elapsed * playback.pace + kRounding), playback.meshes - 1);
 }
 
 /// Adds the legs of a blend: each lasts as long as the film.
@@ -134,45 +135,47 @@ void add_weights(const Scene& scene, std::size_t actor, Timeline& timeline) {
     timeline.weights.push_back(blend_weights(scene, actor, film_time(scene, frame)));
 }
 
-/// Weights of a blend's objects at a frame or between two, where they go evenly; empty without one.
+/// Weights of a blend's objects at a frame, or between two by linear interpolation; empty without a
+/// blend.
 std::vector<float> weights_at(const Timeline& timeline, double frame) {
   if (timeline.weights.empty()) return {};
   const auto before = static_cast<std::size_t>(frame) - 1;
-  const auto share = static_cast<float>(frame - std::floor(frame));
+  const auto fraction = static_cast<float>(frame - std::floor(frame));
   std::vector<float> weights = timeline.weights[before];
-  if (share > 0)
+  if (fraction > 0)
     for (std::size_t i = 0; i < weights.size(); ++i)
-      weights[i] = std::lerp(weights[i], timeline.weights[before + 1][i], share);
+      weights[i] = std::lerp(weights[i], timeline.weights[before + 1][i], fraction);
   return weights;
 }
 
-/// State of an actor that mixes many objects. One that has all the weight shows itself.
+/// State of an actor that mixes three objects or more. An object with all the weight is shown
+/// itself.
 MorphState blend_state(const Timeline& timeline, const std::vector<float>& weights,
-                       MorphState moment) {
-  moment.stage = Stage::kBlend;
-  moment.progress = moment.time = moment.u = 1 - weights.front();
-  moment.weights = weights;
-  const auto alone = std::find(weights.begin(), weights.end(), 1.0f);
-  if (alone == weights.end()) return moment;
-  moment.object = static_cast<int>(alone - weights.begin());
-  moment.leg = std::max(moment.object - 1, 0);
-  moment.look = timeline.own_look ? 0.0f : 1.0f;
-  moment.growth = 0;
-  return moment;
+                       MorphState state) {
+  state.stage = Stage::kBlend;
+  state.progress = state.time = state.u = 1 - weights.front();
+  state.weights = weights;
+  const auto sole = std::find(weights.begin(), weights.end(), 1.0f);
+  if (sole == weights.end()) return state;
+  state.object = static_cast<int>(sole - weights.begin());
+  state.leg = std::max(state.object - 1, 0);
+  state.look = timeline.own_look ? 0.0f : 1.0f;
+  state.growth = 0;
+  return state;
 }
 
 /// State of an actor that plays a mesh sequence.
-MorphState play_state(const Timeline& timeline, int step, MorphState moment) {
+MorphState play_state(const Timeline& timeline, int step, MorphState state) {
   const Playback& playback = timeline.playbacks.front();
-  moment.stage = Stage::kPlay;
-  moment.object = 0;
-  moment.mesh = mesh_at(playback, step);
-  moment.progress = playback.meshes > 1
-                        ? static_cast<float>(moment.mesh) / static_cast<float>(playback.meshes - 1)
-                        : 0;
-  moment.look = moment.growth = 0;
-  moment.boundary = 1;
-  return moment;
+  state.stage = Stage::kPlay;
+  state.object = 0;
+  state.mesh = mesh_at(playback, step);
+  state.progress = playback.meshes > 1
+                       ? static_cast<float>(state.mesh) / static_cast<float>(playback.meshes - 1)
+                       : 0;
+  state.look = state.growth = 0;
+  state.boundary = 1;
+  return state;
 }
 
 /// Lays out the times of an actor, without the weights of its blend.
@@ -198,7 +201,7 @@ Timeline lay_out(const Scene& scene, const ActorSettings& actor) {
   if (morphs_meshes(actor)) {
     for (const ObjectSettings* object : objects)
       timeline.playbacks.push_back(make_playback(scene, *object));
-    // Between two legs an object on the way plays on.
+    // An object between two legs plays on without a hold.
     for (std::size_t i = 1; i + 1 < objects.size(); ++i) timeline.playbacks[i].hold = 0;
   }
   const std::size_t legs = objects.size() - 1;
@@ -207,30 +210,30 @@ Timeline lay_out(const Scene& scene, const ActorSettings& actor) {
 
   const int total = std::accumulate(frames.begin(), frames.end(), 0);
   int held = held_frames(actor);
-  const bool until_the_end = is_counted(scene) && actor.per_leg.empty();
-  timeline.steps = until_the_end ? timeline.count - timeline.hold_start - scene.frames.hold_end - 1
-                                 : std::max(2, total) + held - 1;
+  const bool counts_all = is_counted(scene) && actor.per_leg.empty();
+  timeline.steps = counts_all ? timeline.count - timeline.hold_start - scene.frames.hold_end - 1
+                              : std::max(2, total) + held - 1;
   // Frames that leave no step to the legs leave none to stand still, either.
   if (timeline.steps - held < static_cast<int>(legs)) held = 0;
   const int moving = timeline.steps - held;
-  int before = 0, stood = 0;
-  const auto step_at = [&](int frames_before) {
-    return static_cast<int>((2LL * frames_before * moving + total) / (2LL * total));  // rounded
+  int frames_before = 0, held_before = 0;
+  const auto step_at = [&](int n) {
+    return static_cast<int>((2LL * n * moving + total) / (2LL * total));  // rounded
   };
   for (std::size_t i = 0; i < legs; ++i) {
     LegTiming leg;
-    const int first = step_at(before);
-    before += frames[i];
-    leg.steps = step_at(before) - first;
-    leg.first_step = first + stood;
-    if (held > 0) stood += objects[i + 1]->hold;
+    const int first = step_at(frames_before);
+    frames_before += frames[i];
+    leg.steps = step_at(frames_before) - first;
+    leg.first_step = first + held_before;
+    if (held > 0) held_before += objects[i + 1]->hold;
     leg.motion = objects[i + 1]->motion;
-    // A leg that is left on its way goes on as what it is.
+    // After a leg of balls that is left early (`retarget`), the next leg continues with balls.
     const bool stays_balls = i > 0 && objects[i]->retarget < 1 &&
                              timeline.legs[i - 1].interpolation == Interpolation::kBalls;
     if (!stays_balls && has_distances(scene, *objects[i], *objects[i + 1]))
       leg.interpolation = Interpolation::kDistance;
-    // What is left before it is reached is never seen itself.
+    // An object that is left before it is reached is never shown itself.
     leg.from_full = !objects[i]->meta && objects[i]->retarget == 1;
     leg.to_full = !objects[i + 1]->meta && objects[i + 1]->retarget == 1;
     leg.until = objects[i + 1]->retarget;
@@ -320,36 +323,37 @@ FilmTime film_time(const Scene& scene, double frame) {
   time.turn = (frame - 1) / count;
   const Timeline timeline = lay_out(scene, scene.actors.front());
   const double step = frame - 1 - timeline.hold_start;
-  if (timeline.legs.empty())  // to keyframes, playing is the first leg
+  if (timeline.legs.empty())  // keyframes count playback as the first leg
     time.leg = 1 + std::clamp(step / std::max(timeline.steps, 1), 0.0, 1.0);
-  const bool blends = !scene.actors.front().blend.empty();  // all legs at once
+  const bool blends = !scene.actors.front().blend.empty();  // its legs are simultaneous
   for (std::size_t i = 0; i < (blends ? 1 : timeline.legs.size()); ++i) {
     const LegTiming& leg = timeline.legs[i];
-    const double gone = (step - leg.first_step) / std::max(leg.steps, 1);
-    if (i == 0 || gone >= 0) time.leg = static_cast<double>(i + 1) + std::clamp(gone, 0.0, 1.0);
+    const double elapsed = (step - leg.first_step) / std::max(leg.steps, 1);
+    if (i == 0 || elapsed >= 0)
+      time.leg = static_cast<double>(i + 1) + std::clamp(elapsed, 0.0, 1.0);
   }
   return time;
 }
 
 Scene scene_at(const Scene& scene, double frame) {
   if (scene.frames.turntable == 0) return scene_at(scene, film_time(scene, frame));
-  Scene moment = scene_at(scene, film_time(scene, scene.frames.still));
-  moment.camera.orbit += static_cast<float>(360 * (frame - 1) / scene.frames.turntable);
-  return moment;
+  Scene shown = scene_at(scene, film_time(scene, scene.frames.still));
+  shown.camera.orbit += static_cast<float>(360 * (frame - 1) / scene.frames.turntable);
+  return shown;
 }
 
 MorphState morph_state_at(const Timeline& timeline, double frame) {
   PM_CHECK(frame >= 1 && frame <= timeline.count);
   const double step =
       std::clamp(frame - 1 - timeline.hold_start, 0.0, static_cast<double>(timeline.steps));
-  MorphState moment;
-  moment.frame = static_cast<int>(frame);
-  moment.t = timeline.steps > 0 ? static_cast<float>(step) / static_cast<float>(timeline.steps) : 0;
-  if (timeline.legs.empty()) return play_state(timeline, static_cast<int>(step), moment);
+  MorphState state;
+  state.frame = static_cast<int>(frame);
+  state.t = timeline.steps > 0 ? static_cast<float>(step) / static_cast<float>(timeline.steps) : 0;
+  if (timeline.legs.empty()) return play_state(timeline, static_cast<int>(step), state);
   const std::vector<float> weights = weights_at(timeline, frame);
-  if (mixes_many(timeline)) return blend_state(timeline, weights, moment);
+  if (mixes_many(timeline)) return blend_state(timeline, weights, state);
 
-  // The last leg that has begun. One that few frames leave without a step is passed over, but the
+  // The last leg that has begun. Legs without steps are skipped, but the
   // first frame is the source's and the last the target's, always.
   const bool last = step == timeline.steps;
   std::size_t index = timeline.legs.size() - 1;
@@ -357,53 +361,52 @@ MorphState morph_state_at(const Timeline& timeline, double frame) {
          (step == 0 || step < timeline.legs[index].first_step || timeline.legs[index].steps == 0))
     --index;
   const LegTiming& leg = timeline.legs[index];
-  moment.leg = static_cast<int>(index);
-  moment.mesh = shown_mesh_number(timeline, index, moment.frame);
-  moment.to_mesh = shown_mesh_number(timeline, index + 1, moment.frame);
+  state.leg = static_cast<int>(index);
+  state.mesh = shown_mesh_number(timeline, index, state.frame);
+  state.to_mesh = shown_mesh_number(timeline, index + 1, state.frame);
   float local = !weights.empty() ? weights[1]
                 : last           ? 1.0f
                                  : std::min(static_cast<float>(step - leg.first_step) /
                                                 static_cast<float>(std::max(leg.steps, 1)),
                                             1.0f);
-  if (show_model_without_stages(leg, local, moment)) return moment;
+  if (show_model_without_stages(leg, local, state)) return state;
 
   int stage = 0;
   while (stage < 4 && (leg.shares[stage] <= 0 || local > leg.shares[stage]))
     local -= leg.shares[stage++];
-  // The last stage that has a share takes what rounding left over.
+  // Rounding may leave a remainder, which belongs to the last stage with a share.
   while (leg.shares[stage] <= 0) local = leg.shares[--stage];
-  moment.stage = static_cast<Stage>(stage);
-  moment.progress = std::clamp(local / leg.shares[stage], 0.0f, 1.0f);
+  state.stage = static_cast<Stage>(stage);
+  state.progress = std::clamp(local / leg.shares[stage], 0.0f, 1.0f);
 
-  const float faded = smoothstep(moment.progress);
-  const int from = moment.leg, to = moment.leg + 1;
-  switch (moment.stage) {
+  const float eased = smoothstep(state.progress);
+  const int from = state.leg, to = state.leg + 1;
+  switch (state.stage) {
     case Stage::kLookOut:
-      moment.object = from, moment.look = faded, moment.boundary = 1, moment.growth = 0,
-      moment.time = 0;
+      state.object = from, state.look = eased, state.boundary = 1, state.growth = 0, state.time = 0;
       break;
     case Stage::kBoundaryOut:
-      moment.object = from, moment.look = 1, moment.boundary = 1 - faded, moment.growth = faded,
-      moment.time = 0;
+      state.object = from, state.look = 1, state.boundary = 1 - eased, state.growth = eased,
+      state.time = 0;
       break;
     case Stage::kVolume:
-      moment.time = leg.until * moment.progress;
+      state.time = leg.until * state.progress;
       break;
     case Stage::kBoundaryIn:
-      moment.object = to, moment.look = 1, moment.boundary = faded, moment.growth = 1 - faded,
-      moment.time = 1;
+      state.object = to, state.look = 1, state.boundary = eased, state.growth = 1 - eased,
+      state.time = 1;
       break;
     case Stage::kLookIn:
-      moment.object = to, moment.look = 1 - faded, moment.boundary = 1, moment.growth = 0,
-      moment.time = 1;
+      state.object = to, state.look = 1 - eased, state.boundary = 1, state.growth = 0,
+      state.time = 1;
       break;
     case Stage::kPlay:
     case Stage::kBlend:
-      break;  // of no leg
+      break;  // never part of a leg
   }
-  if (timeline.own_look) moment.look = 0;
-  moment.u = ease(leg.motion, moment.time);
-  return moment;
+  if (timeline.own_look) state.look = 0;
+  state.u = ease(leg.motion, state.time);
+  return state;
 }
 
 int shown_mesh_number(const Timeline& timeline, std::size_t object, int frame) {
@@ -411,8 +414,8 @@ int shown_mesh_number(const Timeline& timeline, std::size_t object, int frame) {
   return mesh_at(timeline.playbacks[object], std::max(0, frame - timeline.start));
 }
 
-bool shows_source(const MorphState& moment) { return moment.object != moment.leg + 1; }
-bool shows_target(const MorphState& moment) { return moment.object != moment.leg; }
+bool shows_source(const MorphState& state) { return state.object != state.leg + 1; }
+bool shows_target(const MorphState& state) { return state.object != state.leg; }
 
 bool same_moment(const MorphState& a, const MorphState& b) {
   return a.leg == b.leg && a.stage == b.stage && a.progress == b.progress && a.time == b.time &&

@@ -1,5 +1,5 @@
-// Timeline of a morph, its state machine (report Fig. 5.14): the stage that a frame is in, as a
-// function of its number alone.
+// Timeline of a morph (the state machine of the report's Fig. 5.14): the state that a frame shows,
+// as a function of its number alone.
 #pragma once
 
 #include <cstdint>
@@ -12,72 +12,73 @@
 
 namespace polymorph {
 
-/// The stages of one leg, source object A to target object B, in order. A leg that starts (ends) at
-/// a meta-object has no stages of A (B) but the volumetric one.
+/// The stages of a leg from source object A to target object B, in order. A leg that starts (ends)
+/// at a meta-object has none of the stages before (after) the volumetric one.
 enum class Stage : std::uint8_t {
   kLookOut,      ///< A's own materials fade to the common look
   kBoundaryOut,  ///< A's mesh becomes A's balls
   kVolume,       ///< balls move from A to B
   kBoundaryIn,   ///< B's balls become B's mesh
   kLookIn,       ///< the common look fades to B's own materials
-  kPlay,         ///< meshes of a sequence show, one after the other; in no leg
-  kBlend,        ///< three objects or more are mixed by their weights; in no leg
+  kPlay,         ///< outside legs: the meshes of a sequence are shown one after another
+  kBlend,        ///< outside legs: three objects or more are mixed by their weights
 };
 
+/// Name and description of a stage.
 struct StageInfo {
   Stage stage;
   const char* name;
   const char* what;
 };
-/// Every stage of a leg with its name, in order.
+/// The stages of a leg, in order.
 std::span<const StageInfo> stage_table();
 const char* stage_name(Stage stage);
 
-/// Timing of one leg: its place among the sequence's steps (frame to frame), which of its ends show
-/// a model, and its stages' shares of its time, which sum to 1.
+/// Timing of one leg. A step leads from one frame to the next. `from_full` and `to_full` say
+/// whether that end shows a model; `shares` are the stages' fractions of the leg's time and sum to
+/// 1.
 struct LegTiming {
   int first_step = 0, steps = 1;
   bool from_full = true, to_full = true;
   float shares[5] = {0, 0, 1, 0, 0};
-  /// Kind of the surface: made of the objects' distances or of balls.
+  /// Kind of the surface: from the objects' distances or from balls.
   Interpolation interpolation = Interpolation::kBalls;
-  float until = 1;  ///< time of the motion at which the leg is left for the next one
+  float until = 1;  ///< time of the motion at which the next leg begins
   MotionSettings motion;
 };
 
-/// Playing of a mesh sequence.
+/// Playback of a mesh sequence.
 struct Playback {
   int meshes = 0;   ///< 0: the object is no mesh sequence
   double pace = 1;  ///< meshes per frame
-  int hold = 0;     ///< frames that the last mesh stays
+  int hold = 0;     ///< frames for which the last mesh is held
   bool loop = false;
   float fps = 24;  ///< frames per second
 };
 
-/// The times of one actor's legs and holds.
+/// The timing of one actor: its holds, legs, mesh sequences and weights.
 struct Timeline {
-  int count = 24;  ///< frames 1..count, the scene's
-  int start = 1;   ///< first frame at which the actor moves; its mesh sequences begin with it
-  int hold_start =
-      0;  ///< still frames before the first step; those after the last follow from count
-  /// Moving frames - 1. Legs meet on frames, so an object between two legs has a frame of its own.
+  int count = 24;      ///< number of the scene's frames, 1..count
+  int start = 1;       ///< first frame at which the actor moves and its mesh sequences play
+  int hold_start = 0;  ///< still frames before the first step
+  /// Moving frames - 1. Legs meet at frames, so an object between two legs has a frame of its own.
   int steps = 23;
   /// Leg k goes from chain object k to k + 1. Steps between two legs show the object between them.
   std::vector<LegTiming> legs;
-  /// Playing of mesh sequences: one per object of the chain, with no meshes for other objects;
-  /// empty where none is one. Without legs the only object plays alone.
+  /// One playback per object of the chain, with `meshes` = 0 for objects that are no mesh sequence;
+  /// empty if no object is one. Without legs, the single object plays.
   std::vector<Playback> playbacks;
-  /// Blend: weights of its objects in each frame, from the first; their sum is 1. With two objects
-  /// the second one's weight is the share of the only leg's time that has gone by. With more, leg k
-  /// goes from object 0 to k + 1, and none of them shows: they are what is mixed.
+  /// Blend: [frame - 1][object], the objects' weights, which sum to 1. With two objects, the second
+  /// weight is the elapsed fraction of the only leg's time. With more, leg k leads from object 0 to
+  /// object k + 1, and frames mix all legs.
   std::vector<std::vector<float>> weights;
-  bool own_look = true;  ///< objects keep their own colours throughout: there is no look to fade to
+  bool own_look = true;  ///< objects keep their own materials; there is no common look
 };
 
-/// The share of its motion's time that a leg goes through in a frame of its volumetric stage.
+/// Time of its motion that passes per frame of a leg's volumetric stage.
 double leg_pace(const LegTiming& leg);
 
-/// Kinds of the legs that a chain object is an end of.
+/// Kinds of the legs that begin or end at an object of the chain.
 struct LegKinds {
   bool distances = false, balls = false;
 };
@@ -86,62 +87,67 @@ LegKinds leg_kinds(const Timeline& timeline, std::size_t object);
 /// Tests whether the actor mixes three objects or more.
 bool mixes_many(const Timeline& timeline);
 
-/// The first frame in which all weights of an actor's blend are 0; nothing where there is none.
+/// Finds the first frame in which all weights of the blend are 0; nullopt if there is none.
 std::optional<int> find_weightless_frame(const Timeline& timeline);
 
-/// `actor`: one of the scene's.
+/// Computes an actor's timeline. `actor` must be an element of `scene.actors`.
 Timeline make_timeline(const Scene& scene, const ActorSettings& actor);
 
-/// The number of the film's frames: as many as the scene says, or as its actors need.
+/// The number of the film's frames: as given by the scene, or as many as its actors need.
 int film_frame_count(const Scene& scene);
 /// The number of frames to render: the film's, or the turntable's.
 int frame_count(const Scene& scene);
-/// The film's frame that `frame` in [1, frame_count()] shows: itself, but on a turntable.
+/// The film's frame that `frame` in [1, frame_count()] shows: `frame`, or the still frame of a
+/// turntable.
 int shown_frame(const Scene& scene, int frame);
 
-/// [0, 1] over the film's frames, holds not counted. `frame` in [1, film_frame_count()].
+/// Time of `frame`, from 0 to 1 over the film's frames between its holds. `frame` in [1,
+/// film_frame_count()].
 float sequence_time(const Scene& scene, int frame);
 
-/// A moment of the film, between frames too, as keyframes count it. Legs are the first actor's;
-/// while it stands still between two legs, `leg` stays whole.
+/// The time of the film at `frame`, possibly between frames, in the units of keyframes. Legs are
+/// those of the first actor; while it stands still between two legs, `leg` is an integer.
 FilmTime film_time(const Scene& scene, double frame);
-/// The scene with its keyed settings as `frame`, in [1, frame_count()] or between, shows them.
+/// The scene with the values of its keyed settings at `frame`, in [1, frame_count()] and possibly
+/// between frames.
 Scene scene_at(const Scene& scene, double frame);
 
-/// The state of one actor that one frame shows.
+/// The state of one actor in one frame.
 struct MorphState {
   int frame = 1;
   float t = 0;  ///< the actor's time [0, 1]
   int leg = 0;
   Stage stage = Stage::kVolume;
-  float progress = 0;  ///< within the stage, [0, 1]
-  float time = 0;      ///< time in the motion of the leg's balls, [0, 1], as balls_at() takes it
-  float u = 0;         ///< the same, eased
-  int object = -1;     ///< chain object whose mesh shows, or -1
-  float look = 1;      ///< look of that mesh: 0 own materials .. 1 common look
-  float boundary = 0;  ///< size of that mesh: 1 whole .. 0 shrunk into its balls
-  float growth = 1;    ///< size of the balls: 0 not there .. 1 whole
-  /// Meshes of the leg's source and target, or of the object that plays alone, counted from 0 in
-  /// the order of play; -1: it is no mesh sequence.
+  float progress = 0;  ///< fraction of the stage, [0, 1]
+  float time = 0;      ///< time of the leg's motion, [0, 1]: the argument of balls_at()
+  float u = 0;         ///< `time`, eased
+  int object = -1;     ///< chain object whose mesh is shown, or -1
+  float look = 1;      ///< look of `object`: 0 own materials .. 1 common look
+  float boundary = 0;  ///< size of `object`: 1 whole .. 0 shrunk into its balls
+  float growth = 1;    ///< size of the balls: 0 absent .. 1 whole
+  /// Current meshes of the leg's source and target, or of the single object that plays, counted
+  /// from 0 in the order of play; -1 for an object that is no mesh sequence.
   int mesh = -1, to_mesh = -1;
-  /// Weights of the objects, where three or more are mixed, also while one of them has all.
+  /// Weights of the objects if three or more are mixed, even while one has all the weight; or
+  /// empty.
   std::vector<float> weights;
 };
 
-/// The mesh of an object of the chain that `frame` shows, if it shows any; -1: it is no sequence.
+/// The mesh that a chain object plays at `frame`, counted from 0; -1 if it is no mesh sequence.
 int shown_mesh_number(const Timeline& timeline, std::size_t object, int frame);
 
-/// `frame` in [1, count], or between two frames: then mesh sequences show that of the frame before.
-/// Depends on nothing but its arguments.
+/// Computes the state at `frame` in [1, count]. Between two frames, mesh sequences show the mesh of
+/// the earlier one. Depends on its arguments only.
 MorphState morph_state_at(const Timeline& timeline, double frame);
 
-/// Tests whether the leg's source, or what it becomes, shows, and whether its target does.
-bool shows_source(const MorphState& moment);
-bool shows_target(const MorphState& moment);
+/// Tests whether a frame shows the leg's source, or the surface between source and target.
+bool shows_source(const MorphState& state);
+/// Tests whether a frame shows the leg's target, or the surface between source and target.
+bool shows_target(const MorphState& state);
 
-/// Tests whether the actor shows the same at two frames.
+/// Tests whether two states of an actor look the same.
 bool same_moment(const MorphState& a, const MorphState& b);
-/// Tests whether it shows something else than in the frame before and than in the one after.
+/// Tests whether `frame` differs from both the frame before and the frame after.
 bool moves_at(const Timeline& timeline, int frame);
 
 }  // namespace polymorph

@@ -16,19 +16,19 @@
 namespace polymorph {
 namespace {
 
-constexpr std::int64_t kTotal = std::int64_t{1} << 30;  ///< units of mass
-constexpr double kCostSteps = 1 << 26;                  ///< integer costs of the dearest arc
+constexpr std::int64_t kTotal = std::int64_t{1} << 30;  ///< total mass in integer units
+constexpr double kCostSteps = 1 << 26;                  ///< integer cost of the most expensive arc
 
-/// Whole units that sum to kTotal, at least one each: largest remainder, ties by index.
-std::vector<std::int64_t> in_units(std::span<const double> masses) {
+/// Rounds masses to integers >= 1 that sum to kTotal (largest remainder method, ties by index).
+std::vector<std::int64_t> to_units(std::span<const double> masses) {
   const double sum = std::accumulate(masses.begin(), masses.end(), 0.0);
-  const auto spare = static_cast<double>(kTotal - static_cast<std::int64_t>(masses.size()));
+  const auto distributed = static_cast<double>(kTotal - static_cast<std::int64_t>(masses.size()));
   std::vector<std::int64_t> units(masses.size());
   std::vector<std::pair<double, std::size_t>> remainders(masses.size());
   std::int64_t assigned = 0;
   for (std::size_t i = 0; i < masses.size(); ++i) {
     PM_CHECK(masses[i] > 0);
-    const double exact = spare * masses[i] / sum;
+    const double exact = distributed * masses[i] / sum;
     units[i] = 1 + static_cast<std::int64_t>(exact);
     remainders[i] = {std::floor(exact) - exact, i};
     assigned += units[i];
@@ -47,12 +47,12 @@ struct TransportArc {
   }
 };
 
-/// parallel_ranges(), but small problems on the caller's thread: alignment solves hundreds of them
-/// side by side already.
+/// parallel_ranges(), but on the caller's thread if `work`, the number of costs, is small:
+/// alignment already solves hundreds of small problems in parallel.
 template <class F>
-void ranges(std::int64_t n, std::int64_t grain, std::int64_t work, const F& f) {
-  constexpr std::int64_t kWorthThreads = 1 << 16;
-  if (work < kWorthThreads)
+void for_ranges(std::int64_t n, std::int64_t grain, std::int64_t work, const F& f) {
+  constexpr std::int64_t kMinParallelWork = 1 << 16;
+  if (work < kMinParallelWork)
     f(std::int64_t{0}, n);
   else
     parallel_ranges(n, grain, f);
@@ -62,8 +62,8 @@ class ColumnGeneration {
  public:
   ColumnGeneration(std::span<const double> supply, std::span<const double> demand,
                    const CostRow& rows)
-      : supply_(in_units(supply)),
-        demand_(in_units(demand)),
+      : supply_(to_units(supply)),
+        demand_(to_units(demand)),
         n_(static_cast<std::uint32_t>(supply.size())),
         m_(static_cast<std::uint32_t>(demand.size())),
         rows_(rows),
@@ -74,9 +74,10 @@ class ColumnGeneration {
 
   TransportPlan run(double gap) {
     constexpr int kMaxRounds = 60;
-    // Alignment solves hundreds of small problems: looking for arcs would take longer than they do.
-    constexpr std::uint32_t kSmall = 128;
-    if (n_ + m_ <= kSmall) {
+    // Small problems, of which alignment solves hundreds, are faster with all arcs than with a
+    // search.
+    constexpr std::uint32_t kMaxDenseSize = 128;
+    if (n_ + m_ <= kMaxDenseSize) {
       arcs_ = all_arcs();
       solve();
       PM_CHECK(hub_flow_ == 0);
@@ -88,7 +89,8 @@ class ColumnGeneration {
     for (int round = 0;; ++round) {
       solve();
       const std::vector<TransportArc> missing = cheapest_arcs(kMoreArcs, false);
-      // Potentials lowered by what the worst missing arc of each source would save are feasible.
+      // The dual is feasible once each source's potential is lowered by its most negative reduced
+      // cost.
       const double bound = cost_ - saving_;
       if (missing.empty() || round == kMaxRounds || cost_ - bound <= gap * cost_) {
         PM_CHECK(missing.empty() || hub_flow_ == 0);
@@ -110,7 +112,7 @@ class ColumnGeneration {
 
   void find_scale() {
     std::vector<float> largest(n_);
-    ranges(n_, 16, pairs(), [&](std::int64_t begin, std::int64_t end) {
+    for_ranges(n_, 16, pairs(), [&](std::int64_t begin, std::int64_t end) {
       std::vector<float> row(m_);
       for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
         rows_(static_cast<std::uint32_t>(i), row);
@@ -132,10 +134,10 @@ class ColumnGeneration {
     return arcs;
   }
 
-  /// The arcs of lowest reduced cost, `count` a source, and `count` a target where both ends are
-  /// asked; only those that would lower the cost unless `any`. Also sums what the best of each
-  /// source would save.
-  std::vector<TransportArc> cheapest_arcs(std::size_t count, bool any) {
+  /// Finds the `count` arcs of least reduced cost of each source and of each target; only arcs with
+  /// a negative one unless `include_all`. Sets `saving_` to the sum over sources of supply times
+  /// the most negative reduced cost, as a positive number.
+  std::vector<TransportArc> cheapest_arcs(std::size_t count, bool include_all) {
     struct Candidate {
       std::int64_t reduced;
       std::uint32_t other;
@@ -150,7 +152,7 @@ class ColumnGeneration {
     std::vector<std::vector<std::vector<Candidate>>> by_target(
         static_cast<std::size_t>(chunks), std::vector<std::vector<Candidate>>(m_));
     std::vector<std::int64_t> worst(n_, 0);
-    const auto keep = [&](std::vector<Candidate>& best, const Candidate& candidate) {
+    const auto insert_candidate = [&](std::vector<Candidate>& best, const Candidate& candidate) {
       if (best.size() == count && !(candidate < best.back())) return;
       if (best.size() == count) best.pop_back();
       best.insert(std::upper_bound(best.begin(), best.end(), candidate), candidate);
@@ -165,14 +167,14 @@ class ColumnGeneration {
         for (std::uint32_t to = 0; to < m_; ++to) {
           const std::int64_t cost = to_integer(row[to]);
           const std::int64_t reduced = cost + potential_from_[from] - potential_to_[to];
-          if (!any && reduced >= 0) continue;
+          if (!include_all && reduced >= 0) continue;
           worst[from] = std::min(worst[from], reduced);
-          keep(by_source[from], {reduced, to, cost});
-          keep(targets[to], {reduced, from, cost});
+          insert_candidate(by_source[from], {reduced, to, cost});
+          insert_candidate(targets[to], {reduced, from, cost});
         }
       }
     };
-    ranges(chunks, 1, pairs(), [&](std::int64_t begin, std::int64_t end) {
+    for_ranges(chunks, 1, pairs(), [&](std::int64_t begin, std::int64_t end) {
       for (std::int64_t chunk = begin; chunk < end; ++chunk) scan(chunk);
     });
     std::vector<TransportArc> arcs;
@@ -184,20 +186,20 @@ class ColumnGeneration {
     for (std::uint32_t j = 0; j < m_; ++j) {
       std::vector<Candidate> best;
       for (const auto& targets : by_target)
-        for (const Candidate& c : targets[j]) keep(best, c);
+        for (const Candidate& c : targets[j]) insert_candidate(best, c);
       for (const Candidate& c : best) arcs.push_back({c.other, j, c.cost});
     }
     return arcs;
   }
 
-  /// Potentials of a problem of every k-th source and target, carried over to all: arcs that are
-  /// cheap by these are nearly the ones needed. Without a guess all are 0, and the first arcs are
-  /// each end's cheapest: 4096 x 3079 then take 3.4 s instead of 2.4.
+  /// Initializes the potentials from those of a smaller problem with every k-th source and target.
+  /// Arcs of low reduced cost are then mostly the ones needed. With potentials of 0, 4096 x 3079
+  /// balls take 3.4 s instead of 2.4 s.
   void guess_potentials() {
-    constexpr std::uint32_t kSmall = 512;
-    if (std::max(n_, m_) <= 2 * kSmall) return;
-    const std::uint32_t step_from = (n_ + kSmall - 1) / kSmall;
-    const std::uint32_t step_to = (m_ + kSmall - 1) / kSmall;
+    constexpr std::uint32_t kReducedSize = 512;
+    if (std::max(n_, m_) <= 2 * kReducedSize) return;
+    const std::uint32_t step_from = (n_ + kReducedSize - 1) / kReducedSize;
+    const std::uint32_t step_to = (m_ + kReducedSize - 1) / kReducedSize;
     std::vector<double> supply, demand;
     for (std::uint32_t i = 0; i < n_; i += step_from)
       supply.push_back(static_cast<double>(supply_[i]));
@@ -210,17 +212,17 @@ class ColumnGeneration {
     };
     ColumnGeneration small(supply, demand, rows);
     small.run(0.001);
-    const double to_ours = scale_ / small.scale_;
+    const double cost_ratio = scale_ / small.scale_;
     std::vector<float> row(m_);
     potential_to_.assign(m_, std::numeric_limits<std::int64_t>::max());
     for (std::uint32_t k = 0; k < small.n_; ++k) {
       rows_(k * step_from, row);
       const std::int64_t potential =
-          std::llround(static_cast<double>(small.potential_from_[k]) * to_ours);
+          std::llround(static_cast<double>(small.potential_from_[k]) * cost_ratio);
       for (std::uint32_t j = 0; j < m_; ++j)
         potential_to_[j] = std::min(potential_to_[j], to_integer(row[j]) + potential);
     }
-    ranges(n_, 16, pairs(), [&](std::int64_t begin, std::int64_t end) {
+    for_ranges(n_, 16, pairs(), [&](std::int64_t begin, std::int64_t end) {
       std::vector<float> costs(m_);
       for (auto i = static_cast<std::uint32_t>(begin); i < static_cast<std::uint32_t>(end); ++i) {
         rows_(i, costs);
@@ -242,8 +244,8 @@ class ColumnGeneration {
                 arcs_.end());
   }
 
-  /// Network simplex on the arcs found so far. A hub that any source reaches and that reaches any
-  /// target, dearer than every arc, keeps the problem solvable.
+  /// Runs the network simplex on the arcs found so far. Every source and target is also connected
+  /// to a hub by arcs that cost more than any other, so that the problem is always feasible.
   void solve() {
     using Graph = lemon::StaticDigraph;
     const int hub = static_cast<int>(n_ + m_);
@@ -251,7 +253,8 @@ class ColumnGeneration {
     std::vector<std::pair<int, int>> ends;
     std::vector<std::int64_t> costs;
     std::size_t next = 0;
-    for (std::uint32_t i = 0; i < n_; ++i) {  // a static graph wants its arcs by source
+    // StaticDigraph takes arcs in the order of their sources.
+    for (std::uint32_t i = 0; i < n_; ++i) {
       for (; next < arcs_.size() && arcs_[next].from == i; ++next) {
         ends.emplace_back(static_cast<int>(i), static_cast<int>(n_ + arcs_[next].to));
         costs.push_back(arcs_[next].cost);
@@ -275,8 +278,8 @@ class ColumnGeneration {
       supply_map[Graph::node(static_cast<int>(n_ + j))] = -demand_[j];
     lemon::NetworkSimplex<Graph, std::int64_t, std::int64_t> simplex(graph);
     simplex.costMap(cost_map).supplyMap(supply_map);
-    const auto answer = simplex.run();
-    PM_CHECK(answer == simplex.OPTIMAL);
+    const auto outcome = simplex.run();
+    PM_CHECK(outcome == simplex.OPTIMAL);
     for (std::uint32_t i = 0; i < n_; ++i)
       potential_from_[i] = simplex.potential(Graph::node(static_cast<int>(i)));
     for (std::uint32_t j = 0; j < m_; ++j)

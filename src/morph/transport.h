@@ -8,25 +8,26 @@
 
 namespace polymorph {
 
+/// Mass that is moved from one source to one target.
 struct TransportFlow {
   std::uint32_t from = 0, to = 0;
-  double amount = 0;  ///< share of a total of 1, > 0
+  double amount = 0;  ///< > 0; all flows sum to 1
 };
 
 struct TransportPlan {
   std::vector<TransportFlow> flows;  ///< sorted by from, then to; at most n + m - 1
   double cost = 0;                   ///< sum of amount x cost
-  /// No plan is cheaper than this (linear programming's dual, exactly).
+  /// Lower bound of the cost of any plan, from the linear programme's dual.
   double lower_bound = 0;
 };
 
 /// Writes the costs of one source to every target: finite, >= 0.
 using CostRow = std::function<void(std::uint32_t from, std::span<float> costs)>;
 
-/// Carries `supply` to `demand` (> 0; each is scaled to a total of 1) at the least cost: network
-/// simplex on the arcs that can matter, and on more of them until no arc left out would help
-/// (column generation); exact when cost = lower_bound. `gap` is the relative difference of the two
-/// at which it stops. `rows` is called from several threads. Deterministic.
+/// Finds the cheapest plan from `supply` to `demand`, both > 0 and each scaled to a sum of 1. Uses
+/// column generation: the network simplex runs on promising arcs, and on more of them until no
+/// other arc would lower the cost. The plan is optimal if cost = lower_bound; the search stops when
+/// they differ by at most the fraction `gap`. `rows` is called from several threads. Deterministic.
 TransportPlan solve_transport(std::span<const double> supply, std::span<const double> demand,
                               const CostRow& rows, double gap = 0);
 

@@ -12,13 +12,13 @@
 namespace polymorph {
 namespace {
 
-/// One of the 26 neighbours. A step along an axis is 12 units long, one along a face's diagonal 17
-/// and one along a cube's 21: off by less than 1.1 % (a chamfer distance; Borgefors 1986).
+/// A step to one of the 26 neighbours. It is 12 units long along an axis, 17 along a face's
+/// diagonal and 21 along a cube's; the error is below 1.1 % (chamfer distance; Borgefors 1986).
 struct Step {
   Int3 offset;
   std::uint8_t length = 0;
 };
-std::array<Step, 26> all_steps() {
+std::array<Step, 26> neighbor_steps() {
   constexpr std::array<std::uint8_t, 4> kLengths{0, VoxelSolid::kStepUnits, 17, 21};
   std::array<Step, 26> steps;
   std::size_t n = 0;
@@ -38,28 +38,28 @@ bool holds(const Grid& grid, Int3 p) {
 std::uint32_t flat_index(const Grid& grid, Int3 p) {
   return static_cast<std::uint32_t>(p.x + grid.points.x * (p.y + grid.points.y * p.z));
 }
-Int3 grid_place(const Grid& grid, std::uint32_t index) {
+Int3 grid_coordinates(const Grid& grid, std::uint32_t index) {
   const int i = static_cast<int>(index);
   return {i % grid.points.x, i / grid.points.x % grid.points.y, i / grid.points.x / grid.points.y};
 }
-Int3 moved(Int3 p, Int3 offset) { return {p.x + offset.x, p.y + offset.y, p.z + offset.z}; }
+Int3 offset_by(Int3 p, Int3 offset) { return {p.x + offset.x, p.y + offset.y, p.z + offset.z}; }
 
-/// Half the sides of the box around the part of a ball where its exponent is above -`more`.
-Vec3 half_box(const Ball& ball, float more) {
+/// Half the extent of the box around the points where a ball's exponent w - q is above -`margin`.
+Vec3 half_extent(const Ball& ball, float margin) {
   const Sym3& s = ball.shape;
-  const float radius = std::sqrt(std::max(ball.w + more, 0.0f) / ball.a);
-  const auto side = [&](float p, float q, float r) {
-    return radius * std::sqrt(std::max(p * q - r * r, 0.0f));  // the inverse's diagonal
+  const float radius = std::sqrt(std::max(ball.w + margin, 0.0f) / ball.a);
+  const auto half_side = [&](float p, float q, float r) {
+    return radius * std::sqrt(std::max(p * q - r * r, 0.0f));  // diagonal of the inverse of `shape`
   };
-  return {side(s.yy, s.zz, s.yz), side(s.xx, s.zz, s.xz), side(s.xx, s.yy, s.xy)};
+  return {half_side(s.yy, s.zz, s.yz), half_side(s.xx, s.zz, s.xz), half_side(s.xx, s.yy, s.xy)};
 }
 
 Grid grid_over(const std::vector<Ball>& balls, int cells) {
-  constexpr float kMore = 0.05f;
-  constexpr int kMargin = 2;
+  constexpr float kExponentMargin = 0.05f;
+  constexpr int kMargin = 2;  // grid points beyond the box on each side
   Vec3 low = balls[0].center, high = low;
   for (const Ball& ball : balls) {
-    const Vec3 half = half_box(ball, kMore);
+    const Vec3 half = half_extent(ball, kExponentMargin);
     low = min(low, ball.center - half);
     high = max(high, ball.center + half);
   }
@@ -82,10 +82,10 @@ std::vector<std::uint8_t> mark_inside(const std::vector<Ball>& balls, const Grid
       static_cast<std::size_t>(grid.points.x) * static_cast<std::size_t>(grid.points.y);
   std::vector<std::uint8_t> inside(plane * static_cast<std::size_t>(grid.points.z), 0);
   std::vector<Vec3> half;
-  for (const Ball& ball : balls) half.push_back(half_box(ball, kTail));
-  const auto range = [&](float center, float reach, float origin, int points) {
-    const float low = (center - reach - origin) / grid.cell,
-                high = (center + reach - origin) / grid.cell;
+  for (const Ball& ball : balls) half.push_back(half_extent(ball, kTail));
+  const auto range = [&](float center, float half_size, float origin, int points) {
+    const float low = (center - half_size - origin) / grid.cell,
+                high = (center + half_size - origin) / grid.cell;
     const float last = static_cast<float>(points - 1);
     return std::pair(static_cast<int>(std::ceil(std::clamp(low, 0.0f, last + 1))),
                      static_cast<int>(std::floor(std::clamp(high, -1.0f, last))));
@@ -113,22 +113,22 @@ std::vector<std::uint8_t> mark_inside(const std::vector<Ball>& balls, const Grid
   return inside;
 }
 
-/// The connected components of what is inside, in the order of their first points.
+/// Finds the connected components of the points inside, in the order of their first points.
 std::vector<std::vector<std::uint32_t>> find_components(const Grid& grid,
                                                         const std::vector<std::uint8_t>& inside) {
-  const std::array<Step, 26> steps = all_steps();
-  std::vector<std::uint8_t> seen(inside.size(), 0);
+  const std::array<Step, 26> steps = neighbor_steps();
+  std::vector<std::uint8_t> visited(inside.size(), 0);
   std::vector<std::vector<std::uint32_t>> components;
   for (std::uint32_t start = 0; start < inside.size(); ++start) {
-    if (!inside[start] || seen[start]) continue;
+    if (!inside[start] || visited[start]) continue;
     std::vector<std::uint32_t> members{start};
-    seen[start] = 1;
+    visited[start] = 1;
     for (std::size_t k = 0; k < members.size(); ++k)
       for (const Step& step : steps) {
-        const Int3 p = moved(grid_place(grid, members[k]), step.offset);
+        const Int3 p = offset_by(grid_coordinates(grid, members[k]), step.offset);
         if (!holds(grid, p)) continue;
         const std::uint32_t to = flat_index(grid, p);
-        if (inside[to] && !seen[to]) seen[to] = 1, members.push_back(to);
+        if (inside[to] && !visited[to]) visited[to] = 1, members.push_back(to);
       }
     std::sort(members.begin(), members.end());
     components.push_back(std::move(members));
@@ -136,15 +136,16 @@ std::vector<std::vector<std::uint32_t>> find_components(const Grid& grid,
   return components;
 }
 
-/// The members with a point outside beside them: only they can be nearest to another component.
+/// Lists the members with a point outside among their 6 neighbours. Only these can be nearest to
+/// another component.
 std::vector<std::uint32_t> find_border(const Grid& grid, const std::vector<std::uint8_t>& inside,
                                        const std::vector<std::uint32_t>& members) {
   std::vector<std::uint32_t> border;
   for (const std::uint32_t member : members) {
-    const Int3 p = grid_place(grid, member);
+    const Int3 p = grid_coordinates(grid, member);
     for (const Int3 neighbor :
          {Int3{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}})
-      if (const Int3 q = moved(p, neighbor); !holds(grid, q) || !inside[flat_index(grid, q)]) {
+      if (const Int3 q = offset_by(p, neighbor); !holds(grid, q) || !inside[flat_index(grid, q)]) {
         border.push_back(member);
         break;
       }
@@ -152,30 +153,32 @@ std::vector<std::uint32_t> find_border(const Grid& grid, const std::vector<std::
   return border;
 }
 
-/// Fills the straight line between two points.
+/// Adds the grid points on the straight line between two members.
 void add_line(const Grid& grid, Int3 a, Int3 b, std::vector<std::uint8_t>& inside,
               std::vector<std::uint32_t>& members) {
   const Int3 difference{b.x - a.x, b.y - a.y, b.z - a.z};
   const int count =
       std::max({std::abs(difference.x), std::abs(difference.y), std::abs(difference.z)});
-  const auto at = [&](int from, int extent, int i) {
+  const auto coordinate = [&](int from, int extent, int i) {
     return from + (2 * extent * i + (extent < 0 ? -count : count)) / (2 * count);  // rounded
   };
   for (int i = 1; i < count; ++i) {
-    const std::uint32_t to = flat_index(
-        grid, {at(a.x, difference.x, i), at(a.y, difference.y, i), at(a.z, difference.z, i)});
+    const std::uint32_t to =
+        flat_index(grid, {coordinate(a.x, difference.x, i), coordinate(a.y, difference.y, i),
+                          coordinate(a.z, difference.z, i)});
     if (!inside[to]) inside[to] = 1, members.push_back(to);
   }
 }
 
-/// Leaves crumbs out, and joins the smallest component to what is nearest to it until one is left.
+/// Removes tiny components. Then connects the smallest component to the nearest one until a single
+/// component is left.
 void join_components(const Grid& grid, std::vector<std::uint8_t>& inside) {
   auto components = find_components(grid, inside);
   std::size_t count = 0;
   for (const auto& members : components) count += members.size();
-  const std::size_t crumb = std::max<std::size_t>(4, count / 5000);
+  const std::size_t min_count = std::max<std::size_t>(4, count / 5000);
   std::erase_if(components, [&](const std::vector<std::uint32_t>& members) {
-    if (members.size() >= crumb) return false;
+    if (members.size() >= min_count) return false;
     for (const std::uint32_t member : members) inside[member] = 0;
     return true;
   });
@@ -183,31 +186,34 @@ void join_components(const Grid& grid, std::vector<std::uint8_t>& inside) {
     const auto smallest =
         std::min_element(components.begin(), components.end(),
                          [](const auto& a, const auto& b) { return a.size() < b.size(); });
-    const std::vector<std::uint32_t> own = find_border(grid, inside, *smallest);
-    std::vector<Int3> places;
-    for (const std::uint32_t voxel : own) places.push_back(grid_place(grid, voxel));
+    const std::vector<std::uint32_t> own_border = find_border(grid, inside, *smallest);
+    std::vector<Int3> own_coordinates;
+    for (const std::uint32_t voxel : own_border)
+      own_coordinates.push_back(grid_coordinates(grid, voxel));
     std::int64_t nearest = std::numeric_limits<std::int64_t>::max();
     std::uint32_t from = 0, to = 0;
     std::size_t partner = 0;
     for (std::size_t k = 0; k < components.size(); ++k) {
       if (components.begin() + static_cast<std::ptrdiff_t>(k) == smallest) continue;
       for (const std::uint32_t other : find_border(grid, inside, components[k])) {
-        const Int3 q = grid_place(grid, other);
-        for (std::size_t i = 0; i < own.size(); ++i) {
-          const Int3 p = places[i];
+        const Int3 q = grid_coordinates(grid, other);
+        for (std::size_t i = 0; i < own_border.size(); ++i) {
+          const Int3 p = own_coordinates[i];
           const std::int64_t dx = p.x - q.x, dy = p.y - q.y, dz = p.z - q.z;
-          const std::int64_t square = dx * dx + dy * dy + dz * dz;
-          if (square < nearest) nearest = square, from = own[i], to = other, partner = k;
+          const std::int64_t distance2 = dx * dx + dy * dy + dz * dz;
+          if (distance2 < nearest)
+            nearest = distance2, from = own_border[i], to = other, partner = k;
         }
       }
     }
     auto& joined = components[partner];
-    add_line(grid, grid_place(grid, from), grid_place(grid, to), inside, joined);
+    add_line(grid, grid_coordinates(grid, from), grid_coordinates(grid, to), inside, joined);
     joined.insert(joined.end(), smallest->begin(), smallest->end());
     components.erase(smallest);
   }
 }
 
+/// Numbers the voxels in the order of the grid and lists their neighbours.
 void number_voxels(VoxelSolid& solid, const std::vector<std::uint8_t>& inside) {
   solid.voxel.assign(inside.size(), VoxelSolid::kNone);
   for (std::uint32_t i = 0; i < inside.size(); ++i)
@@ -216,11 +222,11 @@ void number_voxels(VoxelSolid& solid, const std::vector<std::uint8_t>& inside) {
       solid.cells.push_back(i);
     }
   solid.first.push_back(0);
-  const std::array<Step, 26> steps = all_steps();
+  const std::array<Step, 26> steps = neighbor_steps();
   for (std::uint32_t i = 0; i < solid.size(); ++i) {
     const Int3 p = solid.point(i);
     for (const Step& step : steps) {
-      const Int3 q = moved(p, step.offset);
+      const Int3 q = offset_by(p, step.offset);
       if (!holds(solid.grid, q) || !inside[flat_index(solid.grid, q)]) continue;
       solid.neighbors.push_back(solid.voxel[flat_index(solid.grid, q)]);
       solid.steps.push_back(step.length);
@@ -231,29 +237,30 @@ void number_voxels(VoxelSolid& solid, const std::vector<std::uint8_t>& inside) {
 
 constexpr std::uint32_t kFar = std::numeric_limits<std::uint32_t>::max();
 
-/// Dial's algorithm (1969): Dijkstra's with a bucket for each length, as no step is longer than 21.
-void spread(const VoxelSolid& solid, std::vector<std::uint32_t>& distance) {
+/// Completes distances from those that are not kFar: Dial's algorithm (1969), which is Dijkstra's
+/// with a cyclic array of buckets, one per length; no step is longer than 21.
+void propagate_distances(const VoxelSolid& solid, std::vector<std::uint32_t>& distance) {
   constexpr std::uint32_t kBuckets = 32;
   std::array<std::vector<std::uint32_t>, kBuckets> buckets;
-  std::size_t waiting = 0;
+  std::size_t queued = 0;
   std::uint32_t low = kFar, high = 0;
   for (const std::uint32_t d : distance)
     if (d != kFar) low = std::min(low, d), high = std::max(high, d);
   PM_CHECK(low == kFar || high - low < kBuckets);
   for (std::uint32_t i = 0; i < distance.size(); ++i)
-    if (distance[i] != kFar) buckets[distance[i] % kBuckets].push_back(i), ++waiting;
-  for (std::uint32_t d = low; waiting > 0; ++d) {
+    if (distance[i] != kFar) buckets[distance[i] % kBuckets].push_back(i), ++queued;
+  for (std::uint32_t d = low; queued > 0; ++d) {
     std::vector<std::uint32_t>& bucket = buckets[d % kBuckets];
-    // No step is 0 or a multiple of the number of buckets: nothing is added to this one.
+    // Steps are longer than 0 and shorter than the number of buckets, so this bucket does not grow.
     for (const std::uint32_t i : bucket) {
-      --waiting;
+      --queued;
       if (distance[i] != d) continue;
       for (std::uint32_t k = solid.first[i]; k < solid.first[i + 1]; ++k) {
-        const std::uint32_t to = solid.neighbors[k], there = d + solid.steps[k];
-        if (there >= distance[to]) continue;
-        distance[to] = there;
-        buckets[there % kBuckets].push_back(to);
-        ++waiting;
+        const std::uint32_t to = solid.neighbors[k], new_distance = d + solid.steps[k];
+        if (new_distance >= distance[to]) continue;
+        distance[to] = new_distance;
+        buckets[new_distance % kBuckets].push_back(to);
+        ++queued;
       }
     }
     bucket.clear();
@@ -261,18 +268,18 @@ void spread(const VoxelSolid& solid, std::vector<std::uint32_t>& distance) {
 }
 
 void measure_depth(VoxelSolid& solid) {
-  const std::array<Step, 26> steps = all_steps();
+  const std::array<Step, 26> steps = neighbor_steps();
   solid.depth.assign(solid.size(), kFar);
   for (std::uint32_t i = 0; i < solid.size(); ++i)
     for (const Step& step : steps) {
-      const Int3 q = moved(solid.point(i), step.offset);
+      const Int3 q = offset_by(solid.point(i), step.offset);
       if (!holds(solid.grid, q) || solid.voxel[flat_index(solid.grid, q)] == VoxelSolid::kNone)
         solid.depth[i] = std::min<std::uint32_t>(solid.depth[i], step.length);
     }
-  spread(solid, solid.depth);
+  propagate_distances(solid, solid.depth);
 }
 
-/// The voxel whose cell holds a place (Vec3 or Vec3d), or kNone.
+/// The voxel that contains `place` (Vec3 or Vec3d), or kNone.
 template <class Place>
 std::uint32_t voxel_at(const VoxelSolid& solid, Place place) {
   using T = decltype(place.x);
@@ -287,21 +294,22 @@ std::uint32_t voxel_at(const VoxelSolid& solid, Place place) {
 
 }  // namespace
 
-Int3 VoxelSolid::point(std::uint32_t i) const { return grid_place(grid, cells[i]); }
+Int3 VoxelSolid::point(std::uint32_t i) const { return grid_coordinates(grid, cells[i]); }
 Vec3d VoxelSolid::center(std::uint32_t i) const { return Vec3d(grid_point(grid, point(i))); }
 
 bool VoxelSolid::contains(Vec3d place) const { return voxel_at(*this, place) != kNone; }
 
 VoxelSolid voxel_solid(const std::vector<Ball>& balls) {
-  constexpr int kCoarse = 48, kFine = 96;
-  constexpr double kWanted = 20000;
+  constexpr int kCoarse = 48, kFine = 96;  // cells along the longest side
+  constexpr double kTargetCount = 20000;   // voxels
   VoxelSolid solid;
   solid.grid = grid_over(balls, kCoarse);
   if (!(solid.grid.cell > 0)) return solid;
   std::vector<std::uint8_t> inside = mark_inside(balls, solid.grid);
   const double count = std::accumulate(inside.begin(), inside.end(), 0.0);
   if (!(count > 0)) return solid;
-  const int cells = std::clamp(static_cast<int>(kCoarse * cube_root(kWanted / count)), 24, kFine);
+  const int cells =
+      std::clamp(static_cast<int>(kCoarse * cube_root(kTargetCount / count)), 24, kFine);
   if (cells != kCoarse) {
     solid.grid = grid_over(balls, cells);
     inside = mark_inside(balls, solid.grid);
@@ -316,37 +324,38 @@ std::vector<std::uint32_t> geodesic_distances(const VoxelSolid& solid,
                                               std::span<const std::uint32_t> sources) {
   std::vector<std::uint32_t> distance(solid.size(), kFar);
   for (const std::uint32_t source : sources) distance[source] = 0;
-  spread(solid, distance);
+  propagate_distances(solid, distance);
   return distance;
 }
 
 std::vector<std::uint32_t> local_radii(const VoxelSolid& solid) {
-  // A ball whose middle lies in a somewhat larger one adds nothing.
-  constexpr double kLarger = 1.3, kReach = 0.87;
-  std::vector<std::uint32_t> middles;
+  // A ball whose centre lies in one that is kLarger times as large is skipped. Balls are enlarged
+  // by half a voxel's diagonal, in voxels.
+  constexpr double kLarger = 1.3, kHalfDiagonal = 0.87;
+  std::vector<std::uint32_t> centers;
   for (std::uint32_t i = 0; i < solid.size(); ++i) {
-    bool deepest = true;
+    bool is_deepest = true;
     for (std::uint32_t k = solid.first[i]; k < solid.first[i + 1]; ++k)
-      deepest &= solid.depth[i] >= solid.depth[solid.neighbors[k]];
-    if (deepest) middles.push_back(i);
+      is_deepest &= solid.depth[i] >= solid.depth[solid.neighbors[k]];
+    if (is_deepest) centers.push_back(i);
   }
-  std::stable_sort(middles.begin(), middles.end(), [&](std::uint32_t i, std::uint32_t j) {
+  std::stable_sort(centers.begin(), centers.end(), [&](std::uint32_t i, std::uint32_t j) {
     return solid.depth[i] > solid.depth[j];
   });
   std::vector<std::uint32_t> radius(solid.size(), 0);
-  for (const std::uint32_t i : middles) {
-    const std::uint32_t own = solid.depth[i];
-    if (static_cast<double>(radius[i]) >= kLarger * own) continue;
-    const double reach = static_cast<double>(own) / VoxelSolid::kStepUnits + kReach;
-    const int r = static_cast<int>(reach);
-    const Int3 at = solid.point(i);
+  for (const std::uint32_t i : centers) {
+    const std::uint32_t depth = solid.depth[i];
+    if (static_cast<double>(radius[i]) >= kLarger * depth) continue;
+    const double ball_radius = static_cast<double>(depth) / VoxelSolid::kStepUnits + kHalfDiagonal;
+    const int r = static_cast<int>(ball_radius);
+    const Int3 center = solid.point(i);
     for (int z = -r; z <= r; ++z)
       for (int y = -r; y <= r; ++y)
         for (int x = -r; x <= r; ++x) {
-          const Int3 p = moved(at, {x, y, z});
-          if (x * x + y * y + z * z > reach * reach || !holds(solid.grid, p)) continue;
+          const Int3 p = offset_by(center, {x, y, z});
+          if (x * x + y * y + z * z > ball_radius * ball_radius || !holds(solid.grid, p)) continue;
           const std::uint32_t to = solid.voxel[flat_index(solid.grid, p)];
-          if (to != VoxelSolid::kNone && radius[to] == 0) radius[to] = own;
+          if (to != VoxelSolid::kNone && radius[to] == 0) radius[to] = depth;
         }
   }
   for (std::uint32_t i = 0; i < solid.size(); ++i)

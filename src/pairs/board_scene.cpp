@@ -11,7 +11,7 @@ namespace {
 
 using Kind = PairsEvent::Kind;
 
-constexpr double kSpacing = 2.6;  // distance between pieces, which are 2 wide
+constexpr double kSpacing = 2.6;  // distance between pieces, which are 2 units wide
 
 int frame_at(double seconds, double fps) { return static_cast<int>(std::lround(seconds * fps)); }
 
@@ -19,7 +19,7 @@ JsonValue make_sphere(const PairsFile& file) {
   return {{"shape", "sphere"}, {"color", file.piece_color}, {"roughness", 0.25}};
 }
 
-/// Makes the outcome of an event for a piece.
+/// Makes the object that a piece becomes by an event.
 JsonValue make_outcome(const PairsFile& file, const PairsPiece& piece, Kind kind) {
   switch (kind) {
     case Kind::kReveal:
@@ -58,14 +58,14 @@ JsonValue make_actor(const LevelFilm& film, int piece) {
   int first = frames + 1, end = 0;
   for (const PairsEvent& event : play.events()) {
     if (event.level != level || event.piece != piece) continue;
-    const int from = std::max(end, frame_at(event.start, fps));
-    const int to = std::max(from + 1, frame_at(event.start + event.seconds, fps));
+    const int first_step = std::max(end, frame_at(event.start, fps));
+    const int last_step = std::max(first_step + 1, frame_at(event.start + event.seconds, fps));
     if (per_leg.empty())
-      first = from + 1;
+      first = first_step + 1;
     else
-      chain.back()["hold"] = from - end;
-    per_leg.push_back(to - from);
-    end = to;
+      chain.back()["hold"] = first_step - end;
+    per_leg.push_back(last_step - first_step);
+    end = last_step;
     chain.push_back(make_outcome(file, board[static_cast<std::size_t>(piece)], event.kind));
   }
   if (per_leg.empty()) {
@@ -136,21 +136,21 @@ JsonValue make_board_scene(const PairsFile& file, const PairsPlay& play, int lev
 std::string format_score(const PairsPlay& play, int level, int frame, double fps) {
   const double now = (frame - 1) / fps;
   int score = 0, found = 0;
-  std::string end;
+  std::string ending;
   for (const PairsEvent& event : play.events()) {
     if (event.level > level || (event.level == level && event.start > now + 0.5 / fps)) break;
     score = event.score;
     if (event.level == level && event.kind == Kind::kMelt) ++found;
-    if (event.kind == Kind::kTimeOut) end = "   TIME IS UP";
-    if (event.kind == Kind::kStuck) end = "   LOST";
-    if (event.kind == Kind::kWon) end = "   WON";
+    if (event.kind == Kind::kTimeOut) ending = "   TIME IS UP";
+    if (event.kind == Kind::kStuck) ending = "   LOST";
+    if (event.kind == Kind::kWon) ending = "   WON";
   }
   const PairsLevel& grid = play.game().levels[static_cast<std::size_t>(level)];
   const int all = grid.columns * grid.rows / 2;
   const double left = std::max(0.0, play.limits()[static_cast<std::size_t>(level)] - now);
   return fmt::format("LEVEL {}   SCORE {}   PAIRS {}/{}   TIME {:.0f}{}", level + 1, score,
                      found / 2, grid.pairs > 0 ? std::min(grid.pairs, all) : all, std::ceil(left),
-                     end);
+                     ending);
 }
 
 }  // namespace polymorph

@@ -31,7 +31,7 @@ std::vector<PairsPiece> deal_board(const PairsGame& game, int level) {
   const int count = grid.columns * grid.rows;
   std::vector<PairsPiece> board(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) board[static_cast<std::size_t>(i)].object = i / 2;
-  // Fisher and Yates, with numbers drawn from keys.
+  // Fisher-Yates shuffle, with random numbers drawn from keys.
   for (int i = count - 1; i > 0; --i)
     std::swap(
         board[static_cast<std::size_t>(i)],
@@ -50,7 +50,7 @@ void PairsPlay::begin_level(double seconds_left) {
 
 void PairsPlay::add_note(Kind kind) { events_.push_back({kind, level_, -1, clock_, 0, score_}); }
 
-/// Adds an event of all the pieces at once; the time may end during it.
+/// Adds an event of all `pieces` at the same time. The game is over if the time ends during it.
 void PairsPlay::add_event(Kind kind, std::vector<int> pieces, double seconds) {
   if (over_) return;
   const double duration = std::min(seconds, limit_ - clock_);
@@ -131,10 +131,10 @@ Status PairsPlay::pick(int first, int second) {
 
 /// Number of pairs of this level that are found or can still be found.
 int PairsPlay::pairs_possible() const {
-  std::vector<int> left(board_.size(), 0);
+  std::vector<int> remaining(board_.size(), 0);
   for (const PairsPiece& piece : board_)
-    left[static_cast<std::size_t>(piece.object)] += piece.state != State::kExploded;
-  return static_cast<int>(std::count(left.begin(), left.end(), 2));
+    remaining[static_cast<std::size_t>(piece.object)] += piece.state != State::kExploded;
+  return static_cast<int>(std::count(remaining.begin(), remaining.end(), 2));
 }
 
 void PairsPlay::finish_turn() {

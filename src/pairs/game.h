@@ -15,21 +15,23 @@ namespace polymorph {
 struct PairsRules {
   double reveal = 0.75;   ///< duration of the morph that reveals an object the first time
   double slowdown = 1.4;  ///< factor of that duration for every further look
-  double show = 0.5;      ///< time that two pieces that are no pair stay visible
+  double show = 0.5;      ///< time for which two pieces that are no pair stay visible
   double melt = 1.5;      ///< duration of a found pair's melting into puddles
   double explode = 1.5;   ///< duration of an explosion
-  int looks = 4;          ///< number of looks that a piece survives; at the next it explodes
+  int looks = 4;          ///< looks that a piece survives; at the next one it explodes
   int pair_points = 100;  ///< points per found pair
   int look_cost = 10;     ///< deduction for every look at either piece after its first
-  int second_points = 2;  ///< points per full second that is left when the last level is won
+  int second_points = 2;  ///< points per full second left when the last level is won
 };
 
+/// One level: its grid of pieces, its time and its goal.
 struct PairsLevel {
   int columns = 4, rows = 4;  ///< an even number of pieces
   double seconds = 90;        ///< added to the remaining time
   int pairs = 0;              ///< pairs to find before the next level; 0 = all
 };
 
+/// A game: rules, levels and objects.
 struct PairsGame {
   PairsRules rules;
   std::vector<PairsLevel> levels;
@@ -37,28 +39,30 @@ struct PairsGame {
   std::uint64_t seed = 0;            ///< seed of the positions
 };
 
+/// A piece of the board.
 struct PairsPiece {
   int object = 0;  ///< index into the game's objects
   enum class State { kHidden, kShown, kFound, kExploded } state = State::kHidden;
-  int looks = 0;
+  int looks = 0;  ///< number of times that it was revealed
 };
 
+/// An event of the game; most concern one piece.
 struct PairsEvent {
   enum class Kind {
     kReveal,   ///< the piece becomes its object
     kHide,     ///< the piece becomes a sphere again
-    kMelt,     ///< its pair is found
-    kExplode,  ///< it was looked at too often
+    kMelt,     ///< the piece melts, since its pair is found
+    kExplode,  ///< the piece explodes, since it was looked at too often
     kLevelUp,  ///< enough pairs are found; no piece
     kWon,      ///< enough pairs of the last level are found
     kTimeOut,  ///< the time is over
-    kStuck,    ///< the remaining pieces have not enough pairs for the level
+    kStuck,    ///< too few pairs remain to complete the level
   };
   Kind kind = Kind::kReveal;
   int level = 0;       ///< index into the game's levels
-  int piece = -1;      ///< index into the level's board, row by row
+  int piece = -1;      ///< index into the level's board, row by row; -1: none
   double start = 0;    ///< start on the level's own clock
-  double seconds = 0;  ///< duration, shortened if the time ends before
+  double seconds = 0;  ///< duration, cut short if the level's time ends
   int score = 0;       ///< score after the event
 };
 
@@ -70,8 +74,9 @@ class PairsPlay {
  public:
   explicit PairsPlay(PairsGame game);
 
-  /// Picks two pieces of the board by index. Does nothing if the play is over. Errors (kInput): no
-  /// such piece, the same twice, one that is found or exploded; then nothing changes.
+  /// Picks two pieces of the board by index. Does nothing if the game is over. Errors (kInput),
+  /// which change nothing: an index that does not exist, the same piece twice, a piece that is
+  /// found or has exploded.
   Status pick(int first, int second);
   /// Lets the clock run. Errors (kInput): negative time.
   Status wait(double seconds);
@@ -82,9 +87,8 @@ class PairsPlay {
   int score() const { return score_; }
   double clock() const { return clock_; }  ///< seconds since the level began
   double time_left() const { return limit_ - clock_; }
-  double time_limit() const {
-    return limit_;
-  }  ///< limit of this level, including time left from the previous one
+  /// Time limit of this level, including the time left from the previous one.
+  double time_limit() const { return limit_; }
   int pairs_found() const { return found_; }  ///< pairs found in this level
   int pairs_needed() const;
   const std::vector<PairsPiece>& board() const { return board_; }
@@ -110,12 +114,14 @@ class PairsPlay {
   bool over_ = false, won_ = false;
 };
 
-/// Duration of a piece's next look.
+/// Duration, in seconds, of a piece's next look.
 double reveal_seconds(const PairsRules& rules, int looks_before);
 
-/// "b3" -> column 2, row 3: letters count columns from the left, numbers rows from the front.
-/// Errors (kInput): not a position on this level's board.
+/// Parses a position such as "b3", column 2 of row 3, into the index of a piece. Letters count
+/// columns from the left, numbers count rows from the front. Errors (kInput): not a position on
+/// this level's board.
 Result<int> parse_place(const PairsLevel& level, const std::string& text);
+/// Formats the position of a piece, such as "b3".
 std::string place_name(const PairsLevel& level, int piece);
 
 }  // namespace polymorph

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMaxSide = 12;
+constexpr int kMaxSide = 12;  // columns or rows
 constexpr int kMaxLevels = 20;
 
 /// Reads the members of one object, and remembers the first error.
@@ -83,12 +83,12 @@ class Members {
 
 std::string read_rules(const JsonValue& json, PairsRules& rules) {
   Members members(json, "/rules");
-  constexpr double kLong = 60;
-  members.number("reveal", rules.reveal, 0.05, kLong);
+  constexpr double kMaxSeconds = 60;
+  members.number("reveal", rules.reveal, 0.05, kMaxSeconds);
   members.number("slowdown", rules.slowdown, 1, 10);
-  members.number("show", rules.show, 0, kLong);
-  members.number("melt", rules.melt, 0.05, kLong);
-  members.number("explode", rules.explode, 0.05, kLong);
+  members.number("show", rules.show, 0, kMaxSeconds);
+  members.number("melt", rules.melt, 0.05, kMaxSeconds);
+  members.number("explode", rules.explode, 0.05, kMaxSeconds);
   members.integer("looks", rules.looks, 1, 1000);
   members.integer("pair_points", rules.pair_points, 0, 1000000);
   members.integer("look_cost", rules.look_cost, 0, 1000000);
@@ -107,8 +107,8 @@ std::string read_level(const JsonValue& json, const std::string& where, PairsLev
   return members.finish();
 }
 
-/// Makes the name of a file absolute; accepts shapes. Returns an error or "".
-std::string resolve(std::string& name, const fs::path& folder, const std::string& where) {
+/// Makes the name of a file absolute, and keeps the name of a shape. Returns an error or "".
+std::string resolve_file(std::string& name, const fs::path& folder, const std::string& where) {
   if (std::find(kShapeNames.begin(), kShapeNames.end(), name) != kShapeNames.end()) return "";
   const fs::path file = (folder / name).lexically_normal();
   std::error_code error;
@@ -118,7 +118,7 @@ std::string resolve(std::string& name, const fs::path& folder, const std::string
   return "";
 }
 
-/// Reads an object of a scene, or just its file or shape.
+/// Reads an object: that of a scene, or only the name of a file or shape. Returns an error or "".
 std::string read_object(const JsonValue& json, const fs::path& folder, const std::string& where,
                         PairsFile& file) {
   JsonValue object = json;
@@ -126,16 +126,16 @@ std::string read_object(const JsonValue& json, const fs::path& folder, const std
     if (json.contains("model") == json.contains("shape"))
       return where + ": needs either \"model\" or \"shape\"";
   } else if (json.is_string()) {
-    const bool shape =
+    const bool is_shape =
         std::find(kShapeNames.begin(), kShapeNames.end(), json.string) != kShapeNames.end();
-    object = JsonValue{{shape ? "shape" : "model", json}};
+    object = JsonValue{{is_shape ? "shape" : "model", json}};
   } else {
     return where + ": must be a string or an object";
   }
   const char* key = object.contains("model") ? "model" : "shape";
   if (!object[key].is_string()) return fmt::format("{}/{}: must be a string", where, key);
   std::string name = object[key].string;
-  if (const std::string error = resolve(name, folder, where); !error.empty()) return error;
+  if (const std::string error = resolve_file(name, folder, where); !error.empty()) return error;
   object[key] = name;
   file.game.objects.push_back(object.get("name").is_string() ? object.get("name").string
                                                              : fs::path(name).stem().string());
@@ -182,7 +182,8 @@ std::string read_game(const JsonValue& json, const fs::path& folder, PairsFile& 
     file.game.levels.push_back(level);
   }
   if (!board.empty()) {
-    if (const std::string error = resolve(board, folder, "/board"); !error.empty()) return error;
+    if (const std::string error = resolve_file(board, folder, "/board"); !error.empty())
+      return error;
     file.board = board;
   }
   return members.finish();

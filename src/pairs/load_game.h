@@ -1,4 +1,4 @@
-// Game files of Pairs: reads a game, its moves and its stage from JSON.
+// Game files of Pairs: reads a game, its moves and its scene settings from JSON.
 #pragma once
 
 #include <filesystem>
@@ -14,12 +14,12 @@ namespace polymorph {
 /// Content of a game file.
 struct PairsFile {
   PairsGame game;
-  /// Scene objects of the game's objects: "model" (absolute) or "shape", and any other key of an
-  /// object.
+  /// The game's objects as objects of a scene: "model" (an absolute path) or "shape", and any other
+  /// key of an object.
   std::vector<JsonValue> objects;
-  std::vector<std::string> moves;       ///< "a1 b2" or "wait 2.5"; may be empty
-  JsonValue stage;                      ///< keys of a scene: image, look, camera, frames.fps, ...
-  std::filesystem::path board;          ///< a model below the pieces; empty: none
+  std::vector<std::string> moves;  ///< "a1 b2" or "wait 2.5"; may be empty
+  JsonValue stage;                 ///< settings of the scene: image, look, camera, frames.fps, ...
+  std::filesystem::path board;     ///< model below the pieces; empty: none
   std::string piece_color = "#8fa3b8";  ///< colour of the spheres
 };
 

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<NamedFile> files_in(const fs::path& folder, const char* extension) {
+std::vector<NamedFile> list_files(const fs::path& folder, const char* extension) {
   std::vector<NamedFile> files;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error))
@@ -34,13 +34,13 @@ Result<JsonValue> read_effect(const fs::path& file) {
   return std::move(document->root);
 }
 
-bool fits_any_objects(const JsonValue& effect) {
+bool suits_any_objects(const JsonValue& effect) {
   const JsonValue& plan = effect.get("plan");
   return effect.contains("source") && effect.contains("target") && !plan.contains("labels") &&
          !plan.contains("landmarks");
 }
 
-std::vector<std::string> names_of(const std::vector<NamedFile>& files) {
+std::vector<std::string> list_names(const std::vector<NamedFile>& files) {
   std::vector<std::string> names;
   for (const NamedFile& file : files) names.push_back(file.name);
   return names;
@@ -52,10 +52,10 @@ const NamedFile* find_named(const std::vector<NamedFile>& files, const std::stri
   return found == files.end() ? nullptr : &*found;
 }
 
-/// Finds the object of this name: a demo model, else a shape, else a model file, named relative to
-/// `folder`; null if it is none of them.
-JsonValue object_named(const std::vector<NamedFile>& models, const std::string& name,
-                       const fs::path& folder) {
+/// Finds the object of this name: a demo model, else a shape, else a model file. Files are named
+/// relative to `folder`. Returns null if it is none of these.
+JsonValue find_object(const std::vector<NamedFile>& models, const std::string& name,
+                      const fs::path& folder) {
   if (const NamedFile* model = find_named(models, name)) return relative_name(model->file, folder);
   if (std::find(kShapeNames.begin(), kShapeNames.end(), name) != kShapeNames.end()) return name;
   std::error_code error;
@@ -68,8 +68,9 @@ Error unknown_name(const char* what, const std::string& name, std::vector<std::s
                     what, name, did_you_mean(name, names), join_quoted(names));
 }
 
-/// Rewrites an object of an effect's scene in the folder `from` for a scene in the folder `to`.
-JsonValue relocated(JsonValue object, const fs::path& from, const fs::path& to) {
+/// Rewrites the file of an effect's object, relative to the folder `from`, relative to the folder
+/// `to`.
+JsonValue relocate_object(JsonValue object, const fs::path& from, const fs::path& to) {
   if (object.is_string()) {
     const std::string& name = object.string;
     if (std::find(kShapeNames.begin(), kShapeNames.end(), name) == kShapeNames.end())
@@ -80,39 +81,42 @@ JsonValue relocated(JsonValue object, const fs::path& from, const fs::path& to) 
   return object;
 }
 
-/// Tests whether an end of an effect's chain belongs to the effect: whether it is a shape, such as
-/// drops. The demo's chain then passes through it, as balls.
+/// Tests whether an end of an effect's chain is a shape, such as drops. It then belongs to the
+/// effect, and the demo's chain passes through it.
 bool is_shape(const JsonValue& object) {
   return object.is_object() ? object.contains("shape")
                             : std::find(kShapeNames.begin(), kShapeNames.end(), object.string) !=
                                   kShapeNames.end();
 }
 
-JsonValue passed_through(JsonValue object) {
+/// Makes an intermediate object of a shape: a meta-object, which shows balls only.
+JsonValue make_meta_object(JsonValue object) {
   if (object.is_string()) object = JsonValue{{"shape", object}};
   object["meta"] = true;
   return object;
 }
 
-/// Frames of a chain of so many legs, with a moment of rest at both ends.
+/// Frame settings of a chain of `legs` legs, with a few still frames at both ends.
 JsonValue demo_frames(std::size_t legs) {
-  constexpr int kStart = 3, kEnd = 5, kFirstLeg = 22, kFurtherLeg = 10;
+  constexpr int kHoldStart = 3, kHoldEnd = 5, kFirstLeg = 22, kFurtherLeg = 10;
   const int moving = kFirstLeg + kFurtherLeg * (static_cast<int>(legs) - 1);
-  return {
-      {"count", kStart + moving + kEnd}, {"fps", 12}, {"hold_start", kStart}, {"hold_end", kEnd}};
+  return {{"count", kHoldStart + moving + kHoldEnd},
+          {"fps", 12},
+          {"hold_start", kHoldStart},
+          {"hold_end", kHoldEnd}};
 }
 
 }  // namespace
 
 std::vector<NamedFile> demo_models(const fs::path& data) {
-  return files_in(data / "models", ".obj");
+  return list_files(data / "models", ".obj");
 }
 
 Result<std::vector<NamedFile>> demo_effects(const fs::path& data) {
   std::vector<NamedFile> effects;
-  for (NamedFile& file : files_in(data / "effects", ".json")) {
+  for (NamedFile& file : list_files(data / "effects", ".json")) {
     PM_TRY(const JsonValue effect, read_effect(file.file));
-    if (!fits_any_objects(effect)) continue;
+    if (!suits_any_objects(effect)) continue;
     file.description = effect.get("description").string;
     effects.push_back(std::move(file));
   }
@@ -123,12 +127,12 @@ Result<JsonValue> demo_scene(const fs::path& data, const std::string& from, cons
                              const std::string& through, const fs::path& folder) {
   const std::vector<NamedFile> models = demo_models(data);
   PM_TRY(const std::vector<NamedFile> effects, demo_effects(data));
-  std::vector<std::string> objects = names_of(models);
+  std::vector<std::string> objects = list_names(models);
   for (const std::string& shape : kShapeNames)
     if (!find_named(models, shape)) objects.push_back(shape);
 
-  const JsonValue source = object_named(models, from, folder),
-                  target = object_named(models, to, folder);
+  const JsonValue source = find_object(models, from, folder),
+                  target = find_object(models, to, folder);
   if (source.is_null()) return unknown_name("model", from, objects);
   if (target.is_null()) return unknown_name("model", to, objects);
   JsonValue between = JsonValue::array(), settings;
@@ -136,17 +140,17 @@ Result<JsonValue> demo_scene(const fs::path& data, const std::string& from, cons
     if (const NamedFile* file = find_named(effects, through)) {
       PM_TRY(const JsonValue effect, read_effect(file->file));
       const fs::path effects_folder = file->file.parent_path();
-      if (is_shape(effect.get("source"))) between.push_back(passed_through(effect.get("source")));
+      if (is_shape(effect.get("source"))) between.push_back(make_meta_object(effect.get("source")));
       for (const JsonValue& object : effect.get("intermediate").items)
-        between.push_back(relocated(object, effects_folder, folder));
-      if (is_shape(effect.get("target"))) between.push_back(passed_through(effect.get("target")));
+        between.push_back(relocate_object(object, effects_folder, folder));
+      if (is_shape(effect.get("target"))) between.push_back(make_meta_object(effect.get("target")));
       for (const char* key :
            {"plan", "motion", "field", "boundary", "camera", "look", "lights", "ground"})
         if (effect.contains(key)) settings[key] = effect.get(key);
-    } else if (const JsonValue object = object_named(models, through, folder); !object.is_null()) {
+    } else if (const JsonValue object = find_object(models, through, folder); !object.is_null()) {
       between.push_back(object);
     } else {
-      std::vector<std::string> names = names_of(effects);
+      std::vector<std::string> names = list_names(effects);
       for (const std::string& other : objects)
         if (!find_named(effects, other)) names.push_back(other);
       return unknown_name("effect", through, names);

@@ -1,4 +1,4 @@
-// The scenes that `demo` composes: models and effects by name, from the program's data folder.
+// Scenes of the command `demo`, made of models and effects of the program's data folder.
 #pragma once
 
 #include <filesystem>
@@ -10,25 +10,26 @@
 
 namespace polymorph {
 
+/// A model or effect that the command line can name.
 struct NamedFile {
-  std::string name;         ///< word of the command line
+  std::string name;         ///< name on the command line
   std::string description;  ///< description of an effect's scene
   std::filesystem::path file;
 };
 
-/// models/*.obj of the data folder, in order of name.
+/// Lists models/*.obj of the data folder, sorted by name.
 std::vector<NamedFile> demo_models(const std::filesystem::path& data);
 
-/// Effects of effects/*.json that any two objects can pass: one chain, and nothing about the parts
-/// of its own models (plan.labels, plan.landmarks). In order of name. Errors: a file that cannot be
-/// read.
+/// Lists the effects of effects/*.json that suit any two objects, sorted by name. Such an effect
+/// has a single chain and no settings for parts of its own models (plan.labels, plan.landmarks).
+/// Errors: a file that cannot be read.
 Result<std::vector<NamedFile>> demo_effects(const std::filesystem::path& data);
 
-/// A scene from `from` to `to`, each a demo model, a built-in shape or a model file, small enough
-/// for seconds. `through`: an effect, whose settings and objects on the way are taken over, with
-/// ends that are shapes as objects on the way too; or an object, which is formed on the way; or
-/// empty. Paths are relative to `folder`, where the scene will be. Errors (kUsage): an unknown
-/// name; the message has the nearest.
+/// Makes a scene from `from` to `to`, each a demo model, a built-in shape or a model file. It is
+/// small enough to render in seconds. `through` is an object between the two, or an effect, or
+/// empty. An effect gives its settings and intermediate objects; if its source or target is a
+/// shape, that is an intermediate object, too. Paths are relative to `folder`, where the scene will
+/// be. Errors (kUsage): an unknown name; the message suggests the nearest one.
 Result<JsonValue> demo_scene(const std::filesystem::path& data, const std::string& from,
                              const std::string& to, const std::string& through,
                              const std::filesystem::path& folder);

@@ -9,7 +9,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The settings that most scenes change, in the order in which one thinks of them.
+/// The settings that most scenes change, the most common first.
 const std::vector<std::pair<const char*, std::vector<const char*>>> kKeys{
     {"frames", {"count", "fps", "hold_start", "hold_end"}},
     {"image", {"width", "height", "samples", "noise", "exposure", "transparent"}},
@@ -22,8 +22,8 @@ const std::vector<std::pair<const char*, std::vector<const char*>>> kKeys{
     {"spheres", {"balls", "solidify"}},
     {"surface", {"resolution"}}};
 
-/// A model's name as the scene file writes it. Errors (kInput): no such file, or a name that JSON
-/// cannot hold.
+/// Makes a model's name for the scene file. Errors (kInput): no such file, not a model, or a name
+/// that is not UTF-8.
 Result<std::string> model_name(const std::string& file, const fs::path& folder) {
   std::error_code error;
   if (!fs::is_regular_file(file, error))
@@ -32,7 +32,7 @@ Result<std::string> model_name(const std::string& file, const fs::path& folder) 
     return make_error(ErrorCode::kInput,
                       "{}: is no model file - use OBJ, glTF, FBX, PLY, STL, DAE, OFF or 3DS", file);
   const std::string name = relative_name(file, folder);
-  // Bytes that are not UTF-8 are replaced, and another name would be read.
+  // Bytes that are not UTF-8 are replaced in JSON, which would then name another file.
   PM_TRY(const JsonDocument document, parse_json("", format_json(name)));
   if (document.root.string != name)
     return make_error(ErrorCode::kInput, "{}: the name is not UTF-8 - rename the file", file);
@@ -42,7 +42,7 @@ Result<std::string> model_name(const std::string& file, const fs::path& folder) 
 }  // namespace
 
 std::string relative_name(const fs::path& file, const fs::path& folder) {
-  std::error_code ignored;  // a folder that is not there yet, or a working folder that is gone
+  std::error_code ignored;  // the folder may not exist yet, or the working folder no longer
   const fs::path from =
       fs::weakly_canonical(fs::absolute(folder.empty() ? "." : folder, ignored), ignored);
   return fs::absolute(file, ignored).lexically_normal().lexically_proximate(from).string();

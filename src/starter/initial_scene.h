@@ -1,4 +1,4 @@
-// The scene that `init` writes: a user's own models, and the settings that most scenes change.
+// Scene of the command `init`: the user's models, and the settings that most scenes change.
 #pragma once
 
 #include <filesystem>
@@ -10,11 +10,12 @@
 
 namespace polymorph {
 
-/// Name of a file for a scene in `folder`: relative, so that scene and models can move together.
+/// Makes a file's name relative to `folder`, so that a scene there and its models can be moved
+/// together.
 std::string relative_name(const std::filesystem::path& file, const std::filesystem::path& folder);
 
-/// A scene from the first model file to the last through those between, for a scene file in
-/// `folder`. Errors (kInput): a file that is missing or no model, or whose name JSON cannot hold.
+/// Makes a scene from the first model file to the last, through those between, for a scene file in
+/// `folder`. Errors (kInput): a file that is missing or no model, or a name that is not UTF-8.
 Result<JsonValue> initial_scene(const std::vector<std::string>& models,
                                 const std::filesystem::path& folder);
 
