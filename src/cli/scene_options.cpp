@@ -9,7 +9,7 @@
 namespace polymorph {
 namespace {
 
-/// Makes the fit of an object's balls take a tenth of the time, if it has one.
+/// Makes the fit of an object's balls about ten times as fast, if it has one.
 void make_coarse(const Scene& scene, SphereSettings& spheres) {
   constexpr int kBalls = 64;
   if (!is_fitted(scene, spheres)) return;
@@ -19,20 +19,20 @@ void make_coarse(const Scene& scene, SphereSettings& spheres) {
   spheres.resolution = 0;
 }
 
-/// Applies --preview: half the size, coarser surface and balls, direct light with one ray for the
-/// occlusion of the sky, smoothed. Image settings that `sets` (--set) names keep their values.
+/// Applies --preview: half the size, a coarser surface and fewer balls, direct light and one
+/// ambient-occlusion ray only, with smoothing. Image settings that --set names keep their values.
 void make_preview(Scene& scene, const std::vector<std::string>& sets) {
   for (ActorSettings& actor : scene.actors)
     for_each_object(actor, [&](ObjectSettings& object) { make_coarse(scene, object.spheres); });
   scene.image.width = std::max(1, scene.image.width / 2);
   scene.image.height = std::max(1, scene.image.height / 2);
-  const auto is_free = [&](std::string_view key) {
+  const auto is_not_set = [&](std::string_view key) {
     return std::ranges::none_of(sets, [&](const std::string& set) { return set.starts_with(key); });
   };
-  if (is_free("image.samples=")) scene.image.samples = std::min(scene.image.samples, 2);
-  if (is_free("image.noise=")) scene.image.noise = 0;
-  if (is_free("image.max_depth=")) scene.image.max_depth = 1;
-  if (is_free("image.smooth=")) scene.image.smooth = true;
+  if (is_not_set("image.samples=")) scene.image.samples = std::min(scene.image.samples, 2);
+  if (is_not_set("image.noise=")) scene.image.noise = 0;
+  if (is_not_set("image.max_depth=")) scene.image.max_depth = 1;
+  if (is_not_set("image.smooth=")) scene.image.smooth = true;
   scene.surface.resolution = std::max(8, scene.surface.resolution / 2);
 }
 

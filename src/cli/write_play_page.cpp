@@ -32,7 +32,7 @@ Result<PageScene> prepare_page(const CommandLine& line, Scene scene) {
 
 Status write_play_page(const CommandLine& line, Scene scene, const std::filesystem::path& path) {
   PM_TRY(const PageScene ready, prepare_page(line, std::move(scene)));
-  // Once more: only now is it known which files the models and their materials name.
+  // Check again: now all input files are known, also those that models and materials name.
   PM_TRY_STATUS(check_play_page(line, path));
   PM_TRY(const PlayPage page, make_play_page(ready.prepared, *ready.engine));
   const std::string html = encode_play_page(page);

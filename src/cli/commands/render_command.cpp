@@ -173,7 +173,7 @@ Result<int> render_once(const CommandLine& line, const RenderOptions& command_op
   PM_TRY(const RunReport report,
          render_sequence(scene, settings,
                          [&](std::size_t done, std::size_t count, const FrameRecord& last) {
-                           heartbeat.beat(done);
+                           heartbeat.restart(done);
                            show(done, count, last);
                          }));
   if (options.json.enabled) PM_TRY_STATUS(write_json(options.json, to_json(report)));
