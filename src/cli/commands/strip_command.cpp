@@ -29,7 +29,8 @@ struct StripOptions {
   SceneOptions scene_options;
 };
 
-/// Chooses frames of a scene by how much the picture changes, from small pictures of all.
+/// Chooses frames of a scene by how much the picture changes (choose_by_change()). Renders all
+/// frames with one sample per pixel and scales them to 96 pixels.
 Result<std::vector<int>> choose_frames_by_change(const CommandLine& line, Scene scene,
                                                  const std::vector<int>& numbers,
                                                  const StripOptions& options) {
@@ -40,7 +41,7 @@ Result<std::vector<int>> choose_frames_by_change(const CommandLine& line, Scene 
   return choose_by_change(film, options.count);
 }
 
-/// Opens a view if one is asked for.
+/// Opens the view of --display and --view, if they are given. Errors: kUsage for an EXR.
 Result<std::optional<ViewTransform>> open_view(const StripOptions& options) {
   const DisplayView& view = options.scene_options.shown;
   std::optional<ViewTransform> transform;
@@ -79,17 +80,17 @@ Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
   return film;
 }
 
-/// A header's rate, which EXR keeps as a number and PNG as text.
-std::optional<float> fps_of(const Attribute& attribute) {
+/// Parses the frame rate in a header, which is a number in EXR files and a text in PNG files.
+/// Nothing if it is outside [0.1, 1000], the range of frames.fps.
+std::optional<float> parse_fps(const Attribute& attribute) {
   if (const float* value = std::get_if<float>(&attribute.value)) return *value;
   const std::string* text = std::get_if<std::string>(&attribute.value);
   const auto number = text ? parse_number(*text) : std::nullopt;
-  // Another program's text may say anything; frames.fps has the same limits.
   if (!number || *number < 0.1 || *number > 1000) return std::nullopt;
   return static_cast<float>(*number);
 }
 
-/// Reads a frame, or the matte of it that is asked for.
+/// Reads a frame, or its matte of the name that --matte gives.
 Result<Image> read_frame(const StripOptions& options, const std::filesystem::path& file) {
   remember_input(file);
   PM_TRY(Image image, read_image(file));
@@ -116,7 +117,7 @@ Result<Film> from_images(const StripOptions& options) {
          parse_frames(
              options.frames.empty() ? fmt::format("{}-{}", film.first, film.last) : options.frames,
              film.first, film.last));
-  // A sheet or movie that silently leaves out a lost frame is worse than none.
+  // Missing frames are errors: a sheet or movie without them would look complete.
   std::vector<int> required = film.numbers;
   if (options.frames.empty() || options.moves()) {
     required.clear();
@@ -137,8 +138,9 @@ Result<Film> from_images(const StripOptions& options) {
         return make_error(ErrorCode::kUsage,
                           "{}: is a picture by a view already - leave out --display and --view",
                           frame_path(pattern, number).string());
-      const float* value = std::get_if<float>(&attribute.value);  // of an EXR; a PNG's are texts
-      if (attribute.name == "FramesPerSecond") film.fps = fps_of(attribute).value_or(film.fps);
+      const float* value =
+          std::get_if<float>(&attribute.value);  // null for a PNG, whose attributes are texts
+      if (attribute.name == "FramesPerSecond") film.fps = parse_fps(attribute).value_or(film.fps);
       if (value && attribute.name == "polymorph/exposure") exposure = *value;
     }
     expose(image, exposure);
@@ -148,7 +150,8 @@ Result<Film> from_images(const StripOptions& options) {
   return film;
 }
 
-/// Before any work.
+/// Checks the output options before any work: at least one is given, and their files may be
+/// written.
 Status check_outputs(const StripOptions& options, bool overwrite) {
   if (options.output.empty() && !options.moves() && options.html.empty())
     return make_error(ErrorCode::kUsage,
@@ -168,7 +171,7 @@ Status check_outputs(const StripOptions& options, bool overwrite) {
   return Ok{};
 }
 
-/// Writes the matte of one image, or of each of a sequence, as a picture of its own.
+/// Writes the matte of one image, or one matte per image of a sequence.
 Result<int> write_mattes(const StripOptions& options, bool overwrite) {
   if (options.output.empty() || options.moves())
     return make_error(ErrorCode::kUsage, "--matte of one image needs -o matte.png alone");
@@ -197,7 +200,7 @@ Result<int> write_mattes(const StripOptions& options, bool overwrite) {
   return 0;
 }
 
-/// Tests whether the mattes are pictures of their own, not cells of a sheet.
+/// Tests whether each matte is a file of its own, rather than a cell of a sheet.
 Result<bool> are_mattes_single(const StripOptions& options) {
   if (options.matte.empty()) return false;
   PM_TRY(const FramePattern input, parse_pattern(options.input));
@@ -207,7 +210,7 @@ Result<bool> are_mattes_single(const StripOptions& options) {
 }
 
 Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
-  // A model is no scene either, but is told what to do with it.
+  // A model is treated as a scene, because load_scene() has a helpful error for models.
   const bool is_scene =
       std::filesystem::path(options.input).extension() == ".json" || is_model_file(options.input);
   if (!options.matte.empty() && is_scene)
