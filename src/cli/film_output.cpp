@@ -98,12 +98,13 @@ Result<FilmScene> prepare_film(const CommandLine& line, Scene scene) {
   scene.image.aovs = "none";  // PNGs, sheets and GIFs have no layers
   // Two pictures: the one that is traced, and its colours.
   PM_TRY_STATUS(check_picture_memory(scene.image, 2, line.common.max_memory));
-  FilmScene ready;
-  PM_TRY(ready.engine, make_engine(line.common.device, ready.device, line.common.max_memory));
-  PM_TRY(ready.prepared, prepare_scene(scene, *ready.engine, cache_folder(line.common),
-                                       {line.common.max_memory, 2}));
-  for (const std::string& warning : ready.prepared.warnings) log_warning("{}", warning);
-  return ready;
+  FilmScene film_scene;
+  PM_TRY(film_scene.engine,
+         make_engine(line.common.device, film_scene.device, line.common.max_memory));
+  PM_TRY(film_scene.prepared, prepare_scene(scene, *film_scene.engine, cache_folder(line.common),
+                                            {line.common.max_memory, 2}));
+  for (const std::string& warning : film_scene.prepared.warnings) log_warning("{}", warning);
+  return film_scene;
 }
 
 Status check_has_plans(const PreparedScene& prepared) {
@@ -115,14 +116,14 @@ Status check_has_plans(const PreparedScene& prepared) {
   return Ok{};
 }
 
-Result<Film> render_film(const CommandLine& line, const FilmScene& ready, std::vector<int> numbers,
-                         int width, FilmContent content) {
-  const PreparedScene& prepared = ready.prepared;
+Result<Film> render_film(const CommandLine& line, const FilmScene& film_scene,
+                         std::vector<int> numbers, int width, FilmContent content) {
+  const PreparedScene& prepared = film_scene.prepared;
   Film film;
   film.last = frame_count(prepared.scene);
   film.fps = prepared.scene.frames.fps;
-  if (content == FilmContent::kPlan) PM_TRY_STATUS(check_has_plans(ready.prepared));
-  PM_TRY(Renderer renderer, make_renderer(ready.device, line.common.max_memory));
+  if (content == FilmContent::kPlan) PM_TRY_STATUS(check_has_plans(film_scene.prepared));
+  PM_TRY(Renderer renderer, make_renderer(film_scene.device, line.common.max_memory));
   const ProgressCallback progress = make_progress(progress_mode(line.common));
   struct Traced {
     Result<Image> image;
@@ -157,16 +158,16 @@ Result<Film> render_film(const CommandLine& line, const FilmScene& ready, std::v
       continue;
     }
     const Stopwatch stopwatch;
-    PM_TRY(FrameGeometry geometry, geometry_at(prepared, *ready.engine, number));
+    PM_TRY(FrameGeometry geometry, geometry_at(prepared, *film_scene.engine, number));
     if (content == FilmContent::kPlan)
-      PM_TRY_STATUS(paint_origins(prepared, *ready.engine, geometry));
+      PM_TRY_STATUS(paint_origins(prepared, *film_scene.engine, geometry));
     const double surface_seconds = stopwatch.seconds();
     PM_TRY_STATUS(finish());
     traced_key = std::move(key);
     equal_frames = 1;
     tracing = worker.run([&, surface_seconds, geometry = std::move(geometry)]() -> Traced {
       const Stopwatch tracing_time;
-      auto image = render_frame(prepared, geometry, renderer, ready.device, line.text);
+      auto image = render_frame(prepared, geometry, renderer, film_scene.device, line.text);
       return {std::move(image), surface_seconds + tracing_time.seconds()};
     });
   }

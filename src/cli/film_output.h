@@ -66,8 +66,9 @@ Status check_has_plans(const PreparedScene& prepared);
 /// Renders these frames of the scene, `width` pixels wide (0: as in the scene), and shows progress.
 /// Makes the surface of a frame while the previous frame is traced. Traces successive equal frames
 /// once. Errors: those of geometry_at() and render_frame(); stop_code() after a signal.
-Result<Film> render_film(const CommandLine& line, const FilmScene& ready, std::vector<int> numbers,
-                         int width, FilmContent content = FilmContent::kScene);
+Result<Film> render_film(const CommandLine& line, const FilmScene& film_scene,
+                         std::vector<int> numbers, int width,
+                         FilmContent content = FilmContent::kScene);
 
 /// Checks before any work that the sheet is a .png or .exr file that may be written. Errors:
 /// kUsage, kOutput.

@@ -48,11 +48,11 @@ void add_scene_options(Command command, SceneOptions& options) {
       .type_name("N")
       .group("Scene");
   command
-      .add_option("--display", options.shown.display,
+      .add_option("--display", options.view.display,
                   "display of $OCIO's config that PNGs, strips, GIFs and movies are made for")
       .type_name("NAME")
       .group("Scene");
-  command.add_option("--view", options.shown.view, "view of that display; default: its first")
+  command.add_option("--view", options.view.view, "view of that display; default: its first")
       .type_name("NAME")
       .group("Scene");
   add_overrides(command, options.sets);
@@ -78,8 +78,8 @@ std::vector<std::string> to_arguments(const SceneOptions& options) {
   };
   if (options.preview) words.emplace_back("--preview");
   if (options.samples > 0) add("--spp", fmt::format("{}", options.samples));
-  if (!options.shown.display.empty()) add("--display", options.shown.display);
-  if (!options.shown.view.empty()) add("--view", options.shown.view);
+  if (!options.view.display.empty()) add("--display", options.view.display);
+  if (!options.view.view.empty()) add("--view", options.view.view);
   for (const std::string& set : options.sets) add("--set", set);
   return words;
 }

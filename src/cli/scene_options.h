@@ -14,7 +14,7 @@ namespace polymorph {
 struct SceneOptions {
   bool preview = false;
   int samples = 0;                ///< samples per pixel; 0: as in the scene
-  DisplayView shown;              ///< view of PNGs, strips, GIFs and movies
+  DisplayView view;               ///< view of PNGs, strips, GIFs and movies
   std::vector<std::string> sets;  ///< values of --set
 };
 

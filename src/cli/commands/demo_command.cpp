@@ -84,8 +84,8 @@ Result<int> run_demo(const CommandLine& line, const DemoOptions& options) {
   PM_TRY_STATUS(write_file(files.scene, text));
   std::vector<int> numbers;
   for (int frame = 1; frame <= frame_count(scene); ++frame) numbers.push_back(frame);
-  PM_TRY(const FilmScene ready, prepare_film(line, std::move(scene)));
-  PM_TRY(const Film film, render_film(line, ready, std::move(numbers), 0));
+  PM_TRY(const FilmScene film_scene, prepare_film(line, std::move(scene)));
+  PM_TRY(const Film film, render_film(line, film_scene, std::move(numbers), 0));
   SheetSettings sheet;
   sheet.label = "t";
   sheet.by_change = true;

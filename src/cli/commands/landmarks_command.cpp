@@ -59,9 +59,9 @@ Result<int> run_landmarks(const CommandLine& line, const LandmarksOptions& optio
   if (!options.html.empty()) PM_TRY_STATUS(check_play_page(line, options.html));
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
   PM_TRY(Scene scene, load_scene(options.scene, overrides));
-  PM_TRY(const PageScene ready, prepare_page(line, std::move(scene)));
+  PM_TRY(const PageScene page_scene, prepare_page(line, std::move(scene)));
   if (options.html.empty()) {
-    PM_TRY(const std::vector<LegCandidates> legs, landmark_candidates(ready.prepared));
+    PM_TRY(const std::vector<LegCandidates> legs, landmark_candidates(page_scene.prepared));
     if (options.json.enabled)
       PM_TRY_STATUS(write_json(options.json, {{"landmarks", landmarks_json(legs)}}));
     else
@@ -70,7 +70,7 @@ Result<int> run_landmarks(const CommandLine& line, const LandmarksOptions& optio
   }
   // Check again: now all input files are known, also those that models and materials name.
   PM_TRY_STATUS(check_play_page(line, options.html));
-  PM_TRY(const LandmarksPage page, make_landmarks_page(ready.prepared, *ready.engine));
+  PM_TRY(const LandmarksPage page, make_landmarks_page(page_scene.prepared, *page_scene.engine));
   const std::string html = encode_landmarks_page(page);
   PM_TRY_STATUS(write_file(options.html, html));
   print_data("{} {} leg{}, {}\n", options.html, page.legs.size(), page.legs.size() == 1 ? "" : "s",

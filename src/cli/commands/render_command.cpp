@@ -62,7 +62,7 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
   settings.part = part;
   settings.exr = files.exr;
   settings.png = files.png;
-  settings.view = options.scene_options.shown;
+  settings.view = options.scene_options.view;
   settings.existing = line.common.overwrite   ? Existing::kOverwrite
                       : options.skip_existing ? Existing::kSkip
                                               : Existing::kRefuse;

@@ -131,7 +131,7 @@ Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
       parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
   std::sort(frames.begin(), frames.end());
   PM_TRY(ExpectedHashes hashes, expected_hashes(scene, frames));
-  hashes.view = options.scene_options.shown;
+  hashes.view = options.scene_options.view;
   const std::vector<FileState> states = frame_states(files, frames, hashes);
   const fs::path output_folder = fs::path(output).parent_path();
   const std::vector<SampleRow> samples = find_samples(output_folder, frames, states, hashes);

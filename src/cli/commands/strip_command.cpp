@@ -36,14 +36,14 @@ Result<std::vector<int>> choose_frames_by_change(const CommandLine& line, Scene 
                                                  const StripOptions& options) {
   constexpr int kWidth = 96;
   scene.image.samples = 1;
-  PM_TRY(const FilmScene ready, prepare_film(line, std::move(scene)));
-  PM_TRY(const Film film, render_film(line, ready, numbers, kWidth));
+  PM_TRY(const FilmScene film_scene, prepare_film(line, std::move(scene)));
+  PM_TRY(const Film film, render_film(line, film_scene, numbers, kWidth));
   return choose_by_change(film, options.count);
 }
 
 /// Opens the view of --display and --view, if they are given. Errors: kUsage for an EXR.
 Result<std::optional<ViewTransform>> open_view(const StripOptions& options) {
-  const DisplayView& view = options.scene_options.shown;
+  const DisplayView& view = options.scene_options.view;
   std::optional<ViewTransform> transform;
   if (view.empty() || options.content() == FilmContent::kPlan) return transform;
   if (std::filesystem::path(options.output).extension() == ".exr")
@@ -74,8 +74,9 @@ Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
       numbers = choose_evenly(numbers, options.count);
     }
   }
-  PM_TRY(const FilmScene ready, prepare_film(line, std::move(scene)));
-  PM_TRY(Film film, render_film(line, ready, std::move(numbers), options.width, options.content()));
+  PM_TRY(const FilmScene film_scene, prepare_film(line, std::move(scene)));
+  PM_TRY(Film film,
+         render_film(line, film_scene, std::move(numbers), options.width, options.content()));
   PM_TRY_STATUS(apply_view(view, film));
   return film;
 }
@@ -216,7 +217,7 @@ Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
   if (!options.matte.empty() && is_scene)
     return make_error(ErrorCode::kUsage, "--matte needs frames with Cryptomattes, not {}",
                       options.input);
-  if (!options.matte.empty() && !options.scene_options.shown.empty())
+  if (!options.matte.empty() && !options.scene_options.view.empty())
     return make_error(ErrorCode::kUsage, "a matte has no view - leave out --display and --view");
   PM_TRY(const bool single, are_mattes_single(options));
   if (single) return write_mattes(options, line.common.overwrite);

@@ -20,7 +20,7 @@ Result<int> run_submit(const CommandLine& line, const SubmitOptions& options) {
   request.max_memory = line.common.max_memory;
   request.cache_folder = cache_folder(line.common);
   request.scene_arguments = to_arguments(options.scene_options);
-  request.view = options.scene_options.shown;
+  request.view = options.scene_options.view;
   std::vector<std::string>& arguments = request.render_arguments;
   if (!line.common.cache_dir.empty())
     arguments.insert(arguments.end(), {"--cache-dir", line.common.cache_dir});
