@@ -11,7 +11,7 @@ namespace polymorph {
 struct ReportOptions {
   std::string folder, html, junit;
   /// Tests whether a page with pictures is written.
-  bool pictures() const { return !folder.empty() || !html.empty(); }
+  bool has_pictures() const { return !folder.empty() || !html.empty(); }
 };
 void add_report(Command command, ReportOptions& options);
 

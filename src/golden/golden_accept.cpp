@@ -133,7 +133,7 @@ Status check_origin(const fs::path& report, const ParsedReport& parsed, const Go
 
 Result<std::vector<fs::path>> accept_report(const fs::path& report,
                                             const AcceptSettings& settings) {
-  PM_TRY_STATUS(may_write_goldens("accept", settings.reason));
+  PM_TRY_STATUS(check_write_allowed("accept", settings.reason));
   PM_TRY(const Files files, read_tree(report, [](const std::string& name) {
            return ends_in_path(name, "report.json") || name.find(".actual.") != std::string::npos;
          }));
@@ -168,7 +168,7 @@ Result<std::vector<fs::path>> accept_report(const fs::path& report,
       goldens.push_back(std::move(golden));
     }
     chosen += goldens.size();
-    PM_TRY(std::vector<NewFile> suite_files, golden_files(suite, goldens, settings.reason));
+    PM_TRY(std::vector<NewFile> suite_files, make_golden_files(suite, goldens, settings.reason));
     for (NewFile& file : suite_files) {
       paths.push_back(file.path);
       files_to_write.push_back(std::move(file));

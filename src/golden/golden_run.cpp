@@ -219,7 +219,7 @@ Result<std::vector<NewFile>> render_goldens(const GoldenSuite& suite,
     PM_TRY(const GoldenFrame result, test_frame(suite, update_settings, old_records, rendered));
     frames.push_back({rendered.surface, result.passed() ? "" : std::move(rendered.bytes)});
   }
-  return golden_files(suite, frames, reason);
+  return make_golden_files(suite, frames, reason);
 }
 
 Result<std::vector<fs::path>> write_and_list(const std::vector<NewFile>& files) {
@@ -254,14 +254,14 @@ Result<GoldenResult> test_golden(const GoldenSuite& suite, const GoldenSettings&
 Result<std::vector<fs::path>> update_golden(const GoldenSuite& suite,
                                             const GoldenSettings& settings,
                                             const std::string& reason) {
-  PM_TRY_STATUS(may_write_goldens("update", reason));
+  PM_TRY_STATUS(check_write_allowed("update", reason));
   PM_TRY(const std::vector<NewFile> files, render_goldens(suite, settings, reason));
   return write_and_list(files);
 }
 
 Result<std::vector<fs::path>> create_golden_suite(GoldenSuite suite, const GoldenSettings& settings,
                                                   const std::string& reason) {
-  PM_TRY_STATUS(may_write_goldens("new", reason));
+  PM_TRY_STATUS(check_write_allowed("new", reason));
   std::error_code ignored;
   if (fs::symlink_status(suite.folder, ignored).type() != fs::file_type::not_found)
     return make_error(ErrorCode::kOutput, "{}: exists - choose another name",

@@ -49,7 +49,7 @@ std::string add_entry(std::string text, std::size_t count, const std::string& re
 
 }  // namespace
 
-Status may_write_goldens(const std::string& verb, const std::string& reason) {
+Status check_write_allowed(const std::string& verb, const std::string& reason) {
   if (const char* ci = std::getenv("CI");
       ci && *ci && std::string_view(ci) != "false" && std::string_view(ci) != "0")
     return make_error(
@@ -66,9 +66,9 @@ bool all_finite(const Image& image) {
                      [](float v) { return std::isfinite(v); });
 }
 
-Result<std::vector<NewFile>> golden_files(const GoldenSuite& suite,
-                                          const std::vector<NewGolden>& frames,
-                                          const std::string& reason) {
+Result<std::vector<NewFile>> make_golden_files(const GoldenSuite& suite,
+                                               const std::vector<NewGolden>& frames,
+                                               const std::string& reason) {
   std::vector<NewFile> files;
   for (const NewGolden& golden : frames)
     if (!golden.bytes.empty())

@@ -15,7 +15,7 @@ struct NewGolden {
 
 /// Checks that goldens may be written. Errors: kUsage without a reason, or if CI is set in the
 /// environment; the message names the command's `verb`.
-Status may_write_goldens(const std::string& verb, const std::string& reason);
+Status check_write_allowed(const std::string& verb, const std::string& reason);
 
 /// Tests whether all pixels are finite.
 bool all_finite(const Image& image);
@@ -24,8 +24,8 @@ bool all_finite(const Image& image);
 /// suite's other frames) and CHANGES.md, to which the reason is appended unless its last entry has
 /// the same. Returns no files if nothing changes. Write all or none (base/file.h, write_files).
 /// Errors: kInput.
-Result<std::vector<NewFile>> golden_files(const GoldenSuite& suite,
-                                          const std::vector<NewGolden>& frames,
-                                          const std::string& reason);
+Result<std::vector<NewFile>> make_golden_files(const GoldenSuite& suite,
+                                               const std::vector<NewGolden>& frames,
+                                               const std::string& reason);
 
 }  // namespace polymorph

@@ -99,7 +99,7 @@ Result<ReportCase> compare_pair(const CompareOptions& options, const FilePair& p
     }
   }
   result.cause = explain_change(actual, reference);
-  if (options.report.pictures())
+  if (options.report.has_pictures())
     PM_TRY_STATUS(add_pictures(result, actual, &reference, maps, budget));
   previous.advance(std::move(actual), std::move(reference));
   return result;
@@ -133,7 +133,7 @@ Result<std::vector<FilePair>> find_mesh_pairs(const CompareOptions& options) {
 
 /// Compares meshes by the distance between their surfaces.
 Result<int> compare_meshes(const CompareOptions& options) {
-  if (options.report.pictures() || !options.report.junit.empty() || !options.difference.empty())
+  if (options.report.has_pictures() || !options.report.junit.empty() || !options.difference.empty())
     return make_error(ErrorCode::kUsage,
                       "{} is a model - reports and --diff are for images; leave them out",
                       options.actual);

@@ -160,7 +160,7 @@ Result<int> test_all(const GoldenOptions& options, GoldenSettings settings) {
     PM_TRY_STATUS(check_outside_suites(options, options.report.folder));
   PM_TRY_STATUS(begin_report(options.report, options.overwrite));
   PictureBudget budget;
-  if (options.report.pictures()) settings.pictures = &budget;
+  if (options.report.has_pictures()) settings.pictures = &budget;
   Report report{"Golden frames",
                 {{"polymorph", std::string(program_version())},
                  {"program", std::string(program_identity())},

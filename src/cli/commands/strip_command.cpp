@@ -22,7 +22,7 @@ struct StripOptions {
   std::string input, output, gif, mp4, html, label = "frame", by = "time", show = "scene", frames,
                                              matte;
   int count = 8, columns = 4, width = 0;
-  bool moves() const { return !gif.empty() || !mp4.empty(); }
+  bool is_animated() const { return !gif.empty() || !mp4.empty(); }
   bool by_change() const { return by == "change"; }
   FilmContent content() const { return show == "plan" ? FilmContent::kPlan : FilmContent::kScene; }
   float fps = 0;
@@ -67,7 +67,7 @@ Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
   PM_TRY(
       std::vector<int> numbers,
       parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
-  if (!options.moves() && options.frames.empty()) {
+  if (!options.is_animated() && options.frames.empty()) {
     if (options.by_change()) {
       PM_TRY(numbers, choose_frames_by_change(line, scene, numbers, options));
     } else {
@@ -120,7 +120,7 @@ Result<Film> from_images(const StripOptions& options) {
              film.first, film.last));
   // Missing frames are errors: a sheet or movie without them would look complete.
   std::vector<int> required = film.numbers;
-  if (options.frames.empty() || options.moves()) {
+  if (options.frames.empty() || options.is_animated()) {
     required.clear();
     for (int frame = film.first; frame <= film.last; ++frame) required.push_back(frame);
   }
@@ -129,7 +129,7 @@ Result<Film> from_images(const StripOptions& options) {
       return make_error(ErrorCode::kInput,
                         "{}: frame {} is missing (there are {} to {}) - render it first",
                         options.input, frame, film.first, film.last);
-  if (!options.moves() && options.frames.empty() && !options.by_change())
+  if (!options.is_animated() && options.frames.empty() && !options.by_change())
     film.numbers = choose_evenly(film.numbers, options.count);
   for (const int number : film.numbers) {
     PM_TRY(Image image, read_frame(options, frame_path(pattern, number)));
@@ -154,7 +154,7 @@ Result<Film> from_images(const StripOptions& options) {
 /// Checks the output options before any work: at least one is given, and their files may be
 /// written.
 Status check_outputs(const StripOptions& options, bool overwrite) {
-  if (options.output.empty() && !options.moves() && options.html.empty())
+  if (options.output.empty() && !options.is_animated() && options.html.empty())
     return make_error(ErrorCode::kUsage,
                       "nothing to make - give -o strip.png, --gif morph.gif, --mp4 morph.mp4 or "
                       "--html play.html");
@@ -174,7 +174,7 @@ Status check_outputs(const StripOptions& options, bool overwrite) {
 
 /// Writes the matte of one image, or one matte per image of a sequence.
 Result<int> write_mattes(const StripOptions& options, bool overwrite) {
-  if (options.output.empty() || options.moves())
+  if (options.output.empty() || options.is_animated())
     return make_error(ErrorCode::kUsage, "--matte of one image needs -o matte.png alone");
   PM_TRY(const FramePattern input, parse_pattern(options.input));
   PM_TRY(const FramePattern output, parse_pattern(options.output));
@@ -232,7 +232,7 @@ Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
     PM_TRY_STATUS(check_play_page(line, options.html));
     PM_TRY(Scene scene, load_scene_with(options.input, options.scene_options));
     PM_TRY_STATUS(write_play_page(line, std::move(scene), options.html));
-    if (options.output.empty() && !options.moves()) return 0;
+    if (options.output.empty() && !options.is_animated()) return 0;
   }
   auto loaded = is_scene ? from_scene(line, options) : from_images(options);
   if (!loaded) return std::move(loaded).error();
@@ -240,7 +240,7 @@ Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
   if (!options.output.empty()) {
     SheetSettings sheet;
     sheet.count = options.count;
-    const bool is_chosen = is_scene && options.by_change() && !options.moves();
+    const bool is_chosen = is_scene && options.by_change() && !options.is_animated();
     sheet.all = !options.frames.empty() || is_chosen;
     sheet.by_change = options.by_change();
     sheet.columns = options.columns;
