@@ -37,7 +37,7 @@ struct GoldenFrame {
 struct GoldenResult {
   std::string suite;
   std::vector<GoldenFrame> frames;
-  /// Images in the suite's folder that are not goldens of its frames.
+  /// Images in the suite's folder that are neither goldens of its frames nor masks.
   std::vector<std::filesystem::path> orphans;
   std::size_t failed() const;
 };
