@@ -9,17 +9,17 @@
 namespace polymorph {
 namespace {
 
-constexpr double kMaxAmount = 1e18;
+constexpr double kMaxAmount = 1e18;  // below 2^63, so that it fits an integer
 
-/// The factor of `unit`, which is what stands behind the digits.
-std::optional<double> factor_of(const std::string& unit, const AmountUnits& units) {
+/// Finds the factor of `unit`, the lower-case letters after the digits.
+std::optional<double> find_factor(const std::string& unit, const AmountUnits& units) {
   if (unit.empty()) return units.front().second;
-  const bool size =
+  const bool is_size =
       std::any_of(units.begin(), units.end(), [](const auto& u) { return u.first == 'b'; });
   for (const auto& [letter, factor] : units) {
     if (unit[0] != letter) continue;
     const std::string suffix = unit.substr(1);
-    if (suffix.empty() || (size && letter != 'b' && (suffix == "b" || suffix == "ib")))
+    if (suffix.empty() || (is_size && letter != 'b' && (suffix == "b" || suffix == "ib")))
       return factor;
   }
   return std::nullopt;
@@ -33,7 +33,7 @@ Result<double> parse_amount(const std::string& option, const std::string& text,
   std::size_t end = lowered.size();
   while (end > 0 && std::isalpha(static_cast<unsigned char>(lowered[end - 1]))) --end;
   const auto value = parse_number(std::string_view(lowered).substr(0, end));
-  const auto factor = factor_of(lowered.substr(end), units);
+  const auto factor = find_factor(lowered.substr(end), units);
   if (!value || !factor || *value < 0)
     return make_error(ErrorCode::kUsage, "{} {}: not an amount - write {}", option, text, example);
   if (*value * *factor > kMaxAmount)
@@ -51,7 +51,7 @@ std::string read_size(std::string& text) {
                                    {'t', kKilo * kKilo * kKilo * kKilo}},
                                   "bytes as a number, 500M or 1.5G");
   if (!bytes) return bytes.error().message.substr(1);
-  // Up: a limit below one byte is still a limit, and 0 would be none.
+  // Round up: a limit below one byte must not become 0, which means no limit.
   text = fmt::format("{}", static_cast<std::uint64_t>(std::ceil(*bytes)));
   return {};
 }

@@ -10,16 +10,18 @@
 
 namespace polymorph {
 
-/// Units by the letter behind an amount, with their factors; the first is that of no letter.
+/// Units: the letter after an amount, and its factor. An amount without a letter has the first
+/// unit.
 using AmountUnits = std::vector<std::pair<char, double>>;
 
-/// A number of at least 0 with one of the units behind it. A size, which is what has the unit 'b',
-/// may say KB or KiB for K. Errors: kUsage, also where the product is above 1e18.
+/// Parses a number of at least 0 followed by one of the units, in upper or lower case. If 'b' is
+/// one of the units, KB and KiB mean K. The message names `option` and shows `example`. Errors:
+/// kUsage, also for amounts above 1e18.
 Result<double> parse_amount(const std::string& option, const std::string& text,
                             const AmountUnits& units, const std::string& example);
 
-/// Replaces a size, in bytes or with K, M, G or T (each 1024 times the one before), by its bytes.
-/// Returns what is wrong with it; empty: nothing.
+/// Replaces a size such as "1.5G" by its number of bytes (K, M, G and T are powers of 1024).
+/// Returns an error message, or "" on success: the form of CLI11's validators.
 std::string read_size(std::string& text);
 
 }  // namespace polymorph

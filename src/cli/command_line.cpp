@@ -30,37 +30,39 @@ namespace polymorph {
 namespace {
 
 void set_signals() {
-  std::signal(SIGPIPE, SIG_IGN);  // write() then says EPIPE; frames go on without their log
-  std::signal(SIGXFSZ, SIG_IGN);  // write() then says EFBIG, with the file's name
+  std::signal(SIGPIPE, SIG_IGN);  // write() fails with EPIPE; rendering goes on without a log
+  std::signal(SIGXFSZ, SIG_IGN);  // write() fails with EFBIG, and the error names the file
 }
 
-/// Commands that compute nothing: they take what has to do with work, and do not list it.
+/// Commands that compute nothing. They accept the options of work (--device, --cache-dir, ...), but
+/// their help does not list them.
 constexpr std::string_view kPrintingCommands[] = {"cubes",      "devices", "help",
                                                   "completion", "schema",  "version"};
 
-/// Heading in help of an option that has to do with work.
-const char* group_of_work(std::string_view command) {
-  const bool prints = std::find(std::begin(kPrintingCommands), std::end(kPrintingCommands),
-                                command) != std::end(kPrintingCommands);
-  return prints ? "" : "Common";
+/// Returns the group of the options of work in a command's help; "" hides them.
+const char* work_option_group(std::string_view command) {
+  const bool computes_nothing =
+      std::find(std::begin(kPrintingCommands), std::end(kPrintingCommands), command) !=
+      std::end(kPrintingCommands);
+  return computes_nothing ? "" : "Common";
 }
 
-void add_common(Command command, CommonOptions& common, const char* work) {
+void add_common(Command command, CommonOptions& common, const char* work_group) {
   const auto add = [](Option option) { option.group("Common"); };
-  const auto add_of_work = [&](Option option) { option.group(work); };
+  const auto add_work_option = [&](Option option) { option.group(work_group); };
   add(command
           .add_option("-t,--threads", common.threads,
                       "threads; 0 = all this process may use (env POLYMORPH_THREADS)")
           .environment("POLYMORPH_THREADS")
           .range(0, 4096)
           .type_name("N"));
-  add_of_work(command
-                  .add_option("--device", common.device,
-                              "cpu, cuda, cuda:1 or auto; for films also several, as "
-                              "cuda:0,cuda:1, or cuda:all (env POLYMORPH_DEVICE)")
-                  .environment("POLYMORPH_DEVICE")
-                  .type_name("DEVICE"));
-  add_of_work(
+  add_work_option(command
+                      .add_option("--device", common.device,
+                                  "cpu, cuda, cuda:1 or auto; for films also several, as "
+                                  "cuda:0,cuda:1, or cuda:all (env POLYMORPH_DEVICE)")
+                      .environment("POLYMORPH_DEVICE")
+                      .type_name("DEVICE"));
+  add_work_option(
       command
           .add_option(
               "--max-memory", common.max_memory,
@@ -69,12 +71,13 @@ void add_common(Command command, CommonOptions& common, const char* work) {
           .environment("POLYMORPH_MAX_MEMORY")
           .bytes()
           .type_name("SIZE"));
-  add_of_work(command
-                  .add_option("--cache-dir", common.cache_dir,
-                              "folder of the cache (env POLYMORPH_CACHE_DIR)")
-                  .environment("POLYMORPH_CACHE_DIR")
-                  .type_name("DIR"));
-  add_of_work(command.add_flag("--no-cache", common.no_cache, "neither read nor write the cache"));
+  add_work_option(command
+                      .add_option("--cache-dir", common.cache_dir,
+                                  "folder of the cache (env POLYMORPH_CACHE_DIR)")
+                      .environment("POLYMORPH_CACHE_DIR")
+                      .type_name("DIR"));
+  add_work_option(
+      command.add_flag("--no-cache", common.no_cache, "neither read nor write the cache"));
   add(command.add_flag("-q,--quiet", common.quiet, "only warnings and errors"));
   add(command.add_flag("-v,--verbose", common.verbose, "say more"));
   add(command.add_option("--color", common.color, "auto, always or never (NO_COLOR is respected)")
@@ -101,28 +104,29 @@ void add_common(Command command, CommonOptions& common, const char* work) {
           .type_name("FILE"));
 }
 
-/// A report that render wrote for an earlier part of the run that is resumed now.
+/// Tests whether the file is a JSON report of `render`. A run that is resumed replaces the report
+/// of its earlier part.
 bool is_run_report(const std::string& file) {
   const auto text = read_file(file, 1u << 30);
   return text && text->starts_with("{\n  \"version\":") &&
          text->find("\"scene_hash\":") != std::string::npos;
 }
 
-/// The receipt of an earlier part of the run that is resumed now.
-bool is_film_receipt(const std::string& file) {
+/// Tests whether the file is a receipt, which a resumed run replaces likewise.
+bool is_receipt_file(const std::string& file) {
   const auto text = read_file(file, 1u << 30);
   return text && is_receipt(*text);
 }
 
-/// A JUnit file, which each run of a CI's job writes anew.
+/// Tests whether the file is a JUnit report. Each run of a CI job replaces the one before.
 bool is_junit(const std::string& file) {
   const auto text = read_file(file, 1u << 30);
   return text && text->starts_with("<?xml") &&
          text->substr(0, 1024).find("<testsuites") != std::string::npos;
 }
 
-/// Checks the files that a command writes beside its main output. --log-file has its own rule
-/// (base/log.h), and the files of -o and --diff depend on the frames.
+/// Checks the files that a command writes beside its main output. Not those of --log-file, for
+/// which base/log.h has a rule, and not those of -o and --diff, whose names depend on the frames.
 Status check_side_outputs(const CLI::App& program, bool overwrite) {
   for (const std::string& word : positional_values(program)) remember_input(word);
   const bool resumes = is_given(program, "--skip-existing");
@@ -130,9 +134,9 @@ Status check_side_outputs(const CLI::App& program, bool overwrite) {
     const std::vector<std::string> files = option_values(program, name);
     if (files.empty() || files.front().empty() || files.front() == "-") continue;
     const std::string& file = files.front();
-    const bool is_own = (resumes && (is_run_report(file) || is_film_receipt(file))) ||
-                        (std::string_view(name) == "--junit" && is_junit(file));
-    PM_TRY_STATUS(check_output(file, overwrite || is_own));
+    const bool is_earlier_output = (resumes && (is_run_report(file) || is_receipt_file(file))) ||
+                                   (std::string_view(name) == "--junit" && is_junit(file));
+    PM_TRY_STATUS(check_output(file, overwrite || is_earlier_output));
   }
   return Ok{};
 }
@@ -142,7 +146,7 @@ Status start_up(const CommonOptions& common) {
   log.level = common.quiet         ? LogLevel::kWarning
               : common.verbose > 0 ? LogLevel::kDebug
                                    : LogLevel::kInfo;
-  // Who reads progress as JSON lines gets nothing but JSON lines.
+  // With --progress json the log has JSON lines only.
   const bool json = common.log_format == "json" || common.progress == "json";
   log.format = json ? LogFormat::kJson : LogFormat::kText;
   log.color = common.color == "always"  ? ColorMode::kAlways
@@ -170,7 +174,8 @@ void report_bug(const char* what) {
       program_version());
 }
 
-/// Data that never arrived is a failure, unless its reader has seen enough.
+/// Flushes standard output and returns the exit code: kOutput if output was lost, else `code`. It
+/// is no failure if the reader has closed the pipe.
 int finish_output(int code) {
   if (code == 0 && log_file_is_incomplete()) code = static_cast<int>(ErrorCode::kOutput);
   if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return code;
@@ -198,12 +203,13 @@ int run_action(CommandLine& line) {
   if (result) return *result;
   print_error(result.error());
   if (progress_mode(line.common) == ProgressMode::kOpenJd) print_openjd_failure(result.error());
-  // What could not be written because of the signal is no fault of the output.
+  // A signal makes writes fail; the exit code is then the signal's.
   const bool was_stopped = stop_requested() && result.error().code == ErrorCode::kOutput;
   return static_cast<int>(was_stopped ? stop_code() : result.error().code);
 }
 
-/// Remembers the words that name files: of the command line, the variables, the working folder.
+/// Remembers odd file names (base/odd_names.h) in the arguments, the environment and the path of
+/// the working folder.
 void remember_names(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) remember_name(argv[i]);
   for (char** variable = environ; *variable; ++variable) {
@@ -221,7 +227,7 @@ void remember_names(int argc, char** argv) {
 Command add_command(CommandLine& line, const std::string& name, const std::string& purpose,
                     const std::string& examples, const std::string& exit_codes) {
   const Command command = add_subcommand(*line.app, name, purpose, examples, exit_codes);
-  add_common(command, line.common, group_of_work(name));
+  add_common(command, line.common, work_option_group(name));
   return command;
 }
 
@@ -291,9 +297,9 @@ std::filesystem::path cache_folder(const CommonOptions& common) {
 
 void print_error(const Error& error) {
   for (const std::string& text : split(printable(error.message, Lines::kKeep), '\n')) {
-    // Each finding of a list is an error of its own; excerpt lines are not.
-    const bool excerpt = text.starts_with("  ");
-    log_message(excerpt ? LogLevel::kInfo : LogLevel::kError, text);
+    // A message may list several findings, one per line; indented lines quote the file.
+    const bool is_quote = text.starts_with("  ");
+    log_message(is_quote ? LogLevel::kInfo : LogLevel::kError, text);
   }
 }
 
@@ -307,14 +313,14 @@ std::vector<CommandTable> command_tables(const CommandLine& line) {
 
 Status check_verb(const CommandLine& line, const std::string& command, const std::string& verb) {
   const std::vector<VerbTable>& verbs = line.verbs.at(command);
-  const auto own = std::find_if(verbs.begin(), verbs.end(),
-                                [&](const VerbTable& table) { return table.name == verb; });
-  PM_CHECK(own != verbs.end());
+  const auto chosen = std::find_if(verbs.begin(), verbs.end(),
+                                   [&](const VerbTable& table) { return table.name == verb; });
+  PM_CHECK(chosen != verbs.end());
   for (const CommandTable& table : command_tables(line)) {
     if (table.name != command) continue;
     for (const OptionRow& option : table.options) {
       if (option.positional || option.group == "Common") continue;
-      if (is_named(option, own->options) || !is_given(*line.app, option.names.back().c_str()))
+      if (is_named(option, chosen->options) || !is_given(*line.app, option.names.back().c_str()))
         continue;
       std::vector<std::string> others;
       for (const VerbTable& other : verbs)
@@ -332,7 +338,7 @@ int run_program(int argc, char** argv) {
     log_message(LogLevel::kError, stack.error().message);
     return static_cast<int>(stack.error().code);
   }
-  const InputGuard inputs_are_kept;
+  const InputGuard input_guard;
   remember_names(argc, argv);
   CommandLine line;
   for (int i = 1; i < argc; ++i) line.text += (i > 1 ? " " : "") + without_folders(argv[i]);
@@ -358,9 +364,9 @@ int run_program(int argc, char** argv) {
     add(line);
   for (const Command command : subcommands_of(*line.app))
     if (!command.has_option("--overwrite"))
-      add_overwrite(command, line.common).group(group_of_work(command.name()));
+      add_overwrite(command, line.common).group(work_option_group(command.name()));
 
-  // Help and version answer before anything is checked, wherever they stand.
+  // -h, --help and --version are answered before parsing, at any place in argv.
   const auto has_flag = [&](const char* flag) {
     return std::any_of(argv + 1, argv + argc,
                        [&](const char* a) { return std::string_view(a) == flag; });
@@ -398,7 +404,7 @@ int run_program(int argc, char** argv) {
   } catch (const std::exception& error) {
     if (is_thread_failure(error)) {
       print_error(make_thread_error(error.what()));
-      // Libraries that wanted the thread may have pools that cannot be taken down any more.
+      // A library may have a pool that misses a thread, so that its destructors must not run.
       std::fflush(nullptr);
       std::_Exit(static_cast<int>(ErrorCode::kResource));
     }

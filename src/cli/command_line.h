@@ -1,5 +1,5 @@
-// The command line: the subcommands, the options that they share, and the layout of the help text.
-// Each subcommand is one file with a function add_NAME() that is declared here.
+// The command line: the subcommands, the options that they share, and the help texts. A file of
+// cli/commands/ defines each subcommand in a function add_NAME(), which is declared here.
 #pragma once
 
 #include <cstdio>
@@ -37,57 +37,58 @@ struct CommonOptions {
   bool no_cache = false;
   std::string device = "auto";
   std::uint64_t max_memory = 0;  ///< bytes; 0 = no limit
-  bool overwrite = false;        ///< files that exist may be replaced
-  std::string config;            ///< file with defaults of options (cli/config.h)
+  bool overwrite = false;        ///< existing files may be replaced
+  std::string config;            ///< file with the options' defaults (cli/config.h)
 };
 
 struct CommandLine {
   std::shared_ptr<CLI::App> app;
   CommonOptions common;
-  std::string text;                     ///< argv joined, without folders, for image headers
-  std::string program = "polymorph";    ///< name it was called by, for commands that are suggested
+  std::string text;  ///< argv joined, file names without folders, for image headers
+  std::string program = "polymorph";    ///< name in suggested commands; argv[0] if it is a path
   std::function<Result<int>()> action;  ///< set by the chosen subcommand; the int is the exit code
-  /// Verbs of the commands that have any, by the command's name.
+  /// Verbs by the name of their command; only commands that have verbs.
   std::map<std::string, std::vector<VerbTable>> verbs;
 };
 
-/// Tables of all commands, with their verbs.
+/// Returns the tables of all commands, with their verbs.
 std::vector<CommandTable> command_tables(const CommandLine& line);
 
-/// Errors (kUsage): an option was given that the command has, but this verb does not take.
+/// Checks that all given options are options of this verb. Errors (kUsage): one belongs to another
+/// verb of the command.
 Status check_verb(const CommandLine& line, const std::string& command, const std::string& verb);
 
-/// A subcommand with its one-line purpose, examples and exit codes (shown by its help).
+/// Adds a subcommand with the options that all share. Its help shows `purpose` (one line),
+/// `examples` and `exit_codes`.
 Command add_command(CommandLine& line, const std::string& name, const std::string& purpose,
                     const std::string& examples, const std::string& exit_codes);
 
-/// Sets the action of a command when it is chosen; its int is the exit code.
+/// Sets the action of a command, which runs if the command is chosen and returns the exit code.
 void set_action(CommandLine& line, Command command, std::function<Result<int>()> action);
 
-/// --overwrite, which every command has: those that do not add it themselves get it among what all
-/// commands share.
+/// Adds --overwrite. run_program() adds it, under "Common", to the commands that have not done so.
 Option add_overwrite(Command command, CommonOptions& common);
 
-/// --set path=value, repeated.
+/// Adds --set KEY=VALUE, which may be repeated.
 void add_overrides(Command command, std::vector<std::string>& texts);
 Result<std::vector<Override>> parse_overrides(const std::vector<std::string>& texts);
 
-/// --json [FILE]: machine output to standard output or a file.
+/// Options of --json [FILE]: a report for programs, to standard output or a file.
 struct JsonOutput {
   bool enabled = false;
-  std::string file;
+  std::string file;  ///< empty: standard output
 };
 void add_json(Command command, JsonOutput& json);
-/// A report; where it is an object, the program's version stands first in it.
+/// Writes a report. If it is an object, the program's version becomes its first key.
 Status write_json(const JsonOutput& json, const JsonValue& report);
-/// Writes text that is no report: scenes, schemas, tables.
+/// Writes a text that is no report, such as a scene or a schema, to the same place.
 Status write_text(const JsonOutput& json, const std::string& text);
 
-/// Bytes to standard output, as they are.
+/// Writes bytes to standard output unchanged.
 void print_bytes(std::string_view bytes);
 
-/// Data for people and scripts to standard output, printable (base/text.h). A reader that has gone
-/// does not end the work; a full disk makes run_program() fail.
+/// Prints text to standard output, made safe by printable() (base/text.h). The work goes on if the
+/// reader has closed the pipe; run_program() fails if the disk is full.
 template <class... Args>
 void print_data(fmt::format_string<Args...> text, Args&&... args) {
   print_bytes(printable(fmt::format(text, std::forward<Args>(args)...), Lines::kKeep));
@@ -96,17 +97,17 @@ void print_data(fmt::format_string<Args...> text, Args&&... args) {
 ProgressMode progress_mode(const CommonOptions& common);
 std::filesystem::path cache_folder(const CommonOptions& common);
 
-/// First commands to try, shown when the program is called without arguments.
+/// Returns the first commands to try, which the program shows if it is called without arguments.
 std::string first_steps(const CommandLine& line);
 
-/// Help as text, at most 80 columns, of one command, or of the program, which has `commands`:
-/// `full` shows every option, else those of the first groups.
+/// Formats the help of a command in at most 80 columns, or of the program if `commands` are given.
+/// `full`: with the options of all groups and the exit codes; else the options of the first group.
 std::string help_text(const CommandTable& table, const std::vector<CommandTable>& commands,
                       bool full);
-/// Name of the page that the arguments ask help for: a command's, one of a verb ("golden test"), or
-/// empty for the program's.
+/// Returns the name of the help page that the arguments ask for: a command, a command and its verb
+/// ("golden test"), or "" for the program.
 std::string named_page(const CommandLine& line, int argc, char** argv);
-/// Help of the command or verb of this name, or of the program where there is none of it.
+/// Formats the help page of this name, or the program's if there is no such page.
 std::string help_page(const CommandLine& line, const std::string& name, bool full);
 
 void add_demo(CommandLine& line);
@@ -136,10 +137,10 @@ void add_schema(CommandLine& line);
 void add_help(CommandLine& line);
 void add_version(CommandLine& line);
 
-/// The error on standard error, as the end of a run says it.
+/// Logs an error, one line of the log per line of its message.
 void print_error(const Error& error);
 
-/// The whole program: parses, runs, prints errors, returns the exit code.
+/// Runs the program: parses the arguments, runs the command, prints errors, returns the exit code.
 int run_program(int argc, char** argv);
 
 }  // namespace polymorph

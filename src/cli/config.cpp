@@ -19,16 +19,17 @@ std::vector<std::string> option_keys(const CLI::App& command) {
   return keys;
 }
 
-/// Values that the file gives for this option of the command line.
-std::vector<std::string> values_for(const CLI::ConfigItem& item, const CLI::Option& option) {
+/// Returns the values of an item in the form that the option parses; empty for a flag that is
+/// false.
+std::vector<std::string> parse_values(const CLI::ConfigItem& item, const CLI::Option& option) {
   if (option.get_expected_max() > 0) return item.inputs;
   const std::string& word = item.inputs.empty() ? "true" : item.inputs.front();
   if (word == "false") return {};
   return {option.get_flag_value("--" + item.name, word)};
 }
 
-/// True where the command line or the environment has this option, or one that excludes it.
-bool is_decided(const CLI::Option& option) {
+/// Tests whether the command line or the environment has set the option or one that excludes it.
+bool is_set(const CLI::Option& option) {
   const auto& excluded = option.get_excludes();
   return option.count() > 0 || std::any_of(excluded.begin(), excluded.end(),
                                            [](const CLI::Option* o) { return o->count() > 0; });
@@ -70,23 +71,23 @@ Status apply_config(const std::string& file, CLI::App& program) {
     return make_error(ErrorCode::kUsage, "--config {}: {}", file, error.what());
   }
   for (CLI::ConfigItem& item : items) {
-    if (item.name == "++" || item.name == "--") continue;  // where a section begins and ends
+    if (item.name == "++" || item.name == "--") continue;  // begin or end of a section
     std::replace(item.name.begin(), item.name.end(), '_', '-');
     PM_TRY(const std::vector<CLI::App*> commands, find_commands(file, item, program));
     std::vector<std::string> known;
-    bool found = false;
+    bool is_known = false;
     for (CLI::App* candidate : commands) {
       const std::vector<std::string> keys = option_keys(*candidate);
-      found = found || std::find(keys.begin(), keys.end(), item.name) != keys.end();
+      is_known = is_known || std::find(keys.begin(), keys.end(), item.name) != keys.end();
       known.insert(known.end(), keys.begin(), keys.end());
     }
-    if (!found)
+    if (!is_known)
       return make_config_error(file, item, "unknown option" + did_you_mean(item.name, known));
     if (std::find(commands.begin(), commands.end(), &command) == commands.end()) continue;
     CLI::Option* option = command.get_option_no_throw("--" + item.name);
-    if (!option || is_decided(*option)) continue;
+    if (!option || is_set(*option)) continue;
     try {
-      const std::vector<std::string> values = values_for(item, *option);
+      const std::vector<std::string> values = parse_values(item, *option);
       if (values.empty()) continue;
       for (const std::string& value : values) {
         if (value.empty())

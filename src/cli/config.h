@@ -1,5 +1,5 @@
-// --config FILE: defaults of options, in TOML. Keys before the first section are for every command
-// that has such an option, those under [COMMAND] for that one:
+// Defaults of options in a TOML file (--config FILE). Keys before the first section apply to every
+// command that has such an option, keys of a section [COMMAND] to that command:
 //
 //   threads = 2
 //   [render]
@@ -17,12 +17,14 @@
 namespace polymorph {
 
 /// Sets the options of the chosen subcommand from the file, except those that the command line or
-/// the environment has set. Checks the whole file, including what is for other commands. Errors
-/// (kUsage): no such file, an unknown section or key, a value that the option does not take.
+/// the environment has set. Checks the names of all sections and keys, also those of other
+/// commands. Errors (kUsage): no such file, an unknown section or key, a value that the option does
+/// not take.
 Status apply_config(const std::string& file, CLI::App& program);
 
-/// Sets again the options of the chosen subcommand that variables can set: a variable sets those of
-/// all other subcommands, too, and all of them share their values.
+/// Stores the values of the chosen subcommand's options again if they have an environment variable.
+/// All subcommands store a common option in the same variable, and parsing sets it from the
+/// environment for those that were not chosen, too.
 void prefer_command_line(const CLI::App& program);
 
 }  // namespace polymorph

@@ -23,7 +23,7 @@
 namespace polymorph {
 namespace {
 
-std::string label_of(const std::string& kind, const Film& film, int number) {
+std::string format_label(const std::string& kind, const Film& film, int number) {
   if (kind == "none") return "";
   if (kind == "frame") return fmt::format("frame {}", number);
   const int span = std::max(1, film.last - film.first);
@@ -36,16 +36,16 @@ std::vector<int> choose_evenly(const std::vector<int>& numbers, int n) {
   if (n >= static_cast<int>(numbers.size())) return numbers;
   std::vector<int> chosen;
   for (int i = 0; i < n; ++i) {
-    const double at =
+    const double index =
         n == 1 ? 0.5 * static_cast<double>(numbers.size() - 1)
                : static_cast<double>(i) * static_cast<double>(numbers.size() - 1) / (n - 1);
-    chosen.push_back(numbers[static_cast<std::size_t>(std::lround(at))]);
+    chosen.push_back(numbers[static_cast<std::size_t>(std::lround(index))]);
   }
   return chosen;
 }
 
 std::vector<int> choose_by_change(const Film& film, int n) {
-  std::vector<double> change_until{0};  // how far the pictures have come since the first
+  std::vector<double> change_until{0};  // sum of the differences from the first image to each
   for (std::size_t i = 1; i < film.images.size(); ++i) {
     const std::vector<float>&a = film.images[i - 1].pixels, &b = film.images[i].pixels;
     double change = 0;
@@ -56,15 +56,15 @@ std::vector<int> choose_by_change(const Film& film, int n) {
   if (n < 2 || change_until.back() == 0) return choose_evenly(film.numbers, n);
   std::vector<int> chosen;
   for (int i = 0; i < n; ++i) {
-    const double goal = change_until.back() * i / (n - 1);  // rounding may take it beyond the last
-    auto nearest = std::lower_bound(change_until.begin(), change_until.end() - 1, goal);
-    if (nearest != change_until.begin() && goal - *(nearest - 1) < *nearest - goal)
+    const double target = change_until.back() * i / (n - 1);  // may round up beyond the last value
+    auto nearest = std::lower_bound(change_until.begin(), change_until.end() - 1, target);
+    if (nearest != change_until.begin() && target - *(nearest - 1) < *nearest - target)
       nearest = std::lower_bound(change_until.begin(), change_until.end(),
-                                 *(nearest - 1));  // first of its likes
+                                 *(nearest - 1));  // the first of equal images
     const int number = film.numbers[static_cast<std::size_t>(nearest - change_until.begin())];
     if (chosen.empty() || number != chosen.back()) chosen.push_back(number);
   }
-  chosen.back() = film.numbers.back();  // not the first of those that look like it
+  chosen.back() = film.numbers.back();  // the last of equal images, not the first
   return chosen;
 }
 
@@ -95,15 +95,16 @@ Image resized_colors(const Image& image, int width) {
 }
 
 Result<FilmScene> prepare_film(const CommandLine& line, Scene scene) {
-  scene.image.aovs = "none";  // pictures have no layers
-  // As it is traced, and its colours alone.
+  scene.image.aovs = "none";  // PNGs, sheets and GIFs have no layers
+  // Two pictures: the one that is traced, and its colours.
   PM_TRY_STATUS(check_picture_memory(scene.image, 2, line.common.max_memory));
-  FilmScene ready;
-  PM_TRY(ready.engine, make_engine(line.common.device, ready.device, line.common.max_memory));
-  PM_TRY(ready.prepared, prepare_scene(scene, *ready.engine, cache_folder(line.common),
-                                       {line.common.max_memory, 2}));
-  for (const std::string& warning : ready.prepared.warnings) log_warning("{}", warning);
-  return ready;
+  FilmScene film_scene;
+  PM_TRY(film_scene.engine,
+         make_engine(line.common.device, film_scene.device, line.common.max_memory));
+  PM_TRY(film_scene.prepared, prepare_scene(scene, *film_scene.engine, cache_folder(line.common),
+                                            {line.common.max_memory, 2}));
+  for (const std::string& warning : film_scene.prepared.warnings) log_warning("{}", warning);
+  return film_scene;
 }
 
 Status check_has_plans(const PreparedScene& prepared) {
@@ -115,21 +116,21 @@ Status check_has_plans(const PreparedScene& prepared) {
   return Ok{};
 }
 
-Result<Film> render_film(const CommandLine& line, const FilmScene& ready, std::vector<int> numbers,
-                         int width, FilmContent content) {
-  const PreparedScene& prepared = ready.prepared;
+Result<Film> render_film(const CommandLine& line, const FilmScene& film_scene,
+                         std::vector<int> numbers, int width, FilmContent content) {
+  const PreparedScene& prepared = film_scene.prepared;
   Film film;
   film.last = frame_count(prepared.scene);
   film.fps = prepared.scene.frames.fps;
-  if (content == FilmContent::kPlan) PM_TRY_STATUS(check_has_plans(ready.prepared));
-  PM_TRY(Renderer renderer, make_renderer(ready.device, line.common.max_memory));
+  if (content == FilmContent::kPlan) PM_TRY_STATUS(check_has_plans(film_scene.prepared));
+  PM_TRY(Renderer renderer, make_renderer(film_scene.device, line.common.max_memory));
   const ProgressCallback progress = make_progress(progress_mode(line.common));
   struct Traced {
     Result<Image> image;
     double seconds = 0;
   };
-  std::string picture;  // picture_key() of the frame that is traced
-  int showing = 0;      // frames that show it
+  std::string traced_key;  // picture_key() of the frame that is traced
+  int equal_frames = 0;    // number of successive frames with this key
   std::future<Traced> tracing;
   const auto finish = [&]() -> Status {
     if (!tracing.valid()) return Ok{};
@@ -137,36 +138,36 @@ Result<Film> render_film(const CommandLine& line, const FilmScene& ready, std::v
     PM_TRY(Image image, std::move(traced.image));
     const int traced_number = numbers[film.images.size()];
     expose(image, scene_at(prepared.scene, static_cast<double>(traced_number)).image.exposure);
-    const Image shown = resized_colors(image, width);
-    for (; showing > 0; --showing) {
+    const Image colors = resized_colors(image, width);
+    for (; equal_frames > 0; --equal_frames) {
       FrameRecord record;
       record.frame = numbers[film.images.size()];
       record.state = FrameRecord::State::kDone;
       record.seconds = record.frame == traced_number ? traced.seconds : 0;
-      film.images.push_back(shown);
+      film.images.push_back(colors);
       progress(film.images.size(), numbers.size(), record);
     }
     return Ok{};
   };
-  Worker worker;  // its task borrows what stands above, so it is the first to go
+  Worker worker;  // declared last: its task refers to the variables above
   for (const int number : numbers) {
     if (stop_requested()) return make_error(stop_code(), "stopped - nothing was written");
     std::string key = picture_key(prepared, number);
-    if (!key.empty() && showing > 0 && key == picture) {
-      ++showing;
+    if (!key.empty() && equal_frames > 0 && key == traced_key) {
+      ++equal_frames;
       continue;
     }
     const Stopwatch stopwatch;
-    PM_TRY(FrameGeometry geometry, geometry_at(prepared, *ready.engine, number));
+    PM_TRY(FrameGeometry geometry, geometry_at(prepared, *film_scene.engine, number));
     if (content == FilmContent::kPlan)
-      PM_TRY_STATUS(paint_origins(prepared, *ready.engine, geometry));
+      PM_TRY_STATUS(paint_origins(prepared, *film_scene.engine, geometry));
     const double surface_seconds = stopwatch.seconds();
     PM_TRY_STATUS(finish());
-    picture = std::move(key);
-    showing = 1;
+    traced_key = std::move(key);
+    equal_frames = 1;
     tracing = worker.run([&, surface_seconds, geometry = std::move(geometry)]() -> Traced {
       const Stopwatch tracing_time;
-      auto image = render_frame(prepared, geometry, renderer, ready.device, line.text);
+      auto image = render_frame(prepared, geometry, renderer, film_scene.device, line.text);
       return {std::move(image), surface_seconds + tracing_time.seconds()};
     });
   }
@@ -192,10 +193,10 @@ Status write_sheet(const std::filesystem::path& path, const Film& film,
   std::vector<Image> cells;
   std::vector<std::string> labels;
   for (const int number : chosen) {
-    const auto at =
+    const auto index =
         std::find(film.numbers.begin(), film.numbers.end(), number) - film.numbers.begin();
-    cells.push_back(film.images[static_cast<std::size_t>(at)]);
-    labels.push_back(label_of(settings.label, film, number));
+    cells.push_back(film.images[static_cast<std::size_t>(index)]);
+    labels.push_back(format_label(settings.label, film, number));
   }
   StripSettings strip;
   strip.columns = settings.columns;
@@ -203,7 +204,7 @@ Status write_sheet(const std::filesystem::path& path, const Film& film,
   strip.labels = settings.label != "none";
   PM_TRY(const Image sheet, make_strip(cells, labels, strip));
   PngSettings png;
-  png.effort = PngEffort::kSmall;  // sheets go into pages and papers
+  png.effort = PngEffort::kSmall;  // sheets are embedded in web pages and papers
   return write_image(path, sheet, png);
 }
 

@@ -13,39 +13,39 @@
 
 namespace polymorph {
 
-/// Pictures of a sequence, exposed and ready to be shown.
+/// Frames of a sequence as pictures, with the exposure applied.
 struct Film {
-  std::vector<int> numbers;  ///< frame numbers, in the order to show them
+  std::vector<int> numbers;  ///< frame numbers, one per image, in order of display
   std::vector<Image> images;
   float fps = 12;
-  int first = 1, last = 1;  ///< ends of the whole sequence, for labels in t
+  int first = 1, last = 1;  ///< first and last frame of the whole sequence, where t is 0 and 1
 };
 
 struct SheetSettings {
-  int count = 8;           ///< cells, evenly spread over the film
+  int count = 8;           ///< number of cells, at equal distances in the film
   bool all = false;        ///< every frame of the film is a cell
-  bool by_change = false;  ///< choose_by_change() instead of evenly
+  bool by_change = false;  ///< choose_by_change() instead of choose_evenly()
   int columns = 4;
-  int cell_width = 0;           ///< pixels; 0 = as rendered
+  int cell_width = 0;           ///< pixels; 0: as rendered
   std::string label = "frame";  ///< frame, t or none
 };
 
-/// n of the numbers, evenly spread, first and last included.
+/// Chooses n of the numbers at equal distances, the first and last included.
 std::vector<int> choose_evenly(const std::vector<int>& numbers, int n);
 
-/// Chooses at most n of the film's frames, first and last included, so that the picture changes by
-/// about as much from each to the next (the sum of the pixels' differences): where an easing
-/// lingers, one is enough.
+/// Chooses at most n of the film's frames, the first and last included, so that successive ones
+/// differ by about the same amount. The difference of two frames is the sum of the absolute
+/// differences of their pixels along all frames between them.
 std::vector<int> choose_by_change(const Film& film, int n);
 
-/// Brightens R, G, B by `stops`.
+/// Multiplies R, G and B by 2^stops.
 void expose(Image& image, float stops);
 
-/// R, G, B and A alone, scaled to `width` (0 = as they are): what a long sequence may hold in
-/// memory.
+/// Copies R, G, B and A without other channels, scaled to `width` pixels (0: unscaled), so that a
+/// long sequence fits in memory.
 Image resized_colors(const Image& image, int width);
 
-/// A scene made ready for pictures without layers, with what surfaces are asked of.
+/// A scene that is prepared for pictures without layers, and the engine that makes its surfaces.
 struct FilmScene {
   std::unique_ptr<Engine> engine;
   std::string device;  ///< name of the engine's device
@@ -56,28 +56,29 @@ struct FilmScene {
 /// prepare_scene(); kResource where the pictures need too much memory.
 Result<FilmScene> prepare_film(const CommandLine& line, Scene scene);
 
-/// Content of pictures: the scene, or colours of what becomes what
-/// (sequence/frame/paint_origins.h).
+/// Content of the pictures: the scene, or its surfaces in colours that show which part of one
+/// object becomes which part of the other (sequence/frame/paint_origins.h).
 enum class FilmContent { kScene, kPlan };
 
-/// Tests whether all actors morph: meshes that are played have no plan. Errors: kInput.
+/// Checks that all actors have plans. Errors (kInput): an actor plays a mesh sequence.
 Status check_has_plans(const PreparedScene& prepared);
 
-/// Renders these frames of the scene, each `width` pixels wide (0 = as the scene says), with
-/// progress. The surface of a frame is made while the one before is traced, and frames that show
-/// the same are traced once. Errors: those of geometry_at() and render_frame(); the signal's code
-/// when stopped.
-Result<Film> render_film(const CommandLine& line, const FilmScene& ready, std::vector<int> numbers,
-                         int width, FilmContent content = FilmContent::kScene);
+/// Renders these frames of the scene, `width` pixels wide (0: as in the scene), and shows progress.
+/// Makes the surface of a frame while the previous frame is traced. Traces successive equal frames
+/// once. Errors: those of geometry_at() and render_frame(); stop_code() after a signal.
+Result<Film> render_film(const CommandLine& line, const FilmScene& film_scene,
+                         std::vector<int> numbers, int width,
+                         FilmContent content = FilmContent::kScene);
 
-/// Before any work: is it a .png or .exr file that may be written? Errors: kUsage, kOutput.
+/// Checks before any work that the sheet is a .png or .exr file that may be written. Errors:
+/// kUsage, kOutput.
 Status check_sheet(const std::filesystem::path& path, bool overwrite);
 
 /// Writes a contact sheet (.png or .exr) of the film.
 Status write_sheet(const std::filesystem::path& path, const Film& film,
                    const SheetSettings& settings);
 
-/// Writes the film as an animated GIF; `fps` 0 = its own.
+/// Writes the film as an animated GIF with `fps` frames per second (0: those of the film).
 Status write_gif(const std::filesystem::path& path, const Film& film, float fps = 0);
 
 }  // namespace polymorph

@@ -1,4 +1,4 @@
-// Help as people read it: usage, what it does, examples, options in groups, exit codes; 80 columns.
+// Help texts of 80 columns: purpose, usage, examples, options in groups, exit codes.
 
 #include <algorithm>
 
@@ -8,38 +8,39 @@ namespace polymorph {
 namespace {
 
 constexpr std::size_t kWidth = 80;
-constexpr std::size_t kColumn = 26;  // where descriptions start
+constexpr std::size_t kDescriptionColumn = 26;  // where descriptions start
 
-/// Text wrapped at kWidth; the first line starts at `at`, the others at kColumn.
-std::string wrapped(const std::string& text, std::size_t at) {
+/// Wraps a text at kWidth. The first line starts at `first_column`, the others at
+/// kDescriptionColumn.
+std::string wrap_text(const std::string& text, std::size_t first_column) {
   std::string out;
-  std::size_t column = at;
-  bool fresh = true;
+  std::size_t column = first_column;
+  bool is_line_start = true;
   for (std::size_t i = 0; i < text.size();) {
     std::size_t end = text.find(' ', i);
     if (end == std::string::npos) end = text.size();
     const std::string word = text.substr(i, end - i);
-    if (!fresh && column + 1 + word.size() > kWidth) {
-      out += "\n" + std::string(kColumn, ' ');
-      column = kColumn;
-      fresh = true;
+    if (!is_line_start && column + 1 + word.size() > kWidth) {
+      out += "\n" + std::string(kDescriptionColumn, ' ');
+      column = kDescriptionColumn;
+      is_line_start = true;
     }
-    if (!fresh) out += ' ', ++column;
+    if (!is_line_start) out += ' ', ++column;
     out += word;
     column += word.size();
-    fresh = false;
+    is_line_start = false;
     i = end + 1;
   }
   return out + "\n";
 }
 
-std::string row(const std::string& left, const std::string& right) {
+std::string table_row(const std::string& left, const std::string& right) {
   std::string out = "  " + left;
-  if (out.size() + 2 > kColumn)
-    out += "\n" + std::string(kColumn, ' ');
+  if (out.size() + 2 > kDescriptionColumn)
+    out += "\n" + std::string(kDescriptionColumn, ' ');
   else
-    out.resize(kColumn, ' ');
-  return out + wrapped(right, kColumn);
+    out.resize(kDescriptionColumn, ' ');
+  return out + wrap_text(right, kDescriptionColumn);
 }
 
 std::string option_names(const OptionRow& option) {
@@ -55,27 +56,29 @@ std::string option_names(const OptionRow& option) {
 std::string options_text(const CommandTable& table, bool full) {
   std::string out, group;
   for (const OptionRow& option : table.options) {
-    // The verbs' pages have the others, and a brief page of verbs has no options.
+    // A command with verbs lists only its common options, and those only in the full help: the help
+    // of each verb lists the others.
     if (!table.verbs.empty() && (!full || option.group != "Common")) continue;
     if (option.group != group) {
       if (!full && !group.empty()) break;
       group = option.group;
       out += "\n" + group + ":\n";
     }
-    out += row(option_names(option), option.description);
+    out += table_row(option_names(option), option.description);
   }
   return out;
 }
 
-/// Text of the verbs of a command.
+/// Formats the list of a command's verbs.
 std::string verbs_text(const CommandTable& table) {
   std::string out = "\nVerbs:\n";
   for (const VerbTable& verb : table.verbs)
-    out += row(verb.name + (verb.arguments.empty() ? "" : " " + verb.arguments), verb.purpose);
+    out +=
+        table_row(verb.name + (verb.arguments.empty() ? "" : " " + verb.arguments), verb.purpose);
   return out + fmt::format("\n'polymorph {} VERB --help' has the options of each.\n", table.name);
 }
 
-std::string usage_of(const CommandTable& table, bool has_commands) {
+std::string usage_line(const CommandTable& table, bool has_commands) {
   if (!table.usage.empty()) return table.usage;
   std::string usage = table.name.empty() ? "polymorph" : "polymorph " + table.name;
   if (has_commands) usage += " COMMAND";
@@ -89,8 +92,8 @@ std::string usage_of(const CommandTable& table, bool has_commands) {
 }  // namespace
 
 std::string first_steps(const CommandLine& line) {
-  const auto step = [&](const char* arguments, const char* what) {
-    return fmt::format("  {} {}\n      {}\n", line.program, arguments, what);
+  const auto step = [&](const char* arguments, const char* description) {
+    return fmt::format("  {} {}\n      {}\n", line.program, arguments, description);
   };
   return command_table(*line.app).purpose + "\n\nStart here:\n" +
          step("demo", "a teapot becomes a penguin: a strip, a GIF and the scene, in seconds") +
@@ -102,11 +105,11 @@ std::string first_steps(const CommandLine& line) {
 std::string help_text(const CommandTable& table, const std::vector<CommandTable>& commands,
                       bool full) {
   const bool is_program = !commands.empty();
-  std::string out = table.purpose + "\n\nUsage: " + usage_of(table, is_program) + "\n";
+  std::string out = table.purpose + "\n\nUsage: " + usage_line(table, is_program) + "\n";
   if (!table.examples.empty()) out += "\nExamples:\n" + table.examples + "\n";
   if (is_program) {
     out += "\nCommands:\n";
-    for (const CommandTable& command : commands) out += row(command.name, command.purpose);
+    for (const CommandTable& command : commands) out += table_row(command.name, command.purpose);
   }
   if (!table.verbs.empty()) out += verbs_text(table);
   out += options_text(table, full || is_program);
@@ -131,11 +134,11 @@ CommandTable verb_table(const CommandTable& command, const VerbTable& verb) {
   table.exit_codes = verb.exit_codes;
   table.usage = fmt::format("polymorph {}{}{} [OPTIONS]", table.name,
                             verb.arguments.empty() ? "" : " ", verb.arguments);
-  static const std::vector<std::string> kEvery = {
+  static const std::vector<std::string> kSharedByVerbs = {
       "--quiet", "--verbose", "--color", "--progress", "--log-file", "--log-format", "--config"};
   for (OptionRow option : command.options) {
     if (option.positional ? option.value == "VERB" || verb.arguments.empty()
-                          : !is_named(option, verb.options) && !is_named(option, kEvery))
+                          : !is_named(option, verb.options) && !is_named(option, kSharedByVerbs))
       continue;
     for (const auto& [name, description] : verb.descriptions)
       if (option.positional ? option.value == name : is_named(option, {name}))

@@ -1,4 +1,5 @@
-// The command line as data: what help, completions, man pages and the reference are made from.
+// Tables of the commands and their options, from which help, completion scripts, manual pages and
+// the reference are made.
 #pragma once
 
 #include <string>
@@ -14,41 +15,41 @@ namespace polymorph {
 struct OptionRow {
   std::vector<std::string> names;    ///< "-o", "--output"; empty for a positional argument
   std::string value;                 ///< "FILE"; empty for a flag
-  std::vector<std::string> choices;  ///< the words it takes, where they are few
+  std::vector<std::string> choices;  ///< allowed values; empty: any
   std::string group, description, environment;
   bool positional = false, required = false;
-  bool repeated = false;  ///< takes any number of values
+  bool repeated = false;  ///< takes more than one value
 };
 
-/// A verb of a command, as `test` of `golden`.
+/// A verb of a command, such as `test` of `golden`.
 struct VerbTable {
   std::string name, purpose;
-  std::string arguments;             ///< arguments after it: "NAME SCENE"; empty: none
-  std::vector<std::string> options;  ///< "--root": those of the command that it takes
+  std::string arguments;             ///< positional arguments, "NAME SCENE"; empty: none
+  std::vector<std::string> options;  ///< the command's options that it takes, "--root"
   std::string examples, exit_codes;
-  /// Descriptions that are not the command's own, by option or argument.
+  /// Descriptions that replace those of the command: pairs of an option or argument and its text.
   std::vector<std::pair<std::string, std::string>> descriptions;
 };
 
 struct CommandTable {
   std::string name, purpose, examples, exit_codes;  ///< the program itself has no name
-  std::string usage;                                ///< empty: made of the arguments
-  std::vector<OptionRow> options;                   ///< positional ones first, then by group
-  std::vector<VerbTable> verbs;                     ///< empty where it has none
+  std::string usage;                                ///< empty: derived from the arguments
+  std::vector<OptionRow> options;                   ///< positional ones, then the others by group
+  std::vector<VerbTable> verbs;                     ///< empty if it has none
 };
 
 /// Tests whether an option has one of the names.
 bool is_named(const OptionRow& option, const std::vector<std::string>& names);
 
-/// A verb as a command of its own: "golden test", with the options that it takes.
+/// Returns the table of a verb as if it were a command ("golden test"), with the verb's options.
 CommandTable verb_table(const CommandTable& command, const VerbTable& verb);
 
-/// One command, or the program (its options alone).
+/// Returns the table of a command, or of the program's own options.
 CommandTable command_table(const CLI::App& command);
-/// Tables of all commands, in their order.
+/// Returns the tables of all commands, in the order of the help, without their verbs.
 std::vector<CommandTable> command_tables(const CLI::App& program);
 
-/// Scripts that complete the program's command line.
+/// Scripts that complete the command line in a shell.
 std::string bash_completion(const std::vector<CommandTable>& commands);
 std::string zsh_completion(const std::vector<CommandTable>& commands);
 std::string fish_completion(const std::vector<CommandTable>& commands);

@@ -21,7 +21,8 @@ std::vector<std::string> command_names(const CLI::App& program) {
   return names;
 }
 
-/// Replaces a number's text by the number as it was read, or says what is wrong with it.
+/// Parses a number, checks its range, and replaces the text by its canonical form. Returns an error
+/// message, or "" on success: the form of CLI11's validators.
 template <class T, class Parse>
 std::string read_number(std::string& text, T low, T high, const char* kind, const Parse& parse) {
   const auto value = parse(text);
@@ -32,20 +33,20 @@ std::string read_number(std::string& text, T low, T high, const char* kind, cons
   return {};
 }
 
-/// Splits the words of "WHEN:{auto,always,never}", the form of CLI11's validators.
-std::vector<std::string> choices_of(const std::string& type) {
+/// Returns the words between the braces of an option's type in CLI11: "WHEN:{auto,always,never}".
+std::vector<std::string> parse_choices(const std::string& type) {
   const auto open = type.find('{'), close = type.rfind('}');
   if (open == std::string::npos || close == std::string::npos) return {};
   return split(type.substr(open + 1, close - open - 1), ',');
 }
 
-OptionRow row_of(const CLI::Option& option) {
+OptionRow option_row(const CLI::Option& option) {
   OptionRow row;
   for (const std::string& name : option.get_snames()) row.names.push_back("-" + name);
   for (const std::string& name : option.get_lnames()) row.names.push_back("--" + name);
   const std::string type = option.get_type_name();
   if (option.get_items_expected_max() > 0) row.value = type.substr(0, type.find(':'));
-  row.choices = choices_of(type);
+  row.choices = parse_choices(type);
   row.group = option.get_group();
   row.description = option.get_description();
   row.environment = option.get_envname();
@@ -55,13 +56,13 @@ OptionRow row_of(const CLI::Option& option) {
   return row;
 }
 
-/// Options of former versions, and what does the same.
+/// Options of earlier versions, and their replacements.
 constexpr std::pair<const char*, const char*> kRetired[] = {
     {"--noise", "--set image.noise=E"},      {"--denoise", "--set image.denoise=true"},
     {"--aovs", "--set image.aovs=LIST"},     {"--seed", "--set image.seed=N"},
     {"--isa", "the variable POLYMORPH_ISA"}, {"--only", "--frames"}};
 
-std::string unknown_option(const CLI::App& command, const std::string& word) {
+std::string describe_unknown_option(const CLI::App& command, const std::string& word) {
   for (const auto& [name, instead] : kRetired)
     if (word == name) return fmt::format("{} is now {}", name, instead);
   std::vector<std::string> known;
@@ -70,8 +71,7 @@ std::string unknown_option(const CLI::App& command, const std::string& word) {
   return fmt::format("unknown option \"{}\"{}", word, did_you_mean(word, known));
 }
 
-/// The first argument that looks like an option and is none; empty if there is no such. CLI11
-/// complains of others before it.
+/// Returns the first unknown option; empty: none. CLI11 may report another problem first.
 std::string first_unknown_option(const CLI::App& command, int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string argument =
@@ -82,40 +82,41 @@ std::string first_unknown_option(const CLI::App& command, int argc, char** argv)
   return "";
 }
 
-/// CLI11's "--method: soup not in {medial,hubbard}", and its "verb: " for arguments without dashes,
-/// as a sentence of ours; other messages as they are.
-std::string with_choices(const std::string& message, const std::string& command) {
-  const auto listed = message.find(" not in {");
-  if (listed == std::string::npos) return message;
+/// Rewrites CLI11's message "--method: soup not in {medial,hubbard}", where an argument without
+/// dashes is called "verb: ", as a sentence. Returns other messages unchanged.
+std::string rewrite_choice_error(const std::string& message, const std::string& command) {
+  const auto list_begin = message.find(" not in {");
+  if (list_begin == std::string::npos) return message;
   const auto colon = message.find(": ");
   const std::string name = message.substr(0, colon);
-  const std::string value = message.substr(colon + 2, listed - colon - 2);
-  std::vector<std::string> words = split(message.substr(listed + 9), ',');
+  const std::string value = message.substr(colon + 2, list_begin - colon - 2);
+  std::vector<std::string> words = split(message.substr(list_begin + 9), ',');
   if (!words.empty() && words.back().ends_with('}')) words.back().pop_back();
   return fmt::format("{} \"{}\"{} - use {}", name.starts_with("-") ? name : command, value,
                      did_you_mean(value, words), fmt::join(words, ", "));
 }
 
-/// "polymorph compare ACTUAL REFERENCE".
+/// Returns the usage line without options: "polymorph compare ACTUAL REFERENCE".
 std::string positional_usage(const CLI::App& command) {
   std::string usage = "polymorph " + command.get_name();
   for (const CLI::Option* option : command.get_options()) {
     if (!option->get_positional()) continue;
-    const OptionRow row = row_of(*option);
+    const OptionRow row = option_row(*option);
     usage += row.required ? " " + row.value : " [" + row.value + "]";
   }
   return usage;
 }
 
-/// CLI11's "reference is required", "--output: 1 required FILE missing", "The following argument
-/// was not expected: x" and choices as sentences of ours; other messages as they are.
-std::string in_our_words(const CLI::ParseError& error, const CLI::App& command) {
+/// Rewrites CLI11's messages "reference is required", "--output: 1 required FILE missing", "The
+/// following argument was not expected: x" and those of rewrite_choice_error() as sentences.
+/// Returns other messages unchanged.
+std::string rewrite_parse_error(const CLI::ParseError& error, const CLI::App& command) {
   const std::string message = error.what();
-  const auto before = [&](const char* part) { return message.substr(0, message.find(part)); };
+  const auto before = [&](const char* text) { return message.substr(0, message.find(text)); };
   if (message.ends_with(" is required")) {
     const CLI::Option* option = command.get_option_no_throw(before(" is required"));
     if (!option || !option->get_positional()) return message;
-    const OptionRow row = row_of(*option);
+    const OptionRow row = option_row(*option);
     return fmt::format(
         "{} is missing{} - write {}", row.value,
         row.choices.empty() ? "" : fmt::format(" ({})", fmt::join(row.choices, ", ")),
@@ -125,23 +126,23 @@ std::string in_our_words(const CLI::ParseError& error, const CLI::App& command) 
     const CLI::Option* option = command.get_option_no_throw(before(":"));
     if (!option) return message;
     return fmt::format("{} needs a value - write {} {}", before(":"), before(":"),
-                       row_of(*option).value);
+                       option_row(*option).value);
   }
   if (message.find(" excludes ") != std::string::npos)
     return fmt::format("{} and {} do not go together", before(" excludes "),
                        message.substr(message.find(" excludes ") + 10));
   if (message.find(" not expected: ") != std::string::npos) {
-    // CLI11 gives what is left in the order of its stack, the last one first.
+    // CLI11 lists the unparsed arguments in reverse order.
     const auto words = split(message.substr(message.find(" not expected: ") + 15), ' ');
     const std::string& word = words.back();
-    if (word.size() > 1 && word.starts_with("-")) return unknown_option(command, word);
+    if (word.size() > 1 && word.starts_with("-")) return describe_unknown_option(command, word);
     return fmt::format("\"{}\" is one word too many - write {}", word, positional_usage(command));
   }
-  return with_choices(message, command.get_name());
+  return rewrite_choice_error(message, command.get_name());
 }
 
-std::string usage_problem(const CLI::App& program, int argc, char** argv,
-                          const CLI::ParseError& error) {
+std::string describe_parse_error(const CLI::App& program, int argc, char** argv,
+                                 const CLI::ParseError& error) {
   if (argc > 1 && argv[1][0] != '-') {
     const auto names = command_names(program);
     if (std::find(names.begin(), names.end(), argv[1]) == names.end())
@@ -150,7 +151,8 @@ std::string usage_problem(const CLI::App& program, int argc, char** argv,
   const std::string name = named_command(program, argc, argv);
   const CLI::App* command = name.empty() ? &program : program.get_subcommand(name);
   const std::string unknown = first_unknown_option(*command, argc, argv);
-  return unknown.empty() ? in_our_words(error, *command) : unknown_option(*command, unknown);
+  return unknown.empty() ? rewrite_parse_error(error, *command)
+                         : describe_unknown_option(*command, unknown);
 }
 
 const CLI::Option* chosen_option(const CLI::App& program, const char* name) {
@@ -279,7 +281,7 @@ std::vector<Command> subcommands_of(CLI::App& program) {
 }
 
 Status parse_arguments(CLI::App& program, int argc, char** argv) {
-  // An empty value, as of a variable that is not set, is no default.
+  // Refuse empty values: they come from unset shell variables and do not mean the default.
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     if (word.empty())
@@ -291,7 +293,7 @@ Status parse_arguments(CLI::App& program, int argc, char** argv) {
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return Error{ErrorCode::kUsage, usage_problem(program, argc, argv, error)};
+    return Error{ErrorCode::kUsage, describe_parse_error(program, argc, argv, error)};
   }
   return Ok{};
 }
@@ -312,13 +314,13 @@ std::vector<std::string> positional_values(const CLI::App& program) {
 }
 
 std::vector<std::string> option_values(const CLI::App& program, const char* option) {
-  const CLI::Option* found = chosen_option(program, option);
-  return found ? found->results() : std::vector<std::string>{};
+  const CLI::Option* match = chosen_option(program, option);
+  return match ? match->results() : std::vector<std::string>{};
 }
 
 bool is_given(const CLI::App& program, const char* option) {
-  const CLI::Option* found = chosen_option(program, option);
-  return found && found->count() > 0;
+  const CLI::Option* match = chosen_option(program, option);
+  return match && match->count() > 0;
 }
 
 CommandTable command_table(const CLI::App& command) {
@@ -338,15 +340,15 @@ CommandTable command_table(const CLI::App& command) {
     const std::string& group = option->get_group();
     if (group.empty()) continue;
     if (std::find(groups.begin(), groups.end(), group) == groups.end()) groups.push_back(group);
-    if (option->get_positional()) table.options.push_back(row_of(*option));
+    if (option->get_positional()) table.options.push_back(option_row(*option));
   }
-  // What every command shares comes last.
+  // The group of the options that every command has comes last.
   std::stable_partition(groups.begin(), groups.end(),
                         [](const std::string& group) { return group != "Common"; });
   for (const std::string& group : groups)
     for (const CLI::Option* option : command.get_options())
       if (option->get_group() == group && !option->get_positional())
-        table.options.push_back(row_of(*option));
+        table.options.push_back(option_row(*option));
   return table;
 }
 

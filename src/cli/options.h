@@ -1,6 +1,5 @@
-// Command-line options: how the program and its subcommands declare them, and what was given. CLI11
-// parses them; its headers take seconds to compile, so that only options.cpp and config.cpp include
-// them.
+// Command-line options: their declaration, and the values that were given. CLI11 parses them. Its
+// headers take seconds to compile, so only options.cpp and config.cpp include them.
 #pragma once
 
 #include <concepts>
@@ -20,24 +19,24 @@ class Option;
 
 namespace polymorph {
 
-/// An option that was just declared. What else there is to say of it is chained:
+/// Handle to an option. Its properties are set in a chain of calls:
 /// command.add_option("--columns", columns, "cells per row (4)").range(1, 1000).type_name("N");
 class Option {
  public:
   explicit Option(CLI::Option* option) : option_(option) {}
 
-  Option& type_name(const char* name);  ///< name of its value in the help: "FILE"
+  Option& type_name(const char* name);  ///< name of its value in help: "FILE"
   Option& group(const char* name);      ///< its heading in help
   Option& required();
-  Option& environment(const char* variable);  ///< read where the option is not given
+  Option& environment(const char* variable);  ///< read if the option is not given
   Option& excludes(const Option& other);
-  Option& choices(const std::vector<std::string>& words);
+  Option& choices(const std::vector<std::string>& words);  ///< the allowed values
   Option& choices_in_any_case(const std::vector<std::string>& words);
-  Option& count(int low, int high);  ///< so many values
-  Option& one_value_each();          ///< a list: the option is repeated for every value
-  Option& bytes();                   ///< a size in bytes, or with K, M, G or T (1024 each)
-  /// A number, written as a decimal ('.' as its point, no hexadecimal, no octal); whole where T is
-  /// an integer.
+  Option& count(int low, int high);  ///< takes from `low` to `high` values
+  Option& one_value_each();          ///< a list has one value per occurrence
+  Option& bytes();                   ///< a size as read_size() parses it (cli/amounts.h)
+  /// Limits a number to [low, high]. It is decimal, with '.' as the point, never hexadecimal or
+  /// octal; if T is an integer type it must be whole.
   template <class T>
   Option& range(T low, std::type_identity_t<T> high) {
     if constexpr (std::integral<T>)
@@ -53,50 +52,52 @@ class Option {
   CLI::Option* option_;
 };
 
-/// The program or a subcommand; a handle, to be copied.
+/// Handle to the program or a subcommand.
 class Command {
  public:
   explicit Command(CLI::App* app) : app_(app) {}
 
-  /// A name without dashes ("scene") is a positional argument's. `value` is a string, path, number
-  /// or list of strings that holds the default, and lives until the command has run.
+  /// Adds an option, or a positional argument if its name has no dashes ("scene"). `value` is a
+  /// string, path, number or list of strings. It holds the default and must outlive the command's
+  /// run.
   template <class T>
   Option add_option(const std::string& names, T& value, const std::string& description) const;
   Option add_flag(const std::string& names, bool& value, const std::string& description) const;
-  /// Adds a flag that is counted.
+  /// Adds a flag; `value` counts its occurrences.
   Option add_flag(const std::string& names, int& value, const std::string& description) const;
-  /// An option whose value may be left out; it is `fallback` then. Each is handed to `use`.
+  /// Adds an option with an optional value, which defaults to `fallback`. Parsing calls `use` with
+  /// the value.
   Option add_optional_value(const std::string& name, std::function<void(const std::string&)> use,
                             const char* fallback, const std::string& description) const;
-  /// The option of this name, which exists.
+  /// Returns the option of this name, which must exist.
   Option option(const char* name) const;
   bool has_option(const char* name) const;
   std::string name() const;
 
-  /// Sets the action of the command when it is chosen, after its options are read.
+  /// Sets a function that is called after parsing if the command is chosen.
   void on_chosen(std::function<void()> action) const;
 
  private:
   CLI::App* app_;
 };
 
-/// The program's own command, without subcommands.
+/// Makes the program's command, without options and subcommands.
 std::shared_ptr<CLI::App> make_program(const char* name, const char* purpose,
                                        const std::string& examples);
 Command root_of(CLI::App& program);
-/// A subcommand with its one-line purpose, examples and exit codes.
+/// Adds a subcommand. Its help shows `purpose` (one line), `examples` and `exit_codes`.
 Command add_subcommand(CLI::App& program, const std::string& name, const std::string& purpose,
                        const std::string& examples, const std::string& exit_codes);
 std::vector<Command> subcommands_of(CLI::App& program);
 
-/// Reads argv into what the options were declared with. Errors (kUsage): what is wrong, with the
-/// nearest name where one is unknown.
+/// Parses argv and stores the values in the variables of the options. Errors (kUsage): the message
+/// suggests the nearest name for an unknown one.
 Status parse_arguments(CLI::App& program, int argc, char** argv);
 
-/// The subcommand that argv names; empty: none.
+/// Returns the first word of argv that is a subcommand's name; empty: none.
 std::string named_command(const CLI::App& program, int argc, char** argv);
 
-/// Arguments of the chosen subcommand, after parse_arguments().
+/// Values of the chosen subcommand's arguments and options, after parse_arguments().
 std::vector<std::string> positional_values(const CLI::App& program);
 std::vector<std::string> option_values(const CLI::App& program, const char* option);
 bool is_given(const CLI::App& program, const char* option);

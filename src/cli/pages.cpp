@@ -13,8 +13,8 @@
 namespace polymorph {
 namespace {
 
-/// Text as roff takes it literally.
-std::string roff(const std::string& text) {
+/// Escapes a text so that roff prints it literally.
+std::string escape_roff(const std::string& text) {
   std::string out;
   bool line_start = true;
   for (const char c : text) {
@@ -30,7 +30,7 @@ std::string roff(const std::string& text) {
   return out;
 }
 
-std::string usage(const CommandTable& command) {
+std::string usage_text(const CommandTable& command) {
   if (!command.usage.empty()) return command.usage;
   std::string text = "polymorph " + command.name;
   for (const OptionRow& row : command.options)
@@ -43,7 +43,9 @@ std::string names_and_value(const OptionRow& row) {
   return row.value.empty() ? names : names + " " + row.value;
 }
 
-std::string literal(const std::string& text) { return ".nf\n" + roff(text) + "\n.fi\n"; }
+std::string literal_block(const std::string& text) {
+  return ".nf\n" + escape_roff(text) + "\n.fi\n";
+}
 
 std::string page_head(const std::string& name) {
   return fmt::format(".TH \"{}\" \"1\" \"\" \"polymorph {}\" \"User Commands\"\n", name,
@@ -56,8 +58,8 @@ std::string environment_text(const OptionRow& row) {
              : fmt::format(" (env {})", row.environment);
 }
 
-/// Inside a cell of a Markdown table.
-std::string cell(const std::string& text) {
+/// Escapes a text for a cell of a Markdown table.
+std::string escape_cell(const std::string& text) {
   std::string out;
   for (const char c : text) out += c == '|' ? std::string("\\|") : std::string(1, c);
   return out;
@@ -74,24 +76,26 @@ std::string range_text(const JsonValue& schema) {
   return format_json(schema.get("minimum")) + " to " + format_json(schema.get("maximum"));
 }
 
-/// A table of a command's options but those that all have.
+/// Formats a Markdown table of a command's options, without those that all commands have.
 std::string options_markdown(const CommandTable& command) {
   std::string out = "| option | what |\n|---|---|\n";
   for (const OptionRow& row : command.options)
     if (row.group != "Common")
-      out += fmt::format("| `{}` | {} |\n", cell(row.positional ? row.value : names_and_value(row)),
-                         cell(row.description + environment_text(row)));
+      out += fmt::format("| `{}` | {} |\n",
+                         escape_cell(row.positional ? row.value : names_and_value(row)),
+                         escape_cell(row.description + environment_text(row)));
   return out;
 }
 
-/// Kind of a value of the scene format, in words.
-std::string kind_of(const JsonValue& schema) {
-  if (schema.contains("$ref")) return "[keyframes](films.md)";  // the only kind that is shared
+/// Describes the kind of a value of the scene format in Markdown.
+std::string describe_kind(const JsonValue& schema) {
+  if (schema.contains("$ref"))
+    return "[keyframes](films.md)";  // keyframes are the only shared definition
   if (schema.contains("enum")) return choices_text(schema.get("enum"));
   if (schema.contains("oneOf")) {
     std::string text;
     for (const JsonValue& choice : schema.get("oneOf").items) {
-      const std::string kind = kind_of(choice);
+      const std::string kind = describe_kind(choice);
       text += (text.empty() ? "" : ", or ") + kind;
     }
     return text;
@@ -113,37 +117,40 @@ std::string kind_of(const JsonValue& schema) {
   return "object";
 }
 
-std::string default_of(const JsonValue& schema) {
+std::string format_default(const JsonValue& schema) {
   return schema.contains("default") ? fmt::format("`{}`", format_json(schema.get("default"))) : "";
 }
 
-/// The object inside: of an object, or of a list of them.
+/// Finds the object schema of a value: the schema itself, the items of a list, or the first object
+/// among alternatives. Null: none, or keyframes.
 const JsonValue* inner_object(const JsonValue& schema) {
   if (schema.contains("$ref")) return nullptr;
   if (schema.contains("properties")) return &schema;
   if (schema.contains("items")) return inner_object(schema.get("items"));
   for (const JsonValue& choice : schema.get("oneOf").items)
-    if (const JsonValue* found = inner_object(choice)) return found;
+    if (const JsonValue* object_schema = inner_object(choice)) return object_schema;
   return nullptr;
 }
 
-/// A table of an object's keys, then those of the objects in it; each object once.
-void describe_keys(const std::string& path, const JsonValue& object, const std::string& about,
+/// Appends a table of an object's keys to `out`, then tables of the objects in it. `seen` has the
+/// keys of the objects that have a table.
+void describe_keys(const std::string& path, const JsonValue& object, const std::string& description,
                    std::vector<std::string>& seen, std::string& out) {
   if (!path.empty()) out += "\n## " + path + "\n\n";
-  if (!about.empty()) out += about + ".\n\n";
+  if (!description.empty()) out += description + ".\n\n";
   out += "| key | what | value | default |\n|---|---|---|---|\n";
   for (const auto& [key, schema, offset] : object.get("properties").members) {
     if (key == "$schema") continue;
     const JsonValue* inner = inner_object(schema);
-    out += fmt::format("| `{}` | {} | {} | {} |\n", key, cell(schema.get("description").string),
-                       cell(inner ? kind_of(schema) + ", see below" : kind_of(schema)),
-                       cell(default_of(schema)));
+    out += fmt::format(
+        "| `{}` | {} | {} | {} |\n", key, escape_cell(schema.get("description").string),
+        escape_cell(inner ? describe_kind(schema) + ", see below" : describe_kind(schema)),
+        escape_cell(format_default(schema)));
   }
   for (const auto& [key, schema, offset] : object.get("properties").members) {
     const JsonValue* inner = inner_object(schema);
     if (!inner) continue;
-    // An object of the chain has the same keys wherever it stands.
+    // Objects of a chain have the same keys, whatever their place: one table for all.
     const std::string keys = format_json(inner->get("properties"));
     if (std::find(seen.begin(), seen.end(), keys) != seen.end()) continue;
     seen.push_back(keys);
@@ -160,9 +167,9 @@ std::string program_page(const std::vector<CommandTable>& commands) {
       ".SH NAME\npolymorph \\- renders morph sequences between polyhedra\n"
       ".SH SYNOPSIS\n.B polymorph\n.I COMMAND\n[OPTIONS]\n.SH COMMANDS\n";
   for (const CommandTable& command : commands)
-    out +=
-        fmt::format(".TP\n.BR polymorph\\-{} (1)\n{}\n", roff(command.name), roff(command.purpose));
-  out += ".SH EXAMPLES\n" + literal(
+    out += fmt::format(".TP\n.BR polymorph\\-{} (1)\n{}\n", escape_roff(command.name),
+                       escape_roff(command.purpose));
+  out += ".SH EXAMPLES\n" + literal_block(
                                 "polymorph demo\npolymorph init first.obj second.obj\n"
                                 "polymorph render scene.json -o 'out/frame.####.exr' --png");
   out +=
@@ -178,9 +185,9 @@ std::string program_page(const std::vector<CommandTable>& commands) {
           std::find(seen.begin(), seen.end(), row.environment) != seen.end())
         continue;
       seen.push_back(row.environment);
-      out +=
-          fmt::format(".TP\n.B {}\n{}\n", row.environment,
-                      roff(fmt::format("What {} says where it is not given.", row.names.back())));
+      out += fmt::format(
+          ".TP\n.B {}\n{}\n", row.environment,
+          escape_roff(fmt::format("What {} says where it is not given.", row.names.back())));
     }
   out +=
       ".TP\n.B POLYMORPH_DATA_DIR\nThe folder of the models, effects and scenes.\n"
@@ -194,27 +201,29 @@ std::string command_page(const CommandTable& command) {
   std::transform(name.begin(), name.end(), name.begin(),
                  [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
   std::string out = page_head(name);
-  out += fmt::format(".SH NAME\npolymorph\\-{} \\- {}\n.SH SYNOPSIS\n{}\n", roff(command.name),
-                     roff(command.purpose), roff(usage(command)));
+  out +=
+      fmt::format(".SH NAME\npolymorph\\-{} \\- {}\n.SH SYNOPSIS\n{}\n", escape_roff(command.name),
+                  escape_roff(command.purpose), escape_roff(usage_text(command)));
   std::string group;
   out += ".SH OPTIONS\n";
   for (const OptionRow& row : command.options) {
-    if (!row.positional && row.group != group) out += ".SS " + roff(row.group) + "\n";
+    if (!row.positional && row.group != group) out += ".SS " + escape_roff(row.group) + "\n";
     if (!row.positional) group = row.group;
-    out += fmt::format(".TP\n.B {}\n{}\n", roff(row.positional ? row.value : names_and_value(row)),
-                       roff(row.description + environment_text(row)));
+    out += fmt::format(".TP\n.B {}\n{}\n",
+                       escape_roff(row.positional ? row.value : names_and_value(row)),
+                       escape_roff(row.description + environment_text(row)));
   }
   if (!command.verbs.empty()) out += ".SH VERBS\n";
   for (const VerbTable& verb : command.verbs) {
     const CommandTable table = verb_table(command, verb);
-    out += fmt::format(".TP\n.B {}\n{}", roff(table.usage), roff(verb.purpose));
+    out += fmt::format(".TP\n.B {}\n{}", escape_roff(table.usage), escape_roff(verb.purpose));
     for (const OptionRow& row : table.options)
       if (!row.positional && row.group != "Common")
-        out += fmt::format("\n.br\n{}", roff(names_and_value(row) + ": " + row.description));
+        out += fmt::format("\n.br\n{}", escape_roff(names_and_value(row) + ": " + row.description));
     out += "\n";
   }
-  if (!command.examples.empty()) out += ".SH EXAMPLES\n" + literal(command.examples);
-  if (!command.exit_codes.empty()) out += ".SH EXIT STATUS\n" + literal(command.exit_codes);
+  if (!command.examples.empty()) out += ".SH EXAMPLES\n" + literal_block(command.examples);
+  if (!command.exit_codes.empty()) out += ".SH EXIT STATUS\n" + literal_block(command.exit_codes);
   return out + ".SH SEE ALSO\n.BR polymorph (1)\n";
 }
 
@@ -223,21 +232,21 @@ std::string commands_markdown(const std::vector<CommandTable>& commands) {
       "# The command line\n\nMade by `polymorph manual commands`; do not edit it by hand.\n";
   for (const CommandTable& command : commands) {
     out += fmt::format("\n## {}\n\n{}\n\n```\n{}\n```\n\n", command.name, command.purpose,
-                       usage(command));
+                       usage_text(command));
     if (command.verbs.empty())
       out += options_markdown(command);
     else
       out += "| verb | what |\n|---|---|\n";
     for (const VerbTable& verb : command.verbs)
-      out +=
-          fmt::format("| [`{0}`](#{1}-{0}) | {2} |\n", verb.name, command.name, cell(verb.purpose));
+      out += fmt::format("| [`{0}`](#{1}-{0}) | {2} |\n", verb.name, command.name,
+                         escape_cell(verb.purpose));
     if (!command.examples.empty()) out += "\n```sh\n" + command.examples + "\n```\n";
     if (!command.exit_codes.empty())
       out += "\nExit codes:\n\n```\n" + command.exit_codes + "\n```\n";
     for (const VerbTable& verb : command.verbs) {
       const CommandTable table = verb_table(command, verb);
       out += fmt::format("\n### {}\n\n{}\n\n```\n{}\n```\n\n", table.name, table.purpose,
-                         usage(table));
+                         usage_text(table));
       out += options_markdown(table) + "\n```sh\n" + table.examples + "\n```\n";
       out += "\nExit codes:\n\n```\n" + table.exit_codes + "\n```\n";
     }
@@ -246,8 +255,8 @@ std::string commands_markdown(const std::vector<CommandTable>& commands) {
   if (!commands.empty())
     for (const OptionRow& row : commands.front().options)
       if (row.group == "Common")
-        out += fmt::format("| `{}` | {} |\n", cell(names_and_value(row)),
-                           cell(row.description + environment_text(row)));
+        out += fmt::format("| `{}` | {} |\n", escape_cell(names_and_value(row)),
+                           escape_cell(row.description + environment_text(row)));
   return out;
 }
 

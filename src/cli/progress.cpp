@@ -30,10 +30,11 @@ const char* state_word(const FrameRecord& record) {
   return "";
 }
 
+/// Returns the peak memory of the process in bytes.
 double peak_memory() {
   struct rusage usage {};
   getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) * 1024;
+  return static_cast<double>(usage.ru_maxrss) * 1024;  // ru_maxrss is in KiB
 }
 
 std::string first_file(const FrameRecord& record) {
@@ -61,13 +62,13 @@ void print_json(std::size_t done, std::size_t count, const FrameRecord& record) 
                  {"seconds", std::round(record.seconds * 1e3) / 1e3},
                  {"file", first_file(record)}};
   if (!record.error.empty()) json["error"] = record.error;
-  // One write per line: a whole line or none, also beside other writers of the same log.
+  // One write per line, so that lines of several processes do not mix in a shared log.
   const std::string line = dump_json(json, -1);
   std::fwrite(line.data(), 1, line.size(), stderr);
 }
 
-/// Lines that a session of Open Job Description reads from an action's output (its specification
-/// 2023-09, "How Jobs Are Run"); workers show them beside the task.
+/// Prints the lines that a session of Open Job Description reads from an action's output (its
+/// specification 2023-09, "How Jobs Are Run"). Workers show them beside the task.
 void print_openjd(std::size_t done, std::size_t count, const FrameRecord& record) {
   const std::string lines = fmt::format(
       "openjd_progress: {:.1f}\nopenjd_status: frame {} {}, {} of {}\n",
@@ -124,36 +125,36 @@ Heartbeat::~Heartbeat() {
   if (thread_.joinable()) thread_.join();
 }
 
-void Heartbeat::beat(std::size_t done) {
+void Heartbeat::restart(std::size_t done) {
   {
     const std::lock_guard lock(mutex_);
     done_ = done;
-    beaten_ = true;
+    restarted_ = true;
   }
   changed_.notify_all();
 }
 
 void Heartbeat::run() {
-  auto since = std::chrono::steady_clock::now();
+  auto interval_start = std::chrono::steady_clock::now();
   std::unique_lock lock(mutex_);
   while (!ended_) {
-    if (changed_.wait_for(lock, interval_, [this] { return beaten_ || ended_; })) {
-      beaten_ = false;
-      since = std::chrono::steady_clock::now();
+    if (changed_.wait_for(lock, interval_, [this] { return restarted_ || ended_; })) {
+      restarted_ = false;
+      interval_start = std::chrono::steady_clock::now();
       continue;
     }
-    const double quiet =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - since).count();
+    const double frame_seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - interval_start).count();
     if (mode_ == ProgressMode::kJson) {
       const std::string line = dump_json({{"heartbeat", true},
                                           {"done", done_},
                                           {"of", frames_},
-                                          {"seconds", std::round(quiet * 10) / 10}},
+                                          {"seconds", std::round(frame_seconds * 10) / 10}},
                                          -1);
       std::fwrite(line.data(), 1, line.size(), stderr);
     } else {
       log_info("working: {}/{} frames done, {} on this one, peak memory {}", done_, frames_,
-               format_seconds(quiet), format_bytes(peak_memory()));
+               format_seconds(frame_seconds), format_bytes(peak_memory()));
     }
   }
 }

@@ -1,4 +1,4 @@
-// Progress display: a bar on a terminal, one line per frame elsewhere.
+// Progress of a run: a bar on a terminal, one line per frame elsewhere.
 #pragma once
 
 #include <chrono>
@@ -13,20 +13,21 @@ namespace polymorph {
 
 ProgressCallback make_progress(ProgressMode mode);
 
-/// Tells an Open Job Description session why the action fails, in one line of standard error.
+/// Prints the reason for a failure to standard error, in the line that a session of Open Job
+/// Description reads.
 void print_openjd_failure(const Error& error);
 
-/// A regular line for logs that are watched by machines: while no frame is finished, a line every
-/// so many seconds says how far the run is.
+/// Logs the progress at regular intervals while no frame is finished, so that programs that watch
+/// the log see that the run goes on.
 class Heartbeat {
  public:
-  /// `seconds` 0, or a mode in which no lines are logged: never.
+  /// Logs a line every `seconds`; none if `seconds` is 0 or the mode is kBar or kNone.
   Heartbeat(ProgressMode mode, double seconds, std::size_t frames);
   ~Heartbeat();
   Heartbeat(const Heartbeat&) = delete;
   Heartbeat& operator=(const Heartbeat&) = delete;
-  /// A frame is finished: the next line is due that many seconds from now.
-  void beat(std::size_t done);
+  /// Sets the number of finished frames and restarts the interval.
+  void restart(std::size_t done);
 
  private:
   void run();
@@ -36,7 +37,7 @@ class Heartbeat {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::size_t done_ = 0;
-  bool beaten_ = false, ended_ = false;
+  bool restarted_ = false, ended_ = false;
   std::thread thread_;
 };
 

@@ -10,13 +10,14 @@ namespace polymorph {
 
 struct ReportOptions {
   std::string folder, html, junit;
-  bool pictures() const { return !folder.empty() || !html.empty(); }
+  /// Tests whether a page with pictures is written.
+  bool has_pictures() const { return !folder.empty() || !html.empty(); }
 };
 void add_report(Command command, ReportOptions& options);
 
-/// Before any work: fails if the folder could not be written to after it or has other files of
-/// these names, and removes its earlier report, which else would stand for a run that ends without
-/// one.
+/// Checks before any work that the report can be written, and removes an earlier report from the
+/// folder, which would be mistaken for this run's if the run fails. Errors: kOutput, also if the
+/// folder has other files of the report's names and `overwrite` is false.
 Status begin_report(const ReportOptions& options, bool overwrite);
 Status write_reports(const ReportOptions& options, const Report& report, bool overwrite);
 

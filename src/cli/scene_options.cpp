@@ -9,7 +9,7 @@
 namespace polymorph {
 namespace {
 
-/// Makes the fit of an object's balls take a tenth of the time, if it has one.
+/// Makes the fit of an object's balls about ten times as fast, if it has one.
 void make_coarse(const Scene& scene, SphereSettings& spheres) {
   constexpr int kBalls = 64;
   if (!is_fitted(scene, spheres)) return;
@@ -19,17 +19,24 @@ void make_coarse(const Scene& scene, SphereSettings& spheres) {
   spheres.resolution = 0;
 }
 
+<<<<<<< HEAD
 /// Applies --preview: half the size, coarser surface and balls, direct light with one ray for the
 /// occlusion of the sky, smoothed. `draft` applies --draft: a still coarser surface, one sample of
 /// a light without noise. Image settings that `sets` (--set) names keep their values.
 void make_preview(Scene& scene, const std::vector<std::string>& sets, bool draft) {
+=======
+/// Applies --preview: half the size, a coarser surface and fewer balls, direct light and one
+/// ambient-occlusion ray only, with smoothing. Image settings that --set names keep their values.
+void make_preview(Scene& scene, const std::vector<std::string>& sets) {
+>>>>>>> bf2867df4487e5a4c4ff410d0c1cc71e4d8feff4
   for (ActorSettings& actor : scene.actors)
     for_each_object(actor, [&](ObjectSettings& object) { make_coarse(scene, object.spheres); });
   scene.image.width = std::max(1, scene.image.width / 2);
   scene.image.height = std::max(1, scene.image.height / 2);
-  const auto is_free = [&](std::string_view key) {
+  const auto is_not_set = [&](std::string_view key) {
     return std::ranges::none_of(sets, [&](const std::string& set) { return set.starts_with(key); });
   };
+<<<<<<< HEAD
   if (is_free("image.samples=")) scene.image.samples = std::min(scene.image.samples, draft ? 1 : 2);
   if (is_free("image.noise=")) scene.image.noise = 0;
   if (is_free("image.max_depth=")) scene.image.max_depth = draft ? 0 : 1;
@@ -37,6 +44,13 @@ void make_preview(Scene& scene, const std::vector<std::string>& sets, bool draft
   if (draft && is_free("image.denoise=")) scene.image.denoise = false;
   const int resolution = scene.surface.resolution / 2;
   scene.surface.resolution = std::max(8, draft ? resolution * 3 / 4 : resolution);
+=======
+  if (is_not_set("image.samples=")) scene.image.samples = std::min(scene.image.samples, 2);
+  if (is_not_set("image.noise=")) scene.image.noise = 0;
+  if (is_not_set("image.max_depth=")) scene.image.max_depth = 1;
+  if (is_not_set("image.smooth=")) scene.image.smooth = true;
+  scene.surface.resolution = std::max(8, scene.surface.resolution / 2);
+>>>>>>> bf2867df4487e5a4c4ff410d0c1cc71e4d8feff4
 }
 
 }  // namespace
@@ -57,11 +71,11 @@ void add_scene_options(Command command, SceneOptions& options) {
       .type_name("N")
       .group("Scene");
   command
-      .add_option("--display", options.shown.display,
+      .add_option("--display", options.view.display,
                   "display of $OCIO's config that PNGs, strips, GIFs and movies are made for")
       .type_name("NAME")
       .group("Scene");
-  command.add_option("--view", options.shown.view, "view of that display; default: its first")
+  command.add_option("--view", options.view.view, "view of that display; default: its first")
       .type_name("NAME")
       .group("Scene");
   add_overrides(command, options.sets);
@@ -88,8 +102,8 @@ std::vector<std::string> to_arguments(const SceneOptions& options) {
   if (options.preview) words.emplace_back("--preview");
   if (options.draft) words.emplace_back("--draft");
   if (options.samples > 0) add("--spp", fmt::format("{}", options.samples));
-  if (!options.shown.display.empty()) add("--display", options.shown.display);
-  if (!options.shown.view.empty()) add("--view", options.shown.view);
+  if (!options.view.display.empty()) add("--display", options.view.display);
+  if (!options.view.view.empty()) add("--view", options.view.view);
   for (const std::string& set : options.sets) add("--set", set);
   return words;
 }

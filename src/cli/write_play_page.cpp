@@ -31,14 +31,14 @@ Result<PageScene> prepare_page(const CommandLine& line, Scene scene) {
 }
 
 Status write_play_page(const CommandLine& line, Scene scene, const std::filesystem::path& path) {
-  PM_TRY(const PageScene ready, prepare_page(line, std::move(scene)));
-  // Once more: only now is it known which files the models and their materials name.
+  PM_TRY(const PageScene page_scene, prepare_page(line, std::move(scene)));
+  // Check again: now all input files are known, also those that models and materials name.
   PM_TRY_STATUS(check_play_page(line, path));
-  PM_TRY(const PlayPage page, make_play_page(ready.prepared, *ready.engine));
+  PM_TRY(const PlayPage page, make_play_page(page_scene.prepared, *page_scene.engine));
   const std::string html = encode_play_page(page);
   PM_TRY_STATUS(write_file(path, html));
   print_data("{} {} actor{}, {} frames, {}\n", path.string(), page.actors.size(),
-             page.actors.size() == 1 ? "" : "s", ready.prepared.frame_count,
+             page.actors.size() == 1 ? "" : "s", page_scene.prepared.frame_count,
              format_bytes(static_cast<double>(html.size())));
   return Ok{};
 }

@@ -1,5 +1,5 @@
-// Pages of a scene in a browser: what all need, and those that play its morph, for `mesh --html`
-// and `strip --html`.
+// HTML pages of a scene: their preparation, and the page that plays a morph in a browser (`mesh
+// --html`, `strip --html`).
 #pragma once
 
 #include <filesystem>
@@ -12,21 +12,23 @@
 
 namespace polymorph {
 
-/// Before any work: is it an .html file that may be written? Errors: kUsage, kOutput.
+/// Checks before any work that the path is an .html file that may be written. Errors: kUsage,
+/// kOutput.
 Status check_play_page(const CommandLine& line, const std::filesystem::path& path);
 
-/// A scene made ready for a page, and the engine that its surfaces are asked of.
+/// A scene that is prepared for a page, and the engine that makes its surfaces.
 struct PageScene {
   std::unique_ptr<Engine> engine;
   PreparedScene prepared;
 };
 
 /// Prepares a scene for a page, with at most kPlayResolution cells along an actor's longest side,
-/// and logs its warnings. Errors: those of make_engine() and prepare_scene().
+/// and logs its warnings. Errors: those of make_engine() and prepare_scene(); kInput if an actor
+/// has a mesh sequence.
 Result<PageScene> prepare_page(const CommandLine& line, Scene scene);
 
-/// Writes the page of a scene, with at most kPlayResolution cells along an actor's longest side,
-/// and says how large it is. Errors: those of prepare_scene() and write_file().
+/// Writes the page that plays a scene, and prints the number of actors and frames and the size of
+/// the file. Errors: those of prepare_page() and write_file().
 Status write_play_page(const CommandLine& line, Scene scene, const std::filesystem::path& path);
 
 }  // namespace polymorph

@@ -20,6 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using Files = std::map<std::string, std::string>;
 
+/// Tests whether the last components of a path are `name`.
 bool ends_in_path(const std::string& path, const std::string& name) {
   return path == name || path.ends_with("/" + name);
 }
@@ -68,7 +69,7 @@ Result<ParsedReport> parse_report(const fs::path& report, const std::string& tex
   return parsed;
 }
 
-/// Finds the report.json nearest to the root of the tree.
+/// Returns the text of the report.json with the shortest path.
 Result<std::string> find_report_json(const fs::path& report, const Files& files) {
   const std::string* best = nullptr;
   std::size_t shortest = 0;
@@ -84,7 +85,7 @@ Result<std::string> find_report_json(const fs::path& report, const Files& files)
   return *best;
 }
 
-/// Reads a frame of the report as a golden.
+/// Finds the file of a failed frame, checks it, and returns it as a golden.
 Result<NewGolden> read_golden(const fs::path& report, const Files& files, const GoldenSuite& suite,
                               const FailedFrame& failed) {
   const std::string path =
@@ -109,6 +110,7 @@ Result<NewGolden> read_golden(const fs::path& report, const Files& files, const 
   return NewGolden{failed.surface, bytes};
 }
 
+/// Checks that this program made the report (unless `any_program`) from the suite's present scene.
 Status check_origin(const fs::path& report, const ParsedReport& parsed, const GoldenSuite& suite,
                     bool any_program) {
   if (!any_program && parsed.program != program_identity())
@@ -117,8 +119,8 @@ Status check_origin(const fs::path& report, const ParsedReport& parsed, const Go
                       "say --any-program",
                       report.string(), printable(parsed.program), program_identity());
   const auto hash = parsed.suite_hashes.find(suite.name);
-  PM_TRY(const std::string own, suite_hash(suite));
-  if (hash == parsed.suite_hashes.end() || hash->second != own)
+  PM_TRY(const std::string present_hash, suite_hash(suite));
+  if (hash == parsed.suite_hashes.end() || hash->second != present_hash)
     return make_error(
         ErrorCode::kInput,
         "{}: its {} was rendered from another scene, model or texture than yours - check out the "
@@ -131,7 +133,7 @@ Status check_origin(const fs::path& report, const ParsedReport& parsed, const Go
 
 Result<std::vector<fs::path>> accept_report(const fs::path& report,
                                             const AcceptSettings& settings) {
-  PM_TRY_STATUS(may_write_goldens("accept", settings.reason));
+  PM_TRY_STATUS(check_write_allowed("accept", settings.reason));
   PM_TRY(const Files files, read_tree(report, [](const std::string& name) {
            return ends_in_path(name, "report.json") || name.find(".actual.") != std::string::npos;
          }));
@@ -166,7 +168,7 @@ Result<std::vector<fs::path>> accept_report(const fs::path& report,
       goldens.push_back(std::move(golden));
     }
     chosen += goldens.size();
-    PM_TRY(std::vector<NewFile> suite_files, golden_files(suite, goldens, settings.reason));
+    PM_TRY(std::vector<NewFile> suite_files, make_golden_files(suite, goldens, settings.reason));
     for (NewFile& file : suite_files) {
       paths.push_back(file.path);
       files_to_write.push_back(std::move(file));

@@ -1,4 +1,5 @@
-// The frames of a red run become goldens, without being rendered again.
+// Acceptance of golden frames: failed frames of a test run become goldens without being rendered
+// again.
 #pragma once
 
 #include <filesystem>
@@ -11,18 +12,18 @@ namespace polymorph {
 
 struct AcceptSettings {
   std::filesystem::path root;       ///< folder of the suites
-  std::vector<std::string> suites;  ///< only these; empty: all of the report
-  std::string frames;               ///< only these, "4,9-15"; empty: all that failed
-  std::string reason;               ///< goes to CHANGES.md
-  bool any_program = false;         ///< also of a report that another build made
+  std::vector<std::string> suites;  ///< only these; empty: all suites of the report
+  std::string frames;               ///< only these, "4,9-15"; empty: all failed frames
+  std::string reason;               ///< reason for the change, for CHANGES.md
+  bool any_program = false;         ///< accepts the report of another build, too
 };
 
-/// Takes the report that `golden test --report` left, with the frames that it kept (--failures
-/// inside of it, or beside it in the same archive): a folder, .zip or .tar. Checks that the suites'
-/// scenes are those of the report, and that this program is; that every frame is the file that the
-/// run wrote, can be read and has no NaN. Then all chosen frames that failed become goldens, with
-/// surface.csv and CHANGES.md: all or nothing. Returns what was written. Errors: kUsage as of
-/// update_golden(), kInput for all else that does not fit, kOutput.
+/// Makes failed frames of a report goldens. `report` is the folder, .zip or .tar that `golden test
+/// --report` wrote, with the frames of --failures inside it or beside it in the same archive.
+/// Checks that this program made the report, from the same scenes; that every frame is the file
+/// that the run wrote; and that all its pixels are finite. Then writes the chosen frames,
+/// surface.csv and CHANGES.md, all or nothing. Returns the written files. Errors: kUsage as of
+/// update_golden(); kInput if a check fails; kOutput.
 Result<std::vector<std::filesystem::path>> accept_report(const std::filesystem::path& report,
                                                          const AcceptSettings& settings);
 

@@ -38,7 +38,7 @@ class WorkFolder {
   fs::path path_;
 };
 
-/// Sets the number of threads; the destructor sets it back.
+/// Sets the number of threads, and restores it in the destructor.
 class ThreadCount {
  public:
   explicit ThreadCount(int count) : before_(thread_count()) {
@@ -55,11 +55,11 @@ class ThreadCount {
 /// One way to render the suite's frames.
 struct Variant {
   const char* name;
-  int threads = 0;           ///< 0: all there are
-  int shards = 1;            ///< number of runs, each with a part of the frames
-  bool interrupted = false;  ///< stopped after a frame, then resumed
-  bool cached = false;
-  bool last_alone = false;  ///< only the last frame
+  int threads = 0;           ///< 0: unchanged
+  int shards = 1;            ///< number of runs, each of one shard of the frames
+  bool interrupted = false;  ///< stopped after the first frame, then resumed
+  bool cached = false;       ///< uses a cache, which all such variants share
+  bool last_alone = false;   ///< renders only the last frame
 };
 
 constexpr Variant kBase{.name = "base"};
@@ -72,7 +72,7 @@ constexpr Variant kVariants[] = {{.name = "again"},
                                  {.name = "resumed", .interrupted = true, .cached = true},
                                  {.name = "a frame alone", .cached = true, .last_alone = true}};
 
-/// The suite, its scene and the folder to work in.
+/// Inputs of the bit test, and its temporary folder.
 struct BitTest {
   const GoldenSuite& suite;
   const GoldenSettings& settings;
@@ -80,6 +80,7 @@ struct BitTest {
   const fs::path& folder;
 };
 
+/// Returns the pattern frame.####.exr in a folder.
 FramePattern frames_in(const fs::path& folder) {
   FramePattern pattern;
   pattern.before = (folder / "frame.").string();
@@ -98,7 +99,7 @@ SequenceSettings sequence_settings(const BitTest& test, const Variant& variant) 
   return settings;
 }
 
-/// Frame number and surface digest of all that was rendered, by frame.
+/// Number and surface digest of each rendered frame, sorted by number.
 using Digests = std::vector<std::pair<int, std::string>>;
 
 Result<Digests> render(const BitTest& test, const Variant& variant) {
@@ -123,9 +124,9 @@ Result<Digests> render(const BitTest& test, const Variant& variant) {
     PM_TRY_STATUS(run(settings, {}));
   } else {
     for (int shard = 1; shard <= variant.shards; ++shard) {
-      SequenceSettings part = settings;
-      part.frames = take_shard(settings.frames, {shard, variant.shards});
-      if (!part.frames.empty()) PM_TRY_STATUS(run(part, {}));
+      SequenceSettings shard_settings = settings;
+      shard_settings.frames = take_shard(settings.frames, {shard, variant.shards});
+      if (!shard_settings.frames.empty()) PM_TRY_STATUS(run(shard_settings, {}));
     }
   }
   std::sort(digests.begin(), digests.end());
@@ -135,6 +136,7 @@ Result<Digests> render(const BitTest& test, const Variant& variant) {
   return digests;
 }
 
+/// Describes a frame that differs from the base in the case of the report.
 Status add_difference(const BitTest& test, int frame, const Image& actual, const Image& base,
                       bool surfaces_equal, ReportCase& result) {
   result.tolerance = exact_tolerance();
@@ -147,7 +149,7 @@ Status add_difference(const BitTest& test, int frame, const Image& actual, const
   return add_pictures(result, actual, &base, maps, *test.settings.pictures);
 }
 
-/// Renders one variant and stops at the first frame that differs from the base.
+/// Renders one variant and compares its frames with the base, up to the first that differs.
 Result<ReportCase> test_variant(const BitTest& test, const Variant& variant, const Digests& base) {
   const Stopwatch stopwatch;
   ReportCase result;

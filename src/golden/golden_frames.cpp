@@ -35,6 +35,7 @@ void replace_all(std::string& text, const std::string& from, const std::string& 
     text.replace(at, from.size(), to);
 }
 
+/// Renders a frame with the suite's command, in a temporary folder. Errors: kInput, kOutput.
 Result<RenderedFrame> run_command(const GoldenSuite& suite, int frame) {
   std::string folder = (fs::temp_directory_path() / "polymorph-golden-XXXXXX").string();
   if (!::mkdtemp(folder.data()))
@@ -43,7 +44,8 @@ Result<RenderedFrame> run_command(const GoldenSuite& suite, int frame) {
   std::string command = suite.command;
   replace_all(command, "{out}", quote_for_shell(out.string()));
   replace_all(command, "{frame}", fmt::format("{}", frame));
-  // In the suite's folder, with what it prints on standard error: standard output is data.
+  // Run in the suite's folder. Standard output is for data, so the command's goes to standard
+  // error.
   const std::string line =
       fmt::format("cd {} && ( {} ) 1>&2", quote_for_shell(suite.folder.string()), command);
   const int status = std::system(line.c_str());
@@ -118,7 +120,7 @@ Result<RenderedFrame> SuiteRenderer::render(int frame) {
     rendered.context.cell = std::max(rendered.context.cell, state.prepared.actors[i].settings.cell);
   }
   rendered.pixels = pixel_sha256(image);
-  // A golden went through half floats; so must what is compared with it.
+  // Goldens have half floats, so the frame must be rounded to half floats as well.
   PM_TRY(rendered.bytes, encode_exr(image, exr_settings(state.prepared.scene)));
   PM_TRY(rendered.image, decode_image(rendered.bytes, fmt::format("frame {}", frame)));
   return rendered;
@@ -150,7 +152,7 @@ Result<Scene> load_golden_scene(const GoldenSuite& suite) {
                       "{}: golden frames are in linear Rec. 709, as the program computes - remove "
                       "output.colorspace from the scene",
                       suite.scene.string());
-  scene.image.denoise = false;  // another library's pixels prove nothing about this program's
+  scene.image.denoise = false;  // the denoiser is another library, which is not tested here
   return scene;
 }
 

@@ -1,4 +1,4 @@
-// The frames of a golden suite, rendered: by polymorph from its scene, or by another program.
+// Rendering of a golden suite's frames, by polymorph from its scene or by another program.
 #pragma once
 
 #include <memory>
@@ -12,16 +12,16 @@
 
 namespace polymorph {
 
-/// A frame as rendered.
+/// A rendered frame, and the facts that tests and reports need.
 struct RenderedFrame {
-  SurfaceRecord surface;  ///< without a digest where another program renders
-  Image image;            ///< pixels as they come back from the file
-  std::string bytes;      ///< the file: EXR, or what the other program wrote
-  std::string pixels;     ///< SHA-256 of the pixels as rendered, before any file
-  ChangeContext context;  ///< cell and balls
+  SurfaceRecord surface;  ///< has no digest if another program renders
+  Image image;            ///< pixels decoded from `bytes`
+  std::string bytes;      ///< content of the file: EXR, or as the other program wrote it
+  std::string pixels;     ///< pixel_sha256() of the pixels before encoding
+  ChangeContext context;  ///< cell size and centres of the balls
 };
 
-/// Prepared once for all frames of a suite.
+/// Renderer for the frames of a suite, which prepares the scene once.
 class SuiteRenderer {
  public:
   /// Errors: kInput (scene, a frame outside of it), kResource.
@@ -31,9 +31,9 @@ class SuiteRenderer {
   ~SuiteRenderer();
 
   Result<RenderedFrame> render(int frame);
-  /// RenderedFrame::pixels alone.
+  /// Returns RenderedFrame::pixels without encoding the frame.
   Result<std::string> hash(int frame);
-  int frame_count() const;  ///< length of the scene; 0 with a command
+  int frame_count() const;  ///< frames of the scene; 0 if a command renders
 
  private:
   SuiteRenderer();
@@ -41,15 +41,15 @@ class SuiteRenderer {
   std::unique_ptr<State> state_;
 };
 
-/// The scene of a suite, never denoised. Errors: kInput, also for another output.colorspace than
-/// Rec. 709.
+/// Loads the scene of a suite and turns denoising off. Errors: kInput, also if output.colorspace is
+/// not Rec. 709.
 Result<Scene> load_golden_scene(const GoldenSuite& suite);
 
-/// Hash of all that decides a suite's frames beside the program: its scene and all files, or its
-/// command. Loads the models, prepares nothing. Errors: kInput.
+/// Hashes all inputs of a suite's frames except the program: its scene and all files, or its
+/// command. Loads the models, but prepares nothing. Errors: kInput.
 Result<std::string> suite_hash(const GoldenSuite& suite);
 
-/// SHA-256 of size, channel names and pixels.
+/// Returns the SHA-256 of an image's size, channel names and pixels.
 std::string pixel_sha256(const Image& image);
 
 }  // namespace polymorph

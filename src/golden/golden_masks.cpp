@@ -8,10 +8,10 @@
 namespace polymorph {
 namespace {
 
-using Pixels = std::vector<char>;  ///< per pixel: is it masked?
+using MaskedPixels = std::vector<char>;  ///< per pixel: 1 if it is masked, else 0
 
-/// Adds the pixels where the mask's picture is not black.
-Status add_picture(const GoldenMask& mask, const Image& reference, Pixels& is_masked) {
+/// Masks the pixels where the mask's picture is not black.
+Status add_picture(const GoldenMask& mask, const Image& reference, MaskedPixels& is_masked) {
   PM_TRY(const Image picture, read_image(mask.file, {.single_picture = true}));
   if (picture.width != reference.width || picture.height != reference.height)
     return make_error(ErrorCode::kInput, "{}: {} x {} pixels, the frames have {} x {}",
@@ -25,8 +25,8 @@ Status add_picture(const GoldenMask& mask, const Image& reference, Pixels& is_ma
   return Ok{};
 }
 
-/// Adds the pixels of `image` that show one of the mask's objects.
-void add_objects(const GoldenMask& mask, const Image& image, Pixels& is_masked) {
+/// Masks the pixels where `image` shows one of the mask's objects.
+void add_objects(const GoldenMask& mask, const Image& image, MaskedPixels& is_masked) {
   const auto id = static_cast<std::size_t>(image.find_channel("id"));
   for (std::size_t i = 0; i < is_masked.size(); ++i) {
     const float shown = image.pixels[i * image.channel_count() + id];
@@ -36,7 +36,7 @@ void add_objects(const GoldenMask& mask, const Image& image, Pixels& is_masked) 
   }
 }
 
-/// Must a pixel of these values fail, whatever the limits are?
+/// Tests whether a pixel with these values fails under any limits.
 bool is_invalid(const float* values, std::size_t count, int alpha) {
   return (alpha >= 0 && values[alpha] < 0) ||
          std::any_of(values, values + count, [](float v) { return !std::isfinite(v); });
@@ -49,7 +49,7 @@ Result<double> hide_masked(const GoldenSuite& suite, const Image& reference, Ima
       actual.channels != reference.channels || reference.pixels.empty())
     return 0.0;
   const std::size_t width = reference.channel_count();
-  Pixels is_masked(reference.pixels.size() / width);
+  MaskedPixels is_masked(reference.pixels.size() / width);
   for (const GoldenMask& mask : suite.masks) {
     if (!mask.file.empty()) {
       PM_TRY_STATUS(add_picture(mask, reference, is_masked));

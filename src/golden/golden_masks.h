@@ -7,10 +7,10 @@
 
 namespace polymorph {
 
-/// Gives the masked pixels of `actual` the reference's values and returns their share, %. A pixel
-/// of `actual` that no limit allows (NaN, infinite, negative alpha) keeps its values, so that it
-/// fails under a mask as well. Images of different sizes or channels stay as they are. Errors:
-/// kInput (a mask that cannot be read or has another size, a mask by ids without a layer `id`).
+/// Replaces the masked pixels of `actual` by the reference's, and returns their share in percent.
+/// Masked pixels with invalid values (NaN, infinite, negative alpha) stay, so that they fail. Does
+/// nothing if the images differ in size or channels. Errors: kInput (a mask that cannot be read or
+/// has another size, a mask by ids without a layer `id`).
 Result<double> hide_masked(const GoldenSuite& suite, const Image& reference, Image& actual);
 
 }  // namespace polymorph

@@ -27,6 +27,7 @@ Result<std::vector<SurfaceRecord>> read_records(const GoldenSuite& suite) {
   return read_surface_records(file);
 }
 
+/// Returns a message if the surface differs from its row of surface.csv; else "".
 std::string compare_surface(const SurfaceRecord& actual,
                             const std::vector<SurfaceRecord>& records) {
   for (const SurfaceRecord& record : records) {
@@ -46,13 +47,13 @@ fs::path failure_path(const GoldenSuite& suite, const GoldenSettings& settings, 
   return settings.failures / suite.name / fmt::format("frame.{:04d}.{}", frame, what);
 }
 
-/// File of the new frame, which may become the golden.
+/// Returns the path of the rendered frame, which may become the golden.
 fs::path actual_path(const GoldenSuite& suite, const GoldenSettings& settings, int frame) {
   return failure_path(suite, settings, frame, ("actual." + suite.format).c_str());
 }
 
-/// Removes what an earlier run kept of the frame: it would show a failure that is gone.
-void forget_failure(const GoldenSuite& suite, const GoldenSettings& settings, int frame) {
+/// Removes the files of an earlier failure of the frame, which may pass now.
+void remove_failure(const GoldenSuite& suite, const GoldenSettings& settings, int frame) {
   if (settings.failures.empty()) return;
   std::error_code ignored;
   fs::remove(actual_path(suite, settings, frame), ignored);
@@ -60,32 +61,32 @@ void forget_failure(const GoldenSuite& suite, const GoldenSettings& settings, in
     fs::remove(failure_path(suite, settings, frame, what), ignored);
 }
 
-/// A rendered frame and what it was compared with.
-struct Judgement {
+/// A rendered frame and the golden that it is compared with.
+struct FrameTest {
   const GoldenSuite& suite;
   const GoldenSettings& settings;
   const RenderedFrame& rendered;
   const Image* reference = nullptr;  ///< null: missing or unreadable
-  Image actual = {};                 ///< the frame with its masked pixels hidden
+  Image actual = {};                 ///< the frame after hide_masked()
   PixelMaps maps = {};
 };
 
-/// Keeps actual, reference and difference of a failure as files.
-Status keep_failure(const Judgement& judgement, const Comparison& comparison) {
-  const GoldenSuite& suite = judgement.suite;
-  const GoldenSettings& settings = judgement.settings;
-  const RenderedFrame& rendered = judgement.rendered;
+/// Writes the actual frame, the reference and the difference of a failure as files.
+Status write_failure(const FrameTest& test, const Comparison& comparison) {
+  const GoldenSuite& suite = test.suite;
+  const GoldenSettings& settings = test.settings;
+  const RenderedFrame& rendered = test.rendered;
   if (settings.failures.empty()) return Ok{};
   const auto path = [&](const char* what) {
     return failure_path(suite, settings, rendered.surface.frame, what);
   };
   PM_TRY_STATUS(write_file(actual_path(suite, settings, rendered.surface.frame), rendered.bytes));
-  if (const Image* reference = judgement.reference) {
+  if (const Image* reference = test.reference) {
     Image shown = *reference;
-    convert_to_rec709(shown);  // as all that is written here
+    convert_to_rec709(shown);  // like all files that are written
     PM_TRY_STATUS(write_image(path("reference.exr"), shown));
     PM_TRY(const Image difference,
-           failure_picture(rendered.image, *reference, comparison, judgement.maps));
+           failure_picture(rendered.image, *reference, comparison, test.maps));
     PM_TRY_STATUS(write_image(path("difference.png"), difference));
   }
   return Ok{};
@@ -97,6 +98,7 @@ bool is_mask(const GoldenSuite& suite, const fs::path& file) {
   });
 }
 
+/// Finds the images in the suite's folder that are neither goldens nor masks, sorted by name.
 std::vector<fs::path> find_orphans(const GoldenSuite& suite) {
   std::vector<fs::path> orphans;
   std::error_code error;
@@ -112,9 +114,9 @@ std::vector<fs::path> find_orphans(const GoldenSuite& suite) {
   return orphans;
 }
 
-/// Fills in the case of the report.
-Status fill_report(const Judgement& judgement, GoldenFrame& result) {
-  const auto& [suite, settings, rendered, reference, actual, maps] = judgement;
+/// Fills in the frame's case of the report, and adds its pictures.
+Status fill_report(const FrameTest& test, GoldenFrame& result) {
+  const auto& [suite, settings, rendered, reference, actual, maps] = test;
   ReportCase& report = result.report;
   report.group = suite.name;
   report.name = fmt::format("frame {}", result.frame);
@@ -131,22 +133,23 @@ Status fill_report(const Judgement& judgement, GoldenFrame& result) {
   return add_pictures(report, actual, reference, maps, *settings.pictures);
 }
 
-/// Keeps and reports a frame that has nothing to be compared with.
-Status report_uncompared(const Judgement& judgement, GoldenFrame& result) {
-  PM_TRY_STATUS(keep_failure(judgement, {}));
-  return fill_report(judgement, result);
+/// Writes and reports a frame whose golden is missing or unreadable.
+Status report_uncompared(const FrameTest& test, GoldenFrame& result) {
+  PM_TRY_STATUS(write_failure(test, {}));
+  return fill_report(test, result);
 }
 
-/// Fails masks that cover more than the suite allows: they could let everything pass.
+/// Returns an error message if the masks cover more than the suite allows, because large masks
+/// could let everything pass; else "".
 std::string compare_masked_share(const GoldenSuite& suite, double percent) {
   if (percent <= suite.max_masked_percent) return "";
   return fmt::format("{:.3g} % of the pixels are masked, suite.json allows {:.3g} %", percent,
                      suite.max_masked_percent);
 }
 
-/// Explains the change of a frame (explain.h).
-std::string explanation(const RenderedFrame& rendered, const Image& reference,
-                        const GoldenFrame& result) {
+/// Explains the change of a frame in words (explain_change()).
+std::string explain_failure(const RenderedFrame& rendered, const Image& reference,
+                            const GoldenFrame& result) {
   ChangeContext context = rendered.context;
   context.surfaces_known = !rendered.surface.digest.empty();
   context.surfaces_equal = result.surface_passed;
@@ -154,45 +157,45 @@ std::string explanation(const RenderedFrame& rendered, const Image& reference,
 }
 
 /// Compares one frame with its golden.
-Result<GoldenFrame> judge(const GoldenSuite& suite, const GoldenSettings& settings,
-                          const std::vector<SurfaceRecord>& records,
-                          const RenderedFrame& rendered) {
+Result<GoldenFrame> test_frame(const GoldenSuite& suite, const GoldenSettings& settings,
+                               const std::vector<SurfaceRecord>& records,
+                               const RenderedFrame& rendered) {
   GoldenFrame result;
   result.frame = rendered.surface.frame;
   if (suite.command.empty()) result.message = compare_surface(rendered.surface, records);
   result.surface_passed = result.message.empty();
   result.report.surface = rendered.surface;
   result.report.pixels = rendered.pixels;
-  Judgement judgement{suite, settings, rendered, nullptr, rendered.image};
+  FrameTest test{suite, settings, rendered, nullptr, rendered.image};
   const fs::path golden = golden_image_path(suite, result.frame);
   if (!fs::exists(golden)) {
     result.missing = true;
     result.message = golden.string() + " is missing";  // the report says how to accept it
-    PM_TRY_STATUS(report_uncompared(judgement, result));
+    PM_TRY_STATUS(report_uncompared(test, result));
     return result;
   }
   const auto reference = read_image(golden, {.single_picture = true, .stored_colors = true});
   if (!reference) {
     result.unreadable = true;
     result.message = reference.error().message;
-    PM_TRY_STATUS(report_uncompared(judgement, result));
+    PM_TRY_STATUS(report_uncompared(test, result));
     return result;
   }
-  judgement.reference = &*reference;
-  PM_TRY(result.masked_percent, hide_masked(suite, *reference, judgement.actual));
-  result.image = compare_images(judgement.actual, *reference, suite.tolerance, &judgement.maps);
+  test.reference = &*reference;
+  PM_TRY(result.masked_percent, hide_masked(suite, *reference, test.actual));
+  result.image = compare_images(test.actual, *reference, suite.tolerance, &test.maps);
   if (!suite.masks.empty()) result.report.masked_percent = result.masked_percent;
   result.report.max_masked_percent = suite.max_masked_percent;
   for (const std::string& reason : {result.image->passed() ? "" : result.image->reason,
                                     compare_masked_share(suite, result.masked_percent)})
     if (!reason.empty()) result.message += (result.message.empty() ? "" : "; ") + reason;
-  if (result.masked_percent > 0)  // the line about the frame says it beside the message
+  if (result.masked_percent > 0)  // not in the message: the frame's output line has the share, too
     result.image->reason += fmt::format("; {:.3g} % masked", result.masked_percent);
   if (!result.message.empty()) {
-    result.report.cause = explanation(rendered, *reference, result);
-    PM_TRY_STATUS(keep_failure(judgement, *result.image));
+    result.report.cause = explain_failure(rendered, *reference, result);
+    PM_TRY_STATUS(write_failure(test, *result.image));
   }
-  PM_TRY_STATUS(fill_report(judgement, result));
+  PM_TRY_STATUS(fill_report(test, result));
   return result;
 }
 
@@ -201,12 +204,11 @@ Result<std::vector<NewFile>> render_goldens(const GoldenSuite& suite,
                                             const GoldenSettings& settings,
                                             const std::string& reason) {
   PM_TRY(SuiteRenderer renderer, SuiteRenderer::create(suite, settings));
-  // Damaged ones are written anew.
-  const auto readable = read_records(suite);
-  const std::vector<SurfaceRecord> old_records =
-      readable ? *readable : std::vector<SurfaceRecord>{};
-  GoldenSettings quiet = settings;
-  quiet.failures.clear();
+  // A damaged surface.csv is written anew.
+  const auto stored = read_records(suite);
+  const std::vector<SurfaceRecord> old_records = stored ? *stored : std::vector<SurfaceRecord>{};
+  GoldenSettings update_settings = settings;
+  update_settings.failures.clear();
   std::vector<NewGolden> frames;
   for (const int frame : suite.frames) {
     PM_TRY(RenderedFrame rendered, renderer.render(frame));
@@ -214,10 +216,10 @@ Result<std::vector<NewFile>> render_goldens(const GoldenSuite& suite,
       return make_error(suite.command.empty() ? ErrorCode::kInternal : ErrorCode::kInput,
                         "frame {} of {} has NaN or infinite pixels - it cannot become a golden",
                         frame, suite.name);
-    PM_TRY(const GoldenFrame judged, judge(suite, quiet, old_records, rendered));
-    frames.push_back({rendered.surface, judged.passed() ? "" : std::move(rendered.bytes)});
+    PM_TRY(const GoldenFrame result, test_frame(suite, update_settings, old_records, rendered));
+    frames.push_back({rendered.surface, result.passed() ? "" : std::move(rendered.bytes)});
   }
-  return golden_files(suite, frames, reason);
+  return make_golden_files(suite, frames, reason);
 }
 
 Result<std::vector<fs::path>> write_and_list(const std::vector<NewFile>& files) {
@@ -240,11 +242,11 @@ Result<GoldenResult> test_golden(const GoldenSuite& suite, const GoldenSettings&
   GoldenResult result{suite.name, {}, find_orphans(suite)};
   for (const int frame : suite.frames) {
     const Stopwatch stopwatch;
-    forget_failure(suite, settings, frame);
+    remove_failure(suite, settings, frame);
     PM_TRY(const RenderedFrame rendered, renderer.render(frame));
-    PM_TRY(GoldenFrame judged, judge(suite, settings, records, rendered));
-    judged.report.seconds = stopwatch.seconds();
-    result.frames.push_back(std::move(judged));
+    PM_TRY(GoldenFrame frame_result, test_frame(suite, settings, records, rendered));
+    frame_result.report.seconds = stopwatch.seconds();
+    result.frames.push_back(std::move(frame_result));
   }
   return result;
 }
@@ -252,14 +254,14 @@ Result<GoldenResult> test_golden(const GoldenSuite& suite, const GoldenSettings&
 Result<std::vector<fs::path>> update_golden(const GoldenSuite& suite,
                                             const GoldenSettings& settings,
                                             const std::string& reason) {
-  PM_TRY_STATUS(may_write_goldens("update", reason));
+  PM_TRY_STATUS(check_write_allowed("update", reason));
   PM_TRY(const std::vector<NewFile> files, render_goldens(suite, settings, reason));
   return write_and_list(files);
 }
 
 Result<std::vector<fs::path>> create_golden_suite(GoldenSuite suite, const GoldenSettings& settings,
                                                   const std::string& reason) {
-  PM_TRY_STATUS(may_write_goldens("new", reason));
+  PM_TRY_STATUS(check_write_allowed("new", reason));
   std::error_code ignored;
   if (fs::symlink_status(suite.folder, ignored).type() != fs::file_type::not_found)
     return make_error(ErrorCode::kOutput, "{}: exists - choose another name",

@@ -1,4 +1,4 @@
-// Golden image tests: render a suite's frames and compare them with the committed ones.
+// Golden image tests: a suite's frames are rendered and compared with the committed ones.
 #pragma once
 
 #include <filesystem>
@@ -16,57 +16,59 @@ namespace polymorph {
 struct GoldenSettings {
   std::string device = "cpu";
   std::filesystem::path cache_folder;
-  std::filesystem::path failures;  ///< actual, reference and difference of failing frames go here
-  /// Budget of a report's pictures; null: none are made.
+  /// Folder for the actual frame, the reference and the difference of failing frames; empty: none.
+  std::filesystem::path failures;
+  /// Budget of the report's pictures; null: makes no pictures.
   PictureBudget* pictures = nullptr;
 };
 
 struct GoldenFrame {
   int frame = 0;
-  bool missing = false;             ///< no golden image
-  bool unreadable = false;          ///< there is one, but damaged
-  bool surface_passed = false;      ///< counts and digest are equal
-  std::optional<Comparison> image;  ///< absent when the golden is missing
+  bool missing = false;             ///< there is no golden image
+  bool unreadable = false;          ///< the golden image cannot be read
+  bool surface_passed = false;      ///< vertices, triangles and digest equal the golden's
+  std::optional<Comparison> image;  ///< absent if the golden is missing or unreadable
   double masked_percent = 0;        ///< share of the pixels that masks cover
-  std::string message;              ///< why it failed, empty when it passed
-  ReportCase report;                ///< the same for a report; `accept` is left to the caller
+  std::string message;              ///< reason for the failure; empty if the frame passed
+  ReportCase report;                ///< case of the report; the caller sets `accept`
   bool passed() const { return message.empty(); }
 };
 
 struct GoldenResult {
   std::string suite;
   std::vector<GoldenFrame> frames;
-  std::vector<std::filesystem::path>
-      orphans;  ///< images in the folder that no frame of the suite asks for
+  /// Images in the suite's folder that are neither goldens of its frames nor masks.
+  std::vector<std::filesystem::path> orphans;
   std::size_t failed() const;
 };
 
-/// Renders and compares; writes nothing but failures. A golden image that cannot be read is its
-/// frame's failure; all else that cannot is an error: kInput, kResource, kOutput.
+/// Renders a suite's frames and compares them with the goldens. Writes only the files of failures.
+/// A golden image that cannot be read fails its frame; if anything else cannot be read, that is an
+/// error. Errors: kInput, kResource, kOutput.
 Result<GoldenResult> test_golden(const GoldenSuite& suite, const GoldenSettings& settings);
 
-/// Replaces failing, damaged and missing goldens (and surface.csv), refuses NaN, appends to
-/// CHANGES.md with the reason; all of it or nothing, once every frame is rendered (base/file.h,
-/// write_files). Returns what was written. Errors: kUsage without a reason or when CI is set in the
-/// environment.
+/// Renders a suite's frames, then writes failing, damaged and missing goldens and surface.csv, and
+/// appends the reason to CHANGES.md: all or nothing (base/file.h, write_files). Returns the written
+/// files. Errors: kUsage without a reason, or if CI is set in the environment; kInternal or kInput
+/// for NaN and infinite pixels; those of test_golden().
 Result<std::vector<std::filesystem::path>> update_golden(const GoldenSuite& suite,
                                                          const GoldenSettings& settings,
                                                          const std::string& reason);
 
-/// Makes a suite of a scene: renders its frames and writes them with suite.json, all of it or
-/// nothing. `suite` needs name, folder, scene and frames. Returns what was written. Errors: those
-/// of update_golden(), and kOutput where the folder exists.
+/// Makes a suite of a scene: renders its frames and writes them with suite.json, all or nothing.
+/// `suite` needs name, folder, scene and frames. Returns the written files. Errors: those of
+/// update_golden(); kOutput if the folder exists.
 Result<std::vector<std::filesystem::path>> create_golden_suite(GoldenSuite suite,
                                                                const GoldenSettings& settings,
                                                                const std::string& reason);
 
-/// A frame, and the SHA-256 of its pixels as rendered (size, channel names, floats).
+/// A frame's number, and the pixel_sha256() of its pixels before encoding.
 struct FrameHash {
   int frame = 0;
   std::string sha256;
 };
-/// Renders the suite's frames, or the first, the middle and the last one of its scene where it
-/// names none; compares and writes nothing.
+/// Renders and hashes the suite's frames, or the first, middle and last frame of its scene if the
+/// suite has none. Writes nothing.
 Result<std::vector<FrameHash>> hash_golden(GoldenSuite suite, const GoldenSettings& settings);
 
 }  // namespace polymorph

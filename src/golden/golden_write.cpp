@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Reads CHANGES.md, or begins one where there is none. A file that cannot be read is an error.
+/// Reads CHANGES.md, or returns its title if there is no such file. Errors: kInput.
 Result<std::string> read_changes(const GoldenSuite& suite) {
   const fs::path file = suite.folder / "CHANGES.md";
   std::error_code ignored;
@@ -27,18 +27,19 @@ std::string frames_text(std::size_t count) {
   return fmt::format("{} frame{}", count, count == 1 ? "" : "s");
 }
 
-/// Adds an entry, in place of the last one where that gives the same reason.
-std::string with_entry(std::string text, std::size_t count, const std::string& reason) {
+/// Appends an entry. If the last one has the same reason, the new entry replaces it, with the
+/// larger of the two counts.
+std::string add_entry(std::string text, std::size_t count, const std::string& reason) {
   const auto last = text.rfind("\n- ");
   if (last != std::string::npos) {
     const std::string entry = text.substr(last + 1);
     if (entry.ends_with(fmt::format(": {}\n", reason))) {
       // "- polymorph 0.1.0, 6 frames: ..."
       const auto comma = entry.find(", ");
-      const auto before =
+      const auto old_count =
           parse_integer(entry.substr(comma + 2, entry.find(' ', comma + 2) - comma - 2));
-      count =
-          std::max(count, static_cast<std::size_t>(std::max<std::int64_t>(0, before.value_or(0))));
+      count = std::max(count,
+                       static_cast<std::size_t>(std::max<std::int64_t>(0, old_count.value_or(0))));
       text.resize(last);
     }
   }
@@ -48,7 +49,7 @@ std::string with_entry(std::string text, std::size_t count, const std::string& r
 
 }  // namespace
 
-Status may_write_goldens(const std::string& verb, const std::string& reason) {
+Status check_write_allowed(const std::string& verb, const std::string& reason) {
   if (const char* ci = std::getenv("CI");
       ci && *ci && std::string_view(ci) != "false" && std::string_view(ci) != "0")
     return make_error(
@@ -65,16 +66,16 @@ bool all_finite(const Image& image) {
                      [](float v) { return std::isfinite(v); });
 }
 
-Result<std::vector<NewFile>> golden_files(const GoldenSuite& suite,
-                                          const std::vector<NewGolden>& frames,
-                                          const std::string& reason) {
+Result<std::vector<NewFile>> make_golden_files(const GoldenSuite& suite,
+                                               const std::vector<NewGolden>& frames,
+                                               const std::string& reason) {
   std::vector<NewFile> files;
   for (const NewGolden& golden : frames)
     if (!golden.bytes.empty())
       files.push_back({golden_image_path(suite, golden.surface.frame), golden.bytes});
   const std::size_t count = files.size();
   if (suite.command.empty()) {
-    // Damaged records are written anew.
+    // A damaged surface.csv is written anew.
     const auto old = read_surface_records(suite.folder / "surface.csv");
     std::map<int, SurfaceRecord> rows;
     if (old)
@@ -90,7 +91,7 @@ Result<std::vector<NewFile>> golden_files(const GoldenSuite& suite,
   }
   if (files.empty()) return files;
   PM_TRY(std::string changes, read_changes(suite));
-  files.push_back({suite.folder / "CHANGES.md", with_entry(std::move(changes), count, reason)});
+  files.push_back({suite.folder / "CHANGES.md", add_entry(std::move(changes), count, reason)});
   return files;
 }
 

@@ -10,21 +10,22 @@ namespace polymorph {
 /// A frame that becomes a golden.
 struct NewGolden {
   SurfaceRecord surface;
-  std::string bytes;  ///< empty: the golden stays, only its record may change
+  std::string bytes;  ///< content of the image file; empty: only the record may change
 };
 
-/// Tests whether goldens may be written now. Errors: kUsage without a reason, or when CI is set in
-/// the environment; the message names the command's `verb`.
-Status may_write_goldens(const std::string& verb, const std::string& reason);
+/// Checks that goldens may be written. Errors: kUsage without a reason, or if CI is set in the
+/// environment; the message names the command's `verb`.
+Status check_write_allowed(const std::string& verb, const std::string& reason);
 
-/// Tests whether all values are finite.
+/// Tests whether all pixels are finite.
 bool all_finite(const Image& image);
 
-/// The files that make these frames goldens: the frames, surface.csv (with the rows that stay) and
-/// CHANGES.md with the reason at its end; a reason that stands there last is not repeated. Empty
-/// if nothing changes. Write them all or none (base/file.h, write_files). Errors: kInput.
-Result<std::vector<NewFile>> golden_files(const GoldenSuite& suite,
-                                          const std::vector<NewGolden>& frames,
-                                          const std::string& reason);
+/// Makes the files that make these frames goldens: the images, surface.csv (with the rows of the
+/// suite's other frames) and CHANGES.md, to which the reason is appended unless its last entry has
+/// the same. Returns no files if nothing changes. Write all or none (base/file.h, write_files).
+/// Errors: kInput.
+Result<std::vector<NewFile>> make_golden_files(const GoldenSuite& suite,
+                                               const std::vector<NewGolden>& frames,
+                                               const std::string& reason);
 
 }  // namespace polymorph

@@ -13,7 +13,7 @@ struct ChannelRange {
   std::size_t not_finite = 0;
 };
 
-ChannelRange range_of(const Image& image, std::size_t channel) {
+ChannelRange measure_range(const Image& image, std::size_t channel) {
   ChannelRange range{INFINITY, -INFINITY, 0, 0};
   std::size_t count = 0;
   for (std::size_t i = channel; i < image.pixels.size(); i += image.channel_count()) {
@@ -31,7 +31,7 @@ ChannelRange range_of(const Image& image, std::size_t channel) {
   return range;
 }
 
-/// The beginning of a text that is for programs, and its length.
+/// Shortens a long text, such as a scene in a header, to its beginning and its length.
 std::string shorten(const std::string& text) {
   constexpr std::size_t kMaxShown = 500, kShown = 60;
   if (text.size() <= kMaxShown) return text;
@@ -49,7 +49,7 @@ Result<Inspection> inspect_image(const std::string& file) {
   out.text += fmt::format("{}: {} x {}, {} channels\n", file, image.width, image.height,
                           image.channel_count());
   for (std::size_t c = 0; c < image.channel_count(); ++c) {
-    const ChannelRange range = range_of(image, c);
+    const ChannelRange range = measure_range(image, c);
     json["channels"].push_back({{"name", image.channels[c]},
                                 {"min", range.low},
                                 {"max", range.high},

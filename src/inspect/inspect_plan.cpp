@@ -8,14 +8,15 @@
 namespace polymorph {
 namespace {
 
-/// The share of an object's mass that belongs to matched limbs.
-double share_in_limbs(const std::vector<double>& masses, const std::vector<std::int32_t>& limbs) {
-  double inside = 0, all = 0;
+/// Returns the share of an object's mass in matched limbs, 0 to 1.
+double mass_share_in_limbs(const std::vector<double>& masses,
+                           const std::vector<std::int32_t>& limbs) {
+  double matched = 0, all = 0;
   for (std::size_t b = 0; b < masses.size(); ++b) {
     all += masses[b];
-    if (b < limbs.size() && limbs[b] != kNoLabel) inside += masses[b];
+    if (b < limbs.size() && limbs[b] != kNoLabel) matched += masses[b];
   }
-  return all > 0 ? inside / all : 0;
+  return all > 0 ? matched / all : 0;
 }
 
 JsonValue describe_leg(const Leg& leg) {
@@ -24,28 +25,29 @@ JsonValue describe_leg(const Leg& leg) {
   JsonValue limbs = JsonValue::array(), landmarks = JsonValue::array();
   for (const auto& [from, to] : plan.limb_names) limbs.push_back(JsonValue::array({from, to}));
   for (const std::string& name : leg.landmark_names) landmarks.push_back(name);
-  return {{"from", leg.from->name},
-          {"to", leg.to->name},
-          {"limbs", std::move(limbs)},
-          {"mass_in_limbs", JsonValue::array({share_in_limbs(plan.from_masses, plan.from_limbs),
-                                              share_in_limbs(plan.to_masses, plan.to_limbs)})},
-          {"turn_degrees", length(plan.alignment.turn) * kDegrees},
-          {"scale", plan.alignment.scale},
-          {"strain", plan.alignment.strain},
-          {"balls", JsonValue::array({plan.from.size(), plan.to.size()})},
-          {"pairs", plan.pairs.size()},
-          {"landmarks", std::move(landmarks)}};
+  return {
+      {"from", leg.from->name},
+      {"to", leg.to->name},
+      {"limbs", std::move(limbs)},
+      {"mass_in_limbs", JsonValue::array({mass_share_in_limbs(plan.from_masses, plan.from_limbs),
+                                          mass_share_in_limbs(plan.to_masses, plan.to_limbs)})},
+      {"turn_degrees", length(plan.alignment.turn) * kDegrees},
+      {"scale", plan.alignment.scale},
+      {"strain", plan.alignment.strain},
+      {"balls", JsonValue::array({plan.from.size(), plan.to.size()})},
+      {"pairs", plan.pairs.size()},
+      {"landmarks", std::move(landmarks)}};
 }
 
 std::string describe_certainty(const MorphPlan& plan) {
   if (plan.limb_names.empty())
     return "made without limbs: they are off, not certain, or the objects are nearly alike";
   return fmt::format("matched limbs hold {:.0f} % of the source and {:.0f} % of the target",
-                     100 * share_in_limbs(plan.from_masses, plan.from_limbs),
-                     100 * share_in_limbs(plan.to_masses, plan.to_limbs));
+                     100 * mass_share_in_limbs(plan.from_masses, plan.from_limbs),
+                     100 * mass_share_in_limbs(plan.to_masses, plan.to_limbs));
 }
 
-std::string describe_in_lines(const Leg& leg) {
+std::string leg_lines(const Leg& leg) {
   const MorphPlan& plan = leg.plan;
   const std::string turn = describe_turn(plan), limbs = describe_limbs(plan);
   std::string text = fmt::format("{} -> {}\n", leg.from->name, leg.to->name);
@@ -64,43 +66,44 @@ std::string describe_in_lines(const Leg& leg) {
   return text;
 }
 
-/// The error of the actor's plans where its chain ends with the object that it begins with.
+/// Measures the cycle of an actor whose chain ends with its first object. Nothing for other chains.
 std::optional<CycleError> actor_cycle(const PreparedActor& actor) {
-  if (actor.space) return std::nullopt;  // blend_cycles() has those of a blend
+  if (actor.space) return std::nullopt;  // blend_cycles() measures those of a blend
   std::vector<const MorphPlan*> plans;
   for (const auto& leg : actor.legs) {
-    if (leg->before) return std::nullopt;  // from balls in flight, not from an object
+    if (leg->before) return std::nullopt;  // the leg begins with the previous leg's moving balls
     plans.push_back(&leg->plan);
   }
   return cycle_error(plans);
 }
 
-/// Errors of the way from a blend's reference to one object, on to another, and back.
+/// Errors of the cycle from a blend's reference to one object, on to another, and back.
 struct BlendCycle {
   std::string from, to;        ///< names of the two objects
-  CycleError by_reference;     ///< the way between them leads over the reference, as in the blend
-  CycleError by_plan_between;  ///< the way between them is a plan of its own
+  CycleError by_reference;     ///< between them by the reference, as in the blend
+  CycleError by_plan_between;  ///< between them by a plan of their own
 };
 
-MorphPlan backwards(const MorphPlan& plan) {
-  MorphPlan reverse = plan;
-  swap_ends(reverse);
-  return reverse;
+MorphPlan reverse_plan(const MorphPlan& plan) {
+  MorphPlan reversed_plan = plan;
+  swap_ends(reversed_plan);
+  return reversed_plan;
 }
 
-/// The cycles through every two objects beside the reference. Plans between these two are made for
-/// the comparison alone.
-std::vector<BlendCycle> blend_cycles(const Preparation& preparation, std::size_t number,
+/// Measures the cycles through every two objects of a blend other than the reference. `actor_index`
+/// is the actor's. The plans between these objects are made for this comparison only.
+std::vector<BlendCycle> blend_cycles(const Preparation& preparation, std::size_t actor_index,
                                      const PreparedActor& actor) {
   std::vector<BlendCycle> cycles;
   for (std::size_t i = 0; i < actor.legs.size(); ++i)
     for (std::size_t j = i + 1; j < actor.legs.size(); ++j) {
-      const Leg &one = *actor.legs[i], &other = *actor.legs[j];
-      const MorphPlan between = plan_between(preparation, number, *one.to, *other.to);
-      const MorphPlan one_back = backwards(one.plan), other_back = backwards(other.plan);
-      const auto direct = cycle_error({&one.plan, &between, &other_back});
-      const auto blended = cycle_error({&one.plan, &one_back, &other.plan, &other_back});
-      if (direct && blended) cycles.push_back({one.to->name, other.to->name, *blended, *direct});
+      const Leg &first = *actor.legs[i], &second = *actor.legs[j];
+      const MorphPlan between = plan_between(preparation, actor_index, *first.to, *second.to);
+      const MorphPlan first_back = reverse_plan(first.plan),
+                      second_back = reverse_plan(second.plan);
+      const auto direct = cycle_error({&first.plan, &between, &second_back});
+      const auto blended = cycle_error({&first.plan, &first_back, &second.plan, &second_back});
+      if (direct && blended) cycles.push_back({first.to->name, second.to->name, *blended, *direct});
     }
   return cycles;
 }
@@ -121,7 +124,7 @@ Inspection inspect_plan(const PreparedScene& prepared, Engine& engine,
     if (prepared.actors.size() > 1) out.text += fmt::format("{}:\n", actor.name);
     for (const auto& leg : actor.legs) {
       legs.push_back(describe_leg(*leg));
-      out.text += describe_in_lines(*leg);
+      out.text += leg_lines(*leg);
     }
     JsonValue described = {{"name", actor.name}, {"legs", std::move(legs)}};
     if (const std::optional<CycleError> cycle = actor_cycle(actor)) {

@@ -28,42 +28,45 @@ void add_frames(Inspection& out, const Scene& scene, const ActorSettings& actor)
                           "stage", "progress", "u");
   std::vector<std::vector<int>> numbers;
   for (const ObjectSettings* object : objects) numbers.push_back(mesh_numbers(*object));
-  // "horse 12": an object, and the number of its mesh where it has some.
-  const auto shown_name = [&](int object, int mesh) {
+  // "horse 12": the object's name, and the number of its mesh if it has a mesh sequence.
+  const auto object_name = [&](int object, int mesh) {
     return mesh < 0
                ? name(object)
                : fmt::format(
                      "{} {}", name(object),
                      numbers[static_cast<std::size_t>(object)][static_cast<std::size_t>(mesh)]);
   };
-  const auto shown_names = [&](const MorphState& m) {
-    if (m.stage == Stage::kPlay) return shown_name(0, m.mesh);
-    if (m.stage != Stage::kBlend)
-      return shown_name(m.leg, m.mesh) + " -> " + shown_name(m.leg + 1, m.to_mesh);
+  const auto describe_state = [&](const MorphState& state) {
+    if (state.stage == Stage::kPlay) return object_name(0, state.mesh);
+    if (state.stage != Stage::kBlend)
+      return object_name(state.leg, state.mesh) + " -> " +
+             object_name(state.leg + 1, state.to_mesh);
     std::vector<std::string> parts;
-    for (std::size_t i = 0; i < m.weights.size(); ++i)
-      if (m.weights[i] > 0)
-        parts.push_back(fmt::format("{} {:.3g}", objects[i]->name, m.weights[i]));
+    for (std::size_t i = 0; i < state.weights.size(); ++i)
+      if (state.weights[i] > 0)
+        parts.push_back(fmt::format("{} {:.3g}", objects[i]->name, state.weights[i]));
     return fmt::format("{}", fmt::join(parts, ", "));
   };
   for (int frame = 1; frame <= timeline.count; ++frame) {
-    const MorphState m = morph_state_at(timeline, frame);
-    out.text += fmt::format("{:>5} {:>7.4f} {:<24} {:<12} {:>8.4f} {:>7.4f}\n", frame, m.t,
-                            shown_names(m), stage_name(m.stage), m.progress, m.u);
-    json["frames"].push_back({{"frame", frame},
-                              {"t", m.t},
-                              {"leg", m.leg},
-                              {"stage", stage_name(m.stage)},
-                              {"progress", m.progress},
-                              {"time", m.time},
-                              {"u", m.u},
-                              {"mesh", m.object >= 0 ? JsonValue(name(m.object)) : JsonValue()},
-                              {"look", m.look},
-                              {"boundary", m.boundary},
-                              {"growth", m.growth}});
-    if (!m.weights.empty()) {
+    const MorphState state = morph_state_at(timeline, frame);
+    out.text +=
+        fmt::format("{:>5} {:>7.4f} {:<24} {:<12} {:>8.4f} {:>7.4f}\n", frame, state.t,
+                    describe_state(state), stage_name(state.stage), state.progress, state.u);
+    json["frames"].push_back(
+        {{"frame", frame},
+         {"t", state.t},
+         {"leg", state.leg},
+         {"stage", stage_name(state.stage)},
+         {"progress", state.progress},
+         {"time", state.time},
+         {"u", state.u},
+         {"mesh", state.object >= 0 ? JsonValue(name(state.object)) : JsonValue()},
+         {"look", state.look},
+         {"boundary", state.boundary},
+         {"growth", state.growth}});
+    if (!state.weights.empty()) {
       JsonValue weights = JsonValue::array();
-      for (const float weight : m.weights) weights.push_back(weight);
+      for (const float weight : state.weights) weights.push_back(weight);
       json["frames"].items.back()["weights"] = std::move(weights);
     }
     const auto add_number = [&](const char* key, int object, int mesh) {
@@ -71,13 +74,13 @@ void add_frames(Inspection& out, const Scene& scene, const ActorSettings& actor)
         json["frames"].items.back()[key] =
             numbers[static_cast<std::size_t>(object)][static_cast<std::size_t>(mesh)];
     };
-    add_number("number", m.leg, m.mesh);
-    add_number("to_number", m.leg + 1, m.to_mesh);
+    add_number("number", state.leg, state.mesh);
+    add_number("to_number", state.leg + 1, state.to_mesh);
   }
   out.json["actors"].push_back(json);
 }
 
-/// Adds an actor's objects, and its runs of frames in one stage of one leg.
+/// Adds an actor's objects, and its ranges of frames in the same stage of the same leg.
 void add_actor(Inspection& out, const Scene& scene, const ActorSettings& actor) {
   const Timeline timeline = make_timeline(scene, actor);
   const auto objects = chain_objects(actor);
@@ -92,17 +95,17 @@ void add_actor(Inspection& out, const Scene& scene, const ActorSettings& actor) 
     return;
   }
   for (int frame = 1; frame <= timeline.count;) {
-    const MorphState moment = morph_state_at(timeline, frame);
+    const MorphState state = morph_state_at(timeline, frame);
     int last = frame;
-    while (last < timeline.count && morph_state_at(timeline, last + 1).stage == moment.stage &&
-           (mixes_many(timeline) || morph_state_at(timeline, last + 1).leg == moment.leg))
+    while (last < timeline.count && morph_state_at(timeline, last + 1).stage == state.stage &&
+           (mixes_many(timeline) || morph_state_at(timeline, last + 1).leg == state.leg))
       ++last;
-    const auto at = static_cast<std::size_t>(moment.leg);
+    const auto leg = static_cast<std::size_t>(state.leg);
     out.text += fmt::format("  frames {:>4} - {:<4} {}{}\n", frame, last,
                             mixes_many(timeline)
                                 ? std::string()
-                                : objects[at]->name + " -> " + objects[at + 1]->name + ": ",
-                            stage_name(moment.stage));
+                                : objects[leg]->name + " -> " + objects[leg + 1]->name + ": ",
+                            stage_name(state.stage));
     frame = last + 1;
   }
 }

@@ -22,7 +22,7 @@
 namespace polymorph {
 namespace {
 
-Result<Model> load(const std::string& name) {
+Result<Model> load_model_or_shape(const std::string& name) {
   if (std::find(kShapeNames.begin(), kShapeNames.end(), name) != kShapeNames.end())
     return make_shape(name);
   PM_TRY(LoadedModel loaded, load_model(name, {}));
@@ -30,9 +30,9 @@ Result<Model> load(const std::string& name) {
   return std::move(loaded.model);
 }
 
-/// Quality of an approximation.
-struct Measured {
-  std::optional<ApproximationQuality> figures;  ///< if it is measured
+/// Quality of an approximation, and the time that it took.
+struct Measurements {
+  std::optional<ApproximationQuality> quality;  ///< if `measure` is set
   double seconds = 0;
   std::vector<std::string> problems;
 };
@@ -42,7 +42,7 @@ std::size_t ball_count(const SpheresResult& fitted) {
 }
 
 JsonValue to_json(const SpheresRequest& request, const SpheresResult& fitted,
-                  const Measured& measured) {
+                  const Measurements& measurements) {
   std::vector<int> levels;
   for (const SphereNode& node : fitted.approximation.tree.nodes) {
     const auto level = static_cast<std::size_t>(node.level);
@@ -56,8 +56,8 @@ JsonValue to_json(const SpheresRequest& request, const SpheresResult& fitted,
                  {"spheres", fitted.approximation.tree.leaves().size()},
                  {"levels", levels},
                  {"balls", ball_count(fitted)}};
-  if (measured.figures) {
-    const ApproximationQuality& f = *measured.figures;
+  if (measurements.quality) {
+    const ApproximationQuality& f = *measurements.quality;
     json.update({{"iou", f.iou},
                  {"volume_ratio", f.volume_ratio},
                  {"rms_to_model", f.rms_to_model},
@@ -67,12 +67,12 @@ JsonValue to_json(const SpheresRequest& request, const SpheresResult& fitted,
                  {"grid", request.grid},
                  {"surface_triangles", f.triangles}});
   }
-  json["seconds"] = measured.seconds;
-  json["problems"] = measured.problems;
+  json["seconds"] = measurements.seconds;
+  json["problems"] = measurements.problems;
   return json;
 }
 
-/// The whole tree, parents before children; the leaves are the approximation.
+/// Formats the sphere tree, parents before children. Its leaves are the approximation.
 std::string tree_json(const SphereTree& tree) {
   JsonValue spheres = JsonValue::array();
   for (const SphereNode& node : tree.nodes) {
@@ -86,15 +86,15 @@ std::string tree_json(const SphereTree& tree) {
 }
 
 std::string to_table(const SpheresRequest& request, const SpheresResult& fitted,
-                     const Measured& measured) {
+                     const Measurements& measurements) {
   std::string text;
   text += fmt::format("{}: {} triangles, {}, {}\n", fitted.model.name,
                       fitted.model.triangles.size(), request.method,
                       request.fit == "none" ? "not fitted" : request.fit + " balls fitted");
   text += fmt::format("  {:<34}{:>10}\n", "spheres", fitted.approximation.tree.leaves().size());
   text += fmt::format("  {:<34}{:>10}\n", "balls", ball_count(fitted));
-  if (measured.figures) {
-    const ApproximationQuality& f = *measured.figures;
+  if (measurements.quality) {
+    const ApproximationQuality& f = *measurements.quality;
     text += fmt::format("  {:<34}{:>10.4f}\n", "overlap (IoU)", f.iou);
     text += fmt::format("  {:<34}{:>10.4f}\n", "volume ratio", f.volume_ratio);
     text += fmt::format("  {:<34}{:>10}{:>12}\n", "% of the box diagonal", "RMS", "Hausdorff");
@@ -103,7 +103,7 @@ std::string to_table(const SpheresRequest& request, const SpheresResult& fitted,
     text += fmt::format("  {:<34}{:>10.3f}{:>12.3f}\n", "  model to surface",
                         100 * f.rms_to_surface, 100 * f.hausdorff_to_surface);
   }
-  text += fmt::format("  {:<34}{:>10.2f} s\n", "time for spheres and balls", measured.seconds);
+  text += fmt::format("  {:<34}{:>10.2f} s\n", "time for spheres and balls", measurements.seconds);
   return text;
 }
 
@@ -111,38 +111,39 @@ std::string to_table(const SpheresRequest& request, const SpheresResult& fitted,
 
 Result<SpheresResult> inspect_spheres(const SpheresRequest& request) {
   SpheresResult fitted;
-  PM_TRY(fitted.model, load(request.model));
+  PM_TRY(fitted.model, load_model_or_shape(request.model));
   const Model& model = fitted.model;
-  Measured measured;
+  Measurements measurements;
   std::optional<Activity> activity(std::in_place, "looking for faults in " + model.name);
   const Diagnosis diagnosis = diagnose_fully(model);
   activity.reset();
-  measured.problems = describe_problems(diagnosis);
-  for (const std::string& problem : measured.problems) log_warning("{}: {}", model.name, problem);
+  measurements.problems = describe_problems(diagnosis);
+  for (const std::string& problem : measurements.problems)
+    log_warning("{}: {}", model.name, problem);
   const SphereSettings& settings = request.settings;
   if (const std::string crossings = describe_crossings(diagnosis); !crossings.empty()) {
-    measured.problems.push_back(crossings);
-    // The winding number is not affected.
+    measurements.problems.push_back(crossings);
+    // Self-intersections matter only to the parity test, not to the winding number.
     const bool matters = settings.inside == InsideMethod::kParity;
     matters ? log_warning("{}: {}", model.name, crossings)
             : log_debug("{}: {}", model.name, crossings);
   }
   const Stopwatch stopwatch;
   activity.emplace("making spheres and balls of " + model.name);
-  PM_TRY(const std::optional<Model> stand_in, make_solid_proxy(model, settings));
-  PM_TRY(fitted.approximation,
-         approximate_cached(model, settings, request.cache_folder, &stand_in));
-  measured.seconds = stopwatch.seconds();
+  PM_TRY(const std::optional<Model> proxy, make_solid_proxy(model, settings));
+  PM_TRY(fitted.approximation, approximate_cached(model, settings, request.cache_folder, &proxy));
+  measurements.seconds = stopwatch.seconds();
   activity.emplace(request.measure ? "measuring how well they fit" : "making balls of spheres");
-  // Balls of a shell or of a solidified model are judged by what they stand for.
+  // Compare the balls with the solid that they approximate: the proxy of a shell or of a solidified
+  // model, if there is one.
   const std::optional<ClusteredModel> clustered = cluster_long_triangles(model);
-  const Model& solid = stand_in ? *stand_in : clustered ? clustered->model : model;
-  if (stand_in && !settings.solidify)
+  const Model& solid = proxy ? *proxy : clustered ? clustered->model : model;
+  if (proxy && !settings.solidify)
     log_info(
         "{}: it bounds no solid, so it is taken for a shell and given thickness; --solidify "
         "fills it",
         model.name);
-  const InsideTest inside(stand_in ? *stand_in : model);
+  const InsideTest inside(proxy ? *proxy : model);
   const Vec3 size = model.box().size();
   const float cell = fitted.cell =
       std::max({size.x, size.y, size.z}) / static_cast<float>(request.grid);
@@ -157,13 +158,13 @@ Result<SpheresResult> inspect_spheres(const SpheresRequest& request) {
                                {solid_volume(solid, inside), cell}, *engine));
   }
   if (request.measure) {
-    PM_TRY(measured.figures,
+    PM_TRY(measurements.quality,
            measure_quality(solid, inside, fitted.balls, FieldKind::kGaussian, {request.grid}));
-    if (!is_good_fit(*measured.figures))
-      log_warning("{}: {}", model.name, describe_fit(*measured.figures));
+    if (!is_good_fit(*measurements.quality))
+      log_warning("{}: {}", model.name, describe_fit(*measurements.quality));
   }
   activity.reset();
-  fitted.report = {to_json(request, fitted, measured), to_table(request, fitted, measured)};
+  fitted.report = {to_json(request, fitted, measurements), to_table(request, fitted, measurements)};
   return fitted;
 }
 

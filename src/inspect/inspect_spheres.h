@@ -1,4 +1,4 @@
-// Quality of a model's approximation by spheres and balls (`polymorph spheres`).
+// Approximation of a model by spheres and balls, and measures of its quality (`polymorph spheres`).
 #pragma once
 
 #include <filesystem>
@@ -10,21 +10,23 @@
 namespace polymorph {
 
 struct SpheresRequest {
-  std::string model;                                 ///< a file or a built-in shape
-  std::string method = "medial", fit = "ellipsoid";  ///< the settings' names, for reports
+  std::string model;  ///< a file or a built-in shape
+  std::string method = "medial",
+              fit = "ellipsoid";  ///< names of settings.method and .fit, for reports
   SphereSettings settings;
-  int grid = 192;   ///< cells along the longest side, for the surface
+  int grid = 192;   ///< cells of the surface along the model's longest side
   int width = 480;  ///< pixels of each of the three pictures
   bool measure = true;
   std::filesystem::path cache_folder;
-  std::string write_balls, write_surface, write_spheres, output;  ///< files; empty: none
+  /// Files to write; empty: none. `output` is a picture of the model, the spheres and the surface.
+  std::string write_balls, write_surface, write_spheres, output;
 };
 
 /// A model, its approximation, and the measures of their difference.
 struct SpheresResult {
   Model model;
   Approximation approximation;
-  std::vector<Ball> balls;  ///< fitted, or straight from the spheres
+  std::vector<Ball> balls;  ///< fitted, or one per sphere if nothing is fitted
   float cell = 0;           ///< edge of the surface's cells
   Inspection report;
 };
@@ -33,7 +35,7 @@ struct SpheresResult {
 /// and approximate().
 Result<SpheresResult> inspect_spheres(const SpheresRequest& request);
 
-/// Writes the files that are asked for. Errors: kOutput; kResource (the picture).
+/// Writes the requested files. Errors: kOutput; kResource (the picture).
 Status write_spheres(const SpheresRequest& request, const SpheresResult& result);
 
 }  // namespace polymorph

@@ -12,27 +12,30 @@
 
 namespace polymorph {
 
-/// The description of a file: for programs, and in lines for people.
+/// Description of a file, for programs and for people.
 struct Inspection {
   JsonValue json;
-  std::string text;
+  std::string text;  ///< lines
 };
 
-/// Size, channels with their ranges, and attributes. Errors: those of read_image().
+/// Describes an image: size, channels with their ranges, attributes. Errors: those of read_image().
 Result<Inspection> inspect_image(const std::string& file);
 
-/// Counts, topology, size and problems; warnings go to the log. Errors: those of load_model().
+/// Describes a model: counts, topology, size, problems. Logs its warnings. Errors: those of
+/// load_model().
 Result<Inspection> inspect_model(const std::string& file);
 
-/// Objects, and the frames of each stage. The JSON is null: scene_to_json() has every setting.
+/// Describes a scene: its objects, and the frames of each stage. The JSON is null, because
+/// scene_to_json() has every setting.
 Inspection inspect_scene(const std::string& file, const Scene& scene);
 
-/// The state of each actor in each frame.
+/// Describes the state of each actor in each frame.
 Inspection inspect_timeline(const Scene& scene);
 
-/// The plan of each leg: which limb becomes which, the turn, and how much is left between the ends;
-/// where a chain ends with the object that it begins with, and for a blend, whether its plans are
-/// consistent. Plans that only the comparison needs are made, or read from the folder `cache`.
+/// Describes the plan of each leg: the matched limbs, the rotation, and the distance that remains
+/// between matched balls. Measures the consistency of plans that form a cycle: those of a chain
+/// that ends with its first object, and those of a blend. The plans that only a blend's cycles need
+/// are made with `engine`, or read from the folder `cache`.
 Inspection inspect_plan(const PreparedScene& prepared, Engine& engine,
                         const std::filesystem::path& cache);
 

@@ -24,9 +24,10 @@ bool is_scene(const std::string& input) {
   return std::filesystem::path(input).extension() == ".json";
 }
 
-/// An object that stands for one end of a mesh sequence: the file that was named, else the mesh.
-const TrueModel* find_end(const Truth& truth, const std::string& file,
-                          const std::filesystem::path& mesh) {
+/// Finds the model with true points for one end of a mesh sequence: by the given file, or by the
+/// file of the first or last mesh if none is given.
+const TrueModel* find_end_model(const Truth& truth, const std::string& file,
+                                const std::filesystem::path& mesh) {
   const std::filesystem::path path = file.empty() ? mesh : std::filesystem::path(file);
   return truth.find(path, path.stem().string());
 }
@@ -38,13 +39,13 @@ Result<std::vector<Analysis>> analyze_files(const FramePattern& pattern,
   if (truth) {
     PM_TRY(const std::vector<int> numbers, existing_frames(pattern));
     if (!numbers.empty())
-      morph.truth = {find_end(*truth, options.source, frame_path(pattern, numbers.front())),
-                     find_end(*truth, options.target, frame_path(pattern, numbers.back()))};
+      morph.truth = {find_end_model(*truth, options.source, frame_path(pattern, numbers.front())),
+                     find_end_model(*truth, options.target, frame_path(pattern, numbers.back()))};
   }
   return analyze_meshes(morph, progress);
 }
 
-/// Errors (kInput): no morph is between objects of the file.
+/// Checks that at least one morph is measured by the true points. Errors: kInput.
 Status check_truth(const std::vector<Analysis>& morphs, const Truth* truth) {
   if (!truth || std::any_of(morphs.begin(), morphs.end(), [](const Analysis& morph) {
         return morph.find("points")->value.has_value();
@@ -56,16 +57,17 @@ Status check_truth(const std::vector<Analysis>& morphs, const Truth* truth) {
                     truth->file.string());
 }
 
-Result<std::vector<Analysis>> analyzed(const CommandLine& line, const AnalyzeOptions& options) {
+Result<std::vector<Analysis>> analyze_input(const CommandLine& line,
+                                            const AnalyzeOptions& options) {
   const AnalyzeProgress progress = [](int done, int count) {
     log_debug("frame {} of {}", done + 1, count);
     return !stop_requested();
   };
-  Truth known;
+  Truth loaded_truth;
   if (!options.truth.empty()) {
-    PM_TRY(known, load_truth(options.truth));
+    PM_TRY(loaded_truth, load_truth(options.truth));
   }
-  const Truth* truth = options.truth.empty() ? nullptr : &known;
+  const Truth* truth = options.truth.empty() ? nullptr : &loaded_truth;
   if (!is_scene(options.input)) {
     const bool is_animated = pose_count(options.input) > 0;
     PM_TRY(const FramePattern pattern,
@@ -110,7 +112,7 @@ Result<int> run_analyze(const CommandLine& line, const AnalyzeOptions& options) 
     PM_TRY(Limit limit, parse_limit(text));
     limits.push_back(std::move(limit));
   }
-  auto morphs = analyzed(line, options);
+  auto morphs = analyze_input(line, options);
   if (!morphs && stop_requested()) return make_error(stop_code(), "stopped, nothing written");
   if (!morphs) return std::move(morphs).error();
   if (!options.html.empty())
@@ -120,9 +122,9 @@ Result<int> run_analyze(const CommandLine& line, const AnalyzeOptions& options) 
     PM_TRY_STATUS(write_json(options.json, analysis_json(*morphs)));
   else
     for (const Analysis& morph : *morphs) print_analysis(morph);
-  const std::vector<std::string> broken = broken_limits(*morphs, limits);
-  for (const std::string& text : broken) log_warning("{}", text);
-  return broken.empty() ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
+  const std::vector<std::string> messages = broken_limits(*morphs, limits);
+  for (const std::string& text : messages) log_warning("{}", text);
+  return messages.empty() ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ struct BenchOptions {
   JsonOutput json;
 };
 
-/// `bench morph`. Its exit code says whether the limits hold.
+/// Runs `bench morph`. Returns the exit code: 0 if all limits hold.
 Result<int> run_bench_morph(const CommandLine& line, const BenchOptions& options, Engine& engine) {
   BenchMorphSettings settings = options.morph;
   settings.truth = options.truth;
@@ -29,19 +29,19 @@ Result<int> run_bench_morph(const CommandLine& line, const BenchOptions& options
     PM_TRY(Limit limit, parse_limit(text));
     limits.push_back(std::move(limit));
   }
-  const bool table = !options.json.enabled;
+  const bool prints_table = !options.json.enabled;
   auto report = bench_morph(
       settings, engine,
       [&](const std::string& text) {
-        if (table) print_data("{}", text);
+        if (prints_table) print_data("{}", text);
       },
       [] { return !stop_requested(); });
   if (!report && stop_requested()) return make_error(stop_code(), "stopped, nothing written");
   if (!report) return std::move(report).error();
-  if (!table) PM_TRY_STATUS(write_json(options.json, report->json));
-  const std::vector<std::string> broken = broken_limits(report->morphs, limits);
-  for (const std::string& text : broken) log_warning("{}", text);
-  return broken.empty() ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
+  if (!prints_table) PM_TRY_STATUS(write_json(options.json, report->json));
+  const std::vector<std::string> messages = broken_limits(report->morphs, limits);
+  for (const std::string& text : messages) log_warning("{}", text);
+  return messages.empty() ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
 }
 
 Result<int> run_bench(const CommandLine& line, const BenchOptions& options) {
@@ -55,12 +55,12 @@ Result<int> run_bench(const CommandLine& line, const BenchOptions& options) {
   std::string device;
   PM_TRY(const auto engine, make_engine(line.common.device, device, line.common.max_memory));
   if (is_morph) return run_bench_morph(line, options, *engine);
-  const bool table = !options.json.enabled;
+  const bool prints_table = !options.json.enabled;
   PM_TRY(const JsonValue report,
          run_benchmarks(options.settings, device, *engine, [&](const std::string& text) {
-           if (table) print_data("{}", text);
+           if (prints_table) print_data("{}", text);
          }));
-  if (!table) PM_TRY_STATUS(write_json(options.json, report));
+  if (!prints_table) PM_TRY_STATUS(write_json(options.json, report));
   return 0;
 }
 

@@ -32,9 +32,11 @@ std::string format_files(std::size_t count, std::uint64_t bytes) {
                      format_bytes(static_cast<double>(bytes)));
 }
 
-Result<int> list(const fs::path& folder, const CacheOptions& options) {
-  const bool verify = options.verb == "verify";
-  const std::vector<CacheEntry> entries = verify ? verify_cache(folder) : list_cache(folder);
+/// Lists the files of the cache, or reads and checks all of them (`verify`).
+Result<int> list_entries(const fs::path& folder, const CacheOptions& options) {
+  const bool is_verification = options.verb == "verify";
+  const std::vector<CacheEntry> entries =
+      is_verification ? verify_cache(folder) : list_cache(folder);
   JsonValue json{{"folder", folder.string()}};
   json["entries"] = JsonValue::array();
   std::uint64_t bytes = 0;
@@ -47,7 +49,7 @@ Result<int> list(const fs::path& folder, const CacheOptions& options) {
                      {"origin", entry.origin},
                      {"bytes", entry.bytes},
                      {"age_seconds", entry.age}};
-    if (verify) {
+    if (is_verification) {
       record["ok"] = entry.problem.empty();
       if (entry.spheres > 0) {
         record["spheres"] = entry.spheres;
@@ -59,10 +61,10 @@ Result<int> list(const fs::path& folder, const CacheOptions& options) {
     if (options.json.enabled) continue;
     if (!entry.problem.empty())
       print_data("{}: {}\n", entry.file.filename().string(), entry.problem);
-    else if (verify && entry.balls + entry.spheres > 0)
+    else if (is_verification && entry.balls + entry.spheres > 0)
       print_data("{}: ok, {} spheres, {} balls\n", entry.file.filename().string(), entry.spheres,
                  entry.balls);
-    else if (verify)
+    else if (is_verification)
       print_data("{}: ok\n", entry.file.filename().string());
     else
       print_data("{}  {:<9}  {:>9}  {:>8}  {}\n", entry.key, entry.kind->name,
@@ -71,7 +73,7 @@ Result<int> list(const fs::path& folder, const CacheOptions& options) {
   }
   json["bytes"] = bytes;
   if (options.json.enabled) {
-    if (verify) json["ok"] = invalid == 0;
+    if (is_verification) json["ok"] = invalid == 0;
     PM_TRY_STATUS(write_json(options.json, json));
   } else {
     print_data("{}: {}{}\n", folder.string(), format_files(entries.size(), bytes),
@@ -82,7 +84,8 @@ Result<int> list(const fs::path& folder, const CacheOptions& options) {
   return invalid > 0 ? static_cast<int>(ErrorCode::kAnswerNo) : 0;
 }
 
-Result<int> clean(const fs::path& folder, const CacheOptions& options) {
+/// Removes all files of the cache (`clear`), or the oldest until the limits hold (`gc`).
+Result<int> clean_cache(const fs::path& folder, const CacheOptions& options) {
   CacheCleaning cleaning;
   if (options.verb == "clear") {
     cleaning = clear_cache(folder);
@@ -128,8 +131,8 @@ Result<int> run_cache(const CommandLine& line, const CacheOptions& options) {
   if (folder.empty())
     return make_error(ErrorCode::kUsage,
                       "there is no cache folder - give --cache-dir or set POLYMORPH_CACHE_DIR");
-  return options.verb == "ls" || options.verb == "verify" ? list(folder, options)
-                                                          : clean(folder, options);
+  return options.verb == "ls" || options.verb == "verify" ? list_entries(folder, options)
+                                                          : clean_cache(folder, options);
 }
 
 std::vector<VerbTable> cache_verbs() {

@@ -28,11 +28,11 @@ struct CheckOptions {
 
 struct CheckResult {
   std::vector<SceneFinding> findings;
-  std::vector<std::string> errors;  ///< errors of models and textures
+  std::vector<std::string> errors;  ///< errors of models, textures and memory
   std::vector<std::string> warnings;
   std::vector<std::string> notes;  ///< harmless oddities and good fits
   std::vector<std::pair<std::string, Diagnosis>> objects;
-  std::vector<std::string> sequences;  ///< mesh sequences in words
+  std::vector<std::string> sequences;  ///< descriptions of the mesh sequences
   std::size_t object_count = 0;
   int frames = 0;
   MemoryEstimate memory;
@@ -51,18 +51,19 @@ std::string describe_object(const std::string& name, const Diagnosis& d) {
   return text;
 }
 
-/// The quality of an object's balls, and the line on which its front lies, if they determine one.
+/// Quality of an object's balls, and the line on which its front lies, if the balls have a mirror
+/// plane.
 struct FitFindings {
   ApproximationQuality quality;
-  std::optional<double> front_line;  ///< find_front_line()
+  std::optional<double> front_line;  ///< azimuth in radians (find_front_line())
 };
 
-/// Fits the balls of an object and measures the fit; returns nothing if there are none to fit.
+/// Fits the balls of an object and measures the fit. Returns nothing if no balls can be fitted.
 Result<std::optional<FitFindings>> measure_fit(const Model& model, const ObjectSettings& object,
                                                const std::filesystem::path& cache) {
   const Activity activity("fitting balls to " + object.name);
   const auto stand_in = make_solid_proxy(model, object.spheres);
-  if (!stand_in) return std::optional<FitFindings>();  // the diagnosis has told why
+  if (!stand_in) return std::optional<FitFindings>();  // the diagnosis reports the reason
   const auto approximation = approximate_cached(model, object.spheres, cache, &*stand_in);
   if (!approximation || approximation->balls.empty()) return std::optional<FitFindings>();
   const Model& solid = *stand_in ? **stand_in : model;
@@ -72,7 +73,7 @@ Result<std::optional<FitFindings>> measure_fit(const Model& model, const ObjectS
   return std::optional(FitFindings{quality, find_front_line(find_limbs(approximation->balls))});
 }
 
-/// Describes the two possible directions of an object's front.
+/// Names the two possible directions of an object's front.
 std::string describe_front(const ObjectSettings& object, double front_line) {
   constexpr double kDegrees = 57.29577951308232;
   const int degrees = static_cast<int>(std::lround(front_line * kDegrees)) % 180;
@@ -100,7 +101,7 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
   result.errors = find_problems(reading.scene, chain, cache, loaded);
   result.warnings = loaded.warnings;
   const auto pictures = static_cast<std::size_t>(
-      std::min(result.frames, 2));  // one is traced while another is written
+      std::min(result.frames, 2));  // one is traced while the other is written
   result.memory = estimate_memory(reading.scene, chain, loaded,
                                   find_shared_actors(reading.scene, chain, loaded), pictures);
   if (const Status status = check_memory(result.memory, common.max_memory); !status)
@@ -173,11 +174,11 @@ JsonValue to_json(const CheckResult& result, bool good) {
 
 Result<int> run_check(const CommandLine& line, const CheckOptions& options) {
   auto checked = check_scene(options, line.common);
-  // A scene that cannot even be read or parsed is an answer, too: "no".
+  // A scene that cannot be read or parsed gets the answer "no" as well, not exit code 3.
   if (!checked && checked.error().code == ErrorCode::kInput) {
-    CheckResult unread;
-    unread.errors = {checked.error().message};
-    checked = std::move(unread);
+    CheckResult unreadable;
+    unreadable.errors = {checked.error().message};
+    checked = std::move(unreadable);
   }
   if (!checked) return checked.error();
   const CheckResult& result = *checked;

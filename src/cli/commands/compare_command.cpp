@@ -58,12 +58,13 @@ std::string difference_path(const CompareOptions& options, const FilePair& pair,
   return path.parent_path() / (pair.actual.stem().string() + "." + path.filename().string());
 }
 
-/// The previous pair of a sequence, for differences between neighbouring frames.
+/// The previous pair of a sequence, from which the flicker between successive frames is measured.
 struct Previous {
   Image actual, reference;
-  std::optional<double> flicker, reference_flicker;  ///< change from the pair before it
+  std::optional<double> flicker, reference_flicker;  ///< mean change from the pair before
 
-  void take(Image next_actual, Image next_reference) {
+  /// Measures the change to the next pair, which then replaces this one.
+  void advance(Image next_actual, Image next_reference) {
     const auto mean = [](const std::optional<Flicker>& f) {
       return f ? std::optional<double>(f->mean) : std::nullopt;
     };
@@ -74,7 +75,7 @@ struct Previous {
   }
 };
 
-/// Compares one pair and makes its pictures where a report shows them.
+/// Compares one pair of images, and makes its pictures if a report has any.
 Result<ReportCase> compare_pair(const CompareOptions& options, const FilePair& pair,
                                 bool is_sequence, Previous& previous, PictureBudget& budget) {
   const ReadImageSettings single{.single_picture = true, .stored_colors = true};
@@ -98,13 +99,13 @@ Result<ReportCase> compare_pair(const CompareOptions& options, const FilePair& p
     }
   }
   result.cause = explain_change(actual, reference);
-  if (options.report.pictures())
+  if (options.report.has_pictures())
     PM_TRY_STATUS(add_pictures(result, actual, &reference, maps, budget));
-  previous.take(std::move(actual), std::move(reference));
+  previous.advance(std::move(actual), std::move(reference));
   return result;
 }
 
-/// The pattern of a model's files; of an animated model, that of its poses.
+/// Returns the pattern of a model's files, or of the poses of an animated model.
 Result<FramePattern> mesh_pattern(const std::string& name) {
   return parse_pattern(pose_count(name) > 0 ? pose_pattern(name).string() : name);
 }
@@ -120,19 +121,19 @@ Result<std::vector<FilePair>> find_mesh_pairs(const CompareOptions& options) {
                       "compare two models or two sequences (with #### in both names)");
   std::set<int> numbers;
   for (const FramePattern& pattern : {a, b}) {
-    PM_TRY(const std::vector<int> own, existing_meshes(pattern));
-    if (own.empty())
+    PM_TRY(const std::vector<int> existing, existing_meshes(pattern));
+    if (existing.empty())
       return make_error(ErrorCode::kInput, "{}: no such files", frame_path(pattern, 1).string());
-    numbers.insert(own.begin(), own.end());
+    numbers.insert(existing.begin(), existing.end());
   }
   std::vector<FilePair> pairs;
   for (const int number : numbers) pairs.push_back({frame_path(a, number), frame_path(b, number)});
   return pairs;
 }
 
-/// Compares meshes by how far apart their surfaces are.
+/// Compares meshes by the distance between their surfaces.
 Result<int> compare_meshes(const CompareOptions& options) {
-  if (options.report.pictures() || !options.report.junit.empty() || !options.difference.empty())
+  if (options.report.has_pictures() || !options.report.junit.empty() || !options.difference.empty())
     return make_error(ErrorCode::kUsage,
                       "{} is a model - reports and --diff are for images; leave them out",
                       options.actual);
@@ -170,8 +171,8 @@ Result<int> compare_meshes(const CompareOptions& options) {
 Result<int> run_compare(const CompareOptions& options, bool overwrite) {
   if (is_model_file(options.actual) && is_model_file(options.reference))
     return compare_meshes(options);
-  const auto found = find_pairs(options);
-  const std::vector<FilePair> pairs = found ? *found : std::vector<FilePair>{};
+  const auto pairs_or_error = find_pairs(options);
+  const std::vector<FilePair> pairs = pairs_or_error ? *pairs_or_error : std::vector<FilePair>{};
   for (const FilePair& pair : pairs)
     for (const auto& file : {pair.actual, pair.reference}) remember_input(file);
   // Refuse to write pictures over inputs or other files before an earlier report is removed.
@@ -182,9 +183,10 @@ Result<int> run_compare(const CompareOptions& options, bool overwrite) {
     if (!options.difference.empty())
       PM_TRY_STATUS(check_output(difference_path(options, pair, pairs.size() > 1), overwrite));
   }
-  // Inputs are known by now; an earlier report goes, even where there is nothing to compare.
+  // Remove an earlier report, even if there is nothing to compare. All inputs are known here, so
+  // that none of them is removed.
   PM_TRY_STATUS(begin_report(options.report, overwrite));
-  if (!found) return found.error();
+  if (!pairs_or_error) return pairs_or_error.error();
   Report report{fmt::format("{} against {}", options.actual, options.reference),
                 {{"polymorph", std::string(program_version())}},
                 {},
@@ -217,7 +219,7 @@ Result<int> run_compare(const CompareOptions& options, bool overwrite) {
 }
 
 void add_limits(Command command, Tolerance& t) {
-  constexpr double kMax = 1e30;  // as large as a limit that is off
+  constexpr double kMax = 1e30;  // practically no limit
   const auto add = [&](const char* name, float& value, double highest, const char* type,
                        const std::string& what) {
     command.add_option(name, value, what).range(0.0, highest).type_name(type).group("Main");

@@ -6,13 +6,14 @@
 namespace polymorph {
 namespace {
 
-std::string joined(const std::vector<std::string>& words) {
+std::string join_words(const std::vector<std::string>& words) {
   return fmt::format("{}", fmt::join(words, " "));
 }
 
-/// Shell command that lists the words for a kind of value, which only the installed program knows.
-/// Files may stand there, too.
-std::string lister(const OptionRow& row) {
+/// Returns a shell command that lists the words for a kind of value which depend on the
+/// installation (models, effects, ...), or "" for other kinds. Models and effects may be files as
+/// well.
+std::string list_command(const OptionRow& row) {
   const std::string list = "polymorph demo --list 2>/dev/null | awk ";
   if (row.value == "FROM" || row.value == "TO")
     return list + "'/^effects/ {exit} /^  / {print $1}'";
@@ -22,27 +23,28 @@ std::string lister(const OptionRow& row) {
   return "";
 }
 
-/// The words for a value, for bash and fish to expand.
-std::string words_for(const OptionRow& row, const char* substitution) {
-  const std::string command = lister(row);
-  return command.empty() ? joined(row.choices) : substitution + command + ")";
+/// Returns the words for a value of an option, for bash and fish: literal words, or the command of
+/// list_command() in the shell's syntax, which begins with `substitution`.
+std::string value_words(const OptionRow& row, const char* substitution) {
+  const std::string command = list_command(row);
+  return command.empty() ? join_words(row.choices) : substitution + command + ")";
 }
 
 std::string command_names(const std::vector<CommandTable>& commands) {
   std::vector<std::string> names;
   for (const CommandTable& command : commands) names.push_back(command.name);
-  return joined(names);
+  return join_words(names);
 }
 
-/// Quotes a text for a shell.
-std::string quoted(const std::string& text) {
+/// Quotes a text in single quotes for a shell.
+std::string quote(const std::string& text) {
   std::string out = "'";
   for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return out + "'";
 }
 
 /// Escapes []: and \, which have a meaning in a specification of zsh's _arguments.
-std::string zsh_text(const std::string& text) {
+std::string escape_zsh(const std::string& text) {
   std::string out;
   for (const char c : text)
     out += std::string_view("[]:\\").find(c) == std::string_view::npos ? std::string(1, c)
@@ -56,8 +58,8 @@ std::string zsh_function(const std::string& value) {
 }
 
 std::string zsh_action(const OptionRow& row) {
-  if (!lister(row).empty()) return zsh_function(row.value);
-  return row.choices.empty() ? "_files" : "(" + joined(row.choices) + ")";
+  if (!list_command(row).empty()) return zsh_function(row.value);
+  return row.choices.empty() ? "_files" : "(" + join_words(row.choices) + ")";
 }
 
 }  // namespace
@@ -66,11 +68,11 @@ std::string bash_completion(const std::vector<CommandTable>& commands) {
   std::string values, options;
   for (const CommandTable& command : commands) {
     std::vector<std::string> names;
-    std::string words;  // for how many arguments
-    int arguments = 0;
+    std::string words;  // of the last positional argument that has any
+    int arguments = 0;  // positional arguments with words
     for (const OptionRow& row : command.options) {
       names.insert(names.end(), row.names.begin(), row.names.end());
-      const std::string choices = words_for(row, "$(");
+      const std::string choices = value_words(row, "$(");
       if (choices.empty()) continue;
       if (row.positional) words = choices, ++arguments;
       if (row.names.empty()) continue;
@@ -81,7 +83,7 @@ std::string bash_completion(const std::vector<CommandTable>& commands) {
       values += fmt::format("    {}) words=\"{}\" ;;\n", patterns, choices);
     }
     options += fmt::format("    {}) options=\"{}\" arguments=\"{}\" count={} ;;\n", command.name,
-                           joined(names), words, arguments);
+                           join_words(names), words, arguments);
   }
   return fmt::format(
       "# bash completion for polymorph: polymorph completion bash\n"
@@ -123,29 +125,29 @@ std::string zsh_completion(const std::vector<CommandTable>& commands) {
     OptionRow row;
     row.value = value;
     const bool may_be_file = row.value == "FROM" || row.value == "TO" || row.value == "EFFECT";
-    // A value follows KEY= at once.
+    // No space after KEY=, because the value follows.
     const char* suffix = row.value == "KEY=VALUE" ? "-S '' " : "";
     listers += fmt::format("{}() {{ compadd {}-- ${{(f)\"$({})\"}}{} }}\n", zsh_function(value),
-                           suffix, lister(row), may_be_file ? "; _files" : "");
+                           suffix, list_command(row), may_be_file ? "; _files" : "");
   }
   for (const CommandTable& command : commands) {
-    list += "    " + quoted(zsh_text(command.name) + ":" + command.purpose) + "\n";
+    list += "    " + quote(escape_zsh(command.name) + ":" + command.purpose) + "\n";
     cases += fmt::format("    ({})\n      _arguments", command.name);
-    int place = 0;
+    int position = 0;
     for (const OptionRow& row : command.options) {
       const std::string action = zsh_action(row);
       if (row.positional) {
-        const std::string at = row.repeated ? "*" : fmt::format("{}", ++place);
+        const std::string number = row.repeated ? "*" : fmt::format("{}", ++position);
         cases += " \\\n        " +
-                 quoted(fmt::format("{}:{}{}:{}", at, row.required || row.repeated ? "" : ":",
-                                    zsh_text(row.value), action));
+                 quote(fmt::format("{}:{}{}:{}", number, row.required || row.repeated ? "" : ":",
+                                   escape_zsh(row.value), action));
         continue;
       }
       for (const std::string& name : row.names) {
         const std::string value =
-            row.value.empty() ? "" : fmt::format(":{}:{}", zsh_text(row.value), action);
+            row.value.empty() ? "" : fmt::format(":{}:{}", escape_zsh(row.value), action);
         cases += " \\\n        " +
-                 quoted(fmt::format("*{}[{}]{}", name, zsh_text(row.description), value));
+                 quote(fmt::format("*{}[{}]{}", name, escape_zsh(row.description), value));
       }
     }
     cases += "\n      ;;\n";
@@ -172,7 +174,7 @@ std::string fish_completion(const std::vector<CommandTable>& commands) {
   std::string out = "# fish completion for polymorph: polymorph completion fish\n";
   for (const CommandTable& command : commands)
     out += fmt::format("complete -c polymorph -n __fish_use_subcommand -f -a {} -d {}\n",
-                       command.name, quoted(command.purpose));
+                       command.name, quote(command.purpose));
   for (const CommandTable& command : commands) {
     const std::string condition =
         fmt::format("complete -c polymorph -n '__fish_seen_subcommand_from {}'", command.name);
@@ -180,12 +182,12 @@ std::string fish_completion(const std::vector<CommandTable>& commands) {
       std::string line = condition;
       for (const std::string& name : row.names)
         line += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
-      const std::string words = words_for(row, "(");
+      const std::string words = value_words(row, "(");
       if (row.names.empty() && words.empty()) continue;
-      if (!words.empty()) line += " -a " + quoted(words);
-      // Listed words may be replaced by a file name, choices may not.
+      if (!words.empty()) line += " -a " + quote(words);
+      // A file name may replace a listed word, but not a choice.
       if (!row.value.empty()) line += row.choices.empty() ? " -r" : " -x";
-      out += line + " -d " + quoted(row.description) + "\n";
+      out += line + " -d " + quote(row.description) + "\n";
     }
   }
   return out;

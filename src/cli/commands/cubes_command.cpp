@@ -20,7 +20,7 @@ JsonValue cube_json(int key) {
           {"triangles", std::move(triangles)}};
 }
 
-/// Layout of a cell, so that the table can be drawn without this program's source.
+/// Describes the corners and edges of a cell, so that the table can be drawn without the source.
 JsonValue layout_json() {
   JsonValue corners = JsonValue::array(), edges = JsonValue::array();
   for (int c = 0; c < 8; ++c)

@@ -32,7 +32,7 @@ Result<int> list_names(const fs::path& data) {
   return 0;
 }
 
-/// "teapot" of the name or of the file.
+/// Returns "teapot" for the model "teapot" as well as for "models/teapot.obj".
 std::string stem(const std::string& object) { return fs::path(object).stem().string(); }
 
 /// Files that a demo writes.
@@ -40,16 +40,20 @@ struct DemoFiles {
   fs::path scene, strip, gif, frames;
 };
 
-/// Names them in a folder, or after the name of one of them: out.png, out.gif, out.json.
-/// Errors (kUsage): the name of a file of another kind.
+/// Returns the names of the demo's files. `output` is a folder or the name of one of them, from
+/// which the others get their names (out.png, out.gif, out.json). Errors (kUsage): `output` is a
+/// file of another format.
 Result<DemoFiles> demo_files(const fs::path& output) {
   const std::string extension = output.extension().string();
   if (extension == ".png" || extension == ".gif" || extension == ".json") {
-    const auto named = [&](const char* end) { return fs::path(output).replace_extension(end); };
-    return DemoFiles{named(".json"), named(".png"), named(".gif"), named(".####.exr")};
+    const auto with_suffix = [&](const char* suffix) {
+      return fs::path(output).replace_extension(suffix);
+    };
+    return DemoFiles{with_suffix(".json"), with_suffix(".png"), with_suffix(".gif"),
+                     with_suffix(".####.exr")};
   }
-  for (const char* other : {".exr", ".mp4", ".jpg", ".jpeg", ".webp", ".apng"})
-    if (extension == other)
+  for (const char* unsupported : {".exr", ".mp4", ".jpg", ".jpeg", ".webp", ".apng"})
+    if (extension == unsupported)
       return make_error(ErrorCode::kUsage,
                         "--output {}: a demo is a PNG, a GIF and a scene - name a folder, or one "
                         "of them; frames and movies come from the scene",
@@ -80,15 +84,15 @@ Result<int> run_demo(const CommandLine& line, const DemoOptions& options) {
   PM_TRY_STATUS(write_file(files.scene, text));
   std::vector<int> numbers;
   for (int frame = 1; frame <= frame_count(scene); ++frame) numbers.push_back(frame);
-  PM_TRY(const FilmScene ready, prepare_film(line, std::move(scene)));
-  PM_TRY(const Film film, render_film(line, ready, std::move(numbers), 0));
+  PM_TRY(const FilmScene film_scene, prepare_film(line, std::move(scene)));
+  PM_TRY(const Film film, render_film(line, film_scene, std::move(numbers), 0));
   SheetSettings sheet;
   sheet.label = "t";
   sheet.by_change = true;
   PM_TRY_STATUS(write_sheet(files.strip, film, sheet));
   PM_TRY_STATUS(write_gif(files.gif, film));
   print_data("{}", text);
-  std::fflush(stdout);  // what to do next stands last, also where both streams are one file
+  std::fflush(stdout);  // the log's next steps come last if both streams go to one file
   const std::string scene_word = quote_for_shell(files.scene.string());
   log_info("made {} and {} in {}, from the scene printed here: {}", files.gif.string(),
            files.strip.string(), format_seconds(stopwatch.seconds()), files.scene.string());

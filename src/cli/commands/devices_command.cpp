@@ -23,7 +23,7 @@ std::string cpu_name() {
   return "unknown processor";
 }
 
-/// Description of what can compute here: for programs, and in lines for people.
+/// Description of the machine's processors and GPUs: for programs, and in lines for people.
 struct Devices {
   JsonValue json;
   std::string text;
@@ -64,7 +64,7 @@ Result<int> run_devices(const JsonOutput& json) {
   return 0;
 }
 
-/// Prints what a report of a bug needs.
+/// Prints the facts that a bug report needs.
 Result<int> run_version(const JsonOutput& json) {
   PM_TRY(const Devices devices, find_devices());
   if (json.enabled) {

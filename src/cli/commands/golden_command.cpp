@@ -30,10 +30,10 @@ struct GoldenOptions {
 
 GoldenSettings golden_settings(const CommandLine& line, const GoldenOptions& options) {
   GoldenSettings settings;
-  // Goldens are made on the CPU; another device must be asked for by name.
+  // Goldens are rendered on the CPU unless another device is named.
   settings.device = line.common.device == "auto" ? "cpu" : line.common.device;
   settings.cache_folder = cache_folder(line.common);
-  // Inside the report, so that it can be accepted wherever it is kept.
+  // Inside the report, so that the report can be accepted from any place.
   settings.failures = !options.failures.empty() ? std::filesystem::path(options.failures)
                       : !options.report.folder.empty()
                           ? std::filesystem::path(options.report.folder) / "frames"
@@ -45,8 +45,8 @@ std::string root_argument(const GoldenOptions& options) {
   return options.root == "golden_frames" ? "" : " --root " + quote_for_shell(options.root);
 }
 
-/// Command that makes the failed frames goldens: by `accept` where the report keeps them, else by
-/// `update`, which renders.
+/// Returns the command that makes the failed frames goldens: `accept` if the report keeps the
+/// frames, else `update`, which renders them again.
 std::string accept_command(const GoldenOptions& options, const std::string& suite) {
   const bool keeps_frames = !options.report.folder.empty() && options.failures.empty();
   const std::string what =
@@ -55,7 +55,8 @@ std::string accept_command(const GoldenOptions& options, const std::string& suit
                      root_argument(options));
 }
 
-/// Refuses to write into the folder of the suites, where the next run would take it for one.
+/// Checks that `folder` is outside the folder of the suites, where it would be mistaken for a
+/// suite. Errors: kUsage.
 Status check_outside_suites(const GoldenOptions& options, const std::filesystem::path& folder) {
   if (!lies_in(folder, options.root)) return Ok{};
   return make_error(ErrorCode::kUsage,
@@ -76,7 +77,8 @@ Result<std::vector<std::string>> all_suites(const std::string& root) {
   return names;
 }
 
-/// Compares the build with itself; the goldens take no part, and nothing can be accepted.
+/// Renders a suite's frames in several ways that must give equal bits (`--bits`), and adds a case
+/// per way to the report. The goldens are not read.
 Status test_bits(const GoldenSuite& suite, const GoldenSettings& settings,
                  const GoldenOptions& options, Report& report) {
   PM_TRY(std::vector<ReportCase> cases, test_golden_bits(suite, settings));
@@ -92,9 +94,9 @@ Status test_bits(const GoldenSuite& suite, const GoldenSettings& settings,
   return Ok{};
 }
 
-/// Runs one suite and adds its frames to the report.
-Status test(const GoldenSuite& suite, const GoldenSettings& settings, const GoldenOptions& options,
-            Report& report) {
+/// Compares a suite's frames with their goldens and adds them to the report.
+Status test_frames(const GoldenSuite& suite, const GoldenSettings& settings,
+                   const GoldenOptions& options, Report& report) {
   PM_TRY(GoldenResult result, test_golden(suite, settings));
   const std::string accept = accept_command(options, suite.name);
   for (GoldenFrame& frame : result.frames) {
@@ -136,10 +138,10 @@ Status test_suite(const std::string& name, const GoldenSettings& settings,
   PM_TRY(const std::string hash, suite_hash(suite));
   report.suites.emplace_back(name, hash);
   return options.bits ? test_bits(suite, settings, options, report)
-                      : test(suite, settings, options, report);
+                      : test_frames(suite, settings, options, report);
 }
 
-/// Counts a suite that could not be tested as a failed case, so that CI does not pass it.
+/// Adds a failed case for a suite that could not be tested, so that CI does not pass it.
 void add_error(const std::string& group, const std::string& name, const Error& error,
                const GoldenOptions& options, Report& report) {
   if (!options.json.enabled) print_data("{}: could not be tested\n", group);
@@ -158,14 +160,14 @@ Result<int> test_all(const GoldenOptions& options, GoldenSettings settings) {
     PM_TRY_STATUS(check_outside_suites(options, options.report.folder));
   PM_TRY_STATUS(begin_report(options.report, options.overwrite));
   PictureBudget budget;
-  if (options.report.pictures()) settings.pictures = &budget;
+  if (options.report.has_pictures()) settings.pictures = &budget;
   Report report{"Golden frames",
                 {{"polymorph", std::string(program_version())},
                  {"program", std::string(program_identity())},
                  {"device", settings.device}},
                 {},
                 {}};
-  int code = 0;  // of the first thing that could not be tested
+  int code = 0;  // exit code of the first error
   std::vector<std::string> names = options.suites;
   if (names.empty()) {
     auto all = all_suites(options.root);
@@ -211,7 +213,7 @@ Result<int> print_hashes(const GoldenOptions& options, const GoldenSettings& set
   return 0;
 }
 
-Result<int> merge(const GoldenOptions& options) {
+Result<int> merge_golden_reports(const GoldenOptions& options) {
   if (options.suites.size() < 2 || options.output.empty())
     return make_error(ErrorCode::kUsage,
                       "golden merge needs two reports and -o - polymorph golden merge a b -o all");
@@ -226,7 +228,7 @@ Result<int> merge(const GoldenOptions& options) {
   return failed == 0 ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
 }
 
-/// Makes a suite of a scene and says what to do with it.
+/// Makes a suite of a scene and logs the next steps.
 Result<int> make_suite(const GoldenOptions& options, const GoldenSettings& settings) {
   if (options.suites.size() != 2 || options.frames.empty())
     return make_error(ErrorCode::kUsage,
@@ -251,7 +253,7 @@ Result<int> make_suite(const GoldenOptions& options, const GoldenSettings& setti
   return 0;
 }
 
-/// Lists all suites, also those that cannot be loaded.
+/// Prints a line per suite, and the errors of those that cannot be loaded.
 Result<int> list_suites(const GoldenOptions& options, const std::vector<std::string>& names) {
   int code = 0;
   for (const std::string& name : names) {
@@ -268,7 +270,7 @@ Result<int> list_suites(const GoldenOptions& options, const std::vector<std::str
   return code;
 }
 
-Result<int> accept(const GoldenOptions& options) {
+Result<int> accept_frames(const GoldenOptions& options) {
   if (options.suites.empty())
     return make_error(ErrorCode::kUsage,
                       "golden accept needs the report: a folder, .zip or .tar - polymorph golden "
@@ -290,8 +292,8 @@ Result<int> run_golden(const CommandLine& line, GoldenOptions& options) {
   const GoldenSettings settings = golden_settings(line, options);
   if (options.verb == "new") return make_suite(options, settings);
   if (options.verb == "test") return test_all(options, settings);
-  if (options.verb == "accept") return accept(options);
-  if (options.verb == "merge") return merge(options);
+  if (options.verb == "accept") return accept_frames(options);
+  if (options.verb == "merge") return merge_golden_reports(options);
   if (options.verb == "hash") return print_hashes(options, settings);
   std::vector<std::string> names = options.suites;
   if (names.empty()) {
@@ -311,18 +313,18 @@ Result<int> run_golden(const CommandLine& line, GoldenOptions& options) {
 }
 
 std::vector<VerbTable> golden_verbs() {
-  const std::vector<std::string> work = {"-t", "--device", "--max-memory", "--cache-dir",
-                                         "--no-cache"};
-  const auto with_work = [&](std::vector<std::string> options) {
-    options.insert(options.end(), work.begin(), work.end());
+  const std::vector<std::string> work_options = {"-t", "--device", "--max-memory", "--cache-dir",
+                                                 "--no-cache"};
+  const auto with_work_options = [&](std::vector<std::string> options) {
+    options.insert(options.end(), work_options.begin(), work_options.end());
     return options;
   };
   return {
       {"test",
        "Render the frames of suites and compare them with their goldens.",
        "[SUITE...]",
-       with_work({"--root", "--failures", "--bits", "--report", "--html", "--junit", "--json",
-                  "--overwrite"}),
+       with_work_options({"--root", "--failures", "--bits", "--report", "--html", "--junit",
+                          "--json", "--overwrite"}),
        "  polymorph golden test\n"
        "  polymorph golden test teapot-penguin --report golden-report\n"
        "  polymorph golden test --bits",
@@ -336,7 +338,7 @@ std::vector<VerbTable> golden_verbs() {
       {"new",
        "Make a suite of some frames of a scene, and render their goldens.",
        "NAME SCENE",
-       with_work({"--root", "--frames", "--reason"}),
+       with_work_options({"--root", "--frames", "--reason"}),
        "  polymorph golden new logo scenes/logo.json -f 1,12,24",
        "  0 made   2 usage   3 bad scene   4 cannot write, exists   5 device or memory",
        {{"SUITE", "name of the suite, and its scene"},
@@ -345,7 +347,7 @@ std::vector<VerbTable> golden_verbs() {
       {"update",
        "Render the goldens of suites anew.",
        "SUITE...",
-       with_work({"--root", "--reason"}),
+       with_work_options({"--root", "--reason"}),
        "  polymorph golden update teapot-penguin --reason \"softer key light\"",
        "  0 done   2 usage   3 bad suite or scene   4 cannot write   5 device or memory",
        {{"SUITE", "suites; golden list shows them"}}},
@@ -376,7 +378,7 @@ std::vector<VerbTable> golden_verbs() {
       {"hash",
        "Print the SHA-256 of each frame's pixels: the same on every machine.",
        "[SUITE|SCENE.json...]",
-       with_work({"--root"}),
+       with_work_options({"--root"}),
        "  polymorph golden hash > here.txt\n  polymorph golden hash scenes/logo.json",
        "  0 printed   2 usage   3 bad suite or scene   5 device or memory",
        {{"SUITE", "suites and scenes; default: all suites"}}},

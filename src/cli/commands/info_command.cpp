@@ -20,7 +20,7 @@ struct InfoOptions {
   JsonOutput json;
 };
 
-Result<int> print(const JsonOutput& json, const Result<Inspection>& inspection) {
+Result<int> print_inspection(const JsonOutput& json, const Result<Inspection>& inspection) {
   if (!inspection) return inspection.error();
   if (json.enabled) {
     PM_TRY_STATUS(write_json(json, inspection->json));
@@ -30,7 +30,7 @@ Result<int> print(const JsonOutput& json, const Result<Inspection>& inspection) 
   return 0;
 }
 
-/// Frames in which the first actor shows an object, or comes nearest to one, in order.
+/// Returns the frames in which the first actor shows its objects, or is nearest to them, in order.
 std::vector<int> object_frames(const Scene& scene) {
   const Timeline timeline = make_timeline(scene, scene.actors.front());
   std::vector<int> frames;
@@ -40,7 +40,7 @@ std::vector<int> object_frames(const Scene& scene) {
   return frames;
 }
 
-/// Draws the objects beside each other in colours of what becomes what.
+/// Draws the objects side by side, in colours that show which part becomes which.
 Status write_plan(const CommandLine& line, const FilmScene& film_scene,
                   const std::filesystem::path& path) {
   std::vector<int> numbers = object_frames(film_scene.prepared.scene);
@@ -59,7 +59,7 @@ Status write_plan(const CommandLine& line, const FilmScene& film_scene,
 /// Prints the plan of each leg, and draws it to `options.output` if that is given.
 Result<int> show_plan(const CommandLine& line, const InfoOptions& options, Scene scene) {
   if (!options.output.empty()) PM_TRY_STATUS(check_sheet(options.output, line.common.overwrite));
-  scene.frames.turntable = 0;  // its frames are not the morph's
+  scene.frames.turntable = 0;  // frames of a turntable do not show the objects
   PM_TRY(const FilmScene film_scene, prepare_film(line, std::move(scene)));
   PM_TRY_STATUS(check_has_plans(film_scene.prepared));
   if (!options.output.empty() && !film_scene.prepared.scene.actors.front().blend.empty())
@@ -68,8 +68,8 @@ Result<int> show_plan(const CommandLine& line, const InfoOptions& options, Scene
                       "its frames with strip --show plan",
                       options.input);
   if (!options.output.empty()) PM_TRY_STATUS(write_plan(line, film_scene, options.output));
-  return print(options.json,
-               inspect_plan(film_scene.prepared, *film_scene.engine, cache_folder(line.common)));
+  return print_inspection(options.json, inspect_plan(film_scene.prepared, *film_scene.engine,
+                                                     cache_folder(line.common)));
 }
 
 Result<int> run_info(const CommandLine& line, const InfoOptions& options) {
@@ -84,12 +84,13 @@ Result<int> run_info(const CommandLine& line, const InfoOptions& options) {
       return make_error(ErrorCode::kUsage, "{}: {} is for scenes (.json)", options.input,
                         options.timeline ? "--timeline" : "--show plan");
     const bool model = is_model_file(options.input) || is_unread_model(options.input);
-    return print(options.json, model ? inspect_model(options.input) : inspect_image(options.input));
+    return print_inspection(options.json,
+                            model ? inspect_model(options.input) : inspect_image(options.input));
   }
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
   PM_TRY(Scene scene, load_scene(options.input, overrides));
   if (!options.show.empty()) return show_plan(line, options, std::move(scene));
-  if (options.timeline) return print(options.json, inspect_timeline(scene));
+  if (options.timeline) return print_inspection(options.json, inspect_timeline(scene));
   if (options.json.enabled) {
     const auto folder = std::filesystem::absolute(options.input).parent_path();
     PM_TRY_STATUS(write_text(options.json, scene_to_json(scene, folder)));

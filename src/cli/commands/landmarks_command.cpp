@@ -19,7 +19,7 @@ struct LandmarksOptions {
   JsonOutput json;
 };
 
-/// A point as a scene has it.
+/// Formats a point as plan.landmarks of a scene, with 6 digits.
 JsonValue point_json(Vec3 p) {
   JsonValue point = JsonValue::array();
   for (const float v : {p.x, p.y, p.z})
@@ -31,7 +31,8 @@ std::string point_text(const std::optional<Vec3>& p) {
   return p ? fmt::format("[{:.6g}, {:.6g}, {:.6g}]", p->x, p->y, p->z) : "-";
 }
 
-/// The matched tips as plan.landmarks of a scene.
+/// Formats the matched tips as plan.landmarks of a scene. A tip has the point of the first leg that
+/// names it.
 JsonValue landmarks_json(const std::vector<LegCandidates>& legs) {
   JsonValue landmarks = JsonValue::object();
   const auto set = [&](const std::string& key, const std::string& name, Vec3 p) {
@@ -58,18 +59,18 @@ Result<int> run_landmarks(const CommandLine& line, const LandmarksOptions& optio
   if (!options.html.empty()) PM_TRY_STATUS(check_play_page(line, options.html));
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
   PM_TRY(Scene scene, load_scene(options.scene, overrides));
-  PM_TRY(const PageScene ready, prepare_page(line, std::move(scene)));
+  PM_TRY(const PageScene page_scene, prepare_page(line, std::move(scene)));
   if (options.html.empty()) {
-    PM_TRY(const std::vector<LegCandidates> legs, landmark_candidates(ready.prepared));
+    PM_TRY(const std::vector<LegCandidates> legs, landmark_candidates(page_scene.prepared));
     if (options.json.enabled)
       PM_TRY_STATUS(write_json(options.json, {{"landmarks", landmarks_json(legs)}}));
     else
       print_candidates(legs);
     return 0;
   }
-  // Once more: only now is it known which files the models and their materials name.
+  // Check again: now all input files are known, also those that models and materials name.
   PM_TRY_STATUS(check_play_page(line, options.html));
-  PM_TRY(const LandmarksPage page, make_landmarks_page(ready.prepared, *ready.engine));
+  PM_TRY(const LandmarksPage page, make_landmarks_page(page_scene.prepared, *page_scene.engine));
   const std::string html = encode_landmarks_page(page);
   PM_TRY_STATUS(write_file(options.html, html));
   print_data("{} {} leg{}, {}\n", options.html, page.legs.size(), page.legs.size() == 1 ? "" : "s",

@@ -9,7 +9,7 @@ struct ManualOptions {
   std::string what, output, shell;
 };
 
-/// Lists the commands' names as the words that arguments called COMMAND take.
+/// Sets the names of the commands as the choices of arguments called COMMAND.
 void add_command_names(std::vector<CommandTable>& commands) {
   std::vector<std::string> names;
   for (const CommandTable& command : commands) names.push_back(command.name);

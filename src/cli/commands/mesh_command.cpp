@@ -36,12 +36,12 @@ struct MeshOptions {
 
 enum class MeshFormat { kObj, kPly, kBalls, kUsd, kGlb };
 
-/// Everything in one file, whatever the number of frames?
+/// Tests whether the format holds all frames in one file.
 bool is_sequence(MeshFormat format) {
   return format == MeshFormat::kUsd || format == MeshFormat::kGlb;
 }
 
-Result<MeshFormat> format_of(const std::string& output) {
+Result<MeshFormat> parse_format(const std::string& output) {
   constexpr std::pair<const char*, MeshFormat> kFormats[] = {{".obj", MeshFormat::kObj},
                                                              {".ply", MeshFormat::kPly},
                                                              {".json", MeshFormat::kBalls},
@@ -70,16 +70,16 @@ Status write_balls(const PreparedScene& prepared, const FrameGeometry& geometry,
   return Ok{};
 }
 
-/// All actors' surfaces as one.
-Mesh merged(std::span<const SurfaceFrame> frames) {
+/// Joins the surfaces of all actors.
+Mesh join_meshes(std::span<const SurfaceFrame> frames) {
   Mesh mesh;
   for (const SurfaceFrame& frame : frames)
     append(mesh, frame.positions, frame.normals, frame.triangles);
   return mesh;
 }
 
-/// "surface", "model" or both.
-std::string kinds_of(std::span<const SurfaceFrame> frames) {
+/// Returns the kinds of the surfaces: "surface", "model" or both, joined by a comma.
+std::string surface_kinds(std::span<const SurfaceFrame> frames) {
   std::vector<std::string> kinds;
   for (const SurfaceFrame& frame : frames) {
     const std::string kind = frame.is_model ? "model" : "surface";
@@ -88,18 +88,20 @@ std::string kinds_of(std::span<const SurfaceFrame> frames) {
   return fmt::format("{}", fmt::join(kinds, ", "));
 }
 
-void tell(const fs::path& path, const std::string& stage, std::span<const SurfaceFrame> frames) {
-  const MeshReport report = check_mesh(merged(frames));
+/// Prints a line with the properties of a frame's surfaces.
+void print_surfaces(const fs::path& path, const std::string& stage,
+                    std::span<const SurfaceFrame> frames) {
+  const MeshReport report = check_mesh(join_meshes(frames));
   print_data(
       "{} {} {}: {} vertices, {} triangles, {}, genus {}, {} part{}, volume {:.6g}, area {:.6g}, "
       "digest {}\n",
-      path.string(), stage, kinds_of(frames), report.vertices, report.triangles,
+      path.string(), stage, surface_kinds(frames), report.vertices, report.triangles,
       report.is_closed() ? "closed" : "NOT CLOSED",
       report.is_closed() ? fmt::format("{}", report.genus) : "-", report.components,
       report.components == 1 ? "" : "s", report.volume, report.area, report.digest);
 }
 
-/// The frames of a run, one after the other.
+/// Writes the meshes of a scene's frames in one format.
 class MeshRun {
  public:
   MeshRun(const CommandLine& line, const MeshOptions& options, MeshFormat format)
@@ -114,18 +116,19 @@ class MeshRun {
     return format_ == MeshFormat::kPly || format_ == MeshFormat::kUsd ||
            (format_ == MeshFormat::kGlb && !options_.quantize);
   }
-  Result<FrameGeometry> geometry_of(int frame);
-  Result<std::vector<SurfaceFrame>> surfaces_of_frame(const FrameGeometry& geometry);
+  Result<FrameGeometry> make_geometry(int frame);
+  Result<std::vector<SurfaceFrame>> make_surfaces(const FrameGeometry& geometry);
   Status write_frame(int frame);
   Status write_frames();
-  Status going_on() const;
+  Status check_stop() const;
   Status write_carried();
   Status write_surfaces(int frame, const std::string& stage, std::span<const SurfaceFrame> frames);
   Result<std::vector<NewFile>> make_library();
-  fs::path path_of(int frame) const {
+  fs::path output_path(int frame) const {
     return is_sequence(format_) ? fs::path(options_.output) : frame_path(pattern_, frame);
   }
-  /// Path of the MTL and the textures: the name without the frame's number.
+  /// Returns the path of the MTL or a texture: the output's name without the frame number, with
+  /// another ending.
   fs::path library_path(const std::string& ending) const {
     fs::path path = options_.output;
     if (pattern_.has_number()) {
@@ -143,14 +146,14 @@ class MeshRun {
   const CommandLine& line_;
   const MeshOptions& options_;
   MeshFormat format_;
-  double error_ = 0;  ///< share of the diagonal; 0 = nothing is simplified
+  double error_ = 0;  ///< --error as a fraction of the box's diagonal; 0: no simplification
   std::vector<int> frames_;
   FramePattern pattern_;
   PreparedScene prepared_;
   SurfaceSequence sequence_;
   std::unique_ptr<Engine> engine_;
   std::unique_ptr<SurfaceWriter> writer_;
-  std::optional<FrameGeometry> ahead_;  ///< made to know where the frame before it goes
+  std::optional<FrameGeometry> next_geometry_;  ///< made ahead for the previous frame's velocities
   MaterialCatalog catalog_;
   std::size_t written_materials_ = 0;
   std::size_t vertices_ = 0, triangles_ = 0;
@@ -159,12 +162,12 @@ class MeshRun {
 Status MeshRun::check_outputs() {
   const bool overwrite = line_.common.overwrite;
   for (const int frame : frames_) {
-    PM_TRY_STATUS(check_output(path_of(frame), overwrite));
+    PM_TRY_STATUS(check_output(output_path(frame), overwrite));
     if (is_sequence(format_)) break;
   }
   if (format_ == MeshFormat::kObj) PM_TRY_STATUS(check_output(library_path(".mtl"), overwrite));
   if (format_ != MeshFormat::kObj && format_ != MeshFormat::kUsd) return Ok{};
-  // Known once the scene is prepared.
+  // No textures are known before the scene is prepared.
   std::size_t textures = 0;
   for (const PreparedActor& actor : prepared_.actors) {
     if (actor.sequence) textures += actor.sequence->max_textures * actor.sequence->files.size();
@@ -179,38 +182,39 @@ Status MeshRun::check_outputs() {
   return Ok{};
 }
 
-Result<FrameGeometry> MeshRun::geometry_of(int frame) {
-  if (ahead_ && ahead_->frame == frame) {
-    FrameGeometry geometry = std::move(*ahead_);
-    ahead_.reset();
+Result<FrameGeometry> MeshRun::make_geometry(int frame) {
+  if (next_geometry_ && next_geometry_->frame == frame) {
+    FrameGeometry geometry = std::move(*next_geometry_);
+    next_geometry_.reset();
     return geometry;
   }
   return geometry_at(prepared_, *engine_, frame);
 }
 
-Result<std::vector<SurfaceFrame>> MeshRun::surfaces_of_frame(const FrameGeometry& geometry) {
+Result<std::vector<SurfaceFrame>> MeshRun::make_surfaces(const FrameGeometry& geometry) {
   const bool moves =
       std::any_of(geometry.actors.begin(), geometry.actors.end(), [](const ActorGeometry& a) {
         return !a.flow.displacement.empty() || !a.displacement.empty();
       });
   if (has_velocities() && moves && geometry.frame < prepared_.frame_count) {
-    PM_TRY(ahead_, geometry_at(prepared_, *engine_, geometry.frame + 1));
+    PM_TRY(next_geometry_, geometry_at(prepared_, *engine_, geometry.frame + 1));
   }
   std::vector<SurfaceFrame> frames =
-      surface_frames(prepared_, geometry, ahead_ ? &*ahead_ : nullptr);
+      surface_frames(prepared_, geometry, next_geometry_ ? &*next_geometry_ : nullptr);
   if (error_ > 0)
     for (std::size_t a = 0; a < frames.size(); ++a) {
       const float distance = static_cast<float>(error_) * prepared_.actors[a].box.diagonal();
       const std::size_t before = frames[a].triangles.size();
-      const float reached = simplify(frames[a], distance);
+      const float error = simplify(frames[a], distance);
       log_debug("frame {}: {} of {} triangles, {:.4f} % of the diagonal off", geometry.frame,
                 frames[a].triangles.size(), before,
-                100 * static_cast<double>(reached / prepared_.actors[a].box.diagonal()));
+                100 * static_cast<double>(error / prepared_.actors[a].box.diagonal()));
     }
   return frames;
 }
 
-/// The MTL and its textures, again whenever a frame brings a material that was not there before.
+/// Encodes the MTL and its textures; nothing if the frame has no new material since they were
+/// written.
 Result<std::vector<NewFile>> MeshRun::make_library() {
   std::vector<NewFile> files;
   if (written_materials_ == catalog_.materials.size()) return files;
@@ -227,21 +231,21 @@ Result<std::vector<NewFile>> MeshRun::make_library() {
 }
 
 Status MeshRun::write_frame(int frame) {
-  PM_TRY(const FrameGeometry geometry, geometry_of(frame));
-  const fs::path path = path_of(frame);
+  PM_TRY(const FrameGeometry geometry, make_geometry(frame));
+  const fs::path path = output_path(frame);
   if (format_ == MeshFormat::kBalls) return write_balls(prepared_, geometry, path);
-  PM_TRY(const std::vector<SurfaceFrame> frames, surfaces_of_frame(geometry));
+  PM_TRY(const std::vector<SurfaceFrame> frames, make_surfaces(geometry));
   return write_surfaces(frame, geometry.stage, frames);
 }
 
-/// An error once the run was asked to stop.
-Status MeshRun::going_on() const {
+/// Returns an error if a signal has asked to stop.
+Status MeshRun::check_stop() const {
   if (!stop_requested()) return Ok{};
   return Error{stop_code(), writer_ ? "stopped - nothing is written"
                                     : "stopped - the files named so far are whole"};
 }
 
-/// One mesh for each actor through all frames.
+/// Writes all frames with one mesh per actor, whose vertices move (--topology constant).
 Status MeshRun::write_carried() {
   const auto stopped = [&]() -> Status {
     if (stop_requested()) return Error{stop_code(), "stopped - nothing is written"};
@@ -258,7 +262,7 @@ Status MeshRun::write_carried() {
     actors.push_back(std::move(carried));
   }
   for (std::size_t k = 0; k < frames_.size(); ++k) {
-    PM_TRY_STATUS(going_on());
+    PM_TRY_STATUS(check_stop());
     std::vector<SurfaceFrame> frames;
     for (std::size_t a = 0; a < actors.size(); ++a) {
       PM_TRY(SurfaceFrame frame, carried_frame({prepared_.scene, prepared_.actors[a], frames_},
@@ -272,7 +276,7 @@ Status MeshRun::write_carried() {
 
 Status MeshRun::write_frames() {
   for (const int frame : frames_) {
-    PM_TRY_STATUS(going_on());
+    PM_TRY_STATUS(check_stop());
     PM_TRY_STATUS(write_frame(frame));
   }
   return Ok{};
@@ -280,7 +284,7 @@ Status MeshRun::write_frames() {
 
 Status MeshRun::write_surfaces(int frame, const std::string& stage,
                                std::span<const SurfaceFrame> frames) {
-  const fs::path path = path_of(frame);
+  const fs::path path = output_path(frame);
   if (std::all_of(frames.begin(), frames.end(),
                   [](const SurfaceFrame& f) { return f.triangles.empty(); }))
     log_warning("frame {}: the balls have no surface at this level", frame);
@@ -298,7 +302,7 @@ Status MeshRun::write_surfaces(int frame, const std::string& stage,
   } else {
     PM_TRY_STATUS(write_file(path, encode_ply(frames, sequence_)));
   }
-  tell(path, stage, frames);
+  print_surfaces(path, stage, frames);
   return Ok{};
 }
 
@@ -342,7 +346,7 @@ Result<int> MeshRun::run() {
   PM_TRY(prepared_,
          prepare_scene(scene, *engine_, cache_folder(line_.common), {line_.common.max_memory}));
   for (const std::string& warning : prepared_.warnings) log_warning("{}", warning);
-  // Once more: only now is it known which files the models and their materials name.
+  // Check again: now all input files are known, also those that models and materials name.
   PM_TRY_STATUS(check_outputs());
   sequence_ = surface_sequence(prepared_, frames_.front(), frames_.back());
   if (is_carried()) sequence_.constant_topology = true, sequence_.has_corner_normals = false;
@@ -383,7 +387,7 @@ Result<int> run_mesh(const CommandLine& line, const MeshOptions& options) {
     return make_error(ErrorCode::kUsage,
                       "give -o morph.usda (or another mesh) or --html play.html");
   if (!options.html.empty()) return write_page(line, options);
-  PM_TRY(const MeshFormat format, format_of(options.output));
+  PM_TRY(const MeshFormat format, parse_format(options.output));
   return MeshRun(line, options, format).run();
 }
 

@@ -42,7 +42,7 @@ const char* event_word(PairsEvent::Kind kind) {
   return "";
 }
 
-/// Plays a game, and renders what is new of it into one folder.
+/// Plays a game, and renders the new part of it after each move into one folder.
 class Session {
  public:
   Session(const CommandLine& line, const PairsOptions& options, const PairsFile& file)
@@ -52,24 +52,24 @@ class Session {
 
   Status move(const std::string& text) {
     PM_TRY_STATUS(apply_move(play_, text));
-    for (; told_ < play_.events().size(); ++told_) {
-      const PairsEvent& event = play_.events()[told_];
+    for (; printed_events_ < play_.events().size(); ++printed_events_) {
+      const PairsEvent& event = play_.events()[printed_events_];
       const PairsLevel& grid = file_.game.levels[static_cast<std::size_t>(event.level)];
-      std::string what = event_word(event.kind);
+      std::string description = event_word(event.kind);
       if (event.piece >= 0) {
         const auto board = deal_board(file_.game, event.level);
         const int object = board[static_cast<std::size_t>(event.piece)].object;
-        what = fmt::format("{} {} {}", place_name(grid, event.piece), what,
-                           file_.game.objects[static_cast<std::size_t>(object)]);
+        description = fmt::format("{} {} {}", place_name(grid, event.piece), description,
+                                  file_.game.objects[static_cast<std::size_t>(object)]);
       }
       print_data("{:>7.2f} s  level {}  score {:>5}  {}\n", event.start, event.level + 1,
-                 event.score, what);
+                 event.score, description);
     }
     return Ok{};
   }
 
-  /// The frames since the last call: PNGs with the score and the clock in them.
-  Status render_news() {
+  /// Renders the frames since the last call as PNGs that show the score and the clock.
+  Status render_new_frames() {
     while (shown_level_ < play_.level()) {
       PM_TRY_STATUS(render_level(shown_level_));
       ++shown_level_;
@@ -98,12 +98,13 @@ class Session {
     const std::string text = dump_json(make_board_scene(file_, play_, level));
     PM_TRY_STATUS(write_file(scene_file, text));
     PM_TRY(const std::vector<Override> overrides, parse_overrides(options_.sets));
-    // Not load_scene(): a file that this run reads is not written again, and the next move does.
+    // Not load_scene(): it would register the file as an input, which the next move may not
+    // replace.
     PM_TRY(Scene scene, load_scene_text(scene_file, text, overrides));
     std::vector<int> numbers;
     for (int frame = shown_frames_ + 1; frame <= frames; ++frame) numbers.push_back(frame);
-    PM_TRY(const FilmScene ready, prepare_film(line_, std::move(scene)));
-    PM_TRY(Film film, render_film(line_, ready, numbers, 0));
+    PM_TRY(const FilmScene film_scene, prepare_film(line_, std::move(scene)));
+    PM_TRY(Film film, render_film(line_, film_scene, numbers, 0));
     for (std::size_t i = 0; i < numbers.size(); ++i) {
       Image& image = film.images[i];
       overlay(image, format_score(play_, level, numbers[i], fps));
@@ -119,7 +120,7 @@ class Session {
     return Ok{};
   }
 
-  /// A line of text on a dark band along the top.
+  /// Draws a line of text on a dark band along the top of the image.
   static void overlay(Image& image, const std::string& text) {
     const int scale = std::max(1, image.width / 480);
     const int height = text_height(scale), border = height / 2;
@@ -139,33 +140,33 @@ class Session {
   const PairsFile& file_;
   PairsPlay play_;
   Film film_;
-  std::size_t told_ = 0;
-  int shown_level_ = 0, shown_frames_ = 0;
+  std::size_t printed_events_ = 0;
+  int shown_level_ = 0, shown_frames_ = 0;  ///< frames of this level that are rendered
 };
 
-/// Reads moves from standard input, as a person writes them; a line that is no move is asked again.
-Status play_by_hand(Session& session, bool rendered) {
+/// Reads moves from standard input until the game is over. A line that is no move gives a warning.
+Status play_by_hand(Session& session, bool renders) {
   log_info("two places per line, as in \"a1 b2\"; an empty line ends the game");
   for (std::string text; !session.play().over() && std::getline(std::cin, text) && !text.empty();) {
     if (const Status status = session.move(text); !status) {
       log_warning("{}", status.error().message);
       continue;
     }
-    std::fflush(stdout);  // an answer is read before the next move is made
-    if (rendered) PM_TRY_STATUS(session.render_news());
+    std::fflush(stdout);  // the player reads the answer before the next move
+    if (renders) PM_TRY_STATUS(session.render_new_frames());
   }
   return Ok{};
 }
 
 Result<int> run_pairs(const CommandLine& line, const PairsOptions& options) {
   PM_TRY(const PairsFile file, load_pairs_game(options.game));
-  const bool rendered = !options.output.empty();
-  if (rendered)
+  const bool renders = !options.output.empty();
+  if (renders)
     for (const char* name : {"level-1.json", "frame.0001.png", "strip.png", "play.gif"})
       PM_TRY_STATUS(check_output(fs::path(options.output) / name, line.common.overwrite));
   Session session(line, options, file);
   if (options.moves == "-") {
-    PM_TRY_STATUS(play_by_hand(session, rendered));
+    PM_TRY_STATUS(play_by_hand(session, renders));
   } else {
     std::vector<std::string> moves = file.moves;
     if (!options.moves.empty()) {
@@ -178,8 +179,8 @@ Result<int> run_pairs(const CommandLine& line, const PairsOptions& options) {
       PM_TRY_STATUS(session.move(move));
     }
   }
-  if (rendered) {
-    PM_TRY_STATUS(session.render_news());
+  if (renders) {
+    PM_TRY_STATUS(session.render_new_frames());
     PM_TRY_STATUS(session.finish());
   }
   const PairsPlay& play = session.play();

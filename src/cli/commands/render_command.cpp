@@ -28,7 +28,8 @@ struct RenderOptions {
   JsonOutput json;
 };
 
-/// Sets the scene's number of samples to that of --samples, which may name some of them alone.
+/// Sets the scene's number of samples to that of --samples. Returns the range if --samples names
+/// only some of them.
 Result<std::optional<SampleRange>> apply_samples(Scene& scene, const std::string& text) {
   if (text.empty()) return std::optional<SampleRange>{};
   const auto number = parse_integer(text);
@@ -61,7 +62,7 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
   settings.part = part;
   settings.exr = files.exr;
   settings.png = files.png;
-  settings.view = options.scene_options.shown;
+  settings.view = options.scene_options.view;
   settings.existing = line.common.overwrite   ? Existing::kOverwrite
                       : options.skip_existing ? Existing::kSkip
                                               : Existing::kRefuse;
@@ -89,9 +90,9 @@ void print_plan(const RunReport& report, const SequenceSettings& settings) {
   const auto frames = static_cast<double>(planned);
   const auto skipped = report.count(FrameRecord::State::kSkipped);
   const FrameEstimate estimate = report.estimate.value_or(FrameEstimate{});
-  const auto writes = [](const FramePattern& p) { return !p.before.empty() || p.has_number(); };
-  const double bytes = (writes(settings.exr) ? estimate.exr_bytes : 0) +
-                       (writes(settings.png) ? estimate.png_bytes : 0);
+  const auto is_written = [](const FramePattern& p) { return !p.before.empty() || p.has_number(); };
+  const double bytes = (is_written(settings.exr) ? estimate.exr_bytes : 0) +
+                       (is_written(settings.png) ? estimate.png_bytes : 0);
   const double prepare = report.prepare_seconds + estimate.fit_seconds;
   log_info(
       "{} frame{} to render{}: about {} on {} thread{} ({} a frame, {} to prepare), {} on disk, {} "
@@ -133,10 +134,11 @@ void print_stats(const RunReport& report) {
       format_bytes(static_cast<double>(report.peak_memory))));
 }
 
-constexpr int kTurntableFrames = 72;
+constexpr int kTurntableFrames = 72;  // 5 degrees per frame
 
-/// The scene with a camera that goes once round: round the model, round the one frame that -f
-/// names, or while the film runs. `frames` becomes those of the turn, as they are for a model.
+/// Loads the scene with a camera that goes round once (--turntable): round a model, round the still
+/// frame that -f names, or during the film. If -f names a still frame, `frames` is cleared, so that
+/// all frames of the turntable are rendered.
 Result<Scene> load_turntable(const RenderOptions& options, std::span<const Override> overrides,
                              std::string& frames) {
   if (std::filesystem::path(options.scene).extension() != ".json" && !is_numbered(options.scene))
@@ -173,7 +175,7 @@ Result<int> render_once(const CommandLine& line, const RenderOptions& command_op
   PM_TRY(const RunReport report,
          render_sequence(scene, settings,
                          [&](std::size_t done, std::size_t count, const FrameRecord& last) {
-                           heartbeat.beat(done);
+                           heartbeat.restart(done);
                            show(done, count, last);
                          }));
   if (options.json.enabled) PM_TRY_STATUS(write_json(options.json, to_json(report)));
@@ -199,20 +201,20 @@ Result<int> render_once(const CommandLine& line, const RenderOptions& command_op
   return failed > 0 ? static_cast<int>(ErrorCode::kPartial) : 0;
 }
 
-/// When the files that the run reads were written, and how long they are.
+/// Modification time and size of each file that the run reads.
 using Snapshot = std::vector<std::pair<std::filesystem::file_time_type, std::uintmax_t>>;
-Snapshot snapshot_of(const std::vector<std::filesystem::path>& files) {
+Snapshot take_snapshot(const std::vector<std::filesystem::path>& files) {
   Snapshot snapshot;
   for (const auto& file : files) {
-    std::error_code missing;  // an editor may have taken it away for a moment
+    std::error_code missing;  // an editor may have removed the file for a moment
     const auto time = std::filesystem::last_write_time(file, missing);
     snapshot.emplace_back(time, std::filesystem::file_size(file, missing));
   }
   return snapshot;
 }
 
-/// Renders again whenever the scene or a file that it reads changes, until a signal comes. What is
-/// wrong with them is said, and they may be mended.
+/// Renders again whenever the scene or a file that it reads changes, until a signal comes. Prints
+/// errors in the scene or its files and waits for the next change.
 Result<int> watch_and_render(CommandLine& line, const RenderOptions& options) {
   using namespace std::chrono_literals;
   const std::atomic<bool>& stop = stop_requested();
@@ -224,18 +226,18 @@ Result<int> watch_and_render(CommandLine& line, const RenderOptions& options) {
     line.common.overwrite = true;  // the frames are this run's own from now on
     remember_input(options.scene);
     const auto files = input_files();
-    const Snapshot before = snapshot_of(files);
-    // Written while it was read: what was rendered may be half of it.
+    const Snapshot before = take_snapshot(files);
+    // A file that was written during the run may have been read in part: render again.
     bool changed = std::any_of(before.begin(), before.end(),
                                [&](const auto& file) { return file.first >= started; });
     if (!changed && !stop)
       log_info("watching {} file{}", files.size(), files.size() == 1 ? "" : "s");
-    for (; !changed && !stop; changed = snapshot_of(files) != before)
+    for (; !changed && !stop; changed = take_snapshot(files) != before)
       std::this_thread::sleep_for(50ms);
     if (stop) return 0;
-    // Whoever writes several files, or one in pieces, is done when nothing changes for a moment.
+    // Several files may be written, or one in pieces: wait until nothing changes for 50 ms.
     for (Snapshot last; !stop;) {
-      Snapshot now = snapshot_of(files);
+      Snapshot now = take_snapshot(files);
       if (now == last) break;
       last = std::move(now);
       std::this_thread::sleep_for(50ms);

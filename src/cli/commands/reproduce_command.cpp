@@ -26,7 +26,7 @@ int exit_code(const Reproduction& result) {
 
 std::string this_program() { return fmt::format("{} ({})", program_version(), shared_identity()); }
 
-/// Says in a sentence what came of a frame that was rendered again.
+/// Describes in a sentence how the rendered frame differs from the file.
 std::string describe(const Reproduction& result) {
   if (result.same_pixels && !result.same_program)
     return "same bits in every pixel, by another build: it is of " + result.program + ", this is " +
@@ -68,7 +68,7 @@ JsonValue to_json(const ReproduceOptions& options, const Reproduction& result) {
   return json;
 }
 
-/// Checks before any work whether the frame may be written, in the format that it has.
+/// Checks before any work that the output has the frame's format and may be written.
 Status check_reproduced_output(const ReproduceOptions& options, bool overwrite) {
   if (options.output.empty()) return Ok{};
   const auto format = [](const std::string& file) {

@@ -14,7 +14,7 @@ struct SpheresOptions {
   JsonOutput json;
 };
 
-SphereSettings settings_of(const SpheresOptions& options) {
+SphereSettings make_settings(const SpheresOptions& options) {
   SphereSettings settings;
   settings.method = options.request.method == "octree"    ? SphereMethod::kOctree
                     : options.request.method == "active"  ? SphereMethod::kActive
@@ -33,22 +33,24 @@ SphereSettings settings_of(const SpheresOptions& options) {
 }
 
 Status check_outputs(const SpheresRequest& request, bool overwrite) {
-  const auto wants = [](const std::string& file,
-                        std::initializer_list<const char*> known) -> Status {
+  const auto check_extension = [](const std::string& file,
+                                  std::initializer_list<const char*> extensions) -> Status {
     const std::string extension = std::filesystem::path(file).extension().string();
     std::string list;
-    for (const char* k : known) {
-      if (extension == k) return Ok{};
-      list += (list.empty() ? "" : " or ") + std::string(k);
+    for (const char* known : extensions) {
+      if (extension == known) return Ok{};
+      list += (list.empty() ? "" : " or ") + std::string(known);
     }
     return make_error(ErrorCode::kUsage, "{}: unknown format \"{}\" - use {}", file, extension,
                       list);
   };
-  if (!request.write_balls.empty()) PM_TRY_STATUS(wants(request.write_balls, {".json", ".csv"}));
-  if (!request.write_surface.empty()) PM_TRY_STATUS(wants(request.write_surface, {".obj", ".ply"}));
+  if (!request.write_balls.empty())
+    PM_TRY_STATUS(check_extension(request.write_balls, {".json", ".csv"}));
+  if (!request.write_surface.empty())
+    PM_TRY_STATUS(check_extension(request.write_surface, {".obj", ".ply"}));
   if (!request.write_spheres.empty())
-    PM_TRY_STATUS(wants(request.write_spheres, {".obj", ".ply", ".json"}));
-  if (!request.output.empty()) PM_TRY_STATUS(wants(request.output, {".png", ".exr"}));
+    PM_TRY_STATUS(check_extension(request.write_spheres, {".obj", ".ply", ".json"}));
+  if (!request.output.empty()) PM_TRY_STATUS(check_extension(request.output, {".png", ".exr"}));
   for (const std::string& file :
        {request.write_balls, request.write_surface, request.write_spheres, request.output}) {
     if (file.empty()) continue;
@@ -60,7 +62,7 @@ Status check_outputs(const SpheresRequest& request, bool overwrite) {
 Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) {
   PM_TRY_STATUS(check_outputs(options.request, line.common.overwrite));
   SpheresRequest request = options.request;
-  request.settings = settings_of(options);
+  request.settings = make_settings(options);
   if (options.no_fit) request.fit = "none";
   request.cache_folder = cache_folder(line.common);
   request.measure = !options.no_measure;

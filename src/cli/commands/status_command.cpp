@@ -35,37 +35,38 @@ constexpr StateName kStates[]{{FileState::kWhole, "whole"},
                               {FileState::kUnreadable, "unreadable"},
                               {FileState::kPart, "part"}};
 
-/// Frames of which the same samples were rendered in parts.
+/// Frames of which parts with the same samples exist.
 struct SampleRow {
-  std::vector<SampleRange> ranges;  ///< joined
+  std::vector<SampleRange> ranges;  ///< disjoint, in order (join_ranges())
   std::vector<int> frames;
   std::set<fs::path> folders;  ///< folders of their parts
   int total() const { return ranges.front().total; }
   bool is_complete() const { return ranges.size() == 1 && ranges.front().is_whole(); }
 };
 
-/// The samples of the frames that are not whole, as parts of them beside the output have them.
+/// Finds the parts of the frames that are not whole in the folder of the output, and groups the
+/// frames by the samples that their parts have.
 std::vector<SampleRow> find_samples(const fs::path& folder, const std::vector<int>& frames,
                                     const std::vector<FileState>& states,
                                     const ExpectedHashes& hashes) {
-  std::map<int, SampleRow> of_frame;
+  std::map<int, SampleRow> rows_by_frame;
   for (const PartFile& part : find_parts(folder)) {
     const auto at = std::lower_bound(frames.begin(), frames.end(), part.header.frame);
     const auto i = static_cast<std::size_t>(at - frames.begin());
     if (at == frames.end() || *at != part.header.frame || states[i] == FileState::kWhole ||
         part.header.identity != hashes.frames[i])
       continue;
-    SampleRow& row = of_frame[*at];
+    SampleRow& row = rows_by_frame[*at];
     row.ranges.push_back(*part.header.part);
     row.folders.insert(part.path.parent_path());
   }
   std::map<std::string, SampleRow> rows;
-  for (auto& [frame, found] : of_frame) {
-    found.ranges = join_ranges(found.ranges);
-    SampleRow& row = rows[format_samples(found.ranges)];
-    row.ranges = found.ranges;
+  for (auto& [frame, frame_row] : rows_by_frame) {
+    frame_row.ranges = join_ranges(frame_row.ranges);
+    SampleRow& row = rows[format_samples(frame_row.ranges)];
+    row.ranges = frame_row.ranges;
     row.frames.push_back(frame);
-    row.folders.merge(found.folders);
+    row.folders.merge(frame_row.folders);
   }
   std::vector<SampleRow> list;
   for (auto& [name, row] : rows) list.push_back(std::move(row));
@@ -87,7 +88,7 @@ JsonValue to_json(const std::vector<int>& frames, const std::vector<FileState>& 
   return json;
 }
 
-/// The command that renders frames as they are asked for.
+/// Returns the command that renders the frames with the given options.
 std::string render_command(const CommandLine& line, const StatusOptions& options,
                            const std::string& output) {
   std::string command =
@@ -98,7 +99,7 @@ std::string render_command(const CommandLine& line, const StatusOptions& options
   return command;
 }
 
-/// Describes how frames of which there are parts become whole.
+/// Describes the next step to complete the frames of a row: render the missing samples, or merge.
 std::string next_step(const CommandLine& line, const std::string& output, const SampleRow& row) {
   const std::string frames = frame_list(row.frames);
   if (!row.is_complete()) {
@@ -115,7 +116,7 @@ std::string next_step(const CommandLine& line, const std::string& output, const 
 
 Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
   PM_TRY(const Scene scene, load_scene_with(options.scene, options.scene_options));
-  // A folder holds the scene's own names. One that is not there yet holds no frame.
+  // Frames in a folder have the names of output.file in the scene. A folder may not exist yet.
   std::error_code error;
   const bool folder =
       fs::is_directory(options.where, error) ||
@@ -130,35 +131,36 @@ Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
       parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
   std::sort(frames.begin(), frames.end());
   PM_TRY(ExpectedHashes hashes, expected_hashes(scene, frames));
-  hashes.view = options.scene_options.shown;
+  hashes.view = options.scene_options.view;
   const std::vector<FileState> states = frame_states(files, frames, hashes);
-  const fs::path place = fs::path(output).parent_path();
-  const std::vector<SampleRow> samples = find_samples(place, frames, states, hashes);
+  const fs::path output_folder = fs::path(output).parent_path();
+  const std::vector<SampleRow> samples = find_samples(output_folder, frames, states, hashes);
   if (options.json.enabled)
     PM_TRY_STATUS(write_json(options.json, to_json(frames, states, hashes.scene, samples)));
-  std::vector<int> todo;
+  std::vector<int> incomplete;
   for (const StateName& state : kStates) {
     std::vector<int> matching;
     for (std::size_t i = 0; i < frames.size(); ++i)
       if (states[i] == state.state) matching.push_back(frames[i]);
-    if (state.state != FileState::kWhole) todo.insert(todo.end(), matching.begin(), matching.end());
+    if (state.state != FileState::kWhole)
+      incomplete.insert(incomplete.end(), matching.begin(), matching.end());
     if (!options.json.enabled && !(matching.empty() && state.state != FileState::kWhole))
       print_data("{:<10} {:>6}  {}\n", state.name, matching.size(), frame_list(matching));
   }
-  if (todo.empty()) return 0;
+  if (incomplete.empty()) return 0;
   for (const SampleRow& row : samples) {
     if (!options.json.enabled)
       print_data("{:<10} {:>6}  {}: {} of {}\n", "samples", row.frames.size(),
                  frame_list(row.frames), format_samples(row.ranges), row.total());
-    std::erase_if(todo, [&](int frame) {
+    std::erase_if(incomplete, [&](int frame) {
       return std::binary_search(row.frames.begin(), row.frames.end(), frame);
     });
     log_info("{}", next_step(line, output, row));
   }
-  std::sort(todo.begin(), todo.end());
-  if (!todo.empty())
+  std::sort(incomplete.begin(), incomplete.end());
+  if (!incomplete.empty())
     log_info("to complete it: {} -f {} --skip-existing", render_command(line, options, output),
-             frame_list(todo));
+             frame_list(incomplete));
   return static_cast<int>(ErrorCode::kAnswerNo);
 }
 

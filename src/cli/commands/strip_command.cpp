@@ -22,27 +22,28 @@ struct StripOptions {
   std::string input, output, gif, mp4, html, label = "frame", by = "time", show = "scene", frames,
                                              matte;
   int count = 8, columns = 4, width = 0;
-  bool moves() const { return !gif.empty() || !mp4.empty(); }
+  bool is_animated() const { return !gif.empty() || !mp4.empty(); }
   bool by_change() const { return by == "change"; }
   FilmContent content() const { return show == "plan" ? FilmContent::kPlan : FilmContent::kScene; }
   float fps = 0;
   SceneOptions scene_options;
 };
 
-/// Chooses frames of a scene by how much the picture changes, from small pictures of all.
+/// Chooses frames of a scene by how much the picture changes (choose_by_change()). Renders all
+/// frames with one sample per pixel and scales them to 96 pixels.
 Result<std::vector<int>> choose_frames_by_change(const CommandLine& line, Scene scene,
                                                  const std::vector<int>& numbers,
                                                  const StripOptions& options) {
   constexpr int kWidth = 96;
   scene.image.samples = 1;
-  PM_TRY(const FilmScene ready, prepare_film(line, std::move(scene)));
-  PM_TRY(const Film film, render_film(line, ready, numbers, kWidth));
+  PM_TRY(const FilmScene film_scene, prepare_film(line, std::move(scene)));
+  PM_TRY(const Film film, render_film(line, film_scene, numbers, kWidth));
   return choose_by_change(film, options.count);
 }
 
-/// Opens a view if one is asked for.
+/// Opens the view of --display and --view, if they are given. Errors: kUsage for an EXR.
 Result<std::optional<ViewTransform>> open_view(const StripOptions& options) {
-  const DisplayView& view = options.scene_options.shown;
+  const DisplayView& view = options.scene_options.view;
   std::optional<ViewTransform> transform;
   if (view.empty() || options.content() == FilmContent::kPlan) return transform;
   if (std::filesystem::path(options.output).extension() == ".exr")
@@ -66,30 +67,31 @@ Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
   PM_TRY(
       std::vector<int> numbers,
       parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
-  if (!options.moves() && options.frames.empty()) {
+  if (!options.is_animated() && options.frames.empty()) {
     if (options.by_change()) {
       PM_TRY(numbers, choose_frames_by_change(line, scene, numbers, options));
     } else {
       numbers = choose_evenly(numbers, options.count);
     }
   }
-  PM_TRY(const FilmScene ready, prepare_film(line, std::move(scene)));
-  PM_TRY(Film film, render_film(line, ready, std::move(numbers), options.width, options.content()));
+  PM_TRY(const FilmScene film_scene, prepare_film(line, std::move(scene)));
+  PM_TRY(Film film,
+         render_film(line, film_scene, std::move(numbers), options.width, options.content()));
   PM_TRY_STATUS(apply_view(view, film));
   return film;
 }
 
-/// A header's rate, which EXR keeps as a number and PNG as text.
-std::optional<float> fps_of(const Attribute& attribute) {
+/// Parses the frame rate in a header, which is a number in EXR files and a text in PNG files.
+/// Nothing if it is outside [0.1, 1000], the range of frames.fps.
+std::optional<float> parse_fps(const Attribute& attribute) {
   if (const float* value = std::get_if<float>(&attribute.value)) return *value;
   const std::string* text = std::get_if<std::string>(&attribute.value);
   const auto number = text ? parse_number(*text) : std::nullopt;
-  // Another program's text may say anything; frames.fps has the same limits.
   if (!number || *number < 0.1 || *number > 1000) return std::nullopt;
   return static_cast<float>(*number);
 }
 
-/// Reads a frame, or the matte of it that is asked for.
+/// Reads a frame, or its matte of the name that --matte gives.
 Result<Image> read_frame(const StripOptions& options, const std::filesystem::path& file) {
   remember_input(file);
   PM_TRY(Image image, read_image(file));
@@ -116,9 +118,9 @@ Result<Film> from_images(const StripOptions& options) {
          parse_frames(
              options.frames.empty() ? fmt::format("{}-{}", film.first, film.last) : options.frames,
              film.first, film.last));
-  // A sheet or movie that silently leaves out a lost frame is worse than none.
+  // Missing frames are errors: a sheet or movie without them would look complete.
   std::vector<int> required = film.numbers;
-  if (options.frames.empty() || options.moves()) {
+  if (options.frames.empty() || options.is_animated()) {
     required.clear();
     for (int frame = film.first; frame <= film.last; ++frame) required.push_back(frame);
   }
@@ -127,7 +129,7 @@ Result<Film> from_images(const StripOptions& options) {
       return make_error(ErrorCode::kInput,
                         "{}: frame {} is missing (there are {} to {}) - render it first",
                         options.input, frame, film.first, film.last);
-  if (!options.moves() && options.frames.empty() && !options.by_change())
+  if (!options.is_animated() && options.frames.empty() && !options.by_change())
     film.numbers = choose_evenly(film.numbers, options.count);
   for (const int number : film.numbers) {
     PM_TRY(Image image, read_frame(options, frame_path(pattern, number)));
@@ -137,8 +139,9 @@ Result<Film> from_images(const StripOptions& options) {
         return make_error(ErrorCode::kUsage,
                           "{}: is a picture by a view already - leave out --display and --view",
                           frame_path(pattern, number).string());
-      const float* value = std::get_if<float>(&attribute.value);  // of an EXR; a PNG's are texts
-      if (attribute.name == "FramesPerSecond") film.fps = fps_of(attribute).value_or(film.fps);
+      const float* value =
+          std::get_if<float>(&attribute.value);  // null for a PNG, whose attributes are texts
+      if (attribute.name == "FramesPerSecond") film.fps = parse_fps(attribute).value_or(film.fps);
       if (value && attribute.name == "polymorph/exposure") exposure = *value;
     }
     expose(image, exposure);
@@ -148,9 +151,10 @@ Result<Film> from_images(const StripOptions& options) {
   return film;
 }
 
-/// Before any work.
+/// Checks the output options before any work: at least one is given, and their files may be
+/// written.
 Status check_outputs(const StripOptions& options, bool overwrite) {
-  if (options.output.empty() && !options.moves() && options.html.empty())
+  if (options.output.empty() && !options.is_animated() && options.html.empty())
     return make_error(ErrorCode::kUsage,
                       "nothing to make - give -o strip.png, --gif morph.gif, --mp4 morph.mp4 or "
                       "--html play.html");
@@ -168,9 +172,9 @@ Status check_outputs(const StripOptions& options, bool overwrite) {
   return Ok{};
 }
 
-/// Writes the matte of one image, or of each of a sequence, as a picture of its own.
+/// Writes the matte of one image, or one matte per image of a sequence.
 Result<int> write_mattes(const StripOptions& options, bool overwrite) {
-  if (options.output.empty() || options.moves())
+  if (options.output.empty() || options.is_animated())
     return make_error(ErrorCode::kUsage, "--matte of one image needs -o matte.png alone");
   PM_TRY(const FramePattern input, parse_pattern(options.input));
   PM_TRY(const FramePattern output, parse_pattern(options.output));
@@ -197,7 +201,7 @@ Result<int> write_mattes(const StripOptions& options, bool overwrite) {
   return 0;
 }
 
-/// Tests whether the mattes are pictures of their own, not cells of a sheet.
+/// Tests whether each matte is a file of its own, rather than a cell of a sheet.
 Result<bool> are_mattes_single(const StripOptions& options) {
   if (options.matte.empty()) return false;
   PM_TRY(const FramePattern input, parse_pattern(options.input));
@@ -207,13 +211,13 @@ Result<bool> are_mattes_single(const StripOptions& options) {
 }
 
 Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
-  // A model is no scene either, but is told what to do with it.
+  // A model is treated as a scene, because load_scene() has a helpful error for models.
   const bool is_scene =
       std::filesystem::path(options.input).extension() == ".json" || is_model_file(options.input);
   if (!options.matte.empty() && is_scene)
     return make_error(ErrorCode::kUsage, "--matte needs frames with Cryptomattes, not {}",
                       options.input);
-  if (!options.matte.empty() && !options.scene_options.shown.empty())
+  if (!options.matte.empty() && !options.scene_options.view.empty())
     return make_error(ErrorCode::kUsage, "a matte has no view - leave out --display and --view");
   PM_TRY(const bool single, are_mattes_single(options));
   if (single) return write_mattes(options, line.common.overwrite);
@@ -228,7 +232,7 @@ Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
     PM_TRY_STATUS(check_play_page(line, options.html));
     PM_TRY(Scene scene, load_scene_with(options.input, options.scene_options));
     PM_TRY_STATUS(write_play_page(line, std::move(scene), options.html));
-    if (options.output.empty() && !options.moves()) return 0;
+    if (options.output.empty() && !options.is_animated()) return 0;
   }
   auto loaded = is_scene ? from_scene(line, options) : from_images(options);
   if (!loaded) return std::move(loaded).error();
@@ -236,7 +240,7 @@ Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
   if (!options.output.empty()) {
     SheetSettings sheet;
     sheet.count = options.count;
-    const bool is_chosen = is_scene && options.by_change() && !options.moves();
+    const bool is_chosen = is_scene && options.by_change() && !options.is_animated();
     sheet.all = !options.frames.empty() || is_chosen;
     sheet.by_change = options.by_change();
     sheet.columns = options.columns;

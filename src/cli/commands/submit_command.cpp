@@ -20,15 +20,15 @@ Result<int> run_submit(const CommandLine& line, const SubmitOptions& options) {
   request.max_memory = line.common.max_memory;
   request.cache_folder = cache_folder(line.common);
   request.scene_arguments = to_arguments(options.scene_options);
-  request.view = options.scene_options.shown;
-  std::vector<std::string>& words = request.render_arguments;
+  request.view = options.scene_options.view;
+  std::vector<std::string>& arguments = request.render_arguments;
   if (!line.common.cache_dir.empty())
-    words.insert(words.end(), {"--cache-dir", line.common.cache_dir});
-  if (line.common.no_cache) words.emplace_back("--no-cache");
+    arguments.insert(arguments.end(), {"--cache-dir", line.common.cache_dir});
+  if (line.common.no_cache) arguments.emplace_back("--no-cache");
   if (request.gpus > 0)
-    words.insert(words.end(), {"--device", "cuda:all"});
+    arguments.insert(arguments.end(), {"--device", "cuda:all"});
   else if (request.device != "auto")
-    words.insert(words.end(), {"--device", request.device});
+    arguments.insert(arguments.end(), {"--device", request.device});
   PM_TRY(const SlurmJob job, make_slurm_job(scene, request));
   if (options.print) {
     print_data("{}\n{}", slurm_render_script(job), slurm_finish_script(job));
