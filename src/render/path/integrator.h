@@ -14,22 +14,24 @@ namespace polymorph {
 struct PathLight {
   Vec3 radiance;
   float alpha = 1;
-  /// For a floor of which only shadows are kept: the fraction of the ray that sees it (not in
-  /// alpha), the light that it reflects, and the light that it would reflect without shadows.
+  /// For a floor of which only shadows are kept: the fraction of the ray that sees the floor (not
+  /// part of alpha), the luminance that the floor reflects, and the luminance that it would reflect
+  /// without shadows.
   float floor = 0, lit = 0, unlit = 0;
 };
 
-// With a single bounce (previews) surfaces that occlude the sky are assumed to reflect this
-// fraction of it, which replaces all further bounces: fewer black pixels, and shadows of about the
-// right depth.
+// With a single bounce (previews), surfaces that occlude the sky are assumed to reflect this
+// fraction of it. This replaces all further bounces: there are fewer black pixels, and shadows are
+// about as dark as they should be.
 inline constexpr float kGuessedBounce = 0.4f;
 
-/// The light of a path that has ended, with the light that its shadow rays brought.
+/// Computes the light of a path that has ended. `direct`: light of its shadow rays.
 PM_HD inline PathLight make_result(const PathRow& path, Vec3 direct) {
   const Vec3 radiance = path.radiance + direct;
   const PathLight light{radiance, std::max(path.alpha, 0.0f), 0, 0, 0};
   if (!has(path, kOnShadowFloor)) return light;
-  // alpha is the visible fraction of the faded floor; the pixel computes how much of it is shadow.
+  // alpha is the visible fraction of the faded floor; write_colors() computes how much of it is
+  // shadow.
   return {{}, 0, light.alpha, luminance(radiance), path.unlit};
 }
 
@@ -43,8 +45,8 @@ struct Wavefront {
   std::array<PathLight, kMax> lights;       ///< filled by trace()
 };
 
-/// Traces the light along the wavefront's rays. The sampler gives set 1 + v at vertex v. The light
-/// along a ray does not depend on the others.
+/// Traces the light along the wavefront's rays. Vertex v of a path draws the sampler's set 1 + v.
+/// The light along a ray does not depend on the other rays.
 void trace(const World& world, const FrameSampler& sampler, Wavefront& wave, RayStats& stats);
 
 /// Computes the AOVs of a camera ray whose first intersection is given; `depth` is still the
