@@ -135,14 +135,14 @@ std::vector<RayOf<Pack3>> pack_rays(const std::vector<Ray>& rays) {
   return packs;
 }
 
-/// Calls f(first ray of a chunk, count), in parallel.
+/// Calls f(index of the first ray, count) for chunks of the rays, in parallel.
 template <class F>
 void for_each_chunk(const std::vector<Ray>& rays, const F& f) {
   constexpr std::int64_t kChunk = 1024;
   const auto count = static_cast<std::int64_t>(rays.size());
-  parallel_for((count + kChunk - 1) / kChunk, [&](std::int64_t run) {
+  parallel_for((count + kChunk - 1) / kChunk, [&](std::int64_t chunk) {
     const FlushDenormals flush;
-    const std::int64_t begin = run * kChunk;
+    const std::int64_t begin = chunk * kChunk;
     f(static_cast<std::size_t>(begin), static_cast<std::size_t>(std::min(kChunk, count - begin)));
   });
 }
@@ -159,7 +159,7 @@ Result<std::vector<RayLoop>> measure_rays(const RenderScene& scene, int width, i
   world.geometry = &geometry;
   const std::vector<Ray> camera = make_camera_rays(scene.camera, width, height);
   const std::vector<Ray> scattered = make_scattered_rays(bare, camera);
-  // In the form that the renderer uses.
+  // The rays as packs, as the renderer uses them.
   const std::vector<RayOf<Pack3>> packed[] = {pack_rays(camera), pack_rays(scattered)};
   std::vector<float> distances(camera.size());
   std::vector<IntersectionOf<Pack>> intersections(packed[0].size());

@@ -1,4 +1,4 @@
-// The hierarchy of a scene (bvh.h), built by a GPU's threads.
+// Construction of a scene's hierarchy (bvh.h) on a GPU.
 #pragma once
 
 #include <cub/device/device_radix_sort.cuh>
@@ -20,13 +20,13 @@ __device__ inline int thread_index() {
   return static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
 }
 
-/// Where the arrays of a hierarchy under construction lie.
+/// Arrays of a hierarchy under construction, in device memory.
 struct Arrays {
   BvhTriangle *unsorted, *triangles;
   std::uint32_t *positions, *sorted_positions, *order, *sorted_order;
   BvhCluster* clusters[2];
   int* nearest;
-  unsigned long long* places;  ///< for each cluster, and for their end
+  unsigned long long* places;  ///< per cluster, and one for the end; see count_places()
   BvhNode* nodes;
 };
 
@@ -56,7 +56,8 @@ __global__ void __launch_bounds__(kThreads)
   if (i < count) nearest[i] = nearest_cluster(clusters, count, i);
 }
 
-/// A cluster that stays takes a place in the lower 32 bits, a merged one a node in the upper ones.
+/// Sets the addends of a prefix sum: the lower 32 bits count the clusters that stay, the upper 32
+/// bits the nodes that merging them makes.
 __global__ void __launch_bounds__(kThreads)
     count_places(const int* nearest, int count, int round, unsigned long long* places) {
   const int i = thread_index();
@@ -86,11 +87,11 @@ __global__ void __launch_bounds__(kThreads)
 
 }  // namespace hierarchy
 
-/// Builds hierarchies, and keeps the memory that they take.
+/// Builds hierarchies, in memory that it keeps for the next one.
 class CudaHierarchy {
  public:
-  /// Builds the hierarchy of a packed scene, to which it is added. `triangle_counts`: of its
-  /// meshes.
+  /// Builds the hierarchy of a packed scene, and sets its nodes, triangles and root.
+  /// `triangle_counts`: number of triangles per mesh.
   cudaError_t build(const std::vector<std::size_t>& triangle_counts, cudaStream_t stream,
                     DeviceScene& scene) {
     std::size_t count = 0;
@@ -115,7 +116,7 @@ class CudaHierarchy {
       hierarchy::make_leaves<<<block_count(count), kThreads, 0, stream>>>(scene, n, arrays);
       if (const cudaError_t error = merge(n, stream, arrays, node_count)) return error;
     }
-    if (count == 1) {  // a ray begins with a node
+    if (count == 1) {  // traversal begins at a node
       const BvhNode node{{scene.bounds, scene.bounds}, {~0, ~0}};
       cudaMemcpyAsync(arrays.nodes, &node, sizeof node, cudaMemcpyHostToDevice, stream);
       node_count = 1;
@@ -133,7 +134,7 @@ class CudaHierarchy {
       array = reinterpret_cast<std::remove_reference_t<decltype(array)>>(memory_.data() + size);
       size += (items * sizeof *array + 255) / 256 * 256;
     };
-    for (int pass = 0; pass < 2; ++pass) {  // the first finds the size
+    for (int pass = 0; pass < 2; ++pass) {  // the first pass only finds the size
       size = 0;
       place(arrays.nodes, count);
       place(arrays.triangles, count);
@@ -157,7 +158,7 @@ class CudaHierarchy {
     return scratch_.reserve(std::max(sort, scan));
   }
 
-  /// Merges clusters round after round until one is left.
+  /// Merges clusters in rounds until one is left.
   cudaError_t merge(int count, cudaStream_t stream, const hierarchy::Arrays& arrays,
                     int& node_count) {
     for (int round = 0; count > 1; ++round) {
