@@ -60,7 +60,7 @@ float centering_shift(const CornerList& corners, float d, float t) {
 void set_axes(Camera& camera, Vec3 forward, Vec3 up) {
   camera.forward = normalized(forward);
   Vec3 right = cross(camera.forward, up);
-  // If the camera looks along `up`, any fixed axis across the view can be `right`.
+  // If the camera looks along `up`, `right` may be any fixed axis across the view.
   if (dot(right, right) < 1e-8f * dot(up, up) || !(dot(up, up) > 0))
     right = make_frame(camera.forward).x;
   camera.right = normalized(right);

@@ -187,7 +187,7 @@ Result<std::vector<RayLoop>> measure_rays(const RenderScene& scene, int width, i
   for (int i = 0; i <= repeats; ++i)
     for (std::size_t loop = 0; loop < loops.size(); ++loop) {
       const double seconds = measure_seconds([&] { run(loop); });
-      if (i > 0) loops[loop].seconds.push_back(seconds);  // the first warms up
+      if (i > 0) loops[loop].seconds.push_back(seconds);  // the first run warms up
     }
   return loops;
 }
@@ -218,7 +218,7 @@ Result<std::vector<RayLoop>> measure_device_rays(const RenderScene& scene, Devic
       const std::string error =
           tracer.find_hits(job, rays, loop % 2 == 0, std::span(hits).first(rays.size()), seconds);
       if (!error.empty()) return make_error(ErrorCode::kResource, "{}", error);
-      if (i > 0) loops[loop].seconds.push_back(seconds);  // the first warms up
+      if (i > 0) loops[loop].seconds.push_back(seconds);  // the first run warms up
     }
   return loops;
 }

@@ -74,7 +74,7 @@ struct RenderMesh : MaterialLayer {
   std::uint32_t first_label = 1;  ///< value that is written for label 0
   float progress = 0;             ///< progress of the leg, [0, 1]
   bool moves = true;              ///< changes between frames; its noise is re-seeded
-  /// `name` is the id's name in crypto_object, label_names those in crypto_label, by vertex_labels.
+  /// Cryptomatte names: of the mesh in crypto_object, of vertex_labels in crypto_label.
   std::string name;
   std::vector<std::string> label_names;
 };

@@ -47,7 +47,7 @@ class Tile {
         guides_(job.image.denoise ? kPixels : 0) {}
 
   void sample() {
-    if (job_.device_film) take_device_sums();
+    if (job_.device_film) copy_device_sums();
     if (!casts_rays()) return;
     for (int first = job_.samples.first, end; first < job_.samples.end; first = end) {
       end = round_end(job_.image.noise, first, job_.samples.end);
@@ -83,7 +83,7 @@ class Tile {
         row.rays[k] = center_rays<Pack3>(job_.camera, film_x, film_y);
       }
       if (job_.device_film)
-        take_device_centers(y);
+        copy_device_centers(y);
       else
         intersect_closest(job_.world, row.rays, row.intersections, width_, true, stats_);
       if (!steady) continue;
@@ -109,7 +109,7 @@ class Tile {
   }
 
   /// Copies the tile's matte sums to those of the part.
-  void keep_matte_sums() {
+  void copy_matte_sums() {
     const std::size_t layers = job_.mattes->layer_count();
     for (std::size_t i = 0; i < mattes_.size(); ++i) {
       const auto pixel = static_cast<int>(i / layers);
@@ -162,7 +162,7 @@ class Tile {
            static_cast<std::size_t>(left_ + x);
   }
   /// Copies the sums of all samples from a GPU's film.
-  void take_device_sums() {
+  void copy_device_sums() {
     const DeviceFilm& film = *job_.device_film;
     for (int i = 0; i < width_ * height_; ++i) {
       const PixelSum* sums = &film.sums[film_index(i % width_, i / width_) * film.nodes.size()];
@@ -175,7 +175,7 @@ class Tile {
     }
   }
   /// Copies the hits at the centres of a row's pixels from a GPU's film.
-  void take_device_centers(int y) {
+  void copy_device_centers(int y) {
     CenterRow& row = centers_[y];
     for (int k = 0; k < 2; ++k)
       row.intersections[k] = {{}, intersect_floor(job_.world.floor, row.rays[k])};
@@ -345,7 +345,7 @@ void render_tile(const FrameJob& job, int tile_x, int tile_y, Image& film, RaySt
   tile.write(film);
   if (!job.aovs.empty()) tile.write_aovs(film);
   if (job.part_mattes)
-    tile.keep_matte_sums();
+    tile.copy_matte_sums();
   else if (job.mattes->layer_count() > 0)
     tile.write_mattes(film);
   if (job.image.denoise) tile.write_guides(film);

@@ -122,7 +122,7 @@ bool has_split_borders(const RenderMesh& mesh) {
 }  // namespace
 
 std::string why_not_on_device(const FrameJob& job) {
-  // The sums of all nodes are copied back at once; in bytes.
+  // Maximum size, in bytes, of the sums of all nodes, which are copied back at once.
   constexpr double kMaxSums = 2e9;
   if (static_cast<double>(job.image.width) * job.image.height *
           static_cast<double>(list_nodes(job.samples).size()) * sizeof(PixelSum) >

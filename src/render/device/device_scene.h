@@ -148,7 +148,7 @@ struct DeviceScene {
              at.distance < static_cast<double>(ray.far);
     }
   };
-  /// Tests the same in floats.
+  /// Tests in floats (Möller and Trumbore 1997) whether a ray hits a triangle in (0, ray.far).
   struct BareTest {
     const DeviceScene& scene;
     PM_HD bool operator()(BvhTriangle t, const Ray& ray, TriangleIntersection& at) const {

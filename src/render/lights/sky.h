@@ -15,15 +15,15 @@ namespace polymorph {
 /// Directions that sample_bright_sky() may return.
 enum class SkyPart : unsigned char {
   kAll,
-  kAboveHorizon,  ///< the ground below is found by tracing rays
+  kAboveHorizon,  ///< rays find the ground below
 };
 
 /// A pdf over directions, constant in each cell of a lat-long grid.
 struct SkyDistribution {
   int width = 0, height = 0;
-  std::vector<float> row_cdf;     ///< height + 1
-  std::vector<float> column_cdf;  ///< height * (width + 1)
-  std::vector<float> pdf;         ///< per solid angle, height * width
+  std::vector<float> row_cdf;     ///< height + 1 entries
+  std::vector<float> column_cdf;  ///< height * (width + 1) entries
+  std::vector<float> pdf;         ///< per solid angle; height * width entries
   float total = 0;                ///< integral of the sampled function
 };
 
@@ -86,8 +86,7 @@ struct SkyTables {
   SkyTables(const Sky& sky);  // NOLINT(google-explicit-constructor): a view
 };
 
-inline constexpr int kIrradianceCells =
-    32;  ///< per axis of the octahedral grid, which has one node more
+inline constexpr int kIrradianceCells = 32;  ///< cells per axis of the octahedral grid of normals
 
 /// Computes the latitude-longitude coordinates (column, row) of a direction, both in [0, 1].
 template <class T3>
@@ -96,7 +95,7 @@ PM_HD Vec2Of<ComponentOf<T3>> lat_long(T3 d) {
   return {0.5f + atan2_turns(d.x, -d.z), 0.5f - 2.0f * atan2_turns(d.y, horizontal)};
 }
 
-/// Octahedral map of the sphere (Cigolla et al. 2014, "A survey of efficient representations for
+/// Octahedral map of the sphere (Cigolle et al. 2014, "A survey of efficient representations for
 /// independent unit vectors"): maps a direction to [-1, 1]^2.
 template <class T3>
 PM_HD Vec2Of<ComponentOf<T3>> encode_octahedral(T3 d) {

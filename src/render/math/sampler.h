@@ -44,7 +44,7 @@ PM_HD constexpr B reverse_bits(B x) {
   return ((x >> 1) & 0x55555555u) | ((x & 0x55555555u) << 1);
 }
 
-/// Moves the bits of x to the even positions.
+/// Moves the bits of x to the even positions and clears the odd ones.
 constexpr std::uint64_t interleave_zeros(std::uint32_t x) {
   std::uint64_t v = x;
   v = (v | (v << 16)) & 0x0000ffff0000ffffull;
@@ -93,7 +93,7 @@ PM_HD inline SampleIndex sample_index(const FrameSampler& frame, int x, int y, s
   return {static_cast<std::uint32_t>(index >> 32), reverse_bits(static_cast<std::uint32_t>(index))};
 }
 
-/// Two independent pairs, each in [0, 1).
+/// Two independent pairs of random numbers, (a, b) and (c, d), in [0, 1).
 template <class V>
 struct Sample4Of {
   V a, b, c, d;

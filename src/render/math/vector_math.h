@@ -81,7 +81,7 @@ PM_HD inline FrameOf<T3> make_frame(T3 n) {
   const V b = n.x * n.y * a;
   return {{1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
 }
-/// Transforms to world coordinates. All lanes may ratio one frame.
+/// Transforms to world coordinates. All lanes may share one frame.
 template <class F3, class T3>
 PM_HD inline T3 to_world(const FrameOf<F3>& f, T3 v) {
   return f.x * v.x + f.y * v.y + f.z * v.z;

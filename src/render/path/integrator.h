@@ -49,8 +49,9 @@ struct Wavefront {
 /// The light along a ray does not depend on the other rays.
 void trace(const World& world, const FrameSampler& sampler, Wavefront& wave, RayStats& stats);
 
-/// Computes the AOVs of a camera ray whose first intersection is given; `depth` is still the
-/// distance along the ray. `motion` is not filled: the caller projects `next`.
+/// Computes the AOVs of a camera ray with the first intersection `first`, except two that need the
+/// camera: `depth` is the distance along the ray, and `motion` is not set (the caller projects
+/// `next`).
 FirstHit first_hit(const World& world, const Ray& ray, const Intersection& first);
 
 }  // namespace polymorph

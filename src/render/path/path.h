@@ -150,7 +150,8 @@ PM_HD_CALL void add_sky(const World& world, PathOf<T3>& path, ComponentOf<T3> fr
   path.radiance = path.radiance + zero_unless(indirect, clamped);
 }
 
-/// Adds the lamps that the ray hits before `distance`; they do not block it.
+/// Adds the light of the lamps that the ray hits before `distance`. Lamps do not occlude anything
+/// behind them.
 template <class T3>
 PM_HD_CALL void add_hit_lamps(const World& world, PathOf<T3>& path, ComponentOf<T3> distance,
                               MaskOf<T3> where) {

@@ -68,10 +68,10 @@ PM_HD SurfacePointOf<T3> make_surface_point(const CornersOf<T3>& p, const Corner
   const MaskOf<T3> has_smooth = dot(smooth, smooth) > 0.5f;
   if (any(has_smooth)) {
     // In some files normals point to the wrong side, so the triangle's orientation decides.
-    const V agree = copysign(broadcast<V>(1), dot(smooth, point.normal));
-    const T3 bent = bend_to_valid_reflection(smooth * agree, point.normal, view);
+    const V normal_sign = copysign(broadcast<V>(1), dot(smooth, point.normal));
+    const T3 bent = bend_to_valid_reflection(smooth * normal_sign, point.normal, view);
     point.shading = select(has_smooth, bent, point.shading);
-    const T3 lifted = lift(point.position, p, n, hit.u, hit.v, agree);
+    const T3 lifted = lift(point.position, p, n, hit.u, hit.v, normal_sign);
     point.lifted = select(has_smooth, lifted, point.lifted);
   }
   return point;

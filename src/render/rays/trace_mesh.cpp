@@ -61,18 +61,18 @@ void for_intersected(const RTCFilterFunctionNArguments* args, const F& f) {
     };
     const std::uint32_t triangle = RTCHitN_primID(args->hit, n, lane);
     const EdgeSides sides = compute_sides(traced, traced.mesh->triangles[triangle], ray, d);
-    bool any = false;
+    bool any_hit = false;
     if (sides.closest() > traced.clear || !sides.near_any(traced.margin2)) {
-      any = sides.inside() && accept(triangle, compute_intersection(sides, d));
+      any_hit = sides.inside() && accept(triangle, compute_intersection(sides, d));
     } else {
       // Embree may report only one of several triangles at the edge.
       EdgeNeighborhood(traced, ray).for_each_near(triangle, sides, [&](std::uint32_t other) {
         TriangleIntersection intersection;
         if (intersects_triangle(traced, other, ray, intersection))
-          any = accept(other, intersection) || any;
+          any_hit = accept(other, intersection) || any_hit;
       });
     }
-    if (!any) args->valid[lane] = 0;
+    if (!any_hit) args->valid[lane] = 0;
   }
 }
 

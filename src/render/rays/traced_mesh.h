@@ -13,8 +13,7 @@ struct TracedMeshOf {
   const Mesh* mesh = nullptr;
   float shutter = 0;
   double margin2 = 0;  ///< square of the maximum error of Embree's floats, in scene units squared
-  double clear =
-      0;  ///< if all |EdgeSides::at| exceed this, the ray is near no edge of the triangle
+  double clear = 0;    ///< a ray is near no edge whose edge function exceeds this in magnitude
   /// The triangles around vertex v are fans[fan_begin[v]] ... fans[fan_begin[v + 1] - 1].
   Indices fan_begin, fans;
 
@@ -65,7 +64,8 @@ class EdgeNeighborhood {
     for (int k = 0; k < 3; ++k) {
       const bool near_incoming = sides.near((k + 1) % 3, traced_.margin2);
       const bool near_outgoing = sides.near((k + 2) % 3, traced_.margin2);
-      // An edge is tested from its first corner, a corner with all of its edges.
+      // If the ray is close to both edges at a corner, all edges of the corner are tested.
+      // Otherwise an edge is tested at its first corner.
       if (near_incoming && near_outgoing
               ? !is_corner_covered(t.v[k])
               : near_outgoing && !is_edge_covered(t.v[k], t.v[(k + 1) % 3], sides.sum > 0))
@@ -84,7 +84,7 @@ class EdgeNeighborhood {
       if (b < 0) continue;
       const bool is_same_direction = b == (a + 1) % 3;
       const double sum = compute_sides(traced_, t, ray_, d_).sum;
-      // The projection of `t` is_same_direction the ray lies on the other side of the edge.
+      // The projection of `t` along the ray lies on the other side of the edge.
       if (is_same_direction ? (front ? sum < 0 : sum > 0) : (front ? sum > 0 : sum < 0))
         return true;
     }
