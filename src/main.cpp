@@ -7,7 +7,7 @@
 
 int main(int argc, char** argv) {
 #if defined(__AVX2__) && defined(__FMA__)
-  // Better said than died of an illegal instruction.
+  // Without this check the program would die of an illegal instruction.
   if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) {
     std::fputs(
         "error: this program was built for processors with AVX2 and FMA (x86-64-v3); "
@@ -17,8 +17,9 @@ int main(int argc, char** argv) {
   }
 #endif
 #ifdef M_ARENA_MAX  // glibc
-  // Every frame is traced and written by threads that end with it. With glibc's eight pools a core
-  // what one frees stays in its pool, and a long film holds ever more of them.
+  // Each frame is traced and written by threads that end with it. With glibc's eight arenas per
+  // core, memory that a thread frees stays in its arena, and a long film takes more and more
+  // memory.
   mallopt(M_ARENA_MAX, 1);
 #endif
   return polymorph::run_program(argc, argv);

@@ -22,7 +22,7 @@ struct FirstHit {
   Vec2 motion;         ///< pixels to the next frame, x to the right, y down; 0 on the last
   float progress = 0;  ///< progress of the leg, [0, 1]
   float t = 0;         ///< time within the sequence, [0, 1]
-  float label = 0;     ///< label of the nearest vertex, from 1
+  float label = 0;     ///< label of the nearest vertex, from 1; 0 = none
 };
 
 /// A channel of an AOV.
@@ -53,7 +53,7 @@ inline constexpr Aov kAovs[] = {
     {"uv", "uv.V", [](const FirstHit& hit) { return hit.uv.y; }},
 };
 
-/// Selects the rows named by `layers` ("Z,N,id", "all", "none"), in the table's order.
+/// Selects the rows whose layers `layers` names ("Z,N,id", "all", "none"), in the table's order.
 std::vector<const Aov*> choose_aovs(const std::string& layers);
 
 }  // namespace polymorph

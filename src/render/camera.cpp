@@ -8,14 +8,16 @@
 namespace polymorph {
 namespace {
 
-/// A point in camera axes, relative to the target: across the picture and along the view.
+/// Coordinates of a point relative to the target: along one axis of the picture, and along the view
+/// axis.
 struct Corner {
   float across, along;
 };
 using CornerList = std::vector<Corner>;
 
-/// Range of shifts c with which a camera at distance d sees all corners: |across - c| <= t (d +
-/// along), that is c >= max(across - t along) - t d and c <= min(across + t along) + t d.
+/// Bounds of the shifts c with which a camera at distance d sees all corners. They follow from
+/// |across - c| <= t (d + along), where t is the tangent of half the field of view: low - t d <= c
+/// <= high + t d, with low = max(across - t along) and high = min(across + t along).
 struct ShiftRange {
   float low, high;
 };
@@ -28,12 +30,13 @@ ShiftRange shift_range(const CornerList& corners, float t) {
   return range;
 }
 
+/// Computes the smallest distance at which some shift lets the camera see all corners.
 float smallest_distance(const CornerList& corners, float t) {
   const ShiftRange range = shift_range(corners, t);
   return (range.low - range.high) / (2 * t);
 }
 
-/// The smallest distance without a shift, with the view axis through the target.
+/// Computes the smallest distance without a shift, that is with the view axis through the target.
 float smallest_centered_distance(const CornerList& corners, float t) {
   float distance = 0;
   for (Corner corner : corners)
@@ -41,8 +44,8 @@ float smallest_centered_distance(const CornerList& corners, float t) {
   return distance;
 }
 
-/// The shift that centres the projection at distance d: the only one left at the smallest possible
-/// t.
+/// Computes the shift that centres the projection at distance d: the only possible one at the
+/// smallest t with which the camera sees all corners.
 float centering_shift(const CornerList& corners, float d, float t) {
   float low = 0, high = t;
   for (int i = 0; i < 40; ++i) {
@@ -57,7 +60,7 @@ float centering_shift(const CornerList& corners, float d, float t) {
 void set_axes(Camera& camera, Vec3 forward, Vec3 up) {
   camera.forward = normalized(forward);
   Vec3 right = cross(camera.forward, up);
-  // When looking along `up` any fixed horizontal axis will do.
+  // If the camera looks along `up`, `right` may be any fixed axis across the view.
   if (dot(right, right) < 1e-8f * dot(up, up) || !(dot(up, up) > 0))
     right = make_frame(camera.forward).x;
   camera.right = normalized(right);
@@ -105,7 +108,7 @@ void set_lens(Camera& camera, const CameraSettings& settings, Vec3 target) {
 
 float usable_fraction(float margin) { return std::max(0.1f, 1 - 2 * margin); }
 
-/// Points in the camera's axes, relative to the target.
+/// Points relative to the target, along the picture's x and y axis.
 struct ProjectedPoints {
   CornerList x, y;
 };

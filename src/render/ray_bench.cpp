@@ -135,14 +135,14 @@ std::vector<RayOf<Pack3>> pack_rays(const std::vector<Ray>& rays) {
   return packs;
 }
 
-/// Calls f(first ray of a chunk, count), in parallel.
+/// Calls f(index of the first ray, count) for chunks of the rays, in parallel.
 template <class F>
 void for_each_chunk(const std::vector<Ray>& rays, const F& f) {
   constexpr std::int64_t kChunk = 1024;
   const auto count = static_cast<std::int64_t>(rays.size());
-  parallel_for((count + kChunk - 1) / kChunk, [&](std::int64_t run) {
+  parallel_for((count + kChunk - 1) / kChunk, [&](std::int64_t chunk) {
     const FlushDenormals flush;
-    const std::int64_t begin = run * kChunk;
+    const std::int64_t begin = chunk * kChunk;
     f(static_cast<std::size_t>(begin), static_cast<std::size_t>(std::min(kChunk, count - begin)));
   });
 }
@@ -159,7 +159,7 @@ Result<std::vector<RayLoop>> measure_rays(const RenderScene& scene, int width, i
   world.geometry = &geometry;
   const std::vector<Ray> camera = make_camera_rays(scene.camera, width, height);
   const std::vector<Ray> scattered = make_scattered_rays(bare, camera);
-  // In the form that the renderer uses.
+  // The rays as packs, as the renderer uses them.
   const std::vector<RayOf<Pack3>> packed[] = {pack_rays(camera), pack_rays(scattered)};
   std::vector<float> distances(camera.size());
   std::vector<IntersectionOf<Pack>> intersections(packed[0].size());
@@ -187,7 +187,7 @@ Result<std::vector<RayLoop>> measure_rays(const RenderScene& scene, int width, i
   for (int i = 0; i <= repeats; ++i)
     for (std::size_t loop = 0; loop < loops.size(); ++loop) {
       const double seconds = measure_seconds([&] { run(loop); });
-      if (i > 0) loops[loop].seconds.push_back(seconds);  // the first warms up
+      if (i > 0) loops[loop].seconds.push_back(seconds);  // the first run warms up
     }
   return loops;
 }
@@ -218,7 +218,7 @@ Result<std::vector<RayLoop>> measure_device_rays(const RenderScene& scene, Devic
       const std::string error =
           tracer.find_hits(job, rays, loop % 2 == 0, std::span(hits).first(rays.size()), seconds);
       if (!error.empty()) return make_error(ErrorCode::kResource, "{}", error);
-      if (i > 0) loops[loop].seconds.push_back(seconds);  // the first warms up
+      if (i > 0) loops[loop].seconds.push_back(seconds);  // the first run warms up
     }
   return loops;
 }

@@ -17,15 +17,16 @@ struct RayLoop {
   std::vector<double> seconds;
 };
 
-/// Runs every loop `repeats` times, alternating, so that noise of the machine affects all: plain
-/// camera rays one by one and in packets of 16, the renderer's camera rays, plain rays that leave
-/// the surface in random directions, and the same rays in the renderer. `scene` has one mesh.
-/// Errors: kResource.
+/// Runs every loop `repeats` times, in turn, so that noise of the machine affects all. The loops
+/// are: camera rays in plain Embree singly and in packets of 16, camera rays in the renderer, and
+/// rays that leave the surface in random directions in plain Embree and in the renderer. `scene`
+/// must have one mesh. Errors: kResource.
 Result<std::vector<RayLoop>> measure_rays(const RenderScene& scene, int width, int height,
                                           int repeats);
 
-/// Runs camera rays and rays that leave the surface on a GPU in the same way, each as `tracer`
-/// decides them and in floats, on the same hierarchy: bare ones, the tracer's. Errors: kResource.
+/// Measures camera rays and rays that leave the surface on a GPU in the same way: first with a
+/// plain test in floats ("bare"), then with the exact test of `tracer`, on the same hierarchy.
+/// Errors: kResource.
 Result<std::vector<RayLoop>> measure_device_rays(const RenderScene& scene, DeviceTracer& tracer,
                                                  int width, int height, int repeats);
 

@@ -66,8 +66,8 @@ bool has_glass(const RenderScene& scene) {
   });
 }
 
-/// Upper bound of the distance from the centre of the meshes at which rays start: at the camera or
-/// on the floor.
+/// Computes an upper bound of the distance from the centre of the meshes at which rays start: at
+/// the camera or on the floor.
 float max_start_distance(const RenderScene& scene) {
   Box box = scene.bounds;
   for (const RenderMesh& mesh : scene.meshes)
@@ -77,19 +77,20 @@ float max_start_distance(const RenderScene& scene) {
   return std::max(length(scene.camera.position - box.center()), floor) + box.diagonal();
 }
 
-/// Tests whether the noise is smoothed. Lens and shutter blur textures, which the guides show
-/// sharp.
+/// Tests whether the noise is smoothed. It is not if lens or shutter blur textures, because the
+/// guides show them sharp.
 bool is_smoothed(const ImageSettings& image, const Camera& camera) {
   return image.smooth && !image.denoise && !(camera.lens_radius > 0) && !(camera.shutter > 0);
 }
 
-/// Layers of the film from which an image with `layers` is smoothed.
+/// Lists the layers that a film needs for smoothing an image with `layers`.
 std::string layers_to_smooth(const std::string& layers) {
   if (layers == "all") return layers;
   return layers == "none" ? kSmoothLayers : fmt::format("{},{}", layers, kSmoothLayers);
 }
 
-/// Channels of the film that is traced: its sums or colours, AOVs, mattes, guides.
+/// Lists the channels of the film that is traced: colours or, for a part, sums; AOVs, mattes,
+/// guides.
 std::vector<std::string> list_traced_channels(const FrameJob& job,
                                               const std::optional<SampleRange>& part) {
   std::vector<std::string> channels{"R", "G", "B", "A"};
@@ -103,7 +104,7 @@ std::vector<std::string> list_traced_channels(const FrameJob& job,
   return channels;
 }
 
-/// Room for the sums that a part has of its mattes.
+/// Allocates the sums of a part's mattes.
 MatteSums make_matte_sums(const SampleRange& part, const ImageSettings& image,
                           const Mattes& mattes) {
   MatteSums sums{mattes.layers(), {}};
@@ -112,7 +113,7 @@ MatteSums make_matte_sums(const SampleRange& part, const ImageSettings& image,
   return sums;
 }
 
-/// The header entries by which a part becomes the picture with these channels.
+/// Adds the header attributes with which parts are merged to a picture with these channels.
 void add_part_attributes(const SampleRange& part, const std::vector<std::string>& channels,
                          bool smooth, Image& film) {
   film.attributes.push_back({kPartSamplesAttribute, format_sample_range(part)});
@@ -129,23 +130,24 @@ struct Renderer::State {
   Sky sky;
   std::optional<Denoiser> denoiser;  ///< opened for the first image that uses it
   std::unique_ptr<DeviceTracer> device_tracer;
-  std::string device_said;  ///< why the last frame was not traced there
+  std::string device_refusal;  ///< why the device did not trace the last frame; empty if it did
   Stats stats;
 
-  /// Traces the frame's samples with the device tracer. Returns whether it did.
-  bool trace_on_device(const FrameJob& job, DeviceFilm& film, RayStats& tally);
+  /// Traces the frame's samples with the device tracer, if it can. Returns whether it did.
+  bool trace_on_device(const FrameJob& job, DeviceFilm& film, RayStats& device_stats);
 };
 
-bool Renderer::State::trace_on_device(const FrameJob& job, DeviceFilm& film, RayStats& tally) {
+bool Renderer::State::trace_on_device(const FrameJob& job, DeviceFilm& film,
+                                      RayStats& device_stats) {
   if (!device_tracer) return false;
   std::string reason = why_not_on_device(job);
   RayStats traced;
   if (reason.empty()) reason = device_tracer->trace(job, film, traced);
   if (reason.empty())
-    tally = traced;
-  else if (reason != device_said)
+    device_stats = traced;
+  else if (reason != device_refusal)
     log_info("the CPU traces what the GPU does not: {}", reason);
-  device_said = reason;
+  device_refusal = reason;
   return reason.empty();
 }
 
@@ -288,7 +290,7 @@ std::uint64_t picture_bytes(const ImageSettings& image, const std::optional<Samp
   std::size_t channels = list_film_channels(choose_aovs(image.aovs)).size();
   channels += Mattes(image.aovs, RenderScene{}).channels().size();
   if (image.denoise) channels += list_guide_channels().size();
-  // Sums of few ids each, and their channels.
+  // Estimated bytes per pixel, layer and node: sums of a few ids, and their channels.
   constexpr std::size_t kMatteSumBytes = 128;
   std::uint64_t mattes = 0;
   if (part) {
@@ -315,7 +317,7 @@ void Renderer::trace_with(std::unique_ptr<DeviceTracer> tracer) {
 }
 
 bool Renderer::traced_on_cpu() const {
-  return !state_->device_tracer || !state_->device_said.empty();
+  return !state_->device_tracer || !state_->device_refusal.empty();
 }
 
 Renderer::Stats Renderer::stats() const { return state_->stats; }

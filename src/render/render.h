@@ -1,5 +1,5 @@
 // Renderer: ray traces one frame of meshes, camera and lights into an image with AOVs. The only
-// room that includes Embree.
+// folder of sources that includes Embree.
 #pragma once
 
 #include <cstdint>
@@ -64,7 +64,7 @@ struct RenderMesh : MaterialLayer {
   std::span<const Vec3> vertex_colors;
   float vertex_color_share = 0;  ///< [0, 1]
   float look = 0;  ///< 0 = own materials, 1 = the common look; between: the two BSDFs mixed
-  float id = 0;    ///< written to the id AOV; > 0 (ground 1 is reserved; 0 = nothing hit)
+  float id = 0;    ///< written to the id AOV; above 1, because 1 is the ground and 0 no hit
   std::span<const Vec3>
       displacement;  ///< displacement to the next frame, one per position, or empty
   /// Values of the morph AOV, one per position; empty = `progress`.
@@ -74,7 +74,7 @@ struct RenderMesh : MaterialLayer {
   std::uint32_t first_label = 1;  ///< value that is written for label 0
   float progress = 0;             ///< progress of the leg, [0, 1]
   bool moves = true;              ///< changes between frames; its noise is re-seeded
-  /// Names in the crypto_object matte, and in crypto_label, indexed by vertex_labels.
+  /// Cryptomatte names: of the mesh in crypto_object, of vertex_labels in crypto_label.
   std::string name;
   std::vector<std::string> label_names;
 };
@@ -86,14 +86,13 @@ struct Camera {
   float tan_half_fov_y = 0.27f;
   float lens_radius = 0;  ///< radius of a thin lens; 0 = a pinhole
   float focus = 1;        ///< distance along `forward` that is sharp; for lens_radius > 0
-  float shutter = 0;      ///< frames that it is open, half before and half after the frame's time
+  float shutter = 0;      ///< time that the shutter is open, in frames, centred at the frame's time
 };
 
 /// Frames a box: selects the smallest distance at which the box's 8 corners keep the margin, unless
-/// the settings fix the position. `settings.orbit` is the angle by which the camera has moved
-/// around already.
+/// the settings fix the position. `settings.orbit`: angle by which the camera has orbited.
 Camera make_camera(const CameraSettings& settings, const Box& box, int width, int height);
-/// Frames points, which leaves less empty space than their box.
+/// Frames points, more tightly than their box.
 Camera make_camera(const CameraSettings& settings, std::span<const Vec3> points, int width,
                    int height);
 
@@ -101,12 +100,12 @@ Camera make_camera(const CameraSettings& settings, std::span<const Vec3> points,
 struct Framing {
   Vec3 middle;         ///< centre of all objects
   Vec3 anchor;         ///< point that the camera looks at if the settings have no target
-  float distance = 1;  ///< distance from there, at the margin `margin` and for dolly 1
+  float distance = 1;  ///< distance from the anchor, for the margin `margin` and dolly 1
   float margin = 0;
 };
-/// Computes the framing at which the points keep the smallest margin of all poses with the largest
-/// field of view, in whatever direction a pose looks. Poses with a common direction are framed as
-/// tightly as a static camera.
+/// Computes a framing at which the points keep the smallest margin of all poses, with the largest
+/// field of view of all, from the direction of every pose. Poses with a common direction are framed
+/// as tightly as a static camera.
 Framing make_framing(std::span<const CameraSettings> poses, std::span<const Vec3> points, int width,
                      int height);
 /// Makes a camera of a film with the common framing.
@@ -115,7 +114,7 @@ Camera make_camera(const CameraSettings& settings, const Framing& framing);
 /// Cameras at other times than the frame's, if the camera moves.
 struct CameraMotion {
   Camera opening, closing;  ///< cameras when the shutter opens and closes
-  Camera next;              ///< camera of the next frame; on the last frame the same
+  Camera next;              ///< camera of the next frame, or of this frame if it is the last
 };
 
 /// Everything that one frame shows.
@@ -128,10 +127,10 @@ struct RenderScene {
   LightSettings lights;
   GroundSettings ground;  ///< `height` must be set when enabled
   LookSettings look;
-  /// Latitude-longitude image, row 0 the zenith, the middle column towards -z, a quarter to its
-  /// right +x. It is also the backdrop, and the floor fades into it. Null = the built-in studio,
-  /// whose sky is visible in reflections only; the camera sees a seamless paper of the floor's
-  /// colour.
+  /// Latitude-longitude image: row 0 is the zenith, the middle column -z, a quarter of the width to
+  /// its right +x. It is also the backdrop, and the floor fades into it. Null = the sky that
+  /// `lights` chooses. The studio's sky is visible in reflections only; the camera sees a seamless
+  /// paper of the floor's colour.
   std::shared_ptr<const Image> environment;
   Box bounds;      ///< bounds of the whole sequence: determine the ground's fade and ray offsets
   float time = 0;  ///< time within the sequence, [0, 1], written to the morph AOV
@@ -141,42 +140,45 @@ struct RenderScene {
 struct RenderSettings {
   ImageSettings image;
   /// Frame number, part of the random keys. Noise differs between frames; with image.steady only
-  /// where something moves (RenderMesh::moves) or the camera does.
+  /// where something moves (RenderMesh::moves) or if the camera moves.
   int frame = 0;
-  /// Renders a part: these of image.samples samples (render/film/part.h). Not with image.noise or
-  /// image.denoise.
+  /// If set, only these of image.samples samples are rendered, as a part (render/film/part.h). Not
+  /// allowed with image.noise or image.denoise.
   std::optional<SampleRange> part;
 };
 
-/// Memory of a rendered image with all its channels, in bytes; of a part with the sums of its
-/// mattes.
+/// Returns the memory of a rendered image with all its channels, in bytes. If `part` is set, this
+/// includes the sums of its mattes.
 std::uint64_t picture_bytes(const ImageSettings& image,
                             const std::optional<SampleRange>& part = {});
 
-/// Checks that the library for image.denoise is installed. Errors (kResource): how to get it.
+/// Checks that the library for image.denoise is installed. Errors (kResource) say how to get it.
 Status check_denoiser();
 
 class DeviceTracer;
 
-/// Denoises the colours last if image.denoise is set (render/film/denoise.h).
+/// Renders frames on the CPU or a GPU. If image.denoise is set, the colours are denoised last
+/// (render/film/denoise.h).
 class Renderer {
  public:
-  /// Creates a renderer. `isa`: "" = the environment's POLYMORPH_ISA or else the best of the
-  /// machine; "avx2", "sse2", ... pins it (goldens). Errors: kResource.
+  /// Creates a renderer. `isa`: instruction set of Embree, such as "avx2" (golden tests pin it); ""
+  /// = that of the environment variable POLYMORPH_ISA, or else the machine's best. Errors: kUsage,
+  /// kResource.
   static Result<Renderer> create(const std::string& isa = "");
   ~Renderer();
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;
 
-  /// Renders a frame. Channels R G B A (alpha below 1 only if the image is transparent or the
-  /// ground shadow_only), then the AOVs, each of the first surface that the ray through the pixel's
-  /// centre hits (render/aov.h); or a part of it. The image is the same for any number of threads.
+  /// Renders a frame, or a part of it. A frame has the channels R G B A (alpha is below 1 only if
+  /// the image is transparent or the ground shadow_only), then the AOVs of the first surface that
+  /// the ray through the pixel's centre hits (render/aov.h). The image is the same for any number
+  /// of threads.
   Result<Image> render(const RenderScene& scene, const RenderSettings& settings);
 
   /// Lets a GPU (render/device/device_tracer.h) trace the frames that it can; the others, and those
   /// at which it fails, are traced on the CPU, with the same bits and a line in the log.
   void trace_with(std::unique_ptr<DeviceTracer> tracer);
-  bool traced_on_cpu() const;  ///< the last frame
+  bool traced_on_cpu() const;  ///< whether the last frame was traced on the CPU
 
   struct Stats {
     double build_seconds = 0, trace_seconds = 0, denoise_seconds = 0;

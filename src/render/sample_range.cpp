@@ -7,7 +7,7 @@
 namespace polymorph {
 namespace {
 
-/// A sum without a value: SampleSums of it only find which blocks become a node.
+/// A sum without a value: SampleSums<NoSum> only finds the nodes.
 struct NoSum {
   void add(NoSum) {}
 };

@@ -1,4 +1,4 @@
-// Sample ranges: "0-15/64", some of the samples of a picture that are rendered on their own.
+// Sample ranges, such as "0-15/64": those of a picture's samples that are rendered as a part.
 #pragma once
 
 #include <string>
@@ -12,8 +12,8 @@ namespace polymorph {
 
 inline constexpr int kMaxSamples = 65536;  ///< limit of image.samples
 
-/// The samples [first, end) of a picture of `total` samples per pixel. Both are at borders of
-/// blocks (kSampleBlock), or `end` is `total`.
+/// The samples [first, end) of a picture of `total` samples per pixel. Both are multiples of
+/// kSampleBlock, except that `end` may be `total`.
 struct SampleRange {
   int first = 0, end = 0, total = 0;
   int count() const { return end - first; }
@@ -22,19 +22,19 @@ struct SampleRange {
   int block_count() const { return (end + kSampleBlock - 1) / kSampleBlock - first_block(); }
 };
 
-/// Parses "FIRST-LAST/TOTAL". Errors (kUsage): syntax, a range that does not begin and end at
-/// borders of blocks.
+/// Parses "FIRST-LAST/TOTAL". Errors (kUsage): wrong syntax, or a range that does not begin and end
+/// at borders of blocks.
 Result<SampleRange> parse_sample_range(std::string_view text);
 
-/// "0-15", the numbers of the first and last sample.
+/// Formats the numbers of the first and last sample, such as "0-15".
 std::string format_samples(int first, int end);
-/// "0-15/64".
+/// Formats a range, such as "0-15/64".
 std::string format_sample_range(const SampleRange& range);
 
-/// The nodes that sum the range (SampleSums), in their order.
+/// Lists the nodes that sum the range (SampleSums), in ascending order.
 std::vector<BlockSpan> list_nodes(const SampleRange& range);
 
-/// The number of samples of a node in a picture of `total` samples.
+/// Counts the samples of a node in a picture of `total` samples per pixel.
 int count_samples(BlockSpan node, int total);
 
 }  // namespace polymorph

@@ -47,7 +47,7 @@ class Tile {
         guides_(job.image.denoise ? kPixels : 0) {}
 
   void sample() {
-    if (job_.device_film) take_device_sums();
+    if (job_.device_film) copy_device_sums();
     if (!casts_rays()) return;
     for (int first = job_.samples.first, end; first < job_.samples.end; first = end) {
       end = round_end(job_.image.noise, first, job_.samples.end);
@@ -83,7 +83,7 @@ class Tile {
         row.rays[k] = center_rays<Pack3>(job_.camera, film_x, film_y);
       }
       if (job_.device_film)
-        take_device_centers(y);
+        copy_device_centers(y);
       else
         intersect_closest(job_.world, row.rays, row.intersections, width_, true, stats_);
       if (!steady) continue;
@@ -108,8 +108,8 @@ class Tile {
     }
   }
 
-  /// Keeps the sums that a part has of its mattes.
-  void keep_matte_sums() {
+  /// Copies the tile's matte sums to those of the part.
+  void copy_matte_sums() {
     const std::size_t layers = job_.mattes->layer_count();
     for (std::size_t i = 0; i < mattes_.size(); ++i) {
       const auto pixel = static_cast<int>(i / layers);
@@ -117,11 +117,11 @@ class Tile {
       const auto x = static_cast<std::size_t>(left_ + pixel % width_),
                  y = static_cast<std::size_t>(top_ + pixel / width_);
       const auto& nodes = mattes_[i].nodes();
-      const std::size_t place =
+      const std::size_t offset =
           ((y * static_cast<std::size_t>(job_.image.width) + x) * layers + i % layers) *
           nodes.size();
       for (std::size_t node = 0; node < nodes.size(); ++node)
-        (*job_.part_mattes)[place + node] = nodes[node].sum;
+        (*job_.part_mattes)[offset + node] = nodes[node].sum;
     }
   }
 
@@ -153,20 +153,20 @@ class Tile {
   }
 
  private:
-  /// Tests whether samples' camera rays are cast here: to trace them, or, where a GPU has done
-  /// that, for mattes and guides alone.
+  /// Tests whether this tile casts the camera rays of samples: to trace them or, if a GPU has
+  /// traced them, only for mattes and guides.
   bool casts_rays() const { return !job_.device_film || needs_first_hits(job_); }
 
   std::size_t film_index(int x, int y) const {
     return static_cast<std::size_t>(top_ + y) * static_cast<std::size_t>(job_.image.width) +
            static_cast<std::size_t>(left_ + x);
   }
-  /// Takes the sums that a GPU has made of all samples.
-  void take_device_sums() {
+  /// Copies the sums of all samples from a GPU's film.
+  void copy_device_sums() {
     const DeviceFilm& film = *job_.device_film;
     for (int i = 0; i < width_ * height_; ++i) {
       const PixelSum* sums = &film.sums[film_index(i % width_, i / width_) * film.nodes.size()];
-      // A pixel that has converged has only the first node, and less of it.
+      // A pixel that converged early has only the first node, with fewer samples.
       for (const BlockSpan node : film.nodes) {
         if (sums->samples == 0) break;
         sums_[i].add({{node.first, (sums->samples + kSampleBlock - 1) / kSampleBlock}, *sums});
@@ -174,8 +174,8 @@ class Tile {
       }
     }
   }
-  /// Takes what a GPU has found in the centres of a row's pixels.
-  void take_device_centers(int y) {
+  /// Copies the hits at the centres of a row's pixels from a GPU's film.
+  void copy_device_centers(int y) {
     CenterRow& row = centers_[y];
     for (int k = 0; k < 2; ++k)
       row.intersections[k] = {{}, intersect_floor(job_.world.floor, row.rays[k])};
@@ -191,8 +191,8 @@ class Tile {
     }
   }
 
-  /// Takes the samples [from, to) of the pixels that are still noisy. They are whole blocks, but
-  /// for the last one of the picture.
+  /// Takes the samples [from, to) of the pixels that are not done. They are whole blocks, except
+  /// for the picture's last block.
   void sample_round(int from, int to) {
     last_ = static_cast<std::uint32_t>(to - 1);
     for (int pixel = 0; pixel < width_ * height_; ++pixel) {
@@ -206,7 +206,7 @@ class Tile {
     if (wave_.count > 0) flush();
   }
 
-  /// Follows the paths that have been collected.
+  /// Traces the paths that have been collected in the wave.
   void flush() {
     check_interruption();  // a tile of many samples takes seconds
     for (int first = 0; first < wave_.count; first += kLanes) make_camera_rays(first);
@@ -224,7 +224,7 @@ class Tile {
   }
 
   int block_index(int path) const { return static_cast<int>(sample_indices_[path]) / kSampleBlock; }
-  /// Tests whether it is the last sample of its block.
+  /// Tests whether the path's sample is the last of its block.
   bool ends_block(int path) const {
     const std::uint32_t sample = sample_indices_[path];
     return sample % kSampleBlock == kSampleBlock - 1 || sample == last_;
@@ -285,30 +285,32 @@ class Tile {
     for (int i = first; i < end; ++i) wave_.rays[i] = lane(rays, i - first);
   }
 
-  /// Marks the pixels that get no more than the first `samples`; returns whether any are left.
+  /// Marks the pixels that take no more than the first `samples` samples; returns whether any are
+  /// left.
   bool mark_done(int samples) {
     if (!job_.device_film)
       return mark_converged(
           width_, height_, job_.image.noise,
           [&](int x, int y) { return sums_[y * width_ + x].total(); },
           [&](int x, int y) -> bool& { return done_[y * width_ + x]; });
-    bool any = false;
+    bool any_left = false;
     for (int i = 0; i < width_ * height_; ++i) {
       done_[i] = sums_[i].total().samples <= samples;
-      any = any || !done_[i];
+      any_left = any_left || !done_[i];
     }
-    return any;
+    return any_left;
   }
 
-  /// Motion to the next frame, in pixels.
+  /// Computes the motion to the next frame, in pixels.
   Vec2 compute_motion(const FirstHit& hit, Vec3 direction) const {
-    const Camera &current = job_.camera.camera, &then = job_.next_camera;
-    // A sky is infinitely far away; the studio's paper moves with the camera.
-    const bool sky = hit.id == 0 && job_.world.backdrop.shows_sky;
-    if (hit.id == 0 && !sky) return {};
+    const Camera &current = job_.camera.camera, &next = job_.next_camera;
+    // A sky is infinitely far away. The studio's paper moves with the camera, so its motion is 0.
+    const bool is_sky = hit.id == 0 && job_.world.backdrop.shows_sky;
+    if (hit.id == 0 && !is_sky) return {};
     const Vec2 from =
-        project_to_film(current, job_.image, sky ? direction : hit.position - current.position);
-    const Vec2 to = project_to_film(then, job_.image, sky ? direction : hit.next - then.position);
+        project_to_film(current, job_.image, is_sky ? direction : hit.position - current.position);
+    const Vec2 to =
+        project_to_film(next, job_.image, is_sky ? direction : hit.next - next.position);
     return {to.x - from.x, to.y - from.y};
   }
 
@@ -318,14 +320,14 @@ class Tile {
   std::array<SampleSums<PixelSum>, kPixels> sums_{};
   std::array<bool, kPixels> done_{};
   std::vector<SampleSums<MattePixel>> mattes_;  ///< one per pixel and layer
-  std::vector<SampleSums<GuideSum>> guides_;    ///< one per pixel, if the picture is denoised
+  std::vector<SampleSums<GuideSum>> guides_;    ///< one per pixel, or empty without denoising
   /// Rays through the centres of a row's pixels.
   struct CenterRow {
     RayOf<Pack3> rays[kTile / kLanes];
     IntersectionOf<Pack> intersections[kTile / kLanes];
   };
   std::array<CenterRow, kTile> centers_;
-  std::array<bool, kPixels> moving_{};  ///< the pixel shows something that moves
+  std::array<bool, kPixels> moving_{};  ///< whether the pixel's centre shows something that moves
   Wavefront wave_;
   std::array<int, Wavefront::kMax> pixels_;  ///< pixel per path of the wave
   std::array<std::uint32_t, Wavefront::kMax>
@@ -343,7 +345,7 @@ void render_tile(const FrameJob& job, int tile_x, int tile_y, Image& film, RaySt
   tile.write(film);
   if (!job.aovs.empty()) tile.write_aovs(film);
   if (job.part_mattes)
-    tile.keep_matte_sums();
+    tile.copy_matte_sums();
   else if (job.mattes->layer_count() > 0)
     tile.write_mattes(film);
   if (job.image.denoise) tile.write_guides(film);

@@ -22,12 +22,12 @@ namespace polymorph {
 /// Borrowed.
 struct DeviceFilm {
   std::vector<BlockSpan> nodes;  ///< nodes that sum the frame's samples
-  /// Sums of each pixel's nodes; those that a pixel has converged before have no samples.
+  /// Sums of each pixel's nodes. Nodes after a pixel's convergence have no samples.
   std::span<const PixelSum> sums;
-  std::span<const MeshHit> centers;  ///< hits of the rays through pixels' centres, if they are used
+  std::span<const MeshHit> centers;  ///< hits of the rays through pixels' centres, or empty
 };
 
-/// All that the tiles of a frame share.
+/// Data that all tiles of a frame share.
 struct FrameJob {
   World world;
   CameraSetup camera;
@@ -38,15 +38,18 @@ struct FrameJob {
   std::vector<const Aov*> aovs;
   const Mattes* mattes = nullptr;
   SampleRange samples;  ///< samples to take
-  int first_aov = 4;    ///< channel of the film
+  int first_aov = 4;    ///< index of the first AOV's channel in the film
   /// Sums of mattes (MatteSums) if the film gets only a part of the frame's samples, else null.
   std::vector<MattePixel>* part_mattes = nullptr;
-  const DeviceFilm* device_film = nullptr;  ///< set: a GPU has traced the samples
+  const DeviceFilm* device_film =
+      nullptr;  ///< results of a GPU that has traced the samples, or null
 
+  /// Tests whether pixels that show motion draw other samples than static pixels (steady noise).
   bool looks_for_motion() const { return image.steady && meshes_move && !camera.moves; }
 };
 
-/// Tests whether the picture has mattes or guides, which the CPU finds by camera rays of its own.
+/// Tests whether the picture has mattes or guides, for which the CPU traces camera rays even if a
+/// GPU traces the samples.
 inline bool needs_first_hits(const FrameJob& job) {
   return job.mattes->layer_count() > 0 || job.image.denoise;
 }

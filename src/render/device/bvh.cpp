@@ -8,21 +8,22 @@
 namespace polymorph {
 
 Bvh build_bvh(const DeviceScene& scene) {
-  struct Placed {
+  struct SortedTriangle {
     std::uint32_t position;
     BvhTriangle triangle;
   };
-  std::vector<Placed> order;
+  std::vector<SortedTriangle> sorted;
   for (std::uint32_t m = 0; m < scene.meshes.size(); ++m)
     for (std::uint32_t t = 0; t < scene.mesh(m).triangles.size(); ++t) {
       const Box box = scene.triangle_box({m, t});
-      order.push_back({curve_position(box.center(), scene.bounds), {m, t}});
+      sorted.push_back({curve_position(box.center(), scene.bounds), {m, t}});
     }
-  std::stable_sort(order.begin(), order.end(),
-                   [](const Placed& a, const Placed& b) { return a.position < b.position; });
+  std::stable_sort(
+      sorted.begin(), sorted.end(),
+      [](const SortedTriangle& a, const SortedTriangle& b) { return a.position < b.position; });
   Bvh bvh;
   std::vector<BvhCluster> clusters;
-  for (const auto& [position, triangle] : order) {
+  for (const auto& [position, triangle] : sorted) {
     clusters.push_back(
         {scene.triangle_box(triangle), ~static_cast<std::int32_t>(bvh.triangles.size())});
     bvh.triangles.push_back(triangle);
@@ -43,7 +44,7 @@ Bvh build_bvh(const DeviceScene& scene) {
     }
     clusters = std::move(merged);
   }
-  // A ray begins with a node.
+  // Traversal begins at a node, so a single triangle gets one.
   if (bvh.nodes.empty() && !clusters.empty())
     bvh.nodes.push_back({{clusters[0].box, clusters[0].box}, {clusters[0].node, clusters[0].node}});
   bvh.root = static_cast<std::int32_t>(bvh.nodes.size()) - 1;

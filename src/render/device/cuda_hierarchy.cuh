@@ -1,4 +1,4 @@
-// The hierarchy of a scene (bvh.h), built by a GPU's threads.
+// Construction of a scene's hierarchy (bvh.h) on a GPU.
 #pragma once
 
 #include <cub/device/device_radix_sort.cuh>
@@ -20,13 +20,13 @@ __device__ inline int thread_index() {
   return static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
 }
 
-/// Where the arrays of a hierarchy under construction lie.
+/// Arrays of a hierarchy under construction, in device memory.
 struct Arrays {
   BvhTriangle *unsorted, *triangles;
   std::uint32_t *positions, *sorted_positions, *order, *sorted_order;
   BvhCluster* clusters[2];
   int* nearest;
-  unsigned long long* places;  ///< for each cluster, and for their end
+  unsigned long long* slots;  ///< per cluster, and one for the end; see count_slots()
   BvhNode* nodes;
 };
 
@@ -56,19 +56,20 @@ __global__ void __launch_bounds__(kThreads)
   if (i < count) nearest[i] = nearest_cluster(clusters, count, i);
 }
 
-/// A cluster that stays takes a place in the lower 32 bits, a merged one a node in the upper ones.
+/// Sets the addends of a prefix sum: the lower 32 bits count the clusters that stay, the upper 32
+/// bits the nodes that merging them makes.
 __global__ void __launch_bounds__(kThreads)
-    count_places(const int* nearest, int count, int round, unsigned long long* places) {
+    count_slots(const int* nearest, int count, int round, unsigned long long* slots) {
   const int i = thread_index();
   if (i > count) return;
   const int partner = i < count ? merge_partner(nearest, count, i, round) : -1;
   const bool stays = i < count && !(partner >= 0 && partner < i);
-  places[i] = (stays ? 1ull : 0) | (stays && partner >= 0 ? 1ull << 32 : 0);
+  slots[i] = (stays ? 1ull : 0) | (stays && partner >= 0 ? 1ull << 32 : 0);
 }
 
 __global__ void __launch_bounds__(kThreads)
     merge_clusters(const BvhCluster* clusters, const int* nearest, int count, int round,
-                   const unsigned long long* places, int node_count, BvhNode* nodes,
+                   const unsigned long long* slots, int node_count, BvhNode* nodes,
                    BvhCluster* merged) {
   const int i = thread_index();
   if (i >= count) return;
@@ -77,20 +78,20 @@ __global__ void __launch_bounds__(kThreads)
   BvhCluster cluster = clusters[i];
   if (partner >= 0) {
     const BvhCluster other = clusters[partner];
-    const int node = node_count + static_cast<int>(places[i] >> 32);
+    const int node = node_count + static_cast<int>(slots[i] >> 32);
     nodes[node] = {{cluster.box, other.box}, {cluster.node, other.node}};
     cluster = {unite(cluster.box, other.box), node};
   }
-  merged[static_cast<std::uint32_t>(places[i])] = cluster;
+  merged[static_cast<std::uint32_t>(slots[i])] = cluster;
 }
 
 }  // namespace hierarchy
 
-/// Builds hierarchies, and keeps the memory that they take.
+/// Builds hierarchies, in memory that it keeps for the next one.
 class CudaHierarchy {
  public:
-  /// Builds the hierarchy of a packed scene, to which it is added. `triangle_counts`: of its
-  /// meshes.
+  /// Builds the hierarchy of a packed scene, and sets its nodes, triangles and root.
+  /// `triangle_counts`: number of triangles per mesh.
   cudaError_t build(const std::vector<std::size_t>& triangle_counts, cudaStream_t stream,
                     DeviceScene& scene) {
     std::size_t count = 0;
@@ -115,7 +116,7 @@ class CudaHierarchy {
       hierarchy::make_leaves<<<block_count(count), kThreads, 0, stream>>>(scene, n, arrays);
       if (const cudaError_t error = merge(n, stream, arrays, node_count)) return error;
     }
-    if (count == 1) {  // a ray begins with a node
+    if (count == 1) {  // traversal begins at a node
       const BvhNode node{{scene.bounds, scene.bounds}, {~0, ~0}};
       cudaMemcpyAsync(arrays.nodes, &node, sizeof node, cudaMemcpyHostToDevice, stream);
       node_count = 1;
@@ -129,35 +130,35 @@ class CudaHierarchy {
  private:
   cudaError_t reserve(std::size_t count, hierarchy::Arrays& arrays) {
     std::size_t size = 0;
-    const auto place = [&](auto*& array, std::size_t items) {
+    const auto assign = [&](auto*& array, std::size_t items) {
       array = reinterpret_cast<std::remove_reference_t<decltype(array)>>(memory_.data() + size);
       size += (items * sizeof *array + 255) / 256 * 256;
     };
-    for (int pass = 0; pass < 2; ++pass) {  // the first finds the size
+    for (int pass = 0; pass < 2; ++pass) {  // the first pass only finds the size
       size = 0;
-      place(arrays.nodes, count);
-      place(arrays.triangles, count);
-      place(arrays.unsorted, count);
-      place(arrays.positions, count);
-      place(arrays.sorted_positions, count);
-      place(arrays.order, count);
-      place(arrays.sorted_order, count);
-      place(arrays.clusters[0], count);
-      place(arrays.clusters[1], count);
-      place(arrays.nearest, count);
-      place(arrays.places, count + 1);
+      assign(arrays.nodes, count);
+      assign(arrays.triangles, count);
+      assign(arrays.unsorted, count);
+      assign(arrays.positions, count);
+      assign(arrays.sorted_positions, count);
+      assign(arrays.order, count);
+      assign(arrays.sorted_order, count);
+      assign(arrays.clusters[0], count);
+      assign(arrays.clusters[1], count);
+      assign(arrays.nearest, count);
+      assign(arrays.slots, count + 1);
       if (const cudaError_t error = memory_.reserve(size)) return error;
     }
     std::size_t sort = 0, scan = 0;
     const int n = static_cast<int>(count);
     cub::DeviceRadixSort::SortPairs(nullptr, sort, arrays.positions, arrays.sorted_positions,
                                     arrays.order, arrays.sorted_order, n);
-    cub::DeviceScan::ExclusiveSum(nullptr, scan, arrays.places, arrays.places, n + 1);
+    cub::DeviceScan::ExclusiveSum(nullptr, scan, arrays.slots, arrays.slots, n + 1);
     if (const cudaError_t error = total_.reserve(sizeof(unsigned long long))) return error;
     return scratch_.reserve(std::max(sort, scan));
   }
 
-  /// Merges clusters round after round until one is left.
+  /// Merges clusters in rounds until one is left.
   cudaError_t merge(int count, cudaStream_t stream, const hierarchy::Arrays& arrays,
                     int& node_count) {
     for (int round = 0; count > 1; ++round) {
@@ -165,16 +166,16 @@ class CudaHierarchy {
       const auto threads = static_cast<std::size_t>(count);
       hierarchy::find_nearest<<<block_count(threads), kThreads, 0, stream>>>(clusters, count,
                                                                              arrays.nearest);
-      hierarchy::count_places<<<block_count(threads + 1), kThreads, 0, stream>>>(
-          arrays.nearest, count, round, arrays.places);
+      hierarchy::count_slots<<<block_count(threads + 1), kThreads, 0, stream>>>(
+          arrays.nearest, count, round, arrays.slots);
       std::size_t bytes = scratch_.size();
-      cub::DeviceScan::ExclusiveSum(scratch_.data(), bytes, arrays.places, arrays.places, count + 1,
+      cub::DeviceScan::ExclusiveSum(scratch_.data(), bytes, arrays.slots, arrays.slots, count + 1,
                                     stream);
       hierarchy::merge_clusters<<<block_count(threads), kThreads, 0, stream>>>(
-          clusters, arrays.nearest, count, round, arrays.places, node_count, arrays.nodes,
+          clusters, arrays.nearest, count, round, arrays.slots, node_count, arrays.nodes,
           arrays.clusters[(round + 1) % 2]);
       auto& total = *reinterpret_cast<unsigned long long*>(total_.data());
-      cudaMemcpyAsync(&total, arrays.places + count, sizeof total, cudaMemcpyDeviceToHost, stream);
+      cudaMemcpyAsync(&total, arrays.slots + count, sizeof total, cudaMemcpyDeviceToHost, stream);
       if (const cudaError_t error = cudaStreamSynchronize(stream)) return error;
       count = static_cast<int>(total & 0xffffffffu);
       node_count += static_cast<int>(total >> 32);

@@ -1,4 +1,4 @@
-// Memory of a GPU, and memory of the host from which a GPU copies by itself. Both only grow.
+// Growing buffers in a GPU's memory and in page-locked host memory, which a GPU copies by DMA.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@ class GrowingMemory {
   GrowingMemory(const GrowingMemory&) = delete;
   GrowingMemory& operator=(const GrowingMemory&) = delete;
   ~GrowingMemory() { Kind::release(data_); }
-  /// What it held is lost where it grows.
+  /// Makes the buffer at least this large. Its contents are lost if it grows.
   cudaError_t reserve(std::size_t bytes) {
     if (bytes <= size_) return cudaSuccess;
     Kind::release(data_);

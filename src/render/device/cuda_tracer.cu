@@ -1,5 +1,5 @@
-// The CUDA tracer: one thread a path. Compiled without contraction and with denormals flushed to
-// zero, as the CPU's tiles are.
+// CUDA path tracer with one thread per path. Compiled without contraction and with denormals
+// flushed to zero, as the CPU's tiles are.
 #include <algorithm>
 #include <cstdlib>
 #include <string>
@@ -13,30 +13,30 @@
 namespace polymorph {
 namespace {
 
-/// Blocks that a multiprocessor shall hold: with fewer registers each, but more at once, their
-/// waits for memory overlap.
+/// Minimum number of resident blocks per multiprocessor. It limits the registers per thread, but
+/// more blocks hide the latency of memory.
 constexpr int kBlocks = 5;
 
-/// Rows of the picture that one launch traces.
+/// Rows of the picture that one kernel launch traces.
 struct Band {
   int first_row = 0;
   int pixels = 0;
 };
 
-/// Arrays of the picture's pixels.
+/// Device arrays with an entry per pixel of the picture, or per pixel and node (`sums`).
 struct Film {
   PixelSum* sums;
   MeshHit* centers;
   bool* done;  ///< pixels that get no more samples; null without adaptive sampling
 };
 
-/// Results of all threads together.
+/// Counters that all threads update.
 struct Tally {
   unsigned long long rays = 0;
   unsigned remaining = 0;  ///< tiles with pixels that have not converged
 };
 
-/// Adds the rays of a warp's threads to the frame's.
+/// Adds the rays of all threads to `tally`, with one atomic addition per warp.
 __device__ void count_rays(const RayStats& stats, Tally* tally) {
   auto sum = static_cast<unsigned>(stats.rays);
   for (int lanes = 16; lanes > 0; lanes /= 2) sum += __shfl_down_sync(~0u, sum, lanes);
@@ -108,7 +108,7 @@ class CudaTracer : public DeviceTracer {
 
   cudaError_t open() {
     cudaError_t error = cudaSetDevice(index_);
-    // Fails where this program holds no code for the device's architecture.
+    // This fails if the program has no code for the device's architecture.
     if (error == cudaSuccess)
       error = cudaMemcpyToSymbol(device_albedo_tables, &host_albedo_tables(), sizeof(AlbedoTables));
     if (error == cudaSuccess) error = cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking);
@@ -130,11 +130,11 @@ class CudaTracer : public DeviceTracer {
  private:
   static std::string describe(cudaError_t error) {
     if (error == cudaSuccess) return "";
-    cudaGetLastError();  // the next frame may find memory again
+    cudaGetLastError();  // clears the error, because memory may suffice for the next frame
     return std::string("the device fails: ") + cudaGetErrorString(error);
   }
 
-  /// Copies the packed frame to the device, where the hierarchy is built.
+  /// Copies the packed frame to the device, and builds the hierarchy there.
   cudaError_t upload(const FrameJob& job, std::size_t bytes, DeviceFrame& frame) {
     if (const cudaError_t error = cudaSetDevice(index_)) return error;
     if (const cudaError_t error = scene_.reserve(bytes)) return error;
@@ -177,8 +177,8 @@ class CudaTracer : public DeviceTracer {
     if (const cudaError_t error =
             lights_.reserve(buffers.rows * width * buffers.samples * sizeof(PathLight)))
       return error;
-    // The tally, the pixels' sums and their centres lie behind each other; only the marks of
-    // convergence stay on the device.
+    // `film_` holds the tally, the pixels' sums, their centres and the marks of convergence, in
+    // this order. All but the marks are copied back.
     const std::size_t film_size =
         kFilmStart + sum_count * sizeof(PixelSum) + center_count * sizeof(MeshHit);
     const std::size_t marks = frame.noise > 0 ? width * height * sizeof(bool) : 0;
@@ -227,7 +227,7 @@ class CudaTracer : public DeviceTracer {
     return count;
   }
 
-  /// Traces the samples of a frame, `rows` rows at a time, and sums them.
+  /// Traces the samples of a round, `rows` rows per launch, and sums them.
   void trace_round(const DeviceFrame& frame, std::size_t rows, Film film, Tally* tally) {
     const auto width = static_cast<std::size_t>(frame.camera.size.width),
                height = static_cast<std::size_t>(frame.camera.size.height),

@@ -1,4 +1,4 @@
-// The symbols of cuda_tracer.cu in a build without CUDA, or by an nvcc older than 12.
+// Stub of make_cuda_tracer() for builds without CUDA, or with an nvcc older than 12.
 #if !defined(PM_HAVE_CUDA)
 #include "render/device/device_tracer.h"
 

@@ -8,7 +8,7 @@
 namespace polymorph {
 namespace {
 
-/// Lays arrays out one after the other.
+/// Copies arrays to one block of memory, one after the other.
 class Packer {
  public:
   Packer(const void* address, std::byte* bytes)
@@ -108,7 +108,8 @@ SkyTables pack_sky(const SkyTables& sky, Packer& packer) {
   return packed;
 }
 
-/// Tests whether the closest points of a layer's borders depend on the way to them.
+/// Tests whether a layer's borders use a split hierarchy. It returns any of several equally close
+/// points, and a GPU may return another one.
 bool has_split_borders(const MaterialLayer& layer) {
   return !layer.borders.border_of.empty() && layer.borders.closest->view().is_split;
 }
@@ -121,7 +122,7 @@ bool has_split_borders(const RenderMesh& mesh) {
 }  // namespace
 
 std::string why_not_on_device(const FrameJob& job) {
-  // The sums of all nodes of samples come back at once.
+  // Maximum size, in bytes, of the sums of all nodes, which are copied back at once.
   constexpr double kMaxSums = 2e9;
   if (static_cast<double>(job.image.width) * job.image.height *
           static_cast<double>(list_nodes(job.samples).size()) * sizeof(PixelSum) >
@@ -135,7 +136,7 @@ std::string why_not_on_device(const FrameJob& job) {
 
 DeviceBuffers size_buffers(const FrameJob& job, const DeviceFrame& frame, std::size_t frame_bytes,
                            std::size_t max_memory) {
-  // Bounds the memory of the paths' lights.
+  // Maximum number of paths per launch; it bounds the memory of their lights.
   constexpr std::size_t kMaxPaths = std::size_t{1} << 22;
   const auto width = static_cast<std::size_t>(job.image.width),
              height = static_cast<std::size_t>(job.image.height);

@@ -1,4 +1,4 @@
-// A frame as a GPU traces it: plain data whose arrays lie in one piece of memory.
+// Frame data for a GPU, whose arrays lie in one block of memory.
 #pragma once
 
 #include <cstddef>
@@ -19,14 +19,14 @@ struct DeviceFrame {
   int first_sample = 0, end_sample = 0;
   int node_count = 0;             ///< nodes that sum these samples
   bool finds_centers = false;     ///< whether the rays through pixels' centres are traced
-  bool looks_for_motion = false;  ///< whether pixels that show something moving have other samples
+  bool looks_for_motion = false;  ///< FrameJob::looks_for_motion()
   float noise = 0;                ///< ImageSettings::noise: above 0 pixels stop when they converge
 };
 
-/// Memory that a device takes for each triangle's share of the hierarchy and of its construction.
+/// Bytes of device memory per triangle for the hierarchy and its construction.
 inline constexpr std::size_t kHierarchyBytes = 192;
 
-/// Says what a GPU does not trace in this frame; empty: nothing.
+/// Names what the frame has that a GPU does not trace, for the log; empty if a GPU can trace it.
 std::string why_not_on_device(const FrameJob& job);
 
 /// Buffers of a device that traces a frame some rows at a time.
@@ -42,9 +42,9 @@ struct DeviceBuffers {
 DeviceBuffers size_buffers(const FrameJob& job, const DeviceFrame& frame, std::size_t frame_bytes,
                            std::size_t max_memory);
 
-/// Copies a frame for memory that begins at `address`: returns the number of its bytes, and writes
-/// them to `bytes` unless that is null. `frame` then refers to that memory; its scene is still
-/// without a hierarchy.
+/// Packs a frame for memory that begins at `address`, and returns its size in bytes. Writes the
+/// contents of that memory to `bytes` unless it is null. `frame` then refers to memory at
+/// `address`; its scene does not yet have a hierarchy.
 std::size_t pack_frame(const FrameJob& job, const void* address, std::byte* bytes,
                        DeviceFrame& frame);
 

@@ -1,5 +1,5 @@
-// A scene whose arrays lie in one piece of memory, for a GPU: the counterpart of TracedScene, with
-// the same decisions about hits. The CPU can trace it too.
+// Scene for a GPU, whose arrays lie in one block of memory: the counterpart of TracedScene, with
+// the same hits. The CPU can trace it, too.
 #pragma once
 
 #include <span>
@@ -11,21 +11,21 @@
 
 namespace polymorph {
 
-/// Material without its name.
+/// Counterpart of Material, without its name.
 struct DeviceMaterial {
   Vec3 color, specular;
   float roughness = 0, metallic = 0, transmission = 0, ior = 1;
   int texture = -1;
 };
 
-/// MaterialBorders.
+/// Counterpart of MaterialBorders.
 struct DeviceBorders {
   TriangleBvhView bvh;
   TexturedTriangles model;
   std::span<const BorderTriangle> triangles;
   std::span<const std::uint32_t> border_of;
 
-  /// Not inlined: few hits lie on borders, and their search needs many registers.
+  /// Not inlined, because few hits lie on borders and the search needs many registers.
   PM_HD_CALL TexturePoint at(std::uint32_t border, float u, float v) const {
     const auto closest = [&](Vec3 from, Vec3 neighbour, const ClosestPoint& hit) {
       return find_closest_near(bvh, from, neighbour, hit, kInfinity, AllOfLeaf{});
@@ -34,7 +34,7 @@ struct DeviceBorders {
   }
 };
 
-/// MaterialLayer, or MixedLayer.
+/// Counterpart of MaterialLayer and MixedLayer.
 struct DeviceLayer {
   std::span<const Vec2> corner_uvs;
   std::span<const std::uint32_t> triangle_materials;
@@ -48,7 +48,7 @@ PM_HD inline TexturePoint texture_point(const DeviceLayer& layer, std::uint32_t 
   return find_texture_point(layer, triangle, u, v);
 }
 
-/// RenderMesh, as far as light needs it.
+/// Counterpart of RenderMesh, without the members that light does not depend on.
 struct DeviceMesh : DeviceLayer {
   std::span<const Vec3> positions;
   std::span<const Triangle> triangles;
@@ -59,6 +59,7 @@ struct DeviceMesh : DeviceLayer {
 };
 using DeviceTracedMesh = TracedMeshOf<DeviceMesh, std::span<const std::uint32_t>>;
 
+/// Meshes and their hierarchy. Spans are borrowed.
 struct DeviceScene {
   std::span<const DeviceTracedMesh> meshes;
   std::span<const BvhNode> nodes;
@@ -69,21 +70,23 @@ struct DeviceScene {
 
   PM_HD const DeviceMesh& mesh(std::uint32_t index) const { return *meshes[index].mesh; }
 
-  /// The box of a triangle while the shutter is open, as nodes have it.
+  /// Computes the box of a triangle while the shutter is open, with the margin of the hierarchy's
+  /// boxes.
   PM_HD Box triangle_box(BvhTriangle t) const {
     const DeviceTracedMesh& traced = meshes[t.mesh];
     Box box;
     for (const std::uint32_t v : traced.mesh->triangles[t.triangle].v)
       box = extend(extend(box, traced.at(v, 0)), traced.at(v, 1));
-    // 64 units in the last place of the longest ray; enter() errs by a few.
+    // The margin is 64 units in the last place of the longest ray's length; enter() is off by a
+    // few.
     const float pad = slack * 0x1p-4f;
     return {box.low - Vec3{pad, pad, pad}, box.high + Vec3{pad, pad, pad}};
   }
 
   /// Finds the nearest mesh in (0, ray.far).
   PM_HD_CALL MeshHit closest(const Ray& ray) const { return find_closest(ray, ExactTest{*this}); }
-  /// Finds it in floats (Möller and Trumbore 1997), like a plain loop, for benchmarks: the hit may
-  /// be another near edges.
+  /// Finds the nearest mesh with a plain test in floats (Möller and Trumbore 1997), for benchmarks.
+  /// Near edges the hit may differ from that of closest().
   PM_HD_CALL MeshHit closest_bare(const Ray& ray) const {
     return find_closest(ray, BareTest{*this});
   }
@@ -103,19 +106,19 @@ struct DeviceScene {
   }
 
  private:
-  /// A ray as boxes are tested with it: a plane at p is reached at the distance p inverse + shift.
+  /// A ray prepared for box tests. It reaches the plane of coordinate p along an axis at the
+  /// distance p * inverse + shift.
   struct BoxRay {
     Vec3 inverse, shift;
   };
   PM_HD static BoxRay make_box_ray(const Ray& ray) {
-    // No component is infinite, so that 0 * infinity cannot occur.
-    const auto inverse_of = [](float d) { return 1.0f / copysign(max(abs(d), 1e-20f), d); };
-    const Vec3 inverse{inverse_of(ray.direction.x), inverse_of(ray.direction.y),
-                       inverse_of(ray.direction.z)};
+    // Inverses are finite, because 0 * infinity would be NaN.
+    const auto invert = [](float d) { return 1.0f / copysign(max(abs(d), 1e-20f), d); };
+    const Vec3 inverse{invert(ray.direction.x), invert(ray.direction.y), invert(ray.direction.z)};
     return {inverse, -(ray.origin * inverse)};
   }
-  /// Distance at which a ray enters a box; infinity for a miss. It may differ between processors:
-  /// its error is smaller than the margin by which boxes are widened.
+  /// Computes the distance at which a ray enters a box, or infinity for a miss. The result may
+  /// differ between processors; the margin of the boxes is larger than its error.
   PM_HD static float enter(const Box& box, const BoxRay& ray, float far) {
 #if defined(__CUDA_ARCH__)
     const auto at = [](float p, float inverse, float shift) {
@@ -136,15 +139,16 @@ struct DeviceScene {
     const float end = lower(lower(upper(ax, bx), upper(ay, by)), lower(upper(az, bz), far));
     return near <= end ? near : kInfinity;
   }
-  /// Tests whether a ray hits a triangle in (0, ray.far).
+  /// Tests exactly whether a ray hits a triangle in (0, ray.far).
   struct ExactTest {
     const DeviceScene& scene;
-    /// Not inlined: its numbers would take the registers of the loop over nodes.
+    /// Not inlined, because its variables would take registers from the loop over nodes.
     PM_HD_CALL bool operator()(BvhTriangle t, const Ray& ray, TriangleIntersection& at) const {
       return intersects_triangle(scene.meshes[t.mesh], t.triangle, ray, at) && at.distance > 0 &&
              at.distance < static_cast<double>(ray.far);
     }
   };
+  /// Tests in floats (Möller and Trumbore 1997) whether a ray hits a triangle in (0, ray.far).
   struct BareTest {
     const DeviceScene& scene;
     PM_HD bool operator()(BvhTriangle t, const Ray& ray, TriangleIntersection& at) const {
@@ -179,21 +183,21 @@ struct DeviceScene {
         });
     return best;
   }
-  /// Calls f(triangle, intersection) for the triangles that the ray hits, nearer nodes first; f
-  /// returns the distance up to which more are of interest.
+  /// Calls f(triangle, intersection) for the triangles that the ray hits, in nearer nodes first. f
+  /// returns the maximum distance of further hits.
   template <class Test, class F>
   PM_HD void for_each_intersected(const Ray& ray, const Test& intersects, const F& f) const {
     if (misses_box(bounds, ray)) return;
     const BoxRay box_ray = make_box_ray(ray);
     float far = ray.far + slack;
-    constexpr std::uint32_t kEnd = 0x7fffffff;  // less than any child that is a triangle
-    std::uint32_t waiting[kMaxBvhDepth + 1];
-    waiting[0] = kEnd;
+    constexpr std::uint32_t kEnd = 0x7fffffff;  // above all nodes, below all triangles
+    std::uint32_t stack[kMaxBvhDepth + 1];
+    stack[0] = kEnd;
     int count = 1;
     auto next = static_cast<std::uint32_t>(root);
     for (;;) {
-      // A warp's threads first all come to a triangle or to the end, then test their triangles
-      // together (Aila and Laine 2009).
+      // All threads of a warp first descend to a triangle or to the end, and then test their
+      // triangles together (Aila and Laine 2009).
       while (next < kEnd) {
         const BvhNode node = load_node(nodes.data(), next);
         const float left = enter(node.boxes[0], box_ray, far),
@@ -203,13 +207,13 @@ struct DeviceScene {
         const bool left_first = left <= right;
         next = left_first ? a : b;
         if (max(left, right) < kInfinity)
-          waiting[count++] = left_first ? b : a;
+          stack[count++] = left_first ? b : a;
         else if (!(min(left, right) < kInfinity))
-          next = waiting[--count];
+          next = stack[--count];
       }
       if (next == kEnd) return;
       const BvhTriangle candidate = triangles[~next];
-      next = waiting[--count];
+      next = stack[--count];
       TriangleIntersection intersection;
       if (!intersects(candidate, ray, intersection)) continue;
       far = min(far, f(candidate, intersection) + slack);

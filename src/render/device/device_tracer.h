@@ -1,4 +1,4 @@
-// Path tracing on another processor than the CPU's lanes, with the same bits.
+// Interface of path tracers that render frames on a GPU, with the same bits as the CPU.
 #pragma once
 
 #include <cstddef>
@@ -14,15 +14,16 @@ struct DeviceFilm;
 struct FrameJob;
 struct RayStats;
 
-/// Traces frames on a GPU, whose memory it keeps. An error is a text for the log.
+/// Traces frames on a GPU and keeps its buffers for the next frame. Functions return an empty text,
+/// or an error for the log.
 class DeviceTracer {
  public:
   virtual ~DeviceTracer() = default;
-  /// Traces all samples of the frame. Returns an empty text, or why it could not. What `film`
-  /// borrows is there until the next frame.
+  /// Traces all samples of the frame. The arrays that `film` borrows are valid until the next
+  /// frame.
   virtual std::string trace(const FrameJob& job, DeviceFilm& film, RayStats& stats) = 0;
-  /// Finds what each of the rays hits among the frame's meshes, for benchmarks; `bare`: decided in
-  /// floats, as a plain loop would. `seconds` is the time of that alone.
+  /// Finds the nearest hits of rays among the frame's meshes, for benchmarks. `bare`: with a plain
+  /// test in floats. `seconds` is the time of the queries alone.
   virtual std::string find_hits(const FrameJob& job, std::span<const Ray> rays, bool bare,
                                 std::span<MeshHit> hits, double& seconds) = 0;
   /// Frames that would take more memory of the device are refused. 0: no limit.
@@ -32,9 +33,9 @@ class DeviceTracer {
   std::size_t max_memory_ = 0;
 };
 
-/// Opens a CUDA device. Null: `error` says why.
+/// Opens a CUDA device. Returns null if it cannot; `error` then says why.
 std::unique_ptr<DeviceTracer> make_cuda_tracer(int index, std::string& error);
-/// Makes a tracer that does on the CPU what a GPU does, one path after the other: for tests.
+/// Makes a tracer that runs the GPU's code on the CPU, one path after the other, for tests.
 std::unique_ptr<DeviceTracer> make_scalar_tracer();
 
 }  // namespace polymorph

@@ -9,7 +9,7 @@
 namespace polymorph {
 namespace {
 
-/// A frame in memory of its own, with its hierarchy.
+/// Memory of a packed frame, and its hierarchy.
 struct PackedFrame {
   std::vector<std::byte> memory;
   Bvh bvh;
@@ -67,11 +67,11 @@ class ScalarTracer : public DeviceTracer {
         }
       });
       if (end == job.samples.end) break;
-      bool any = false;
+      bool any_left = false;
       const FlushDenormals flush;
       for (int tile = 0; tile < count_tiles(frame); ++tile)
-        any = mark_tile(frame, tile, sums_.data(), is_done) || any;
-      if (!any) break;
+        any_left = mark_tile(frame, tile, sums_.data(), is_done) || any_left;
+      if (!any_left) break;
     }
     for (const RayStats& row : rows) {
       stats.rays += row.rays;

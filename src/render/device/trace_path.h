@@ -1,5 +1,5 @@
-// Path tracing of one path after the other: the loop of integrator.cpp for a width of one, with the
-// same functions in the same order, so that a GPU's light has the CPU's bits.
+// Path tracing in a GPU's thread: the loop of integrator.cpp for a single path, with the same
+// functions in the same order, so that the light has the same bits.
 #pragma once
 
 #include "render/device/device_frame.h"
@@ -7,7 +7,8 @@
 
 namespace polymorph {
 
-/// Traces shadow rays at once and adds the unoccluded light to `direct`.
+/// Counterpart of ShadowRays that traces each ray immediately and adds the unoccluded light to
+/// `direct`.
 struct ShadowRay {
   const World& world;
   const DeviceScene& scene;
@@ -25,8 +26,8 @@ struct ShadowRay {
   }
 };
 
-/// Traces the last ray of a path at the depth limit, which only finds the sky; the floor counts as
-/// the sky's lower half.
+/// Traces the final ray of a path at the depth limit, which only tests whether it sees the sky. The
+/// floor counts as the sky's lower half.
 PM_HD inline void trace_final_ray(const World& world, const DeviceScene& scene, PathRow& path,
                                   RayStats& stats) {
   Vec3 transmittance{1, 1, 1};
@@ -38,7 +39,7 @@ PM_HD inline void trace_final_ray(const World& world, const DeviceScene& scene, 
   }
   if (is_black(transmittance))
     return add_sky(world, path, world.max_depth == 1 ? kGuessedBounce : 0.0f, true);
-  // Unoccluded, the control variate is exact.
+  // For unoccluded rays the control variate is exact.
   if (min_component(transmittance) < 1.0f) add_sky(world, path, 0.0f, true);
   path.throughput = path.throughput * transmittance;
   leave_scene(world, path, true);
@@ -79,7 +80,7 @@ PM_HD inline PathLight trace_path(const DeviceFrame& frame, const Ray& ray, Samp
         const Shading shading = mixed_shading(world, mesh, hit);
         if (shading.transmission > numbers.b) {
           if (path.flags >> kGlassShift == 0) {
-            // A path that has passed the maximum of boundaries leaves along its ray.
+            // A path that has passed the maximum number of boundaries sees the sky along its ray.
             add_sky(world, path, 1.0f, true);
             break;
           }
@@ -115,7 +116,7 @@ PM_HD inline MeshHit find_center(const DeviceFrame& frame, int x, int y, RayStat
   return frame.scene.closest(ray);
 }
 
-/// Tests whether a pixel whose centre shows this moves (sample_index()).
+/// Tests whether a pixel counts as moving (sample_index()). `center`: hit at the pixel's centre.
 PM_HD inline bool shows_motion(const DeviceFrame& frame, const MeshHit& center) {
   if (!frame.looks_for_motion) return frame.camera.moves;
   return center.mesh != kNoMesh && frame.scene.mesh(center.mesh).moves;
@@ -132,10 +133,10 @@ PM_HD inline PathLight trace_sample(const DeviceFrame& frame, int x, int y, std:
 }
 
 /// Sums the lights of the samples [first, end) of a pixel into their nodes, as SampleSums does.
-/// `continues`: nodes[0] is the sum of the samples before.
+/// `continues`: nodes[0] is the sum of all earlier samples.
 PM_HD inline void sum_samples(const PathLight* lights, int first, int end, bool continues,
                               PixelSum* nodes) {
-  // A range of 2^12 blocks has at most two nodes of each size.
+  // A range has at most 2^12 blocks (kMaxSamples), and at most two nodes of each of 13 sizes.
   constexpr int kMaxNodes = 26;
   BlockSpan spans[kMaxNodes];
   PixelSum sums[kMaxNodes];
@@ -168,7 +169,7 @@ PM_HD inline int count_tiles(const DeviceFrame& frame) {
 }
 
 /// Marks the converged pixels of a tile as done; returns whether any are left. `sums` and `done`
-/// are the picture's.
+/// are arrays of the whole picture.
 PM_HD inline bool mark_tile(const DeviceFrame& frame, int tile, const PixelSum* sums, bool* done) {
   const int width = frame.camera.size.width, height = frame.camera.size.height;
   const int columns = (width + kTile - 1) / kTile;

@@ -9,14 +9,15 @@
 
 namespace polymorph {
 
-inline constexpr std::uint32_t kTimeSet = 4096;  ///< disjoint from the sets of the vertices
+inline constexpr std::uint32_t kTimeSet =
+    4096;  ///< PathSampler set of the ray's time; no vertex uses it
 
-/// Pixels of the whole picture.
+/// Size of the whole picture in pixels.
 struct FilmSize {
   int width = 0, height = 0;
 };
 
-/// One camera per lane.
+/// Position, axes and lens of a camera, or of one camera per lane.
 template <class T3>
 struct CamerasOf {
   T3 position, right, up, forward;
@@ -32,7 +33,7 @@ PM_HD CamerasOf<T3> broadcast_camera(const Camera& camera) {
           broadcast<ComponentOf<T3>>(camera.lens_radius),
           broadcast<ComponentOf<T3>>(camera.focus)};
 }
-/// Interpolates cameras at times of the open shutter, [0, 1].
+/// Interpolates cameras at times while the shutter is open, [0, 1].
 template <class T3>
 PM_HD CamerasOf<T3> interpolate_cameras(const Camera& opening, const Camera& closing,
                                         ComponentOf<T3> time) {
@@ -49,8 +50,8 @@ PM_HD CamerasOf<T3> interpolate_cameras(const Camera& opening, const Camera& clo
           at(opening.focus, closing.focus)};
 }
 
-/// Makes rays through points of the film, in pixels from the image's upper left corner, and through
-/// the points (u, v) of the lens. Pixels are square.
+/// Makes rays through points of the film, in pixels from the image's upper left corner, and points
+/// of the lens, given as random numbers in [0, 1)^2. Pixels are square.
 template <class T3>
 PM_HD RayOf<T3> camera_rays(const CamerasOf<T3>& camera, FilmSize image,
                             Vec2Of<ComponentOf<T3>> film, Vec2Of<ComponentOf<T3>> lens,
@@ -66,11 +67,11 @@ PM_HD RayOf<T3> camera_rays(const CamerasOf<T3>& camera, FilmSize image,
   return {camera.position + shift, normalized(direction * camera.focus - shift)};
 }
 
-/// All that the rays of a frame's samples depend on, but the sampler.
+/// Camera and film of a frame, which with a sampler determine the rays of its samples.
 struct CameraSetup {
   Camera camera;
   bool moves = false;
-  Camera opening, closing;  ///< if it moves
+  Camera opening, closing;  ///< cameras when the shutter opens and closes, if the camera moves
   FilmSize size;
   const PixelFilter* filter = nullptr;  ///< borrowed
 };

@@ -1,5 +1,4 @@
-// Adaptive sampling: which pixels of a tile get more samples, for the CPU's tiles and for a GPU's
-// threads.
+// Adaptive sampling: rounds of samples, and the test that stops converged pixels, for CPU and GPU.
 #pragma once
 
 #include <algorithm>
@@ -10,12 +9,13 @@
 namespace polymorph {
 
 inline constexpr int kTile = 16;  ///< pixels along a side of the tiles that are sampled together
-inline constexpr int kFirstSamples = 16;  ///< samples of the first round; each doubles the number
+inline constexpr int kFirstSamples =
+    16;  ///< samples of the first round; each further round doubles the total
 inline constexpr int kConvergenceBlock =
-    4;  ///< side of the blocks of pixels that are continued or stopped together
+    4;  ///< side of the blocks of pixels that continue or stop together
 
-/// The end of the round that begins with sample `first`, of at most `end` samples; without adaptive
-/// sampling (`noise` 0) there is one round.
+/// Returns the end of the round that begins with sample `first`, at most `end`. Without adaptive
+/// sampling (`noise` 0) there is only one round.
 PM_HD inline int round_end(float noise, int first, int end) {
   if (!(noise > 0)) return end;
   return std::min(first == 0 ? kFirstSamples : 2 * first, end);
@@ -32,9 +32,9 @@ PM_HD inline float estimate_error(const PixelSum& sum) {
          (0.01f + std::sqrt(std::max(0.0f, mean.x + mean.y + mean.z)));
 }
 
-/// Marks the pixels of converged blocks of a tile as done; returns whether any are left. A block
-/// next to a noisy one is continued too, because the estimate of a single block is uncertain.
-/// `total(x, y)` is the sum of a pixel's samples, `done(x, y)` its mark.
+/// Marks the pixels of converged blocks of a tile as done, and returns whether any pixels are left.
+/// A block next to a noisy one continues too, because the estimate of a single block is uncertain.
+/// `total(x, y)` returns the sum of a pixel's samples, `done(x, y)` a reference to its mark.
 template <class Total, class Done>
 PM_HD bool mark_converged(int width, int height, float noise, const Total& total,
                           const Done& done) {
@@ -55,7 +55,7 @@ PM_HD bool mark_converged(int width, int height, float noise, const Total& total
       });
       noisy[row][column] = !(sum <= noise * static_cast<float>(count));
     }
-  bool any = false;
+  bool any_left = false;
   for (int row = 0; row < rows; ++row)
     for (int column = 0; column < columns; ++column) {
       bool continues = false;
@@ -63,12 +63,12 @@ PM_HD bool mark_converged(int width, int height, float noise, const Total& total
         for (int c = std::max(column - 1, 0); c < std::min(column + 2, columns); ++c)
           continues = continues || noisy[r][c];
       for_block(row, column, [&](int x, int y) {
-        // A stopped pixel is never continued: its samples must be the sequence's first 2^k.
+        // A stopped pixel never continues, because its samples must be the sequence's first 2^k.
         if (!continues) done(x, y) = true;
-        any = any || !done(x, y);
+        any_left = any_left || !done(x, y);
       });
     }
-  return any;
+  return any_left;
 }
 
 }  // namespace polymorph

@@ -12,7 +12,7 @@ namespace {
 
 constexpr const char* kLayers[] = {"crypto_object", "crypto_material", "crypto_label"};
 
-/// A layer's own id in the header: the first 7 hexadecimal digits of its name's hash.
+/// Makes the key of a layer in the header: the first 7 hexadecimal digits of the hash of its name.
 std::string make_layer_key(std::string_view layer) {
   return fmt::format("{:08x}", murmur_hash(layer)).substr(0, 7);
 }
@@ -155,14 +155,14 @@ void Mattes::add_material(const RenderMesh& mesh, const MeshIds& ids, const Mesh
   };
   float look = mesh.materials.empty() ? 1 : std::clamp(mesh.look, 0.0f, 1.0f);
   pixel.add(look_, look);
-  // From the topmost layer down, each leaves its complement to those below.
+  // From the topmost layer down: a layer leaves the fraction 1 - opacity to the layers below it.
   float remaining = 1 - look;
   for (std::size_t i = mesh.over.size(); i-- > 0;) {
     const MixedLayer& layer = mesh.over[i];
     if (layer.materials.empty()) continue;
-    const float share = std::clamp(layer.share, 0.0f, 1.0f);
-    pixel.add(id_in(layer, i + 1), remaining * share);
-    remaining *= 1 - share;
+    const float opacity = std::clamp(layer.share, 0.0f, 1.0f);
+    pixel.add(id_in(layer, i + 1), remaining * opacity);
+    remaining *= 1 - opacity;
   }
   if (!mesh.materials.empty()) pixel.add(id_in(mesh, 0), remaining);
 }

@@ -1,5 +1,6 @@
-// Cryptomatte: mattes with coverage for every object, material and label (Friedman and Jones 2015,
-// "Fully automatic ID mattes with support for motion blur and transparency"; specification 1.2.0).
+// Cryptomatte: ids and coverages of objects, materials and labels per pixel (Friedman and Jones
+// 2015, "Fully automatic ID mattes with support for motion blur and transparency";
+// specification 1.2.0).
 #pragma once
 
 #include <array>
@@ -19,10 +20,11 @@ namespace polymorph {
 
 /// MurmurHash3, the 32-bit variant (Appleby), seed 0.
 std::uint32_t murmur_hash(std::string_view text);
-/// The id of a name: its hash as the bits of a float that is neither 0, denormal, infinite nor NaN.
+/// Computes the id of a name: a float with the bits of its hash, changed so that it is neither 0,
+/// denormal, infinite nor NaN.
 float matte_id(std::string_view name);
 
-/// Number of ids with coverage per pixel and layer, two to an RGBA group of channels.
+/// Number of ids with coverage per pixel and layer, two per RGBA group of channels.
 inline constexpr int kMatteRanks = 6;
 
 /// Lists the channels of a layer: "crypto_object00.R", ...
@@ -50,7 +52,7 @@ class MattePixel {
   std::vector<std::pair<float, float>> sums_;
 };
 
-/// The mattes of a frame, and the ids of everything in it.
+/// Matte layers of a frame, and the ids of its objects, materials and labels.
 class Mattes {
  public:
   /// Registers the names of a scene for the layers that `layers` (image.aovs) names.
@@ -62,9 +64,9 @@ class Mattes {
   std::vector<std::string> channels() const;
   /// Lists the attributes of all layers: "cryptomatte/KEY/name", hash, conversion and manifest.
   std::vector<Attribute> attributes() const;
-  /// Adds the first intersection of one camera ray to the blocks of the pixel's layers. Glass
-  /// counts as itself. The backdrop has a matte of its own, so that coverages sum to 1, or with a
-  /// transparent backdrop to alpha.
+  /// Adds the first intersection of one camera ray to the current blocks of the pixel's layers.
+  /// Glass counts as an opaque surface. The backdrop has its own id, so that coverages sum to 1, or
+  /// to alpha if the backdrop is transparent.
   void add_sample(const World& world, const Ray& ray, const Intersection& intersection,
                   SampleSums<MattePixel>* pixel) const;
 
@@ -72,7 +74,8 @@ class Mattes {
   enum class Kind : std::uint8_t { kObject, kMaterial, kLabel };
   struct MeshIds {
     float object = 0;
-    std::vector<std::vector<float>> materials;  ///< per layer: the mesh's own, then each over it
+    std::vector<std::vector<float>>
+        materials;  ///< ids per layer: the mesh's own, then RenderMesh::over
     std::vector<float> labels;
   };
   float add_id(Kind kind, std::string_view name);

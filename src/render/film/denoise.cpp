@@ -15,10 +15,10 @@ namespace {
 constexpr const char* kLibrary = "libOpenImageDenoise.so.2";
 constexpr int kGuideChannels = 6;
 constexpr int kMaxGuideBounces = 8;
-// Metals smoother than this show their reflections instead of themselves.
+// Metals smoother than this count as mirrors, whose guide is that of the reflected surface.
 constexpr float kMirrorRoughness = 0.25f;
 
-/// The functions of OpenImageDenoise/oidn.h, version 2, that are used here.
+/// Functions of OpenImageDenoise/oidn.h, version 2.
 struct Library {
   void* (*new_device)(int type) = nullptr;
   void (*set_device_int)(void* device, const char* name, int value) = nullptr;
@@ -67,7 +67,7 @@ Result<Library> load_library() {
   find(library.commit_filter, "oidnCommitFilter");
   find(library.execute_filter, "oidnExecuteFilter");
   find(library.release_filter, "oidnReleaseFilter");
-  if (is_complete) return library;  // never closed
+  if (is_complete) return library;  // the library stays loaded
   dlclose(handle);
   return make_error(ErrorCode::kResource,
                     "cannot denoise: {} is not version 2 of Open Image Denoise - name another file "
@@ -107,7 +107,7 @@ Guide trace_guide(const World& world, Ray ray, Intersection intersection, RaySta
     ray.far = intersection.floor;
     intersection.mesh = world.geometry->closest(ray);
   }
-  // Mirrors and glass show the sky itself; the studio's paper has no features.
+  // The studio's paper has no features, so its albedo is 1. Mirrors and glass always show the sky.
   if (tint == Vec3{1, 1, 1} && !world.backdrop.shows_sky) return {{1, 1, 1}, {}};
   return {tint * min(max(sky_radiance(world.sky, ray.direction), {}), {1, 1, 1}), {}};
 }
@@ -130,8 +130,8 @@ struct Denoiser::State {
                       text ? text : "no reason given");
   }
 
-  /// Runs the network once: with `guides` it denoises the colours with both guides, otherwise the
-  /// channels `name` alone.
+  /// Runs the network once on three channels from `first`, as the input `name`. With `guides` it
+  /// uses both guides, otherwise none.
   Status filter_channels(Image& film, const char* name, std::size_t first, bool guides) const {
     void* filter = library.new_filter(device, "RT");
     if (!filter) return error();

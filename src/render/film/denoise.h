@@ -10,8 +10,9 @@
 
 namespace polymorph {
 
-/// Auxiliary features of a camera ray for the denoiser: colour and normal of the first surface that
-/// is neither a mirror nor clear glass, tinted by those before it.
+/// Auxiliary features of a camera ray for the denoiser: normal and albedo of the first surface that
+/// is neither a mirror nor clear glass. The albedo is tinted by the mirrors and glass before that
+/// surface.
 struct Guide {
   Vec3 albedo;  ///< [0, 1]
   Vec3 normal;  ///< world space; 0 if nothing is hit
@@ -19,10 +20,10 @@ struct Guide {
 /// Follows a camera ray whose first intersection is given.
 Guide trace_guide(const World& world, Ray ray, Intersection intersection, RayStats& stats);
 
-/// Lists the channels of the guides, which are the last of a film; denoise() removes them.
+/// Lists the channels of the guides, the last channels of a film. denoise() removes them.
 std::vector<std::string> list_guide_channels();
 
-/// An open library and its device. Not shared between threads.
+/// The loaded library and its device. Not thread-safe.
 class Denoiser {
  public:
   /// Loads libOpenImageDenoise.so.2 from the system's library path; the environment variable

@@ -9,7 +9,7 @@
 namespace polymorph {
 namespace {
 
-/// Harris 1978, the four-term window, on [-1, 1].
+/// The four-term Blackman-Harris window (Harris 1978) on [-1, 1].
 double blackman_harris(double x) {
   const double t = std::numbers::pi * (x + 1);
   return 0.35875 - 0.48829 * exact::cos(t) + 0.14128 * exact::cos(2 * t) -

@@ -1,5 +1,5 @@
-// Film and pixel reconstruction filter. The filter is sampled, not splatted: each pixel draws its
-// own samples with the filter's pdf, so that one task owns each pixel and sums in a fixed
+// Film and pixel reconstruction filter. The filter is importance-sampled, not splatted: each pixel
+// draws its own samples with the filter's pdf. So one task owns each pixel and sums in a fixed
 // order.
 #pragma once
 
@@ -13,12 +13,14 @@
 
 namespace polymorph {
 
-/// Inverse of the cumulative Blackman-Harris window of this radius, in pixels.
+/// Pixel filter: the inverse CDF of a Blackman-Harris window, tabulated as offsets in pixels.
 struct PixelFilter {
   static constexpr int kCells = 256;
   std::array<float, kCells + 1> offsets{};
 };
+/// Makes a filter with a radius in pixels.
 PixelFilter make_pixel_filter(float radius);
+/// Maps a random number in [0, 1) to an offset from the pixel's centre along one axis.
 template <class V>
 PM_HD inline V filter_offset(const PixelFilter& filter, V u) {
   const V x = u * static_cast<float>(PixelFilter::kCells);

@@ -17,16 +17,16 @@ namespace polymorph {
 namespace {
 
 constexpr const char* kNodeNames[kNodeChannels] = {"R", "G", "B", "A", "floor", "lit", "unlit"};
-constexpr const char* kFirstRank = "00.R";  // ends the name of a matte layer's first channel
+constexpr const char* kFirstRank = "00.R";  // suffix of the name of a matte layer's first channel
 
-/// "s0-15."
+/// Makes the prefix of the channels of a node, such as "s0-15.".
 std::string node_prefix(BlockSpan node, int total) {
   const int first = node.first * kSampleBlock;
   return fmt::format("s{}.", format_samples(first, first + count_samples(node, total)));
 }
 std::string matte_channel(const std::string& prefix, const std::string& layer, std::size_t number,
-                          const char* what) {
-  return fmt::format("{}{}.{}.{}", prefix, layer, number, what);
+                          const char* suffix) {
+  return fmt::format("{}{}.{}.{}", prefix, layer, number, suffix);
 }
 
 PixelSum read_node(const float* pixel, std::span<const int> channels, int samples) {
@@ -41,15 +41,15 @@ PixelSum read_node(const float* pixel, std::span<const int> channels, int sample
   return sum;
 }
 
-/// Channels of a part's image that have the sums of a node.
+/// Indices of the channels of a part that contain the sums of a node.
 struct NodeView {
   BlockSpan blocks;
   int samples = 0;
-  std::vector<int> sums;  ///< kNodeChannels channels
+  std::vector<int> sums;  ///< those of kNodeNames
   struct Pair {
     int id = 0, sum = 0;
   };
-  std::vector<std::vector<Pair>> mattes;  ///< channels of each layer's ids
+  std::vector<std::vector<Pair>> mattes;  ///< one list of pairs per layer
 };
 
 MattePixel read_mattes(const float* pixel, const std::vector<NodeView::Pair>& pairs) {
@@ -90,7 +90,7 @@ Result<std::vector<NodeView>> view_nodes(const Part& part, const std::vector<std
   return views;
 }
 
-/// The channels that do not depend on samples.
+/// Lists the channels that are not sums of samples.
 std::vector<std::string> other_channels(const Image& image, const std::vector<NodeView>& nodes) {
   std::vector<bool> is_sum(image.channel_count(), false);
   for (const NodeView& node : nodes) {
@@ -106,7 +106,8 @@ std::vector<std::string> other_channels(const Image& image, const std::vector<No
   return channels;
 }
 
-/// Errors (kInput): the two parts have not the same bits in these channels.
+/// Checks that two parts have the same size, colour space and bits in these channels. Errors:
+/// kInput.
 Status check_equal(const Part& a, const Part& b, const std::vector<std::string>& channels) {
   if (a.image.width != b.image.width || a.image.height != b.image.height)
     return make_error(ErrorCode::kInput, "{} is {} x {} pixels, and {} is {} x {}", a.name,
@@ -163,7 +164,7 @@ class Merger {
 
   Image run() {
     parallel_for(film_.height, [&](std::int64_t y) {
-      const FlushDenormals flush;  // as the renderer sums
+      const FlushDenormals flush;  // as during rendering, so that the sums have the same bits
       const auto width = static_cast<std::size_t>(film_.width);
       for (std::size_t i = 0; i < width; ++i) merge_pixel(static_cast<std::size_t>(y) * width + i);
     });
@@ -212,7 +213,7 @@ class Merger {
   MatteSums& mattes_;
   SampleRange range_;
   bool is_picture_ = false;
-  int samples_ = 0;  ///< those of all parts
+  int samples_ = 0;  ///< samples of all parts
   std::size_t first_other_ = 0;
   std::vector<int> others_;  ///< channels of the first part
   Image film_;
@@ -270,20 +271,21 @@ Image append_matte_sums(Image part, const SampleRange& range, const MatteSums& m
   if (mattes.layers.empty()) return part;
   const std::vector<BlockSpan> nodes = list_nodes(range);
   const std::size_t columns = mattes.layers.size() * nodes.size();
-  std::vector<std::size_t> counts(columns, 1);  // ids of a layer and node
+  std::vector<std::size_t> counts(columns, 1);  // maximum number of ids per layer and node
   for (std::size_t i = 0; i < mattes.sums.size(); ++i)
     counts[i % columns] = std::max(counts[i % columns], mattes.sums[i].sums().size());
   std::vector<std::string> channels = part.channels;
   for (std::size_t c = 0; c < columns; ++c)
     for (std::size_t number = 0; number < counts[c]; ++number)
-      for (const char* what : {"id", "sum"})
+      for (const char* suffix : {"id", "sum"})
         channels.push_back(matte_channel(node_prefix(nodes[c % nodes.size()], range.total),
-                                         mattes.layers[c / nodes.size()], number, what));
+                                         mattes.layers[c / nodes.size()], number, suffix));
   Image image = make_image(part.width, part.height, std::move(channels));
   image.attributes = std::move(part.attributes);
-  const std::size_t before = part.channel_count(), after = image.channel_count();
-  for (std::size_t i = 0; i * after < image.pixels.size(); ++i) {
-    float* pixel = std::copy_n(&part.pixels[i * before], before, image.pixels.data() + i * after);
+  const std::size_t part_channels = part.channel_count(), image_channels = image.channel_count();
+  for (std::size_t i = 0; i * image_channels < image.pixels.size(); ++i) {
+    float* pixel = std::copy_n(&part.pixels[i * part_channels], part_channels,
+                               image.pixels.data() + i * image_channels);
     for (std::size_t c = 0; c < columns; ++c) {
       auto sums = mattes.sums[i * columns + c].sums();
       std::sort(sums.begin(), sums.end());
@@ -299,11 +301,11 @@ Image append_matte_sums(Image part, const SampleRange& range, const MatteSums& m
 
 Image select_channels(Image film, std::vector<std::string> channels) {
   if (film.channels == channels) return film;
-  std::vector<int> from;
-  for (const std::string& channel : channels) from.push_back(film.find_channel(channel));
+  std::vector<int> sources;
+  for (const std::string& channel : channels) sources.push_back(film.find_channel(channel));
   Image image = make_image(film.width, film.height, std::move(channels));
   for (std::size_t i = 0, k = 0; i < image.pixels.size(); k += film.channel_count())
-    for (const int channel : from)
+    for (const int channel : sources)
       image.pixels[i++] = film.pixels[k + static_cast<std::size_t>(channel)];
   image.attributes = std::move(film.attributes);
   return image;

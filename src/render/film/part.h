@@ -1,10 +1,10 @@
-// Parts of a picture: its sums over a range of its samples, as channels of an image, and the
-// picture that parts add up to. All of them give the same bits as the picture rendered at once.
+// Parts of a picture: images whose channels are sums over a range of the picture's samples. Merging
+// all parts gives the same bits as rendering the picture at once.
 //
-// A part has, for each node of its samples' sums (sample_sums.h), the channels "s0-15.R", ".G",
-// ".B", ".A", ".floor", ".lit" and ".unlit", and for each id of a matte a pair
-// "s0-15.crypto_object.0.id" and ".sum". The other layers are the picture's own: they do not depend
-// on samples.
+// For each node of the sums of its samples (sample_sums.h) a part has the channels "s0-15.R", ".G",
+// ".B", ".A", ".floor", ".lit" and ".unlit", and for each id of a matte the pair
+// "s0-15.crypto_object.0.id" and ".sum". Its other layers do not depend on samples and equal the
+// picture's.
 #pragma once
 
 #include <span>
@@ -21,27 +21,27 @@
 
 namespace polymorph {
 
-/// Beginning of the names of the header entries by which a part is merged.
+/// Prefix of the header attributes that merging needs.
 inline constexpr const char* kPartPrefix = "polymorph/part/";
 inline constexpr const char* kPartSamplesAttribute = "polymorph/part/samples";  ///< "0-15/64"
 /// The channels of the merged picture, in order, separated by commas.
 inline constexpr const char* kPartChannelsAttribute = "polymorph/part/channels";
 inline constexpr const char* kPartSmoothAttribute =
     "polymorph/part/smooth";  ///< int: 1 if the merged picture is smoothed (film/smooth.h)
-/// The space of the merged picture's colours (kColorInteropAttribute's values), if it is not Rec.
-/// 709; a part's own are always in Rec. 709.
+/// Colour space of the merged picture (a value of kColorInteropAttribute) if it is not Rec. 709.
+/// The colours of a part are always in Rec. 709.
 inline constexpr const char* kPartColorSpaceAttribute = "polymorph/part/colorspace";
 
 /// int: 1 if the file of the merged picture has a part for each layer (ExrSettings::multipart).
 inline constexpr const char* kPartMultipartAttribute = "polymorph/part/multipart";
 
-/// Settings of the file of the picture that a part is merged to.
+/// Returns the file settings of the picture to which a part is merged.
 ExrSettings merged_exr_settings(const Image& part);
 
-/// Number of channels of a node, without its mattes.
+/// Number of channels per node, without mattes.
 inline constexpr int kNodeChannels = 7;
 
-/// Writes R, G, B, A of a pixel whose samples have been summed.
+/// Computes R, G, B, A of a pixel from the sums of its samples, and writes them.
 void write_colors(const PixelSum& sum, float* pixel);
 /// Writes the kNodeChannels channels of a node.
 void write_node(const PixelSum& sum, float* pixel);
@@ -54,23 +54,24 @@ struct MatteSums {
   std::vector<std::string> layers;  ///< "crypto_object"
   std::vector<MattePixel> sums;
 };
-/// Appends the channels of the mattes: as many ids as the pixel with the most has.
+/// Appends the channels of the mattes. Each layer and node gets channels for as many ids as the
+/// pixel with the most ids has.
 Image append_matte_sums(Image part, const SampleRange& range, const MatteSums& mattes);
 
-/// Returns the image with these of its channels, in this order.
+/// Returns an image with only these channels of `film`, in this order.
 Image select_channels(Image film, std::vector<std::string> channels);
 
-/// A part as it was read.
+/// A part that has been read from a file.
 struct Part {
   std::string name;  ///< name in messages
   SampleRange samples;
   Image image;
 };
 
-/// Merges parts of one picture that follow each other, in ascending order: to the picture if they
-/// are all of it, else to a larger part. A draft is a picture of any of its samples. It has the
-/// attributes of the first, without those of kPartPrefix where it is a picture. Errors (kInput): a
-/// channel is missing, sizes or layers differ.
+/// Merges parts of one picture, in ascending order; only a draft may have gaps. The result is the
+/// picture if the parts have all of its samples, or if `is_draft`; otherwise it is a larger part.
+/// It has the attributes of the first part; a picture lacks those that begin with kPartPrefix.
+/// Errors (kInput): a channel is missing, sizes or layers differ.
 Result<Image> merge_parts(std::span<const Part> parts, bool is_draft = false);
 
 }  // namespace polymorph

@@ -8,7 +8,7 @@ namespace polymorph {
 
 /// Lights and coverages summed over the samples of a pixel.
 struct PixelSum {
-  Vec3 light, odd;  ///< sums over all samples, and over every second one
+  Vec3 light, odd;  ///< sums over all samples, and over those of odd index
   float alpha = 0, floor = 0, lit = 0, unlit = 0;  ///< sums of PathLight's members
   int samples = 0;
 
@@ -23,7 +23,7 @@ struct PixelSum {
   }
 };
 
-/// Adds the light of a sample; `odd`: it also counts into the sum of every second one.
+/// Adds the light of a sample; `odd`: the sample's index is odd.
 PM_HD inline void add_sample(PixelSum& sum, const PathLight& light, bool odd) {
   ++sum.samples;
   sum.alpha += light.alpha;

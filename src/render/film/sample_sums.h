@@ -1,8 +1,9 @@
-// Sums over the samples of a pixel that are the same bits in whatever parts they are taken.
+// Sums over the samples of a pixel whose bits do not depend on how the samples are divided into
+// parts.
 //
-// Samples are summed one after the other in blocks of 16, and blocks in a binary tree: two
-// neighbours whose union is a node of the tree are added as soon as both are there. So any range of
-// blocks has one list of nodes, and adjacent ranges add up to those of their union.
+// Samples are summed one after the other in blocks of 16, and blocks in a binary tree: two nodes
+// with a common parent are added as soon as both are known. So every range of blocks has a unique
+// list of nodes, and merging those of adjacent ranges gives the list of their union.
 #pragma once
 
 #include <utility>
@@ -21,7 +22,7 @@ struct BlockSpan {
   PM_HD int end() const { return first + count; }
 };
 
-/// Tests whether the two make up a node.
+/// Tests whether two nodes are the children of one node.
 PM_HD inline bool are_siblings(BlockSpan left, BlockSpan right) {
   return left.count == right.count && left.end() == right.first &&
          left.first % (2 * left.count) == 0;
@@ -36,11 +37,11 @@ class SampleSums {
     Sum sum;
   };
 
-  /// The sum over the block that is under way.
+  /// The sum of the current block, to which samples are added.
   Sum& block() { return block_; }
-  /// Ends the block with this index.
+  /// Ends the current block, whose index is `index`.
   void end_block(int index) { add({{index, 1}, std::exchange(block_, Sum{})}); }
-  /// Adds a node. Nodes come in ascending order and without gaps.
+  /// Adds a node. Nodes must come in ascending order; only those of a draft may have gaps.
   void add(Node node) {
     while (has_last_ && are_siblings(last_.blocks, node.blocks)) {
       last_.sum.add(node.sum);
@@ -71,7 +72,8 @@ class SampleSums {
 
  private:
   Sum block_{};
-  // The last node lies here, because most sums have no other: a picture has one for each pixel.
+  // The last node is stored apart, because most pixels have only one node and then need no memory
+  // for `earlier_`.
   std::vector<Node> earlier_;
   Node last_{};
   bool has_last_ = false;

@@ -14,27 +14,27 @@
 namespace polymorph {
 namespace {
 
-constexpr int kPasses = 4;                   // of steps 1, 2, 4, 8
-constexpr int kMargin = 1 << (kPasses - 1);  // furthest tap
-constexpr float kMinAlbedo = 0.02f;          // darker ones would magnify what is no diffuse light
-constexpr float kMinCosine = 0.8f;           // between the normals of pixels beside each other
-constexpr float kTexture = 0.2f;             // share by which the albedos of those may differ
-constexpr float kJump = 0.05f;               // share of the depth by which surfaces are apart
-constexpr float kDepth = 0.02f;              // share of the depth at which a tap has no weight
-constexpr float kDeviations = 4;             // differences of brightness that noise explains
+constexpr int kPasses = 4;                    // taps are 1, 2, 4, 8 pixels apart
+constexpr int kMargin = 1 << (kPasses - 1);   // pixels; distance of the farthest tap
+constexpr float kMinAlbedo = 0.02f;           // less would amplify specular light
+constexpr float kMinCosine = 0.8f;            // of the angle between adjacent normals
+constexpr float kMaxAlbedoDifference = 0.2f;  // relative, of adjacent pixels
+constexpr float kDepthJump = 0.05f;           // relative, between two surfaces
+constexpr float kDepthFalloff = 0.02f;        // relative, per pixel: a tap's weight falls to 0
+constexpr float kDeviations = 4;              // standard deviations at which a weight is halved
 constexpr float kUnbounded = std::numeric_limits<float>::infinity();
-/// Key of pixels that are not even: it equals nothing, not even itself.
+/// Key of all pixels that are not interior. NaN equals no key, not even itself.
 constexpr float kNoKey = std::numeric_limits<float>::quiet_NaN();
 
-/// A value for each pixel, and for a margin around them.
+/// A value per pixel of the picture and of a margin around it.
 using Plane = std::vector<float>;
 using Colors = std::array<Plane, 3>;
 
-/// The larger of `v` and 0, without a branch that compilers would split a loop at.
-float positive(float v) { return 0.5f * (v + std::fabs(v)); }
+/// Returns max(v, 0) without a branch, so that compilers vectorize loops with it.
+float positive_part(float v) { return 0.5f * (v + std::fabs(v)); }
 
-/// Loops over the pixels of a row have no branches, so that compilers make them wide; each pixel's
-/// sums have one order however wide they are.
+/// Filter of one film. Loops over the pixels of a row have no branches, so that compilers vectorize
+/// them. The order of each pixel's sums does not depend on the vector width.
 class Smoother {
  public:
   explicit Smoother(Image& film)
@@ -47,8 +47,8 @@ class Smoother {
               static_cast<std::size_t>(film.height + 2 * kMargin)) {}
 
   void run() {
-    take_layers();
-    find_even_pixels();
+    load_layers();
+    find_interior_pixels();
     estimate_variance();
     for (int pass = 0; pass < kPasses; ++pass) smooth(pass);
     find_bounds();
@@ -59,15 +59,17 @@ class Smoother {
   }
 
  private:
-  std::size_t row(int y) const {
+  /// Index of the first pixel of a row in a plane.
+  std::size_t row_begin(int y) const {
     return static_cast<std::size_t>(y + kMargin) * static_cast<std::size_t>(stride_) + kMargin;
   }
   template <class F>
   void for_rows(const F& f) const {
     parallel_for(
-        height_, [&](std::int64_t y) { f(row(static_cast<int>(y))); }, 16);
+        height_, [&](std::int64_t y) { f(row_begin(static_cast<int>(y))); }, 16);
   }
-  /// Calls f(first pixel, offset to its neighbour) for the rows and their eight neighbours.
+  /// Calls f(first pixel of a row, offset to a neighbour) for each row and each of the eight
+  /// neighbours.
   template <class F>
   void for_neighbours(const F& f) const {
     for_rows([&](std::size_t first) {
@@ -84,19 +86,19 @@ class Smoother {
         height_,
         [&](std::int64_t line) {
           const int y = static_cast<int>(line);
-          for (int x = 0; x < width_; ++x) f(row(y) + static_cast<std::size_t>(x), x, y);
+          for (int x = 0; x < width_; ++x) f(row_begin(y) + static_cast<std::size_t>(x), x, y);
         },
         16);
   }
-  /// Mean of `light_` over the pixels within two of one for which accepts(pixel) holds; nothing
-  /// if there are none.
+  /// Averages `light_` over the pixels at most two rows and columns from (x, y) for which
+  /// accepts(pixel) is true. Returns nullopt if there are none.
   template <class F>
   std::optional<std::array<float, 3>> mean_near(int x, int y, const F& accepts) const {
     float count = 0;
     std::array<float, 3> sum{};
     for (int v = std::max(y - 2, 0); v <= std::min(y + 2, height_ - 1); ++v)
       for (int u = std::max(x - 2, 0); u <= std::min(x + 2, width_ - 1); ++u) {
-        const std::size_t q = row(v) + static_cast<std::size_t>(u);
+        const std::size_t q = row_begin(v) + static_cast<std::size_t>(u);
         if (!accepts(q)) continue;
         for (std::size_t c = 0; c < 3; ++c) sum[c] += light_[c][q];
         ++count;
@@ -105,11 +107,12 @@ class Smoother {
     for (float& value : sum) value = value / count;
     return sum;
   }
-  /// Tests whether the light of a pixel has been smoothed, or needs none as nothing is hit.
+  /// Tests whether the light of a pixel has been smoothed, or needs no smoothing because nothing is
+  /// hit.
   bool has_smooth_light(std::size_t i) const { return key_[i] >= 0 || !(id_[i] > 0); }
 
-  /// A layer as a plane; its margin repeats the outermost pixels.
-  Plane layer(const char* name) const {
+  /// Copies a layer to a plane, whose margin repeats the outermost pixels.
+  Plane load_layer(const char* name) const {
     Plane plane(size_);
     const int channel = film_.find_channel(name);
     PM_CHECK(channel >= 0);
@@ -127,20 +130,20 @@ class Smoother {
     return plane;
   }
 
-  void take_layers() {
-    id_ = layer("id");
-    depth_ = layer("Z");
+  void load_layers() {
+    id_ = load_layer("id");
+    depth_ = load_layer("Z");
     steepness_.resize(size_);
-    for (std::size_t i = 0; i < size_; ++i) steepness_[i] = 1 / (kDepth * depth_[i]);
+    for (std::size_t i = 0; i < size_; ++i) steepness_[i] = 1 / (kDepthFalloff * depth_[i]);
     constexpr std::array<const char*, 3> kColors{"R", "G", "B"};
     constexpr std::array<const char*, 3> kNormal{"N.X", "N.Y", "N.Z"};
     constexpr std::array<const char*, 3> kAlbedo{"albedo.R", "albedo.G", "albedo.B"};
     for (std::size_t c = 0; c < 3; ++c) {
-      light_[c] = layer(kColors[c]);
-      normal_[c] = layer(kNormal[c]);
-      albedo_[c] = layer(kAlbedo[c]);
+      light_[c] = load_layer(kColors[c]);
+      normal_[c] = load_layer(kNormal[c]);
+      albedo_[c] = load_layer(kAlbedo[c]);
       for (std::size_t i = 0; i < size_; ++i) {
-        // What hits nothing shows its light itself.
+        // Where nothing is hit, the colour is the light itself.
         const float albedo = std::max(kMinAlbedo, albedo_[c][i]);
         albedo_[c][i] = id_[i] > 0 ? albedo : 1;
         light_[c][i] = light_[c][i] / albedo_[c][i];
@@ -148,9 +151,10 @@ class Smoother {
     }
   }
 
-  /// Finds the pixels amid one smooth surface of about one albedo: `key_` is its id there, else
-  /// kNoKey. `low_` and `high_` become the extremes of the albedos around each pixel.
-  void find_even_pixels() {
+  /// Finds the interior pixels: their neighbours show the same surface with similar normals and
+  /// albedos. Sets `key_` to the surface's id there, and to kNoKey elsewhere. Sets `low_` and
+  /// `high_` to the extremes of albedo in the 3 x 3 pixels around each pixel.
+  void find_interior_pixels() {
     key_.assign(size_, kNoKey);
     low_ = high_ = albedo_;
     for_rows([&](std::size_t first) {
@@ -172,7 +176,8 @@ class Smoother {
         float *low = &low_[c][first], *high = &high_[c][first];
         for (int x = 0; x < width_; ++x) {
           const float own = albedo[x], other = albedo[x + offset];
-          key[x] = std::fabs(own - other) <= kTexture * std::max(own, other) ? key[x] : kNoKey;
+          key[x] = std::fabs(own - other) <= kMaxAlbedoDifference * std::max(own, other) ? key[x]
+                                                                                         : kNoKey;
           low[x] = std::min(low[x], other);
           high[x] = std::max(high[x], other);
         }
@@ -180,8 +185,8 @@ class Smoother {
     });
   }
 
-  /// Brightness, and how much it varies among the even pixels of a surface that are beside each
-  /// other.
+  /// Sets `guide_` to the mean brightness around each interior pixel, and `variance_` to its
+  /// variance.
   void estimate_variance() {
     Plane count(size_, 1.0f), bright(size_), mean;
     for_neighbours([&](std::size_t first, std::ptrdiff_t offset) {
@@ -203,7 +208,7 @@ class Smoother {
     for (std::size_t i = 0; i < size_; ++i)
       to[i] = (light_[0][i] + light_[1][i] + light_[2][i]) * (1 / 3.0f);
   }
-  /// Means over 3 x 3 pixels with the same key, of which there are `count`.
+  /// Computes means over those of 3 x 3 pixels that have the same key; `count`: their number.
   Plane mean_around(const Plane& plane, const Plane& count) const {
     Plane sum = plane;
     for_neighbours([&](std::size_t first, std::ptrdiff_t offset) {
@@ -218,11 +223,11 @@ class Smoother {
     return sum;
   }
 
-  /// One pass: means over 3 x 3 taps that are a step apart.
+  /// Runs one filter pass: weighted means over 3 x 3 taps that are 2^pass pixels apart.
   void smooth(int pass) {
     const int step = 1 << pass;
     if (pass > 0) measure_brightness(guide_);
-    // Half the deviation is left after each pass.
+    // Each pass is assumed to halve the standard deviation of the noise.
     const float noise = kDeviations * kDeviations / static_cast<float>(1 << (2 * pass));
     next_ = light_;
     for_rows([&](std::size_t first) {
@@ -230,8 +235,9 @@ class Smoother {
       for (int dy = -1; dy <= 1; ++dy)
         for (int dx = -1; dx <= 1; ++dx) {
           if (dx == 0 && dy == 0) continue;
-          const float share = dx == 0 || dy == 0 ? 0.5f : 0.25f;  // of the centre's
-          add_tap({first, step * (dy * std::ptrdiff_t{stride_} + dx), share, noise,
+          const float kernel =
+              dx == 0 || dy == 0 ? 0.5f : 0.25f;  // relative to the centre's weight
+          add_tap({first, step * (dy * std::ptrdiff_t{stride_} + dx), kernel, noise,
                    1 / static_cast<float>(step)},
                   weights.data());
           for (std::size_t x = 0; x < total.size(); ++x) total[x] += weights[x];
@@ -247,9 +253,9 @@ class Smoother {
   struct Tap {
     std::size_t first;
     std::ptrdiff_t offset;
-    float share, noise, depth_scale;
+    float kernel, noise, depth_scale;
   };
-  /// Sets the tap's weights, and adds its light to `next_`.
+  /// Computes the weights of a tap for the pixels of a row, and adds the weighted light to `next_`.
   void add_tap(const Tap& tap, float* __restrict weights) {
     // Pointers to the row, and to the taps of its pixels.
     const auto own = [&](const Plane& plane) { return plane.data() + tap.first; };
@@ -260,14 +266,14 @@ class Smoother {
                 *depth1 = other(depth_), *steepness = own(steepness_), *guide0 = own(guide_),
                 *guide1 = other(guide_), *variance = own(variance_);
     for (int x = 0; x < width_; ++x) {
-      const float cosine = positive(x0[x] * x1[x] + y0[x] * y1[x] + z0[x] * z1[x]);
+      const float cosine = positive_part(x0[x] * x1[x] + y0[x] * y1[x] + z0[x] * z1[x]);
       const float c4 = cosine * cosine * cosine * cosine, c16 = c4 * c4 * c4 * c4;
       const float distance = std::fabs(depth1[x] - depth0[x]) * steepness[x] * tap.depth_scale;
-      const float closeness = positive(1 - distance);
+      const float depth_weight = positive_part(1 - distance);
       const float change = guide1[x] - guide0[x];
-      // 1 / (1 + change^2 / noise)
+      // The brightness weight is 1 / (1 + change^2 / noise).
       const float noise = variance[x] * tap.noise + 1e-6f;
-      weights[x] = tap.share * (c16 * c16) * closeness * noise / (noise + change * change);
+      weights[x] = tap.kernel * (c16 * c16) * depth_weight * noise / (noise + change * change);
     }
     for (int x = 0; x < width_; ++x) weights[x] = key0[x] == key1[x] ? weights[x] : 0;
     for (std::size_t c = 0; c < 3; ++c) {
@@ -277,8 +283,8 @@ class Smoother {
     }
   }
 
-  /// Light that pixels which are not even may show: `low_` and `high_` become the bounds of the
-  /// light of even ones within two pixels, times the albedos around.
+  /// Sets `low_` and `high_` to bounds for pixels that are not interior: the extremes of smoothed
+  /// light at most two pixels away, times the extremes of albedo.
   void find_bounds() {
     Plane &low = next_[0], &high = next_[1], &low_before = next_[2];
     Plane high_before;
@@ -287,9 +293,9 @@ class Smoother {
     for (std::size_t c = 0; c < 3; ++c) {
       for_rows([&](std::size_t first) {
         for (std::size_t i = first; i < first + width_; ++i) {
-          const bool known = has_smooth_light(i);
-          low[i] = known ? light_[c][i] : kUnbounded;
-          high[i] = known ? light_[c][i] : -kUnbounded;
+          const bool is_smooth = has_smooth_light(i);
+          low[i] = is_smooth ? light_[c][i] : kUnbounded;
+          high[i] = is_smooth ? light_[c][i] : -kUnbounded;
         }
       });
       for (const std::ptrdiff_t step : {std::ptrdiff_t{1}, std::ptrdiff_t{stride_}}) {
@@ -312,7 +318,8 @@ class Smoother {
     }
   }
 
-  /// Marks the pixels beside another surface: of another id, or far before or behind.
+  /// Marks the pixels next to another surface, which has another id or a depth that differs by
+  /// kDepthJump.
   void find_silhouettes() {
     silhouette_.assign(size_, 0);
     for_neighbours([&](std::size_t first, std::ptrdiff_t offset) {
@@ -320,53 +327,55 @@ class Smoother {
       std::uint8_t* to = &silhouette_[first];
       for (int x = 0; x < width_; ++x) {
         const std::ptrdiff_t q = x + offset;
-        const bool is_apart = std::fabs(depth[x] - depth[q]) > kJump * std::min(depth[x], depth[q]);
-        to[x] |= static_cast<std::uint8_t>(id[x] != id[q]) | static_cast<std::uint8_t>(is_apart);
+        const bool is_other_depth =
+            std::fabs(depth[x] - depth[q]) > kDepthJump * std::min(depth[x], depth[q]);
+        to[x] |=
+            static_cast<std::uint8_t>(id[x] != id[q]) | static_cast<std::uint8_t>(is_other_depth);
       }
     });
   }
 
-  /// Mean light of a silhouette's own side: of the pixels nearby that show the same surface and are
-  /// not on a silhouette themselves.
-  std::optional<std::array<float, 3>> own_side(std::size_t i, int x, int y) const {
+  /// Averages the light of a silhouette pixel's own surface, over nearby pixels that are not on a
+  /// silhouette.
+  std::optional<std::array<float, 3>> mean_own_side(std::size_t i, int x, int y) const {
     return mean_near(x, y, [&](std::size_t q) {
-      const bool is_near = std::fabs(depth_[i] - depth_[q]) <= kJump * depth_[i];
-      return id_[q] == id_[i] && !silhouette_[q] && has_smooth_light(q) && is_near;
+      const bool is_same_depth = std::fabs(depth_[i] - depth_[q]) <= kDepthJump * depth_[i];
+      return id_[q] == id_[i] && !silhouette_[q] && has_smooth_light(q) && is_same_depth;
     });
   }
 
-  /// The value of a pixel that is not even, within what the light around it allows.
-  float kept_value(std::size_t i, std::size_t c, float value) const {
+  /// Clamps a value of a pixel that is not interior to the bounds that find_bounds() has set.
+  float clamp_to_bounds(std::size_t i, std::size_t c, float value) const {
     const bool is_bounded = id_[i] > 0 && low_[c][i] <= high_[c][i];
     return is_bounded ? std::clamp(value, low_[c][i], high_[c][i]) : value;
   }
 
-  /// Sets `next_` to the colours of what the pixels' centres show.
+  /// Sets `next_` to the filtered colours of the surfaces at the pixels' centres.
   void make_colors() {
     for_pixels([&](std::size_t i, int x, int y) {
       std::optional<std::array<float, 3>> side;
-      if (silhouette_[i] != 0) side = own_side(i, x, y);
+      if (silhouette_[i] != 0) side = mean_own_side(i, x, y);
       for (std::size_t c = 0; c < 3; ++c)
         next_[c][i] = key_[i] >= 0 ? light_[c][i] * albedo_[c][i]
                       : side       ? (*side)[c] * albedo_[c][i]
-                                   : kept_value(i, c, film_.at(x, y, channels_[c]));
+                                   : clamp_to_bounds(i, c, film_.at(x, y, channels_[c]));
     });
   }
 
-  /// Sets `light_` on silhouettes to what the samples differ by from the colours of both sides,
-  /// filtered by a tent.
+  /// Sets `light_` on silhouettes to the residual: the sampled colour minus tent(next_), the
+  /// filtered colours of both sides.
   void find_residuals() {
     for_pixels([&](std::size_t i, int x, int y) {
       for (std::size_t c = 0; c < 3 && silhouette_[i] != 0; ++c) {
-        const float own = kept_value(i, c, film_.at(x, y, channels_[c]));
+        const float own = clamp_to_bounds(i, c, film_.at(x, y, channels_[c]));
         const float difference = own - tent(next_[c], x, y);
         light_[c][i] = std::isfinite(difference) ? difference : 0;
       }
     });
   }
 
-  /// On silhouettes a pixel's few samples fall on either side by chance. What they differ by from
-  /// the filtered colours of both sides is averaged along the silhouette.
+  /// Writes `next_` to the film. On silhouettes, where a pixel's few samples fall on either side by
+  /// chance, writes tent(next_) plus the mean residual along the silhouette.
   void write() {
     for_pixels([&](std::size_t i, int x, int y) {
       if (silhouette_[i] == 0) {
@@ -377,17 +386,17 @@ class Smoother {
           mean_near(x, y, [&](std::size_t q) { return silhouette_[q] != 0 && id_[q] == id_[i]; });
       for (std::size_t c = 0; c < 3; ++c) {
         float& value = film_.at(x, y, channels_[c]);
-        const float smooth = kept_value(i, c, tent(next_[c], x, y) + (*residual)[c]);
+        const float smooth = clamp_to_bounds(i, c, tent(next_[c], x, y) + (*residual)[c]);
         if (std::isfinite(value) && std::isfinite(smooth)) value = smooth;
       }
     });
   }
 
-  /// Mean over 3 x 3 pixels by the weights 1 2 1; outermost ones are repeated.
+  /// Filters a plane with the weights 1 2 1 along both axes; outermost pixels are repeated.
   float tent(const Plane& plane, int x, int y) const {
     float sum = 0;
     for (int dy = -1; dy <= 1; ++dy) {
-      const float* line = &plane[row(std::clamp(y + dy, 0, height_ - 1))];
+      const float* line = &plane[row_begin(std::clamp(y + dy, 0, height_ - 1))];
       const float across =
           line[std::max(x - 1, 0)] + 2 * line[x] + line[std::min(x + 1, width_ - 1)];
       sum += (dy == 0 ? 2.0f : 1.0f) * across;
@@ -409,7 +418,7 @@ class Smoother {
 void smooth_noise(Image& film) { Smoother(film).run(); }
 
 std::uint64_t smooth_bytes(int width, int height) {
-  constexpr std::uint64_t kPlanes = 27;
+  constexpr std::uint64_t kPlanes = 27;  // of Smoother, and three temporary ones
   return kPlanes * sizeof(float) * static_cast<std::uint64_t>(width + 2 * kMargin) *
          static_cast<std::uint64_t>(height + 2 * kMargin);
 }

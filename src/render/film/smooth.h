@@ -12,15 +12,16 @@ namespace polymorph {
 /// Layers that smooth_noise() needs, as image.aovs names them.
 inline constexpr const char* kSmoothLayers = "Z,N,albedo,id";
 
-/// Smooths R, G and B of a film with these layers. The light of surfaces is smoothed and not their
-/// colours: it is divided by the albedo before and multiplied after. Pixels beside an edge of a
-/// surface, of its normals or of its texture are only kept within what their neighbours' light
-/// allows. The pixels of silhouettes, whose few samples fall on either side by chance, differ from
-/// the filtered colours of both sides by a mean of their neighbours' differences. Everything else
-/// stays. The same bits for any number of threads, on any processor.
+/// Smooths R, G and B of a film that has the layers kSmoothLayers. Colours are divided by the
+/// albedo before filtering and multiplied by it afterwards, so that only light is smoothed. Pixels
+/// at an edge of a surface, of its normals or of its texture are only clamped to the range of their
+/// neighbours' light. A pixel on a silhouette, whose few samples fall on either side by chance,
+/// gets the filtered colours of both sides plus the mean of its neighbours' differences from them.
+/// All other channels are unchanged. The result has the same bits for any number of threads and on
+/// every processor.
 void smooth_noise(Image& film);
 
-/// Memory that it takes, in bytes.
+/// Returns the memory that smooth_noise() takes, in bytes.
 std::uint64_t smooth_bytes(int width, int height);
 
 }  // namespace polymorph

@@ -13,7 +13,7 @@ Floor make_floor(const GroundSettings& settings, const Box& bounds) {
   floor.height = settings.height.value_or(bounds.empty() ? 0.0f : bounds.low.y);
   floor.center.y = floor.height;
   floor.color = settings.color;
-  // Beyond four radii an object of radius 1 hides less than 2 % of the sky from the floor.
+  // Beyond four radii the objects hide less than 2 % of the sky from the floor.
   floor.fade_start = 2.0f * radius;
   floor.fade_end = 7.0f * radius;
   return floor;

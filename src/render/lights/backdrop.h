@@ -9,8 +9,8 @@
 
 namespace polymorph {
 
-/// Brightness of the floor (and the paper) far away relative to the centre of the stage: a pool of
-/// light, so that the sides of mirrors do not show uniform grey.
+/// Brightness of the distant floor and paper relative to the centre of the stage. The falloff keeps
+/// the sides of mirrors from reflecting a uniform grey.
 inline constexpr float kFarTone = 0.74f;
 
 /// A horizontal, diffuse floor that fades into the background, so that there is no horizon line.
@@ -19,14 +19,14 @@ struct Floor {
   float height = 0;
   Vec3 color;
   Vec3 center;           ///< centre of the fade
-  float fade_start = 1;  ///< horizontal distances from there
+  float fade_start = 1;  ///< horizontal distances from `center` at which the fade begins and ends
   float fade_end = 2;
-  float far_tone = kFarTone;  ///< 1 under an image sky, which contains its own ground
+  float far_tone = kFarTone;  ///< 1 under an image or day sky, which contains its own ground
 };
 Floor make_floor(const GroundSettings& settings, const Box& bounds);
 
-/// Distance at which a ray from above hits the visible part of the floor before ray.far; else
-/// infinity.
+/// Distance at which a ray from above hits the visible part of the floor, or infinity if it does
+/// not before ray.far.
 template <class T3>
 PM_HD inline ComponentOf<T3> intersect_floor(const Floor& floor, const RayOf<T3>& ray) {
   using V = ComponentOf<T3>;
@@ -40,11 +40,11 @@ PM_HD inline ComponentOf<T3> intersect_floor(const Floor& floor, const RayOf<T3>
   return select(hit, distance, no_hit);
 }
 
-/// The floor where a ray hits it.
+/// Geometry and appearance of the floor at a hit point.
 template <class T3>
 struct FloorPointOf {
   T3 position;
-  ComponentOf<T3> fade;  ///< 0 fully visible .. 1 invisible
+  ComponentOf<T3> fade;  ///< 0 = fully visible, 1 = invisible
   ComponentOf<T3> tone;  ///< factor of the floor's colour
 };
 template <class T3>
@@ -57,20 +57,21 @@ PM_HD inline FloorPointOf<T3> floor_point(const Floor& floor, const RayOf<T3>& r
   const V x = point.position.x - floor.center.x, z = point.position.z - floor.center.z;
   const V distance_to_center = sqrt(x * x + z * z);
   point.fade = smoothstep(floor.fade_start, floor.fade_end, distance_to_center);
-  const V far_share =
+  const V far_weight =
       smoothstep(0.2f * floor.fade_start, 0.8f * floor.fade_end, distance_to_center);
-  point.tone = 1.0f + (floor.far_tone - 1.0f) * far_share;
+  point.tone = 1.0f + (floor.far_tone - 1.0f) * far_weight;
   return point;
 }
 
 /// Background of camera rays that hit nothing.
 struct Backdrop {
-  bool shows_sky = false;  ///< an image's or the day's; false = the studio's paper
-  Vec3 paper;              ///< its colour in the middle of the picture
-  Frame camera;            ///< x right, y up, z forward
-  float scale = 1;         ///< 1 / tan(half the vertical field of view)
+  bool shows_sky =
+      false;        ///< true: the backdrop is the sky (image or day); false: the studio's paper
+  Vec3 paper;       ///< colour of the paper in the middle of the picture
+  Frame camera;     ///< x right, y up, z forward
+  float scale = 1;  ///< 1 / tan(half the vertical field of view)
 };
-/// Radiance that the camera sees in a direction; `sky`: the frame's.
+/// Computes the radiance of the backdrop in a direction.
 template <class T3>
 PM_HD T3 backdrop_radiance(const Backdrop& backdrop, const SkyTables& sky, const T3& direction) {
   using V = ComponentOf<T3>;
@@ -78,8 +79,8 @@ PM_HD T3 backdrop_radiance(const Backdrop& backdrop, const SkyTables& sky, const
   const T3 d = to_local(backdrop.camera, direction);
   const V forward = max(d.z, 1e-3f);
   const V x = d.x / forward * backdrop.scale, y = d.y / forward * backdrop.scale;
-  // A pool of light behind the subject, a little above the middle; darker towards the corners and
-  // the top.
+  // The paper is brightest behind the subject, a little above the middle, and darker towards the
+  // corners.
   const V distance = sqrt(0.55f * x * x + square(y - 0.1f));
   return backdrop.paper * (1.10f - 0.34f * smoothstep(0, 1.9f, distance));
 }

@@ -15,11 +15,12 @@ float angle_from_cosine(float cosine) {
   return static_cast<float>(exact::acos(static_cast<double>(cosine)));
 }
 
-/// Perez' sky function: its five coefficients for one of Y, x, y (Preetham et al., appendix A.2).
+/// Perez' sky function for one of Y, x, y, given by five coefficients (Preetham et al., appendix
+/// A.2).
 struct Perez {
   float a, b, c, d, e;
-  /// Evaluates the function; arguments: cosine of the angle from the zenith, angle from the sun,
-  /// and its cosine.
+  /// Evaluates the function at an angle from the zenith and an angle `gamma` from the sun, in
+  /// radians.
   float at(float cos_zenith, float gamma, float cos_gamma) const {
     return (1 + a * exponential(b / std::max(cos_zenith, 0.01f))) *
            (1 + c * exponential(d * gamma) + e * cos_gamma * cos_gamma);
@@ -50,7 +51,7 @@ struct DayModel {
                (0.15346f * s3 - 0.26756f * s2 + 0.06670f * s + 0.26688f);
   }
 
-  /// Relative radiance, linear Rec. 709.
+  /// Computes the radiance relative to the zenith's luminance, in linear Rec. 709.
   Vec3 radiance(float cos_zenith, float cos_gamma) const {
     const float gamma = angle_from_cosine(std::clamp(cos_gamma, -1.0f, 1.0f));
     const auto relative = [&](const Perez& p) {

@@ -12,7 +12,7 @@ Lamp make_lamp(const LampSettings& settings, Vec3 middle) {
   lamp.panel = settings.kind == LampKind::kPanel;
   const Vec3 forward = normalized(to_target);
   lamp.frame = make_frame(dot(forward, forward) > 0.5f ? forward : Vec3{0, -1, 0});
-  // Upright if possible: its width is horizontal.
+  // Makes the panel upright if possible, so that its width is horizontal.
   const Vec3 level = cross(Vec3{0, 1, 0}, lamp.frame.z);
   if (dot(level, level) > 1e-6f) {
     lamp.frame.x = normalized(level);
@@ -21,7 +21,7 @@ Lamp make_lamp(const LampSettings& settings, Vec3 middle) {
   if (lamp.panel) {
     lamp.half_width = 0.5f * settings.width;
     lamp.half_height = 0.5f * settings.height;
-    // Exact for a small panel; near, large panels give less than `intensity`.
+    // This is exact for a small panel. Near, large panels give less irradiance than `intensity`.
     lamp.radiance = lamp.irradiance * (distance2 / (settings.width * settings.height));
     return lamp;
   }

@@ -1,4 +1,4 @@
-// Area and point lights: points, spheres and rectangular panels. The camera does not see them.
+// Point and area lights: points, spheres and rectangular panels. Camera rays do not see them.
 #pragma once
 
 #include "kernels/types.h"
@@ -8,12 +8,12 @@
 
 namespace polymorph {
 
-/// A glowing ball (a point where its radius is 0) or a rectangle that glows on one side.
+/// A light: a sphere, a point (radius 0), or a panel that emits on one side.
 struct Lamp {
   Vec3 position;
   float radius = 0;
   bool panel = false;
-  Frame frame;  ///< panel: z towards its lit side
+  Frame frame;  ///< panel: z is the normal of the emitting side
   float half_width = 0, half_height = 0;
   Vec3 radiance;    ///< surface radiance; 0 for a point
   Vec3 intensity;   ///< intensity of a point, per solid angle
@@ -23,21 +23,21 @@ struct Lamp {
 /// Makes a lamp or panel (not a sun). `middle` is its target if the settings have none.
 Lamp make_lamp(const LampSettings& settings, Vec3 middle);
 
-/// A sampled direction from a point to a lamp, or eight.
+/// A direction sampled from a point to a lamp, or eight such directions.
 template <class T3>
 struct LampSampleOf {
   T3 direction{};
   ComponentOf<T3> distance{};
-  ComponentOf<T3> pdf{};  ///< per solid angle; 0 = a point, or not visible from here
-  T3 power{};             ///< radiance / pdf, or intensity / distance^2; black = nothing
+  ComponentOf<T3> pdf{};  ///< per solid angle; 0 = a point, or no light arrives
+  T3 power{};  ///< radiance / pdf, or intensity / distance^2 of a point; 0 = no light arrives
 };
 using LampSample = LampSampleOf<Vec3>;
 
-/// 1 - cos of the half angle at which a ball is seen from outside.
+/// 1 - cos of the half angle of the cone in which a sphere is seen from outside.
 template <class V>
 PM_HD V cap_height(float radius, V distance2) {
   const V sin2 = radius * radius / distance2;
-  // 1 - sqrt(1 - s^2) would cancel for small balls.
+  // 1 - sqrt(1 - sin^2) would cancel for small spheres.
   return sin2 / (1.0f + sqrt(max(1.0f - sin2, 0.0f)));
 }
 
@@ -64,7 +64,8 @@ PM_HD ComponentOf<T3> intersect_lamp(const Lamp& lamp, const RayOf<T3>& ray) {
   return select((inside2 >= 0.0f) & (distance > 0.0f) & (distance < ray.far), distance, no_hit);
 }
 
-/// The pdf of sample_lamp() for a ray from its origin that hits the lamp at `distance`.
+/// The pdf of sample_lamp(), from the ray's origin, for the ray's direction. The ray hits the lamp
+/// at `distance`.
 template <class T3>
 PM_HD ComponentOf<T3> lamp_pdf(const Lamp& lamp, const RayOf<T3>& ray, ComponentOf<T3> distance) {
   using V = ComponentOf<T3>;

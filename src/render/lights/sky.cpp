@@ -13,8 +13,8 @@ namespace {
 
 constexpr int kCoarseWidth = 128, kCoarseHeight = 64;  // for the irradiance integral
 constexpr int kMaxDistributionWidth = 2048;
-// Radiance of an image above this multiple of its mean is bright (sampled by itself), below it
-// calm, as clouds and windows are.
+// Radiance of an image above this multiple of its mean luminance belongs to the bright part. Clouds
+// and windows are usually below it.
 constexpr float kCalmMultiple = 4;
 
 Vec3 from_lat_long(float u, float v) {
@@ -22,14 +22,15 @@ Vec3 from_lat_long(float u, float v) {
   return {azimuth.y * polar.y, polar.x, -azimuth.x * polar.y};
 }
 
-/// Solid angle of a cell of row y out of `height`, for `width` columns.
+/// Solid angle of a cell in row y of a lat-long grid of `width` x `height` cells.
 float cell_solid_angle(int y, int width, int height) {
   const float top = cosine(kPi * static_cast<float>(y) / static_cast<float>(height));
   const float bottom = cosine(kPi * static_cast<float>(y + 1) / static_cast<float>(height));
   return 2 * kPi / static_cast<float>(width) * (top - bottom);
 }
 
-/// Mean of f(direction) over each cell of another lat-long grid, sampling every texel.
+/// Computes the mean of f(direction) over each cell of another lat-long grid, with at least one
+/// sample per texel, up to 64 x 64 per cell.
 template <class F>
 auto compute_cell_means(const Sky& sky, int width, int height, const F& f) {
   using Value = decltype(f(Vec3{}));
@@ -53,7 +54,7 @@ auto compute_cell_means(const Sky& sky, int width, int height, const F& f) {
 
 SkyDistribution make_distribution(const Sky& sky, SkyPart part) {
   SkyDistribution d;
-  // One cell per texel: with coarser cells most samples would miss a sun of half a degree.
+  // One cell per texel, because with coarser cells most samples would miss a sun of half a degree.
   d.width = std::min(sky.width, kMaxDistributionWidth);
   d.height = std::min(sky.height, kMaxDistributionWidth / 2);
   const std::vector<float> cells = compute_cell_means(sky, d.width, d.height, [&](Vec3 direction) {
@@ -140,7 +141,7 @@ std::vector<Vec3> make_irradiance(const Sky& sky) {
       cosines = cosines + cosine * source.solid_angle;
     }
     for (int l = 0; l < kLanes && first + l < kCount; ++l)
-      // The normalization makes a constant sky exact.
+      // Dividing by the sum of cosines makes the irradiance of a constant sky exact.
       nodes[static_cast<std::size_t>(first + l)] = Vec3{r[l], g[l], b[l]} * (kPi / cosines[l]);
   });
   return nodes;
@@ -201,7 +202,7 @@ Sky make_image_sky(const Image& image, float scale, SkyPart part) {
   PM_CHECK(image.width >= 1 && image.height >= 1 && image.channel_count() >= 1);
   int channel[3] = {image.find_channel("R"), image.find_channel("G"), image.find_channel("B")};
   for (int& c : channel) c = std::max(c, 0);
-  const auto usable = [&](float value) {
+  const auto scale_or_zero = [&](float value) {
     return std::isfinite(value) && value > 0 ? value * scale : 0.0f;
   };
   Sky sky;
@@ -211,8 +212,8 @@ Sky make_image_sky(const Image& image, float scale, SkyPart part) {
   for (int y = 0; y < sky.height; ++y)
     for (int x = 0; x < sky.width; ++x)
       sky.texels[static_cast<std::size_t>(y) * sky.width + x] = {
-          usable(image.at(x, y, channel[0])), usable(image.at(x, y, channel[1])),
-          usable(image.at(x, y, channel[2]))};
+          scale_or_zero(image.at(x, y, channel[0])), scale_or_zero(image.at(x, y, channel[1])),
+          scale_or_zero(image.at(x, y, channel[2]))};
   sky.calm_level = kCalmMultiple * mean_luminance(sky);
   prepare_sky(sky, part);
   return sky;

@@ -1,6 +1,6 @@
-// Environment light: a latitude-longitude table of radiance, split into a calm part, whose light on
-// an unshadowed surface is known beforehand, and what is far above it (a sun, a lamp), which is
-// sampled by brightness.
+// Environment light: a latitude-longitude table of radiance, split into a calm and a bright part.
+// The irradiance of the calm part is tabulated. The bright part, all radiance above a level (a sun,
+// a lamp), is importance-sampled.
 #pragma once
 
 #include <algorithm>
@@ -12,42 +12,43 @@
 
 namespace polymorph {
 
-/// Directions that sample_bright_sky may return.
+/// Directions that sample_bright_sky() may return.
 enum class SkyPart : unsigned char {
   kAll,
-  kAboveHorizon,  ///< the ground below is found by tracing rays, not by sampling
+  kAboveHorizon,  ///< rays find the ground below
 };
 
 /// A pdf over directions, constant in each cell of a lat-long grid.
 struct SkyDistribution {
   int width = 0, height = 0;
-  std::vector<float> row_cdf;     ///< height + 1
-  std::vector<float> column_cdf;  ///< height * (width + 1)
-  std::vector<float> pdf;         ///< per solid angle, height * width
+  std::vector<float> row_cdf;     ///< height + 1 entries
+  std::vector<float> column_cdf;  ///< height * (width + 1) entries
+  std::vector<float> pdf;         ///< per solid angle; height * width entries
   float total = 0;                ///< integral of the sampled function
 };
 
-/// A latitude-longitude table of radiance. Row 0 is the zenith (+y); the middle column looks along
-/// -z, the one a quarter to its right along +x.
+/// A latitude-longitude table of radiance. Row 0 is the zenith (+y). The middle column is the
+/// direction -z; a quarter of the width to its right is +x.
 struct Sky {
   int width = 0, height = 0;
   std::vector<Vec3> texels;
   float calm_level = 0;  ///< luminance above which radiance counts as bright
   bool has_bright = false;
   SkyDistribution distribution;  ///< distribution of the bright part
-  std::vector<Vec3>
-      irradiance;         ///< irradiance of the calm part: octahedral grid of normals, see sky.cpp
-  Vec3 upper_irradiance;  ///< irradiance of the calm part on a floor (normal +y) from above
+  std::vector<Vec3> irradiance;  ///< irradiance of the calm part on an octahedral grid of normals,
+                                 ///< kIrradianceCells + 1 nodes per axis
+  Vec3 upper_irradiance;         ///< irradiance of the calm part on a floor (normal +y) from above
 };
 
 /// Finishes a sky whose width, height, texels and calm_level are set. Texels must be finite and >=
 /// 0.
 void prepare_sky(Sky& sky, SkyPart part);
 
-/// The direction of the point (x, y), in texels.
+/// Returns the direction of the point (x, y), in texels.
 Vec3 sky_direction(const Sky& sky, float x, float y);
 
-/// Cosine-weighted mean of value(index of the texel) over the upper half: irradiance / pi.
+/// Computes the cosine-weighted mean of value(index of the texel) over the upper half, which is
+/// irradiance / pi.
 template <class F>
 Vec3 upper_mean(const Sky& sky, const F& value) {
   double sum[3] = {0, 0, 0}, cosines = 0;
@@ -71,7 +72,7 @@ Vec3 upper_mean(const Sky& sky, const F& value) {
 /// Negative and non-finite pixels count as black.
 Sky make_image_sky(const Image& image, float scale, SkyPart part);
 
-/// The tables of a sky as rays look them up, on the CPU or a GPU. Borrowed.
+/// View of a sky's tables for lookups on the CPU or a GPU. Borrowed.
 struct SkyTables {
   int width = 0, height = 0;
   const Vec3* texels = nullptr;
@@ -82,21 +83,20 @@ struct SkyTables {
   const Vec3* irradiance = nullptr;
   Vec3 upper_irradiance;
   SkyTables() = default;
-  SkyTables(const Sky& sky);  // NOLINT(google-explicit-constructor): a view of it
+  SkyTables(const Sky& sky);  // NOLINT(google-explicit-constructor): a view
 };
 
-inline constexpr int kIrradianceCells =
-    32;  ///< per axis of the octahedral grid, which has one node more
+inline constexpr int kIrradianceCells = 32;  ///< cells per axis of the octahedral grid of normals
 
-/// Latitude-longitude coordinates (column, row) of a direction, both in [0, 1].
+/// Computes the latitude-longitude coordinates (column, row) of a direction, both in [0, 1].
 template <class T3>
 PM_HD Vec2Of<ComponentOf<T3>> lat_long(T3 d) {
-  const ComponentOf<T3> flat = sqrt(d.x * d.x + d.z * d.z);
-  return {0.5f + atan2_turns(d.x, -d.z), 0.5f - 2.0f * atan2_turns(d.y, flat)};
+  const ComponentOf<T3> horizontal = sqrt(d.x * d.x + d.z * d.z);
+  return {0.5f + atan2_turns(d.x, -d.z), 0.5f - 2.0f * atan2_turns(d.y, horizontal)};
 }
 
-/// Octahedral map of the sphere (Cigolla et al. 2014, "A survey of efficient representations for
-/// independent unit vectors"): [-1, 1]^2 <-> directions.
+/// Octahedral map of the sphere (Cigolle et al. 2014, "A survey of efficient representations for
+/// independent unit vectors"): maps a direction to [-1, 1]^2.
 template <class T3>
 PM_HD Vec2Of<ComponentOf<T3>> encode_octahedral(T3 d) {
   using V = ComponentOf<T3>;
@@ -115,17 +115,17 @@ PM_HD T3 bilinear(const Vec3* table, I upper_left, I upper_right, I lower_left, 
               lerp(gather(table, lower_left), gather(table, lower_right), fx), fy);
 }
 
-/// Radiance from a direction, interpolated bilinearly.
+/// Looks up the radiance from a direction, interpolated bilinearly.
 template <class T3>
 PM_HD_CALL T3 sky_radiance(const SkyTables& sky, const T3& direction) {
   using V = ComponentOf<T3>;
   const Vec2Of<V> p = lat_long(direction);
-  // NaN has no texel: clamp01() makes it 0.
+  // clamp01() makes NaN 0, so that the index stays in range.
   const V x = clamp01(p.x) * static_cast<float>(sky.width) - 0.5f;
   const V y = min(max(p.y * static_cast<float>(sky.height) - 0.5f, 0.0f),
                   static_cast<float>(sky.height - 1));
   const auto row = truncate(y), next_row = min(row + 1, sky.height - 1);
-  // From 0 to width: the last column's right neighbour is the first.
+  // `right` is in [0, width], because the first column follows the last one.
   const auto right = min(truncate(x + 1.0f), sky.width);
   const auto left = right - 1;
   const auto column = left + zero_unless(left < 0, sky.width),
@@ -145,8 +145,8 @@ PM_HD ComponentOf<T3> bright_sky_pdf(const SkyTables& sky, const T3& direction) 
   return gather(sky.pdf, y * sky.columns + x);
 }
 
-/// Irradiance of an unshadowed surface with this unit normal from the calm part: integral of
-/// radiance times cosine.
+/// Looks up the irradiance that an unoccluded surface with this unit normal receives from the calm
+/// part.
 template <class T3>
 PM_HD_CALL T3 sky_irradiance(const SkyTables& sky, const T3& normal) {
   using V = ComponentOf<T3>;
@@ -161,7 +161,7 @@ PM_HD_CALL T3 sky_irradiance(const SkyTables& sky, const T3& normal) {
                       x - to_float(column), y - to_float(row));
 }
 
-/// Calm and bright part of a radiance; their sum is the total.
+/// Calm and bright part of a radiance, which is their sum.
 template <class T3>
 struct SkySplitOf {
   T3 calm, bright;
@@ -174,21 +174,22 @@ PM_HD inline SkySplitOf<T3> split_radiance(const SkyTables& sky, T3 radiance) {
   return {calm, radiance - calm};
 }
 
-/// A direction sampled by the brightness of the bright part.
+/// A direction sampled in proportion to the bright part's luminance.
 template <class T3>
 struct SkySampleOf {
   T3 direction;
   ComponentOf<T3> pdf;  ///< per solid angle; 0 = nothing to sample
 };
 using SkySample = SkySampleOf<Vec3>;
-/// The interval of a cumulative table [0 .. count] that contains u, and the position in it.
+/// Interval of a cumulative table [0 .. count] that contains a number u, and the position of u in
+/// it.
 struct CdfPick {
   int index;
   float fraction;
 };
 PM_HD inline CdfPick pick_from_cdf(const float* cdf, int count, float u) {
-  // Own code instead of std::upper_bound(), which gives another entry on a device without a warning
-  // of nvcc.
+  // This replaces std::upper_bound(), which returns another entry on a device without a warning of
+  // nvcc.
   int above = 0;
   for (int size = count + 1; size > 0;) {
     const int half = size / 2;
@@ -211,11 +212,11 @@ PM_HD inline SkySample sample_bright_sky(const SkyTables& sky, float u, float v)
     return cos_sin_turns(0.5f * static_cast<float>(y) / static_cast<float>(sky.rows)).x;
   };
   const float height = lerp(cosine(row.index), cosine(row.index + 1), row.fraction);
-  const float flat = std::sqrt(std::max(0.0f, 1 - height * height));
+  const float horizontal = std::sqrt(std::max(0.0f, 1 - height * height));
   const Vec2 azimuth = cos_sin_turns((static_cast<float>(column.index) + column.fraction) /
                                          static_cast<float>(sky.columns) -
                                      0.5f);
-  return {{azimuth.y * flat, height, -azimuth.x * flat},
+  return {{azimuth.y * horizontal, height, -azimuth.x * horizontal},
           sky.pdf[static_cast<std::size_t>(row.index) * sky.columns + column.index]};
 }
 

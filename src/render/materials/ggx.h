@@ -6,39 +6,40 @@
 
 namespace polymorph {
 
-inline constexpr float kMinAlpha = 1e-3f;  // a mirror, as far as float arithmetic can tell
+inline constexpr float kMinAlpha = 1e-3f;  // a mirror within the precision of float
 
 /// Normal distribution function D (Trowbridge-Reitz).
 template <class T3>
 PM_HD inline ComponentOf<T3> ggx_normal_density(T3 half, ComponentOf<T3> alpha) {
-  // (h.x^2 + h.y^2) / a^2 + h.z^2 keeps its digits for sharp lobes, where h.z^2 (a^2 - 1) + 1 does
-  // not.
+  // (h.x^2 + h.y^2) / a^2 + h.z^2 stays accurate for sharp lobes; the usual h.z^2 (a^2 - 1) + 1
+  // cancels.
   const ComponentOf<T3> a2 = alpha * alpha;
   const ComponentOf<T3> e = (half.x * half.x + half.y * half.y) / a2 + half.z * half.z;
   return kInvPi / (a2 * e * e);
 }
-/// Smith's Lambda plus terms, as sqrt(a^2 + (1 - a^2) c^2).
+/// Returns sqrt(a^2 + (1 - a^2) cosine^2), the root in Smith's masking function for GGX.
 template <class V>
 PM_HD inline V ggx_root(V cosine, V alpha) {
   const V a2 = alpha * alpha;
   return sqrt(a2 + (1.0f - a2) * cosine * cosine);
 }
-/// Fraction of microfacets visible from a direction.
+/// Smith's masking function G1: fraction of microfacets that are visible from a direction.
 template <class V>
 PM_HD inline V ggx_masking(V cosine, V alpha) {
   return 2.0f * cosine / (cosine + ggx_root(cosine, alpha));
 }
-/// G2 / (4 cos_a cos_b), height-correlated (Heitz 2014).
+/// G2 / (4 a b) for directions of cosines a and b, height-correlated (Heitz 2014).
 template <class V>
 PM_HD inline V ggx_visibility(V a, V b, V alpha) {
   return 0.5f / (a * ggx_root(b, alpha) + b * ggx_root(a, alpha));
 }
-/// The pdf, per solid angle, of the direction mirrored at a visible normal.
+/// The pdf, per solid angle, of `view` reflected about a normal of sample_ggx_normal().
 template <class T3>
 PM_HD inline ComponentOf<T3> ggx_direction_pdf(T3 view, T3 half, ComponentOf<T3> alpha) {
   return ggx_normal_density(half, alpha) / (2.0f * (view.z + ggx_root(view.z, alpha)));
 }
-/// A microfacet normal as seen from `view` (Dupuy and Benyoub 2023, spherical caps).
+/// Samples a microfacet normal that is visible from `view` (Dupuy and Benyoub 2023, spherical
+/// caps).
 template <class T3>
 PM_HD inline T3 sample_ggx_normal(T3 view, ComponentOf<T3> alpha, ComponentOf<T3> u,
                                   ComponentOf<T3> v) {
@@ -50,7 +51,8 @@ PM_HD inline T3 sample_ggx_normal(T3 view, ComponentOf<T3> alpha, ComponentOf<T3
   const T3 h = T3{r * azimuth.x, r * azimuth.y, z} + stretched;
   return normalized(T3{alpha * h.x, alpha * h.y, max(h.z, 1e-7f)});
 }
-/// Schlick 1994: the fraction of 1 - f0 that is reflected in addition to f0.
+/// Schlick's approximation (1994), (1 - cosine)^5: the reflectance is f0 + (1 - f0)
+/// schlick(cosine).
 template <class V>
 PM_HD inline V schlick(V cosine) {
   const V m = clamp01(1.0f - cosine);

@@ -36,7 +36,8 @@ AlbedoTables make_tables() {
     const float alpha = std::max(node_value(a), kMinAlpha);
     for (int c = 0; c < kAlbedoNodes; ++c)
       tables.directional[a * kAlbedoNodes + c] = integrate(alpha, std::max(node_value(c), 1e-3f));
-    // 2 int E(c) c dc with c = s^2: 4 int E s^3 ds, trapezoids over s normalised by those of s^3.
+    // The mean 2 int E(c) c dc with c = s^2 is 4 int E s^3 ds. The trapezoidal sums over s are
+    // divided by that of s^3, so a constant albedo is exact.
     double scale = 0, bias = 0, sum = 0;
     for (int c = 0; c < kAlbedoNodes; ++c) {
       const double s = static_cast<double>(c) / (kAlbedoNodes - 1);

@@ -12,7 +12,8 @@ struct SplitAlbedoOf {
 };
 using SplitAlbedo = SplitAlbedoOf<float>;
 
-/// Nodes per axis; alpha and cosine are spaced by square roots, denser near 0.
+/// Nodes per axis. Node i stands for alpha or cosine (i / (kAlbedoNodes - 1))^2, so nodes are
+/// denser near 0.
 inline constexpr int kAlbedoNodes = 32;
 
 struct AlbedoTables {
@@ -20,7 +21,7 @@ struct AlbedoTables {
   SplitAlbedo mean[kAlbedoNodes];
 };
 #if defined(__CUDACC__)
-static __device__ AlbedoTables device_albedo_tables;  ///< a copy of host_albedo_tables()
+static __device__ AlbedoTables device_albedo_tables;  ///< copy of host_albedo_tables()
 #endif
 const AlbedoTables& host_albedo_tables();
 PM_HD inline const AlbedoTables& albedo_tables() {
@@ -31,7 +32,7 @@ PM_HD inline const AlbedoTables& albedo_tables() {
 #endif
 }
 
-/// A position between two nodes.
+/// A position between the nodes `index` and `index` + 1.
 template <class V>
 struct AlbedoCellOf {
   decltype(truncate(V{})) index;
@@ -54,7 +55,7 @@ PM_HD SplitAlbedoOf<V> interpolate(const SplitAlbedo* nodes, I index, V fraction
           lerp(gather(numbers + 1, at), gather(numbers + 3, at), fraction)};
 }
 
-/// Looks up the albedo at a cosine.
+/// Looks up the albedo of a lobe for a direction of this cosine.
 template <class V>
 PM_HD SplitAlbedoOf<V> split_albedo(V alpha, V cosine) {
   const AlbedoCellOf<V> a = find_albedo_cell(alpha), c = find_albedo_cell(cosine);

@@ -7,8 +7,9 @@
 
 namespace polymorph {
 
-/// Fraction of unpolarized light that is reflected at `cosine` > 0 of the incident side; `eta` is
-/// the refractive index of that side divided by the other's (Fresnel). 1 beyond the critical angle.
+/// Fresnel reflectance of unpolarized light, 1 beyond the critical angle. `cosine` > 0: cosine of
+/// the angle of incidence; `eta`: refractive index of the incident side divided by the other
+/// side's.
 PM_HD inline float dielectric_fresnel(float cosine, float eta) {
   const float c = clamp01(cosine);
   const float sin2 = eta * eta * (1 - c * c);
@@ -19,8 +20,9 @@ PM_HD inline float dielectric_fresnel(float cosine, float eta) {
   return 0.5f * (parallel * parallel + perpendicular * perpendicular);
 }
 
-/// Direction of refracted light that arrives along `direction` (unit) at a boundary whose normal
-/// points to the incident side; `eta` as above. Not beyond the critical angle.
+/// Direction of light that arrives along `direction` (unit) after refraction at a boundary whose
+/// normal points to the incident side. `eta` is that of dielectric_fresnel(). The angle of
+/// incidence must be below the critical angle.
 PM_HD inline Vec3 refracted(Vec3 direction, Vec3 normal, float eta) {
   const float c = -dot(direction, normal);
   const float t = std::sqrt(std::max(0.0f, 1 - eta * eta * (1 - c * c)));

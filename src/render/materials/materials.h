@@ -1,5 +1,5 @@
 // BSDF of surface materials: a diffuse base under a dielectric coat, metal, and mixtures of two
-// such materials. All lobes are evaluated together, so a mixture costs no noise.
+// such materials. All lobes are evaluated together, so a mixture adds no noise.
 #pragma once
 
 #include "kernels/types.h"
@@ -16,7 +16,7 @@ namespace polymorph {
 /// scattering compensation").
 template <class T3>
 struct GlossLobeOf {
-  T3 f0;                   ///< reflectance head on
+  T3 f0;                   ///< reflectance at normal incidence
   ComponentOf<T3> alpha;   ///< roughness squared
   ComponentOf<T3> weight;  ///< 0 = absent
   T3 compensation;
@@ -25,13 +25,14 @@ struct GlossLobeOf {
 /// A Lambertian base under a coat.
 template <class T3>
 struct DiffuseLobeOf {
-  T3 albedo;   ///< albedo under the coat as seen from the viewer, times the mixture's weight
+  T3 albedo;   ///< albedo of the base times the coat's transmittance towards the viewer and the
+               ///< mixture's weight
   T3 coat_f0;  ///< 0 = no coat
   ComponentOf<T3> coat_alpha;
   T3 coat_normalization;  ///< 1 / (1 - mean albedo of the coat)
 };
 
-/// Scattering at one point, seen from one direction; or at eight.
+/// Scattering at one point for one view direction, or at eight points.
 template <class T3>
 struct BsdfOf {
   FrameOf<T3> frame;  ///< z = shading normal
@@ -41,11 +42,11 @@ struct BsdfOf {
   int diffuse_count = 0, gloss_count = 0;
   T3 diffuse_albedo{};  ///< sum over all diffuse lobes
   ComponentOf<T3>
-      choose_diffuse{};  ///< probabilities of sampling each kind; sum 1, or all 0 for black
+      choose_diffuse{};  ///< probabilities of sampling each lobe; their sum is 1, or 0 for black
   ComponentOf<T3> choose_gloss[2] = {};
   MaskOf<T3> has_diffuse{}, has_gloss{};
   ComponentOf<T3> sharpest_alpha =
-      broadcast<ComponentOf<T3>>(1);  ///< minimum of the gloss lobes; 1 without gloss
+      broadcast<ComponentOf<T3>>(1);  ///< smallest alpha of the gloss lobes; 1 without gloss
 };
 using Bsdf = BsdfOf<Vec3>;
 
@@ -61,27 +62,28 @@ struct ShadingOf {
   ComponentOf<T3> ior = broadcast<ComponentOf<T3>>(1.5f);
 };
 using Shading = ShadingOf<Vec3>;
-/// The parameters of a material (Material, or its copy on a GPU) at a point with this texel.
+/// Makes the shading parameters of a material (Material, or its copy on a GPU) whose texture has
+/// the value `texel` at the point.
 template <class M>
 PM_HD Shading own_shading(const M& material, Vec3 texel) {
   return {material.color * texel, material.specular,     material.roughness,
           material.metallic,      material.transmission, material.ior};
 }
-/// Interpolates componentwise: (1 - share) a + share b.
-PM_HD inline Shading mix(const Shading& a, const Shading& b, float share) {
-  return {lerp(a.color, b.color, share),
-          lerp(a.specular, b.specular, share),
-          lerp(a.roughness, b.roughness, share),
-          lerp(a.metallic, b.metallic, share),
-          lerp(a.transmission, b.transmission, share),
-          lerp(a.ior, b.ior, share)};
+/// Interpolates componentwise: (1 - t) a + t b.
+PM_HD inline Shading mix(const Shading& a, const Shading& b, float t) {
+  return {lerp(a.color, b.color, t),
+          lerp(a.specular, b.specular, t),
+          lerp(a.roughness, b.roughness, t),
+          lerp(a.metallic, b.metallic, t),
+          lerp(a.transmission, b.transmission, t),
+          lerp(a.ior, b.ior, t)};
 }
 PM_HD inline Shading look_shading(const LookSettings& look) {
   if (look.kind == LookKind::kMatte) return {look.color, {}, 1, 0};
   if (look.kind == LookKind::kGlass) return {look.color, {}, look.roughness, 0, 1, look.ior};
   return {look.color, look.color, look.roughness, 1};
 }
-/// Removes gloss where `matte`, with the same colour.
+/// Makes the material diffuse where `matte`, with the same colour.
 template <class T3>
 PM_HD inline ShadingOf<T3> make_matte_where(MaskOf<T3> matte, ShadingOf<T3> s) {
   s.specular = zero_unless(!matte, s.specular);
@@ -105,7 +107,8 @@ PM_HD T3 reciprocal(T3 a) {
   return {1.0f / a.x, 1.0f / a.y, 1.0f / a.z};
 }
 
-/// Single-scattering albedo, and the factor that restores the energy of multiple scattering.
+/// Albedo including multiple scattering, and the factor by which multiple scattering increases
+/// single scattering.
 template <class T3>
 struct GlossEnergy {
   T3 albedo, compensation;
@@ -124,8 +127,8 @@ PM_HD T3 fresnel(T3 f0, ComponentOf<T3> cosine) {
   return f0 + (white<T3>() - f0) * schlick(cosine);
 }
 
-/// Adds one material's lobes. A lobe that exists in one of eight lanes is added to all, with weight
-/// 0 elsewhere.
+/// Adds one material's lobes. A lobe that any of eight lanes needs is added to all lanes, with
+/// weight 0 in the others.
 template <class T3>
 PM_HD void add_material(BsdfOf<T3>& bsdf, const ShadingOf<T3>& material, ComponentOf<T3> weight) {
   using V = ComponentOf<T3>;
@@ -137,7 +140,7 @@ PM_HD void add_material(BsdfOf<T3>& bsdf, const ShadingOf<T3>& material, Compone
   const MaskOf<T3> glossy = (!is_black(f0)) & is_present;
   const MaskOf<T3> diffuse = (!is_black(base)) & is_present;
   DiffuseLobeOf<T3> lobe{{}, {}, broadcast<V>(1), white<T3>()};
-  T3 remaining = white<T3>();
+  T3 transmittance = white<T3>();
   if (any(glossy)) {
     const GlossEnergy<T3> energy = compute_gloss_energy(f0, alpha, bsdf.view.z);
     bsdf.gloss[bsdf.gloss_count] = {f0, alpha, zero_unless(glossy, weight), energy.compensation};
@@ -145,7 +148,7 @@ PM_HD void add_material(BsdfOf<T3>& bsdf, const ShadingOf<T3>& material, Compone
     bsdf.has_gloss = bsdf.has_gloss | glossy;
     bsdf.sharpest_alpha = select(glossy, min(alpha, bsdf.sharpest_alpha), bsdf.sharpest_alpha);
     if (!any(diffuse)) return;
-    remaining = select(glossy, max(white<T3>() - energy.albedo, T3{}), remaining);
+    transmittance = select(glossy, max(white<T3>() - energy.albedo, T3{}), transmittance);
     const SplitAlbedoOf<V> mean = mean_split_albedo(alpha);
     const T3 coat = f0 * mean.scale + white<T3>() * mean.bias;
     lobe.coat_f0 = zero_unless(glossy, f0);
@@ -153,24 +156,24 @@ PM_HD void add_material(BsdfOf<T3>& bsdf, const ShadingOf<T3>& material, Compone
     lobe.coat_normalization = reciprocal(white<T3>() - min(coat, white<T3>() * 0.99f));
   }
   if (!any(diffuse)) return;
-  lobe.albedo = zero_unless(diffuse, base * remaining * weight);
+  lobe.albedo = zero_unless(diffuse, base * transmittance * weight);
   bsdf.diffuse_albedo = bsdf.diffuse_albedo + lobe.albedo;
   bsdf.has_diffuse = bsdf.has_diffuse | diffuse;
   bsdf.diffuse[bsdf.diffuse_count++] = lobe;
 }
 
-/// Makes the BSDF of a mixture (1 - share) a + share b at a point with this shading normal; `view`
-/// is a unit world vector on the normal's side.
+/// Makes the BSDF of the mixture (1 - t) a + t b at a point with this shading normal. `view` is a
+/// unit vector in world space on the normal's side.
 template <class T3>
-PM_HD BsdfOf<T3> make_bsdf(const ShadingOf<T3>& a, const ShadingOf<T3>& b, ComponentOf<T3> share,
+PM_HD BsdfOf<T3> make_bsdf(const ShadingOf<T3>& a, const ShadingOf<T3>& b, ComponentOf<T3> t,
                            const T3& normal, const T3& view) {
   using V = ComponentOf<T3>;
   BsdfOf<T3> bsdf;
   bsdf.frame = make_frame(normal);
   bsdf.view = to_local(bsdf.frame, view);
   bsdf.view.z = max(bsdf.view.z, 1e-4f);
-  if (any(share < 1.0f)) add_material(bsdf, a, 1.0f - share);
-  if (any(share > 0.0f)) add_material(bsdf, b, share);
+  if (any(t < 1.0f)) add_material(bsdf, a, 1.0f - t);
+  if (any(t > 0.0f)) add_material(bsdf, b, t);
   const V diffuse = luminance(bsdf.diffuse_albedo);
   const V sum = diffuse + bsdf.choose_gloss[0] + bsdf.choose_gloss[1];
   const V scale = zero_unless(sum > 0.0f, 1.0f / sum);
@@ -179,23 +182,23 @@ PM_HD BsdfOf<T3> make_bsdf(const ShadingOf<T3>& a, const ShadingOf<T3>& b, Compo
   return bsdf;
 }
 
-/// Evaluates the BSDF; `direction` is in its frame; 0 below the horizon.
+/// Evaluates the BSDF for a direction in its frame; 0 below the horizon.
 template <class T3>
 PM_HD_CALL BsdfValueOf<T3> evaluate_bsdf(const BsdfOf<T3>& bsdf, const T3& direction) {
   using V = ComponentOf<T3>;
   BsdfValueOf<T3> result;
   const MaskOf<T3> above = direction.z > 0.0f;
-  // Kelemen and Szirmay-Kalos 2001: transmittance of the coat on entry and on exit, normalized.
+  // Transmittance of the coat on entry and exit, normalized (Kelemen and Szirmay-Kalos 2001).
   for (int i = 0; i < bsdf.diffuse_count; ++i) {
     const DiffuseLobeOf<T3>& lobe = bsdf.diffuse[i];
-    T3 remaining = white<T3>();
+    T3 transmittance = white<T3>();
     const MaskOf<T3> coated = !is_black(lobe.coat_f0);
     if (any(coated)) {
       const T3 coat = compute_gloss_energy(lobe.coat_f0, lobe.coat_alpha, direction.z).albedo;
-      remaining =
-          select(coated, max(white<T3>() - coat, T3{}) * lobe.coat_normalization, remaining);
+      transmittance =
+          select(coated, max(white<T3>() - coat, T3{}) * lobe.coat_normalization, transmittance);
     }
-    result.value = result.value + lobe.albedo * remaining * (kInvPi * direction.z);
+    result.value = result.value + lobe.albedo * transmittance * (kInvPi * direction.z);
   }
   result.pdf = bsdf.choose_diffuse * kInvPi * direction.z;
   if (bsdf.gloss_count > 0) {
@@ -213,8 +216,7 @@ PM_HD_CALL BsdfValueOf<T3> evaluate_bsdf(const BsdfOf<T3>& bsdf, const T3& direc
   return {zero_unless(above, result.value), zero_unless(above, result.pdf)};
 }
 
-/// Samples a direction in the BSDF's frame. It may be below the horizon, where nothing is
-/// scattered.
+/// Samples a direction in the BSDF's frame. A direction below the horizon scatters no light.
 template <class T3>
 PM_HD T3 sample_bsdf(const BsdfOf<T3>& bsdf, ComponentOf<T3> u, ComponentOf<T3> v) {
   using V = ComponentOf<T3>;
@@ -225,16 +227,16 @@ PM_HD T3 sample_bsdf(const BsdfOf<T3>& bsdf, ComponentOf<T3> u, ComponentOf<T3> 
                        direction);
   if (bsdf.gloss_count == 0) return direction;
   u = u - bsdf.choose_diffuse;
-  V edge = bsdf.choose_gloss[0], alpha = bsdf.gloss[0].alpha;
+  V probability = bsdf.choose_gloss[0], alpha = bsdf.gloss[0].alpha;
   if (bsdf.gloss_count == 2) {
-    const MaskOf<T3> second = u >= edge;
-    u = select(second, u - edge, u);
-    edge = select(second, bsdf.choose_gloss[1], edge);
+    const MaskOf<T3> second = u >= probability;
+    u = select(second, u - probability, u);
+    probability = select(second, bsdf.choose_gloss[1], probability);
     alpha = select(second, bsdf.gloss[1].alpha, alpha);
   }
-  const MaskOf<T3> glossy = (!diffuse) & (edge > 0.0f);
+  const MaskOf<T3> glossy = (!diffuse) & (probability > 0.0f);
   const T3 half =
-      sample_ggx_normal(bsdf.view, alpha, zero_unless(glossy, min(u / edge, 0.9999999f)), v);
+      sample_ggx_normal(bsdf.view, alpha, zero_unless(glossy, min(u / probability, 0.9999999f)), v);
   return select(glossy, half * (2.0f * dot(bsdf.view, half)) - bsdf.view, direction);
 }
 #if defined(PM_PACKS)

@@ -3,12 +3,13 @@
 // Owen-scrambled, shuffled Sobol (0,2)-sequence over the whole picture (Burley 2020, "Practical
 // hash-based Owen scrambling"), which the pixels draw from in Z-order (Ahmed and Wonka 2020,
 // "Screen-space blue-noise diffusion of Monte Carlo sampling error via hierarchical ordering of
-// pixels"): a pixel's samples fill their square evenly, and so do those of 2 x 2, 4 x 4, ...
-// pixels, which turns the noise that is left into a fine grain.
+// pixels"): the samples of a pixel are well distributed, and so are those of blocks of 2 x 2, 4 x
+// 4, ... pixels. The remaining noise is therefore fine-grained (blue).
 //
-// Steady noise: all frames share one sequence. Pixels that show something still draw the same
-// part of it in every frame. The others draw the part of another pixel, whose coordinates are
-// theirs XOR a number of the frame's: that keeps the hierarchy of blocks, and so the grain.
+// Steady noise: all frames share one sequence. A pixel that shows only static surfaces draws the
+// same part of it in every frame. A pixel that shows motion draws the part of another pixel, whose
+// coordinates are its own XOR a number of the frame. The XOR keeps the hierarchy of blocks, and so
+// the fine grain.
 #pragma once
 
 #include <cstdint>
@@ -34,7 +35,7 @@ constexpr B owen_hash(B x, std::uint32_t seed) {
 template <class B>
 PM_HD constexpr B reverse_bits(B x) {
 #if defined(__CUDA_ARCH__)
-  if constexpr (std::is_same_v<B, std::uint32_t>) return __brev(x);  // one instruction
+  if constexpr (std::is_same_v<B, std::uint32_t>) return __brev(x);
 #endif
   x = (x >> 16) | (x << 16);
   x = ((x >> 8) & 0x00ff00ffu) | ((x & 0x00ff00ffu) << 8);
@@ -43,7 +44,7 @@ PM_HD constexpr B reverse_bits(B x) {
   return ((x >> 1) & 0x55555555u) | ((x & 0x55555555u) << 1);
 }
 
-/// Moves the bits of x to the even positions.
+/// Moves the bits of x to the even positions and clears the odd ones.
 constexpr std::uint64_t interleave_zeros(std::uint32_t x) {
   std::uint64_t v = x;
   v = (v | (v << 16)) & 0x0000ffff0000ffffull;
@@ -53,9 +54,10 @@ constexpr std::uint64_t interleave_zeros(std::uint32_t x) {
   return (v | (v << 1)) & 0x5555555555555555ull;
 }
 
-/// The second dimension of Sobol's sequence, bit-reversed like owen_hash wants it. (The first
-/// one's is the index itself.) With the index as a polynomial over {0, 1}, it is that of x + 1:
-/// Pascal's triangle, a factor (1 + x^(2^k)) a step.
+/// Computes the second dimension of Sobol's sequence, bit-reversed as owen_hash() needs it. (The
+/// first dimension, bit-reversed, is the index itself.) The generator matrix is Pascal's triangle
+/// mod 2: if the bits of the index are the coefficients of a polynomial p(x) over GF(2), those of
+/// the result belong to p(x + 1). Each step replaces x^(2^k) by 1 + x^(2^k).
 template <class B>
 constexpr B sobol_second(B index) {
   index = index ^ ((index >> 1) & 0x55555555u);
@@ -67,21 +69,21 @@ constexpr B sobol_second(B index) {
 
 /// Sampler state that is common to all pixels of a frame.
 struct FrameSampler {
-  std::uint64_t key = 0;  ///< hash of (seed, frame); with steady noise of the seed only
+  std::uint64_t key = 0;  ///< hash of (seed, frame), or of the seed only with steady noise
   int sample_bits = 0;    ///< 2^sample_bits >= samples per pixel
   std::uint64_t fresh =
-      0;  ///< (steady noise) XORed to the order of pixels that show something moving
+      0;  ///< XORed to the Z-order index of pixels that show motion; 0 without steady noise
 };
 FrameSampler make_frame_sampler(std::uint64_t seed, int frame, int samples, bool steady = false);
 
 /// Position of a sample in the frame's sequence.
 struct SampleIndex {
-  /// Images and sample counts beyond 2^32 samples continue in further sequences. The sequence is
-  /// the same for a tile of 16 x 16 pixels, as long as a pixel has less than 2^24 samples.
+  /// A picture of more than 2^32 samples continues in further sequences. All pixels of a 16 x 16
+  /// tile use the same sequence if a pixel has fewer than 2^24 samples.
   std::uint32_t sequence = 0;
   std::uint32_t reversed = 0;  ///< bit-reversed index in the sequence
 };
-/// `moving`: the pixel shows something that moves, or the camera does.
+/// `moving`: the pixel shows something that moves, or the camera moves.
 PM_HD inline SampleIndex sample_index(const FrameSampler& frame, int x, int y, std::uint32_t sample,
                                       bool moving = false) {
   std::uint64_t order = interleave_zeros(static_cast<std::uint32_t>(x)) |
@@ -91,14 +93,14 @@ PM_HD inline SampleIndex sample_index(const FrameSampler& frame, int x, int y, s
   return {static_cast<std::uint32_t>(index >> 32), reverse_bits(static_cast<std::uint32_t>(index))};
 }
 
-/// Two independent pairs, each in [0, 1).
+/// Two independent pairs of random numbers, (a, b) and (c, d), in [0, 1).
 template <class V>
 struct Sample4Of {
   V a, b, c, d;
 };
 using Sample4 = Sample4Of<float>;
 
-/// Random numbers of one sample of one pixel, or of eight.
+/// Random numbers of one sample, or of eight samples that may belong to different pixels.
 template <class V>
 class PathSamplerOf {
  public:

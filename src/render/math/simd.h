@@ -1,7 +1,7 @@
 // SIMD types of the renderer: code is written once for one float or for eight (Pack, one vector of
 // AVX2), as in the kernels. A function for both is a template on the type of its vectors, Vec3 or
-// Pack3. Conditions are masks: both sides are computed, select() takes one; a lane whose numbers
-// mean nothing may hold anything.
+// Pack3. Conditions are masks: both branches are computed, and select() chooses one per lane. A
+// lane that is not used may hold any value.
 #pragma once
 
 #include <array>
@@ -13,8 +13,8 @@
 #include "kernels/simd_math.h"
 #include "kernels/types.h"
 
-/// Marks a function for both compilers that is called, not inlined, on the GPU: it is large, and
-/// called at many places.
+/// Marks a host and device function that GPU code calls instead of inlining it, because it is large
+/// and has many callers.
 #if defined(__CUDACC__)
 #define PM_HD_CALL __host__ __device__ __noinline__
 #else
@@ -135,7 +135,7 @@ inline Pack3 normalized(Pack3 a) {
   return zero_unless(n > 0.0f, a / n);
 }
 
-// With one vector for all lanes.
+// Operations with one vector for all lanes.
 inline Pack3 operator+(Vec3 a, Pack3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 inline Pack3 operator+(Pack3 a, Vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 inline Pack3 operator-(Vec3 a, Pack3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
@@ -150,7 +150,7 @@ inline PackMask broadcast_mask<PackMask>(bool holds) {
   return PackMask{} - static_cast<std::int32_t>(holds);
 }
 
-/// The first `count` lanes; all, if there are more.
+/// Mask of the first `count` lanes, or of all lanes if `count` is larger.
 inline PackMask first_lanes(int count) { return PackMask{0, 1, 2, 3, 4, 5, 6, 7} < count; }
 
 inline Pack xor_sign(PackBits sign_bit, Pack a) {
@@ -219,7 +219,8 @@ inline void transpose(const Pack (&r)[kLanes], Pack* columns) {
   }
 }
 
-/// Transposes eight rows of kWidth numbers (a multiple of 8) to columns, and back.
+/// Transposes eight rows of kWidth numbers (a multiple of 8) to columns. store_rows() is the
+/// inverse.
 template <int kWidth>
 inline void load_rows(const float* const (&rows)[kLanes], Pack* columns) {
   static_assert(kWidth % kLanes == 0);

@@ -25,7 +25,7 @@ PM_HD inline V clamp01(V x) {
   return min(max(x, 0.0f), 1.0f);
 }
 inline float radians(float degrees) { return degrees * (kPi / 180.0f); }
-/// Sine, cosine and tangent with the same bits everywhere.
+/// Sine, cosine and tangent of an angle in radians, with the same bits on every machine.
 inline float sine(float angle) {
   return static_cast<float>(exact::sin(static_cast<double>(angle)));
 }
@@ -94,8 +94,9 @@ PM_HD inline T3 to_local(const FrameOf<F3>& f, T3 v) {
 /// Cosine and sine of `turns` full turns, |turns| < 2^20; error below 1e-6.
 template <class V>
 PM_HD inline Vec2Of<V> cos_sin_turns(V turns) {
-  // Quarter turns away, then Taylor polynomials on [-pi/4, pi/4]. Adding 1.5 * 2^23 rounds to the
-  // nearest integer and leaves it in the low bits of the sum.
+  // Subtracts the nearest multiple of a quarter turn, then evaluates Taylor polynomials on [-pi/4,
+  // pi/4]. Adding 1.5 * 2^23 rounds to the nearest integer and leaves it in the low bits of the
+  // sum.
   constexpr float kRound = 12582912.0f;
   const V shifted = turns * 4.0f + kRound;
   const V x = (turns * 4.0f - (shifted - kRound)) * (kPi / 2);
@@ -124,14 +125,14 @@ PM_HD inline V atan2_turns(V y, V x) {
   return select(y < 0.0f, -a, a);
 }
 
-/// Point of the unit disc, area-preserving and continuous (Shirley and Chiu 1997).
+/// Maps the unit square to the unit disc, area-preserving and continuous (Shirley and Chiu 1997).
 template <class V>
 PM_HD inline Vec2Of<V> concentric_disc(V u, V v) {
   const V a = 2.0f * u - 1.0f, b = 2.0f * v - 1.0f;
   const MaskOf<V> wide = a * a > b * b;
   const V radius = select(wide, a, b);
-  const V share = select(wide, b, a) / select(radius == 0.0f, broadcast<V>(1), radius);
-  return cos_sin_turns<V>(select(wide, 0.125f * share, 0.25f - 0.125f * share)) * radius;
+  const V ratio = select(wide, b, a) / select(radius == 0.0f, broadcast<V>(1), radius);
+  return cos_sin_turns<V>(select(wide, 0.125f * ratio, 0.25f - 0.125f * ratio)) * radius;
 }
 
 /// Direction about +z with pdf cos / pi.
@@ -141,13 +142,14 @@ PM_HD inline Vec3Of<V> cosine_direction(V u, V v) {
   return {d.x, d.y, sqrt(max(1.0f - d.x * d.x - d.y * d.y, 0.0f))};
 }
 
-/// Direction in the cone about +z of half angle acos(1 - height), evenly by solid angle. The disc's
-/// points keep their order on the cone, so even samples stay even.
+/// Direction in the cone about +z of half angle acos(1 - height), uniform in solid angle. The map
+/// from the disc is continuous, so well-distributed samples stay well distributed.
 template <class V, class H>
 PM_HD inline Vec3Of<V> cone_direction(H height, V u, V v) {
   const Vec2Of<V> disc = concentric_disc(u, v);
   const V r2 = disc.x * disc.x + disc.y * disc.y;
-  // sin = r sqrt(height (2 - r^2 height)), with the disc's own r kept as the azimuth's length.
+  // With the disc's radius r: cos = 1 - r^2 height and sin = r sqrt(height (2 - r^2 height));
+  // disc.x and disc.y contain the factor r.
   const V scale = sqrt(max(height * (2.0f - r2 * height), 0.0f));
   return {disc.x * scale, disc.y * scale, 1.0f - r2 * height};
 }

@@ -18,8 +18,8 @@ Shading lane(const ShadingOf<Pack3>& s, int l) {
 }
 Sample4 lane(const Sample4Of<Pack>& s, int l) { return {s.a[l], s.b[l], s.c[l], s.d[l]}; }
 
-/// List of path indices of the wave.
-struct List {
+/// Indices of some of the wave's paths.
+struct PathList {
   std::array<std::uint16_t, Wavefront::kMax> items;
   int count = 0;
   void add(std::uint32_t item) { items[count++] = static_cast<std::uint16_t>(item); }
@@ -82,7 +82,7 @@ class Tracer {
   static_assert(sizeof(IntersectionRow) == 8 * sizeof(float));
 
   /// Loads eight entries of a list; beyond its end the last one is repeated.
-  PackBits load_row_indices(const List& list, int first) const {
+  PackBits load_row_indices(const PathList& list, int first) const {
     PackBits rows;
     for (int l = 0; l < kLanes; ++l) rows[l] = list.items[std::min(first + l, list.count - 1)];
     return rows;
@@ -118,7 +118,7 @@ class Tracer {
 
   /// Calls f(paths, rows, live lanes), which returns the lanes that continue.
   template <class F>
-  void for_each_packet(const List& list, const F& f) {
+  void for_each_packet(const PathList& list, const F& f) {
     for (int first = 0; first < list.count; first += kLanes) {
       const PackBits rows = load_row_indices(list, first);
       const PackMask live = first_lanes(list.count - first);
@@ -133,7 +133,7 @@ class Tracer {
   /// Intersects the rays of all active paths and sorts the paths by what they hit.
   void intersect_active_paths() {
     escaped_.count = floors_.count = meshes_.count = inside_glass_.count = depth_limit_.count = 0;
-    List to_intersect;
+    PathList to_intersect;
     for (int i = 0; i < active_.count; ++i) {
       const std::uint32_t row = active_.items[i];
       (paths_[row].depth_left > 0 ? to_intersect : depth_limit_).add(row);
@@ -202,7 +202,7 @@ class Tracer {
       if (!glass[l]) continue;
       PathRow& row = paths_[rows[l]];
       if (row.flags >> kGlassShift == 0) {
-        // A path that has passed the maximum of boundaries leaves along its ray.
+        // A path that has passed the maximum number of boundaries sees the sky along its ray.
         inside_glass_.add(rows[l]);
         continue;
       }
@@ -212,31 +212,31 @@ class Tracer {
     }
   }
 
-  /// Traces the last ray of paths at the depth limit, which only finds the sky; the floor counts as
-  /// the sky's lower half.
+  /// Traces the final rays of paths at the depth limit, which only test whether they see the sky.
+  /// The floor counts as the sky's lower half.
   void trace_final_rays(Paths& path, PackBits rows, PackMask live) {
-    Pack3 share = broadcast3<Pack3>({1, 1, 1});
+    Pack3 transmittance = broadcast3<Pack3>({1, 1, 1});
     if (world_.has_glass) {
       for (int l = 0; l < kLanes; ++l)
         if (live[l])
-          set_lane(share, l,
+          set_lane(transmittance, l,
                    trace_transmittance(world_, *world_.geometry, paths_[rows[l]].ray, stats_));
     } else {
       const int count = popcount(Lanes<Pack>::bits(live));
       stats_.rays += static_cast<std::uint64_t>(count);
       const std::uint32_t occluded = world_.geometry->test_occlusion(&path.ray, count);
       for (int l = 0; l < count; ++l)
-        if ((occluded >> l) & 1) set_lane(share, l, {});
+        if ((occluded >> l) & 1) set_lane(transmittance, l, {});
     }
-    const PackMask hidden = live & is_black(share);
+    const PackMask hidden = live & is_black(transmittance);
     if (any(hidden))
       add_sky(world_, path, broadcast<Pack>(world_.max_depth == 1 ? kGuessedBounce : 0), hidden);
-    const PackMask seen = live & !hidden;
-    // Unoccluded, the control variate is exact.
-    const PackMask shaded = seen & (min_component(share) < 1.0f);
-    if (any(shaded)) add_sky(world_, path, Pack{}, shaded);
-    path.throughput = path.throughput * share;
-    leave_scene(world_, path, seen);
+    const PackMask visible = live & !hidden;
+    // For unoccluded rays the control variate is exact.
+    const PackMask attenuated = visible & (min_component(transmittance) < 1.0f);
+    if (any(attenuated)) add_sky(world_, path, Pack{}, attenuated);
+    path.throughput = path.throughput * transmittance;
+    leave_scene(world_, path, visible);
   }
 
   const World& world_;
@@ -245,7 +245,7 @@ class Tracer {
   RayStats& stats_;
   std::uint32_t depth_ = 1;
   PackMask handled_{};  ///< lanes of the current packet whose rows are already stored
-  List active_, escaped_, floors_, meshes_, inside_glass_, depth_limit_;
+  PathList active_, escaped_, floors_, meshes_, inside_glass_, depth_limit_;
   std::array<PathRow, Wavefront::kMax> paths_;
   std::array<IntersectionRow, Wavefront::kMax> intersections_;
   std::array<Vec3, Wavefront::kMax> direct_;
@@ -262,7 +262,7 @@ void trace(const World& world, const FrameSampler& sampler, Wavefront& wave, Ray
 }
 
 FirstHit first_hit(const World& world, const Ray& ray, const Intersection& first) {
-  FirstHit shown;
+  FirstHit result;
   if (first.mesh.mesh != kNoMesh) {
     const MeshHit& hit = first.mesh;
     const RenderMesh& mesh = world.geometry->mesh(hit.mesh);
@@ -271,30 +271,30 @@ FirstHit first_hit(const World& world, const Ray& ray, const Intersection& first
     const auto at = [&](const auto& values) {
       return values[t.v[0]] * (1 - hit.u - hit.v) + values[t.v[1]] * hit.u + values[t.v[2]] * hit.v;
     };
-    shown.depth = hit.distance;
-    shown.normal = point.shading;
-    shown.id = mesh.id;
-    shown.position = point.position;
-    shown.next =
+    result.depth = hit.distance;
+    result.normal = point.shading;
+    result.id = mesh.id;
+    result.position = point.position;
+    result.next =
         mesh.displacement.empty() ? point.position : point.position + at(mesh.displacement);
-    shown.albedo = mixed_shading(world, hit).color;
-    shown.uv = texture_point(mesh, hit.triangle, hit.u, hit.v).uv;
-    shown.progress = mesh.vertex_progress.empty() ? mesh.progress : at(mesh.vertex_progress);
-    shown.t = world.time;
+    result.albedo = mixed_shading(world, hit).color;
+    result.uv = texture_point(mesh, hit.triangle, hit.u, hit.v).uv;
+    result.progress = mesh.vertex_progress.empty() ? mesh.progress : at(mesh.vertex_progress);
+    result.t = world.time;
     if (!mesh.vertex_labels.empty()) {
       const float w = 1 - hit.u - hit.v;
       const int nearest = w >= hit.u && w >= hit.v ? 0 : hit.u >= hit.v ? 1 : 2;
-      shown.label = static_cast<float>(mesh.first_label + mesh.vertex_labels[t.v[nearest]]);
+      result.label = static_cast<float>(mesh.first_label + mesh.vertex_labels[t.v[nearest]]);
     }
   } else if (first.floor < kInfinity) {
     const FloorPointOf<Vec3> point = floor_point(world.floor, ray, first.floor);
-    shown.depth = first.floor;
-    shown.normal = {0, 1, 0};
-    shown.id = 1;
-    shown.position = shown.next = point.position;
-    shown.albedo = world.floor.color * point.tone;
+    result.depth = first.floor;
+    result.normal = {0, 1, 0};
+    result.id = 1;
+    result.position = result.next = point.position;
+    result.albedo = world.floor.color * point.tone;
   }
-  return shown;
+  return result;
 }
 
 }  // namespace polymorph

@@ -14,17 +14,19 @@ namespace polymorph {
 struct PathLight {
   Vec3 radiance;
   float alpha = 1;
-  /// For a floor of which only shadows are kept: the fraction of the ray that sees it (not in
-  /// alpha), the light that it reflects, and the light that it would reflect without shadows.
+  /// For a floor of which only shadows are kept: the fraction of the ray that sees the floor (not
+  /// part of alpha), the luminance that the floor reflects, and the luminance that it would reflect
+  /// without shadows.
   float floor = 0, lit = 0, unlit = 0;
 };
 
-/// The light of a path that has ended, with the light that its shadow rays brought.
+/// Computes the light of a path that has ended. `direct`: light of its shadow rays.
 PM_HD inline PathLight make_result(const PathRow& path, Vec3 direct) {
   const Vec3 radiance = path.radiance + direct;
   const PathLight light{radiance, std::max(path.alpha, 0.0f), 0, 0, 0};
   if (!has(path, kOnShadowFloor)) return light;
-  // alpha is the visible fraction of the faded floor; the pixel computes how much of it is shadow.
+  // alpha is the visible fraction of the faded floor; write_colors() computes how much of it is
+  // shadow.
   return {{}, 0, light.alpha, luminance(radiance), path.unlit};
 }
 
@@ -38,12 +40,13 @@ struct Wavefront {
   std::array<PathLight, kMax> lights;       ///< filled by trace()
 };
 
-/// Traces the light along the wavefront's rays. The sampler gives set 1 + v at vertex v. The light
-/// along a ray does not depend on the others.
+/// Traces the light along the wavefront's rays. Vertex v of a path draws the sampler's set 1 + v.
+/// The light along a ray does not depend on the other rays.
 void trace(const World& world, const FrameSampler& sampler, Wavefront& wave, RayStats& stats);
 
-/// Computes the AOVs of a camera ray whose first intersection is given; `depth` is still the
-/// distance along the ray. `motion` is not filled: the caller projects `next`.
+/// Computes the AOVs of a camera ray with the first intersection `first`, except two that need the
+/// camera: `depth` is the distance along the ray, and `motion` is not set (the caller projects
+/// `next`).
 FirstHit first_hit(const World& world, const Ray& ray, const Intersection& first);
 
 }  // namespace polymorph

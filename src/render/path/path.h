@@ -1,5 +1,4 @@
-// Path state of the path tracer, and the light that a path's ray receives from the sky, suns and
-// lamps that it hits.
+// State of a path, and the light of the sky, suns and lamps that its ray hits.
 #pragma once
 
 #include "render/math/sampler.h"
@@ -7,31 +6,33 @@
 
 namespace polymorph {
 
-// This many sharp mirrors do not count for max_depth, so that reflections show lit surfaces instead
-// of the end of a path.
+// Number of sharp mirrors that do not count for max_depth, so that reflections show lit surfaces.
 inline constexpr int kFreeMirrors = 2;
-// The same for boundaries of glass: enough for two balls and the surface behind them, with an
-// internal reflection.
+// Number of glass boundaries that a path may pass: enough for two balls and the surface behind
+// them, with an internal reflection. They do not count for max_depth.
 inline constexpr std::uint32_t kFreeGlass = 8;
 
-// With a single bounce (previews) surfaces that occlude the sky are assumed to reflect this
-// fraction of it, which replaces all further bounces: fewer black pixels, and shadows of about the
-// right depth.
+// With a single bounce (previews), surfaces that occlude the sky are assumed to reflect this
+// fraction of it. This replaces all further bounces: there are fewer black pixels, and shadows are
+// about as dark as they should be.
 inline constexpr float kGuessedBounce = 0.4f;
 
-// Flags of a path, one bit each; above them, the number of glass boundaries that it may still pass.
-inline constexpr std::uint32_t kHitsLights = 1;    ///< its ray may hit suns and lamps
-inline constexpr std::uint32_t kFromCamera = 2;    ///< only clear glass since the camera
-inline constexpr std::uint32_t kThroughGlass = 4;  ///< it has passed glass
+// Flags of a path, one bit each. The bits from kGlassShift on are the number of glass boundaries
+// that the path may still pass.
+inline constexpr std::uint32_t kHitsLights =
+    1;  ///< the light of suns and lamps that the ray hits is added
+inline constexpr std::uint32_t kFromCamera =
+    2;  ///< the path has only passed clear glass since the camera
+inline constexpr std::uint32_t kThroughGlass = 4;  ///< the path has hit glass
 inline constexpr std::uint32_t kOnShadowFloor =
-    8;  ///< its first vertex, of which only the shadow is kept
-/// Scattered by a diffuse or rough surface. From then on glossy lobes are treated as diffuse ones
-/// of the same colour: their caustics would be noise at any practical sample count, and their
-/// energy is kept.
+    8;  ///< the first vertex is on a floor of which only shadows are kept
+/// The path has been scattered by a diffuse or rough surface. From then on glossy lobes are treated
+/// as diffuse ones of the same colour. This keeps their energy; their caustics would be noise at
+/// any practical sample count.
 inline constexpr std::uint32_t kScattered = 16;
 inline constexpr std::uint32_t kGlassShift = 8;
 
-/// State of one path, or of eight: the same 24 values, as a row or as columns.
+/// State of one path, 24 values in a row, or of eight paths, with a column per value.
 template <class T3>
 struct PathOf {
   using V = ComponentOf<T3>;
@@ -41,13 +42,13 @@ struct PathOf {
   /// Control variate. Every diffuse vertex immediately adds all the light that it would receive
   /// from an unoccluded calm sky (known exactly), and the next ray corrects this: if it sees the
   /// sky, nothing is added; if not, the sky's contribution is subtracted. So unshadowed surfaces
-  /// have no noise from the sky. This is the throughput of the known contribution.
+  /// have no noise from the sky. The member is the throughput of the known contribution.
   T3 control_variate{};
   V pdf{};  ///< pdf of the ray's direction, per solid angle
   V alpha = broadcast<V>(1);
-  V unlit{};
-  V depth_left{};                          ///< surfaces at which it may still scatter
-  V mirrors = broadcast<V>(kFreeMirrors);  ///< sharp mirrors that are still free
+  V unlit{};                               ///< PathLight::unlit
+  V depth_left{};                          ///< surfaces at which the path may still scatter
+  V mirrors = broadcast<V>(kFreeMirrors);  ///< sharp mirrors that do not yet count for the depth
   BitsOf<V> flags = BitsOf<V>{} + (kFromCamera | (kFreeGlass << kGlassShift));
   BitsOf<V> sample{};  ///< SampleIndex::reversed
 };
@@ -72,7 +73,8 @@ inline void set(Paths& path, std::uint32_t flag, PackMask on) {
 }
 #endif
 
-/// Weights of one of two strategies that sample the same light (Veach 1997).
+/// Multiple importance sampling weights of the strategy with the pdf `own`, when another one
+/// samples the same light with the pdf `other` (Veach 1997).
 template <class V>
 PM_HD inline V power_heuristic(V own, V other) {
   const V ratio = other / own;
@@ -83,9 +85,10 @@ PM_HD inline V balance_heuristic(V own, V other) {
   return own / (own + other);
 }
 
-// Firefly clamping, in units of World::white: of light from a sun or a lamp that arrives via
-// another surface, and of the light source itself seen in a mirror. The limits are far above white,
-// but permit smooth edges of highlights. Direct light, and the sky in a mirror, are never clamped.
+// Limits of firefly clamping, in units of World::white: kIndirectLimit for light of a sun, a lamp
+// or the bright sky that arrives via another surface, kDiscLimit for the light source itself seen
+// in a mirror. They are far above white, but low enough for smooth edges of highlights. Direct
+// light, and the sky in a mirror, are never clamped.
 inline constexpr float kIndirectLimit = 2.0f;
 inline constexpr float kDiscLimit = 8.0f;
 
@@ -95,8 +98,8 @@ PM_HD T3 clamp_light(T3 light, float limit) {
   return select(max_light > limit, light * (limit / max_light), light);
 }
 
-/// Adds the light of a sun or lamp that the ray hits, where `hit`; `pdf` is that of sampling the
-/// light.
+/// Adds the light of a sun or lamp in the lanes `hit`, whose rays hit it. `pdf`: pdf of sampling
+/// the ray's direction from the light.
 template <class T3>
 PM_HD void add_hit_light(const World& world, PathOf<T3>& path, Vec3 radiance, ComponentOf<T3> pdf,
                          MaskOf<T3> hit) {
@@ -105,54 +108,55 @@ PM_HD void add_hit_light(const World& world, PathOf<T3>& path, Vec3 radiance, Co
                                                                kDiscLimit * world.white));
 }
 
-/// Firefly clamping of light that reaches the camera along a path: light at the first vertex is
-/// unchanged, very strong indirect light is reduced.
+/// Clamps very strong indirect light to avoid fireflies. Light at the path's first vertex is
+/// unchanged.
 template <class T3>
 PM_HD T3 clamp_indirect(const World& world, const PathOf<T3>& path, const T3& light) {
   return select(has(path, kFromCamera), light, clamp_light(light, kIndirectLimit * world.white));
 }
 
-// The following functions apply to the lanes `where`.
+// The following functions change only the lanes `where`.
 
-/// Adds the sky for the fraction of the ray that leaves the scene: all of it, or the part that a
-/// faded floor transmits; 0 if it hit a mesh.
+/// Adds the sky, of which the ray sees `fraction`: 1 if the ray leaves the scene, what a faded
+/// floor transmits, or 0 if the ray hits a mesh.
 template <class T3>
-PM_HD_CALL void add_sky(const World& world, PathOf<T3>& path, ComponentOf<T3> share,
+PM_HD_CALL void add_sky(const World& world, PathOf<T3>& path, ComponentOf<T3> fraction,
                         MaskOf<T3> where) {
   using Mask = MaskOf<T3>;
-  const Mask camera = has(path, kFromCamera);
-  const Mask seen_first = where & camera & (share > 0.0f);
-  if (any(seen_first)) {
-    const Mask open =
-        seen_first & broadcast_mask<Mask>(world.transparent) & !has(path, kThroughGlass);
-    path.alpha = path.alpha - zero_unless(open, share);
-    const Mask shown = seen_first & !open;
-    if (any(shown))
+  const Mask from_camera = has(path, kFromCamera);
+  const Mask sees_backdrop = where & from_camera & (fraction > 0.0f);
+  if (any(sees_backdrop)) {
+    const Mask is_transparent =
+        sees_backdrop & broadcast_mask<Mask>(world.transparent) & !has(path, kThroughGlass);
+    path.alpha = path.alpha - zero_unless(is_transparent, fraction);
+    const Mask is_opaque = sees_backdrop & !is_transparent;
+    if (any(is_opaque))
       path.radiance =
-          path.radiance +
-          zero_unless(shown, path.throughput *
-                                 backdrop_radiance(world.backdrop, world.sky, path.ray.direction) *
-                                 share);
+          path.radiance + zero_unless(is_opaque, path.throughput *
+                                                     backdrop_radiance(world.backdrop, world.sky,
+                                                                       path.ray.direction) *
+                                                     fraction);
   }
-  const T3 seen = path.throughput * share;
-  const T3 unknown = seen - path.control_variate;
+  const T3 seen = path.throughput * fraction;
+  const T3 correction = seen - path.control_variate;
   const Mask indirect =
-      where & !camera & (broadcast_mask<Mask>(world.sky.has_bright) | !is_black(unknown));
+      where & !from_camera & (broadcast_mask<Mask>(world.sky.has_bright) | !is_black(correction));
   path.control_variate = zero_unless(!where, path.control_variate);
   if (!any(indirect)) return;
   const SkySplitOf<T3> sky = split_radiance(world.sky, sky_radiance(world.sky, path.ray.direction));
-  path.radiance = path.radiance + zero_unless(indirect, unknown * sky.calm);
+  path.radiance = path.radiance + zero_unless(indirect, correction * sky.calm);
   if (!world.sky.has_bright) return;
   const ComponentOf<T3> weight =
       power_heuristic(path.pdf, bright_sky_pdf(world.sky, path.ray.direction));
-  // A mirror shows the sky unclamped.
+  // The sky in a mirror is not clamped.
   const T3 light = seen * sky.bright * weight;
   const T3 clamped =
       select(has(path, kScattered), clamp_light(light, kIndirectLimit * world.white), light);
   path.radiance = path.radiance + zero_unless(indirect, clamped);
 }
 
-/// Adds the lamps that the ray hits before `distance`; they do not block it.
+/// Adds the light of the lamps that the ray hits before `distance`. Lamps do not occlude anything
+/// behind them.
 template <class T3>
 PM_HD_CALL void add_hit_lamps(const World& world, PathOf<T3>& path, ComponentOf<T3> distance,
                               MaskOf<T3> where) {
@@ -166,7 +170,7 @@ PM_HD_CALL void add_hit_lamps(const World& world, PathOf<T3>& path, ComponentOf<
   }
 }
 
-/// Ends a path whose ray hits nothing more.
+/// Adds the sky, suns and lamps that a ray sees when it leaves the scene.
 template <class T3>
 PM_HD void leave_scene(const World& world, PathOf<T3>& path, MaskOf<T3> where) {
   using V = ComponentOf<T3>;

@@ -1,4 +1,4 @@
-// Path scattering at surfaces: BSDF sampling, glass, shadow catcher; of one path or of eight.
+// Path scattering at surfaces (BSDF sampling, glass, shadow catcher), for one path or for eight.
 #pragma once
 
 #include <algorithm>
@@ -10,11 +10,11 @@
 
 namespace polymorph {
 
-/// Random numbers of paths' vertices, in disjoint sets.
+/// Random numbers of path vertices, from disjoint sets of the sampler.
 template <class V>
 struct VertexRandomOf {
   static constexpr std::uint32_t kSkySets = 1024, kGlassSets = 2048,
-                                 kLightSets = 8192;  ///< larger than any depth
+                                 kLightSets = 8192;  ///< offsets of the sets; larger than any depth
   static constexpr std::uint32_t kMaxLights = 32;
   PathSamplerOf<V> sampler;
   std::uint32_t set;  ///< 1 + v at vertex v
@@ -33,24 +33,24 @@ struct VertexRandomOf {
   }
 };
 
-/// Vertices of paths, with what sampling the lights needs. `Shadows` has add(), like ShadowRays.
+/// Path vertices, with the data for sampling lights. `Shadows` is ShadowRays or has the same add().
 template <class T3, class Shadows>
 struct VerticesOf {
   PathOf<T3>& path;
   BitsOf<ComponentOf<T3>> rows;  ///< indices of the paths in the wave
-  T3 origin;                     ///< origin of the rays that leave
+  T3 origin;                     ///< origin of the shadow rays and of the next ray
   MaskOf<T3> live;
-  MaskOf<T3> shared{};  ///< lanes whose next ray may also hit suns and lamps
+  MaskOf<T3> shared{};  ///< lanes whose next ray may hit suns and lamps, too
   Shadows& shadows;
   MaskOf<T3> records_unlit{};  ///< lanes whose unoccluded light is recorded as well (PathOf::unlit)
 };
 
 // Lobes sharper than this count as mirrors, which do not set kScattered.
 inline constexpr float kMirrorAlpha = 0.1f;
-// Represents the Dirac delta of a smooth mirror or glass.
+// Stands for the infinite pdf of a smooth mirror or glass.
 inline constexpr float kDeltaPdf = 1e30f;
 
-/// Light that arrives from one direction unless something is in between.
+/// Light that arrives from one direction unless it is occluded.
 template <class T3>
 struct DirectLightOf {
   T3 direction;
@@ -70,7 +70,7 @@ PM_HD void add_direct(const World& world, VerticesOf<T3, Shadows>& at,
                  clamp_indirect(world, at.path, radiance), at.rows, lanes);
 }
 
-/// Adds the light of one sun. `scatter(direction)` returns bsdf times cosine and the pdf.
+/// Adds the light of one sun. `scatter(direction)` returns the BSDF times cosine and the pdf.
 template <class T3, class Shadows, class Scatter>
 PM_HD void add_sun(const World& world, VerticesOf<T3, Shadows>& at, const KeyLight& sun,
                    const Sample4Of<ComponentOf<T3>>& random, const Scatter& scatter) {
@@ -125,7 +125,7 @@ PM_HD void add_more_lights(const World& world, VerticesOf<T3, Shadows>& at,
   if (world.sky.has_bright) add_bright_sky(world, at, random.sky(), scatter);
 }
 
-/// The fraction of the calm sky's light on the floor that a ball of 0.6 of the objects' radius
+/// Fraction of the calm sky's light on the floor that a ball of 0.6 times the objects' radius
 /// occludes (Howell, catalog of radiation configuration factors, B-38).
 template <class T3>
 PM_HD ComponentOf<T3> occluded_by_ball(const World& world, const T3& point) {
@@ -138,27 +138,28 @@ PM_HD ComponentOf<T3> occluded_by_ball(const World& world, const T3& point) {
 }
 
 /// Weight of the control variate on the floor: the fraction of the calm sky's light that the ball
-/// leaves. Any weight gives the same mean; where most of the sky is occluded, a weight of 1 would
-/// only add noise. Measured on a knot and a cow, compared with 1 everywhere: 25 to 29 % less
-/// variance.
+/// does not occlude. Any weight gives the same mean; where most of the sky is occluded, a weight of
+/// 1 would only add noise. Measured on a knot and a cow, compared with 1 everywhere: 25 to 29 %
+/// less variance.
 template <class T3>
 PM_HD ComponentOf<T3> control_variate_weight(const World& world, const T3& point) {
   using V = ComponentOf<T3>;
   const V hidden = occluded_by_ball(world, point);
-  // With a weight of 1, distant rays that miss all meshes need not evaluate the sky.
+  // Where little is hidden the weight is 1: rays that miss all meshes then need not evaluate the
+  // sky.
   return select(hidden < 0.1f, broadcast<V>(1), 1.0f - hidden);
 }
 
-/// Fades out light that would arrive from below the triangle while still above the smooth surface.
-/// After Chiang et al. 2019, "Taming the shadow terminator", but only near the terminator: their
-/// term shows every facet of a coarse mesh.
+/// Factor that fades out light from directions above the smooth surface but near or below the
+/// triangle's horizon. It follows Chiang et al. 2019, "Taming the shadow terminator", but acts only
+/// near the terminator: their term shows every facet of a coarse mesh.
 template <class T3>
 PM_HD ComponentOf<T3> shadow_terminator(const SurfacePointOf<T3>& point, const T3& direction) {
   using V = ComponentOf<T3>;
-  const V flat = dot(point.normal, direction);
-  const V smooth = dot(point.shading, direction) * dot(point.shading, point.normal);
-  return zero_unless(flat > 0.0f,
-                     select(flat >= smooth, broadcast<V>(1), smoothstep(0, 0.5f, flat / smooth)));
+  const V flat_cosine = dot(point.normal, direction);
+  const V smooth_cosine = dot(point.shading, direction) * dot(point.shading, point.normal);
+  return zero_unless(flat_cosine > 0.0f, select(flat_cosine >= smooth_cosine, broadcast<V>(1),
+                                                smoothstep(0, 0.5f, flat_cosine / smooth_cosine)));
 }
 
 /// Adds the sky that gloss reflects if nothing occludes it: that of a mirror where the gloss is
@@ -213,14 +214,15 @@ PM_HD MaskOf<T3> scatter_on_floor(const World& world, VerticesOf<T3, Shadows>& a
   }
   const MaskOf<T3> uncertain = at.live & !clear;
   if (any(uncertain)) {
-    VerticesOf<T3, Shadows> unsure = at;
-    unsure.live = uncertain;
-    unsure.records_unlit = records_unlit & broadcast_mask<MaskOf<T3>>(!is_above_horizon);
-    add_sun(world, unsure, key, own, lambert);
+    VerticesOf<T3, Shadows> uncertain_vertices = at;
+    uncertain_vertices.live = uncertain;
+    uncertain_vertices.records_unlit =
+        records_unlit & broadcast_mask<MaskOf<T3>>(!is_above_horizon);
+    add_sun(world, uncertain_vertices, key, own, lambert);
   }
   at.records_unlit = records_unlit;
   add_more_lights(world, at, random, lambert);
-  const V share = control_variate_weight(world, at.origin);
+  const V variate_weight = control_variate_weight(world, at.origin);
   const T3 sky_light = path.throughput * albedo * kInvPi * world.sky.upper_irradiance;
   path.unlit = path.unlit + zero_unless(records_unlit, luminance(sky_light));
   if (world.max_depth == 0) {
@@ -228,20 +230,21 @@ PM_HD MaskOf<T3> scatter_on_floor(const World& world, VerticesOf<T3, Shadows>& a
     path.radiance = path.radiance + sky_light * (1.0f - occluded * (1 - kGuessedBounce));
     return MaskOf<T3>{};
   }
-  path.radiance = path.radiance + sky_light * share;
+  path.radiance = path.radiance + sky_light * variate_weight;
 
   const T3 local = cosine_direction(own.c, own.d);
   const T3 direction{local.x, local.z, -local.y};
   path.ray = {at.origin, direction, path.ray.time};
   path.pdf = kInvPi * direction.y;
   path.throughput = path.throughput * albedo;
-  path.control_variate = path.throughput * share;
+  path.control_variate = path.throughput * variate_weight;
   set(path, kHitsLights | kFromCamera, MaskOf<T3>{});
   set(path, kScattered, broadcast_mask<MaskOf<T3>>(true));
   const MaskOf<T3> upward = at.live & (direction.y > 0.0f);
   if (world.sky.has_bright) return upward;
-  // For rays that miss everything the control variate is exact.
-  const MaskOf<T3> escaping = upward & (share == 1.0f) & misses_box(world.bounds, path.ray);
+  // For rays that miss all meshes the control variate is exact, so they are not traced.
+  const MaskOf<T3> escaping =
+      upward & (variate_weight == 1.0f) & misses_box(world.bounds, path.ray);
   stats.rays += static_cast<std::uint64_t>(count_lanes<V>(escaping));
   return upward & !escaping;
 }
@@ -287,15 +290,15 @@ PM_HD MaskOf<T3> scatter_on_mesh(const World& world, VerticesOf<T3, Shadows>& at
       (!bsdf.has_diffuse) & (bsdf.sharpest_alpha < kMirrorAlpha) & (path.mirrors > 0.0f);
   path.mirrors = path.mirrors - zero_unless(mirror, broadcast<V>(1));
   path.depth_left = path.depth_left - zero_unless(!mirror, broadcast<V>(1));
-  // Above the shading normal's horizon but below the triangle's: no light, and the control variate
-  // is subtracted again.
+  // A direction below the triangle but above the shading normal's horizon carries no light, so the
+  // control variate is subtracted again.
   const MaskOf<T3> above = dot(direction, point.normal) > 0.0f;
   const MaskOf<T3> lost = scattered & !above;
   if (any(lost)) add_sky(world, path, V{}, lost);
   return scattered & above;
 }
 
-/// Refracts or reflects a path at a boundary of glass.
+/// Refracts or reflects a path at a glass boundary.
 PM_HD_CALL inline void pass_glass(const World& world, PathRow& path, const SurfacePoint& point,
                                   const Shading& glass, const Sample4& random) {
   const float eta = point.inside ? glass.ior : 1 / glass.ior;
@@ -305,7 +308,7 @@ PM_HD_CALL inline void pass_glass(const World& world, PathRow& path, const Surfa
   path.flags |= kThroughGlass | kHitsLights;
   path.pdf = kDeltaPdf;
   if (has(path, kScattered)) {
-    // After scattering, glass does not bend rays: no caustics, but no fireflies either.
+    // After scattering, glass does not bend rays. This avoids fireflies, at the cost of caustics.
     const float cosine = -dot(path.ray.direction, point.shading);
     path.throughput = path.throughput * tint * (1 - dielectric_fresnel(cosine, eta));
     path.ray.origin = point.position - point.normal * epsilon;
@@ -322,13 +325,14 @@ PM_HD_CALL inline void pass_glass(const World& world, PathRow& path, const Surfa
     normal = to_world(frame, sample_ggx_normal(local, alpha, random.c, random.d));
   }
   const float reflected = dielectric_fresnel(dot(view, normal), eta);
-  // Reflections on the front are weak but often of bright lights: sample them more often.
-  const float choose = first && reflected > 0 && reflected < 0.25f ? 0.25f : reflected;
+  // Reflections at the first boundary are weak but often show bright lights, so they are sampled
+  // more often.
+  const float probability = first && reflected > 0 && reflected < 0.25f ? 0.25f : reflected;
   Vec3 direction;
-  if (random.a < choose) {
-    path.throughput = path.throughput * (reflected / choose);
+  if (random.a < probability) {
+    path.throughput = path.throughput * (reflected / probability);
     direction = normal * (2 * dot(view, normal)) - view;
-    // A shading normal may reflect light below the triangle; then use the triangle's own.
+    // If the shading normal reflects the ray below the triangle, the triangle's normal is used.
     if (dot(direction, point.normal) <= 0)
       direction = point.normal * (2 * dot(view, point.normal)) - view;
     path.ray.origin = point.position + point.normal * epsilon;
@@ -337,7 +341,7 @@ PM_HD_CALL inline void pass_glass(const World& world, PathRow& path, const Surfa
     direction = refracted(path.ray.direction, normal, eta);
     if (dot(direction, point.normal) >= 0)
       direction = refracted(path.ray.direction, point.normal, eta);
-    path.throughput = path.throughput * tint * ((1 - reflected) / (1 - choose));
+    path.throughput = path.throughput * tint * ((1 - reflected) / (1 - probability));
     path.ray.origin = point.position - point.normal * epsilon;
   }
   path.ray.direction = direction;

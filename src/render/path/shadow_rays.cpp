@@ -6,8 +6,8 @@
 namespace polymorph {
 
 void ShadowRays::add(const RayOf<Pack3>& ray, const Pack3& light, PackBits path, PackMask lanes) {
-  const PackMask clear = intersect_floor(world_.floor, ray) == kInfinity;
-  std::uint32_t bits = Lanes<Pack>::bits(lanes & clear & !is_black(light));
+  const PackMask misses_floor = intersect_floor(world_.floor, ray) == kInfinity;
+  std::uint32_t bits = Lanes<Pack>::bits(lanes & misses_floor & !is_black(light));
   if (bits == 0) return;
   if (count_ >= kPacket) {
     trace(0, kPacket);

@@ -9,10 +9,10 @@
 
 namespace polymorph {
 
-inline constexpr int kMaxBoundaries = 32;  ///< boundaries of glass per shadow ray
+inline constexpr int kMaxBoundaries = 32;  ///< maximum number of glass boundaries per shadow ray
 
-/// Fraction of light that passes all meshes along a ray: 0 past anything opaque; glass does not
-/// bend it.
+/// Computes the fraction of light that passes all meshes along a ray: 0 if any is opaque. Glass
+/// does not bend the ray.
 template <class Scene>
 PM_HD_CALL Vec3 trace_transmittance(const World& world, const Scene& scene, const Ray& ray,
                                     RayStats& stats) {
@@ -37,7 +37,8 @@ PM_HD_CALL Vec3 trace_transmittance(const World& world, const Scene& scene, cons
 
 #if defined(PM_PACKS)
 
-/// Collects rays towards lights and adds the unoccluded light to `direct`, in the order of adding.
+/// Collects rays towards lights and adds the unoccluded light to `direct`, in the order of the
+/// calls to add().
 class ShadowRays {
  public:
   ShadowRays(const World& world, RayStats& stats, Vec3* direct)
@@ -47,6 +48,7 @@ class ShadowRays {
   /// occludes or that carry no light are omitted. direct[path[l]] receives the light of lane l, for
   /// the lanes `lanes`.
   void add(const RayOf<Pack3>& ray, const Pack3& light, PackBits path, PackMask lanes);
+  /// Traces the rays that are left.
   void flush();
 
  private:

@@ -71,16 +71,16 @@ ShadingOf<Pack3> mixed_shading(const World& world, const MeshHitOf<Pack>& hit) {
 
 BsdfOf<Pack3> make_bsdf_at(const World& world, const MeshHitOf<Pack>& hit, const Pack3& normal,
                            const Pack3& view, PackMask matte) {
-  Pack share;
-  for (int l = 0; l < kLanes; ++l) share[l] = look_weight(world.geometry->mesh(hit.mesh[l]));
+  Pack weight;
+  for (int l = 0; l < kLanes; ++l) weight[l] = look_weight(world.geometry->mesh(hit.mesh[l]));
   const ShadingOf<Pack3> look =
       make_matte_where(matte, broadcast_shading(look_shading(world.look)));
-  if (!any(share < 1.0f)) return make_bsdf(look, look, share, normal, view);
+  if (!any(weight < 1.0f)) return make_bsdf(look, look, weight, normal, view);
   const ShadingOf<Pack3> own = gather_shading(world, hit, [&](const MeshHit& lane_hit) {
     const RenderMesh& mesh = world.geometry->mesh(lane_hit.mesh);
     return mesh.materials.empty() ? Shading{} : mesh_shading(mesh, lane_hit);
   });
-  return make_bsdf(make_matte_where(matte, own), look, share, normal, view);
+  return make_bsdf(make_matte_where(matte, own), look, weight, normal, view);
 }
 
 }  // namespace polymorph

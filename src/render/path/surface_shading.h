@@ -10,8 +10,8 @@
 
 namespace polymorph {
 
-/// Material and texture coordinates at a point of a triangle: those of the layer's own triangles,
-/// or, on borders, of the model that they come from.
+/// Looks up material and texture coordinates at a point of a triangle: from the layer's own
+/// triangles, or on borders from the model that its materials come from.
 template <class Layer>
 PM_HD TexturePoint find_texture_point(const Layer& layer, std::uint32_t triangle, float u,
                                       float v) {
@@ -28,13 +28,13 @@ PM_HD TexturePoint find_texture_point(const Layer& layer, std::uint32_t triangle
   return point;
 }
 
-/// Weight of the common look.
+/// Returns the weight of the common look.
 template <class Mesh>
 PM_HD float look_weight(const Mesh& mesh) {
   return mesh.materials.empty() ? 1.0f : clamp01(mesh.look);
 }
 
-/// The shading parameters of a layer.
+/// Looks up the shading parameters of a layer.
 template <class Layer>
 PM_HD_CALL Shading layer_shading(const Layer& layer, const MeshHit& hit) {
   const TexturePoint at = texture_point(layer, hit.triangle, hit.u, hit.v);
@@ -46,7 +46,7 @@ PM_HD_CALL Shading layer_shading(const Layer& layer, const MeshHit& hit) {
   return own_shading(material, sample_texture(*layer.textures[texture], at.uv));
 }
 
-/// The mesh's own materials, mixed with its other layers.
+/// Looks up the mesh's own materials, mixed with the layers over them and with the vertex colours.
 template <class Mesh>
 PM_HD Shading mesh_shading(const Mesh& mesh, const MeshHit& hit) {
   Shading shading = layer_shading(mesh, hit);
@@ -63,29 +63,29 @@ PM_HD Shading mesh_shading(const Mesh& mesh, const MeshHit& hit) {
   return shading;
 }
 
-/// The mesh's own materials, mixed with its other layers and with the common look, as one material:
-/// for glass and for the AOVs.
+/// Mixes mesh_shading() with the common look to one material, for glass and the AOVs.
 template <class Mesh>
 PM_HD_CALL Shading mixed_shading(const World& world, const Mesh& mesh, const MeshHit& hit) {
-  const float share = look_weight(mesh);
-  if (share >= 1) return look_shading(world.look);
+  const float weight = look_weight(mesh);
+  if (weight >= 1) return look_shading(world.look);
   const Shading own = mesh_shading(mesh, hit);
-  return share > 0 ? mix(own, look_shading(world.look), share) : own;
+  return weight > 0 ? mix(own, look_shading(world.look), weight) : own;
 }
 
-/// Makes the BSDF at a hit. The mesh's own materials and the common look are two materials here,
-/// whose lobes are mixed. Gloss is omitted where `matte`.
+/// Makes the BSDF at a hit, with lobes of both mesh_shading() and the common look. Gloss is omitted
+/// where `matte`.
 template <class Mesh>
 PM_HD_CALL Bsdf make_bsdf_at(const World& world, const Mesh& mesh, const MeshHit& hit, Vec3 normal,
                              Vec3 view, bool matte) {
-  const float share = look_weight(mesh);
+  const float weight = look_weight(mesh);
   const Shading look = make_matte_where<Vec3>(matte, look_shading(world.look));
-  if (!(share < 1.0f)) return make_bsdf(look, look, share, normal, view);
+  if (!(weight < 1.0f)) return make_bsdf(look, look, weight, normal, view);
   const Shading own = mesh.materials.empty() ? Shading{} : mesh_shading(mesh, hit);
-  return make_bsdf(make_matte_where<Vec3>(matte, own), look, share, normal, view);
+  return make_bsdf(make_matte_where<Vec3>(matte, own), look, weight, normal, view);
 }
 
-/// Fraction of light that glass transmits at one boundary, without Fresnel reflection.
+/// Fraction of light that glass transmits at one boundary, without Fresnel reflection. Two
+/// boundaries give the full colour.
 PM_HD inline Vec3 glass_tint(const Shading& shading) {
   const Vec3 c = min(shading.color, {1, 1, 1});
   return Vec3{std::sqrt(c.x), std::sqrt(c.y), std::sqrt(c.z)} * shading.transmission;

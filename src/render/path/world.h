@@ -29,13 +29,14 @@ struct World {
   float white =
       1;  ///< radiance of a white surface under all these lights; scales the clamping limits
   int max_depth = 4;  ///< surfaces at which a path may scatter; mirrors count less, see path.h.
-  ///< 0: light from the lights' centres and from a sky that nothing hides
-  bool has_glass = false;    ///< true if any mesh has glass
+                      ///< 0: light from the lights' centres and from a sky that nothing hides
+  bool has_glass = false;    ///< whether any mesh has glass
   bool transparent = false;  ///< camera rays see no backdrop
   bool shadow_only = false;  ///< camera rays see only the shadows on the floor
   float time = 0;            ///< time within the sequence, shown by an AOV
 };
 
+/// Numbers of rays and paths traced.
 struct RayStats {
   std::uint64_t rays = 0, paths = 0;
 };
@@ -52,9 +53,10 @@ using Intersection = IntersectionOf<float>;
 inline Ray lane(const RayOf<Pack3>& ray, int l) {
   return {lane(ray.origin, l), lane(ray.direction, l), ray.time[l], ray.far[l]};
 }
-inline Intersection lane(const IntersectionOf<Pack>& m, int l) {
-  return {{m.mesh.mesh[l], m.mesh.triangle[l], m.mesh.distance[l], m.mesh.u[l], m.mesh.v[l]},
-          m.floor[l]};
+inline Intersection lane(const IntersectionOf<Pack>& packs, int l) {
+  return {{packs.mesh.mesh[l], packs.mesh.triangle[l], packs.mesh.distance[l], packs.mesh.u[l],
+           packs.mesh.v[l]},
+          packs.floor[l]};
 }
 
 /// Intersects up to kPacket rays, the first `count` lanes of one or two packs; `coherent` if their

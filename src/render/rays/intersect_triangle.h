@@ -1,9 +1,9 @@
 // Ray-triangle intersection, decided in double precision from the same floats on every machine.
 //
-// Embree's own t, u, v depend on the instruction set (fma multiply-adds, approximate
-// reciprocals), and so does its answer for rays that pass an edge closely. Here every operation is
-// one that IEEE 754 rounds exactly, in one order: any processor and any compiler give the same
-// bits.
+// Embree's own t, u, v depend on the instruction set (fused multiply-adds, approximate
+// reciprocals), and so does its answer for rays that pass close to an edge. Here every operation is
+// correctly rounded by IEEE 754, and their order is fixed, so every processor and compiler gives
+// the same bits.
 #pragma once
 
 #include <algorithm>
@@ -14,8 +14,8 @@
 
 namespace polymorph {
 
-/// One value per corner of a triangle, or per edge opposite to it; the fourth is unused. Each
-/// operation is that of three doubles.
+/// One value per corner of a triangle, or per edge opposite to that corner; the fourth is unused.
+/// Each operation acts on the three doubles componentwise.
 #if defined(__CUDACC__)
 struct PerCorner {
   double v[4];
@@ -55,9 +55,10 @@ inline PerCorner next(PerCorner a) { return __builtin_shufflevector(a, a, 1, 2, 
 inline PerCorner after_next(PerCorner a) { return __builtin_shufflevector(a, a, 2, 0, 1, 3); }
 #endif
 
-/// Sides of a triangle's edges on which the line of a ray passes. `at[i]` belongs to the edge
-/// opposite to corner i: D . (P x Q) for the edge PQ seen from the origin. It is exactly the
-/// negative of that of QP, rounding included, so two triangles at an edge always agree.
+/// Edge functions of a triangle for a ray's line: their signs tell on which side of each edge the
+/// line passes. `at[i]` belongs to the edge PQ opposite to corner i: D . (P x Q), with the ray's
+/// direction D and P, Q relative to its origin. The edge QP gives exactly the negative, rounding
+/// included, so two triangles that share an edge always agree.
 struct EdgeSides {
   PerCorner x, y, z;  ///< corners, seen from the ray's origin
   PerCorner at;
@@ -74,22 +75,22 @@ struct EdgeSides {
          direction.z * (x1 * y2 - y1 * x2);
     sum = at[0] + at[1] + at[2];
   }
-  /// Tests whether the line passes inside. A line through an edge counts for both triangles; a
-  /// triangle seen edge-on is never hit.
+  /// Tests whether the line passes through the triangle. A line through a shared edge counts for
+  /// both triangles; a triangle seen edge-on is never hit.
   PM_HD bool inside() const {
     return (std::min(std::min(at[0], at[1]), at[2]) >= 0 ||
             std::max(std::max(at[0], at[1]), at[2]) <= 0) &&
            sum != 0;
   }
-  /// Tests whether the line, for a direction of length 1, passes edge i so closely that floats
-  /// cannot decide the side: their error is proportional to the edge's length in space, not to its
-  /// projection. `margin2`: the square of the maximum error of floats.
+  /// Tests whether the line passes edge i so closely that Embree's floats cannot decide the side.
+  /// Their error is proportional to the edge's length in space, not to its projection. `margin2`:
+  /// the square of their maximum error. The direction must have length 1.
   PM_HD bool near(int i, double margin2) const { return near_edges(margin2)[i] != 0; }
   PM_HD bool near_any(double margin2) const {
     const PerCornerMask near = near_edges(margin2);
     return (near[0] | near[1] | near[2]) != 0;
   }
-  /// The smallest of |at|.
+  /// Returns the smallest of |at|.
   PM_HD double closest() const {
     return std::min(std::min(std::fabs(at[0]), std::fabs(at[1])), std::fabs(at[2]));
   }
@@ -106,10 +107,11 @@ struct TriangleIntersection {
   double distance = 0;  ///< along the direction; may be negative
   double u = 0, v = 0;  ///< weights of the second and the third corner
 };
-/// Computes the intersection of a line that passes inside.
+/// Computes the intersection of a line that passes through the triangle.
 PM_HD inline TriangleIntersection compute_intersection(const EdgeSides& sides, Vec3d d) {
   const double scale = 1 / sides.sum;
-  // Weighted mean of the corners' distances: never far outside their range, even for grazing rays.
+  // The distance is a weighted mean of the corners' distances, so it stays near their range even
+  // for grazing rays.
   const PerCorner along = sides.at * (sides.x * d.x + sides.y * d.y + sides.z * d.z);
   return {(along[0] + along[1] + along[2]) * scale / dot(d, d), sides.at[1] * scale,
           sides.at[2] * scale};

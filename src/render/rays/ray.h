@@ -1,4 +1,4 @@
-// Rays, and what they hit: for one ray or for eight.
+// Rays and their intersections, for one ray or for eight.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace polymorph {
 
-/// A ray, or eight.
+/// One ray, or eight rays.
 template <class T3>
 struct RayOf {
   T3 origin;
@@ -31,12 +31,12 @@ struct MeshHitOf {
 };
 using MeshHit = MeshHitOf<float>;
 
-/// Geometry of a hit, as shading needs it.
+/// Geometry at a hit point, as shading needs it.
 template <class T3>
 struct SurfacePointOf {
   T3 position;
-  T3 normal;   ///< the triangle's, towards the ray's origin; unit
-  T3 shading;  ///< interpolated, on the same side and visible to the ray; unit
+  T3 normal;   ///< the triangle's normal, on the side of the ray's origin; unit
+  T3 shading;  ///< interpolated normal, on the same side and facing the ray; unit
   T3 lifted;   ///< position on the smooth surface that the shading normals describe, the origin of
                ///< further rays
   MaskOf<T3> inside{};  ///< the ray came from behind the triangle
@@ -47,15 +47,15 @@ using SurfacePoint = SurfacePointOf<Vec3>;
 template <class T3>
 PM_HD inline MaskOf<T3> misses_box(const Box& box, const RayOf<T3>& ray) {
   using V = ComponentOf<T3>;
-  // Box::empty(), for both compilers.
+  // Box::empty(), which GPU code cannot call.
   if (!(box.low.x <= box.high.x && box.low.y <= box.high.y && box.low.z <= box.high.z))
     return broadcast_mask<MaskOf<T3>>(true);
   V near = broadcast<V>(0), far = ray.far;
   const auto clip = [&](V origin, V direction, float low, float high) {
     const V inverse = 1.0f / direction;
     const V a = (low - origin) * inverse, b = (high - origin) * inverse;
-    // A ray in the plane of a side makes a NaN here; these comparisons then keep the interval as it
-    // is.
+    // A ray in the plane of a side gives a NaN, for which these comparisons leave the interval
+    // unchanged.
     near = max(min(a, b), near);
     far = min(max(a, b), far);
   };

@@ -34,7 +34,7 @@ bool cpu_supports(const std::string& isa) {
 }
 std::string device_config(const std::string& isa) { return isa.empty() ? "" : "isa=" + isa; }
 #else
-// Embree has one there, and no name for it.
+// On other processors Embree has only one instruction set, and no name for it.
 constexpr std::array<const char*, 1> kIsas = {"neon"};
 std::string detect_isa(RTCDevice) { return kIsas[0]; }
 bool cpu_supports(const std::string&) { return true; }
@@ -70,13 +70,14 @@ void check_mesh(const RenderMesh& mesh) {
   PM_CHECK(mesh.vertex_progress.empty() || mesh.vertex_progress.size() == mesh.positions.size());
 }
 
-/// Upper bound of Embree's error relative to the length of its rays: about four errors of 2^-22.
+/// Upper bound of Embree's error relative to a ray's length: about four times 2^-22.
 constexpr float kMaxError = 0x1p-20f;
-/// Margin of Embree's triangles, such that adjacent ones overlap unless a ray grazes both.
+/// Relative margin of Embree's triangles, with which adjacent triangles overlap unless a ray grazes
+/// both.
 constexpr float kWidening = 8 * kMaxError;
 
-/// Finds the longest edge while the shutter is open; edges change linearly, so the end times
-/// decide.
+/// Computes the length of the longest edge while the shutter is open. Edges change linearly, so the
+/// longest one occurs at an end time.
 double longest_edge(const MeshToTrace& traced) {
   double longest2 = 0;
   for (const float time : {0.0f, 1.0f}) {
@@ -99,7 +100,7 @@ void collect_fans(MeshToTrace& traced) {
   std::uint32_t end = 0;
   for (std::uint32_t& begin : traced.fan_begin) begin = end += begin;
   traced.fans.resize(end);
-  // Backwards, so that each begin ends at its final value and fans are ascending.
+  // The order is descending, so that each fan is ascending and each begin is correct in the end.
   for (std::size_t i = mesh.triangles.size(); i-- > 0;)
     for (const std::uint32_t v : mesh.triangles[i].v)
       traced.fans[--traced.fan_begin[v]] = static_cast<std::uint32_t>(i);
@@ -115,7 +116,8 @@ bool attach_mesh(RTCDevice device, RTCScene scene, MeshToTrace& traced, unsigned
   if (traced.moves()) rtcSetGeometryTimeStepCount(geometry, 2);
   bool is_ok = true;
   for (unsigned step = 0; step < corners.size() && is_ok; ++step) {
-    // Embree reads 16 bytes at the last vertex; its own buffers are padded, a vector is not.
+    // Embree reads 16 bytes at the last vertex. Its own buffers are padded for this, a std::vector
+    // is not.
     void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, step,
                                              RTC_FORMAT_FLOAT3, sizeof(Vec3), corners[step].size());
     is_ok = vertices != nullptr;
@@ -207,7 +209,8 @@ TracedScene::TracedScene(const std::vector<RenderMesh>& meshes, float shutter,
   }
   bounds_ = compute_bounds(meshes_);
   if (bounds_.empty()) return;
-  // Positions have an error of about 2^-23 of the largest coordinate; epsilon is larger.
+  // Positions have an error of about 2^-23 of the largest coordinate; epsilon is at least 32 times
+  // as large.
   const Vec3 low = bounds_.low, high = bounds_.high;
   const Box all = stage.empty() ? bounds_ : unite(stage, bounds_);
   const float size = std::max(max_component(max(all.high, -all.low)), all.diagonal());
@@ -254,7 +257,7 @@ SurfacePoint TracedScene::surface_point(const Ray& ray, const MeshHit& hit) cons
 
 SurfacePointOf<Pack3> TracedScene::surface_point(const RayOf<Pack3>& ray,
                                                  const MeshHitOf<Pack>& hit) const {
-  // Eight rows of the 18 numbers of a triangle.
+  // Eight rows with the 18 numbers of a triangle, padded to 24.
   struct Row {
     CornersOf<Vec3> p, n;
     float padding[6] = {};

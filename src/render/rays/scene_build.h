@@ -1,4 +1,4 @@
-// Embree scene: the device, the acceleration structure of one frame, and the geometry of a hit.
+// Embree device, and scene of one frame with ray queries and the geometry of hits.
 #pragma once
 
 #include <embree3/rtcore.h>
@@ -36,60 +36,63 @@ struct RayDevice {
   std::unique_ptr<Report> report;
 };
 
-/// Creates a device. `chosen`: "" = POLYMORPH_ISA or else the best of the machine, or one of sse2,
-/// sse4.2, avx, avx2, avx512. Errors: kUsage for another name; kResource if the machine lacks it or
-/// Embree gives no device.
+/// Creates a device. `chosen`: instruction set, one of sse2, sse4.2, avx, avx2, avx512 (x86-64) or
+/// neon (others); "" = that of the environment variable POLYMORPH_ISA, or else the machine's best.
+/// Errors: kUsage for another name; kResource if the machine lacks it or Embree creates no device.
 Result<RayDevice> make_ray_device(const std::string& chosen);
 
-/// Returns the first error since the device was made or last checked, if there is one (kResource).
+/// Returns and clears the first error since the device was created or last checked (kResource), or
+/// Ok.
 Status take_device_error(const RayDevice& device);
 
 /// Number of rays in an Embree packet.
 inline constexpr int kPacket = 16;
 
-/// A mesh that is traced on the CPU.
+/// A mesh with what exact tests on the CPU need.
 using MeshToTrace = TracedMeshOf<RenderMesh, std::vector<std::uint32_t>>;
 
-/// Installs the callbacks with which closest() and test_occlusion() decide about every triangle
-/// that Embree finds.
+/// Installs the callbacks that test every triangle that Embree finds, for closest() and
+/// test_occlusion().
 void set_filters(RTCGeometry geometry);
 
-/// One frame's meshes.
+/// The meshes of one frame.
 ///
-/// Embree only finds candidates: its triangles are slightly widened, so that it finds every one
-/// that a ray may hit, and a callback tests each exactly (intersect_triangle.h). The nearest hit
-/// counts, and of equally near ones the first. So hits have the same bits with any instruction set,
-/// packet width and order of traversal. Borrows the spans of the RenderMeshes for its lifetime.
+/// Embree only finds candidates: its triangles are slightly widened, so that it finds every
+/// triangle that a ray may hit, and a callback tests each candidate exactly (intersect_triangle.h).
+/// The result is the nearest hit, and of equally near ones that of the lowest mesh and triangle
+/// index. So hits have the same bits with any instruction set, packet width and order of traversal.
+/// Borrows the spans of the RenderMeshes for its lifetime.
 class TracedScene {
  public:
-  /// Makes a scene that a device other than Embree's can trace. With a `shutter` meshes move by
-  /// their displacement while it is open. `max_start_distance`: no ray starts further than this
-  /// from the meshes; those that do may miss edges. `stage`: bounds of all frames, so that the
-  /// offsets of rays are the same in all of them; empty: the meshes' own bounds.
+  /// Makes a scene without Embree's hierarchy, as a GPU needs it. `shutter`: frames that the
+  /// shutter is open, while meshes move by their displacement. `max_start_distance`: maximum
+  /// distance from the meshes at which rays start; rays from farther away may miss edges. `stage`:
+  /// bounds of all frames, so that the offsets of rays are the same in all frames; empty: the
+  /// meshes' own bounds.
   TracedScene(const std::vector<RenderMesh>& meshes, float shutter, float max_start_distance,
               const Box& stage);
   /// Builds Embree's hierarchy, which the functions below need. Errors: kResource (memory).
   Status build_hierarchy(const RayDevice& device);
-  /// Does both.
+  /// Makes a scene and builds its hierarchy.
   static Result<TracedScene> build(const RayDevice& device, const std::vector<RenderMesh>& meshes,
                                    float shutter = 0, float max_start_distance = 0,
                                    const Box& stage = {});
 
-  /// Finds the nearest mesh in (0, ray.far).
+  /// Finds the nearest hit of a mesh in (0, ray.far).
   MeshHit closest(const Ray& ray) const;
   SurfacePoint surface_point(const Ray& ray, const MeshHit& hit) const;
 #if defined(PM_PACKS)
-  /// Finds the nearest meshes for up to kPacket rays, the first `count` lanes of one or two packs.
-  /// Several times faster for rays of similar directions, `coherent`.
+  /// Finds the nearest hits for up to kPacket rays, the first `count` lanes of one or two packs.
+  /// `coherent`: the rays have similar directions, for which this is several times faster.
   void closest(const RayOf<Pack3>* rays, MeshHitOf<Pack>* hits, int count, bool coherent) const;
-  /// Tests whether there is any mesh in (0, ray.far); bit i for the i-th of `count` rays.
+  /// Tests whether any mesh is hit in (0, ray.far); bit i is the result of ray i of `count`.
   std::uint32_t test_occlusion(const RayOf<Pack3>* rays, int count) const;
   /// Computes eight surface points; every lane must have a hit.
   SurfacePointOf<Pack3> surface_point(const RayOf<Pack3>& ray, const MeshHitOf<Pack>& hit) const;
 #endif
 
   /// Tests whether the ray misses the bounds of all meshes. Most rays of a studio picture do, and
-  /// this costs a tenth of a call of Embree.
+  /// this test costs a tenth of a call of Embree.
   template <class T3>
   MaskOf<T3> misses_bounds(const RayOf<T3>& ray) const {
     return misses_box(bounds_, ray);
@@ -102,7 +105,7 @@ class TracedScene {
     return bounds_;
   }                                           ///< bounds of all triangles; empty without triangles
   float epsilon() const { return epsilon_; }  ///< offset of rays from the surface that they leave
-  /// Maximum error of Embree's distances, for rays that do not graze.
+  /// Maximum error of Embree's distances, except for grazing rays.
   float slack() const { return max_length_ * 0x1p-14f; }
 
  private:

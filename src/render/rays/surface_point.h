@@ -1,4 +1,4 @@
-// The geometry of a hit as shading needs it, for one hit or for eight.
+// Surface points: position and normals of a hit for shading, for one hit or for eight.
 #pragma once
 
 #include "render/math/vector_math.h"
@@ -6,7 +6,7 @@
 
 namespace polymorph {
 
-/// The triangle's corners, or its shading normals.
+/// A value per corner of a triangle: its positions, or its shading normals.
 template <class T3>
 struct CornersOf {
   T3 a, b, c;
@@ -46,7 +46,8 @@ PM_HD T3 lift(T3 position, const CornersOf<T3>& p, const CornersOf<T3>& n, Compo
   return position + above(p.a, n.a, 1.0f - u - v) + above(p.b, n.b, u) + above(p.c, n.c, v);
 }
 
-/// Makes the surface point of a hit. `n` is 0 for a triangle without shading normals.
+/// Makes the surface point of a hit. `p`: corners; `n`: shading normals, 0 if the triangle has
+/// none.
 template <class T3>
 PM_HD SurfacePointOf<T3> make_surface_point(const CornersOf<T3>& p, const CornersOf<T3>& n,
                                             const RayOf<T3>& ray,
@@ -66,17 +67,17 @@ PM_HD SurfacePointOf<T3> make_surface_point(const CornersOf<T3>& p, const Corner
   const T3 smooth = normalized(interpolate(n, hit.u, hit.v));
   const MaskOf<T3> has_smooth = dot(smooth, smooth) > 0.5f;
   if (any(has_smooth)) {
-    // Normals of some files point to the wrong side; the triangle decides.
-    const V agree = copysign(broadcast<V>(1), dot(smooth, point.normal));
-    const T3 bent = bend_to_valid_reflection(smooth * agree, point.normal, view);
+    // In some files normals point to the wrong side, so the triangle's orientation decides.
+    const V normal_sign = copysign(broadcast<V>(1), dot(smooth, point.normal));
+    const T3 bent = bend_to_valid_reflection(smooth * normal_sign, point.normal, view);
     point.shading = select(has_smooth, bent, point.shading);
-    const T3 lifted = lift(point.position, p, n, hit.u, hit.v, agree);
+    const T3 lifted = lift(point.position, p, n, hit.u, hit.v, normal_sign);
     point.lifted = select(has_smooth, lifted, point.lifted);
   }
   return point;
 }
 
-/// Reads the corners and shading normals of a triangle at a time of the shutter.
+/// Reads the corners and shading normals of a triangle at a time while the shutter is open, [0, 1].
 template <class Traced>
 PM_HD void read_triangle(const Traced& traced, std::uint32_t triangle, float time,
                          CornersOf<Vec3>& p, CornersOf<Vec3>& n) {

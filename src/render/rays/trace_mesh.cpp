@@ -8,13 +8,13 @@
 namespace polymorph {
 namespace {
 
-/// The rays of one call and their hits so far. Embree's callbacks receive it as their context, and
-/// a ray's index in its `id`.
+/// The rays of one call and their hits so far. Embree passes it to the callbacks as their context;
+/// a ray's `id` is its index in it.
 struct Query {
-  RTCIntersectContext context;  // first: Embree knows only this
+  RTCIntersectContext context;  // must be the first member, because Embree passes its address
   float slack;
   const RayOf<Pack3>* rays;
-  // The best hit so far; without one the distance is that of the ray's end.
+  // The nearest hit so far; without a hit the distance is the ray's `far`.
   alignas(32) std::array<double, kPacket> distance;
   alignas(32) std::array<float, kPacket> u, v;
   alignas(32) std::array<std::uint32_t, kPacket> mesh, triangle;
@@ -24,7 +24,7 @@ struct Query {
   }
 };
 
-/// Collects the active lanes of Embree's query: bit i for lane i of n.
+/// Returns the active lanes of Embree's query: bit i for lane i of n.
 std::uint32_t active_lanes(const int* valid, unsigned n) {
   std::uint32_t bits = 0;
   if (n % kLanes == 0) {
@@ -39,9 +39,8 @@ std::uint32_t active_lanes(const int* valid, unsigned n) {
   return bits;
 }
 
-/// Calls f(lane, index of the ray, triangle, intersection) for all triangles that the rays hit,
-/// among Embree's candidates and the triangles around them. f returns whether Embree shall accept
-/// the hit.
+/// Calls f(lane, index of the ray, triangle, intersection) for every triangle that the rays hit,
+/// among Embree's candidates and their neighbours. f returns whether Embree should accept the hit.
 template <class F>
 void for_intersected(const RTCFilterFunctionNArguments* args, const F& f) {
   const auto& traced = *static_cast<const MeshToTrace*>(args->geometryUserPtr);
@@ -62,18 +61,18 @@ void for_intersected(const RTCFilterFunctionNArguments* args, const F& f) {
     };
     const std::uint32_t triangle = RTCHitN_primID(args->hit, n, lane);
     const EdgeSides sides = compute_sides(traced, traced.mesh->triangles[triangle], ray, d);
-    bool any = false;
+    bool any_hit = false;
     if (sides.closest() > traced.clear || !sides.near_any(traced.margin2)) {
-      any = sides.inside() && accept(triangle, compute_intersection(sides, d));
+      any_hit = sides.inside() && accept(triangle, compute_intersection(sides, d));
     } else {
-      // Embree may have found only one of several triangles at the edge.
+      // Embree may report only one of several triangles at the edge.
       EdgeNeighborhood(traced, ray).for_each_near(triangle, sides, [&](std::uint32_t other) {
         TriangleIntersection intersection;
         if (intersects_triangle(traced, other, ray, intersection))
-          any = accept(other, intersection) || any;
+          any_hit = accept(other, intersection) || any_hit;
       });
     }
-    if (!any) args->valid[lane] = 0;
+    if (!any_hit) args->valid[lane] = 0;
   }
 }
 
@@ -91,7 +90,7 @@ void accept_nearest(const RTCFilterFunctionNArguments* args) {
     query.v[i] = static_cast<float>(intersection.v);
     query.mesh[i] = mesh;
     query.triangle[i] = triangle;
-    // Embree's own distances are not exact, so it must continue a little beyond the hit.
+    // Embree's own distances are inexact, so it must search slightly beyond the hit.
     RTCRayN_tfar(args->ray, args->N, lane) =
         static_cast<float>(intersection.distance) + query.slack;
     return true;
@@ -103,8 +102,8 @@ void accept_any(const RTCFilterFunctionNArguments* args) {
       args, [](unsigned, unsigned, std::uint32_t, const TriangleIntersection&) { return true; });
 }
 
-/// Fills the packet and marks as valid the rays that do not miss everything. Returns false if there
-/// are none.
+/// Fills the packet and marks the rays that hit the bounds of the meshes as valid. Returns false if
+/// there are none.
 bool fill_packet(const TracedScene& scene, const RayOf<Pack3>* rays, int count, RTCRay16& packet,
                  int* valid) {
   // Debian's Embree asserts that inactive lanes hold finite numbers too. Without AVX-512 it ignores
@@ -114,20 +113,20 @@ bool fill_packet(const TracedScene& scene, const RayOf<Pack3>* rays, int count, 
   bool any_active = false;
   for (int first = 0; first < count; first += kLanes) {
     const RayOf<Pack3>& ray = rays[first / kLanes];
-    const PackMask follow = (!scene.misses_bounds(ray)) & first_lanes(count - first);
-    any_active = any_active || any(follow);
-    std::memcpy(valid + first, &follow, sizeof follow);
+    const PackMask hits_bounds = (!scene.misses_bounds(ray)) & first_lanes(count - first);
+    any_active = any_active || any(hits_bounds);
+    std::memcpy(valid + first, &hits_bounds, sizeof hits_bounds);
     Lanes<Pack>::store(packet.org_x + first, ray.origin.x);
     Lanes<Pack>::store(packet.org_y + first, ray.origin.y);
     Lanes<Pack>::store(packet.org_z + first, ray.origin.z);
     Lanes<Pack>::store(packet.tnear + first,
-                       select(follow, broadcast<Pack>(0), broadcast<Pack>(kInfinity)));
+                       select(hits_bounds, broadcast<Pack>(0), broadcast<Pack>(kInfinity)));
     Lanes<Pack>::store(packet.dir_x + first, ray.direction.x);
     Lanes<Pack>::store(packet.dir_y + first, ray.direction.y);
     Lanes<Pack>::store(packet.dir_z + first, ray.direction.z);
     Lanes<Pack>::store(packet.time + first, ray.time);
     Lanes<Pack>::store(packet.tfar + first,
-                       select(follow, ray.far + scene.slack(), broadcast<Pack>(0)));
+                       select(hits_bounds, ray.far + scene.slack(), broadcast<Pack>(0)));
     const PackBits all = PackBits{} + 0xffffffffu, none{};
     std::memcpy(packet.mask + first, &all, sizeof all);
     std::memcpy(packet.flags + first, &none, sizeof none);

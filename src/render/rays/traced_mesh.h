@@ -1,4 +1,4 @@
-// The exact decision whether a ray hits a triangle of a mesh, edges and corners included.
+// Exact ray-mesh intersection tests that leave no gaps at edges and corners.
 #pragma once
 
 #include "render/rays/intersect_triangle.h"
@@ -6,18 +6,19 @@
 
 namespace polymorph {
 
-/// A mesh that is traced. `Mesh` has the geometry of a RenderMesh, `Indices` is an array.
+/// A mesh prepared for tracing. `Mesh` has the members of RenderMesh for geometry; `Indices` is an
+/// array type.
 template <class Mesh, class Indices>
 struct TracedMeshOf {
   const Mesh* mesh = nullptr;
   float shutter = 0;
-  double margin2 = 0;  ///< square of the maximum error of Embree's floats, in units of length
-  double clear = 0;    ///< beyond this distance (EdgeSides::at) no edge of the mesh is near
+  double margin2 = 0;  ///< square of the maximum error of Embree's floats, in scene units squared
+  double clear = 0;    ///< a ray is near no edge whose edge function exceeds this in magnitude
   /// The triangles around vertex v are fans[fan_begin[v]] ... fans[fan_begin[v + 1] - 1].
   Indices fan_begin, fans;
 
   PM_HD bool moves() const { return shutter > 0 && !mesh->displacement.empty(); }
-  /// Position of a vertex at a time of the shutter, [0, 1].
+  /// Position of a vertex at a time while the shutter is open, [0, 1].
   PM_HD Vec3 at(std::uint32_t vertex, float time) const {
     const Vec3 p = mesh->positions[vertex];
     return moves() ? p + mesh->displacement[vertex] * (shutter * (time - 0.5f)) : p;
@@ -31,22 +32,22 @@ PM_HD [[gnu::always_inline]] inline EdgeSides compute_sides(const Traced& traced
           traced.at(t.v[2], ray.time)};
 }
 
-/// The corner of `t` that is vertex v, or -1.
+/// Returns the corner of `t` at vertex v, or -1.
 PM_HD inline int find_corner(const Triangle& t, std::uint32_t v) {
   for (int k = 0; k < 3; ++k)
     if (t.v[k] == v) return k;
   return -1;
 }
 
-/// The triangles around edges and corners of a mesh, for exact decisions about rays near them.
+/// Neighbouring triangles at edges and corners, for exact tests of rays that pass close to them.
 template <class Traced>
 class EdgeNeighborhood {
  public:
   PM_HD EdgeNeighborhood(const Traced& traced, const Ray& ray)
       : traced_(traced), ray_(ray), d_(ray.direction) {}
 
-  /// Calls f(triangle) for those around the corners of edges of `triangle` that the ray passes
-  /// closely.
+  /// Calls f(other) for all triangles that share a corner with an edge of `triangle` close to the
+  /// ray.
   template <class F>
   PM_HD void for_each_near(std::uint32_t triangle, const EdgeSides& sides, const F& f) const {
     const Triangle& t = traced_.mesh->triangles[triangle];
@@ -56,33 +57,36 @@ class EdgeNeighborhood {
           f(traced_.fans[i]);
   }
 
-  /// Tests whether there is mesh on the other side of every edge that the ray passes closely,
-  /// beginning with a triangle that contains the ray.
+  /// Tests whether the mesh continues beyond every edge close to the ray. The ray must hit
+  /// `triangle`.
   PM_HD_CALL bool is_covered(std::uint32_t triangle, const EdgeSides& sides) const {
     const Triangle& t = traced_.mesh->triangles[triangle];
     for (int k = 0; k < 3; ++k) {
-      const bool left = sides.near((k + 1) % 3, traced_.margin2);
-      const bool right = sides.near((k + 2) % 3, traced_.margin2);
-      // An edge is tested from its first corner, a corner with all of its edges.
-      if (left && right ? !is_corner_covered(t.v[k])
-                        : right && !is_edge_covered(t.v[k], t.v[(k + 1) % 3], sides.sum > 0))
+      const bool near_incoming = sides.near((k + 1) % 3, traced_.margin2);
+      const bool near_outgoing = sides.near((k + 2) % 3, traced_.margin2);
+      // If the ray is close to both edges at a corner, all edges of the corner are tested.
+      // Otherwise an edge is tested at its first corner.
+      if (near_incoming && near_outgoing
+              ? !is_corner_covered(t.v[k])
+              : near_outgoing && !is_edge_covered(t.v[k], t.v[(k + 1) % 3], sides.sum > 0))
         return false;
     }
     return true;
   }
 
  private:
-  /// Tests whether there is a triangle beyond the edge from v to w of a triangle that faces
-  /// `front`.
+  /// Tests whether another triangle lies beyond the edge from v to w of a triangle. `front`: the
+  /// triangle's EdgeSides::sum is positive.
   PM_HD bool is_edge_covered(std::uint32_t v, std::uint32_t w, bool front) const {
     for (std::uint32_t i = traced_.fan_begin[v]; i < traced_.fan_begin[v + 1]; ++i) {
       const Triangle& t = traced_.mesh->triangles[traced_.fans[i]];
       const int a = find_corner(t, v), b = find_corner(t, w);
       if (b < 0) continue;
-      const bool along = b == (a + 1) % 3;
+      const bool is_same_direction = b == (a + 1) % 3;
       const double sum = compute_sides(traced_, t, ray_, d_).sum;
-      // Its projection along the ray lies on the other side of the edge.
-      if (along ? (front ? sum < 0 : sum > 0) : (front ? sum > 0 : sum < 0)) return true;
+      // The projection of `t` along the ray lies on the other side of the edge.
+      if (is_same_direction ? (front ? sum < 0 : sum > 0) : (front ? sum > 0 : sum < 0))
+        return true;
     }
     return false;
   }
@@ -107,10 +111,10 @@ class EdgeNeighborhood {
 };
 
 /// Tests whether the line of a ray hits a triangle of the mesh, and computes the intersection. The
-/// line passes through the interior; where it passes an edge or corner so closely that floats
-/// cannot decide the side, there must be mesh on the other side too. So a mesh ends about a
-/// millionth of the stage's size inside its outline, where Embree finds it with any instruction
-/// set, and there are no gaps between triangles.
+/// line must pass through the triangle. Where it passes an edge or corner so closely that floats
+/// cannot decide the side, the mesh must also continue beyond it. So a mesh's outline shrinks by
+/// about a millionth of the stage's size, to where Embree finds the mesh with any instruction set,
+/// and there are no gaps between triangles.
 template <class Traced>
 PM_HD bool intersects_triangle(const Traced& traced, std::uint32_t triangle, const Ray& ray,
                                TriangleIntersection& intersection) {

@@ -12,17 +12,18 @@ namespace {
 
 using TriangleCorners = std::array<Vec3d, 3>;
 
-// Maximum distance of a corner from the centre of the inscribed circle, in its radii; reached at an
-// angle of 7 degrees.
+// Maximum distance of a corner from the centre of the inscribed circle, in radii of that circle. An
+// angle of 7 degrees reaches it.
 constexpr double kMaxCornerDistance = 16;
-// Width and height of a right triangle around a unit square.
+// Width w and height h of a right triangle that contains a unit square in the corner of its right
+// angle: 1 / w + 1 / h <= 1.
 constexpr double kCoverWidth = 1.5, kCoverHeight = 6;
 
-double size(Vec3d a) { return std::sqrt(dot(a, a)); }
+double norm(Vec3d a) { return std::sqrt(dot(a, a)); }
 
-/// The lengths of the sides opposite to the corners.
-Vec3d sides(const TriangleCorners& c) {
-  return {size(c[2] - c[1]), size(c[0] - c[2]), size(c[1] - c[0])};
+/// Computes the lengths of the sides opposite to the corners.
+Vec3d side_lengths(const TriangleCorners& c) {
+  return {norm(c[2] - c[1]), norm(c[0] - c[2]), norm(c[1] - c[0])};
 }
 
 struct Circle {
@@ -30,18 +31,18 @@ struct Circle {
   double radius = 0;
 };
 Circle make_inscribed_circle(const TriangleCorners& c) {
-  const Vec3d s = sides(c);
+  const Vec3d s = side_lengths(c);
   const double weight_sum = s.x + s.y + s.z;
   if (!(weight_sum > 0)) return {c[0], 0};
   return {(c[0] * s.x + c[1] * s.y + c[2] * s.z) * (1 / weight_sum),
-          size(cross(c[1] - c[0], c[2] - c[0])) / weight_sum};
+          norm(cross(c[1] - c[0], c[2] - c[0])) / weight_sum};
 }
 
-bool is_sharp(const TriangleCorners& c) {
+bool is_sliver(const TriangleCorners& c) {
   const Circle circle = make_inscribed_circle(c);
-  double farthest = 0;
-  for (const Vec3d& corner : c) farthest = std::max(farthest, size(corner - circle.center));
-  return !(farthest <= kMaxCornerDistance * circle.radius);
+  double max_distance = 0;
+  for (const Vec3d& corner : c) max_distance = std::max(max_distance, norm(corner - circle.center));
+  return !(max_distance <= kMaxCornerDistance * circle.radius);
 }
 
 TriangleCorners widen(const TriangleCorners& c, double margin) {
@@ -52,25 +53,26 @@ TriangleCorners widen(const TriangleCorners& c, double margin) {
   return result;
 }
 
-/// A right triangle around the one whose longest side begins at corner `first`.
-TriangleCorners cover(const TriangleCorners& c, int first, double margin) {
+/// Makes a right triangle that covers a widened triangle whose longest side begins at corner
+/// `first`.
+TriangleCorners make_cover(const TriangleCorners& c, int first, double margin) {
   const Vec3d p = c[first], q = c[(first + 1) % 3], r = c[(first + 2) % 3];
-  const double length = size(q - p);
+  const double length = norm(q - p);
   const Vec3d along = length > 0 ? (q - p) * (1 / length) : Vec3d{1, 0, 0};
   Vec3d up = r - p - along * dot(r - p, along);
-  const double height = size(up);
+  const double height = norm(up);
   if (height > 1e-12 * length)
     up = up * (1 / height);
   else
     up = std::fabs(along.x) < 0.6 ? cross(along, {1, 0, 0}) : cross(along, {0, 1, 0});
-  up = up * (1 / size(up));
+  up = up * (1 / norm(up));
   const Vec3d corner = p - (along + up) * margin;
   return {corner, corner + along * (kCoverWidth * (length + 2 * margin)),
           corner + up * (kCoverHeight * (height + 2 * margin))};
 }
 
 int longest_side(const TriangleCorners& c) {
-  const Vec3d s = sides(c);
+  const Vec3d s = side_lengths(c);
   return s.z >= s.x && s.z >= s.y ? 0 : s.x >= s.y ? 1 : 2;
 }
 
@@ -94,12 +96,13 @@ std::vector<std::vector<Vec3>> widen_triangles(const RenderMesh& mesh, float mar
         // All time steps of a triangle must use the same method.
         bool use_cover = false;
         for (std::size_t step = 0; step < steps; ++step)
-          use_cover = use_cover || is_sharp(corners_at(step));
+          use_cover = use_cover || is_sliver(corners_at(step));
         const int first = longest_side(corners_at(0));
         for (std::size_t step = 0; step < steps; ++step) {
           const TriangleCorners c = corners_at(step);
-          const TriangleCorners widened = use_cover ? cover(c, first, static_cast<double>(margin))
-                                                    : widen(c, static_cast<double>(margin));
+          const TriangleCorners widened = use_cover
+                                              ? make_cover(c, first, static_cast<double>(margin))
+                                              : widen(c, static_cast<double>(margin));
           for (std::size_t k = 0; k < 3; ++k)
             result[step][static_cast<std::size_t>(i) * 3 + k] = {static_cast<float>(widened[k].x),
                                                                  static_cast<float>(widened[k].y),

@@ -1,4 +1,4 @@
-// Widening of triangles, so that Embree finds all that a ray may hit.
+// Widened triangles, with which Embree finds every triangle that a ray may hit.
 #pragma once
 
 #include <vector>
@@ -12,11 +12,11 @@ inline Vec3 displace(const RenderMesh& mesh, std::size_t vertex, float fraction)
   return mesh.positions[vertex] + mesh.displacement[vertex] * fraction;
 }
 
-/// Computes the corners of every triangle, three each and in order, with each edge moved outward by
-/// at least `margin` within the triangle's plane. A triangle so sharp that its corners would move
-/// very far is replaced by another that covers it. `fractions`: for a mesh that moves, the
-/// fractions of its displacement at which corners are computed, one set each; empty for a static
-/// mesh.
+/// Moves every edge of every triangle outward by at least `margin` within the triangle's plane, and
+/// returns the corners, three per triangle. A sliver, whose corners would move very far, is
+/// replaced by a triangle that covers it. `fractions`: for a moving mesh, the fractions of its
+/// displacement; the result has one set of corners per fraction. It is empty for a static mesh,
+/// whose result has one set.
 std::vector<std::vector<Vec3>> widen_triangles(const RenderMesh& mesh, float margin,
                                                const std::vector<float>& fractions);
 
