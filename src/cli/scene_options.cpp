@@ -19,16 +19,10 @@ void make_coarse(const Scene& scene, SphereSettings& spheres) {
   spheres.resolution = 0;
 }
 
-<<<<<<< HEAD
-/// Applies --preview: half the size, coarser surface and balls, direct light with one ray for the
-/// occlusion of the sky, smoothed. `draft` applies --draft: a still coarser surface, one sample of
-/// a light without noise. Image settings that `sets` (--set) names keep their values.
-void make_preview(Scene& scene, const std::vector<std::string>& sets, bool draft) {
-=======
 /// Applies --preview: half the size, a coarser surface and fewer balls, direct light and one
-/// ambient-occlusion ray only, with smoothing. Image settings that --set names keep their values.
-void make_preview(Scene& scene, const std::vector<std::string>& sets) {
->>>>>>> bf2867df4487e5a4c4ff410d0c1cc71e4d8feff4
+/// ambient-occlusion ray only, with smoothing. `draft` applies --draft: a still coarser surface and
+/// one sample of light without noise. Image settings that --set names keep their values.
+void make_preview(Scene& scene, const std::vector<std::string>& sets, bool draft) {
   for (ActorSettings& actor : scene.actors)
     for_each_object(actor, [&](ObjectSettings& object) { make_coarse(scene, object.spheres); });
   scene.image.width = std::max(1, scene.image.width / 2);
@@ -36,21 +30,14 @@ void make_preview(Scene& scene, const std::vector<std::string>& sets) {
   const auto is_not_set = [&](std::string_view key) {
     return std::ranges::none_of(sets, [&](const std::string& set) { return set.starts_with(key); });
   };
-<<<<<<< HEAD
-  if (is_free("image.samples=")) scene.image.samples = std::min(scene.image.samples, draft ? 1 : 2);
-  if (is_free("image.noise=")) scene.image.noise = 0;
-  if (is_free("image.max_depth=")) scene.image.max_depth = draft ? 0 : 1;
-  if (is_free("image.smooth=")) scene.image.smooth = !draft;
-  if (draft && is_free("image.denoise=")) scene.image.denoise = false;
+  if (is_not_set("image.samples="))
+    scene.image.samples = std::min(scene.image.samples, draft ? 1 : 2);
+  if (is_not_set("image.noise=")) scene.image.noise = 0;
+  if (is_not_set("image.max_depth=")) scene.image.max_depth = draft ? 0 : 1;
+  if (is_not_set("image.smooth=")) scene.image.smooth = !draft;
+  if (draft && is_not_set("image.denoise=")) scene.image.denoise = false;
   const int resolution = scene.surface.resolution / 2;
   scene.surface.resolution = std::max(8, draft ? resolution * 3 / 4 : resolution);
-=======
-  if (is_not_set("image.samples=")) scene.image.samples = std::min(scene.image.samples, 2);
-  if (is_not_set("image.noise=")) scene.image.noise = 0;
-  if (is_not_set("image.max_depth=")) scene.image.max_depth = 1;
-  if (is_not_set("image.smooth=")) scene.image.smooth = true;
-  scene.surface.resolution = std::max(8, scene.surface.resolution / 2);
->>>>>>> bf2867df4487e5a4c4ff410d0c1cc71e4d8feff4
 }
 
 }  // namespace
