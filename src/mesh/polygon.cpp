@@ -21,7 +21,7 @@ double signed_area(Point2 a, Point2 b, Point2 c) {
   return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-/// Newell's normal: exact for planar polygons, a mean one for others; concave corners do no harm.
+/// Newell's normal: exact for planar polygons, concave ones included; a mean normal for others.
 Vec3d newell_normal(std::span<const Vec3> corners) {
   Vec3d sum;
   const Vec3d origin(corners[0]);
@@ -47,32 +47,32 @@ class CornerTree {
 
   void remove(std::uint32_t corner) {
     const std::uint32_t rank = rank_[corner];
-    for (std::uint32_t at = 0;;) {
-      Node& node = nodes_[at];
+    for (std::uint32_t index = 0;;) {
+      Node& node = nodes_[index];
       --node.remaining;
       if (node.second == 0) break;
-      at = rank < nodes_[node.second].begin ? at + 1 : node.second;
+      index = rank < nodes_[node.second].begin ? index + 1 : node.second;
     }
     removed_[rank] = 1;
   }
 
-  /// Tests whether a corner lies in the triangle a, b, c or on its outline, other than at a, b and
-  /// c: bridges of polygons with holes visit a point twice, and its twin does not block an ear.
-  /// Adds the number of steps to `work`.
+  /// Tests whether a corner lies in the triangle a, b, c or on its outline, except at the positions
+  /// of a, b and c: bridges of polygons with holes visit a point twice, and the second visit does
+  /// not block an ear. Adds the number of steps to `work`.
   bool any_within(Point2 a, Point2 b, Point2 c, std::size_t& work) const {
     std::array<std::uint32_t, 64> stack;  // twice the depth that 2^32 corners need
     std::size_t stack_size = 0;
     stack[stack_size++] = 0;
     while (stack_size > 0) {
-      const std::uint32_t at = stack[--stack_size];
-      const Node& node = nodes_[at];
+      const std::uint32_t index = stack[--stack_size];
+      const Node& node = nodes_[index];
       ++work;
       if (node.remaining == 0 || is_to_the_right(a, b, node) || is_to_the_right(b, c, node) ||
           is_to_the_right(c, a, node))
         continue;
       if (node.second != 0) {
         stack[stack_size++] = node.second;
-        stack[stack_size++] = at + 1;
+        stack[stack_size++] = index + 1;
         continue;
       }
       for (std::uint32_t i = node.begin; i < node.end; ++i) {
@@ -241,8 +241,8 @@ PolygonTriangles triangulate(std::span<const Vec3> corners) {
     return result;
   }
   const Vec3d normal = normalized(newell_normal(corners));
-  const Vec3d side = std::abs(normal.x) < 0.6 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0);
-  const Vec3d u = normalized(cross(side, normal));
+  const Vec3d helper_axis = std::abs(normal.x) < 0.6 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0);
+  const Vec3d u = normalized(cross(helper_axis, normal));
   const Vec3d v = cross(normal, u);
   std::vector<Point2> projected;
   double low = 0, high = 0, size2 = 0;
@@ -256,12 +256,14 @@ PolygonTriangles triangulate(std::span<const Vec3> corners) {
   result.planar = high - low <= 0.1 * std::sqrt(size2);
   const double slack = 1e-12 * size2;
   if (corners.size() == 4) {
-    const bool by_02 = signed_area(projected[0], projected[1], projected[2]) > slack &&
-                       signed_area(projected[0], projected[2], projected[3]) > slack;
-    const bool by_13 = signed_area(projected[1], projected[2], projected[3]) > slack &&
-                       signed_area(projected[1], projected[3], projected[0]) > slack;
-    result.simple = by_02 || by_13;
-    if (by_02 || !by_13)
+    const bool is_diagonal_02_valid =
+        signed_area(projected[0], projected[1], projected[2]) > slack &&
+        signed_area(projected[0], projected[2], projected[3]) > slack;
+    const bool is_diagonal_13_valid =
+        signed_area(projected[1], projected[2], projected[3]) > slack &&
+        signed_area(projected[1], projected[3], projected[0]) > slack;
+    result.simple = is_diagonal_02_valid || is_diagonal_13_valid;
+    if (is_diagonal_02_valid || !is_diagonal_13_valid)
       result.triangles = {{0, 1, 2}, {0, 2, 3}};
     else
       result.triangles = {{1, 2, 3}, {1, 3, 0}};
