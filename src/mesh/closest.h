@@ -11,9 +11,9 @@
 
 namespace polymorph {
 
-/// Closest-point query by a hierarchy over a copy of the triangles: the mesh may be destroyed.
-/// Const member functions may be called from many threads at once. A triangle without area counts
-/// as the segment or point to which it degenerates.
+/// Closest-point query by a hierarchy over a copy of the triangles, which the mesh need not
+/// outlive. Const member functions may be called from many threads at once. A triangle without area
+/// counts as the segment or point to which it degenerates.
 class ClosestPointQuery {
  public:
   explicit ClosestPointQuery(MeshView mesh);

@@ -19,7 +19,7 @@ enum class InsideRule : std::uint8_t {
   kParity,
 };
 
-/// Inside test by a hierarchy over a copy of a model's triangles: the model may be destroyed. Const
+/// Inside test by a hierarchy over a copy of the triangles, which the model need not outlive. Const
 /// member functions may be called from many threads at once.
 class InsideTest {
  public:

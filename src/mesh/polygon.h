@@ -12,8 +12,8 @@ namespace polymorph {
 
 /// Triangulation of one polygon.
 struct PolygonTriangles {
-  std::vector<std::array<std::uint32_t, 3>>
-      triangles;       ///< corner indices, oriented like the polygon
+  /// Corner indices, oriented like the polygon.
+  std::vector<std::array<std::uint32_t, 3>> triangles;
   bool planar = true;  ///< the corners deviate from a plane by at most 10 % of the polygon's size
   bool simple = true;  ///< the outline does not cross itself; else the triangles are a best effort
 };

@@ -15,8 +15,8 @@ namespace polymorph {
 namespace {
 
 constexpr double kManyBalls = 1500;
-constexpr std::size_t kMaxTests =
-    16384;  // triangles per ray; reached only where many faces coincide
+// Triangles tested per ray; reached only where many faces coincide.
+constexpr std::size_t kMaxTests = 16384;
 
 /// Distance along the ray at which it hits the triangle, or infinity (Moeller and Trumbore 1997,
 /// in double precision; edges count).

@@ -40,8 +40,8 @@ struct KnownDeviation {
   static constexpr std::uint32_t kNew = 0xffffffffu;
   const Deviation& last;
   std::vector<std::uint32_t> own;  ///< former index per triangle, or kNew
-  std::vector<std::uint32_t>
-      other;  ///< present index per former triangle of the other mesh, or kNew
+  /// Present index per former triangle of the other mesh, or kNew.
+  std::vector<std::uint32_t> other;
   /// True if the other mesh has not changed: then large distances remain valid too.
   bool is_other_same = false;
 };

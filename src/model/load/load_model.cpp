@@ -67,7 +67,7 @@ struct ReaderRun {
 /// A model's file, and the pose that its path names.
 struct AnimatedPath {
   fs::path file;
-  std::string pose;  ///< its time, and indices of the animations that play; empty: at rest
+  std::string pose;  ///< its time, and indices of the active animations; empty: at rest
 };
 
 AnimatedPath resolve_pose(const fs::path& path) {
@@ -78,8 +78,8 @@ AnimatedPath resolve_pose(const fs::path& path) {
           fmt::format("{} {}", animation.seconds(pose->number), fmt::join(animation.playing, " "))};
 }
 
-/// `memory`: bytes that the reader and the model that it makes may take; `limit`: those of its
-/// output.
+/// Runs the reader. `memory`: bytes that it and the model made of its output may take; `limit`:
+/// maximum bytes of its output.
 Result<ReaderRun> run_reader(const fs::path& reader, const AnimatedPath& model,
                              std::uint64_t memory, std::uint64_t limit) {
   int ends[2];
@@ -131,13 +131,13 @@ Result<ReaderRun> run_reader(const fs::path& reader, const AnimatedPath& model,
   return run;
 }
 
-/// The parsed output of the reader; obj and mtl are parts of it.
+/// The parsed output of the reader, to which obj and mtl refer.
 struct Imported {
   std::string_view obj, mtl;
   std::string error, too_large;
   std::map<std::string, std::string> textures;
   std::vector<std::string> warnings, inputs;
-  bool is_complete = false;  ///< the "end" piece was read
+  bool is_complete = false;  ///< the "end" record was read
 };
 
 Imported parse(std::string_view bytes) {
@@ -153,11 +153,11 @@ Imported parse(std::string_view bytes) {
     const auto name_size = parse_integer(words[1]), size = parse_integer(words[2]);
     if (!name_size || !size || *name_size < 0 || *size < 0) return imported;
     const auto name_end = static_cast<std::size_t>(*name_size),
-               all = name_end + static_cast<std::size_t>(*size);
-    if (all > bytes.size()) return imported;
+               record_end = name_end + static_cast<std::size_t>(*size);
+    if (record_end > bytes.size()) return imported;
     const std::string name(bytes.substr(0, name_end));
-    const std::string_view body = bytes.substr(name_end, all - name_end);
-    bytes.remove_prefix(all);
+    const std::string_view body = bytes.substr(name_end, record_end - name_end);
+    bytes.remove_prefix(record_end);
     if (words[0] == "obj") imported.obj = body;
     if (words[0] == "mtl") imported.mtl = body;
     if (words[0] == "texture") imported.textures[name] = body;
@@ -192,13 +192,13 @@ std::string remove_line_numbers(std::string text, const std::string& file) {
 }
 
 Error make_reader_error(const std::string& file, const ReaderRun& run) {
-  std::string why = "its reader stopped half way";
-  if (run.is_too_large) why = "it unpacks to more than can be taken";
+  std::string reason = "its reader stopped half way";
+  if (run.is_too_large) reason = "it unpacks to more than can be taken";
   if (WIFSIGNALED(run.status))
-    why = WTERMSIG(run.status) == SIGXCPU
-              ? "its reader does not come to an end"
-              : fmt::format("its reader crashed (signal {})", WTERMSIG(run.status));
-  return make_error(ErrorCode::kInput, "{}: {} - export it anew, or as OBJ or glTF", file, why);
+    reason = WTERMSIG(run.status) == SIGXCPU
+                 ? "its reader does not come to an end"
+                 : fmt::format("its reader crashed (signal {})", WTERMSIG(run.status));
+  return make_error(ErrorCode::kInput, "{}: {} - export it anew, or as OBJ or glTF", file, reason);
 }
 
 std::string lower_suffix(const fs::path& path) { return lower_case(path.extension().string()); }
@@ -206,7 +206,7 @@ std::string lower_suffix(const fs::path& path) { return lower_case(path.extensio
 constexpr const char* kForeign[] = {".glb", ".gltf", ".ply", ".stl",
                                     ".fbx", ".dae",  ".off", ".3ds"};
 
-/// Files of other programs' scenes.
+/// Suffixes of other programs' scenes.
 constexpr const char* kUnread[] = {".blend", ".usd", ".usda", ".usdc", ".usdz", ".abc", ".ma",
                                    ".mb",    ".max", ".c4d",  ".ztl",  ".3dm",  ".hip", ".lwo",
                                    ".step",  ".stp", ".iges", ".igs",  ".skp"};
@@ -226,9 +226,10 @@ Result<LoadedModel> run_and_parse(const fs::path& path, const LoadObjSettings& s
     return Ok{};
   }());
   PM_TRY(const fs::path reader, find_reader());
-  const std::uint64_t left = remaining_memory();
+  const std::uint64_t available_memory = remaining_memory();
   PM_TRY(ReaderRun run,
-         run_reader(reader, animated, left, std::min<std::uint64_t>(8 * settings.max_bytes, left)));
+         run_reader(reader, animated, available_memory,
+                    std::min<std::uint64_t>(8 * settings.max_bytes, available_memory)));
   const Imported imported = parse(run.bytes);
   for (const std::string& input : imported.inputs) remember_input(input);
   if (!imported.too_large.empty())
