@@ -233,7 +233,7 @@ void cut(Mesh& mesh, const Homology& homology, const Loop& loop) {
     // The corners at v to the left of the loop, counter-clockwise from its next side.
     for (std::uint32_t side = loop[i];;) {
       reassigned.emplace_back(side, left.back());
-      const std::uint32_t last = corner_after(corner_after(side));  // from the third vertex to v
+      const std::uint32_t last = corner_after(corner_after(side));  // the side that ends at v
       if (last == previous) break;
       side = homology.mate(last);
       PM_CHECK(side != loop[i]);

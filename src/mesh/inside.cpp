@@ -167,10 +167,10 @@ void InsideTest::Tree::add_leaf(Node& node, std::span<const std::uint32_t> order
       leaf.corner[3 * i + 2][k] = p.z;
     }
   if (multiplicities.empty()) return;
-  std::uint32_t all = 0;
-  for (const std::uint32_t t : order) all |= multiplicity(t);
+  std::uint32_t used_digits = 0;
+  for (const std::uint32_t t : order) used_digits |= multiplicity(t);
   node.mask = static_cast<std::uint32_t>(masks.size());
-  node.digits = static_cast<std::uint32_t>(std::bit_width(all));
+  node.digits = static_cast<std::uint32_t>(std::bit_width(used_digits));
   digits = std::max(digits, node.digits);
   for (std::uint32_t digit = 0; digit < node.digits; ++digit) {
     unsigned mask = 0;

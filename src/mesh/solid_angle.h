@@ -33,7 +33,7 @@ class AngleSums {
     float corner[9][kLanes];
   };
 
-  /// Half angles of eight triangles, computed once where several sums add some of them.
+  /// Half angles of eight triangles, for several sums that add some of them.
   struct Angles {
     double num[kLanes], den[kLanes];
   };

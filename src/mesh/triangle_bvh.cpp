@@ -107,8 +107,8 @@ double coordinate(Vec3d p, int axis) { return axis == 0 ? p.x : axis == 1 ? p.y 
 
 /// Clips a convex polygon by a plane across an axis and keeps one side (Sutherland and Hodgman
 /// 1974).
-Polygon clip(const Polygon& polygon, int axis, double position, bool above) {
-  const double sign = above ? 1 : -1;
+Polygon clip(const Polygon& polygon, int axis, double position, bool keep_above) {
+  const double sign = keep_above ? 1 : -1;
   Polygon result;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Vec3d a = polygon[i], b = polygon[(i + 1) % polygon.size()];

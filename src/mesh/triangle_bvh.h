@@ -24,7 +24,7 @@ struct TriangleBvh {
   /// Absent children have an empty box and `child` kNone.
   struct Node {
     float low[3][kWidth], high[3][kWidth];
-    std::uint32_t child[kWidth];  ///< index of a node; of a leaf its first slot
+    std::uint32_t child[kWidth];  ///< index of the child node, or first slot of the child leaf
     std::uint32_t count[kWidth];  ///< triangles of a leaf; 0: a node, or no child
   };
   struct Corners {

@@ -16,9 +16,10 @@ namespace polymorph {
 namespace {
 
 constexpr double kLong = 1.0 / 64;  // fraction of the diagonal
-// Numbers of long triangles: many; left of scattered ones; left of nested shells.
+// Numbers of long triangles: the minimum of "many", and the maxima that remain of scattered ones
+// and of nested shells.
 constexpr std::size_t kManyLong = 16384, kMaxScattered = 2048, kMaxNested = 1024;
-constexpr double kFineCells = 2048, kCoarseCells = 256;  // along the diagonal
+constexpr double kFineCells = 2048, kCoarseCells = 256;  // cells along the diagonal
 
 bool is_long(MeshView mesh, const Triangle& t, double diagonal) {
   const Vec3d a(mesh.points[t.v[0]]), b(mesh.points[t.v[1]]), c(mesh.points[t.v[2]]);
@@ -37,10 +38,10 @@ std::vector<std::uint32_t> first_points_in_cells(MeshView mesh, double cell) {
   std::unordered_map<std::uint64_t, std::uint32_t> first_in_cell;
   std::vector<std::uint32_t> representative(mesh.points.size());
   for (std::uint32_t i = 0; i < representative.size(); ++i) {
-    const Vec3d at = (Vec3d(mesh.points[i]) - low) * (1 / cell);
-    const std::uint64_t key = static_cast<std::uint64_t>(at.x) << 40 |
-                              static_cast<std::uint64_t>(at.y) << 20 |
-                              static_cast<std::uint64_t>(at.z);
+    const Vec3d cell_position = (Vec3d(mesh.points[i]) - low) * (1 / cell);
+    const std::uint64_t key = static_cast<std::uint64_t>(cell_position.x) << 40 |
+                              static_cast<std::uint64_t>(cell_position.y) << 20 |
+                              static_cast<std::uint64_t>(cell_position.z);
     representative[i] = first_in_cell.try_emplace(key, i).first->second;
   }
   return representative;

@@ -11,7 +11,7 @@
 
 namespace polymorph {
 
-/// A simplified mesh without normals, in which each triangle stands once. Its triangles have the
+/// A simplified mesh without normals that contains each triangle once. Its triangles have the
 /// original's winding number if each counts `multiplicity` times, and its shape if each counts
 /// once.
 struct ClusteredMesh {

@@ -38,10 +38,11 @@ struct Corners {
     int low[3];
     float t[3];
     const Vec3 q = (p - grid.origin) / grid.cell;
-    const float at[3] = {q.x, q.y, q.z};
+    const float coordinates[3] = {q.x, q.y, q.z};
     const int points[3] = {grid.points.x, grid.points.y, grid.points.z};
     for (int axis = 0; axis < 3; ++axis) {
-      const float clamped = std::clamp(at[axis], 0.0f, static_cast<float>(points[axis] - 1));
+      const float clamped =
+          std::clamp(coordinates[axis], 0.0f, static_cast<float>(points[axis] - 1));
       low[axis] = std::min(static_cast<int>(clamped), points[axis] - 2);
       t[axis] = clamped - static_cast<float>(low[axis]);
     }

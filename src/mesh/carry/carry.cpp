@@ -44,8 +44,8 @@ class Carrier {
   }
   /// Returns false once `going_on` has failed; results measured after that must not be used.
   bool keep_going() {
-    if (ended_.ok()) ended_ = settings_.going_on();
-    return ended_.ok();
+    if (status_.ok()) status_ = settings_.going_on();
+    return status_.ok();
   }
   std::string stage_name(const char* work, std::size_t k) const {
     return fmt::format("{} {} at time {} of {}", work, settings_.name, k + 1, times_.size());
@@ -67,7 +67,7 @@ class Carrier {
   Fans fans_;
   std::vector<Points> points_;
   std::optional<CarryMeter> meter_;  ///< measures at the current time
-  Status ended_ = Ok{};
+  Status status_ = Ok{};
   const std::function<bool()> keep_going_ = [this] { return keep_going(); };
   std::vector<float> residual_;  ///< distance of each point from the surface at the start of a step
 };
@@ -188,8 +188,9 @@ void Carrier::divide(std::size_t k, std::vector<std::uint32_t> chosen) {
 
 /// Improves the mesh at time `k` until it is near enough; divides triangles that are too large.
 CarryFault Carrier::finish(std::size_t k, const CarryTarget& target) {
+  // Maximum number of rounds, and number of rounds before inverted triangles are divided.
   constexpr int kRounds = 30, kMovesAlone = 2;
-  constexpr float kSmallest = 0.1f;  // longest edge of triangles that are not divided, in limits
+  constexpr float kSmallest = 0.1f;  // in limits; inverted triangles without a longer edge stay
   meter_.emplace(target, settings_.limit);
   std::vector<std::uint32_t> new_triangles;
   CarryMeasure last;
@@ -264,7 +265,7 @@ Status Carrier::step(std::size_t from, std::size_t to) {
   PM_TRY_STATUS(advance(points, times_[from], times_[to], target, 0));
   points_[to] = std::move(points);
   finish(to, target);
-  return ended_;
+  return status_;
 }
 
 Status Carrier::run(std::size_t start) {
@@ -280,7 +281,7 @@ Status Carrier::run(std::size_t start) {
     for (int k = 0; k < kSweeps && keep_going(); ++k)
       move_onto_surface(view(points_[start]), target, kRelax, near);
     if (keep_going()) finish(start, target);
-    PM_TRY_STATUS(ended_);
+    PM_TRY_STATUS(status_);
   }
   for (std::size_t k = start; k-- > 0;) PM_TRY_STATUS(step(k + 1, k));
   for (std::size_t k = start + 1; k < times_.size(); ++k) PM_TRY_STATUS(step(k - 1, k));
@@ -300,11 +301,11 @@ Result<CarriedMesh> Carrier::result() {
       const Activity activity(stage_name("checking", k));
       PM_TRY(const CarryTarget target, surface_.at(times_[k]));
       carried.faults[k] = improve_without_division(points_[k], target);
-      PM_TRY_STATUS(ended_);
+      PM_TRY_STATUS(status_);
       if (is_good(carried.faults[k]) || pass + 1 == kPasses) continue;
       const std::size_t before = triangles_.size();
       carried.faults[k] = finish(k, target);
-      PM_TRY_STATUS(ended_);
+      PM_TRY_STATUS(status_);
       is_divided |= triangles_.size() > before;
     }
   }

@@ -1,4 +1,4 @@
-// Mesh tracking: carries one mesh of fixed connectivity along a moving surface.
+// Mesh tracking: carries a mesh along a moving surface, with the same triangles at all times.
 #pragma once
 
 #include <cstdint>
@@ -34,8 +34,8 @@ struct CarriedMesh {
 };
 
 struct CarrySettings {
-  float limit = 0;                      ///< maximum Hausdorff distance, scene units
-  float cell = 0;                       ///< edge of the surface's own cells
+  float limit = 0;  ///< maximum Hausdorff distance, scene units
+  float cell = 0;   ///< edge of the grid cells that the surface was extracted from
   std::size_t max_triangles = 1000000;  ///< approximate: no subdivision begins that would exceed it
   std::string name = "a mesh";          ///< name of the mesh in the progress
   /// Called before each move of the mesh; an error ends the work.

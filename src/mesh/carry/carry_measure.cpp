@@ -49,8 +49,8 @@ std::size_t CarryMeter::KeyHash::operator()(const Key& key) const {
 std::vector<std::uint32_t> CarryMeter::find_in_last_mesh(std::span<const Key> keys) const {
   std::vector<std::uint32_t> indices;
   for (const Key& key : keys) {
-    const auto found = last_index_.find(key);
-    indices.push_back(found == last_index_.end() ? KnownDeviation::kNew : found->second);
+    const auto entry = last_index_.find(key);
+    indices.push_back(entry == last_index_.end() ? KnownDeviation::kNew : entry->second);
   }
   return indices;
 }

@@ -115,8 +115,8 @@ constexpr float kBadQuality = 0.05f;  // triangles below this are nearly inverte
 /// Moves a point that is stuck: far from the surface, or at a triangle that is nearly inverted.
 /// Candidate positions are scored with the surface normals there, which differ on ridges and in
 /// grooves from those at the point.
-void free_point(const MovedMesh& mesh, const CarryTarget& target, std::span<const TriangleFit> fits,
-                std::uint32_t v, float max_distance) {
+void move_stuck_point(const MovedMesh& mesh, const CarryTarget& target,
+                      std::span<const TriangleFit> fits, std::uint32_t v, float max_distance) {
   constexpr float kSufficientQuality = 0.25f;
   std::vector<Vec3>& points = mesh.points;
   const std::span<const std::uint32_t> fan = mesh.fans.around(v);
@@ -264,7 +264,7 @@ void repair(const MovedMesh& mesh, const CarryTarget& target, float max_distance
         mover.move(active[i],
                    target_position(mesh, active[i], foot.points[i], foot.normals[i], kRelax));
     add_rings(stuck, mesh, 0);
-    for (const std::uint32_t v : stuck) free_point(mesh, target, fits, v, max_distance);
+    for (const std::uint32_t v : stuck) move_stuck_point(mesh, target, fits, v, max_distance);
   }
 }
 

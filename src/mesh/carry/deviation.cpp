@@ -98,19 +98,21 @@ class TriangleDeviation {
 /// be closer.
 bool reuse(const KnownDeviation& known, std::uint32_t f, float negligible,
            Deviation::PerTriangle& result) {
-  if (known.own[f] == KnownDeviation::kNew) return false;
-  const Deviation::PerTriangle& last = known.last.triangles[known.own[f]];
+  if (known.former_index[f] == KnownDeviation::kNew) return false;
+  const Deviation::PerTriangle& last = known.last.triangles[known.former_index[f]];
   if (!known.is_other_same) {
     if (last.distance > negligible) return false;
-    const auto is_removed = [&](std::uint32_t t) { return known.other[t] == KnownDeviation::kNew; };
+    const auto is_removed = [&](std::uint32_t t) {
+      return known.present_index[t] == KnownDeviation::kNew;
+    };
     if (std::any_of(last.witnesses.begin(), last.witnesses.end(), is_removed)) return false;
   }
   result = last;
   if (!known.is_other_same) {
-    for (std::uint32_t& t : result.witnesses) t = known.other[t];
+    for (std::uint32_t& t : result.witnesses) t = known.present_index[t];
     for (Deviation::Listed& listed : result.listed) {
-      if (known.other[listed.triangle] == KnownDeviation::kNew) return false;
-      listed.triangle = known.other[listed.triangle];
+      if (known.present_index[listed.triangle] == KnownDeviation::kNew) return false;
+      listed.triangle = known.present_index[listed.triangle];
     }
   }
   return true;

@@ -24,8 +24,8 @@ struct Deviation {
     std::uint32_t triangle;  ///< the other mesh's triangle nearest to the point
   };
   struct PerTriangle {
-    /// Upper bound over the triangle's points. Unless it is negligible, the distance of some point
-    /// is within the precision of it.
+    /// Upper bound over the triangle's points. Unless negligible, it exceeds the largest distance
+    /// by at most the precision.
     float distance = 0;
     Vec3 position;  ///< the furthest point evaluated
     std::vector<Listed> listed;
@@ -39,9 +39,9 @@ struct Deviation {
 struct KnownDeviation {
   static constexpr std::uint32_t kNew = 0xffffffffu;
   const Deviation& last;
-  std::vector<std::uint32_t> own;  ///< former index per triangle, or kNew
+  std::vector<std::uint32_t> former_index;  ///< former index per triangle, or kNew
   /// Present index per former triangle of the other mesh, or kNew.
-  std::vector<std::uint32_t> other;
+  std::vector<std::uint32_t> present_index;
   /// True if the other mesh has not changed: then large distances remain valid too.
   bool is_other_same = false;
 };

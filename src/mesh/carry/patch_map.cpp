@@ -75,7 +75,7 @@ struct Disk {
 std::optional<Disk> make_disk(std::span<const Triangle> triangles,
                               const std::vector<Triangle>& neighbours, std::size_t points,
                               Flags is_selected) {
-  for (int tries = 0; tries < 8; ++tries) {
+  for (int attempt = 0; attempt < 8; ++attempt) {
     const FlaggedComponents outside = find_components(neighbours, is_selected, 0);
     if (outside.size.size() < 2) return std::nullopt;
     const std::uint32_t largest = find_largest(outside);
@@ -125,14 +125,14 @@ std::optional<Disk> make_disk(std::span<const Triangle> triangles,
 }
 
 /// Places the inner points of a disk in the plane, each at the weighted mean of its neighbours.
-/// `flat` holds the border's positions; `weight(p, q, r)` is the share of triangle pqr in the
+/// `planar` holds the border's positions; `weight(p, q, r)` is the share of triangle pqr in the
 /// weight of p's neighbour q. Returns false if the system is singular.
 template <class Weight>
-bool embed(const Disk& disk, std::span<const Triangle> triangles, std::vector<Vec2d>& flat,
+bool embed(const Disk& disk, std::span<const Triangle> triangles, std::vector<Vec2d>& planar,
            const Weight& weight) {
   const auto border = disk.border.size();
   const auto inner = static_cast<Eigen::Index>(disk.points.size() - border);
-  flat.resize(disk.points.size());
+  planar.resize(disk.points.size());
   if (inner == 0) return true;
   std::vector<Eigen::Triplet<double>> entries;
   Eigen::MatrixX2d right_side = Eigen::MatrixX2d::Zero(inner, 2);
@@ -148,7 +148,7 @@ bool embed(const Disk& disk, std::span<const Triangle> triangles, std::vector<Ve
         const auto row = static_cast<Eigen::Index>(i - border);
         sums[i - border] += w;
         if (j < border)
-          right_side.row(row) += w * flat[j].transpose();
+          right_side.row(row) += w * planar[j].transpose();
         else
           entries.emplace_back(row, static_cast<Eigen::Index>(j - border), -w);
       }
@@ -160,7 +160,7 @@ bool embed(const Disk& disk, std::span<const Triangle> triangles, std::vector<Ve
   solver.compute(matrix);
   if (solver.info() != Eigen::Success) return false;
   const Eigen::MatrixX2d x = solver.solve(right_side);
-  for (Eigen::Index i = 0; i < inner; ++i) flat[border + static_cast<std::size_t>(i)] = x.row(i);
+  for (Eigen::Index i = 0; i < inner; ++i) planar[border + static_cast<std::size_t>(i)] = x.row(i);
   return true;
 }
 
@@ -173,13 +173,13 @@ struct DiskPosition {
 /// Finds the face of the flattened disk that contains a point or, if none does, the face in which
 /// its smallest barycentric coordinate is largest.
 DiskPosition locate(const Disk& disk, std::span<const Triangle> triangles,
-                    const std::vector<Vec2d>& flat, Vec2d p) {
+                    const std::vector<Vec2d>& planar, Vec2d p) {
   DiskPosition best;
   double max_inside = -1e300;
   for (const std::uint32_t f : disk.faces) {
     const Triangle& t = triangles[f];
-    const Vec2d a = flat[disk.index.at(t.v[0])], b = flat[disk.index.at(t.v[1])] - a,
-                c = flat[disk.index.at(t.v[2])] - a, d = p - a;
+    const Vec2d a = planar[disk.index.at(t.v[0])], b = planar[disk.index.at(t.v[1])] - a,
+                c = planar[disk.index.at(t.v[2])] - a, d = p - a;
     const double area = b.x() * c.y() - b.y() * c.x();
     if (!(std::abs(area) > 0)) continue;
     const double u = (d.x() * c.y() - d.y() * c.x()) / area,
@@ -202,7 +202,7 @@ bool map_patch(std::vector<Vec3>& points, std::span<const Triangle> triangles, c
                const CarryTarget& target, const Disk& target_disk) {
   const Mesh& surface = target.surface;
   // Map the border of the target's disk to the unit circle, by arc length.
-  std::vector<Vec2d> flat(target_disk.points.size());
+  std::vector<Vec2d> planar(target_disk.points.size());
   double total = 0;
   std::vector<double> arc_length;
   for (std::size_t i = 0; i < target_disk.border.size(); ++i) {
@@ -213,7 +213,7 @@ bool map_patch(std::vector<Vec3>& points, std::span<const Triangle> triangles, c
   }
   for (std::size_t i = 0; i < target_disk.border.size(); ++i) {
     const double angle = 2 * 3.14159265358979 * arc_length[i] / total;
-    flat[i] = {exact::cos(angle), exact::sin(angle)};
+    planar[i] = {exact::cos(angle), exact::sin(angle)};
   }
   // Tangent of half the angle between two vectors, limited where they are nearly parallel.
   const auto tan_half = [&](Vec3 a, Vec3 b) {
@@ -221,31 +221,32 @@ bool map_patch(std::vector<Vec3>& points, std::span<const Triangle> triangles, c
     const double norm = std::sqrt(c * c + s * s);
     return s > 1e-12 * norm ? (norm - c) / s : (c > 0 ? 1e-6 : 1e6);
   };
-  const bool is_flat = embed(
-      target_disk, surface.triangles, flat, [&](std::uint32_t p, std::uint32_t q, std::uint32_t r) {
-        const Vec3 a = surface.positions[q] - surface.positions[p],
-                   b = surface.positions[r] - surface.positions[p];
-        const auto edge_length = std::max(static_cast<double>(length(a)), 1e-12);
-        return std::clamp(tan_half(a, b), 1e-3, 1e3) / edge_length;
-      });
-  if (!is_flat) return false;
+  const bool is_embedded = embed(target_disk, surface.triangles, planar,
+                                 [&](std::uint32_t p, std::uint32_t q, std::uint32_t r) {
+                                   const Vec3 a = surface.positions[q] - surface.positions[p],
+                                              b = surface.positions[r] - surface.positions[p];
+                                   const auto edge_length =
+                                       std::max(static_cast<double>(length(a)), 1e-12);
+                                   return std::clamp(tan_half(a, b), 1e-3, 1e3) / edge_length;
+                                 });
+  if (!is_embedded) return false;
   Flags in_target_disk(surface.triangles.size(), 0);
   for (const std::uint32_t f : target_disk.faces) in_target_disk[f] = 1;
-  std::vector<Vec2d> patch_flat(patch.points.size());
+  std::vector<Vec2d> planar_patch(patch.points.size());
   for (std::size_t i = 0; i < patch.border.size(); ++i) {
     const ClosestPoint hit = target.tree->closest(points[patch.border[i]]);
     if (!in_target_disk[hit.triangle]) return false;
     const Triangle& t = surface.triangles[hit.triangle];
     const TriangleWeights w = weights_at(surface, hit);
-    patch_flat[i] = flat[target_disk.index.at(t.v[0])] * w.a +
-                    flat[target_disk.index.at(t.v[1])] * w.b +
-                    flat[target_disk.index.at(t.v[2])] * w.c;
+    planar_patch[i] = planar[target_disk.index.at(t.v[0])] * w.a +
+                      planar[target_disk.index.at(t.v[1])] * w.b +
+                      planar[target_disk.index.at(t.v[2])] * w.c;
   }
-  if (!embed(patch, triangles, patch_flat,
+  if (!embed(patch, triangles, planar_patch,
              [](std::uint32_t, std::uint32_t, std::uint32_t) { return 1.0; }))
     return false;
-  for (std::size_t i = patch.border.size(); i < patch_flat.size(); ++i) {
-    const DiskPosition at = locate(target_disk, surface.triangles, flat, patch_flat[i]);
+  for (std::size_t i = patch.border.size(); i < planar_patch.size(); ++i) {
+    const DiskPosition at = locate(target_disk, surface.triangles, planar, planar_patch[i]);
     const Triangle& t = surface.triangles[at.face];
     Vec3 p;
     for (int k = 0; k < 3; ++k)

@@ -451,18 +451,18 @@ Pose parse_pose(const aiScene& scene, const GltfFile& file, const char* words) {
 }
 
 /// Limits CPU time or memory to a value that suffices for any model the program accepts.
-void limit(int resource, rlim_t maximum) {
-  rlimit now{};
-  if (getrlimit(resource, &now) != 0) return;
-  now.rlim_cur = std::min(now.rlim_max, maximum);
-  setrlimit(resource, &now);
+void limit_resource(int resource, rlim_t maximum) {
+  rlimit current{};
+  if (getrlimit(resource, &current) != 0) return;
+  current.rlim_cur = std::min(current.rlim_max, maximum);
+  setrlimit(resource, &current);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   if (argc != 3 && argc != 4) return 2;
-  limit(RLIMIT_CORE, 0);
+  limit_resource(RLIMIT_CORE, 0);
   std::fputs(polymorph::kImportHello, stdout);
   const fs::path path = argv[1];
   std::error_code error;
@@ -471,9 +471,9 @@ int main(int argc, char** argv) {
   // Shared libraries take address space, but little memory.
   constexpr rlim_t kLibraries = rlim_t{256} << 20;
   const rlim_t seconds = 3 + bytes / 1000000;
-  limit(RLIMIT_AS, std::min({(rlim_t{2} << 30) + 100 * bytes, rlim_t{16} << 30,
-                             memory < (rlim_t{1} << 40) ? kLibraries + memory : memory}));
-  limit(RLIMIT_CPU, seconds);
+  limit_resource(RLIMIT_AS, std::min({(rlim_t{2} << 30) + 100 * bytes, rlim_t{16} << 30,
+                                      memory < (rlim_t{1} << 40) ? kLibraries + memory : memory}));
+  limit_resource(RLIMIT_CPU, seconds);
   std::string suffix = path.extension().string();
   std::transform(suffix.begin(), suffix.end(), suffix.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -495,7 +495,7 @@ int main(int argc, char** argv) {
       if (polymorph::kModelBytesPerTextByte * counts.text > static_cast<double>(memory)) {
         write_record("large", describe_size(counts, static_cast<double>(memory)), "");
       } else {
-        limit(RLIMIT_CPU, seconds + static_cast<rlim_t>(counts.text / 20e6));
+        limit_resource(RLIMIT_CPU, seconds + static_cast<rlim_t>(counts.text / 20e6));
         std::optional<Pose> pose;
         if (suffix == ".glb" || suffix == ".gltf") {
           const bool is_posed = argc == 4;

@@ -37,15 +37,15 @@ Chunks split_chunks(std::string file) {
   constexpr std::size_t kHeader = 12, kChunk = 8;
   if (file.size() < kHeader || file.compare(0, 4, "glTF") != 0) return {std::move(file), {}};
   Chunks chunks;
-  for (std::size_t at = kHeader; at + kChunk <= file.size();) {
+  for (std::size_t offset = kHeader; offset + kChunk <= file.size();) {
     std::uint32_t length = 0;
-    std::memcpy(&length, file.data() + at, sizeof length);
-    const std::string_view kind(file.data() + at + 4, 4);
-    at += kChunk;
-    const std::size_t size = std::min<std::size_t>(length, file.size() - at);
-    if (kind == "JSON") chunks.json = file.substr(at, size);
-    if (kind == std::string_view("BIN\0", 4)) chunks.bytes = file.substr(at, size);
-    at += size;
+    std::memcpy(&length, file.data() + offset, sizeof length);
+    const std::string_view kind(file.data() + offset + 4, 4);
+    offset += kChunk;
+    const std::size_t size = std::min<std::size_t>(length, file.size() - offset);
+    if (kind == "JSON") chunks.json = file.substr(offset, size);
+    if (kind == std::string_view("BIN\0", 4)) chunks.bytes = file.substr(offset, size);
+    offset += size;
   }
   return chunks;
 }
@@ -65,8 +65,8 @@ std::vector<std::size_t> read_indices(const JsonValue& list) {
 /// Returns the list's item at an index; JSON null if there is none.
 const JsonValue& find_item(const JsonValue& list, const JsonValue& index) {
   static const JsonValue none;
-  const auto found = read_index(index);
-  return found && *found < list.items.size() ? list.items[*found] : none;
+  const auto item = read_index(index);
+  return item && *item < list.items.size() ? list.items[*item] : none;
 }
 
 /// Reader of accessors: typed views of a file's buffers.

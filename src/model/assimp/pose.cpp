@@ -131,8 +131,8 @@ void skin(const Pose& pose, const aiNode& node, const aiMesh& mesh, PosedMesh& p
 }  // namespace
 
 const aiMatrix4x4& Pose::local(const aiNode& node) const {
-  const auto found = locals.find(&node);
-  return found == locals.end() ? node.mTransformation : found->second;
+  const auto entry = locals.find(&node);
+  return entry == locals.end() ? node.mTransformation : entry->second;
 }
 
 Pose pose_at(const aiScene& scene, const GltfFile& file, const std::vector<std::size_t>& playing,

@@ -81,10 +81,10 @@ class Builder {
   }
 
   std::vector<Vec3> vertices() const {
-    std::vector<Vec3> all;
+    std::vector<Vec3> positions;
     for (std::uint32_t i = 0; i < scan_.point_count(); ++i)
-      all.push_back(vertex_position(scan_, i));
-    return all;
+      positions.push_back(vertex_position(scan_, i));
+    return positions;
   }
 
   Result<Model> build() {

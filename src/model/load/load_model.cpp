@@ -82,30 +82,30 @@ AnimatedPath resolve_pose(const fs::path& path) {
 /// maximum bytes of its output.
 Result<ReaderRun> run_reader(const fs::path& reader, const AnimatedPath& model,
                              std::uint64_t memory, std::uint64_t limit) {
-  int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0)
+  int pipe_ends[2];
+  if (::pipe2(pipe_ends, O_CLOEXEC) != 0)
     return make_error(ErrorCode::kResource, "cannot make a pipe: {}", std::strerror(errno));
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_adddup2(&actions, ends[1], 1);
+  posix_spawn_file_actions_adddup2(&actions, pipe_ends[1], 1);
   posix_spawn_file_actions_addopen(&actions, 2, "/dev/null", O_WRONLY, 0);
   std::string words[4] = {reader.string(), model.file.string(), std::to_string(memory), model.pose};
   char* arguments[5] = {words[0].data(), words[1].data(), words[2].data(),
                         model.pose.empty() ? nullptr : words[3].data(), nullptr};
   pid_t id = 0;
-  const int failure = ::posix_spawn(&id, reader.c_str(), &actions, nullptr, arguments, environ);
+  const int spawn_error = ::posix_spawn(&id, reader.c_str(), &actions, nullptr, arguments, environ);
   posix_spawn_file_actions_destroy(&actions);
-  ::close(ends[1]);
-  if (failure != 0) {
-    ::close(ends[0]);
+  ::close(pipe_ends[1]);
+  if (spawn_error != 0) {
+    ::close(pipe_ends[0]);
     return make_error(ErrorCode::kResource, "{}: cannot be started: {}", reader.string(),
-                      std::strerror(failure));
+                      std::strerror(spawn_error));
   }
   ReaderRun run;
   std::string piece(1 << 16, '\0');
   for (;;) {
-    pollfd ready{ends[0], POLLIN, 0};
+    pollfd ready{pipe_ends[0], POLLIN, 0};
     constexpr int kMilliseconds = 50;
     const int count = ::poll(&ready, 1, kMilliseconds);
     if (interruption_requested) {
@@ -114,7 +114,7 @@ Result<ReaderRun> run_reader(const fs::path& reader, const AnimatedPath& model,
       break;
     }
     if (count == 0 || (count < 0 && errno == EINTR)) continue;
-    const ssize_t n = ::read(ends[0], piece.data(), piece.size());
+    const ssize_t n = ::read(pipe_ends[0], piece.data(), piece.size());
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) break;
     run.bytes.append(piece.data(), static_cast<std::size_t>(n));
@@ -124,7 +124,7 @@ Result<ReaderRun> run_reader(const fs::path& reader, const AnimatedPath& model,
       break;
     }
   }
-  ::close(ends[0]);
+  ::close(pipe_ends[0]);
   while (::waitpid(id, &run.status, 0) < 0 && errno == EINTR) {
   }
   if (run.is_interrupted) throw Interrupted();

@@ -102,10 +102,10 @@ bool LineReader::next() {
   if (!line_.ends_with('\\') || line_.starts_with('#')) return true;
   joined_.clear();
   while (true) {
-    const bool more = line_.ends_with('\\');
-    if (more) line_.remove_suffix(1);
+    const bool is_continued = line_.ends_with('\\');
+    if (is_continued) line_.remove_suffix(1);
     joined_ += line_;
-    if (!more || remaining_.empty()) break;
+    if (!is_continued || remaining_.empty()) break;
     joined_ += ' ';
     line_ = trim(physical_line());
   }

@@ -31,10 +31,11 @@ float find_gap(const Box& box, const ClosestPointQuery& surface) {
   for (float gap = 3 * cell; gap < kMaxGap * longest; gap *= 1.4f) gaps.push_back(gap);
   gaps.push_back(kMaxGap * longest);
   const Grid grid = make_grid_around(box, cell, gaps.back() / 2);
-  const std::vector<float> from_wall = compute_distances(grid, mark_wall_points(grid, surface));
+  const std::vector<float> wall_distances =
+      compute_distances(grid, mark_wall_points(grid, surface));
   std::vector<double> volumes;
   for (const float gap : gaps) {
-    const Voxels voxels = find_unreachable(grid, from_wall, gap / 2);
+    const Voxels voxels = find_unreachable(grid, wall_distances, gap / 2);
     // find_unreachable() erodes by a cell, so thin walls alone count as nearly nothing.
     const double volume =
         static_cast<double>(std::count(voxels.solid.begin(), voxels.solid.end(), 1));
@@ -57,15 +58,15 @@ Vec3 mean_neighbor(const VoxelSurface& surface, const std::vector<std::uint32_t>
   return sum / static_cast<float>(neighbors.size());
 }
 
-/// Relaxes the `free` vertices, which are not on the model, to a minimal surface: without this,
+/// Relaxes `free_vertices`, which are not on the model, to a minimal surface: without this,
 /// caps over openings would bulge inward as the rolling ball does. Successive over-relaxation, in
 /// order of index.
 void relax_to_minimal_surface(VoxelSurface& surface, const Neighbors& neighbors,
-                              const std::vector<std::uint32_t>& free) {
+                              const std::vector<std::uint32_t>& free_vertices) {
   constexpr int kRounds = 400;
   constexpr float kOverRelaxation = 1.9f;
   for (int round = 0; round < kRounds; ++round)
-    for (const std::uint32_t i : free)
+    for (const std::uint32_t i : free_vertices)
       surface.points[i] = lerp(surface.points[i], mean_neighbor(surface, neighbors[i]),
                                // The last rounds do not over-relax, which would leave ripples.
                                round + 20 < kRounds ? kOverRelaxation : 1.0f);
@@ -76,11 +77,11 @@ void fit_to_model(VoxelSurface& surface, float cell, const ClosestPointQuery& mo
   Neighbors neighbors(surface.points.size());
   for (const Triangle& t : surface.triangles)
     for (int k = 0; k < 3; ++k) neighbors[t.v[k]].push_back(t.v[(k + 1) % 3]);
-  std::vector<std::uint32_t> free;
+  std::vector<std::uint32_t> free_vertices;
   const std::vector<ClosestPoint> nearest = model.closest(surface.points, kMaxProjection * cell);
   for (std::uint32_t i = 0; i < nearest.size(); ++i)
-    if (nearest[i].triangle == ClosestPoint::kNoTriangle) free.push_back(i);
-  relax_to_minimal_surface(surface, neighbors, free);
+    if (nearest[i].triangle == ClosestPoint::kNoTriangle) free_vertices.push_back(i);
+  relax_to_minimal_surface(surface, neighbors, free_vertices);
   std::vector<Vec3> next(surface.points.size());
   for (int round = 0; round <= kSmoothingRounds; ++round) {
     const bool last = round == kSmoothingRounds;

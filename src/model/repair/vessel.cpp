@@ -32,10 +32,10 @@ std::vector<Loop> find_boundary_loops(const Model& model) {
   std::vector<Loop> loops;
   for (const auto& [start, unused] : edges) {
     Loop loop;
-    for (auto at = next.find(start); at != next.end(); at = next.find(loop.back())) {
-      loop.push_back(at->second);
-      const bool is_simple = counts[at->first] == 1;
-      next.erase(at);
+    for (auto edge = next.find(start); edge != next.end(); edge = next.find(loop.back())) {
+      loop.push_back(edge->second);
+      const bool is_simple = counts[edge->first] == 1;
+      next.erase(edge);
       if (!is_simple) break;
     }
     if (loop.size() >= 3 && loop.back() == start) loops.push_back(std::move(loop));

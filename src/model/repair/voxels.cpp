@@ -183,10 +183,10 @@ std::vector<std::uint8_t> mark_wall_points(const Grid& grid, const ClosestPointQ
   return wall;
 }
 
-Voxels find_unreachable(const Grid& grid, const std::vector<float>& from_wall, float radius) {
+Voxels find_unreachable(const Grid& grid, const std::vector<float>& wall_distances, float radius) {
   Voxels voxels{grid, {}, {}};
   const float cells = radius / grid.cell;
-  std::vector<std::uint8_t> is_reached(from_wall.size(), 0);
+  std::vector<std::uint8_t> is_reached(wall_distances.size(), 0);
   // The border is free (make_grid_around), so all of it can be reached from its first point.
   std::vector<std::size_t> stack{0};
   is_reached[0] = 1;
@@ -194,7 +194,7 @@ Voxels find_unreachable(const Grid& grid, const std::vector<float>& from_wall, f
     const std::size_t current = stack.back();
     stack.pop_back();
     for_each_neighbor(grid, current, [&](std::size_t n) {
-      if (is_reached[n] || from_wall[n] <= cells) return;
+      if (is_reached[n] || wall_distances[n] <= cells) return;
       is_reached[n] = 1;
       stack.push_back(n);
     });

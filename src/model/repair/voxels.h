@@ -33,9 +33,9 @@ Grid make_grid_around(const Box& box, float cell, float radius);
 std::vector<std::uint8_t> mark_wall_points(const Grid& grid, const ClosestPointQuery& surface);
 
 /// Finds the voxels that a ball of this radius cannot reach when it moves in from the border
-/// without touching wall points (`from_wall`: distances to them, in cells). The result is eroded by
-/// one cell, so that the wall's own cells alone make no solid.
-Voxels find_unreachable(const Grid& grid, const std::vector<float>& from_wall, float radius);
+/// without touching wall points (`wall_distances`: distances to them, in cells). The result is
+/// eroded by one cell, so that the wall's own cells alone make no solid.
+Voxels find_unreachable(const Grid& grid, const std::vector<float>& wall_distances, float radius);
 
 /// Removes components smaller than a thousandth of the largest; then fills voxels until in each
 /// cell of eight the solid and the empty corners are both connected, which makes the surface around
