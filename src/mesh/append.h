@@ -19,8 +19,8 @@ inline void append(Mesh& mesh, std::span<const Vec3> positions, std::span<const 
     mesh.triangles.push_back({{t.v[0] + first, t.v[1] + first, t.v[2] + first}});
   if (mesh.normals.size() != mesh.positions.size()) mesh.normals.clear();
 }
-inline void append(Mesh& mesh, const Mesh& more) {
-  append(mesh, more.positions, more.normals, more.triangles);
+inline void append(Mesh& mesh, const Mesh& other) {
+  append(mesh, other.positions, other.normals, other.triangles);
 }
 
 }  // namespace polymorph

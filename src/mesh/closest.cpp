@@ -11,7 +11,7 @@ namespace {
 struct Leaf {
   static constexpr int kWidth = TriangleBvh::kLeafTriangles;
   float a[3][kWidth], ab[3][kWidth], ac[3][kWidth];
-  float u[3][kWidth], v[3][kWidth];  ///< weight of b = u . ap, of c = v . ap, within the plane
+  float u[3][kWidth], v[3][kWidth];  ///< weights in the plane: of b u . (p - a), of c v . (p - a)
 
   explicit Leaf(const TriangleBvh::Corners* corners) {
     for (int k = 0; k < kWidth; ++k) {
@@ -19,7 +19,8 @@ struct Leaf {
                                       f = Vec3d(corners[k].p[2]) - p;
       const Vec3d n = cross(e, f);
       const double n2 = dot(n, n);
-      // Without area the weights stay 0, which counts as outside: only the edges are tested.
+      // A triangle without area keeps the weights 0, which count as outside: only its edges are
+      // tested.
       const Vec3d to_b = n2 > 0 ? cross(f, n) * (1 / n2) : Vec3d{},
                   to_c = n2 > 0 ? cross(n, e) * (1 / n2) : Vec3d{};
       set(a, k, p);
@@ -30,8 +31,8 @@ struct Leaf {
     }
   }
 
-  /// Bit k is set if, within the accuracy of floats, triangle k is no further from p than the
-  /// square root of `limit`.
+  /// Returns a mask: bit k is set if, within the accuracy of floats, triangle k is no further from
+  /// p than sqrt(limit).
   unsigned candidates(Vec3 p, float limit) const {
     float excess[kWidth];
     for (int k = 0; k < kWidth; ++k) {
@@ -41,25 +42,26 @@ struct Leaf {
       const float pp = x * x + y * y + z * z, bb = bx * bx + by * by + bz * bz,
                   cc = cx * cx + cy * cy + cz * cz, bc = bx * cx + by * cy + bz * cz;
       const float pb = x * bx + y * by + z * bz, pc = x * cx + y * cy + z * cz;
-      // The squared distance of the point with weights (1 - s - t, s, t).
+      // Squared distance of p from the point with weights (1 - s - t, s, t).
       const auto distance2 = [=](float s, float t) {
         const float rx = x - s * bx - t * cx, ry = y - s * by - t * cy, rz = z - s * bz - t * cz;
         return rx * rx + ry * ry + rz * rz;
       };
-      const auto ratio = [](float along, float total) {
+      const auto clamped_ratio = [](float along, float total) {
         return min(max(along / max(total, 1e-37f), 0.0f), 1.0f);
       };
-      const float on_bc = ratio(pc - pb + bb - bc, bb - 2 * bc + cc);
-      const float on_edges = min(min(distance2(ratio(pb, bb), 0), distance2(0, ratio(pc, cc))),
-                                 distance2(1 - on_bc, on_bc));
+      const float on_bc = clamped_ratio(pc - pb + bb - bc, bb - 2 * bc + cc);
+      const float on_edges =
+          min(min(distance2(clamped_ratio(pb, bb), 0), distance2(0, clamped_ratio(pc, cc))),
+              distance2(1 - on_bc, on_bc));
       const float s = x * u[0][k] + y * u[1][k] + z * u[2][k];
       const float t = x * v[0][k] + y * v[1][k] + z * v[2][k];
       const float on_face = min(min(s, t), 1 - s - t) > 0 ? distance2(s, t) : on_edges;
       excess[k] = min(on_edges, on_face) - 4e-6f * (pp + bb + cc);
     }
-    unsigned bits = 0;
-    for (int k = 0; k < kWidth; ++k) bits |= (excess[k] > limit ? 0u : 1u) << k;
-    return bits;
+    unsigned mask = 0;
+    for (int k = 0; k < kWidth; ++k) mask |= (excess[k] > limit ? 0u : 1u) << k;
+    return mask;
   }
 
  private:
@@ -70,7 +72,7 @@ struct Leaf {
   }
 };
 
-/// The triangles of leaves that floats cannot exclude.
+/// Candidate filter for find_closest(): drops the triangles that single precision can exclude.
 struct LeafCandidates {
   const std::vector<Leaf>& leaves;
   Vec3 from;
@@ -94,8 +96,9 @@ struct ClosestPointQuery::Tree {
 
 ClosestPointQuery::ClosestPointQuery(MeshView mesh) : tree_(std::make_unique<Tree>()) {
   tree_->bvh = build_split_bvh(mesh.points, mesh.triangles);
-  // Thousands of long triangles that are strewn or share a point are all about as close as the
-  // closest one. Those of a coarse surface have boxes that overlap little, and are not split.
+  // Where thousands of long triangles are scattered or share a point, nearly all are about as close
+  // as the closest one, so some of them suffice. Long triangles of a coarse surface have boxes that
+  // overlap little; their hierarchy is not split, and they all stay.
   const std::vector<std::uint32_t> thinned =
       tree_->bvh.is_split ? thin_long_triangles(mesh) : std::vector<std::uint32_t>();
   if (!thinned.empty()) tree_->bvh = build_split_bvh(mesh.points, select_triangles(mesh, thinned));

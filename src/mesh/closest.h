@@ -11,9 +11,9 @@
 
 namespace polymorph {
 
-/// A hierarchy over triangles (copied: the mesh need not live on). Const calls may run on many
-/// threads; answers do not depend on them. Triangles without area stand for the segment or point
-/// that they are.
+/// Closest-point query by a hierarchy over a copy of the triangles, which the mesh need not
+/// outlive. Const member functions may be called from many threads at once. A triangle without area
+/// counts as the segment or point to which it degenerates.
 class ClosestPointQuery {
  public:
   explicit ClosestPointQuery(MeshView mesh);
@@ -26,11 +26,12 @@ class ClosestPointQuery {
   ClosestPointQuery& operator=(ClosestPointQuery&&) noexcept;
 
   /// Finds the closest point no further than `max_distance`; of several, the one on the triangle of
-  /// lowest index; where thousands of triangles are long (build_split_bvh()), one within a
-  /// ten-thousandth of the closest, and where far fewer represent them (thin_long_triangles()), the
-  /// closest of those. If there is none (no triangles, all further off, a NaN in
-  /// `from`): point = from, distance = max_distance, triangle = kNoTriangle. A small `max_distance`
-  /// is much faster where most points are far off.
+  /// lowest index. Two cases are approximate: where thousands of triangles are long
+  /// (build_split_bvh()), the distance exceeds the smallest by at most a ten-thousandth; where
+  /// thin_long_triangles() keeps only some of the triangles, the point is the closest on those. If
+  /// there is no such point (no triangles, all further away, a NaN in `from`): point = from,
+  /// distance = max_distance, triangle = kNoTriangle. A small `max_distance` is much faster where
+  /// most points are far from the mesh.
   ClosestPoint closest(Vec3 from,
                        float max_distance = std::numeric_limits<float>::infinity()) const;
   /// Finds the closest point, faster if `neighbour_hit` is the closest point of `neighbour`, a
@@ -42,7 +43,7 @@ class ClosestPointQuery {
       std::span<const Vec3> from,
       float max_distance = std::numeric_limits<float>::infinity()) const;
 
-  /// The hierarchy's arrays, for find_closest().
+  /// View of the hierarchy, for find_closest().
   TriangleBvhView view() const;
 
  private:
@@ -50,7 +51,7 @@ class ClosestPointQuery {
   std::unique_ptr<Tree> tree_;
 };
 
-/// Weights of a closest point within its triangle.
+/// Barycentric weights of a closest point in its triangle.
 TriangleWeights weights_at(MeshView mesh, const ClosestPoint& hit);
 
 /// Interpolates values that are given per vertex.

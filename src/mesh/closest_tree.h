@@ -1,5 +1,4 @@
-// The closest point on the triangles of a hierarchy, for the CPU and for a GPU's threads: the same
-// bits on both.
+// Closest-point search in a triangle hierarchy, with the same bits on the CPU and the GPU.
 #pragma once
 
 #include <cmath>
@@ -25,15 +24,16 @@ struct TriangleWeights {
   double a = 1, b = 0, c = 0;
 };
 
-/// Parameter in [0, 1] of the point of an edge that is closest to p: `along` is the dot product of
-/// the edge and p, seen from the edge's start.
+/// Parameter in [0, 1] of the point of an edge that is closest to p. `along`: dot product of the
+/// edge vector and p - start; `length2`: squared length of the edge.
 PM_HD inline double edge_parameter(double along, double length2) {
   if (!(length2 > 0)) return 0;
   const double t = along / length2;
   return t < 0 ? 0 : t > 1 ? 1 : t;
 }
 
-/// Weights of the closest point on the three edges, for triangles too thin to have a plane.
+/// Weights of the closest point on the three edges, for triangles too thin to define a plane. `ap`,
+/// `ab` and `ac` lead from corner a to the point p and to the corners b and c.
 PM_HD inline TriangleWeights weights_on_edges(Vec3d ap, Vec3d ab, Vec3d ac) {
   const Vec3d bp = ap - ab, bc = ac - ab;
   const double t = edge_parameter(dot(ab, ap), dot(ab, ab)),
@@ -46,9 +46,9 @@ PM_HD inline TriangleWeights weights_on_edges(Vec3d ap, Vec3d ab, Vec3d ac) {
   return {0, 1 - v, v};
 }
 
-/// Weights by Voronoi regions of the corners, the edges and the face (Ericson, Real-Time Collision
-/// Detection, 5.1.5). Needs double precision: with floats, points far from a small triangle land
-/// anywhere on it.
+/// Weights of the closest point on a triangle, by the Voronoi regions of its corners, edges and
+/// face (Ericson, Real-Time Collision Detection, 5.1.5). Needs double precision: with floats, the
+/// result for a point far from a small triangle is an arbitrary point of the triangle.
 PM_HD inline TriangleWeights weights_on_triangle(Vec3d ap, Vec3d ab, Vec3d ac) {
   const double d1 = dot(ab, ap), d2 = dot(ac, ap);
   if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
@@ -82,7 +82,7 @@ PM_HD inline TriangleWeights closest_on_triangle(Vec3 p, Vec3 a, Vec3 b, Vec3 c)
   return weights_on_triangle(Vec3d(p) - Vec3d(a), Vec3d(b) - Vec3d(a), Vec3d(c) - Vec3d(a));
 }
 
-/// Refers to the arrays of a TriangleBvh that lives elsewhere.
+/// Non-owning view of a TriangleBvh.
 struct TriangleBvhView {
   std::span<const TriangleBvh::Node> nodes;
   std::span<const TriangleBvh::Corners> corners;
@@ -90,14 +90,14 @@ struct TriangleBvhView {
   bool is_split = false;
 };
 
-/// Lets every triangle of a leaf be tested.
+/// Candidate filter of find_closest() that keeps all triangles of a leaf.
 struct AllOfLeaf {
   PM_HD unsigned operator()(std::uint32_t, float) const { return ~0u; }
 };
 
-/// Finds the closest point as ClosestPointQuery::closest() does. `candidates(slot, limit)` sets bit
-/// k if triangle k of the leaf that begins at `slot` may be no further off than the square root of
-/// `limit`.
+/// Finds the closest point as ClosestPointQuery::closest() does. `candidates(slot, limit)` returns
+/// a mask of the leaf that begins at `slot`: bit k is set if triangle k may be no further than
+/// sqrt(limit).
 template <class Candidates>
 PM_HD ClosestPoint find_closest(const TriangleBvhView& bvh, Vec3 from, float max_distance,
                                 const Candidates& candidates) {
@@ -108,20 +108,21 @@ PM_HD ClosestPoint find_closest(const TriangleBvhView& bvh, Vec3 from, float max
   double best2 = static_cast<double>(max_distance) * static_cast<double>(max_distance);
   std::uint32_t best_slot = TriangleBvh::kNone, best_triangle = TriangleBvh::kNone;
   TriangleWeights best_weights;
-  // Distances to boxes are rounded; this slack keeps triangles that are as close as the best one.
-  // Thousands of split triangles may share their closest point, and any of them will do.
+  // Distances to boxes are rounded, so the slack keeps boxes of triangles that are as close as the
+  // best one. In a split hierarchy thousands of triangles may share their closest point; as any of
+  // them will do, the slack is below 1 and skips them.
   const double slack = bvh.is_split ? 1 - 1e-4 : 1 + 1e-6;
   Entry stack[TriangleBvh::kStackSize];
   int stack_size = 0;
   if (!bvh.nodes.empty()) stack[stack_size++] = {0, 0, 0};
   while (stack_size > 0) {
-    const Entry next = stack[--stack_size];
+    const Entry entry = stack[--stack_size];
     const auto limit = static_cast<float>(best2 * slack);
-    if (next.distance2 > limit) continue;
-    if (next.count > 0) {
-      unsigned leaf = candidates(next.child, limit) & ((1u << next.count) - 1);
-      for (; leaf != 0; leaf &= leaf - 1) {
-        const std::uint32_t slot = next.child + static_cast<std::uint32_t>(countr_zero(leaf));
+    if (entry.distance2 > limit) continue;
+    if (entry.count > 0) {
+      unsigned leaf_mask = candidates(entry.child, limit) & ((1u << entry.count) - 1);
+      for (; leaf_mask != 0; leaf_mask &= leaf_mask - 1) {
+        const std::uint32_t slot = entry.child + static_cast<std::uint32_t>(countr_zero(leaf_mask));
         const TriangleBvh::Corners& corners = bvh.corners[slot];
         const Vec3d a(corners.p[0]), ap = Vec3d(from) - a, ab = Vec3d(corners.p[1]) - a,
                                      ac = Vec3d(corners.p[2]) - a;
@@ -137,7 +138,7 @@ PM_HD ClosestPoint find_closest(const TriangleBvhView& bvh, Vec3 from, float max
       }
       continue;
     }
-    const TriangleBvh::Node& node = bvh.nodes[next.child];
+    const TriangleBvh::Node& node = bvh.nodes[entry.child];
     float distance2[TriangleBvh::kWidth];
     for (int k = 0; k < TriangleBvh::kWidth; ++k) {
       const float x = max(max(node.low[0][k] - from.x, from.x - node.high[0][k]), 0.0f);
@@ -145,13 +146,13 @@ PM_HD ClosestPoint find_closest(const TriangleBvhView& bvh, Vec3 from, float max
       const float z = max(max(node.low[2][k] - from.z, from.z - node.high[2][k]), 0.0f);
       distance2[k] = x * x + y * y + z * z;
     }
-    unsigned bits = 0;
+    unsigned child_mask = 0;
     for (int k = 0; k < TriangleBvh::kWidth; ++k)
-      bits |= (distance2[k] <= limit && node.child[k] != TriangleBvh::kNone ? 1u : 0u) << k;
+      child_mask |= (distance2[k] <= limit && node.child[k] != TriangleBvh::kNone ? 1u : 0u) << k;
     const int first = stack_size;
-    for (; bits != 0; bits &= bits - 1) {
-      const int k = countr_zero(bits);
-      // Keep the stack sorted, the nearest child on top.
+    for (; child_mask != 0; child_mask &= child_mask - 1) {
+      const int k = countr_zero(child_mask);
+      // Keep the new entries sorted, the nearest child on top.
       int top = stack_size++;
       for (; top > first && stack[top - 1].distance2 < distance2[k]; --top)
         stack[top] = stack[top - 1];
@@ -166,20 +167,20 @@ PM_HD ClosestPoint find_closest(const TriangleBvhView& bvh, Vec3 from, float max
 }
 
 /// Finds the closest point to `from`, faster if `neighbour_hit` is the closest point of
-/// `neighbour`, a point near it.
+/// `neighbour`, a point near `from`.
 template <class Candidates>
 PM_HD ClosestPoint find_closest_near(const TriangleBvhView& bvh, Vec3 from, Vec3 neighbour,
                                      const ClosestPoint& neighbour_hit, float max_distance,
                                      const Candidates& candidates) {
-  // The neighbour's closest point bounds the distance. Split triangles are excluded: there any of
-  // several equally close points may be returned, and the bound would change which.
+  // The neighbour's closest point bounds the distance. A split hierarchy cannot use the bound: it
+  // may return any of several equally close points, and the bound would change which one.
   constexpr float kRounding = 1.0001f;
   if (bvh.is_split || neighbour_hit.triangle == ClosestPoint::kNoTriangle)
     return find_closest(bvh, from, max_distance, candidates);
   ClosestPoint hit = find_closest(
       bvh, from, min(max_distance, kRounding * length(from - neighbour_hit.point)), candidates);
-  // The neighbour's closest point is rounded: next to the surface it may be closer than the
-  // surface.
+  // The neighbour's closest point is rounded, so next to the surface it may be closer to `from`
+  // than any triangle.
   if (hit.triangle == ClosestPoint::kNoTriangle)
     hit = find_closest(
         bvh, from,

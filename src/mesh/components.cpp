@@ -15,7 +15,7 @@ namespace {
 /// A mesh's connected components, each represented by its first vertex.
 struct Components {
   DisjointSets sets;
-  std::vector<double> volume;  ///< signed volume x 6, stored at a component's first vertex
+  std::vector<double> volume;  ///< signed volume x 6 at each component's first vertex; else 0
 
   explicit Components(const Mesh& mesh)
       : sets(mesh.positions.size()), volume(mesh.positions.size(), 0.0) {
@@ -31,13 +31,13 @@ struct Components {
   }
 
   double total() const { return std::accumulate(volume.begin(), volume.end(), 0.0); }
-  /// The fraction of the total, [0, 1], that components below `fraction` of it enclose together.
+  /// Fraction, in [0, 1], of the total that is enclosed by components below `fraction` of it.
   double small_share(double fraction) const {
-    const double all = total();
-    double small = 0;
+    const double total_volume = total();
+    double small_volume = 0;
     for (const double v : volume)
-      if (std::abs(v) < fraction * all) small += std::abs(v);
-    return all > 0 ? std::min(small / all, 1.0) : 0;
+      if (std::abs(v) < fraction * total_volume) small_volume += std::abs(v);
+    return total_volume > 0 ? std::min(small_volume / total_volume, 1.0) : 0;
   }
 };
 

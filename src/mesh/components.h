@@ -7,23 +7,23 @@
 
 namespace polymorph {
 
-/// Small components that together enclose more than `share` of the volume are a heap: only those
-/// below `fraction` of it are removed. By default there is no heap.
+/// Exception for meshes that are a heap of small objects: if small components together enclose more
+/// than `share` of the volume, only those below `fraction` of it are removed. By default there is
+/// no exception.
 struct HeapLimit {
   double share = 1, fraction = 0;
 };
 
-/// Removes the connected components that enclose less than `fraction` of the whole mesh's volume,
-/// unless they are a heap; cavities count as components. The others keep their order, and the
-/// largest always stays. A surface of balls sheds such components where two balls separate. Returns
-/// how many were removed.
+/// Removes the connected components that enclose less than `fraction` of the mesh's volume, except
+/// in heaps (HeapLimit). Cavities count as components. The other components keep their order, and
+/// the largest always stays. An implicit surface of balls has such small components where two balls
+/// separate. Returns the number of removed components.
 std::size_t remove_small_components(Mesh& mesh, double fraction, HeapLimit heap = {});
 
-/// The fraction of the whole mesh's volume that all components together enclose which are each
-/// below `fraction` of it, [0, 1].
+/// Fraction, in [0, 1], of the mesh's volume that is enclosed by components below `fraction` of it.
 double small_components_share(const Mesh& mesh, double fraction);
 
-/// The fraction of the whole mesh's volume that its smallest component encloses, [0, 1].
+/// Fraction, in [0, 1], of the mesh's volume that its smallest component encloses.
 double smallest_component_share(const Mesh& mesh);
 
 }  // namespace polymorph

@@ -15,7 +15,7 @@ std::vector<EdgeUse> sorted_edge_uses(std::span<const Triangle> triangles) {
           f(EdgeUse{std::min(a, b), std::max(a, b), static_cast<std::uint32_t>(3 * t + k), a < b});
       }
   };
-  // The edges of a vertex are few: they are put together first, and then sorted.
+  // A counting sort by `low` comes first; then the few uses of each vertex are sorted.
   std::vector<std::size_t> begin;
   for_each_use([&](const EdgeUse& use) {
     if (use.low + std::size_t{2} > begin.size()) begin.resize(use.low + std::size_t{2});

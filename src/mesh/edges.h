@@ -9,18 +9,18 @@
 
 namespace polymorph {
 
-/// One side of one triangle.
+/// One side of one triangle, as a use of the edge between its points.
 struct EdgeUse {
-  std::uint32_t low = 0, high = 0;  ///< its points, low < high
-  std::uint32_t corner = 0;  ///< 3 * triangle + k: the side runs from corner k to corner k + 1
-  bool forward = true;       ///< it runs from low to high
+  std::uint32_t low = 0, high = 0;  ///< indices of its end points, low < high
+  std::uint32_t corner = 0;  ///< 3 * triangle + k: the side runs from corner k to k + 1 (mod 3)
+  bool forward = true;       ///< the side runs from `low` to `high`
 };
 
-/// The sides of all triangles, those of one edge together, in order of (low, high, corner). Sides
-/// of length 0 (a repeated point) are left out.
+/// Lists the sides of all triangles, sorted by (low, high, corner), so that those of one edge are
+/// adjacent. Sides of length 0 (a repeated point) are left out.
 std::vector<EdgeUse> sorted_edge_uses(std::span<const Triangle> triangles);
 
-/// Calls f(first, last) for each run of uses of one edge.
+/// Calls f(first, last) for each edge; its uses are those with indices first to last - 1.
 template <class F>
 void for_each_edge(const std::vector<EdgeUse>& uses, const F& f) {
   for (std::size_t first = 0; first < uses.size();) {
@@ -33,15 +33,15 @@ void for_each_edge(const std::vector<EdgeUse>& uses, const F& f) {
   }
 }
 
-/// Finds the triangle across each side of each triangle, side k being from corner k to corner k +
-/// 1: the triangle itself where an edge does not have two.
+/// Finds the triangle across each side k of each triangle (from corner k to corner k + 1 mod 3). It
+/// is the triangle itself if the edge does not have exactly two triangles.
 std::vector<Triangle> find_neighbours(std::span<const Triangle> triangles);
 
 /// The corner that follows `corner` within its triangle.
 inline std::uint32_t corner_after(std::uint32_t corner) {
   return corner % 3 == 2 ? corner - 2 : corner + 1;
 }
-/// The corner of a use at the edge's `low` end, and at its `high` end.
+/// Corner of a use at its edge's `low` end, and at its `high` end.
 inline std::uint32_t low_corner(const EdgeUse& use) {
   return use.forward ? use.corner : corner_after(use.corner);
 }

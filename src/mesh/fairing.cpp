@@ -10,7 +10,7 @@ namespace {
 
 using Vertices = std::vector<std::uint32_t>;
 
-/// Returns the seeds vertices, followed by those within `rings` edges of them.
+/// Returns the seeds, followed by the vertices within `rings` edges of them.
 Vertices add_rings(const Mesh& mesh, const Fans& fans, std::span<const std::uint32_t> seeds,
                    int rings) {
   std::vector<std::uint8_t> is_listed(mesh.positions.size(), 0);
@@ -60,24 +60,24 @@ void fair(Mesh& mesh, std::span<const std::uint32_t> vertices, int steps) {
 }
 
 std::size_t mend_normals(Mesh& mesh) {
-  constexpr float kBehind = -0.2f;  // cosine between a vertex normal and a triangle's normal
-  std::vector<std::uint8_t> contradicts(mesh.normals.size(), 0);
+  constexpr float kMinCosine = -0.2f;  // between a vertex normal and a triangle's normal
+  std::vector<std::uint8_t> is_wrong(mesh.normals.size(), 0);
   if (mesh.normals.empty()) return 0;
   for (const Triangle& t : mesh.triangles) {
     const Vec3 normal = area_normal(mesh, t);
-    const float limit = kBehind * length(normal);
-    for (const std::uint32_t v : t.v) contradicts[v] |= dot(normal, mesh.normals[v]) < limit;
+    const float limit = kMinCosine * length(normal);
+    for (const std::uint32_t v : t.v) is_wrong[v] |= dot(normal, mesh.normals[v]) < limit;
   }
   const auto count =
-      static_cast<std::size_t>(std::count(contradicts.begin(), contradicts.end(), std::uint8_t{1}));
+      static_cast<std::size_t>(std::count(is_wrong.begin(), is_wrong.end(), std::uint8_t{1}));
   if (count == 0) return 0;
-  for (std::size_t v = 0; v < contradicts.size(); ++v)
-    if (contradicts[v]) mesh.normals[v] = {};
+  for (std::size_t v = 0; v < is_wrong.size(); ++v)
+    if (is_wrong[v]) mesh.normals[v] = {};
   for (const Triangle& t : mesh.triangles)
     for (const std::uint32_t v : t.v)
-      if (contradicts[v]) mesh.normals[v] = mesh.normals[v] + area_normal(mesh, t);
-  for (std::size_t v = 0; v < contradicts.size(); ++v)
-    if (contradicts[v]) mesh.normals[v] = normalized(mesh.normals[v]);
+      if (is_wrong[v]) mesh.normals[v] = mesh.normals[v] + area_normal(mesh, t);
+  for (std::size_t v = 0; v < is_wrong.size(); ++v)
+    if (is_wrong[v]) mesh.normals[v] = normalized(mesh.normals[v]);
   return count;
 }
 

@@ -1,4 +1,4 @@
-// Triangle fans: the triangles around each point around a mesh.
+// Triangle fans: the triangles around each point of a mesh.
 #pragma once
 
 #include <cstdint>
@@ -18,18 +18,18 @@ class Fans {
     for (const Triangle& t : triangles)
       for (const std::uint32_t v : t.v) ++first_[v + 1];
     std::partial_sum(first_.begin(), first_.end(), first_.begin());
-    list_.resize(3 * triangles.size());
+    triangles_.resize(3 * triangles.size());
     std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
     for (std::uint32_t t = 0; t < triangles.size(); ++t)
-      for (const std::uint32_t v : triangles[t].v) list_[next[v]++] = t;
+      for (const std::uint32_t v : triangles[t].v) triangles_[next[v]++] = t;
   }
   std::span<const std::uint32_t> around(std::size_t point) const {
-    return {list_.data() + first_[point], list_.data() + first_[point + 1]};
+    return {triangles_.data() + first_[point], triangles_.data() + first_[point + 1]};
   }
   std::size_t size() const { return first_.empty() ? 0 : first_.size() - 1; }
 
  private:
-  std::vector<std::uint32_t> first_, list_;
+  std::vector<std::uint32_t> first_, triangles_;
 };
 
 }  // namespace polymorph

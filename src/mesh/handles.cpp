@@ -19,9 +19,9 @@ namespace {
 constexpr std::uint32_t kNone = 0xffffffffu;
 
 /// First homology of the surface modulo 2. Each side (3 * triangle + k: from corner k to corner k +
-/// 1) has a bit set such that the bits along a loop add up to 0 modulo 2 if the loop bounds a
-/// region of the surface. A surface of genus g needs 2 g bits; beyond 64 the rest is left out, and
-/// then some loops that bound nothing have bits 0 as well.
+/// 1 mod 3) has a bit vector. Along a loop that bounds a region of the surface, these vectors add
+/// up to 0 modulo 2. A surface of genus g needs 2 g bits. Bits beyond 64 are left out; then the sum
+/// is also 0 for some loops that bound nothing.
 class Homology {
  public:
   explicit Homology(const Mesh& mesh)
@@ -81,8 +81,8 @@ class Homology {
   /// surface if it crosses each of these loops an even number of times.
   void span_triangles(std::vector<std::uint8_t>& in_tree) {
     const std::size_t count = mesh_.triangles.size();
-    std::vector<std::uint32_t> entered_by(count,
-                                          kNone);  // the side across which a triangle was visited
+    // The side across which each triangle was reached.
+    std::vector<std::uint32_t> entered_by(count, kNone);
     std::vector<std::uint8_t> is_visited(count, 0);
     std::vector<std::uint32_t> queue;
     for (std::uint32_t root = 0; root < count; ++root) {
@@ -99,20 +99,21 @@ class Homology {
           queue.push_back(next);
         }
     }
-    std::vector<std::uint64_t> odd(count, 0);  // loops that end in the subtree below a triangle
+    // Bits of the loops that have exactly one end in the subtree below each triangle.
+    std::vector<std::uint64_t> subtree_bits(count, 0);
     std::uint64_t bit = 1;
     for (std::uint32_t side = 0; side < in_tree.size() && bit != 0; ++side) {
       if (in_tree[side] || side > mate_[side]) continue;
       bits_[side] = bits_[mate_[side]] = bit;
-      odd[side / 3] ^= bit;
-      odd[mate_[side] / 3] ^= bit;
+      subtree_bits[side / 3] ^= bit;
+      subtree_bits[mate_[side] / 3] ^= bit;
       bit <<= 1;
     }
     for (std::size_t i = queue.size(); i-- > 0;) {
       const std::uint32_t side = entered_by[queue[i]];
       if (side == kNone) continue;
-      bits_[side] = bits_[mate_[side]] = odd[queue[i]];
-      odd[side / 3] ^= odd[queue[i]];
+      bits_[side] = bits_[mate_[side]] = subtree_bits[queue[i]];
+      subtree_bits[side / 3] ^= subtree_bits[queue[i]];
     }
   }
 
@@ -122,11 +123,11 @@ class Homology {
   std::vector<std::uint64_t> bits_;
 };
 
-/// A closed chain of sides: each ends where the next begins.
+/// A closed chain of sides: each side ends where the next one begins.
 using Loop = std::vector<std::uint32_t>;
 
 /// Search for the shortest loop below `max_length` that bounds no region of the surface. Decrements
-/// `steps` for each vertex is_visited.
+/// `steps` whenever it sets the label of a vertex.
 class LoopSearch {
  public:
   LoopSearch(const Homology& homology, std::size_t vertices, float max_length, std::int64_t& steps)
@@ -136,14 +137,14 @@ class LoopSearch {
         best_(max_length),
         steps_(steps) {}
 
-  /// Returns an empty loop if there is none, or if `steps` were not enough.
+  /// Returns the shortest loop found before `steps` ran out; empty if none was found.
   Loop find(std::size_t sides) {
-    // A loop that bounds nothing passes along a side whose bits are not 0.
+    // A loop that bounds no region contains a side whose bits are not 0.
     for (std::uint32_t side = 0; side < sides && steps_ > 0; ++side) {
       const std::uint32_t seed = homology_.from(side);
       if (homology_.bits(side) == 0 || finished_[seed]) continue;
       search_from(seed);
-      finished_[seed] = 1;  // all loops through this vertex are cuts
+      finished_[seed] = 1;  // no loop through this vertex is shorter than the best one
     }
     return std::move(loop_);
   }
@@ -152,10 +153,11 @@ class LoopSearch {
   struct Label {
     float distance = std::numeric_limits<float>::infinity();
     std::uint64_t bits = 0;
-    std::uint32_t side = kNone;  ///< the side that leads to it; kNone at the seed
+    std::uint32_t side = kNone;  ///< last side of the path to the vertex; kNone at the seed
   };
 
-  /// Dijkstra's algorithm. Two paths to a vertex form a loop.
+  /// Runs Dijkstra's algorithm. Two paths to a vertex form a loop; if their bits differ, it bounds
+  /// no region.
   void search_from(std::uint32_t seed) {
     using Entry = std::pair<float, std::uint32_t>;
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
@@ -189,8 +191,8 @@ class LoopSearch {
     touched_.clear();
   }
 
-  /// Makes the loop that runs through the side and back to the vertex where the paths to its two
-  /// ends part.
+  /// Makes the loop of the side and the paths to its two ends, from the vertex at which these paths
+  /// separate.
   Loop loop_through(std::uint32_t side) const {
     const auto path_to = [&](std::uint32_t v) {
       Loop path;
@@ -218,20 +220,21 @@ class LoopSearch {
 
 /// Cuts the surface along the loop and closes both sides.
 void cut(Mesh& mesh, const Homology& homology, const Loop& loop) {
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> reassigned;  // corner, its new vertex
+  // Corners and their new vertices.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> reassigned;
   std::vector<std::uint32_t> right, left;
   Vec3 center;
   for (std::size_t i = 0; i < loop.size(); ++i) {
     const std::uint32_t v = homology.from(loop[i]);
-    const std::uint32_t before = loop[(i + loop.size() - 1) % loop.size()];
+    const std::uint32_t previous = loop[(i + loop.size() - 1) % loop.size()];
     right.push_back(v);
     left.push_back(static_cast<std::uint32_t>(mesh.positions.size()));
     center = center + mesh.positions[v] * (1 / static_cast<float>(loop.size()));
     // The corners at v to the left of the loop, counter-clockwise from its next side.
     for (std::uint32_t side = loop[i];;) {
       reassigned.emplace_back(side, left.back());
-      const std::uint32_t last = corner_after(corner_after(side));  // from the third vertex to v
-      if (last == before) break;
+      const std::uint32_t last = corner_after(corner_after(side));  // the side that ends at v
+      if (last == previous) break;
       side = homology.mate(last);
       PM_CHECK(side != loop[i]);
     }
@@ -243,15 +246,16 @@ void cut(Mesh& mesh, const Homology& homology, const Loop& loop) {
   changed.insert(changed.end(), left.begin(), left.end());
   std::reverse(left.begin(), left.end());
   for (const std::vector<std::uint32_t>* boundary : {&right, &left}) {
-    const auto middle = static_cast<std::uint32_t>(mesh.positions.size());
+    const auto center_vertex = static_cast<std::uint32_t>(mesh.positions.size());
     mesh.positions.push_back(center);
     if (!mesh.normals.empty()) mesh.normals.push_back({});
-    changed.push_back(middle);
+    changed.push_back(center_vertex);
     for (std::size_t i = 0; i < boundary->size(); ++i)
-      mesh.triangles.push_back({{(*boundary)[i], (*boundary)[(i + 1) % boundary->size()], middle}});
+      mesh.triangles.push_back(
+          {{(*boundary)[i], (*boundary)[(i + 1) % boundary->size()], center_vertex}});
   }
-  constexpr int kSteps = 24;
-  fair(mesh, changed, kSteps);
+  constexpr int kFairingSteps = 24;
+  fair(mesh, changed, kFairingSteps);
 }
 
 }  // namespace
@@ -271,8 +275,8 @@ std::int64_t compute_genus(const Mesh& mesh) {
 }
 
 std::size_t cut_handles(Mesh& mesh, std::int64_t genus, float max_length) {
-  constexpr std::int64_t kSteps = 5'000'000;
-  std::int64_t steps = kSteps;
+  constexpr std::int64_t kMaxSteps = 5'000'000;
+  std::int64_t steps = kMaxSteps;
   std::size_t cuts = 0;
   for (std::int64_t excess = compute_genus(mesh) - genus; excess > 0; --excess, ++cuts) {
     const Homology homology(mesh);

@@ -1,4 +1,4 @@
-// Handles of a closed surface: those that it should not have are cut.
+// Topological noise removal: cuts surplus handles of a closed surface.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,8 @@
 
 namespace polymorph {
 
-/// The number of handles of a closed manifold mesh: the sum of its components' genera.
+/// Computes the genus of a closed manifold mesh: the number of its handles, summed over its
+/// components.
 std::int64_t compute_genus(const Mesh& mesh);
 
 /// Cuts handles of a closed manifold mesh until its genus is `genus`. Each step cuts along the
@@ -18,9 +19,9 @@ std::int64_t compute_genus(const Mesh& mesh);
 /// apart. Returns the number of cuts. Stops early after five million search steps (about a second);
 /// above genus 32 a longer loop may be cut before the shortest.
 ///
-/// Guskov, Wood: Topological noise removal (2001). The loops are the shortest through each vertex
-/// that are not homologous to zero (modulo 2), found by a tree and a cotree (Erickson, Whittlesey:
-/// Greedy optimal homotopy and homology generators, 2005).
+/// Method: Guskov, Wood: Topological noise removal (2001). Through each vertex, the shortest loop
+/// is found that is not homologous to zero (modulo 2), by a tree-cotree decomposition (Erickson,
+/// Whittlesey: Greedy optimal homotopy and homology generators, 2005).
 std::size_t cut_handles(Mesh& mesh, std::int64_t genus, float max_length);
 
 }  // namespace polymorph

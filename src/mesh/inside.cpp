@@ -26,37 +26,37 @@ constexpr double kBeta = 2;
 constexpr std::uint32_t kMaxDigits = 20, kMaxMultiplicity = (1u << kMaxDigits) - 1;
 
 struct Node {
-  Vec3d center;              ///< area-weighted
+  Vec3d center;              ///< area-weighted centroid
   double far_distance2 = 0;  ///< (beta * radius)^2
   Vec3d dipole;              ///< sum of area vectors
   Vec3d diagonal,
       off_diagonal;  ///< xx yy zz and yz zx xy of the symmetric second moment of area vectors
   Vec3d low, high;   ///< box
-  std::uint32_t first = 0, count = 0;  ///< triangles, if count > 0
-  std::uint32_t leaf = 0;              ///< their corners for the winding number, if count > 0
-  std::uint32_t mask = 0;    ///< index of the first mask, if triangles have multiplicities
+  std::uint32_t first = 0, count = 0;  ///< range of Tree::triangles, if count > 0
+  std::uint32_t leaf = 0;              ///< index in Tree::leaves, if count > 0
+  std::uint32_t mask = 0;    ///< first index in Tree::masks, if triangles have multiplicities
   std::uint32_t digits = 0;  ///< binary digits of their multiplicities; one mask per digit
-  std::uint32_t skip = 0;    ///< the next node when this one is done
+  std::uint32_t skip = 0;    ///< the node that follows this node's subtree
 };
 
 }  // namespace
 
 struct InsideTest::Tree {
-  // From model coordinates to a frame in which the model has a size of about 1, rotated so that the
-  // ray of the parity rule is +z.
+  // Transform from model coordinates to a frame in which the model's box has a diagonal of 1,
+  // rotated so that the ray of the parity rule is +z.
   Vec3d origin;
   double scale = 1;
   std::array<Vec3d, 3> axis{Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0, 0, 1)};
   std::vector<Vec3d> points;
   std::vector<Triangle> triangles;  ///< sorted by leaf
   std::vector<Node> nodes;          ///< depth first
-  std::vector<AngleSums::Triangles>
-      leaves;  ///< model coordinates; solid angles do not depend on scale
+  /// Corners per leaf, in model coordinates: solid angles do not depend on the frame.
+  std::vector<AngleSums::Triangles> leaves;
   std::vector<std::uint32_t> multiplicities;  ///< one per model triangle; empty: all 1
-  /// For each leaf and binary digit, lowest first: one bit per triangle whose multiplicity has that
+  /// Per leaf and binary digit, lowest first: a mask of the triangles whose multiplicity has that
   /// digit.
   std::vector<std::uint8_t> masks;
-  std::uint32_t digits = 1;  ///< maximum over all leaves
+  std::uint32_t digits = 1;  ///< maximum of Node::digits
 
   Vec3d to_frame(Vec3 p) const {
     const Vec3d q = (Vec3d(p) - origin) * scale;
@@ -68,7 +68,7 @@ struct InsideTest::Tree {
   void build(MeshView mesh);
   void build_node(std::span<std::uint32_t> order, std::uint32_t first,
                   const std::vector<Vec3d>& centers, MeshView mesh);
-  void measure(Node& node, std::span<const std::uint32_t> order, MeshView mesh) const;
+  void compute_moments(Node& node, std::span<const std::uint32_t> order, MeshView mesh) const;
   void add_leaf(Node& node, std::span<const std::uint32_t> order, MeshView mesh);
   double winding(Vec3 point) const;
   bool parity(Vec3d q) const;
@@ -87,28 +87,29 @@ void InsideTest::Tree::build(MeshView mesh) {
   if (!order.empty()) build_node(order, 0, centers, mesh);
 }
 
-void InsideTest::Tree::measure(Node& node, std::span<const std::uint32_t> order,
-                               MeshView mesh) const {
+void InsideTest::Tree::compute_moments(Node& node, std::span<const std::uint32_t> order,
+                                       MeshView mesh) const {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   node.low = {kInfinity, kInfinity, kInfinity};
   node.high = node.low * -1;
   double area = 0;
-  Vec3d moment, middle;
+  Vec3d weighted_sum, centroid_sum;
   for (const std::uint32_t t : order) {
     const auto& v = mesh.triangles[t].v;
     const Vec3d a = points[v[0]], b = points[v[1]], c = points[v[2]];
-    const Vec3d twice = cross(b - a, c - a);
-    node.dipole = node.dipole + twice * (0.5 * multiplicity(t));
-    area += length(twice);
-    moment = moment + (a + b + c) * (length(twice) / 3);
-    middle = middle + (a + b + c) * (1.0 / 3);
+    const Vec3d doubled_area = cross(b - a, c - a);
+    node.dipole = node.dipole + doubled_area * (0.5 * multiplicity(t));
+    area += length(doubled_area);
+    weighted_sum = weighted_sum + (a + b + c) * (length(doubled_area) / 3);
+    centroid_sum = centroid_sum + (a + b + c) * (1.0 / 3);
     for (const Vec3d p : {a, b, c}) {
       node.low = {std::min(node.low.x, p.x), std::min(node.low.y, p.y), std::min(node.low.z, p.z)};
       node.high = {std::max(node.high.x, p.x), std::max(node.high.y, p.y),
                    std::max(node.high.z, p.z)};
     }
   }
-  node.center = area > 0 ? moment * (1 / area) : middle * (1.0 / static_cast<double>(order.size()));
+  node.center = area > 0 ? weighted_sum * (1 / area)
+                         : centroid_sum * (1.0 / static_cast<double>(order.size()));
   double radius2 = 0;
   for (const std::uint32_t t : order) {
     const auto& v = mesh.triangles[t].v;
@@ -128,7 +129,7 @@ void InsideTest::Tree::build_node(std::span<std::uint32_t> order, std::uint32_t 
   const std::size_t self = nodes.size();
   nodes.emplace_back();
   Node node;
-  measure(node, order, mesh);
+  compute_moments(node, order, mesh);
   node.first = first;
   if (order.size() <= kLeafTriangles) {
     node.count = static_cast<std::uint32_t>(order.size());
@@ -166,10 +167,10 @@ void InsideTest::Tree::add_leaf(Node& node, std::span<const std::uint32_t> order
       leaf.corner[3 * i + 2][k] = p.z;
     }
   if (multiplicities.empty()) return;
-  std::uint32_t all = 0;
-  for (const std::uint32_t t : order) all |= multiplicity(t);
+  std::uint32_t used_digits = 0;
+  for (const std::uint32_t t : order) used_digits |= multiplicity(t);
   node.mask = static_cast<std::uint32_t>(masks.size());
-  node.digits = static_cast<std::uint32_t>(std::bit_width(all));
+  node.digits = static_cast<std::uint32_t>(std::bit_width(used_digits));
   digits = std::max(digits, node.digits);
   for (std::uint32_t digit = 0; digit < node.digits; ++digit) {
     unsigned mask = 0;
@@ -181,7 +182,7 @@ void InsideTest::Tree::add_leaf(Node& node, std::span<const std::uint32_t> order
 
 double InsideTest::Tree::winding(Vec3 point) const {
   const Vec3d q = to_frame(point), eye(point);
-  AngleSums near;  // all triangles, or those whose multiplicity has the lowest digit
+  AngleSums near;  // near triangles; with multiplicities, those of odd multiplicity
   double far_sum = 0;
   std::optional<std::array<AngleSums, kMaxDigits>> digit_sums;
   if (!multiplicities.empty()) digit_sums.emplace();
@@ -216,9 +217,9 @@ double InsideTest::Tree::winding(Vec3 point) const {
   return sum / (2 * std::numbers::pi) + far_sum / (4 * std::numbers::pi);
 }
 
-// Projected along the ray, a point lies in exactly one of two triangles with a common edge: each
-// edge is judged in one direction only (from the lower point index) and half-open in y, so grazing
-// an edge or a corner is not counted twice or lost.
+// Tests the triangle in the projection along the ray. Each edge is evaluated in one direction only
+// (from its lower point index) and is half-open in y, so a point on the common edge of two
+// triangles lies in exactly one of them: no crossing at an edge or corner is counted twice or lost.
 bool InsideTest::Tree::ray_crosses(const Triangle& t, Vec3d q) const {
   bool within = false;
   for (int k = 0; k < 3; ++k) {
@@ -230,7 +231,7 @@ bool InsideTest::Tree::ray_crosses(const Triangle& t, Vec3d q) const {
   }
   if (!within) return false;
   const Vec3d a = points[t.v[0]], n = cross(points[t.v[1]] - a, points[t.v[2]] - a);
-  // The plane's height above q; n.z is not 0, or the projection would be empty.
+  // Tests whether the plane lies above q; n.z is not 0, or the projection would be empty.
   return n.z > 0 ? dot(a - q, n) > 0 : dot(a - q, n) < 0;
 }
 
@@ -259,7 +260,8 @@ InsideTest::InsideTest(MeshView mesh, InsideRule rule)
     tree_->scale = size > 0 ? 1 / size : 1;
   }
   if (rule == InsideRule::kParity) {
-    // Oblique to the axes and diagonals that modelled shapes and our sample lattice share.
+    // The ray is oblique to the axes and diagonals along which modelled shapes and our sample
+    // lattice lie.
     const Vec3d ray = normalized(Vec3d(0.3183098862, 0.6180339887, 0.7071067812));
     const Vec3d u = normalized(cross(Vec3d(0, 0, 1), ray));
     tree_->axis = {u, cross(ray, u), ray};

@@ -13,14 +13,14 @@ namespace polymorph {
 enum class InsideRule : std::uint8_t {
   kWinding,  ///< generalized winding number >= 0.5 (Jacobson 2013): tolerates holes and doubled
              ///< faces
-  /// An odd number of crossings along one ray (report 5.1.2.1). Exact for closed models; where
-  /// parts overlap it sees a hole. The ray is fixed, oblique to axes and diagonals, and never
-  /// counts an edge or corner twice.
+  /// Odd number of crossings along one ray (report 5.1.2.1). Exact for closed models; where
+  /// components overlap, their overlap counts as outside. The ray is fixed, oblique to axes and
+  /// diagonals, and counts a crossing at an edge or corner once.
   kParity,
 };
 
-/// A hierarchy over a model's triangles (copied: it may outlive the model). Const calls may run
-/// on many threads; answers do not depend on them.
+/// Inside test by a hierarchy over a copy of the triangles, which the model need not outlive. Const
+/// member functions may be called from many threads at once.
 class InsideTest {
  public:
   explicit InsideTest(MeshView mesh, InsideRule rule = InsideRule::kWinding);
@@ -30,8 +30,8 @@ class InsideTest {
 
   bool inside(Vec3 point) const;
   /// Generalized winding number: 1 inside a closed model, 0 outside. A group of triangles farther
-  /// than twice its radius is approximated by two terms (Barill et al. 2018). Within 0.08 of the
-  /// exact sum on all models measured.
+  /// than twice its radius is approximated by the first two terms of a Taylor series (Barill et al.
+  /// 2018). The result is within 0.08 of the exact sum on all models measured.
   double winding_number(Vec3 point) const;
   /// One byte per point (1 = inside), in parallel.
   std::vector<std::uint8_t> inside(std::span<const Vec3> points) const;

@@ -35,7 +35,7 @@ std::vector<Edge> sorted_edges(const Mesh& mesh) {
   return edges;
 }
 
-/// Counts vertices whose corners fall into more than one fan. Corner c is 3 triangle + k; two
+/// Counts the vertices whose triangles form more than one fan. Corner c is 3 * triangle + k; two
 /// corners at a vertex belong to one fan if their triangles share an edge there.
 std::size_t count_pinched(const Mesh& mesh, const std::vector<Edge>& edges) {
   const auto corner_at = [&](std::uint32_t t, std::uint32_t vertex) {
@@ -69,12 +69,13 @@ double volume_of(const Mesh& mesh) {
 }
 
 double area_of(const Mesh& mesh) {
-  double doubled = 0;
+  double doubled_area = 0;
   for (const Triangle& t : mesh.triangles) {
     const Vec3d a(mesh.positions[t.v[0]]);
-    doubled += length(cross(Vec3d(mesh.positions[t.v[1]]) - a, Vec3d(mesh.positions[t.v[2]]) - a));
+    doubled_area +=
+        length(cross(Vec3d(mesh.positions[t.v[1]]) - a, Vec3d(mesh.positions[t.v[2]]) - a));
   }
-  return 0.5 * doubled;
+  return 0.5 * doubled_area;
 }
 
 double faceting_loss(const Mesh& mesh) {
@@ -125,17 +126,17 @@ MeshReport check_mesh(const Mesh& mesh) {
     i = end;
   }
   report.pinched_vertices = count_pinched(mesh, edges);
-  DisjointSets shells(mesh.positions.size());
+  DisjointSets component_sets(mesh.positions.size());
   for (const Triangle& t : mesh.triangles) {
-    shells.join(t.v[0], t.v[1]);
-    shells.join(t.v[0], t.v[2]);
+    component_sets.join(t.v[0], t.v[1]);
+    component_sets.join(t.v[0], t.v[2]);
     const Vec3 a = mesh.positions[t.v[0]], b = mesh.positions[t.v[1]], c = mesh.positions[t.v[2]];
-    const float doubled = length(cross(b - a, c - a));
-    report.area += 0.5 * doubled;
-    if (doubled <= 0) ++report.degenerate_triangles;
+    const float doubled_area = length(cross(b - a, c - a));
+    report.area += 0.5 * doubled_area;
+    if (doubled_area <= 0) ++report.degenerate_triangles;
   }
   for (std::uint32_t v = 0; v < mesh.positions.size(); ++v)
-    if (shells.find(v) == v) ++report.components;
+    if (component_sets.find(v) == v) ++report.components;
   report.euler = static_cast<long long>(report.vertices) - static_cast<long long>(edge_count) +
                  static_cast<long long>(report.triangles);
   report.genus = static_cast<long long>(report.components) - report.euler / 2;

@@ -1,4 +1,4 @@
-// Nearest points of a mesh, found sooner where a triangle near them is known.
+// Closest-point queries on a mesh with hints: a triangle known to be near makes a query faster.
 #pragma once
 
 #include <span>
@@ -9,7 +9,7 @@
 
 namespace polymorph {
 
-/// A mesh and its hierarchy, owned elsewhere.
+/// Non-owning view of a mesh and its hierarchy.
 struct MeshQuery {
   std::span<const Vec3> points;
   std::span<const Triangle> triangles;
@@ -17,11 +17,11 @@ struct MeshQuery {
 
   /// Distance from a point to one triangle.
   float distance_to(Vec3 from, std::uint32_t triangle) const;
-  /// The closest point, as tree.closest(). `hint`: a triangle that may be near, or kNoTriangle; it
-  /// changes only the time, except where tree.closest() may return any of several nearly closest
-  /// triangles.
+  /// Finds the closest point as tree.closest() does. `hint` is a triangle that may be near, or
+  /// kNoTriangle. It affects only the time, except where tree.closest() may return any of several
+  /// nearly closest triangles.
   ClosestPoint closest(Vec3 from, std::uint32_t hint) const;
-  /// Calls closest() for each point, in parallel; `hints` become the triangles found.
+  /// Calls closest() for each point, in parallel, and sets `hints` to the triangles found.
   std::vector<ClosestPoint> closest(std::span<const Vec3> from,
                                     std::vector<std::uint32_t>& hints) const;
 };

@@ -1,5 +1,5 @@
-// Mesh view: the points and triangles of a mesh or model that lives elsewhere, as geometric queries
-// take them.
+// Mesh view: non-owning reference to the points and triangles of a mesh or model, as the argument
+// of geometric queries.
 #pragma once
 
 #include <span>
@@ -9,7 +9,7 @@
 
 namespace polymorph {
 
-/// Refers to points and triangles; passed by value, and no longer valid than what it refers to.
+/// Refers to points and triangles, which must outlive it; passed by value.
 struct MeshView {
   std::span<const Vec3> points;
   std::span<const Triangle> triangles;

@@ -29,7 +29,8 @@ double angle_at(MeshView mesh, std::size_t t, std::size_t k) {
   return exact::atan2(length(cross(b, c)), dot(b, c));
 }
 
-/// Sums area x angle x normal over corners into the slot `slot_at(triangle, k)`.
+/// Sums area * angle * normal of each corner k of each triangle into the slot `slot_at(triangle,
+/// k)`.
 template <class F>
 std::vector<Vec3d> weighted_sums(MeshView mesh, std::size_t slots, const F& slot_at) {
   std::vector<Vec3d> sums(slots);
@@ -65,24 +66,24 @@ std::vector<Vec3> creased_normals(MeshView mesh, float crease_degrees) {
   const std::vector<Vec3> faces = face_normals(mesh);
   const double min_cosine =
       exact::cos(static_cast<double>(crease_degrees) * std::numbers::pi / 180);
-  DisjointSets smooth(mesh.triangles.size() * 3);
+  DisjointSets smoothing_groups(mesh.triangles.size() * 3);
   const std::vector<EdgeUse> uses = sorted_edge_uses(mesh.triangles);
   for_each_edge(uses, [&](std::size_t first, std::size_t last) {
     if (last - first != 2 || uses[first].forward == uses[first + 1].forward) return;
     const EdgeUse &a = uses[first], &b = uses[first + 1];
     if (dot(faces[a.corner / 3], faces[b.corner / 3]) < min_cosine) return;
-    smooth.join(low_corner(a), low_corner(b));
-    smooth.join(high_corner(a), high_corner(b));
+    smoothing_groups.join(low_corner(a), low_corner(b));
+    smoothing_groups.join(high_corner(a), high_corner(b));
   });
-  const auto set_at = [&](std::size_t t, std::size_t k) {
-    return smooth.find(static_cast<std::uint32_t>(3 * t + k));
+  const auto group_at = [&](std::size_t t, std::size_t k) {
+    return smoothing_groups.find(static_cast<std::uint32_t>(3 * t + k));
   };
-  const std::vector<Vec3d> sums = weighted_sums(mesh, mesh.triangles.size() * 3, set_at);
+  const std::vector<Vec3d> sums = weighted_sums(mesh, mesh.triangles.size() * 3, group_at);
   std::vector<Vec3> normals(sums.size());
   std::vector<Vec3> fallback;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     for (std::size_t k = 0; k < 3; ++k) {
-      Vec3 n = to_float(normalized(sums[set_at(t, k)]));
+      Vec3 n = to_float(normalized(sums[group_at(t, k)]));
       if (n == Vec3{}) {
         if (fallback.empty()) fallback = point_normals(mesh);
         n = fallback[mesh.triangles[t].v[k]];

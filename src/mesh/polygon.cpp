@@ -21,7 +21,7 @@ double signed_area(Point2 a, Point2 b, Point2 c) {
   return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-/// Newell's normal: exact for planar polygons, a mean one for others; concave corners do no harm.
+/// Newell's normal: exact for planar polygons, concave ones included; a mean normal for others.
 Vec3d newell_normal(std::span<const Vec3> corners) {
   Vec3d sum;
   const Vec3d origin(corners[0]);
@@ -47,32 +47,32 @@ class CornerTree {
 
   void remove(std::uint32_t corner) {
     const std::uint32_t rank = rank_[corner];
-    for (std::uint32_t at = 0;;) {
-      Node& node = nodes_[at];
+    for (std::uint32_t index = 0;;) {
+      Node& node = nodes_[index];
       --node.remaining;
       if (node.second == 0) break;
-      at = rank < nodes_[node.second].begin ? at + 1 : node.second;
+      index = rank < nodes_[node.second].begin ? index + 1 : node.second;
     }
     removed_[rank] = 1;
   }
 
-  /// Tests whether a corner lies in the triangle a, b, c or on its outline, other than at a, b and
-  /// c: bridges of polygons with holes visit a point twice, and its twin does not block an ear.
-  /// Adds the number of steps to `work`.
+  /// Tests whether a corner lies in the triangle a, b, c or on its outline, except at the positions
+  /// of a, b and c: bridges of polygons with holes visit a point twice, and the second visit does
+  /// not block an ear. Adds the number of steps to `work`.
   bool any_within(Point2 a, Point2 b, Point2 c, std::size_t& work) const {
     std::array<std::uint32_t, 64> stack;  // twice the depth that 2^32 corners need
     std::size_t stack_size = 0;
     stack[stack_size++] = 0;
     while (stack_size > 0) {
-      const std::uint32_t at = stack[--stack_size];
-      const Node& node = nodes_[at];
+      const std::uint32_t index = stack[--stack_size];
+      const Node& node = nodes_[index];
       ++work;
       if (node.remaining == 0 || is_to_the_right(a, b, node) || is_to_the_right(b, c, node) ||
           is_to_the_right(c, a, node))
         continue;
       if (node.second != 0) {
         stack[stack_size++] = node.second;
-        stack[stack_size++] = at + 1;
+        stack[stack_size++] = index + 1;
         continue;
       }
       for (std::uint32_t i = node.begin; i < node.end; ++i) {
@@ -119,12 +119,12 @@ class CornerTree {
     const std::size_t index = nodes_.size();
     nodes_.push_back(node);
     if (end - begin <= kLeaf) return;
-    const bool wide = node.high.x - node.low.x > node.high.y - node.low.y;
+    const bool is_wide = node.high.x - node.low.x > node.high.y - node.low.y;
     const std::size_t middle = begin + (end - begin) / 2;
     const auto at = [&](std::size_t i) { return order_.begin() + static_cast<std::ptrdiff_t>(i); };
     std::nth_element(at(begin), at(middle), at(end), [&](std::uint32_t i, std::uint32_t j) {
-      const double x = wide ? points_[i].x : points_[i].y;
-      const double y = wide ? points_[j].x : points_[j].y;
+      const double x = is_wide ? points_[i].x : points_[i].y;
+      const double y = is_wide ? points_[j].x : points_[j].y;
       return x != y ? x < y : i < j;
     });
     build(begin, middle);
@@ -159,35 +159,35 @@ class EarClipper {
     bool simple = true;
     std::vector<std::uint8_t> ear(points_.size());
     for (std::uint32_t i = 0; i < ear.size(); ++i) ear[i] = is_ear(i);
-    std::uint32_t at = 1;
+    std::uint32_t corner = 1;
     for (std::size_t remaining = points_.size(); remaining > 3; --remaining) {
       if (work_ < work_limit) {
-        at = find_next_ear(at, remaining, ear);
-        if (!ear[at]) {
+        corner = find_next_ear(corner, remaining, ear);
+        if (!ear[corner]) {
           // No ear is left: the outline crosses itself, or its corners are collinear. Clip the most
           // convex corner.
-          if (simple && !all_collinear(at, remaining)) {
+          if (simple && !all_collinear(corner, remaining)) {
             simple = false;
             work_limit = std::min(work_limit, work_ + kMinSteps + 64 * points_.size());
           }
-          at = find_most_convex(at, remaining);
+          corner = find_most_convex(corner, remaining);
         }
       } else {
         simple = false;
       }
-      const std::uint32_t before = previous_[at], after = next_[at];
-      triangles.push_back({before, at, after});
+      const std::uint32_t before = previous_[corner], after = next_[corner];
+      triangles.push_back({before, corner, after});
       next_[before] = after;
       previous_[after] = before;
-      corners_.remove(at);
+      corners_.remove(corner);
       if (work_ < work_limit) {
         ear[before] = is_ear(before);
         ear[after] = is_ear(after);
       }
       // Skipping a corner distributes the clipped ears and avoids long fans.
-      at = next_[after];
+      corner = next_[after];
     }
-    triangles.push_back({previous_[at], at, next_[at]});
+    triangles.push_back({previous_[corner], corner, next_[corner]});
     return simple;
   }
 
@@ -200,27 +200,28 @@ class EarClipper {
     return signed_area_at(i) > slack_ &&
            !corners_.any_within(points_[previous_[i]], points_[i], points_[next_[i]], work_);
   }
-  /// Finds the next ear from `at` on; returns any corner if there is none.
-  std::uint32_t find_next_ear(std::uint32_t at, std::size_t remaining,
+  /// Finds the next ear from `corner` on; returns any corner if there is none.
+  std::uint32_t find_next_ear(std::uint32_t corner, std::size_t remaining,
                               std::vector<std::uint8_t>& ear) {
-    for (std::size_t k = 0; k < remaining && !ear[at]; ++k, ++work_) at = next_[at];
-    if (ear[at]) return at;
+    for (std::size_t k = 0; k < remaining && !ear[corner]; ++k, ++work_) corner = next_[corner];
+    if (ear[corner]) return corner;
     // Corners that touched the outline and blocked an ear may have been clipped since.
-    for (std::size_t k = 0; k < remaining; ++k, at = next_[at]) ear[at] = is_ear(at);
-    for (std::size_t k = 0; k < remaining && !ear[at]; ++k) at = next_[at];
-    return at;
+    for (std::size_t k = 0; k < remaining; ++k, corner = next_[corner])
+      ear[corner] = is_ear(corner);
+    for (std::size_t k = 0; k < remaining && !ear[corner]; ++k) corner = next_[corner];
+    return corner;
   }
-  bool all_collinear(std::uint32_t at, std::size_t remaining) {
+  bool all_collinear(std::uint32_t corner, std::size_t remaining) {
     work_ += remaining;
-    for (; remaining > 0; --remaining, at = next_[at])
-      if (std::abs(signed_area_at(at)) > slack_) return false;
+    for (; remaining > 0; --remaining, corner = next_[corner])
+      if (std::abs(signed_area_at(corner)) > slack_) return false;
     return true;
   }
-  std::uint32_t find_most_convex(std::uint32_t at, std::size_t remaining) {
+  std::uint32_t find_most_convex(std::uint32_t corner, std::size_t remaining) {
     work_ += remaining;
-    std::uint32_t best = at;
-    for (; remaining > 0; --remaining, at = next_[at])
-      if (signed_area_at(at) > signed_area_at(best)) best = at;
+    std::uint32_t best = corner;
+    for (; remaining > 0; --remaining, corner = next_[corner])
+      if (signed_area_at(corner) > signed_area_at(best)) best = corner;
     return best;
   }
 
@@ -241,8 +242,8 @@ PolygonTriangles triangulate(std::span<const Vec3> corners) {
     return result;
   }
   const Vec3d normal = normalized(newell_normal(corners));
-  const Vec3d side = std::abs(normal.x) < 0.6 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0);
-  const Vec3d u = normalized(cross(side, normal));
+  const Vec3d helper_axis = std::abs(normal.x) < 0.6 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0);
+  const Vec3d u = normalized(cross(helper_axis, normal));
   const Vec3d v = cross(normal, u);
   std::vector<Point2> projected;
   double low = 0, high = 0, size2 = 0;
@@ -256,12 +257,14 @@ PolygonTriangles triangulate(std::span<const Vec3> corners) {
   result.planar = high - low <= 0.1 * std::sqrt(size2);
   const double slack = 1e-12 * size2;
   if (corners.size() == 4) {
-    const bool by_02 = signed_area(projected[0], projected[1], projected[2]) > slack &&
-                       signed_area(projected[0], projected[2], projected[3]) > slack;
-    const bool by_13 = signed_area(projected[1], projected[2], projected[3]) > slack &&
-                       signed_area(projected[1], projected[3], projected[0]) > slack;
-    result.simple = by_02 || by_13;
-    if (by_02 || !by_13)
+    const bool is_diagonal_02_valid =
+        signed_area(projected[0], projected[1], projected[2]) > slack &&
+        signed_area(projected[0], projected[2], projected[3]) > slack;
+    const bool is_diagonal_13_valid =
+        signed_area(projected[1], projected[2], projected[3]) > slack &&
+        signed_area(projected[1], projected[3], projected[0]) > slack;
+    result.simple = is_diagonal_02_valid || is_diagonal_13_valid;
+    if (is_diagonal_02_valid || !is_diagonal_13_valid)
       result.triangles = {{0, 1, 2}, {0, 2, 3}};
     else
       result.triangles = {{1, 2, 3}, {1, 3, 0}};

@@ -42,20 +42,22 @@ std::vector<SurfaceSample> sample_surface(MeshView mesh, std::size_t count, std:
   std::vector<SurfaceSample> samples;
   if (!(area > 0)) return samples;
   samples.reserve(count);
-  double end = 0;
+  double cumulative_area = 0;
   std::size_t next = 0;  // index of the next sample
   for (std::size_t i = 0; i < order.size() && next < count; ++i) {
     const double weight = length(area_vectors[i]);
     if (!(weight > 0)) continue;
-    end += weight;
+    cumulative_area += weight;
     const auto& v = mesh.triangles[order[i]].v;
     const Vec3 a = mesh.points[v[0]], b = mesh.points[v[1]], c = mesh.points[v[2]];
     const Vec3d n = area_vectors[i] * (1 / weight);
     const Vec3 normal{static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)};
     for (; next < count; ++next) {
       const double jitter = static_cast<double>(random_float(seed, 0, next));
-      if ((static_cast<double>(next) + jitter) / static_cast<double>(count) * area > end) break;
-      // A point of the unit square folded into the triangle.
+      if ((static_cast<double>(next) + jitter) / static_cast<double>(count) * area >
+          cumulative_area)
+        break;
+      // Reflect points of the unit square into the triangle s + t <= 1.
       float s = random_float(seed, 1, next), t = random_float(seed, 2, next);
       if (s + t > 1) s = 1 - s, t = 1 - t;
       samples.push_back({a + (b - a) * s + (c - a) * t, normal, order[i]});

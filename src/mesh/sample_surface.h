@@ -15,9 +15,9 @@ struct SurfaceSample {
   std::uint32_t triangle = 0;
 };
 
-/// Draws `count` samples that represent equal areas: one per stratum of the area along a
-/// space-filling order of the triangles, so that neighbours in the list are neighbours in space.
-/// Faces without area get none; a model without area gives an empty list. Deterministic.
+/// Draws `count` samples, each representing the same area: one per stratum of the area along a
+/// Morton order of the triangles, so that consecutive samples are near in space. Faces without area
+/// get none; a model without area gives an empty list. Deterministic.
 std::vector<SurfaceSample> sample_surface(MeshView mesh, std::size_t count, std::uint64_t seed = 0);
 
 }  // namespace polymorph

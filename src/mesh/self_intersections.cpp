@@ -9,8 +9,7 @@
 namespace polymorph {
 namespace {
 
-/// Six times the signed volume of a tetrahedron, or exactly 0 where rounding could have decided its
-/// sign.
+/// Six times the signed volume of a tetrahedron; exactly 0 if rounding could have decided its sign.
 double signed_volume(Vec3d a, Vec3d b, Vec3d c, Vec3d p) {
   const Vec3d ab = b - a, ac = c - a, ap = p - a;
   const double volume = dot(cross(ab, ac), ap);
@@ -18,8 +17,8 @@ double signed_volume(Vec3d a, Vec3d b, Vec3d c, Vec3d p) {
   return std::abs(volume) > 1e-10 * size ? volume : 0;
 }
 
-/// Tests whether an edge of triangle s passes through the interior of t, its ends strictly on
-/// either side. `sides`: signed volumes of the corners of s with t.
+/// Tests whether an edge of triangle s passes through the interior of t, with its ends strictly on
+/// opposite sides. `sides`: signed volumes of the corners of s with t.
 bool pierces(const Vec3d (&s)[3], const double (&sides)[3], const Vec3d (&t)[3]) {
   for (int k = 0; k < 3; ++k) {
     const int next = (k + 1) % 3;
@@ -43,11 +42,11 @@ bool cross_properly(MeshView mesh, const Triangle& s, const Triangle& t) {
   const auto corners = [&](const Triangle& from, Vec3d(&to)[3]) {
     for (int k = 0; k < 3; ++k) to[k] = Vec3d(mesh.points[from.v[k]]);
   };
-  // Nearly all pairs are rejected by the first plane.
   Vec3d a[3], b[3];
   corners(s, a);
   corners(t, b);
   double sides_a[3], sides_b[3];
+  // The plane of t rejects nearly all pairs.
   for (int k = 0; k < 3; ++k) sides_a[k] = signed_volume(b[0], b[1], b[2], a[k]);
   if ((sides_a[0] > 0 && sides_a[1] > 0 && sides_a[2] > 0) ||
       (sides_a[0] < 0 && sides_a[1] < 0 && sides_a[2] < 0))
@@ -65,7 +64,7 @@ bool boxes_touch(const Box& box, const TriangleBvh::Corners& c) {
 /// Triangles that cross one triangle.
 struct Crossings {
   std::vector<std::uint32_t> triangles;  ///< higher indices only, ascending
-  std::size_t work = 0;                  ///< one per box, kPairWork per pair
+  std::size_t work = 0;                  ///< steps: one per box, kPairWork per pair
 };
 constexpr std::size_t kPairWork = 16;
 
@@ -109,8 +108,7 @@ Crossings find_crossings(MeshView mesh, const TriangleBvh& bvh, std::uint32_t t,
 
 SelfIntersections count_self_intersections(MeshView mesh, const TriangleBvh& bvh,
                                            std::size_t max_pairs) {
-  constexpr std::size_t kBatch =
-      1024;  // small, because the work work_left is updated only between batches
+  constexpr std::size_t kBatch = 1024;  // small, because work_left is updated only between batches
   std::size_t work_left = (std::size_t{1} << 26) + 128 * mesh.triangles.size();
   SelfIntersections result;
   // Batches have a fixed size, so that the result does not depend on the number of threads.

@@ -1,4 +1,4 @@
-// Solid angle of a triangle (Van Oosterom and Strackee 1983), as a complex number.
+// Solid angles of triangles (Van Oosterom and Strackee 1983), as complex numbers.
 #pragma once
 
 #include <cmath>
@@ -10,9 +10,9 @@
 
 namespace polymorph {
 
-/// Half the signed solid angle of triangle abc seen from the origin is atan2(num, den) (van
-/// Oosterom and Strackee 1983). It is positive when abc is counter-clockwise seen from the far
-/// side, i.e. from outside a solid around the origin.
+/// Half the signed solid angle of triangle abc seen from the origin is atan2(num, den). It is
+/// positive if abc is counter-clockwise seen from the far side, i.e. from outside a solid around
+/// the origin.
 struct HalfAngle {
   double num = 0, den = 0;
 };
@@ -33,7 +33,7 @@ class AngleSums {
     float corner[9][kLanes];
   };
 
-  /// Angles of the eight triangles, computed once for sums that add some of them several times.
+  /// Half angles of eight triangles, for several sums that add some of them.
   struct Angles {
     double num[kLanes], den[kLanes];
   };
@@ -71,7 +71,7 @@ class AngleSums {
       const Doubles factor_re = is_added ? den : ones(), factor_im = is_added ? num : zero();
       const Doubles new_re = re * factor_re - im * factor_im,
                     new_im = im * factor_re + re * factor_im;
-      // The same as in add_angle().
+      // Count full turns as add_angle() does.
       turns += ((im >= 0.0) & (factor_im >= 0.0) & (new_im < 0.0)) ? ones() : zero();
       turns -= ((im < 0.0) & (factor_im < 0.0) & (new_im >= 0.0)) ? ones() : zero();
       const Doubles size = (new_re < 0.0 ? -new_re : new_re) + (new_im < 0.0 ? -new_im : new_im);
@@ -85,14 +85,15 @@ class AngleSums {
   }
   void add(const Triangles& triangles, Vec3d eye) { add(angles(triangles, eye)); }
 
+  /// The sum of the half solid angles, in radians.
   double sum() const {
-    AngleSums all = *this;
-    all.rescale();
+    AngleSums product = *this;
+    product.rescale();
     for (int k = 1; k < kLanes; ++k)
-      add_angle(all.re_[0], all.im_[0], all.re_[k], all.im_[k], all.turns_[0]);
+      add_angle(product.re_[0], product.im_[0], product.re_[k], product.im_[k], product.turns_[0]);
     double turns = 0;
-    for (const double lane : all.turns_) turns += lane;
-    return turns * (2 * exact::kPi) + exact::atan2(all.im_[0], all.re_[0]);
+    for (const double lane : product.turns_) turns += lane;
+    return turns * (2 * exact::kPi) + exact::atan2(product.im_[0], product.re_[0]);
   }
 
  private:
@@ -107,8 +108,8 @@ class AngleSums {
   /// (-pi, pi].
   static void add_angle(double& re, double& im, double factor_re, double factor_im, double& turns) {
     const double new_re = re * factor_re - im * factor_im, new_im = im * factor_re + re * factor_im;
-    // Both angles are in [0, pi] and the sine of the sum is negative: it exceeds pi. Likewise
-    // below.
+    // Both angles are in [0, pi] and the sine of their sum is negative, so the sum exceeds pi. The
+    // next line is its mirror image.
     if (im >= 0 && factor_im >= 0 && new_im < 0) ++turns;
     if (im < 0 && factor_im < 0 && new_im >= 0) --turns;
     re = new_re;

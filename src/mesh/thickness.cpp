@@ -15,7 +15,8 @@ namespace polymorph {
 namespace {
 
 constexpr double kManyBalls = 1500;
-constexpr std::size_t kMaxHits = 16384;  // per ray, where faces coincide
+// Triangles tested per ray; reached only where many faces coincide.
+constexpr std::size_t kMaxTests = 16384;
 
 /// Distance along the ray at which it hits the triangle, or infinity (Moeller and Trumbore 1997,
 /// in double precision; edges count).
@@ -36,8 +37,9 @@ struct Hit {
   Vec3d normal;        ///< unit normal of the face
 };
 
-/// Finds the nearest hit beyond `from` that is not on triangle `self`.
-Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from,
+/// Finds the nearest hit beyond `min_distance` that is not on triangle `self`; no hit after
+/// kMaxTests tests.
+Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double min_distance,
               std::uint32_t self) {
   Hit hit;
   std::size_t tested = 0;
@@ -47,17 +49,17 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from
   };
   Entry stack[TriangleBvh::kStackSize];
   int stack_size = 0;
-  if (!bvh.nodes.empty()) stack[stack_size++] = {from, 0};
+  if (!bvh.nodes.empty()) stack[stack_size++] = {min_distance, 0};
   const double o[3] = {origin.x, origin.y, origin.z},
                d[3] = {direction.x, direction.y, direction.z};
-  while (stack_size > 0 && tested < kMaxHits) {
+  while (stack_size > 0 && tested < kMaxTests) {
     const Entry entry = stack[--stack_size];
     if (entry.enter > hit.distance * (1 + 1e-12)) continue;
     const TriangleBvh::Node& node = bvh.nodes[entry.node];
     const int bottom = stack_size;
     for (int k = 0; k < TriangleBvh::kWidth; ++k) {
       if (node.child[k] == TriangleBvh::kNone) continue;
-      double enter = from, leave = hit.distance;
+      double enter = min_distance, leave = hit.distance;
       for (int axis = 0; axis < 3; ++axis) {
         const double low = static_cast<double>(node.low[axis][k]) - o[axis],
                      high = static_cast<double>(node.high[axis][k]) - o[axis];
@@ -82,37 +84,37 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double from
         if (bvh.triangles[slot] == self) continue;
         const TriangleBvh::Corners& c = bvh.corners[slot];
         const double t = intersect(origin, direction, c);
-        if (!(t > from) || !(t < hit.distance)) continue;
+        if (!(t > min_distance) || !(t < hit.distance)) continue;
         const Vec3d n = cross(Vec3d(c.p[1]) - Vec3d(c.p[0]), Vec3d(c.p[2]) - Vec3d(c.p[0]));
         const Vec3d unit = n * (1 / std::max(std::sqrt(dot(n, n)), 1e-300));
         hit = {t, dot(unit, direction), unit};
       }
     }
   }
-  return tested < kMaxHits ? hit : Hit{};
+  return tested < kMaxTests ? hit : Hit{};
 }
 
 /// Casts a ray from each sample against its normal.
 std::vector<Hit> intersect_inward(MeshView mesh, const TriangleBvh& bvh,
-                                  const std::vector<SurfaceSample>& from) {
+                                  const std::vector<SurfaceSample>& samples) {
   // Nearer hits are the adjacent face at an edge, or a duplicate of the same face.
-  const double nearest = 1e-6 * static_cast<double>(mesh.box().diagonal());
-  std::vector<Hit> hits(from.size());
+  const double min_distance = 1e-6 * static_cast<double>(mesh.box().diagonal());
+  std::vector<Hit> hits(samples.size());
   parallel_for(
-      static_cast<std::int64_t>(from.size()),
+      static_cast<std::int64_t>(samples.size()),
       [&](std::int64_t i) {
         const auto k = static_cast<std::size_t>(i);
-        hits[k] = first_hit(bvh, Vec3d(from[k].point), Vec3d(from[k].normal) * -1, nearest,
-                            from[k].triangle);
+        hits[k] = first_hit(bvh, Vec3d(samples[k].point), Vec3d(samples[k].normal) * -1,
+                            min_distance, samples[k].triangle);
       },
       64);
   return hits;
 }
 
-/// Doubles the spacing until sample_evenly() makes at most kMaxSamples plus one per face: each
-/// triangle of a fan of long thin ones would get a number of samples proportional to its longest
+/// Doubles the spacing until sample_evenly() makes at most kMaxSamples plus one per face. Without
+/// this bound, each long thin triangle of a fan would get samples in proportion to its longest
 /// edge.
-double spacing_within_bounds(MeshView mesh, double spacing) {
+double coarsen_spacing(MeshView mesh, double spacing) {
   constexpr double kMaxSamples = 1 << 20;
   for (;; spacing *= 2) {
     double samples = 0;  // upper bound, in addition to one per face
@@ -126,10 +128,10 @@ double spacing_within_bounds(MeshView mesh, double spacing) {
   }
 }
 
-/// Places samples in columns across each face's longest edge. Random samples by area would give a
-/// wire fewer samples the thinner it is.
+/// Places samples in columns perpendicular to each face's longest edge. With random sampling by
+/// area, a wire would get fewer samples the thinner it is.
 std::vector<SurfaceSample> sample_evenly(MeshView mesh, double requested_spacing) {
-  const double spacing = spacing_within_bounds(mesh, requested_spacing);
+  const double spacing = coarsen_spacing(mesh, requested_spacing);
   const auto count_steps = [&](double extent) {
     return std::max(static_cast<int>(std::ceil(extent / spacing)), 1);
   };
@@ -163,9 +165,9 @@ std::vector<SurfaceSample> sample_evenly(MeshView mesh, double requested_spacing
   return samples;
 }
 
-/// The middle between a sample and the face behind it, where the part is thin there. Faces that
-/// enclose a wide angle may be the edge of something thick: they count where a third face lies
-/// behind them, as in a wire of three sides.
+/// Finds the midpoint between a sample and the face opposite to it, if the wall is thin there. Two
+/// faces at a wide angle may be the edge of something thick: they count only if a third face lies
+/// near behind them, as in a wire of three sides.
 std::optional<Vec3> thin_middle(const TriangleBvh& bvh, const SurfaceSample& sample, const Hit& hit,
                                 double max_thickness, double min_cosine) {
   if (!(hit.distance < max_thickness) || !(hit.cosine > 0)) return std::nullopt;
@@ -212,18 +214,18 @@ std::vector<double> wall_thicknesses(MeshView mesh, const TriangleBvh& bvh,
 
 std::vector<Vec3> thin_wall_middles(MeshView mesh, const TriangleBvh& bvh, double spacing,
                                     double max_thickness, double min_cosine) {
-  const std::vector<SurfaceSample> from = sample_evenly(mesh, spacing);
-  const std::vector<Hit> hits = intersect_inward(mesh, bvh, from);
-  std::vector<std::optional<Vec3>> found(from.size());
+  const std::vector<SurfaceSample> samples = sample_evenly(mesh, spacing);
+  const std::vector<Hit> hits = intersect_inward(mesh, bvh, samples);
+  std::vector<std::optional<Vec3>> middle_of_sample(samples.size());
   parallel_for(
-      static_cast<std::int64_t>(from.size()),
+      static_cast<std::int64_t>(samples.size()),
       [&](std::int64_t i) {
         const auto k = static_cast<std::size_t>(i);
-        found[k] = thin_middle(bvh, from[k], hits[k], max_thickness, min_cosine);
+        middle_of_sample[k] = thin_middle(bvh, samples[k], hits[k], max_thickness, min_cosine);
       },
       64);
   std::vector<Vec3> middles;
-  for (const std::optional<Vec3>& middle : found)
+  for (const std::optional<Vec3>& middle : middle_of_sample)
     if (middle) middles.push_back(*middle);
   return middles;
 }

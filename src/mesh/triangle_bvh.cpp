@@ -22,7 +22,7 @@ struct Builder {
   std::span<const Vec3> points;
   std::span<const Triangle> triangles;
   std::vector<Vec3> centers;
-  /// Replace the triangles where those are split; else empty.
+  /// Pieces of the triangles if these are split; else empty.
   std::vector<Piece> pieces;
   TriangleBvh bvh;
 
@@ -38,6 +38,7 @@ struct Builder {
   }
 
   /// Partitions the range at the median of the axis along which its centres extend furthest.
+  /// Returns the size of the first half.
   std::size_t halve(std::span<std::uint32_t> range) const {
     Box bounds;
     for (const std::uint32_t t : range) bounds = extend(bounds, centers[t]);
@@ -102,16 +103,17 @@ struct Builder {
 
 using Polygon = std::vector<Vec3d>;
 
-double along(Vec3d p, int axis) { return axis == 0 ? p.x : axis == 1 ? p.y : p.z; }
+double coordinate(Vec3d p, int axis) { return axis == 0 ? p.x : axis == 1 ? p.y : p.z; }
 
 /// Clips a convex polygon by a plane across an axis and keeps one side (Sutherland and Hodgman
 /// 1974).
-Polygon clip(const Polygon& polygon, int axis, double position, bool above) {
-  const double sign = above ? 1 : -1;
+Polygon clip(const Polygon& polygon, int axis, double position, bool keep_above) {
+  const double sign = keep_above ? 1 : -1;
   Polygon result;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Vec3d a = polygon[i], b = polygon[(i + 1) % polygon.size()];
-    const double from = sign * (along(a, axis) - position), to = sign * (along(b, axis) - position);
+    const double from = sign * (coordinate(a, axis) - position),
+                 to = sign * (coordinate(b, axis) - position);
     if (from >= 0) result.push_back(a);
     if ((from > 0 && to < 0) || (from < 0 && to > 0))
       result.push_back(a + (b - a) * (from / (from - to)));
@@ -119,9 +121,9 @@ Polygon clip(const Polygon& polygon, int axis, double position, bool above) {
   return result;
 }
 
-/// Splits a polygon into pieces no longer than `longest` and adds a box bounds each; `slack` covers
-/// rounding.
-void split(const Polygon& polygon, std::uint32_t triangle, double longest, float slack,
+/// Splits a polygon until no side of a piece's box is longer than `max_size`, and appends the
+/// pieces. `slack` widens the boxes to cover rounding.
+void split(const Polygon& polygon, std::uint32_t triangle, double max_size, float slack,
            std::vector<Piece>& pieces) {
   if (polygon.empty()) return;
   Vec3d low = polygon[0], high = low;
@@ -131,21 +133,21 @@ void split(const Polygon& polygon, std::uint32_t triangle, double longest, float
   }
   const Vec3d size = high - low;
   const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
-  if (!(along(size, axis) > longest)) {
+  if (!(coordinate(size, axis) > max_size)) {
     const Vec3 margin{slack, slack, slack};
     pieces.push_back({{to_float(low) - margin, to_float(high) + margin}, triangle});
     return;
   }
-  const double middle = along(low + size * 0.5, axis);
-  split(clip(polygon, axis, middle, false), triangle, longest, slack, pieces);
-  split(clip(polygon, axis, middle, true), triangle, longest, slack, pieces);
+  const double middle = coordinate(low + size * 0.5, axis);
+  split(clip(polygon, axis, middle, false), triangle, max_size, slack, pieces);
+  split(clip(polygon, axis, middle, true), triangle, max_size, slack, pieces);
 }
 
-/// Splits the long triangles into pieces. Returns nothing if few triangles are long, or if some are
-/// but few of their boxes overlap anywhere.
+/// Splits long triangles into pieces. Returns none unless there are many, or fewer whose boxes
+/// overlap heavily (build_split_bvh()).
 std::vector<Piece> split_long_triangles(std::span<const Vec3> points,
                                         std::span<const Triangle> triangles) {
-  constexpr double kLong = 1.0 / 16, kPiece = 1.0 / 64;
+  constexpr double kLong = 1.0 / 16, kPiece = 1.0 / 64;  // fractions of the diagonal
   constexpr std::size_t kSomeLong = 1024, kManyLong = 4096;
   constexpr double kCrowded = 16;  // boxes of long triangles that overlap at a point, on average
   constexpr double kMaxPieces = 1 << 19;  // in addition to one per triangle
@@ -157,7 +159,7 @@ std::vector<Piece> split_long_triangles(std::span<const Vec3> points,
     const Vec3d size = Vec3d(b.size()) + Vec3d(1, 1, 1) * (kPiece * diagonal);
     return size.x * size.y * size.z;
   };
-  double volumes = 0;
+  double volume_sum = 0;
   struct Size {
     double length, height;
   };
@@ -169,17 +171,17 @@ std::vector<Piece> split_long_triangles(std::span<const Vec3> points,
     sizes.push_back({longest, length(cross(b - a, c - a)) / longest});
     Box bounds;
     for (const std::uint32_t v : t.v) bounds = extend(bounds, points[v]);
-    volumes += volume(bounds);
+    volume_sum += volume(bounds);
   }
-  const bool crowded = sizes.size() > kSomeLong && volumes > kCrowded * volume(box);
-  if (sizes.size() <= kManyLong && !crowded) return {};
-  const auto count = [&](double piece) {
+  const bool is_crowded = sizes.size() > kSomeLong && volume_sum > kCrowded * volume(box);
+  if (sizes.size() <= kManyLong && !is_crowded) return {};
+  const auto count_pieces = [&](double piece) {
     double sum = 0;
     for (const Size s : sizes) sum += (s.length / piece + 1) * (s.height / piece + 1) - 1;
     return sum;
   };
   double piece = kPiece * diagonal;
-  while (count(piece) > kMaxPieces) piece *= 2;
+  while (count_pieces(piece) > kMaxPieces) piece *= 2;
   std::vector<Piece> pieces;
   const Vec3 extent = max(box.high, -box.low);
   const float slack = 1e-6f * (box.diagonal() + std::max({extent.x, extent.y, extent.z, 0.0f}));

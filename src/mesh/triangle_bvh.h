@@ -1,5 +1,5 @@
-// Bounding volume hierarchy (BVH) over triangles with eight children per node: for closest points,
-// rays and pairs.
+// Bounding volume hierarchy (BVH) over triangles with eight children per node, for closest-point,
+// ray and pair queries.
 #pragma once
 
 #include <cstddef>
@@ -20,12 +20,12 @@ struct TriangleBvh {
   /// nodes over 2^32 triangles are at most 12 levels deep.
   static constexpr int kStackSize = 96;
 
-  /// Boxes by coordinate and child, so that one loop handles the children side by side. Absent
-  /// children have an empty box and `child` kNone.
+  /// Boxes indexed by coordinate and child, so that one loop handles all children as vectors.
+  /// Absent children have an empty box and `child` kNone.
   struct Node {
     float low[3][kWidth], high[3][kWidth];
-    std::uint32_t child[kWidth];  ///< index of a node, or with `count` > 0 the first slot of a leaf
-    std::uint32_t count[kWidth];
+    std::uint32_t child[kWidth];  ///< index of the child node, or first slot of the child leaf
+    std::uint32_t count[kWidth];  ///< triangles of a leaf; 0: a node, or no child
   };
   struct Corners {
     Vec3 p[3];
@@ -42,10 +42,11 @@ struct TriangleBvh {
 /// Builds a hierarchy in which each triangle has one slot. Deterministic.
 TriangleBvh build_triangle_bvh(std::span<const Vec3> points, std::span<const Triangle> triangles);
 
-/// Builds a hierarchy with spatial splits: where more than 4096 triangles are longer than a 16th of
-/// the box's diagonal, or more than 1024 whose boxes lie 16 deep on average, these get a slot for
-/// each of their pieces, with a box around the piece alone. Thin triangles that share a point have
-/// boxes that all overlap, and every ray would hit most of them. Otherwise the same as
+/// Builds a hierarchy with spatial splits if many triangles are long: more than 4096 are longer
+/// than a 16th of the box's diagonal, or more than 1024 are and their boxes lie 16 deep on average.
+/// Triangles are then cut into pieces of a 64th of the diagonal or more, and each piece has a slot
+/// and a box of its own. Without splits, the boxes of thin triangles that share a point all
+/// overlap, and every ray would hit most of them. Other meshes get the hierarchy of
 /// build_triangle_bvh().
 TriangleBvh build_split_bvh(std::span<const Vec3> points, std::span<const Triangle> triangles);
 

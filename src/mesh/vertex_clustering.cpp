@@ -15,9 +15,11 @@
 namespace polymorph {
 namespace {
 
-constexpr double kLong = 1.0 / 64;
-constexpr std::size_t kManyLong = 16384, kMaxStrewn = 2048, kMaxNested = 1024;
-constexpr double kFineCells = 2048, kCoarseCells = 256;  // along the diagonal
+constexpr double kLong = 1.0 / 64;  // fraction of the diagonal
+// Numbers of long triangles: the minimum of "many", and the maxima that remain of scattered ones
+// and of nested shells.
+constexpr std::size_t kManyLong = 16384, kMaxScattered = 2048, kMaxNested = 1024;
+constexpr double kFineCells = 2048, kCoarseCells = 256;  // cells along the diagonal
 
 bool is_long(MeshView mesh, const Triangle& t, double diagonal) {
   const Vec3d a(mesh.points[t.v[0]]), b(mesh.points[t.v[1]]), c(mesh.points[t.v[2]]);
@@ -30,16 +32,16 @@ std::size_t count_long(MeshView mesh, double diagonal) {
                     [&](const Triangle& t) { return is_long(mesh, t, diagonal); }));
 }
 
-/// Finds the first point in the cell of each point.
+/// Finds, for each point, the first point in the same cell.
 std::vector<std::uint32_t> first_points_in_cells(MeshView mesh, double cell) {
   const Vec3d low(mesh.box().low);
   std::unordered_map<std::uint64_t, std::uint32_t> first_in_cell;
   std::vector<std::uint32_t> representative(mesh.points.size());
   for (std::uint32_t i = 0; i < representative.size(); ++i) {
-    const Vec3d at = (Vec3d(mesh.points[i]) - low) * (1 / cell);
-    const std::uint64_t key = static_cast<std::uint64_t>(at.x) << 40 |
-                              static_cast<std::uint64_t>(at.y) << 20 |
-                              static_cast<std::uint64_t>(at.z);
+    const Vec3d cell_position = (Vec3d(mesh.points[i]) - low) * (1 / cell);
+    const std::uint64_t key = static_cast<std::uint64_t>(cell_position.x) << 40 |
+                              static_cast<std::uint64_t>(cell_position.y) << 20 |
+                              static_cast<std::uint64_t>(cell_position.z);
     representative[i] = first_in_cell.try_emplace(key, i).first->second;
   }
   return representative;
@@ -51,7 +53,7 @@ ClusteredMesh cluster(MeshView mesh, double cell) {
     std::array<std::uint32_t, 3> corners;  // ascending
     int times = 1;                         // occurrences, minus those of the reversed triangle
   };
-  std::vector<Corners> all;
+  std::vector<Corners> keyed_triangles;
   for (const Triangle& t : mesh.triangles) {
     std::array<std::uint32_t, 3> c{representative[t.v[0]], representative[t.v[1]],
                                    representative[t.v[2]]};
@@ -59,16 +61,17 @@ ClusteredMesh cluster(MeshView mesh, double cell) {
     std::rotate(c.begin(), std::min_element(c.begin(), c.end()), c.end());
     const bool reverse = c[1] > c[2];
     if (reverse) std::swap(c[1], c[2]);
-    all.push_back({c, reverse ? -1 : 1});
+    keyed_triangles.push_back({c, reverse ? -1 : 1});
   }
-  std::sort(all.begin(), all.end(),
+  std::sort(keyed_triangles.begin(), keyed_triangles.end(),
             [](const Corners& a, const Corners& b) { return a.corners < b.corners; });
   ClusteredMesh result;
   result.mesh.positions.assign(mesh.points.begin(), mesh.points.end());
-  for (std::size_t i = 0; i < all.size();) {
-    const std::array<std::uint32_t, 3> c = all[i].corners;
+  for (std::size_t i = 0; i < keyed_triangles.size();) {
+    const std::array<std::uint32_t, 3> c = keyed_triangles[i].corners;
     int times = 0;
-    for (; i < all.size() && all[i].corners == c; ++i) times += all[i].times;
+    for (; i < keyed_triangles.size() && keyed_triangles[i].corners == c; ++i)
+      times += keyed_triangles[i].times;
     if (times == 0) continue;
     result.mesh.triangles.push_back(times > 0 ? Triangle{{c[0], c[1], c[2]}}
                                               : Triangle{{c[0], c[2], c[1]}});
@@ -77,24 +80,24 @@ ClusteredMesh cluster(MeshView mesh, double cell) {
   return result;
 }
 
-/// Lists one of the long triangles whose corners lie in the same cells, and all short ones; nothing
-/// where that is half of the mesh or more. A triangle with two corners in one cell is as good as an
-/// edge, and is left out where another one has that edge.
-std::vector<std::uint32_t> one_per_cells(MeshView mesh, double cell, double diagonal) {
+/// Lists all short triangles and, of the long ones whose corners lie in the same cells, one;
+/// nothing if that is half of the mesh or more. A long triangle with two corners in one cell counts
+/// as an edge, and is left out if a listed triangle has that edge.
+std::vector<std::uint32_t> list_one_per_cells(MeshView mesh, double cell, double diagonal) {
   const std::vector<std::uint32_t> representative = first_points_in_cells(mesh, cell);
   struct Cells {
-    std::array<std::uint32_t, 3> cells;  // ascending; of two, the higher one twice
+    std::array<std::uint32_t, 3> cells;  // ascending; of two cells, the higher one twice
     std::uint32_t triangle;
     bool operator<(const Cells& other) const {
       return std::tie(cells, triangle) < std::tie(other.cells, other.triangle);
     }
   };
   std::vector<Cells> faces, edges;
-  std::vector<std::uint32_t> kept;
+  std::vector<std::uint32_t> listed;
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
     const Triangle& t = mesh.triangles[i];
     if (!is_long(mesh, t, diagonal)) {
-      kept.push_back(i);
+      listed.push_back(i);
       continue;
     }
     std::array<std::uint32_t, 3> c{representative[t.v[0]], representative[t.v[1]],
@@ -113,14 +116,14 @@ std::vector<std::uint32_t> one_per_cells(MeshView mesh, double cell, double diag
     return std::uint64_t{low} << 32 | high;
   };
   for (const auto& [c, triangle] : faces) {
-    kept.push_back(triangle);
+    listed.push_back(triangle);
     edges_of_faces.insert({key(c[0], c[1]), key(c[1], c[2]), key(c[0], c[2])});
   }
   for (const auto& [c, triangle] : edges)
-    if (!edges_of_faces.contains(key(c[0], c[2]))) kept.push_back(triangle);
-  if (2 * kept.size() >= mesh.triangles.size()) return {};
-  std::sort(kept.begin(), kept.end());
-  return kept;
+    if (!edges_of_faces.contains(key(c[0], c[2]))) listed.push_back(triangle);
+  if (2 * listed.size() >= mesh.triangles.size()) return {};
+  std::sort(listed.begin(), listed.end());
+  return listed;
 }
 
 /// Copies the mesh unchanged.
@@ -134,13 +137,13 @@ ClusteredMesh copy_mesh(MeshView mesh) {
 
 /// Keeps every n-th long triangle and multiplies its multiplicity by n, so that few remain.
 void thin_out(ClusteredMesh& clustered, std::size_t count, double diagonal) {
-  const std::size_t n = (count + kMaxStrewn - 1) / kMaxStrewn;
+  const std::size_t n = (count + kMaxScattered - 1) / kMaxScattered;
   ClusteredMesh thinned;
-  std::size_t seen = 0;
+  std::size_t long_count = 0;
   for (std::size_t i = 0; i < clustered.multiplicity.size(); ++i) {
     const Triangle& t = clustered.mesh.triangles[i];
     const bool is_long_one = is_long(clustered.mesh, t, diagonal);
-    if (is_long_one && seen++ % n != 0) continue;
+    if (is_long_one && long_count++ % n != 0) continue;
     thinned.mesh.triangles.push_back(t);
     thinned.multiplicity.push_back(clustered.multiplicity[i] *
                                    (is_long_one ? static_cast<int>(n) : 1));
@@ -166,7 +169,7 @@ std::optional<ClusteredMesh> cluster_long_triangles(MeshView mesh) {
     ClusteredMesh result = cluster(mesh, diagonal / cells);
     if (result.mesh.triangles.empty()) result = copy_mesh(mesh);  // walls thinner than a cell
     const std::size_t count = count_long(result.mesh, diagonal);
-    // For nested shells their number matters more than the exact position of each.
+    // The number of nested shells matters more than their exact positions.
     const long long times =
         std::accumulate(result.multiplicity.begin(), result.multiplicity.end(), 0LL);
     const bool nested = times > 4 * static_cast<long long>(result.multiplicity.size());
@@ -181,14 +184,14 @@ std::vector<std::uint32_t> thin_long_triangles(MeshView mesh) {
   const std::optional<ClusteredMesh> clustered = cluster_long_triangles(mesh);
   if (!clustered) return {};
   const double diagonal = static_cast<double>(mesh.box().diagonal());
-  if (!clustered->thinned) return one_per_cells(mesh, clustered->cell, diagonal);
-  std::vector<std::uint32_t> kept_vertices;
-  const std::size_t n = (count_long(mesh, diagonal) + kMaxStrewn - 1) / kMaxStrewn;
-  std::size_t seen = 0;
+  if (!clustered->thinned) return list_one_per_cells(mesh, clustered->cell, diagonal);
+  std::vector<std::uint32_t> listed_triangles;
+  const std::size_t n = (count_long(mesh, diagonal) + kMaxScattered - 1) / kMaxScattered;
+  std::size_t long_count = 0;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
-    if (!is_long(mesh, mesh.triangles[i], diagonal) || seen++ % n == 0)
-      kept_vertices.push_back(static_cast<std::uint32_t>(i));
-  return kept_vertices;
+    if (!is_long(mesh, mesh.triangles[i], diagonal) || long_count++ % n == 0)
+      listed_triangles.push_back(static_cast<std::uint32_t>(i));
+  return listed_triangles;
 }
 
 }  // namespace polymorph

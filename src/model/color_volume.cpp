@@ -21,15 +21,15 @@ constexpr int kCells = 64;  ///< cells per box diagonal
 constexpr float kNarrowDeviation = 0.015f * kCells;
 constexpr std::array<float, 3> kDeviations = {kNarrowDeviation, 3 * kNarrowDeviation,
                                               9 * kNarrowDeviation};  ///< cells
-constexpr std::array<float, 3> kWeights = {1, 1e-3f, 1e-6f};
+constexpr std::array<float, 3> kWeights = {1, 1e-3f, 1e-6f};  ///< weights of the three Gaussians
 
-/// Colour times weight, and weight.
+/// Sum of weighted colours, and sum of the weights.
 struct Weighted {
   Vec3 color;
   float weight = 0;
 };
 
-/// The cell around a point, clamped to the grid, and the weights of its eight corners.
+/// The cell around a point, clamped to the grid, and the trilinear weights of its eight corners.
 struct Corners {
   std::size_t index[8];
   float weight[8];
@@ -38,10 +38,11 @@ struct Corners {
     int low[3];
     float t[3];
     const Vec3 q = (p - grid.origin) / grid.cell;
-    const float at[3] = {q.x, q.y, q.z};
+    const float coordinates[3] = {q.x, q.y, q.z};
     const int points[3] = {grid.points.x, grid.points.y, grid.points.z};
     for (int axis = 0; axis < 3; ++axis) {
-      const float clamped = std::clamp(at[axis], 0.0f, static_cast<float>(points[axis] - 1));
+      const float clamped =
+          std::clamp(coordinates[axis], 0.0f, static_cast<float>(points[axis] - 1));
       low[axis] = std::min(static_cast<int>(clamped), points[axis] - 2);
       t[axis] = clamped - static_cast<float>(low[axis]);
     }
@@ -93,7 +94,7 @@ std::vector<Weighted> splat_samples(const Model& model, std::span<const FaceSide
   return sums;
 }
 
-/// Gaussian blur along each axis in turn; `deviation` in cells.
+/// Applies a Gaussian blur along each axis in turn; `deviation` in cells.
 std::vector<Weighted> blur(std::vector<Weighted> v, Int3 points, float deviation) {
   const int radius = static_cast<int>(std::ceil(3 * deviation));
   std::vector<float> weights;
@@ -169,23 +170,23 @@ ColorVolume make_color_volume(const Model& model, std::span<const FaceSide> side
   volume.grid.points = {points(size.x), points(size.y), points(size.z)};
   std::vector<Weighted> sums(array3_count(volume.grid.points));
   const std::vector<Weighted> samples = splat_samples(model, sides, volume.grid);
-  Weighted all;
+  Weighted total;
   for (const Weighted& sample : samples) {
-    all.color = all.color + sample.color;
-    all.weight += sample.weight;
+    total.color = total.color + sample.color;
+    total.weight += sample.weight;
   }
   for (std::size_t k = 0; k < kDeviations.size(); ++k) {
-    const std::vector<Weighted> wide = blur(samples, volume.grid.points, kDeviations[k]);
+    const std::vector<Weighted> blurred = blur(samples, volume.grid.points, kDeviations[k]);
     for (std::size_t i = 0; i < sums.size(); ++i) {
-      sums[i].color = sums[i].color + wide[i].color * kWeights[k];
-      sums[i].weight += wide[i].weight * kWeights[k];
+      sums[i].color = sums[i].color + blurred[i].color * kWeights[k];
+      sums[i].weight += blurred[i].weight * kWeights[k];
     }
   }
   // Use the overall mean where no Gaussian reaches the surface.
-  constexpr float kMin = 1e-9f;
-  const Vec3 mean = all.weight > 0 ? all.color / all.weight : model.materials.front().color;
+  constexpr float kEpsilon = 1e-9f;
+  const Vec3 mean = total.weight > 0 ? total.color / total.weight : model.materials.front().color;
   for (const Weighted& sum : sums)
-    volume.colors.push_back((sum.color + mean * kMin) / (sum.weight + kMin));
+    volume.colors.push_back((sum.color + mean * kEpsilon) / (sum.weight + kEpsilon));
   return volume;
 }
 

@@ -1,4 +1,4 @@
-// A model's diffuse colour, low-passed, as a smooth function of space.
+// Colour volume: a model's low-pass filtered diffuse colour as a smooth function of space.
 #pragma once
 
 #include <span>
@@ -10,7 +10,8 @@
 
 namespace polymorph {
 
-/// Scene-linear colours on a grid, trilinear between its points and constant beyond.
+/// Scene-linear colours on a grid, interpolated trilinearly between its points and constant beyond
+/// it.
 struct ColorVolume {
   Grid grid;
   std::vector<Vec3> colors;  ///< x fastest
@@ -22,9 +23,9 @@ struct ColorVolume {
 bool is_one_color(const Model& model);
 
 /// Computes, at each grid point, a weighted mean of the colours (texture times material) of the
-/// model's surface, without hidden faces. The weights are three Gaussians of deviations 1.5, 4.5
-/// and 13.5 % of the box's diagonal; the wider ones matter where the narrower ones do not reach the
-/// surface. Charts and seams of a texture have no effect. Deterministic.
+/// model's surface, without hidden faces. The weights are three Gaussians with standard deviations
+/// of 1.5, 4.5 and 13.5 % of the box's diagonal; the wider ones matter where the narrower ones do
+/// not reach the surface. The texture's charts and seams do not matter. Deterministic.
 ColorVolume make_color_volume(const Model& model, std::span<const FaceSide> sides);
 
 }  // namespace polymorph

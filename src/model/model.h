@@ -37,9 +37,9 @@ struct Model {
   std::vector<Vec3> corner_normals;   ///< 3 * triangles.size(), unit; from the file, else computed
   std::vector<Vec2> corner_uvs;       ///< 3 * triangles.size(), or empty; v up as in OBJ
   std::vector<std::uint32_t> labels;  ///< one per triangle: index into label_names
-  std::vector<std::string> label_names;                ///< OBJ groups/objects; at least one
-  std::vector<std::uint32_t> triangle_materials;       ///< one per triangle: index into materials
-  std::vector<Material> materials;                     ///< one or more, except for balls in flight
+  std::vector<std::string> label_names;           ///< OBJ groups/objects; at least one
+  std::vector<std::uint32_t> triangle_materials;  ///< one per triangle: index into materials
+  std::vector<Material> materials;  ///< one or more; none in an object made of moving balls
   std::vector<std::shared_ptr<const Image>> textures;  ///< scene-linear RGB(A)
 
   Box box() const { return box_of(points); }

@@ -61,7 +61,7 @@ void add_cube_sides(
     const std::function<ShapeCorner(std::array<int, 3>, Vec3d, Vec3d, Vec2)>& corner) {
   for (int side = 0; side < 6; ++side) {
     const int axis = side / 2, sign = side % 2 ? 1 : -1;
-    // Axes u, v of the side with u x v pointing outward, v up where there is an up.
+    // Axes u, v of the side with u x v pointing outward. On the four upright sides, v points up.
     std::array<double, 3> outward{}, u{}, v{};
     outward[static_cast<std::size_t>(axis)] = sign;
     v[axis == 1 ? 2 : 1] = axis == 1 ? -sign : 1;
@@ -111,8 +111,8 @@ void close_seams(Model& model) {
   }
 }
 
-// Projects a cube onto the sphere: even triangles and no degenerate poles. tan() equalizes the
-// angles between grid lines.
+// Projects a cube onto the sphere, which gives even triangles and no degenerate poles. tan()
+// equalizes the angles between grid lines.
 void add_sphere(Model& model, Vec3d center, double radius, int rows) {
   PointSet points(model);
   add_cube_sides(model, rows, [&](std::array<int, 3> key, Vec3d p, Vec3d, Vec2) {
@@ -136,15 +136,16 @@ Model make_sphere() {
 // Small drops distributed evenly in a ball (a Fibonacci spiral through shells of equal volume).
 Model make_drops() {
   constexpr int kDrops = 48;
-  constexpr double kRadius = 0.05, kOut = 1 - kRadius;
+  constexpr double kRadius = 0.05, kMaxOffset = 1 - kRadius;
   Model model;
   for (int i = 0; i < kDrops; ++i) {
     const double fraction = (i + 0.5) / kDrops;
     const double up = 1 - 2 * std::fmod(fraction * 13, 1.0),
                  azimuth = 2 * kPi * std::fmod(i * 0.618034, 1.0);
-    const double flat = std::sqrt(1 - up * up), r = kOut * cube_root(fraction);
+    const double horizontal = std::sqrt(1 - up * up), r = kMaxOffset * cube_root(fraction);
     add_sphere(model,
-               Vec3d(flat * exact::cos(azimuth) * r, 1 + up * r, flat * exact::sin(azimuth) * r),
+               Vec3d(horizontal * exact::cos(azimuth) * r, 1 + up * r,
+                     horizontal * exact::sin(azimuth) * r),
                kRadius, 4);
   }
   close_seams(model);
@@ -152,27 +153,29 @@ Model make_drops() {
 }
 
 Model make_torus() {
-  constexpr int kSegments = 96, kTube = 40;
-  constexpr double kRing = 1, kPipe = 0.4;
+  constexpr int kSegments = 96, kTubeSegments = 40;
+  constexpr double kRingRadius = 1, kTubeRadius = 0.4;
   Model model;
-  const auto position = [&](int i, int j, double pipe) {
-    const double a = 2 * kPi * (i % kSegments) / kSegments, b = 2 * kPi * (j % kTube) / kTube;
-    const double outward = exact::cos(b) * pipe;
-    return Vec3d(exact::sin(a) * outward, exact::sin(b) * pipe, exact::cos(a) * outward);
+  const auto position = [&](int i, int j, double tube_radius) {
+    const double a = 2 * kPi * (i % kSegments) / kSegments,
+                 b = 2 * kPi * (j % kTubeSegments) / kTubeSegments;
+    const double outward = exact::cos(b) * tube_radius;
+    return Vec3d(exact::sin(a) * outward, exact::sin(b) * tube_radius, exact::cos(a) * outward);
   };
   for (int i = 0; i < kSegments; ++i)
-    for (int j = 0; j < kTube; ++j) {
+    for (int j = 0; j < kTubeSegments; ++j) {
       const double a = 2 * kPi * i / kSegments;
-      const Vec3d ring(exact::sin(a) * kRing, kPipe, exact::cos(a) * kRing);
-      model.points.push_back(to_float(ring + position(i, j, kPipe)));
+      const Vec3d ring(exact::sin(a) * kRingRadius, kTubeRadius, exact::cos(a) * kRingRadius);
+      model.points.push_back(to_float(ring + position(i, j, kTubeRadius)));
     }
   const auto corner_at = [&](int i, int j) {
-    return ShapeCorner{static_cast<std::uint32_t>((i % kSegments) * kTube + j % kTube),
-                       to_float(position(i, j, 1)),
-                       {static_cast<float>(i) / kSegments, static_cast<float>(j) / kTube}};
+    return ShapeCorner{
+        static_cast<std::uint32_t>((i % kSegments) * kTubeSegments + j % kTubeSegments),
+        to_float(position(i, j, 1)),
+        {static_cast<float>(i) / kSegments, static_cast<float>(j) / kTubeSegments}};
   };
   for (int i = 0; i < kSegments; ++i)
-    for (int j = 0; j < kTube; ++j)
+    for (int j = 0; j < kTubeSegments; ++j)
       add_quad(model, corner_at(i, j), corner_at(i + 1, j), corner_at(i + 1, j + 1),
                corner_at(i, j + 1));
   return model;
@@ -184,18 +187,19 @@ struct ProfilePoint {
 };
 
 Model make_puddle() {
-  constexpr int kSegments = 96, kRim = 8, kRings = 5;
-  constexpr double kRadius = 1.3, kHeight = 0.12, kRound = kHeight / 2;
-  std::vector<ProfilePoint>
-      profile;  // from the bottom's centre outward, around the rim, to the top's centre
-  for (int i = 1; i < kRings; ++i) profile.push_back({(kRadius - kRound) * i / kRings, 0, 0, -1});
-  for (int i = 0; i <= kRim; ++i) {
-    const double a = kPi * i / kRim - kPi / 2;
-    profile.push_back({kRadius - kRound + kRound * exact::cos(a), kRound + kRound * exact::sin(a),
-                       exact::cos(a), exact::sin(a)});
+  constexpr int kSegments = 96, kRimSegments = 8, kRings = 5;
+  constexpr double kRadius = 1.3, kHeight = 0.12, kRimRadius = kHeight / 2;
+  // From the bottom's centre outward, around the rim, to the top's centre.
+  std::vector<ProfilePoint> profile;
+  for (int i = 1; i < kRings; ++i)
+    profile.push_back({(kRadius - kRimRadius) * i / kRings, 0, 0, -1});
+  for (int i = 0; i <= kRimSegments; ++i) {
+    const double a = kPi * i / kRimSegments - kPi / 2;
+    profile.push_back({kRadius - kRimRadius + kRimRadius * exact::cos(a),
+                       kRimRadius + kRimRadius * exact::sin(a), exact::cos(a), exact::sin(a)});
   }
   for (int i = kRings - 1; i > 0; --i)
-    profile.push_back({(kRadius - kRound) * i / kRings, kHeight, 0, 1});
+    profile.push_back({(kRadius - kRimRadius) * i / kRings, kHeight, 0, 1});
   Model model;
   model.points = {{0, 0, 0}, {0, static_cast<float>(kHeight), 0}};
   const int rows = static_cast<int>(profile.size());

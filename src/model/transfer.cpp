@@ -64,7 +64,7 @@ bool look_alike(Vec3 a, Vec3 b) {
   return near(a.x, b.x) && near(a.y, b.y) && near(a.z, b.z);
 }
 
-/// Texture coordinates of the chart at the triangle's centroid, extrapolated to its corners.
+/// Extrapolates the texture coordinates of the chart at the triangle's centroid to its corners.
 std::array<Vec2, 3> continue_chart(const Model& model, const ClosestPoint& middle,
                                    const std::array<Vec3, 3>& corners) {
   const auto& v = model.triangles[middle.triangle].v;
@@ -80,8 +80,8 @@ std::array<Vec2, 3> continue_chart(const Model& model, const ClosestPoint& middl
   return uv;
 }
 
-/// Closest point and texture coordinates per vertex. A vertex has about six corners, so these are
-/// computed only once.
+/// Closest point and texture coordinates per vertex: computed once per vertex, not for each of its
+/// about six corners.
 struct Nearest {
   std::vector<ClosestPoint> hits;
   std::vector<Vec2> uvs;  ///< empty if the model has no texture coordinates
@@ -120,8 +120,8 @@ bool crosses_border(const Nearest& nearest, std::span<const std::uint32_t> areas
 std::vector<std::uint32_t> texture_charts(const Model& model) {
   struct Edge {
     std::uint32_t low, high, triangle;
-    int first;  ///< corner at `low`
-    int second;
+    int first;   ///< corner (0..2) at `low`
+    int second;  ///< corner at `high`
   };
   std::vector<Edge> edges;
   for (std::uint32_t t = 0; t < model.triangles.size(); ++t)

@@ -32,11 +32,11 @@ struct TransferredMaterials {
   std::vector<std::uint32_t> border_of;
 };
 
-/// Gives each vertex of a surface the attributes of the model at the point closest to `at` (one per
+/// Gives each vertex of a surface the attributes of the model at the point closest to `at` (per
 /// vertex: the vertex itself, or the point it was pulled back to). A triangle whose corners fall
 /// into several charts, or far apart in the texture, takes the chart at its centroid, extrapolated
-/// to its corners, so that no texture is smeared across a seam. Its border then follows the
-/// triangles; texture_point() gives the exact one.
+/// to its corners, so that no texture is smeared across a seam. The border between charts then runs
+/// along triangle edges; texture_point() finds the exact one.
 TransferredMaterials transfer_materials(const Model& model, const ClosestPointQuery& closest,
                                         std::span<const std::uint32_t> charts,
                                         std::span<const Vec3> at,
@@ -48,8 +48,8 @@ struct TexturePoint {
   Vec2 uv;
 };
 
-/// A model as its texture is looked up at a closest point: an array for each of its members.
-/// Borrowed; `corner_uvs` and `triangle_materials` may be empty.
+/// Non-owning view of the arrays that a texture lookup at a closest point needs. `corner_uvs` and
+/// `triangle_materials` may be empty.
 struct TexturedTriangles {
   std::span<const Vec3> points;
   std::span<const Triangle> triangles;
@@ -57,7 +57,7 @@ struct TexturedTriangles {
   std::span<const std::uint32_t> triangle_materials;
 };
 
-/// Texture coordinates at barycentric weights of a triangle.
+/// Interpolates texture coordinates at barycentric weights of a triangle.
 PM_HD inline Vec2 interpolate_uv(std::span<const Vec2> corner_uvs, std::uint32_t triangle,
                                  const TriangleWeights& w) {
   const Vec2* uv = &corner_uvs[3 * std::size_t{triangle}];
@@ -65,6 +65,7 @@ PM_HD inline Vec2 interpolate_uv(std::span<const Vec2> corner_uvs, std::uint32_t
          uv[2] * static_cast<float>(w.c);
 }
 
+/// Looks up the material and texture coordinates of the model at a closest point.
 PM_HD inline TexturePoint texture_point(const TexturedTriangles& from, const ClosestPoint& hit) {
   TexturePoint point;
   if (!from.triangle_materials.empty()) point.material = from.triangle_materials[hit.triangle];
@@ -76,9 +77,9 @@ PM_HD inline TexturePoint texture_point(const TexturedTriangles& from, const Clo
   return point;
 }
 
-/// The material and texture coordinates of the model closest to a point of a border triangle; `u`
-/// and `v` are the barycentric weights of its second and third corner. `closest(point, neighbour,
-/// neighbour's hit)` finds closest points.
+/// Looks up the material and texture coordinates of the model at the point closest to a point of a
+/// border triangle. `u` and `v` are the barycentric weights of its second and third corner.
+/// `closest(point, neighbour, neighbour_hit)` finds closest points.
 template <class Closest>
 PM_HD TexturePoint texture_point(const TexturedTriangles& from, const BorderTriangle& border,
                                  float u, float v, const Closest& closest) {

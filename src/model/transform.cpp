@@ -48,7 +48,7 @@ std::optional<Transform> inverse(const Transform& t) {
                            cross(row[2], row[0]) * (1 / volume),
                            cross(row[0], row[1]) * (1 / volume)};
   const Vec3d shift(t.m[0][3], t.m[1][3], t.m[2][3]);
-  const auto along = [&](double Vec3d::*axis, float(&out)[4]) {
+  const auto set_row = [&](double Vec3d::*axis, float(&out)[4]) {
     out[0] = static_cast<float>(column[0].*axis);
     out[1] = static_cast<float>(column[1].*axis);
     out[2] = static_cast<float>(column[2].*axis);
@@ -56,14 +56,14 @@ std::optional<Transform> inverse(const Transform& t) {
         -(column[0].*axis * shift.x + column[1].*axis * shift.y + column[2].*axis * shift.z));
   };
   Transform result;
-  along(&Vec3d::x, result.m[0]);
-  along(&Vec3d::y, result.m[1]);
-  along(&Vec3d::z, result.m[2]);
+  set_row(&Vec3d::x, result.m[0]);
+  set_row(&Vec3d::y, result.m[1]);
+  set_row(&Vec3d::z, result.m[2]);
   return result;
 }
 
 Transform make_transform(Vec3 translate, Vec3 degrees, Vec3 scale) {
-  // Exact at multiples of 90 degrees, so that rotated boxes stay axis-aligned.
+  // The sine is exact at multiples of 90 degrees, so that rotated boxes stay axis-aligned.
   const auto sine = [](double angle) {
     const double reduced = std::remainder(angle, 360.0);
     if (reduced == 0 || std::abs(reduced) == 180) return 0.0;
@@ -91,8 +91,8 @@ Transform make_transform(Vec3 translate, Vec3 degrees, Vec3 scale) {
 Model transformed(const Model& model, const Transform& t) {
   Model result = model;
   for (Vec3& p : result.points) p = apply(t, p);
-  // Cofactors are the inverse transpose times the determinant: no division, so flat scales survive
-  // too.
+  // The cofactor matrix is the inverse transpose times the determinant. It needs no division, so it
+  // also serves transforms that flatten.
   const Vec3d row[3] = {{t.m[0][0], t.m[0][1], t.m[0][2]},
                         {t.m[1][0], t.m[1][1], t.m[1][2]},
                         {t.m[2][0], t.m[2][1], t.m[2][2]}};

@@ -7,7 +7,7 @@
 
 namespace polymorph {
 
-/// Row-major 3x4: p' = M p + t.
+/// Row-major 3x4 matrix (M | t): p' = M p + t.
 struct Transform {
   float m[3][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}};
 };
@@ -15,9 +15,10 @@ struct Transform {
 Vec3 apply(const Transform& t, Vec3 p);
 /// The transform that applies `first`, then `second`.
 Transform compose(const Transform& second, const Transform& first);
-/// The transform that undoes it; nothing where it flattens.
+/// Computes the inverse; nothing if the determinant is 0.
 std::optional<Transform> inverse(const Transform& t);
-/// Scales, then rotates by `degrees` about x, then y, then z (fixed axes), then translates.
+/// Makes the transform that scales, then rotates by `degrees` about x, then y, then z (fixed axes),
+/// then translates.
 Transform make_transform(Vec3 translate, Vec3 degrees, Vec3 scale);
 
 /// Transforms points, and normals by the inverse transpose; a mirroring transform also flips the

@@ -13,19 +13,19 @@
 namespace polymorph {
 namespace {
 
-/// Maximum distance, in cells, between the surface and where the flow leads; larger steps are
-/// halved.
+/// Maximum distance, in cells, from the surface to points that the flow has moved. A longer step in
+/// time is halved.
 constexpr float kMaxStep = 0.7f;
-/// Fractions of the limit: triangles above kEnough are improved where possible, and below kGood the
-/// work at a time ends.
-constexpr float kEnough = 0.7f, kGood = 0.9f;
+/// Fractions of the limit: triangles further than kImproveAbove are improved where possible; a time
+/// is finished when all are below kDoneBelow.
+constexpr float kImproveAbove = 0.7f, kDoneBelow = 0.9f;
 
 float longest_edge(std::span<const Vec3> points, const Triangle& t) {
   return std::max({length(points[t.v[1]] - points[t.v[0]]), length(points[t.v[2]] - points[t.v[1]]),
                    length(points[t.v[0]] - points[t.v[2]])});
 }
 
-/// The meshes of several times, all with the same triangles.
+/// Carries one mesh through several times, with the same triangles at all of them.
 class Carrier {
  public:
   Carrier(const MovingSurface& surface, std::span<const float> times, const CarrySettings& settings)
@@ -42,13 +42,12 @@ class Carrier {
   bool is_good(const CarryFault& fault) const {
     return fault.inverted == 0 && fault.distance <= settings_.limit;
   }
-  /// False from the first time on that the caller wants the work to end: what is measured then is
-  /// not to be used.
+  /// Returns false once `going_on` has failed; results measured after that must not be used.
   bool keep_going() {
-    if (ended_.ok()) ended_ = settings_.going_on();
-    return ended_.ok();
+    if (status_.ok()) status_ = settings_.going_on();
+    return status_.ok();
   }
-  std::string stage(const char* work, std::size_t k) const {
+  std::string stage_name(const char* work, std::size_t k) const {
     return fmt::format("{} {} at time {} of {}", work, settings_.name, k + 1, times_.size());
   }
   Status step(std::size_t from, std::size_t to);
@@ -56,7 +55,7 @@ class Carrier {
   CarryMeasure place_on_surface(Points& points, const CarryTarget& target, int steps);
   void map_patches(Points& points, const CarryTarget& target, CarryMeasure& m);
   CarryMeasure improve(Points& points, const CarryTarget& target,
-                       const std::vector<std::uint32_t>& fresh, const CarryMeasure& last);
+                       const std::vector<std::uint32_t>& new_triangles, const CarryMeasure& last);
   CarryFault finish(std::size_t k, const CarryTarget& target);
   void divide(std::size_t k, std::vector<std::uint32_t> chosen);
   CarryFault improve_without_division(Points& points, const CarryTarget& target);
@@ -68,14 +67,14 @@ class Carrier {
   Fans fans_;
   std::vector<Points> points_;
   std::optional<CarryMeter> meter_;  ///< measures at the current time
-  Status ended_ = Ok{};
+  Status status_ = Ok{};
   const std::function<bool()> keep_going_ = [this] { return keep_going(); };
   std::vector<float> residual_;  ///< distance of each point from the surface at the start of a step
 };
 
 Status Carrier::advance(Points& points, float from, float to, const CarryTarget& target,
                         int depth) {
-  constexpr int kDepth = 5, kSweeps = 3;
+  constexpr int kMaxDepth = 5, kSweeps = 3;
   PM_TRY_STATUS(settings_.going_on());
   PM_TRY(Points moved_points, surface_.flow(points, from, to));
   std::vector<std::uint32_t> near;
@@ -83,18 +82,21 @@ Status Carrier::advance(Points& points, float from, float to, const CarryTarget&
   float max_offset = 0;
   for (std::size_t i = 0; i < moved_points.size(); ++i)
     max_offset = std::max(max_offset, length(foot.points[i] - moved_points[i]) - residual_[i]);
-  const bool is_torn = std::any_of(triangles_.begin(), triangles_.end(), [&](const Triangle& t) {
-    const Vec3 n = normalized(foot.normals[t.v[0]] + foot.normals[t.v[1]] + foot.normals[t.v[2]]);
-    return !(triangle_quality(moved_points[t.v[0]], moved_points[t.v[1]], moved_points[t.v[2]], n) >
-             0);
-  });
-  if (depth < kDepth && (max_offset > kMaxStep * settings_.cell || is_torn)) {
+  const bool has_inverted =
+      std::any_of(triangles_.begin(), triangles_.end(), [&](const Triangle& t) {
+        const Vec3 n =
+            normalized(foot.normals[t.v[0]] + foot.normals[t.v[1]] + foot.normals[t.v[2]]);
+        return !(triangle_quality(moved_points[t.v[0]], moved_points[t.v[1]], moved_points[t.v[2]],
+                                  n) > 0);
+      });
+  if (depth < kMaxDepth && (max_offset > kMaxStep * settings_.cell || has_inverted)) {
     const float middle = 0.5f * (from + to);
-    PM_TRY(const CarryTarget half, surface_.at(middle));
-    PM_TRY_STATUS(advance(points, from, middle, half, depth + 1));
+    PM_TRY(const CarryTarget middle_target, surface_.at(middle));
+    PM_TRY_STATUS(advance(points, from, middle, middle_target, depth + 1));
     return advance(points, middle, to, target, depth + 1);
   }
   points = std::move(moved_points);
+  // The shorter the step, the fewer sweeps are needed.
   for (int k = std::min(depth, kSweeps - 1); k < kSweeps; ++k) {
     move_onto_surface(view(points), target, kRelax, near);
     PM_TRY_STATUS(settings_.going_on());
@@ -105,7 +107,7 @@ Status Carrier::advance(Points& points, float from, float to, const CarryTarget&
   return Ok{};
 }
 
-/// Projects points onto the surface and pulls them towards what the mesh misses.
+/// Projects points onto the surface and pulls them towards points that the mesh misses.
 CarryMeasure Carrier::place_on_surface(Points& points, const CarryTarget& target, int steps) {
   CarryMeasure m;
   std::vector<std::uint32_t> near;
@@ -113,13 +115,13 @@ CarryMeasure Carrier::place_on_surface(Points& points, const CarryTarget& target
     move_onto_surface(view(points), target, 0, near);
     m = measure(points);
     if (!keep_going()) return m;
-    if (m.fault.distance < kEnough * settings_.limit || step + 1 == steps) break;
+    if (m.fault.distance < kImproveAbove * settings_.limit || step + 1 == steps) break;
     pull_towards_misses(view(points), target, m.misses, m.near);
     near = std::move(m.near);
   }
-  // repair() moves points even if there was nothing to repair; measure again only if it did.
+  // Measure again only if repair() has moved points.
   const Points before = points;
-  repair(view(points), target, kEnough * settings_.limit, m.near);
+  repair(view(points), target, kImproveAbove * settings_.limit, m.near);
   return points == before ? m : measure(points);
 }
 
@@ -134,37 +136,39 @@ void Carrier::map_patches(Points& points, const CarryTarget& target, CarryMeasur
     if (polymorph::map_patches(mapped_points, triangles_, {seeds, rings}, target, m.mesh_near) == 0)
       continue;
     if (!keep_going()) return;
-    repair(view(mapped_points), target, kEnough * settings_.limit, m.near, seeds);
+    repair(view(mapped_points), target, kImproveAbove * settings_.limit, m.near, seeds);
     CarryMeasure after = measure(mapped_points);
     if (is_better(after.fault, m.fault)) m = std::move(after), points = std::move(mapped_points);
     if (m.fault.inverted == 0) return;
   }
 }
 
-/// One round of moves at one time. `fresh`: triangles that the preceding division made; `last`: the
-/// measurement before it.
+/// Makes one round of moves at one time. `new_triangles`: those of the preceding division; `last`:
+/// the measurement before it.
 CarryMeasure Carrier::improve(Points& points, const CarryTarget& target,
-                              const std::vector<std::uint32_t>& fresh, const CarryMeasure& last) {
-  const bool is_first = fresh.empty();
+                              const std::vector<std::uint32_t>& new_triangles,
+                              const CarryMeasure& last) {
+  const bool is_first = new_triangles.empty();
   Points before = points;
-  if (!is_first) repair(view(points), target, kEnough * settings_.limit, last.near, fresh);
+  if (!is_first)
+    repair(view(points), target, kImproveAbove * settings_.limit, last.near, new_triangles);
   CarryMeasure m = place_on_surface(points, target, is_first ? 3 : 2);
   map_patches(points, target, m);
   if (!is_first && is_better(last.fault, m.fault) && keep_going()) {
-    // Neither relaxation nor mapping helped; pulling points towards the missed ones may.
+    // Neither relaxation nor mapping helped; pulling points towards missed ones may.
     CarryMeasure after = place_on_surface(before, target, 2);
     if (is_better(after.fault, m.fault)) m = std::move(after), points = std::move(before);
   }
   return m;
 }
 
-/// Halves the chosen triangles, the same at all times, by their edge lengths at time `k`; then
-/// those of the new ones that are still long.
+/// Halves the chosen triangles, at all times alike, by their edge lengths at time `k`. Then halves
+/// new ones that are still long, in up to two more rounds.
 void Carrier::divide(std::size_t k, std::vector<std::uint32_t> chosen) {
-  constexpr int kTimes = 3;
-  for (int time = 0; time < kTimes && !chosen.empty() &&
-                     triangles_.size() + 2 * chosen.size() <= settings_.max_triangles;
-       ++time) {
+  constexpr int kMaxRounds = 3;
+  for (int round = 0; round < kMaxRounds && !chosen.empty() &&
+                      triangles_.size() + 2 * chosen.size() <= settings_.max_triangles;
+       ++round) {
     const std::size_t old_count = points_[k].size();
     Division division = halve_triangles(points_[k], triangles_, chosen);
     triangles_ = std::move(division.triangles);
@@ -182,24 +186,26 @@ void Carrier::divide(std::size_t k, std::vector<std::uint32_t> chosen) {
   fans_ = Fans(points_[k].size(), triangles_);
 }
 
-/// Improves the mesh at a time, dividing triangles that are too large, until it is near enough.
+/// Improves the mesh at time `k` until it is near enough; divides triangles that are too large.
 CarryFault Carrier::finish(std::size_t k, const CarryTarget& target) {
+  // Maximum number of rounds, and number of rounds before inverted triangles are divided.
   constexpr int kRounds = 30, kMovesAlone = 2;
-  constexpr float kSmallest = 0.1f;
+  constexpr float kSmallest = 0.1f;  // in limits; inverted triangles without a longer edge stay
   meter_.emplace(target, settings_.limit);
-  std::vector<std::uint32_t> fresh;
+  std::vector<std::uint32_t> new_triangles;
   CarryMeasure last;
   for (int round = 0;; ++round) {
     Points& points = points_[k];
-    last = improve(points, target, fresh, last);
+    last = improve(points, target, new_triangles, last);
     const CarryMeasure& m = last;
     if (!keep_going()) return m.fault;
     std::vector<std::uint32_t> coarse;
     for (std::uint32_t f = 0; f < triangles_.size(); ++f)
-      if (m.triangle_distance[f] > kEnough * settings_.limit &&
+      if (m.triangle_distance[f] > kImproveAbove * settings_.limit &&
           longest_edge(points, triangles_[f]) > 1.5f * m.triangle_distance[f])
         coarse.push_back(f);
-    // Triangles that stay inverted may be too large for the ridge or groove that they lie on.
+    // Triangles that stay inverted after moves alone may be too large for the ridge or groove that
+    // they lie on.
     if (round >= kMovesAlone)
       for (const std::uint32_t f : m.inverted)
         if (longest_edge(points, triangles_[f]) > kSmallest * settings_.limit) coarse.push_back(f);
@@ -208,17 +214,17 @@ CarryFault Carrier::finish(std::size_t k, const CarryTarget& target) {
         "{} inverted, {} to divide",
         k, round, triangles_.size(), m.fault.distance / settings_.limit, m.fault.position.x,
         m.fault.position.y, m.fault.position.z, m.fault.inverted, coarse.size());
-    const bool is_done = m.fault.distance < kGood * settings_.limit && m.fault.inverted == 0;
+    const bool is_done = m.fault.distance < kDoneBelow * settings_.limit && m.fault.inverted == 0;
     const bool is_stuck = round > kMovesAlone && coarse.empty();
     if (is_done || is_stuck || round == kRounds ||
         triangles_.size() + 2 * coarse.size() > settings_.max_triangles)
       return m.fault;
     const std::size_t old_count = points.size();
     divide(k, coarse);
-    fresh.clear();
+    new_triangles.clear();
     for (std::uint32_t f = 0; f < triangles_.size(); ++f)
       if (std::max({triangles_[f].v[0], triangles_[f].v[1], triangles_[f].v[2]}) >= old_count)
-        fresh.push_back(f);
+        new_triangles.push_back(f);
   }
 }
 
@@ -239,7 +245,7 @@ CarryFault Carrier::improve_without_division(Points& points, const CarryTarget& 
     m = best;
     if (k % 2 == 0) {
       // For single triangles a few moves are usually enough.
-      repair(view(candidate), target, kEnough * settings_.limit, m.near, m.inverted);
+      repair(view(candidate), target, kImproveAbove * settings_.limit, m.near, m.inverted);
       m = measure(candidate);
       if (m.fault.distance > settings_.limit) {
         pull_towards_misses(view(candidate), target, m.misses, m.near);
@@ -252,14 +258,14 @@ CarryFault Carrier::improve_without_division(Points& points, const CarryTarget& 
 }
 
 Status Carrier::step(std::size_t from, std::size_t to) {
-  const Activity activity(stage("carrying", to));
+  const Activity activity(stage_name("carrying", to));
   residual_.assign(points_[from].size(), 0.0f);
   PM_TRY(const CarryTarget target, surface_.at(times_[to]));
   Points points = points_[from];
   PM_TRY_STATUS(advance(points, times_[from], times_[to], target, 0));
   points_[to] = std::move(points);
   finish(to, target);
-  return ended_;
+  return status_;
 }
 
 Status Carrier::run(std::size_t start) {
@@ -271,18 +277,18 @@ Status Carrier::run(std::size_t start) {
   // Marching cubes make slivers; relaxation removes them.
   std::vector<std::uint32_t> near;
   {
-    const Activity activity(stage("beginning", start));
+    const Activity activity(stage_name("beginning", start));
     for (int k = 0; k < kSweeps && keep_going(); ++k)
       move_onto_surface(view(points_[start]), target, kRelax, near);
     if (keep_going()) finish(start, target);
-    PM_TRY_STATUS(ended_);
+    PM_TRY_STATUS(status_);
   }
   for (std::size_t k = start; k-- > 0;) PM_TRY_STATUS(step(k + 1, k));
   for (std::size_t k = start + 1; k < times_.size(); ++k) PM_TRY_STATUS(step(k - 1, k));
   return Ok{};
 }
 
-/// Repairs every time; if that is not enough, the mesh is divided again, and all times are checked
+/// Repairs the mesh at every time. If that is not enough, divides it again and checks all times
 /// once more.
 Result<CarriedMesh> Carrier::result() {
   constexpr int kPasses = 4;
@@ -292,14 +298,14 @@ Result<CarriedMesh> Carrier::result() {
   for (int pass = 0; pass < kPasses && is_divided; ++pass) {
     is_divided = false;
     for (std::size_t k = 0; k < points_.size(); ++k) {
-      const Activity activity(stage("checking", k));
+      const Activity activity(stage_name("checking", k));
       PM_TRY(const CarryTarget target, surface_.at(times_[k]));
       carried.faults[k] = improve_without_division(points_[k], target);
-      PM_TRY_STATUS(ended_);
+      PM_TRY_STATUS(status_);
       if (is_good(carried.faults[k]) || pass + 1 == kPasses) continue;
       const std::size_t before = triangles_.size();
       carried.faults[k] = finish(k, target);
-      PM_TRY_STATUS(ended_);
+      PM_TRY_STATUS(status_);
       is_divided |= triangles_.size() > before;
     }
   }

@@ -1,4 +1,4 @@
-// Carried mesh: one connectivity that follows a moving surface through time.
+// Mesh tracking: carries a mesh along a moving surface, with the same triangles at all times.
 #pragma once
 
 #include <cstdint>
@@ -12,40 +12,39 @@
 
 namespace polymorph {
 
-/// A surface that depends on time, with its flow. Times increase along the motion of the leg.
+/// A surface that depends on time, with its flow. Times increase along the motion.
 struct MovingSurface {
   std::function<Result<CarryTarget>(float time)> at;
   /// Moves points near the surface from one time to another.
   std::function<Result<std::vector<Vec3>>(std::span<const Vec3> points, float from, float to)> flow;
 };
 
-/// Error of a carried mesh against the surface of one time.
+/// Error of a carried mesh against the surface at one time.
 struct CarryFault {
-  float distance = 0;  ///< upper bound of the Hausdorff distance (deviation.h)
-  Vec3 position;       ///< position of the largest distance
-  std::size_t inverted =
-      0;  ///< triangles that face the opposite direction of the surface below them
+  float distance = 0;        ///< upper bound of the Hausdorff distance (deviation.h)
+  Vec3 position;             ///< position of the largest distance
+  std::size_t inverted = 0;  ///< triangles that face against the surface's normal
   Vec3 inverted_position;
 };
 
 struct CarriedMesh {
   std::vector<Triangle> triangles;
-  std::vector<std::vector<Vec3>> points;  ///< positions per time
+  std::vector<std::vector<Vec3>> points;  ///< positions of the points, per time
   std::vector<CarryFault> faults;         ///< errors per time
 };
 
 struct CarrySettings {
-  float limit = 0;                      ///< required Hausdorff distance, scene units
-  float cell = 0;                       ///< edge of the surface's own cells
+  float limit = 0;  ///< maximum Hausdorff distance, scene units
+  float cell = 0;   ///< edge of the grid cells that the surface was extracted from
   std::size_t max_triangles = 1000000;  ///< approximate: no subdivision begins that would exceed it
-  std::string name = "a mesh";          ///< name of what is carried, for the stages that are shown
+  std::string name = "a mesh";          ///< name of the mesh in the progress
   /// Called before each move of the mesh; an error ends the work.
   std::function<Status()> going_on = [] { return Status(Ok{}); };
 };
 
 /// Extracts the surface at `times[start]` and carries its mesh along the flow to the neighbouring
-/// times, and so on to both ends. Each time is a stage that is shown (base/activity.h). Errors:
-/// those of `surface` and of `going_on`.
+/// times, and so on to both ends of `times`. Each time is shown as a stage of the progress
+/// (base/activity.h). Errors: those of `surface` and of `going_on`.
 Result<CarriedMesh> carry(const MovingSurface& surface, std::span<const float> times,
                           std::size_t start, const CarrySettings& settings);
 

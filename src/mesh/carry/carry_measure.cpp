@@ -7,14 +7,14 @@
 namespace polymorph {
 namespace {
 
-/// Fractions deviation_at the limit: distances below kNegligible are not resolved, others are
-/// within kPrecision, and points deviation_at the surface beyond kMiss count as missed.
+/// Fractions of the limit: distances below kNegligible are not resolved, others are within
+/// kPrecision, and points of the surface beyond kMiss count as missed.
 constexpr float kNegligible = 0.6f, kPrecision = 0.02f, kMiss = 0.4f;
 
-void raise_to(CarryFault& fault, const Deviation& deviation) {
-  for (const Deviation::PerTriangle& deviation_at : deviation.triangles)
-    if (deviation_at.distance > fault.distance)
-      fault.distance = deviation_at.distance, fault.position = deviation_at.position;
+void raise_to_maximum(CarryFault& fault, const Deviation& deviation) {
+  for (const Deviation::PerTriangle& triangle : deviation.triangles)
+    if (triangle.distance > fault.distance)
+      fault.distance = triangle.distance, fault.position = triangle.position;
 }
 
 std::vector<std::uint32_t> find_inverted(std::span<const Vec3> points,
@@ -28,10 +28,11 @@ std::vector<std::uint32_t> find_inverted(std::span<const Vec3> points,
     middles[f] = (points[t.v[0]] + points[t.v[1]] + points[t.v[2]]) / 3;
     hints[f] = near[t.v[0]];
   }
-  const std::vector<ClosestPoint> below = target.query().closest(middles, hints);
+  const std::vector<ClosestPoint> closest_points = target.query().closest(middles, hints);
   for (std::uint32_t f = 0; f < triangles.size(); ++f) {
-    const Vec3 own = area_normal(points, triangles[f]);
-    if (!(dot(own, face_normal_at(target, middles[f], below[f], own)) > 0)) inverted.push_back(f);
+    const Vec3 normal = area_normal(points, triangles[f]);
+    if (!(dot(normal, face_normal_at(target, middles[f], closest_points[f], normal)) > 0))
+      inverted.push_back(f);
   }
   return inverted;
 }
@@ -48,8 +49,8 @@ std::size_t CarryMeter::KeyHash::operator()(const Key& key) const {
 std::vector<std::uint32_t> CarryMeter::find_in_last_mesh(std::span<const Key> keys) const {
   std::vector<std::uint32_t> indices;
   for (const Key& key : keys) {
-    const auto found = last_index_.find(key);
-    indices.push_back(found == last_index_.end() ? KnownDeviation::kNew : found->second);
+    const auto entry = last_index_.find(key);
+    indices.push_back(entry == last_index_.end() ? KnownDeviation::kNew : entry->second);
   }
   return indices;
 }
@@ -69,31 +70,32 @@ CarryMeasure CarryMeter::measure(std::span<const Vec3> points,
     mesh_to_surface_ = measure_deviation({points, triangles}, surface, settings);
     surface_to_mesh_ = measure_deviation({surface.points, surface.triangles}, mesh, settings);
   } else {
-    std::vector<std::uint32_t> old_index = find_in_last_mesh(keys), all(surface.triangles.size()),
+    std::vector<std::uint32_t> old_index = find_in_last_mesh(keys),
+                               same_index(surface.triangles.size()),
                                new_index(mesh_to_surface_->triangles.size(), KnownDeviation::kNew);
     for (std::uint32_t f = 0; f < old_index.size(); ++f)
       if (old_index[f] != KnownDeviation::kNew) new_index[old_index[f]] = f;
-    std::iota(all.begin(), all.end(), 0u);
+    std::iota(same_index.begin(), same_index.end(), 0u);
     std::vector<std::uint32_t> mesh_near = surface_to_mesh_->nearest;
     for (std::uint32_t& t : mesh_near) t = new_index[t];
-    const KnownDeviation out{*mesh_to_surface_, std::move(old_index), {}, true},
-        in{*surface_to_mesh_, std::move(all), std::move(new_index), false};
-    Deviation nearer = measure_deviation({surface.points, surface.triangles}, mesh, settings,
-                                         std::move(mesh_near), &in);
-    mesh_to_surface_ =
-        measure_deviation({points, triangles}, surface, settings, mesh_to_surface_->nearest, &out);
-    surface_to_mesh_ = std::move(nearer);
+    const KnownDeviation known_mesh{*mesh_to_surface_, std::move(old_index), {}, true},
+        known_surface{*surface_to_mesh_, std::move(same_index), std::move(new_index), false};
+    Deviation new_surface_to_mesh = measure_deviation(
+        {surface.points, surface.triangles}, mesh, settings, std::move(mesh_near), &known_surface);
+    mesh_to_surface_ = measure_deviation({points, triangles}, surface, settings,
+                                         mesh_to_surface_->nearest, &known_mesh);
+    surface_to_mesh_ = std::move(new_surface_to_mesh);
   }
   last_index_.clear();
   for (std::uint32_t f = 0; f < keys.size(); ++f) last_index_.emplace(keys[f], f);
 
   CarryMeasure m;
-  raise_to(m.fault, *mesh_to_surface_);
-  raise_to(m.fault, *surface_to_mesh_);
-  for (const Deviation::PerTriangle& deviation_at : mesh_to_surface_->triangles)
-    m.triangle_distance.push_back(deviation_at.distance);
-  for (const Deviation::PerTriangle& deviation_at : surface_to_mesh_->triangles)
-    for (const Deviation::Listed& miss : deviation_at.listed) {
+  raise_to_maximum(m.fault, *mesh_to_surface_);
+  raise_to_maximum(m.fault, *surface_to_mesh_);
+  for (const Deviation::PerTriangle& triangle : mesh_to_surface_->triangles)
+    m.triangle_distance.push_back(triangle.distance);
+  for (const Deviation::PerTriangle& triangle : surface_to_mesh_->triangles)
+    for (const Deviation::Listed& miss : triangle.listed) {
       m.triangle_distance[miss.triangle] =
           std::max(m.triangle_distance[miss.triangle], miss.distance);
       m.misses.push_back(miss);

@@ -16,14 +16,14 @@ namespace polymorph {
 /// Error of a mesh against a surface, and where it arises.
 struct CarryMeasure {
   CarryFault fault;
-  std::vector<float> triangle_distance;   ///< distance per triangle, the larger of both directions
-  std::vector<std::uint32_t> inverted;    ///< triangles
+  std::vector<float> triangle_distance;   ///< per triangle; the larger of both directions
+  std::vector<std::uint32_t> inverted;    ///< indices of triangles
   std::vector<Deviation::Listed> misses;  ///< points of the surface that are far from the mesh
   std::vector<std::uint32_t> near;        ///< nearest triangle of the surface, per mesh point
   std::vector<std::uint32_t> mesh_near;   ///< nearest triangle of the mesh, per surface point
 };
 
-/// Compares by the number of inverted triangles, then by distance.
+/// Tests whether `a` is better: fewer inverted triangles or, if equal, a smaller distance.
 bool is_better(const CarryFault& a, const CarryFault& b);
 
 /// Measures similar meshes against one surface; only triangles that changed since the last call are

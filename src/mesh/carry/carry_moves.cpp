@@ -16,7 +16,7 @@ Vec3 normal_at(const Mesh& surface, const ClosestPoint& hit) {
       interpolate(surface.normals, surface.triangles[hit.triangle], weights_at(surface, hit)));
 }
 
-/// Relation of a triangle to the surface, at the point closest to its centroid.
+/// Normal and distance of the surface at the point closest to a triangle's centroid.
 struct TriangleFit {
   Vec3 normal;  ///< the surface's smooth normal or its face normal, whichever deviates more
   float distance = 0;
@@ -32,7 +32,7 @@ TriangleFit fit_to_surface(Vec3 a, Vec3 b, Vec3 c, const CarryTarget& target, st
 
 struct Mover {
   const MovedMesh& mesh;
-  std::span<const Vec3> normals;  ///< the surface's, of each triangle
+  std::span<const Vec3> normals;  ///< surface normals, per triangle
 
   /// Minimum quality of the triangles around `v` if it were at `at`.
   float min_quality(std::uint32_t v, Vec3 at) const {
@@ -88,11 +88,11 @@ Vec3 target_position(const MovedMesh& mesh, std::size_t i, Vec3 foot, Vec3 n, fl
   const Vec3 p = mesh.points[i];
   const bool is_facing = dot(fan_normal, n) > 0;
   if (!(relax > 0 && weight > 0)) {
-    // Points that lie on the surface up to rounding stay, and need not be measured again.
+    // Points that lie on the surface up to rounding stay; their triangles need no new measurement.
     const bool is_on_surface = length(foot - p) <= 4e-6f * length(p);
     return is_facing && !is_on_surface ? foot : p;
   }
-  // Move onto the tangent plane, not to the closest point: many points share one on a ridge.
+  // Move onto the tangent plane: on a ridge, many points share one closest point.
   const Vec3 offset = centroid / weight - p, along = (offset - n * dot(offset, n)) * relax;
   return is_facing ? p + along - n * dot(p - foot, n) : p + along;
 }
@@ -113,10 +113,10 @@ void fit_to_surface(const MovedMesh& mesh, std::span<const std::uint32_t> faces,
 constexpr float kBadQuality = 0.05f;  // triangles below this are nearly inverted
 
 /// Moves a point that is stuck: far from the surface, or at a triangle that is nearly inverted.
-/// Each candidate position is judged by the surface normals there, which differ on ridges and in
+/// Candidate positions are scored with the surface normals there, which differ on ridges and in
 /// grooves from those at the point.
-void free_point(const MovedMesh& mesh, const CarryTarget& target, std::span<const TriangleFit> fits,
-                std::uint32_t v, float max_distance) {
+void move_stuck_point(const MovedMesh& mesh, const CarryTarget& target,
+                      std::span<const TriangleFit> fits, std::uint32_t v, float max_distance) {
   constexpr float kSufficientQuality = 0.25f;
   std::vector<Vec3>& points = mesh.points;
   const std::span<const std::uint32_t> fan = mesh.fans.around(v);
@@ -147,14 +147,14 @@ void free_point(const MovedMesh& mesh, const CarryTarget& target, std::span<cons
       if (mesh.triangles[f].v[k] == v) ring.push_back(points[mesh.triangles[f].v[(k + 1) % 3]]);
   for (const Vec3 p : ring) sum = sum + p;
   const Vec3 middle = sum / static_cast<float>(ring.size()), foot = query.closest(from, hint).point,
-             below = query.closest(middle, hint).point;
+             middle_foot = query.closest(middle, hint).point;
   std::vector<Vec3> candidates = {foot,
-                                  below,
+                                  middle_foot,
                                   middle,
                                   lerp(from, foot, 0.5f),
-                                  lerp(from, below, 0.5f),
+                                  lerp(from, middle_foot, 0.5f),
                                   lerp(from, middle, 0.5f),
-                                  lerp(foot, below, 0.5f)};
+                                  lerp(foot, middle_foot, 0.5f)};
   for (const Vec3 p : ring) candidates.push_back(lerp(from, p, 0.4f));
   for (const Vec3 to : candidates) {
     const float score = score_at(to).first;
@@ -162,7 +162,7 @@ void free_point(const MovedMesh& mesh, const CarryTarget& target, std::span<cons
   }
 }
 
-/// Adds `rings` of points around those in a list, and sorts it without duplicates.
+/// Adds `rings` rings of neighbours to a list of points; sorts it and removes duplicates.
 void add_rings(std::vector<std::uint32_t>& points, const MovedMesh& mesh, int rings) {
   for (int r = 0;; ++r) {
     std::sort(points.begin(), points.end());
@@ -176,7 +176,8 @@ void add_rings(std::vector<std::uint32_t>& points, const MovedMesh& mesh, int ri
 }
 
 /// Lists the triangles around points, sorted.
-std::vector<std::uint32_t> faces_around(std::span<const std::uint32_t> points, const Fans& fans) {
+std::vector<std::uint32_t> list_faces_around(std::span<const std::uint32_t> points,
+                                             const Fans& fans) {
   std::vector<std::uint32_t> faces;
   for (const std::uint32_t v : points)
     faces.insert(faces.end(), fans.around(v).begin(), fans.around(v).end());
@@ -203,6 +204,7 @@ SurfaceProjection project_onto_surface(std::span<const Vec3> points, const Carry
 float triangle_quality(Vec3 a, Vec3 b, Vec3 c, Vec3 normal) {
   const Vec3 ab = b - a, ac = c - a, bc = c - b;
   const float edges = dot(ab, ab) + dot(ac, ac) + dot(bc, bc);
+  // The factor is 2 sqrt 3: the quality of an equilateral triangle is 1.
   return edges > 0 ? 3.4641016f * dot(cross(ab, ac), normal) / edges : 0.0f;
 }
 
@@ -241,11 +243,11 @@ void repair(const MovedMesh& mesh, const CarryTarget& target, float max_distance
     if (k == 0)
       for (const std::uint32_t f : seeds)
         ring.insert(ring.end(), mesh.triangles[f].v, mesh.triangles[f].v + 3);
-    if (k % 4 == 0) {
+    if (k % 4 == 0) {  // widen the active region
       add_rings(ring, mesh, kRings);
       active.insert(active.end(), ring.begin(), ring.end());
       add_rings(active, mesh, 0);
-      faces = faces_around(active, mesh.fans);
+      faces = list_faces_around(active, mesh.fans);
       fit_to_surface(mesh, faces, target, fits);
     }
     std::vector<Vec3> positions, normals(mesh.triangles.size());
@@ -262,7 +264,7 @@ void repair(const MovedMesh& mesh, const CarryTarget& target, float max_distance
         mover.move(active[i],
                    target_position(mesh, active[i], foot.points[i], foot.normals[i], kRelax));
     add_rings(stuck, mesh, 0);
-    for (const std::uint32_t v : stuck) free_point(mesh, target, fits, v, max_distance);
+    for (const std::uint32_t v : stuck) move_stuck_point(mesh, target, fits, v, max_distance);
   }
 }
 
@@ -271,7 +273,7 @@ void pull_towards_misses(const MovedMesh& mesh, const CarryTarget& target,
   std::stable_sort(misses.begin(), misses.end(),
                    [](const auto& a, const auto& b) { return a.distance > b.distance; });
   const SurfaceProjection foot = project_onto_surface(mesh.points, target, near);
-  std::vector<std::uint8_t> done(mesh.points.size(), 0);
+  std::vector<std::uint8_t> is_moved(mesh.points.size(), 0);
   const std::vector<Vec3> normals = triangle_normals(mesh.triangles, foot.normals);
   Mover mover{mesh, normals};
   for (const Deviation::Listed& miss : misses) {
@@ -281,9 +283,9 @@ void pull_towards_misses(const MovedMesh& mesh, const CarryTarget& target,
       return length(mesh.points[a] - miss.point) < length(mesh.points[b] - miss.point);
     });
     for (const std::uint32_t v : order) {
-      if (done[v]) break;
+      if (is_moved[v]) break;
       if (mover.move(v, miss.point)) {
-        done[v] = 1;
+        is_moved[v] = 1;
         break;
       }
     }

@@ -1,4 +1,4 @@
-// Moves of a carried mesh's points: onto a surface and along it, so that no triangle is inverted.
+// Vertex moves of a carried mesh: onto a surface and along it, without inverting triangles.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ struct MovedMesh {
   std::vector<Vec3>& points;
   std::span<const Triangle> triangles;
   const Fans& fans;
-  /// Asked by repair() between its steps; once it returns false, the mesh stays as it is then.
+  /// Called by repair() between its steps, which ends at once if it returns false.
   const std::function<bool()>* keep_going = nullptr;
 };
 
@@ -25,8 +25,8 @@ struct MovedMesh {
 struct SurfaceProjection {
   std::vector<Vec3> points, normals;
 };
-/// Projects points onto the surface. `near`, here and below: per point a guess of the nearest
-/// triangle of the surface, or none.
+/// Projects points onto the surface. `near`, here and below: per point, a guess of the surface's
+/// nearest triangle; may be empty. If it is not const, it is set to the triangles found.
 SurfaceProjection project_onto_surface(std::span<const Vec3> points, const CarryTarget& target,
                                        std::vector<std::uint32_t>& near);
 
@@ -34,21 +34,22 @@ SurfaceProjection project_onto_surface(std::span<const Vec3> points, const Carry
 /// perpendicular to the surface, negative if inverted.
 float triangle_quality(Vec3 a, Vec3 b, Vec3 c, Vec3 normal);
 
-/// Fraction of the distance to its fan's centroid that a point moves at once.
+/// Fraction of the distance to its fan's centroid that a point moves per step.
 inline constexpr float kRelax = 0.5f;
 
-/// Moves each point onto the surface and, by the fraction `relax`, towards the centroid of its fan,
-/// as far as no triangle around it becomes worse than allowed.
+/// Moves each point onto the surface and, by the fraction `relax`, towards the centroid of its fan.
+/// A move is shortened or left out where it would make a triangle worse than allowed.
 void move_onto_surface(const MovedMesh& mesh, const CarryTarget& target, float relax,
                        std::vector<std::uint32_t>& near);
 
 /// Moves points around `seeds` (triangles), and around triangles that are inverted, nearly inverted
-/// or further than `max_distance` from the surface, until there are none of them.
+/// or further than `max_distance` from the surface, until there are none of these, or for 30
+/// rounds.
 void repair(const MovedMesh& mesh, const CarryTarget& target, float max_distance,
             std::span<const std::uint32_t> near, std::span<const std::uint32_t> seeds = {});
 
 /// Moves points towards missed points of the surface: corners and ridges, which projection never
-/// finds.
+/// reaches.
 void pull_towards_misses(const MovedMesh& mesh, const CarryTarget& target,
                          std::vector<Deviation::Listed> misses, std::vector<std::uint32_t>& near);
 

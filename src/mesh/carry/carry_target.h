@@ -17,8 +17,9 @@ struct CarryTarget {
 };
 CarryTarget make_carry_target(Mesh surface);
 
-/// The unit normal of the face that `hit` (nearest to `from`) lies on. On an edge or at a corner,
-/// where several faces are equally near: the normal with the smallest dot product with `facing`.
+/// Unit normal of the face on which `hit`, the point closest to `from`, lies. On an edge or at a
+/// corner, where several faces are equally near, it is the one with the smallest dot product with
+/// `facing`.
 Vec3 face_normal_at(const CarryTarget& target, Vec3 from, const ClosestPoint& hit, Vec3 facing);
 
 }  // namespace polymorph

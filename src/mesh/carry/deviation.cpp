@@ -19,7 +19,7 @@ struct Corner {
 };
 using FacePiece = std::array<Corner, 3>;
 
-/// Measures one triangle.
+/// Measures the distance of one triangle from the other mesh.
 class TriangleDeviation {
  public:
   TriangleDeviation(const MeshQuery& other, const DeviationSettings& settings)
@@ -41,7 +41,7 @@ class TriangleDeviation {
     return std::max(settings_.negligible, furthest_ + settings_.precision);
   }
 
-  /// Upper bound of the distance over the piece; not refined further once it is below the
+  /// Upper bound of the distance over the piece. It is refined only until it is below the
   /// threshold.
   float compute_bound(const FacePiece& piece) const {
     float longest = 0, furthest = 0;
@@ -49,10 +49,10 @@ class TriangleDeviation {
       longest = std::max(longest, length(piece[k].point - piece[(k + 1) % 3].point));
       furthest = std::max(furthest, piece[k].distance);
     }
-    // Each point has a corner within 1/sqrt 3 of the longest side (Jung 1901).
+    // Each point of a triangle has a corner within 1/sqrt 3 of its longest side (Jung 1901).
     float bound = furthest + 0.57736f * longest;
     if (bound <= threshold()) return bound;
-    // The distance from one triangle is convex: largest at a corner.
+    // The distance from a single triangle is convex, so over the piece it is largest at a corner.
     for (int n = 0; n < 3; ++n) {
       float max_distance = 0;
       for (int k = 0; k < 3 && max_distance < bound; ++k)
@@ -65,7 +65,7 @@ class TriangleDeviation {
     return bound;
   }
 
-  Corner middle(const Corner& a, const Corner& b) {
+  Corner make_midpoint(const Corner& a, const Corner& b) {
     const Vec3 p = (a.point + b.point) * 0.5f;
     const ClosestPoint hit = other_.closest(p, a.distance <= b.distance ? a.triangle : b.triangle);
     const Corner c{p, hit.distance, hit.triangle};
@@ -82,7 +82,7 @@ class TriangleDeviation {
       return;
     }
     const auto& [a, b, c] = piece;
-    const Corner ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+    const Corner ab = make_midpoint(a, b), bc = make_midpoint(b, c), ca = make_midpoint(c, a);
     for (const FacePiece& child : {FacePiece{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
       divide(child, depth + 1);
   }
@@ -98,19 +98,21 @@ class TriangleDeviation {
 /// be closer.
 bool reuse(const KnownDeviation& known, std::uint32_t f, float negligible,
            Deviation::PerTriangle& result) {
-  if (known.own[f] == KnownDeviation::kNew) return false;
-  const Deviation::PerTriangle& last = known.last.triangles[known.own[f]];
+  if (known.former_index[f] == KnownDeviation::kNew) return false;
+  const Deviation::PerTriangle& last = known.last.triangles[known.former_index[f]];
   if (!known.is_other_same) {
     if (last.distance > negligible) return false;
-    const auto is_removed = [&](std::uint32_t t) { return known.other[t] == KnownDeviation::kNew; };
+    const auto is_removed = [&](std::uint32_t t) {
+      return known.present_index[t] == KnownDeviation::kNew;
+    };
     if (std::any_of(last.witnesses.begin(), last.witnesses.end(), is_removed)) return false;
   }
   result = last;
   if (!known.is_other_same) {
-    for (std::uint32_t& t : result.witnesses) t = known.other[t];
+    for (std::uint32_t& t : result.witnesses) t = known.present_index[t];
     for (Deviation::Listed& listed : result.listed) {
-      if (known.other[listed.triangle] == KnownDeviation::kNew) return false;
-      listed.triangle = known.other[listed.triangle];
+      if (known.present_index[listed.triangle] == KnownDeviation::kNew) return false;
+      listed.triangle = known.present_index[listed.triangle];
     }
   }
   return true;

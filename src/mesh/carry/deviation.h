@@ -1,4 +1,4 @@
-// One-sided Hausdorff distance from a triangle mesh to another, with a bound.
+// One-sided Hausdorff distance from one triangle mesh to another, with an error bound.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace polymorph {
 
 struct DeviationSettings {
   float negligible = 0;  ///< smaller distances need not be resolved
-  float precision = 0;   ///< maximum excess of all other distances
+  float precision = 0;   ///< maximum error of all other distances
   float listed = 0;      ///< points beyond this distance are listed
 };
 
@@ -24,8 +24,8 @@ struct Deviation {
     std::uint32_t triangle;  ///< the other mesh's triangle nearest to the point
   };
   struct PerTriangle {
-    /// Upper bound over the triangle's points; if it is not negligible, some point comes within the
-    /// precision of it.
+    /// Upper bound over the triangle's points. Unless negligible, it exceeds the largest distance
+    /// by at most the precision.
     float distance = 0;
     Vec3 position;  ///< the furthest point evaluated
     std::vector<Listed> listed;
@@ -39,16 +39,16 @@ struct Deviation {
 struct KnownDeviation {
   static constexpr std::uint32_t kNew = 0xffffffffu;
   const Deviation& last;
-  std::vector<std::uint32_t> own;  ///< former index per triangle, or kNew
-  std::vector<std::uint32_t>
-      other;  ///< present index per former triangle of the other mesh, or kNew
+  std::vector<std::uint32_t> former_index;  ///< former index per triangle, or kNew
+  /// Present index per former triangle of the other mesh, or kNew.
+  std::vector<std::uint32_t> present_index;
   /// True if the other mesh has not changed: then large distances remain valid too.
   bool is_other_same = false;
 };
 
-/// Measures by dividing triangles until their corners bound their distance (after Guthe, Borodin
-/// and Klein, Fast and accurate Hausdorff distance calculation between meshes, 2005). `hints` per
-/// point: see MeshQuery.
+/// Measures the distances of `mesh` from `other`. Triangles are subdivided until their corners
+/// bound the distance closely enough (after Guthe, Borodin and Klein, Fast and accurate Hausdorff
+/// distance calculation between meshes, 2005). `hints` per point: see MeshQuery.
 Deviation measure_deviation(MeshView mesh, const MeshQuery& other,
                             const DeviationSettings& settings,
                             std::vector<std::uint32_t> hints = {},

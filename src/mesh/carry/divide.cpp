@@ -13,9 +13,9 @@ std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
   return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
 }
 
-/// The longest side (0..2, from that corner on); of equal ones that of the lowest key, so that both
-/// triangles at an edge agree.
-int longest_side(std::span<const Vec3> points, const Triangle& t) {
+/// Index k of the longest side (from corner k to corner k + 1 mod 3). Of equally long ones, that of
+/// the lowest key, so that both triangles at an edge agree.
+int find_longest_side(std::span<const Vec3> points, const Triangle& t) {
   int best = 0;
   float max_length = -1;
   for (int k = 0; k < 3; ++k) {
@@ -38,30 +38,30 @@ Division halve_triangles(std::span<const Vec3> points, std::span<const Triangle>
   std::vector<std::uint32_t> queue(chosen.begin(), chosen.end());
   for (std::size_t q = 0; q < queue.size(); ++q) {
     const Triangle& t = triangles[queue[q]];
-    const int k = longest_side(points, t);
+    const int k = find_longest_side(points, t);
     const std::uint32_t a = t.v[k], b = t.v[(k + 1) % 3];
-    const auto number = static_cast<std::uint32_t>(points.size() + division.halved.size());
-    if (!middles.try_emplace(edge_key(a, b), number).second) continue;
+    const auto new_point = static_cast<std::uint32_t>(points.size() + division.halved.size());
+    if (!middles.try_emplace(edge_key(a, b), new_point).second) continue;
     division.halved.push_back({a, b});
     queue.push_back(neighbours[queue[q]].v[k]);
   }
-  const auto middle = [&](std::uint32_t a, std::uint32_t b) -> std::optional<std::uint32_t> {
-    const auto found = middles.find(edge_key(a, b));
-    if (found == middles.end()) return std::nullopt;
-    return found->second;
+  const auto find_middle = [&](std::uint32_t a, std::uint32_t b) -> std::optional<std::uint32_t> {
+    const auto entry = middles.find(edge_key(a, b));
+    if (entry == middles.end()) return std::nullopt;
+    return entry->second;
   };
   std::vector<Triangle>& result = division.triangles;
   for (const Triangle& t : triangles) {
-    const int k = longest_side(points, t);
+    const int k = find_longest_side(points, t);
     const std::uint32_t a = t.v[k], b = t.v[(k + 1) % 3], c = t.v[(k + 2) % 3];
-    const auto m = middle(a, b);
-    if (!m) {  // the longest side is halved first, so no other one is
+    const auto m = find_middle(a, b);
+    if (!m) {  // no other side is halved without the longest one
       result.push_back(t);
       continue;
     }
-    // Split at the longest edge, then both halves at their other edges.
+    // Split at the longest edge, then split both halves at their other edges.
     for (const auto& [p, q] : {std::array{b, c}, std::array{c, a}}) {
-      if (const auto n = middle(p, q)) {
+      if (const auto n = find_middle(p, q)) {
         result.push_back({{*m, p, *n}});
         result.push_back({{*m, *n, q}});
       } else {

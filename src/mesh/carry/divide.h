@@ -1,4 +1,4 @@
-// Longest-edge bisection: triangles are halved where they are too large.
+// Longest-edge bisection of triangles.
 #pragma once
 
 #include <array>
@@ -12,12 +12,14 @@ namespace polymorph {
 
 struct Division {
   std::vector<Triangle> triangles;
-  /// The ends of each edge that was halved: its middle is a new point, after the old ones.
+  /// End points of each bisected edge; its midpoint is a new point, in this order after the old
+  /// ones.
   std::vector<std::array<std::uint32_t, 2>> halved;
 };
 
-/// Halves the chosen triangles of a closed mesh at their longest edges, and on both sides of an
-/// edge those whose own longest edge is longer first, so that shapes stay good (Rivara 1984).
+/// Bisects the chosen triangles of a closed mesh at their longest edges. If the triangle across
+/// such an edge has a longer one, that is bisected as well, and so on, so that shapes stay good
+/// (Rivara 1984).
 Division halve_triangles(std::span<const Vec3> points, std::span<const Triangle> triangles,
                          std::span<const std::uint32_t> chosen);
 

@@ -1,4 +1,5 @@
-// Patch map: a disk of one mesh onto a disk of another, through a common plane.
+// Patch mapping: maps a disk of one mesh onto a disk of another by a common planar
+// parameterization.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +10,7 @@
 
 namespace polymorph {
 
-/// Triangles to map anew, and the number of rings around them that are mapped as well.
+/// Triangles to map, and the number of rings around them that are mapped as well.
 struct PatchSeeds {
   std::span<const std::uint32_t> triangles;
   int rings = 0;

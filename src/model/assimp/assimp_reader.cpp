@@ -1,7 +1,7 @@
 // polymorph_assimp FILE MEMORY ["SECONDS ANIMATION..."]: reads a model, or a pose of an animated
 // one, with Assimp and writes it to standard output as the records of model/load/import_process.h:
-// OBJ text, MTL text and embedded textures. It is a program of its own, so that a file that makes
-// the library crash, loop or exhaust memory ends only this process.
+// OBJ text, MTL text and embedded textures. It is a separate program, so that a file that makes the
+// library crash, loop or exhaust memory ends only this process.
 #include <assimp/GltfMaterial.h>
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
@@ -36,7 +36,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void put(const char* kind, const std::string& name, const std::string& bytes) {
+void write_record(const char* kind, const std::string& name, const std::string& bytes) {
   std::printf("%s %zu %zu\n", kind, name.size(), bytes.size());
   std::fwrite(name.data(), 1, name.size(), stdout);
   std::fwrite(bytes.data(), 1, bytes.size(), stdout);
@@ -50,7 +50,7 @@ class FolderIO : public Assimp::DefaultIOSystem {
   bool Exists(const char* name) const override { return is_allowed(name); }
   Assimp::IOStream* Open(const char* name, const char* mode) override {
     if (mode[0] != 'r' || !is_allowed(name)) return nullptr;
-    if (opened_.insert(name).second) put("input", name, "");
+    if (opened_.insert(name).second) write_record("input", name, "");
     Assimp::IOStream* const stream = DefaultIOSystem::Open(name, mode);
     return stream && is_ply(name) ? guard_stream(stream) : stream;
   }
@@ -61,7 +61,8 @@ class FolderIO : public Assimp::DefaultIOSystem {
     for (char& c : suffix) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     return suffix == ".ply";
   }
-  /// Replaces a stream that Assimp would misread by one of the bytes that guard_ply() makes of it.
+  /// Replaces the stream of a PLY file that Assimp would misread by a stream of guard_ply()'s
+  /// bytes.
   Assimp::IOStream* guard_stream(Assimp::IOStream* stream) {
     constexpr std::size_t kMaxHeader = 1 << 16;
     std::string bytes(std::min(stream->FileSize(), kMaxHeader), '\0');
@@ -115,7 +116,7 @@ double to_srgb(double linear) {
                              : 1.055 * polymorph::exact::pow(linear, 1 / 2.4) - 0.055;
 }
 
-/// Points and faces of a scene with every instance.
+/// Numbers of points and faces of a scene, with every instance.
 struct Counts {
   double points = 0, faces = 0, text = 0;  ///< `text`: an upper bound of the bytes written
 };
@@ -138,13 +139,13 @@ struct Vertices {
   const aiVector3D *points, *normals;
 };
 
-/// A colour texture of a material: which coordinates of a mesh it takes, and how it moves them.
+/// A material's colour texture: the mesh's texture coordinates that it uses, and their transform.
 struct ColorTexture {
   unsigned channel = 0;  ///< index of the mesh's texture coordinates
   aiVector2D scale{1, 1}, offset;
   ai_real rotation = 0;
 
-  /// Moves coordinates with v up as KHR_texture_transform does, which counts v down.
+  /// Applies KHR_texture_transform, which is defined for v down, to coordinates with v up.
   aiVector2D apply(const aiVector3D& uv) const {
     if (rotation == 0 && scale == aiVector2D(1, 1) && offset == aiVector2D()) return {uv.x, uv.y};
     const auto sine = static_cast<ai_real>(polymorph::exact::sin(static_cast<double>(rotation))),
@@ -154,7 +155,7 @@ struct ColorTexture {
   }
 };
 
-/// Reads how a texture of a material takes its coordinates.
+/// Reads the channel and the transform of a texture's coordinates.
 ColorTexture read_color_texture(const aiMaterial& material, aiTextureType type) {
   ColorTexture texture;
   int channel = 0;
@@ -163,7 +164,8 @@ ColorTexture read_color_texture(const aiMaterial& material, aiTextureType type) 
     texture.channel = static_cast<unsigned>(channel);
   aiUVTransform stored;
   if (material.Get(AI_MATKEY_UVTRANSFORM(type, 0), stored) != aiReturn_SUCCESS) return texture;
-  // Assimp has moved the offset for a rotation about the picture's middle.
+  // Assimp has changed the offset to that of a rotation about the picture's centre; this restores
+  // it.
   texture.scale = stored.mScaling;
   texture.rotation = -stored.mRotation;
   const auto sine =
@@ -178,28 +180,31 @@ ColorTexture read_color_texture(const aiMaterial& material, aiTextureType type) 
 
 class Writer {
  public:
-  /// `pose`: where the animation is to be; nothing for the file's own pose.
+  /// `pose`: pose of an animated model; nothing for the pose at rest.
   Writer(const aiScene& scene, const std::string& suffix, std::optional<Pose> pose)
       : scene_(scene), suffix_(suffix), pose_(std::move(pose)) {}
 
-  /// `counts`: those of the scene.
+  /// Writes all records. `counts`: the numbers of the scene.
   void write(const Counts& counts) {
     obj_.reserve(static_cast<std::size_t>(counts.text));
     for (unsigned i = 0; i < scene_.mNumMaterials; ++i) add_material(*scene_.mMaterials[i]);
-    upright_ = make_upright();
-    add_node(*scene_.mRootNode, upright_);
-    put("obj", "", obj_);
-    put("mtl", "", mtl_);
+    to_y_up_ = make_y_up_transform();
+    add_node(*scene_.mRootNode, to_y_up_);
+    write_record("obj", "", obj_);
+    write_record("mtl", "", mtl_);
     for (unsigned i = 0; i < scene_.mNumTextures; ++i) add_texture(i);
     if (points_or_lines_ > 0)
-      put("warning", std::to_string(points_or_lines_) + " points or lines - ignored", "");
-    if (!lights_.empty()) put("warning", lights_ + " emits light, which is ignored", "");
-    if (!clear_.empty())
-      put("warning", clear_ + " is transparent in part, which is ignored - it is opaque", "");
+      write_record("warning", std::to_string(points_or_lines_) + " points or lines - ignored", "");
+    if (!emitting_.empty())
+      write_record("warning", emitting_ + " emits light, which is ignored", "");
+    if (!transparent_.empty())
+      write_record("warning",
+                   transparent_ + " is transparent in part, which is ignored - it is opaque", "");
     if (has_unused_colors_)
-      put("warning", "colours of points beside a texture - the colours are ignored", "");
+      write_record("warning", "colours of points beside a texture - the colours are ignored", "");
     if (animated_ && !pose_)
-      put("warning",
+      write_record(
+          "warning",
           suffix_ == ".glb" || suffix_ == ".gltf"
               ? "it is animated, and is shown at rest - NAME@####" + suffix_ + " are its poses"
               : "it is animated - the animation is ignored, only those of .glb and .gltf are read",
@@ -207,33 +212,33 @@ class Writer {
   }
 
  private:
-  aiMatrix4x4 make_upright();
+  aiMatrix4x4 make_y_up_transform();
   void add_material(const aiMaterial& material);
-  void note_ignored(const aiMaterial& material, const std::string& name);
+  void note_ignored_properties(const aiMaterial& material, const std::string& name);
   void add_node(const aiNode& node, const aiMatrix4x4& parent);
   void add_mesh(const aiMesh& mesh, const Vertices& vertices, const aiMatrix4x4& transform,
                 const std::string& label);
-  std::string color_material(const aiMesh& mesh, const aiFace& face);
+  std::string add_color_material(const aiMesh& mesh, const aiFace& face);
   void add_texture(unsigned index);
   bool is_srgb() const { return suffix_ == ".ply" || suffix_ == ".off" || suffix_ == ".stl"; }
 
   const aiScene& scene_;
   std::string suffix_;
   std::optional<Pose> pose_;
-  aiMatrix4x4 upright_;
+  aiMatrix4x4 to_y_up_;
   std::string obj_ = "mtllib m\n", mtl_;
   std::vector<std::string> materials_;
-  std::vector<std::optional<ColorTexture>> textures_;  ///< those of the materials
+  std::vector<std::optional<ColorTexture>> textures_;  ///< texture per material
   std::set<std::string> names_;
-  std::string lights_, clear_;  ///< the first material that emits light, or that is transparent
-  std::set<unsigned> colors_;
+  std::string emitting_, transparent_;  ///< the first such materials
+  std::set<unsigned> colors_;           ///< codes of the colour materials written
   std::size_t points_ = 0, uvs_ = 0, normals_ = 0, points_or_lines_ = 0;
   bool has_unused_colors_ = false, animated_ = false;
 };
 
-/// Rotates y up and scales to metres. FBX only stores the axis and the unit; the readers of the
-/// other formats rotate the scene themselves, and their unit is the metre or unknown.
-aiMatrix4x4 Writer::make_upright() {
+/// Makes the transform to y up and metres. Assimp only stores the axis and unit of FBX files; its
+/// readers of other formats rotate the scene themselves, and their unit is the metre or unknown.
+aiMatrix4x4 Writer::make_y_up_transform() {
   animated_ = scene_.mNumAnimations > 0;
   aiMatrix4x4 rotation, scale;
   if (suffix_ != ".fbx" || !scene_.mMetaData) return rotation;
@@ -279,7 +284,7 @@ void Writer::add_material(const aiMaterial& material) {
     mtl_ += "Ns " + format_number(std::min(static_cast<double>(value), 1e6)) + "\n";
   if (material.Get(AI_MATKEY_METALLIC_FACTOR, value) == aiReturn_SUCCESS)
     mtl_ += "Pm " + format_number(clamp_fraction(value)) + "\n";
-  if (suffix_ == ".glb" || suffix_ == ".gltf") note_ignored(material, name);
+  if (suffix_ == ".glb" || suffix_ == ".gltf") note_ignored_properties(material, name);
   std::optional<ColorTexture> texture;
   for (const aiTextureType type : {aiTextureType_BASE_COLOR, aiTextureType_DIFFUSE}) {
     aiString path;
@@ -305,25 +310,26 @@ void Writer::add_node(const aiNode& node, const aiMatrix4x4& parent) {
     }
     const PosedMesh posed = posed_mesh(*pose_, node, mesh);
     add_mesh(mesh, {posed.points.data(), posed.normals.empty() ? nullptr : posed.normals.data()},
-             posed.in_scene ? upright_ : transform, label);
+             posed.in_scene ? to_y_up_ : transform, label);
   }
   for (unsigned i = 0; i < node.mNumChildren; ++i) add_node(*node.mChildren[i], transform);
 }
 
 /// Remembers a glTF material that emits light or is transparent.
-void Writer::note_ignored(const aiMaterial& material, const std::string& name) {
+void Writer::note_ignored_properties(const aiMaterial& material, const std::string& name) {
   aiColor3D light;
   aiString mode;
   const bool emits = material.Get(AI_MATKEY_COLOR_EMISSIVE, light) == aiReturn_SUCCESS &&
                      std::max({light.r, light.g, light.b}) > 0;
-  if (emits && lights_.empty()) lights_ = "material " + name;
+  if (emits && emitting_.empty()) emitting_ = "material " + name;
   if (material.Get(AI_MATKEY_GLTF_ALPHAMODE, mode) == aiReturn_SUCCESS &&
-      std::string(mode.C_Str()) != "OPAQUE" && clear_.empty())
-    clear_ = "material " + name;
+      std::string(mode.C_Str()) != "OPAQUE" && transparent_.empty())
+    transparent_ = "material " + name;
 }
 
-/// Makes a material of the mean colour of a face's corners, in steps of 4/255.
-std::string Writer::color_material(const aiMesh& mesh, const aiFace& face) {
+/// Adds a material of the mean colour of a face's corners, in steps of 4/255, unless there is one.
+/// Returns its name.
+std::string Writer::add_color_material(const aiMesh& mesh, const aiFace& face) {
   double sum[3] = {};
   for (unsigned k = 0; k < face.mNumIndices; ++k) {
     const aiColor4D& c = mesh.mColors[0][face.mIndices[k]];
@@ -383,7 +389,7 @@ void Writer::add_mesh(const aiMesh& mesh, const Vertices& vertices, const aiMatr
       ++points_or_lines_;
       continue;
     }
-    std::string required = colored ? color_material(mesh, face)
+    std::string required = colored ? add_color_material(mesh, face)
                            : mesh.mMaterialIndex < materials_.size()
                                ? materials_[mesh.mMaterialIndex]
                                : std::string();
@@ -403,13 +409,13 @@ void Writer::add_mesh(const aiMesh& mesh, const Vertices& vertices, const aiMatr
   if (normals) normals_ += mesh.mNumVertices;
 }
 
-/// Writes a texture as in the file or, if the library has decoded it, as a Targa.
+/// Writes a texture as in the file or, if Assimp has decoded it, as a Targa file.
 void Writer::add_texture(unsigned index) {
   const aiTexture& texture = *scene_.mTextures[index];
   const std::string name = polymorph::embedded_name(index);
   if (texture.mHeight == 0)
-    return put("texture", name,
-               std::string(reinterpret_cast<const char*>(texture.pcData), texture.mWidth));
+    return write_record("texture", name,
+                        std::string(reinterpret_cast<const char*>(texture.pcData), texture.mWidth));
   if (texture.mWidth > 65535 || texture.mHeight > 65535) return;
   std::string bytes(18, '\0');
   bytes[2] = 2;  // uncompressed true colour
@@ -421,7 +427,7 @@ void Writer::add_texture(unsigned index) {
   bytes[17] = 0x28;  // eight bits of alpha, the first row on top
   bytes.append(reinterpret_cast<const char*>(texture.pcData),
                std::size_t{4} * texture.mWidth * texture.mHeight);
-  put("texture", name, bytes);
+  write_record("texture", name, bytes);
 }
 
 std::string describe_size(const Counts& counts, double limit) {
@@ -434,8 +440,8 @@ std::string describe_size(const Counts& counts, double limit) {
   return text;
 }
 
-/// The pose of "SECONDS ANIMATION...".
-Pose named_pose(const aiScene& scene, const GltfFile& file, const char* words) {
+/// Parses "SECONDS ANIMATION..." and computes that pose.
+Pose parse_pose(const aiScene& scene, const GltfFile& file, const char* words) {
   std::istringstream numbers(words);
   double seconds = 0;
   numbers >> seconds;
@@ -444,30 +450,30 @@ Pose named_pose(const aiScene& scene, const GltfFile& file, const char* words) {
   return pose_at(scene, file, playing, seconds);
 }
 
-/// Limits CPU time or memory to values that suffice for any model the program accepts.
-void limit(int resource, rlim_t maximum) {
-  rlimit now{};
-  if (getrlimit(resource, &now) != 0) return;
-  now.rlim_cur = std::min(now.rlim_max, maximum);
-  setrlimit(resource, &now);
+/// Limits CPU time or memory to a value that suffices for any model the program accepts.
+void limit_resource(int resource, rlim_t maximum) {
+  rlimit current{};
+  if (getrlimit(resource, &current) != 0) return;
+  current.rlim_cur = std::min(current.rlim_max, maximum);
+  setrlimit(resource, &current);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   if (argc != 3 && argc != 4) return 2;
-  limit(RLIMIT_CORE, 0);
+  limit_resource(RLIMIT_CORE, 0);
   std::fputs(polymorph::kImportHello, stdout);
   const fs::path path = argv[1];
   std::error_code error;
   const auto bytes = static_cast<rlim_t>(fs::file_size(path, error));
   const rlim_t memory = std::strtoull(argv[2], nullptr, 10);
-  // Libraries take address space, but little memory.
+  // Shared libraries take address space, but little memory.
   constexpr rlim_t kLibraries = rlim_t{256} << 20;
   const rlim_t seconds = 3 + bytes / 1000000;
-  limit(RLIMIT_AS, std::min({(rlim_t{2} << 30) + 100 * bytes, rlim_t{16} << 30,
-                             memory < (rlim_t{1} << 40) ? kLibraries + memory : memory}));
-  limit(RLIMIT_CPU, seconds);
+  limit_resource(RLIMIT_AS, std::min({(rlim_t{2} << 30) + 100 * bytes, rlim_t{16} << 30,
+                                      memory < (rlim_t{1} << 40) ? kLibraries + memory : memory}));
+  limit_resource(RLIMIT_CPU, seconds);
   std::string suffix = path.extension().string();
   std::transform(suffix.begin(), suffix.end(), suffix.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -478,33 +484,33 @@ int main(int argc, char** argv) {
     importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);
     const aiScene* scene = importer.ReadFile(argv[1], aiProcess_ValidateDataStructure);
     if (!scene || !scene->mRootNode || scene->mNumMeshes == 0) {
-      std::string why = importer.GetErrorString();
-      if (why.empty()) why = "no meshes in it";
-      // Of a header that counts more points than there are bytes, as a rule.
-      if (why == "std::bad_alloc") why = "it asks for more memory than there is";
-      put("error", why, "");
+      std::string reason = importer.GetErrorString();
+      if (reason.empty()) reason = "no meshes in it";
+      // The usual cause is a header that counts more points than the file has bytes.
+      if (reason == "std::bad_alloc") reason = "it asks for more memory than there is";
+      write_record("error", reason, "");
     } else {
       Counts counts;
       count_nodes(*scene, *scene->mRootNode, counts);
       if (polymorph::kModelBytesPerTextByte * counts.text > static_cast<double>(memory)) {
-        put("large", describe_size(counts, static_cast<double>(memory)), "");
+        write_record("large", describe_size(counts, static_cast<double>(memory)), "");
       } else {
-        limit(RLIMIT_CPU, seconds + static_cast<rlim_t>(counts.text / 20e6));
+        limit_resource(RLIMIT_CPU, seconds + static_cast<rlim_t>(counts.text / 20e6));
         std::optional<Pose> pose;
         if (suffix == ".glb" || suffix == ".gltf") {
           const bool is_posed = argc == 4;
           const GltfFile file = read_gltf(*importer.GetIOHandler(), argv[1], is_posed);
-          for (const std::string& warning : file.warnings) put("warning", warning, "");
-          if (is_posed) pose = named_pose(*scene, file, argv[3]);
+          for (const std::string& warning : file.warnings) write_record("warning", warning, "");
+          if (is_posed) pose = parse_pose(*scene, file, argv[3]);
         }
         Writer(*scene, suffix, std::move(pose)).write(counts);
       }
     }
   } catch (const std::bad_alloc&) {
-    put("large", "it takes more memory than the limit leaves", "");
+    write_record("large", "it takes more memory than the limit leaves", "");
   } catch (const std::exception& e) {
-    put("error", e.what(), "");
+    write_record("error", e.what(), "");
   }
-  put("end", "", "");
+  write_record("end", "", "");
   return 0;
 }

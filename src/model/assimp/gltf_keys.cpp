@@ -28,7 +28,7 @@ std::string read_bytes(Assimp::IOSystem& system, const std::string& path) {
   return bytes;
 }
 
-/// The chunks of a .glb file: JSON and bytes; all of a .gltf file is JSON.
+/// Chunks of a .glb file. A .gltf file is all JSON.
 struct Chunks {
   std::string json, bytes;
 };
@@ -37,15 +37,15 @@ Chunks split_chunks(std::string file) {
   constexpr std::size_t kHeader = 12, kChunk = 8;
   if (file.size() < kHeader || file.compare(0, 4, "glTF") != 0) return {std::move(file), {}};
   Chunks chunks;
-  for (std::size_t at = kHeader; at + kChunk <= file.size();) {
+  for (std::size_t offset = kHeader; offset + kChunk <= file.size();) {
     std::uint32_t length = 0;
-    std::memcpy(&length, file.data() + at, sizeof length);
-    const std::string_view kind(file.data() + at + 4, 4);
-    at += kChunk;
-    const std::size_t size = std::min<std::size_t>(length, file.size() - at);
-    if (kind == "JSON") chunks.json = file.substr(at, size);
-    if (kind == std::string_view("BIN\0", 4)) chunks.bytes = file.substr(at, size);
-    at += size;
+    std::memcpy(&length, file.data() + offset, sizeof length);
+    const std::string_view kind(file.data() + offset + 4, 4);
+    offset += kChunk;
+    const std::size_t size = std::min<std::size_t>(length, file.size() - offset);
+    if (kind == "JSON") chunks.json = file.substr(offset, size);
+    if (kind == std::string_view("BIN\0", 4)) chunks.bytes = file.substr(offset, size);
+    offset += size;
   }
   return chunks;
 }
@@ -62,13 +62,14 @@ std::vector<std::size_t> read_indices(const JsonValue& list) {
   return indices;
 }
 
-/// The item that a member of `value` refers to; null where there is none.
+/// Returns the list's item at an index; JSON null if there is none.
 const JsonValue& find_item(const JsonValue& list, const JsonValue& index) {
   static const JsonValue none;
-  const auto found = read_index(index);
-  return found && *found < list.items.size() ? list.items[*found] : none;
+  const auto item = read_index(index);
+  return item && *item < list.items.size() ? list.items[*item] : none;
 }
 
+/// Reader of accessors: typed views of a file's buffers.
 class Accessors {
  public:
   Accessors(Assimp::IOSystem& system, std::string path, const JsonValue& root, std::string bytes)
@@ -78,7 +79,7 @@ class Accessors {
     if (first.contains("uri")) buffers_.clear();
   }
 
-  /// All numbers of an accessor; nothing where they cannot be read. `width`: numbers of an element.
+  /// Reads all numbers of an accessor, `width` per element; nothing if they cannot be read.
   std::optional<std::vector<double>> numbers(const JsonValue& index, std::size_t width);
 
  private:
@@ -106,8 +107,9 @@ const std::string& Accessors::buffer(std::size_t index) {
   return entry->second;
 }
 
+/// Reads a number. Normalized integers (scale < 1) are clamped to -1, as the format requires.
 template <class T>
-double number_at(const char* bytes, double scale) {
+double read_number(const char* bytes, double scale) {
   T value;
   std::memcpy(&value, bytes, sizeof value);
   return std::max(static_cast<double>(value) * scale, scale < 1 ? -1.0 : -HUGE_VAL);
@@ -115,16 +117,16 @@ double number_at(const char* bytes, double scale) {
 
 std::optional<std::vector<double>> Accessors::numbers(const JsonValue& index, std::size_t width) {
   struct Kind {
-    std::int64_t code;
+    std::int64_t code;  ///< componentType in the file
     std::size_t size;
     double largest;
     double (*read)(const char*, double);
   };
-  static constexpr Kind kKinds[] = {{5120, 1, 127, number_at<std::int8_t>},
-                                    {5121, 1, 255, number_at<std::uint8_t>},
-                                    {5122, 2, 32767, number_at<std::int16_t>},
-                                    {5123, 2, 65535, number_at<std::uint16_t>},
-                                    {5126, 4, 1, number_at<float>}};
+  static constexpr Kind kKinds[] = {{5120, 1, 127, read_number<std::int8_t>},
+                                    {5121, 1, 255, read_number<std::uint8_t>},
+                                    {5122, 2, 32767, read_number<std::int16_t>},
+                                    {5123, 2, 65535, read_number<std::uint16_t>},
+                                    {5126, 4, 1, read_number<float>}};
   const JsonValue& accessor = find_item(root_.get("accessors"), index);
   const JsonValue& view = find_item(root_.get("bufferViews"), accessor.get("bufferView"));
   const auto count = read_index(accessor.get("count")), source = read_index(view.get("buffer"));
@@ -148,15 +150,15 @@ std::optional<std::vector<double>> Accessors::numbers(const JsonValue& index, st
   return values;
 }
 
-/// Keys of a sampler; nothing where they are not as the format has them.
+/// Reads the keys of a sampler; nothing if they violate the format.
 std::optional<GltfKeys> read_keys(Accessors& accessors, const JsonValue& sampler,
-                                  const std::string& what) {
+                                  const std::string& property) {
   GltfKeys keys;
   const std::string& interpolation = sampler.get("interpolation").string;
   if (interpolation == "STEP") keys.interpolation = GltfKeys::Interpolation::kStep;
   if (interpolation == "CUBICSPLINE") keys.interpolation = GltfKeys::Interpolation::kCubicSpline;
-  keys.is_rotation = what == "rotation";
-  const std::size_t element = keys.is_rotation ? 4 : what == "weights" ? 1 : 3;
+  keys.is_rotation = property == "rotation";
+  const std::size_t element = keys.is_rotation ? 4 : property == "weights" ? 1 : 3;
   auto seconds = accessors.numbers(sampler.get("input"), 1);
   auto numbers = accessors.numbers(sampler.get("output"), element);
   if (!seconds || !numbers || seconds->empty() || !std::is_sorted(seconds->begin(), seconds->end()))
@@ -165,7 +167,7 @@ std::optional<GltfKeys> read_keys(Accessors& accessors, const JsonValue& sampler
       seconds->size() * (keys.interpolation == GltfKeys::Interpolation::kCubicSpline ? 3 : 1);
   keys.width = numbers->size() / values;
   if (keys.width == 0 || keys.width * values != numbers->size() ||
-      (what != "weights" && keys.width != element))
+      (property != "weights" && keys.width != element))
     return std::nullopt;
   keys.seconds = std::move(*seconds);
   keys.numbers = std::move(*numbers);
@@ -188,13 +190,14 @@ GltfNode read_node(const JsonValue& root, const JsonValue& value) {
   return node;
 }
 
-/// A quaternion on the great circle from `a` to `b`, the shorter way.
-std::vector<double> turn_between(const double* a, const double* b, double share) {
+/// Interpolates two unit quaternions on the great circle between them (slerp), along the shorter
+/// arc.
+std::vector<double> slerp(const double* a, const double* b, double t) {
   double cosine = 0;
   for (int k = 0; k < 4; ++k) cosine += a[k] * b[k];
   const double sign = cosine < 0 ? -1 : 1;
   cosine *= sign;
-  double first = 1 - share, second = share;
+  double first = 1 - t, second = t;
   constexpr double kNearlyEqual = 0.9999995;
   if (cosine < kNearlyEqual) {
     const double angle = polymorph::exact::acos(cosine), sine = polymorph::exact::sin(angle);
@@ -220,31 +223,31 @@ void normalize(std::vector<double>& quaternion) {
 
 std::vector<double> GltfKeys::value_at(double time) const {
   const bool is_cubic = interpolation == Interpolation::kCubicSpline;
-  // `part`: 0 the tangent before a key, 1 its value, 2 the tangent behind it.
-  const auto numbers_of = [&](std::size_t key, std::size_t part) {
-    return numbers.data() + width * (is_cubic ? 3 * key + part : key);
+  // `slot`: 0 in-tangent, 1 value, 2 out-tangent.
+  const auto numbers_at = [&](std::size_t key, std::size_t slot) {
+    return numbers.data() + width * (is_cubic ? 3 * key + slot : key);
   };
   const auto next = static_cast<std::size_t>(
       std::upper_bound(seconds.begin(), seconds.end(), time) - seconds.begin());
   const std::size_t key = next == 0 ? 0 : next - 1;
-  const double* const first = numbers_of(key, 1);
+  const double* const first = numbers_at(key, 1);
   std::vector<double> value(first, first + width);
   const double length = next == 0 || next == seconds.size() ? 0 : seconds[next] - seconds[key];
   if (length > 0 && interpolation != Interpolation::kStep) {
     const double u = (time - seconds[key]) / length;
-    const double* const second = numbers_of(next, 1);
+    const double* const second = numbers_at(next, 1);
     if (is_cubic) {
-      const double *const leaving = numbers_of(key, 2), *const arriving = numbers_of(next, 0);
+      const double *const out_tangent = numbers_at(key, 2), *const in_tangent = numbers_at(next, 0);
       const double square = u * u, cube = square * u;
       for (std::size_t i = 0; i < width; ++i)
         value[i] = (2 * cube - 3 * square + 1) * first[i] +
-                   length * (cube - 2 * square + u) * leaving[i] +
-                   (3 * square - 2 * cube) * second[i] + length * (cube - square) * arriving[i];
+                   length * (cube - 2 * square + u) * out_tangent[i] +
+                   (3 * square - 2 * cube) * second[i] + length * (cube - square) * in_tangent[i];
     } else if (is_rotation) {
       std::vector<double> a(first, first + width), b(second, second + width);
       normalize(a);
       normalize(b);
-      value = turn_between(a.data(), b.data(), u);
+      value = slerp(a.data(), b.data(), u);
     } else {
       for (std::size_t i = 0; i < width; ++i) value[i] = first[i] + (second[i] - first[i]) * u;
     }
@@ -262,7 +265,7 @@ GltfFile read_gltf(Assimp::IOSystem& system, const std::string& path, bool is_po
     return file;
   }
   const JsonValue& root = document->root;
-  // What Assimp 5.2 reads, and what changes no shape.
+  // Extensions that Assimp 5.2 reads, or that do not change shapes.
   static constexpr std::string_view kKnown[] = {
       "KHR_draco_mesh_compression", "KHR_texture_transform", "KHR_materials_unlit",
       "KHR_materials_pbrSpecularGlossiness", "KHR_lights_punctual"};
@@ -281,17 +284,19 @@ GltfFile read_gltf(Assimp::IOSystem& system, const std::string& path, bool is_po
     GltfAnimation& animation = file.animations.emplace_back();
     for (const JsonValue& channel : value.get("channels").items) {
       const JsonValue& target = channel.get("target");
-      const std::string& what = target.get("path").string;
+      const std::string& property = target.get("path").string;
       const auto node = read_index(target.get("node"));
       if (!node || *node >= file.nodes.size()) continue;
       std::optional<GltfKeys> keys;
-      if (what == "translation" || what == "rotation" || what == "scale" || what == "weights")
-        keys = read_keys(accessors, find_item(value.get("samplers"), channel.get("sampler")), what);
+      if (property == "translation" || property == "rotation" || property == "scale" ||
+          property == "weights")
+        keys = read_keys(accessors, find_item(value.get("samplers"), channel.get("sampler")),
+                         property);
       if (keys)
-        animation[*node].emplace(what, std::move(*keys));
+        animation[*node].emplace(property, std::move(*keys));
       else
         file.warnings.push_back(fmt::format(
-            "keys of \"{}\" of node {} cannot be read - they are ignored", what, *node));
+            "keys of \"{}\" of node {} cannot be read - they are ignored", property, *node));
     }
   }
   return file;

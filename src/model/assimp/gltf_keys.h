@@ -1,5 +1,5 @@
-// Keys of a glTF file's animations, as it stores them. Assimp 5.2 drops tangents, draws lines in
-// place of steps, cuts weights below 0 and takes integers for floats.
+// Keyframes of glTF animations, read from the file itself: Assimp 5.2 drops tangents, interpolates
+// step keys linearly, clamps negative weights to 0 and reads integers as floats.
 #pragma once
 
 #include <assimp/IOSystem.hpp>
@@ -9,28 +9,29 @@
 #include <string>
 #include <vector>
 
-/// Keys of a node's translation, rotation, scale or weights of morph targets.
+/// Keys of one property of a node: its translation, rotation, scale or morph target weights.
 struct GltfKeys {
   enum class Interpolation : std::uint8_t { kLinear, kStep, kCubicSpline };
   Interpolation interpolation = Interpolation::kLinear;
   bool is_rotation = false;     ///< whether values are quaternions x, y, z, w
-  std::size_t width = 0;        ///< numbers of a value
+  std::size_t width = 0;        ///< numbers per value
   std::vector<double> seconds;  ///< time of each key, ascending
-  /// A value per key; of a cubic spline the tangent before it, the value and the tangent behind it.
+  /// A value per key; for a cubic spline three: in-tangent, value and out-tangent.
   std::vector<double> numbers;
 
-  /// Computes the value at a time, before the first key and after the last one that of the key.
+  /// Interpolates the value at a time. Before the first key and after the last one, it is that
+  /// key's.
   std::vector<double> value_at(double time) const;
 };
 
 struct GltfNode {
   std::vector<std::size_t> children;
-  std::vector<std::size_t> joints;  ///< nodes of its skin, in the order of its bones
+  std::vector<std::size_t> joints;  ///< joint nodes of its skin, in the order of its bones
   std::vector<double> translation{0, 0, 0}, rotation{0, 0, 0, 1}, scale{1, 1, 1};
-  std::vector<double> weights;  ///< empty: those of the mesh
+  std::vector<double> weights;  ///< morph target weights; empty: those of the mesh
 };
 
-/// Keys by the node that they move and by what they move: "translation", "weights" and so on.
+/// Keys by node index and by name of the property: "translation", "weights" and so on.
 using GltfAnimation = std::map<std::size_t, std::map<std::string, GltfKeys>>;
 
 struct GltfFile {
@@ -41,6 +42,6 @@ struct GltfFile {
 };
 
 /// Reads nodes and animations of a .glb or .gltf file that Assimp has read. Keys that cannot be
-/// read are left out, with a warning. `is_posed`: without it neither is read, and the warnings are
-/// those of extensions alone.
+/// read are left out, with a warning. Unless `is_posed`, neither is read, and only extensions cause
+/// warnings.
 GltfFile read_gltf(Assimp::IOSystem& system, const std::string& path, bool is_posed);

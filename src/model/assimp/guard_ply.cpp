@@ -6,7 +6,7 @@
 
 namespace {
 
-/// Bytes of a number of a type; 0 where there is no such type.
+/// Size in bytes of a PLY type; 0 for unknown types.
 std::size_t size_of(std::string_view type) {
   if (type == "char" || type == "uchar" || type == "int8" || type == "uint8") return 1;
   if (type == "short" || type == "ushort" || type == "int16" || type == "uint16") return 2;
@@ -19,10 +19,11 @@ std::size_t size_of(std::string_view type) {
 /// The first element of a PLY file.
 struct FirstElement {
   std::size_t count = 0, stride = 0;
-  std::size_t properties = 0;  ///< offset of the first in the header
+  std::size_t properties = 0;  ///< offset of its first property in the header
 };
 
-/// Nothing where the file is not binary, or the element has lists or none of the format's types.
+/// Finds the first element; nothing if the file is not binary, or the element has a list or an
+/// unknown type.
 std::optional<FirstElement> find_first_element(const std::string& header) {
   std::istringstream lines(header);
   std::string line;
@@ -60,9 +61,9 @@ std::optional<std::size_t> find_mistaken_data(std::string_view bytes) {
 
 std::string guard_ply(std::string file) {
   const std::string_view bytes = file;
-  const auto found = find_mistaken_data(bytes);
-  if (!found) return file;
-  std::size_t data = *found;
+  const auto mistaken_data = find_mistaken_data(bytes);
+  if (!mistaken_data) return file;
+  std::size_t data = *mistaken_data;
   const auto element = find_first_element(file.substr(0, data));
   if (!element || element->count > (bytes.size() - data) / element->stride) return file;
   std::string copy(bytes.substr(0, element->properties));

@@ -17,7 +17,8 @@ void pair_nodes(const aiNode& node, std::size_t index, const GltfFile& file,
     pair_nodes(*node.mChildren[i], children[i], file, nodes);
 }
 
-/// Assimp's nodes in the file's order. Several roots are children of a node of its own.
+/// Lists Assimp's nodes in the file's order. If there are several roots, Assimp adds a common
+/// parent.
 std::vector<const aiNode*> list_nodes(const aiScene& scene, const GltfFile& file) {
   std::vector<const aiNode*> nodes(file.nodes.size());
   const aiNode& root = *scene.mRootNode;
@@ -31,10 +32,10 @@ std::vector<const aiNode*> list_nodes(const aiScene& scene, const GltfFile& file
 
 using KeysByPath = std::map<std::string, GltfKeys>;
 
-aiMatrix4x4 transform_at(const GltfNode& node, const KeysByPath& moved, double seconds) {
-  const auto value = [&](const char* what, const std::vector<double>& at_rest) {
-    const auto keys = moved.find(what);
-    return keys == moved.end() ? at_rest : keys->second.value_at(seconds);
+aiMatrix4x4 transform_at(const GltfNode& node, const KeysByPath& keys_by_path, double seconds) {
+  const auto value = [&](const char* property, const std::vector<double>& default_value) {
+    const auto keys = keys_by_path.find(property);
+    return keys == keys_by_path.end() ? default_value : keys->second.value_at(seconds);
   };
   const auto vector = [](const std::vector<double>& v) {
     return aiVector3D(static_cast<ai_real>(v[0]), static_cast<ai_real>(v[1]),
@@ -57,8 +58,8 @@ void add_globals(const aiNode& node, const aiMatrix4x4& parent, Pose& pose) {
   for (unsigned i = 0; i < node.mNumChildren; ++i) add_globals(*node.mChildren[i], global, pose);
 }
 
-void play(const GltfAnimation& animation, const GltfFile& file,
-          const std::vector<const aiNode*>& nodes, double seconds, Pose& pose) {
+void apply_animation(const GltfAnimation& animation, const GltfFile& file,
+                     const std::vector<const aiNode*>& nodes, double seconds, Pose& pose) {
   for (const auto& [index, keys] : animation) {
     const aiNode* const node = nodes[index];
     if (!node) continue;
@@ -69,25 +70,25 @@ void play(const GltfAnimation& animation, const GltfFile& file,
   }
 }
 
-/// Adds the morph targets, each by its weight, to a mesh at rest.
+/// Adds the offsets of the morph targets, each times its weight, to a mesh at rest.
 void add_targets(const Pose& pose, const aiNode& node, const aiMesh& mesh, PosedMesh& posed) {
-  const auto own = pose.weights.find(&node);
+  const auto own_weights = pose.weights.find(&node);
   for (unsigned t = 0; t < mesh.mNumAnimMeshes; ++t) {
     const aiAnimMesh& target = *mesh.mAnimMeshes[t];
-    const double weight = own == pose.weights.end() ? static_cast<double>(target.mWeight)
-                          : t < own->second.size()  ? own->second[t]
-                                                    : 0;
+    const double weight = own_weights == pose.weights.end() ? static_cast<double>(target.mWeight)
+                          : t < own_weights->second.size()  ? own_weights->second[t]
+                                                            : 0;
     if (weight == 0 || target.mNumVertices != mesh.mNumVertices) continue;
-    const auto share = static_cast<ai_real>(weight);
+    const auto factor = static_cast<ai_real>(weight);
     for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
-      if (target.mVertices) posed.points[i] += (target.mVertices[i] - mesh.mVertices[i]) * share;
+      if (target.mVertices) posed.points[i] += (target.mVertices[i] - mesh.mVertices[i]) * factor;
       if (target.mNormals && !posed.normals.empty())
-        posed.normals[i] += (target.mNormals[i] - mesh.mNormals[i]) * share;
+        posed.normals[i] += (target.mNormals[i] - mesh.mNormals[i]) * factor;
     }
   }
 }
 
-/// The node that moves a bone: the skin's joint, or else the first node of the bone's name.
+/// Finds the node that moves a bone: the skin's joint, or else the first node of the bone's name.
 const aiNode* find_joint(const Pose& pose, const aiNode& node, const aiBone& bone, unsigned index) {
   const auto skin = pose.joints.find(&node);
   if (skin != pose.joints.end() && index < skin->second.size() && skin->second[index] &&
@@ -98,7 +99,7 @@ const aiNode* find_joint(const Pose& pose, const aiNode& node, const aiBone& bon
   return root->FindNode(bone.mName);
 }
 
-/// Moves vertices by their bones: linear blend skinning.
+/// Moves vertices by their bones (linear blend skinning).
 void skin(const Pose& pose, const aiNode& node, const aiMesh& mesh, PosedMesh& posed) {
   const std::vector<aiVector3D> points = posed.points, normals = posed.normals;
   std::vector<ai_real> sums(points.size());
@@ -106,15 +107,15 @@ void skin(const Pose& pose, const aiNode& node, const aiMesh& mesh, PosedMesh& p
   for (aiVector3D& n : posed.normals) n = {};
   for (unsigned b = 0; b < mesh.mNumBones; ++b) {
     const aiBone& bone = *mesh.mBones[b];
-    const auto found = pose.globals.find(find_joint(pose, node, bone, b));
-    if (found == pose.globals.end()) continue;
-    const aiMatrix4x4 moved = found->second * bone.mOffsetMatrix;
-    const aiMatrix3x3 turned(moved);
+    const auto global = pose.globals.find(find_joint(pose, node, bone, b));
+    if (global == pose.globals.end()) continue;
+    const aiMatrix4x4 transform = global->second * bone.mOffsetMatrix;
+    const aiMatrix3x3 rotation(transform);
     for (unsigned w = 0; w < bone.mNumWeights; ++w) {
       const auto [vertex, weight] = bone.mWeights[w];
       if (vertex >= points.size()) continue;
-      posed.points[vertex] += moved * points[vertex] * weight;
-      if (!normals.empty()) posed.normals[vertex] += turned * normals[vertex] * weight;
+      posed.points[vertex] += transform * points[vertex] * weight;
+      if (!normals.empty()) posed.normals[vertex] += rotation * normals[vertex] * weight;
       sums[vertex] += weight;
     }
   }
@@ -130,8 +131,8 @@ void skin(const Pose& pose, const aiNode& node, const aiMesh& mesh, PosedMesh& p
 }  // namespace
 
 const aiMatrix4x4& Pose::local(const aiNode& node) const {
-  const auto found = locals.find(&node);
-  return found == locals.end() ? node.mTransformation : found->second;
+  const auto entry = locals.find(&node);
+  return entry == locals.end() ? node.mTransformation : entry->second;
 }
 
 Pose pose_at(const aiScene& scene, const GltfFile& file, const std::vector<std::size_t>& playing,
@@ -145,7 +146,8 @@ Pose pose_at(const aiScene& scene, const GltfFile& file, const std::vector<std::
       pose.joints[nodes[i]].push_back(joint < nodes.size() ? nodes[joint] : nullptr);
   }
   for (const std::size_t index : playing)
-    if (index < file.animations.size()) play(file.animations[index], file, nodes, seconds, pose);
+    if (index < file.animations.size())
+      apply_animation(file.animations[index], file, nodes, seconds, pose);
   add_globals(*scene.mRootNode, {}, pose);
   return pose;
 }

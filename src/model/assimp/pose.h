@@ -1,4 +1,4 @@
-// Pose of an animated scene of Assimp at a moment: its nodes, skins and morph targets.
+// Poses of an animated Assimp scene: node transforms, skins and morph targets at a time.
 #pragma once
 
 #include <assimp/scene.h>
@@ -8,25 +8,25 @@
 
 #include "model/assimp/gltf_keys.h"
 
-/// Places of nodes and weights of morph targets at a moment.
+/// Node transforms and weights of morph targets at a time.
 struct Pose {
   std::map<const aiNode*, aiMatrix4x4> locals;   ///< transforms of nodes that the animation moves
   std::map<const aiNode*, aiMatrix4x4> globals;  ///< transforms of all nodes to the scene
-  std::map<const aiNode*, std::vector<double>> weights;        ///< weights of morph targets
-  std::map<const aiNode*, std::vector<const aiNode*>> joints;  ///< those of a node's bones
+  std::map<const aiNode*, std::vector<double>> weights;  ///< weights of morph targets
+  /// Joint nodes of each skinned node, by bone.
+  std::map<const aiNode*, std::vector<const aiNode*>> joints;
 
   /// A node's transform relative to its parent.
   const aiMatrix4x4& local(const aiNode& node) const;
 };
 
-/// Computes the pose of a glTF file's scene at a time. `playing`: indices of its animations that
-/// play.
+/// Computes the pose of a glTF file's scene at a time. `playing`: indices of the active animations.
 Pose pose_at(const aiScene& scene, const GltfFile& file, const std::vector<std::size_t>& playing,
              double seconds);
 
 /// Vertices of a mesh in a pose.
 struct PosedMesh {
   std::vector<aiVector3D> points, normals;  ///< `normals`: empty where the mesh has none
-  bool in_scene = false;  ///< whether a skin has put them into the scene's coordinates
+  bool in_scene = false;  ///< whether a skin has transformed them to scene coordinates
 };
 PosedMesh posed_mesh(const Pose& pose, const aiNode& node, const aiMesh& mesh);

@@ -20,21 +20,22 @@ struct AssetPath {
 /// Finds the files that a model names; each folder is listed once.
 class AssetFinder {
  public:
-  /// `model`: the file itself, which may be a link; its links may also lead into the folder that it
-  /// lies in, as where a model and its library are linked from elsewhere together.
+  /// `root`: the model's folder. `model`: its file; if this is a symbolic link, files may also be
+  /// links into the folder of its target, as where a model and its library are linked together from
+  /// elsewhere.
   explicit AssetFinder(std::filesystem::path root, const std::filesystem::path& model = {});
   /// Finds the file `name` as written: spaces, backslashes and the wrong case are accepted.
-  /// `folder` is the folder of the file that names it and lies in `root`, the OBJ's folder. Files
-  /// outside `root` (absolute paths, `..`) are never opened, because a downloaded model must not
-  /// read arbitrary files. If the named file is outside or missing, a file of the same base name in
-  /// `folder` or `root` is used instead, with a note. Links are followed where they lead to files
-  /// inside `root`, or beside the file that the model's own link names. Errors (kInput): the file
-  /// is outside, or is a link that leads outside, and there is none with its base name; the message
-  /// does not start with file and line.
+  /// `folder` is the folder of the file that names it and lies in `root`. Files outside `root`
+  /// (absolute paths, `..`) are never opened, because a downloaded model must not read arbitrary
+  /// files. If the named file is outside or missing, a file of the same base name in `folder` or
+  /// `root` is used instead, with a note. Links are followed if they lead to files inside `root` or
+  /// inside the folder of the model's target. Errors (kInput): the file is outside, or is a link
+  /// that leads outside, and there is none with its base name; the message does not start with file
+  /// and line.
   Result<AssetPath> find(const std::filesystem::path& folder, std::string_view name);
 
  private:
-  /// Tests whether `path` is a file whose links, if any, end inside the root.
+  /// Tests whether `path` is a file whose links, if any, end inside `root_` or `linked_`.
   bool is_usable(const std::filesystem::path& path) const;
   std::filesystem::path find_any_case(const std::filesystem::path& folder,
                                       const std::filesystem::path& relative);
@@ -42,7 +43,7 @@ class AssetFinder {
   const std::map<std::string, std::string>& names_in(const std::filesystem::path& folder);
 
   std::filesystem::path root_;
-  std::filesystem::path linked_;  ///< folder of the file that the model is a link to; else empty
+  std::filesystem::path linked_;  ///< folder of the model's target if it is a link; else empty
   std::map<std::filesystem::path, std::map<std::string, std::string>> folders_;
 };
 

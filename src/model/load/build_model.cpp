@@ -81,10 +81,10 @@ class Builder {
   }
 
   std::vector<Vec3> vertices() const {
-    std::vector<Vec3> all;
+    std::vector<Vec3> positions;
     for (std::uint32_t i = 0; i < scan_.point_count(); ++i)
-      all.push_back(vertex_position(scan_, i));
-    return all;
+      positions.push_back(vertex_position(scan_, i));
+    return positions;
   }
 
   Result<Model> build() {
@@ -95,13 +95,13 @@ class Builder {
     map_materials();
     add_faces();
     drop_duplicates();
-    add_seams();
+    add_flat_faces();
     report(repeated_, "face repeats a corner - the repeated corners are merged",
            "faces repeat a corner - the repeated corners are merged");
     report(flat_count_, "face has no area - dropped", "faces have no area - dropped");
     report(crossing_, "face crosses itself or folds over - triangulated as well as possible",
            "faces cross themselves or fold over - triangulated as well as possible");
-    report(bent_,
+    report(nonplanar_,
            "face is far from planar (more than 10 % of its size) - triangulated all the same",
            "faces are far from planar (more than 10 % of their size) - triangulated all the same");
     if (model_.triangles.empty())
@@ -117,30 +117,32 @@ class Builder {
   }
 
  private:
-  /// Advice for points that lie so far from the origin that they fall together; else empty.
+  /// Advice if points lie so far from the origin that they coincide in single precision; else
+  /// empty.
   std::string far_from_origin() const {
     constexpr float kFar = 1e4f, kDigits = 1e6f;
-    float reach = 0;
+    float max_coordinate = 0;
     Box box;
     for (std::uint32_t i = 0; i < scan_.point_count(); ++i) {
       const Vec3 p = vertex_position(scan_, i);
-      reach = std::max({reach, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+      max_coordinate = std::max({max_coordinate, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
       box = extend(box, p);
     }
     const Vec3 size = box.size();
-    if (reach < kFar || std::max({size.x, size.y, size.z}) * kDigits > reach) return "";
+    if (max_coordinate < kFar || std::max({size.x, size.y, size.z}) * kDigits > max_coordinate)
+      return "";
     return fmt::format(
         "; the points lie {:.0g} from the origin, too far for the seven digits of a coordinate - "
         "move the model to the origin",
-        reach);
+        max_coordinate);
   }
 
-  /// The vertex that represents all at the position of a corner's vertex.
+  /// Representative of the vertices at the position of a corner's vertex.
   std::uint32_t point_at(std::size_t corner) const {
     return representative_[static_cast<std::size_t>(scan_.corners[corner].v)];
   }
   void map_materials();
-  std::uint32_t color_material(const ObjFace& face, std::size_t material);
+  std::uint32_t find_color_material(const ObjFace& face, std::size_t material);
   /// A face without repeated corners, and its triangles.
   struct Outline {
     std::vector<std::size_t> corners;  ///< indices in ObjScan::corners
@@ -152,8 +154,8 @@ class Builder {
   void add_face(const ObjFace& face, Outline outline);
   void add_triangle(const ObjFace& face, const std::array<std::size_t, 3>& corners);
   void drop_duplicates();
-  void add_seams();
-  void remove_from(std::size_t first, const std::vector<std::uint8_t>& is_dropped);
+  void add_flat_faces();
+  void remove_triangles(std::size_t first, const std::vector<std::uint8_t>& is_dropped);
   void remove_unused_points();
   void remove_unused_names();
   void fill_normals();
@@ -171,7 +173,8 @@ class Builder {
   std::vector<std::string>& warnings_;
   Model model_;
   std::vector<std::uint32_t> representative_, point_index_;
-  std::vector<std::uint32_t> material_index_;  ///< material per usemtl name; the default is last
+  /// Material per usemtl name; the last one is the default.
+  std::vector<std::uint32_t> material_index_;
   std::vector<const MtlMaterial*> mtls_by_material_;
   std::map<std::pair<std::size_t, std::int32_t>, std::uint32_t> color_materials_;
   bool has_uvs_ = false;
@@ -181,7 +184,7 @@ class Builder {
     std::vector<std::size_t> corners;
   };
   std::vector<FlatFace> flat_faces_;
-  Occurrences repeated_, flat_count_, crossing_, bent_;
+  Occurrences repeated_, flat_count_, crossing_, nonplanar_;
 };
 
 void Builder::map_materials() {
@@ -207,8 +210,8 @@ void Builder::map_materials() {
   model_.materials.emplace_back().name = "default";
 }
 
-/// The face's material with the colour of its points, unless a texture gives the colour.
-std::uint32_t Builder::color_material(const ObjFace& face, std::size_t material) {
+/// Finds the face's material, with the colour of its points unless a texture gives the colour.
+std::uint32_t Builder::find_color_material(const ObjFace& face, std::size_t material) {
   const MtlMaterial* mtl = mtls_by_material_[material];
   if (face.color == ObjFace::kNoColor || (mtl && !mtl->texture.empty()))
     return material_index_[material];
@@ -279,7 +282,7 @@ void Builder::add_face(const ObjFace& face, Outline outline) {
   }
   if (corners.size() < face.corners) repeated_.note(face.line);
   if (!polygon.simple) crossing_.note(face.line);
-  if (!polygon.planar) bent_.note(face.line);
+  if (!polygon.planar) nonplanar_.note(face.line);
   // Triangles without area stay if their face has an area: they close T-junctions.
   for (const auto& t : polygon.triangles)
     if (point_at(corners[t[0]]) != point_at(corners[t[1]]) &&
@@ -318,10 +321,10 @@ void Builder::add_triangle(const ObjFace& face, const std::array<std::size_t, 3>
   }
   model_.triangles.push_back(triangle);
   model_.labels.push_back(face.label);
-  model_.triangle_materials.push_back(color_material(face, material));
+  model_.triangle_materials.push_back(find_color_material(face, material));
 }
 
-void Builder::remove_from(std::size_t first, const std::vector<std::uint8_t>& is_dropped) {
+void Builder::remove_triangles(std::size_t first, const std::vector<std::uint8_t>& is_dropped) {
   std::size_t to = first;
   for (std::size_t t = first; t < model_.triangles.size(); ++t) {
     if (is_dropped[t - first]) continue;
@@ -364,7 +367,7 @@ void Builder::drop_duplicates() {
   if (duplicates == 0) return;
   warnings_.push_back(fmt::format(
       "{}: {} triangles are there more than once - the first of each is kept", file_, duplicates));
-  remove_from(0, is_dropped);
+  remove_triangles(0, is_dropped);
 }
 
 /// Finds the triangles from `first` on that are not fully paired. A triangle is paired if along
@@ -396,9 +399,9 @@ std::vector<std::uint8_t> find_unpaired(std::span<const Triangle> triangles, std
   return is_unpaired;
 }
 
-// Drops faces without area, except those that close a T-junction: a face with a partner along each
-// of its edges keeps the model closed.
-void Builder::add_seams() {
+// Drops faces without area, except those that close a T-junction: such a face has a partner along
+// each of its edges and keeps the model closed.
+void Builder::add_flat_faces() {
   const std::size_t first = model_.triangles.size();
   std::vector<std::uint32_t> face_lines;
   for (const FlatFace& flat : flat_faces_)
@@ -410,7 +413,7 @@ void Builder::add_seams() {
   for (std::size_t i = 0; i < is_dropped.size(); ++i)
     if (is_dropped[i] && (i == 0 || !is_dropped[i - 1] || face_lines[i] != face_lines[i - 1]))
       flat_count_.note(face_lines[i]);  // once per face
-  remove_from(first, is_dropped);
+  remove_triangles(first, is_dropped);
   remove_unused_points();
 }
 

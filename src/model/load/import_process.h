@@ -1,6 +1,6 @@
 // Protocol between polymorph and polymorph_assimp, the only program that links Assimp. Its
-// arguments are the model, the bytes of memory that both may take for it, and for a pose of an
-// animated model its time in seconds. Its output:
+// arguments are the model, the bytes of memory that both may take for it, and, for a pose of an
+// animated model, its time in seconds and the indices of the active animations. Its output:
 // kImportHello, then records, each "KIND NAME_SIZE SIZE\n", its name and its bytes; the last is
 // "end". Kinds: obj, mtl (once each); texture (embedded, named as in map_Kd); input (a file that
 // was read); warning, error (the name is the message); large, an error because of memory.
@@ -13,8 +13,8 @@ namespace polymorph {
 /// Protocol version; incremented with every change of the protocol.
 inline constexpr const char* kImportHello = "polymorph import 3\n";
 
-/// Bytes of memory that OBJ text and the model made of it take at once, per byte of text. Measured:
-/// 6.4 for twelve million faces by way of Assimp.
+/// Peak memory in bytes of OBJ text and the model made of it, per byte of text. Measured: 6.4 for
+/// twelve million faces read by Assimp.
 inline constexpr double kModelBytesPerTextByte = 7;
 
 /// Name of an embedded texture in the MTL.

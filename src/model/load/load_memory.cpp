@@ -49,7 +49,7 @@ Status check_faces(const MemoryMesh& mesh, const std::string& file) {
   return Ok{};
 }
 
-/// The mesh as a scanned file.
+/// Converts the mesh to the form of a scanned file.
 ObjScan to_scan(const MemoryMesh& mesh) {
   ObjScan scan;
   scan.labels = {"default"};

@@ -67,7 +67,7 @@ struct ReaderRun {
 /// A model's file, and the pose that its path names.
 struct AnimatedPath {
   fs::path file;
-  std::string pose;  ///< its time, and indices of the animations that play; empty: at rest
+  std::string pose;  ///< its time, and indices of the active animations; empty: at rest
 };
 
 AnimatedPath resolve_pose(const fs::path& path) {
@@ -78,34 +78,34 @@ AnimatedPath resolve_pose(const fs::path& path) {
           fmt::format("{} {}", animation.seconds(pose->number), fmt::join(animation.playing, " "))};
 }
 
-/// `memory`: bytes that the reader and the model that it makes may take; `limit`: those of its
-/// output.
+/// Runs the reader. `memory`: bytes that it and the model made of its output may take; `limit`:
+/// maximum bytes of its output.
 Result<ReaderRun> run_reader(const fs::path& reader, const AnimatedPath& model,
                              std::uint64_t memory, std::uint64_t limit) {
-  int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0)
+  int pipe_ends[2];
+  if (::pipe2(pipe_ends, O_CLOEXEC) != 0)
     return make_error(ErrorCode::kResource, "cannot make a pipe: {}", std::strerror(errno));
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_adddup2(&actions, ends[1], 1);
+  posix_spawn_file_actions_adddup2(&actions, pipe_ends[1], 1);
   posix_spawn_file_actions_addopen(&actions, 2, "/dev/null", O_WRONLY, 0);
   std::string words[4] = {reader.string(), model.file.string(), std::to_string(memory), model.pose};
   char* arguments[5] = {words[0].data(), words[1].data(), words[2].data(),
                         model.pose.empty() ? nullptr : words[3].data(), nullptr};
   pid_t id = 0;
-  const int failure = ::posix_spawn(&id, reader.c_str(), &actions, nullptr, arguments, environ);
+  const int spawn_error = ::posix_spawn(&id, reader.c_str(), &actions, nullptr, arguments, environ);
   posix_spawn_file_actions_destroy(&actions);
-  ::close(ends[1]);
-  if (failure != 0) {
-    ::close(ends[0]);
+  ::close(pipe_ends[1]);
+  if (spawn_error != 0) {
+    ::close(pipe_ends[0]);
     return make_error(ErrorCode::kResource, "{}: cannot be started: {}", reader.string(),
-                      std::strerror(failure));
+                      std::strerror(spawn_error));
   }
   ReaderRun run;
   std::string piece(1 << 16, '\0');
   for (;;) {
-    pollfd ready{ends[0], POLLIN, 0};
+    pollfd ready{pipe_ends[0], POLLIN, 0};
     constexpr int kMilliseconds = 50;
     const int count = ::poll(&ready, 1, kMilliseconds);
     if (interruption_requested) {
@@ -114,7 +114,7 @@ Result<ReaderRun> run_reader(const fs::path& reader, const AnimatedPath& model,
       break;
     }
     if (count == 0 || (count < 0 && errno == EINTR)) continue;
-    const ssize_t n = ::read(ends[0], piece.data(), piece.size());
+    const ssize_t n = ::read(pipe_ends[0], piece.data(), piece.size());
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) break;
     run.bytes.append(piece.data(), static_cast<std::size_t>(n));
@@ -124,20 +124,20 @@ Result<ReaderRun> run_reader(const fs::path& reader, const AnimatedPath& model,
       break;
     }
   }
-  ::close(ends[0]);
+  ::close(pipe_ends[0]);
   while (::waitpid(id, &run.status, 0) < 0 && errno == EINTR) {
   }
   if (run.is_interrupted) throw Interrupted();
   return run;
 }
 
-/// The parsed output of the reader; obj and mtl are parts of it.
+/// The parsed output of the reader, to which obj and mtl refer.
 struct Imported {
   std::string_view obj, mtl;
   std::string error, too_large;
   std::map<std::string, std::string> textures;
   std::vector<std::string> warnings, inputs;
-  bool is_complete = false;  ///< the "end" piece was read
+  bool is_complete = false;  ///< the "end" record was read
 };
 
 Imported parse(std::string_view bytes) {
@@ -153,11 +153,11 @@ Imported parse(std::string_view bytes) {
     const auto name_size = parse_integer(words[1]), size = parse_integer(words[2]);
     if (!name_size || !size || *name_size < 0 || *size < 0) return imported;
     const auto name_end = static_cast<std::size_t>(*name_size),
-               all = name_end + static_cast<std::size_t>(*size);
-    if (all > bytes.size()) return imported;
+               record_end = name_end + static_cast<std::size_t>(*size);
+    if (record_end > bytes.size()) return imported;
     const std::string name(bytes.substr(0, name_end));
-    const std::string_view body = bytes.substr(name_end, all - name_end);
-    bytes.remove_prefix(all);
+    const std::string_view body = bytes.substr(name_end, record_end - name_end);
+    bytes.remove_prefix(record_end);
     if (words[0] == "obj") imported.obj = body;
     if (words[0] == "mtl") imported.mtl = body;
     if (words[0] == "texture") imported.textures[name] = body;
@@ -192,13 +192,13 @@ std::string remove_line_numbers(std::string text, const std::string& file) {
 }
 
 Error make_reader_error(const std::string& file, const ReaderRun& run) {
-  std::string why = "its reader stopped half way";
-  if (run.is_too_large) why = "it unpacks to more than can be taken";
+  std::string reason = "its reader stopped half way";
+  if (run.is_too_large) reason = "it unpacks to more than can be taken";
   if (WIFSIGNALED(run.status))
-    why = WTERMSIG(run.status) == SIGXCPU
-              ? "its reader does not come to an end"
-              : fmt::format("its reader crashed (signal {})", WTERMSIG(run.status));
-  return make_error(ErrorCode::kInput, "{}: {} - export it anew, or as OBJ or glTF", file, why);
+    reason = WTERMSIG(run.status) == SIGXCPU
+                 ? "its reader does not come to an end"
+                 : fmt::format("its reader crashed (signal {})", WTERMSIG(run.status));
+  return make_error(ErrorCode::kInput, "{}: {} - export it anew, or as OBJ or glTF", file, reason);
 }
 
 std::string lower_suffix(const fs::path& path) { return lower_case(path.extension().string()); }
@@ -206,7 +206,7 @@ std::string lower_suffix(const fs::path& path) { return lower_case(path.extensio
 constexpr const char* kForeign[] = {".glb", ".gltf", ".ply", ".stl",
                                     ".fbx", ".dae",  ".off", ".3ds"};
 
-/// Files of other programs' scenes.
+/// Suffixes of other programs' scenes.
 constexpr const char* kUnread[] = {".blend", ".usd", ".usda", ".usdc", ".usdz", ".abc", ".ma",
                                    ".mb",    ".max", ".c4d",  ".ztl",  ".3dm",  ".hip", ".lwo",
                                    ".step",  ".stp", ".iges", ".igs",  ".skp"};
@@ -226,9 +226,10 @@ Result<LoadedModel> run_and_parse(const fs::path& path, const LoadObjSettings& s
     return Ok{};
   }());
   PM_TRY(const fs::path reader, find_reader());
-  const std::uint64_t left = remaining_memory();
+  const std::uint64_t available_memory = remaining_memory();
   PM_TRY(ReaderRun run,
-         run_reader(reader, animated, left, std::min<std::uint64_t>(8 * settings.max_bytes, left)));
+         run_reader(reader, animated, available_memory,
+                    std::min<std::uint64_t>(8 * settings.max_bytes, available_memory)));
   const Imported imported = parse(run.bytes);
   for (const std::string& input : imported.inputs) remember_input(input);
   if (!imported.too_large.empty())

@@ -8,25 +8,25 @@
 
 namespace polymorph {
 
-/// Loads a model, from memory if a mesh is there under this path (scene/memory_models.h). Else the
-/// suffix of its name decides: .glb, .gltf, .ply, .stl, .fbx, .dae, .off and .3ds are
-/// read by Assimp, in the program polymorph_assimp, which is started for this; everything else is
-/// Wavefront OBJ. The output of Assimp is processed like an OBJ with an MTL
-/// (model/load/load_obj.h): checked, welded, triangulated and oriented outward. Node transforms are
-/// applied, FBX is converted to metres with y up; mesh names become labels; base colour, roughness,
-/// metallic and the base colour's texture are kept, also embedded textures. Vertex colours without
-/// a texture become materials of faces. Errors: kInput, also if the reader crashes, takes more than
-/// 16 GiB, or more than 3 s of processor time plus a second per megabyte of file and per 20 MB of
-/// output; kResource if polymorph_assimp is missing, or if the model, with its instances counted,
-/// takes more memory than the process may (base/memory.h).
+/// Loads a model. If there is a mesh in memory under this path (scene/memory_models.h), it is that
+/// mesh; else the suffix decides: .glb, .gltf, .ply, .stl, .fbx, .dae, .off and .3ds are read by
+/// Assimp, in the program polymorph_assimp, which is started for this; everything else is Wavefront
+/// OBJ. The output of Assimp is processed like an OBJ with an MTL (model/load/load_obj.h): checked,
+/// welded, triangulated and oriented outward. Node transforms are applied, FBX is converted to
+/// metres with y up; mesh names become labels; base colour, roughness, metallic and the base
+/// colour's texture are kept, also embedded textures. Vertex colours without a texture become
+/// materials of faces. Errors: kInput, also if the reader crashes, takes more than 16 GiB, or more
+/// than 3 s of processor time plus a second per megabyte of file and per 20 MB of output; kResource
+/// if polymorph_assimp is missing, or if the model, with its instances counted, takes more memory
+/// than the process may (base/memory.h).
 Result<LoadedModel> load_model(const std::filesystem::path& path,
                                const LoadObjSettings& settings = {});
 
 /// Tests whether the name has the suffix of a model: .obj or one that Assimp reads.
 bool is_model_file(const std::filesystem::path& path);
 
-/// Tests whether the name has the suffix of another program's scene, such as .blend or .usdc:
-/// load_model() says what to export.
+/// Tests whether the name has the suffix of another program's scene, such as .blend or .usdc. The
+/// error of load_model() then says what to export.
 bool is_unread_model(const std::filesystem::path& path);
 
 /// Tests whether load_model() would start polymorph_assimp.

@@ -11,17 +11,17 @@
 namespace polymorph {
 namespace {
 
-/// Checks that a model of so much text fits into what the process may still take.
+/// Checks that a model of that many bytes of text fits into the remaining memory.
 Status check_text_memory(const std::filesystem::path& path, std::size_t bytes) {
   constexpr std::size_t kSmall = 1 << 20;
   if (bytes < kSmall) return Ok{};
   const double needed = kModelBytesPerTextByte * static_cast<double>(bytes);
-  const auto left = static_cast<double>(remaining_memory());
-  if (needed <= left) return Ok{};
+  const auto available = static_cast<double>(remaining_memory());
+  if (needed <= available) return Ok{};
   return make_error(ErrorCode::kResource,
                     "{}: the model needs about {} of memory, and the limit leaves {} - use a "
                     "smaller model or raise --max-memory",
-                    path.string(), format_bytes(needed), format_bytes(left));
+                    path.string(), format_bytes(needed), format_bytes(available));
 }
 
 }  // namespace

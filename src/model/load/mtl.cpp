@@ -152,7 +152,7 @@ MtlMaterial map_material(const tinyobj::material_t& from, const Entry& entry) {
     to.uv_offset = {from.diffuse_texopt.origin_offset[0], from.diffuse_texopt.origin_offset[1]};
   }
   if (entry.kd) m.color = clamp_color(from.diffuse, 1);
-  // Without Kd the texture is the colour; so it is with a black Kd, which would hide it.
+  // Without Kd, the texture alone gives the colour; also with a black Kd, which would hide it.
   if (!to.texture.empty() && (!entry.kd || m.color == Vec3{})) m.color = {1, 1, 1};
   if (entry.pm) m.metallic = std::clamp(from.metallic, 0.0f, 1.0f);
   if (entry.ks)
@@ -162,15 +162,15 @@ MtlMaterial map_material(const tinyobj::material_t& from, const Entry& entry) {
   return to;
 }
 
-/// The file names of one mtllib line: its whole text (names may contain spaces) or, if there is no
-/// such file, each of its words.
-std::vector<std::string> library_names(AssetFinder& finder, const fs::path& folder,
-                                       const std::string& line) {
+/// Lists the file names of one mtllib line: its whole text (names may contain spaces) or, if there
+/// is no such file, each of its words.
+std::vector<std::string> list_library_names(AssetFinder& finder, const fs::path& folder,
+                                            const std::string& line) {
   const auto exists = [&](const std::string& name) {
     const auto asset = finder.find(folder, name);
     return asset && !asset->path.empty();
   };
-  if (line.size() < 4096 && exists(line)) return {line};  // no path is longer
+  if (line.size() < 4096 && exists(line)) return {line};  // PATH_MAX
   std::vector<std::string> words;
   std::string_view arguments = line;
   for (std::string_view word = take_word(arguments); !word.empty() && words.size() <= kMaxLibraries;
@@ -189,7 +189,7 @@ Result<MtlSet> parse_mtl(std::string_view bytes, const std::string& file) {
   MtlSet set;
   set.warnings = std::move(scan.warnings);
   if (scan.entries.empty()) return set;
-  // In batches, because tinyobjloader takes more than 2 KB per material.
+  // Parse in batches, because tinyobjloader takes more than 2 KB per material.
   constexpr std::size_t kBatch = 1024;
   for (std::size_t first = 0; first < scan.entries.size(); first += kBatch) {
     const std::size_t last = std::min(first + kBatch, scan.entries.size());
@@ -223,14 +223,14 @@ const MtlMaterial* MtlNames::find(const std::string& name) const {
 Result<MtlSet> load_mtls(const fs::path& obj, const std::vector<NamedLine>& libraries,
                          bool strict) {
   MtlSet all;
-  std::set<fs::path> done;  // some exporters repeat the line for every object
+  std::set<fs::path> loaded;  // some exporters repeat the line for every object
   std::set<std::string> lines, names;
   const fs::path folder = obj.parent_path();
   AssetFinder finder(folder, obj);
   for (const NamedLine& library : libraries) {
     if (!lines.insert(library.name).second) continue;
     const std::string where = fmt::format("{}:{}: mtllib", obj.string(), library.line);
-    for (const std::string& name : library_names(finder, folder, library.name)) {
+    for (const std::string& name : list_library_names(finder, folder, library.name)) {
       if (!names.insert(name).second) continue;
       if (names.size() > kMaxLibraries)
         return make_error(ErrorCode::kInput,
@@ -246,7 +246,7 @@ Result<MtlSet> load_mtls(const fs::path& obj, const std::vector<NamedLine>& libr
             fmt::format("{} \"{}\" is not there - a default grey is used", where, printable(name)));
         continue;
       }
-      if (!done.insert(asset->path).second) continue;
+      if (!loaded.insert(asset->path).second) continue;
       if (!asset->note.empty()) all.warnings.push_back(fmt::format("{} {}", where, asset->note));
       remember_input(asset->path);
       PM_TRY(const std::string bytes, read_file(asset->path, kMaxBytes));

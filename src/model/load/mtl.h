@@ -28,8 +28,8 @@ struct MtlMaterial {
 };
 
 struct MtlSet {
-  std::vector<MtlMaterial>
-      materials;  ///< those of all files, in order; the first of equal names is used
+  /// Materials of all files, in order; of equal names the first is used.
+  std::vector<MtlMaterial> materials;
   std::vector<std::string> warnings;
 };
 

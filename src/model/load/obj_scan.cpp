@@ -31,7 +31,7 @@ class Scanner {
 
  private:
   void scan_line(std::string_view line);
-  /// Numbers on a line: how many are stored, and how many there must and may be.
+  /// Counts of numbers on a line: those stored, required and allowed.
   struct RealCounts {
     int used, min, max;
   };
@@ -109,7 +109,8 @@ void Scanner::scan_line(std::string_view line) {
   }
 }
 
-/// "x y z", "x y z w", or "x y z r g b" with an alpha that is not used, as scanners write it.
+/// Scans "x y z", "x y z w" or, as 3D scanners write it, "x y z r g b" with an optional alpha,
+/// which is ignored.
 void Scanner::scan_point(std::string_view text) {
   std::vector<float>& numbers = point_numbers_;
   numbers.clear();
@@ -122,8 +123,8 @@ void Scanner::scan_point(std::string_view text) {
   if (is_colored) std::copy_n(numbers.begin() + 3, 3, colors_.end() - 3);
 }
 
-/// Values are appended to `values`, `counts.used` of them whatever the line holds, which keeps
-/// later indices valid after a bad line. Returns how many numbers the line has.
+/// Appends `counts.used` numbers to `values` whatever the line holds, so that later indices stay
+/// valid after a bad line. Returns how many numbers the line has.
 int Scanner::scan_reals(std::string_view text, std::vector<float>& values, RealCounts counts,
                         const char* what) {
   const auto [used_count, min_count, max_count] = counts;
@@ -328,7 +329,7 @@ void Scanner::report_occurrences() {
          "lines start with an unknown word - ignored");
 }
 
-/// White everywhere says nothing: many programs write it beside a material.
+/// Ignores colours that are white everywhere: many programs write them beside a material.
 void Scanner::color_known_faces() {
   colors_.resize(colors_.empty() ? 0 : result_.positions.size(), kUnknownColor);
   if (std::any_of(colors_.begin(), colors_.end(),

@@ -1,5 +1,5 @@
 // Strict OBJ scanner. Other readers accept almost anything: bad numbers become 0, indices wrap or
-// stay out of range, 256 corners become 0, directories are empty models.
+// stay out of range, a count of 256 corners becomes 0, directories are empty models.
 #pragma once
 
 #include <cstdint>
@@ -37,8 +37,8 @@ struct ObjScan {
   std::vector<float> positions, uvs, normals;  ///< 3, 2 and 3 per v, vt and vn line
   std::vector<ObjFace> faces;
   std::vector<ObjCorner> corners;  ///< those of the faces, one face after the other; all in range
-  std::vector<std::string>
-      labels;  ///< names of groups (or of objects, where there is no group) that have faces
+  /// Names of groups (or of objects, where there is no group) that have faces.
+  std::vector<std::string> labels;
   std::vector<NamedLine> materials;   ///< usemtl names that have faces, as written
   std::vector<NamedLine> libraries;   ///< mtllib lines without the keyword
   std::vector<std::string> warnings;  ///< "FILE:LINE: ..."
@@ -46,14 +46,15 @@ struct ObjScan {
   std::uint32_t point_count() const { return static_cast<std::uint32_t>(positions.size() / 3); }
 };
 
-/// Corners of a face at most: triangulation takes quadratic time.
+/// Maximum number of corners of a face.
 inline constexpr std::uint32_t kMaxFaceCorners = 4096;
 
-/// A component of the colour of a point that has none.
+/// Component of the colour of a point without colour.
 inline constexpr float kUnknownColor = -1;
 
-/// Gives faces the mean colour of their points, in steps of 4/255, as other formats' readers do:
-/// `colors` has 3 components in [0, 1] per point, kUnknownColor where it has none; or is empty.
+/// Gives faces the mean colour of their points, in steps of 4/255, as other formats' readers do.
+/// `colors`: 3 components in [0, 1] per point, kUnknownColor for points without colour; may be
+/// empty.
 void color_faces(ObjScan& scan, std::span<const float> colors);
 
 /// Scans a whole OBJ. Errors: kInput, up to 20 at once. `file` is the name used in messages.

@@ -21,7 +21,7 @@ struct Property {
   bool is_float = false;
 };
 
-/// The place of the vertices in a file, as its header says it.
+/// Layout of the vertices in a file, from its header.
 struct VertexTable {
   Encoding encoding = Encoding::kText;
   long long count = 0;
@@ -42,7 +42,8 @@ std::optional<Property> parse_property(std::string_view type) {
   return std::nullopt;
 }
 
-/// Nothing where there are no velocities, or the vertices are not the first element.
+/// Parses the header; nothing if there are no velocities, or the vertices are not the first
+/// element.
 std::optional<VertexTable> parse_header(std::string_view bytes) {
   constexpr std::string_view kEnd = "end_header";
   constexpr std::array<std::string_view, 6> kNames{"x", "y", "z", "vx", "vy", "vz"};
@@ -82,17 +83,17 @@ std::optional<VertexTable> parse_header(std::string_view bytes) {
   return table;
 }
 
-float binary_number(std::string_view bytes, Encoding encoding) {
+float read_binary_number(std::string_view bytes, Encoding encoding) {
   std::uint64_t bits = 0;
   for (std::size_t i = 0; i < bytes.size(); ++i) {
-    const std::size_t place = encoding == Encoding::kBig ? bytes.size() - 1 - i : i;
-    bits |= static_cast<std::uint64_t>(static_cast<unsigned char>(bytes[i])) << (8 * place);
+    const std::size_t byte = encoding == Encoding::kBig ? bytes.size() - 1 - i : i;
+    bits |= static_cast<std::uint64_t>(static_cast<unsigned char>(bytes[i])) << (8 * byte);
   }
   return bytes.size() == 4 ? std::bit_cast<float>(static_cast<std::uint32_t>(bits))
                            : static_cast<float>(std::bit_cast<double>(bits));
 }
 
-PointVelocity in_order(const std::array<float, 6>& n) {
+PointVelocity make_point_velocity(const std::array<float, 6>& n) {
   return {{n[0], n[1], n[2]}, {n[3], n[4], n[5]}};
 }
 
@@ -113,9 +114,9 @@ std::vector<PointVelocity> read_text(const VertexTable& table) {
       if (!value) return {};
       number = static_cast<float>(*value);
     }
-    std::array<float, 6> chosen{};
-    for (std::size_t i = 0; i < 6; ++i) chosen[i] = row[table.columns[i]];
-    points.push_back(in_order(chosen));
+    std::array<float, 6> values{};
+    for (std::size_t i = 0; i < 6; ++i) values[i] = row[table.columns[i]];
+    points.push_back(make_point_velocity(values));
   }
   return points;
 }
@@ -131,14 +132,14 @@ std::vector<PointVelocity> read_binary(const VertexTable& table) {
     return {};
   std::vector<PointVelocity> points;
   for (std::size_t v = 0; v < static_cast<std::size_t>(table.count); ++v) {
-    std::array<float, 6> chosen{};
+    std::array<float, 6> values{};
     for (std::size_t i = 0; i < 6; ++i) {
       const std::size_t column = table.columns[i];
-      chosen[i] = binary_number(
+      values[i] = read_binary_number(
           table.body.substr(v * stride + offsets[column], table.properties[column].size),
           table.encoding);
     }
-    points.push_back(in_order(chosen));
+    points.push_back(make_point_velocity(values));
   }
   return points;
 }

@@ -1,4 +1,4 @@
-// Velocities that a PLY file stores beside its vertices, as properties vx, vy and vz.
+// Velocities in PLY files: properties vx, vy and vz of the vertices.
 #pragma once
 
 #include <filesystem>
@@ -8,13 +8,13 @@
 
 namespace polymorph {
 
-/// A vertex in the file's coordinates, and its velocity in these per second.
+/// A vertex in the file's coordinates, and its velocity in their unit per second.
 struct PointVelocity {
   Vec3 point, velocity;
 };
 
-/// All vertices in the file's order. Nothing where the file is no PLY, has no such properties, or
-/// is broken, which load_model() reports.
+/// Loads all vertices in the file's order. The list is empty if the file is no PLY, has no such
+/// properties, or is broken, which load_model() reports.
 std::vector<PointVelocity> load_ply_velocities(const std::filesystem::path& path);
 
 }  // namespace polymorph

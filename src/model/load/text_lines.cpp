@@ -23,8 +23,8 @@ bool is_utf16(std::string_view bytes) {
   return n >= 8 && (zeros[0] > n / 3 || zeros[1] > n / 3) && (zeros[0] == 0 || zeros[1] == 0);
 }
 
-/// The most likely format of a file that is no OBJ, from its first bytes; null if unknown.
-const char* other_format(std::string_view bytes) {
+/// Guesses the format of a file that is no OBJ from its first bytes; null if unknown.
+const char* guess_format(std::string_view bytes) {
   if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r")) return "a PLY file";
   if (bytes.starts_with("solid ")) return "an STL file";
   if (bytes.starts_with("glTF")) return "a binary glTF file";
@@ -39,8 +39,8 @@ const char* other_format(std::string_view bytes) {
   return nullptr;
 }
 
-// std::from_chars gives no value when out of range, so the text decides between too small and too
-// large.
+// Tests whether a number that is out of range is too small, by its text: std::from_chars gives no
+// value.
 bool underflows(std::string_view word) {
   const std::size_t e = word.find_first_of("eE");
   if (e != std::string_view::npos) return e + 1 < word.size() && word[e + 1] == '-';
@@ -66,7 +66,7 @@ Result<std::string_view> check_text(std::string_view bytes, const std::string& f
   if (is_utf16(bytes))
     return make_error(ErrorCode::kInput,
                       "{}: is not plain text but UTF-16 - save it as UTF-8 or ASCII", file);
-  if (const char* format = other_format(bytes))
+  if (const char* format = guess_format(bytes))
     return make_error(ErrorCode::kInput, "{}: is {}, not an OBJ or MTL - convert it", file, format);
   if (bytes.starts_with("\xef\xbb\xbf")) bytes.remove_prefix(3);
   for (std::size_t i = 0; i < bytes.size(); ++i) {
@@ -102,10 +102,10 @@ bool LineReader::next() {
   if (!line_.ends_with('\\') || line_.starts_with('#')) return true;
   joined_.clear();
   while (true) {
-    const bool more = line_.ends_with('\\');
-    if (more) line_.remove_suffix(1);
+    const bool is_continued = line_.ends_with('\\');
+    if (is_continued) line_.remove_suffix(1);
     joined_ += line_;
-    if (!more || remaining_.empty()) break;
+    if (!is_continued || remaining_.empty()) break;
     joined_ += ' ';
     line_ = trim(physical_line());
   }
@@ -144,7 +144,7 @@ ParsedReal parse_real(std::string_view word) {
     return {0, describe_problem(word)};
   if (std::abs(value) > kMaxCoordinate)
     return {0, "is too large (beyond 1e15) - scale the model down"};
-  // Also turns -0 into 0: points are welded by their exact bits.
+  // This also turns -0 into 0: points are welded by their exact bits.
   if (std::abs(value) < static_cast<double>(std::numeric_limits<float>::min())) value = 0;
   return {static_cast<float>(value), nullptr};
 }

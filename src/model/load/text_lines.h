@@ -13,7 +13,7 @@
 namespace polymorph {
 
 /// Checks that `bytes` are text and removes a UTF-8 byte order mark. Errors (kInput): NUL or
-/// control bytes, UTF-16, a known other format; each names the byte offset and what to do.
+/// control bytes, UTF-16, another known format. Each says what to do.
 Result<std::string_view> check_text(std::string_view bytes, const std::string& file);
 
 /// Reads logical lines. LF, CRLF and a lone CR end a line; a backslash at its end joins it with the
@@ -33,7 +33,7 @@ class LineReader {
   std::uint32_t number_ = 0, lines_read_ = 0;
 };
 
-/// Removes the next word (without blanks) from the front of `line`; empty at the end.
+/// Removes the next word from the front of `line` and returns it; empty at the end of the line.
 std::string_view take_word(std::string_view& line);
 /// Removes blanks at both ends.
 std::string_view trim(std::string_view text);

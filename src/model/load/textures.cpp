@@ -98,9 +98,9 @@ Status load_textures(const TextureNames& textures, bool strict, Model& model,
   for (const NamedLine& used : scan.materials) {
     const MtlMaterial* mtl = names.find(used.name);
     if (!mtl || mtl->texture.empty()) continue;
-    const auto found = to_index.find(mtl->material.name);
-    if (found == to_index.end()) continue;  // its triangles were all dropped
-    Material& material = model.materials[found->second];
+    const auto entry = to_index.find(mtl->material.name);
+    if (entry == to_index.end()) continue;  // its triangles were all dropped
+    Material& material = model.materials[entry->second];
     const std::string where = fmt::format("{}:{}: map_Kd", mtl->file, mtl->texture_line);
     if (model.corner_uvs.empty()) {
       warnings.push_back(

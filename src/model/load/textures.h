@@ -12,7 +12,7 @@
 
 namespace polymorph {
 
-/// The textures that a model's file names.
+/// The sources of a model's textures.
 struct TextureNames {
   const std::filesystem::path& obj;
   const ObjScan& scan;

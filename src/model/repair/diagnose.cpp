@@ -20,8 +20,8 @@ namespace {
 
 constexpr std::size_t kMaxExaminedShells = 64;
 
-/// One ellipsoid, as flat as the fit permits, replaces about a hundred round balls of a wall: 512
-/// of them show nine tenths of a cup that would take 54 000 balls.
+/// Number of round balls of a wall that one ellipsoid replaces, as flat as the fit permits: 512
+/// ellipsoids show nine tenths of a cup that would take 54 000 balls.
 constexpr double kStretch = 100;
 
 /// Parts without thickness are reported if their fraction of the area is within these bounds.
@@ -63,8 +63,8 @@ void count_edges(const std::vector<EdgeUse>& uses, const Model& model, Diagnosis
   });
 }
 
-/// Euler characteristic with points counted once for each fan of faces around them, so that shells
-/// which touch in a point do not change the genus. Also counts such points.
+/// Computes the Euler characteristic with points counted once per fan of faces around them, so that
+/// shells that touch at a point do not change the genus. Also counts such points.
 long long fan_euler(const std::vector<EdgeUse>& uses, const Model& model, std::size_t edges,
                     Diagnosis& d) {
   DisjointSets fans(model.triangles.size() * 3);
@@ -120,7 +120,7 @@ void sum_shell_volumes(const Model& model, Vec3d center, Topology& topology) {
 }
 
 /// Winding number of the other closed shells at the centroid of this shell's first triangle.
-double winding_of_others(const Model& model, const Topology& topology, std::size_t shell) {
+double winding_number_of_others(const Model& model, const Topology& topology, std::size_t shell) {
   const auto corner = [&](std::size_t t, std::size_t k) {
     return Vec3d(model.points[model.triangles[t].v[k]]);
   };
@@ -143,7 +143,7 @@ std::size_t count_inverted(const Model& model, const Topology& topology) {
     const Shell& shell = topology.shells[s];
     if (!shell.manifold || shell.volume >= 0) continue;
     ++examined;
-    if (winding_of_others(model, topology, s) < 0.5) ++inverted;
+    if (winding_number_of_others(model, topology, s) < 0.5) ++inverted;
   }
   return inverted;
 }
@@ -159,10 +159,11 @@ double estimate_sheet_fraction(const Model& model) {
     positions.push_back(s.point - s.normal * step);
   }
   const std::vector<std::uint8_t> is_inside = InsideTest(model).inside(positions);
-  std::size_t sheets = 0;
+  std::size_t sheet_count = 0;
   for (std::size_t i = 0; i < samples.size(); ++i)
-    sheets += !is_inside[2 * i] && !is_inside[2 * i + 1];
-  return samples.empty() ? 0 : static_cast<double>(sheets) / static_cast<double>(samples.size());
+    sheet_count += !is_inside[2 * i] && !is_inside[2 * i + 1];
+  return samples.empty() ? 0
+                         : static_cast<double>(sheet_count) / static_cast<double>(samples.size());
 }
 
 }  // namespace
@@ -251,7 +252,7 @@ std::vector<std::string> describe_problems(const Diagnosis& d) {
         "modeller",
         d.thickness->median, round_to_two_digits(d.thickness->balls),
         round_to_two_digits(d.thickness->balls / kStretch)));
-  // For a model that is open as a whole, another line has already said so.
+  // A model that is open as a whole is reported by another line.
   if (d.sheet_share && *d.sheet_share > kMinSheetFraction && *d.sheet_share < kMaxSheetFraction)
     lines.push_back(
         fmt::format("{:.2g} % of its area has no thickness: distances show it (motion.interpolate "

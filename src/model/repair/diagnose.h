@@ -18,13 +18,13 @@ struct Diagnosis {
   std::size_t points = 0, triangles = 0;
   std::size_t shells = 0;       ///< components connected by edges; a common point does not connect
   std::size_t open_shells = 0;  ///< shells with boundary edges
-  std::size_t boundary_edges = 0;        ///< edges of one face
-  std::size_t non_manifold_edges = 0;    ///< edges of three or more
+  std::size_t boundary_edges = 0;        ///< edges with one face
+  std::size_t non_manifold_edges = 0;    ///< edges with three or more faces
   std::size_t flipped_edges = 0;         ///< edges that two faces traverse in the same direction
   std::size_t degenerate_triangles = 0;  ///< triangles without area
-  std::size_t long_triangles = 0;        ///< longer than a 64th of the box's diagonal
-  std::size_t touching_points =
-      0;  ///< points shared by faces that are not connected by edges there
+  std::size_t long_triangles = 0;        ///< triangles longer than a 64th of the box's diagonal
+  /// Points shared by faces that are not connected by edges there.
+  std::size_t touching_points = 0;
   /// Closed shells that face inward without being a cavity of another shell. At most 64
   /// inward-facing shells are examined.
   std::size_t inverted_shells = 0;
@@ -48,13 +48,14 @@ Diagnosis diagnose(const Model& model);
 /// Diagnoses the model, measures wall thickness and finds self-intersections, which takes longer.
 Diagnosis diagnose_fully(const Model& model);
 
-/// Derives the diagnosis of a model that only a turn, a size and a place tell from a diagnosed one.
+/// Derives the diagnosis of a model that differs from a diagnosed one only by a rotation, a uniform
+/// scale and a translation.
 Diagnosis transfer_diagnosis(Diagnosis diagnosis, const Model& similar);
 
 /// Describes each problem in one line with what to do, worst first; empty for a closed, outward
 /// oriented model.
 std::vector<std::string> describe_problems(const Diagnosis& diagnosis);
-/// Describes what is unusual about a model and changes nothing, in lines.
+/// Describes, in one line each, what is unusual about a model but has no effect.
 std::vector<std::string> describe_oddities(const Diagnosis& diagnosis);
 /// Describes self-intersections in one line, or returns "". They are a problem for the parity rule,
 /// none for the winding number.

@@ -51,8 +51,8 @@ std::vector<FaceSide> classify_each(const Model& model, const InsideTest& inside
 std::vector<FaceSide> classify_faces(const Model& model, const InsideTest& inside, float step) {
   const std::optional<ClusteredModel> clustered = cluster_long_triangles(model);
   if (!clustered) return classify_each(model, inside, step);
-  // Each winding number touches nearly all long triangles: only as many are asked for as there are
-  // triangles in the simpler model.
+  // Each winding number visits nearly all long triangles, so winding numbers are evaluated only for
+  // the triangles of the simpler model.
   const std::vector<FaceSide> clustered_sides = classify_each(clustered->model, inside, step);
   const ClosestPointQuery closest(clustered->model);
   std::vector<FaceSide> sides(model.triangles.size(), FaceSide::kMixed);

@@ -9,12 +9,12 @@
 
 namespace polymorph {
 
-/// The two sides of a face, as far as they are inside.
+/// Classes of faces by whether their two sides are inside the solid.
 enum class FaceSide : std::uint8_t {
   kBoundary,  ///< inside on exactly one side
   kMixed,     ///< varies over the face
   kSheet,     ///< outside on both sides, or undecided
-  kHidden,    ///< inside on both sides: a head within a helmet
+  kHidden,    ///< inside on both sides, as a head in a helmet
 };
 
 /// Points with at least this winding number are certainly inside; behind a loose sheet it is only
@@ -22,9 +22,9 @@ enum class FaceSide : std::uint8_t {
 inline constexpr double kDecidedWinding = 0.75;
 
 /// Classifies each triangle by the winding numbers at the distance `step` on both sides of its
-/// centroid and of three points near its corners. Where thousands of triangles are long, those of
-/// the simpler model (cluster_long_triangles()) are classified, and each triangle is as the one
-/// that is closest to its centroid.
+/// centroid and of three points near its corners. Where thousands of triangles are long, those of a
+/// simpler model (cluster_long_triangles()) are classified instead, and each triangle takes the
+/// class of the one closest to its centroid.
 std::vector<FaceSide> classify_faces(const Model& model, const InsideTest& inside, float step);
 
 /// Lists the triangles that are not hidden, ascending; all of them if every one is hidden.

@@ -18,17 +18,17 @@ namespace polymorph {
 namespace {
 
 constexpr std::size_t kSamplesPerComponent = 8;
-constexpr std::size_t kMaxExamined = 64;
-/// Bounds of the mean winding number at a component's own faces: it is 1/2 on a closed outward
-/// surface, -1/2 on an inward one and 0 on a sheet.
+constexpr std::size_t kMaxCandidates = 64;
+/// Bounds of the mean winding number of a component's faces at their own centroids: 1/2 on a closed
+/// outward surface, -1/2 on an inward one and 0 on a sheet.
 constexpr double kInsideOut = -0.25, kMostlyInward = -0.05;
 
 struct Component {
   std::size_t begin = 0, end = 0;  ///< range of Components::order
   bool closed = true;
   std::size_t inconsistent_edges = 0;  ///< edges whose two faces are inconsistent
-  std::size_t nonorientable_edges =
-      0;  ///< edges that stay inconsistent whichever faces are flipped
+  /// Edges that stay inconsistent whichever faces are flipped.
+  std::size_t nonorientable_edges = 0;
   double flipped_area = 0, area = 0;
 };
 
@@ -49,8 +49,8 @@ Vec3d area_vector(const Model& model, std::uint32_t t) {
 
 /// Top bit of a side: its triangle and the one across it are inconsistent.
 constexpr std::uint32_t kFlipped = 0x80000000u;
-/// Finds the side of the other triangle across each side, for edges with two triangles.
-std::vector<std::uint32_t> sides_across(const Model& model) {
+/// Finds, for each side, the side of the other triangle; kNoIndex unless the edge has two.
+std::vector<std::uint32_t> find_sides_across(const Model& model) {
   std::vector<std::uint32_t> across(3 * model.triangles.size(), kNoIndex);
   const std::vector<EdgeUse> uses = sorted_edge_uses(model.triangles);
   for_each_edge(uses, [&](std::size_t first, std::size_t last) {
@@ -64,7 +64,7 @@ std::vector<std::uint32_t> sides_across(const Model& model) {
 }
 
 Components find_components(const Model& model) {
-  const std::vector<std::uint32_t> across = sides_across(model);
+  const std::vector<std::uint32_t> across = find_sides_across(model);
   const std::size_t n = model.triangles.size();
   Components result;
   result.flip.assign(n, 0);
@@ -120,9 +120,10 @@ std::vector<std::uint32_t> sample_faces(const Model& model, const Component& com
   return samples;
 }
 
-/// Mean winding number of the component's own faces at some of their centroids, each face excluding
-/// itself.
-double own_winding(const Model& model, const Components& components, const Component& component) {
+/// Computes the mean winding number of the component's own faces at some of their centroids, each
+/// face excluding itself.
+double own_winding_number(const Model& model, const Components& components,
+                          const Component& component) {
   const std::span faces(components.order.data() + component.begin, component.end - component.begin);
   const std::vector<std::uint32_t> samples = sample_faces(model, component, faces);
   if (samples.empty()) return 0;
@@ -177,7 +178,7 @@ void choose_orientation(const Model& model, Components& components, Component& c
   if (component.flipped_area > 0.5 * component.area) flip_component(components, component);
   const bool solid = component.closed && component.nonorientable_edges == 0;
   if (solid ? signed_volume(model, components, component) < 0
-            : own_winding(model, components, component) < kMostlyInward)
+            : own_winding_number(model, components, component) < kMostlyInward)
     flip_component(components, component);
 }
 
@@ -225,15 +226,16 @@ double winding_around(const Model& model, const InsideTest& inside, const Compon
   return samples.empty() ? 0 : sum / (2 * static_cast<double>(samples.size()));
 }
 
-/// Marks components that are consistently oriented but face inward and are no cavities.
+/// Marks components that are consistently oriented, face inward and are no cavities.
 void find_inside_out(const Model& model, Components& components) {
   constexpr std::size_t kMinFaces = 4;
   std::vector<const Component*> candidates;
   for (const Component& component : components.all) {
-    if (component.end - component.begin < kMinFaces || candidates.size() >= kMaxExamined) continue;
+    if (component.end - component.begin < kMinFaces || candidates.size() >= kMaxCandidates)
+      continue;
     const bool solid = component.closed && component.inconsistent_edges == 0;
     if (solid ? signed_volume(model, components, component) < 0
-              : own_winding(model, components, component) < kInsideOut)
+              : own_winding_number(model, components, component) < kInsideOut)
       candidates.push_back(&component);
   }
   if (candidates.empty()) return;
@@ -266,6 +268,7 @@ Orientation orient_faces(Model& model) {
   flip_marked_faces(model, components);
   if (!solid || components.all.size() > 1) {
     std::fill(components.flip.begin(), components.flip.end(), 0);
+    // Only these edges are still inconsistent.
     for (Component& component : components.all)
       component.inconsistent_edges = component.nonorientable_edges;
     find_inside_out(model, components);

@@ -1,4 +1,4 @@
-// Shell detection: models that bound no solid (open shells, loose sheets, faces turned at random).
+// Shell detection: models that bound no solid (open shells, loose sheets, faces flipped at random).
 #pragma once
 
 #include "mesh/inside.h"
@@ -6,9 +6,9 @@
 
 namespace polymorph {
 
-/// Measures how far a model is from bounding a solid: among the points whose winding number is
-/// above 1/4 in magnitude, the fraction with one below 3/4. 0 for a closed model, and nearly 0 for
-/// one with small holes; 1 for loose sheets. Evaluates 4096 points of the model's box;
+/// Measures how far a model is from bounding a solid. Returns, of the points whose winding number
+/// is above 1/4 in magnitude, the fraction whose winding number is below 3/4: 0 for a closed model,
+/// nearly 0 for one with small holes, 1 for loose sheets. Evaluates 4096 points of the model's box;
 /// deterministic.
 double undecided_fraction(const Model& model, const InsideTest& inside);
 

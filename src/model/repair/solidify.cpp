@@ -12,10 +12,10 @@ namespace polymorph {
 namespace {
 
 constexpr int kMinResolution = 16, kMaxResolution = 512;
-constexpr int kSearchResolution =
-    48;  // for the search of the gap, whose candidates differ by a factor of 1.4
-constexpr float kMaxGap =
-    1.05f;  // fraction of the longest side: a bowl may be open along all of it
+/// Cells along the longest side in find_gap(), whose candidates differ by a factor of 1.4.
+constexpr int kSearchResolution = 48;
+/// Fraction of the longest side: a bowl may be open along all of it.
+constexpr float kMaxGap = 1.05f;
 constexpr float kMaxProjection = 2;  // cells: vertices nearer to the model are projected onto it
 constexpr int kSmoothingRounds = 12;
 
@@ -24,17 +24,18 @@ float longest_side(const Box& box) {
   return std::max({size.x, size.y, size.z});
 }
 
-/// Finds the smallest gap above which no larger one would double the volume.
+/// Finds the smallest gap such that no larger one would double the volume.
 float find_gap(const Box& box, const ClosestPointQuery& surface) {
-  const float side = longest_side(box), cell = side / kSearchResolution;
+  const float longest = longest_side(box), cell = longest / kSearchResolution;
   std::vector<float> gaps;
-  for (float gap = 3 * cell; gap < kMaxGap * side; gap *= 1.4f) gaps.push_back(gap);
-  gaps.push_back(kMaxGap * side);
+  for (float gap = 3 * cell; gap < kMaxGap * longest; gap *= 1.4f) gaps.push_back(gap);
+  gaps.push_back(kMaxGap * longest);
   const Grid grid = make_grid_around(box, cell, gaps.back() / 2);
-  const std::vector<float> from_wall = compute_distances(grid, mark_wall_points(grid, surface));
+  const std::vector<float> wall_distances =
+      compute_distances(grid, mark_wall_points(grid, surface));
   std::vector<double> volumes;
   for (const float gap : gaps) {
-    const Voxels voxels = find_unreachable(grid, from_wall, gap / 2);
+    const Voxels voxels = find_unreachable(grid, wall_distances, gap / 2);
     // find_unreachable() erodes by a cell, so thin walls alone count as nearly nothing.
     const double volume =
         static_cast<double>(std::count(voxels.solid.begin(), voxels.solid.end(), 1));
@@ -57,15 +58,15 @@ Vec3 mean_neighbor(const VoxelSurface& surface, const std::vector<std::uint32_t>
   return sum / static_cast<float>(neighbors.size());
 }
 
-/// Relaxes vertices that are not on the model to a minimal surface, like a soap film over an
-/// opening's rim: the rolling ball dips into the opening. In order of index, by successive
-/// over-relaxation.
+/// Relaxes `free_vertices`, which are not on the model, to a minimal surface: without this,
+/// caps over openings would bulge inward as the rolling ball does. Successive over-relaxation, in
+/// order of index.
 void relax_to_minimal_surface(VoxelSurface& surface, const Neighbors& neighbors,
-                              const std::vector<std::uint32_t>& free) {
+                              const std::vector<std::uint32_t>& free_vertices) {
   constexpr int kRounds = 400;
   constexpr float kOverRelaxation = 1.9f;
   for (int round = 0; round < kRounds; ++round)
-    for (const std::uint32_t i : free)
+    for (const std::uint32_t i : free_vertices)
       surface.points[i] = lerp(surface.points[i], mean_neighbor(surface, neighbors[i]),
                                // The last rounds do not over-relax, which would leave ripples.
                                round + 20 < kRounds ? kOverRelaxation : 1.0f);
@@ -76,11 +77,11 @@ void fit_to_model(VoxelSurface& surface, float cell, const ClosestPointQuery& mo
   Neighbors neighbors(surface.points.size());
   for (const Triangle& t : surface.triangles)
     for (int k = 0; k < 3; ++k) neighbors[t.v[k]].push_back(t.v[(k + 1) % 3]);
-  std::vector<std::uint32_t> free;
+  std::vector<std::uint32_t> free_vertices;
   const std::vector<ClosestPoint> nearest = model.closest(surface.points, kMaxProjection * cell);
   for (std::uint32_t i = 0; i < nearest.size(); ++i)
-    if (nearest[i].triangle == ClosestPoint::kNoTriangle) free.push_back(i);
-  relax_to_minimal_surface(surface, neighbors, free);
+    if (nearest[i].triangle == ClosestPoint::kNoTriangle) free_vertices.push_back(i);
+  relax_to_minimal_surface(surface, neighbors, free_vertices);
   std::vector<Vec3> next(surface.points.size());
   for (int round = 0; round <= kSmoothingRounds; ++round) {
     const bool last = round == kSmoothingRounds;
@@ -144,17 +145,17 @@ Result<Model> solidify(const Model& model, const SolidifySettings& settings) {
     return make_error(ErrorCode::kInput, "solidify: resolution {} is out of range - use {} to {}",
                       settings.resolution, kMinResolution, kMaxResolution);
   const Box box = model.box();
-  const float side = longest_side(box);
-  if (model.triangles.empty() || !(side > 0))
+  const float longest = longest_side(box);
+  if (model.triangles.empty() || !(longest > 0))
     return make_error(ErrorCode::kInput, "model \"{}\" has no faces to solidify", model.name);
-  if (!(settings.gap >= 0) || settings.gap > kMaxGap * side)
+  if (!(settings.gap >= 0) || settings.gap > kMaxGap * longest)
     return make_error(
         ErrorCode::kInput,
         "solidify: gap {:.4g} is out of range for model \"{}\" - use 0 (automatic) to "
         "its longest side, {:.4g}",
-        settings.gap, model.name, side);
+        settings.gap, model.name, longest);
   const ClosestPointQuery query(model);
-  const float cell = side / static_cast<float>(settings.resolution);
+  const float cell = longest / static_cast<float>(settings.resolution);
   const float gap = settings.gap > 0 ? settings.gap : find_gap(box, query);
   const Grid grid = make_grid_around(box, cell, gap / 2);
   Voxels voxels =

@@ -14,7 +14,7 @@
 namespace polymorph {
 namespace {
 
-/// Edges with one triangle each, in a circle: points in the order in which the triangles pass.
+/// Closed loop of boundary edges: its points, in the order in which the triangles traverse them.
 using Loop = std::vector<std::uint32_t>;
 
 std::vector<Loop> find_boundary_loops(const Model& model) {
@@ -25,17 +25,17 @@ std::vector<Loop> find_boundary_loops(const Model& model) {
     const EdgeUse& use = uses[first];
     edges.emplace_back(use.forward ? use.low : use.high, use.forward ? use.high : use.low);
   });
-  // Where loops touch at a point, it has several edges, and neither loop is followed.
+  // Several boundary edges begin at a point where loops touch; loops through it are dropped.
   std::unordered_map<std::uint32_t, std::uint32_t> next;
   std::unordered_map<std::uint32_t, int> counts;
   for (const auto& [from, to] : edges) next[from] = to, ++counts[from];
   std::vector<Loop> loops;
   for (const auto& [start, unused] : edges) {
     Loop loop;
-    for (auto at = next.find(start); at != next.end(); at = next.find(loop.back())) {
-      loop.push_back(at->second);
-      const bool is_simple = counts[at->first] == 1;
-      next.erase(at);
+    for (auto edge = next.find(start); edge != next.end(); edge = next.find(loop.back())) {
+      loop.push_back(edge->second);
+      const bool is_simple = counts[edge->first] == 1;
+      next.erase(edge);
       if (!is_simple) break;
     }
     if (loop.size() >= 3 && loop.back() == start) loops.push_back(std::move(loop));
@@ -49,7 +49,7 @@ Vec3 find_center(const Model& model, const Loop& loop) {
   return to_float(sum * (1.0 / static_cast<double>(loop.size())));
 }
 
-/// The area of the fan around `center`, as a vector, so that folds cancel.
+/// Computes the length of the fan's area vector, so that folds cancel.
 double spanned_area(const Model& model, const Loop& loop, Vec3 center) {
   Vec3d sum;
   for (std::size_t i = 0; i < loop.size(); ++i)
@@ -65,8 +65,8 @@ void append_fan(Model& model, const Loop& loop, Vec3 center) {
     model.triangles.push_back({{loop[(i + 1) % loop.size()], loop[i], middle}});
 }
 
-/// Volume to the power 2/3 over the area: a cube has 1/6, a half sphere 0.17, a plate some 0.05.
-double compactness(const Mesh& faces) {
+/// Computes volume^(2/3) / area: 1/6 for a cube, 0.17 for a half sphere, about 0.05 for a plate.
+double compute_compactness(const Mesh& faces) {
   const double volume = std::max(volume_of(faces), 0.0);
   return cube_root(volume * volume) / area_of(faces);
 }
@@ -86,7 +86,7 @@ std::optional<FilledVessel> fill_openings(const Model& model, const InsideTest& 
     if (filled.triangles.empty()) filled.points = model.points, filled.triangles = model.triangles;
     append_fan(filled, loop, center);
   }
-  if (filled.triangles.empty() || compactness(copy_faces(filled)) < kMinCompactness)
+  if (filled.triangles.empty() || compute_compactness(copy_faces(filled)) < kMinCompactness)
     return std::nullopt;
   return FilledVessel{std::move(filled), true};
 }
@@ -94,18 +94,19 @@ std::optional<FilledVessel> fill_openings(const Model& model, const InsideTest& 
 }  // namespace
 
 std::optional<FilledVessel> fill_vessel(const Model& model, const InsideTest& inside) {
-  // A sheet of thickness h has 2 V = A h. This one takes more than 2500 balls of that thickness.
+  // A sheet of area A (both sides) and thickness h has the volume A h / 2. At this bound, A / h^2
+  // is above 2500: the number of balls of diameter h that it takes.
   constexpr double kMaxWallCompactness = 0.045, kMinGain = 2;
   const Mesh faces = copy_faces(model);
   const double volume = volume_of(faces);
-  // The volume of an open model means nothing, so it is checked whether that is one.
-  if (compactness(faces) > kMaxWallCompactness || !check_mesh(faces).is_closed())
+  // The volume of an open model means nothing, so closedness is tested, too.
+  if (compute_compactness(faces) > kMaxWallCompactness || !check_mesh(faces).is_closed())
     return fill_openings(model, inside);
   if (!(volume > 0)) return std::nullopt;
   Result<Model> solid = solidify(model);
   if (!solid) return std::nullopt;  // no space is enclosed
   const Mesh filled = copy_faces(*solid);
-  if (volume_of(filled) < kMinGain * volume || compactness(filled) < kMinCompactness)
+  if (volume_of(filled) < kMinGain * volume || compute_compactness(filled) < kMinCompactness)
     return std::nullopt;
   return FilledVessel{std::move(*solid), false};
 }

@@ -8,18 +8,20 @@
 
 namespace polymorph {
 
-/// A vessel when it is full.
+/// A filled vessel.
 struct FilledVessel {
   Model model;            ///< closed
-  bool is_sheet = false;  ///< its walls are faces, without an inside
+  bool is_sheet = false;  ///< its walls are single faces, without thickness
 };
 
-/// Fills a vessel to the brim; empty if the model is none. A vessel of faces is one if
-/// - loops of its edges that have one triangle each span at least a twentieth of its area;
-/// - the middle of such a loop is half inside (the winding number), so that no other part of the
-///   model closes it;
-/// - and it encloses a space, unlike a plate.
-/// Its own triangles come first in the filled one, then fans around the loops' centres. A closed
+/// Fills a vessel to the brim; nothing if the model is no vessel. A model whose walls are single
+/// faces is a vessel if
+/// - loops of its boundary edges (with one triangle each) span at least a twentieth of its area
+///   each;
+/// - the winding number at the centre of such a loop is between 0.2 and 0.8, so that no other part
+///   of the model closes the loop;
+/// - it encloses a space, unlike a plate.
+/// Its own triangles come first in the filled model, then fans around the loops' centres. A closed
 /// model is a vessel if it has thin walls only and solidify() makes a solid of it that has more
 /// than twice its volume.
 std::optional<FilledVessel> fill_vessel(const Model& model, const InsideTest& inside);

@@ -13,8 +13,8 @@ namespace {
 
 constexpr float kInfiniteDistance = std::numeric_limits<float>::infinity();
 
-/// Computes the lower envelope of parabolas along one line; this adds squared distances along an
-/// axis.
+/// One-dimensional squared distance transform: replaces the values f(i) of a line by min over j of
+/// f(j) + (i - j)^2, the lower envelope of parabolas.
 class LineTransform {
  public:
   explicit LineTransform(std::size_t n) : values_(n), vertices_(n), starts_(n + 1) {}
@@ -67,7 +67,7 @@ void transform_axis(const Grid& grid, int axis, std::vector<float>& distance2) {
       });
 }
 
-/// Calls f(index) for the neighbours along the axes that lie within the grid.
+/// Calls f(index) for the neighbours of point i along the axes that lie within the grid.
 template <class F>
 void for_each_neighbor(const Grid& grid, std::size_t i, const F& f) {
   const auto nx = static_cast<std::size_t>(grid.points.x),
@@ -82,20 +82,20 @@ void for_each_neighbor(const Grid& grid, std::size_t i, const F& f) {
   if (z + 1 < nz) f(i + nx * ny);
 }
 
-/// Tests whether the corners (bit x + 2 y + 4 z) in `set` are connected along the cube's edges.
+/// Tests whether the corners in `set` (bit x + 2 y + 4 z) are connected along the cube's edges.
 bool is_connected(unsigned set) {
   if (set == 0) return true;
-  unsigned is_reached = set & (0u - set);
-  for (unsigned before = 0; is_reached != before;) {
-    before = is_reached;
-    is_reached |= ((is_reached & 0x55u) << 1) | ((is_reached & 0xaau) >> 1) |
-                  ((is_reached & 0x33u) << 2) | ((is_reached & 0xccu) >> 2) |
-                  ((is_reached & 0x0fu) << 4) | ((is_reached & 0xf0u) >> 4);
-    is_reached &= set;
+  unsigned reached = set & (0u - set);
+  for (unsigned before = 0; reached != before;) {
+    before = reached;
+    reached |= ((reached & 0x55u) << 1) | ((reached & 0xaau) >> 1) | ((reached & 0x33u) << 2) |
+               ((reached & 0xccu) >> 2) | ((reached & 0x0fu) << 4) | ((reached & 0xf0u) >> 4);
+    reached &= set;
   }
-  return is_reached == set;
+  return reached == set;
 }
 
+/// Access to the eight corners of a cell, which is given by the index of its lowest corner.
 struct Cells {
   const Voxels& voxels;
   std::size_t nx = static_cast<std::size_t>(voxels.grid.points.x);
@@ -183,10 +183,10 @@ std::vector<std::uint8_t> mark_wall_points(const Grid& grid, const ClosestPointQ
   return wall;
 }
 
-Voxels find_unreachable(const Grid& grid, const std::vector<float>& from_wall, float radius) {
+Voxels find_unreachable(const Grid& grid, const std::vector<float>& wall_distances, float radius) {
   Voxels voxels{grid, {}, {}};
   const float cells = radius / grid.cell;
-  std::vector<std::uint8_t> is_reached(from_wall.size(), 0);
+  std::vector<std::uint8_t> is_reached(wall_distances.size(), 0);
   // The border is free (make_grid_around), so all of it can be reached from its first point.
   std::vector<std::size_t> stack{0};
   is_reached[0] = 1;
@@ -194,7 +194,7 @@ Voxels find_unreachable(const Grid& grid, const std::vector<float>& from_wall, f
     const std::size_t current = stack.back();
     stack.pop_back();
     for_each_neighbor(grid, current, [&](std::size_t n) {
-      if (is_reached[n] || from_wall[n] <= cells) return;
+      if (is_reached[n] || wall_distances[n] <= cells) return;
       is_reached[n] = 1;
       stack.push_back(n);
     });
@@ -242,7 +242,7 @@ VoxelSurface make_surface_nets(const Voxels& voxels) {
   const Int3 n = voxels.grid.points;
   VoxelSurface surface;
   std::vector<std::uint32_t> vertex(voxels.count(), kNoIndex);
-  const auto level = [&](std::size_t i) {  // clamped to the voxel's sign
+  const auto level = [&](std::size_t i) {  // clamped, so that its sign agrees with `solid`
     return voxels.solid[i] ? std::max(voxels.level[i], 0.01f) : std::min(voxels.level[i], -0.01f);
   };
   for (int z = 0; z + 1 < n.z; ++z)

@@ -26,17 +26,16 @@ struct Voxels {
 /// Felzenszwalb and Huttenlocher 2012); infinity without seeds.
 std::vector<float> compute_distances(const Grid& grid, const std::vector<std::uint8_t>& seed);
 
-/// Makes a grid around a model such that a ball of the given radius can move freely along its
-/// border.
+/// Makes a grid around a model with a margin in which a ball of the given radius can move freely.
 Grid make_grid_around(const Box& box, float cell, float radius);
 
 /// Marks the grid points within 0.87 cells (half a cell's diagonal) of the surface.
 std::vector<std::uint8_t> mark_wall_points(const Grid& grid, const ClosestPointQuery& surface);
 
-/// Finds the voxels that a ball of this radius, rolling in from the border without touching wall
-/// points (`from_wall`: distances to them), cannot reach. The result is eroded by one cell, so that
-/// the wall's own cells alone make no solid.
-Voxels find_unreachable(const Grid& grid, const std::vector<float>& from_wall, float radius);
+/// Finds the voxels that a ball of this radius cannot reach when it moves in from the border
+/// without touching wall points (`wall_distances`: distances to them, in cells). The result is
+/// eroded by one cell, so that the wall's own cells alone make no solid.
+Voxels find_unreachable(const Grid& grid, const std::vector<float>& wall_distances, float radius);
 
 /// Removes components smaller than a thousandth of the largest; then fills voxels until in each
 /// cell of eight the solid and the empty corners are both connected, which makes the surface around
