@@ -52,8 +52,8 @@ __global__ void run_items(std::int64_t n, F f) {
 struct CudaTeam {
   using V = float;
   static constexpr std::uint32_t kGroup = 32;
-  static constexpr int kParts =
-      4;  ///< teams per node, so that a group of ClassifyChildren has one child
+  /// Teams per node, so that a group of ClassifyChildren has one child.
+  static constexpr int kParts = 4;
   static constexpr unsigned kAll = 0xffffffffu;
 
 #if defined(__CUDA_ARCH__)

@@ -178,10 +178,9 @@ PM_HD inline bool factor(const Sym3& s, double scale, double (&m)[6]) {
   return true;
 }
 
-/// Tests whether a ball of infinite support is too near a box for a polynomial (far_field.h):
-/// near^3
-/// <= reach |w|. So is a ball whose q reaches kMaxDistance2 in the box, because no polynomial
-/// follows the kink of the clamp.
+/// Tests whether a ball of infinite support is too near a box for a polynomial (far_field.h), i.e.
+/// whether near^3 <= reach |w|. So is a ball whose q reaches kMaxDistance2 in the box, because no
+/// polynomial follows the kink of the clamp.
 template <class V>
 PM_HD inline auto is_near(V w, QRange<V> q, float reach) {
   return (q.near * (q.near * q.near) <= reach * max(w, -w)) | (q.far >= kMaxDistance2);

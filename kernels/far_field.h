@@ -13,11 +13,11 @@
 // n! (n + 1) |w| / q^(n / 2 + 1), since the expansion of 1 / q has Chebyshev polynomials of the
 // second kind as its coefficients and |U_n| <= n + 1. Interpolation in 4 Chebyshev points over half
 // a side `a` is off by at most a^4 / 8 times the fourth derivative / 4!: 5/8 |w| a^4 / near^3, near
-// being the smallest q in the box. Along three axes it is 1 + L + L^2 = 6.27 times as much, L
-// = 1.848 being the Lebesgue constant of 4 points. A ball is distant if this bound is below a
-// tolerance. FarField::error is the sum of the bounds. A value that is nearer to iso than this
-// error and the rounding together is replaced by the exact sum over all balls (bricks.h). So all
-// bricks agree on which points are inside.
+// being the smallest q in the box. Along three axes the error is 1 + L + L^2 = 6.27
+// times as large, with L = 1.848 the Lebesgue constant of 4 points. A ball is distant if this bound
+// is below a tolerance. FarField::error is the sum of the bounds. A value that is nearer to iso
+// than this error and the rounding together is replaced by the exact sum over all balls (bricks.h).
+// So all bricks agree on which points are inside.
 //
 // Why interpolation, and not a Taylor series about the middle: the 64 values are about as accurate
 // as the 56 coefficients of a series of fifth degree. At the worst point of a box whose half side

@@ -297,8 +297,8 @@ struct FillChildren {
   static constexpr int kThreads = 512;
   static constexpr std::uint32_t kAhead = 4;  ///< balls loaded ahead of their use
   struct Scratch {
-    std::uint32_t
-        begin[kChildren + 1];  ///< per child: begin of its list, begin the parent's first entry
+    /// Per child: begin of its list, relative to the first entry of the parent's children.
+    std::uint32_t begin[kChildren + 1];
   };
   Grid grid;
   Level level;  ///< the children's

@@ -4,7 +4,7 @@
 // The logarithm of a Gaussian field is nearly linear (that of a single ball is a parabola), while
 // the field itself spans orders of magnitude over one cell. The first estimate is the root of the
 // straight line between the edge's ends. Then each of `refine_steps` steps evaluates the field at
-// the estimate and takes the root of the parabola through this point and the bracket's (Muller
+// the estimate and takes the root of the parabola through this point and the bracket's ends (Muller
 // 1956), which is exact for a single Gaussian ball. With secants instead, an error of 0.012 iso
 // remained after three steps if one end of the bracket stuck.
 #pragma once
@@ -26,8 +26,8 @@ namespace polymorph {
 constexpr float kEdgeMargin = 1.0f / 512.0f;
 
 /// Exact sums place a vertex if the field changes along its edge by less than this many times the
-/// polynomial's error bound. Errors are at most a tenth of their bounds, so that they move other
-/// vertices by some thousandths of a cell at most.
+/// polynomial's error bound. Actual errors are at most a tenth of their bounds, so that they move
+/// other vertices by some thousandths of a cell at most.
 constexpr float kFlat = 32;
 
 /// |height| (for balls |log2(field / iso)|) below which a vertex needs no further step: some ten
