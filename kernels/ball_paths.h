@@ -71,8 +71,8 @@ struct MotionState {
 
 /// Returns the softness at eased time u: 0 at the ends, `softness` half way.
 PM_HD constexpr double softness_at(double softness, double u) {
-  const double middle = 4 * u * (1 - u);
-  return softness * (middle > 0 ? middle : 0);
+  const double parabola = 4 * u * (1 - u);
+  return softness * (parabola > 0 ? parabola : 0);
 }
 /// Returns the factor of the shapes' logarithms at eased time u, in [0, 1]. With softness, balls
 /// become rounder half way, because a flat ball (of a lid, say) would stick out of other parts.

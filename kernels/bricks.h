@@ -333,8 +333,8 @@ struct SampleBricks : CountBricks {
       });
       team.sync();
       for (std::uint32_t j = 0; j < brick.count; j += kBallsPerBatch) {
-        const auto left = static_cast<int>(brick.count - j);
-        const int n = left < kBallsPerBatch ? left : kBallsPerBatch;
+        const auto remaining = static_cast<int>(brick.count - j);
+        const int n = remaining < kBallsPerBatch ? remaining : kBallsPerBatch;
         const std::uint32_t* list = entries.data + brick.begin + j;
         constexpr int kPacks = kBrickPoints / Lanes<V>::kCount;
         team.each(3 * kPacks * n, [&](int i) {
@@ -362,8 +362,8 @@ struct SampleBricks : CountBricks {
     alignas(64) float columns[kBrickValues] = {};  // [x][line]
     LineTables tables[kBallsPerBatch];
     for (std::uint32_t j = 0; j < brick.count; j += kBallsPerBatch) {
-      const auto left = static_cast<int>(brick.count - j);
-      const int n = left < kBallsPerBatch ? left : kBallsPerBatch;
+      const auto remaining = static_cast<int>(brick.count - j);
+      const int n = remaining < kBallsPerBatch ? remaining : kBallsPerBatch;
       for (int i = 0; i < n; ++i) {
         const std::int64_t at = brick.begin + j + i;
         fill_lines<V>(balls[entries[at]], first, tables[i]);

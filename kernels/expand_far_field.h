@@ -54,9 +54,10 @@ struct ExpandFarField {
     initialize(team, scratch, node, parent, box);
     const std::uint32_t* list = entries.data + parent.begin;
     for (std::uint32_t j = 0; j < parent.count; j += kChunk) {
-      const auto left = static_cast<int>(parent.count - j);
-      team.each(kChunk / kLanes,
-                [&](int item) { mark_distant<V>(scratch, bounds, list + j, left, item * kLanes); });
+      const auto remaining = static_cast<int>(parent.count - j);
+      team.each(kChunk / kLanes, [&](int item) {
+        mark_distant<V>(scratch, bounds, list + j, remaining, item * kLanes);
+      });
       team.sync();
       const auto count = static_cast<int>(team.scan(scratch.slot, kChunk));
       if (count == 0) continue;
@@ -126,14 +127,14 @@ struct ExpandFarField {
   }
 
   /// Marks the distant balls among the chunk's entries from position `at` on, and adds their bounds
-  /// to the terms. `left`: number of entries from the chunk's first to the end of the list.
+  /// to the terms. `remaining`: number of entries from the chunk's first to the end of the list.
   template <class V>
-  PM_HD void mark_distant(Scratch& scratch, const NodeBox& box, const std::uint32_t* list, int left,
-                          int at) const {
+  PM_HD void mark_distant(Scratch& scratch, const NodeBox& box, const std::uint32_t* list,
+                          int remaining, int at) const {
     constexpr int kLanes = Lanes<V>::kCount;
     alignas(32) float x[kLanes], y[kLanes], z[kLanes], w[kLanes];
     for (int l = 0; l < kLanes; ++l) {
-      const RoundBall ball = at + l < left ? balls[list[at + l]] : RoundBall{};
+      const RoundBall ball = at + l < remaining ? balls[list[at + l]] : RoundBall{};
       x[l] = ball.x, y[l] = ball.y, z[l] = ball.z, w[l] = ball.w;
     }
     const float scale = balls[0].scale, scale_squared = balls[0].scale_squared,
@@ -155,7 +156,7 @@ struct ExpandFarField {
     }
     const std::uint32_t far = ~Lanes<V>::bits(near);
     for (int l = 0; l < kLanes; ++l) {
-      scratch.slot[at + l] = at + l < left ? far >> l & 1u : 0;
+      scratch.slot[at + l] = at + l < remaining ? far >> l & 1u : 0;
     }
   }
 

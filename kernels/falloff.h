@@ -241,14 +241,13 @@ PM_HD inline void set_matrix(EllipsoidBall& ball, const Sym3& shape, double scal
   ball.yz = static_cast<float>(m[4]), ball.zz = static_cast<float>(m[5]);
 }
 
-/// Loads the next four of the `left` balls left in a list; if there are fewer, balls of strength 0
-/// follow.
-PM_HD inline void load_batch(const RoundBall* balls, const std::uint32_t* list, std::uint32_t left,
-                             RoundBall (&out)[kBatch]) {
+/// Loads the next four balls of a list. If `remaining` < 4, balls of strength 0 follow.
+PM_HD inline void load_batch(const RoundBall* balls, const std::uint32_t* list,
+                             std::uint32_t remaining, RoundBall (&out)[kBatch]) {
   for (std::uint32_t i = 0; i < kBatch; ++i) {
     RoundBall nothing;
     nothing.scale = 0, nothing.base = 1;
-    out[i] = i < left ? balls[list[i]] : nothing;
+    out[i] = i < remaining ? balls[list[i]] : nothing;
   }
 }
 

@@ -14,7 +14,7 @@
 //     coordinate(ball, d), coordinate_gradient(ball, d)
 //     log_value(ball, q) and log_slope(ball, q), its derivative
 //     end(ball, level): q beyond which a ball adds less than `level`
-//     surface(ball): the largest q at which a lone ball's value is 1; <= 0 if there is none
+//     surface(ball): the largest q at which the value of a single ball is 1; <= 0 if it never is
 //     radius(ball): a measure of its size
 //     of_sphere(center, radius, constants): a ball for a sphere
 //     rescale(ball, level): moves the surface at `level` to the level 1

@@ -41,8 +41,8 @@ struct InterpolateAttributes {
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t run) const {
     constexpr int kLanes = Lanes<V>::kCount;
-    const std::int64_t begin = run * kRun, left = points.size - begin;
-    const int n = left < kRun ? static_cast<int>(left) : kRun;
+    const std::int64_t begin = run * kRun, remaining = points.size - begin;
+    const int n = remaining < kRun ? static_cast<int>(remaining) : kRun;
     team.each_group(1, [&](int) { list_near(team, scratch, begin, n); });
     team.sync();
     team.each((n + kLanes - 1) / kLanes, [&](int item) {

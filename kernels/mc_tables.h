@@ -222,7 +222,7 @@ inline Triangles reversed(const Triangles& t) {
   return out;
 }
 
-/// Enters the triangles of a key, rotated, at all keys that are its rotations and not known yet.
+/// Sets the triangles of all rotations of a key that are not known yet, from those of the key.
 inline void copy_to_rotations(int key, const Triangles& triangles, std::array<bool, 256>& known,
                               McTable& table) {
   for (int r = 0; r < 24; ++r) {

@@ -17,9 +17,9 @@
 // The coordinates of all points of a node lie between those of its two corner points (origin + cell
 // * e rounds monotonically), and subtraction, product and fma round monotonically too, so no q
 // computed at a point in the node is below the computed range().near (falloff.h). A ball outside
-// the list therefore contributes exactly 0 at each point of the node, on its border as well, and at
-// each point between two of them. Where coordinates overflow, q is not a number and contributes 0
-// too.
+// the list therefore contributes exactly 0 at each grid point of the node, its border included, and
+// at each position between two grid points. Where coordinates overflow, q is not a number and
+// contributes 0 too.
 #pragma once
 
 #include <cstdint>
