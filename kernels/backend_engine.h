@@ -1,16 +1,17 @@
-// BackendEngine: checks the input of each call and runs the passes (passes.h), once for every
-// backend.
+// BackendEngine: the Engine of any backend. It checks the input of each call and runs the passes
+// (passes.h).
 //
-// A backend gives: Team (the threads that share one item: V, kParts, each, each_group, group_sum,
-// group_max, sync, scan, append, add); kManyRoots, kHostMemory; for_each and for_teams; scan;
-// Buffer<T> with resize and fit; upload, download, output; start_frame, everything_fitted,
-// finish_frame. What it cannot do (memory, a failing device) it throws as EngineFailure or
-// std::bad_alloc; both end here and leave as a status.
+// A backend provides: Team (the threads that share one item: V, kGroup, kParts, each, each_group,
+// group_rank, leads_group, group_sum, group_max, sync, scan, append, add); kManyRoots, kHostMemory;
+// for_each and for_teams; scan; Buffer<T> with resize and fit; upload, download, output;
+// start_frame, everything_fitted, finish_frame; pass_times, memory_used; with kHostMemory also grow
+// and threads. If memory runs out or a device fails, a backend throws EngineFailure or
+// std::bad_alloc; BackendEngine converts both to a status.
 //
-// How many nodes, entries, vertices and triangles there are is known only to the passes: counts
-// stay in backend memory, where the next pass reads them. A backend that cannot read them in
-// between (CUDA) works with the memory of the last frame; where that was too small, passes write
-// nothing beyond it, everything_fitted() makes it larger, and the frame runs again.
+// Only the passes know how many nodes, entries, vertices and triangles there are: the counts stay
+// in backend memory, where the next pass reads them. The CUDA backend cannot read them between
+// passes, so it uses the buffers of the last frame. If one is too small, passes write nothing
+// beyond its end, everything_fitted() enlarges it, and the frame runs again.
 #pragma once
 
 #include <algorithm>
@@ -30,7 +31,8 @@
 
 namespace polymorph {
 
-/// Calls f with the Field to compile for: round balls alone keep the short path.
+/// Calls f with the Field of `kind`: the one for round balls, which is faster, if all balls are
+/// round.
 template <class Function>
 void with_field(const std::vector<Ball>& balls, FieldKind kind, const Function& f) {
   const bool round = std::all_of(balls.begin(), balls.end(), is_round);
@@ -64,12 +66,12 @@ class BackendEngine final : public Engine {
     });
   }
 
-  EngineStatus extract(const MorphSurface& between, const Grid& grid,
+  EngineStatus extract(const MorphSurface& surface, const Grid& grid,
                        const ExtractSettings& settings, Mesh& mesh) override {
-    EngineStatus status = check_between(between, settings);
+    EngineStatus status = check_between(surface, settings);
     if (status.code == EngineCode::kOk) status = check_grid(grid);
     return extract_checked(std::move(status), mesh,
-                           [&] { extract_morph(work_, between, grid, settings, mesh); });
+                           [&] { extract_morph(work_, surface, grid, settings, mesh); });
   }
 
   EngineStatus extract(const std::shared_ptr<const DistanceGrid>& object, const Grid& grid,
@@ -92,7 +94,7 @@ class BackendEngine final : public Engine {
     });
   }
 
-  EngineStatus move_balls(const std::shared_ptr<const BallPaths>& paths, const MotionState& moment,
+  EngineStatus move_balls(const std::shared_ptr<const BallPaths>& paths, const MotionState& state,
                           const std::vector<float>& eased_times, BallSet& balls) override {
     balls = {};
     const std::size_t count = paths->balls.size(), parts = paths->parts.size();
@@ -108,19 +110,19 @@ class BackendEngine final : public Engine {
       }
     }
     if (count == 0) return {};
-    return run_guarded([&] { balls = polymorph::move_balls(work_, paths, moment, eased_times); });
+    return run_guarded([&] { balls = polymorph::move_balls(work_, paths, state, eased_times); });
   }
 
-  EngineStatus interpolate(const BallSet& set, const std::vector<BallAttribute>& carried,
+  EngineStatus interpolate(const BallSet& set, const std::vector<BallAttribute>& attributes,
                            const std::vector<Vec3>& points, const ExtractSettings& settings,
                            std::vector<AttributeValues>& values) override {
     EngineStatus status = check_input(set.balls(), settings);
-    const std::size_t maps = set.empty() ? 0 : carried.size() / set.size();
+    const std::size_t maps = set.empty() ? 0 : attributes.size() / set.size();
     if (status.code == EngineCode::kOk && !points.empty() &&
-        (maps < 1 || maps > 2 || maps * set.size() != carried.size())) {
-      status =
-          bad_input(std::to_string(carried.size()) + " values for " + std::to_string(set.size()) +
-                    " balls to carry (must be one or two for each), give each ball its own");
+        (maps < 1 || maps > 2 || maps * set.size() != attributes.size())) {
+      status = bad_input(std::to_string(attributes.size()) + " values for " +
+                         std::to_string(set.size()) +
+                         " balls to carry (must be one or two for each), give each ball its own");
     }
     if (status.code != EngineCode::kOk || points.empty()) {
       values.clear();
@@ -129,7 +131,7 @@ class BackendEngine final : public Engine {
     return run_guarded([&] {
       values.resize(maps * points.size());
       with_field(set.balls(), settings.field, [&](auto field) {
-        interpolate_balls<B, decltype(field)>(work_, set, carried, points, settings, values);
+        interpolate_balls<B, decltype(field)>(work_, set, attributes, points, settings, values);
       });
     });
   }
@@ -148,8 +150,8 @@ class BackendEngine final : public Engine {
   std::size_t memory_used() const override { return work_.backend.memory_used(); }
 
  private:
-  /// Runs passes that extract into `mesh`, unless the check of their input failed; clears the mesh
-  /// where anything failed.
+  /// Runs passes that extract into `mesh`, unless the check of their input failed with `status`.
+  /// Clears the mesh after any failure.
   template <class Passes>
   EngineStatus extract_checked(EngineStatus status, Mesh& mesh, const Passes& passes) {
     if (status.code == EngineCode::kOk) status = run_guarded(passes);
@@ -162,6 +164,7 @@ class BackendEngine final : public Engine {
     mesh.triangles.clear();
   }
 
+  /// Runs passes and converts what the backend throws to a status.
   template <class Passes>
   EngineStatus run_guarded(const Passes& passes) {
     try {

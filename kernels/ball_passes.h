@@ -1,6 +1,6 @@
 // Passes for balls of one field: extraction, sampling, interpolation. F is Field<Kind, Ball>
-// (falloff.h). Backends for which these templates take long to compile instantiate them one field
-// per source file (cuda_*.cu).
+// (falloff.h). For CUDA these templates are instantiated one field per source file (cuda_*.cu),
+// because they take long to compile.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,7 @@
 
 namespace polymorph {
 
-/// The balls in backend memory, where they may be already.
+/// Returns the balls in backend memory, after uploading them unless they are there already.
 template <class B>
 View<Ball> upload_balls(Workspace<B>& work, const BallSet& set) {
   const View<Ball> raw = work.raw_balls.resize(work.backend, static_cast<std::int64_t>(set.size()));
@@ -40,8 +40,8 @@ View<Ball> upload_balls(Workspace<B>& work, const BallSet& set) {
   return raw;
 }
 
-/// Returns the power of two above half the size of the balls' box, or above the largest lone ball's
-/// radius: FieldScale::length.
+/// Returns FieldScale::length: the smallest power of two above half the longest side of the
+/// centres' box and above the largest radius that one ball has alone, sqrt(|w|).
 inline float field_length(const std::vector<Ball>& balls) {
   Vec3 low = balls[0].center, high = low;
   float w = 0;
@@ -64,7 +64,8 @@ class BallPasses {
       : work_(work), backend_(work.backend), set_(set), settings_(settings) {}
 
   void extract(const Grid& grid, Mesh& mesh) {
-    // Where support is infinite, all backends begin alike: each level of polynomials rounds.
+    // With infinite support all backends start from one root: each level of polynomials rounds, so
+    // that equal bits need equal levels.
     const TreeShape shape = tree_shape(grid, B::kManyRoots && F::kCompactSupport);
     extract_bricks(work_, grid, settings_, mesh, [&] {
       prepare(shape);
@@ -103,15 +104,15 @@ class BallPasses {
     const auto n = static_cast<std::int64_t>(points.size());
     const Offsets runs = {(n + Interpolate::kRun - 1) / Interpolate::kRun, 0};
     const View<Offsets> count = work_.totals_buffer.resize(backend_, kMaxLevels + 1);
-    const View<BallAttribute> from =
+    const View<BallAttribute> uploaded =
         work_.attributes.resize(backend_, static_cast<std::int64_t>(attributes.size()));
     const View<Vec3> at = work_.points.resize(backend_, n);
     const View<AttributeValues> out = work_.attribute_values.resize(backend_, kMaps * n);
     backend_.upload(View<Offsets>{count.data, 1}, &runs);
-    backend_.upload(from, attributes.data());
+    backend_.upload(uploaded, attributes.data());
     backend_.upload(at, points.data());
-    backend_.for_teams(&count[0].first, runs.first, Interpolate{at, balls_, all_balls(), from, out},
-                       "interpolate");
+    backend_.for_teams(&count[0].first, runs.first,
+                       Interpolate{at, balls_, all_balls(), uploaded, out}, "interpolate");
     backend_.download(values.data(), out);
   }
 
@@ -121,7 +122,7 @@ class BallPasses {
   BallList all_balls() const {
     return {all_balls_.data, static_cast<std::uint32_t>(all_balls_.size)};
   }
-  /// Number of cells around a brick that hold the points from which its values come.
+  /// Returns Level::margin: as many cells around a brick as its interpolated values depend on.
   int margin() const { return settings_.sample_stride > 1 ? settings_.sample_stride : 0; }
 
   View<typename F::Ball> resize_balls(std::int64_t n) {
@@ -132,7 +133,7 @@ class BallPasses {
     }
   }
 
-  /// Prepares the balls, and the roots of a tree where it has levels.
+  /// Prepares the balls and, if `shape` has levels, the roots of the tree.
   void prepare(const TreeShape& shape) {
     const auto n = static_cast<std::int64_t>(set_.size());
     const View<Ball> raw = upload_balls(work_, set_);
@@ -193,6 +194,7 @@ class BallPasses {
       const View<Node> nodes = work_.nodes[l].fit(backend_, &total->first, 1, guess);
       View<Counts> node_sums;
       if (l > 0) node_sums = work_.sums[l % 2].fit(backend_, &total->first, 1, guess);
+      // Guesses 48 balls per node.
       const View<std::uint32_t> node_entries =
           work_.entries[l % 2].fit(backend_, &total->second, 1, 48 * guess);
       backend_.for_teams(count, capacity,
@@ -238,7 +240,7 @@ class BallPasses {
   B& backend_;
   const BallSet& set_;
   const ExtractSettings& settings_;
-  // The balls as the kernels read them, the list of all of them, and the roots of the tree.
+  // The balls as the kernels read them, the list of all their indices, and the roots of the tree.
   View<typename F::Ball> balls_;
   View<std::uint32_t> all_balls_;
   View<Node> roots_;

@@ -1,4 +1,4 @@
-// Balls that do not change: an engine knows them again without comparing them.
+// Shared, immutable set of balls, which an engine recognises without comparing balls.
 #pragma once
 
 #include <cstddef>
@@ -11,9 +11,9 @@
 
 namespace polymorph {
 
-/// A handle on balls; copies share them. An engine that was given a set, or made it, keeps its
-/// balls where it works until it is given another, so call it with copies of one handle rather than
-/// with vectors, each of which becomes a set of its own.
+/// Handle of a set of balls; copies share the set. An engine keeps the last set that it was given
+/// or has made in its own memory. So pass copies of one handle rather than vectors, each of which
+/// becomes a new set.
 class BallSet {
  public:
   BallSet() = default;
@@ -31,7 +31,7 @@ class BallSet {
   auto begin() const { return balls().begin(); }
   auto end() const { return balls().end(); }
 
-  /// Tests whether it is the same set, not only one of equal balls.
+  /// Tests whether both handles share one set; sets with equal balls are different ones.
   bool is(const BallSet& other) const { return balls_ && balls_ == other.balls_; }
 
  private:

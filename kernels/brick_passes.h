@@ -1,5 +1,5 @@
 // Passes from a tree of bricks to a mesh: sample and count, assign indices, place vertices, emit
-// triangles. They are the same for every field and every backend.
+// triangles. These passes are the same for every field and every backend.
 #pragma once
 
 #include <algorithm>
@@ -33,8 +33,8 @@ inline Int3 ceil_divide(Int3 a, int divisor) {
           (a.z + divisor - 1) / divisor};
 }
 
-/// Lays out a tree down from one root, or from up to 4^3 of them: a GPU takes no longer for the
-/// children of all than for those of one.
+/// Lays out a tree below one root or, with `many_roots`, below up to 4^3 roots: a GPU takes no
+/// longer for the children of all these roots than for those of one.
 inline TreeShape tree_shape(const Grid& grid, bool many_roots) {
   const Int3 cells = {grid.points.x + 1, grid.points.y + 1, grid.points.z + 1};
   TreeShape out;
@@ -54,7 +54,8 @@ inline std::int64_t count_roots(const TreeShape& shape) {
   return std::int64_t{shape.roots.x} * shape.roots.y * shape.roots.z;
 }
 
-/// Guesses how many bricks a surface has, where the number is not known yet.
+/// Guesses how many bricks a surface crosses, before they are counted: those of three sides of the
+/// grid, and a few more.
 inline std::int64_t guess_bricks(const Grid& grid) {
   const Int3 n =
       ceil_divide({grid.points.x + 1, grid.points.y + 1, grid.points.z + 1}, kBrickCells);
@@ -68,11 +69,12 @@ inline std::int64_t guess_top_nodes(const Grid& grid, const TreeShape& shape) {
   return guess;
 }
 
-/// All that is known of the bricks, in backend memory.
+/// Bricks with their values and counts, in backend memory.
 struct BrickViews {
   Tree tree;
   const std::int64_t* count = nullptr;
-  /// Bricks that every view below can hold; `values` holds fewer where bricks go block by block.
+  /// Number of bricks that every view below can hold. Only `values` holds fewer if bricks are
+  /// processed in blocks.
   std::int64_t capacity = std::numeric_limits<std::int64_t>::max();
   View<Node> nodes;
   View<std::uint32_t> entries;
@@ -81,16 +83,17 @@ struct BrickViews {
   View<std::uint8_t> inside;
   View<std::uint32_t> rows;
   View<Counts> counts;
-  View<Offsets> first;
+  View<Offsets> first;  ///< first vertex and triangle of each brick
 };
 
-/// Number of bricks in a block: 0.5 MB of values per thread, half of its second-level cache.
+/// Returns the number of bricks in a block: 256 per thread, whose values take 0.5 MB, half of a
+/// core's second-level cache.
 template <class B>
 std::int64_t brick_block(const B& backend) {
   return 256 * backend.threads();
 }
 
-/// Allocates the buffers per brick.
+/// Allocates the buffers that have items per brick.
 template <class B>
 void fit_bricks(Workspace<B>& work, const Grid& grid, BrickViews& bricks) {
   const std::int64_t guess = guess_bricks(grid);
@@ -109,7 +112,7 @@ void fit_bricks(Workspace<B>& work, const Grid& grid, BrickViews& bricks) {
                               bricks.rows.size / kRows, bricks.counts.size, bricks.first.size});
 }
 
-/// Bricks, the pass that samples them, and the field as vertices need it.
+/// Bricks, the pass that samples them, and the source of PlaceVertices.
 template <class Sample, class Source>
 struct SampledBricks {
   BrickViews bricks;
@@ -154,9 +157,9 @@ class MeshPasses {
   /// Samples the bricks, numbers their vertices and triangles, and places the vertices of marching
   /// cubes.
   ///
-  /// Where the host knows the counts, it does so block by block: values stay in the caches from one
-  /// pass to the next, and take no more memory for a finer grid. Otherwise they would dominate the
-  /// memory traffic.
+  /// If the host knows the counts, bricks are processed in blocks: their values stay in the caches
+  /// from one pass to the next, and take no more memory for a finer grid. The values of all bricks
+  /// at once would dominate the memory traffic.
   template <class Sample, class Source>
   void place_bricks(const SampledBricks<Sample, Source>& in) {
     const BrickViews& bricks = in.bricks;
@@ -169,14 +172,14 @@ class MeshPasses {
         const std::int64_t n = std::min(brick_block(backend_), *bricks.count - begin);
         sample.begin = begin;
         backend_.for_teams(&n, n, sample, "sample");
-        const Offsets before = *total;
+        const Offsets previous = *total;
         backend_.scan({bricks.counts.data + begin, n}, &n, {bricks.first.data + begin, n}, total,
-                      "number", before);
+                      "number", previous);
         check_vertex_count(total->first);
         if (!places_vertices) continue;
-        const double done = static_cast<double>(begin + n) / static_cast<double>(*bricks.count);
-        positions_ = backend_.grow(mesh_.positions, before.first, total->first, done);
-        normals_ = backend_.grow(mesh_.normals, before.first, total->first, done);
+        const double fraction = static_cast<double>(begin + n) / static_cast<double>(*bricks.count);
+        positions_ = backend_.grow(mesh_.positions, previous.first, total->first, fraction);
+        normals_ = backend_.grow(mesh_.normals, previous.first, total->first, fraction);
         backend_.for_teams(&n, n, place_vertices(in.source, bricks, begin), "vertices");
       }
       mesh_.positions.resize(static_cast<std::size_t>(total->first));
@@ -254,8 +257,8 @@ class MeshPasses {
     backend_.for_teams(bricks.count, bricks.capacity, emit, "triangles");
   }
 
-  /// Emits block by block, too, where the result is the caller's own memory: a block of new memory
-  /// is cleared when it is allocated, and still in the caches when its triangles are written.
+  /// Emits in blocks, too, if the result is the caller's own memory: a new block of memory is
+  /// cleared when it is allocated, and is still in the caches when its triangles are written.
   void emit_triangles(const BrickViews& bricks) {
     const Offsets* total = &work_.totals[kMaxLevels];
     EmitTriangles emit = {0,           upload_table(work_), bricks.tree,  bricks.inside,
@@ -265,13 +268,13 @@ class MeshPasses {
       const std::int64_t count = *bricks.count, block = 8 * brick_block(backend_);
       mesh_.triangles.resize(
           std::min(mesh_.triangles.size(), static_cast<std::size_t>(total->second)));
-      std::int64_t before = 0;
+      std::int64_t emitted = 0;
       for (std::int64_t begin = 0; begin < count; begin += block) {
         const std::int64_t n = std::min(block, count - begin);
         const std::int64_t end = begin + n < count ? bricks.first[begin + n].second : total->second;
-        const double done = static_cast<double>(end) / static_cast<double>(total->second);
-        triangles_ = backend_.grow(mesh_.triangles, before, end, done);
-        before = end;
+        const double fraction = static_cast<double>(end) / static_cast<double>(total->second);
+        triangles_ = backend_.grow(mesh_.triangles, emitted, end, fraction);
+        emitted = end;
         emit.begin = begin;
         emit.triangles = triangles_;
         backend_.for_teams(&n, n, emit, "triangles");
@@ -293,7 +296,7 @@ class MeshPasses {
 };
 
 /// Extracts a mesh. `find` finds the bricks and returns them as SampledBricks; it is called again
-/// where a buffer was too small.
+/// if a buffer was too small.
 template <class B, class Find>
 void extract_bricks(Workspace<B>& work, const Grid& grid, const ExtractSettings& settings,
                     Mesh& mesh, const Find& find) {

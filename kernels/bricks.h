@@ -2,9 +2,10 @@
 // the 8^3 points of a brick, the edges that the surface crosses, and the number of triangles of its
 // cells.
 //
-// A row is the seven cells from point (0, y, z) of a brick along x, with the 21 edges whose lower
-// corner is one of its first seven points; so every cell and every edge belongs to exactly one row.
-// Vertices and triangles are numbered brick by brick, in a brick row by row, in a row along x.
+// A row is seven cells of a brick along x, from point (0, y, z) on, with the 21 edges whose lower
+// corner is one of the row's first seven points. So every cell and every edge belongs to exactly
+// one row. Vertices and triangles are numbered by brick, within a brick by row, and within a row
+// along x.
 #pragma once
 
 #include <cstdint>
@@ -21,19 +22,19 @@
 namespace polymorph {
 
 constexpr int kBrickValues = kBrickPoints * kBrickPoints * kBrickPoints;
-constexpr int kLines = kBrickPoints * kBrickPoints;  ///< lines of points along x
-constexpr int kRows = kBrickCells * kBrickCells;     ///< lines that have cells
-constexpr int kRowEdges = 3 * kBrickCells;           ///< bit 3 x + axis of a row's edges
+constexpr int kLines = kBrickPoints * kBrickPoints;  ///< lines of points along x, per brick
+constexpr int kRows = kBrickCells * kBrickCells;     ///< rows of cells, per brick
+constexpr int kRowEdges = 3 * kBrickCells;           ///< edge `axis` of point x is bit 3 x + axis
 constexpr int kMaxVertices = kRows * kRowEdges;      ///< per brick
 
-/// Crossed edges of a row (21 bits), and above them how many vertices of the brick come before.
+/// Packs the crossed edges of a row (low 21 bits) and the number of the brick's vertices before it.
 PM_HD constexpr std::uint32_t packed_row(std::uint32_t edges, std::uint32_t before) {
   return edges | before << kRowEdges;
 }
 PM_HD constexpr std::uint32_t row_edges(std::uint32_t row) { return row & ((1u << kRowEdges) - 1); }
 PM_HD constexpr std::uint32_t row_before(std::uint32_t row) { return row >> kRowEdges; }
 
-/// The line of points at the lower corner of row r.
+/// Returns the line of points with the lowest y and z of row r.
 PM_HD constexpr int line_of_row(int r) {
   return r % kBrickCells + kBrickPoints * (r / kBrickCells);
 }
@@ -48,17 +49,19 @@ PM_HD inline std::uint32_t spread_by_three(std::uint32_t a) {
   return (a | a << 2) & 0x00249249u;
 }
 
-/// Crossed edges of a row from the inside flags (bit x) of its lines: itself, y + 1 and z + 1.
-PM_HD inline std::uint32_t crossed_edges(std::uint32_t here, std::uint32_t up_y,
-                                         std::uint32_t up_z) {
+/// Returns the crossed edges of a row from the inside flags (bit x) of three lines of points: the
+/// row's first, the next one along y and the next one along z.
+PM_HD inline std::uint32_t crossed_edges(std::uint32_t line, std::uint32_t next_y,
+                                         std::uint32_t next_z) {
   constexpr std::uint32_t kCells = (1u << kBrickCells) - 1;
-  return spread_by_three((here ^ here >> 1) & kCells) |
-         spread_by_three((here ^ up_y) & kCells) << 1 |
-         spread_by_three((here ^ up_z) & kCells) << 2;
+  return spread_by_three((line ^ line >> 1) & kCells) |
+         spread_by_three((line ^ next_y) & kCells) << 1 |
+         spread_by_three((line ^ next_z) & kCells) << 2;
 }
 
-/// The inside flags around the cells of a row, or, with kPlane, of all rows that share z: a thread
-/// that has a brick to itself takes a plane's cells as one word. Bit x + 8 y is the cell at (x, y).
+/// Inside flags around the cells of an item: one row or, with kPlane, all rows of the same z. A
+/// thread that has a brick to itself handles a plane as one word, with the cell at (x, y) in bit
+/// x + 8 y.
 template <bool kPlane>
 struct CellFlags {
   using Word = std::conditional_t<kPlane, std::uint64_t, std::uint32_t>;
@@ -77,15 +80,15 @@ struct CellFlags {
       line[2] = inside[at + kBrickPoints], line[3] = inside[at + kBrickPoints + 1];
     }
   }
-  /// The line of points at the lower corner of the item's first row.
+  /// Returns the line of points with the lowest y and z of the item.
   PM_HD static int first_line(int item) { return kPlane ? kBrickPoints * item : line_of_row(item); }
-  /// The cells with corners on both sides.
+  /// Returns a bit for each cell that has corners inside and outside.
   PM_HD Word mixed_cells() const {
     const Word any = line[0] | line[1] | line[2] | line[3];
     const Word all = line[0] & line[1] & line[2] & line[3];
     return (any | any >> 1) & ~(all & all >> 1) & kCells;
   }
-  /// The corners of a cell, corner i in bit i.
+  /// Returns the inside flags of a cell's corners, corner i in bit i.
   PM_HD int corners(int cell) const {
     return static_cast<int>((line[0] >> cell & 3u) | (line[1] >> cell & 3u) << 2 |
                             (line[2] >> cell & 3u) << 4 | (line[3] >> cell & 3u) << 6);
@@ -98,11 +101,12 @@ struct CellFlags {
     return count;
   }
 };
-/// The form of CellFlags that suits a team.
+/// CellFlags by planes for a team of one thread, by rows for others.
 template <class Team>
 using TeamCells = CellFlags<Team::kGroup == 1>;
 
-/// A ball's factors along each axis at the eight coordinates of a brick's points (add_product).
+/// u and the factors of one ball (separable_factor) along each axis, at the eight coordinates of a
+/// brick's points.
 struct AxisTables {
   alignas(64) float u[3][kBrickPoints], factor[3][kBrickPoints];
   float base, limit;
@@ -121,20 +125,21 @@ struct AxisTables {
     if (axis == 0 && at == 0) base = ball.base, limit = ball.limit;
   }
 };
-/// AxisTables with one lane per line: all that the points of a line share.
+/// AxisTables of one ball with the terms in y and z combined, one lane per line of points.
 struct LineTables {
   float u[kBrickPoints], factor[kBrickPoints];  ///< along x
   float limit;
+  /// q without its term in x, and the product of the factors along y and z.
   alignas(64) float q[kLines], product[kLines];
 };
-constexpr int kBallsPerBatch = 32;  ///< balls handled together
-/// Number of coarse points around a brick (sample_stride), at most 6^3, in whole packs.
+constexpr int kBallsPerBatch = 32;  ///< balls whose tables exist at the same time
+/// Maximum number of coarse points around a brick (sample_stride): 6^3, rounded up to whole packs.
 constexpr int kMaxCoarse = 224;
-/// The square across a crossed edge (cubes.h).
+/// Vertices and triangles of the square across a crossed edge (cubes.h).
 constexpr int kFaceVertices = 4, kFaceTriangles = 2;
 
-/// The part of sampling that all fields share: from the values at a brick's points to inside flags,
-/// crossed edges and counts.
+/// The part of sampling that all fields share: derives inside flags, crossed edges and counts from
+/// the values at a brick's points.
 struct CountBricks {
   struct Scratch {
     alignas(64) float values[kBrickValues];
@@ -144,22 +149,22 @@ struct CountBricks {
   Grid grid;
   float iso = 1;
   float outside = 0;       ///< the value of points beyond the grid
-  bool faces = false;      ///< count squares across the crossed edges instead
+  bool faces = false;      ///< counts the squares of EmitCubes instead of marching cubes
   std::int64_t begin = 0;  ///< the brick of item 0
   View<const BrickTable> table;
   View<const Node> bricks;
-  View<float> values;         ///< per item
+  View<float> values;         ///< kBrickValues per item
   View<std::uint8_t> inside;  ///< per line: bit x is point x
   View<std::uint32_t> rows;   ///< packed_row() of each row
   View<Counts> counts;        ///< per brick: vertices, triangles
 
-  /// The first point of a brick.
+  /// Returns the grid point with a brick's lowest coordinates; -1 is on the rim (tree.h).
   PM_HD static Int3 first_point(const Node& brick) {
     return {brick.at.x * kBrickCells - 1, brick.at.y * kBrickCells - 1,
             brick.at.z * kBrickCells - 1};
   }
 
-  /// Counts from `scratch.values`.
+  /// Counts vertices and triangles from `scratch.values`, and stores what later passes need.
   template <class Team>
   PM_HD void count(const Team& team, Scratch& scratch, std::int64_t item, Int3 first) const {
     using V = typename Team::V;
@@ -196,7 +201,7 @@ struct CountBricks {
     });
   }
 
-  /// Sets the points of the rim, and those beyond it, to `outside`.
+  /// Sets all points that are not on the grid to `outside`.
   template <class Team>
   PM_HD void fill_beyond_grid(const Team& team, Int3 first, float* brick_values) const {
     const Int3 n = grid.points;
@@ -222,20 +227,20 @@ struct CountBricks {
   }
 };
 
-/// Samples the field of balls at each brick's points, and counts by CountBricks. One team per
-/// brick.
+/// Samples the field of balls at each brick's points, and counts (CountBricks). One team per brick.
 ///
-/// Where support is infinite, values come from the brick's list and polynomial; where such a value
-/// is so near to iso that the exact one may lie beyond, the exact one takes its place.
+/// With infinite support, values are computed from the brick's list and polynomial. A value so near
+/// to iso that the exact sum may lie on its other side is replaced by the exact sum.
 template <class F>
 struct SampleBricks : CountBricks {
   static constexpr int kThreads = 128;
-  static constexpr int kRowsPerItem = 4;  ///< lines that share a walk over the balls
+  static constexpr int kRowsPerItem = 4;  ///< lines of points that share one loop over the balls
   struct Scratch : CountBricks::Scratch {
     union {
       alignas(64) AxisTables tables[F::kSeparable ? kBallsPerBatch : 1];
       float coarse[kMaxCoarse];
     };
+    /// Number of uncertain points per line, then their prefix sums.
     std::uint32_t uncertain[F::kCompactSupport ? 1 : kLines + 1];
     std::uint16_t uncertain_points[F::kCompactSupport ? 1 : kBrickValues];
   };
@@ -260,8 +265,8 @@ struct SampleBricks : CountBricks {
     count(team, scratch, item, first);
   }
 
-  /// Samples the field at every `sample_stride`-th grid point around the brick, and the points
-  /// between them by trilinear interpolation.
+  /// Samples the field at every `sample_stride`-th grid point around the brick, and interpolates it
+  /// trilinearly at the brick's points.
   template <class Team>
   PM_HD void interpolate_all(const Team& team, Scratch& scratch, const Node& brick,
                              Int3 first) const {
@@ -302,13 +307,15 @@ struct SampleBricks : CountBricks {
     });
     team.sync();
   }
-  /// The balls for the coarse points. Bricks share these points, and interpolated values have no
-  /// error bound by which an approximation could be trusted: hence all balls.
+  /// Returns the balls for the coarse points. With infinite support these are all balls: bricks
+  /// share the points, and without an error bound for interpolated values no polynomial can be
+  /// trusted.
   PM_HD BallList coarse_list(const Node& brick) const {
     if constexpr (!F::kCompactSupport) return all_balls;
     return {entries.data + brick.begin, brick.count};
   }
-  /// Index of the coarse point at or below grid point g; coarse points are `sample_stride` apart.
+  /// Returns the index of the coarse point at or below grid point g; coarse points are
+  /// `sample_stride` apart. The 4 makes the division round down for g < 0.
   PM_HD int coarse(int g) const { return (g + sample_stride * 4) / sample_stride - 4; }
 
   template <class Team>
@@ -326,8 +333,8 @@ struct SampleBricks : CountBricks {
       });
       team.sync();
       for (std::uint32_t j = 0; j < brick.count; j += kBallsPerBatch) {
-        const auto left = static_cast<int>(brick.count - j);
-        const int n = left < kBallsPerBatch ? left : kBallsPerBatch;
+        const auto remaining = static_cast<int>(brick.count - j);
+        const int n = remaining < kBallsPerBatch ? remaining : kBallsPerBatch;
         const std::uint32_t* list = entries.data + brick.begin + j;
         constexpr int kPacks = kBrickPoints / Lanes<V>::kCount;
         team.each(3 * kPacks * n, [&](int i) {
@@ -347,7 +354,7 @@ struct SampleBricks : CountBricks {
     }
   }
 
-  /// Samples by a lone thread whose packs hold two lines or more: lanes run over lines, so that
+  /// Samples with one thread whose packs hold two lines or more. Lanes run over lines, so that
   /// terms in y and z are computed once per ball, and a point takes two multiply-adds and a
   /// comparison.
   template <class V>
@@ -355,8 +362,8 @@ struct SampleBricks : CountBricks {
     alignas(64) float columns[kBrickValues] = {};  // [x][line]
     LineTables tables[kBallsPerBatch];
     for (std::uint32_t j = 0; j < brick.count; j += kBallsPerBatch) {
-      const auto left = static_cast<int>(brick.count - j);
-      const int n = left < kBallsPerBatch ? left : kBallsPerBatch;
+      const auto remaining = static_cast<int>(brick.count - j);
+      const int n = remaining < kBallsPerBatch ? remaining : kBallsPerBatch;
       for (int i = 0; i < n; ++i) {
         const std::int64_t at = brick.begin + j + i;
         fill_lines<V>(balls[entries[at]], first, tables[i]);
@@ -376,15 +383,15 @@ struct SampleBricks : CountBricks {
     Lanes<Half>::store(out.factor, Lanes<Half>::load(t.factor[0]));
     out.limit = t.limit;
     const Half uy = Lanes<Half>::load(t.u[1]), factor_y = Lanes<Half>::load(t.factor[1]);
-    const V uy2 = join(uy, uy), factor_y2 = join(factor_y, factor_y);
+    const V uy_pair = join(uy, uy), factor_y_pair = join(factor_y, factor_y);
     for (int z = 0; z < kBrickPoints; z += 2) {
-      const auto at_z = [&](const float* values_z) {
+      const auto join_z = [&](const float* values_z) {
         return join(broadcast<Half>(values_z[z]), broadcast<Half>(values_z[z + 1]));
       };
-      const V uz = at_z(t.u[2]);
+      const V uz = join_z(t.u[2]);
       const V q0 = fma(uz, uz, broadcast<V>(t.base));
-      Lanes<V>::store(out.q + kBrickPoints * z, fma(uy2, uy2, q0));
-      Lanes<V>::store(out.product + kBrickPoints * z, factor_y2 * at_z(t.factor[2]));
+      Lanes<V>::store(out.q + kBrickPoints * z, fma(uy_pair, uy_pair, q0));
+      Lanes<V>::store(out.product + kBrickPoints * z, factor_y_pair * join_z(t.factor[2]));
     }
   }
   /// Adds the products of n balls at the points of as many lines as V has lanes.
@@ -404,8 +411,8 @@ struct SampleBricks : CountBricks {
     for (int x = 0; x < kBrickPoints; ++x) Lanes<V>::store(to + kLines * x, sum[x]);
   }
 
-  /// Index of the first point of an item in line r of its kRowsPerItem lines. An item has as many
-  /// points along x as V has lanes, or as many whole lines as fill V.
+  /// Returns the index of the first point of pack r of an item, which has kRowsPerItem packs. A
+  /// pack is a part of a line, or as many whole lines as fill V.
   template <class V>
   PM_HD static int point_offset(int item, int r) {
     constexpr int kPacks = (kBrickPoints * kLinesOfPack<V>) / Lanes<V>::kCount;
@@ -440,8 +447,8 @@ struct SampleBricks : CountBricks {
     }
   }
 
-  /// Samples the field at kRowsPerItem packs of points that share z: each part of a line, or whole
-  /// lines.
+  /// Samples the field at the kRowsPerItem packs of an item (point_offset()); all their points have
+  /// the same z.
   template <class V>
   PM_HD void sample(const BrickField<F>& field, Int3 first, int item, float* to) const {
     constexpr int kLanes = Lanes<V>::kCount;
@@ -488,23 +495,23 @@ struct SampleBricks : CountBricks {
     for (int r = 0; r < kRowsPerItem; ++r) Lanes<V>::store(to + point_offset<V>(item, r), sum[r]);
   }
 
-  /// The largest distance from iso of a value whose exact counterpart, itself rounded, can lie on
-  /// the other side: the polynomial's error, and rounding of both sums. These have at most
-  /// all_balls / 4 terms, whose absolute values add up to iso and twice the negative ones.
+  /// Bounds the difference between a value near iso and the exact sum over all balls, as computed:
+  /// the polynomial's error and the rounding of both sums. The sums have at most all_balls / 4
+  /// terms. The absolute values of the terms add up to iso plus twice those of the negative terms.
   PM_HD float error_bound(const FarField& field) const {
     const float rounding = 0x1p-24f * (40.0f + 0.5f * static_cast<float>(all_balls.count));
     return 1.001f * fma(rounding, iso + 2 * (field.negative_weight_bound + field.size),
                         field.error + field.rounding);
   }
 
-  /// Sums over all balls at the points whose values are within `max_distance` of iso.
+  /// Replaces values that differ from iso by at most `max_error` by sums over all balls.
   template <class Team>
-  PM_HD void resample_uncertain_points(const Team& team, Scratch& scratch, float max_distance,
+  PM_HD void resample_uncertain_points(const Team& team, Scratch& scratch, float max_error,
                                        Int3 first) const {
     using V = typename Team::V;
     constexpr int kLanes = Lanes<V>::kCount;
     const auto is_sure = [&](float value) {
-      return value > iso + max_distance || value < iso - max_distance;
+      return value > iso + max_error || value < iso - max_error;
     };
     team.each(kLines, [&](int line) {
       std::uint32_t count = 0;

@@ -1,5 +1,5 @@
-// The CPU backend of the extraction passes (backend_engine.h), on oneTBB. Runs in the caller's TBB
-// arena; results do not depend on how TBB cuts the ranges.
+// The CPU backend of the extraction passes (backend_engine.h), on oneTBB. It runs in the caller's
+// TBB arena; results do not depend on how TBB splits the ranges.
 #pragma once
 
 #include <tbb/blocked_range.h>
@@ -28,15 +28,15 @@
 
 namespace polymorph {
 
-/// Asks for large pages for memory that nobody has touched: a page is made where it is first
-/// touched, and small ones of a large mesh take as long as its arithmetic. Below kLarge bytes this
-/// does nothing.
+/// Asks Linux for large pages in memory that has not been written yet. Linux creates a page when it
+/// is first written, and creating a large mesh's small pages takes as long as its arithmetic. Does
+/// nothing below kLarge bytes.
 inline void advise_large_pages(void* memory, std::size_t bytes) {
 #if defined(__linux__)
   constexpr std::size_t kLarge = std::size_t{8} << 20, kPage = 4096;
   if (bytes < kLarge) return;
   const std::size_t skip = (kPage - reinterpret_cast<std::uintptr_t>(memory) % kPage) % kPage;
-  // A system without them ignores the advice.
+  // A system without large pages ignores the advice.
   (void)madvise(static_cast<char*>(memory) + skip, bytes - skip, MADV_HUGEPAGE);
 #else
   (void)memory, (void)bytes;
@@ -66,15 +66,17 @@ struct CpuTeam {
   T group_max(T a) const {
     return a;
   }
-  /// Adds to a sum that all teams of an item share.
+  /// Adds to a sum that all teams of a node share.
   template <class T>
   void add(T& to, T value) const {
     to += value;
   }
+  /// Calls write(slot) for each lane with a bit, at the lane's cursor, which then advances.
   template <class Write>
   void append(std::uint32_t bits, std::int64_t* cursors, const Write& write) const {
     for (; bits != 0; bits &= bits - 1) write(cursors[countr_zero(bits)]++);
   }
+  /// Replaces n values by their exclusive prefix sums, followed by the total.
   std::uint32_t scan(std::uint32_t* values, int n) const {
     std::uint32_t sum = 0;
     for (int i = 0; i < n; ++i) {
@@ -111,10 +113,10 @@ class BasicCpuBackend {
       }
       return {data_.get(), n};
     }
-    /// Makes room for `each` elements per item of *count, which is known by now.
-    View<T> fit(BasicCpuBackend& backend, const std::int64_t* count, std::int64_t each,
+    /// Makes room for `per_item` elements for each of *count items; *count is known by now.
+    View<T> fit(BasicCpuBackend& backend, const std::int64_t* count, std::int64_t per_item,
                 std::int64_t /*guess*/) {
-      return resize(backend, *count * each);
+      return resize(backend, *count * per_item);
     }
 
    private:
@@ -132,13 +134,13 @@ class BasicCpuBackend {
   void for_each(std::int64_t n, const F& f, const char* name) {
     const PassTimer timer(*this, name);
     for_ranges(n, 64, [&f](std::int64_t begin, std::int64_t end) {
-      const F local = f;  // constants in registers, not reloaded after each store
+      const F local = f;  // keeps constants in registers: they are not reloaded after each store
       for (std::int64_t i = begin; i < end; ++i) local(i);
     });
   }
 
-  static constexpr bool kHostMemory = true;  ///< do passes read the host's own memory?
-  static constexpr bool kManyRoots = false;  ///< does a tree begin with many nodes, not with one?
+  static constexpr bool kHostMemory = true;  ///< whether passes work in the host's memory
+  static constexpr bool kManyRoots = false;  ///< whether a tree has many roots, not one
 
   /// Calls f(team, scratch, i) for i in [0, *count * parts), in any order.
   template <class F>
@@ -175,22 +177,22 @@ class BasicCpuBackend {
     std::copy(from.data, from.data + from.size, to);
   }
 
-  /// The memory into which a pass writes *count elements of a result: the result itself.
+  /// Returns the memory into which a pass writes *count elements of a result: the result itself.
   template <class T>
   View<T> output(std::vector<T>& result, Buffer<T>&, const std::int64_t* count, std::int64_t) {
     claim_result(static_cast<std::size_t>(*count) * sizeof(T));
     result.resize(static_cast<std::size_t>(*count));
     return {result.data(), *count};
   }
-  /// Grows a result from `before` elements to `n`, which are the fraction `share` of all: reserves
-  /// room for those to come as well, so that little is ever copied.
+  /// Grows a result from `before` elements to `n`, about the given fraction of all elements.
+  /// Reserves room for all of them, so that later calls rarely copy.
   template <class T>
-  View<T> grow(std::vector<T>& result, std::int64_t before, std::int64_t n, double share) {
+  View<T> grow(std::vector<T>& result, std::int64_t before, std::int64_t n, double fraction) {
     claim_result(static_cast<std::size_t>(n - before) * sizeof(T));
     const auto size = static_cast<std::size_t>(n);
     if (size > result.capacity()) {
-      const double all = static_cast<double>(n) / share;
-      result.reserve(static_cast<std::size_t>(share < 1 ? 1.25 * all : all));
+      const double all = static_cast<double>(n) / fraction;
+      result.reserve(static_cast<std::size_t>(fraction < 1 ? 1.25 * all : all));
       advise_large_pages(result.data() + result.size(),
                          (result.capacity() - result.size()) * sizeof(T));
     }
@@ -207,7 +209,7 @@ class BasicCpuBackend {
     results_ = 0;
     max_memory_ = max_memory;
   }
-  /// Always true: memory is allocated as counts become known.
+  /// Copies the totals. Always true: memory is allocated after its size is known.
   bool everything_fitted(View<Offsets> totals, Offsets* known) const {
     std::copy(totals.data, totals.data + totals.size, known);
     return true;
@@ -243,7 +245,8 @@ class BasicCpuBackend {
     results_ += bytes;
   }
 
-  /// Runs f(begin, end) over chunks of [0, n) of `max_grain` items, or fewer where n is small.
+  /// Runs f(begin, end) over chunks of [0, n), of at most `max_grain` items; if n is small, they
+  /// are smaller, for 8 chunks per thread.
   template <class F>
   static void for_ranges(std::int64_t n, std::int64_t max_grain, const F& f) {
     if (n <= 0) return;
@@ -251,7 +254,8 @@ class BasicCpuBackend {
     ForkJoin loop;
     tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, n, grain),
                       [&](const tbb::blocked_range<std::int64_t>& r) {
-                        // A thread that has rendered before must not change a vertex.
+                        // Rendering makes these threads flush denormals, which would
+                        // change vertices.
                         const KeepDenormals keep;
                         loop.part([&] { f(r.begin(), r.end()); });
                       });

@@ -1,5 +1,5 @@
-// Voxel surface (the report's matrix skin, 2.1.2.1): every grid point inside is a cube of one cell,
-// drawn where its faces meet an outside point.
+// Voxel surface (the report's matrix skin, 2.1.2.1): every inside point of the grid is a cube of
+// one cell, of which the faces towards outside points are drawn.
 #pragma once
 
 #include <cstdint>
@@ -51,8 +51,7 @@ struct EmitCubes {
   }
 
   PM_HD void emit(Int3 p, int axis, bool upward, std::int64_t vertex, std::int64_t triangle) const {
-    // Counter-clockwise seen from above the axis; the other way round where the upper end is
-    // inside.
+    // Counter-clockwise seen from the upper end of the axis; reversed if that end is inside.
     const float across[4][2] = {{-0.5f, -0.5f}, {0.5f, -0.5f}, {0.5f, 0.5f}, {-0.5f, 0.5f}};
     const float sign = upward ? 1.0f : -1.0f;
     const Vec3 normal = {axis == 0 ? sign : 0.0f, axis == 1 ? sign : 0.0f, axis == 2 ? sign : 0.0f};

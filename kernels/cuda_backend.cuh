@@ -1,5 +1,5 @@
-// The CUDA backend of the extraction passes (backend_engine.h lists what a backend offers). One
-// stream per backend; every call and every launch is checked with its own return value.
+// The CUDA backend of the extraction passes (backend_engine.h lists what a backend offers). Each
+// backend has one stream; the return value of every call and every launch is checked.
 #pragma once
 
 #include <cuda_runtime.h>
@@ -38,7 +38,7 @@ inline void check_cuda(cudaError_t error, const char* doing) {
   if (error != cudaSuccess) throw EngineFailure{cuda_status(error, doing)};
 }
 
-/// Grid-stride loop: any n, any number of blocks.
+/// Calls f(i) for i in [0, n) in a grid-stride loop, with any number of blocks.
 template <class F>
 __global__ void run_items(std::int64_t n, F f) {
   const std::int64_t stride = static_cast<std::int64_t>(gridDim.x) * blockDim.x;
@@ -52,7 +52,8 @@ __global__ void run_items(std::int64_t n, F f) {
 struct CudaTeam {
   using V = float;
   static constexpr std::uint32_t kGroup = 32;
-  static constexpr int kParts = 4;  ///< teams per node: a group of ClassifyChildren has one child
+  /// Teams per node, so that a group of ClassifyChildren has one child.
+  static constexpr int kParts = 4;
   static constexpr unsigned kAll = 0xffffffffu;
 
 #if defined(__CUDA_ARCH__)
@@ -80,14 +81,14 @@ struct CudaTeam {
   __device__ void add(std::uint64_t& to, std::uint64_t value) const {
     atomicAdd(reinterpret_cast<unsigned long long*>(&to), value);
   }
-  /// Threads of the group with a bit write behind each other, in the order of their ranks.
+  /// Calls write(slot) in each thread that has a bit, with consecutive slots in the order of ranks.
   template <class Write>
   __device__ void append(std::uint32_t bits, std::int64_t* cursors, const Write& write) const {
     const unsigned writers = __ballot_sync(kAll, bits != 0);
     if (bits != 0) write(cursors[0] + __popc(writers & ((1u << group_rank()) - 1)));
     cursors[0] += __popc(writers);
   }
-  /// Replaces n <= 64 values by their exclusive sums, with the total behind them.
+  /// Replaces n <= 64 values by their exclusive prefix sums, followed by the total.
   __device__ std::uint32_t scan(std::uint32_t* values, int n) const {
     if (threadIdx.x < kGroup) {
       const int at = 2 * static_cast<int>(threadIdx.x);
@@ -123,7 +124,7 @@ struct CudaTeam {
 #endif
 };
 
-/// One block per item; as many items as *count says, but never more than there is memory for.
+/// Runs one block per item, for *count items, but for at most `limit`, which fit into memory.
 template <class F>
 __global__ void __launch_bounds__(F::kThreads)
     run_teams(const std::int64_t* count, std::int64_t limit, int parts, F f) {
@@ -137,9 +138,10 @@ __global__ void __launch_bounds__(F::kThreads)
 
 constexpr int kScanThreads = 1024, kScanEach = 4;
 
-/// Exclusive sums by one block, 4096 items at a time, which is fast enough for as many bricks as a
-/// surface has. Within a block both sums travel in one word: an item has at most 1029 vertices or
-/// 64 children, so that the first sum stays below 2^24.
+/// Computes exclusive prefix sums with one block, 4096 items at a time, which is fast enough for
+/// the bricks of a surface. Both sums of 4096 items are packed into one word: an item has at most
+/// 4116 vertices (EmitCubes) or 64 children, so that the first sum stays below 2^25 and fits into
+/// 26 bits.
 template <int kThreads>
 __global__ void __launch_bounds__(kThreads)
     run_scan(const Counts* counts, const std::int64_t* count, std::int64_t limit, Offsets* offsets,
@@ -147,7 +149,7 @@ __global__ void __launch_bounds__(kThreads)
   using Word = unsigned long long;
   using Scan = cub::BlockScan<Word, kThreads, cub::BLOCK_SCAN_WARP_SCANS>;
   constexpr int kShift = 38;
-  // Neighbouring threads read neighbouring words; a thread sums words that follow each other.
+  // Loads and stores are striped over the threads, to be coalesced; a thread sums adjacent words.
   using Exchange = cub::BlockExchange<Word, kThreads, kScanEach>;
   __shared__ union {
     typename Scan::TempStorage scan;
@@ -186,8 +188,8 @@ class CudaBackend {
 
   explicit CudaBackend(int device) : device_(device) {
     check_cuda(cudaSetDevice(device_), "select the device");
-    // Passes are short, and another stream of the device may be tracing paths for 20 ms: theirs go
-    // first wherever a block of those ends.
+    // Passes are short, while another stream of the device may trace paths for 20 ms. With the
+    // highest priority, blocks of the passes start as soon as a block of the path tracer ends.
     int lowest = 0, highest = 0;
     check_cuda(cudaDeviceGetStreamPriorityRange(&lowest, &highest), "ask for priorities");
     check_cuda(cudaStreamCreateWithPriority(&stream_, cudaStreamNonBlocking, highest),
@@ -210,8 +212,7 @@ class CudaBackend {
   CudaBackend& operator=(const CudaBackend&) = delete;
   CudaBackend& operator=(CudaBackend&&) = delete;
   ~CudaBackend() {
-    // Nothing can be done about a failing release; a dead device also reports its first error here
-    // again.
+    // A failing release cannot be handled; a dead device reports its first error here again, too.
     for (const Mark& mark : marks_) (void)cudaEventDestroy(mark.event);
     for (cudaEvent_t event : arrived_)
       if (event != nullptr) (void)cudaEventDestroy(event);
@@ -241,13 +242,13 @@ class CudaBackend {
       if (n > capacity_) grow(backend, n);
       return {data_, n};
     }
-    /// Makes room for `each` elements per item of *count, as far as it is known: as much as before,
-    /// or for `guess` items.
-    View<T> fit(CudaBackend& backend, const std::int64_t* count, std::int64_t each,
+    /// Returns the present memory, or at first room for `guess` items, of `per_item` elements each:
+    /// the host does not know *count yet. everything_fitted() enlarges the buffer if need be.
+    View<T> fit(CudaBackend& backend, const std::int64_t* count, std::int64_t per_item,
                 std::int64_t guess) {
-      if (capacity_ == 0) grow(backend, guess * each);
-      backend.fits_.push_back({count, each, capacity_ / each, this});
-      return {data_, capacity_ / each * each};
+      if (capacity_ == 0) grow(backend, guess * per_item);
+      backend.fits_.push_back({count, per_item, capacity_ / per_item, this});
+      return {data_, capacity_ / per_item * per_item};
     }
 
     void grow(CudaBackend& backend, std::int64_t n) override {
@@ -279,8 +280,8 @@ class CudaBackend {
     check_cuda(cudaGetLastError(), name);
   }
 
-  static constexpr bool kHostMemory = false;  ///< do passes read the host's own memory?
-  static constexpr bool kManyRoots = true;    ///< does a tree begin with many nodes, not with one?
+  static constexpr bool kHostMemory = false;  ///< whether passes work in the host's memory
+  static constexpr bool kManyRoots = true;    ///< whether a tree has many roots, not one
 
   /// Calls f(team, scratch, i) for i in [0, n * parts), n = *count but at most `limit`; *count is
   /// read on the device.
@@ -291,7 +292,7 @@ class CudaBackend {
                   "a kernel is copied to the device as bytes");
     if (limit <= 0) return;
     const Scope scope(*this, name);
-    // Twice as many blocks as run at once, so that long ones even out.
+    // Twice as many blocks as run at once (2048 threads per multiprocessor), to balance long ones.
     const std::int64_t max_blocks = std::int64_t{4096} / F::kThreads * processors_;
     const auto blocks =
         static_cast<unsigned>(limit * parts < max_blocks ? limit * parts : max_blocks);
@@ -308,51 +309,57 @@ class CudaBackend {
     check_cuda(cudaGetLastError(), name);
   }
 
-  /// Uploads through pinned memory in parts: while one goes up, all threads copy the next one in.
-  /// Waits for the passes only where a frame uploads more than that memory holds.
+  /// Uploads through pinned memory in chunks: while one is transferred, all host threads copy the
+  /// next one. Waits for the passes only if a frame uploads more than the pinned memory holds.
   template <class T>
   void upload(View<T> to, const T* from) {
     const auto bytes = static_cast<std::size_t>(to.size) * sizeof(T);
     const auto* source = reinterpret_cast<const char*>(from);
     auto* target = reinterpret_cast<char*>(to.data);
     for (std::size_t done = 0; done < bytes;) {
-      if (uploaded_ == kStagingBytes) {
+      if (staged_bytes_ == kStagingBytes) {
         check_cuda(cudaStreamSynchronize(stream_), "upload");
-        uploaded_ = 0;
+        staged_bytes_ = 0;
       }
-      const std::size_t size = std::min({bytes - done, kPart, kStagingBytes - uploaded_});
-      char* pinned = staging_ + kStagingBytes + uploaded_;
+      const std::size_t size = std::min({bytes - done, kChunkBytes, kStagingBytes - staged_bytes_});
+      char* pinned = staging_ + kStagingBytes + staged_bytes_;
       parallel_copy(pinned, source + done, size);
       check_cuda(cudaMemcpyAsync(target + done, pinned, size, cudaMemcpyHostToDevice, stream_),
                  "upload");
-      uploaded_ += (size + 63) / 64 * 64;
+      staged_bytes_ += (size + 63) / 64 * 64;
       done += size;
     }
   }
-  /// Downloads through pinned memory in parts: while some arrive, all threads copy out the others.
+  /// Downloads through pinned memory in chunks: while some are transferred, all host threads copy
+  /// the chunks that have arrived.
   template <class T>
   void download(T* to, View<T> from) {
     const Scope scope(*this, "download");
     const auto bytes = static_cast<std::size_t>(from.size) * sizeof(T);
     const auto* source = reinterpret_cast<const char*>(from.data);
     auto* target = reinterpret_cast<char*>(to);
-    const std::size_t parts = (bytes + kPart - 1) / kPart;
-    const auto size = [&](std::size_t part) { return std::min(kPart, bytes - part * kPart); };
-    const auto fetch = [&](std::size_t part) {
-      if (part >= parts) return;
-      check_cuda(cudaMemcpyAsync(staging_ + part % kParts * kPart, source + part * kPart,
-                                 size(part), cudaMemcpyDeviceToHost, stream_),
-                 "download");
-      check_cuda(cudaEventRecord(arrived_[part % kParts], stream_), "download");
+    const std::size_t chunks = (bytes + kChunkBytes - 1) / kChunkBytes;
+    const auto size = [&](std::size_t chunk) {
+      return std::min(kChunkBytes, bytes - chunk * kChunkBytes);
     };
-    for (std::size_t part = 0; part < kParts; ++part) fetch(part);
-    for (std::size_t part = 0; part < parts; ++part) {
-      check_cuda(cudaEventSynchronize(arrived_[part % kParts]), "download");
-      parallel_copy(target + part * kPart, staging_ + part % kParts * kPart, size(part));
-      fetch(part + kParts);
+    const auto fetch = [&](std::size_t chunk) {
+      if (chunk >= chunks) return;
+      check_cuda(
+          cudaMemcpyAsync(staging_ + chunk % kChunks * kChunkBytes, source + chunk * kChunkBytes,
+                          size(chunk), cudaMemcpyDeviceToHost, stream_),
+          "download");
+      check_cuda(cudaEventRecord(arrived_[chunk % kChunks], stream_), "download");
+    };
+    for (std::size_t chunk = 0; chunk < kChunks; ++chunk) fetch(chunk);
+    for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
+      check_cuda(cudaEventSynchronize(arrived_[chunk % kChunks]), "download");
+      parallel_copy(target + chunk * kChunkBytes, staging_ + chunk % kChunks * kChunkBytes,
+                    size(chunk));
+      fetch(chunk + kChunks);
     }
   }
-  /// The memory into which a pass writes *count elements of a result: the device's, for download().
+  /// Returns the memory into which a pass writes *count elements of a result: device memory, from
+  /// which download() copies.
   template <class T>
   View<T> output(std::vector<T>&, Buffer<T>& buffer, const std::int64_t* count,
                  std::int64_t guess) {
@@ -368,12 +375,13 @@ class CudaBackend {
     check_cuda(cudaSetDevice(device_), "select the device");
     used_marks_ = 0;
     fits_.clear();
-    uploaded_ = 0;
+    staged_bytes_ = 0;
     max_memory_ = max_memory;
   }
 
-  /// Waits for the passes; where a count was more than its buffer holds, makes that larger.
-  /// `totals` are all the counts that fit() was told of; `known` gets them.
+  /// Waits for the passes, enlarges every buffer whose count exceeds its capacity, and returns
+  /// whether there was none. `totals` holds all counts that were given to fit(); copies it to
+  /// `known`.
   bool everything_fitted(View<Offsets> totals, Offsets* known) {
     mark(kNoPass);
     const auto bytes = static_cast<std::size_t>(totals.size) * sizeof(Offsets);
@@ -387,7 +395,7 @@ class CudaBackend {
       const Offsets& pair = known[at / 2];
       const std::int64_t count = at % 2 == 0 ? pair.first : pair.second;
       if (count <= fit.capacity) continue;
-      fit.buffer->grow(*this, count * fit.each);
+      fit.buffer->grow(*this, count * fit.per_item);
       fitted = false;
     }
     fits_.clear();
@@ -396,12 +404,12 @@ class CudaBackend {
   std::size_t memory_used() const { return used_; }
 
   void finish_frame() {
-    // After everything_fitted() there is nothing to wait for, unless the mesh was fetched.
+    // After everything_fitted() there is nothing to wait for, unless a mesh was downloaded.
     if (std::strcmp(marks_[used_marks_ - 1].name, kNoPass) == 0) return;
     mark(kNoPass);
     check_cuda(cudaStreamSynchronize(stream_), "finish the frame");
   }
-  /// The times of the last frame; read from the device only when asked for.
+  /// Returns the times of the last frame; only this call reads them from the device.
   std::vector<PassTime> pass_times() const {
     std::vector<PassTime> times;
     for (std::size_t i = 0; i + 1 < used_marks_; ++i) {
@@ -417,14 +425,14 @@ class CudaBackend {
   }
 
  private:
-  /// An event on the stream, and the pass that begins there; no pass between frames.
+  /// An event on the stream, and the pass that begins there; kNoPass where a frame ends.
   struct Mark {
     const char* name;
     cudaEvent_t event;
   };
 
-  /// Names a call for the profiler and for pass_times(); calls of one pass behind each other share
-  /// their marks, since each costs about as much as a small kernel.
+  /// Names a call for the profiler and for pass_times(). Consecutive calls of one pass share a
+  /// mark, because a mark costs about as much as a small kernel.
   class Scope {
    public:
     Scope(CudaBackend& backend, const char* name) {
@@ -455,7 +463,7 @@ class CudaBackend {
     void* memory = nullptr;
     const cudaError_t error = cudaMalloc(&memory, bytes);
     if (error == cudaErrorMemoryAllocation)
-      (void)cudaGetLastError();  // not sticky: the next frame may fit
+      (void)cudaGetLastError();  // clears the error: the next frame may fit
     check_cuda(error, "allocate");
     used_ += bytes;
     return memory;
@@ -464,20 +472,20 @@ class CudaBackend {
   /// A buffer whose capacity *count may exceed.
   struct Fit {
     const std::int64_t* count;
-    std::int64_t each, capacity;
+    std::int64_t per_item, capacity;
     Growing* buffer;
   };
   static constexpr const char* kNoPass = "";
   /// Bytes of pinned memory for downloads, and as many again for uploads.
   static constexpr std::size_t kStagingBytes = std::size_t{16} << 20;
-  static constexpr std::size_t kParts = 8, kPart = kStagingBytes / kParts;
+  static constexpr std::size_t kChunks = 8, kChunkBytes = kStagingBytes / kChunks;
 
   int device_ = 0, processors_ = 1;
   cudaStream_t stream_ = nullptr;
   char* staging_ = nullptr;
-  std::array<cudaEvent_t, kParts> arrived_ = {};  ///< per part of the downloads' memory
+  std::array<cudaEvent_t, kChunks> arrived_ = {};  ///< per chunk of the downloads' memory
   std::vector<Fit> fits_;
-  std::size_t used_ = 0, max_memory_ = 0, uploaded_ = 0;
+  std::size_t used_ = 0, max_memory_ = 0, staged_bytes_ = 0;
   std::vector<Mark> marks_;
   std::size_t used_marks_ = 0;
 };

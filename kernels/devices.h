@@ -11,11 +11,11 @@ struct DeviceInfo {
   int index = 0;
   std::string name;
   std::size_t memory_bytes = 0;
-  std::string capability;  ///< "9.0"
+  std::string capability;  ///< compute capability, "9.0"
 };
 
-/// The devices that `polymorph devices` lists. `built_with_cuda` false: no CUDA code in this
-/// program.
+/// The devices that `polymorph devices` lists. If `built_with_cuda` is false, this program has no
+/// CUDA code.
 struct DeviceList {
   bool built_with_cuda = false;
   std::string runtime;  ///< "CUDA 13.0", empty when built without

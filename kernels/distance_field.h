@@ -24,14 +24,14 @@ PM_HD inline float smoothstep_slope(float t) {
   return 6 * x * (1 - x);
 }
 
-/// The distances as a function of space, a field of level_set.h: trilinear between the grid's
-/// points, and beyond the grid the hypotenuse of the distance on its border and the distance from
-/// there, so that the Lipschitz constant holds everywhere.
+/// Signed distances as a field of level_set.h, trilinear between the grid's points. At a distance b
+/// beyond the grid, where the nearest border point has the value d, the value is -sqrt(b^2 + d^2),
+/// so that the Lipschitz constant holds everywhere.
 struct DistanceField {
   Vec3 origin;
   float cell = 1, inv_cell = 1;
-  Vec3 last;  ///< points - 1 along each axis
-  std::uint32_t row = 1, layer = 1;
+  Vec3 last;                         ///< points - 1 along each axis
+  std::uint32_t row = 1, layer = 1;  ///< index steps along y and z
   const float* values = nullptr;
   const float* smooth = nullptr;       ///< distances without detail at the same points; null: none
   float fade_end = 1, fade_scale = 1;  ///< DetailFade: its end, and 1 / (end - begin)
@@ -56,25 +56,26 @@ struct DistanceField {
 
   template <class V>
   PM_HD V value(const Points<V>& p) const {
-    const Place<V> place = find_place(p);
-    return interpolate(values, place);
+    const CellPosition<V> position = locate(p);
+    return interpolate(values, position);
   }
 
-  /// The distances where a fraction `detail` of their detail, in [0, 1], is left.
+  /// Evaluates the distances with a fraction `detail` of their detail, in [0, 1].
   template <class V>
   PM_HD V value(const Points<V>& p, V detail) const {
-    const Place<V> place = find_place(p);
-    // Most points have all of the detail or none, and one of the two grids is enough.
-    if (!smooth || Lanes<V>::bits(detail < 1.0f) == 0) return interpolate(values, place);
-    const V smoothed = interpolate(smooth, place);
+    const CellPosition<V> position = locate(p);
+    // Most points have all of the detail or none, so that one of the two grids is enough.
+    if (!smooth || Lanes<V>::bits(detail < 1.0f) == 0) return interpolate(values, position);
+    const V smoothed = interpolate(smooth, position);
     if (Lanes<V>::bits(detail > 0.0f) == 0) return smoothed;
-    const V detailed = interpolate(values, place);
-    // A lane gets the bits that it would get alone; the sum would turn -0 into +0.
+    const V detailed = interpolate(values, position);
+    // A lane must get the same bits as it would alone; the fma would turn -0 into +0.
     const V mixed = select(detail > 0.0f, fma(detail, detailed - smoothed, smoothed), smoothed);
     return select(detail < 1.0f, mixed, detailed);
   }
 
-  /// The fraction of its detail that an object keeps at `progress` from its own end of the morph.
+  /// Returns the fraction of its detail that an object keeps at `progress`, which is 0 at the
+  /// object's own end of the morph.
   template <class V>
   PM_HD V detail_share(V progress) const {
     return smoothstep((fade_end - progress) * fade_scale);
@@ -84,12 +85,12 @@ struct DistanceField {
     return -fade_scale * smoothstep_slope((fade_end - progress) * fade_scale);
   }
 
-  /// Computes what detail adds to the distances.
+  /// Returns the part of the distances that is detail.
   template <class V>
   PM_HD V detail(const Points<V>& p) const {
     if (!smooth) return broadcast<V>(0.0f);
-    const Place<V> place = find_place(p);
-    return interpolate(values, place) - interpolate(smooth, place);
+    const CellPosition<V> position = locate(p);
+    return interpolate(values, position) - interpolate(smooth, position);
   }
 
   template <class V>
@@ -113,45 +114,46 @@ struct DistanceField {
   }
 
  private:
-  /// A point's cell, its place there in [0, 1], and how far it is from the grid.
+  /// The cell of a point, its coordinates within the cell in [0, 1], and its distance from the
+  /// grid.
   template <class V>
-  struct Place {
+  struct CellPosition {
     using Index = decltype(to_index(V{}));
-    Index index;
+    Index index;  ///< index of the cell's lowest point
     V x, y, z;
     V distance2;  ///< squared distance from the grid, in cells
   };
   template <class V>
-  PM_HD Place<V> find_place(const Points<V>& p) const {
-    Place<V> place;
-    place.distance2 = broadcast<V>(0.0f);
-    const auto x = find_cell(p.x, origin.x, last.x, place.x, place.distance2);
-    const auto y = find_cell(p.y, origin.y, last.y, place.y, place.distance2);
-    const auto z = find_cell(p.z, origin.z, last.z, place.z, place.distance2);
-    place.index = x + y * row + z * layer;
-    return place;
+  PM_HD CellPosition<V> locate(const Points<V>& p) const {
+    CellPosition<V> position;
+    position.distance2 = broadcast<V>(0.0f);
+    const auto x = find_cell(p.x, origin.x, last.x, position.x, position.distance2);
+    const auto y = find_cell(p.y, origin.y, last.y, position.y, position.distance2);
+    const auto z = find_cell(p.z, origin.z, last.z, position.z, position.distance2);
+    position.index = x + y * row + z * layer;
+    return position;
   }
 
   template <class V>
-  PM_HD V interpolate(const float* data, const Place<V>& place) const {
+  PM_HD V interpolate(const float* data, const CellPosition<V>& position) const {
     const auto interpolate_x = [&](std::uint32_t offset) {
       V a, b;
-      gather_pairs(data + offset, place.index, a, b);
-      return fma(place.x, b - a, a);
+      gather_pairs(data + offset, position.index, a, b);
+      return fma(position.x, b - a, a);
     };
     const V near_low = interpolate_x(0), near_high = interpolate_x(row);
     const V far_low = interpolate_x(layer), far_high = interpolate_x(layer + row);
-    const V near = fma(place.y, near_high - near_low, near_low);
-    const V far = fma(place.y, far_high - far_low, far_low);
-    const V inside = fma(place.z, far - near, near);
-    if (Lanes<V>::bits(place.distance2 > 0.0f) == 0) return inside;
+    const V near = fma(position.y, near_high - near_low, near_low);
+    const V far = fma(position.y, far_high - far_low, far_low);
+    const V inside = fma(position.z, far - near, near);
+    if (Lanes<V>::bits(position.distance2 > 0.0f) == 0) return inside;
     const V in_cells = inside * inv_cell;
-    const V outside = -(cell * sqrt(place.distance2 + in_cells * in_cells));
-    return select(place.distance2 > 0.0f, outside, inside);
+    const V outside = -(cell * sqrt(position.distance2 + in_cells * in_cells));
+    return select(position.distance2 > 0.0f, outside, inside);
   }
 
-  /// Finds the cell along an axis and the fraction t in it, and adds to the squared distance from
-  /// the grid.
+  /// Returns the cell of coordinate p along an axis, computes the fraction t within it, and adds to
+  /// the squared distance from the grid.
   template <class V>
   PM_HD auto find_cell(V p, float first, float last_point, V& t, V& distance2) const {
     const V u = (p - first) * inv_cell;

@@ -1,6 +1,6 @@
 // The CPU backend's engine for AVX-512, 16 points at a time. Compiled for x86-64-v4; its other
-// symbols are made local (cmake/avx512.cmake), so that no inline function compiled here takes the
-// place of one that older processors run.
+// symbols are made local (cmake/avx512.cmake), so that the linker does not choose an inline
+// function compiled here for code that older processors run.
 #include "backend_engine.h"
 #include "ball_passes.h"
 #include "cpu_backend.h"

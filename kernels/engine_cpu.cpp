@@ -1,5 +1,5 @@
-// The CPU backend's engines: one for the instructions that the program is compiled for, and where
-// the build has it (PM_AVX512) one for AVX-512, chosen by what the processor offers.
+// The CPU backend's engines: one for the instructions that the program is compiled for and, if the
+// build has it (PM_AVX512), one for AVX-512, which is chosen if the processor supports it.
 #include "backend_engine.h"
 #include "ball_passes.h"
 #include "cpu_backend.h"
@@ -15,7 +15,7 @@ namespace {
 
 std::unique_ptr<Engine> make_avx512_engine() {
 #if defined(PM_AVX512)
-  // x86-64-v4, for which engine_avx512.cpp is compiled.
+  // engine_avx512.cpp is compiled for x86-64-v4, which has these features.
   if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
       __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
       __builtin_cpu_supports("avx512vl")) {

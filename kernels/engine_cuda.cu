@@ -16,7 +16,7 @@ std::string version_text(int version) {
   return "CUDA " + std::to_string(version / 1000) + "." + std::to_string(version % 1000 / 10);
 }
 
-/// The kernel module's version ("580.65.06"), which CUDA itself does not tell; empty when unknown.
+/// The kernel module's version ("580.65.06"), which the CUDA API does not report; empty if unknown.
 std::string kernel_module_version() {
   std::ifstream file("/proc/driver/nvidia/version");
   std::string word;
@@ -40,7 +40,7 @@ std::string driver_text() {
 
 EngineStatus no_device(std::string why) { return {EngineCode::kNoDevice, std::move(why)}; }
 
-/// Names what is missing where cudaGetDeviceCount() found nothing.
+/// Explains why cudaGetDeviceCount() found no device.
 std::string explain_no_device(cudaError_t error) {
   int driver = 0, runtime = 0;
   if (cudaDriverGetVersion(&driver) != cudaSuccess || driver == 0) {

@@ -23,15 +23,15 @@ struct alignas(16) FarBall {
 template <class F>
 struct ExpandFarField {
   static constexpr int kThreads = 64;
-  static constexpr int kChunk = 64;  ///< entries of the parent's list handled together
+  static constexpr int kChunk = 64;  ///< entries of the parent's list per step
   struct Scratch {
     FarBall far[kChunk];
-    std::uint32_t slot[kChunk + 1];  ///< per entry: its number among the distant ones
-    alignas(32) float x[kFarPoints], y[kFarPoints],
-        z[kFarPoints];  ///< coordinates in the units of a FarBall
+    std::uint32_t slot[kChunk + 1];  ///< per entry: its index among the chunk's distant balls
+    /// Coordinates of the points, in the units of a FarBall.
+    alignas(32) float x[kFarPoints], y[kFarPoints], z[kFarPoints];
     alignas(32) float value[kFarPoints];
     /// Sums over the entries so far for error, second_derivative_bound, size and
-    /// negative_weight_bound, one per position in a chunk: the order is the same everywhere.
+    /// negative_weight_bound, one per position in a chunk: so all backends add in the same order.
     alignas(32) float terms[4][kChunk];
     float sum[4];
   };
@@ -42,7 +42,7 @@ struct ExpandFarField {
   View<const std::uint32_t> entries;  ///< the parents' lists
   View<const typename F::Ball> balls;
   View<const FarField> above;  ///< per parent
-  View<FarField> out;
+  View<FarField> out;          ///< per node
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t n) const {
@@ -51,12 +51,12 @@ struct ExpandFarField {
     const Node node = nodes[n], parent = parents[node.parent];
     const NodeBox bounds = node_box(grid, level.cells, level.margin, node.at);
     const FarBox box(bounds.low, bounds.high);
-    begin(team, scratch, node, parent, box);
+    initialize(team, scratch, node, parent, box);
     const std::uint32_t* list = entries.data + parent.begin;
     for (std::uint32_t j = 0; j < parent.count; j += kChunk) {
-      const auto left = static_cast<int>(parent.count - j);
+      const auto remaining = static_cast<int>(parent.count - j);
       team.each(kChunk / kLanes, [&](int item) {
-        accumulate_weights<V>(scratch, bounds, list + j, left, item * kLanes);
+        mark_distant<V>(scratch, bounds, list + j, remaining, item * kLanes);
       });
       team.sync();
       const auto count = static_cast<int>(team.scan(scratch.slot, kChunk));
@@ -69,11 +69,12 @@ struct ExpandFarField {
                                ball.scale * (ball.y - box.middle.y),
                                ball.scale * (ball.z - box.middle.z), ball.w};
         }
-        // Batches are filled up with balls that add nothing.
+        // Balls of strength 0 fill up the last batch.
         if (i >= count && i / kBatch == (count - 1) / kBatch) scratch.far[i] = {};
       });
       team.sync();
-      team.each(kFarPoints / kLanes, [&](int item) { add<V>(scratch, count, item * kLanes); });
+      team.each(kFarPoints / kLanes,
+                [&](int item) { add_balls<V>(scratch, count, item * kLanes); });
     }
     team.sync();
     team.each(4, [&](int k) {
@@ -97,10 +98,10 @@ struct ExpandFarField {
     });
   }
 
-  /// Initialises points, values (the parent's polynomial there) and terms (none).
+  /// Initialises the points, their values (the parent's polynomial there) and the terms (0).
   template <class Team>
-  PM_HD void begin(const Team& team, Scratch& scratch, const Node& node, const Node& parent,
-                   const FarBox& box) const {
+  PM_HD void initialize(const Team& team, Scratch& scratch, const Node& node, const Node& parent,
+                        const FarBox& box) const {
     using V = typename Team::V;
     constexpr int kLanes = Lanes<V>::kCount;
     const FarBox from = far_box(grid, kBranching * level.cells, level.margin, parent.at);
@@ -125,14 +126,15 @@ struct ExpandFarField {
     });
   }
 
-  /// Marks the distant ones among the entries from number `at` on, and adds their bounds.
+  /// Marks the distant balls among the chunk's entries from position `at` on, and adds their bounds
+  /// to the terms. `remaining`: number of entries from the chunk's first to the end of the list.
   template <class V>
-  PM_HD void accumulate_weights(Scratch& scratch, const NodeBox& box, const std::uint32_t* list,
-                                int left, int at) const {
+  PM_HD void mark_distant(Scratch& scratch, const NodeBox& box, const std::uint32_t* list,
+                          int remaining, int at) const {
     constexpr int kLanes = Lanes<V>::kCount;
     alignas(32) float x[kLanes], y[kLanes], z[kLanes], w[kLanes];
     for (int l = 0; l < kLanes; ++l) {
-      const RoundBall ball = at + l < left ? balls[list[at + l]] : RoundBall{};
+      const RoundBall ball = at + l < remaining ? balls[list[at + l]] : RoundBall{};
       x[l] = ball.x, y[l] = ball.y, z[l] = ball.z, w[l] = ball.w;
     }
     const float scale = balls[0].scale, scale_squared = balls[0].scale_squared,
@@ -154,13 +156,13 @@ struct ExpandFarField {
     }
     const std::uint32_t far = ~Lanes<V>::bits(near);
     for (int l = 0; l < kLanes; ++l) {
-      scratch.slot[at + l] = at + l < left ? far >> l & 1u : 0;
+      scratch.slot[at + l] = at + l < remaining ? far >> l & 1u : 0;
     }
   }
 
-  /// Adds `count` distant balls at the points from number `at` on.
+  /// Adds the values of `count` distant balls at the points from index `at` on.
   template <class V>
-  PM_HD void add(Scratch& scratch, int count, int at) const {
+  PM_HD void add_balls(Scratch& scratch, int count, int at) const {
     const V x = Lanes<V>::load(scratch.x + at), y = Lanes<V>::load(scratch.y + at),
             z = Lanes<V>::load(scratch.z + at), base = broadcast<V>(kMinDistance2);
     V sum = Lanes<V>::load(scratch.value + at);

@@ -1,14 +1,14 @@
 // Metaball field functions (Gaussian, Wyvill, inverse square): the contribution of one ball at a
 // point, and the ball in the form in which the kernels read it.
 //
-// A ball maps a point to u = M (point - center), M upper triangular with M^T M its matrix; for a
-// round ball M is one number. Its coordinate there is q = base + u.z^2 + u.y^2 + u.x^2, a chain of
-// fma's in this order, and what it contributes a function of q that falls with q (rises for w < 0)
-// and is exactly 0 where q > limit.
+// A ball maps a point to u = M (point - center). M is upper triangular, and M^T M is the ball's
+// matrix; for a round ball M is one number. The ball's coordinate at the point is q = base + u.z^2
+// + u.y^2 + u.x^2, a chain of fma's in this order. The ball contributes a function of q, which
+// decreases with q (increases for w < 0) and is exactly 0 where q > limit.
 //
 // Each step of the chain rounds monotonically in each argument, and so does each u_k in each
-// coordinate of the point. Hence the corners of a box bound every q computed for a point of it,
-// rounding included: q is monotone after rounding, which makes culling exact (bricks.h).
+// coordinate of the point. So q is monotone even after rounding, and the corners of a box bound
+// every q that is computed in it, which makes culling exact (tree.h).
 //
 // V is float, or a pack of floats (simd_math.h): the same operations on several points at once.
 #pragma once
@@ -23,7 +23,7 @@
 
 namespace polymorph {
 
-constexpr int kBatch = 4;
+constexpr int kBatch = 4;  ///< balls that share one division (sum_of_batch)
 
 template <class V>
 struct Points {
@@ -37,7 +37,7 @@ struct QRange {
   V near, far;
 };
 
-/// The smallest and the largest absolute value in [low, high].
+/// Returns the smallest absolute value in [low, high]; furthest() returns the largest.
 template <class V>
 PM_HD inline V nearest(V low, V high) {
   return max(max(low, -high), broadcast<V>(0.0f));
@@ -47,7 +47,7 @@ PM_HD inline V furthest(V low, V high) {
   return max(high, -low);
 }
 
-/// The range of u over a box, or of points.
+/// The range of u over a box, or of the box's points themselves.
 template <class V>
 struct CoordinateRange {
   V low_x, high_x, low_y, high_y, low_z, high_z;
@@ -63,7 +63,7 @@ PM_HD inline QRange<V> q_range(const CoordinateRange<V>& u, float base) {
   return {fma(nx, nx, fma(ny, ny, fma(nz, nz, b))), fma(fx, fx, fma(fy, fy, fma(fz, fz, b)))};
 }
 
-/// A round ball with its constants folded; 32 bytes: one aligned load.
+/// A round ball as the kernels read it; 32 bytes, one aligned load.
 struct alignas(32) RoundBall {
   float x = 0, y = 0, z = 0;
   float scale = 1;  ///< u = scale (point - center)
@@ -76,8 +76,8 @@ struct alignas(32) RoundBall {
     const V ux = scale * (px - x), uy = scale * (py - y), uz = scale * (pz - z);
     return fma(ux, ux, fma(uy, uy, fma(uz, uz, broadcast<V>(base))));
   }
-  /// q of N rows of points that share x and z: what a row shares is computed once. Y is float where
-  /// a row has one y, V where lanes have their own.
+  /// Computes q of N rows of points with the same x and z, whose terms are computed once. Y is
+  /// float if a row has one y, V if each lane has its own.
   template <class V, class Y, int N>
   PM_HD void q_rows(V px, const Y (&py)[N], float pz, V (&out)[N]) const {
     const V ux = scale * (px - x);
@@ -87,12 +87,12 @@ struct alignas(32) RoundBall {
       out[r] = fma(ux, ux, spread<V>(fma(uy, uy, broadcast<Y>(q0))));
     }
   }
-  /// Half the gradient of q.
+  /// Returns half the gradient of q.
   template <class V>
   PM_HD Points<V> half_gradient_of_q(const Points<V>& p) const {
     return {scale_squared * (p.x - x), scale_squared * (p.y - y), scale_squared * (p.z - z)};
   }
-  /// The range of q over the points of a box.
+  /// Returns the range of q over the points of a box.
   template <class V>
   PM_HD QRange<V> range(const CoordinateRange<V>& p) const {
     return q_range<V>({scale * (p.low_x - x), scale * (p.high_x - x), scale * (p.low_y - y),
@@ -136,7 +136,8 @@ struct alignas(16) EllipsoidBall {
   PM_HD QRange<V> range(const CoordinateRange<V>& p) const {
     const V ax = p.low_x - x, bx = p.high_x - x, ay = p.low_y - y, by = p.high_y - y,
             az = p.low_z - z, bz = p.high_z - z;
-    // u_k is least at the corner that the signs of row k of M pick, and greatest at the other.
+    // u_k is smallest at a corner given by the signs in row k of M, and largest at the opposite
+    // one.
     const bool y1 = xy < 0, z1 = xz < 0, z2 = yz < 0;
     return q_range<V>(
         {along_x(ax, y1 ? by : ay, z1 ? bz : az), along_x(bx, y1 ? ay : by, z1 ? az : bz),
@@ -154,12 +155,12 @@ struct alignas(16) EllipsoidBall {
   }
 };
 
-/// The smallest ratio of a pivot to its diagonal entry at which a shape counts as positive
-/// definite: some ten times the rounding of its entries. Axes may differ by a factor of 1000.
+/// Minimum ratio of a pivot to its diagonal entry in a positive definite shape: some ten times the
+/// rounding error of the entries. Axes may differ by a factor of 1000.
 constexpr double kMinPivot = 1e-6;
 
-/// Computes M of scale * s, its upper Cholesky factor (scale * s = M^T M). False where the matrix
-/// is not positive definite.
+/// Computes the upper Cholesky factor M of scale * s (scale * s = M^T M). Returns false if the
+/// matrix is not positive definite.
 PM_HD inline bool factor(const Sym3& s, double scale, double (&m)[6]) {
   const double xx = scale * static_cast<double>(s.xx), yy = scale * static_cast<double>(s.yy),
                zz = scale * static_cast<double>(s.zz);
@@ -177,30 +178,32 @@ PM_HD inline bool factor(const Sym3& s, double scale, double (&m)[6]) {
   return true;
 }
 
-/// Tests whether a ball of infinite support is too near a box for a polynomial (far_field.h),
-/// near^3 <= reach |w|? A ball clamped to the largest distance is, too: the clamp makes a kink that
-/// no polynomial follows.
+/// Tests whether a ball of infinite support is too near a box for a polynomial (far_field.h), i.e.
+/// whether near^3 <= reach |w|. So is a ball whose q reaches kMaxDistance2 in the box, because no
+/// polynomial follows the kink of the clamp.
 template <class V>
 PM_HD inline auto is_near(V w, QRange<V> q, float reach) {
   return (q.near * (q.near * q.near) <= reach * max(w, -w)) | (q.far >= kMaxDistance2);
 }
 
-/// One axis' factor of a ball's value in a separable field; u2 is u^2 along it, or its sum with
-/// base. Within the ball's reach u^2 <= kMaxFactor (prepare_ball); beyond, the factor is not used.
+/// Returns the factor of one axis in a ball's value in a separable field; u2 is u^2 along the axis,
+/// plus base along x. Within the ball's support u2 <= kMaxFactor (GaussianField::prepare); beyond
+/// it the factor is not used.
 template <class V>
 PM_HD inline V separable_factor(V u2) {
   return exp2(-min(u2, broadcast<V>(kMaxFactor)));
 }
 
-/// One field function (field_kinds.h) over balls of one form: what extract() is compiled for.
+/// A field function (field_kinds.h) with a type of balls. The passes are compiled for each Field.
 template <class KindType, class BallType>
 struct Field {
   using Ball = BallType;
   using Kind = KindType;
-  /// Balls have a limit of their support. Where they have none, distant ones are summed by
-  /// far_field.h, and sums take four balls at a time (sum_of_batch).
+  /// True if balls have finite support. Otherwise far_field.h sums the distant balls, and sums take
+  /// four balls at a time (sum_of_batch).
   static constexpr bool kCompactSupport = Kind::kCompactSupport;
-  /// A contribution is a product of three numbers, one per axis: on a grid they are shared.
+  /// True if a contribution is a product of one factor per axis; the points of a grid share
+  /// factors.
   static constexpr bool kSeparable = Kind::kExponential && std::is_same<Ball, RoundBall>::value;
 
   /// Tests whether a ball belongs in the list of a node over whose box its coordinate has the range
@@ -214,12 +217,12 @@ struct Field {
     }
   }
 
-  /// The contribution of a ball at the coordinate q.
+  /// Returns the contribution of a ball at the coordinate q.
   template <class V>
   PM_HD static V value(const Ball& ball, V q) {
     return Kind::value(ball, q);
   }
-  /// -d value / dq, up to one positive factor common to all balls.
+  /// Returns -d value / dq, up to a positive factor common to all balls.
   template <class V>
   PM_HD static V negated_derivative(const Ball& ball, V q) {
     return Kind::negated_derivative(ball, q);
@@ -238,13 +241,13 @@ PM_HD inline void set_matrix(EllipsoidBall& ball, const Sym3& shape, double scal
   ball.yz = static_cast<float>(m[4]), ball.zz = static_cast<float>(m[5]);
 }
 
-/// Loads four balls of a list; where only `left` < 4 are left, balls that add nothing follow.
-PM_HD inline void load_batch(const RoundBall* balls, const std::uint32_t* list, std::uint32_t left,
-                             RoundBall (&out)[kBatch]) {
+/// Loads the next four balls of a list. If `remaining` < 4, balls of strength 0 follow.
+PM_HD inline void load_batch(const RoundBall* balls, const std::uint32_t* list,
+                             std::uint32_t remaining, RoundBall (&out)[kBatch]) {
   for (std::uint32_t i = 0; i < kBatch; ++i) {
     RoundBall nothing;
     nothing.scale = 0, nothing.base = 1;
-    out[i] = i < left ? balls[list[i]] : nothing;
+    out[i] = i < remaining ? balls[list[i]] : nothing;
   }
 }
 
@@ -256,7 +259,7 @@ PM_HD inline V sum_of_batch(const BallType (&b)[kBatch], const V (&q)[kBatch]) {
   return fma(n01, d23, n23 * d01) / (d01 * d23);
 }
 
-/// Adds a ball's contribution in a separable field, with the bits that grid points have.
+/// Adds a ball's contribution in a separable field, with the bits that bricks.h computes.
 template <class V>
 PM_HD inline V add_product(V sum, const RoundBall& ball, V x, V y, V z) {
   const V ux = ball.scale * (x - ball.x), uy = ball.scale * (y - ball.y),

@@ -3,27 +3,27 @@
 // interpolated between them by a polynomial of third degree along each axis. Nearer balls stay in
 // the node's list and are summed one by one.
 //
-// Each level hands its polynomial to the next: a child takes its parent's values at points of its
-// own (a polynomial restricted to a smaller box is the same polynomial, so that costs rounding
-// only) and adds the balls of its parent's list that are distant from the smaller box
-// (expand_far_field.h). So each ball is in exactly one place for a brick: in an ancestor's
-// polynomial or in the list.
+// Each level passes its polynomial on to the next: a child evaluates its parent's polynomial at its
+// own points (restricted to a smaller box it is the same polynomial, so this costs only rounding)
+// and adds the balls of its parent's list that are distant from the smaller box
+// (expand_far_field.h). So for a brick each ball counts exactly once: in an ancestor's polynomial
+// or in the list.
 //
-// How far the polynomial can be off: along an axis w / q has derivatives of order n of at most
+// Error bound: along an axis w / q has derivatives of order n of at most
 // n! (n + 1) |w| / q^(n / 2 + 1), since the expansion of 1 / q has Chebyshev polynomials of the
 // second kind as its coefficients and |U_n| <= n + 1. Interpolation in 4 Chebyshev points over half
 // a side `a` is off by at most a^4 / 8 times the fourth derivative / 4!: 5/8 |w| a^4 / near^3, near
-// being the least q in the box. Along three axes it is 1 + L + L^2 = 6.27 times as much, L = 1.848
-// being the Lebesgue constant of 4 points. A ball is distant where that is below a tolerance.
-// FarField::error is the sum of these bounds. Where a value is nearer to iso than that and rounding
-// together, the exact sum over all balls decides (bricks.h): which points are inside is what the
-// exact field says, whichever brick asks.
+// being the smallest q in the box. Along three axes the error is 1 + L + L^2 = 6.27
+// times as large, with L = 1.848 the Lebesgue constant of 4 points. A ball is distant if this bound
+// is below a tolerance. FarField::error is the sum of the bounds. A value that is nearer to iso
+// than this error and the rounding together is replaced by the exact sum over all balls (bricks.h).
+// So all bricks agree on which points are inside.
 //
-// Interpolation, not a Taylor series about the middle: 64 values are as exact as the 56
-// coefficients of fifth degree (at the worst point of a box whose half side is 1/4 of the distance
-// to it, 0.26 % of the ball's share against 0.21 %; third degree with 4^3 points against fourth
-// with 35 coefficients, 0.75 %), each value is summed by one thread in the order of the list, and
-// handing it to the children is evaluating it.
+// Why interpolation, and not a Taylor series about the middle: the 64 values are about as accurate
+// as the 56 coefficients of a series of fifth degree. At the worst point of a box whose half side
+// is 1/4 of the ball's distance, the error is 0.26 % of the ball's value against 0.21 %, and 0.75 %
+// with the 35 coefficients of fourth degree. Moreover, one thread sums each value in the order of
+// the list, and children only have to evaluate the polynomial.
 #pragma once
 
 #include "host_device.h"
@@ -36,27 +36,26 @@ constexpr int kFarAlong = 4;  ///< points along an axis
 constexpr int kFarPoints = kFarAlong * kFarAlong * kFarAlong;
 constexpr float kFarError = 3.93f;  ///< 5/8 (1 + L + L^2), and rounding
 
-/// A distant ball's largest error, in units of iso * cell / length of the field. A field falls from
-/// iso by about that much over one cell, so the error shifts the surface by this fraction of a
-/// cell. Measured on 1032 balls (bench) at
-/// 256^3: with 1e-3 vertices are off by 3.7e-4 cells rms (8.5e-4 for the worst in 1000) and the
-/// surface takes 0.8 times as long; with 2e-4 by 1.6e-4 (1.9e-4); with 1e-4 by 0.9e-4 (1.3e-4), and
-/// 1.15 times as long.
+/// Maximum error of a distant ball, in units of iso * cell / FieldScale::length. A field falls from
+/// iso by about this unit over one cell, so the error shifts the surface by this fraction of a
+/// cell. Measured on 1032 balls (bench) at 256^3: with 1e-3 vertices are off by 3.7e-4 cells rms
+/// (8.5e-4 for the worst in 1000) and the surface takes 0.8 times as long; with 2e-4 by 1.6e-4
+/// (1.9e-4); with 1e-4 by 0.9e-4 (1.3e-4), and 1.15 times as long.
 constexpr float kFarTolerance = 2e-4f;
 
-/// The points in half sides, cos(pi / 8) and cos(3 pi / 8), and their squares.
+/// The points' coordinates in half sides, cos(pi / 8) and cos(3 pi / 8), and their squares.
 constexpr float kFarOuter = 0.92387953f, kFarInner = 0.38268343f;
 constexpr float kFarOuter2 = 0.85355339f, kFarInner2 = 0.14644661f;
 PM_HD constexpr float far_point(int i) {
   return i == 0 ? -kFarOuter : i == 1 ? -kFarInner : i == 2 ? kFarInner : kFarOuter;
 }
 
-/// The far field of one node. No defaults: the CPU's buffers would write them all.
+/// The far field of one node; FarField{} is 0.
 struct FarField {
-  float value[kFarPoints];        ///< values of the polynomial at the points, x first
+  float value[kFarPoints];        ///< values of the polynomial at the points, x fastest
   float error;                    ///< bound of the polynomial's error anywhere in the box
   float rounding;                 ///< bound of its rounding, far below `error`
-  float second_derivative_bound;  ///< sum of 3 |w| / near^2: half a bound of second derivatives
+  float second_derivative_bound;  ///< sum of 3 |w| / near^2: half a bound of the second derivative
   float size;                     ///< sum of |w| / near
   float negative_weight_bound;    ///< sum of |w| / near over the node's list where w < 0
 };
@@ -78,21 +77,22 @@ template <class V>
 struct FarWeights {
   V at[kFarAlong];
 
-  /// 1 / (2 kFarOuter d) and 1 / (2 kFarInner d), d the difference of their squares.
-  static constexpr float kByOuter = 0.76536686f, kByInner = 1.84775907f;
+  /// 1 / (2 kFarOuter d) and 1 / (2 kFarInner d), where d = kFarOuter2 - kFarInner2.
+  static constexpr float kOuterScale = 0.76536686f, kInnerScale = 1.84775907f;
 
   PM_HD explicit FarWeights(V s) {
-    const V s2 = s * s, outer = kByOuter * (s2 - kFarInner2), inner = kByInner * (s2 - kFarOuter2);
+    const V s2 = s * s, outer = kOuterScale * (s2 - kFarInner2),
+            inner = kInnerScale * (s2 - kFarOuter2);
     at[0] = outer * (kFarOuter - s), at[1] = inner * (s - kFarInner);
     at[2] = inner * (-kFarInner - s), at[3] = outer * (kFarOuter + s);
   }
   /// Computes the weights and, in `slope`, their derivatives.
   PM_HD FarWeights(V s, V (&slope)[kFarAlong]) : FarWeights(s) {
     const V outer = s * s - kFarInner2, inner = s * s - kFarOuter2, twice = s + s;
-    slope[0] = kByOuter * fma(twice, kFarOuter - s, -outer);
-    slope[1] = kByInner * fma(twice, s - kFarInner, inner);
-    slope[2] = kByInner * fma(twice, -kFarInner - s, -inner);
-    slope[3] = kByOuter * fma(twice, kFarOuter + s, outer);
+    slope[0] = kOuterScale * fma(twice, kFarOuter - s, -outer);
+    slope[1] = kInnerScale * fma(twice, s - kFarInner, inner);
+    slope[2] = kInnerScale * fma(twice, -kFarInner - s, -inner);
+    slope[3] = kOuterScale * fma(twice, kFarOuter + s, outer);
   }
 };
 
@@ -103,7 +103,7 @@ PM_HD inline V far_sum(const V (&weight)[kFarAlong], const float* value) {
   return sum;
 }
 
-/// Evaluates the polynomial at a point, measured in half sides from the middle.
+/// Evaluates the polynomial at a point, whose coordinates are in half sides from the middle.
 template <class V>
 PM_HD inline V far_value(const float (&value)[kFarPoints], V x, V y, V z) {
   const FarWeights<V> wx(x), wy(y), wz(z);
@@ -140,7 +140,7 @@ PM_HD inline void far_rows(const float (&value)[kFarPoints], const FarBox& box, 
   }
 }
 
-/// The polynomial and its gradient.
+/// Value and gradient of the polynomial at a point.
 template <class V>
 struct FarSlope {
   V value, x, y, z;

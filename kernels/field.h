@@ -4,12 +4,13 @@
 // Two lists give the same bits at a point when they differ only in balls that contribute exactly 0
 // there: all sums start at +0 and adding 0 changes no float. The lists of a brick hold every ball
 // that reaches any of its points (tree.h), so a point shared by several bricks has one value, and
-// it is the value of the sum over all balls. Where support is infinite, a brick's value is that of
-// its list and its polynomial, and bricks differ by rounding and far_field.h's error: bricks.h sees
-// to it that they agree about which points are inside.
+// it is the value of the sum over all balls. With infinite support, a brick's value is the sum of
+// its list and its polynomial. Then bricks differ by rounding and by the error of far_field.h, but
+// bricks.h makes them agree on which points are inside.
 //
-// Where the field splits, its value at a grid point is a sum of products of factors; between the
-// points, where factors cannot be shared, one power does: the two differ by rounding.
+// In a separable field, the value at a grid point is a sum of products of one factor per axis.
+// Between grid points, which cannot share factors, it is a sum of single powers. The two differ by
+// rounding.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +23,7 @@
 
 namespace polymorph {
 
-/// A run of ball indices, ascending.
+/// Ball indices in ascending order.
 struct BallList {
   const std::uint32_t* indices = nullptr;
   std::uint32_t count = 0;
@@ -63,7 +64,8 @@ PM_HD inline V field_at(const Points<V>& p, const typename F::Ball* balls, BallL
   return sum;
 }
 
-/// The field at points of the grid: as field_at(), but with the bits of add_product().
+/// Evaluates the field at points of the grid: as field_at(), but in separable fields by
+/// add_product().
 template <class F, class V>
 PM_HD inline V grid_field_at(const Points<V>& p, const typename F::Ball* balls, BallList list) {
   if constexpr (F::kSeparable) {
@@ -77,7 +79,7 @@ PM_HD inline V grid_field_at(const Points<V>& p, const typename F::Ball* balls, 
   }
 }
 
-/// Minus the field's gradient, up to a positive factor: outward at the surface.
+/// Returns minus the field's gradient, up to a positive factor; it points outward at the surface.
 template <class F, class V>
 PM_HD inline Points<V> negated_gradient_at(const Points<V>& p, const typename F::Ball* balls,
                                            BallList list) {
@@ -88,9 +90,9 @@ PM_HD inline Points<V> negated_gradient_at(const Points<V>& p, const typename F:
       V q[kBatch];
       load_batch(balls, list.indices + j, list.count - j, batch);
       batch_q(batch, p, q);
-      const V d01 = q[0] * q[1], d23 = q[2] * q[3], both = 1.0f / (d01 * d23);
-      const V a = d23 * both, b = d01 * both;
-      const V inverse[kBatch] = {q[1] * a, q[0] * a, q[3] * b, q[2] * b};
+      const V d01 = q[0] * q[1], d23 = q[2] * q[3], inv_product = 1.0f / (d01 * d23);
+      const V inv_d01 = d23 * inv_product, inv_d23 = d01 * inv_product;
+      const V inverse[kBatch] = {q[1] * inv_d01, q[0] * inv_d01, q[3] * inv_d23, q[2] * inv_d23};
       for (int i = 0; i < kBatch; ++i) {
         const V negated_derivative = batch[i].w * (inverse[i] * inverse[i]);
         const Points<V> g = batch[i].half_gradient_of_q(p);
@@ -110,7 +112,7 @@ PM_HD inline Points<V> negated_gradient_at(const Points<V>& p, const typename F:
   return sum;
 }
 
-/// The field in a brick: its list, and where support is infinite its polynomial.
+/// The field in a brick: its list and, with infinite support, its polynomial.
 template <class F>
 struct BrickField {
   const typename F::Ball* balls = nullptr;
@@ -136,12 +138,12 @@ struct BrickField {
                                  box.inverse.z * (p.z - box.middle.z));
     }
   }
-  /// Minus the gradient, up to a positive factor: outward at the surface.
+  /// Returns minus the gradient, up to a positive factor; it points outward at the surface.
   template <class V>
   PM_HD Points<V> negated_gradient(const Points<V>& p) const {
     Points<V> sum = negated_gradient_at<F>(p, balls, list);
     if constexpr (!F::kCompactSupport) {
-      // Half of it, as in the sum over the list.
+      // Half of the gradient, as in the sum over the list.
       const FarSlope<V> slope(far->value, box, p.x, p.y, p.z);
       sum.x = fma(broadcast<V>(-0.5f), slope.x, sum.x),
       sum.y = fma(broadcast<V>(-0.5f), slope.y, sum.y);
@@ -151,7 +153,7 @@ struct BrickField {
   }
 };
 
-/// Prepares all balls, and the roots of a tree where there is one; one item per ball or root.
+/// Prepares all balls and, if there is a tree, its roots; one item per ball or root.
 template <class F>
 struct PrepareBalls {
   View<const Ball> balls;
@@ -181,7 +183,8 @@ struct PrepareBalls {
   }
 };
 
-/// Field values at arbitrary points, summed over all balls; one item as many points as V has lanes.
+/// Samples the field at arbitrary points as sums over all balls. An item is as many points as V has
+/// lanes.
 template <class F, class V>
 struct SamplePoints {
   View<const Vec3> points;

@@ -1,20 +1,20 @@
-// Field functions of metaballs: one struct per FieldKind, with all that the program knows of it.
+// Field functions of metaballs: one struct per FieldKind, with everything that depends on the kind.
 //
-// A ball's coordinate is q = a d^T S d, d the offset from its centre and S its shape (q = d^2 where
-// there is no support to scale). The kernels have it prepared (falloff.h): multiplied by a
-// constant, with `base` added. A kind has kKind, kName, kEllipsoids, kCompactSupport, kExponential;
+// A ball's coordinate is q = a d^T S d, d the offset from its centre and S its shape; with infinite
+// support it is q = d^2. The kernels use the prepared coordinate (falloff.h): q times a constant,
+// plus `base`. A kind has kKind, kName, kEllipsoids, kCompactSupport, kExponential;
 // and
 //   for the kernels (V is float or a pack):
-//     prepare(ball, scale, out): sets out's base, limit and w; the factor of the coordinate
+//     prepare(ball, scale, out): sets out's base, limit and w; returns the coordinate's factor
 //     value(ball, q): the contribution; 0 beyond ball.limit
 //     negated_derivative(ball, q): minus its derivative, up to a positive factor common to all
 //       balls; 0 beyond ball.limit
-//     share(ball, q): the value that shares of the field are taken of: >= 0, not cut off
+//     share(ball, q): the value that counts for shares of the field: >= 0, without cutoff
 //   for the rest, with the plain coordinate:
 //     coordinate(ball, d), coordinate_gradient(ball, d)
 //     log_value(ball, q) and log_slope(ball, q), its derivative
 //     end(ball, level): q beyond which a ball adds less than `level`
-//     surface(ball): the largest q at which a lone ball's value is 1; <= 0 if there is none
+//     surface(ball): the largest q at which the value of a single ball is 1; <= 0 if it never is
 //     radius(ball): a measure of its size
 //     of_sphere(center, radius, constants): a ball for a sphere
 //     rescale(ball, level): moves the surface at `level` to the level 1
@@ -32,12 +32,13 @@
 
 namespace polymorph {
 
-/// Squared distances in FieldScale::length that fields of infinite support are clamped to: the
-/// first is added, so that a ball's centre has a finite, large value; products of four then stay
-/// within the normal floats, and four balls share a division.
+/// Range of squared distances in fields of infinite support, in units of FieldScale::length^2. The
+/// minimum is added, so that the field is finite at a ball's centre; larger distances are clamped
+/// to the maximum. So products of four stay within the normal floats, and four balls share a
+/// division.
 constexpr float kMinDistance2 = 1e-9f, kMaxDistance2 = 1e9f;
-/// Upper bound of one axis' part of a separable field's coordinate; within a ball's support it is
-/// less.
+/// Upper bound of one axis' term in the coordinate of a separable field, to which
+/// separable_factor() clamps; within a ball's support the term is smaller.
 constexpr float kMaxFactor = 125.0f;
 
 /// Scales that all balls of a set share.
@@ -66,19 +67,20 @@ struct EllipsoidCoordinate {
   static float share_of_weight(float w, float share) { return w * share; }
 };
 
-/// exp(w - q) (Blinn 1982; report Eq. 3.1). The kernels' q has log2(e) in it and base = -w log2(e),
-/// so that the contribution is 2^-q; it ends where that falls below log2(cutoff iso) (Blinn: r =
+/// exp(w - q) (Blinn 1982; report Eq. 3.1). The kernels' q has the factor log2(e), and base = -w
+/// log2(e), so that the contribution is 2^-q. It ends where it falls below cutoff iso (Blinn: r =
 /// sqrt((w - ln(cutoff iso)) / a); report 3.2.3).
 struct GaussianField : EllipsoidCoordinate {
   static constexpr FieldKind kKind = FieldKind::kGaussian;
   static constexpr std::string_view kName = "gaussian";
-  /// Values are products of one number per axis, and weights add up in the exponent.
+  /// The value is a product of one factor per axis, and w is part of the exponent.
   static constexpr bool kExponential = true;
 
   template <class B>
   PM_HD static double prepare(const Ball& ball, FieldScale scale, B& out) {
     constexpr double kLog2E = 1.4426950408889634;
-    // Limit the strength so that within the support one axis alone stays in the range of exp2().
+    // Limits the strength so that within the support the term of each axis is in the range of
+    // exp2().
     const float strongest = min(kMaxExponent, kMaxFactor - 5 + scale.log2_floor);
     out.base = -min(ball.w * static_cast<float>(kLog2E), strongest);
     out.limit = -scale.log2_floor;
@@ -125,7 +127,7 @@ struct WyvillField : EllipsoidCoordinate {
     return zero_unless(q <= ball.limit,
                        (ball.w * (p * p)) * fma(broadcast<V>(-4.0f / 9.0f), q, broadcast<V>(1.0f)));
   }
-  /// (1 - q) (22 - 12 q) / 9; the common 2 / 9 is left out.
+  /// Minus the derivative is w (1 - q) (22 - 12 q) / 9; the common factor 2 / 9 is left out.
   template <class V, class B>
   PM_HD static V negated_derivative(const B& ball, V q) {
     return zero_unless(q <= ball.limit,
@@ -154,7 +156,7 @@ struct WyvillField : EllipsoidCoordinate {
     }
     return inside;
   }
-  /// A strength of 2 falls to 1 at half the support's radius, which is the sphere's radius.
+  /// A ball of w = 2 has the value 1 at half the support's radius, which is the sphere's radius.
   static Ball of_sphere(Vec3 center, float radius, const BallConstants& c) {
     return {center, 0.25f / (radius * radius), 2 * c.magnitude / c.threshold};
   }
@@ -194,7 +196,7 @@ struct InverseSquareField {
   static float end(const Ball&, float) { return kInfinity; }
   static float surface(const Ball& ball) { return ball.w; }
   static float radius(const Ball& ball) { return std::sqrt(std::max(ball.w, 1e-12f)); }
-  /// F = blobConstant magnitude / d^2, over the threshold.
+  /// F/T = blobConstant magnitude R^2 / (d^2 threshold).
   static Ball of_sphere(Vec3 center, float radius, const BallConstants& c) {
     return {center, 1, c.blob_constant * c.magnitude * (radius * radius) / c.threshold};
   }

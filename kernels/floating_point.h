@@ -3,9 +3,9 @@
 //
 // Embree asks for flush-to-zero, because its kernels slow down by an order of magnitude on
 // denormals; the kernels need IEEE arithmetic, so that their results have the same bits everywhere.
-// Both run in the same TBB threads, so each sets what it needs. Where x86-64 flushes a result that
-// is below the normal numbers after rounding, aarch64 flushes one that is so before: they differ
-// where a product or sum rounds up to exactly 2^-126 (floats) or 2^-1022 (doubles).
+// Both run in the same TBB threads, so each sets the mode that it needs. x86-64 flushes a result
+// that is below the normal numbers after rounding, aarch64 one that is below them before rounding.
+// They differ where a product or sum rounds up to exactly 2^-126 (floats) or 2^-1022 (doubles).
 #pragma once
 
 #include <cstdint>

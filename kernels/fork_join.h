@@ -1,6 +1,6 @@
-// Wrapper of parallel loops: ends them early on request (interruption.h), and tells ThreadSanitizer
-// where they begin and end. TBB's library is not instrumented, so ThreadSanitizer would otherwise
-// see no order between a loop and the code around it, and report races.
+// Wrapper of a parallel loop: ends the loop early on request (interruption.h), and tells
+// ThreadSanitizer where it begins and ends. TBB's library is not instrumented, so ThreadSanitizer
+// would otherwise see no order between a loop and the code around it, and report races.
 #pragma once
 
 #include "interruption.h"

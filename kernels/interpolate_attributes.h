@@ -1,10 +1,11 @@
 // Attribute interpolation: the values that balls carry (colour, texture coordinates, motion),
 // weighted at each point by the balls' shares of the field.
 //
-// A ball's share is what it adds to the field over what all add; balls that add less than
-// kMinShare of what the strongest does are left out. Neighbouring points share a list of the
-// balls that can matter in the box around them: by the bounds of falloff.h a ball left out of it is
-// below kMinShare at each of the points, so that the list changes no bit.
+// A ball's share is its contribution to the field divided by the sum of all contributions. Balls
+// that contribute less than kMinShare times the largest contribution are left out. Neighbouring
+// points share a list of the balls that can matter in the box around them. By the bounds of
+// falloff.h, all other balls are below kMinShare at each of these points, so that the list changes
+// no bit.
 #pragma once
 
 #include <cstdint>
@@ -34,14 +35,14 @@ struct InterpolateAttributes {
   View<const Vec3> points;
   View<const typename F::Ball> balls;
   BallList all_balls;
-  View<const BallAttribute> carried;  ///< kMaps per ball
-  View<AttributeValues> out;          ///< kMaps per point
+  View<const BallAttribute> attributes;  ///< kMaps per ball
+  View<AttributeValues> out;             ///< kMaps per point
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t run) const {
     constexpr int kLanes = Lanes<V>::kCount;
-    const std::int64_t begin = run * kRun, left = points.size - begin;
-    const int n = left < kRun ? static_cast<int>(left) : kRun;
+    const std::int64_t begin = run * kRun, remaining = points.size - begin;
+    const int n = remaining < kRun ? static_cast<int>(remaining) : kRun;
     team.each_group(1, [&](int) { list_near(team, scratch, begin, n); });
     team.sync();
     team.each((n + kLanes - 1) / kLanes, [&](int item) {
@@ -52,7 +53,8 @@ struct InterpolateAttributes {
     });
   }
 
-  /// Lists the balls that matter in each box around n points from number `begin` on, ascending.
+  /// Lists the balls that matter in each box, in ascending order. The boxes surround kPointsPerBox
+  /// points each, of the n points from index `begin` on.
   template <class Team>
   PM_HD void list_near(const Team& team, Scratch& scratch, std::int64_t begin, int n) const {
     const std::uint32_t rank = team.group_rank();
@@ -74,31 +76,32 @@ struct InterpolateAttributes {
                                       Lanes<V>::load(bounds[2]), Lanes<V>::load(bounds[3]),
                                       Lanes<V>::load(bounds[4]), Lanes<V>::load(bounds[5])};
     const auto range = [&](std::uint32_t j) { return balls[j].range(boxes); };
-    // A lower bound of the strongest ball's share at every point of a box.
+    // A lower bound of the largest contribution at every point of a box.
     V strongest = broadcast<V>(0.0f);
     for (std::uint32_t j = rank; j < all_balls.count; j += Team::kGroup) {
       strongest = max(strongest, F::Kind::share(balls[j], range(j).far));
     }
     // The factor 0.999 is needed because the polynomial of exp2() is not quite monotone.
-    const V min_near = 0.999f * kMinShare * team.group_max(strongest);
+    const V threshold = 0.999f * kMinShare * team.group_max(strongest);
     std::int64_t cursor[kBoxes], end[kBoxes];
     for (int box = 0; box < kBoxes; ++box) {
       cursor[box] = box * std::int64_t{kMaxNear}, end[box] = cursor[box] + kMaxNear;
     }
-    std::uint32_t full = 0;
+    std::uint32_t full_boxes = 0;
     for (std::uint32_t j0 = 0; j0 < all_balls.count; j0 += Team::kGroup) {
       const std::uint32_t j = j0 + rank;
       for (int box = 0; box < kBoxes; ++box) {
-        full |= (cursor[box] + Team::kGroup > end[box] ? 1u : 0u) << box;
+        full_boxes |= (cursor[box] + Team::kGroup > end[box] ? 1u : 0u) << box;
       }
-      const std::uint32_t matters =
-          j < all_balls.count ? Lanes<V>::bits(F::Kind::share(balls[j], range(j).near) > min_near)
+      const std::uint32_t relevant_boxes =
+          j < all_balls.count ? Lanes<V>::bits(F::Kind::share(balls[j], range(j).near) > threshold)
                               : 0;
-      team.append(matters & ~full, cursor, [&](std::int64_t slot) { scratch.near[slot] = j; });
+      team.append(relevant_boxes & ~full_boxes, cursor,
+                  [&](std::int64_t slot) { scratch.near[slot] = j; });
     }
     if (!team.leads_group()) return;
     for (int box = 0; box < kBoxes; ++box) {
-      scratch.count[box] = full >> box & 1u
+      scratch.count[box] = full_boxes >> box & 1u
                                ? kMaxNear + 1
                                : static_cast<std::uint32_t>(cursor[box] + kMaxNear - end[box]);
     }
@@ -111,24 +114,24 @@ struct InterpolateAttributes {
       const Vec3 point = points[first + (l < n ? l : 0)];
       p[0][l] = point.x, p[1][l] = point.y, p[2][l] = point.z;
     }
-    const Points<V> x = {Lanes<V>::load(p[0]), Lanes<V>::load(p[1]), Lanes<V>::load(p[2])};
+    const Points<V> at = {Lanes<V>::load(p[0]), Lanes<V>::load(p[1]), Lanes<V>::load(p[2])};
     V strongest = broadcast<V>(0.0f);
     for (std::uint32_t j = 0; j < list.count; ++j) {
       const typename F::Ball ball = balls[list.indices[j]];
-      strongest = max(strongest, F::Kind::share(ball, ball.q(x.x, x.y, x.z)));
+      strongest = max(strongest, F::Kind::share(ball, ball.q(at.x, at.y, at.z)));
     }
-    const V min_strength = kMinShare * strongest;
+    const V threshold = kMinShare * strongest;
     V sum = broadcast<V>(0.0f), value[4 * kMaps];
     for (V& v : value) v = broadcast<V>(0.0f);
     for (std::uint32_t j = 0; j < list.count; ++j) {
       const std::uint32_t e = list.indices[j];
       const typename F::Ball ball = balls[e];
-      const V share = F::Kind::share(ball, ball.q(x.x, x.y, x.z));
-      const auto significant = share > min_strength;
+      const V share = F::Kind::share(ball, ball.q(at.x, at.y, at.z));
+      const auto significant = share > threshold;
       if (Lanes<V>::bits(significant) == 0) continue;
       const V weight = zero_unless(significant, share);
       sum = sum + weight;
-      add<V>(e, weight, {x.x - ball.x, x.y - ball.y, x.z - ball.z}, value);
+      add<V>(e, weight, {at.x - ball.x, at.y - ball.y, at.z - ball.z}, value);
     }
     const std::uint32_t reached = Lanes<V>::bits(sum > 0.0f);
     for (int k = 0; k < 4 * kMaps; ++k) {
@@ -145,11 +148,11 @@ struct InterpolateAttributes {
   template <class T>
   PM_HD void add(std::uint32_t e, T weight, const Points<T>& d, T (&value)[4 * kMaps]) const {
     for (int k = 0; k < 4 * kMaps; ++k) {
-      const BallAttribute& c = carried[std::int64_t{e} * kMaps + k / 4];
-      const Vec3 slope = c.slope[k % 4];
-      T here = fma(broadcast<T>(slope.z), d.z, broadcast<T>(c.value[k % 4]));
-      here = fma(broadcast<T>(slope.x), d.x, fma(broadcast<T>(slope.y), d.y, here));
-      value[k] = fma(weight, here, value[k]);
+      const BallAttribute& attribute = attributes[std::int64_t{e} * kMaps + k / 4];
+      const Vec3 slope = attribute.slope[k % 4];
+      T local_value = fma(broadcast<T>(slope.z), d.z, broadcast<T>(attribute.value[k % 4]));
+      local_value = fma(broadcast<T>(slope.x), d.x, fma(broadcast<T>(slope.y), d.y, local_value));
+      value[k] = fma(weight, local_value, value[k]);
     }
   }
 

@@ -7,8 +7,8 @@
 namespace polymorph {
 namespace {
 
-std::atomic<std::int64_t> interruption_time{
-    0};  ///< processor time of the process at the signal, ns
+/// Processor time of the process from which on it is interrupted, ns.
+std::atomic<std::int64_t> interruption_time{0};
 static_assert(std::atomic<std::int64_t>::is_always_lock_free, "set in signal handlers");
 
 std::int64_t processor_nanoseconds() {

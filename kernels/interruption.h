@@ -6,16 +6,16 @@
 
 namespace polymorph {
 
-/// Leaves a computation that was interrupted. Whatever it was making is incomplete and is thrown
-/// away; nothing else is harmed.
+/// Thrown out of a computation that is interrupted. Its result is incomplete and discarded; all
+/// other state stays valid.
 class Interrupted : public std::exception {
  public:
   const char* what() const noexcept override;
 };
 
-/// Requests that all computation of this process ends: every parallel loop and every call of
-/// check_interruption() throws Interrupted, once the process has used `grace` more seconds of
-/// processor time, until clear_interruption(). Safe in a signal handler.
+/// Requests that all computations of this process end. After the process has used `grace` more
+/// seconds of processor time, and until clear_interruption(), every parallel loop and every call of
+/// check_interruption() throws Interrupted. Safe in a signal handler.
 void request_interruption(double grace = 0);
 void clear_interruption();
 /// Tests whether check_interruption() would throw.

@@ -1,12 +1,12 @@
-// Level sets of fields that are functions of space (distances, morphs): the bricks that the surface
-// can cross, the field at their points, and the field as vertices need it. The surface is where the
-// field is 0; inside it is positive.
+// Level sets of fields that can be evaluated anywhere (distances, morphs): finds the bricks that
+// the surface can cross, samples the field in them, and is a source of PlaceVertices. The surface
+// is where the field is 0; the field is positive inside.
 //
 // A field has, for V = float or a pack of floats,
 //   value(p), negated_gradient(p): the field and minus its gradient at Points<V>
 //   line_values<V>(grid, start): value() at as many points of a grid line as V has lanes
-// and its bounds, which say where it can be 0,
-//   local(team, box): a Local, the values that hold for the whole box of a node
+// and bounds, which tell where it can be 0:
+//   local(team, box): a Local, which holds the bounds that are common to a node's whole box
 //   crossing_boxes(middles, half, local, has_rim): a mask of lanes; bit l is set if the surface can
 //     cross the box of half sides `half` around middle l, or, with has_rim, if a point of that box
 //     can be inside
@@ -33,15 +33,15 @@ struct ClassifyNodes {
   Bounds bounds;
   Level level;  ///< the children's
   View<Node> parents;
-  View<Counts> sums;  ///< per parent: children kept; 0 before
+  View<Counts> sums;  ///< per parent: number of kept children, 0 at first
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch&, std::int64_t item) const {
-    constexpr int kEach = kChildren / Team::kParts;
+    constexpr int kChildrenPerTeam = kChildren / Team::kParts;
     const std::int64_t p = item / Team::kParts;
-    const int begin = static_cast<int>(item % Team::kParts) * kEach;
+    const int begin = static_cast<int>(item % Team::kParts) * kChildrenPerTeam;
     const Node parent = parents[p];
-    team.each_group(kEach, [&](int i) {
+    team.each_group(kChildrenPerTeam, [&](int i) {
       const int child = begin + i;
       const Int3 at = child_position(parent.at, child);
       const bool exists = at.x < level.nodes.x && at.y < level.nodes.y && at.z < level.nodes.z;
@@ -61,25 +61,25 @@ struct ClassifyNodes {
     if (!bounds.crossing_boxes(Points<float>{middle.x, middle.y, middle.z}, half, local,
                                box.has_rim))
       return false;
-    return level.cells > kBrickCells || can_cross_parts<typename Team::V>(team, box, local);
+    return level.cells > kBrickCells || can_cross_blocks<typename Team::V>(team, box, local);
   }
 
-  /// Tests whether the surface can cross any of a brick's 4^3 parts. A brick that is far from it
-  /// need not be sampled.
+  /// Tests whether the surface can cross any of the 4^3 blocks of a brick. They have tighter bounds
+  /// than the brick, so that fewer bricks are sampled.
   template <class V, class Team>
-  PM_HD bool can_cross_parts(const Team& team, const NodeBox& box,
-                             const typename Bounds::Local& local) const {
-    constexpr int kSide = 4, kParts = kSide * kSide * kSide, kLanes = Lanes<V>::kCount;
+  PM_HD bool can_cross_blocks(const Team& team, const NodeBox& box,
+                              const typename Bounds::Local& local) const {
+    constexpr int kSide = 4, kBlocks = kSide * kSide * kSide, kLanes = Lanes<V>::kCount;
     const Vec3 size = (1.0f / kSide) * (box.high - box.low);
     float any = 0;
-    for (int i = static_cast<int>(team.group_rank()); i < kParts / kLanes && any == 0;
+    for (int i = static_cast<int>(team.group_rank()); i < kBlocks / kLanes && any == 0;
          i += static_cast<int>(team.kGroup)) {
       alignas(32) float x[kLanes], y[kLanes], z[kLanes];
       for (int l = 0; l < kLanes; ++l) {
-        const int part = kLanes * i + l;
-        x[l] = box.low.x + size.x * (0.5f + static_cast<float>(part % kSide));
-        y[l] = box.low.y + size.y * (0.5f + static_cast<float>(part / kSide % kSide));
-        z[l] = box.low.z + size.z * (0.5f + static_cast<float>(part / (kSide * kSide)));
+        const int block = kLanes * i + l;
+        x[l] = box.low.x + size.x * (0.5f + static_cast<float>(block % kSide));
+        y[l] = box.low.y + size.y * (0.5f + static_cast<float>(block / kSide % kSide));
+        z[l] = box.low.z + size.z * (0.5f + static_cast<float>(block / (kSide * kSide)));
       }
       const Points<V> middles = {Lanes<V>::load(x), Lanes<V>::load(y), Lanes<V>::load(z)};
       if (bounds.crossing_boxes(middles, 0.5f * size, local, box.has_rim) != 0) any = 1;
@@ -95,7 +95,7 @@ struct FillNodes {
   View<Node> parents;
   View<const Offsets> first;  ///< per parent: its first kept child
   View<Node> nodes;
-  View<Counts> sums;  ///< per node, for ClassifyNodes to add to; none for bricks
+  View<Counts> sums;  ///< per node: set to 0 for ClassifyNodes; empty for bricks
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch&, std::int64_t p) const {
@@ -133,7 +133,7 @@ struct PrepareNodes {
   }
 };
 
-/// Samples the field at each brick's points, and counts by CountBricks. One team per brick.
+/// Samples the field at each brick's points, and counts (CountBricks). One team per brick.
 template <class Field>
 struct SampleLevelSet : CountBricks {
   static constexpr int kThreads = 128;
@@ -156,7 +156,7 @@ struct SampleLevelSet : CountBricks {
   }
 };
 
-/// The field as PlaceVertices needs it, the same for every brick.
+/// A level set's field as a source of PlaceVertices, the same for every brick.
 template <class Field>
 struct LevelSetVertices {
   Field field;
@@ -177,7 +177,7 @@ struct LevelSetVertices {
   PM_HD Points<V> negated_gradient(const Points<V>& p) const {
     return field.negated_gradient(p);
   }
-  /// No edge is flat, and every value is exact already (vertices.h: those of balls may not be).
+  /// Returns no lanes: all values of a level set are exact, unlike those of balls (vertices.h).
   template <class V, class Edges>
   PM_HD std::uint32_t flat_lanes(const Edges&, const Points<V>&) const {
     return 0;

@@ -1,5 +1,5 @@
-// Passes for level sets (level_set.h), surfaces of distances and between two objects, and for the
-// regression that carries the latter.
+// Passes for level sets (level_set.h): surfaces of one object's distances, surfaces between two
+// objects, and the regression that maps the latter to both.
 #pragma once
 
 #include <algorithm>
@@ -78,32 +78,33 @@ void extract_level_set(Workspace<B>& work, const Field& field, const Bounds& bou
   });
 }
 
-/// A generous bound of all rounding errors of distances on these cells.
+/// Returns a generous bound of all rounding errors of distances on a grid with these cells.
 inline float distance_rounding(const Grid& grid) { return 1e-4f * grid.cell; }
 
-/// The distances in backend memory; the last few objects stay there.
+/// Returns distances in backend memory, after uploading them unless they are there already. The
+/// last kMaxGrids grids stay there.
 template <class B>
 DistanceField upload_distances(Workspace<B>& work,
                                const std::shared_ptr<const DistanceGrid>& object) {
   if constexpr (B::kHostMemory) {
     return DistanceField(object->grid, object->values.data());
   } else {
-    auto& all = work.uploaded_distances;
-    for (auto known = all.begin(); known != all.end(); ++known) {
+    auto& grids = work.uploaded_distances;
+    for (auto known = grids.begin(); known != grids.end(); ++known) {
       if ((*known)->object != object) continue;
-      // Those used last stand at the end, so that none is freed that the same surface still needs.
-      std::rotate(known, known + 1, all.end());
-      return DistanceField(object->grid, all.back()->values.data);
+      // The most recently used grids are last, so that none that this surface needs is replaced.
+      std::rotate(known, known + 1, grids.end());
+      return DistanceField(object->grid, grids.back()->values.data);
     }
-    // Three grids per object, and several actors take turns.
+    // An object has up to three grids, and several actors take turns.
     constexpr std::size_t kMaxGrids = 24;
-    if (all.size() < kMaxGrids) {
-      all.push_back(std::make_unique<typename Workspace<B>::UploadedDistances>());
+    if (grids.size() < kMaxGrids) {
+      grids.push_back(std::make_unique<typename Workspace<B>::UploadedDistances>());
     } else {
-      // The memory of the grid used longest ago serves the new one.
-      std::rotate(all.begin(), all.begin() + 1, all.end());
+      // The new grid takes the memory of the least recently used one.
+      std::rotate(grids.begin(), grids.begin() + 1, grids.end());
     }
-    typename Workspace<B>::UploadedDistances& uploaded = *all.back();
+    typename Workspace<B>::UploadedDistances& uploaded = *grids.back();
     uploaded.object = nullptr;  // it holds no object if the next lines fail
     uploaded.values =
         uploaded.buffer.resize(work.backend, static_cast<std::int64_t>(object->values.size()));
@@ -113,7 +114,7 @@ DistanceField upload_distances(Workspace<B>& work,
   }
 }
 
-/// An object's distances, and those without detail where there are such, in backend memory.
+/// Returns an object's distances and, if given, those without detail, in backend memory.
 template <class B>
 DistanceField upload_object(Workspace<B>& work, const std::shared_ptr<const DistanceGrid>& object,
                             const std::shared_ptr<const DistanceGrid>& smooth,
@@ -131,7 +132,7 @@ void extract_distances(Workspace<B>& work, const std::shared_ptr<const DistanceG
   extract_level_set(work, field, bounds, grid, settings, mesh);
 }
 
-/// The samples as the kernels read them, and two quadruples of values for each.
+/// Samples as the kernels read them, and two quadruples of values for each sample.
 struct UploadedSamples {
   View<KernelSample> samples;
   View<BallAttribute> values;
@@ -172,14 +173,14 @@ void meet_landmarks(Workspace<B>& work, const Regression& regression, const Smoo
   work.backend.for_each(count, SampleMap{map, at, out, regression.maps}, "regress");
   std::vector<AttributeValues> values(static_cast<std::size_t>(out.size));
   work.backend.download(values.data(), out);
-  const std::vector<LandmarkTerm> found = find_landmark_terms(regression, values);
+  const std::vector<LandmarkTerm> host_terms = find_landmark_terms(regression, values);
   const View<LandmarkTerm> terms = work.landmark_terms.resize(work.backend, count);
-  work.backend.upload(terms, found.data());
+  work.backend.upload(terms, host_terms.data());
   work.backend.for_each(coefficients.size / kRegressionValues,
                         AddLandmarks{regression.lattice, terms, coefficients}, "regress");
 }
 
-/// Computes the regression's nodes, where backend memory does not hold them yet.
+/// Computes the regression's nodes, unless backend memory holds them already, and returns the map.
 template <class B>
 SmoothMap compute_map(Workspace<B>& work, const std::shared_ptr<const Regression>& regression) {
   const Int3 n = regression->lattice.points;
@@ -224,19 +225,20 @@ void sample_map(Workspace<B>& work, const std::shared_ptr<const Regression>& reg
 }
 
 template <class B>
-View<Strain> bound_strain(Workspace<B>& work, const MorphSurface& between, const SmoothMap& map) {
+View<Strain> bound_strain(Workspace<B>& work, const MorphSurface& surface, const SmoothMap& map) {
   const Int3 n = map.lattice.points;
   const View<Strain> strain = work.strain.resize(work.backend, std::int64_t{n.x} * n.y * n.z);
   BoundStrain bound;
   bound.lattice = map.lattice;
   bound.nodes = {map.nodes, kRegressionValues * strain.size};
-  bound.scale[0] = between.from_scale, bound.scale[1] = between.to_scale;
+  bound.scale[0] = surface.from_scale, bound.scale[1] = surface.to_scale;
   bound.strain = strain;
   work.backend.for_each(strain.size, bound, "regress");
   return strain;
 }
 
-/// Returns the largest factor by which a map stretches: all of them are rotations and scalings.
+/// Returns the largest factor by which an affine map stretches. The maps are rotations and
+/// scalings, so it is the length of the longest row.
 inline float affine_norm(const AffineMap& map) {
   float largest = 0;
   for (const Vec3 row : map.rows) largest = std::max(largest, length(row));
@@ -244,22 +246,22 @@ inline float affine_norm(const AffineMap& map) {
 }
 
 template <class B>
-void extract_morph(Workspace<B>& work, const MorphSurface& between, const Grid& grid,
+void extract_morph(Workspace<B>& work, const MorphSurface& surface, const Grid& grid,
                    const ExtractSettings& settings, Mesh& mesh) {
   const MorphField field = {
-      compute_map(work, between.map),
-      upload_object(work, between.from, between.smooth_from, between.fade_from),
-      upload_object(work, between.to, between.smooth_to, between.fade_to),
-      between.from_scale,
-      between.to_scale,
-      between.level,
-      between.linear_range > 0 ? 1 / between.linear_range : 0};
+      compute_map(work, surface.map),
+      upload_object(work, surface.from, surface.smooth_from, surface.fade_from),
+      upload_object(work, surface.to, surface.smooth_to, surface.fade_to),
+      surface.from_scale,
+      surface.to_scale,
+      surface.level,
+      surface.linear_range > 0 ? 1 / surface.linear_range : 0};
   MorphBounds bounds;
   bounds.field = field;
-  bounds.strain = bound_strain(work, between, field.map);
-  bounds.affine_norm = std::max(between.from_scale * affine_norm(between.map->affine[0]),
-                                between.to_scale * affine_norm(between.map->affine[1]));
-  for (const auto& object : {between.from, between.to, between.smooth_from, between.smooth_to}) {
+  bounds.strain = bound_strain(work, surface, field.map);
+  bounds.affine_norm = std::max(surface.from_scale * affine_norm(surface.map->affine[0]),
+                                surface.to_scale * affine_norm(surface.map->affine[1]));
+  for (const auto& object : {surface.from, surface.to, surface.smooth_from, surface.smooth_to}) {
     if (object) bounds.lipschitz = std::max(bounds.lipschitz, object->lipschitz);
   }
   bounds.rounding = distance_rounding(grid);

@@ -1,5 +1,6 @@
-// Vectors and 3 x 3 matrices in double precision, with the matrix exponential, logarithm and
-// rotations that the motion of balls needs; the same bits on the CPU and on the GPU (simd_math.h).
+// Vectors and 3 x 3 matrices in double precision, with the exponentials of numbers, symmetric
+// matrices and rotations that the motion of balls needs; the same bits on the CPU and on the GPU
+// (simd_math.h).
 #pragma once
 
 #include <cmath>
@@ -87,28 +88,28 @@ PM_HD constexpr Mat3 to_mat3(const Sym3& s) {
                        static_cast<double>(s.xz), static_cast<double>(s.yz)});
 }
 
-/// The product of two symmetric matrices that commute, which is symmetric.
+/// Returns the product of two symmetric matrices that commute, which is symmetric.
 PM_HD constexpr Sym3d commuting_product(const Sym3d& a, const Sym3d& b) {
   return {a.xx * b.xx + a.xy * b.xy + a.xz * b.xz, a.xy * b.xy + a.yy * b.yy + a.yz * b.yz,
           a.xz * b.xz + a.yz * b.yz + a.zz * b.zz, a.xx * b.xy + a.xy * b.yy + a.xz * b.yz,
           a.xx * b.xz + a.xy * b.yz + a.xz * b.zz, a.xy * b.xz + a.yy * b.yz + a.yz * b.zz};
 }
 
-/// Terms of a series of exp() and the largest argument at which the error is below 2^-53.
+/// Number of terms of the series of exp(), and the largest argument with an error below 2^-53.
 constexpr int kExpTerms = 9;
-constexpr double kExpReach = 0.125;
+constexpr double kMaxExpArgument = 0.125;
 
-/// e^x: a series at x / 2^k, squared k times.
+/// Returns e^x: a series at x / 2^k, squared k times.
 PM_HD inline double exp_scalar(double x) {
   int k = 0;
-  for (double size = x < 0 ? -x : x; size > kExpReach && k < 64; size /= 2) ++k, x /= 2;
+  for (double size = x < 0 ? -x : x; size > kMaxExpArgument && k < 64; size /= 2) ++k, x /= 2;
   double sum = 1;
   for (int i = kExpTerms; i > 0; --i) sum = 1 + x / i * sum;
   for (; k > 0; --k) sum = sum * sum;
   return sum;
 }
 
-/// The exponential of a symmetric matrix, in the same way.
+/// Returns the exponential of a symmetric matrix, computed as in exp_scalar().
 PM_HD inline Sym3d exp_symmetric(Sym3d a) {
   const auto absolute_sum = [](double x, double y, double z) {
     return (x < 0 ? -x : x) + (y < 0 ? -y : y) + (z < 0 ? -z : z);
@@ -119,7 +120,7 @@ PM_HD inline Sym3d exp_symmetric(Sym3d a) {
   if (rows[2] > size) size = rows[2];
   int k = 0;
   double scale = 1;
-  for (; size > kExpReach && k < 64; size /= 2) ++k, scale /= 2;
+  for (; size > kMaxExpArgument && k < 64; size /= 2) ++k, scale /= 2;
   a = a * scale;
   const Sym3d identity = {1, 1, 1, 0, 0, 0};
   Sym3d sum = identity;
@@ -128,8 +129,8 @@ PM_HD inline Sym3d exp_symmetric(Sym3d a) {
   return sum;
 }
 
-/// The rotation about `axis_times_angle` (Rodrigues): sine and cosine of a 16th of the angle by
-/// their series, doubled four times. Angles up to 8.
+/// Returns the rotation about `axis_times_angle` (Rodrigues). Sine and cosine are series at a 16th
+/// of the angle, which is then doubled four times. Angles up to 8 radians.
 PM_HD inline Mat3 exp_rotation(Vec3d axis_times_angle) {
   const double angle = length(axis_times_angle);
   if (!(angle > 0)) return {};
@@ -152,11 +153,12 @@ PM_HD inline Mat3 exp_rotation(Vec3d axis_times_angle) {
            cosine + a.z * v.z}};
 }
 
-/// The cube root of a normal v > 0: a third of the exponent, then Newton's steps.
+/// Returns the cube root of a normal v > 0: a first guess from a third of the exponent, then
+/// Newton's method.
 PM_HD inline double cube_root(double v) {
   std::uint64_t bits = 0;
   std::memcpy(&bits, &v, sizeof bits);
-  bits = bits / 3 + 0x2a9f7893782da1ceull;  // off by 5 % at most (Kahan)
+  bits = bits / 3 + 0x2a9f7893782da1ceull;  // the guess is off by 5 % at most (Kahan)
   double root = 0;
   std::memcpy(&root, &bits, sizeof root);
   for (int i = 0; i < 5; ++i) root = root - (root - v / (root * root)) / 3;

@@ -8,8 +8,8 @@
 // The rule: on a face whose inside corners are two opposite ones, these are kept apart (the outside
 // is joined). It depends on that face's four corners alone, so the two cells at a face draw the
 // same segments there, in opposite directions. Lorensen and Cline's complement (1987) breaks this:
-// there the complement of a case with an ambiguous face has holes against its neighbours, so here
-// it gets its own loops.
+// there the complement of a case with an ambiguous face leaves holes at its neighbours, so here
+// such a complement has loops of its own.
 //
 // Triangles never use a diagonal between two edges of one face. Hence an edge of the mesh that lies
 // in a face of a cell is one of the rule's segments and has exactly two triangles; and three
@@ -100,16 +100,16 @@ inline bool share_face(int edge_a, int edge_b) {
   return false;
 }
 
-/// The rule: next[a] = b for each segment a -> b that the surface of `key` draws on the cell's
-/// faces; -1 where no segment starts. Each run of inside corners of a face is cut off from the rest
-/// on its own.
+/// Applies the rule: returns next[a] = b for each segment a -> b that the surface of `key` draws on
+/// the cell's faces, and -1 where no segment starts. On each face, one segment separates each run
+/// of inside corners from the other corners.
 inline std::array<int, 12> face_segments(int key) {
   std::array<int, 12> next;
   next.fill(-1);
   for (const auto& face : kFaces) {
     for (int k = 0; k < 4; ++k) {
       if (key_has(key, face[k]) || !key_has(key, face[(k + 1) % 4])) continue;
-      int last = (k + 1) % 4;  // of the run of inside corners that begins here
+      int last = (k + 1) % 4;  // last corner of the run of inside corners that begins here
       while (key_has(key, face[(last + 1) % 4])) last = (last + 1) % 4;
       next[edge_between(face[k], face[(k + 1) % 4])] =
           edge_between(face[last], face[(last + 1) % 4]);
@@ -135,21 +135,22 @@ inline int diagonal_length2(int a, int b) {
   return sum;
 }
 
-/// Cuts a loop into triangles without a diagonal in a face, with the shortest diagonals that
-/// leaves. False when there is no such cut; that happens in none of the 256 cases (tested).
+/// Cuts a loop into triangles without a diagonal in a face, so that the sum of the diagonals'
+/// squared lengths is smallest. Returns false if there is no such cut; a test shows that all 256
+/// cases have one.
 inline bool triangulate(const int* loop, int n, Triangles& out) {
-  constexpr int kNever = 1000000;
+  constexpr int kForbidden = 1000000;
   int cost[12][12] = {}, middle[12][12] = {};
   for (int width = 2; width < n; ++width) {
     for (int i = 0; i + width < n; ++i) {
       const int j = i + width;
-      cost[i][j] = kNever;
+      cost[i][j] = kForbidden;
       for (int k = i + 1; k < j; ++k) {
         const int sum = cost[i][k] + cost[k][j];
         if (sum < cost[i][j]) cost[i][j] = sum, middle[i][j] = k;
       }
       if (width == n - 1) continue;  // closes the loop: a segment, not a diagonal
-      cost[i][j] += share_face(loop[i], loop[j]) ? kNever : diagonal_length2(loop[i], loop[j]);
+      cost[i][j] += share_face(loop[i], loop[j]) ? kForbidden : diagonal_length2(loop[i], loop[j]);
     }
   }
   int stack[24][2] = {{0, n - 1}};
@@ -162,10 +163,11 @@ inline bool triangulate(const int* loop, int n, Triangles& out) {
     stack[size][0] = i, stack[size++][1] = k;
     stack[size][0] = k, stack[size++][1] = j;
   }
-  return cost[0][n - 1] < kNever;
+  return cost[0][n - 1] < kForbidden;
 }
 
-/// The triangles of one key from its loops. `ok` turns false where triangulate() does.
+/// Returns the triangles of one key, made from its loops. Sets `ok` to false if triangulate()
+/// fails.
 inline Triangles case_triangles(int key, bool& ok) {
   std::array<int, 12> next = face_segments(key);
   Triangles out;
@@ -183,7 +185,8 @@ inline Triangles case_triangles(int key, bool& ok) {
   return out;
 }
 
-/// Maps each corner by rotation r of the 24: axes permuted and flipped, determinant +1.
+/// Returns the image of each corner under rotation r of 24: axes are permuted and flipped, with
+/// determinant +1.
 inline std::array<int, 8> rotation(int r) {
   constexpr int kAxes[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
   const int* axes = kAxes[r / 4];
@@ -219,8 +222,9 @@ inline Triangles reversed(const Triangles& t) {
   return out;
 }
 
-inline void spread(int key, const Triangles& triangles, std::array<bool, 256>& known,
-                   McTable& table) {
+/// Sets the triangles of all rotations of a key that are not known yet, from those of the key.
+inline void copy_to_rotations(int key, const Triangles& triangles, std::array<bool, 256>& known,
+                              McTable& table) {
   for (int r = 0; r < 24; ++r) {
     const std::array<int, 8> to = rotation(r);
     const int target = rotated_key(key, to);
@@ -241,10 +245,10 @@ inline int base_key(int base) {
   return key;
 }
 
-/// Index of each key's base case, from which it comes by rotation or complement.
+/// Returns the index of each key's base case, whose rotation or complement the key is.
 inline std::array<std::uint8_t, 256> base_cases() {
   std::array<std::uint8_t, 256> bases{};
-  // Backwards, so that the first base case that reaches a key has it, as in build_table().
+  // Goes backwards, so that each key gets the first base case that yields it, as in build_table().
   for (int base = kBaseCaseCount - 1; base >= 0; --base) {
     for (int r = 0; r < 24; ++r) {
       const int key = rotated_key(base_key(base), rotation(r));
@@ -255,18 +259,19 @@ inline std::array<std::uint8_t, 256> base_cases() {
   return bases;
 }
 
-/// The table, and whether all 256 keys were reached and cut. Both are tested; mc_table() is what to
-/// use.
+/// Builds the table. `ok` becomes whether all 256 keys were reached and triangulated, which a test
+/// checks; other code calls mc_table().
 inline McTable build_table(bool& ok) {
   McTable table;
   std::array<bool, 256> known{};
   ok = true;
-  for (int number = 0; number < kBaseCaseCount; ++number) {
-    const int key = base_key(number);
+  for (int case_index = 0; case_index < kBaseCaseCount; ++case_index) {
+    const int key = base_key(case_index);
     const Triangles base = case_triangles(key, ok);
-    spread(key, base, known, table);
-    spread(255 - key, has_ambiguous_face(key) ? case_triangles(255 - key, ok) : reversed(base),
-           known, table);
+    copy_to_rotations(key, base, known, table);
+    copy_to_rotations(255 - key,
+                      has_ambiguous_face(key) ? case_triangles(255 - key, ok) : reversed(base),
+                      known, table);
   }
   for (bool k : known) ok = ok && k;
   return table;
@@ -274,7 +279,7 @@ inline McTable build_table(bool& ok) {
 
 }  // namespace mc
 
-/// The table, built on first use.
+/// Returns the table, which is built on first use.
 inline const McTable& mc_table() {
   static const McTable table = [] {
     bool ok = true;
@@ -283,16 +288,17 @@ inline const McTable& mc_table() {
   return table;
 }
 
-/// Edges that start on a line of eight points: slot 3 x + axis.
+/// Number of edges that start on a line of eight points; that of point x along `axis` has the slot
+/// 3 x + axis.
 constexpr int kLineSlots = 24;
 
-/// The table as the passes read it: keyed by the corners with corner i in bit i, and in place
-/// of an edge the distance of its slot from that of the cell's lowest corner, where lines of slots
-/// stand in the order y, z of a brick's 8 x 8 lines.
+/// The table as the passes read it. Bit i of a key is corner i. An edge is given by its slot,
+/// relative to the first slot of the cell's lowest corner; the lines of slots are ordered as the 8
+/// x 8 lines of a brick, y fastest.
 struct BrickTable {
   std::uint8_t slots[256][16] = {};
-  /// The slots as numbers of 5 bits: which of the cell's four lines, and the slot from its lowest
-  /// there, which is below 8.
+  /// The slots as numbers of 5 bits: 8 times the index of one of the cell's four lines, plus the
+  /// slot within that line, which is below 6.
   std::uint8_t lanes[256][16] = {};
   std::uint8_t count[256] = {};  ///< triangles
 };

@@ -1,10 +1,10 @@
 // Landmarks of a regression: radial basis functions (Gaussians) that are added to its nodes, so
-// that both maps take given places exactly where they belong.
+// that both maps take given points exactly to their goals.
 //
-// X'(x) = X(x) + sum_l phi_l(|x - x_l|) w_l. The weights solve X'(x_k) = goal_k for what the spline
-// makes of the Gaussians at the nodes, not for the Gaussians themselves. Landmarks that lie nearly
-// in one place at a moment, as where their paths cross, cannot all be met: there the weights stay
-// finite.
+// X'(x) = X(x) + sum_l phi_l(|x - x_l|) w_l. The weights solve X'(x_k) = goal_k, where the spline
+// of each Gaussian's values at the nodes takes the place of the Gaussian. Landmarks that nearly
+// coincide at some time, for example because their paths cross, cannot all be met; their weights
+// stay finite.
 #pragma once
 
 #include <cmath>
@@ -53,7 +53,7 @@ struct AddLandmarks {
   }
 };
 
-/// The spline of a term's Gaussian at a point.
+/// Evaluates, at a point, the spline of a term's Gaussian.
 inline double spline_of_term(const Grid& lattice, const LandmarkTerm& term, Vec3 p) {
   const float inv_spacing = 1 / lattice.cell;
   const SplineAxis x(p.x, lattice.origin.x, inv_spacing, lattice.points.x);
@@ -101,9 +101,10 @@ inline void solve_cholesky(const SquareMatrix& factor, std::vector<double>& b) {
 }
 
 /// Solves `matrix` w = b for each of the right-hand sides, in place, by iterated Tikhonov
-/// regularization (Riley 1955): exact where the matrix is far from singular, and nowhere longer
-/// than some 100 b.
-inline void solve_regularized(const SquareMatrix& matrix, std::vector<std::vector<double>>& sides) {
+/// regularization (Riley 1955). The solution is exact if the matrix is far from singular, and never
+/// longer than about 100 |b|.
+inline void solve_regularized(const SquareMatrix& matrix,
+                              std::vector<std::vector<double>>& right_sides) {
   constexpr double kDamping = 0.02;
   constexpr int kRounds = 8;
   const std::size_t n = matrix.n;
@@ -115,25 +116,25 @@ inline void solve_regularized(const SquareMatrix& matrix, std::vector<std::vecto
       normal.at(i, j) = sum;
     }
   factor_cholesky(normal);
-  for (std::vector<double>& side : sides) {
-    std::vector<double> solution(n), left = side;
+  for (std::vector<double>& side : right_sides) {
+    std::vector<double> solution(n), residual = side;
     for (int round = 0; round < kRounds; ++round) {
       std::vector<double> step(n);
       for (std::size_t i = 0; i < n; ++i)
-        for (std::size_t k = 0; k < n; ++k) step[i] += matrix.at(k, i) * left[k];
+        for (std::size_t k = 0; k < n; ++k) step[i] += matrix.at(k, i) * residual[k];
       solve_cholesky(normal, step);
       for (std::size_t i = 0; i < n; ++i) solution[i] += step[i];
       for (std::size_t k = 0; k < n; ++k) {
-        left[k] = side[k];
-        for (std::size_t i = 0; i < n; ++i) left[k] -= matrix.at(k, i) * solution[i];
+        residual[k] = side[k];
+        for (std::size_t i = 0; i < n; ++i) residual[k] -= matrix.at(k, i) * solution[i];
       }
     }
     side = solution;
   }
 }
 
-/// The terms with which the maps meet the regression's landmarks. `values`: what the maps without
-/// them have at each landmark's place, `regression.maps` per landmark.
+/// Finds the terms with which the maps meet the regression's landmarks. `values`: images of the
+/// landmarks under the maps without these terms, `regression.maps` per landmark.
 inline std::vector<LandmarkTerm> find_landmark_terms(const Regression& regression,
                                                      const std::vector<AttributeValues>& values) {
   constexpr float kHalfLog2E = 0.72134752f;
@@ -149,20 +150,20 @@ inline std::vector<LandmarkTerm> find_landmark_terms(const Regression& regressio
   for (std::size_t k = 0; k < count; ++k)
     for (std::size_t l = 0; l < count; ++l)
       matrix.at(k, l) = spline_of_term(regression.lattice, terms[l], terms[k].place);
-  std::vector<std::vector<double>> sides(3 * maps, std::vector<double>(count));
+  std::vector<std::vector<double>> right_sides(3 * maps, std::vector<double>(count));
   for (std::size_t l = 0; l < count; ++l)
     for (std::size_t m = 0; m < maps; ++m) {
       const Vec3 goal = regression.landmarks[l].goal[m];
       const float* v = values[maps * l + m].v;
-      sides[3 * m][l] = static_cast<double>(goal.x) - static_cast<double>(v[0]);
-      sides[3 * m + 1][l] = static_cast<double>(goal.y) - static_cast<double>(v[1]);
-      sides[3 * m + 2][l] = static_cast<double>(goal.z) - static_cast<double>(v[2]);
+      right_sides[3 * m][l] = static_cast<double>(goal.x) - static_cast<double>(v[0]);
+      right_sides[3 * m + 1][l] = static_cast<double>(goal.y) - static_cast<double>(v[1]);
+      right_sides[3 * m + 2][l] = static_cast<double>(goal.z) - static_cast<double>(v[2]);
     }
-  solve_regularized(matrix, sides);
+  solve_regularized(matrix, right_sides);
   for (std::size_t l = 0; l < count; ++l)
     for (std::size_t m = 0; m < maps; ++m)
       for (std::size_t i = 0; i < 3; ++i)
-        terms[l].weight[4 * m + i] = static_cast<float>(sides[3 * m + i][l]);
+        terms[l].weight[4 * m + i] = static_cast<float>(right_sides[3 * m + i][l]);
   return terms;
 }
 

@@ -1,15 +1,16 @@
-// The surface between two objects as a level set: both objects' signed distances, pulled along one
-// smooth map and mixed (docs/method.md, Surface between; Cohen-Or, Solomovici and Levin 1998).
+// The surface between two objects as a level set: both objects' signed distances, pulled back by
+// smooth maps and mixed (docs/method.md, Surface between; Cohen-Or, Solomovici and Levin 1998).
 //
-// A point x comes from X_A(x) on the source and goes to X_B(x) on the target; the field there is
-// (1 - b) S(D_A(X_A)) + b S(D_B(X_B)) - c w, b = t^2 (3 - 2 t), t the progress of what is there, c
-// the level and w its weight there; S(d) has the sign of d and the size s (sqrt(1 + 2 |d| / s) -
-// 1). X_A, X_B and t are one regression over the moving balls (regression.h). So is w where an
-// object is a shell; elsewhere it is made, at the lattice's nodes, of how thin both objects are
-// (WeighLevel). The surface is where the field is 0.
+// A point x corresponds to X_A(x) on the source and to X_B(x) on the target. The field at x is
+//   (1 - b) S(D_A(X_A)) + b S(D_B(X_B)) - c w,  b = t^2 (3 - 2 t).
+// D_A and D_B are the distances, t is the progress at x, c the level and w its weight at x. S(d)
+// has the sign of d and the magnitude s (sqrt(1 + 2 |d| / s) - 1). X_A, X_B and t are one
+// regression over the moving balls (regression.h). So is w if an object is a shell; otherwise w is
+// computed at the lattice's nodes from the thinness of both objects (WeighLevel). The surface is
+// where the field is 0.
 //
 // Objects may have smoothed distances, too. Then the source's detail fades out before the target's
-// fades in, as otherwise each would show as relief on the other (Hughes 1992).
+// fades in, because otherwise each would show as relief on the other (Hughes 1992).
 #pragma once
 
 #include <cstdint>
@@ -29,16 +30,16 @@ struct MorphField {
   SmoothMap map;  ///< 0: to the source, with the progress; 1: to the target
   DistanceField from, to;
   float from_scale = 1, to_scale = 1;  ///< scene units per unit of each object's distances
-  float level = 0;
-  float inv_range = 0;  ///< 1 / s; 0: S(d) = d
+  float level = 0;                     ///< c
+  float inv_range = 0;                 ///< 1 / s; 0: S(d) = d
 
-  /// S(d). Thin parts have small distances, so an uncompressed mix would hide them until the other
-  /// object has almost vanished. S is odd, so that inside and outside are treated alike.
+  /// Returns S(d). Thin parts have small distances, so an uncompressed mix would hide them until
+  /// the other object has almost vanished. S is odd, so that inside and outside are treated alike.
   template <class V>
   PM_HD V compress(V distance) const {
     return distance / fma(inv_slope(distance), broadcast<V>(0.5f), broadcast<V>(0.5f));
   }
-  /// 1 / S'(d) = sqrt(1 + 2 |d| / s).
+  /// Returns 1 / S'(d) = sqrt(1 + 2 |d| / s).
   template <class V>
   PM_HD V inv_slope(V distance) const {
     return sqrt(fma(max(distance, -distance), broadcast<V>(2.0f * inv_range), broadcast<V>(1.0f)));
@@ -51,7 +52,7 @@ struct MorphField {
     return value(p, map_values);
   }
 
-  /// The field at p, given the map's eight values there.
+  /// Returns the field at p, given the map's eight values there.
   template <class V>
   PM_HD V value(const Points<V>& p, const V (&m)[kRegressionValues]) const {
     const V a = compress(from_scale * from.value(map.apply(0, p, Points<V>{m[0], m[1], m[2]}),
@@ -61,7 +62,8 @@ struct MorphField {
     return fma(broadcast<V>(-level), m[7], fma(smoothstep(m[3]), b - a, a));
   }
 
-  /// value() at grid points; what the points of a line share along y and z is computed once.
+  /// Evaluates value() at points of a grid line; their common terms along y and z are computed
+  /// once.
   template <class V>
   PM_HD V line_values(const Grid& grid, Int3 start) const {
     const Points<V> p = line_points<V>(grid, start);
@@ -75,7 +77,8 @@ struct MorphField {
     return value(p);
   }
 
-  /// Places of points on both objects, and the map's values there.
+  /// Computes the map's values m at p, and the corresponding points a on the source and b on the
+  /// target.
   template <class V>
   PM_HD void pull_back(const Points<V>& p, V (&m)[kRegressionValues], Points<V>& a,
                        Points<V>& b) const {
@@ -84,11 +87,11 @@ struct MorphField {
     b = map.apply(1, p, Points<V>{m[4], m[5], m[6]});
   }
 
-  /// Minus the gradient: outward at the surface.
+  /// Returns minus the gradient, which points outward at the surface.
   template <class V>
   PM_HD Points<V> negated_gradient(const Points<V>& p) const {
     constexpr int kLanes = Lanes<V>::kCount;
-    // The derivatives of the map's values along x, y and z, and the values.
+    // [0] to [2]: the derivatives of the map's values along x, y and z; [3]: the values.
     alignas(32) float lanes[4][kRegressionValues][kLanes];
     alignas(32) float x[kLanes], y[kLanes], z[kLanes];
     Lanes<V>::store(x, p.x), Lanes<V>::store(y, p.y), Lanes<V>::store(z, p.z);
@@ -119,7 +122,7 @@ struct MorphField {
     const V from_weight = from_scale / inv_slope(from_distance);
     const V to_weight = to_scale / inv_slope(to_distance);
     const V weight_b = smoothstep(map_value(3));  // b of the formula above
-    // Detail comes and goes with the progress, too.
+    // The share of detail depends on the progress, too.
     const V detail_a_dt = from_weight * from.detail(a) * Lanes<V>::load(slope_a);
     const V detail_b_dt = to_weight * to.detail(b) * Lanes<V>::load(slope_b);
     const V df_dt = fma(Lanes<V>::load(db_dt), compress(to_distance) - compress(from_distance),
@@ -162,11 +165,11 @@ struct MorphField {
 /// Bounds of a MorphField (level_set.h): the distances, progress and weight in the middle of a box,
 /// and how far these can change from there.
 struct MorphBounds {
-  using Local = Strain;  ///< the largest one around the box
+  using Local = Strain;  ///< the largest strain around the box
   MorphField field;
   View<const Strain> strain;
-  float affine_norm = 1;  ///< the affine maps' norm times their object's scale, the larger one
-  float lipschitz = 0;    ///< Lipschitz constant of all distances, the largest one
+  float affine_norm = 1;  ///< norm of an affine map times its object's scale, the larger of both
+  float lipschitz = 0;    ///< the largest Lipschitz constant of all distances
   float rounding = 0;     ///< a generous bound of all rounding errors, scene units
 
   template <class Team>
@@ -180,21 +183,22 @@ struct MorphBounds {
     for (int axis = 0; axis < 3; ++axis) {
       const SplineAxis a(low[axis], origin[axis], field.map.inv_spacing, points[axis]);
       const SplineAxis b(high[axis], origin[axis], field.map.inv_spacing, points[axis]);
-      // Rounding may take a point to the next node.
+      // Takes one node more on each side, because rounding may assign a point to the next node.
       first[axis] = a.first > 0 ? a.first - 1 : 0;
       const int end = b.first + 4 < points[axis] ? b.first + 4 : points[axis];
       count[axis] = end - first[axis];
     }
-    // A row of nodes at a time, because a division for each node would take most of the time.
+    // Takes a row of nodes at a time, because a division per node would take most of the time.
     Strain largest;
     const int rows = count[1] * count[2];
     for (int i = static_cast<int>(team.group_rank()); i < rows;
          i += static_cast<int>(team.kGroup)) {
       const std::int64_t y = first[1] + i % count[1], z = first[2] + i / count[1];
-      const Strain* here = &strain[first[0] + points[0] * (y + points[1] * z)];
-      for (int x = 0; x < count[0]; ++x, ++here) {
-        largest.maps = max(largest.maps, here->maps);
-        for (int k = 0; k < 2; ++k) largest.fourth[k] = max(largest.fourth[k], here->fourth[k]);
+      const Strain* node_strain = &strain[first[0] + points[0] * (y + points[1] * z)];
+      for (int x = 0; x < count[0]; ++x, ++node_strain) {
+        largest.maps = max(largest.maps, node_strain->maps);
+        for (int k = 0; k < 2; ++k)
+          largest.fourth[k] = max(largest.fourth[k], node_strain->fourth[k]);
       }
     }
     const auto group_max = [&](Vec3 v) {
@@ -242,21 +246,22 @@ struct MorphBounds {
   struct Range {
     V low, high;
   };
-  /// The distances at a place, in scene units, for all shares of detail from `low` to `high`.
+  /// Returns the range of the distance at a point, in scene units, over all shares of detail in
+  /// [low, high].
   template <class V>
-  PM_HD static Range<V> distance_range(const DistanceField& object, float scale,
-                                       const Points<V>& place, V low, V high) {
-    const V at_high = scale * object.value(place, high);
+  PM_HD static Range<V> distance_range(const DistanceField& object, float scale, const Points<V>& p,
+                                       V low, V high) {
+    const V at_high = scale * object.value(p, high);
     if (Lanes<V>::bits(low < high) == 0) return {at_high, at_high};
-    const V at_low = scale * object.value(place, low);
+    const V at_low = scale * object.value(p, low);
     return {min(at_high, at_low), max(at_high, at_low)};
   }
 };
 
-/// Writes the level's weight w = ((1 - thinness_A) (1 - thinness_B))^2 into each node of the map:
-/// limbs are thin, and would vanish if the level that keeps the volume were as high there. The
-/// square lets w rise slowly beside a limb, so that the limb's root and a wall's rim stay. One item
-/// per node.
+/// Writes the level's weight w = ((1 - thinness_A) (1 - thinness_B))^2 into each node of the map.
+/// Thin limbs would vanish if the level, which keeps the volume, had its full weight there. With
+/// the square, w rises slowly beside a limb, so that the limb's root and a wall's rim stay. One
+/// item per node.
 struct WeighLevel {
   SmoothMap map;
   DistanceField thinness[2];
@@ -274,7 +279,7 @@ struct WeighLevel {
       const float* v = node + 4 * m;
       const Points<float> at =
           map.apply(m, Points<float>{p.x, p.y, p.z}, Points<float>{v[0], v[1], v[2]});
-      // Distances are negative beyond their grid.
+      // Beyond its grid, `thinness` is negative.
       weight *= 1.0f - min(max(thinness[m].value(at), 0.0f), 1.0f);
     }
     node[kRegressionValues - 1] = weight * weight;

@@ -1,5 +1,5 @@
-// Input of the engine for a surface between two objects: their distance fields and the map that
-// carries them (morph_field.h has the formula).
+// Input of the engine for a surface between two objects: their distance fields and the map to
+// both (morph_field.h has the formula).
 #pragma once
 
 #include <memory>
@@ -14,7 +14,8 @@ namespace polymorph {
 struct DistanceGrid {
   Grid grid;
   std::vector<float> values;
-  /// No two points that are a distance apart differ by more than `lipschitz` times that distance.
+  /// Lipschitz constant: two values differ by at most `lipschitz` times the distance of their
+  /// points.
   float lipschitz = 1;
 };
 
@@ -41,12 +42,12 @@ struct AffineMap {
   Vec3 offset;
 };
 
-/// A place that a regression's maps take exactly where they are told to.
+/// A point that a regression's maps take exactly to given goals.
 struct RegressionLandmark {
   Vec3 place;
-  float deviation =
-      1;         ///< deviation of the Gaussian that bends the maps around it, scene units, > 0
-  Vec3 goal[2];  ///< the first three values of each map there, with its affine map
+  /// Standard deviation of the Gaussian that bends the maps around the point, scene units, > 0.
+  float deviation = 1;
+  Vec3 goal[2];  ///< image of the point under each map, the affine map included
 };
 
 /// Input of a regression: samples with one or two quadruples of values each (maps).
@@ -55,13 +56,13 @@ struct Regression {
   int maps = 1;
   /// `maps` per sample: `value` at its centre, changing by `slope` with the offset from there.
   std::vector<BallAttribute> values;
-  bool sloped = false;  ///< is any slope other than 0?
-  /// Added to the first three values of each map.
+  bool sloped = false;  ///< whether any slope is not 0
+  /// Affine maps, which are added to the first three values of each map.
   AffineMap affine[2];
   Grid lattice;  ///< nodes; the spline is defined from node 1 to the last but one
   std::vector<RegressionLandmark> landmarks;  ///< met after the regression (meet_landmarks.h)
-  /// Thinness of both objects, in [0, 1], 0 beyond the grids. Where given, the second map's fourth
-  /// value is no regression but ((1 - thinness[0]) (1 - thinness[1]))^2 at each node (WeighLevel).
+  /// Thinness of both objects, in [0, 1], 0 beyond the grids. If given, the second map's fourth
+  /// value is not regressed, but ((1 - thinness[0]) (1 - thinness[1]))^2 at each node (WeighLevel).
   std::shared_ptr<const DistanceGrid> thinness[2];
 };
 
@@ -78,14 +79,14 @@ struct MorphSurface {
   std::shared_ptr<const Regression> map;
   std::shared_ptr<const DistanceGrid> from, to;
   float from_scale = 1, to_scale = 1;  ///< scene units per unit of each object's distances
-  float level = 0;                     ///< scene units; the surface lies that much further inside
-  /// Scene units; distances much longer than that count as the square root of 2 linear_range times
-  /// their length. 0: all count as they are.
+  float level = 0;                     ///< scene units; moves the surface inwards by about so much
+  /// The s of morph_field.h, scene units: a distance d much longer than s counts as sqrt(2 s d). 0:
+  /// distances are not changed.
   float linear_range = 0;
   /// Both objects without detail, on the grids of `from` and `to`; null: the object keeps its
   /// detail throughout.
   std::shared_ptr<const DistanceGrid> smooth_from = nullptr, smooth_to = nullptr;
-  /// Fading by the progress from the source, and by that from the target (1 - progress).
+  /// Fade of the source's detail by the progress, and of the target's detail by 1 - progress.
   DetailFade fade_from = {}, fade_to = {};
 };
 

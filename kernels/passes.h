@@ -1,5 +1,5 @@
 // Declarations of all passes that an engine calls. ball_passes.h and level_set_passes.h define
-// them; a backend that takes long to compile instantiates them in several source files.
+// them; for CUDA, several source files instantiate them, because they take long to compile.
 #pragma once
 
 #include <memory>
@@ -21,7 +21,7 @@ template <class B, class F>
 void extract_balls(Workspace<B>& work, const BallSet& set, const Grid& grid,
                    const ExtractSettings& settings, Mesh& mesh);
 
-/// `values`: as many as points.
+/// `values`: one per point.
 template <class B, class F>
 void sample_balls(Workspace<B>& work, const BallSet& set, const std::vector<Vec3>& points,
                   const ExtractSettings& settings, std::vector<float>& values);
@@ -36,14 +36,14 @@ void interpolate_balls(Workspace<B>& work, const BallSet& set,
 /// Moves the balls along their paths and leaves them in backend memory.
 template <class B>
 BallSet move_balls(Workspace<B>& work, const std::shared_ptr<const BallPaths>& paths,
-                   const MotionState& moment, const std::vector<float>& eased_times);
+                   const MotionState& state, const std::vector<float>& eased_times);
 
 template <class B>
 void extract_distances(Workspace<B>& work, const std::shared_ptr<const DistanceGrid>& object,
                        const Grid& grid, const ExtractSettings& settings, Mesh& mesh);
 
 template <class B>
-void extract_morph(Workspace<B>& work, const MorphSurface& between, const Grid& grid,
+void extract_morph(Workspace<B>& work, const MorphSurface& surface, const Grid& grid,
                    const ExtractSettings& settings, Mesh& mesh);
 
 template <class B>

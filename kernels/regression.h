@@ -1,5 +1,5 @@
-// Kernel regression (Nadaraya 1964, Watson 1964): values known at scattered samples as one smooth
-// function of space, on a lattice of quadratic B-spline coefficients.
+// Kernel regression (Nadaraya 1964, Watson 1964): makes a smooth function of space from values at
+// scattered samples, as a quadratic B-spline with coefficients on a lattice.
 //
 // At a node x the value is sum_e k_e(x) v_e(x) / sum_e k_e(x). The kernel k_e is m_e times a sum of
 // three Gaussians of deviations s_e, 2 s_e and 4 s_e with heights 1, 0.02 and 0.0005: the wide ones
@@ -28,8 +28,8 @@ struct KernelSample {
   float mass = 0, second = 0, third = 0;  ///< mass times each Gaussian's height
 };
 
-/// Computes the coefficients at the lattice's nodes. Sixteen nodes per team; their samples are
-/// split into kChunks runs, each with a sum of its own, and these are added in order.
+/// Computes the coefficients at the lattice's nodes, kNodes per team. The samples are split into
+/// kChunks chunks, each of which has its own sum; the sums are added in order.
 struct RegressNodes {
   static constexpr int kThreads = 256;
   static constexpr int kNodes = 16, kChunks = 16, kSums = kRegressionValues + 1;
@@ -85,27 +85,29 @@ struct RegressNodes {
   template <class V, bool kSloped>
   PM_HD void add_chunk(const Points<V>& at, int chunk, V (&sums)[kSums]) const {
     for (int k = 0; k < kSums; ++k) sums[k] = broadcast<V>(0.0f);
-    const std::int64_t each = (samples.size + kChunks - 1) / kChunks, begin = chunk * each;
-    const std::int64_t end = begin + each < samples.size ? begin + each : samples.size;
+    const std::int64_t chunk_size = (samples.size + kChunks - 1) / kChunks,
+                       begin = chunk * chunk_size;
+    const std::int64_t end = begin + chunk_size < samples.size ? begin + chunk_size : samples.size;
     for (std::int64_t e = begin; e < end; ++e) {
       const KernelSample sample = samples[e];
       const V dx = at.x - sample.center.x, dy = at.y - sample.center.y, dz = at.z - sample.center.z;
       const V d2 = fma(dz, dz, fma(dy, dy, dx * dx));
       const V wide = exp2(max(d2 * -sample.falloff, broadcast<V>(-120.0f)));
+      // The narrower Gaussians are wide^4 and wide^16.
       const V wide2 = wide * wide, middle = wide2 * wide2, middle2 = middle * middle;
       const V narrow = middle2 * middle2;
       const V k = fma(narrow, broadcast<V>(sample.mass),
                       fma(middle, broadcast<V>(sample.second), wide * sample.third));
-      const BallAttribute* carried = values.data + 2 * e;
+      const BallAttribute* attributes = values.data + 2 * e;
       for (int i = 0; i < kRegressionValues; ++i) {
-        const BallAttribute& c = carried[i / 4];
+        const BallAttribute& attribute = attributes[i / 4];
         if constexpr (kSloped) {
-          const Vec3 slope = c.slope[i % 4];
-          V here = fma(broadcast<V>(slope.z), dz, broadcast<V>(c.value[i % 4]));
-          here = fma(broadcast<V>(slope.x), dx, fma(broadcast<V>(slope.y), dy, here));
-          sums[i] = fma(k, here, sums[i]);
+          const Vec3 slope = attribute.slope[i % 4];
+          V local_value = fma(broadcast<V>(slope.z), dz, broadcast<V>(attribute.value[i % 4]));
+          local_value = fma(broadcast<V>(slope.x), dx, fma(broadcast<V>(slope.y), dy, local_value));
+          sums[i] = fma(k, local_value, sums[i]);
         } else {
-          sums[i] = fma(k, broadcast<V>(c.value[i % 4]), sums[i]);
+          sums[i] = fma(k, broadcast<V>(attribute.value[i % 4]), sums[i]);
         }
       }
       sums[kRegressionValues] = sums[kRegressionValues] + k;
@@ -113,8 +115,7 @@ struct RegressNodes {
   }
 };
 
-/// The three nodes along an axis that count at a coordinate, and their weights; of a V, those of
-/// each lane.
+/// The three nodes along an axis that contribute at a coordinate, and their weights, per lane of V.
 template <class V>
 struct SplineAxisOf {
   decltype(to_index(V{})) middle;  ///< index of the second node
@@ -218,7 +219,7 @@ struct SmoothMap {
     if (count > 8) return false;
     const SplineAxis y(py, lattice.origin.y, inv_spacing, lattice.points.y);
     const SplineAxis z(pz, lattice.origin.z, inv_spacing, lattice.points.z);
-    // One row a node; then one row a value.
+    // At first values[n] holds the values of node n; the transpose has a row per value.
     for (int n = 0; n < 8; ++n)
       values[n] = n < count ? reduce_yz(begin + n, y.first, z.first, y.weight, z.weight) : Pack{};
     transpose(values);
@@ -252,13 +253,14 @@ struct SmoothMap {
     }
   }
 #endif
-  /// Sums the values of nodes of one x, weighted along y and z.
+  /// Sums the values of the 3 x 3 nodes at index x, weighted along y and z.
   PM_HD Values reduce_yz(int x, int y, int z, const float* wy, const float* wz) const {
     const std::int64_t row = std::int64_t{kRegressionValues} * lattice.points.x;
     return reduce_nodes(node(x, y, z), row, row * lattice.points.y, wy, wz);
   }
 
-  /// Maps p: its image under the affine map (0 or 1) plus `value`, the map's first three values.
+  /// Returns the image of p under a map (0 or 1): its affine image plus `value`, the map's first
+  /// three values.
   template <class V>
   PM_HD Points<V> apply(int map, const Points<V>& p, const Points<V>& value) const {
     const AffineMap& a = affine[map];
@@ -290,7 +292,7 @@ struct BoundStrain {
     if (n >= strain.size) return;
     const std::int64_t row = lattice.points.x, layer = row * lattice.points.y;
     const float* at = nodes.data + n * kRegressionValues;
-    // The last node has no next one: itself, whose difference is 0.
+    // The last node along an axis has no next one and takes itself, so that the difference is 0.
     const float* next[3] = {
         at + kRegressionValues * (n % row + 1 < row ? 1 : 0),
         at + kRegressionValues * (n / row % lattice.points.y + 1 < lattice.points.y ? row : 0),

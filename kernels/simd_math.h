@@ -1,7 +1,8 @@
 // Portable SIMD arithmetic (float, or 8 or 16 lanes of AVX2 or AVX-512) with bit-identical results
 // on the CPU and on the GPU: only + - * / sqrt, explicit fma and integer operations, each of which
-// IEEE 754 defines exactly. No libm: its exp differs between the two sides. Results do not depend
-// on contraction, which is off in both compilers; fma is used where it is named.
+// IEEE 754 defines exactly. libm is not used, because its exp differs between the two sides.
+// Results do not depend on contraction, which is off in both compilers; only fma() is a fused
+// operation.
 #pragma once
 
 #include <cmath>
@@ -77,7 +78,7 @@ PM_HD inline int popcount(std::uint64_t a) {
   return __builtin_popcountll(a);
 #endif
 }
-/// The lowest set bit of a != 0.
+/// Returns the index of the lowest set bit of a != 0.
 PM_HD inline int countr_zero(std::uint32_t a) {
 #if defined(__CUDA_ARCH__)
   return __ffs(static_cast<int>(a)) - 1;
@@ -93,14 +94,14 @@ PM_HD inline int countr_zero(std::uint64_t a) {
 #endif
 }
 
-/// `a` where `keep`, else +0, whatever `a` is; without a branch.
+/// Returns `a` if `keep`, else +0 even for a NaN; without a branch.
 PM_HD inline float zero_unless(bool keep, float a) {
   return float_from_bits(float_bits(a) & (0u - static_cast<std::uint32_t>(keep)));
 }
-/// `a` where `first`, else `b`.
+/// Returns `a` if `first`, else `b`.
 PM_HD inline float select(bool first, float a, float b) { return first ? a : b; }
 
-/// The smaller and the larger of two; `b` where one is not a number.
+/// Returns the smaller value; `b` if one is a NaN. max() returns the larger one.
 PM_HD inline float min(float a, float b) { return a < b ? a : b; }
 PM_HD inline float max(float a, float b) { return a > b ? a : b; }
 
@@ -113,7 +114,7 @@ struct Lanes {
   PM_HD static V load(const float* from) { return *from; }
   PM_HD static void store(float* to, V a) { *to = a; }
   PM_HD static std::uint32_t load_bits(const std::uint32_t* from) { return *from; }
-  /// bit l: whether the comparison holds in lane l
+  /// Returns a mask whose bit l is set if the comparison holds in lane l.
   PM_HD static std::uint32_t bits(bool holds) { return holds ? 1u : 0u; }
   PM_HD static V iota() { return 0; }  ///< 0, 1, 2, ...
 };
@@ -269,22 +270,22 @@ PM_HD inline float signed_to_float(std::uint32_t a) {
   return static_cast<float>(static_cast<std::int32_t>(a));
 }
 
-/// Adding this rounds a number in (-2^22, 2^22) to an integer, which is then in the low bits of the
-/// sum.
+/// Adding this number rounds a number in (-2^22, 2^22) to an integer, which is then in the low bits
+/// of the sum.
 constexpr float kRoundToInteger = 0x1.8p23f;
 
-/// The whole number nearest to `a` in (-2^22, 2^22).
+/// Returns the integer nearest to `a`, which must be in (-2^22, 2^22).
 template <class V>
 PM_HD inline V round_to_nearest(V a) {
   return (a + kRoundToInteger) - kRoundToInteger;
 }
-/// A whole number in [0, 2^22) as an index.
+/// Converts an integer in [0, 2^22) to an index.
 PM_HD inline std::uint32_t to_index(float a) {
   return float_bits(a + kRoundToInteger) - 0x4b400000u;
 }
-/// base[index].
+/// Returns base[index].
 PM_HD inline float gather(const float* base, std::uint32_t index) { return base[index]; }
-/// base[index] and base[index + 1].
+/// Loads base[index] and base[index + 1].
 PM_HD inline void gather_pairs(const float* base, std::uint32_t index, float& first,
                                float& second) {
   first = base[index], second = base[index + 1];
@@ -300,7 +301,7 @@ inline Pack gather(const float* base, PackBits index) {
   return out;
 #endif
 }
-/// Eight loads of two floats take half the time of two gathers.
+/// Uses eight loads of two floats, which take half the time of two gathers.
 inline void gather_pairs(const float* base, PackBits index, Pack& first, Pack& second) {
 #if defined(__AVX2__)
   const auto load = [&](int a, int b) {
@@ -315,7 +316,7 @@ inline void gather_pairs(const float* base, PackBits index, Pack& first, Pack& s
   first = gather(base, index), second = gather(base + 1, index);
 #endif
 }
-/// table[index], for indices below 8.
+/// Returns table[index], for indices below 8.
 inline Pack permute(Pack table, PackBits index) {
 #if defined(__AVX2__)
   return _mm256_permutevar8x32_ps(table, reinterpret_cast<__m256i>(index));
@@ -443,8 +444,8 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kMaxExponent = 100.0f;
 constexpr float kMinExponent = -125.0f;
 
-/// 2^e for e in [kMinExponent, kMaxExponent], meaningless outside: a clamp here would cost
-/// in the innermost loop. Exact for whole e, relative error <= 1.5e-7.
+/// Returns 2^e for e in [kMinExponent, kMaxExponent], and an undefined value for other e: a clamp
+/// would take time in the innermost loop. Exact for integers, relative error <= 1.5e-7.
 template <class V>
 PM_HD inline V exp2(V e) {
   const V shifted = e + kRoundToInteger;
@@ -460,7 +461,7 @@ PM_HD inline V exp2(V e) {
   return float_from_bits(float_bits(p) + (float_bits(shifted) << 23));
 }
 
-/// log2(a) of a normal a > 0; absolute error <= 2e-7 max(1, |log2 a|).
+/// Returns log2(a) of a normal a > 0, with an absolute error <= 2e-7 max(1, |log2 a|).
 template <class V>
 PM_HD inline V log2(V a) {
   // a = 2^k m with m in [sqrt(1/2), sqrt(2)); 0x3f3504f3 are the bits of sqrt(1/2).
@@ -478,7 +479,7 @@ PM_HD inline V log2(V a) {
   return fma(p * s, broadcast<V>(kLog2E), exponent);
 }
 
-/// The natural logarithm of a >= 0, with the errors of log2(); -infinity for 0.
+/// Returns the natural logarithm of a >= 0, with the errors of log2(); -infinity for 0.
 PM_HD inline float log(float a) { return a > 0 ? 0.693147181f * log2(a) : -kInfinity; }
 
 }  // namespace polymorph

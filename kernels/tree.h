@@ -1,24 +1,25 @@
 // Sparse octree-like tree (branching 4^3) that culls balls: it finds the bricks of cells that the
 // surface can cross, each with its list of balls.
 //
-// The cells: those of the grid plus one rim of cells beyond each border, whose outer points count
-// as outside (value 0), so that the surface is closed wherever the border cuts it. "Lattice point"
-// e = grid point + 1: e = 0 and e = points + 1 are the rim.
+// The tree covers the cells of the grid and a rim of cells beyond each border. The rim's outer
+// points count as outside, so that the surface is closed where the border cuts it. Lattice point e
+// is grid point e - 1; e = 0 and e = points + 1 are on the rim.
 //
-// Level 0 nodes are bricks of 7^3 cells, so that a brick has 8^3 points; a node of level l has 4^3
-// children of level l - 1, down from the roots, whose lists are of all balls. A node keeps the
-// balls of its parent that reach it, in order, so that no sort is needed: count, scan, fill. Where
-// support is infinite, those reach it that are not distant (far_field.h). A child is dropped when
-// the field cannot pass iso in it. Nodes of a level stand in the order of their parents, and a
-// parent knows its children as 64 bits and the number of the first: so any brick is found from its
-// place.
+// Nodes of level 0 are bricks of 7^3 cells with 8^3 points. A node of level l has 4^3 children of
+// level l - 1. The lists of the roots hold all balls. A node keeps those balls of its parent that
+// reach it, in the same order, so that no sort is needed, only counting, a scan and filling. With
+// infinite support, a ball reaches a node if it is not distant (far_field.h). A child is dropped if
+// the field cannot cross iso in it. The nodes of a level are ordered as their parents are. A parent
+// stores its kept children as 64 bits and the index of the first one, so that a brick is found from
+// its position.
 //
 // Why culling is exact and not approximate: a ball is in a node's list if range().near <= limit.
 // The coordinates of all points of a node lie between those of its two corner points (origin + cell
 // * e rounds monotonically), and subtraction, product and fma round monotonically too, so no q
-// computed at a point in the node is below the computed range().near (falloff.h). A ball left out
-// therefore contributes exactly 0 at each point of the node, on its border as well, and at each
-// point between two of them. Where coordinates overflow, q is not a number and contributes 0 too.
+// computed at a point in the node is below the computed range().near (falloff.h). A ball outside
+// the list therefore contributes exactly 0 at each grid point of the node, its border included, and
+// at each position between two grid points. Where coordinates overflow, q is not a number and
+// contributes 0 too.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +34,7 @@ namespace polymorph {
 
 constexpr int kBrickCells = 7;                 ///< along an axis
 constexpr int kBrickPoints = kBrickCells + 1;  ///< along an axis, both borders included
-constexpr int kBranching = 4;                  ///< children along an axis
+constexpr int kBranching = 4;                  ///< children of a node along an axis
 constexpr int kChildren = kBranching * kBranching * kBranching;
 constexpr int kMaxLevels = 12;
 
@@ -41,17 +42,17 @@ constexpr int kMaxLevels = 12;
 struct Level {
   Int3 nodes;
   int cells = kBrickCells;
-  int margin = 0;  ///< cells around a node from which its values come
+  int margin = 0;  ///< cells around a node on whose points its values depend
   /// Constants for infinite support: near balls have near^3 <= reach |w|, distant ones an error of
   /// at most truncation |w| / near^3 (far_field.h).
   float reach = 0, truncation = 0;
 };
 
-/// Sets which balls a level takes for distant: those whose polynomial errs by less than
-/// kFarTolerance iso per cell that FieldScale::length has. `cell` is in units of that length.
+/// Sets which balls are distant on a level: those whose error is below kFarTolerance * iso * cell.
+/// `cell`: edge of a cell in units of FieldScale::length.
 inline void set_reach(Level& level, float cell, float iso) {
   const float half = cell * static_cast<float>(level.cells + 2 * level.margin) / 2;
-  // Beyond these, boxes reach to the largest distance, and all balls are near (is_near).
+  // Where 1e30 limits the values, boxes extend to the maximum distance, and all balls are near.
   level.truncation = min(kFarError * (half * half) * (half * half), 1e30f);
   level.reach = min(level.truncation / (kFarTolerance * iso * cell), 1e30f);
 }
@@ -59,10 +60,10 @@ inline void set_reach(Level& level, float cell, float iso) {
 struct Node {
   std::int64_t begin = 0;         ///< first entry of its ball list
   std::uint64_t children = 0;     ///< bit x + 4 (y + 4 z): that child is kept
-  std::uint32_t count = 0;        ///< entries
-  std::uint32_t first_child = 0;  ///< number of the first kept child, in the next lower level
-  std::uint32_t parent = 0;       ///< its number, in the next higher level
-  Int3 at;                        ///< among the nodes of its level
+  std::uint32_t count = 0;        ///< number of entries
+  std::uint32_t first_child = 0;  ///< index of the first kept child, in the next lower level
+  std::uint32_t parent = 0;       ///< index of the parent, in the next higher level
+  Int3 at;                        ///< position among the nodes of its level
 };
 
 /// Two counts that are summed together: of nodes and their entries, or of vertices and triangles.
@@ -76,7 +77,7 @@ PM_HD constexpr Offsets operator+(Offsets a, Offsets b) {
   return {a.first + b.first, a.second + b.second};
 }
 
-/// Position of child number `child` of a parent among the nodes of its own level.
+/// Returns the position of child number `child` of a parent, among the nodes of the child's level.
 PM_HD inline Int3 child_position(Int3 parent, int child) {
   return {parent.x * kBranching + child % kBranching,
           parent.y * kBranching + child / kBranching % kBranching,
@@ -87,14 +88,14 @@ PM_HD inline int child_number(Int3 at) {
 }
 PM_HD inline std::uint64_t bits_below(int bit) { return (std::uint64_t{1} << bit) - 1; }
 
-/// The grid points of a node, and whether rim points belong to it.
+/// The box of a node's grid points, and whether the node has rim points, too.
 struct NodeBox {
   Vec3 low, high;
   bool has_rim = false;
 };
 
-/// The box of the points from which a node's values come: the node and `margin` cells around it, at
-/// least one cell wide, so that a polynomial is defined.
+/// Returns the box of the points on which a node's values depend: the node and `margin` cells
+/// around it. It is at least one cell wide, so that a polynomial is defined.
 PM_HD inline NodeBox node_box(const Grid& grid, int cells, int margin, Int3 p) {
   const Int3 first = {p.x * cells - 1, p.y * cells - 1, p.z * cells - 1};
   const Int3 last = {first.x + cells, first.y + cells, first.z + cells};
@@ -116,7 +117,7 @@ PM_HD inline FarBox far_box(const Grid& grid, int cells, int margin, Int3 p) {
   return {box.low, box.high};
 }
 
-/// The boxes of as many neighbouring children as V has lanes.
+/// Boxes of as many neighbouring children as V has lanes.
 template <class V>
 struct ChildBoxes {
   CoordinateRange<V> range;
@@ -140,14 +141,15 @@ struct ChildBoxes {
   }
 };
 
-/// Bounds of a sum of w / q over boxes from its value and slope in their middles. Taylor's theorem,
-/// with 6 |w| / q^2 the largest second derivative at squared distance q: |f(x) - f(c) - f'(c) (x -
-/// c)| <= 3 |w| |x - c|^2 / near^2. For a ball whose nearest and furthest values bound it more
-/// tightly, these are used.
+/// Bounds a sum of w / q over boxes by its value and gradient in their middles c. The largest
+/// second derivative at squared distance q is 6 |w| / q^2, so by Taylor's theorem
+///   |f(x) - f(c) - f'(c) (x - c)| <= 3 |w| |x - c|^2 / near^2.
+/// If a ball's values at its nearest and furthest points of the box give tighter bounds, these are
+/// used instead.
 template <class V>
 struct GradientBounds {
   V x, y, z, half_x, half_y, half_z;  ///< the middles, and half the sides
-  V middle, gx, gy, gz, error;
+  V middle, gx, gy, gz, error;        ///< sums of values and gradients there, and of error bounds
 
   PM_HD explicit GradientBounds(const CoordinateRange<V>& b)
       : x(0.5f * (b.low_x + b.high_x)),
@@ -167,35 +169,40 @@ struct GradientBounds {
             dz = ball.scale * (z - ball.z);
     const V inverse = 1.0f / fma(dx, dx, fma(dy, dy, fma(dz, dz, broadcast<V>(ball.base))));
     const V derivative = (-2.0f * ball.w * ball.scale) * (inverse * inverse);
-    const V reach2 = ball.scale_squared * fma(half_x, half_x, fma(half_y, half_y, half_z * half_z));
-    const V curvature_bound = 3.00001f * (ball.w < 0 ? -ball.w : ball.w) * (reach2 / (near * near));
+    const V half_diagonal2 =
+        ball.scale_squared * fma(half_x, half_x, fma(half_y, half_y, half_z * half_z));
+    const V curvature_bound =
+        3.00001f * (ball.w < 0 ? -ball.w : ball.w) * (half_diagonal2 / (near * near));
     const V width = 0.5f * (at_near - at_far), half = max(width, -width);
-    const auto smooth = curvature_bound < half;
-    middle = middle + select(smooth, ball.w * inverse, 0.5f * (at_near + at_far));
-    error = error + select(smooth, curvature_bound, half);
-    gx = gx + zero_unless(smooth, derivative * dx);
-    gy = gy + zero_unless(smooth, derivative * dy);
-    gz = gz + zero_unless(smooth, derivative * dz);
+    const auto is_taylor_tighter = curvature_bound < half;
+    middle = middle + select(is_taylor_tighter, ball.w * inverse, 0.5f * (at_near + at_far));
+    error = error + select(is_taylor_tighter, curvature_bound, half);
+    gx = gx + zero_unless(is_taylor_tighter, derivative * dx);
+    gy = gy + zero_unless(is_taylor_tighter, derivative * dy);
+    gz = gz + zero_unless(is_taylor_tighter, derivative * dz);
   }
 
-  /// Tightens the bounds given, and adds the polynomial of the distant balls to them.
+  /// Tightens the given bounds of the sum, and adds the polynomial of the distant balls to them.
   template <class Team>
   PM_HD void refine_bounds(const Team& team, const FarField& far, const FarBox& box, V& lower,
                            V& upper) {
     middle = team.group_sum(middle), error = team.group_sum(error);
     gx = team.group_sum(gx), gy = team.group_sum(gy), gz = team.group_sum(gz);
-    const FarSlope<V> beyond(far.value, box, x, y, z);
-    const V reach2 = fma(half_x, half_x, fma(half_y, half_y, half_z * half_z));
-    // The polynomial's slope is off by at most 8.2 error / half a side along each axis: Shadrin
-    // 1995 for the slope of an interpolation, and the sum of all |slope|, which is 12.3.
-    const V slack = fma(reach2, broadcast<V>(far.second_derivative_bound),
+    const FarSlope<V> far_slope(far.value, box, x, y, z);
+    const V half_diagonal2 = fma(half_x, half_x, fma(half_y, half_y, half_z * half_z));
+    // The polynomial's slope is off by at most 8.2 error / (half a side) along each axis: Shadrin
+    // 1995 gives the error of an interpolant's slope, and the sum of all |slope| is 12.3.
+    const V slack = fma(half_diagonal2, broadcast<V>(far.second_derivative_bound),
                         broadcast<V>(26 * (far.error + far.rounding)));
-    const V swing_beyond = swing(beyond.x, beyond.y, beyond.z) + slack;
-    const V swing_all = swing(gx + beyond.x, gy + beyond.y, gz + beyond.z) + (error + slack);
-    lower = beyond.value + max(lower - swing_beyond, middle - swing_all);
-    upper = beyond.value + min(upper + swing_beyond, middle + swing_all);
+    const V far_change = max_change(far_slope.x, far_slope.y, far_slope.z) + slack;
+    const V total_change =
+        max_change(gx + far_slope.x, gy + far_slope.y, gz + far_slope.z) + (error + slack);
+    lower = far_slope.value + max(lower - far_change, middle - total_change);
+    upper = far_slope.value + min(upper + far_change, middle + total_change);
   }
-  PM_HD V swing(V sx, V sy, V sz) const {
+  /// Returns the change of a linear function of the given slope from a middle to the furthest
+  /// corner.
+  PM_HD V max_change(V sx, V sy, V sz) const {
     return fma(max(sx, -sx), half_x, fma(max(sy, -sy), half_y, max(sz, -sz) * half_z));
   }
 };
@@ -212,18 +219,18 @@ struct ClassifyChildren {
   View<Node> parents;
   View<const std::uint32_t> entries;
   View<const typename F::Ball> balls;
-  View<std::uint32_t> child_entries;  ///< per child of each parent: 1 + its balls; 0 = dropped
-  View<Counts> sums;                  ///< per parent: children kept, their balls; 0 before
+  View<std::uint32_t> child_entries;  ///< per child of each parent: 1 + number of balls; 0: dropped
+  View<Counts> sums;                  ///< per parent: kept children, their balls; 0 at first
   View<const FarField> far;           ///< per parent, where support is infinite
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch&, std::int64_t item) const {
     using V = typename Team::V;
-    constexpr int kEach = kChildren / Team::kParts;
+    constexpr int kChildrenPerTeam = kChildren / Team::kParts;
     const std::int64_t p = item / Team::kParts;
-    const int begin = static_cast<int>(item % Team::kParts) * kEach;
+    const int begin = static_cast<int>(item % Team::kParts) * kChildrenPerTeam;
     const Node parent = parents[p];
-    team.each_group(kEach / Lanes<V>::kCount, [&](int g) {
+    team.each_group(kChildrenPerTeam / Lanes<V>::kCount, [&](int g) {
       const int first = begin + g * Lanes<V>::kCount;
       const ChildBoxes<V> boxes(grid, level, parent.at, first);
       std::uint32_t keep = 0;
@@ -245,9 +252,10 @@ struct ClassifyChildren {
     });
   }
 
-  /// Bounds of the field over each box: each ball at its nearest and its furthest; a ball of
-  /// infinite support also by its slope in the middle, which cancels between balls on different
-  /// sides.
+  /// Returns a mask of the boxes that the surface can cross, and counts the balls that reach each
+  /// box. A ball is bounded by its values at the nearest and furthest points of a box. With
+  /// infinite support it is also bounded by its slope in the middle, because slopes of balls on
+  /// opposite sides cancel.
   template <class V, class Team>
   PM_HD std::uint32_t classify(const Team& team, std::int64_t p, const ChildBoxes<V>& boxes,
                                V& reached) const {
@@ -267,7 +275,7 @@ struct ClassifyChildren {
     }
     lower = team.group_sum(lower), upper = team.group_sum(upper);
     magnitude = team.group_sum(magnitude), reached = team.group_sum(count);
-    // A sum can exceed its bound by the rounding of both, and twice the error of exp2().
+    // A sum can exceed its bound by the rounding errors of both, and twice the error of exp2().
     auto terms = static_cast<float>(parent.count);
     if constexpr (!F::kCompactSupport) {
       const FarBox box = far_box(grid, kBranching * level.cells, level.margin, parent.at);
@@ -289,7 +297,8 @@ struct FillChildren {
   static constexpr int kThreads = 512;
   static constexpr std::uint32_t kAhead = 4;  ///< balls loaded ahead of their use
   struct Scratch {
-    std::uint32_t begin[kChildren + 1];  ///< per child: begin of its list, from the node's first
+    /// Per child: begin of its list, relative to the first entry of the parent's children.
+    std::uint32_t begin[kChildren + 1];
   };
   Grid grid;
   Level level;  ///< the children's
@@ -299,27 +308,27 @@ struct FillChildren {
   View<const std::uint32_t> child_entries;
   View<const Offsets> first;  ///< per parent: its first child and entry
   View<Node> nodes;
-  View<Counts> sums;  ///< per node, for ClassifyChildren to add to; none for bricks
+  View<Counts> sums;  ///< per node: set to 0 for ClassifyChildren; empty for bricks
   View<std::uint32_t> node_entries;
 
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t item) const {
     using V = typename Team::V;
-    constexpr int kEach = kChildren / Team::kParts;
+    constexpr int kChildrenPerTeam = kChildren / Team::kParts;
     const std::int64_t p = item / Team::kParts;
-    const int from = static_cast<int>(item % Team::kParts) * kEach;
+    const int begin = static_cast<int>(item % Team::kParts) * kChildrenPerTeam;
     const Node parent = parents[p];
     const Offsets start = first[p];
     team.each(kChildren, [&](int c) {
       scratch.begin[c] = parent.children >> c & 1u ? child_entries[p * kChildren + c] - 1 : 0;
     });
-    team.each(1, [&](int) {  // the other parts do not read it
-      if (from == 0) parents[p].first_child = static_cast<std::uint32_t>(start.first);
+    team.each(1, [&](int) {  // the other teams do not read it
+      if (begin == 0) parents[p].first_child = static_cast<std::uint32_t>(start.first);
     });
     team.sync();
     team.scan(scratch.begin, kChildren);
-    team.each(kEach, [&](int i) {
-      const int c = from + i;
+    team.each(kChildrenPerTeam, [&](int i) {
+      const int c = begin + i;
       if (!(parent.children >> c & 1u)) return;
       const std::int64_t slot = start.first + popcount(parent.children & bits_below(c));
       if (slot >= nodes.size) return;
@@ -328,13 +337,13 @@ struct FillChildren {
       node.parent = static_cast<std::uint32_t>(p);
       node.begin = start.second + scratch.begin[c];
       node.count = scratch.begin[c + 1] - scratch.begin[c];
-      // Beyond the capacity: the pass runs again with more memory.
+      // Without room for the list, the pass will run again with more memory.
       if (node.begin + node.count > node_entries.size) node.count = 0;
       nodes[slot] = node;
       if (slot < sums.size) sums[slot] = {};
     });
-    team.each_group(kEach / Lanes<V>::kCount, [&](int g) {
-      const int base = from + g * Lanes<V>::kCount;
+    team.each_group(kChildrenPerTeam / Lanes<V>::kCount, [&](int g) {
+      const int base = begin + g * Lanes<V>::kCount;
       const auto kept =
           static_cast<std::uint32_t>(parent.children >> base & bits_below(Lanes<V>::kCount));
       if (kept == 0) return;
@@ -365,13 +374,13 @@ struct FillChildren {
   }
 };
 
-/// The whole tree, for finding bricks by their place.
+/// The whole tree, in which bricks are found by position.
 struct Tree {
   int levels = 0;                      ///< below the roots
-  Int3 roots = {1, 1, 1};              ///< along each axis; all of them are there
-  View<const Node> nodes[kMaxLevels];  ///< 0: bricks; nodes[levels]: the roots, x first
+  Int3 roots = {1, 1, 1};              ///< along each axis; none is dropped
+  View<const Node> nodes[kMaxLevels];  ///< [0]: bricks; [levels]: the roots, x fastest
 
-  /// Number of the brick at `p`, or -1 where none is kept.
+  /// Returns the index of the brick at `p`, or -1 if there is none.
   PM_HD std::int64_t find(Int3 p) const {
     const Int3 root = {p.x >> 2 * levels, p.y >> 2 * levels, p.z >> 2 * levels};
     if (p.x < 0 || p.y < 0 || p.z < 0 || root.x >= roots.x || root.y >= roots.y ||
@@ -381,34 +390,34 @@ struct Tree {
     return find_below(p, levels, root.x + roots.x * (root.y + roots.y * root.z));
   }
 
-  /// Number of the brick beside brick b, or -1 where none is kept: up to the first node that holds
-  /// both, and down.
+  /// Returns the index of the brick at `offset` from brick b, or -1 if there is none. Goes up to
+  /// the first node that contains both bricks, then down.
   PM_HD std::int64_t find_near(std::int64_t b, Int3 offset) const {
     const Int3 at = nodes[0][b].at, p = {at.x + offset.x, at.y + offset.y, at.z + offset.z};
-    std::int64_t number = b;
+    std::int64_t index = b;
     for (int l = 1; l <= levels; ++l) {
-      number = nodes[l - 1][number].parent;
-      const Int3 here = nodes[l][number].at;
+      index = nodes[l - 1][index].parent;
+      const Int3 here = nodes[l][index].at;
       if (p.x >> 2 * l == here.x && p.y >> 2 * l == here.y && p.z >> 2 * l == here.z)
-        return find_below(p, l, number);
+        return find_below(p, l, index);
     }
     return find(p);
   }
 
  private:
-  /// Number of the brick at `p` below a node of level `from`.
-  PM_HD std::int64_t find_below(Int3 p, int from, std::int64_t number) const {
+  /// Returns the index of the brick at `p` below node `index` of level `from`, or -1.
+  PM_HD std::int64_t find_below(Int3 p, int from, std::int64_t index) const {
     for (int l = from; l > 0; --l) {
       const int shift = 2 * (l - 1);
       const Int3 at = {p.x >> shift, p.y >> shift, p.z >> shift};
-      const Node& node = nodes[l][number];
+      const Node& node = nodes[l][index];
       if (at.x >> 2 != node.at.x || at.y >> 2 != node.at.y || at.z >> 2 != node.at.z) return -1;
       const int c = child_number(at);
       if (!(node.children >> c & 1u)) return -1;
-      number = node.first_child + popcount(node.children & bits_below(c));
-      if (number >= nodes[l - 1].size) return -1;
+      index = node.first_child + popcount(node.children & bits_below(c));
+      if (index >= nodes[l - 1].size) return -1;
     }
-    return number;
+    return index;
   }
 };
 

@@ -12,7 +12,7 @@
 
 namespace polymorph {
 
-/// Writes the vertices that a case's slots ask for; `count` = 3 times its triangles.
+/// Writes the vertices at the slots of a case; `count` is 3 times the number of its triangles.
 template <class V>
 PM_HD inline void write_selected(const std::uint32_t* vertex, const BrickTable& table, int corners,
                                  int count, std::uint32_t* to) {
@@ -20,8 +20,8 @@ PM_HD inline void write_selected(const std::uint32_t* vertex, const BrickTable& 
   for (int i = 0; i < count; ++i) to[i] = vertex[slots[i]];
 }
 #if defined(PM_WIDE_PACKS)
-/// A cell's edges are in four lines of slots, which fit into two vectors: a permutation of these
-/// takes the place of up to 15 loads, and of a branch that is hard to foretell.
+/// A cell's edges are in four lines of slots, which fit into two vectors: one permutation
+/// replaces up to 15 loads and a branch that is hard to predict.
 template <>
 inline void write_selected<WidePack>(const std::uint32_t* vertex, const BrickTable& table,
                                      int corners, int count, std::uint32_t* to) {
@@ -42,13 +42,13 @@ inline void write_selected<WidePack>(const std::uint32_t* vertex, const BrickTab
 struct EmitTriangles {
   static constexpr int kThreads = 128;
   struct Scratch {
-    /// Number of the vertex on each crossed edge; slots are read beyond the last, for nothing.
+    /// Index of the vertex on each crossed edge. Vectors are loaded beyond the last slot.
     std::uint32_t vertex[kLines * kLineSlots + 8];
-    std::uint32_t before[kRows + 1];  ///< triangles of the items before
+    std::uint32_t before[kRows + 1];  ///< per item: triangles of the items before it
     std::uint8_t inside[kLines];
-    /// This brick's rows and first vertex, and those of the next bricks: bit 0 along x, 1 along y,
-    /// 2 along z. Without rows where there is no brick or the surface does not cross it: nothing
-    /// asks for its vertices.
+    /// Rows and first vertex of this brick ([0]) and of the next bricks: bit 0 of the index is a
+    /// step along x, bit 1 along y, bit 2 along z. Null rows: there is no such brick or the surface
+    /// does not cross it, so that none of its vertices is needed.
     const std::uint32_t* rows[8];
     std::uint32_t first_vertex[8];
   };
@@ -87,21 +87,22 @@ struct EmitTriangles {
     });
   }
 
-  /// The vertices on the edges from the points of a line: those of its first seven points in this
-  /// brick or the next along y and z, that of the eighth beyond along x.
+  /// Writes the vertices on the edges that begin at the points of a line. Edges of the first seven
+  /// points belong to this brick, or to the next along y or z on the last lines; edges of the
+  /// eighth point belong to the next brick along x.
   template <class V>
   PM_HD void number_line(Scratch& scratch, int line) const {
     const int y = line % kBrickPoints, z = line / kBrickPoints;
-    const int beyond = (y == kBrickCells ? 2 : 0) + (z == kBrickCells ? 4 : 0);
+    const int owner = (y == kBrickCells ? 2 : 0) + (z == kBrickCells ? 4 : 0);
     const int r = y % kBrickCells + kBrickCells * (z % kBrickCells);
     std::uint32_t* to = scratch.vertex + line * kLineSlots;
-    if (scratch.rows[beyond] != nullptr) {
-      const std::uint32_t row = scratch.rows[beyond][r];
-      number_set_bits<V>(row_edges(row), scratch.first_vertex[beyond] + row_before(row), to);
+    if (scratch.rows[owner] != nullptr) {
+      const std::uint32_t row = scratch.rows[owner][r];
+      number_set_bits<V>(row_edges(row), scratch.first_vertex[owner] + row_before(row), to);
     }
-    if (scratch.rows[beyond + 1] != nullptr) {
-      const std::uint32_t row = scratch.rows[beyond + 1][r];
-      const std::uint32_t vertex = scratch.first_vertex[beyond + 1] + row_before(row);
+    if (scratch.rows[owner + 1] != nullptr) {
+      const std::uint32_t row = scratch.rows[owner + 1][r];
+      const std::uint32_t vertex = scratch.first_vertex[owner + 1] + row_before(row);
       to += kRowEdges;
       to[0] = vertex, to[1] = vertex + (row & 1u), to[2] = to[1] + (row >> 1 & 1u);
     }

@@ -63,8 +63,9 @@ enum class FieldKind : std::uint8_t {
 /// The surface that is drawn through the samples.
 enum class SurfaceMethod : std::uint8_t {
   kMarchingCubes,
-  kMatrix,  ///< a cube at each point inside (the report's 2.1.2.1); every square has vertices of
-            ///< its own, so that the mesh is not connected
+  /// A cube at each inside point (the report's 2.1.2.1). Every square has its own vertices, so that
+  /// the mesh is not connected.
+  kMatrix,
 };
 
 /// Position of a vertex on a crossed edge.
@@ -81,7 +82,7 @@ PM_HD constexpr bool operator==(const Sym3& s, const Sym3& t) {
   return s.xx == t.xx && s.yy == t.yy && s.zz == t.zz && s.xy == t.xy && s.xz == t.xz &&
          s.yz == t.yz;
 }
-/// d^T s d
+/// Returns d^T s d.
 PM_HD constexpr float quadratic(const Sym3& s, Vec3 d) {
   return s.xx * d.x * d.x + s.yy * d.y * d.y + s.zz * d.z * d.z +
          2 * (s.xy * d.x * d.y + s.xz * d.x * d.z + s.yz * d.y * d.z);
@@ -92,16 +93,16 @@ PM_HD constexpr float determinant(const Sym3& s) {
 }
 
 /// A field source. The field is divided by the scene's threshold, so the surface is always at
-/// field = 1 and inside is field > 1; that convention is stated here and nowhere else.
-///   kGaussian:      contributes exp(w - a d^T shape d), d from the centre; a lone round ball's
-///                   surface is at r = sqrt(w / a).
+/// field = 1, and inside is field > 1.
+///   kGaussian:      contributes exp(w - a d^T shape d), d the offset from the centre; the
+///                   surface of a single round ball is at r = sqrt(w / a).
 ///   kWyvill:        contributes w (1 - q)^2 (1 - 4/9 q), q = a d^T shape d, nothing from q = 1 on:
 ///                   a = 1 / support^2 of a round ball.
-///   kInverseSquare: contributes w / r^2; a lone ball's surface is at r = sqrt(w); `a` and `shape`
-///                   are unused.
+///   kInverseSquare: contributes w / r^2; the surface of a single ball is at r = sqrt(w); `a`
+///                   and `shape` are unused.
 struct Ball {
   Vec3 center;
-  float a = 1;  ///< 1 / length^2, > 0; the geometric mean of the three axes' own
+  float a = 1;  ///< 1 / length^2, > 0; the geometric mean over the three axes
   float w = 0;
   /// Positive definite, determinant 1: the identity is a round ball, anything else an ellipsoid of
   /// the same volume.

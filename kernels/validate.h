@@ -35,7 +35,7 @@ inline EngineStatus bad_input(std::string message) {
   return {EngineCode::kBadInput, std::move(message)};
 }
 
-/// Throws where `bytes` are more than the limit allows.
+/// Throws if `bytes` exceed the limit; 0: no limit.
 inline void check_memory(std::size_t bytes, std::size_t limit) {
   if (limit == 0 || bytes <= limit) return;
   const auto mega = [](std::size_t b) { return std::to_string((b + 999999) / 1000000) + " MB"; };
@@ -112,16 +112,16 @@ inline EngineStatus check_distance_surface(const DistanceGrid* object,
 }
 
 /// Checks the input of a surface between two objects, without the grid.
-inline EngineStatus check_between(const MorphSurface& between, const ExtractSettings& settings) {
-  if (!between.map || !between.from || !between.to) {
+inline EngineStatus check_between(const MorphSurface& surface, const ExtractSettings& settings) {
+  if (!surface.map || !surface.from || !surface.to) {
     return bad_input("a surface between two objects needs a map and both distance fields");
   }
   const auto same_grid = [](const Grid& a, const Grid& b) {
     return a.origin == b.origin && a.cell == b.cell && a.points.x == b.points.x &&
            a.points.y == b.points.y && a.points.z == b.points.z;
   };
-  for (const auto& [object, smooth] : {std::pair(between.from.get(), between.smooth_from.get()),
-                                       std::pair(between.to.get(), between.smooth_to.get())}) {
+  for (const auto& [object, smooth] : {std::pair(surface.from.get(), surface.smooth_from.get()),
+                                       std::pair(surface.to.get(), surface.smooth_to.get())}) {
     EngineStatus status = check_distances(*object);
     if (status.code == EngineCode::kOk && smooth) status = check_distances(*smooth);
     if (status.code != EngineCode::kOk) return status;
@@ -129,11 +129,11 @@ inline EngineStatus check_between(const MorphSurface& between, const ExtractSett
       return bad_input("distances without detail lie on another grid than those with it");
     }
   }
-  if (!std::isfinite(between.level) || !(between.linear_range >= 0)) {
+  if (!std::isfinite(surface.level) || !(surface.linear_range >= 0)) {
     return bad_input("the level or linear_range of a surface between two objects is out of range");
   }
   EngineStatus status = check_refine_steps(settings);
-  return status.code == EngineCode::kOk ? check_regression(*between.map) : status;
+  return status.code == EngineCode::kOk ? check_regression(*surface.map) : status;
 }
 
 inline EngineStatus check_input(const std::vector<Ball>& balls, const ExtractSettings& settings) {
@@ -153,7 +153,7 @@ inline EngineStatus check_input(const std::vector<Ball>& balls, const ExtractSet
     return bad_input("influence is " + std::to_string(settings.sample_stride) +
                      " (must lie in 1..16), use 1");
   }
-  // A node's balls are counted in floats, which hold whole numbers up to 2^24.
+  // A node's balls are counted in floats, which represent all integers up to 2^24.
   constexpr std::size_t kMaxBalls = std::size_t{1} << 20;
   if (balls.size() > kMaxBalls) {
     return bad_input("there are " + std::to_string(balls.size()) +
@@ -184,7 +184,7 @@ inline EngineStatus check_input(const std::vector<Ball>& balls, const ExtractSet
   return {};
 }
 
-/// Vertices are numbered in 32 bits; the last number is never used.
+/// Throws if there are too many vertices for 32-bit indices; the last index is never used.
 inline void check_vertex_count(std::int64_t count) {
   if (count < std::int64_t{0xffffffff}) return;
   throw EngineFailure{{EngineCode::kBadInput,
@@ -216,7 +216,7 @@ inline EngineStatus check_grid(const Grid& grid) {
   for (float a : {grid.origin.x, grid.origin.y, grid.origin.z, last.x, last.y, last.z}) {
     extent = std::max(extent, std::fabs(a));
   }
-  // 2^-23: the spacing of floats at 1. With fewer than 16 floats to a cell the surface would be
+  // 2^-23 is the spacing of floats at 1. With fewer than 16 floats per cell the surface would show
   // steps.
   if (!(extent * 0x1p-23f * 16 < grid.cell)) {
     return bad_input(
@@ -228,7 +228,7 @@ inline EngineStatus check_grid(const Grid& grid) {
   return {};
 }
 
-/// Adds to the entry of `name`, or begins it. Names compare by their text.
+/// Adds to the time of pass `name`, or appends the pass. Names are compared as text.
 inline void add_pass_time(std::vector<PassTime>& times, const char* name, double seconds) {
   for (PassTime& time : times) {
     if (std::strcmp(time.name, name) == 0) {

@@ -1,12 +1,12 @@
 // Vertex placement of marching cubes: one vertex on each crossed edge, at a root of log2(field /
 // iso) along the edge, and the normal there.
 //
-// The logarithm, because a Gaussian field is nearly linear in it (a lone ball's is a parabola),
-// while the field itself spans orders of magnitude over one cell. First the straight line between
-// the edge's ends, then `refine_steps` steps, each with one more value of the field inside the
-// bracket: the root of the parabola through that point and the last two (Muller 1956), which is
-// exact for a lone Gaussian ball. A secant in its place left 0.012 of iso after three steps where
-// an end of the bracket stuck.
+// The logarithm of a Gaussian field is nearly linear (that of a single ball is a parabola), while
+// the field itself spans orders of magnitude over one cell. The first estimate is the root of the
+// straight line between the edge's ends. Then each of `refine_steps` steps evaluates the field at
+// the estimate and takes the root of the parabola through this point and the bracket's ends (Muller
+// 1956), which is exact for a single Gaussian ball. With secants instead, an error of 0.012 iso
+// remained after three steps if one end of the bracket stuck.
 #pragma once
 
 #include <algorithm>
@@ -21,27 +21,28 @@
 
 namespace polymorph {
 
-/// A vertex keeps this fraction of an edge away from the edge's ends: the vertices around one grid
-/// point stay apart, at most 0.2 % of a cell from where they belong.
+/// Minimum distance of a vertex from its edge's ends, as a fraction of the edge. It keeps the
+/// vertices around a grid point apart, and moves them by at most 0.2 % of a cell.
 constexpr float kEdgeMargin = 1.0f / 512.0f;
 
 /// Exact sums place a vertex if the field changes along its edge by less than this many times the
-/// polynomial's error bound. Errors are at most a tenth of their bounds, so that other vertices
-/// move by some thousandths of a cell at most.
+/// polynomial's error bound. Actual errors are at most a tenth of their bounds, so that they move
+/// other vertices by some thousandths of a cell at most.
 constexpr float kFlat = 32;
 
-/// |height| (log2(field / iso) of balls) at which a vertex needs no further step: some ten times
-/// the rounding of the field.
+/// |height| (for balls |log2(field / iso)|) below which a vertex needs no further step: some ten
+/// times the rounding error of the field.
 constexpr float kCloseEnough = 0x1p-17f;
 
-/// Two points of log2(field / iso) along an edge with opposite signs, and a third one.
+/// Two points (t, g) along an edge whose heights g have opposite signs, and a third point. For
+/// balls the height is log2(field / iso).
 template <class V>
 struct Bracket {
   V t0, g0, t1, g1, t2, g2;
 
   PM_HD V line_root() const {
     const V rise = g0 - g1;
-    // Equal logarithms of different values: both within rounding of iso.
+    // If different values have equal logarithms, both are within rounding of iso.
     const V s = select(rise != 0.0f, g0 / rise, broadcast<V>(0.5f));
     return fma(t1 - t0, min(max(s, broadcast<V>(0.0f)), broadcast<V>(1.0f)), t0);
   }
@@ -66,7 +67,7 @@ template <class V>
 struct Edges {
   using Bits = decltype(float_bits(V{}));
   using Mask = decltype(V{} < V{});
-  Points<V> from, step;  ///< lower end, and from there to the upper one
+  Points<V> from, step;  ///< the lower end, and the offset from it to the upper end
   V low, high;           ///< range of the vertex, as a fraction of the edge
   V value0, value1;      ///< field at the ends
   Bits axis;
@@ -79,39 +80,43 @@ struct BallVertexField {
   BrickField<F> field;
   BallList all_balls;
   float iso = 1, floor = 0;
-  bool exact = true;  ///< can exact sums place a vertex?
+  bool exact = true;  ///< whether exact sums may place vertices
 
   template <class V>
   PM_HD V value(const Points<V>& p) const {
     return field.value(p);
   }
-  /// log2(field / iso): 0 at the level, and nearly linear along an edge.
+  /// Returns log2(field / iso), which is 0 at the surface and nearly linear along an edge.
   template <class V>
   PM_HD V height(V value) const {
     return log2(max(value, broadcast<V>(floor))) - log2(broadcast<V>(iso));
   }
-  /// -grad of the field up to a positive factor: outward at the surface.
+  /// Returns minus the gradient up to a positive factor; it points outward at the surface.
   template <class V>
   PM_HD Points<V> negated_gradient(const Points<V>& p) const {
     return field.negated_gradient(p);
   }
-  /// Bit l: the field is flat along the edge of lane l, where the negated gradient is `down`.
+  /// Returns a mask whose bit l is set if the field is flat along the edge of lane l. `outward`:
+  /// minus half the gradient there.
   template <class V>
-  PM_HD std::uint32_t flat_lanes(const Edges<V>& edges, const Points<V>& down) const {
+  PM_HD std::uint32_t flat_lanes(const Edges<V>& edges, const Points<V>& outward) const {
     if constexpr (F::kCompactSupport) return 0;
     if (!exact) return 0;
-    const V half = fma(down.x, edges.step.x, fma(down.y, edges.step.y, down.z * edges.step.z));
-    return Lanes<V>::bits(max(half, -half) < broadcast<V>(0.5f * kFlat * field.far->error));
+    const V half_change =
+        fma(outward.x, edges.step.x, fma(outward.y, edges.step.y, outward.z * edges.step.z));
+    return Lanes<V>::bits(max(half_change, -half_change) <
+                          broadcast<V>(0.5f * kFlat * field.far->error));
   }
   /// Returns the sum over all balls in the lanes with a bit, `value` in the others.
   template <class V>
   PM_HD V exact_where(std::uint32_t lanes, V value, const Points<V>& at) const {
     if (F::kCompactSupport || lanes == 0) return value;
-    alignas(64) float exact_sum[Lanes<V>::kCount], all[Lanes<V>::kCount];
+    alignas(64) float exact_sum[Lanes<V>::kCount], merged[Lanes<V>::kCount];
     Lanes<V>::store(exact_sum, field_at<F>(at, field.balls, all_balls));
-    Lanes<V>::store(all, value);
-    for (int l = 0; l < Lanes<V>::kCount; ++l) all[l] = lanes >> l & 1u ? exact_sum[l] : all[l];
-    return Lanes<V>::load(all);
+    Lanes<V>::store(merged, value);
+    for (int l = 0; l < Lanes<V>::kCount; ++l)
+      merged[l] = lanes >> l & 1u ? exact_sum[l] : merged[l];
+    return Lanes<V>::load(merged);
   }
 };
 
@@ -121,7 +126,7 @@ struct BallVertices {
   Grid grid;
   float iso = 1;
   float floor = 0;  ///< field values are clamped to at least this before the logarithm
-  int margin = 0;   ///< Level::margin of the bricks; above 0, values are interpolated anyway
+  int margin = 0;   ///< Level::margin of the bricks; above 0, values are interpolated, not exact
   bool midpoint = false;
   View<const std::uint32_t> entries;
   View<const typename F::Ball> balls;
@@ -141,8 +146,8 @@ template <class Source>
 struct PlaceVertices {
   static constexpr int kThreads = 128;
   struct Scratch {
-    /// Per vertex: its edge's bit in the row, and above that the row's line. Sets of bits are
-    /// written, and lanes read, beyond the last.
+    /// Per vertex: the bit of its edge in the row and, above it, the row's line. Vectors are stored
+    /// and loaded beyond the last vertex.
     std::uint32_t edges[kMaxVertices + kLineSlots];
   };
   Grid grid;
@@ -172,7 +177,7 @@ struct PlaceVertices {
       write_set_bits<V>(row_edges(row), static_cast<std::uint32_t>(line_of_row(r)) << kLineShift,
                         scratch.edges + row_before(row));
     });
-    // The last item's lanes without a vertex: where a pack has more than one, a team is one thread.
+    // Clears the last item's lanes without a vertex. With packs, a team is one thread.
     if constexpr (kLanes > 1) std::fill_n(scratch.edges + count, kLanes - 1, 0u);
     team.sync();
     const Node brick = bricks[b];
@@ -186,9 +191,10 @@ struct PlaceVertices {
   static constexpr int kLineShift = 5;
 
   template <class V>
-  PM_HD Edges<V> edges_at(Int3 brick, const float* value, typename Edges<V>::Bits number) const {
+  PM_HD Edges<V> edges_at(Int3 brick, const float* value,
+                          typename Edges<V>::Bits packed_edges) const {
     using Bits = typename Edges<V>::Bits;
-    const Bits bit = number & ((1u << kLineShift) - 1), line = number >> kLineShift;
+    const Bits bit = packed_edges & ((1u << kLineShift) - 1), line = packed_edges >> kLineShift;
     const Bits x = bit * 43u >> 7;  // bit / 3
     Edges<V> out;
     out.axis = bit - 3u * x;
@@ -197,7 +203,7 @@ struct PlaceVertices {
     const Points<V> a = {signed_to_float(x) + corner(brick.x),
                          signed_to_float(line % kBrickPoints) + corner(brick.y),
                          signed_to_float(line / kBrickPoints) + corner(brick.z)};
-    // The arithmetic of grid_point().
+    // Same arithmetic as in grid_point().
     out.from = {grid.origin.x + grid.cell * a.x, grid.origin.y + grid.cell * a.y,
                 grid.origin.z + grid.cell * a.z};
     const Points<V> to = {grid.origin.x + grid.cell * (a.x + 1.0f),
@@ -232,16 +238,16 @@ struct PlaceVertices {
   template <class V, class Field>
   PM_HD void place(const Edges<V>& edges, const Field& field, std::int64_t to, int count) const {
     V t = midpoint ? broadcast<V>(0.5f) : find_root<V>(edges, field, 0);
-    Points<V> at = along(edges, t), down = field.negated_gradient(at);
-    const std::uint32_t flat = field.template flat_lanes<V>(edges, down);
+    Points<V> at = along(edges, t), outward = field.negated_gradient(at);
+    const std::uint32_t flat = field.template flat_lanes<V>(edges, outward);
     if (flat != 0) {
       t = find_root<V>(edges, field, flat);
-      at = along(edges, t), down = field.negated_gradient(at);
+      at = along(edges, t), outward = field.negated_gradient(at);
     }
-    const V length2 = fma(down.z, down.z, fma(down.y, down.y, down.x * down.x));
+    const V length2 = fma(outward.z, outward.z, fma(outward.y, outward.y, outward.x * outward.x));
     const V length = sqrt(length2);
-    // The cut at the border is flat; and where the field has no slope, the edge itself leads
-    // outward.
+    // The normal is the edge's direction on the flat cut at the border, and where the field has no
+    // slope.
     const auto sloped = (length2 > 1e-30f) & (length2 < 1e30f);
     const V unit = broadcast<V>(1.0f), sign = select(edges.value0 > iso, unit, -unit);
     const auto normal = [&](V component, std::uint32_t axis) {
@@ -249,10 +255,11 @@ struct PlaceVertices {
       return select(edges.cut, edge_normal, select(sloped, component / length, edge_normal));
     };
     store_points<V>(&positions[to].x, at.x, at.y, at.z, count);
-    store_points<V>(&normals[to].x, normal(down.x, 0), normal(down.y, 1), normal(down.z, 2), count);
+    store_points<V>(&normals[to].x, normal(outward.x, 0), normal(outward.y, 1),
+                    normal(outward.z, 2), count);
   }
 
-  /// Finds the fraction of each edge at which the field is iso; by exact sums in flat lanes.
+  /// Finds the fraction of each edge at which the field is iso. `flat`: lanes that use exact sums.
   template <class V, class Field>
   PM_HD V find_root(const Edges<V>& edges, const Field& field, std::uint32_t flat) const {
     V value0 = edges.value0, value1 = edges.value1;
@@ -270,7 +277,7 @@ struct PlaceVertices {
       const auto lower = (value > iso) == (value0 > iso);
       b = {select(lower, t, b.t0), select(lower, g, b.g0),    select(lower, b.t1, t),
            select(lower, b.g1, g), select(lower, b.t0, b.t1), select(lower, b.g0, b.g1)};
-      // Closer than this, differences between the points would be rounding noise.
+      // Below kCloseEnough, differences between the points would be rounding noise.
       const auto converged = (g < kCloseEnough) & (-g < kCloseEnough);
       t = select(converged, t, min(max(b.parabola_root(), low), high));
     }

@@ -15,7 +15,7 @@ struct View {
 
   View() = default;
   PM_HD View(T* first, std::int64_t count) : data(first), size(count) {}
-  /// A view of const from one of non-const.
+  /// Converts a view of mutable elements to one of const elements.
   template <class U, class = std::enable_if_t<std::is_same<const U, T>::value>>
   PM_HD View(View<U> other) : data(other.data), size(other.size) {}
 

@@ -23,8 +23,8 @@
 
 namespace polymorph {
 
-/// The buffers of all passes. Passes of one call share them; results stay in them between calls
-/// only where a member says so.
+/// The buffers of all passes. Passes of one call share them. Only `uploaded_...` members and
+/// `has_table` tell what stays valid between calls.
 template <class B>
 struct Workspace {
   template <class T>
@@ -93,7 +93,7 @@ struct Workspace {
   Buffer<Counts> brick_counts;
   Buffer<Offsets> brick_first;
 
-  // The mesh, where the backend's memory is not the caller's.
+  // The mesh, unless the backend writes into the caller's memory.
   Buffer<Vec3> positions, normals;
   Buffer<Triangle> triangles;
 };

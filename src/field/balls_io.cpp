@@ -16,7 +16,7 @@
 namespace polymorph {
 namespace {
 
-/// Radius of the ball's own surface; 0 if it shows none.
+/// Returns the radius of the surface of a single ball; 0 if it has none.
 float visible_radius(const Ball& ball, FieldKind kind) {
   return visit(kind, [&](auto field) {
     const float q = std::max(field.surface(ball), 0.0f);
@@ -25,7 +25,7 @@ float visible_radius(const Ball& ball, FieldKind kind) {
   });
 }
 
-/// The shape of a ball that is not round, as a JSON member.
+/// Formats a ball's shape as a JSON member; empty for a round ball.
 std::string shape_text(const Ball& ball) {
   const Sym3& s = ball.shape;
   return is_round(ball) ? std::string()

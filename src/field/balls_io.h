@@ -24,9 +24,10 @@ struct BallFile {
   FieldKind kind = FieldKind::kGaussian;
   std::vector<Ball> balls;
 };
-/// Reads such a file. Errors (kInput): another format; a ball that is not finite or has no size.
+/// Reads a file of balls. Errors (kInput): another format; a ball that is not finite or has no
+/// size.
 Result<BallFile> read_balls(const std::filesystem::path& path);
-/// Decodes such a text; `name` is used in messages.
+/// Decodes the text of such a file; `name` is used in messages.
 Result<BallFile> decode_balls(std::string_view text, const std::string& name);
 
 }  // namespace polymorph

@@ -22,10 +22,10 @@
 namespace polymorph {
 namespace {
 
-// Content: face sides, undecided fraction, volume, smallest component, genus, whether it is a
-// vessel, distances, a solid's thinness, and the distances of a vessel's walls. Distances
-// are the grid, Lipschitz constant, spline, and number and values of each block of points that
-// differs from the spline.
+// A cache file contains: face sides, undecided fraction, volume, smallest component, genus, whether
+// the object is a vessel, distances, the thinness (not of a shell), and the distances of a vessel's
+// walls. Distances are stored as grid, Lipschitz constant, spline, and the indices and values of
+// all blocks of points that differ from the spline.
 constexpr int kEdge = 4;  ///< points along a block's edge
 constexpr std::size_t kBlockPoints = kEdge * kEdge * kEdge;
 
@@ -86,14 +86,14 @@ bool take_counted(std::string_view& bytes, std::vector<T>& values) {
   return true;
 }
 
-/// Distances as given by the spline alone.
+/// Makes distances from the spline alone.
 DistanceGrid make_smooth_part(const SmoothDistances& smooth, const Grid& grid) {
   DistanceGrid distances{grid, evaluate_spline(smooth, grid), 1};
   close_border(distances);
   return distances;
 }
 
-/// Distances, and the spline that they are away from the surface.
+/// Distances, and the spline that they follow away from the surface.
 struct MeasuredGrid {
   std::shared_ptr<const DistanceGrid> distances;
   SmoothDistances spline;
@@ -125,11 +125,11 @@ void put_distances(std::string& bytes, const MeasuredGrid& measured) {
   put_counted(bytes, near_values);
 }
 
-/// Measures of a model's faces, from which all else is derived.
+/// Grids measured on a model's faces, from which all others are derived.
 struct Measurement {
   MeasuredGrid solid;
   std::optional<DistanceGrid> thinness;  ///< none for a shell
-  std::optional<MeasuredGrid> walls;     ///< walls of a vessel; `solid` is the full one
+  std::optional<MeasuredGrid> walls;     ///< walls of a vessel; then `solid` is the filled vessel
 };
 
 std::string encode(const ObjectDistances& object, const Measurement& measurement) {
@@ -201,7 +201,7 @@ bool take_distances(std::string_view& bytes, MeasuredGrid& measured) {
   return true;
 }
 
-/// Sets the grids of an object whose other numbers are known.
+/// Sets the grids of an object whose other members are set. `size`: the object's diagonal.
 void set_grids(Measurement measurement, float size, ObjectDistances& object) {
   const DistanceGrid& solid = *measurement.solid.distances;
   if (measurement.thinness) {
@@ -244,7 +244,8 @@ MeasuredGrid measure_grid(const QueriedModel& queried, const DistanceMeasure& me
   return grid;
 }
 
-/// Measures a solid or a shell, and whether it is one.
+/// Measures the distances of a solid or a shell, and sets the object's face sides and undecided
+/// fraction.
 MeasuredGrid measure_solid(const Model& solid, const ClosestPointQuery& closest,
                            const InsideTest& inside, const DistanceMeasure& measure,
                            ObjectDistances& object) {
@@ -259,8 +260,8 @@ MeasuredGrid measure_solid(const Model& solid, const ClosestPointQuery& closest,
   return measure_grid({solid, inside, closest, object.sides, solid.box()}, measure);
 }
 
-/// Measures the solid that stands for the model: itself, what solidify() makes of it, or a filled
-/// vessel.
+/// Measures the solid that represents the model: the model itself, the result of solidify(), or the
+/// filled vessel.
 Result<Measurement> measure_model(const Model& model, const ClosestPointQuery& closest,
                                   const DistanceMeasure& measure, ObjectDistances& object) {
   Measurement measurement;

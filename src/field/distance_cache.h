@@ -1,4 +1,4 @@
-// An object's signed distances and what is measured on them, through the disk cache.
+// Signed distances of an object, and measures of their surface, from the disk cache or computed.
 #pragma once
 
 #include <filesystem>
@@ -24,8 +24,8 @@ struct ObjectDistances {
   std::shared_ptr<const DistanceGrid> grid;
   std::shared_ptr<const DistanceGrid> thinness;  ///< limit_thinness(); null for a shell
   std::shared_ptr<const DistanceGrid> smooth;    ///< null for a shell (field/remove_detail.h)
-  /// Holds the walls of a vessel (model/repair/vessel.h): they are in `grid`, and all else is that
-  /// of the filled vessel.
+  /// True for a vessel (model/repair/vessel.h): `grid` has the distances of its walls, and all
+  /// other members are those of the filled vessel.
   bool is_vessel = false;
   double volume = 0;  ///< volume of the surface extracted on cells of the requested size
   double smallest_component_share = 1;  ///< fraction of that volume in the smallest component
@@ -39,10 +39,10 @@ inline bool is_shell(const ObjectDistances& object) {
 
 /// Settings of an object's distances.
 struct DistanceMeasure {
-  float cell = 0;                  ///< edge of the cells whose surface is measured
-  float thinnest = 0;              ///< thickness below which parts are thickened
+  float cell = 0;                  ///< edge of the cells of the measured surface, scene units
+  float thinnest = 0;              ///< half thickness below which parts are thickened, scene units
   double min_component_share = 0;  ///< share of the volume below which components are left out
-  bool solidified = false;         ///< measures solidify(model) instead
+  bool solidified = false;         ///< whether to measure solidify(model) instead of the model
 };
 
 /// Computes signed distances on cells of half of `cell`; then, on the surface extracted with cells

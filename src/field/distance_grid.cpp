@@ -15,10 +15,11 @@
 namespace polymorph {
 namespace {
 
-constexpr int kCoarse = 4;             ///< fine cells per coarse cell, per axis
-constexpr float kExact = 2, kFar = 4;  ///< fine cells: exact up to kExact, smooth from kFar on
+constexpr int kCoarse = 4;  ///< fine cells per coarse cell, per axis
+/// Distance from the surface, in fine cells: values are exact up to kExact and smooth from kFar on.
+constexpr float kExact = 2, kFar = 4;
 
-/// Makes the grid of every fourth point of make_distance_grid().
+/// Makes the grid of every kCoarse-th point of make_distance_grid().
 Grid make_coarse_grid(const Box& box, float cell) {
   const Vec3 size = box.size();
   const float longest = std::max({size.x, size.y, size.z});
@@ -34,7 +35,7 @@ Grid make_coarse_grid(const Box& box, float cell) {
   return coarse;
 }
 
-/// A model, queries on it, and what is known of it as a whole.
+/// Queries on a model, settings of its distances, and properties of the whole model.
 struct Solid {
   const InsideTest& inside;
   const ClosestPointQuery& closest;
@@ -45,17 +46,18 @@ struct Solid {
   bool is_shell = false;   ///< all faces are sheets: nothing is inside
 };
 
-/// A point whose distance and side are known, next to another one.
+/// A neighbouring point whose distance and side are known.
 struct KnownNeighbour {
-  float spacing = 0;  ///< distance between the two points
+  float spacing = 0;  ///< distance from the neighbour
   float distance = 0;
   bool is_inside = false;
 };
 
 bool is_inside(const Solid& solid, Vec3 p) { return !solid.is_shell && solid.inside.inside(p); }
 
-/// No face is nearer to a point than its distance, so a neighbour within that distance is on the
-/// same side of a closed model, and the winding number need not be computed.
+/// Tests whether a point is inside. No face is nearer to a point than its distance, so a neighbour
+/// within that distance is on the same side of a closed model. Then the winding number is not
+/// computed.
 bool is_inside(const Solid& solid, Vec3 p, float distance, const KnownNeighbour& known) {
   const bool is_same_side =
       solid.is_closed && std::max(distance, known.distance) > 1.01f * known.spacing;
@@ -104,23 +106,24 @@ void extend_to_hidden(const Grid& grid, const std::vector<std::uint8_t>& hidden,
     if (values[n] >= kUnknown) values[n] = 0;
 }
 
-/// Signed distances at the coarse points: the coefficients of the spline.
+/// Measures signed distances at the coarse points, which are the coefficients of the spline.
 std::vector<float> measure_coarse(const Solid& solid, const Grid& coarse) {
   std::vector<float> values(array3_count(coarse.points));
   std::vector<std::uint8_t> hidden(values.size(), 0);
   parallel_for(
       std::int64_t{coarse.points.y} * coarse.points.z,
       [&](std::int64_t line) {
-        KnownNeighbour last{coarse.cell};
+        KnownNeighbour previous{coarse.cell};
         for (int x = 0; x < coarse.points.x; ++x) {
           const std::int64_t n = line * coarse.points.x + x;
           const Vec3 p = grid_point(coarse, array3_position(coarse.points, n));
           const ClosestPoint closest = solid.closest.closest(p);
-          last.is_inside =
-              x == 0 ? is_inside(solid, p) : is_inside(solid, p, closest.distance, last);
-          last.distance = closest.distance;
-          values[static_cast<std::size_t>(n)] = last.is_inside ? last.distance : -last.distance;
-          hidden[static_cast<std::size_t>(n)] = is_hidden(solid, p, closest, last.is_inside);
+          previous.is_inside =
+              x == 0 ? is_inside(solid, p) : is_inside(solid, p, closest.distance, previous);
+          previous.distance = closest.distance;
+          values[static_cast<std::size_t>(n)] =
+              previous.is_inside ? previous.distance : -previous.distance;
+          hidden[static_cast<std::size_t>(n)] = is_hidden(solid, p, closest, previous.is_inside);
         }
       },
       4);
@@ -128,7 +131,7 @@ std::vector<float> measure_coarse(const Solid& solid, const Grid& coarse) {
   return values;
 }
 
-/// Blends the exact distance into the smooth one that `value` holds.
+/// Blends the exact distance into `value`, which holds the smooth distance.
 void set_near(const Solid& solid, Vec3 p, const ClosestPoint& closest, bool point_is_inside,
               float& value) {
   if (is_hidden(solid, p, closest, point_is_inside)) return;
@@ -141,6 +144,7 @@ void set_near(const Solid& solid, Vec3 p, const ClosestPoint& closest, bool poin
   value = exact + smooth * (value - exact);
 }
 
+/// Sets the values near the surface in one block of kCoarse^3 points.
 void measure_block(const Solid& solid, Int3 first, float max_distance, DistanceGrid& result) {
   const Int3 n = result.grid.points;
   const Int3 end{std::min(first.x + kCoarse, n.x), std::min(first.y + kCoarse, n.y),
@@ -169,7 +173,7 @@ void measure_block(const Solid& solid, Int3 first, float max_distance, DistanceG
 /// Computes exact distances near the surface, in the blocks of kCoarse^3 points that it may touch.
 void measure_near(const Solid& solid, Int3 blocks, DistanceGrid& result) {
   const float max_distance = kFar * solid.cell;
-  const float half = 0.5f * std::sqrt(3.0f) * (kCoarse - 1) * solid.cell;
+  const float half_diagonal = 0.5f * std::sqrt(3.0f) * (kCoarse - 1) * solid.cell;
   const float middle = 0.5f * (kCoarse - 1) * solid.cell;
   parallel_for(
       std::int64_t{blocks.x} * blocks.y * blocks.z,
@@ -178,7 +182,7 @@ void measure_near(const Solid& solid, Int3 blocks, DistanceGrid& result) {
         const Int3 first{block.x * kCoarse, block.y * kCoarse, block.z * kCoarse};
         const Vec3 low = grid_point(result.grid, first);
         const ClosestPoint closest =
-            solid.closest.closest(low + Vec3{middle, middle, middle}, max_distance + half);
+            solid.closest.closest(low + Vec3{middle, middle, middle}, max_distance + half_diagonal);
         if (closest.triangle == ClosestPoint::kNoTriangle) return;
         measure_block(solid, first, max_distance, result);
       },

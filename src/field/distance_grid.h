@@ -15,12 +15,12 @@ namespace polymorph {
 
 /// Coefficients of a quadratic B-spline that represents the distances far from the surface.
 struct SmoothDistances {
-  Grid grid;  ///< every fourth point of the fine grid, from the first to beyond the last
+  Grid grid;  ///< every fourth point of the fine grid, from the first to the last
   std::vector<float> values;
 };
 /// Evaluates the spline at a finer grid's points.
 std::vector<float> evaluate_spline(const SmoothDistances& smooth, const Grid& fine);
-/// Makes the values on the grid's border negative (outside), by a cell at least.
+/// Lowers the values on the grid's border to minus one cell or less (outside).
 void close_border(DistanceGrid& distances);
 /// Sets the Lipschitz constant: a bound of the trilinear interpolant's gradient. Along an axis,
 /// within a cell, its derivative lies between those of the cell's edges.
@@ -37,12 +37,12 @@ inline constexpr float kThinnestPart = 0.9f;
 /// or a 256th of the longest side, whichever is larger.
 Grid make_distance_grid(const Box& box, float cell);
 
-/// A model and what answers for it.
+/// A model, with queries on it and the sides of its faces.
 struct QueriedModel {
   const Model& model;
   const InsideTest& inside;
   const ClosestPointQuery& closest;
-  std::span<const FaceSide> sides;  ///< those of classify_faces()
+  std::span<const FaceSide> sides;  ///< results of classify_faces()
   Box box;                          ///< bounds that the grid surrounds, usually those of the model
 };
 
@@ -51,9 +51,8 @@ struct QueriedModel {
 /// B-spline over every fourth point), which rounds the ridges half way between faces. Faces inside
 /// the solid (inside on both sides) do not count. Parts thinner than 2 `thinnest`, also sheets
 /// without an inside, are thickened to that, so that cells of about that size show them without
-/// gaps; thin parts, narrow gaps and sharp edges are smoothed over about `thinnest`. 0 disables
-/// both.
-/// A model that consists of sheets has no inside.
+/// gaps; thin parts, narrow gaps and sharp edges are smoothed over about `thinnest`. With
+/// `thinnest` = 0 there is neither. A model that consists of sheets has no inside.
 /// `smooth`, if given, receives the spline. Deterministic.
 DistanceGrid compute_signed_distances(const QueriedModel& queried, float cell, float thinnest,
                                       SmoothDistances* smooth = nullptr);

@@ -34,7 +34,7 @@ Box surface_bounds(const std::vector<Ball>& balls, const ExtractSettings& settin
   const bool compact =
       visit(settings.field, [](auto field) { return decltype(field)::kCompactSupport; });
   if (!compact) {
-    // Outside the centres' box at distance d the field is at most (sum w) / d^2.
+    // At a distance d from the centres' box the field is at most (sum w) / d^2.
     double sum = 0;
     for (const Ball& ball : balls) {
       box = extend(box, ball.center);
@@ -43,7 +43,7 @@ Box surface_bounds(const std::vector<Ball>& balls, const ExtractSettings& settin
     return balls.empty() ? box : extend_box(box, static_cast<float>(std::sqrt(sum / settings.iso)));
   }
   for (const Ball& ball : balls) {
-    // a d^T shape d at the end of the ball's support.
+    // q = a d^T shape d at the end of the ball's support.
     const float max_q = visit(settings.field, [&](auto field) {
       return field.end(ball, settings.cutoff * settings.iso);
     });
@@ -91,11 +91,11 @@ Result<Mesh> extract_surface(Engine& engine, const BallSet& balls, float cell,
   return mesh;
 }
 
-Result<Mesh> extract_surface(Engine& engine, const MorphSurface& between, const Box& box,
+Result<Mesh> extract_surface(Engine& engine, const MorphSurface& surface, const Box& box,
                              float cell, const ExtractSettings& settings) {
   Mesh mesh;
   PM_TRY(const Grid grid, fit_grid(box, cell));
-  PM_TRY_STATUS(to_status(engine.extract(between, grid, settings, mesh)));
+  PM_TRY_STATUS(to_status(engine.extract(surface, grid, settings, mesh)));
   return mesh;
 }
 
@@ -108,12 +108,12 @@ Result<Mesh> extract_distances(Engine& engine, const std::shared_ptr<const Dista
 }
 
 Result<std::vector<AttributeValues>> interpolate_attributes(
-    Engine& engine, const BallSet& balls, FieldKind kind, const std::vector<BallAttribute>& carried,
-    const std::vector<Vec3>& points) {
+    Engine& engine, const BallSet& balls, FieldKind kind,
+    const std::vector<BallAttribute>& attributes, const std::vector<Vec3>& points) {
   ExtractSettings settings;
   settings.field = kind;
   std::vector<AttributeValues> values;
-  PM_TRY_STATUS(to_status(engine.interpolate(balls, carried, points, settings, values)));
+  PM_TRY_STATUS(to_status(engine.interpolate(balls, attributes, points, settings, values)));
   return values;
 }
 

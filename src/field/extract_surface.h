@@ -20,19 +20,19 @@ Box surface_bounds(const std::vector<Ball>& balls, const ExtractSettings& settin
 
 /// Makes a grid of cubic cells over `box` with one empty cell around it, anchored at multiples of
 /// `cell` in world coordinates, so that a static shape is sampled equally in every frame. Errors
-/// (kResource): more than 2^40 points.
+/// (kResource): more than 2^40 points, or 65536 along an axis.
 Result<Grid> fit_grid(const Box& box, float cell);
 
 Box box_of(const Grid& grid);
 
-/// Extracts the surface field = iso of the balls on cells of edge `cell`. Without visible balls the
-/// mesh is empty. Errors: kResource (device or memory), kInput (NaN in the balls).
+/// Extracts the surface field = iso of the balls on cells of edge `cell`. If no ball is visible,
+/// the mesh is empty. Errors: kResource (device or memory), kInput (NaN in the balls).
 Result<Mesh> extract_surface(Engine& engine, const BallSet& balls, float cell,
                              const ExtractSettings& settings);
 
-/// Extracts the surface between two objects, within `box`, on cells of edge `cell`. Errors: the
-/// same.
-Result<Mesh> extract_surface(Engine& engine, const MorphSurface& between, const Box& box,
+/// Extracts the surface between two objects, within `box`, on cells of edge `cell`. Errors: as
+/// for balls.
+Result<Mesh> extract_surface(Engine& engine, const MorphSurface& surface, const Box& box,
                              float cell, const ExtractSettings& settings);
 
 /// Extracts the surface of one object's distances, on cells of edge `cell`. Errors: as
@@ -43,7 +43,7 @@ Result<Mesh> extract_distances(Engine& engine, const std::shared_ptr<const Dista
 /// Interpolates attributes of the balls at points (Engine::interpolate). Errors: as
 /// extract_surface().
 Result<std::vector<AttributeValues>> interpolate_attributes(
-    Engine& engine, const BallSet& balls, FieldKind kind, const std::vector<BallAttribute>& carried,
-    const std::vector<Vec3>& points);
+    Engine& engine, const BallSet& balls, FieldKind kind,
+    const std::vector<BallAttribute>& attributes, const std::vector<Vec3>& points);
 
 }  // namespace polymorph

@@ -43,9 +43,9 @@ Result<float> iso_for_volume(Engine& engine, const BallSet& balls, const VolumeM
   for (int i = 0; i < 30; ++i) {
     const Activity activity(
         fmt::format("finding the level of {} balls, surface {}", balls.size(), i + 1));
-    ExtractSettings at = measure.extract;
-    at.iso = static_cast<float>(exact::exp(x));
-    PM_TRY(const Mesh mesh, extract_surface(engine, balls, measure.cell, at));
+    ExtractSettings trial = measure.extract;
+    trial.iso = static_cast<float>(exact::exp(x));
+    PM_TRY(const Mesh mesh, extract_surface(engine, balls, measure.cell, trial));
     const double excess = volume_of(mesh) / volume - 1;
     if (std::abs(excess) < best_error) best_error = std::abs(excess), best = x;
     if (best_error <= kTolerance) break;
@@ -69,7 +69,7 @@ Result<float> iso_for_volume(Engine& engine, const BallSet& balls, const VolumeM
   return static_cast<float>(exact::exp(best));
 }
 
-Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface between, const Box& box,
+Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface surface, const Box& box,
                                        float cell, const ExtractSettings& settings,
                                        const VolumeGoal& goal) {
   PM_CHECK(goal.volume > 0 && goal.cell > 0 && goal.limit >= 0);
@@ -78,7 +78,8 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface between, con
   double level = std::clamp(static_cast<double>(goal.near.value_or(0.0f)), -bound, bound);
   LevelSurface nearest;
   /// Searches from `level` on cells of the given edge. In a distance field the volume changes by
-  /// area x level: a Newton step first, then the secant through the last two levels.
+  /// area x level, which gives a Newton step at first. Later steps use the secant through the last
+  /// two levels.
   const auto search = [&](float edge, double tolerance) -> Status {
     // The volume lost by facets is proportional to the square of the edge.
     const double fraction = 1 - static_cast<double>(goal.cell * goal.cell / (edge * edge));
@@ -86,8 +87,8 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface between, con
     // Bracket: the last levels with too much volume and with too little.
     double bracket_low = -std::numeric_limits<double>::infinity(), bracket_high = -bracket_low;
     for (int i = 0; i < kMaxIterations; ++i) {
-      between.level = static_cast<float>(level);
-      PM_TRY(Mesh mesh, extract_surface(engine, between, box, edge, settings));
+      surface.level = static_cast<float>(level);
+      PM_TRY(Mesh mesh, extract_surface(engine, surface, box, edge, settings));
       const double faceting_volume = fraction == 0 ? 0 : fraction * faceting_loss(mesh);
       const double excess = volume_of(mesh) + faceting_volume - goal.volume;
       double slope = -area_of(mesh);
@@ -97,7 +98,8 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface between, con
       }
       if (std::abs(excess) <= tolerance * goal.volume) break;
       if (i > 0) {
-        // Where components appear or vanish, the volume is no smooth function of the level.
+        // Keeps the Newton slope if the secant differs much: where components appear or vanish, the
+        // volume is not a smooth function of the level.
         const double chord = (excess - last_excess) / (level - last_level);
         if (chord < slope / 5 && chord > 5 * slope) slope = chord;
       }
@@ -131,7 +133,7 @@ std::vector<Ball> rescale_balls(std::vector<Ball> balls, FieldKind kind, float i
 std::vector<Ball> grow_balls(std::vector<Ball> balls, FieldKind kind, float growth, float maximum) {
   if (growth >= 1) return balls;
   if (growth <= 0) return {};
-  // The field may stand higher between centres than at them.
+  // The field may be larger between centres than at them.
   constexpr float kMinMaximum = 1.5f;
   if (visit(kind, [](auto field) { return decltype(field)::kCompactSupport; }))
     return rescale_balls(

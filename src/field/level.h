@@ -10,7 +10,7 @@
 
 namespace polymorph {
 
-/// The volume that a surface of balls shall enclose, and how it is measured.
+/// The volume that a surface of balls is to enclose, and the settings of its measurement.
 struct VolumeMeasure {
   double volume = 0;
   float cell = 0;  ///< edge of the cells of the measured surface
@@ -26,7 +26,7 @@ struct LevelSurface {
   Mesh mesh;
   float level = 0;  ///< scene units
 };
-/// The volume that a surface between two objects shall enclose.
+/// The volume that a surface between two objects is to enclose.
 struct VolumeGoal {
   double volume = 0;
   float cell = 0;   ///< edge of the cells on which the volume is measured
@@ -36,17 +36,17 @@ struct VolumeGoal {
   double tolerance = 0.002;  ///< relative to the volume
 };
 /// Moves the surface between two objects to the level at which it encloses the goal's volume. The
-/// surface has cells of edge `cell` over `box`; for cells larger than the goal's the volume lost by
-/// their facets is added. If no level within the limit encloses the volume, returns the surface at
-/// that limit. Errors as extract_surface().
-Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface between, const Box& box,
+/// surface has cells of edge `cell` over `box`. If they are larger than the goal's cells, an
+/// estimate of the volume lost to their flat facets is added. If no level within the limit encloses
+/// the volume, returns the surface at that limit. Errors as extract_surface().
+Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface surface, const Box& box,
                                        float cell, const ExtractSettings& settings,
                                        const VolumeGoal& goal);
 
 /// Rescales balls so that their surface at iso = 1 is the former one at `iso`.
 std::vector<Ball> rescale_balls(std::vector<Ball> balls, FieldKind kind, float iso);
 
-/// Scales balls for an object that appears: from no surface (growth 0) to the balls themselves (1).
+/// Scales balls for an object that appears: from no surface (growth 0) to all of them (1).
 /// Gaussian: the level falls from the field's maximum to 1; inverse-square: visible radii grow
 /// linearly.
 std::vector<Ball> grow_balls(std::vector<Ball> balls, FieldKind kind, float growth,
@@ -58,8 +58,8 @@ Result<float> find_field_maximum(Engine& engine, const BallSet& balls,
 
 /// Adjusts the strengths of Gaussian balls so that the field is nearly equal at all centres. Then
 /// thin parts are as robust as thick ones, and a smooth field (small blobbiness) does not dissolve
-/// them. A few damped multiplicative steps; balls that already have the field's plateau value stay
-/// unchanged.
+/// them. Takes a few damped multiplicative steps; balls that already have the field's plateau value
+/// stay unchanged.
 Result<std::vector<Ball>> equalize_field(Engine& engine, std::vector<Ball> balls,
                                          const ExtractSettings& settings);
 

@@ -13,7 +13,7 @@ namespace polymorph {
 namespace {
 
 constexpr float kLog2E = 1.44269504f;
-constexpr float kDepth = 12;  // contributions below e^-12 of the field are lost in the float sum
+constexpr float kDepth = 12;  // contributions below e^-12 of the field are lost in a float sum
 
 /// Smallest eigenvalue of a symmetric matrix of determinant 1 (Smith 1961).
 float min_eigenvalue(const Sym3& s) {
@@ -90,10 +90,10 @@ LogField NearBalls::log_field(Vec3 p, std::span<const std::uint32_t> list) const
     if (weights[k] == 0) continue;
     const Ball& ball = balls_[list[k]];
     const Vec3 d = p - ball.center;
-    const Vec3 rise = visit(kind_, [&](auto kind) {
+    const Vec3 log_gradient = visit(kind_, [&](auto kind) {
       return kind.coordinate_gradient(ball, d) * kind.log_slope(ball, kind.coordinate(ball, d));
     });
-    field.gradient = field.gradient + weights[k] * rise;
+    field.gradient = field.gradient + weights[k] * log_gradient;
   }
   return field;
 }

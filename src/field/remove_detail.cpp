@@ -10,7 +10,7 @@
 namespace polymorph {
 namespace {
 
-constexpr float kDeviation = 0.02f;  // as a fraction of the object's size
+constexpr float kDeviation = 0.02f;  // of the Gaussian filter, as a fraction of the object's size
 
 }  // namespace
 
@@ -26,9 +26,9 @@ DistanceGrid remove_detail(const DistanceGrid& distances, SmoothDistances spline
       for (int x = 0; x < grid.points.x; ++x) {
         const Vec3 p = grid_point(grid, {x, y, z});
         // Thinness is negative beyond its grid.
-        const float kept = std::clamp(2 * thin.value(Points<float>{p.x, p.y, p.z}), 0.0f, 1.0f);
+        const float weight = std::clamp(2 * thin.value(Points<float>{p.x, p.y, p.z}), 0.0f, 1.0f);
         float& value = result.values[array3_index(grid.points, x, y, z)];
-        value += kept * (distances.values[array3_index(grid.points, x, y, z)] - value);
+        value += weight * (distances.values[array3_index(grid.points, x, y, z)] - value);
       }
   });
   close_border(result);

@@ -19,7 +19,7 @@
 namespace polymorph {
 namespace {
 
-/// Sampling of many points, with an activity that says how much of it is done.
+/// Input, results and progress of sampling many points.
 struct Sampling {
   Engine& engine;
   const BallSet& balls;
@@ -30,7 +30,8 @@ struct Sampling {
   std::size_t done = 0;
 };
 
-/// Samples a run of points, given by their indices, of a field of some of the balls.
+/// Samples the field of `balls`, which may be a subset of all balls, at a run of points, given by
+/// their indices.
 Status sample_run(Sampling& sampling, const BallSet& balls, std::span<const std::uint32_t> run) {
   const std::size_t count = sampling.points.size();
   std::optional<Activity> activity;
@@ -45,21 +46,23 @@ Status sample_run(Sampling& sampling, const BallSet& balls, std::span<const std:
   return Ok{};
 }
 
-/// Squared distances from which round balls add exactly 0, a little too large for rounding.
-std::vector<double> squared_reaches(const BallSet& balls, const ExtractSettings& settings) {
-  std::vector<double> reaches;
+/// Returns the squared radius of each round ball's support, beyond which the ball adds exactly 0;
+/// it is enlarged a little because of rounding.
+std::vector<double> squared_support_radii(const BallSet& balls, const ExtractSettings& settings) {
+  std::vector<double> squared_radii;
   visit(settings.field, [&](auto field) {
     for (const Ball& ball : balls) {
       const auto end = static_cast<double>(field.end(ball, settings.cutoff * settings.iso));
-      reaches.push_back((1.01 * end + 0.01) / static_cast<double>(ball.a));
+      squared_radii.push_back((1.01 * end + 0.01) / static_cast<double>(ball.a));
     }
   });
-  return reaches;
+  return squared_radii;
 }
 
-/// Samples points that follow each other in space: halves them until they are few, of the balls
-/// that reach their box. The others add nothing, and the sum's order stays.
-Status sample_near(Sampling& sampling, const std::vector<double>& reaches,
+/// Samples a run of points that are close to each other: halves the run until it is short, and
+/// keeps the balls that reach the box of each half. The other balls add 0, and the order of the sum
+/// stays.
+Status sample_near(Sampling& sampling, const std::vector<double>& squared_radii,
                    std::vector<std::uint32_t> near, std::span<const std::uint32_t> run) {
   constexpr std::size_t kRun = 512;
   Box box;
@@ -67,20 +70,20 @@ Status sample_near(Sampling& sampling, const std::vector<double>& reaches,
   std::erase_if(near, [&](std::uint32_t ball) {
     const Vec3 center = sampling.balls[ball].center;
     const Vec3d outside(max(max(box.low - center, center - box.high), Vec3{}));
-    return dot(outside, outside) > reaches[ball];
+    return dot(outside, outside) > squared_radii[ball];
   });
   if (run.size() > kRun) {
     const std::size_t half = run.size() / 2;
-    PM_TRY_STATUS(sample_near(sampling, reaches, near, run.first(half)));
-    return sample_near(sampling, reaches, std::move(near), run.subspan(half));
+    PM_TRY_STATUS(sample_near(sampling, squared_radii, near, run.first(half)));
+    return sample_near(sampling, squared_radii, std::move(near), run.subspan(half));
   }
   std::vector<Ball> balls;
   for (const std::uint32_t ball : near) balls.push_back(sampling.balls[ball]);
   return sample_run(sampling, std::move(balls), run);
 }
 
-/// Tests that all balls end at one distance in all directions.
-bool have_round_ends(const BallSet& balls, FieldKind kind) {
+/// Tests whether the support of every ball is a sphere.
+bool have_round_support(const BallSet& balls, FieldKind kind) {
   return visit(kind, [](auto field) { return decltype(field)::kCompactSupport; }) &&
          std::all_of(balls.begin(), balls.end(), is_round);
 }
@@ -88,6 +91,7 @@ bool have_round_ends(const BallSet& balls, FieldKind kind) {
 }  // namespace
 
 std::size_t sampled_at_once(std::size_t balls) {
+  // Pairs of a ball and a point that are evaluated in a second.
   constexpr std::size_t kPairs = std::size_t{1} << 31, kMin = 1024;
   return std::max(kPairs / std::max<std::size_t>(balls, 1), kMin);
 }
@@ -95,13 +99,14 @@ std::size_t sampled_at_once(std::size_t balls) {
 Result<std::vector<float>> sample_field(Engine& engine, const BallSet& balls,
                                         const std::vector<Vec3>& points,
                                         const ExtractSettings& settings, const std::string& name) {
-  constexpr std::size_t kMinPairs = std::size_t{1} << 26;  // a tenth of a second
+  // Pairs of a ball and a point that are evaluated in a tenth of a second.
+  constexpr std::size_t kMinPairs = std::size_t{1} << 26;
   Sampling sampling = {engine, balls, points, settings, name, std::vector<float>(points.size())};
   std::vector<std::uint32_t> order(points.size());
   std::iota(order.begin(), order.end(), 0u);
-  if (balls.size() * points.size() > kMinPairs && have_round_ends(balls, settings.field)) {
+  if (balls.size() * points.size() > kMinPairs && have_round_support(balls, settings.field)) {
     std::vector<float> none;
-    PM_TRY_STATUS(to_status(engine.sample(balls, {}, settings, none)));  // are the balls sound?
+    PM_TRY_STATUS(to_status(engine.sample(balls, {}, settings, none)));  // checks the balls
     const Box box = box_of(points);
     std::vector<std::uint64_t> keys;
     for (const Vec3& point : points) keys.push_back(morton_key(point, box));
@@ -110,14 +115,15 @@ Result<std::vector<float>> sample_field(Engine& engine, const BallSet& balls,
     });
     std::vector<std::uint32_t> all(balls.size());
     std::iota(all.begin(), all.end(), 0u);
-    PM_TRY_STATUS(sample_near(sampling, squared_reaches(balls, settings), std::move(all), order));
+    PM_TRY_STATUS(
+        sample_near(sampling, squared_support_radii(balls, settings), std::move(all), order));
     return std::move(sampling.values);
   }
   const std::span<const std::uint32_t> all(order);
-  const std::size_t part = sampled_at_once(balls.size());
-  for (std::size_t begin = 0; begin < points.size(); begin += part)
+  const std::size_t run_size = sampled_at_once(balls.size());
+  for (std::size_t begin = 0; begin < points.size(); begin += run_size)
     PM_TRY_STATUS(
-        sample_run(sampling, balls, all.subspan(begin, std::min(part, points.size() - begin))));
+        sample_run(sampling, balls, all.subspan(begin, std::min(run_size, points.size() - begin))));
   return std::move(sampling.values);
 }
 

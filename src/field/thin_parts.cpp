@@ -24,7 +24,7 @@ Vec3 to_vector(int x, int y, int z) {
   return {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)};
 }
 
-/// Rows of a grid's values: index steps along y and z.
+/// Index steps of a grid's values along y and z.
 struct Strides {
   std::size_t row, layer;
   explicit Strides(Int3 n) : row(array3_index(n, 0, 1, 0)), layer(array3_index(n, 0, 0, 1)) {}
@@ -69,7 +69,7 @@ std::vector<std::uint16_t> squared_ridge_distances(const DistanceGrid& distances
             v = std::min(v, distance2);
           });
   });
-  // In each plane, combines `count` rows of x that are `step` apart.
+  // In each plane, combines `count` rows along x that are `step` values apart.
   const auto combine_rows = [&](int planes, std::size_t plane_stride, int count, std::size_t step) {
     parallel_for(planes, [&](std::int64_t plane) {
       std::uint16_t* rows = squares.data() + static_cast<std::size_t>(plane) * plane_stride;
@@ -109,8 +109,8 @@ std::vector<std::vector<Vec3>> find_thin_walls(const Model& original, const Dist
   const double spacing = std::max(kSpacing * static_cast<double>(grid.cell),
                                   std::sqrt(area_of(original) / kMaxSamples));
   TriangleBvh bvh = build_split_bvh(original.points, original.triangles);
-  // A ray through thousands of strewn long triangles has a wall everywhere, and one through a point
-  // that thousands share touches all of them.
+  // A ray through thousands of scattered long triangles hits walls everywhere, and a ray through a
+  // point that thousands of triangles share touches all of them.
   const std::optional<ClusteredModel> clustered =
       bvh.is_split ? cluster_long_triangles(original) : std::nullopt;
   const bool is_thinned =
@@ -173,17 +173,17 @@ void smooth_thin_parts(const Model& model, float thinnest, DistanceGrid& distanc
   const float radius = kThickening * thinnest, sigma = 0.65f * thinnest;
   const float cell = distances.grid.cell;
   const std::vector<std::vector<Vec3>> walls = find_thin_walls(model, distances, radius);
-  // Twice as steep outside the thickened part, to join the original distances sooner.
-  const auto ball = [&](float distance) {
+  // Outside the thickened part the slope is doubled, to join the original distances sooner.
+  const auto ball_value = [&](float distance) {
     return distance < radius ? radius - distance : 2 * (radius - distance);
   };
-  const double before = count_inside(distances);
-  raise_around(walls, 2 * radius, ball, distances);
+  const double inside_before = count_inside(distances);
+  raise_around(walls, 2 * radius, ball_value, distances);
   // During a morph such parts become thinner still, and cells would show them as rows of beads.
-  // With steeper distances they appear and vanish at once. But not where they are a large part of
-  // the object, such as a spider's legs.
+  // With steeper distances they appear and vanish at once. Distances stay as they are if thin parts
+  // are a large part of the object, such as a spider's legs.
   constexpr double kMaxSteepness = 3, kMaxVolumeGain = 0.03;
-  const double volume_gain = before > 0 ? count_inside(distances) / before - 1 : 1;
+  const double volume_gain = inside_before > 0 ? count_inside(distances) / inside_before - 1 : 1;
   const double rarity = std::clamp(1 - volume_gain / kMaxVolumeGain, 0.0, 1.0);
   const auto steepness = static_cast<float>(1 + (kMaxSteepness - 1) * rarity);
   if (steepness > 1)

@@ -60,7 +60,7 @@ void mark_medial_axis(const DistanceGrid& fine, float thick, int stride, int mar
 
 /// Raises values so that none falls by more than `fall` per cell from its neighbours: a chamfer
 /// distance transform (Borgefors 1986), forward and backward.
-void dilate(float fall, DistanceGrid& result) {
+void dilate(float max_fall, DistanceGrid& result) {
   const Int3 n = result.grid.points;
   struct Step {
     int x, y, z;
@@ -71,7 +71,8 @@ void dilate(float fall, DistanceGrid& result) {
     for (int y = -1; y <= 1; ++y)
       for (int x = -1; x <= 1; ++x)
         if (z < 0 || y < 0 || (y == 0 && x < 0))
-          offsets.push_back({x, y, z, fall * std::sqrt(static_cast<float>(x * x + y * y + z * z))});
+          offsets.push_back(
+              {x, y, z, max_fall * std::sqrt(static_cast<float>(x * x + y * y + z * z))});
   const auto inside = [&](int x, int y, int z) {
     return x >= 0 && y >= 0 && z >= 0 && x < n.x && y < n.y && z < n.z;
   };
@@ -90,7 +91,7 @@ void dilate(float fall, DistanceGrid& result) {
       for (int x = n.x - 1; x >= 0; --x) raise(x, y, z, -1);
 }
 
-/// Mean of 1 - thinness over the coarse points in the object; 1 if there are none.
+/// Returns the mean of 1 - thinness over the coarse points in the object; 1 if there are none.
 float compute_bulk(const DistanceGrid& distances, const DistanceGrid& result) {
   const Grid &fine = distances.grid, &grid = result.grid;
   const auto stride = static_cast<int>(std::lround(grid.cell / fine.cell)),
