@@ -238,15 +238,15 @@ float find_level_of_volume(const CellValues& values, double count) {
 IsoSurface extract_iso_surface(const CellValues& values, float level) {
   // The engine's x runs fastest, here z does: its axes are swapped, and with them the triangles'
   // orientation.
-  auto heights = std::make_shared<DistanceGrid>();
-  heights->grid = {{0, 0, 0}, 1, {values.cells.z, values.cells.y, values.cells.x}};
-  heights->values.reserve(values.values.size());
-  for (const float v : values.values) heights->values.push_back(v - level);
-  bound_slopes(*heights);
+  auto field = std::make_shared<DistanceGrid>();
+  field->grid = {{0, 0, 0}, 1, {values.cells.z, values.cells.y, values.cells.x}};
+  field->values.reserve(values.values.size());
+  for (const float v : values.values) field->values.push_back(v - level);
+  bound_slopes(*field);
   ExtractSettings settings;
   settings.refine_steps = 0;  // values are linear along an edge
   Mesh mesh;
-  const EngineStatus status = make_cpu_engine()->extract(heights, heights->grid, settings, mesh);
+  const EngineStatus status = make_cpu_engine()->extract(field, field->grid, settings, mesh);
   if (status.code == EngineCode::kOutOfMemory) throw std::bad_alloc();
   PM_CHECK(status.code == EngineCode::kOk);
   IsoSurface surface;

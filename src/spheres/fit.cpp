@@ -255,8 +255,9 @@ std::vector<double> compute_contributions(const Fit& fit) {
   return contributions;
 }
 
-/// Moves the balls with the smallest contribution to the largest errors: into the medial ball of a
-/// sample that lies outside the field, or next to a ball that would need two shapes at once.
+/// Moves the balls with the smallest contributions to the largest errors, while these are more than
+/// twice as large: into the medial ball of a sample that lies outside the field, or next to a ball
+/// that would need two shapes at once.
 void move_balls(Fit& fit, const std::vector<BoundarySample>& samples, double max_fraction) {
   const std::vector<double> contributions = compute_contributions(fit);
   std::vector<std::size_t> by_contribution(fit.balls.size());
@@ -309,7 +310,7 @@ void move_balls(Fit& fit, const std::vector<BoundarySample>& samples, double max
       fit.balls[moved].w += exact::log(-exact::expm1(std::max(fit.rows.psi[3 * s], -40.0)));
       continue;
     }
-    // Split the ball into halves along its longest axis.
+    // Split the ball along its longest axis into two smaller and weaker halves.
     FitBall& ball = fit.balls[crowded];
     Eigen::JacobiSVD<Matrix3d> svd(ball.root, Eigen::ComputeFullV);
     const Vector3d axis = svd.matrixV().col(2) / svd.singularValues()[2];
@@ -368,7 +369,7 @@ double compute_surface_rms(const Fit& fit) {
 /// points.
 Result<std::size_t> add_outlier_constraints(Fit& fit, const ClosestPointQuery& boundary,
                                             const InsideTest& inside) {
-  constexpr std::size_t kMax = 2000;
+  constexpr std::size_t kMaxConstraints = 2000;
   const double max_distance = 0.008 * fit.length;
   PM_TRY(const Mesh mesh, extract_surface(*make_cpu_engine(), to_balls(fit),
                                           static_cast<float>(fit.length / 160), {}));
@@ -381,7 +382,7 @@ Result<std::size_t> add_outlier_constraints(Fit& fit, const ClosestPointQuery& b
     distances.push_back(static_cast<double>(closest[i].distance));
   }
   const std::vector<std::uint8_t> in = inside.inside(outliers);
-  const std::size_t stride = outliers.size() / kMax + 1;
+  const std::size_t stride = outliers.size() / kMaxConstraints + 1;
   for (std::size_t i = 0; i < outliers.size(); i += stride) {
     const double target = std::min(distances[i], 0.02 * fit.length);
     fit.points.push_back({to_eigen(outliers[i]), in[i] ? target : -target, 1,
