@@ -14,7 +14,7 @@
 namespace polymorph {
 namespace {
 
-constexpr std::size_t kSamples = 4000;
+constexpr std::size_t kSamples = 4000;  // per surface
 
 Model make_model(std::span<const Vec3> points, std::span<const Triangle> triangles) {
   Model model;

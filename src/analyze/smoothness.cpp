@@ -13,7 +13,7 @@
 namespace polymorph {
 namespace {
 
-/// Depth over L below which the inside of a surface is not visible.
+/// Points deeper than this, over L, inside a surface are not visible.
 constexpr double kHiddenDepth = 0.01;
 
 /// A measure of an inner frame with the values that the two ends suggest for it.
@@ -55,7 +55,7 @@ double change_of_u(const std::vector<FrameMeasures>& rows, std::size_t k) {
 
 /// Returns the sum of chamfer distances over the change of u, in the first or last tenth of u.
 double pace_at_end(const std::vector<FrameMeasures>& rows, bool first) {
-  constexpr double kTenth = 0.1 - 1e-6;
+  constexpr double kTenth = 0.1 - 1e-6;  // a tenth, minus rounding errors of u
   const std::size_t intervals = rows.size() - 1;
   double distance = 0, change = 0;
   for (std::size_t i = 0; i < intervals && change < kTenth; ++i) {
@@ -152,7 +152,7 @@ void add_smoothness_metrics(const MorphEnds& ends, const std::vector<MorphFrame>
   add("bending", larger_end > 0 ? std::optional(largest / larger_end) : std::nullopt, "<= 1",
       "largest bending energy over the larger one of the ends");
   // Where u hardly changes, the rate is a quotient of two numbers near 0.
-  constexpr double kSlow = 0.1;
+  constexpr double kSlow = 0.1;  // of the largest change of u
   double fastest = 0;
   for (std::size_t k = 0; k + 1 < rows.size(); ++k)
     fastest = std::max(fastest, rows[k + 1].u - rows[k].u);

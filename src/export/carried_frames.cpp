@@ -41,20 +41,20 @@ Status find_moments(const ActorFrames& shown, CarriedActor& carried) {
                       "{}: mixes {} objects, and one mesh goes through a morph between two - {}",
                       actor.name, actor.objects.size(), "leave out --topology");
   for (const int frame : frames) {
-    const MorphState moment = morph_state_at(actor.timeline, shown_frame(scene, frame));
-    if (!carried.moments.empty() && moment.leg != carried.moments.front().leg)
+    const MorphState state = morph_state_at(actor.timeline, shown_frame(scene, frame));
+    if (!carried.moments.empty() && state.leg != carried.moments.front().leg)
       return make_error(ErrorCode::kInput,
                         "{}: frames {} and {} belong to different legs, and one mesh goes through "
                         "one - choose the frames of a leg with -f",
                         actor.name, frames.front(), frame);
-    if (moment.object >= 0 && has_stages(*actor.legs[static_cast<std::size_t>(moment.leg)]))
+    if (state.object >= 0 && has_stages(*actor.legs[static_cast<std::size_t>(state.leg)]))
       return make_error(
           ErrorCode::kInput,
           "{}: frame {} shows a model ({}), which has a mesh of its own - choose the "
           "frames between the models with -f, or set motion.interpolate to \"distance\"",
-          actor.name, frame, stage_name(moment.stage));
-    if (carried.moments.empty() || carried.moments.back().time != moment.time)
-      carried.moments.push_back(moment);
+          actor.name, frame, stage_name(state.stage));
+    if (carried.moments.empty() || carried.moments.back().time != state.time)
+      carried.moments.push_back(state);
     carried.moment_of.push_back(carried.moments.size() - 1);
   }
   return Ok{};
@@ -92,13 +92,16 @@ Result<std::size_t> check_moments(const ActorFrames& shown, const CarriedActor& 
           [](const ClosestPoint& a, const ClosestPoint& b) { return a.distance < b.distance; });
       return std::pair(farthest_hit->distance, from.surface.positions[farthest_hit - hits.begin()]);
     };
-    const auto out = find_furthest(target, previous), in = find_furthest(previous, target);
+    const auto from_target = find_furthest(target, previous),
+               from_previous = find_furthest(previous, target);
     return make_error(
         ErrorCode::kInput,
         "{}: the topology changes: frame {} has {}, and frame {} has {}; they differ "
         "most at {} - {}",
         actor.name, frames[first_shown - 1], describe(first), frames[first_shown], describe(report),
-        format_position(actor, out.first > in.first ? out.second : in.second), kAdvice);
+        format_position(actor, from_target.first > from_previous.first ? from_target.second
+                                                                       : from_previous.second),
+        kAdvice);
   }
   return largest;
 }
@@ -159,7 +162,7 @@ Result<CarriedActor> carry_actor(const ActorFrames& shown, Engine& engine,
   activity.reset();
   const float size = std::min(object_size(leg, 0), object_size(leg, 1));
   std::vector<float> times;
-  for (const MorphState& moment : carried.moments) times.push_back(moment.time);
+  for (const MorphState& state : carried.moments) times.push_back(state.time);
   CarrySettings settings;
   settings.limit = kCarriedError * size;
   settings.cell = leg.settings.cell;

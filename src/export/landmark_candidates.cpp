@@ -20,9 +20,9 @@ struct NamedLimbs {
 /// limb.
 Vec3 find_tip(const Limb& limb, const ClosestPointQuery& surface) {
   // Length of the extension over that of the line's last segment; short limbs end bluntly.
-  constexpr double kBeyond = 1.5;
+  constexpr double kExtension = 1.5;
   const Vec3d last = limb.line[kLimbStations - 1];
-  const Vec3d ahead = (last - limb.line[kLimbStations - 2]) * kBeyond;
+  const Vec3d ahead = (last - limb.line[kLimbStations - 2]) * kExtension;
   return surface.closest(to_float(last + ahead)).point;
 }
 

@@ -24,9 +24,10 @@ constexpr int kMinKeys = 17, kMaxKeys = 49;
 std::vector<float> list_key_times(const Timeline& timeline, int leg, float until) {
   std::vector<float> times{0};
   for (int frame = 1; frame <= timeline.count; ++frame) {
-    const MorphState moment = morph_state_at(timeline, frame);
-    if (moment.leg == leg && moment.object < 0 && moment.time > times.back() && moment.time < until)
-      times.push_back(moment.time);
+    const MorphState morph_state = morph_state_at(timeline, frame);
+    if (morph_state.leg == leg && morph_state.object < 0 && morph_state.time > times.back() &&
+        morph_state.time < until)
+      times.push_back(morph_state.time);
   }
   times.push_back(until);
   const int steps = static_cast<int>(times.size()) - 1;
@@ -37,9 +38,9 @@ std::vector<float> list_key_times(const Timeline& timeline, int leg, float until
   } else {
     const int subdivisions = (kMinKeys - 1 + steps - 1) / steps;
     for (std::size_t i = 0; i + 1 < times.size(); ++i)
-      for (int part = 0; part < subdivisions; ++part)
+      for (int step = 0; step < subdivisions; ++step)
         keys.push_back(lerp(times[i], times[i + 1],
-                            static_cast<float>(part) / static_cast<float>(subdivisions)));
+                            static_cast<float>(step) / static_cast<float>(subdivisions)));
   }
   keys.push_back(until);
   return keys;
@@ -146,7 +147,7 @@ PlaySpace make_play_space(const PreparedActor& actor) {
   for (std::size_t i = 0; i < actor.objects.size(); ++i) {
     const PreparedObject& object = *actor.objects[i];
     const PathPart similarity = space_path(shapes, i);
-    PlaySpaceObject& own = space.objects.emplace_back(
+    PlaySpaceObject& space_object = space.objects.emplace_back(
         PlaySpaceObject{object.model.box(),
                         object.distances.volume,
                         static_cast<float>(least_component_share(object, actor.settings)),
@@ -155,7 +156,7 @@ PlaySpace make_play_space(const PreparedActor& actor) {
                         similarity.turn,
                         similarity.log_scale,
                         {}});
-    for (const Vec3d place : shapes.places[i]) own.balls.push_back(to_float(place));
+    for (const Vec3d center : shapes.places[i]) space_object.balls.push_back(to_float(center));
   }
   return space;
 }
@@ -259,8 +260,9 @@ Result<PlayPage> make_play_page(const PreparedScene& prepared, Engine& engine) {
       play_actor.legs.push_back(std::move(play_leg));
     }
     for (int frame = 1; frame <= actor.timeline.count; ++frame) {
-      const MorphState moment = morph_state_at(actor.timeline, frame);
-      play_actor.frames.push_back({moment.leg, moment.time, moment.look, moment.weights});
+      const MorphState morph_state = morph_state_at(actor.timeline, frame);
+      play_actor.frames.push_back(
+          {morph_state.leg, morph_state.time, morph_state.look, morph_state.weights});
     }
     std::vector<std::string> chain;
     for (const auto& object : actor.objects)

@@ -190,11 +190,12 @@ SurfaceFrame extracted_frame(const PreparedActor& actor, const ActorGeometry& ge
                       layers.empty() ? 1.0f : over.share});
   }
   add_looks(actor, layers, layers.empty() ? 1.0f : 0.0f, look, frame);
-  const SurfaceLook& own = geometry.look;
-  if (!layers.empty() && own.colors.size() == frame.colors.size() && own.color_share > 0) {
+  const SurfaceLook& surface_look = geometry.look;
+  if (!layers.empty() && surface_look.colors.size() == frame.colors.size() &&
+      surface_look.color_share > 0) {
     frame.is_mixed = true;
     for (std::size_t i = 0; i < frame.colors.size(); ++i)
-      frame.colors[i] = lerp(frame.colors[i], own.colors[i], own.color_share);
+      frame.colors[i] = lerp(frame.colors[i], surface_look.colors[i], surface_look.color_share);
   }
   return frame;
 }

@@ -12,11 +12,11 @@
 namespace polymorph {
 namespace {
 
-constexpr int kEndOfBlock = 256, kSymbols = 286;
+constexpr int kEndOfBlock = 256, kSymbols = 286;  // of literals and lengths
 constexpr std::size_t kBlockSize = std::size_t{1} << 18;
 /// Limits in bits: four literals of 12 bits fit into the 56 bits that BitWriter buffers.
 constexpr int kMaxCodeBits = 12, kMaxCodeLengthBits = 7;
-constexpr std::size_t kMinRun = 4, kMaxRun = 258;
+constexpr std::size_t kMinRun = 4, kMaxRun = 258;  // bytes; the latter is Deflate's limit
 
 /// Computes the lengths in bits, at most `limit`, of Huffman codes; 0 for symbols that do not
 /// occur. While the longest code exceeds `limit`, halves all counts (rounded up), which evens out

@@ -20,7 +20,7 @@ namespace {
 /// Keywords and texts of tEXt chunks, which hold the attributes that an EXR has in its header.
 using Texts = std::vector<std::pair<std::string, std::string>>;
 Texts make_texts(const std::vector<Attribute>& attributes) {
-  constexpr std::size_t kMaxKeyword = 79;
+  constexpr std::size_t kMaxKeyword = 79;  // bytes; PNG's limit
   Texts texts;
   for (const Attribute& attribute : attributes)
     texts.emplace_back(

@@ -62,10 +62,10 @@ Result<std::vector<Attribute>> read_exr_attributes(const std::filesystem::path& 
   std::ifstream file(path, std::ios::binary);
   std::string bytes;
   for (std::size_t size = std::size_t{1} << 14; size <= kMaxHeader; size *= 4) {
-    const std::size_t before = bytes.size();
+    const std::size_t old_size = bytes.size();
     bytes.resize(size);
-    file.read(bytes.data() + before, static_cast<std::streamsize>(size - before));
-    bytes.resize(before + static_cast<std::size_t>(file.gcount()));
+    file.read(bytes.data() + old_size, static_cast<std::streamsize>(size - old_size));
+    bytes.resize(old_size + static_cast<std::size_t>(file.gcount()));
     if (!std::string_view(bytes).starts_with(kSignature)) {
       if (file.bad() || !file.is_open())
         return make_error(ErrorCode::kInput, "{}: cannot read it", path.string());

@@ -189,16 +189,16 @@ std::uint8_t PaletteMap::nearest(std::array<int, 3> color) const {
 
 std::uint8_t PaletteMap::dither(Rgb8 color, float threshold) const {
   const std::uint8_t first = nearest({color[0], color[1], color[2]});
-  const Rgb8 near = palette_[first];
+  const Rgb8 first_color = palette_[first];
   // The second colour is near the reflection of the nearest entry about the pixel's colour.
-  const std::uint8_t second =
-      nearest({2 * color[0] - near[0], 2 * color[1] - near[1], 2 * color[2] - near[2]});
+  const std::uint8_t second = nearest({2 * color[0] - first_color[0], 2 * color[1] - first_color[1],
+                                       2 * color[2] - first_color[2]});
   if (first == second) return first;
-  const Rgb8 partner = palette_[second];
+  const Rgb8 second_color = palette_[second];
   int projection = 0, length2 = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    projection += (color[axis] - near[axis]) * (partner[axis] - near[axis]);
-    length2 += (partner[axis] - near[axis]) * (partner[axis] - near[axis]);
+    projection += (color[axis] - first_color[axis]) * (second_color[axis] - first_color[axis]);
+    length2 += (second_color[axis] - first_color[axis]) * (second_color[axis] - first_color[axis]);
   }
   return static_cast<float>(projection) > threshold * static_cast<float>(length2) ? second : first;
 }

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 // Content of a file: node count, nodes, ball count, balls. Sizes are in bytes.
 constexpr std::size_t kNodeSize = 4 * 4 + 4 + 2 + 1;
 constexpr std::size_t kBallSize = 11 * 4;
-constexpr std::uint64_t kMaxBytes = 4ull << 30;
+constexpr std::uint64_t kMaxBytes = 4ull << 30;  // larger files are not verified
 
 std::string make_key(const Model& model, const SphereSettings& settings) {
   // Structured bindings make this fail to compile when a member is added. Only the geometry of a

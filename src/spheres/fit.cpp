@@ -108,13 +108,13 @@ void add_samples(Fit& fit, const std::vector<BoundarySample>& samples) {
   const auto clamp_offset = [&](float radius) {
     return std::min(0.01 * fit.length, 0.5 * static_cast<double>(radius));
   };
-  constexpr double kOffsetWeight = 0.05;
+  constexpr double kOffsetWeight = 0.05;  // a point on the surface has the weight 1
   for (const BoundarySample& s : samples) {
     const Vector3d p = to_eigen(s.point), n = to_eigen(s.normal);
-    const double out = clamp_offset(s.outer_radius), in = clamp_offset(s.inner_radius);
+    const double outward = clamp_offset(s.outer_radius), inward = clamp_offset(s.inner_radius);
     fit.points.push_back({p, 0, 1, FitPoint::Rule::kSurface});
-    fit.points.push_back({p + out * n, -out, kOffsetWeight, FitPoint::Rule::kOffset});
-    fit.points.push_back({p - in * n, in, kOffsetWeight, FitPoint::Rule::kOffset});
+    fit.points.push_back({p + outward * n, -outward, kOffsetWeight, FitPoint::Rule::kOffset});
+    fit.points.push_back({p - inward * n, inward, kOffsetWeight, FitPoint::Rule::kOffset});
   }
   fit.sample_count = samples.size();
 }
@@ -124,7 +124,7 @@ void add_samples(Fit& fit, const std::vector<BoundarySample>& samples) {
 /// surface alone makes holes inside and spurious components outside, where there are no samples.
 std::vector<FitPoint> make_free_points(const std::vector<BoundarySample>& samples,
                                        const InsideTest& inside, const Box& box) {
-  constexpr double kFreeWeight = 0.1;
+  constexpr double kFreeWeight = 0.1;  // a point on the surface has the weight 1
   const Vec3 margin = box.size() * 0.05f + Vec3{1, 1, 1} * (0.01f * box.diagonal());
   const Box wide{box.low - margin, box.high + margin};
   struct Free {
@@ -195,7 +195,7 @@ FitBall apply_step(const FitBall& ball, const double* step, int parameters, doub
 /// Limits an ellipsoid's axes to lengths that the samples can determine and the surface grid can
 /// resolve.
 void limit_axes(FitBall& ball, double length) {
-  constexpr double kMaxRatio = 12;
+  constexpr double kMaxRatio = 12;  // of an ellipsoid's axes
   const double max_root = 2 / (0.002 * length), min_root = 0.5 / length;
   Eigen::JacobiSVD<Matrix3d> svd(ball.root, Eigen::ComputeFullV);
   Vector3d s = svd.singularValues();  // falling
@@ -403,7 +403,7 @@ Vector3d half_extents(const Ball& ball, double w) {
 /// Tests whether the balls' surface crosses the sides of the box, each moved outward by 0.08 of the
 /// diagonal, or lies beyond them.
 bool extends_beyond(const std::vector<Ball>& balls, const Box& box) {
-  constexpr int kSteps = 24;
+  constexpr int kSteps = 24;  // per side of the box
   const float margin = 0.08f * box.diagonal();
   const Box wide = {box.low - Vec3{margin, margin, margin},
                     box.high + Vec3{margin, margin, margin}};

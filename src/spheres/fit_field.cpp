@@ -313,7 +313,7 @@ double add_rows(std::size_t p, const FitPoint& point, const PointBalls& at, FitR
   if (slope == steepness) gradient.ratio = psi / steepness;
   const std::size_t first_entry = entries.balls.size();
   for (std::size_t k = 0; scale > 0 && k < balls.size(); ++k) {
-    constexpr double kMinWeight = 5e-3;
+    constexpr double kMinWeight = 5e-3;  // J omits balls with a smaller fraction of the field
     if (!(terms.q()[k] > kMinWeight)) continue;
     const FitBall& ball = all[balls.indices[k]];
     const Term term = make_term(terms, ball, k);

@@ -103,7 +103,7 @@ std::vector<Vec3> list_points(const std::vector<BoundarySample>& samples) {
   return points;
 }
 
-constexpr std::size_t kSamples = 20000;
+constexpr std::size_t kSamples = 20000;  // per surface
 
 }  // namespace
 
