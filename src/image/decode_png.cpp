@@ -179,7 +179,7 @@ bool read_pixels(Handles& h, PngImage& image) {
 template <class Code>
 void convert_codes(PngImage& image, std::size_t count, float max_code) {
   constexpr std::int64_t kGrain = 1 << 16;  // values per task
-  // Not initialized, so that the threads touch the pages first.
+  // Not initialized, so that the threads touch the memory pages first.
   image.values = std::make_unique_for_overwrite<float[]>(count);
   parallel_for(
       static_cast<std::int64_t>(count),

@@ -220,7 +220,7 @@ void put_block(std::span<const std::uint8_t> bytes, std::size_t first, std::size
   assign_codes(lengths, codes);
 
   writer.put(end == bytes.size() ? 1 : 0, 1);
-  writer.put(2, 2);  // block type: the block has its own Huffman codes
+  writer.put(2, 2);  // block type 2: dynamic Huffman codes
   put_lengths(lengths, writer);
   const auto put_literals = [&](std::size_t from, std::size_t to) {
     for (; from + 4 <= to; from += 4) {

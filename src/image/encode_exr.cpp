@@ -113,7 +113,7 @@ void add_channel(const std::string& name, Imf::Header& header) {
   header.channels().insert(name, Imf::Channel(is_half(name) ? Imf::HALF : Imf::FLOAT));
 }
 
-/// The channels' names of each layer. A layer's name is that of its channels up to the last dot.
+/// Names of each layer's channels, by the layer's name: a channel's name up to the last dot.
 using Layers = std::map<std::string, std::vector<std::string>>;
 constexpr const char* kColorPart = "rgba";
 

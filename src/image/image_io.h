@@ -62,16 +62,20 @@ struct ReadImageSettings {
 
 /// Reads PNG, JPEG, TIFF, OpenEXR, Radiance, Targa, BMP, GIF (its first picture), WebP, PSD, DDS,
 /// JPEG 2000 and PNM. The format is detected from the content, and from the name only if the
-/// content does not show it (image/sniff.h). Errors (kInput): missing, not an image, truncated, too
-/// large; each names the file and the reason. NaN or infinite pixels are kept, because comparisons
-/// must see them. kResource: the module is missing. Grey becomes R, G, B; the order of channels is
-/// R, G, B, A, Z, N.X, N.Y, N.Z, then the rest by name. Numbers of OpenEXR's UINT channels are not
-/// scaled. If one exceeds 2^24, which a float would round, an additional channel NAME.low holds the
-/// low bytes, and NAME the rest. The parts of an OpenEXR file are joined if all are flat and have
-/// the same display window. A channel whose name an earlier part has is then called PART.NAME; of
-/// header entries with the same name, the first part's is kept. The size is that of the display
-/// window; pixels outside the data window are 0. The attributes are the string, int and float
-/// header entries that do not describe the encoding.
+/// content does not show it (image/sniff.h). Errors: kInput for a file that is missing, not an
+/// image, truncated or too large (the message names file and reason); kResource if the module is
+/// missing.
+///
+/// The order of channels is R, G, B, A, Z, N.X, N.Y, N.Z, then the rest by name; grey becomes R, G
+/// and B. NaN and infinite pixels are kept, because comparisons must see them. The size is that of
+/// the display window; pixels outside the data window are 0. The attributes are the string, int and
+/// float header entries that do not describe the encoding.
+///
+/// Numbers of OpenEXR's UINT channels are not scaled. If one exceeds 2^24, which a float would
+/// round, an additional channel NAME.low holds the low bytes, and NAME the rest. The parts of an
+/// OpenEXR file are joined if all are flat and have the same display window. A channel whose name
+/// an earlier part has is then called PART.NAME; of header entries with the same name, the first
+/// part's is kept.
 Result<Image> read_image(const std::filesystem::path& path, const ReadImageSettings& settings = {});
 /// Decodes an image in memory; `name` is used in messages.
 Result<Image> decode_image(const std::string& bytes, const std::string& name,

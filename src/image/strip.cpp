@@ -60,7 +60,7 @@ void draw_frame(const Image& frame, int left, int top, float background, Image& 
     }
 }
 
-/// Scale of the labels: 2 if they all fit and the cells have at least 200 pixels, else 1.
+/// Scale of the labels: 2 if they all fit and the cells are at least 200 pixels wide, else 1.
 int choose_label_scale(std::span<const std::string> labels, int cell_width) {
   for (const std::string& label : labels)
     if (text_width(label, 2) > cell_width) return 1;

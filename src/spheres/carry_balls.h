@@ -1,6 +1,6 @@
 // Transfer of balls from a model to another pose of it, which has the same faces but other point
-// positions. Each ball moves rigidly with the surface around it (rigid skinning; the idea is that
-// of Kavan et al. 2007), so no fit is needed and balls keep their indices.
+// positions. Each ball follows the surface around it (rigid skinning; the idea is that of Kavan et
+// al. 2007), so no fit is needed and balls keep their indices.
 #pragma once
 
 #include <cstdint>
@@ -26,9 +26,9 @@ struct BoundPoint {
   float weight = 0;  ///< falls from 1 to 0 with the distance; times the area around the point
 };
 
-/// Lists for each ball the points of the surface around it. All are connected there with the point
-/// nearest to the ball, so a limb that only passes by does not move it. Coincident points count as
-/// one.
+/// Lists for each ball the points of the surface around it. They are connected, near the ball, with
+/// the point nearest to it, so a limb that only passes by does not move the ball. Coincident points
+/// count as one.
 std::vector<std::vector<BoundPoint>> bind_balls(const Model& model, std::span<const Ball> balls);
 
 /// Moves the balls to the pose in which the points of `model` are at `posed`. Each ball follows the

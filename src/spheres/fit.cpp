@@ -198,7 +198,7 @@ void limit_axes(FitBall& ball, double length) {
   constexpr double kMaxRatio = 12;  // of an ellipsoid's axes
   const double max_root = 2 / (0.002 * length), min_root = 0.5 / length;
   Eigen::JacobiSVD<Matrix3d> svd(ball.root, Eigen::ComputeFullV);
-  Vector3d s = svd.singularValues();  // falling
+  Vector3d s = svd.singularValues();  // descending
   const double high = std::min(s[0], max_root);
   const Vector3d limited = s.cwiseMin(high).cwiseMax(std::max(high / kMaxRatio, min_root));
   if (limited == s) return;

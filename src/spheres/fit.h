@@ -30,11 +30,11 @@ struct FitResult {
 /// Fits Gaussian balls so that the surface psi = ln(field) = 0 passes through the boundary samples.
 /// Minimizes, under Huber's loss, the first-order signed distance e = psi / |grad psi| at the
 /// samples, at samples offset along the normal (target = the offset) and, where their sign is
-/// wrong, at points throughout the box. Levenberg-Marquardt over weight, centre and the six
-/// parameters of each ball's ellipsoid (docs/method.md, Fit). Starts with one ball per sphere: an
-/// ellipsoid that approximates the region of the solid nearest to the sphere. Finally constraints
-/// remove parts of the surface that lie far from the model. Deterministic for any number of
-/// threads. Errors: as extract_surface().
+/// wrong, at points throughout the box. Levenberg-Marquardt steps change the weight, the centre and
+/// the six parameters of each ball's ellipsoid (docs/method.md, Fit). Starts with one ball per
+/// sphere: an ellipsoid that approximates the region of the solid nearest to the sphere. Finally
+/// constraints remove parts of the surface that lie far from the model. Deterministic for any
+/// number of threads. Errors: as extract_surface().
 Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
                             const std::vector<BoundarySample>& samples,
                             const std::vector<Sphere>& spheres, const FitSettings& settings);

@@ -21,8 +21,8 @@ constexpr std::uint32_t kNone = 0xffffffffu;
 constexpr std::size_t kNearest = 8;
 // Minimum radius of a leaf relative to the model's diagonal.
 constexpr double kMinRadius = 1e-4;
-// Merges within this fraction of the diagonal of the cheapest one count as equal, so that balls
-// around a common centre, as in a sphere, are not sorted by rounding errors.
+// Merges whose cost exceeds the lowest by less than this fraction of the diagonal count as equal,
+// so that rounding errors do not order balls around a common centre, as in a sphere.
 constexpr double kTolerance = 1e-5;
 
 /// A ball centre and the samples that its ball must contain.

@@ -29,9 +29,8 @@ struct QualitySettings {
 };
 
 /// Compares the surface field = 1 of the balls with the model. Volumes are counted on one jittered
-/// lattice, distances are measured at 20 000 samples of each surface and at
-/// every surface vertex. If the field has no surface: iou 0, distances 1. Errors: as
-/// extract_surface().
+/// lattice, distances are measured at 20 000 samples of each surface and at every surface vertex.
+/// If the field has no surface: iou 0, distances 1. Errors: as extract_surface().
 Result<ApproximationQuality> measure_quality(const Model& model, const InsideTest& inside,
                                              const std::vector<Ball>& balls, FieldKind kind,
                                              const QualitySettings& settings);

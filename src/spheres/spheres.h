@@ -46,16 +46,19 @@ struct Approximation {
 };
 
 /// Approximates the inside of `model` by spheres, and fits balls to it if the settings ask for it
-/// (docs/method.md, Spheres and Fit). `octree`: a cube around the bounding box
-/// (settings.root_margin), 2^(R-1) cells per axis at the finest level; a finest cell whose centre
-/// is inside gives one sphere. `active`: from the root down, a cell with MORE than 4 of its 8
-/// corners inside gives one sphere and its children are dropped (report 5.1.3.2). Both: resolution
-/// 0 selects the finest one that gives at most 8000 spheres (with a fit: settings.balls); a sphere
-/// has the volume of its cell. `hubbard`, `medial`: settings.balls spheres; `medial` with an error
-/// > 0: the smallest number of spheres with at most this error. Fitted balls enclose the model's
-/// volume to 0.2 %. Errors (kInput): nothing of the model is inside, or too little for the method;
-/// the message says what to do. `proxy`, if given, is the result of make_solid_proxy() for the same
-/// arguments.
+/// (docs/method.md, Spheres and Fit).
+/// - `octree`: divides a cube around the bounding box (settings.root_margin) into 2^(R-1) cells per
+///   axis. Each of these cells whose centre is inside gives one sphere.
+/// - `active`: goes from the root cell down. A cell with MORE than 4 of its 8 corners inside gives
+///   one sphere, and its children are dropped (report 5.1.3.2).
+/// - `hubbard`, `medial`: give settings.balls spheres; with an error > 0, `medial` gives the
+///   smallest number of spheres with at most this error.
+///
+/// Spheres of `octree` and `active` have the volumes of their cells; resolution 0 selects the
+/// finest one that gives at most 8000 spheres (with a fit: settings.balls). Fitted balls enclose
+/// the model's volume to 0.2 %. Errors (kInput): nothing of the model is inside, or too little for
+/// the method; the message says what to do. `proxy`, if given, is the result of make_solid_proxy()
+/// for the same arguments.
 Result<Approximation> approximate(const Model& model, const SphereSettings& settings,
                                   const std::optional<Model>* proxy = nullptr);
 
