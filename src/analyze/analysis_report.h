@@ -1,4 +1,5 @@
-// Analysis reports: JSON, CSV and HTML files of an analysis, and its comparison with limits.
+// Analysis reports: JSON, CSV and HTML files of an analysis, and comparison of its metrics with
+// limits.
 #pragma once
 
 #include <string>

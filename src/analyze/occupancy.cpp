@@ -58,7 +58,7 @@ class Layer {
   /// Adds the crossings of the scanlines with a triangle in scanline space.
   void add_triangle(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
     const double twice_area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
-    constexpr double kMinProjectedArea = 1e-12;  // of a triangle that is not parallel to z
+    constexpr double kMinProjectedArea = 1e-12;  // triangles with less are parallel to z
     if (!(std::abs(twice_area) > kMinProjectedArea)) return;
     const Range across = lines_between(a.x, b.x, c.x, kScanlinesPerCell * cells_.x);
     const Range along = lines_between(a.y, b.y, c.y, kScanlinesPerCell * cells_.y);
@@ -85,7 +85,7 @@ class Layer {
             line(k / kScanlinesPerCell, kScanlinesPerCell * y + k % kScanlinesPerCell);
         float inside = 0;
         for (std::size_t z = 0; z <= count; ++z) inside += change[z];
-        constexpr float kMaxImbalance = 0.01f;  // of entries and exits, by rounding alone
+        constexpr float kMaxImbalance = 0.01f;  // entries minus exits; rounding leaves less
         if (std::abs(inside) >= kMaxImbalance) continue;
         ++closed_lines;
         inside = 0;

@@ -53,7 +53,8 @@ double change_of_u(const std::vector<FrameMeasures>& rows, std::size_t k) {
   return std::abs(rows[k + 1].u - rows[k].u);
 }
 
-/// Returns the sum of chamfer distances over the change of u, in the first or last tenth of u.
+/// Returns the sum of chamfer distances in the first or last tenth of u, divided by the change of
+/// u.
 double pace_at_end(const std::vector<FrameMeasures>& rows, bool first) {
   constexpr double kTenth = 0.1 - 1e-6;  // a tenth, minus rounding errors of u
   const std::size_t intervals = rows.size() - 1;
@@ -109,7 +110,8 @@ Mesh remove_hidden_faces(Mesh mesh, const Mesh& surface, double depth) {
 struct HandoverSteps {
   double pop = 0;                ///< largest pop among the steps of the boundary stage
   std::optional<double> before;  ///< last step of the boundary stage
-  double jump = 0;               ///< step from its last mesh to the balls' surface
+  double jump = 0;               ///< step from the stage's last mesh to the balls' surface
+  /// Returns the jump over the mean of the steps before and after it.
   double jump_pop(double after) const {
     const double neighbour_sum = before.value_or(after) + after;
     return neighbour_sum > 0 ? 2 * jump / neighbour_sum : 0;

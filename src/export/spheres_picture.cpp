@@ -13,7 +13,7 @@
 namespace polymorph {
 namespace {
 
-/// Makes a unit sphere: an icosahedron whose faces are `cuts` times cut into four. Two cuts give
+/// Makes a unit sphere: an icosahedron whose faces are cut into four, `cuts` times. Two cuts give
 /// 320 triangles.
 Mesh make_unit_sphere(int cuts = 2) {
   const float g = (1 + std::sqrt(5.0f)) / 2;
