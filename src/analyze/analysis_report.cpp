@@ -13,6 +13,7 @@
 namespace polymorph {
 namespace {
 
+/// A measure of the frames.
 struct Column {
   const char* name;
   const char* definition;
@@ -84,8 +85,8 @@ bool holds(double value, const std::string& comparison, double bound) {
   return value == bound;
 }
 
-/// One measure of all frames as a curve.
-std::string curve(const Analysis& morph, const Column& column) {
+/// Draws one measure of all frames as a curve (SVG).
+std::string draw_curve(const Analysis& morph, const Column& column) {
   constexpr double kWidth = 360, kHeight = 120;
   std::vector<std::pair<double, double>> points;
   double low = INFINITY, high = -INFINITY;
@@ -97,7 +98,8 @@ std::string curve(const Analysis& morph, const Column& column) {
     high = std::max(high, *value);
   }
   if (points.empty()) return {};
-  // Counts and lengths are read from 0; a flat curve lies in the middle.
+  // The axis of positive values begins at 0 unless they differ by less than 20 %. A constant curve
+  // lies in the middle.
   if (low > 0 && low < 0.8 * high) low = 0;
   const double span = high > low ? high - low : 1, base = high > low ? low : low - 0.5;
   std::string path, dots;
@@ -132,7 +134,7 @@ svg{display:block;width:100%}path{fill:none;stroke:var(--curve);stroke-width:1.6
 </style>
 )";
 
-std::string metric_rows(const Analysis& morph) {
+std::string format_metric_rows(const Analysis& morph) {
   std::string text;
   for (const Metric& metric : morph.metrics) {
     const bool known = metric.value.has_value();
@@ -149,7 +151,7 @@ std::string metric_rows(const Analysis& morph) {
   return text;
 }
 
-std::string frame_rows(const Analysis& morph) {
+std::string format_frame_rows(const Analysis& morph) {
   std::string text;
   for (const FrameMeasures& row : morph.frames)
     text += fmt::format(
@@ -218,18 +220,18 @@ std::string analysis_html(const std::vector<Analysis>& morphs, const std::string
     text += fmt::format("<h2>{}</h2>\n", escape_markup(morph_name(morph)));
     text +=
         "<table><tr><th>principle</th><th>metric</th><th>value</th><th>goal</th><th></th></tr>\n" +
-        metric_rows(morph) + "</table>\n<div class=\"plots\">\n";
+        format_metric_rows(morph) + "</table>\n<div class=\"plots\">\n";
     for (const Column& column : columns())
       if (std::string_view(column.name) != "vertices" &&
           !std::string_view(column.name).ends_with("_edges") &&
           std::string_view(column.name) != "pinched_vertices")
-        text += curve(morph, column);
+        text += draw_curve(morph, column);
     text +=
         "</div>\n<h3>Certificates</h3>\n<div "
         "class=\"wide\"><table><tr><th>time</th><th>surface</th>"
         "<th>Euler</th><th>parts</th><th>genus</th><th>volume</th><th>area</th><th>digest</th>"
         "</tr>\n" +
-        frame_rows(morph) + "</table></div>\n";
+        format_frame_rows(morph) + "</table></div>\n";
   }
   return text + "</body></html>\n";
 }
@@ -298,15 +300,15 @@ Result<Limit> parse_limit(const std::string& text) {
   limit.text = text;
   if (sign != std::string::npos) {
     const bool has_equals_sign = sign + 1 < text.size() && text[sign + 1] == '=';
-    const auto trimmed = [](std::string part) {
+    const auto trim = [](std::string part) {
       part.erase(0, part.find_first_not_of(' '));
       part.erase(part.find_last_not_of(' ') + 1);
       return part;
     };
-    limit.metric = trimmed(text.substr(0, sign));
+    limit.metric = trim(text.substr(0, sign));
     limit.comparison = text.substr(sign, has_equals_sign ? 2 : 1);
     if (limit.comparison == "==") limit.comparison = "=";
-    const auto bound = parse_number(trimmed(text.substr(sign + (has_equals_sign ? 2 : 1))));
+    const auto bound = parse_number(trim(text.substr(sign + (has_equals_sign ? 2 : 1))));
     if (bound && !limit.metric.empty()) {
       limit.bound = *bound;
       const std::vector<std::string> names = metric_names();

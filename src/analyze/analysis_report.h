@@ -1,4 +1,5 @@
-// Analysis reports: JSON, CSV and HTML files of an analysis, and its comparison with limits.
+// Analysis reports: JSON, CSV and HTML files of an analysis, and comparison of its metrics with
+// limits.
 #pragma once
 
 #include <string>
@@ -11,34 +12,36 @@
 
 namespace polymorph {
 
-/// {"morphs": [{"from", "to", "metrics": {name: {value, goal, principle, what}}, "frames":
-/// [...]}]}; what cannot be measured is null.
+/// Formats analyses as {"morphs": [{"from", "to", "metrics": {name: {value, goal, principle,
+/// what}}, "frames": [...]}]}; values that cannot be measured are null.
 JsonValue analysis_json(const std::vector<Analysis>& morphs);
 
-/// One line per frame: morph, time, u and every measure of the frame.
+/// Formats one line per frame: morph, time, u and every measure of the frame.
 std::string analysis_csv(const std::vector<Analysis>& morphs);
 
-/// One page with the numbers and a curve of every measure; needs nothing but itself, follows the
-/// reader's choice of dark or light.
+/// Makes a page with the numbers and a curve of every measure. It needs no other files and follows
+/// the browser's dark or light mode.
 std::string analysis_html(const std::vector<Analysis>& morphs, const std::string& title);
 
-/// "pop<=2": a metric's name, <=, >=, <, > or =, a number.
+/// A limit of a metric, as in "pop<=2": its name, <=, >=, <, > or =, and a number.
 struct Limit {
   std::string metric, comparison;
   double bound = 0;
   std::string text;
 };
-/// Errors (kUsage): syntax, or no such metric (the nearest one is named).
+/// Parses a limit. Errors (kUsage): a syntax error, or an unknown metric (the message names the
+/// nearest one).
 Result<Limit> parse_limit(const std::string& text);
 
-/// A line for each limit that does not hold, or whose metric cannot be measured, in some morph.
+/// Makes a line for each limit that does not hold in some morph, or whose metric cannot be
+/// measured.
 std::vector<std::string> broken_limits(const std::vector<Analysis>& morphs,
                                        const std::vector<Limit>& limits);
 
 /// Tests whether `value` reaches the goal, as "<= 2". An empty goal is always reached.
 bool reaches(double value, const std::string& goal);
 
-/// Every metric's name, in order.
+/// Lists the names of all metrics, in the order of the report.
 std::vector<std::string> metric_names();
 
 }  // namespace polymorph

@@ -140,11 +140,12 @@ EndErrors measure_frames(const Subject& subject, Analysis& analysis) {
       row.off_similarity = current.distance_to(reference).largest / subject.size;
     }
     if (previous) {
-      FrameMeasures& before = analysis.frames.back();
+      FrameMeasures& previous_row = analysis.frames.back();
       const MeasuredSurface::Distance step = previous->distance_to(current);
-      before.step = step.mean;
-      before.farthest = step.largest;
-      before.rate = row.u - before.u > 0 ? before.step / (row.u - before.u) : 0;
+      previous_row.step = step.mean;
+      previous_row.farthest = step.largest;
+      previous_row.rate =
+          row.u - previous_row.u > 0 ? previous_row.step / (row.u - previous_row.u) : 0;
     } else {
       errors.source =
           current.distance_to(MeasuredSurface(subject.ends.source)).largest / subject.size;

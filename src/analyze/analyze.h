@@ -22,8 +22,8 @@ struct Similarity {
   Vec3d shift;
 };
 
-/// Fits a similarity between two lists of corresponding points (Umeyama 1991). Returns nothing if a
-/// point is left more than 1e-3 of their RMS radius away.
+/// Fits a similarity between two lists of corresponding points (Umeyama 1991). Returns nullopt if a
+/// point misses its partner by more than 1e-3 of the RMS radius of `to`.
 std::optional<Similarity> fit_similarity(const std::vector<Vec3>& from,
                                          const std::vector<Vec3>& to);
 
@@ -34,17 +34,19 @@ struct Handover {
   std::vector<Mesh> shown;
 };
 
-/// Errors of known points that belong together (analyze/true_points.h).
+/// Errors of pairs of points that are known to correspond (analyze/true_points.h).
 struct TrueErrors {
   std::size_t points = 0;  ///< number of pairs
-  /// Distance of each point, of both objects, from where its partner is taken, over the diagonal of
-  /// the point's object: by the targets of the nearest balls, and by the map of the surface.
+  /// Distance of each point, of both objects, from the position to which its partner is moved, over
+  /// the diagonal of the point's object. `plan` moves points with the nearest balls, `map` by the
+  /// map of the surface.
   std::vector<double> plan, map;
-  /// Distance along the target's edges from where the map takes each source point to its partner,
-  /// over the square root of the target's area; infinite between separate components.
+  /// Distance along the target's edges from the position to which the map moves each source point
+  /// to the point's partner, over the square root of the target's area; infinite between
+  /// components.
   std::vector<double> geodesic;
-  /// Degrees about the vertical by which the morph's rotation misses that of the points; nothing if
-  /// the points do not determine one.
+  /// Degrees about the vertical between the morph's rotation and that of the points; empty if the
+  /// points do not determine one.
   std::optional<double> facing;
 };
 
@@ -59,12 +61,14 @@ struct MorphEnds {
   std::optional<Similarity> truth;        ///< set if the target is the source moved by it
   std::optional<Similarity> recovered;    ///< the plan's estimate of `truth`
   std::optional<TrueErrors> true_errors;  ///< errors of points whose partners are known
-  std::optional<double> facing;           ///< degrees between the morph's rotation and the pairs'
-  std::optional<double> registration;     ///< larger share_off() of both objects' surfaces
-  std::optional<double> pose_step;        ///< largest step from pose to pose, over the ends' own
-  Handover leaving, arriving;             ///< boundary stages of both ends; empty if not shown
-  bool source_shown = true;               ///< the object itself is shown before the first frame
-  bool target_shown = true;               ///< the object itself is shown after the last frame
+  std::optional<double>
+      facing;  ///< degrees between the rotations of the morph and of the plan's pairs
+  std::optional<double> registration;  ///< larger share_off() of both objects' surfaces
+  std::optional<double>
+      pose_step;               ///< largest step by a change of poses alone, over the ends' own step
+  Handover leaving, arriving;  ///< boundary stages of both ends; empty if not shown
+  bool source_shown = true;    ///< the object itself is shown before the first frame
+  bool target_shown = true;    ///< the object itself is shown after the last frame
 };
 
 /// One frame of the morph.

@@ -9,14 +9,14 @@
 namespace polymorph {
 namespace {
 
-std::optional<double> share_within(const std::vector<double>& errors, double limit) {
+std::optional<double> fraction_within(const std::vector<double>& errors, double limit) {
   if (errors.empty()) return std::nullopt;
   const auto count =
       std::count_if(errors.begin(), errors.end(), [&](double error) { return error <= limit; });
   return static_cast<double>(count) / static_cast<double>(errors.size());
 }
 
-/// Returns the mean error; nothing if there is none or one is infinite.
+/// Returns the mean error; nullopt if there are no errors or one is infinite.
 std::optional<double> mean_error(const std::vector<double>& errors) {
   const double sum = std::accumulate(errors.begin(), errors.end(), 0.0);
   if (errors.empty() || !std::isfinite(sum)) return std::nullopt;
@@ -33,18 +33,18 @@ void add_correspondence_metrics(const MorphEnds& ends, Analysis& analysis) {
   const TrueErrors errors = ends.true_errors.value_or(TrueErrors{});
   add("points", ends.true_errors ? std::optional(static_cast<double>(errors.points)) : std::nullopt,
       "", "pairs of true points (--truth)");
-  add("plan_within_5", share_within(errors.plan, 0.05), "",
+  add("plan_within_5", fraction_within(errors.plan, 0.05), "",
       "share of true points that the plan's balls take to within 5 % of the diagonal of their "
       "partners");
-  add("plan_within_10", share_within(errors.plan, 0.1), ">= 0.7",
+  add("plan_within_10", fraction_within(errors.plan, 0.1), ">= 0.7",
       "share of true points that the plan's balls take to within 10 % of it");
   add("plan_error", mean_error(errors.plan), "<= 0.09",
       "mean distance from where the plan's balls take true points to their partners, over the "
       "diagonal");
-  add("map_within_5", share_within(errors.map, 0.05), "",
+  add("map_within_5", fraction_within(errors.map, 0.05), "",
       "share of true points that the surface's map takes to within 5 % of the diagonal of their "
       "partners");
-  add("map_within_10", share_within(errors.map, 0.1), ">= 0.7",
+  add("map_within_10", fraction_within(errors.map, 0.1), ">= 0.7",
       "share of true points that the surface's map takes to within 10 % of it");
   add("map_error", mean_error(errors.map), "<= 0.09",
       "mean distance from where the map takes true points to their partners, over the diagonal");

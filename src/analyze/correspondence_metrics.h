@@ -1,4 +1,4 @@
-// Correspondence metrics of a morph: whether parts become those that belong to them, whether limbs
+// Correspondence metrics of a morph: whether corresponding points become each other, whether limbs
 // survive in between, and whether the body stays on the ground. Formulas: docs/method.md, Quality.
 #pragma once
 
@@ -9,7 +9,8 @@
 namespace polymorph {
 
 /// Appends points, plan_within_5, plan_within_10, plan_error, map_within_5, map_within_10,
-/// map_error, map_geodesic, true_facing, facing and registration, from what is known of the ends.
+/// map_error, map_geodesic, true_facing, facing, registration and pose_step, from the members of
+/// `ends`.
 void add_correspondence_metrics(const MorphEnds& ends, Analysis& analysis);
 
 /// Appends hull_dip, floating, sinking and distortion, from the measures of the frames.

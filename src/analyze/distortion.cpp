@@ -21,15 +21,15 @@ Metric2 measure_triangle(MeshView mesh, const Triangle& t) {
   return {dot(a, a), dot(a, b), dot(b, b), length(cross(a, b))};
 }
 
-double dilatation(const Metric2& before, const Metric2& after) {
-  constexpr double kLargest = 100;
+double compute_dilatation(const Metric2& before, const Metric2& after) {
+  constexpr double kMaxDilatation = 100;
   const double areas = before.twice_area * after.twice_area;
-  if (!(areas > 0)) return kLargest;
+  if (!(areas > 0)) return kMaxDilatation;
   // The trace of inverse(before) * after over twice the root of its determinant: (K + 1 / K) / 2.
   const double mean =
       (before.bb * after.aa - 2 * before.ab * after.ab + before.aa * after.bb) / (2 * areas);
   const double excess = std::max(mean * mean - 1, 0.0);
-  return std::clamp(mean + std::sqrt(excess), 1.0, kLargest);
+  return std::clamp(mean + std::sqrt(excess), 1.0, kMaxDilatation);
 }
 
 }  // namespace
@@ -48,18 +48,18 @@ bool corresponds(MeshView a, MeshView b) {
 double conformal_distortion(MeshView before, MeshView after) {
   PM_CHECK(corresponds(before, after));
   std::vector<Metric2> first, last;
-  double rest_area = 0, now_area = 0;
+  double before_area = 0, after_area = 0;
   for (std::size_t t = 0; t < before.triangles.size(); ++t) {
     first.push_back(measure_triangle(before, before.triangles[t]));
     last.push_back(measure_triangle(after, before.triangles[t]));
-    rest_area += first.back().twice_area;
-    now_area += last.back().twice_area;
+    before_area += first.back().twice_area;
+    after_area += last.back().twice_area;
   }
-  if (!(rest_area > 0 && now_area > 0)) return 0;
+  if (!(before_area > 0 && after_area > 0)) return 0;
   double sum = 0;
   for (std::size_t t = 0; t < first.size(); ++t)
-    sum += dilatation(first[t], last[t]) *
-           (first[t].twice_area / rest_area + last[t].twice_area / now_area) / 2;
+    sum += compute_dilatation(first[t], last[t]) *
+           (first[t].twice_area / before_area + last[t].twice_area / after_area) / 2;
   return sum;
 }
 

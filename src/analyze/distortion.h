@@ -6,13 +6,15 @@
 
 namespace polymorph {
 
-/// Tests whether two meshes have the same triangles over as many points, whichever way these turn.
+/// Tests whether two meshes have equally many points and the same triangles, whose corners may be
+/// in another order.
 bool corresponds(MeshView a, MeshView b);
 
 /// Returns the mean quasi-conformal dilatation of the triangles of `before` as they become those of
-/// `after`, which corresponds(): the quotient of the singular values, 1 where only size and place
-/// change, at most 100 each. A triangle counts by the mean of its shares of both areas, so that the
-/// result is the same both ways; 0 if either has no area.
+/// `after`, which corresponds(): the quotient of the singular values, 1 if only size and position
+/// change, at most 100 per triangle. A triangle's weight is the mean of its fractions of both
+/// areas, so that exchanging the meshes gives the same result. The result is 0 if either mesh has
+/// no area.
 double conformal_distortion(MeshView before, MeshView after);
 
 }  // namespace polymorph

@@ -42,7 +42,7 @@ EdgeGraph make_graph(MeshView mesh) {
   return graph;
 }
 
-double shortest(const EdgeGraph& graph, std::uint32_t from, std::uint32_t to) {
+double shortest_path_length(const EdgeGraph& graph, std::uint32_t from, std::uint32_t to) {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   std::vector<double> distance(graph.first.size() - 1, kInfinity);
   using Entry = std::pair<double, std::uint32_t>;
@@ -72,7 +72,7 @@ std::vector<double> edge_path_lengths(
   std::vector<double> lengths(pairs.size());
   parallel_for(static_cast<std::int64_t>(pairs.size()), [&](std::int64_t i) {
     const auto& [from, to] = pairs[static_cast<std::size_t>(i)];
-    lengths[static_cast<std::size_t>(i)] = shortest(graph, from, to);
+    lengths[static_cast<std::size_t>(i)] = shortest_path_length(graph, from, to);
   });
   return lengths;
 }

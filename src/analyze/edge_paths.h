@@ -10,8 +10,8 @@
 namespace polymorph {
 
 /// Computes the length of the shortest path along edges between the points of each pair; infinite
-/// where they are not connected. It is longer than the way over the surface, by a tenth on even
-/// triangles. Parallel, deterministic.
+/// if they are not connected. The path is longer than the shortest path over the surface, by a
+/// tenth on nearly equilateral triangles. Parallel, deterministic.
 std::vector<double> edge_path_lengths(
     MeshView mesh, const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs);
 

@@ -20,17 +20,18 @@ std::optional<double> rotation_about_vertical(const WeightedPairs& pairs, const 
   }
   if (!(sum > 0)) return std::nullopt;
   p0 = p0 * (1 / sum), q0 = q0 * (1 / sum);
-  double cosine = 0, sine = 0, from_spread = 0, to_spread = 0;
+  double cosine = 0, sine = 0, from_variance = 0, to_variance = 0;
   for (std::size_t i = 0; i < pairs.from.size(); ++i) {
     const Vec3d p = applied * (pairs.from[i] - p0), q = pairs.to[i] - q0;
     cosine += weight(i) * (q.x * p.x + q.z * p.z);
     sine += weight(i) * (q.x * p.z - q.z * p.x);
-    from_spread += weight(i) * (p.x * p.x + p.z * p.z);
-    to_spread += weight(i) * (q.x * q.x + q.z * q.z);
+    from_variance += weight(i) * (p.x * p.x + p.z * p.z);
+    to_variance += weight(i) * (q.x * q.x + q.z * q.z);
   }
   constexpr double kMinCorrelation = 0.1;
-  const double spread = std::sqrt(from_spread * to_spread);
-  if (!(spread > 0) || std::hypot(cosine, sine) < kMinCorrelation * spread) return std::nullopt;
+  const double deviation_product = std::sqrt(from_variance * to_variance);
+  if (!(deviation_product > 0) || std::hypot(cosine, sine) < kMinCorrelation * deviation_product)
+    return std::nullopt;
   return std::atan2(sine, cosine) * 180 / std::numbers::pi;
 }
 

@@ -14,7 +14,7 @@
 namespace polymorph {
 namespace {
 
-constexpr std::size_t kSamples = 4000;
+constexpr std::size_t kSamples = 4000;  // per surface
 
 Model make_model(std::span<const Vec3> points, std::span<const Triangle> triangles) {
   Model model;
@@ -75,9 +75,9 @@ struct MeasuredSurface::Data {
     const std::vector<ClosestPoint> closest = query.closest(points);
     std::size_t count = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const ClosestPoint& near = closest[i];
-      const auto distance = static_cast<double>(near.distance);
-      if (distance > hidden && dot(normals[near.triangle], points[i] - near.point) < 0) continue;
+      const ClosestPoint& hit = closest[i];
+      const auto distance = static_cast<double>(hit.distance);
+      if (distance > hidden && dot(normals[hit.triangle], points[i] - hit.point) < 0) continue;
       result.mean += distance;
       result.largest = std::max(result.largest, distance);
       ++count;

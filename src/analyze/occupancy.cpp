@@ -58,7 +58,7 @@ class Layer {
   /// Adds the crossings of the scanlines with a triangle in scanline space.
   void add_triangle(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
     const double twice_area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
-    constexpr double kMinProjectedArea = 1e-12;  // of a triangle that is not parallel to z
+    constexpr double kMinProjectedArea = 1e-12;  // triangles with less are parallel to z
     if (!(std::abs(twice_area) > kMinProjectedArea)) return;
     const Range across = lines_between(a.x, b.x, c.x, kScanlinesPerCell * cells_.x);
     const Range along = lines_between(a.y, b.y, c.y, kScanlinesPerCell * cells_.y);
@@ -85,7 +85,7 @@ class Layer {
             line(k / kScanlinesPerCell, kScanlinesPerCell * y + k % kScanlinesPerCell);
         float inside = 0;
         for (std::size_t z = 0; z <= count; ++z) inside += change[z];
-        constexpr float kMaxImbalance = 0.01f;  // of entries and exits, by rounding alone
+        constexpr float kMaxImbalance = 0.01f;  // entries minus exits; rounding leaves less
         if (std::abs(inside) >= kMaxImbalance) continue;
         ++closed_lines;
         inside = 0;
@@ -238,15 +238,15 @@ float find_level_of_volume(const CellValues& values, double count) {
 IsoSurface extract_iso_surface(const CellValues& values, float level) {
   // The engine's x runs fastest, here z does: its axes are swapped, and with them the triangles'
   // orientation.
-  auto heights = std::make_shared<DistanceGrid>();
-  heights->grid = {{0, 0, 0}, 1, {values.cells.z, values.cells.y, values.cells.x}};
-  heights->values.reserve(values.values.size());
-  for (const float v : values.values) heights->values.push_back(v - level);
-  bound_slopes(*heights);
+  auto field = std::make_shared<DistanceGrid>();
+  field->grid = {{0, 0, 0}, 1, {values.cells.z, values.cells.y, values.cells.x}};
+  field->values.reserve(values.values.size());
+  for (const float v : values.values) field->values.push_back(v - level);
+  bound_slopes(*field);
   ExtractSettings settings;
   settings.refine_steps = 0;  // values are linear along an edge
   Mesh mesh;
-  const EngineStatus status = make_cpu_engine()->extract(heights, heights->grid, settings, mesh);
+  const EngineStatus status = make_cpu_engine()->extract(field, field->grid, settings, mesh);
   if (status.code == EngineCode::kOutOfMemory) throw std::bad_alloc();
   PM_CHECK(status.code == EngineCode::kOk);
   IsoSurface surface;

@@ -43,14 +43,14 @@ Derivatives derivatives_at(const CellValues& field, Int3 p) {
   };
   // Central differences of central differences: the second derivatives are smoothed over as many
   // cells as the gradient.
-  const double middle = 2 * value(0, 0, 0);
+  const double twice_center = 2 * value(0, 0, 0);
   Derivatives d;
   d.gradient = Vec3d(value(1, 0, 0) - value(-1, 0, 0), value(0, 1, 0) - value(0, -1, 0),
                      value(0, 0, 1) - value(0, 0, -1)) *
                0.5;
-  d.hessian = Sym3d{value(2, 0, 0) - middle + value(-2, 0, 0),
-                    value(0, 2, 0) - middle + value(0, -2, 0),
-                    value(0, 0, 2) - middle + value(0, 0, -2),
+  d.hessian = Sym3d{value(2, 0, 0) - twice_center + value(-2, 0, 0),
+                    value(0, 2, 0) - twice_center + value(0, -2, 0),
+                    value(0, 0, 2) - twice_center + value(0, 0, -2),
                     value(1, 1, 0) - value(1, -1, 0) - value(-1, 1, 0) + value(-1, -1, 0),
                     value(1, 0, 1) - value(1, 0, -1) - value(-1, 0, 1) + value(-1, 0, -1),
                     value(0, 1, 1) - value(0, 1, -1) - value(0, -1, 1) + value(0, -1, -1)} *
@@ -61,7 +61,7 @@ Derivatives derivatives_at(const CellValues& field, Int3 p) {
 /// Computes the principal curvatures of the level set of a field that increases inward: the
 /// eigenvalues of -H / |g| in the plane perpendicular to g.
 Curvatures principal_curvatures(const Derivatives& d) {
-  constexpr double kFlat = 1e-12;
+  constexpr double kFlat = 1e-12;  // avoids a division by 0
   const double slope = length(d.gradient) + kFlat;
   const Vec3d normal = d.gradient * (1 / slope);
   const Vec3d helper_axis = std::abs(normal.x) < 0.6 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0);
@@ -116,7 +116,7 @@ int count_patches(const IsoSurface& surface, const std::vector<bool>& chosen,
 
 /// Measures `tac`, `bumps` and `groove` of a solid of `volume` cells; `size` is L in cells.
 void measure_curvature(const CellValues& occupancy, double volume, double size, Roughness& result) {
-  constexpr double kCutoff = 4;
+  constexpr double kCutoff = 4;  // in standard deviations
   const CellValues field = smooth(occupancy, kFineSigma * size, kCutoff);
   const IsoSurface surface = extract_iso_surface(field, find_level_of_volume(field, volume));
   const std::vector<Curvatures> curvatures = compute_curvatures(field, surface);
@@ -174,7 +174,7 @@ class VertexPlanes {
       if (r > 1 && nearest.distance2 <= static_cast<double>(r - 1) * (r - 1)) break;
       search_ring(p, r, point, nearest);
     }
-    constexpr double kMaxPlaneDistance = 2;
+    constexpr double kMaxPlaneDistance = 2;  // cells
     const double vertex_distance = std::sqrt(nearest.distance2);
     if (vertex_distance > kMaxPlaneDistance) return std::min(vertex_distance, max_distance);
     const Vec3d offset = Vec3d(point) - Vec3d(points_[nearest.vertex]);
@@ -215,7 +215,7 @@ class VertexPlanes {
 
 /// Measures `Roughness::rho` of a solid of `volume` cells; `size` is L in cells.
 double measure_rms_detail(const CellValues& occupancy, double volume, double size) {
-  constexpr double kCutoff = 3.5;
+  constexpr double kCutoff = 3.5;  // in standard deviations
   const CellValues field = smooth(occupancy, kCoarseSigma * size, kCutoff);
   const IsoSurface smooth_surface = extract_iso_surface(field, find_level_of_volume(field, volume));
   // The solid's own surface; this smoothing only removes the staircase of the cells.
@@ -251,7 +251,7 @@ RoughnessScale roughness_scale(const Box& ends, int resolution) {
 Roughness measure_roughness(const Mesh& mesh, const RoughnessScale& scale) {
   Roughness result;
   const Vec3 extent = box_of(mesh.positions).size();
-  constexpr double kMaxCells = 256, kMinMargin = 6;
+  constexpr double kMaxCells = 256, kMinMargin = 6;  // per side; in cells
   const double cell = std::max(
       scale.cell, static_cast<double>(std::max({extent.x, extent.y, extent.z})) / kMaxCells);
   if (!(cell > 0 && scale.size > 0) || mesh.triangles.empty()) return result;
@@ -259,7 +259,7 @@ Roughness measure_roughness(const Mesh& mesh, const RoughnessScale& scale) {
   const double margin = std::max(4 * kCoarseSigma * scale.size, kMinMargin * cell);
   const CellValues occupancy = compute_occupancy(mesh, cell, margin);
   const double volume = sum_values(occupancy);
-  constexpr double kMinVolume = 8;
+  constexpr double kMinVolume = 8;  // cells
   if (volume < kMinVolume) return result;
   measure_curvature(occupancy, volume, scale.size / cell, result);
   result.rho = measure_rms_detail(occupancy, volume, scale.size / cell);

@@ -13,7 +13,7 @@
 namespace polymorph {
 namespace {
 
-/// Depth over L below which the inside of a surface is not visible.
+/// Points deeper than this, over L, inside a surface are not visible.
 constexpr double kHiddenDepth = 0.01;
 
 /// A measure of an inner frame with the values that the two ends suggest for it.
@@ -25,7 +25,8 @@ struct InnerValue {
 
 /// Evaluates a measure for every frame but the first and the last.
 template <class Value>
-std::vector<InnerValue> inner_values(const std::vector<FrameMeasures>& rows, const Value& value) {
+std::vector<InnerValue> list_inner_values(const std::vector<FrameMeasures>& rows,
+                                          const Value& value) {
   std::vector<InnerValue> inner;
   const double first = value(rows.front()), last = value(rows.back());
   for (std::size_t k = 1; k + 1 < rows.size(); ++k) {
@@ -38,9 +39,10 @@ std::vector<InnerValue> inner_values(const std::vector<FrameMeasures>& rows, con
 /// Returns the largest ratio of an inner value to the larger end's value. One is added to both to
 /// avoid a division by 0.
 template <class Value>
-std::optional<double> excess(const std::vector<FrameMeasures>& rows, const Value& value) {
+std::optional<double> find_largest_excess(const std::vector<FrameMeasures>& rows,
+                                          const Value& value) {
   std::optional<double> largest;
-  for (const InnerValue& b : inner_values(rows, value)) {
+  for (const InnerValue& b : list_inner_values(rows, value)) {
     const double ratio = (b.value + 1) / (b.larger_end + 1);
     largest = std::max(largest.value_or(ratio), ratio);
   }
@@ -51,9 +53,10 @@ double change_of_u(const std::vector<FrameMeasures>& rows, std::size_t k) {
   return std::abs(rows[k + 1].u - rows[k].u);
 }
 
-/// Returns the sum of chamfer distances over the change of u, in the first or last tenth of u.
+/// Returns the sum of chamfer distances in the first or last tenth of u, divided by the change of
+/// u.
 double pace_at_end(const std::vector<FrameMeasures>& rows, bool first) {
-  constexpr double kTenth = 0.1 - 1e-6;
+  constexpr double kTenth = 0.1 - 1e-6;  // a tenth, minus rounding errors of u
   const std::size_t intervals = rows.size() - 1;
   double distance = 0, change = 0;
   for (std::size_t i = 0; i < intervals && change < kTenth; ++i) {
@@ -88,14 +91,14 @@ Mesh remove_hidden_faces(Mesh mesh, const Mesh& surface, double depth) {
   const ClosestPointQuery query(surface.positions, surface.triangles);
   const std::vector<ClosestPoint> closest = query.closest(mesh.positions);
   const auto is_hidden = [&](std::uint32_t v) {
-    const ClosestPoint& near = closest[v];
-    if (near.triangle == ClosestPoint::kNoTriangle) return false;
-    const auto& corner = surface.triangles[near.triangle].v;
+    const ClosestPoint& hit = closest[v];
+    if (hit.triangle == ClosestPoint::kNoTriangle) return false;
+    const auto& corner = surface.triangles[hit.triangle].v;
     const Vec3 a = surface.positions[corner[0]];
     const Vec3 face_normal =
         cross(surface.positions[corner[1]] - a, surface.positions[corner[2]] - a);
-    return static_cast<double>(near.distance) > depth &&
-           dot(face_normal, mesh.positions[v] - near.point) < 0;
+    return static_cast<double>(hit.distance) > depth &&
+           dot(face_normal, mesh.positions[v] - hit.point) < 0;
   };
   std::erase_if(mesh.triangles, [&](const Triangle& t) {
     return is_hidden(t.v[0]) && is_hidden(t.v[1]) && is_hidden(t.v[2]);
@@ -107,7 +110,8 @@ Mesh remove_hidden_faces(Mesh mesh, const Mesh& surface, double depth) {
 struct HandoverSteps {
   double pop = 0;                ///< largest pop among the steps of the boundary stage
   std::optional<double> before;  ///< last step of the boundary stage
-  double jump = 0;               ///< step from its last mesh to the balls' surface
+  double jump = 0;               ///< step from the stage's last mesh to the balls' surface
+  /// Returns the jump over the mean of the steps before and after it.
   double jump_pop(double after) const {
     const double neighbour_sum = before.value_or(after) + after;
     return neighbour_sum > 0 ? 2 * jump / neighbour_sum : 0;
@@ -150,7 +154,7 @@ void add_smoothness_metrics(const MorphEnds& ends, const std::vector<MorphFrame>
   add("bending", larger_end > 0 ? std::optional(largest / larger_end) : std::nullopt, "<= 1",
       "largest bending energy over the larger one of the ends");
   // Where u hardly changes, the rate is a quotient of two numbers near 0.
-  constexpr double kSlow = 0.1;
+  constexpr double kSlow = 0.1;  // of the largest change of u
   double fastest = 0;
   for (std::size_t k = 0; k + 1 < rows.size(); ++k)
     fastest = std::max(fastest, rows[k + 1].u - rows[k].u);
@@ -193,7 +197,7 @@ void add_roughness_metrics(Analysis& analysis) {
   const std::vector<FrameMeasures>& rows = analysis.frames;
   std::optional<double> curvature, least_curvature, detail;
   for (const InnerValue& b :
-       inner_values(rows, [](const auto& row) { return row.roughness.tac; })) {
+       list_inner_values(rows, [](const auto& row) { return row.roughness.tac; })) {
     if (!(b.interpolated > 0)) continue;
     const double ratio = b.value / b.interpolated;
     curvature = std::max(curvature.value_or(ratio), ratio);
@@ -202,7 +206,7 @@ void add_roughness_metrics(Analysis& analysis) {
   double sum = 0, count = 0;
   constexpr double kEndFraction = 0.2 - 1e-6;  // of u, left out at either end
   for (const InnerValue& b :
-       inner_values(rows, [](const auto& row) { return row.roughness.rho; })) {
+       list_inner_values(rows, [](const auto& row) { return row.roughness.rho; })) {
     if (b.u < kEndFraction || b.u > 1 - kEndFraction || !(b.interpolated > 0)) continue;
     sum += b.value / b.interpolated;
     ++count;
@@ -217,11 +221,13 @@ void add_roughness_metrics(Analysis& analysis) {
   add("least_curvature", "3 features", least_curvature, ">= 0.85",
       "smallest total absolute curvature over the interpolated one; low if limbs melt");
   add("bumps", "5 smoothness",
-      excess(rows, [](const auto& row) { return static_cast<double>(row.roughness.bumps); }),
+      find_largest_excess(rows,
+                          [](const auto& row) { return static_cast<double>(row.roughness.bumps); }),
       "<= 1.2",
       "largest number of domes with radii below 6 % of L, plus 1, over the larger end's plus 1");
-  add("groove", "5 smoothness", excess(rows, [](const auto& row) { return row.roughness.groove; }),
-      "", "largest per cent of the area in grooves, plus 1, over the larger end's plus 1");
+  add("groove", "5 smoothness",
+      find_largest_excess(rows, [](const auto& row) { return row.roughness.groove; }), "",
+      "largest per cent of the area in grooves, plus 1, over the larger end's plus 1");
   add("detail", "3 features", detail, ">= 0.55",
       "mean roughness for u in 0.2 to 0.8 over the interpolated one; low if detail is blurred");
 }

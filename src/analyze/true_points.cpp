@@ -12,7 +12,7 @@
 namespace polymorph {
 namespace {
 
-/// Reads the parts of a truth file; every error names its place.
+/// Reads a truth file; every error names its line and column.
 class TruthReader {
  public:
   TruthReader(const JsonDocument& document, std::filesystem::path folder)
@@ -31,7 +31,7 @@ class TruthReader {
     PM_TRY_STATUS(expect(root.get("pairs"), JsonValue::Kind::kArray, "pairs"));
     for (const JsonValue& pair : root.get("pairs").items) {
       if (!pair.is_array() || pair.size() != 2)
-        return wrong(pair, "a pair must be a list of two names of models");
+        return make_error_at(pair, "a pair must be a list of two names of models");
       PM_TRY(const std::size_t from, find_model(truth, pair.items[0]));
       PM_TRY(const std::size_t to, find_model(truth, pair.items[1]));
       truth.pairs.emplace_back(from, to);
@@ -40,7 +40,7 @@ class TruthReader {
   }
 
  private:
-  Error wrong(const JsonValue& value, const std::string& what) const {
+  Error make_error_at(const JsonValue& value, const std::string& what) const {
     const TextPosition at =
         value.offset == JsonValue::kNowhere ? TextPosition{1, 1} : document_.position(value.offset);
     return make_error(ErrorCode::kInput, "{}:{}:{}: {}", document_.name, at.line, at.column, what);
@@ -48,19 +48,20 @@ class TruthReader {
 
   Status expect(const JsonValue& value, JsonValue::Kind kind, const std::string& name) const {
     if (value.kind == kind) return Ok{};
-    const std::string found =
+    const std::string actual =
         value.is_null() ? "is missing" : std::string("is ") + kind_name(value.kind);
-    return wrong(value, fmt::format("\"{}\" must be {} ({})", name, kind_name(kind), found));
+    return make_error_at(value,
+                         fmt::format("\"{}\" must be {} ({})", name, kind_name(kind), actual));
   }
 
   Status expect_keys(const JsonValue& object, const std::string& name,
                      const std::vector<std::string>& keys) const {
-    if (!object.is_object()) return wrong(object, name + " must be an object");
+    if (!object.is_object()) return make_error_at(object, name + " must be an object");
     for (const JsonMember& member : object.members)
       if (std::find(keys.begin(), keys.end(), member.key) == keys.end())
-        return wrong(member.value,
-                     fmt::format("{} has no key \"{}\"{} - there are {}", name, member.key,
-                                 did_you_mean(member.key, keys), join_quoted(keys)));
+        return make_error_at(member.value,
+                             fmt::format("{} has no key \"{}\"{} - there are {}", name, member.key,
+                                         did_you_mean(member.key, keys), join_quoted(keys)));
     return Ok{};
   }
 
@@ -73,15 +74,16 @@ class TruthReader {
     model.model = (folder_ / value.get("model").string).lexically_normal();
     if (const JsonValue* up = value.find("up")) {
       if (up->string != "x" && up->string != "y" && up->string != "z")
-        return wrong(*up, "\"up\" must be \"x\", \"y\" or \"z\"");
+        return make_error_at(*up, "\"up\" must be \"x\", \"y\" or \"z\"");
       model.up = up->string == "x" ? UpAxis::kX : up->string == "z" ? UpAxis::kZ : UpAxis::kY;
     }
     PM_TRY_STATUS(expect(value.get("points"), JsonValue::Kind::kObject, "points"));
     for (const JsonMember& point : value.get("points").members) {
-      const std::optional<Vec3> place = read_point(point.value);
-      if (!place)
-        return wrong(point.value, fmt::format("point \"{}\" must be three numbers", point.key));
-      model.points[point.key] = *place;
+      const std::optional<Vec3> position = read_point(point.value);
+      if (!position)
+        return make_error_at(point.value,
+                             fmt::format("point \"{}\" must be three numbers", point.key));
+      model.points[point.key] = *position;
     }
     return model;
   }
@@ -102,8 +104,8 @@ class TruthReader {
       if (name.is_string() && model.name == name.string) return names.size();
       names.push_back(model.name);
     }
-    return wrong(name, fmt::format("no model is called \"{}\"{}", name.string,
-                                   did_you_mean(name.string, names)));
+    return make_error_at(name, fmt::format("no model is called \"{}\"{}", name.string,
+                                           did_you_mean(name.string, names)));
   }
 
   const JsonDocument& document_;
@@ -142,9 +144,9 @@ Result<Truth> load_truth(const std::filesystem::path& file_or_folder) {
 
 PointPairs pair_points(const TrueModel& from, const TrueModel& to) {
   PointPairs pairs;
-  for (const auto& [name, place] : from.points)
+  for (const auto& [name, position] : from.points)
     if (const auto other = to.points.find(name); other != to.points.end()) {
-      pairs.from.push_back(place);
+      pairs.from.push_back(position);
       pairs.to.push_back(other->second);
     }
   return pairs;

@@ -1,5 +1,5 @@
-// True points: a file of named places on models that belong together, by which correspondences are
-// judged (`analyze --truth`, `bench morph`).
+// True points: a file of named points on models that are known to correspond, with which
+// correspondences are evaluated (`analyze --truth`, `bench morph`).
 #pragma once
 
 #include <filesystem>
@@ -15,37 +15,37 @@
 
 namespace polymorph {
 
-/// Named places on a model.
+/// Named points on a model.
 struct TrueModel {
   std::string name;
-  std::filesystem::path model;  ///< absolute, if the truth's file was
+  std::filesystem::path model;  ///< its file; absolute if Truth::file is
   UpAxis up = UpAxis::kY;
   std::map<std::string, Vec3> points;  ///< coordinates of the model's file, near its surface
 };
 
-/// A file of true points. Points of the same name on two models belong together.
+/// A file of true points. Points of the same name on two models correspond.
 struct Truth {
   std::filesystem::path file;
   std::vector<TrueModel> models;
   std::vector<std::pair<std::size_t, std::size_t>> pairs;  ///< indices of models: from, to
-  /// The entry of a model: that of the same file, else that of the same name, else null.
+  /// Finds the entry of a model: that of the same file, else that of the same name, else null.
   const TrueModel* find(const std::filesystem::path& model, const std::string& name) const;
 };
 
 /// Reads {"models": {"NAME": {"model": PATH, "up": "y", "points": {"nose": [x, y, z], ...}}, ...},
 /// "pairs": [["FROM", "TO"], ...]}, comments allowed. Paths are relative to the file. "up" (x, y or
-/// z) and "pairs" may be missing. A folder stands for its truth.json. Errors (kInput) name line and
+/// z) and "pairs" may be missing. A folder means its truth.json. Errors (kInput) name line and
 /// column.
 Result<Truth> load_truth(const std::filesystem::path& file_or_folder);
 
-/// Points of two models that belong together, in the order of their names.
+/// Corresponding points of two models, in the order of their names.
 struct PointPairs {
   std::vector<Vec3> from, to;
 };
 PointPairs pair_points(const TrueModel& from, const TrueModel& to);
 
-/// Moves each point to the surface of `mesh`, and with that to where its triangle is when the
-/// mesh's points are at `positions`. The mesh has triangles.
+/// Projects each point onto the surface of `mesh`, and moves it with its triangle when the mesh's
+/// points move to `positions`. The mesh must have triangles.
 std::vector<Vec3> place_points(const std::vector<Vec3>& points, MeshView mesh,
                                std::span<const Vec3> positions);
 

@@ -13,22 +13,23 @@
 namespace polymorph {
 namespace {
 
-constexpr const char* kInstead =
+constexpr const char* kAdvice =
     "leave out --topology for a mesh of its own in each frame, or choose other frames with -f";
 
-/// A point of an actor's leg, as it lies in the scene.
-std::string place_text(const PreparedActor& actor, Vec3 point) {
+/// Formats a point of an actor's leg in scene coordinates.
+std::string format_position(const PreparedActor& actor, Vec3 point) {
   const Vec3 p = point + actor.offset;
   return fmt::format("({:.3g}, {:.3g}, {:.3g})", p.x, p.y, p.z);
 }
 
-/// Tests whether the leg goes from model to model by stages, not by its surface alone.
+/// Tests whether the leg has boundary stages; the surface of a distance leg goes from model to
+/// model without them.
 bool has_stages(const Leg& leg) {
   return visit(
       leg, [] { return true; }, [](const DistanceLeg&) { return false; });
 }
 
-/// Finds the moments of the leg that frames show, each once.
+/// Lists the states of the leg that the frames show, each once.
 Status find_moments(const ActorFrames& shown, CarriedActor& carried) {
   const auto& [scene, actor, frames] = shown;
   if (actor.sequence || actor.poses)
@@ -40,20 +41,20 @@ Status find_moments(const ActorFrames& shown, CarriedActor& carried) {
                       "{}: mixes {} objects, and one mesh goes through a morph between two - {}",
                       actor.name, actor.objects.size(), "leave out --topology");
   for (const int frame : frames) {
-    const MorphState moment = morph_state_at(actor.timeline, shown_frame(scene, frame));
-    if (!carried.moments.empty() && moment.leg != carried.moments.front().leg)
+    const MorphState state = morph_state_at(actor.timeline, shown_frame(scene, frame));
+    if (!carried.moments.empty() && state.leg != carried.moments.front().leg)
       return make_error(ErrorCode::kInput,
                         "{}: frames {} and {} belong to different legs, and one mesh goes through "
                         "one - choose the frames of a leg with -f",
                         actor.name, frames.front(), frame);
-    if (moment.object >= 0 && has_stages(*actor.legs[static_cast<std::size_t>(moment.leg)]))
+    if (state.object >= 0 && has_stages(*actor.legs[static_cast<std::size_t>(state.leg)]))
       return make_error(
           ErrorCode::kInput,
           "{}: frame {} shows a model ({}), which has a mesh of its own - choose the "
           "frames between the models with -f, or set motion.interpolate to \"distance\"",
-          actor.name, frame, stage_name(moment.stage));
-    if (carried.moments.empty() || carried.moments.back().time != moment.time)
-      carried.moments.push_back(moment);
+          actor.name, frame, stage_name(state.stage));
+    if (carried.moments.empty() || carried.moments.back().time != state.time)
+      carried.moments.push_back(state);
     carried.moment_of.push_back(carried.moments.size() - 1);
   }
   return Ok{};
@@ -64,8 +65,8 @@ std::string describe(const MeshReport& report) {
                      report.genus);
 }
 
-/// Tests whether the topology is the same at all moments. Gives the one whose surface is largest:
-/// the most of what there is to stand for.
+/// Checks that the topology is the same in all states. Returns the index of the state with the
+/// largest surface, which has the most area for the mesh to represent.
 Result<std::size_t> check_moments(const ActorFrames& shown, const CarriedActor& carried,
                                   const MovingSurface& surface) {
   const auto& [scene, actor, frames] = shown;
@@ -77,27 +78,30 @@ Result<std::size_t> check_moments(const ActorFrames& shown, const CarriedActor& 
     PM_TRY(const CarryTarget target, surface.at(carried.moments[k].time));
     if (target.surface.triangles.empty())
       return make_error(ErrorCode::kInput, "{}: frame {} shows no surface - {}", actor.name,
-                        frames[first_shown], kInstead);
+                        frames[first_shown], kAdvice);
     const MeshReport report = check_mesh(target.surface);
     if (report.area > area) area = report.area, largest = k;
     if (k == 0) first = report;
     if (report.components == first.components && report.genus == first.genus) continue;
-    // The place: what is furthest from the surface before it.
-    PM_TRY(const CarryTarget before, surface.at(carried.moments[k - 1].time));
-    const auto furthest = [](const CarryTarget& from, const CarryTarget& to) {
+    // The message names the point of either surface that is furthest from the other one.
+    PM_TRY(const CarryTarget previous, surface.at(carried.moments[k - 1].time));
+    const auto find_furthest = [](const CarryTarget& from, const CarryTarget& to) {
       const std::vector<ClosestPoint> hits = to.tree->closest(from.surface.positions);
-      const auto farthest = std::max_element(
+      const auto farthest_hit = std::max_element(
           hits.begin(), hits.end(),
           [](const ClosestPoint& a, const ClosestPoint& b) { return a.distance < b.distance; });
-      return std::pair(farthest->distance, from.surface.positions[farthest - hits.begin()]);
+      return std::pair(farthest_hit->distance, from.surface.positions[farthest_hit - hits.begin()]);
     };
-    const auto out = furthest(target, before), in = furthest(before, target);
-    return make_error(ErrorCode::kInput,
-                      "{}: the topology changes: frame {} has {}, and frame {} has {}; they differ "
-                      "most at {} - {}",
-                      actor.name, frames[first_shown - 1], describe(first), frames[first_shown],
-                      describe(report),
-                      place_text(actor, out.first > in.first ? out.second : in.second), kInstead);
+    const auto from_target = find_furthest(target, previous),
+               from_previous = find_furthest(previous, target);
+    return make_error(
+        ErrorCode::kInput,
+        "{}: the topology changes: frame {} has {}, and frame {} has {}; they differ "
+        "most at {} - {}",
+        actor.name, frames[first_shown - 1], describe(first), frames[first_shown], describe(report),
+        format_position(actor, from_target.first > from_previous.first ? from_target.second
+                                                                       : from_previous.second),
+        kAdvice);
   }
   return largest;
 }
@@ -111,20 +115,21 @@ Status check_faults(const ActorFrames& shown, const CarriedActor& carried) {
                         "{}: one mesh cannot be carried to frame {}: {} triangle{} would be "
                         "inverted, one of them at {} - {}",
                         actor.name, frames[k], fault.inverted, fault.inverted == 1 ? "" : "s",
-                        place_text(actor, fault.inverted_position), kInstead);
+                        format_position(actor, fault.inverted_position), kAdvice);
     if (carried.errors[carried.moment_of[k]] > kCarriedError)
       return make_error(ErrorCode::kInput,
                         "{}: one mesh cannot be carried to frame {}: at {} it is {:.2f} % of the "
                         "diagonal off the surface, and {:.1f} % are allowed - {}",
-                        actor.name, frames[k], place_text(actor, fault.position),
+                        actor.name, frames[k], format_position(actor, fault.position),
                         100 * static_cast<double>(carried.errors[carried.moment_of[k]]),
-                        100 * static_cast<double>(kCarriedError), kInstead);
+                        100 * static_cast<double>(kCarriedError), kAdvice);
   }
   return Ok{};
 }
 
-/// The value at a point of a surface, by the weights of the triangle that it lies on.
-Vec3 interpolated(const std::vector<Vec3>& values, const Triangle& t, const TriangleWeights& w) {
+/// Interpolates values at the corners of a triangle.
+Vec3 interpolate_in_triangle(const std::vector<Vec3>& values, const Triangle& t,
+                             const TriangleWeights& w) {
   return values[t.v[0]] * static_cast<float>(w.a) + values[t.v[1]] * static_cast<float>(w.b) +
          values[t.v[2]] * static_cast<float>(w.c);
 }
@@ -157,7 +162,7 @@ Result<CarriedActor> carry_actor(const ActorFrames& shown, Engine& engine,
   activity.reset();
   const float size = std::min(object_size(leg, 0), object_size(leg, 1));
   std::vector<float> times;
-  for (const MorphState& moment : carried.moments) times.push_back(moment.time);
+  for (const MorphState& state : carried.moments) times.push_back(state.time);
   CarrySettings settings;
   settings.limit = kCarriedError * size;
   settings.cell = leg.settings.cell;
@@ -178,36 +183,39 @@ Result<CarriedActor> carry_actor(const ActorFrames& shown, Engine& engine,
 Result<SurfaceFrame> carried_frame(const ActorFrames& shown, const CarriedActor& carried,
                                    std::size_t k, Engine& engine) {
   const auto& [scene, actor, frames] = shown;
-  const std::size_t moment = carried.moment_of[k];
-  PM_TRY(ActorGeometry geometry, leg_geometry(actor, carried.moments[moment], engine));
+  const std::size_t state = carried.moment_of[k];
+  PM_TRY(ActorGeometry geometry, leg_geometry(actor, carried.moments[state], engine));
   geometry.moment.object = -1;
   if (aov_is_chosen(scene.image.aovs, "label")) {
     PM_TRY(geometry.surface_labels, surface_labels(geometry, engine));
   }
-  const SurfaceFrame truth = extracted_frame(actor, geometry, scene.look);
+  const SurfaceFrame extracted = extracted_frame(actor, geometry, scene.look);
   SurfaceFrame frame;
-  frame.positions = carried.mesh.points[moment];
+  frame.positions = carried.mesh.points[state];
   frame.triangles = carried.mesh.triangles;
   frame.corner_uvs = carried.corner_uvs;
   frame.is_mixed = true;
-  frame.mixture = truth.mixture;
-  if (truth.mixture.name.empty() && !truth.materials.empty()) {
-    frame.mixture = truth.materials.front();
+  frame.mixture = extracted.mixture;
+  if (extracted.mixture.name.empty() && !extracted.materials.empty()) {
+    frame.mixture = extracted.materials.front();
     frame.mixture.texture = nullptr;
     frame.mixture.color = {1, 1, 1};
   }
   frame.mixture.name = actor.name;
   const std::vector<ClosestPoint> hits =
-      ClosestPointQuery(truth.positions, truth.triangles).closest(frame.positions);
+      ClosestPointQuery(extracted.positions, extracted.triangles).closest(frame.positions);
   for (const ClosestPoint& hit : hits) {
-    const Triangle& t = truth.triangles[hit.triangle];
-    const TriangleWeights w = closest_on_triangle(hit.point, truth.positions[t.v[0]],
-                                                  truth.positions[t.v[1]], truth.positions[t.v[2]]);
-    if (!truth.normals.empty())
-      frame.normals.push_back(normalized(interpolated(truth.normals, t, w)));
-    frame.colors.push_back(interpolated(truth.colors, t, w));
-    if (!truth.labels.empty())
-      frame.labels.push_back(truth.labels[t.v[w.a >= w.b && w.a >= w.c ? 0 : w.b >= w.c ? 1 : 2]]);
+    const Triangle& t = extracted.triangles[hit.triangle];
+    const TriangleWeights w =
+        closest_on_triangle(hit.point, extracted.positions[t.v[0]], extracted.positions[t.v[1]],
+                            extracted.positions[t.v[2]]);
+    if (!extracted.normals.empty())
+      frame.normals.push_back(normalized(interpolate_in_triangle(extracted.normals, t, w)));
+    frame.colors.push_back(interpolate_in_triangle(extracted.colors, t, w));
+    if (!extracted.labels.empty())
+      frame.labels.push_back(extracted.labels[t.v[w.a >= w.b && w.a >= w.c ? 0
+                                                  : w.b >= w.c             ? 1
+                                                                           : 2]]);
   }
   frame.velocities.assign(frame.positions.size(), Vec3{});
   if (k + 1 < frames.size()) {

@@ -14,20 +14,20 @@
 
 namespace polymorph {
 
-/// The largest distance between a carried mesh and the true surface, as a share of the smaller
+/// The largest distance between a carried mesh and the true surface, as a fraction of the smaller
 /// object's diagonal.
 inline constexpr float kCarriedError = 0.003f;
 
 /// One mesh through some frames of a leg.
 struct CarriedActor {
-  std::vector<MorphState> moments;     ///< moments of the leg, rising
-  std::vector<std::size_t> moment_of;  ///< index of each frame's moment
-  CarriedMesh mesh;                    ///< its points at each moment
-  std::vector<Vec2> corner_uvs;        ///< 3 per triangle: where they lie on the source's texture
-  std::vector<float> errors;  ///< errors at each moment: Hausdorff distance over the diagonal
+  std::vector<MorphState> moments;     ///< states of the leg, by rising time
+  std::vector<std::size_t> moment_of;  ///< index in `moments`, per frame
+  CarriedMesh mesh;                    ///< has the points in each state
+  std::vector<Vec2> corner_uvs;        ///< 3 per triangle, on the source's texture
+  std::vector<float> errors;           ///< per state: Hausdorff distance over the diagonal
 };
 
-/// Frames of an actor, rising, of one leg.
+/// Frames of an actor that belong to one leg, in rising order.
 struct ActorFrames {
   const Scene& scene;
   const PreparedActor& actor;
@@ -35,16 +35,17 @@ struct ActorFrames {
 };
 
 /// Carries the surface of an actor through its frames (mesh/carry/carry.h). Frames that show a
-/// model show the surface that the cells make of it. `stopped` is asked before each surface that is
-/// made and each move of the mesh, and ends the work with its error. Errors: kInput where the
-/// frames belong to several legs or show boundary stages, where the topology changes, a triangle
-/// would be inverted, or the error would exceed kCarriedError, each with frame and place;
+/// model get the surface extracted from the leg instead. `stopped` is called before each extraction
+/// and each move of the mesh; an error that it returns ends the work. Errors: kInput if the frames
+/// belong to several legs or show boundary stages, if the topology changes, a triangle would be
+/// inverted, or the error would exceed kCarriedError (the message names frame and position);
 /// kResource.
 Result<CarriedActor> carry_actor(const ActorFrames& shown, Engine& engine,
                                  const std::function<Status()>& stopped);
 
-/// The carried mesh in the place of the true surface of frame number `k` of them: normals, colours
-/// and labels are that surface's where it is nearest, velocities lead to the next frame's points.
+/// Makes the frame `shown.frames[k]` with the carried mesh in place of the extracted surface.
+/// Normals, colours and labels are those of the nearest points of the extracted surface; velocities
+/// lead to the points of the next frame.
 Result<SurfaceFrame> carried_frame(const ActorFrames& shown, const CarriedActor& carried,
                                    std::size_t k, Engine& engine);
 

@@ -13,15 +13,16 @@ namespace {
 struct NamedLimbs {
   Limbs limbs;
   std::vector<std::string> names;
-  std::vector<Vec3> tips;  ///< places on the surface, in the file's coordinates
+  std::vector<Vec3> tips;  ///< points of the surface, in the file's coordinates
 };
 
-/// The point of the surface that is nearest to where a limb's centre line leaves it.
-Vec3 tip_on_surface(const Limb& limb, const ClosestPointQuery& surface) {
-  // How far beyond the limb, as a share of its last piece: short ones end bluntly.
-  constexpr double kBeyond = 1.5;
+/// Finds the point of the surface nearest to the end of a limb's centre line, extended beyond the
+/// limb.
+Vec3 find_tip(const Limb& limb, const ClosestPointQuery& surface) {
+  // Length of the extension over that of the line's last segment; short limbs end bluntly.
+  constexpr double kExtension = 1.5;
   const Vec3d last = limb.line[kLimbStations - 1];
-  const Vec3d ahead = (last - limb.line[kLimbStations - 2]) * kBeyond;
+  const Vec3d ahead = (last - limb.line[kLimbStations - 2]) * kExtension;
   return surface.closest(to_float(last + ahead)).point;
 }
 
@@ -35,31 +36,33 @@ Result<NamedLimbs> name_limbs(const PreparedObject& object) {
   out.limbs = find_limbs(object.balls);
   out.names = limb_names(out.limbs);
   for (const Limb& limb : out.limbs.limbs)
-    out.tips.push_back(apply(*to_file, tip_on_surface(limb, *object.closest)));
+    out.tips.push_back(apply(*to_file, find_tip(limb, *object.closest)));
   return out;
 }
 
-/// Gives limb `k` of an object a name that no other of its limbs has.
-void rename(NamedLimbs& limbs, std::size_t k, const std::string& name) {
+/// Renames limb `k`. Another limb of that name gets the old name of limb `k`, so that names stay
+/// unique.
+void rename_limb(NamedLimbs& limbs, std::size_t k, const std::string& name) {
   for (std::size_t i = 0; i < limbs.names.size(); ++i)
     if (i != k && limbs.names[i] == name) limbs.names[i] = limbs.names[k];
   limbs.names[k] = name;
 }
 
-/// Names the target's limbs as those of the source that they are matched with, and lists the tips.
+/// Gives the target's limbs the names of the source's limbs that they are matched with, and lists
+/// the tips.
 std::vector<LegCandidates::Tip> list_tips(const NamedLimbs& from, NamedLimbs& to, double angle) {
   std::vector<LegCandidates::Tip> tips;
-  std::vector<bool> from_done(from.names.size()), to_done(to.names.size());
+  std::vector<bool> from_matched(from.names.size()), to_matched(to.names.size());
   if (!from.names.empty() && !to.names.empty())
     for (const auto& [i, k] : match_limbs(from.limbs, to.limbs, angle).limbs) {
-      rename(to, k, from.names[i]);
-      from_done[i] = to_done[k] = true;
+      rename_limb(to, k, from.names[i]);
+      from_matched[i] = to_matched[k] = true;
       tips.push_back({from.names[i], from.tips[i], to.tips[k]});
     }
   for (std::size_t i = 0; i < from.names.size(); ++i)
-    if (!from_done[i]) tips.push_back({from.names[i], from.tips[i], std::nullopt});
+    if (!from_matched[i]) tips.push_back({from.names[i], from.tips[i], std::nullopt});
   for (std::size_t k = 0; k < to.names.size(); ++k)
-    if (!to_done[k]) tips.push_back({to.names[k], std::nullopt, to.tips[k]});
+    if (!to_matched[k]) tips.push_back({to.names[k], std::nullopt, to.tips[k]});
   return tips;
 }
 
@@ -86,7 +89,8 @@ Result<std::vector<LegCandidates>> landmark_candidates(const PreparedScene& prep
     }
     for (std::size_t i = 0; i + 1 < chain.size(); ++i) {
       const std::size_t from = actor.space ? 0 : i;  // all legs of a blend have one source
-      if (actor.legs[i]->from != actor.objects[from]) continue;  // balls in flight have no file
+      if (actor.legs[i]->from != actor.objects[from])
+        continue;  // a leg from balls in flight has no source file
       const double angle = actor.legs[i]->plan.alignment.turn.y;
       out.push_back({static_cast<int>(a), static_cast<int>(from), static_cast<int>(i + 1),
                      landmark_key(prepared.scene, *chain[from]),

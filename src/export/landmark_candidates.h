@@ -1,4 +1,4 @@
-// Candidates of landmarks: the tips of limbs, matched ones by one name.
+// Landmark candidates: the tips of limbs. Matched tips have the same name.
 #pragma once
 
 #include <optional>
@@ -11,27 +11,28 @@
 
 namespace polymorph {
 
-/// A leg's objects as plan.landmarks calls them, and tips of their limbs.
+/// The objects of a leg, with the names that plan.landmarks uses, and the tips of their limbs.
 struct LegCandidates {
   int actor = 0;
   int from = 0, to = 0;  ///< indices of the actor's objects
   std::string from_key, to_key;
   struct Tip {
     std::string name;
-    std::optional<Vec3> from, to;  ///< places on the surface, in each file's coordinates
+    std::optional<Vec3> from, to;  ///< points of the surface, in each file's coordinates
   };
-  std::vector<Tip> tips;  ///< matched ones first; an object on the way keeps its limbs' names
+  std::vector<Tip>
+      tips;  ///< matched tips first; an object between two legs has the same names in both
 };
 
-/// Name of an object in plan.landmarks: its file's, or its own where another object of the scene
-/// has a file of that name.
+/// Returns the name of an object in plan.landmarks: its file's name or, if another object of the
+/// scene has a file of that name, its own.
 std::string landmark_key(const Scene& scene, const ObjectSettings& object);
 
-/// The legs between objects that are reached, in order, with the tips that find_limbs() sees.
-/// Errors (kInput): an object that its scale flattens.
+/// Lists the legs between objects that are reached, in order, with the tips that find_limbs()
+/// finds. Errors (kInput): an object is flattened by its scale.
 Result<std::vector<LegCandidates>> landmark_candidates(const PreparedScene& prepared);
 
-/// The matched ones.
+/// Returns the matched tips.
 std::vector<NamedPair> matched_tips(const LegCandidates& leg);
 
 }  // namespace polymorph

@@ -23,7 +23,7 @@ Result<LandmarksLeg> make_landmarks_leg(const std::shared_ptr<const Leg>& shared
          trace_back({&shared, 1}, end, leg.to->model.points, engine));
   out.to_colors = colors_by_place(origins, box);
   out.candidates = matched_tips(candidates);
-  // landmark_candidates() has refused flattened objects.
+  // landmark_candidates() has rejected flattened objects.
   const Transform from_file = *inverse(leg.from->to_scene), to_file = *inverse(leg.to->to_scene);
   for (std::size_t l = 0; l < leg.plan.landmarks.size(); ++l)
     out.landmarks.push_back({leg.landmark_names[l], apply(from_file, leg.plan.landmarks[l].from),
@@ -42,7 +42,7 @@ Result<LandmarksPage> make_landmarks_page(const PreparedScene& prepared, Engine&
         prepared.scene.path.string());
   LandmarksPage page;
   std::map<std::pair<int, int>, int> indices;  // of the page's objects, by actor and object
-  const auto index_of = [&](int actor, int object, const std::string& key) {
+  const auto find_or_add_object = [&](int actor, int object, const std::string& key) {
     const auto [entry, is_new] =
         indices.try_emplace({actor, object}, static_cast<int>(page.objects.size()));
     if (is_new) {
@@ -59,8 +59,8 @@ Result<LandmarksPage> make_landmarks_page(const PreparedScene& prepared, Engine&
     const PreparedActor& actor = prepared.actors[static_cast<std::size_t>(leg.actor)];
     PM_TRY(LandmarksLeg page_leg,
            make_landmarks_leg(actor.legs[static_cast<std::size_t>(leg.to) - 1], leg, engine));
-    page_leg.from = index_of(leg.actor, leg.from, leg.from_key);
-    page_leg.to = index_of(leg.actor, leg.to, leg.to_key);
+    page_leg.from = find_or_add_object(leg.actor, leg.from, leg.from_key);
+    page_leg.to = find_or_add_object(leg.actor, leg.to, leg.to_key);
     page.legs.push_back(std::move(page_leg));
     if (!page.title.empty()) page.title += ", ";
     page.title += actor.objects[static_cast<std::size_t>(leg.from)]->name + " to " +

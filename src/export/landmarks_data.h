@@ -8,9 +8,10 @@
 
 namespace polymorph {
 
-/// The objects of each leg in colours of what becomes what by the scene's present map: the source
-/// by position, the target by where its points come from. Errors: kInput where an object is
-/// flattened or no leg begins at an object; the engine's.
+/// Makes the page's data: the objects of each leg, coloured to show the present correspondence. The
+/// colour of a source point depends on its position; a target point has the colour of the source
+/// point that it comes from. Errors: kInput if an object is flattened or no leg begins at an
+/// object; those of the engine.
 Result<LandmarksPage> make_landmarks_page(const PreparedScene& prepared, Engine& engine);
 
 }  // namespace polymorph

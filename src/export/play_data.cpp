@@ -15,18 +15,19 @@
 namespace polymorph {
 namespace {
 
-/// So many moments of a leg are kept, or as many as it has frames, up to the second: what lies
-/// between them is interpolated.
+/// Limits of the number of keys of a leg. Within them there is a key per frame; the page
+/// interpolates between keys.
 constexpr int kMinKeys = 17, kMaxKeys = 49;
 
-/// The times of the frames that show the leg on its way, and its ends; fewer or more of them,
-/// evenly, where they are too many or too few.
-std::vector<float> key_times(const Timeline& timeline, int leg, float until) {
+/// Lists the times of the frames that show the leg, and its ends. Too many times are thinned
+/// evenly, and the intervals between too few are subdivided evenly.
+std::vector<float> list_key_times(const Timeline& timeline, int leg, float until) {
   std::vector<float> times{0};
   for (int frame = 1; frame <= timeline.count; ++frame) {
-    const MorphState moment = morph_state_at(timeline, frame);
-    if (moment.leg == leg && moment.object < 0 && moment.time > times.back() && moment.time < until)
-      times.push_back(moment.time);
+    const MorphState morph_state = morph_state_at(timeline, frame);
+    if (morph_state.leg == leg && morph_state.object < 0 && morph_state.time > times.back() &&
+        morph_state.time < until)
+      times.push_back(morph_state.time);
   }
   times.push_back(until);
   const int steps = static_cast<int>(times.size()) - 1;
@@ -35,39 +36,40 @@ std::vector<float> key_times(const Timeline& timeline, int leg, float until) {
     const int stride = (steps + kMaxKeys - 2) / (kMaxKeys - 1);
     for (int i = 0; i < steps; i += stride) keys.push_back(times[static_cast<std::size_t>(i)]);
   } else {
-    const int parts = (kMinKeys - 1 + steps - 1) / steps;
+    const int subdivisions = (kMinKeys - 1 + steps - 1) / steps;
     for (std::size_t i = 0; i + 1 < times.size(); ++i)
-      for (int part = 0; part < parts; ++part)
-        keys.push_back(
-            lerp(times[i], times[i + 1], static_cast<float>(part) / static_cast<float>(parts)));
+      for (int step = 0; step < subdivisions; ++step)
+        keys.push_back(lerp(times[i], times[i + 1],
+                            static_cast<float>(step) / static_cast<float>(subdivisions)));
   }
   keys.push_back(until);
   return keys;
 }
 
-/// The map of each ball's surroundings to source and target, as a regression that is read by the
-/// balls' shares.
-std::shared_ptr<const Regression> ball_map(const MorphPlan& plan, float time,
-                                           const BallSet& balls) {
+/// Makes the maps of each ball's neighbourhood to source and target, as a regression that is
+/// evaluated with the balls' fractions of the field as weights.
+std::shared_ptr<const Regression> make_ball_map(const MorphPlan& plan, float time,
+                                                const BallSet& balls) {
   auto map = std::make_shared<Regression>();
   map->maps = 2;
   map->sloped = true;
   const std::vector<PairFrame> frames = pair_frames(plan, time);
   for (std::size_t e = 0; e < balls.size(); ++e) {
     map->samples.push_back({balls[e].center, 1, 1});
-    for (const bool on : {false, true}) {
-      const Mat3& rotation = on ? frames[e].to_target : frames[e].to_source;
-      const Vec3 end = on ? plan.to[plan.pairs[e].to].center : plan.from[plan.pairs[e].from].center;
-      BallAttribute carried{{end.x, end.y, end.z, 0}, {}};
+    for (const bool is_target : {false, true}) {
+      const Mat3& rotation = is_target ? frames[e].to_target : frames[e].to_source;
+      const Vec3 end =
+          is_target ? plan.to[plan.pairs[e].to].center : plan.from[plan.pairs[e].from].center;
+      BallAttribute attribute{{end.x, end.y, end.z, 0}, {}};
       for (int i = 0; i < 3; ++i)
-        carried.slope[i] = to_float({rotation.at(i, 0), rotation.at(i, 1), rotation.at(i, 2)});
-      map->values.push_back(carried);
+        attribute.slope[i] = to_float({rotation.at(i, 0), rotation.at(i, 1), rotation.at(i, 2)});
+      map->values.push_back(attribute);
     }
   }
   return map;
 }
 
-Result<PlayKey> key_at(const Leg& leg, float time, Engine& engine) {
+Result<PlayKey> make_key(const Leg& leg, float time, Engine& engine) {
   PlayKey key;
   key.time = time;
   key.progress = std::clamp(progress_at(leg.plan, time), 0.0f, 1.0f);
@@ -76,7 +78,7 @@ Result<PlayKey> key_at(const Leg& leg, float time, Engine& engine) {
     PM_TRY(const LegState state, leg_state(leg, time, engine));
     PM_TRY(const float iso, volume_iso(leg, state, engine));
     key.balls = rescale_balls(state.balls.balls(), leg.plan.kind, iso);
-    key.between.map = ball_map(leg.plan, time, state.balls);
+    key.between.map = make_ball_map(leg.plan, time, state.balls);
     key.box = surface_bounds(key.balls, leg.settings.measured);
     return Ok{};
   };
@@ -91,8 +93,9 @@ Result<PlayKey> key_at(const Leg& leg, float time, Engine& engine) {
   return key;
 }
 
-/// Between shells the level is -1 times how much is missing, which is nothing at the ends; the ends
-/// themselves have no level.
+/// Gives all keys of a leg between shells the same level. It is -1, and its weight in the map is
+/// how much of the surface is missing. The keys at the ends have no level; they get this one with
+/// the weight 0.
 void join_ends(std::vector<PlayKey>& keys) {
   const bool has_shell = std::any_of(keys.begin(), keys.end(),
                                      [](const PlayKey& key) { return key.between.level == -1; });
@@ -120,18 +123,18 @@ Result<PlayLeg> make_play_leg(const PreparedActor& actor, int number, Engine& en
   play.to = object_index(actor, *leg.to);
   play.distance = visit(
       leg, [] { return false; }, [](const DistanceLeg&) { return true; });
-  for (const float time : key_times(actor.timeline, number, leg.until)) {
-    PM_TRY(PlayKey key, key_at(leg, time, engine));
+  for (const float time : list_key_times(actor.timeline, number, leg.until)) {
+    PM_TRY(PlayKey key, make_key(leg, time, engine));
     play.keys.push_back(std::move(key));
   }
   join_ends(play.keys);
   return play;
 }
 
-/// The space of an actor that mixes many objects.
+/// Makes the shape space of an actor that mixes many objects.
 PlaySpace make_play_space(const PreparedActor& actor) {
-  const ShapeSpace& from = *actor.space;
-  const MorphPlan& plan = from.legs.front()->plan;
+  const ShapeSpace& shapes = *actor.space;
+  const MorphPlan& plan = shapes.legs.front()->plan;
   PlaySpace space;
   space.middle = actor.objects.front()->model.box().center();
   space.keeps_volume = plan.motion.keep_volume;
@@ -143,8 +146,8 @@ PlaySpace make_play_space(const PreparedActor& actor) {
   }
   for (std::size_t i = 0; i < actor.objects.size(); ++i) {
     const PreparedObject& object = *actor.objects[i];
-    const PathPart similarity = space_path(from, i);
-    PlaySpaceObject& own = space.objects.emplace_back(
+    const PathPart similarity = space_path(shapes, i);
+    PlaySpaceObject& space_object = space.objects.emplace_back(
         PlaySpaceObject{object.model.box(),
                         object.distances.volume,
                         static_cast<float>(least_component_share(object, actor.settings)),
@@ -153,28 +156,30 @@ PlaySpace make_play_space(const PreparedActor& actor) {
                         similarity.turn,
                         similarity.log_scale,
                         {}});
-    for (const Vec3d place : from.places[i]) own.balls.push_back(to_float(place));
+    for (const Vec3d center : shapes.places[i]) space_object.balls.push_back(to_float(center));
   }
   return space;
 }
 
-/// Trilinear between the grid's points; one colour where the object has no volume.
+/// Interpolates the colour trilinearly between the grid's points; an object without a colour volume
+/// has one colour.
 Vec3 color_at(const PlayObject& object, Vec3 p) {
   return object.colors.empty() ? object.color : ColorVolume{object.color_grid, object.colors}.at(p);
 }
 
-/// Sets the colours of balls in flight: those of the leg that was left with them, at that moment.
+/// Sets the colours of an object that is balls in flight: those of the leg that was left with these
+/// balls, at the time when it was left.
 Status color_in_flight(const PreparedActor& actor, const Leg& leg, Engine& engine,
                        std::vector<PlayObject>& objects, PlayObject& object) {
-  constexpr float kCells = 64;
-  constexpr int kMargin = 3;
+  constexpr float kCellsAlongDiagonal = 64;
+  constexpr int kMarginCells = 3;
   const std::size_t index = static_cast<std::size_t>(&object - objects.data());
   const Box box = actor.objects[index]->model.box();
   Grid& grid = object.color_grid;
-  grid.cell = box.diagonal() / kCells;
-  grid.origin = box.low - Vec3{kMargin, kMargin, kMargin} * grid.cell;
+  grid.cell = box.diagonal() / kCellsAlongDiagonal;
+  grid.origin = box.low - Vec3{kMarginCells, kMarginCells, kMarginCells} * grid.cell;
   const auto count = [&](float extent) {
-    return static_cast<int>(std::ceil(extent / grid.cell)) + 2 * kMargin + 1;
+    return static_cast<int>(std::ceil(extent / grid.cell)) + 2 * kMarginCells + 1;
   };
   const Vec3 size = box.size();
   grid.points = {count(size.x), count(size.y), count(size.z)};
@@ -184,14 +189,14 @@ Status color_in_flight(const PreparedActor& actor, const Leg& leg, Engine& engin
       for (int x = 0; x < grid.points.x; ++x) points.push_back(grid_point(grid, {x, y, z}));
   PM_TRY(const LegState state, leg_state(leg, leg.until, engine));
   PM_TRY(const PullBack pulled, pull_back(leg, state, points, engine));
-  const float share = color_fade(progress_at(leg.plan, leg.until)).color;
-  const auto index_of = [&](const PreparedObject& end) {
+  const float target_weight = color_fade(progress_at(leg.plan, leg.until)).color;
+  const auto find_index = [&](const PreparedObject& end) {
     return static_cast<std::size_t>(object_index(actor, end));
   };
-  const PlayObject &from = objects[index_of(*leg.from)], &to = objects[index_of(*leg.to)];
+  const PlayObject &from = objects[find_index(*leg.from)], &to = objects[find_index(*leg.to)];
   for (std::size_t i = 0; i < points.size(); ++i)
     object.colors.push_back(
-        lerp(color_at(from, pulled.source[i]), color_at(to, pulled.target[i]), share));
+        lerp(color_at(from, pulled.source[i]), color_at(to, pulled.target[i]), target_weight));
   return Ok{};
 }
 
@@ -255,8 +260,9 @@ Result<PlayPage> make_play_page(const PreparedScene& prepared, Engine& engine) {
       play_actor.legs.push_back(std::move(play_leg));
     }
     for (int frame = 1; frame <= actor.timeline.count; ++frame) {
-      const MorphState moment = morph_state_at(actor.timeline, frame);
-      play_actor.frames.push_back({moment.leg, moment.time, moment.look, moment.weights});
+      const MorphState morph_state = morph_state_at(actor.timeline, frame);
+      play_actor.frames.push_back(
+          {morph_state.leg, morph_state.time, morph_state.look, morph_state.weights});
     }
     std::vector<std::string> chain;
     for (const auto& object : actor.objects)

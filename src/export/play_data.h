@@ -1,4 +1,4 @@
-// Data of a page that plays a scene's morph: each leg at the frames' moments.
+// Data of a page that plays a scene's morph: each leg at the times of its frames.
 #pragma once
 
 #include "base/result.h"
@@ -7,14 +7,16 @@
 
 namespace polymorph {
 
-/// Cells along the longest side of an actor's box, at most: what a browser makes surfaces of.
+/// Maximum number of cells along the longest side of an actor's box, from which a browser extracts
+/// surfaces.
 inline constexpr int kPlayResolution = 64;
 
-/// Errors (kInput): an actor has a mesh sequence, which pages cannot play.
+/// Checks that no actor has a mesh sequence, which pages cannot play. Errors: kInput.
 Status check_stands_still(const PreparedScene& prepared);
 
-/// The surface's cells are those that the scene was prepared with. Objects that are balls in flight
-/// get the colours that they have then. Errors: kResource.
+/// Makes the page's data. The surface's cells are those that the scene was prepared with. An object
+/// that is an unfinished morph (balls in flight) gets the colours of the time when the morph is
+/// left. Errors: kResource.
 Result<PlayPage> make_play_page(const PreparedScene& prepared, Engine& engine);
 
 }  // namespace polymorph

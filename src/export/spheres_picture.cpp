@@ -13,8 +13,9 @@
 namespace polymorph {
 namespace {
 
-/// A unit sphere of 320 triangles: an icosahedron, each face cut in four, twice or `cuts` times.
-Mesh unit_sphere(int cuts = 2) {
+/// Makes a unit sphere: an icosahedron whose faces are cut into four, `cuts` times. Two cuts give
+/// 320 triangles.
+Mesh make_unit_sphere(int cuts = 2) {
   const float g = (1 + std::sqrt(5.0f)) / 2;
   Mesh mesh;
   for (const float a : {-1.0f, 1.0f})
@@ -24,33 +25,34 @@ Mesh unit_sphere(int cuts = 2) {
                                  : axis == 1 ? Vec3{b, 0, a}
                                              : Vec3{a, b, 0});
   for (Vec3& p : mesh.positions) p = normalized(p);
-  // The faces are the triples of mutual neighbours.
-  const auto near = [&](std::uint32_t i, std::uint32_t j) {
+  // The faces are the triples of mutual neighbours. An edge is 1.05 long.
+  const auto are_neighbours = [&](std::uint32_t i, std::uint32_t j) {
     return length(mesh.positions[i] - mesh.positions[j]) < 1.1f;
   };
   for (std::uint32_t i = 0; i < 12; ++i)
     for (std::uint32_t j = i + 1; j < 12; ++j)
       for (std::uint32_t k = j + 1; k < 12; ++k) {
-        if (!near(i, j) || !near(j, k) || !near(i, k)) continue;
+        if (!are_neighbours(i, j) || !are_neighbours(j, k) || !are_neighbours(i, k)) continue;
         const Vec3 a = mesh.positions[i], b = mesh.positions[j], c = mesh.positions[k];
         const bool outward = dot(cross(b - a, c - a), a) > 0;
         mesh.triangles.push_back(outward ? Triangle{{i, j, k}} : Triangle{{i, k, j}});
       }
   for (int cut = 0; cut < cuts; ++cut) {
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middles;
-    const auto middle = [&](std::uint32_t i, std::uint32_t j) {
-      const auto [at, is_new] =
-          middles.try_emplace(std::minmax(i, j), static_cast<std::uint32_t>(mesh.positions.size()));
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> midpoints;
+    const auto find_midpoint = [&](std::uint32_t i, std::uint32_t j) {
+      const auto [at, is_new] = midpoints.try_emplace(
+          std::minmax(i, j), static_cast<std::uint32_t>(mesh.positions.size()));
       if (is_new) mesh.positions.push_back(normalized(mesh.positions[i] + mesh.positions[j]));
       return at->second;
     };
     std::vector<Triangle> finer;
     for (const Triangle& t : mesh.triangles) {
       const std::uint32_t a = t.v[0], b = t.v[1], c = t.v[2];
-      const std::uint32_t ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
-      for (const Triangle& part : {Triangle{{a, ab, ca}}, Triangle{{ab, b, bc}},
-                                   Triangle{{ca, bc, c}}, Triangle{{ab, bc, ca}}})
-        finer.push_back(part);
+      const std::uint32_t ab = find_midpoint(a, b), bc = find_midpoint(b, c),
+                          ca = find_midpoint(c, a);
+      for (const Triangle& quarter : {Triangle{{a, ab, ca}}, Triangle{{ab, b, bc}},
+                                      Triangle{{ca, bc, c}}, Triangle{{ab, bc, ca}}})
+        finer.push_back(quarter);
     }
     mesh.triangles = std::move(finer);
   }
@@ -58,23 +60,23 @@ Mesh unit_sphere(int cuts = 2) {
   return mesh;
 }
 
-/// Twelve soft colours around the wheel.
-std::vector<Material> wheel() {
+/// Makes twelve pale colours of the colour wheel. Consecutive colours are 150 degrees apart.
+std::vector<Material> make_color_wheel() {
   std::vector<Material> materials;
   for (int i = 0; i < 12; ++i) {
-    const auto part = [&](int shift) {
+    const auto component = [&](int shift) {
       const double angle = (i * 5 + shift) % 12 / 12.0 * 2 * exact::kPi;
       return static_cast<float>(0.42 + 0.26 * exact::cos(angle));
     };
     Material material;
-    material.color = {part(0), part(8), part(4)};
+    material.color = {component(0), component(8), component(4)};
     material.roughness = 0.4f;
     materials.push_back(material);
   }
   return materials;
 }
 
-Mesh copy_to(const std::vector<Sphere>& spheres, const Mesh& unit) {
+Mesh copy_to_spheres(const std::vector<Sphere>& spheres, const Mesh& unit) {
   Mesh mesh;
   for (const Sphere& sphere : spheres) {
     const auto first = static_cast<std::uint32_t>(mesh.positions.size());
@@ -90,7 +92,9 @@ Mesh copy_to(const std::vector<Sphere>& spheres, const Mesh& unit) {
 
 }  // namespace
 
-Mesh mesh_of_spheres(const std::vector<Sphere>& spheres) { return copy_to(spheres, unit_sphere()); }
+Mesh mesh_of_spheres(const std::vector<Sphere>& spheres) {
+  return copy_to_spheres(spheres, make_unit_sphere());
+}
 
 Status write_spheres_picture(const std::filesystem::path& path, const Model& model,
                              const std::vector<Sphere>& spheres, const Mesh& surface, int width) {
@@ -103,14 +107,16 @@ Status write_spheres_picture(const std::filesystem::path& path, const Model& mod
   scene.camera = make_camera(CameraSettings{}, model.points, width, width);
   scene.ground.height = scene.bounds.low.y - 0.02f * scene.bounds.diagonal();
 
-  // So many spheres are a few pixels large, and would take gigabytes.
+  // More spheres than this are a few pixels large each, and would take gigabytes if cut.
   constexpr std::size_t kManySpheres = 65536;
-  const Mesh balls = copy_to(spheres, unit_sphere(spheres.size() > kManySpheres ? 0 : 2));
-  const std::vector<Material> colors = wheel();
+  const Mesh balls =
+      copy_to_spheres(spheres, make_unit_sphere(spheres.size() > kManySpheres ? 0 : 2));
+  const std::vector<Material> colors = make_color_wheel();
   std::vector<std::uint32_t> ball_colors;
-  const std::size_t each = spheres.empty() ? 1 : balls.triangles.size() / spheres.size();
+  const std::size_t triangles_per_sphere =
+      spheres.empty() ? 1 : balls.triangles.size() / spheres.size();
   for (std::size_t t = 0; t < balls.triangles.size(); ++t)
-    ball_colors.push_back(static_cast<std::uint32_t>(t / each % colors.size()));
+    ball_colors.push_back(static_cast<std::uint32_t>(t / triangles_per_sphere % colors.size()));
 
   std::array<RenderMesh, 3> meshes;
   meshes[0].positions = model.points;

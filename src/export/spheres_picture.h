@@ -11,11 +11,11 @@
 
 namespace polymorph {
 
-/// The spheres as one mesh, 320 triangles each.
+/// Makes one mesh of all spheres, with 320 triangles per sphere.
 Mesh mesh_of_spheres(const std::vector<Sphere>& spheres);
 
-/// Renders the three from one camera, `width` pixels each, into a PNG or EXR. The spheres are
-/// coloured one by one. Errors: kResource (Embree), kOutput (writing).
+/// Renders model, spheres and surface from one camera, each `width` pixels wide, into a PNG or EXR.
+/// The spheres have alternating colours. Errors: kResource (Embree), kOutput (writing).
 Status write_spheres_picture(const std::filesystem::path& path, const Model& model,
                              const std::vector<Sphere>& spheres, const Mesh& surface, int width);
 

@@ -13,7 +13,7 @@
 namespace polymorph {
 namespace {
 
-/// A layer of materials over a surface, and how much of what is seen it is.
+/// A layer of materials over a surface, and its weight in the mixture of all layers.
 struct Layer {
   const Model* model;
   std::span<const Vec2> corner_uvs;
@@ -21,12 +21,12 @@ struct Layer {
   float weight = 1;
 };
 
-const Material& material_of(const Layer& layer, std::size_t triangle) {
+const Material& layer_material(const Layer& layer, std::size_t triangle) {
   return layer.model
       ->materials[layer.triangle_materials.empty() ? 0 : layer.triangle_materials[triangle]];
 }
 
-const Image* texture_of(const Layer& layer, const Material& material) {
+const Image* layer_texture(const Layer& layer, const Material& material) {
   if (material.texture < 0 || layer.corner_uvs.empty()) return nullptr;
   const auto& textures = layer.model->textures;
   const auto index = static_cast<std::size_t>(material.texture);
@@ -34,8 +34,8 @@ const Image* texture_of(const Layer& layer, const Material& material) {
 }
 
 Shading shading_at(const Layer& layer, std::size_t corner) {
-  const Material& material = material_of(layer, corner / 3);
-  const Image* texture = texture_of(layer, material);
+  const Material& material = layer_material(layer, corner / 3);
+  const Image* texture = layer_texture(layer, material);
   return own_shading(material,
                      texture ? sample_texture(*texture, layer.corner_uvs[corner]) : Vec3{1, 1, 1});
 }
@@ -53,7 +53,7 @@ void add(Shading& sum, const Shading& s) {
   sum.ior += s.ior;
 }
 
-SurfaceMaterial material_from(const Shading& shading, std::string name) {
+SurfaceMaterial make_surface_material(const Shading& shading, std::string name) {
   SurfaceMaterial material;
   material.name = std::move(name);
   material.color = shading.color;
@@ -64,17 +64,17 @@ SurfaceMaterial material_from(const Shading& shading, std::string name) {
   return material;
 }
 
-/// The look of each point: the mean over the corners of the triangles around it.
-std::vector<Shading> mean_shadings(const SurfaceFrame& frame, std::span<const Layer> layers,
-                                   float look_share, const Shading& look) {
+/// Computes the shading of each point: the mean over the corners of the triangles around it.
+std::vector<Shading> compute_mean_shadings(const SurfaceFrame& frame, std::span<const Layer> layers,
+                                           float look_weight, const Shading& look) {
   const std::size_t corners = 3 * frame.triangles.size();
-  std::vector<std::uint32_t> first(frame.positions.size() + 1, 0), around(corners);
+  std::vector<std::uint32_t> first(frame.positions.size() + 1, 0), corners_around(corners);
   for (const Triangle& t : frame.triangles)
     for (const std::uint32_t v : t.v) ++first[v + 1];
   std::partial_sum(first.begin(), first.end(), first.begin());
   std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
   for (std::size_t c = 0; c < corners; ++c)
-    around[next[frame.triangles[c / 3].v[c % 3]]++] = static_cast<std::uint32_t>(c);
+    corners_around[next[frame.triangles[c / 3].v[c % 3]]++] = static_cast<std::uint32_t>(c);
   std::vector<Shading> shadings(frame.positions.size());
   parallel_for(
       static_cast<std::int64_t>(shadings.size()),
@@ -83,35 +83,36 @@ std::vector<Shading> mean_shadings(const SurfaceFrame& frame, std::span<const La
         Shading sum = scale(look, 0);
         for (std::uint32_t k = first[i]; k < first[i + 1]; ++k)
           for (const Layer& layer : layers)
-            if (layer.weight > 0) add(sum, scale(shading_at(layer, around[k]), layer.weight));
+            if (layer.weight > 0)
+              add(sum, scale(shading_at(layer, corners_around[k]), layer.weight));
         const auto count = static_cast<float>(first[i + 1] - first[i]);
-        shadings[i] = count > 0 ? mix(scale(sum, 1 / count), look, look_share) : look;
+        shadings[i] = count > 0 ? mix(scale(sum, 1 / count), look, look_weight) : look;
       },
       256);
   return shadings;
 }
 
 /// Fills colours, materials and texture coordinates.
-void add_looks(const PreparedActor& actor, std::span<const Layer> layers, float look_share,
+void add_looks(const PreparedActor& actor, std::span<const Layer> layers, float look_weight,
                const LookSettings& look, SurfaceFrame& frame) {
   const Shading common = look_shading(look);
-  if (layers.empty() || look_share >= 1) {
+  if (layers.empty() || look_weight >= 1) {
     frame.colors.assign(frame.positions.size(), common.color);
     frame.triangle_materials.assign(frame.triangles.size(), 0);
-    frame.materials = {material_from(common, "look")};
+    frame.materials = {make_surface_material(common, "look")};
   } else {
-    const std::vector<Shading> shadings = mean_shadings(frame, layers, look_share, common);
+    const std::vector<Shading> shadings = compute_mean_shadings(frame, layers, look_weight, common);
     Shading sum = scale(common, 0);
     for (const Shading& s : shadings) {
       frame.colors.push_back(s.color);
       add(sum, s);
     }
     const auto count = static_cast<float>(std::max<std::size_t>(shadings.size(), 1));
-    frame.mixture = material_from(scale(sum, 1 / count), actor.name);
+    frame.mixture = make_surface_material(scale(sum, 1 / count), actor.name);
     frame.mixture.color = {1, 1, 1};
     frame.is_mixed =
-        look_share > 0 || std::count_if(layers.begin(), layers.end(),
-                                        [](const Layer& l) { return l.weight > 0; }) > 1;
+        look_weight > 0 || std::count_if(layers.begin(), layers.end(),
+                                         [](const Layer& l) { return l.weight > 0; }) > 1;
   }
   if (layers.empty()) return;
   const Layer& strongest =
@@ -124,8 +125,8 @@ void add_looks(const PreparedActor& actor, std::span<const Layer> layers, float 
   frame.triangle_materials.resize(frame.triangles.size(), 0);
   for (const Material& material : strongest.model->materials) {
     SurfaceMaterial& surface_material = frame.materials.emplace_back(
-        material_from(own_shading(material, {1, 1, 1}), material.name));
-    if (texture_of(strongest, material))
+        make_surface_material(own_shading(material, {1, 1, 1}), material.name));
+    if (layer_texture(strongest, material))
       surface_material.texture =
           strongest.model->textures[static_cast<std::size_t>(material.texture)];
   }
@@ -133,9 +134,10 @@ void add_looks(const PreparedActor& actor, std::span<const Layer> layers, float 
 
 /// Tests whether any edge of the model is sharp.
 bool has_creases(const Model& model, std::span<const Vec3> smooth) {
-  constexpr float kSame = 0.9998f;  // cosine of a degree
+  constexpr float kMinCosine = 0.9998f;  // about that of a degree
   for (std::size_t c = 0; c < model.corner_normals.size(); ++c)
-    if (dot(model.corner_normals[c], smooth[model.triangles[c / 3].v[c % 3]]) < kSame) return true;
+    if (dot(model.corner_normals[c], smooth[model.triangles[c / 3].v[c % 3]]) < kMinCosine)
+      return true;
   return false;
 }
 
@@ -158,8 +160,8 @@ SurfaceFrame model_frame(const PreparedActor& actor, const ActorGeometry& geomet
   return frame;
 }
 
-/// Displacements end on the surface of the next frame.
-void end_on(const Mesh& next, SurfaceFrame& frame) {
+/// Changes the displacements so that they end on the surface of the next frame.
+void move_ends_onto(const Mesh& next, SurfaceFrame& frame) {
   if (next.triangles.empty()) return;
   std::vector<Vec3> ends(frame.positions.size());
   for (std::size_t i = 0; i < ends.size(); ++i) ends[i] = frame.positions[i] + frame.velocities[i];
@@ -188,11 +190,12 @@ SurfaceFrame extracted_frame(const PreparedActor& actor, const ActorGeometry& ge
                       layers.empty() ? 1.0f : over.share});
   }
   add_looks(actor, layers, layers.empty() ? 1.0f : 0.0f, look, frame);
-  const SurfaceLook& own = geometry.look;
-  if (!layers.empty() && own.colors.size() == frame.colors.size() && own.color_share > 0) {
+  const SurfaceLook& surface_look = geometry.look;
+  if (!layers.empty() && surface_look.colors.size() == frame.colors.size() &&
+      surface_look.color_share > 0) {
     frame.is_mixed = true;
     for (std::size_t i = 0; i < frame.colors.size(); ++i)
-      frame.colors[i] = lerp(frame.colors[i], own.colors[i], own.color_share);
+      frame.colors[i] = lerp(frame.colors[i], surface_look.colors[i], surface_look.color_share);
   }
   return frame;
 }
@@ -218,7 +221,7 @@ std::vector<SurfaceFrame> surface_frames(const PreparedScene& prepared,
                               : extracted_frame(actor, actor_geometry, look));
     SurfaceFrame& frame = frames.back();
     if (frame.velocities.empty()) continue;
-    if (next) end_on(shown_mesh(actor, next->actors[a]), frame);
+    if (next) move_ends_onto(shown_mesh(actor, next->actors[a]), frame);
     for (Vec3& v : frame.velocities) v = v * prepared.scene.frames.fps;
   }
   return frames;
@@ -245,7 +248,7 @@ SurfaceSequence surface_sequence(const PreparedScene& prepared, int first, int l
                                 static_cast<float>(prepared.scene.image.width) /
                                     static_cast<float>(prepared.scene.image.height),
                                 camera.focus});
-    if (!prepared.framing) break;  // it stands
+    if (!prepared.framing) break;  // the camera does not move
   }
   return sequence;
 }

@@ -1,5 +1,5 @@
-// A frame for other programs: each actor's surface with normals, colours, texture coordinates,
-// velocities and labels.
+// Frames for export to other programs: each actor's surface with normals, colours, texture
+// coordinates, velocities and labels.
 #pragma once
 
 #include <vector>
@@ -10,22 +10,23 @@
 
 namespace polymorph {
 
-/// Makes the scene ask for no layers but those by which geometry_at() gives velocities and labels.
+/// Sets the scene's AOVs so that geometry_at() computes velocities and labels as requested, and no
+/// more. Turns motion blur off.
 void ask_for_attributes(Scene& scene, bool velocities, bool labels);
 
-/// The surface of each actor or, where it has none, its model. Colours are what the renderer would
-/// show at each point: materials and textures of all its objects, mixed, and the common
-/// look. Velocities and labels are there where geometry_at() gave them; with `next`,
-/// the geometry of that frame, they end on the surface that is shown then: the motion of the balls
-/// and the map leaves out what the level does to keep the volume.
+/// Makes a frame per actor from its extracted surface or, if it has none, from its model. Colours
+/// are those that the renderer would show at each point: the mixed materials and textures of all
+/// its objects, and the common look. Velocities and labels are present if geometry_at() computed
+/// them. If `next`, the geometry of the next frame, is given, velocities end on its surface: the
+/// motion of balls and map alone leaves out the change of level that keeps the volume.
 std::vector<SurfaceFrame> surface_frames(const PreparedScene& prepared,
                                          const FrameGeometry& geometry, const FrameGeometry* next);
 
-/// The frame of one actor's extracted surface; `look`: the common one.
+/// Makes the frame of an actor's extracted surface; `look` is the common look.
 SurfaceFrame extracted_frame(const PreparedActor& actor, const ActorGeometry& geometry,
                              const LookSettings& look);
 
-/// Names, times and the camera of frames `first` to `last`.
+/// Returns names, times and cameras of the frames `first` to `last`.
 SurfaceSequence surface_sequence(const PreparedScene& prepared, int first, int last);
 
 }  // namespace polymorph

@@ -1,4 +1,4 @@
-// Entries of an image's header by their names.
+// Lookup of an image's header entries by name.
 #pragma once
 
 #include <optional>
@@ -9,10 +9,11 @@
 
 namespace polymorph {
 
-/// Returns the text of the entry; "" if there is none, or it is a number.
+/// Returns the text of the entry; "" if there is no such entry or its value is a number.
 std::string find_text(const Image& image, std::string_view name);
 
-/// Writes the value of the entry as text, as PNG keeps numbers, too; nothing if there is none.
+/// Formats the value of the entry as text, as encode_png() writes it; nullopt if there is no such
+/// entry.
 std::optional<std::string> format_entry(const Image& image, std::string_view name);
 
 }  // namespace polymorph

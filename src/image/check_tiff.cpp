@@ -8,44 +8,49 @@
 namespace polymorph {
 namespace {
 
-// TIFF 6.0, section 2, and the BigTIFF design (libtiff): the same directory with wider counts and
-// offsets.
-constexpr std::uint64_t kWidth = 256, kHeight = 257, kChannels = 277, kTileWidth = 322,
-                        kTileHeight = 323;
-constexpr std::uint64_t kStripOffsets = 273, kStripByteCounts = 279, kTileOffsets = 324,
-                        kTileByteCounts = 325;
+// Tags and types of TIFF 6.0, section 2. BigTIFF (libtiff's design) has the same directory with
+// wider counts and offsets.
+constexpr std::uint64_t kWidthTag = 256, kHeightTag = 257, kChannelsTag = 277, kTileWidthTag = 322,
+                        kTileHeightTag = 323;
+constexpr std::uint64_t kStripOffsetsTag = 273, kStripByteCountsTag = 279, kTileOffsetsTag = 324,
+                        kTileByteCountsTag = 325;
+/// Bytes per value, by type.
 constexpr std::array<std::uint64_t, 19> kTypeSizes{0, 1, 1, 2, 4, 8, 1, 1, 2, 4,
                                                    8, 4, 8, 4, 0, 0, 8, 8, 8};
 
 struct TiffEntry {
   std::uint64_t tag = 0, item_size = 0, count = 0,
-                offset = 0;  ///< `offset`: position of its values
+                offset = 0;  ///< `offset`: position of the values in the file
 };
 
 class TiffReader {
  public:
   explicit TiffReader(std::string_view bytes)
-      : bytes_(bytes), little_(bytes[0] == 'I'), big_(bytes[little_ ? 2 : 3] == 43) {}
+      : bytes_(bytes),
+        is_little_endian_(bytes[0] == 'I'),
+        is_big_tiff_(bytes[is_little_endian_ ? 2 : 3] == 43) {}
 
   TiffSize size() const {
     TiffSize size;
-    const std::uint64_t directory = first_directory(), count = number(directory, head_size());
+    const std::uint64_t directory = first_directory(),
+                        count = read_integer(directory, count_size());
     for (std::uint64_t i = 0; i < count && i < kMaxEntries; ++i) {
-      const TiffEntry entry = read_entry(directory + head_size() + i * entry_size());
-      const auto value = static_cast<double>(number(entry.offset, entry.item_size));
-      if (entry.tag == kWidth || entry.tag == kTileWidth) size.width = std::max(size.width, value);
-      if (entry.tag == kHeight || entry.tag == kTileHeight)
+      const TiffEntry entry = read_entry(directory + count_size() + i * entry_size());
+      const auto value = static_cast<double>(read_integer(entry.offset, entry.item_size));
+      if (entry.tag == kWidthTag || entry.tag == kTileWidthTag)
+        size.width = std::max(size.width, value);
+      if (entry.tag == kHeightTag || entry.tag == kTileHeightTag)
         size.height = std::max(size.height, value);
-      if (entry.tag == kChannels) size.channels = std::max(size.channels, value);
+      if (entry.tag == kChannelsTag) size.channels = std::max(size.channels, value);
     }
     return size;
   }
 
   /// Tests that the first directory, its entries and the picture lie within the file.
   bool is_complete() const {
-    const std::uint64_t directory = first_directory(), head = head_size(), size = entry_size();
+    const std::uint64_t directory = first_directory(), head = count_size(), size = entry_size();
     if (!is_within_file(directory, head)) return false;
-    const std::uint64_t count = number(directory, head);
+    const std::uint64_t count = read_integer(directory, head);
     if (count > bytes_.size() / size || !is_within_file(directory + head, count * size))
       return false;
     std::optional<TiffEntry> offsets, lengths;
@@ -54,48 +59,50 @@ class TiffReader {
       if (entry.count > bytes_.size() ||
           !is_within_file(entry.offset, entry.count * entry.item_size))
         return false;
-      if (entry.tag == kStripOffsets || entry.tag == kTileOffsets) offsets = entry;
-      if (entry.tag == kStripByteCounts || entry.tag == kTileByteCounts) lengths = entry;
+      if (entry.tag == kStripOffsetsTag || entry.tag == kTileOffsetsTag) offsets = entry;
+      if (entry.tag == kStripByteCountsTag || entry.tag == kTileByteCountsTag) lengths = entry;
     }
-    return !offsets || !lengths || has_strips(*offsets, *lengths);
+    return !offsets || !lengths || strips_are_within_file(*offsets, *lengths);
   }
 
  private:
-  static constexpr std::uint64_t kMaxEntries = 65536;
+  static constexpr std::uint64_t kMaxEntries = 65536;  // a damaged BigTIFF may claim 2^64
 
-  std::uint64_t first_directory() const { return big_ ? number(8, 8) : number(4, 4); }
-  std::uint64_t head_size() const { return big_ ? 8 : 2; }
-  std::uint64_t entry_size() const { return big_ ? 20 : 12; }
+  std::uint64_t first_directory() const {
+    return is_big_tiff_ ? read_integer(8, 8) : read_integer(4, 4);
+  }
+  std::uint64_t count_size() const { return is_big_tiff_ ? 8 : 2; }
+  std::uint64_t entry_size() const { return is_big_tiff_ ? 20 : 12; }
   bool is_within_file(std::uint64_t offset, std::uint64_t size) const {
     return offset <= bytes_.size() && size <= bytes_.size() - offset;
   }
-  /// Reads an integer; 0 beyond the end of the file.
-  std::uint64_t number(std::uint64_t offset, std::uint64_t size) const {
+  /// Reads an unsigned integer of `size` bytes; 0 beyond the end of the file.
+  std::uint64_t read_integer(std::uint64_t offset, std::uint64_t size) const {
     if (!is_within_file(offset, size)) return 0;
     std::uint64_t value = 0;
     for (std::uint64_t i = 0; i < size; ++i)
-      value =
-          value << 8 | static_cast<unsigned char>(bytes_[offset + (little_ ? size - 1 - i : i)]);
+      value = value << 8 |
+              static_cast<unsigned char>(bytes_[offset + (is_little_endian_ ? size - 1 - i : i)]);
     return value;
   }
   TiffEntry read_entry(std::uint64_t offset) const {
-    const std::uint64_t type = number(offset + 2, 2), field_size = big_ ? 8 : 4;
-    TiffEntry entry{number(offset, 2), type < kTypeSizes.size() ? kTypeSizes[type] : 0,
-                    number(offset + 4, field_size), offset + 4 + field_size};
+    const std::uint64_t type = read_integer(offset + 2, 2), field_size = is_big_tiff_ ? 8 : 4;
+    TiffEntry entry{read_integer(offset, 2), type < kTypeSizes.size() ? kTypeSizes[type] : 0,
+                    read_integer(offset + 4, field_size), offset + 4 + field_size};
     if (entry.count > field_size || entry.count * entry.item_size > field_size)
-      entry.offset = number(entry.offset, field_size);
+      entry.offset = read_integer(entry.offset, field_size);
     return entry;
   }
-  bool has_strips(const TiffEntry& offsets, const TiffEntry& lengths) const {
+  bool strips_are_within_file(const TiffEntry& offsets, const TiffEntry& lengths) const {
     for (std::uint64_t i = 0; i < offsets.count && i < lengths.count; ++i)
-      if (!is_within_file(number(offsets.offset + i * offsets.item_size, offsets.item_size),
-                          number(lengths.offset + i * lengths.item_size, lengths.item_size)))
+      if (!is_within_file(read_integer(offsets.offset + i * offsets.item_size, offsets.item_size),
+                          read_integer(lengths.offset + i * lengths.item_size, lengths.item_size)))
         return false;
     return true;
   }
 
   std::string_view bytes_;
-  bool little_, big_;
+  bool is_little_endian_, is_big_tiff_;
 };
 
 }  // namespace

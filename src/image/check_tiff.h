@@ -12,8 +12,8 @@ namespace polymorph {
 /// a TIFF's magic.
 Status check_tiff(std::string_view bytes);
 
-/// The size of the first image of such a file, or of its tiles where they are larger; 0 where the
-/// directory does not say.
+/// Size of the first image of such a file in pixels, or of its tiles if they are larger; 0 for what
+/// the directory does not state.
 struct TiffSize {
   double width = 0, height = 0, channels = 1;
 };

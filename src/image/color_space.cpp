@@ -23,7 +23,7 @@ using Matrix = std::array<std::array<float, 3>, 3>;
 // ACES, and back, by Bradford's transform (Lam 1985; rows 0.8951 0.2664 -0.1614, -0.7502 1.7135
 // 0.0367, 0.0389 -0.0685 1.0296). Computed with fractions and rounded to float: these are the
 // matrices of OpenColorIO's built-in transform "UTILITY - ACES-AP1_to_LINEAR-REC709_BFD", forwards
-// and backwards. Their rows add up to 1 as floats too, so that greys stay.
+// and backwards. Their rows add up to 1 as floats too, so that greys do not change.
 constexpr Matrix kRec709ToAcesCg{{{0.613097402f, 0.339523146f, 0.0473794514f},
                                   {0.0701937225f, 0.916353879f, 0.0134523985f},
                                   {0.0206155929f, 0.109569773f, 0.869814634f}}};
@@ -33,10 +33,10 @@ constexpr Matrix kAcesCgToRec709{{{1.70505099f, -0.621792121f, -0.083258872f},
 
 using Channels = std::array<std::size_t, 3>;
 
-/// The channels of a layer's colours, by what stands before R, G and B in their names; nothing
-/// where it has none.
+/// Finds the channels named `prefix` followed by R, G and B; nullopt if one is missing or if the
+/// layer belongs to a Cryptomatte.
 std::optional<Channels> find_colors(const Image& image, const std::string& prefix) {
-  // A Cryptomatte has ids and coverages in its channels.
+  // The channels R, G and B of a Cryptomatte hold ids and coverages.
   if (lower_case(prefix).find("crypto") != std::string::npos) return std::nullopt;
   const int red = image.find_channel(prefix + "R"), green = image.find_channel(prefix + "G"),
             blue = image.find_channel(prefix + "B");
@@ -55,7 +55,7 @@ std::vector<Channels> find_color_layers(const Image& image) {
   return layers;
 }
 
-void multiply(const Matrix& m, Image& image) {
+void multiply_colors(const Matrix& m, Image& image) {
   const std::vector<Channels> layers = find_color_layers(image);
   const std::size_t count = image.channel_count();
   parallel_for(
@@ -92,12 +92,12 @@ bool is_color_layer(const Image& image, const std::string& layer) {
 }
 
 void convert_colors(Image& image, ColorSpace space) {
-  if (space == ColorSpace::kAcesCg) multiply(kRec709ToAcesCg, image);
+  if (space == ColorSpace::kAcesCg) multiply_colors(kRec709ToAcesCg, image);
 }
 
 void convert_to_rec709(Image& image) {
   if (color_space_name(image) != color_space_label(ColorSpace::kAcesCg).interop_id) return;
-  multiply(kAcesCgToRec709, image);
+  multiply_colors(kAcesCgToRec709, image);
   std::erase_if(image.attributes, [](const Attribute& attribute) {
     return attribute.name == kColorInteropAttribute || attribute.name == kColorPrimariesAttribute;
   });

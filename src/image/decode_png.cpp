@@ -18,14 +18,14 @@
 namespace polymorph {
 namespace {
 
-/// The image handed out, with the storage that its pointers refer to.
+/// The returned image, with the storage that its pointers refer to.
 struct PngImage : PmOiioImage {
   PngImage() : PmOiioImage{} {}
   std::string error_text;
   std::vector<png_byte> codes;
   std::vector<png_bytep> rows;
   std::unique_ptr<float[]> values;
-  std::vector<std::string> texts;  ///< keyword and text by turns
+  std::vector<std::string> texts;  ///< keywords and texts, alternating
   std::vector<PmOiioAttribute> entries;
 };
 
@@ -42,7 +42,8 @@ void read_bytes(png_structp png, png_bytep to, std::size_t size) {
   reader.at += size;
 }
 
-/// Grey, grey and alpha, RGB or RGBA, of 8 or 16 bits, the latter as this machine stores them.
+/// Reads the header and sets up the conversion to grey, grey and alpha, RGB or RGBA, with 8 bits
+/// per sample or with 16 in this machine's byte order.
 void read_header(png_structp png, png_infop info, PngImage& image, int& bits) {
   // The size is checked against the caller's limit instead.
   png_set_user_limits(png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
@@ -59,7 +60,7 @@ void read_header(png_structp png, png_infop info, PngImage& image, int& bits) {
   image.channels = png_get_channels(png, info);
 }
 
-void take_texts(png_structp png, png_infop info, PngImage& image) {
+void copy_texts(png_structp png, png_infop info, PngImage& image) {
   png_textp texts = nullptr;
   int count = 0;
   png_get_text(png, info, &texts, &count);
@@ -69,7 +70,7 @@ void take_texts(png_structp png, png_infop info, PngImage& image) {
   }
 }
 
-/// The orientation of a block of Exif, which is a TIFF file; 1 where it gives none.
+/// Reads the orientation from an Exif block, which is a TIFF file; 1 if the block has none.
 int exif_orientation(std::span<const png_byte> exif) {
   if (exif.size() < 8) return 1;
   const bool little = exif[0] == 'I';
@@ -88,8 +89,9 @@ int exif_orientation(std::span<const png_byte> exif) {
   return 1;
 }
 
-/// The numbers of a cICP chunk (ITU-T H.273: primaries, curve, matrix, full range), which goes
-/// before all other descriptions of colours (PNG, third edition, 4.3); "" where there is none.
+/// Formats the coding points of a cICP chunk (ITU-T H.273: primaries, curve, matrix, full range),
+/// which overrides all other colour descriptions (PNG, third edition, 4.3); "" if there is no such
+/// chunk.
 std::string coding_points(png_structp png, png_infop info) {
   png_unknown_chunkp chunks = nullptr;
   const int count = png_get_unknown_chunks(png, info, &chunks);
@@ -103,9 +105,8 @@ std::string coding_points(png_structp png, png_infop info) {
 }
 constexpr const char* kSrgbCodingPoints = "cICP 1 13 0 1";
 
-/// Adds the coding points, or else the ICC profile, or else the primaries, where sRGB is not
-/// stated.
-void take_color_description(png_structp png, png_infop info, PngImage& image) {
+/// Adds the coding points, else the ICC profile, else the primaries, unless the file states sRGB.
+void add_color_description(png_structp png, png_infop info, PngImage& image) {
   if (std::string points = coding_points(png, info); !points.empty()) {
     if (points == kSrgbCodingPoints) return;
     image.texts.emplace_back(kColorProfileAttribute);
@@ -133,8 +134,8 @@ void take_color_description(png_structp png, png_infop info, PngImage& image) {
   }
 }
 
-/// Entries that show the pixels in another way than usual (image_io.h).
-void take_shown(png_structp png, png_infop info, PngImage& image) {
+/// Adds the header entries that change how viewers display the pixels (image_io.h).
+void add_display_entries(png_structp png, png_infop info, PngImage& image) {
   const auto add = [&](const char* name, PmOiioAttributeKind kind, int integer, float real) {
     image.entries.push_back({name, kind, nullptr, integer, real});
   };
@@ -143,7 +144,7 @@ void take_shown(png_structp png, png_infop info, PngImage& image) {
   if (coding_points(png, info).empty() && png_get_sRGB(png, info, &intent) == 0 &&
       png_get_gAMA(png, info, &gamma) != 0 && std::abs(gamma - 1 / 2.2) > 1e-3)
     add(kGammaAttribute, PM_OIIO_FLOAT, 0, static_cast<float>(gamma));
-  take_color_description(png, info, image);
+  add_color_description(png, info, image);
   const float aspect = png_get_pixel_aspect_ratio(png, info);
   if (aspect > 0 && std::abs(aspect - 1) > 0.01f)
     add(kPixelAspectAttribute, PM_OIIO_FLOAT, 0, aspect);
@@ -154,15 +155,15 @@ void take_shown(png_structp png, png_infop info, PngImage& image) {
   if (orientation != 1) add(kOrientationAttribute, PM_OIIO_INT, orientation, 0);
 }
 
-/// Frees libpng's structures, however reading ends.
+/// libpng's structures, which the destructor frees also after an error.
 struct Handles {
   png_structp png = nullptr;
   png_infop info = nullptr;
   ~Handles() { png_destroy_read_struct(&png, &info, nullptr); }
 };
 
-/// The calls that may jump back here, over frames that own nothing. Room for the pixels is made
-/// between the two.
+/// On an error libpng calls longjmp(), which skips destructors: so these two functions and all that
+/// they call own nothing. The caller allocates the pixels between the two.
 bool read_until_pixels(Handles& h, PngImage& image, int& bits) {
   if (setjmp(png_jmpbuf(h.png)) != 0) return false;
   read_header(h.png, h.info, image, bits);
@@ -176,9 +177,9 @@ bool read_pixels(Handles& h, PngImage& image) {
 }
 
 template <class Code>
-void to_values(PngImage& image, std::size_t count, float max_code) {
-  constexpr std::int64_t kGrain = 1 << 16;
-  // Left unset, so that the threads touch its pages first.
+void convert_codes(PngImage& image, std::size_t count, float max_code) {
+  constexpr std::int64_t kGrain = 1 << 16;  // values per task
+  // Not initialized, so that the threads touch the memory pages first.
   image.values = std::make_unique_for_overwrite<float[]>(count);
   parallel_for(
       static_cast<std::int64_t>(count),
@@ -217,11 +218,11 @@ void decode(const std::string& bytes, std::uint64_t max_bytes, PngImage& image) 
   image.codes.resize(stride * height);
   for (std::size_t y = 0; y < height; ++y) image.rows.push_back(&image.codes[y * stride]);
   if (!read_pixels(h, image)) return;
-  take_texts(h.png, h.info, image);
-  take_shown(h.png, h.info, image);
+  copy_texts(h.png, h.info, image);
+  add_display_entries(h.png, h.info, image);
   const std::size_t count = width * height * channels;
-  bits == 16 ? to_values<std::uint16_t>(image, count, 65535.0f)
-             : to_values<std::uint8_t>(image, count, 255.0f);
+  bits == 16 ? convert_codes<std::uint16_t>(image, count, 65535.0f)
+             : convert_codes<std::uint8_t>(image, count, 255.0f);
   image.failure = PM_OIIO_GOOD;
 }
 

@@ -9,7 +9,7 @@
 
 namespace polymorph {
 
-/// An image as the module hands it out, and what frees it.
+/// A decoded image in the format of the OpenImageIO module, with the function that frees it.
 using DecodedImage = std::unique_ptr<PmOiioImage, PmOiioFreeFunction*>;
 
 /// Decodes a PNG of any kind: grey, palette or colours, 1 to 16 bits, with or without alpha,

@@ -12,14 +12,15 @@
 namespace polymorph {
 namespace {
 
-constexpr int kEndOfBlock = 256, kSymbols = 286;
+constexpr int kEndOfBlock = 256, kSymbols = 286;  // of literals and lengths
 constexpr std::size_t kBlockSize = std::size_t{1} << 18;
-/// Four literals fit into what the writer holds.
+/// Limits in bits: four literals of 12 bits fit into the 56 bits that BitWriter buffers.
 constexpr int kMaxCodeBits = 12, kMaxCodeLengthBits = 7;
-constexpr std::size_t kMinRun = 4, kMaxRun = 258;
+constexpr std::size_t kMinRun = 4, kMaxRun = 258;  // bytes; the latter is Deflate's limit
 
-/// Lengths of the codes of symbols that occur, none over `limit`. Rare symbols are made less rare
-/// until the longest code fits.
+/// Computes the lengths in bits, at most `limit`, of Huffman codes; 0 for symbols that do not
+/// occur. While the longest code exceeds `limit`, halves all counts (rounded up), which evens out
+/// the lengths.
 void find_code_lengths(std::span<const std::uint32_t> counts, int limit,
                        std::span<std::uint8_t> lengths) {
   std::vector<std::pair<std::uint32_t, int>> leaves;  // (count, symbol)
@@ -38,15 +39,16 @@ void find_code_lengths(std::span<const std::uint32_t> counts, int limit,
   for (;; std::for_each(leaves.begin(), leaves.end(),
                         [](auto& leaf) { leaf.first = (leaf.first + 1) / 2; })) {
     for (std::size_t i = 0; i < n; ++i) weights[i] = leaves[i].first;
-    // Huffman's method with two queues: leaves, and inner nodes as they are made, both rising.
+    // Huffman's algorithm with two queues of rising weight: the leaves, and the inner nodes in the
+    // order of their creation.
     std::size_t leaf = 0, inner = n;
     for (std::size_t node = n; node < 2 * n - 1; ++node) {
       weights[node] = 0;
       for (int child = 0; child < 2; ++child) {
-        const bool takes_leaf = leaf < n && (inner >= node || weights[leaf] <= weights[inner]);
-        const std::size_t taken = takes_leaf ? leaf++ : inner++;
-        parents[taken] = node;
-        weights[node] += weights[taken];
+        const bool leaf_is_lighter = leaf < n && (inner >= node || weights[leaf] <= weights[inner]);
+        const std::size_t child_node = leaf_is_lighter ? leaf++ : inner++;
+        parents[child_node] = node;
+        weights[node] += weights[child_node];
       }
     }
     depths[2 * n - 2] = 0;
@@ -59,11 +61,11 @@ void find_code_lengths(std::span<const std::uint32_t> counts, int limit,
 }
 
 struct Code {
-  std::uint32_t bits = 0;  ///< code in the order of writing, its first bit lowest
+  std::uint32_t bits = 0;  ///< the code; its first bit in the stream is the lowest
   int length = 0;
 };
 
-/// The codes of given lengths, in the order of RFC 1951, section 3.2.2.
+/// Assigns the canonical codes of given lengths (RFC 1951, section 3.2.2).
 void assign_codes(std::span<const std::uint8_t> lengths, std::span<Code> codes) {
   std::array<std::uint32_t, 17> count{}, next{};
   for (const std::uint8_t length : lengths) ++count[length];
@@ -76,42 +78,43 @@ void assign_codes(std::span<const std::uint8_t> lengths, std::span<Code> codes) 
   }
 }
 
-/// Appends bits to bytes that are long enough.
+/// Writes bits to a buffer, which must be large enough.
 class BitWriter {
  public:
   explicit BitWriter(char* out) : out_(out) {}
-  /// `length` at most 56 since the last flush().
+  /// Appends `length` bits, at most 56 in all between two calls of flush().
   void put(std::uint64_t bits, int length) {
-    held_ |= bits << count_;
-    count_ += length;
+    pending_ |= bits << pending_bits_;
+    pending_bits_ += length;
   }
   void put(const Code& code) { put(code.bits, code.length); }
   void flush() {
     static_assert(std::endian::native == std::endian::little);
-    std::memcpy(out_, &held_, sizeof held_);
-    out_ += count_ >> 3;
-    held_ >>= count_ & ~7;
-    count_ &= 7;
+    std::memcpy(out_, &pending_, sizeof pending_);
+    out_ += pending_bits_ >> 3;
+    pending_ >>= pending_bits_ & ~7;
+    pending_bits_ &= 7;
   }
-  /// Ends at a whole byte and says where.
+  /// Pads the last byte with zeros and returns the end of the output.
   char* finish() {
-    count_ = (count_ + 7) & ~7;
+    pending_bits_ = (pending_bits_ + 7) & ~7;
     flush();
     return out_;
   }
 
  private:
   char* out_;
-  std::uint64_t held_ = 0;
-  int count_ = 0;
+  std::uint64_t pending_ = 0;
+  int pending_bits_ = 0;
 };
 
+/// The symbol of a run's length, and its extra bits.
 struct LengthCode {
   int symbol = 0, extra_bits = 0;
   std::uint32_t extra = 0;
 };
 
-/// The symbols of lengths 3 to 258 (RFC 1951, section 3.2.5).
+/// Returns the symbols of the lengths 3 to 258 (RFC 1951, section 3.2.5).
 const std::array<LengthCode, kMaxRun + 1>& length_codes() {
   static const auto codes = [] {
     std::array<LengthCode, kMaxRun + 1> table{};
@@ -127,12 +130,12 @@ const std::array<LengthCode, kMaxRun + 1>& length_codes() {
   return codes;
 }
 
-/// Bytes that repeat the one before them.
+/// Bytes that equal the byte before them.
 struct Run {
   std::size_t first, size;
 };
 
-/// Finds runs from `first` on; a run may repeat a byte of the block before.
+/// Finds the runs in [first, end). The first run may repeat the last byte of the previous block.
 std::vector<Run> find_runs(std::span<const std::uint8_t> bytes, std::size_t first,
                            std::size_t end) {
   const auto load = [&](std::size_t i) {
@@ -144,7 +147,7 @@ std::vector<Run> find_runs(std::span<const std::uint8_t> bytes, std::size_t firs
   for (std::size_t i = std::max<std::size_t>(first, 1); i + kMinRun <= end;) {
     const std::uint32_t differences = load(i) ^ load(i - 1);
     if (differences != 0) {
-      // No run begins before the last byte that differs.
+      // A run can begin only after the last of the four bytes that differs.
       i += 4 - static_cast<std::size_t>(std::countl_zero(differences)) / 8;
       continue;
     }
@@ -157,7 +160,8 @@ std::vector<Run> find_runs(std::span<const std::uint8_t> bytes, std::size_t firs
 }
 
 struct Histogram {
-  std::array<std::array<std::uint32_t, kSymbols>, 4> lanes{};  ///< equal neighbours do not wait
+  std::array<std::array<std::uint32_t, kSymbols>, 4>
+      lanes{};  ///< counts of every fourth byte: equal bytes in a row have different counters
 };
 
 void count_literals(std::span<const std::uint8_t> bytes, Histogram& histogram) {
@@ -167,8 +171,8 @@ void count_literals(std::span<const std::uint8_t> bytes, Histogram& histogram) {
   for (; i < bytes.size(); ++i) ++histogram.lanes[0][bytes[i]];
 }
 
-/// Writes the lengths of both alphabets' codes (RFC 1951, section 3.2.7): the distances have one
-/// symbol, 1.
+/// Writes the code lengths of both alphabets (RFC 1951, section 3.2.7). The alphabet of distances
+/// has one symbol, the distance 1, with a code of one bit.
 void put_lengths(std::span<const std::uint8_t> lengths, BitWriter& writer) {
   constexpr int kOrder[] = {16, 17, 18, 0, 8, 7, 9, 6, 10, 5, 11, 4, 12, 3, 13, 2, 14, 1, 15};
   std::array<std::uint32_t, 19> counts{};
@@ -216,7 +220,7 @@ void put_block(std::span<const std::uint8_t> bytes, std::size_t first, std::size
   assign_codes(lengths, codes);
 
   writer.put(end == bytes.size() ? 1 : 0, 1);
-  writer.put(2, 2);  // codes of its own
+  writer.put(2, 2);  // block type 2: dynamic Huffman codes
   put_lengths(lengths, writer);
   const auto put_literals = [&](std::size_t from, std::size_t to) {
     for (; from + 4 <= to; from += 4) {
@@ -231,7 +235,7 @@ void put_block(std::span<const std::uint8_t> bytes, std::size_t first, std::size
     put_literals(at, run.first);
     const LengthCode& code = run_codes[run.size];
     writer.put(codes[static_cast<std::size_t>(code.symbol)]);
-    writer.put(code.extra, code.extra_bits + 1);  // and the distance 1, a bit that is 0
+    writer.put(code.extra, code.extra_bits + 1);  // and a 0, the code of the distance 1
     writer.flush();
     at = run.first + run.size;
   }
@@ -243,10 +247,10 @@ void put_block(std::span<const std::uint8_t> bytes, std::size_t first, std::size
 }  // namespace
 
 std::string deflate_runs(std::span<const std::uint8_t> bytes) {
-  constexpr std::size_t kBlockHeader = 512;
+  constexpr std::size_t kMaxBlockHeader = 512;  // bytes; the code lengths of a block take fewer
   const std::size_t blocks = std::max<std::size_t>(1, (bytes.size() + kBlockSize - 1) / kBlockSize);
   std::string out;
-  out.resize(bytes.size() / 8 * kMaxCodeBits + 64 + blocks * kBlockHeader);
+  out.resize(bytes.size() / 8 * kMaxCodeBits + 64 + blocks * kMaxBlockHeader);
   out[0] = 0x78;
   out[1] = 0x01;
   BitWriter writer(&out[2]);

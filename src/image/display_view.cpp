@@ -33,8 +33,8 @@ bool is_current_ocio(void* handle) {
   return version && module.open && module.apply && module.close && version() == PM_OCIO_INTERFACE;
 }
 
-/// A code of the display, as a colour that the sRGB curve makes that code again.
-float to_color(float code) {
+/// Converts a display's code to the linear colour that the sRGB curve maps to this code.
+float decode_display_code(float code) {
   return srgb_to_linear(code > 0 ? std::min(code, 1.0f) : 0.0f);  // NaN is 0
 }
 
@@ -82,7 +82,7 @@ Status ViewTransform::apply(Image& image, float exposure) const {
   const int alpha = image.find_channel("A");
   const std::size_t count = image.channel_count(),
                     pixels = count > 0 ? image.pixels.size() / count : 0;
-  // Alpha is not the display's matter: colours go through the view undivided by it.
+  // Views apply to straight colours: the colours are divided by alpha before and multiplied after.
   const auto alpha_at = [&](std::size_t i) {
     const float a = alpha < 0 ? 1.0f : image.pixels[i * count + static_cast<std::size_t>(alpha)];
     return a > 0 ? a : 1.0f;
@@ -98,7 +98,7 @@ Status ViewTransform::apply(Image& image, float exposure) const {
   for (std::size_t i = 0; i < pixels; ++i)
     for (std::size_t c = 0; c < 3; ++c)
       image.pixels[i * count + static_cast<std::size_t>(colors[c])] =
-          to_color(row[3 * i + c]) * alpha_at(i);
+          decode_display_code(row[3 * i + c]) * alpha_at(i);
   return Ok{};
 }
 

@@ -1,4 +1,4 @@
-// Display and view of an OpenColorIO config, by which pictures for screens are made. OpenColorIO is
+// OpenColorIO display and view transform for pictures that are made for screens. OpenColorIO is
 // linked into a module that is opened on first use.
 #pragma once
 
@@ -10,28 +10,30 @@
 
 namespace polymorph {
 
-/// Names in the config; an empty one is the config's default, both empty: no view, the sRGB curve.
+/// Names in the config. An empty name stands for the config's default; if both are empty, there is
+/// no view, and pictures get the sRGB curve.
 struct DisplayView {
   std::string display, view;
   bool empty() const { return display.empty() && view.empty(); }
 };
 
-/// PNG's text, as in "sRGB - Display, ACES 1.0 - SDR Video": the view by which it was made.
+/// Name of the PNG text with the view that was applied: "sRGB - Display, ACES 1.0 - SDR Video".
 inline constexpr const char* kViewAttribute = "polymorph/view";
-/// The value of kViewAttribute; "" without a view.
+/// Returns the value of kViewAttribute; "" without a view.
 std::string view_text(const DisplayView& view);
 
-/// An open view. Safe from several threads.
+/// An open view. Several threads may use it at once.
 class ViewTransform {
  public:
-  /// Opens a view of the config that the environment variable OCIO names. Errors: kResource where
-  /// the module is missing (the environment variable POLYMORPH_OCIO_MODULE names another file, and
-  /// then only that is tried), kInput for a missing or bad config and names that it has not.
+  /// Opens a view of the config that the environment variable OCIO names. Errors: kResource if the
+  /// module is missing (if the environment variable POLYMORPH_OCIO_MODULE is set, it names the only
+  /// file that is tried), kInput for a missing or bad config and for names that the config does not
+  /// have.
   static Result<ViewTransform> open(const DisplayView& view);
 
-  /// Brightens the colours by `exposure` stops and replaces them by those that give the view's
-  /// codes once they have the sRGB curve of encode_png(), encode_gif() and movies. What the display
-  /// cannot show is clamped. Alpha stays. Errors: kResource.
+  /// Brightens the colours by `exposure` stops, applies the view, and inverts the sRGB curve:
+  /// encode_png(), encode_gif() and movies apply this curve and so get the view's codes. Colours
+  /// that the display cannot show are clamped. Alpha does not change. Errors: kResource.
   Status apply(Image& image, float exposure = 0) const;
 
  private:

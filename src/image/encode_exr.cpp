@@ -74,7 +74,7 @@ half to_half(float value) {
 Status add_attributes(const std::vector<Attribute>& attributes, Imf::Header& header) {
   for (const Attribute& attribute : attributes) {
     if (attribute.name == kPixelAspectAttribute && std::get_if<float>(&attribute.value)) continue;
-    if (attribute.name == kColorInteropAttribute) continue;  // that of the settings holds
+    if (attribute.name == kColorInteropAttribute) continue;  // the settings name the space
     const char* name = attribute.name.c_str();
     if (attribute.name.empty() || attribute.name.size() > 255 ||
         header.find(name) != header.end() || attribute.name == "channels")
@@ -92,8 +92,8 @@ Status add_attributes(const std::vector<Attribute>& attributes, Imf::Header& hea
   return Ok{};
 }
 
-/// Makes the entries that OpenEXR wants to be equal in all parts of a file, and says how it is
-/// packed.
+/// Makes a header with the entries that OpenEXR requires to be equal in all parts of a file, and
+/// with the compression.
 Imf::Header make_header(const Image& image, const ExrSettings& settings) {
   Imf::Header header(image.width, image.height);
   header.compression() = to_openexr(settings.compression);
@@ -113,7 +113,7 @@ void add_channel(const std::string& name, Imf::Header& header) {
   header.channels().insert(name, Imf::Channel(is_half(name) ? Imf::HALF : Imf::FLOAT));
 }
 
-/// Channels of each layer, by its name: what stands before the last dot.
+/// Names of each layer's channels, by the layer's name: a channel's name up to the last dot.
 using Layers = std::map<std::string, std::vector<std::string>>;
 constexpr const char* kColorPart = "rgba";
 
@@ -124,8 +124,8 @@ Layers list_layers(const Image& image) {
   return layers;
 }
 
-/// The header entries of the Cryptomatte that a layer belongs to: "cryptomatte/ID/..." of the ID
-/// whose name the layer's begins with.
+/// Lists the header entries "cryptomatte/ID/..." of the Cryptomatte that a layer belongs to. The
+/// layer's name begins with that of the Cryptomatte.
 std::vector<Attribute> list_cryptomatte_entries(const Image& image, const std::string& layer) {
   std::vector<Attribute> entries;
   for (const Attribute& name : image.attributes) {
@@ -140,7 +140,7 @@ std::vector<Attribute> list_cryptomatte_entries(const Image& image, const std::s
   return entries;
 }
 
-/// A header for each part: the colours first.
+/// Makes a header for each part. The part of the colours is the first.
 Result<std::vector<Imf::Header>> make_part_headers(const Image& image, const Layers& layers,
                                                    const ExrSettings& settings) {
   std::vector<std::string> order;
@@ -151,10 +151,10 @@ Result<std::vector<Imf::Header>> make_part_headers(const Image& image, const Lay
     Imf::Header header = make_header(image, settings);
     header.setName(layer);
     header.setType(Imf::SCANLINEIMAGE);
-    const bool colors = layer == kColorPart || is_color_layer(image, layer);
-    header.insert(
-        kColorInteropAttribute,
-        Imf::StringAttribute(colors ? color_space_label(settings.color_space).interop_id : "data"));
+    const bool has_colors = layer == kColorPart || is_color_layer(image, layer);
+    header.insert(kColorInteropAttribute,
+                  Imf::StringAttribute(
+                      has_colors ? color_space_label(settings.color_space).interop_id : "data"));
     for (const std::string& name : layers.at(layer)) add_channel(name, header);
     PM_TRY_STATUS(add_attributes(
         headers.empty() ? image.attributes : list_cryptomatte_entries(image, layer), header));
@@ -163,7 +163,7 @@ Result<std::vector<Imf::Header>> make_part_headers(const Image& image, const Lay
   return headers;
 }
 
-Image converted(Image image, ColorSpace space) {
+Image convert_copy(Image image, ColorSpace space) {
   convert_colors(image, space);
   return image;
 }
@@ -182,16 +182,17 @@ Imf::FrameBuffer fill_planes(const Image& image, Planes& planes) {
   planes.floats.resize(count);
   Imf::FrameBuffer buffer;
   for (std::size_t c = 0; c < count; ++c) {
-    const bool small = is_half(image.channels[c]);
-    if (small)
+    const bool is_half_channel = is_half(image.channels[c]);
+    if (is_half_channel)
       planes.halves[c].resize(pixels);
     else
       planes.floats[c].resize(pixels);
-    const std::size_t size = small ? sizeof(half) : sizeof(float);
-    char* base = small ? reinterpret_cast<char*>(planes.halves[c].data())
-                       : reinterpret_cast<char*>(planes.floats[c].data());
-    buffer.insert(image.channels[c], Imf::Slice(small ? Imf::HALF : Imf::FLOAT, base, size,
-                                                size * static_cast<std::size_t>(image.width)));
+    const std::size_t size = is_half_channel ? sizeof(half) : sizeof(float);
+    char* base = is_half_channel ? reinterpret_cast<char*>(planes.halves[c].data())
+                                 : reinterpret_cast<char*>(planes.floats[c].data());
+    buffer.insert(image.channels[c],
+                  Imf::Slice(is_half_channel ? Imf::HALF : Imf::FLOAT, base, size,
+                             size * static_cast<std::size_t>(image.width)));
   }
   parallel_ranges(
       static_cast<std::int64_t>(pixels), 1 << 14, [&](std::int64_t begin, std::int64_t end) {
@@ -217,8 +218,8 @@ Status check_channels(const Image& image) {
   return Ok{};
 }
 
-/// Sets up OpenEXR's thread pool, which compresses the chunks; the bytes do not depend on the
-/// number of threads.
+/// Sets up OpenEXR's thread pool, which compresses the chunks, and returns its size. The bytes do
+/// not depend on the number of threads.
 int prepare_exr_threads() {
   const int count = thread_count() > 1 ? thread_count() : 0;
   if (Imf::globalThreadCount() < count) Imf::setGlobalThreadCount(count);
@@ -232,7 +233,7 @@ Status write_one_part(const Image& image, const ExrSettings& settings,
                 Imf::StringAttribute(color_space_label(settings.color_space).interop_id));
   for (const std::string& name : image.channels) add_channel(name, header);
   PM_TRY_STATUS(add_attributes(image.attributes, header));
-  // Its destructor writes the table of line offsets.
+  // OutputFile's destructor writes the table of line offsets.
   Imf::OutputFile file(stream, header, prepare_exr_threads());
   file.setFrameBuffer(buffer);
   file.writePixels(image.height);
@@ -261,7 +262,7 @@ Result<std::string> encode_exr(const Image& image, const ExrSettings& settings) 
     const Imf::FrameBuffer buffer =
         settings.color_space == ColorSpace::kRec709
             ? fill_planes(image, planes)
-            : fill_planes(converted(image, settings.color_space), planes);
+            : fill_planes(convert_copy(image, settings.color_space), planes);
     MemoryStream stream;
     const Layers layers = list_layers(image);
     PM_TRY_STATUS(settings.multipart && layers.size() > 1

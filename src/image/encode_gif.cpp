@@ -60,8 +60,8 @@ bool differs(Rgb8 a, Rgb8 b) {
          std::abs(a[2] - b[2]) > kMaxUnchanged;
 }
 
-/// Content of the screen: the requested colours when each pixel was last drawn, and its palette
-/// indices.
+/// The screen's content: for each pixel the colour requested when the pixel was last drawn, and its
+/// palette index.
 struct Screen {
   int width, height;
   std::uint8_t transparent;
@@ -69,9 +69,10 @@ struct Screen {
   std::vector<std::uint8_t> indices;
 };
 
-/// Draws a frame: the bounding box of the changed pixels, with all others transparent. Updates the
-/// screen.
-Frame draw(const std::vector<Rgb8>& colors, const PaletteMap& map, bool is_first, Screen& screen) {
+/// Draws a frame, which covers the bounding box of the changed pixels; other pixels are
+/// transparent. Updates the screen.
+Frame draw_changes(const std::vector<Rgb8>& colors, const PaletteMap& map, bool is_first,
+                   Screen& screen) {
   const std::vector<std::uint16_t>& ranks = blue_noise_ranks();
   constexpr auto kLevels = static_cast<float>(kBlueNoiseSize * kBlueNoiseSize);
   std::vector<std::uint8_t> indices(colors.size(), screen.transparent);
@@ -166,8 +167,8 @@ class GifWriter {
   }
 
  private:
-  void check(int answer) {
-    if (answer == GIF_ERROR && !error_)
+  void check(int result) {
+    if (result == GIF_ERROR && !error_)
       error_ = gif_->Error ? gif_->Error : E_GIF_ERR_NOT_ENOUGH_MEM;
   }
   GifFileType* gif_ = nullptr;
@@ -195,9 +196,11 @@ Result<std::string> encode_gif(std::span<const Image> frames, float frames_per_s
     // Viewers show frames shorter than 2/100 s more slowly.
     const double period = std::max(100.0 / static_cast<double>(frames_per_second), 2.0);
     for (std::size_t i = 0; i < frames.size(); ++i) {
-      Frame frame = draw(encode_colors(frames[i]), map, i == 0, screen);
-      const auto time = [&](std::size_t n) { return std::lround(period * static_cast<double>(n)); };
-      writer.add_frame(frame, static_cast<int>(time(i + 1) - time(i)), transparent);
+      Frame frame = draw_changes(encode_colors(frames[i]), map, i == 0, screen);
+      const auto start_time = [&](std::size_t n) {
+        return std::lround(period * static_cast<double>(n));
+      };
+      writer.add_frame(frame, static_cast<int>(start_time(i + 1) - start_time(i)), transparent);
     }
     PM_TRY_STATUS(writer.close());
   }

@@ -17,10 +17,10 @@
 namespace polymorph {
 namespace {
 
-/// Attributes as tEXt chunks, so that a PNG says what it is as an EXR does: (keyword, text).
+/// Keywords and texts of tEXt chunks, which hold the attributes that an EXR has in its header.
 using Texts = std::vector<std::pair<std::string, std::string>>;
 Texts make_texts(const std::vector<Attribute>& attributes) {
-  constexpr std::size_t kMaxKeyword = 79;
+  constexpr std::size_t kMaxKeyword = 79;  // bytes; PNG's limit
   Texts texts;
   for (const Attribute& attribute : attributes)
     texts.emplace_back(
@@ -29,21 +29,21 @@ Texts make_texts(const std::vector<Attribute>& attributes) {
   return texts;
 }
 
-/// Settings of libpng and zlib for small files. Looking for repeated strings (zlib's default) costs
-/// time and gains nothing on noise, where run lengths after the average filter are smallest; on
-/// flat pictures (text) strings win.
+/// Settings of libpng and zlib for small files. Searching for repeated strings (zlib's default)
+/// costs time and does not compress noise, for which run lengths after the average filter give the
+/// smallest files. Flat pictures (text) are smallest with repeated strings.
 struct Effort {
   int level;
   int strategy;
   int filters;
 };
-constexpr Effort kSmall[] = {{1, Z_RLE, PNG_FILTER_AVG},
-                             {9, Z_RLE, PNG_ALL_FILTERS},
-                             {9, Z_DEFAULT_STRATEGY, PNG_ALL_FILTERS}};
+constexpr Effort kSmallEfforts[] = {{1, Z_RLE, PNG_FILTER_AVG},
+                                    {9, Z_RLE, PNG_ALL_FILTERS},
+                                    {9, Z_DEFAULT_STRATEGY, PNG_ALL_FILTERS}};
 
 struct Layout {
   int color[3];
-  int alpha = -1;  ///< -1: written opaque
+  int alpha = -1;  ///< index of the channel; -1: the PNG has no alpha
   int samples() const { return alpha >= 0 ? 4 : 3; }
 };
 
@@ -64,12 +64,12 @@ struct Encoder {
   const Image& image;
   const Layout& layout;
   const PngSettings& settings;
-  float gain;                      ///< the exposure
+  float gain;                      ///< factor of the exposure
   const SrgbQuantizer& quantizer;  ///< used for 8 bits
 
   unsigned color(float value, std::uint64_t key) const {
     if (settings.bits == 8 && !settings.dither) return quantizer(value);
-    // Random rounding, keyed by the sample: the same for each run and any number of threads.
+    // Random rounding, keyed by the sample: the same in each run and for any number of threads.
     const float offset = settings.dither ? random_float(settings.seed, 0, key) : 0.5f;
     if (settings.bits == 8) return quantizer(value, offset);
     const float clamped = value > 0 ? std::min(value, 1.0f) : 0.0f;
@@ -119,30 +119,31 @@ void append(png_structp png, png_bytep data, std::size_t size) {
 /// The pixels of an image as PNG stores them.
 struct Codes {
   int width, height;
-  int bits, samples;  ///< per sample; per pixel
+  int bits, samples;  ///< bits per sample; samples per pixel
   std::vector<png_bytep> rows;
   Texts texts;
-  std::string packed;  ///< the rows as deflate_runs() packs them; empty: libpng packs them
+  std::string packed;  ///< the rows, packed by deflate_runs(); if empty, libpng packs them
   std::size_t pixel_bytes() const { return static_cast<std::size_t>(samples * bits / 8); }
   std::size_t stride() const { return static_cast<std::size_t>(width) * pixel_bytes(); }
 };
 
-/// Writes the filter's number and a row's differences from the average of its left and upper
-/// neighbours (PNG specification 1.2, section 6.6); where nothing is above, from the left ones.
+/// Filters a row: writes the filter's number, then each byte minus the average of its left and
+/// upper neighbours (PNG specification 1.2, section 6.6). The first row has no upper neighbours, so
+/// its bytes are written minus the left neighbour.
 void filter_row(const std::uint8_t* __restrict row, const std::uint8_t* __restrict above,
-                std::size_t step, std::span<std::uint8_t> filtered) {
+                std::size_t pixel_bytes, std::span<std::uint8_t> filtered) {
   constexpr std::uint8_t kLeft = 1, kAverage = 3;
   filtered[0] = above ? kAverage : kLeft;
   std::uint8_t* __restrict out = &filtered[1];
   const std::size_t size = filtered.size() - 1;
-  for (std::size_t i = 0; i < step; ++i)
+  for (std::size_t i = 0; i < pixel_bytes; ++i)
     out[i] = static_cast<std::uint8_t>(row[i] - (above ? above[i] / 2 : 0));
   if (above) {
-    for (std::size_t i = step; i < size; ++i)
-      out[i] = static_cast<std::uint8_t>(row[i] - (row[i - step] + above[i]) / 2);
+    for (std::size_t i = pixel_bytes; i < size; ++i)
+      out[i] = static_cast<std::uint8_t>(row[i] - (row[i - pixel_bytes] + above[i]) / 2);
   } else {
-    for (std::size_t i = step; i < size; ++i)
-      out[i] = static_cast<std::uint8_t>(row[i] - row[i - step]);
+    for (std::size_t i = pixel_bytes; i < size; ++i)
+      out[i] = static_cast<std::uint8_t>(row[i] - row[i - pixel_bytes]);
   }
 }
 
@@ -171,7 +172,8 @@ void write_packed(png_structp png, const std::string& packed) {
   png_write_chunk(png, reinterpret_cast<png_const_bytep>("IEND"), nullptr, 0);
 }
 
-/// All of libpng's calls: errors jump back here over frames that own nothing.
+/// Makes all calls of libpng. On an error libpng jumps back here by longjmp(), which skips
+/// destructors, so no local here or in the callbacks owns memory.
 void write_png(Writer& writer, const Effort& effort, Codes& codes) {
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer.error, keep_png_error,
                                             ignore_png_warning);
@@ -242,10 +244,10 @@ Result<std::string> encode_png(const Image& image, const PngSettings& settings) 
       image.height,
       [&](std::int64_t y) { encoder.row(y, codes.rows[static_cast<std::size_t>(y)]); }, 16);
   pack_rows(codes);
-  PM_TRY(std::string best, encode_rows(kSmall[0], codes));
+  PM_TRY(std::string best, encode_rows(kSmallEfforts[0], codes));
   if (settings.effort == PngEffort::kFast) return best;
   codes.packed.clear();
-  for (const Effort& effort : kSmall) {
+  for (const Effort& effort : kSmallEfforts) {
     PM_TRY(std::string encoded, encode_rows(effort, codes));
     if (encoded.size() < best.size()) best = std::move(encoded);
   }

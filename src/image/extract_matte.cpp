@@ -17,7 +17,7 @@ namespace {
 /// A name in a layer's manifest.
 struct ManifestEntry {
   std::string layer, name;
-  std::uint32_t id;  ///< the bits of the float that stands for it
+  std::uint32_t id;  ///< bits of the float that the image's id channels hold for it
 };
 
 Status add_manifest(const std::string& layer, const std::string& text, const std::string& file,
@@ -55,12 +55,13 @@ Result<std::vector<ManifestEntry>> list_entries(const Image& image, const std::s
   return entries;
 }
 
-/// A rank's channels: of the ids, and of their coverages.
+/// Channel indices of a Cryptomatte rank: its ids and their coverages.
 struct Rank {
   std::size_t id, coverage;
 };
 
 std::vector<Rank> find_ranks(const Image& image, const std::string& layer) {
+  // Ranks are pairs of channels of LAYER00, LAYER01 and so on.
   struct Spelling {
     const char *id[2], *coverage[2];
   };
@@ -93,8 +94,8 @@ Image sum_coverage(const Image& image, const ManifestEntry& entry) {
   return matte;
 }
 
-Error unknown_name(const std::vector<ManifestEntry>& entries, const std::string& name,
-                   const std::string& file) {
+Error make_unknown_name_error(const std::vector<ManifestEntry>& entries, const std::string& name,
+                              const std::string& file) {
   constexpr std::size_t kMaxListed = 60;
   std::set<std::string> known;
   for (const ManifestEntry& entry : entries) known.insert(printable(entry.name));
@@ -116,12 +117,12 @@ Result<Image> extract_matte(const Image& image, const std::string& name, const s
   bool is_ambiguous = false;
   for (const ManifestEntry& entry : entries) {
     if (entry.name != name && entry.layer + "." + entry.name != name) continue;
-    Image found = sum_coverage(image, entry);
-    is_ambiguous = is_ambiguous || (matte && matte->pixels != found.pixels);
+    Image candidate = sum_coverage(image, entry);
+    is_ambiguous = is_ambiguous || (matte && matte->pixels != candidate.pixels);
     layers += (layers.empty() ? "" : " or ") + printable(entry.layer + "." + entry.name);
-    if (!matte) matte = std::move(found);
+    if (!matte) matte = std::move(candidate);
   }
-  if (!matte) return unknown_name(entries, name, file);
+  if (!matte) return make_unknown_name_error(entries, name, file);
   if (is_ambiguous)
     return make_error(ErrorCode::kUsage, "{}: \"{}\" is another matte in each layer - write {}",
                       file, printable(name), layers);

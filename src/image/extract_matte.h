@@ -8,11 +8,11 @@
 
 namespace polymorph {
 
-/// Coverage of what is called `name` in a Cryptomatte with a manifest (specification 1.2.0, of this
-/// or another program), in R, G and B. `name` is a name of one of its layers, or LAYER.NAME where
-/// layers that have it differ, as in "crypto_object.teapot". `file` is used in messages. Errors:
-/// kInput without a manifest or with a damaged one, kUsage for a name that no layer has (the
-/// message lists them) or that is ambiguous.
+/// Extracts the matte called `name` from a Cryptomatte with a manifest (specification 1.2.0,
+/// written by this or another program): its coverage in R, G and B. `name` is a name in one of the
+/// manifests, or LAYER.NAME if layers have different mattes of this name, as in
+/// "crypto_object.teapot". `file` is used in messages. Errors: kInput if the manifest is missing or
+/// damaged, kUsage if no layer has the name (the message lists all names) or if it is ambiguous.
 Result<Image> extract_matte(const Image& image, const std::string& name, const std::string& file);
 
 }  // namespace polymorph

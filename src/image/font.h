@@ -14,7 +14,7 @@ struct Glyph {
   std::array<std::uint8_t, kFontHeight> rows{};  ///< bit x set: pixel x (from the left) is inked
 };
 
-/// Finds the glyph of a printable ASCII character; others give a hollow box.
+/// Finds the glyph of a printable ASCII character, or a hollow box for any other character.
 const Glyph& find_glyph(char character);
 
 }  // namespace polymorph

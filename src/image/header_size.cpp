@@ -15,64 +15,69 @@ using namespace std::string_view_literals;
 struct Numbers {
   std::string_view bytes;
 
-  double big(std::size_t at, std::size_t size) const {
+  double big_endian(std::size_t at, std::size_t size) const {
     if (at > bytes.size() || size > bytes.size() - at) return 0;
     double value = 0;
     for (std::size_t i = 0; i < size; ++i)
       value = 256 * value + static_cast<unsigned char>(bytes[at + i]);
     return value;
   }
-  double little(std::size_t at, std::size_t size) const {
+  double little_endian(std::size_t at, std::size_t size) const {
     if (at > bytes.size() || size > bytes.size() - at) return 0;
     double value = 0;
     for (std::size_t i = size; i-- > 0;)
       value = 256 * value + static_cast<unsigned char>(bytes[at + i]);
     return value;
   }
-  double little_signed(std::size_t at) const {
-    return static_cast<std::int32_t>(static_cast<std::uint32_t>(little(at, 4)));
+  double little_endian_signed(std::size_t at) const {
+    return static_cast<std::int32_t>(static_cast<std::uint32_t>(little_endian(at, 4)));
   }
 };
 
-/// The IHDR chunk, which is the first (PNG 11.2.1).
+/// Reads the IHDR chunk, which is the first (PNG 11.2.1).
 std::optional<HeaderSize> png_size(Numbers in) {
-  const double color_type = in.big(25, 1);
+  const double color_type = in.big_endian(25, 1);
   const bool grey = color_type == 0, grey_alpha = color_type == 4, rgb = color_type == 2;
-  return HeaderSize{in.big(16, 4), in.big(20, 4), grey ? 1.0 : grey_alpha ? 2.0 : rgb ? 3.0 : 4.0};
+  return HeaderSize{in.big_endian(16, 4), in.big_endian(20, 4),
+                    grey         ? 1.0
+                    : grey_alpha ? 2.0
+                    : rgb        ? 3.0
+                                 : 4.0};
 }
 
-/// The largest frame header among the marker segments before the first scan (JPEG B.2.2).
+/// Finds the largest frame header among the marker segments before the first scan (JPEG B.2.2).
 std::optional<HeaderSize> jpeg_size(Numbers in) {
   std::optional<HeaderSize> largest;
   for (std::size_t at = 2; at + 9 < in.bytes.size();) {
-    if (in.big(at, 1) != 0xff) return largest;
-    const auto marker = static_cast<int>(in.big(at + 1, 1));
+    if (in.big_endian(at, 1) != 0xff) return largest;
+    const auto marker = static_cast<int>(in.big_endian(at + 1, 1));
     if (marker == 0xff) {  // a fill byte
       ++at;
       continue;
     }
-    if (marker == 0xda) return largest;
+    if (marker == 0xda) return largest;  // the start of a scan
     const bool is_frame =
         marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
     if (is_frame) {
-      const HeaderSize size{in.big(at + 7, 2), in.big(at + 5, 2), in.big(at + 9, 1)};
+      const HeaderSize size{in.big_endian(at + 7, 2), in.big_endian(at + 5, 2),
+                            in.big_endian(at + 9, 1)};
       if (!largest || size.width * size.height > largest->width * largest->height) largest = size;
     }
-    at += 2 + static_cast<std::size_t>(std::max(2.0, in.big(at + 2, 2)));
+    at += 2 + static_cast<std::size_t>(std::max(2.0, in.big_endian(at + 2, 2)));
   }
   return largest;
 }
 
-/// The largest windows and tiles, and the channels of all parts together, for they are joined
-/// (OpenEXR file layout: name, type, size, value).
+/// Reads the largest width and height of windows and tiles, and the sum of the channels of all
+/// parts, because decoding joins them (OpenEXR file layout: name, type, size, value).
 std::optional<HeaderSize> exr_size(Numbers in) {
-  const bool multipart = (static_cast<unsigned>(in.little(5, 1)) & 0x10u) != 0;
+  const bool multipart = (static_cast<unsigned>(in.little_endian(5, 1)) & 0x10u) != 0;
   HeaderSize size{0, 0, 1};
   double channels = 0;
   for (std::size_t at = 8; at < in.bytes.size();) {
     const std::size_t name_end = in.bytes.find('\0', at);
     if (name_end == std::string_view::npos) break;
-    if (name_end == at) {  // the end of a part's header; the last one's has another
+    if (name_end == at) {  // ends a part's header; a second empty name ends the last one
       at = name_end + 1;
       if (!multipart || (at < in.bytes.size() && in.bytes[at] == '\0')) break;
       continue;
@@ -82,16 +87,17 @@ std::optional<HeaderSize> exr_size(Numbers in) {
     const std::string_view name = in.bytes.substr(at, name_end - at),
                            type = in.bytes.substr(name_end + 1, type_end - name_end - 1);
     const std::size_t value = type_end + 5;
-    const auto length = static_cast<std::size_t>(in.little(type_end + 1, 4));
+    const auto length = static_cast<std::size_t>(in.little_endian(type_end + 1, 4));
     if (value > in.bytes.size() || length > in.bytes.size() - value) break;
     if (type == "box2i" && (name == "dataWindow" || name == "displayWindow")) {
-      size.width = std::max(size.width, in.little_signed(value + 8) - in.little_signed(value) + 1);
-      size.height =
-          std::max(size.height, in.little_signed(value + 12) - in.little_signed(value + 4) + 1);
+      size.width = std::max(
+          size.width, in.little_endian_signed(value + 8) - in.little_endian_signed(value) + 1);
+      size.height = std::max(size.height, in.little_endian_signed(value + 12) -
+                                              in.little_endian_signed(value + 4) + 1);
     }
     if (type == "tiledesc") {
-      size.width = std::max(size.width, in.little(value, 4));
-      size.height = std::max(size.height, in.little(value + 4, 4));
+      size.width = std::max(size.width, in.little_endian(value, 4));
+      size.height = std::max(size.height, in.little_endian(value + 4, 4));
     }
     if (type == "chlist") {
       for (std::size_t entry = value; entry < value + length && in.bytes[entry] != '\0';) {
@@ -108,23 +114,25 @@ std::optional<HeaderSize> exr_size(Numbers in) {
   return size;
 }
 
-/// The canvas or the picture of the first chunk (WebP container).
+/// Reads the size of the canvas or of the picture in the first chunk (WebP container).
 std::optional<HeaderSize> webp_size(Numbers in) {
   const std::string_view chunk = in.bytes.substr(std::min<std::size_t>(12, in.bytes.size()), 4);
-  if (chunk == "VP8X") return HeaderSize{in.little(24, 3) + 1, in.little(27, 3) + 1};
-  if (chunk == "VP8 ")
-    return HeaderSize{std::fmod(in.little(26, 2), 16384), std::fmod(in.little(28, 2), 16384)};
+  if (chunk == "VP8X") return HeaderSize{in.little_endian(24, 3) + 1, in.little_endian(27, 3) + 1};
+  if (chunk == "VP8 ")  // sides of 14 bits
+    return HeaderSize{std::fmod(in.little_endian(26, 2), 16384),
+                      std::fmod(in.little_endian(28, 2), 16384)};
   if (chunk != "VP8L") return std::nullopt;
-  const auto bits = static_cast<std::uint32_t>(in.little(21, 4));
+  const auto bits = static_cast<std::uint32_t>(in.little_endian(21, 4));
   return HeaderSize{(bits & 0x3fff) + 1.0, (bits >> 14 & 0x3fff) + 1.0};
 }
 
-/// The image header box of a JP2, or the size marker at the beginning of a bare code stream.
+/// Reads the image header box of a JP2, or the size marker at the beginning of a bare code stream.
 std::optional<HeaderSize> jpeg2000_size(Numbers in) {
-  if (in.bytes.starts_with("\xff\x4f"sv)) return HeaderSize{in.big(8, 4), in.big(12, 4)};
+  if (in.bytes.starts_with("\xff\x4f"sv))
+    return HeaderSize{in.big_endian(8, 4), in.big_endian(12, 4)};
   const std::size_t box = in.bytes.find("ihdr"sv);
   if (box == std::string_view::npos) return std::nullopt;
-  return HeaderSize{in.big(box + 8, 4), in.big(box + 4, 4)};
+  return HeaderSize{in.big_endian(box + 8, 4), in.big_endian(box + 4, 4)};
 }
 
 }  // namespace
@@ -134,7 +142,7 @@ std::optional<HeaderSize> header_size(std::string_view bytes, std::string_view f
   if (format == "png") return png_size(in);
   if (format == "jpeg") return jpeg_size(in);
   if (format == "openexr") return exr_size(in);
-  if (format == "gif") return HeaderSize{in.little(6, 2), in.little(8, 2)};
+  if (format == "gif") return HeaderSize{in.little_endian(6, 2), in.little_endian(8, 2)};
   if (format == "webp") return webp_size(in);
   if (format == "jpeg2000") return jpeg2000_size(in);
   if (format != "tiff") return std::nullopt;

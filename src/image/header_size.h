@@ -1,4 +1,4 @@
-// Sizes that image headers state, read before a decoder allocates for them.
+// Image sizes stated in headers, read before a decoder allocates memory for them.
 #pragma once
 
 #include <optional>
@@ -12,10 +12,10 @@ struct HeaderSize {
   double width = 0, height = 0, channels = 4;
 };
 
-/// Reads the size from the first bytes of a file of this format (the names of image/sniff.h):
-/// PNG, JPEG, TIFF, OpenEXR, GIF, WebP and JPEG 2000. Tiles count where they are larger than the
-/// image. Empty for other formats, whose readers allocate nothing on opening, and where the header
-/// is cut short or states no size.
+/// Reads the size from the first bytes of a file. `format` is a name of image/sniff.h; supported
+/// are PNG, JPEG, TIFF, OpenEXR, GIF, WebP and JPEG 2000. If tiles are larger than the image, the
+/// size is theirs. Returns nullopt for other formats, whose readers allocate nothing on opening,
+/// and if the header is cut short or states no size.
 std::optional<HeaderSize> header_size(std::string_view bytes, std::string_view format);
 
 }  // namespace polymorph

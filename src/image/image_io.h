@@ -21,23 +21,25 @@ enum class TransferCurve { kLinear, kSrgb };
 /// Relation of colours to alpha: multiplied by it, or not.
 enum class AlphaMode { kPremultiplied, kStraight };
 
-/// Header entries that decide how pixels are shown; nothing here applies them. An image that was
-/// read has them where they are not the usual ones: 1, 1 (Exif's numbers), and sRGB's or none.
+/// Header entries that change how viewers display the pixels; this program does not apply them. An
+/// image that was read has an entry only if its value is unusual: an aspect other than 1, an
+/// orientation other than 1 (Exif's numbers), a gamma other than sRGB's.
 inline constexpr const char* kPixelAspectAttribute = "pixelAspectRatio";  ///< float
 inline constexpr const char* kOrientationAttribute = "Orientation";       ///< int
 inline constexpr const char* kGammaAttribute = "gamma";                   ///< float, a PNG's gAMA
-/// Strings (image/color_description.h): an ICC profile, or the numbers of a PNG's cICP chunk that
-/// are not sRGB's; and primaries other than Rec. 709.
+/// Strings (image/color_description.h): the first describes an ICC profile or a PNG's cICP chunk
+/// other than sRGB's, the second describes primaries other than those of Rec. 709.
 inline constexpr const char* kColorProfileAttribute = "colorProfile";
 inline constexpr const char* kColorPrimariesAttribute = "colorPrimaries";
-/// String of an EXR that says the space of its colours, by the names of the Color Interop Forum's
-/// recommendations (github.com/AcademySoftwareFoundation/ColorInterop), as in "lin_rec709_scene".
+/// String that names the colour space of an EXR, as the Color Interop Forum recommends
+/// (github.com/AcademySoftwareFoundation/ColorInterop), as in "lin_rec709_scene".
 inline constexpr const char* kColorInteropAttribute = "colorInteropID";
 
-/// String: the channels whose numbers are whole, as ids are (OpenEXR's UINT), separated by commas.
+/// String: comma-separated names of the channels that hold whole numbers, such as ids (OpenEXR's
+/// UINT).
 inline constexpr const char* kIdChannelsAttribute = "idChannels";
-/// Beginning of a string's name, as in "part 1 of 2": name, size and channels of each part of an
-/// OpenEXR file of several.
+/// Prefix of names such as "part 1 of 2". These strings hold name, size and channels of each part
+/// of a multi-part OpenEXR file.
 inline constexpr const char* kPartAttribute = "part ";
 
 struct ReadImageSettings {
@@ -47,29 +49,33 @@ struct ReadImageSettings {
   /// Alpha mode of the result, converted from the file's in linear light: premultiplied as Image
   /// requires, or straight (for textures of which only the colours are used).
   AlphaMode alpha = AlphaMode::kPremultiplied;
-  /// Limit of the decoded size, checked before anything is allocated for it, as is what the process
-  /// may still take (base/memory.h).
+  /// Limit of the decoded size in bytes. Both this limit and the memory that the process may still
+  /// take (base/memory.h) are checked before the pixels are allocated.
   std::size_t max_bytes = std::size_t{1} << 30;
-  /// A file of several pages or pictures is an error, and so is an OpenEXR file of parts that are
-  /// not joined; else the first of them is read.
+  /// If true, a file of several pages or pictures is an error, and so is an OpenEXR file whose
+  /// parts cannot be joined. If false, the first of them is read.
   bool single_picture = false;
-  /// Colours keep the file's numbers, in the space that color_space_name() says; else those of
-  /// files in ACEScg are converted to Rec. 709, as an Image has them (convert_to_rec709()).
+  /// If true, colours keep the file's numbers, in the space that color_space_name() returns. If
+  /// false, colours in ACEScg are converted to Rec. 709 (convert_to_rec709()).
   bool stored_colors = false;
 };
 
 /// Reads PNG, JPEG, TIFF, OpenEXR, Radiance, Targa, BMP, GIF (its first picture), WebP, PSD, DDS,
 /// JPEG 2000 and PNM. The format is detected from the content, and from the name only if the
-/// content does not show it (image/sniff.h). Errors (kInput): missing, not an image, truncated, too
-/// large; each names the file and the reason. NaN or infinite pixels are kept, because comparisons
-/// must see them. kResource: the module is missing.
-/// Grey becomes R, G, B; the order of channels is R, G, B, A, Z, N.X, N.Y, N.Z, then the rest by
-/// name. Whole numbers of OpenEXR's UINT channels stay what they are; where one is above 2^24, a
-/// further channel NAME.low has the low bytes, and NAME the rest. OpenEXR files of several parts
-/// are joined where all are flat and have one display window: a channel whose name an earlier part
-/// has is called PART.NAME, and of header entries of one name the first part's is kept. The size is
-/// that of the display window; pixels outside the data window are 0. Attributes: the string, int
-/// and float ones that do not describe the encoding.
+/// content does not show it (image/sniff.h). Errors: kInput for a file that is missing, not an
+/// image, truncated or too large (the message names file and reason); kResource if the module is
+/// missing.
+///
+/// The order of channels is R, G, B, A, Z, N.X, N.Y, N.Z, then the rest by name; grey becomes R, G
+/// and B. NaN and infinite pixels are kept, because comparisons must see them. The size is that of
+/// the display window; pixels outside the data window are 0. The attributes are the string, int and
+/// float header entries that do not describe the encoding.
+///
+/// Numbers of OpenEXR's UINT channels are not scaled. If one exceeds 2^24, which a float would
+/// round, an additional channel NAME.low holds the low bytes, and NAME the rest. The parts of an
+/// OpenEXR file are joined if all are flat and have the same display window. A channel whose name
+/// an earlier part has is then called PART.NAME; of header entries with the same name, the first
+/// part's is kept.
 Result<Image> read_image(const std::filesystem::path& path, const ReadImageSettings& settings = {});
 /// Decodes an image in memory; `name` is used in messages.
 Result<Image> decode_image(const std::string& bytes, const std::string& name,
@@ -80,17 +86,18 @@ enum class ExrCompression { kNone, kZip, kZips, kPiz };
 struct ExrSettings {
   ExrCompression compression = ExrCompression::kZip;
   ColorSpace color_space = ColorSpace::kRec709;  ///< space that the colours are converted to
-  /// A part for each layer: first rgba with R, G, B and A, then the others by their names, with
-  /// whole channel names. The first has all header entries, a layer of a Cryptomatte that one's.
-  /// An image of one layer has one part all the same.
+  /// If true, writes one part per layer: first `rgba` with R, G, B and A, then the other layers in
+  /// the order of their names. Channels keep their full names. The first part has all header
+  /// entries; a part of a Cryptomatte has the entries of this Cryptomatte. An image of one layer is
+  /// written as one part.
   bool multipart = false;
 };
 
 /// Encodes all channels: R, G, B, A half (finite values are clamped to half's +-65504), everything
-/// else float. The settings' chromaticities and kColorInteropAttribute (those of `image` are left
-/// out), display window = data window, no time stamp: the same image gives the same bytes.
-/// Attributes as given (OpenEXR keeps them sorted by name). Errors: kInternal for an attribute or
-/// channel name that occurs twice or is the encoder's own.
+/// else float. Chromaticities and kColorInteropAttribute are those of the settings, not of `image`;
+/// the other attributes are written as given (OpenEXR sorts them by name). The display window
+/// equals the data window, and there is no time stamp: the same image gives the same bytes. Errors:
+/// kInternal for an attribute or channel name that occurs twice or is the encoder's own.
 Result<std::string> encode_exr(const Image& image, const ExrSettings& settings = {});
 
 /// Trade-off between time and size. kFast: some milliseconds for a 640x480 frame. kSmall: the

@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<fs::path> candidates(const char* file, const char* variable) {
+std::vector<fs::path> list_candidates(const char* file, const char* variable) {
   if (const char* chosen = std::getenv(variable); chosen && *chosen) return {chosen};
   std::error_code error;
   const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
@@ -37,7 +37,7 @@ std::vector<fs::path> candidates(const char* file, const char* variable) {
 Result<void*> open_module(const char* file, const char* variable,
                           bool (*is_current)(void* handle)) {
   std::string tried;
-  for (const fs::path& path : candidates(file, variable)) {
+  for (const fs::path& path : list_candidates(file, variable)) {
     std::error_code error;
     if (!fs::exists(path, error)) {
       tried += fmt::format("\n  {}: does not exist", path.string());

@@ -7,10 +7,10 @@
 namespace polymorph {
 
 /// Opens the module `file` ("polymorph_oiio.so") from the executable's folder, else from
-/// ../LIBDIR/polymorph. The environment variable `variable` names another file, and then only that
-/// is tried. `is_current` says whether an opened one belongs to this version of the program. The
-/// module stays open. Errors: kResource, each path tried and the reason on a line of its own, or
-/// " nothing" and why.
+/// ../LIBDIR/polymorph. If the environment variable `variable` is set, it names the only file that
+/// is tried. `is_current` tests whether an opened module belongs to this version of the program.
+/// The module stays open. Errors: kResource; the message has each path tried and the reason on its
+/// own line, or " nothing" and the reason.
 Result<void*> open_module(const char* file, const char* variable, bool (*is_current)(void* handle));
 
 }  // namespace polymorph

@@ -110,9 +110,9 @@ Status write_mp4(const fs::path& path, std::span<const Image> frames, float fram
   const fs::path temporary = path.string() + fmt::format(".{}.part", getpid());
   const fs::path messages = path.string() + fmt::format(".{}.log.part", getpid());
   // Writing to a child that has ended must be an error, not end this program.
-  struct sigaction ignore = {}, before = {};
+  struct sigaction ignore = {}, previous = {};
   ignore.sa_handler = SIG_IGN;
-  sigaction(SIGPIPE, &ignore, &before);
+  sigaction(SIGPIPE, &ignore, &previous);
   bool succeeded = true;
   {
     Child child(program,
@@ -154,7 +154,7 @@ Status write_mp4(const fs::path& path, std::span<const Image> frames, float fram
     for (const Image& frame : frames) succeeded = succeeded && child.write(to_rgb_bytes(frame));
     succeeded = child.finish() && succeeded;
   }
-  sigaction(SIGPIPE, &before, nullptr);
+  sigaction(SIGPIPE, &previous, nullptr);
   const auto output = read_file(messages, 1u << 16);
   std::error_code error;
   fs::remove(messages, error);

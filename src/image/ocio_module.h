@@ -15,13 +15,14 @@ struct PmOcioView {
   const char* error;  ///< null, or the reason why there is no view
 };
 
-/// The symbols' types, for dlsym.
+/// Types of the symbols, for dlsym.
 using PmOcioInterfaceFunction = int();
-/// `config`: its file. An empty `display` or `view` is the config's default. Never null.
+/// Opens a view. `config` is the config's file. An empty `display` or `view` stands for the
+/// config's default. Never returns null.
 using PmOcioOpenFunction = PmOcioView*(const char* config, const char* display, const char* view);
-/// Replaces `count` pixels R, G, B, linear Rec. 709, by the codes that the display is sent, [0, 1]
-/// for those that it can show. Null, or the reason why not, which lives as long as the view. Safe
-/// from several threads.
+/// Replaces `count` pixels (R, G, B in linear Rec. 709) by the display's codes, which are in [0, 1]
+/// for colours that it can show. Returns null, or the reason of a failure, which is valid as long
+/// as the view. Several threads may call it at once.
 using PmOcioApplyFunction = const char*(PmOcioView* view, float* pixels, std::size_t count);
 using PmOcioCloseFunction = void(PmOcioView*);
 

@@ -11,9 +11,9 @@ struct OiioModule {
   PmOiioFreeFunction* release = nullptr;
 };
 
-/// Loads the module from the executable's folder, else from ../LIBDIR/polymorph. The environment
-/// variable POLYMORPH_OIIO_MODULE names another file, and then only that is tried. Safe from
-/// several threads. Errors: kResource, naming each path tried and the reason.
+/// Loads the module from the executable's folder, else from ../LIBDIR/polymorph. If the environment
+/// variable POLYMORPH_OIIO_MODULE is set, it names the only file that is tried. Several threads may
+/// call it at once. Errors: kResource; the message names each path tried and the reason.
 Result<OiioModule> load_oiio_module();
 
 }  // namespace polymorph

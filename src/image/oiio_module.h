@@ -39,12 +39,12 @@ struct PmOiioImage {
   int height;
   int channels;
   const char* const* channel_names;  ///< names in the file's order
-  const float* pixels;               ///< interleaved, row 0 on top; integer formats as 0..1
+  const float* pixels;               ///< interleaved, row 0 on top; integer formats scaled to 0..1
   int integer_format;                ///< 1: pixels came from integers, so a transfer curve applies
   int straight_alpha;                ///< 1: colours are not premultiplied
-  /// Number of pictures in the file, of which this one is the first: pages, moments, or parts that
-  /// are not joined in this one. They are counted up to a thousand, and while all counted together
-  /// stay within the request's max_bytes.
+  /// Number of pictures in the file: pages, animation frames, or parts that cannot be joined. This
+  /// picture is the first. Counting ends at a thousand pictures, or when together they exceed the
+  /// request's max_bytes.
   int picture_count;
   int count_is_cut;          ///< 1: the file may have more than picture_count
   int part_count;            ///< number of parts of an OpenEXR file of several, else 0
@@ -55,13 +55,14 @@ struct PmOiioImage {
   const PmOiioAttribute* attributes;
 };
 
-/// Both symbols' types, for dlsym.
+/// Types of the symbols, for dlsym.
 using PmOiioInterfaceFunction = int();
 using PmOiioDecodeFunction = PmOiioImage*(const PmOiioRequest*);
 using PmOiioFreeFunction = void(PmOiioImage*);
 
 PmOiioInterfaceFunction polymorph_oiio_interface;
-PmOiioDecodeFunction polymorph_oiio_decode;  ///< never null; safe from several threads
+PmOiioDecodeFunction
+    polymorph_oiio_decode;  ///< never returns null; several threads may call it at once
 PmOiioFreeFunction polymorph_oiio_free;
 
 }  // extern "C"

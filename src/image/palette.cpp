@@ -31,9 +31,9 @@ struct ColorBox {
   double mean = 0;       ///< mean along that axis
 };
 
-ColorBox measure(const std::vector<Sample>& samples, std::size_t begin, std::size_t end) {
+ColorBox measure_box(const std::vector<Sample>& samples, std::size_t begin, std::size_t end) {
   ColorBox box{begin, end};
-  double worst = -1;
+  double max_variance = -1;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     double weight = 0, sum = 0, squares = 0;
     for (std::size_t i = begin; i < end; ++i) {
@@ -44,15 +44,15 @@ ColorBox measure(const std::vector<Sample>& samples, std::size_t begin, std::siz
     }
     const double variance = std::max(0.0, squares - sum * sum / weight);
     box.error += variance;
-    if (variance <= worst) continue;
-    worst = variance;
+    if (variance <= max_variance) continue;
+    max_variance = variance;
     box.axis = axis;
     box.mean = sum / weight;
   }
   return box;
 }
 
-double distance(const Color& a, const Color& b) {
+double squared_distance(const Color& a, const Color& b) {
   const double x = a[0] - b[0], y = a[1] - b[1], z = a[2] - b[2];
   return x * x + y * y + z * z;
 }
@@ -71,7 +71,7 @@ Color compute_mean(const std::vector<Sample>& samples, const ColorBox& box) {
 
 std::vector<Color> median_cut(std::vector<Sample>& samples, std::size_t size) {
   std::vector<ColorBox> boxes;
-  if (!samples.empty()) boxes.push_back(measure(samples, 0, samples.size()));
+  if (!samples.empty()) boxes.push_back(measure_box(samples, 0, samples.size()));
   while (!boxes.empty() && boxes.size() < size) {
     const auto worst =
         std::max_element(boxes.begin(), boxes.end(),
@@ -85,14 +85,15 @@ std::vector<Color> median_cut(std::vector<Sample>& samples, std::size_t size) {
                               [&](const Sample& s) { return s.color[box.axis] <= box.mean; });
     const auto middle = static_cast<std::size_t>(cut - begin);
     if (middle == box.begin || middle == box.end) break;
-    *worst = measure(samples, box.begin, middle);
-    boxes.push_back(measure(samples, middle, box.end));
+    *worst = measure_box(samples, box.begin, middle);
+    boxes.push_back(measure_box(samples, middle, box.end));
   }
   std::vector<Color> colors;
   for (const ColorBox& box : boxes) colors.push_back(compute_mean(samples, box));
   return colors;
 }
 
+/// Refines the colours by four rounds of Lloyd's iteration.
 void refine(const std::vector<Sample>& samples, std::vector<Color>& colors) {
   std::vector<std::size_t> owner(samples.size());
   for (int round = 0; round < 4; ++round) {
@@ -102,7 +103,8 @@ void refine(const std::vector<Sample>& samples, std::vector<Color>& colors) {
           const auto i = static_cast<std::size_t>(n);
           std::size_t best = 0;
           for (std::size_t k = 1; k < colors.size(); ++k)
-            if (distance(samples[i].color, colors[k]) < distance(samples[i].color, colors[best]))
+            if (squared_distance(samples[i].color, colors[k]) <
+                squared_distance(samples[i].color, colors[best]))
               best = k;
           owner[i] = best;
         },
@@ -187,18 +189,18 @@ std::uint8_t PaletteMap::nearest(std::array<int, 3> color) const {
 
 std::uint8_t PaletteMap::dither(Rgb8 color, float threshold) const {
   const std::uint8_t first = nearest({color[0], color[1], color[2]});
-  const Rgb8 near = palette_[first];
+  const Rgb8 first_color = palette_[first];
   // The second colour is near the reflection of the nearest entry about the pixel's colour.
-  const std::uint8_t second =
-      nearest({2 * color[0] - near[0], 2 * color[1] - near[1], 2 * color[2] - near[2]});
+  const std::uint8_t second = nearest({2 * color[0] - first_color[0], 2 * color[1] - first_color[1],
+                                       2 * color[2] - first_color[2]});
   if (first == second) return first;
-  const Rgb8 partner = palette_[second];
-  int along = 0, length = 0;
+  const Rgb8 second_color = palette_[second];
+  int projection = 0, length2 = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    along += (color[axis] - near[axis]) * (partner[axis] - near[axis]);
-    length += (partner[axis] - near[axis]) * (partner[axis] - near[axis]);
+    projection += (color[axis] - first_color[axis]) * (second_color[axis] - first_color[axis]);
+    length2 += (second_color[axis] - first_color[axis]) * (second_color[axis] - first_color[axis]);
   }
-  return static_cast<float>(along) > threshold * static_cast<float>(length) ? second : first;
+  return static_cast<float>(projection) > threshold * static_cast<float>(length2) ? second : first;
 }
 
 }  // namespace polymorph

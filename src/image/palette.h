@@ -27,7 +27,7 @@ class ColorHistogram {
 };
 
 /// Chooses at most `size` colours by median cut (Heckbert 1982), refined by Lloyd's iteration. A
-/// colour counts by the square root of its number of pixels, so that a large background does not
+/// colour's weight is the square root of its number of pixels, so that a large background does not
 /// take all entries.
 std::vector<Rgb8> choose_palette(const ColorHistogram& histogram, std::size_t size);
 
@@ -35,9 +35,9 @@ std::vector<Rgb8> choose_palette(const ColorHistogram& histogram, std::size_t si
 class PaletteMap {
  public:
   explicit PaletteMap(const std::vector<Rgb8>& palette);
-  /// Returns the nearest entry, or the one on the other side of `color` if the fraction of the
-  /// distance to it exceeds `threshold` (0..1): over a dither pattern the colours average to
-  /// `color`.
+  /// Returns the nearest entry or the entry on the other side of `color`: the latter if `color`
+  /// lies further than the fraction `threshold` (0..1) of the way from the former to the latter.
+  /// With the thresholds of a dither pattern the results average to `color`.
   std::uint8_t dither(Rgb8 color, float threshold) const;
 
  private:

@@ -1,3 +1,4 @@
+// Error and warning handlers for libpng.
 #pragma once
 
 #include <png.h>
@@ -6,8 +7,8 @@
 
 namespace polymorph {
 
-/// libpng's error handler: the message is kept in the std::string that is the error pointer, and
-/// the call that set the jump point returns.
+/// Stores libpng's message in the std::string that the error pointer points to, and jumps back to
+/// the setjmp() of the caller.
 inline void keep_png_error(png_structp png, png_const_charp text) {
   *static_cast<std::string*>(png_get_error_ptr(png)) = text;
   png_longjmp(png, 1);

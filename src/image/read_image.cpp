@@ -16,8 +16,7 @@
 namespace polymorph {
 namespace {
 
-/// Source of each channel of the result, in the order R, G, B, A, Z, N.X, N.Y, N.Z, then the rest
-/// by name; a single grey channel becomes R, G and B.
+/// A channel's name in the result, and its index in the decoded image.
 struct Source {
   std::string name;
   std::size_t channel;
@@ -29,7 +28,9 @@ std::size_t channel_rank(const std::string& name) {
                                   std::begin(kOrder));
 }
 
-std::vector<Source> channel_sources(const PmOiioImage& decoded) {
+/// Lists the result's channels in the order R, G, B, A, Z, N.X, N.Y, N.Z, then the rest by name. A
+/// single grey channel becomes R, G and B.
+std::vector<Source> list_channel_sources(const PmOiioImage& decoded) {
   std::vector<std::string> names(decoded.channel_names, decoded.channel_names + decoded.channels);
   const bool grey = names.size() == 1 || (names.size() == 2 && names[1] == "A");
   if (grey && (decoded.integer_format || names[0] == "Y" || names[0] == "I" || names[0] == "L")) {
@@ -46,22 +47,23 @@ std::vector<Source> channel_sources(const PmOiioImage& decoded) {
   return sources;
 }
 
-/// Codes to values: by the sRGB curve for colours, as they are for alpha. All readers deliver k /
-/// 255 or k / 65535, so that tables are exact.
+/// Decodes a sample by the sRGB curve if `curved`. All readers deliver k / 255 or k / 65535, so
+/// tables are exact.
 float decode_sample(float sample, bool curved) {
   if (!curved) return sample;
   const auto code = static_cast<std::uint32_t>(std::clamp(sample, 0.0f, 1.0f) * 65535.0f + 0.5f);
-  // 65535 / 255. The large table takes as long as a small picture and is made for those that need
-  // it.
+  // 65535 / 255. Computing the large table takes as long as reading a small picture, so it is
+  // computed only if a sample needs 16 bits.
   constexpr std::uint32_t kStep = 257;
   return code % kStep == 0 ? srgb_decode_table8()[code / kStep] : srgb_decode_table16()[code];
 }
 
+/// Conversion of a pixel.
 struct PixelRule {
-  std::size_t colors;  ///< number of leading R, G, B channels
-  int alpha;           ///< index of A, or -1
-  bool curved;         ///< colours carry the sRGB curve
-  bool straight_in, straight_out;
+  std::size_t colors;              ///< number of leading R, G, B channels
+  int alpha;                       ///< index of A, or -1
+  bool curved;                     ///< colours carry the sRGB curve
+  bool straight_in, straight_out;  ///< colours are not premultiplied by alpha
 };
 
 void convert_row(const PmOiioImage& decoded, const std::vector<Source>& sources, PixelRule rule,
@@ -88,7 +90,7 @@ void convert_row(const PmOiioImage& decoded, const std::vector<Source>& sources,
 }
 
 Image to_image(const PmOiioImage& decoded, const ReadImageSettings& settings) {
-  const std::vector<Source> sources = channel_sources(decoded);
+  const std::vector<Source> sources = list_channel_sources(decoded);
   Image image;
   image.width = decoded.width;
   image.height = decoded.height;
@@ -120,7 +122,7 @@ Image to_image(const PmOiioImage& decoded, const ReadImageSettings& settings) {
     image.attributes.push_back(
         {fmt::format("{}{} of {}", kPartAttribute, i + 1, decoded.part_count),
          std::string(decoded.parts[i])});
-  // A file of parts lists them; of pages or moments, the number is of interest.
+  // The parts of a file are listed above; for pages and animation frames the number suffices.
   if (decoded.part_count == 0 && decoded.picture_count > 1)
     image.attributes.push_back(
         {"pictures", fmt::format("{}{}, of which this is the first",
@@ -128,26 +130,26 @@ Image to_image(const PmOiioImage& decoded, const ReadImageSettings& settings) {
   return image;
 }
 
-/// While an image is converted it is held as its format stores it, as floats and as the result.
+/// Peak memory of reading, in sizes of the result: codes of up to 16 bits, decoded floats, result.
 constexpr double kCopies = 2.5;
 
 /// Checks the size of an image against the limits.
 Status check_size(const std::string& name, const HeaderSize& size, std::size_t max_bytes) {
   const double needed = sizeof(float) * size.width * size.height * size.channels;
   const auto limit = static_cast<double>(max_bytes);
-  const auto left = static_cast<double>(remaining_memory());
-  const auto say = [&](ErrorCode code, const std::string& why) {
+  const auto remaining = static_cast<double>(remaining_memory());
+  const auto fail = [&](ErrorCode code, const std::string& why) {
     return make_error(code,
                       "{}: {} x {} pixels of {} channel{} need {} ({}) - scale the image down",
                       name, size.width, size.height, size.channels, size.channels == 1 ? "" : "s",
                       format_bytes(needed), why);
   };
   if (needed > limit)
-    return say(ErrorCode::kInput, fmt::format("more than the limit of {}", format_bytes(limit)));
-  if (kCopies * needed > left)
-    return say(ErrorCode::kResource,
-               fmt::format("several times while they are read, and the memory limit leaves {}",
-                           format_bytes(left)));
+    return fail(ErrorCode::kInput, fmt::format("more than the limit of {}", format_bytes(limit)));
+  if (kCopies * needed > remaining)
+    return fail(ErrorCode::kResource,
+                fmt::format("several times while they are read, and the memory limit leaves {}",
+                            format_bytes(remaining)));
   return Ok{};
 }
 
@@ -155,12 +157,12 @@ Result<DecodedImage> decode(const std::string& bytes, const std::string& format,
                             std::size_t max_bytes) {
   if (format == "png") return decode_png(bytes, max_bytes);
   PM_TRY(const OiioModule module, load_oiio_module());
-  // OpenImageIO 2.4 trusts the data after the pixels of a Targa file (a thumbnail, a date), but
-  // ignores them without the footer.
-  constexpr std::size_t kFooter = 26;
-  const std::size_t size = format == "targa" && bytes.size() > 18 + kFooter &&
+  // OpenImageIO 2.4 does not check the data after the pixels of a Targa file (a thumbnail, a date).
+  // It ignores them if the footer is missing, so the footer is cut off.
+  constexpr std::size_t kFooterSize = 26;
+  const std::size_t size = format == "targa" && bytes.size() > 18 + kFooterSize &&
                                    bytes.ends_with(std::string_view("TRUEVISION-XFILE.\0", 18))
-                               ? bytes.size() - kFooter
+                               ? bytes.size() - kFooterSize
                                : bytes.size();
   const PmOiioRequest request{format.c_str(), bytes.data(), size, max_bytes};
   return DecodedImage(module.decode(&request), module.release);

@@ -14,15 +14,15 @@ struct Span {
   std::vector<float> weights;  ///< sum 1
 };
 
-/// Weights of a box filter for each target sample.
-std::vector<Span> make_box_filter(int from, int to) {
+/// Computes the weights of a box filter for each target sample.
+std::vector<Span> make_box_filter(int source_size, int target_size) {
   std::vector<Span> spans;
-  const double step = static_cast<double>(from) / to;
-  for (int i = 0; i < to; ++i) {
-    const double begin = i * step, end = std::min<double>((i + 1) * step, from);
-    const int first = std::min(static_cast<int>(begin), from - 1);
+  const double step = static_cast<double>(source_size) / target_size;
+  for (int i = 0; i < target_size; ++i) {
+    const double begin = i * step, end = std::min<double>((i + 1) * step, source_size);
+    const int first = std::min(static_cast<int>(begin), source_size - 1);
     Span span{static_cast<std::size_t>(first), {}};
-    for (int s = first; s < from && s < end; ++s) {
+    for (int s = first; s < source_size && s < end; ++s) {
       const double covered = std::min<double>(end, s + 1) - std::max<double>(begin, s);
       // Rounding may leave tiny weights of samples that are not covered at all.
       if (covered > 1e-9 * step || span.weights.empty())

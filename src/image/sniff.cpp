@@ -39,7 +39,7 @@ constexpr Magic kReadable[] = {
     {"\xff\x4f\xff\x51"sv, "jpeg2000"},
 };
 
-constexpr Magic kKnown[] = {
+constexpr Magic kUnreadable[] = {
     {"RIFF"sv, "a RIFF file, but no WebP"},
     {"%PDF"sv, "a PDF"},
     {"<svg"sv, "an SVG"},
@@ -61,7 +61,7 @@ std::uint32_t little_endian(std::string_view bytes, std::size_t at) {
   return value;
 }
 
-/// Checks the chunks up to IEND: libpng would print their defects to standard error.
+/// Checks the chunks up to IEND, because libpng would print their defects to standard error.
 Status check_png(std::string_view bytes) {
   std::size_t at = 8;
   while (true) {
@@ -103,7 +103,7 @@ Status check_exr(std::string_view bytes) {
     const std::size_t name_end = bytes.find('\0', at);
     if (name_end == std::string_view::npos) return truncated;
     if (name_end == at) {
-      // After the last part of a multi-part file comes one more empty name.
+      // One more empty name follows the last part of a multi-part file.
       if (!multipart || attributes == 0) return Ok{};
       attributes = 0;
       at = name_end + 1;
@@ -126,13 +126,14 @@ std::size_t word_at(std::string_view bytes, std::size_t at) {
 
 Status check_bmp(std::string_view bytes) {
   if (bytes.size() < 54) return make_error(ErrorCode::kInput, "the BMP is truncated");
-  const bool old = little_endian(bytes, 14) < 40;  // OS/2's header has sizes of 16 bits
-  const double width = old ? static_cast<double>(word_at(bytes, 18))
-                           : static_cast<std::int32_t>(little_endian(bytes, 18));
-  const double height = old ? static_cast<double>(word_at(bytes, 20))
+  const bool is_os2 = little_endian(bytes, 14) < 40;  // OS/2's header has sizes of 16 bits
+  const double width = is_os2 ? static_cast<double>(word_at(bytes, 18))
+                              : static_cast<std::int32_t>(little_endian(bytes, 18));
+  const double height = is_os2
+                            ? static_cast<double>(word_at(bytes, 20))
                             : std::abs(1.0 * static_cast<std::int32_t>(little_endian(bytes, 22)));
-  const auto bits = static_cast<double>(word_at(bytes, old ? 24 : 28));
-  const std::uint32_t compression = old ? 0 : little_endian(bytes, 30);
+  const auto bits = static_cast<double>(word_at(bytes, is_os2 ? 24 : 28));
+  const std::uint32_t compression = is_os2 ? 0 : little_endian(bytes, 30);
   // OpenImageIO 2.4 writes out of bounds for runs that extend beyond the picture.
   if (compression == 1 || compression == 2)
     return make_error(ErrorCode::kInput, "run-length encoded BMPs are not read - save it as a PNG");
@@ -159,7 +160,7 @@ bool is_like_targa(std::string_view bytes) {
 }
 
 /// Tests whether all indices of run-length encoded pixels are below `colors`.
-bool runs_are_within(std::string_view runs, std::size_t pixels, std::size_t colors) {
+bool run_indices_are_valid(std::string_view runs, std::size_t pixels, std::size_t colors) {
   std::size_t at = 0;
   for (std::size_t pixels_read = 0; pixels_read < pixels;) {
     if (at >= runs.size()) return false;
@@ -187,14 +188,14 @@ Status check_targa(std::string_view bytes) {
   if (begin > bytes.size() || needed > bytes.size() - begin)
     return make_error(ErrorCode::kInput, "the Targa file is truncated");
   if (type != 1 && type != 9) return Ok{};
-  const bool depth = byte(7) == 15 || byte(7) == 16 || byte(7) == 24 || byte(7) == 32;
+  const bool has_known_depth = byte(7) == 15 || byte(7) == 16 || byte(7) == 24 || byte(7) == 32;
   const std::string_view indices = bytes.substr(begin);
-  const bool within =
+  const bool indices_are_valid =
       type == 9
-          ? runs_are_within(indices, pixels, colors)
+          ? run_indices_are_valid(indices, pixels, colors)
           : std::all_of(indices.begin(), indices.begin() + static_cast<std::ptrdiff_t>(pixels),
                         [&](char index) { return static_cast<unsigned char>(index) < colors; });
-  if (depth && within && word_at(bytes, 3) == 0) return Ok{};
+  if (has_known_depth && indices_are_valid && word_at(bytes, 3) == 0) return Ok{};
   return make_error(ErrorCode::kInput,
                     "the Targa file's colour map is damaged or unusual - save it as true colour");
 }
@@ -219,7 +220,7 @@ std::string detect_format(std::string_view bytes) {
 }
 
 const char* describe_content(std::string_view bytes) {
-  for (const Magic& magic : kKnown)
+  for (const Magic& magic : kUnreadable)
     if (bytes.starts_with(magic.bytes)) return magic.name;
   for (const char c : bytes.substr(0, 64))
     if (static_cast<unsigned char>(c) < 9) return "unknown binary data";

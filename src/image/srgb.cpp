@@ -65,9 +65,9 @@ std::uint8_t SrgbQuantizer::operator()(float linear, float offset) const {
     const float fraction =
         static_cast<float>(bits & kFractionMask) / static_cast<float>(kFractionMask + 1);
     const float code = curve_[bucket] + (curve_[bucket + 1] - curve_[bucket]) * fraction + offset;
-    const float below = std::floor(code);
-    if (code - below > kCurveError && code - below < 1 - kCurveError)
-      return static_cast<std::uint8_t>(std::min(below, 255.0f));
+    const float whole_code = std::floor(code);
+    if (code - whole_code > kCurveError && code - whole_code < 1 - kCurveError)
+      return static_cast<std::uint8_t>(std::min(whole_code, 255.0f));
   }
   return static_cast<std::uint8_t>(std::min(linear_to_srgb(value) * 255.0f + offset, 255.0f));
 }

@@ -21,7 +21,7 @@ class SrgbQuantizer {
  public:
   static const SrgbQuantizer& instance();
   std::uint8_t operator()(float linear) const {
-    // Without branches, whose mispredictions would dominate. Below kFirst the code is 0.
+    // This has no branches, because mispredictions would dominate. Below kFirst the code is 0.
     const float value = linear >= kFirst ? (linear < 1.0f ? linear : 1.0f) : kFirst;
     constexpr std::uint32_t kFirstBucket = std::bit_cast<std::uint32_t>(kFirst) >> kShift;
     const std::uint8_t code =
@@ -29,19 +29,19 @@ class SrgbQuantizer {
     return static_cast<std::uint8_t>(code + (value >= lowest_[code + std::size_t{1}]));
   }
   /// Computes floor(min(255 linear_to_srgb(v) + offset, 255)), `v` clamped to [0, 1], for an
-  /// `offset` in [0, 1): random rounding. A pow is rarely needed.
+  /// `offset` in [0, 1); a random offset rounds randomly. A pow is rarely needed.
   std::uint8_t operator()(float linear, float offset) const;
 
  private:
-  /// Codes change at most once per bucket of equal leading bits: its relative width is 1/512, that
-  /// of a code at least 1/110.
+  /// A bucket holds the floats of equal leading bits. The code changes at most once per bucket: the
+  /// relative width of a bucket is 1/512, that of a code at least 1/110.
   static constexpr std::uint32_t kShift = 14;
   static constexpr float kFirst = 0x1p-13f;
   SrgbQuantizer();
   std::array<float, 257>
       lowest_;  ///< the smallest linear value that rounds to each code; infinity after 255
-  std::vector<std::uint8_t> start_;
-  std::vector<float> curve_;  ///< 255 linear_to_srgb() at values of equal leading bits
+  std::vector<std::uint8_t> start_;  ///< code of the smallest value of each bucket
+  std::vector<float> curve_;         ///< 255 linear_to_srgb() at values of equal leading bits
 };
 
 /// Tables of srgb_to_linear(i / 255) and srgb_to_linear(i / 65535).

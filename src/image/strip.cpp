@@ -60,14 +60,14 @@ void draw_frame(const Image& frame, int left, int top, float background, Image& 
     }
 }
 
-/// Scale of the labels: 2 if they all fit and the cells are no thumbnails, else 1.
+/// Scale of the labels: 2 if they all fit and the cells are at least 200 pixels wide, else 1.
 int choose_label_scale(std::span<const std::string> labels, int cell_width) {
   for (const std::string& label : labels)
     if (text_width(label, 2) > cell_width) return 1;
   return cell_width >= 200 ? 2 : 1;
 }
 
-/// Truncates `text` to a width.
+/// Truncates `text` to a width in pixels.
 std::string fit_text(std::string text, int width, int scale) {
   while (!text.empty() && text_width(text, scale) > width) text.pop_back();
   return text;

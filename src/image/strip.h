@@ -13,15 +13,15 @@ namespace polymorph {
 struct StripSettings {
   int columns = 4;
   int gap = 6;         ///< pixels between cells and around the sheet
-  int cell_width = 0;  ///< frames are scaled (area filter) to this width; 0 = as they are
+  int cell_width = 0;  ///< frames are scaled (area filter) to this width; 0: not scaled
   bool labels = true;
   float background = 0.02f;  ///< linear grey
 };
 
-/// One sheet of all frames (equal sizes), row by row, labels centred below each frame, cut where
-/// they are wider than it. R, G, B only; what is transparent shows the background. `labels` may be
-/// empty or has one entry per frame. Errors: kInput for unequal sizes, no frames, missing colour
-/// channels.
+/// Makes one sheet of all frames, which must have equal sizes, row by row. Labels are centred below
+/// the frames and cut to their width. The sheet has R, G and B only; transparent pixels show the
+/// background. `labels` is empty or has one entry per frame. Errors: kInput for unequal sizes, no
+/// frames, missing colour channels.
 Result<Image> make_strip(std::span<const Image> frames, std::span<const std::string> labels,
                          const StripSettings& settings = {});
 
@@ -29,9 +29,10 @@ struct TextStyle {
   float grey = 1;  ///< linear
   int scale = 1;   ///< pixels per dot of the font
 };
-/// Draws ASCII text in an own bitmap font onto R, G, B; `x`, `y` is its top left corner. Clipped at
-/// the image's edges; characters outside ASCII are drawn as hollow boxes.
+/// Draws ASCII text in a bitmap font (image/font.h) onto R, G and B; (x, y) is the top left corner
+/// of the text. Clipped at the image's edges; characters outside ASCII are drawn as hollow boxes.
 void draw_text(Image& image, int x, int y, const std::string& text, TextStyle style);
+/// Width and height of drawn text in pixels.
 int text_width(const std::string& text, int scale = 1);
 int text_height(int scale = 1);
 

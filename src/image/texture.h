@@ -16,7 +16,7 @@ struct TextureView {
   const float* pixels = nullptr;
 };
 
-/// The two texels around `t` (in repeats) and the weight of the second.
+/// The two texels around a texture coordinate and the weight of the second.
 struct TextureTaps {
   std::size_t first, second;
   float fraction;
@@ -26,9 +26,9 @@ PM_HD inline TextureTaps texture_taps(float t, int size) {
   const float wrapped = std::isfinite(t) ? (t - std::floor(t)) * n - 0.5f : 0.0f;
   const float base = std::floor(wrapped);
   const int first = static_cast<int>(base);
-  const int before = (first % size + size) % size;
-  return {static_cast<std::size_t>(before), static_cast<std::size_t>((before + 1) % size),
-          wrapped - base};
+  const int wrapped_first = (first % size + size) % size;
+  return {static_cast<std::size_t>(wrapped_first),
+          static_cast<std::size_t>((wrapped_first + 1) % size), wrapped - base};
 }
 
 /// Samples R, G, B at `uv`; an image with fewer than three channels counts as grey. White for an

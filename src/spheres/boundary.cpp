@@ -47,9 +47,9 @@ float shrink_ball(const Tree& tree, const std::vector<BoundarySample>& samples, 
     tree.knnSearch(query, 1, &nearest, &distance2);
     if (nearest == i || !(distance2 < radius * radius * (1 - 1e-4f))) break;
     const Vec3 q = samples[nearest].point, d = q - p;
-    const float along = dot(d, inward);
-    if (!(along > 0)) break;
-    const float next = dot(d, d) / (2 * along);
+    const float projection = dot(d, inward);
+    if (!(projection > 0)) break;
+    const float next = dot(d, d) / (2 * projection);
     // The angle is measured at the new centre.
     const Vec3 center = p + inward * next;
     if (step > 0 && dot(normalized(p - center), normalized(q - center)) > kMinCosine) break;
@@ -73,9 +73,9 @@ void measure_balls(std::vector<BoundarySample>& samples, float diagonal) {
       64);
 }
 
-/// Shrinks balls that pass through a wall thinner than the samples' spacing, recognized by a point
-/// on the wrong side: they are limited by the faces themselves. Other balls are not, because faces
-/// inside the solid, where parts overlap, must not limit them.
+/// Shrinks balls that pass through a wall thinner than the samples' spacing: a ball with a probe on
+/// the wrong side of the boundary shrinks until it contains no face. Other balls do not, because
+/// faces inside the solid, where components overlap, must not limit them.
 void shrink_to_walls(std::vector<BoundarySample>& samples, const Model& model,
                      const InsideTest& inside) {
   constexpr float kProbePositions[] = {0.3f, 0.6f, 1.0f,
@@ -89,20 +89,20 @@ void shrink_to_walls(std::vector<BoundarySample>& samples, const Model& model,
       probes.push_back(s.point + s.normal * (t * s.outer_radius));
     }
   const std::vector<std::uint8_t> is_inside = inside.inside(probes);
-  std::vector<std::size_t> leaking;  // 2 i: inner ball of sample i; 2 i + 1: outer
+  std::vector<std::size_t> leaking_balls;  // 2 i: inner ball of sample i; 2 i + 1: outer
   for (std::size_t i = 0; i < samples.size(); ++i)
     for (const std::size_t side : {0u, 1u})
       for (std::size_t k = 0; k < kCount; ++k)
         if ((is_inside[2 * (kCount * i + k) + side] != 0) != (side == 0)) {
-          leaking.push_back(2 * i + side);
+          leaking_balls.push_back(2 * i + side);
           break;
         }
-  if (leaking.empty()) return;
+  if (leaking_balls.empty()) return;
   const ClosestPointQuery faces(model);
   parallel_for(
-      static_cast<std::int64_t>(leaking.size()),
+      static_cast<std::int64_t>(leaking_balls.size()),
       [&](std::int64_t k) {
-        const std::size_t at = leaking[static_cast<std::size_t>(k)];
+        const std::size_t at = leaking_balls[static_cast<std::size_t>(k)];
         BoundarySample& s = samples[at / 2];
         float& radius = at % 2 ? s.outer_radius : s.inner_radius;
         const Vec3 n = at % 2 ? s.normal : -s.normal;
@@ -110,15 +110,16 @@ void shrink_to_walls(std::vector<BoundarySample>& samples, const Model& model,
           const ClosestPoint q = faces.closest(s.point + n * radius, radius * 0.999f);
           if (q.triangle == ClosestPoint::kNoTriangle) break;
           const Vec3 d = q.point - s.point;
-          const float along = dot(d, n), next = dot(d, d) / (2 * along);
-          if (!(along > 0) || !(next < radius)) break;
+          const float projection = dot(d, n), next = dot(d, d) / (2 * projection);
+          if (!(projection > 0) || !(next < radius)) break;
           radius = next;
         }
       },
       64);
 }
 
-/// Selects the surface samples with inside on exactly one side, and orients their normals outward.
+/// Selects the surface samples that have the inside on exactly one side, and orients their normals
+/// outward.
 std::vector<BoundarySample> select_boundary(const std::vector<SurfaceSample>& surface,
                                             const InsideTest& inside, float diagonal) {
   const float step = 2e-4f * diagonal;

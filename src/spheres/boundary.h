@@ -21,8 +21,8 @@ struct BoundarySample {
 
 /// Draws about `count` samples, evenly distributed. Faces inside or outside the solid (overlapping
 /// parts, doubled or loose sheets) get none: one side of a sample is inside and the other outside.
-/// Empty if the model has no inside. In Morton order, so that neighbours in the list are neighbours
-/// in space.
+/// The list is empty if the model has no inside. It is in Morton order, so that neighbours in the
+/// list are neighbours in space.
 std::vector<BoundarySample> sample_boundary(const Model& model, const InsideTest& inside,
                                             std::size_t count);
 

@@ -18,10 +18,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Content: node count, nodes, ball count, balls.
+// Content of a file: node count, nodes, ball count, balls. Sizes are in bytes.
 constexpr std::size_t kNodeSize = 4 * 4 + 4 + 2 + 1;
 constexpr std::size_t kBallSize = 11 * 4;
-constexpr std::uint64_t kMaxBytes = 4ull << 30;
+constexpr std::uint64_t kMaxBytes = 4ull << 30;  // larger files are not verified
 
 std::string make_key(const Model& model, const SphereSettings& settings) {
   // Structured bindings make this fail to compile when a member is added. Only the geometry of a
@@ -72,7 +72,7 @@ std::string encode(const Approximation& approximation) {
 }
 
 bool is_valid(const Approximation& approximation) {
-  bool any_leaf = false;
+  bool has_leaf = false;
   const std::vector<SphereNode>& nodes = approximation.tree.nodes;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const SphereNode& node = nodes[i];
@@ -82,14 +82,14 @@ bool is_valid(const Approximation& approximation) {
       return false;
     if (node.parent < -1 || node.parent >= static_cast<std::int64_t>(i) || node.level < 0)
       return false;
-    any_leaf = any_leaf || node.leaf;
+    has_leaf = has_leaf || node.leaf;
   }
   for (const Ball& ball : approximation.balls) {
     bool finite = true;
     for_each_number(ball, [&](float number) { finite = finite && std::isfinite(number); });
     if (!finite || !(ball.a > 0) || !(determinant(ball.shape) > 0)) return false;
   }
-  return any_leaf;
+  return has_leaf;
 }
 
 /// Decodes a cache file; `problem` describes why that failed.
@@ -126,7 +126,7 @@ std::optional<Approximation> decode(std::string_view bytes, const std::string& k
   return approximation;
 }
 
-/// Removes the entries for which `is_removed` is true, and counts.
+/// Removes the files of the entries for which `is_removed` returns true, and counts both kinds.
 template <class F>
 CacheCleaning remove_entries(const std::vector<CacheEntry>& entries, const F& is_removed) {
   CacheCleaning cleaning;
@@ -238,11 +238,11 @@ CacheCleaning clear_cache(const fs::path& folder) {
 
 Result<Approximation> approximate_cached(const Model& model, const SphereSettings& settings,
                                          const fs::path& cache_folder,
-                                         const std::optional<Model>* stand_in) {
-  if (cache_folder.empty()) return approximate(model, settings, stand_in);
+                                         const std::optional<Model>* proxy) {
+  if (cache_folder.empty()) return approximate(model, settings, proxy);
   const std::string key = make_key(model, settings);
   if (auto cached = load_approximation(cache_folder, key)) return std::move(*cached);
-  PM_TRY(Approximation approximation, approximate(model, settings, stand_in));
+  PM_TRY(Approximation approximation, approximate(model, settings, proxy));
   store_approximation(cache_folder, key, model.name, approximation);
   return approximation;
 }
@@ -258,7 +258,8 @@ Result<std::vector<Ball>> refit_cached(const Model& model, const SphereSettings&
   if (auto cached = load_approximation(cache_folder, key)) return std::move(cached->balls);
   Approximation refitted;
   PM_TRY(refitted.balls, refit(model, settings, balls));
-  // The file's spheres are those of the balls alone.
+  // The file must have a sphere tree: it gets one sphere per ball, with the radius at which a lone
+  // ball's field is 1 (for w >= 1).
   for (const Ball& ball : refitted.balls)
     refitted.tree.nodes.push_back(
         {{ball.center, std::sqrt(std::max(ball.w, 1.0f) / ball.a)}, -1, 0, true});
@@ -272,14 +273,14 @@ bool is_cached(const Model& model, const SphereSettings& settings, const fs::pat
 }
 
 fs::path default_cache_folder() {
-  const auto from = [](const char* name) -> fs::path {
+  const auto read_path = [](const char* name) -> fs::path {
     const char* value = std::getenv(name);
     return value && *value ? fs::path(value) : fs::path{};
   };
-  if (fs::path own = from("POLYMORPH_CACHE_DIR"); !own.empty()) return own;
+  if (fs::path chosen = read_path("POLYMORPH_CACHE_DIR"); !chosen.empty()) return chosen;
   // The XDG base directory specification: relative paths are to be ignored.
-  if (fs::path xdg = from("XDG_CACHE_HOME"); xdg.is_absolute()) return xdg / "polymorph";
-  if (fs::path home = from("HOME"); home.is_absolute()) return home / ".cache" / "polymorph";
+  if (fs::path xdg = read_path("XDG_CACHE_HOME"); xdg.is_absolute()) return xdg / "polymorph";
+  if (fs::path home = read_path("HOME"); home.is_absolute()) return home / ".cache" / "polymorph";
   return {};
 }
 

@@ -17,14 +17,15 @@ namespace polymorph {
 /// same model and settings; the test Cache.DigestsArePinned detects that.
 inline constexpr std::uint32_t kSpheresVersion = 11;
 
-/// Loads the approximation stored in `folder` under this key, if there is one. A file that is
-/// damaged, foreign, of another version or under a wrong name gives a warning and no approximation.
+/// Loads the approximation stored in `folder` under this key, if there is one. For a file that is
+/// damaged, foreign, of another version or under a wrong name it logs a warning and returns
+/// nullopt.
 std::optional<Approximation> load_approximation(const std::filesystem::path& folder,
                                                 const std::string& key);
 
-/// Stores an approximation by writing a temporary file and renaming it, so that readers see all or
-/// nothing; of several writers the last wins (all write the same). If writing fails, a warning is
-/// given once per folder. `origin`: the model's name, for display (base/cache_file.h).
+/// Stores an approximation by writing a temporary file and renaming it, so that readers never see
+/// half a file; of several writers the last wins (all write the same). If writing fails, it logs a
+/// warning once per folder. `origin`: the model's name, for display (base/cache_file.h).
 void store_approximation(const std::filesystem::path& folder, const std::string& key,
                          std::string_view origin, const Approximation& approximation);
 
@@ -46,7 +47,7 @@ struct CacheEntry {
 /// missing folder gives an empty list, an unreadable one a warning.
 std::vector<CacheEntry> list_cache(const std::filesystem::path& folder);
 
-/// Lists the files and reads and checks each.
+/// Lists the files as list_cache() does, and reads and checks each.
 std::vector<CacheEntry> verify_cache(const std::filesystem::path& folder);
 
 struct CacheCleaning {
@@ -58,7 +59,7 @@ struct CacheCleaning {
 /// Removes files older than `max_age` seconds, then the oldest until at most `max_bytes` remain.
 CacheCleaning gc_cache(const std::filesystem::path& folder, std::uint64_t max_bytes,
                        double max_age);
-/// Removes all of list_cache().
+/// Removes all files that list_cache() lists.
 CacheCleaning clear_cache(const std::filesystem::path& folder);
 
 }  // namespace polymorph

@@ -13,9 +13,9 @@
 namespace polymorph {
 namespace {
 
-/// The surface as a graph: points in the same place are one.
+/// The surface as a graph, whose nodes are the first of each set of coincident points.
 struct PointGraph {
-  std::vector<std::uint32_t> first;                   ///< first point in the place of each
+  std::vector<std::uint32_t> first;  ///< first of the points that coincide with each point
   std::vector<std::vector<std::uint32_t>> neighbors;  ///< neighbours of each first point
   std::vector<float> areas;                           ///< area around each first point
 };
@@ -23,19 +23,19 @@ struct PointGraph {
 PointGraph make_graph(const Model& model) {
   PointGraph graph;
   const std::size_t n = model.points.size();
-  std::map<std::array<float, 3>, std::uint32_t> places;
+  std::map<std::array<float, 3>, std::uint32_t> first_at;
   for (std::uint32_t i = 0; i < n; ++i) {
     const Vec3 p = model.points[i];
-    graph.first.push_back(places.try_emplace({p.x, p.y, p.z}, i).first->second);
+    graph.first.push_back(first_at.try_emplace({p.x, p.y, p.z}, i).first->second);
   }
   graph.neighbors.resize(n);
   graph.areas.assign(n, 0);
   for (const Triangle& t : model.triangles) {
     const Vec3 a = model.points[t.v[0]], b = model.points[t.v[1]], c = model.points[t.v[2]];
-    const float share = length(cross(b - a, c - a)) / 6;
+    const float third_of_area = length(cross(b - a, c - a)) / 6;
     for (int k = 0; k < 3; ++k) {
       const std::uint32_t here = graph.first[t.v[k]], next = graph.first[t.v[(k + 1) % 3]];
-      graph.areas[here] += share;
+      graph.areas[here] += third_of_area;
       graph.neighbors[here].push_back(next);
       graph.neighbors[next].push_back(here);
     }
@@ -43,15 +43,15 @@ PointGraph make_graph(const Model& model) {
   return graph;
 }
 
-/// Lists the points within `reach` of a place that are connected with `seed` there.
+/// Lists the points within `radius` of `center` that are connected with `seed` inside this sphere.
 std::vector<std::uint32_t> grow_region(const Model& model, const PointGraph& graph,
-                                       std::uint32_t seed, Vec3 place, float reach) {
+                                       std::uint32_t seed, Vec3 center, float radius) {
   std::vector<std::uint32_t> region{seed};
   std::vector<bool> seen(model.points.size());
   seen[seed] = true;
   for (std::size_t k = 0; k < region.size(); ++k)
     for (const std::uint32_t next : graph.neighbors[region[k]]) {
-      if (seen[next] || !(length(model.points[next] - place) < reach)) continue;
+      if (seen[next] || !(length(model.points[next] - center) < radius)) continue;
       seen[next] = true;
       region.push_back(next);
     }
@@ -60,62 +60,64 @@ std::vector<std::uint32_t> grow_region(const Model& model, const PointGraph& gra
 
 std::vector<BoundPoint> bind_ball(const Model& model, const PointGraph& graph, const Ball& ball,
                                   float size) {
-  constexpr float kReach = 1.6f, kGrowth = 1.4f;  // times the way to the surface; per try
-  constexpr std::size_t kMin = 12;                // points that tell a rotation
+  constexpr float kRadiusFactor = 1.6f,
+                  kGrowth = 1.4f;         // times the distance to the surface; per attempt
+  constexpr std::size_t kMinPoints = 12;  // determine a rotation
   std::uint32_t seed = 0;
   float nearest = std::numeric_limits<float>::infinity();
   for (std::uint32_t i = 0; i < model.points.size(); ++i)
     if (const float d = length(model.points[i] - ball.center);
         d < nearest && graph.areas[i] > 0 && graph.first[i] == i)
       nearest = d, seed = i;
-  float reach = kReach * std::max(nearest, 1 / std::sqrt(ball.a));
-  std::vector<std::uint32_t> region = grow_region(model, graph, seed, ball.center, reach);
-  while (region.size() < kMin && reach < 2 * size) {
-    reach *= kGrowth;
-    region = grow_region(model, graph, seed, ball.center, reach);
+  float radius = kRadiusFactor * std::max(nearest, 1 / std::sqrt(ball.a));
+  std::vector<std::uint32_t> region = grow_region(model, graph, seed, ball.center, radius);
+  while (region.size() < kMinPoints && radius < 2 * size) {
+    radius *= kGrowth;
+    region = grow_region(model, graph, seed, ball.center, radius);
   }
   std::vector<BoundPoint> bound;
   for (const std::uint32_t i : region) {
     const Vec3 offset = model.points[i] - ball.center;
-    const float near = 1 - dot(offset, offset) / (reach * reach);
-    bound.push_back({i, graph.areas[i] * (std::max(near, 0.0f) * near + 1e-4f)});
+    const float falloff = 1 - dot(offset, offset) / (radius * radius);
+    bound.push_back({i, graph.areas[i] * (std::max(falloff, 0.0f) * falloff + 1e-4f)});
   }
   return bound;
 }
 
-/// The similarity x -> to + scale turn (x - from).
-struct Motion {
+/// The similarity transform x -> to + scale * rotation * (x - from).
+struct Similarity {
   Vec3d from, to;
-  Mat3 turn;
+  Mat3 rotation;
   double scale = 1;
 };
 
-Motion fit_motion(std::span<const Vec3> points, std::span<const BoundPoint> bound,
-                  std::span<const Vec3> posed) {
-  Motion motion;
-  double weights = 0;
+Similarity fit_similarity(std::span<const Vec3> points, std::span<const BoundPoint> bound,
+                          std::span<const Vec3> posed) {
+  Similarity similarity;
+  double weight_sum = 0;
   for (const auto& [i, weight] : bound) {
     const auto w = static_cast<double>(weight);
-    motion.from = motion.from + Vec3d(points[i]) * w;
-    motion.to = motion.to + Vec3d(posed[i]) * w;
-    weights += w;
+    similarity.from = similarity.from + Vec3d(points[i]) * w;
+    similarity.to = similarity.to + Vec3d(posed[i]) * w;
+    weight_sum += w;
   }
-  motion.from = motion.from * (1 / weights);
-  motion.to = motion.to * (1 / weights);
+  similarity.from = similarity.from * (1 / weight_sum);
+  similarity.to = similarity.to * (1 / weight_sum);
   Mat3 sum{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
-  double from_square = 0, to_square = 0;
+  double from_variance = 0, to_variance = 0;
   for (const auto& [i, weight] : bound) {
     const auto w = static_cast<double>(weight);
-    const Vec3d p = Vec3d(points[i]) - motion.from, q = Vec3d(posed[i]) - motion.to;
+    const Vec3d p = Vec3d(points[i]) - similarity.from, q = Vec3d(posed[i]) - similarity.to;
     const double a[3] = {p.x, p.y, p.z}, b[3] = {q.x, q.y, q.z};
     for (int r = 0; r < 3; ++r)
       for (int c = 0; c < 3; ++c) sum.at(r, c) += w * b[r] * a[c];
-    from_square += w * dot(p, p);
-    to_square += w * dot(q, q);
+    from_variance += w * dot(p, p);
+    to_variance += w * dot(q, q);
   }
-  motion.turn = nearest_rotation(sum);
-  if (from_square > 0 && to_square > 0) motion.scale = std::sqrt(to_square / from_square);
-  return motion;
+  similarity.rotation = nearest_rotation(sum);
+  if (from_variance > 0 && to_variance > 0)
+    similarity.scale = std::sqrt(to_variance / from_variance);
+  return similarity;
 }
 
 }  // namespace
@@ -141,15 +143,18 @@ CarriedBalls carry_balls(const Model& model, std::span<const Ball> balls,
   PM_CHECK(balls.size() == bound.size() && posed.size() == model.points.size());
   CarriedBalls carried;
   for (std::size_t i = 0; i < balls.size(); ++i) {
-    const Motion motion = fit_motion(model.points, bound[i], posed);
+    const Similarity similarity = fit_similarity(model.points, bound[i], posed);
     Ball ball = balls[i];
     ball.center =
-        to_float(motion.to + motion.turn * (Vec3d(ball.center) - motion.from) * motion.scale);
-    ball.a = static_cast<float>(static_cast<double>(ball.a) / (motion.scale * motion.scale));
+        to_float(similarity.to +
+                 similarity.rotation * (Vec3d(ball.center) - similarity.from) * similarity.scale);
+    ball.a =
+        static_cast<float>(static_cast<double>(ball.a) / (similarity.scale * similarity.scale));
     if (!is_round(ball))
-      ball.shape = to_sym3(motion.turn * to_mat3(ball.shape) * transposed(motion.turn));
+      ball.shape =
+          to_sym3(similarity.rotation * to_mat3(ball.shape) * transposed(similarity.rotation));
     carried.balls.push_back(ball);
-    carried.turns.push_back(motion.turn);
+    carried.turns.push_back(similarity.rotation);
   }
   return carried;
 }

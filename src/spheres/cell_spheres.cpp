@@ -1,4 +1,4 @@
-// Choice of the resolution for the report's two methods, and diagnosis when nothing is inside.
+// Choice of the resolution for the octree and active methods, and diagnosis if nothing is inside.
 #include <algorithm>
 
 #include "base/log.h"
@@ -9,7 +9,7 @@ namespace polymorph {
 namespace {
 
 constexpr int kMaxSuggestedResolution = 7;  // 2^18 cells: a fraction of a second
-constexpr std::size_t kMaxFitted = 4096;
+constexpr std::size_t kMaxFitted = 4096;    // balls
 
 SphereTree build_at_resolution(const InsideTest& test, const RootCube& root, SphereMethod method,
                                int resolution) {
@@ -17,21 +17,22 @@ SphereTree build_at_resolution(const InsideTest& test, const RootCube& root, Sph
                                          : build_octree(test, root, resolution - 1);
 }
 
-/// Selects the finest resolution with at most `max_count` spheres: thousands of balls are still
-/// extracted in milliseconds, and a thin model gets finer cells than a thick one. At least
-/// kCoarsest, so that a cube is not reduced to a few balls.
+/// Builds the tree of the finest resolution with at most `max_count` spheres: thousands of balls
+/// are still extracted in milliseconds, and a thin model gets finer cells than a thick one. The
+/// resolution is at least kMinResolution, so that a cube is not reduced to a few balls.
 SphereTree build_automatic(const InsideTest& test, const RootCube& root, SphereMethod method,
                            std::size_t max_count) {
-  constexpr int kCoarsest = 4, kStart = 6, kFinest = 8;
+  constexpr int kMinResolution = 4, kStartResolution = 6, kMaxResolution = 8;
   // With each level an octree has 8 times as many cells; the active method, which refines only at
   // the surface, has 4 times as many.
   const std::size_t growth = method == SphereMethod::kActive ? 4 : 8;
-  int resolution = kStart;
+  int resolution = kStartResolution;
   SphereTree tree = build_at_resolution(test, root, method, resolution);
   const auto count = [&] { return tree.leaves().size(); };
-  while (count() > max_count && resolution > kCoarsest)
+  while (count() > max_count && resolution > kMinResolution)
     tree = build_at_resolution(test, root, method, --resolution);
-  while (resolution >= kStart && resolution < kFinest && count() * growth <= max_count)
+  while (resolution >= kStartResolution && resolution < kMaxResolution &&
+         count() * growth <= max_count)
     tree = build_at_resolution(test, root, method, ++resolution);
   return tree;
 }

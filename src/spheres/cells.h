@@ -1,4 +1,4 @@
-// Octree cells around a model, and the sphere tree of the selected ones.
+// Octree cells around a model, and sphere trees of selected cells.
 #pragma once
 
 #include <cmath>
@@ -36,8 +36,8 @@ struct Cell {
   }
 };
 
-/// The point (x, y, z) of a lattice of `steps` steps along each side of the root cube; halves are
-/// cell centres.
+/// Returns the point (x, y, z) of a lattice with `steps` steps along each side of the root cube;
+/// half-integers give cell centres.
 inline Vec3 lattice_point(const RootCube& root, int steps, double x, double y, double z) {
   const double step = root.side / steps;
   return {static_cast<float>(root.low[0] + step * x), static_cast<float>(root.low[1] + step * y),
@@ -47,19 +47,21 @@ inline Vec3 lattice_point(const RootCube& root, int steps, double x, double y, d
 /// Makes the sphere with the cell's centre and volume: radius (3 / (4 pi))^(1/3) h = 0.6204 h.
 Sphere make_sphere(const RootCube& root, const Cell& cell);
 
-/// Builds the tree of all cells that `is_leaf` selects, searched from the root down to `finest`,
-/// and of their ancestors. Depth first, children in Morton order (x fastest), so the order depends
-/// on the selection only. Nothing below a leaf is searched. Without a leaf the tree is empty.
+/// Builds the tree of the cells that `is_leaf` selects and of their ancestors. Searches from the
+/// root down to the level `finest`, but not below a leaf; depth first, children in Morton order (x
+/// fastest), so the order of the nodes depends on the selection only. Without a leaf the tree is
+/// empty.
 SphereTree build_cell_tree(const RootCube& root, int finest,
                            const std::function<bool(const Cell&)>& is_leaf);
 
-/// Builds the sphere tree of each method; `finest` = resolution - 1. Empty if nothing is inside.
+/// Builds the sphere tree of each method; the finest level is resolution - 1. The tree is empty if
+/// nothing is inside.
 SphereTree build_octree(const InsideTest& test, const RootCube& root, int finest);
 SphereTree build_active_tree(const InsideTest& test, const RootCube& root, int finest);
 
-/// Builds the sphere tree for the settings' method and resolution; for resolution 0 the finest one
-/// with at most `max_count` spheres. Errors (kInput): nothing is inside at this resolution; the
-/// message says which to raise.
+/// Builds the sphere tree for the settings' method and resolution; resolution 0 selects the finest
+/// one with at most `max_count` spheres. Errors (kInput): nothing is inside at this resolution; the
+/// message says what to change.
 Result<SphereTree> build_cell_spheres(const Model& model, const InsideTest& test,
                                       const SphereSettings& settings, std::size_t max_count);
 

@@ -6,11 +6,11 @@ namespace polymorph {
 
 double hull_volume(std::span<const Vec3> points) {
   if (points.size() < 4) return 0;
-  std::vector<Vec3d> exact;
-  exact.reserve(points.size());
-  for (const Vec3 p : points) exact.emplace_back(p);
-  // Qt: only triangles; Pp: nothing is said about narrow hulls; FA: the volume.
-  Qhull hull(exact, "qhull Qt Pp FA");
+  std::vector<Vec3d> double_points;
+  double_points.reserve(points.size());
+  for (const Vec3 p : points) double_points.emplace_back(p);
+  // Qt: only triangles; Pp: no warnings about narrow hulls; FA: the volume.
+  Qhull hull(double_points, "qhull Qt Pp FA");
   return hull.failed ? 0 : hull.state.totvol;
 }
 

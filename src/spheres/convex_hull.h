@@ -1,4 +1,4 @@
-// Convex hull of points (Quickhull; Barber, Dobkin and Huhdanpaa 1996): its volume.
+// Volume of the convex hull of points (Quickhull; Barber, Dobkin and Huhdanpaa 1996).
 #pragma once
 
 #include <span>
@@ -7,7 +7,7 @@
 
 namespace polymorph {
 
-/// Computes the volume of the points' convex hull; 0 where they lie in a plane. Deterministic.
+/// Computes the volume of the points' convex hull; 0 if they lie in a plane. Deterministic.
 double hull_volume(std::span<const Vec3> points);
 
 }  // namespace polymorph

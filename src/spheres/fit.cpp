@@ -32,8 +32,8 @@ struct Fit {
       points;  ///< three per sample (surface, outside, inside), then active free points
   std::vector<FitPoint> inactive;  ///< free points that have not been on the wrong side yet
   std::size_t sample_count = 0;
-  double length = 1;
-  int parameters = kEllipsoidNumbers;
+  double length = 1;                   ///< diagonal of the model's box
+  int parameters = kEllipsoidNumbers;  ///< per ball
   double damping = 1e-2;
   FitRows rows;
   FitRows tentative;  ///< rows of a tentative step; a member to reuse its memory
@@ -108,13 +108,13 @@ void add_samples(Fit& fit, const std::vector<BoundarySample>& samples) {
   const auto clamp_offset = [&](float radius) {
     return std::min(0.01 * fit.length, 0.5 * static_cast<double>(radius));
   };
-  constexpr double kOffsetWeight = 0.05;
+  constexpr double kOffsetWeight = 0.05;  // a point on the surface has the weight 1
   for (const BoundarySample& s : samples) {
     const Vector3d p = to_eigen(s.point), n = to_eigen(s.normal);
-    const double out = clamp_offset(s.outer_radius), in = clamp_offset(s.inner_radius);
+    const double outward = clamp_offset(s.outer_radius), inward = clamp_offset(s.inner_radius);
     fit.points.push_back({p, 0, 1, FitPoint::Rule::kSurface});
-    fit.points.push_back({p + out * n, -out, kOffsetWeight, FitPoint::Rule::kOffset});
-    fit.points.push_back({p - in * n, in, kOffsetWeight, FitPoint::Rule::kOffset});
+    fit.points.push_back({p + outward * n, -outward, kOffsetWeight, FitPoint::Rule::kOffset});
+    fit.points.push_back({p - inward * n, inward, kOffsetWeight, FitPoint::Rule::kOffset});
   }
   fit.sample_count = samples.size();
 }
@@ -124,7 +124,7 @@ void add_samples(Fit& fit, const std::vector<BoundarySample>& samples) {
 /// surface alone makes holes inside and spurious components outside, where there are no samples.
 std::vector<FitPoint> make_free_points(const std::vector<BoundarySample>& samples,
                                        const InsideTest& inside, const Box& box) {
-  constexpr double kFreeWeight = 0.1;
+  constexpr double kFreeWeight = 0.1;  // a point on the surface has the weight 1
   const Vec3 margin = box.size() * 0.05f + Vec3{1, 1, 1} * (0.01f * box.diagonal());
   const Box wide{box.low - margin, box.high + margin};
   struct Free {
@@ -136,11 +136,11 @@ std::vector<FitPoint> make_free_points(const std::vector<BoundarySample>& sample
     // A ball that touches the boundary in p contains no boundary, so points from p almost to its
     // opposite end are inside (outside) without a test.
     const BoundarySample& s = samples[i];
-    const float deep = random_float(1, 0, i), out = random_float(1, 1, i);
-    all.push_back({s.point - s.normal * (1.8f * s.inner_radius * deep), true});
+    const float inner_fraction = random_float(1, 0, i), outer_fraction = random_float(1, 1, i);
+    all.push_back({s.point - s.normal * (1.8f * s.inner_radius * inner_fraction), true});
     // The lattice covers points further outside.
     const float max_offset = std::min(1.8f * s.outer_radius, 0.1f * box.diagonal());
-    all.push_back({s.point + s.normal * (max_offset * out), false});
+    all.push_back({s.point + s.normal * (max_offset * outer_fraction), false});
   }
   std::vector<Vec3> lattice(3 * samples.size());
   for (std::size_t i = 0; i < lattice.size(); ++i) {
@@ -172,7 +172,7 @@ void activate_wrong_points(Fit& fit) {
   fit.inactive = std::move(still_inactive);
 }
 
-/// Applies a step to one ball, each parameter clamped.
+/// Applies a step to one ball; the change of each parameter is limited.
 FitBall apply_step(const FitBall& ball, const double* step, int parameters, double length) {
   FitBall next = ball;
   const double shift = Vector3d(step[1], step[2], step[3]).norm();
@@ -195,17 +195,17 @@ FitBall apply_step(const FitBall& ball, const double* step, int parameters, doub
 /// Limits an ellipsoid's axes to lengths that the samples can determine and the surface grid can
 /// resolve.
 void limit_axes(FitBall& ball, double length) {
-  constexpr double kMaxRatio = 12;
+  constexpr double kMaxRatio = 12;  // of an ellipsoid's axes
   const double max_root = 2 / (0.002 * length), min_root = 0.5 / length;
   Eigen::JacobiSVD<Matrix3d> svd(ball.root, Eigen::ComputeFullV);
-  Vector3d s = svd.singularValues();  // falling
+  Vector3d s = svd.singularValues();  // descending
   const double high = std::min(s[0], max_root);
   const Vector3d limited = s.cwiseMin(high).cwiseMax(std::max(high / kMaxRatio, min_root));
   if (limited == s) return;
   ball.root = limited.asDiagonal() * svd.matrixV().transpose();
 }
 
-/// Evaluates all points, after the balls were changed.
+/// Evaluates all points after the balls have changed.
 void evaluate(const std::vector<FitBall>& balls, const Fit& fit, FitRows& rows) {
   rows.clear();
   add_fit_rows(balls, fit.points, fit.length, fit.parameters, rows);
@@ -241,7 +241,7 @@ bool improve(Fit& fit) {
 
 /// Computes the contribution of each ball: the squared error that its removal would cause, to first
 /// order.
-std::vector<double> ball_contributions(const Fit& fit) {
+std::vector<double> compute_contributions(const Fit& fit) {
   std::vector<double> contributions(fit.balls.size(), 0.0);
   for (std::size_t s = 0; s < fit.sample_count; ++s) {
     const std::size_t p = 3 * s;
@@ -255,10 +255,11 @@ std::vector<double> ball_contributions(const Fit& fit) {
   return contributions;
 }
 
-/// Moves the balls with the smallest contribution to the largest errors: into the medial ball of a
-/// sample that lies outside the field, or next to a ball that would need two shapes at once.
-void move_balls(Fit& fit, const std::vector<BoundarySample>& samples, double share) {
-  const std::vector<double> contributions = ball_contributions(fit);
+/// Moves the balls with the smallest contributions to the largest errors, while these are more than
+/// twice as large: into the medial ball of a sample that lies outside the field, or next to a ball
+/// that would need two shapes at once.
+void move_balls(Fit& fit, const std::vector<BoundarySample>& samples, double max_fraction) {
+  const std::vector<double> contributions = compute_contributions(fit);
   std::vector<std::size_t> by_contribution(fit.balls.size());
   std::iota(by_contribution.begin(), by_contribution.end(), std::size_t{0});
   std::sort(by_contribution.begin(), by_contribution.end(), [&](std::size_t a, std::size_t b) {
@@ -277,7 +278,8 @@ void move_balls(Fit& fit, const std::vector<BoundarySample>& samples, double sha
   std::sort(by_error.begin(), by_error.end(), [&](std::size_t a, std::size_t b) {
     return squared_errors[a] != squared_errors[b] ? squared_errors[a] > squared_errors[b] : a < b;
   });
-  const auto max_moves = static_cast<std::size_t>(share * static_cast<double>(fit.balls.size()));
+  const auto max_moves =
+      static_cast<std::size_t>(max_fraction * static_cast<double>(fit.balls.size()));
   std::vector<std::uint8_t> is_used(fit.balls.size(), 0);
   // The sample with the largest error in each ball's region.
   std::vector<std::size_t> worst_sample(fit.balls.size(), fit.sample_count);
@@ -293,22 +295,23 @@ void move_balls(Fit& fit, const std::vector<BoundarySample>& samples, double sha
   }
   std::size_t move_count = 0;
   for (std::size_t i = 0; i < by_error.size() && move_count < max_moves; ++i) {
-    const std::size_t from = by_contribution[move_count], at = by_error[i];
-    if (contributions[from] * 2 > squared_errors[at] || is_used[at] || from == at) break;
-    const std::size_t s = worst_sample[at];
+    const std::size_t moved = by_contribution[move_count], crowded = by_error[i];
+    if (contributions[moved] * 2 > squared_errors[crowded] || is_used[crowded] || moved == crowded)
+      break;
+    const std::size_t s = worst_sample[crowded];
     if (s == fit.sample_count) continue;
-    is_used[from] = is_used[at] = 1;
+    is_used[moved] = is_used[crowded] = 1;
     ++move_count;
     if (fit.rows.psi[3 * s] < 0) {  // the sample lies outside the field: fill it in
       const BoundarySample& sample = samples[s];
       const float r = std::max(sample.inner_radius, 0.004f * static_cast<float>(fit.length));
-      fit.balls[from] = make_ball({sample.point - sample.normal * r, r});
+      fit.balls[moved] = make_ball({sample.point - sample.normal * r, r});
       // Strong enough to raise the field at the sample to 1.
-      fit.balls[from].w += exact::log(-exact::expm1(std::max(fit.rows.psi[3 * s], -40.0)));
+      fit.balls[moved].w += exact::log(-exact::expm1(std::max(fit.rows.psi[3 * s], -40.0)));
       continue;
     }
-    // Split the ball into halves along its longest axis.
-    FitBall& ball = fit.balls[at];
+    // Split the ball along its longest axis into two smaller and weaker halves.
+    FitBall& ball = fit.balls[crowded];
     Eigen::JacobiSVD<Matrix3d> svd(ball.root, Eigen::ComputeFullV);
     const Vector3d axis = svd.matrixV().col(2) / svd.singularValues()[2];
     ball.root *= 1.15;
@@ -316,7 +319,7 @@ void move_balls(Fit& fit, const std::vector<BoundarySample>& samples, double sha
     FitBall twin = ball;
     ball.center += 0.6 * axis;
     twin.center -= 0.6 * axis;
-    fit.balls[from] = twin;
+    fit.balls[moved] = twin;
   }
 }
 
@@ -345,14 +348,14 @@ Ball to_ball(const FitBall& fitted) {
   return ball;
 }
 
-std::vector<Ball> to_ball(const Fit& fit) {
+std::vector<Ball> to_balls(const Fit& fit) {
   std::vector<Ball> balls;
   for (const FitBall& ball : fit.balls) balls.push_back(to_ball(ball));
   return balls;
 }
 
-/// RMS of the first-order distance at the samples.
-double surface_rms(const Fit& fit) {
+/// Computes the RMS of the first-order distance at the samples.
+double compute_surface_rms(const Fit& fit) {
   double sum = 0;
   for (std::size_t s = 0; s < fit.sample_count; ++s) {
     const double error = fit.rows.psi[3 * s] / fit.rows.steepness[3 * s];
@@ -366,9 +369,9 @@ double surface_rms(const Fit& fit) {
 /// points.
 Result<std::size_t> add_outlier_constraints(Fit& fit, const ClosestPointQuery& boundary,
                                             const InsideTest& inside) {
-  constexpr std::size_t kMax = 2000;
+  constexpr std::size_t kMaxConstraints = 2000;
   const double max_distance = 0.008 * fit.length;
-  PM_TRY(const Mesh mesh, extract_surface(*make_cpu_engine(), to_ball(fit),
+  PM_TRY(const Mesh mesh, extract_surface(*make_cpu_engine(), to_balls(fit),
                                           static_cast<float>(fit.length / 160), {}));
   const std::vector<ClosestPoint> closest = boundary.closest(mesh.positions);
   std::vector<Vec3> outliers;
@@ -379,7 +382,7 @@ Result<std::size_t> add_outlier_constraints(Fit& fit, const ClosestPointQuery& b
     distances.push_back(static_cast<double>(closest[i].distance));
   }
   const std::vector<std::uint8_t> in = inside.inside(outliers);
-  const std::size_t stride = outliers.size() / kMax + 1;
+  const std::size_t stride = outliers.size() / kMaxConstraints + 1;
   for (std::size_t i = 0; i < outliers.size(); i += stride) {
     const double target = std::min(distances[i], 0.02 * fit.length);
     fit.points.push_back({to_eigen(outliers[i]), in[i] ? target : -target, 1,
@@ -388,7 +391,7 @@ Result<std::size_t> add_outlier_constraints(Fit& fit, const ClosestPointQuery& b
   return outliers.size();
 }
 
-/// Half extents of the region where w - (x - c)^T A (x - c) >= 0.
+/// Computes the half extents along the axes of the ellipsoid where w - (x - c)^T A (x - c) >= 0.
 Vector3d half_extents(const Ball& ball, double w) {
   const auto& s = ball.shape;
   Matrix3d a;
@@ -400,7 +403,7 @@ Vector3d half_extents(const Ball& ball, double w) {
 /// Tests whether the balls' surface crosses the sides of the box, each moved outward by 0.08 of the
 /// diagonal, or lies beyond them.
 bool extends_beyond(const std::vector<Ball>& balls, const Box& box) {
-  constexpr int kSteps = 24;
+  constexpr int kSteps = 24;  // per side of the box
   const float margin = 0.08f * box.diagonal();
   const Box wide = {box.low - Vec3{margin, margin, margin},
                     box.high + Vec3{margin, margin, margin}};
@@ -462,8 +465,8 @@ Result<FitResult> refit_balls(const Model& model, const InsideTest& inside,
   evaluate(fit.balls, fit, fit.rows);
   FitResult result;
   while (result.iterations < settings.iterations && improve(fit)) ++result.iterations;
-  result.rms = surface_rms(fit);
-  result.balls = to_ball(fit);
+  result.rms = compute_surface_rms(fit);
+  result.balls = to_balls(fit);
   return result;
 }
 
@@ -521,8 +524,8 @@ Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
     fit.damping = 1e-2;
     for (int i = 0; i < 4 && improve(fit); ++i) ++result.iterations;
   }
-  result.rms = surface_rms(fit);
-  result.balls = to_ball(fit);
+  result.rms = compute_surface_rms(fit);
+  result.balls = to_balls(fit);
   return result;
 }
 

@@ -30,24 +30,24 @@ struct FitResult {
 /// Fits Gaussian balls so that the surface psi = ln(field) = 0 passes through the boundary samples.
 /// Minimizes, under Huber's loss, the first-order signed distance e = psi / |grad psi| at the
 /// samples, at samples offset along the normal (target = the offset) and, where their sign is
-/// wrong, at points throughout the box. Levenberg-Marquardt over weight, centre and the six
-/// parameters of each ball's ellipsoid (docs/method.md, Fit). Starts with one ball per sphere: an
-/// ellipsoid that approximates the region of the solid nearest to the sphere. Finally parts of the
-/// surface far from the model are pushed away. Deterministic for any number of threads. Errors: as
-/// extract_surface().
+/// wrong, at points throughout the box. Levenberg-Marquardt steps change the weight, the centre and
+/// the six parameters of each ball's ellipsoid (docs/method.md, Fit). Starts with one ball per
+/// sphere: an ellipsoid that approximates the region of the solid nearest to the sphere. Finally
+/// constraints remove parts of the surface that lie far from the model. Deterministic for any
+/// number of threads. Errors: as extract_surface().
 Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
                             const std::vector<BoundarySample>& samples,
                             const std::vector<Sphere>& spheres, const FitSettings& settings);
 
-/// Fits on from balls that were fitted to something similar, the pose before perhaps: none of them
-/// becomes another. `settings.rounds` and `passes` are not used.
+/// Continues a fit from balls that were fitted to a similar model, for example the previous pose.
+/// No ball is moved to another part of the model: `settings.rounds` and `passes` are not used.
 Result<FitResult> refit_balls(const Model& model, const InsideTest& inside,
                               const std::vector<BoundarySample>& samples,
                               const std::vector<Ball>& balls, const FitSettings& settings);
 
 /// Moves and shrinks balls that reach beyond the box, but only if their surface reaches further
-/// than 0.08 of the diagonal beyond it. A fit diverges like this where faces disagree about what is
-/// inside; for a sound model it never comes near.
+/// than 0.08 of the diagonal beyond it. A fit diverges like this if faces disagree about what is
+/// inside; the fit of a sound model stays far within this limit.
 std::vector<Ball> move_into_box(std::vector<Ball> balls, const Box& box);
 
 }  // namespace polymorph

@@ -14,11 +14,11 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::size_t kGroup = 32;  // points that use a common list of balls
+constexpr std::size_t kGroupSize = 32;  // points that use a common list of balls
 
-/// Balls that may matter at the points of a group (those that can come within e^-9 of the largest
-/// contribution), as structure of arrays. One object is reused for many groups, so that it keeps
-/// its memory.
+/// Balls that may matter at the points of a group (whose contribution may exceed e^-9 times the
+/// largest), as a structure of arrays. One object is reused for many groups, so that it keeps its
+/// memory.
 class GroupBalls {
  public:
   std::vector<std::uint32_t> indices;
@@ -108,7 +108,8 @@ std::vector<double> compute_norms(const std::vector<FitBall>& balls) {
   return norms;
 }
 
-/// Values per ball of a group: u = root d and the fraction q of the field. Reused like GroupBalls.
+/// Values at a point per ball of a group: u = root (x - center), and q, the ball's fraction of the
+/// field. Reused like GroupBalls.
 class Terms {
  public:
   void resize(std::size_t balls) {
@@ -134,20 +135,20 @@ template <class F>
 void for_each_group(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
                     std::size_t first, const F& f) {
   const std::vector<double> norms = compute_norms(balls);
-  const std::size_t groups = (points.size() + kGroup - 1) / kGroup;
-  parallel_ranges(static_cast<std::int64_t>(groups - first), 8,
-                  [&](std::int64_t begin, std::int64_t end) {
-                    GroupBalls near;
-                    Terms terms;
-                    for (std::int64_t k = begin; k < end; ++k) {
-                      const std::size_t g = first + static_cast<std::size_t>(k);
-                      const FitPoint* at = points.data() + g * kGroup;
-                      const std::size_t count = std::min(kGroup, points.size() - g * kGroup);
-                      near.collect(balls, norms, at, count);
-                      terms.resize(near.size());
-                      f(g, at, count, near, terms);
-                    }
-                  });
+  const std::size_t groups = (points.size() + kGroupSize - 1) / kGroupSize;
+  parallel_ranges(
+      static_cast<std::int64_t>(groups - first), 8, [&](std::int64_t begin, std::int64_t end) {
+        GroupBalls near;
+        Terms terms;
+        for (std::int64_t k = begin; k < end; ++k) {
+          const std::size_t g = first + static_cast<std::size_t>(k);
+          const FitPoint* at = points.data() + g * kGroupSize;
+          const std::size_t count = std::min(kGroupSize, points.size() - g * kGroupSize);
+          near.collect(balls, norms, at, count);
+          terms.resize(near.size());
+          f(g, at, count, near, terms);
+        }
+      });
 }
 
 /// The entries of one group's rows.
@@ -181,7 +182,7 @@ void exponentiate(double* x, std::size_t count) {
   }
 }
 
-/// Sums in four partial sums, independent of the vector width.
+/// Adds the values in four partial sums, so that the result does not depend on the vector width.
 double sum_in_lanes(const double* x, std::size_t count) {
   double sums[4] = {0, 0, 0, 0};
   std::size_t i = 0;
@@ -238,16 +239,19 @@ Term make_term(Terms& terms, const FitBall& ball, std::size_t k) {
   return term;
 }
 
-/// Derivative of psi / g with respect to (w, c, D), times `scale`, where g = |grad psi|. `along` =
-/// root grad / g; where the steepness is clamped, `ratio` = psi / g is 0. With t = w - u^2, dg = q
-/// (dt (-2 slope . grad / g - g) + (grad / g) . d(-2 slope)).
-struct Derivation {
-  Vector3d direction = Vector3d::Zero();  ///< grad / g
+/// Values at a point that the derivatives of its residual share; g = |grad psi|. `steepness` is g,
+/// clamped from below; `ratio` is psi / g, or 0 where g is clamped; `scale` is the root of the
+/// residual's weight.
+struct PointGradient {
+  Vector3d direction = Vector3d::Zero();  ///< grad psi / g
   double steepness = 1, ratio = 0, scale = 1;
 };
-/// Writes one number per parameter of the ball, kRoundNumbers or more, to `out`.
-void derive(const Term& term, const FitBall& ball, const Derivation& at, std::span<float> numbers) {
-  float* out = numbers.data();
+/// Computes the derivatives of scale psi / g with respect to (w, c, D), one per parameter of the
+/// ball. With t = w - u^2, dg = q (dt (-2 slope . direction - g) + direction . d(-2 slope));
+/// `along` = root direction.
+void derive(const Term& term, const FitBall& ball, const PointGradient& at,
+            std::span<float> derivatives) {
+  float* out = derivatives.data();
   const double factor = at.scale * term.q / at.steepness;
   const Vector3d along = ball.root * at.direction;
   const double t_factor = 1 - at.ratio * (-2 * term.slope.dot(at.direction) - at.steepness);
@@ -259,7 +263,7 @@ void derive(const Term& term, const FitBall& ball, const Derivation& at, std::sp
   const Vector3d rotated_direction = ball.root.transpose() * along;
   for (int i = 0; i < 3; ++i) put(2 * term.slope[i], 2 * rotated_direction[i]);
   const Vector3d& u = term.u;
-  if (numbers.size() == std::size_t{kRoundNumbers}) {
+  if (derivatives.size() == std::size_t{kRoundNumbers}) {
     put(-u.squaredNorm(), -2 * along.dot(u));
     return;
   }
@@ -282,7 +286,7 @@ Vector3d compute_half_gradient(Terms& terms, const GroupBalls& balls) {
   return sum;
 }
 
-/// The balls near a group of points, and what their rows depend on.
+/// The balls near a group of points, and the other inputs of the points' rows.
 struct PointBalls {
   const std::vector<FitBall>& all;
   const GroupBalls& group;
@@ -305,11 +309,11 @@ double add_rows(std::size_t p, const FitPoint& point, const PointBalls& at, FitR
   rows.residuals[p] = scale * loss.distance;
   rows.psi[p] = psi;
   rows.steepness[p] = steepness;
-  Derivation derivation{-2 * half / std::max(slope, 1e-300), steepness, 0, scale};
-  if (slope == steepness) derivation.ratio = psi / steepness;
-  const std::size_t before = entries.balls.size();
+  PointGradient gradient{-2 * half / std::max(slope, 1e-300), steepness, 0, scale};
+  if (slope == steepness) gradient.ratio = psi / steepness;
+  const std::size_t first_entry = entries.balls.size();
   for (std::size_t k = 0; scale > 0 && k < balls.size(); ++k) {
-    constexpr double kMinWeight = 5e-3;
+    constexpr double kMinWeight = 5e-3;  // J omits balls with a smaller fraction of the field
     if (!(terms.q()[k] > kMinWeight)) continue;
     const FitBall& ball = all[balls.indices[k]];
     const Term term = make_term(terms, ball, k);
@@ -317,9 +321,9 @@ double add_rows(std::size_t p, const FitPoint& point, const PointBalls& at, FitR
     entries.weights.push_back(static_cast<float>(term.q));
     const auto numbers = static_cast<std::size_t>(parameters);
     entries.derivatives.resize(entries.derivatives.size() + numbers);
-    derive(term, ball, derivation, std::span(entries.derivatives).last(numbers));
+    derive(term, ball, gradient, std::span(entries.derivatives).last(numbers));
   }
-  rows.begins[p + 1] = static_cast<std::uint32_t>(entries.balls.size() - before);
+  rows.begins[p + 1] = static_cast<std::uint32_t>(entries.balls.size() - first_entry);
   return loss.cost;
 }
 
@@ -327,9 +331,10 @@ double add_rows(std::size_t p, const FitPoint& point, const PointBalls& at, FitR
 
 void add_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
                   double length, int parameters, FitRows& rows) {
-  // A group that was not full is evaluated again, because its list of balls depends on all points.
-  const std::size_t first = rows.psi.size() / kGroup, first_point = first * kGroup;
-  const std::size_t groups = (points.size() + kGroup - 1) / kGroup;
+  // The last group, if it was not full, is evaluated again, because its list of balls depends on
+  // all its points.
+  const std::size_t first = rows.psi.size() / kGroupSize, first_point = first * kGroupSize;
+  const std::size_t groups = (points.size() + kGroupSize - 1) / kGroupSize;
   rows.begins.resize(points.size() + 1);
   rows.balls.resize(rows.begins[first_point]);
   rows.weights.resize(rows.begins[first_point]);
@@ -342,14 +347,14 @@ void add_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>
       [&](std::size_t g, const FitPoint* at, std::size_t count, const GroupBalls& near,
           Terms& terms) {
         GroupRows& entries = group_rows[g - first];
-        constexpr std::size_t kTypicalEntries = 12;  // typical number of entries per point
+        constexpr std::size_t kTypicalEntries = 12;  // per point; reserves memory
         entries.balls.reserve(kTypicalEntries * count);
         entries.weights.reserve(kTypicalEntries * count);
         entries.derivatives.reserve(kTypicalEntries * count * static_cast<std::size_t>(parameters));
         double cost = 0;
         for (std::size_t i = 0; i < count; ++i)
-          cost += add_rows(g * kGroup + i, at[i], {balls, near, terms, length, parameters}, rows,
-                           entries);
+          cost += add_rows(g * kGroupSize + i, at[i], {balls, near, terms, length, parameters},
+                           rows, entries);
         rows.group_costs[g] = cost;
       });
   const auto append = [](auto& to, const auto& from) {
@@ -362,7 +367,7 @@ void add_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>
   }
   for (std::size_t p = first_point; p < points.size(); ++p) rows.begins[p + 1] += rows.begins[p];
   rows.cost = 0;
-  for (const double cost : rows.group_costs) rows.cost += cost;  // in order, whatever the threads
+  for (const double cost : rows.group_costs) rows.cost += cost;  // in a fixed order
 }
 
 FitRows make_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
@@ -382,7 +387,7 @@ std::vector<std::uint8_t> test_inside_field(const std::vector<FitBall>& balls,
                    const double max_log_sum = exact::log(static_cast<double>(near.size())) + 1e-6;
                    for (std::size_t i = 0; i < count; ++i) {
                      const double top = compute_logarithms(at[i].point, near, terms);
-                     inside[g * kGroup + i] =
+                     inside[g * kGroupSize + i] =
                          top > 0 || (top + max_log_sum > 0 && compute_weights(top, terms) > 0);
                    }
                  });

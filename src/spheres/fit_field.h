@@ -61,8 +61,8 @@ struct FitRows {
 FitRows make_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
                       double length, int parameters);
 
-/// Adds rows for the points that `rows` lacks, those beyond its number of points. The balls must be
-/// the same as for the rows that are there.
+/// Adds rows for the points beyond those that `rows` has already; the balls must be the same as for
+/// these.
 void add_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
                   double length, int parameters, FitRows& rows);
 

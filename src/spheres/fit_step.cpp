@@ -107,7 +107,7 @@ class Solver {
     return sum;
   }
   Vector times(const Vector& v) const {
-    // In single precision like J itself: the step is damped and clamped anyway.
+    // Single precision suffices, as for J itself: the step is damped and clamped anyway.
     const std::vector<float> single(v.begin(), v.end());
     Vector image(rows_.residuals.size());
     parallel_for(

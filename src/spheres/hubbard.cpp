@@ -21,8 +21,8 @@ constexpr std::uint32_t kNone = 0xffffffffu;
 constexpr std::size_t kNearest = 8;
 // Minimum radius of a leaf relative to the model's diagonal.
 constexpr double kMinRadius = 1e-4;
-// Merges within this fraction of the diagonal of the cheapest one count as equal, so that balls
-// around a common centre, as in a sphere, are not sorted by rounding errors.
+// Merges whose cost exceeds the lowest by less than this fraction of the diagonal count as equal,
+// so that rounding errors do not order balls around a common centre, as in a sphere.
 constexpr double kTolerance = 1e-5;
 
 /// A ball centre and the samples that its ball must contain.
@@ -31,10 +31,11 @@ struct Cluster {
   double clearance = 0;               ///< distance from the centre to the nearest sample
   double radius = 0;                  ///< distance from the centre to the furthest of `points`
   std::vector<std::uint32_t> points;  ///< each sample belongs to one active cluster
-  std::array<std::uint32_t, 2> merged{kNone, kNone};
+  std::array<std::uint32_t, 2> merged{kNone, kNone};  ///< the two clusters that it replaces
 };
 
-/// A pair that may be merged and its cost; a lower bound if one of its clusters was merged since.
+/// A pair that may be merged, and its cost, which is a lower bound if one of its clusters was
+/// merged since.
 struct Merge {
   double cost;
   std::uint32_t a, b;                                      ///< a < b
@@ -70,7 +71,7 @@ class Merger {
 
  private:
   Cluster merge(std::uint32_t a, std::uint32_t b) const;
-  std::uint32_t find(std::uint32_t cluster);
+  std::uint32_t find_root(std::uint32_t cluster);
   void add_nearest_pairs();
 
   std::vector<Vec3d> points_;
@@ -82,9 +83,9 @@ class Merger {
   std::size_t active_count_ = 0;
 };
 
-/// Upper bound of how far a ball protrudes from the surface: the surface is no nearer to its centre
-/// than the clearance.
-double overhang(const Cluster& c) { return c.radius - c.clearance; }
+/// Computes an upper bound of the distance by which a ball protrudes from the surface, which is no
+/// nearer to its centre than the clearance.
+double bound_overhang(const Cluster& c) { return c.radius - c.clearance; }
 
 /// Merges two clusters around the centre of either, whichever protrudes less.
 Cluster Merger::merge(std::uint32_t a, std::uint32_t b) const {
@@ -98,15 +99,15 @@ Cluster Merger::merge(std::uint32_t a, std::uint32_t b) const {
       radius2 = std::max(radius2, dot(r, r));
     }
     const Cluster candidate{c.center, c.clearance, std::sqrt(radius2), {}, {a, b}};
-    if (overhang(candidate) < smallest) {
-      smallest = overhang(candidate);
+    if (bound_overhang(candidate) < smallest) {
+      smallest = bound_overhang(candidate);
       best = candidate;
     }
   }
   return best;
 }
 
-std::uint32_t Merger::find(std::uint32_t cluster) {
+std::uint32_t Merger::find_root(std::uint32_t cluster) {
   while (parent_[cluster] != cluster) {
     parent_[cluster] = parent_[parent_[cluster]];
     cluster = parent_[cluster];
@@ -117,7 +118,7 @@ std::uint32_t Merger::find(std::uint32_t cluster) {
 void Merger::add_pairs(std::vector<std::array<std::uint32_t, 2>> pairs) {
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  for (const auto& [a, b] : pairs) heap_.push({overhang(merge(a, b)), a, b});
+  for (const auto& [a, b] : pairs) heap_.push({bound_overhang(merge(a, b)), a, b});
 }
 
 /// Adds pairs when the heap is empty: each active cluster with its nearest others.
@@ -147,17 +148,17 @@ void Merger::merge_down_to(std::size_t count) {
     if (heap_.empty()) add_nearest_pairs();
     const Merge next = heap_.top();
     heap_.pop();
-    const std::uint32_t a = std::min(find(next.a), find(next.b)),
-                        b = std::max(find(next.a), find(next.b));
+    const std::uint32_t a = std::min(find_root(next.a), find_root(next.b)),
+                        b = std::max(find_root(next.a), find_root(next.b));
     if (a == b) continue;
     // A pair whose clusters were merged since is evaluated again, once for all pairs that have
     // become equal.
     const bool is_outdated = a != next.a || b != next.b;
     if (is_outdated && exact_pairs_.contains(static_cast<std::uint64_t>(a) << 32 | b)) continue;
     Cluster cluster = merge(a, b);
-    if (is_outdated && !heap_.empty() && overhang(cluster) > heap_.top().cost + tolerance_) {
+    if (is_outdated && !heap_.empty() && bound_overhang(cluster) > heap_.top().cost + tolerance_) {
       exact_pairs_.insert(static_cast<std::uint64_t>(a) << 32 | b);
-      heap_.push({overhang(cluster), a, b});
+      heap_.push({bound_overhang(cluster), a, b});
       continue;
     }
     std::merge(clusters_[a].points.begin(), clusters_[a].points.end(), clusters_[b].points.begin(),
@@ -172,8 +173,8 @@ void Merger::merge_down_to(std::size_t count) {
   }
 }
 
-/// Assigns each sample to the largest ball inside the model that it forms, its pole; a sample
-/// without one, as on parts thinner than the samples' spacing, to a ball of radius 0.
+/// Assigns each sample to its pole, the largest ball inside the model that it forms. A sample
+/// without a pole, as on parts thinner than the samples' spacing, gets a ball of radius 0.
 Merger make_clusters(const std::vector<Tetrahedron>& tetrahedra,
                      const std::vector<std::uint8_t>& inside, std::vector<Vec3d> points,
                      double tolerance) {
@@ -253,8 +254,8 @@ std::vector<std::uint32_t> shrink_to_samples(std::vector<Sphere>& leaves,
   return owner;
 }
 
-/// Makes the tree of the merged clusters from the root down to those that were active at the
-/// budget; `owner` is the leaf of each sample.
+/// Makes the tree of the merged clusters from the root down to `leaf_clusters`; `owner` is the leaf
+/// of each sample.
 SphereTree make_tree(const Merger& merger, const std::vector<std::uint32_t>& leaf_clusters,
                      const std::vector<Sphere>& leaf_spheres,
                      const std::vector<std::uint32_t>& owner, double min_radius) {
@@ -283,7 +284,8 @@ SphereTree make_tree(const Merger& merger, const std::vector<std::uint32_t>& lea
       for (const std::uint32_t child : {clusters[c].merged[1], clusters[c].merged[0]})
         stack.emplace_back(child, index);
   }
-  // A sample may belong to a leaf of another branch by now: that branch must cover it too.
+  // shrink_to_samples() may have assigned a sample to a leaf of another branch, which must then
+  // cover the sample too.
   for (std::size_t i = 0; i < owner.size(); ++i)
     for (std::int32_t n = node_index[owner[i]]; n >= 0;
          n = tree.nodes[static_cast<std::size_t>(n)].parent) {

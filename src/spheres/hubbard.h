@@ -22,18 +22,17 @@ int choose_hubbard_samples(int spheres);
 
 /// Builds the sphere tree. Vertices of the surface samples' Voronoi diagram that lie inside the
 /// model are centres of balls. A sample belongs to the largest ball that it forms (Amenta's pole);
-/// samples without one, as on parts thinner than the samples' spacing, are balls of radius 0. Then,
-/// repeatedly, of all pairs adjacent in the diagram, the pair is merged whose common ball protrudes
-/// least from the surface, until `spheres` are left.
-/// This differs from Hubbard 1996 in two ways, which reduce the outside volume to a third
-/// (measured): a merged ball keeps one of the two centres, nearer to which there is no surface,
-/// instead of being the smallest ball around its samples; and a sample has to be covered once, not
-/// by every ball that it forms.
-/// Merging continues to one root. The tree is this history; its leaves are the spheres that were
-/// left, each shrunk to the samples that lie deepest in it; level = steps from the root. Every cut
-/// through the tree covers every sample. There are `spheres` leaves, or fewer if there are fewer
-/// balls. Errors (kInput): no vertex lies inside (the model is open, flat or thinner than the
-/// samples' spacing); the message says what to do.
+/// samples without one, as on parts thinner than the samples' spacing, are balls of radius 0. Then
+/// the pair of balls adjacent in the diagram whose common ball protrudes least from the surface is
+/// merged, repeatedly, until `spheres` are left. This differs from Hubbard 1996 in two ways, which
+/// reduce the outside volume to a third (measured): a merged ball keeps one of the two centres,
+/// whose distance from the surface is known, instead of being the smallest ball around its samples;
+/// and a sample has to be covered once, not by every ball that it forms. Merging then continues to
+/// one root. The tree is the history of the merges. Its leaves are the `spheres` balls, each shrunk
+/// to the samples that lie deepest in it; a node's level is its number of steps from the root.
+/// Every cut through the tree covers every sample. There are `spheres` leaves, or fewer if there
+/// are fewer balls. Errors (kInput): no vertex lies inside (the model is open, flat or thinner than
+/// the samples' spacing); the message says what to do.
 Result<SphereTree> build_hubbard_tree(const Model& model, const InsideTest& test,
                                       const HubbardSettings& settings);
 

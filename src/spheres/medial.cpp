@@ -97,8 +97,8 @@ std::vector<Sphere> make_medial_cover(const std::vector<BoundarySample>& all, st
     candidates.push_back({s.point - s.normal * s.inner_radius, s.inner_radius});
     largest = std::max(largest, s.inner_radius);
   }
-  // Find the dilation at which `count` balls are just not enough, and drop the last balls of that
-  // cover, which cover the fewest samples. So there are exactly `count`.
+  // Find the largest dilation for which `count` balls do not suffice, and drop the last balls of
+  // that cover, which cover the fewest samples: exactly `count` remain.
   float low = 1e-4f * largest, high = largest;
   std::vector<std::size_t> best = greedy_cover(compute_coverage(samples, candidates, low),
                                                samples.size(), samples.size(), count + 1);

@@ -9,11 +9,11 @@
 
 namespace polymorph {
 
-/// Covers the boundary samples with `count` balls, or a few less where the samples do not allow
+/// Covers the boundary samples with `count` balls, or slightly fewer if the samples do not allow
 /// more. Candidates are the samples' inner shrinking balls (Ma et al. 2012), chosen greedily by the
 /// number of uncovered samples p that they contain, |p - c| <= r + delta; the dilation delta is
-/// bisected so that `count` of them suffice. The balls are in the order of their choice: any prefix
-/// is a coarser cover.
+/// bisected so that `count` of them suffice. The balls are in the order in which they are chosen,
+/// so any prefix is a coarser cover.
 std::vector<Sphere> make_medial_cover(const std::vector<BoundarySample>& samples,
                                       std::size_t count);
 

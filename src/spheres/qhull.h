@@ -1,4 +1,4 @@
-// Qhull run: its state and messages, released together.
+// Run of the Qhull library, with its state and messages.
 #pragma once
 
 #include <cstdio>
@@ -15,10 +15,10 @@ extern "C" {
 
 namespace polymorph {
 
-/// A run of Qhull over points, which it refers to.
+/// A run of Qhull over a copy of points.
 class Qhull {
  public:
-  /// Computes what the options ask for ("qhull d Qt").
+  /// Runs Qhull with the given options, as in "qhull d Qt".
   Qhull(std::span<const Vec3d> points, const char* options) : options_(options) {
     coordinates_.reserve(3 * points.size());
     for (const Vec3d p : points) coordinates_.insert(coordinates_.end(), {p.x, p.y, p.z});
@@ -36,7 +36,7 @@ class Qhull {
   Qhull(const Qhull&) = delete;
   Qhull& operator=(const Qhull&) = delete;
 
-  /// The first line of Qhull's message, e.g. "QH6214 qhull input error: ...".
+  /// Returns the first line of Qhull's message, e.g. "QH6214 qhull input error: ...".
   std::string first_message() {
     if (!messages_) return "no message";
     std::fflush(messages_);

@@ -16,6 +16,7 @@
 namespace polymorph {
 namespace {
 
+/// Numbers of lattice points.
 struct Counts {
   std::size_t model = 0, field = 0, both = 0;
 };
@@ -85,7 +86,7 @@ Distances measure_distances(const std::vector<Vec3>& points, const ClosestPointQ
   return result;
 }
 
-/// Evenly distributed samples of a mesh, then its vertices.
+/// Lists `count` evenly distributed samples of a mesh, then its vertices.
 std::vector<Vec3> list_points(const Mesh& mesh, std::size_t count) {
   Model model;
   model.points = mesh.positions;
@@ -102,7 +103,7 @@ std::vector<Vec3> list_points(const std::vector<BoundarySample>& samples) {
   return points;
 }
 
-constexpr std::size_t kSamples = 20000;
+constexpr std::size_t kSamples = 20000;  // per surface
 
 }  // namespace
 

@@ -29,16 +29,15 @@ struct QualitySettings {
 };
 
 /// Compares the surface field = 1 of the balls with the model. Volumes are counted on one jittered
-/// lattice, distances are measured at 20 000 samples of each surface and at
-/// every surface vertex. If the field has no surface: iou 0, distances 1. Errors: as
-/// extract_surface().
+/// lattice, distances are measured at 20 000 samples of each surface and at every surface vertex.
+/// If the field has no surface: iou 0, distances 1. Errors: as extract_surface().
 Result<ApproximationQuality> measure_quality(const Model& model, const InsideTest& inside,
                                              const std::vector<Ball>& balls, FieldKind kind,
                                              const QualitySettings& settings);
 
-/// Tests whether the overlap is at least 70 % and no distance is above 15 % of the size.
+/// Tests whether `iou` is at least 0.7 and no distance exceeds 0.15.
 bool is_good_fit(const ApproximationQuality& quality);
-/// Describes a fit with numbers and, where it is poor, what to do.
+/// Describes a fit with numbers and, if it is poor, with advice.
 std::string describe_fit(const ApproximationQuality& quality);
 
 /// Computes the larger of both one-sided Hausdorff distances, relative to the diagonal.
@@ -46,10 +45,11 @@ Result<double> hausdorff_distance(const Model& model, const std::vector<Boundary
                                   const Approximation& approximation);
 
 /// Computes the volume that a model encloses: exactly for one closed shell, by counting lattice
-/// points where shells overlap or are open.
+/// points if shells overlap or are open.
 double solid_volume(const Model& model, const InsideTest& inside);
 
-/// Ratio of the volume of the balls' field to that of the model, both counted on one lattice.
+/// Computes the ratio of the volume of the balls' field to that of the model, both counted on one
+/// lattice.
 Result<double> lattice_volume_ratio(const Model& model, const InsideTest& inside,
                                     const std::vector<Ball>& balls);
 

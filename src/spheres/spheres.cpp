@@ -45,12 +45,12 @@ Error make_no_volume_error(const Model& model) {
 }
 
 /// Chooses enough samples to determine every parameter of a ball and to cover thin parts; a coarse
-/// fit uses hardly enough.
+/// fit gets barely enough.
 std::size_t choose_sample_count(std::size_t balls, bool coarse) {
   return coarse ? 1000 + 20 * balls : std::min<std::size_t>(3000 + 40 * balls, 60000);
 }
 
-Status sample(Solid& solid, std::size_t balls, bool coarse) {
+Status sample_solid(Solid& solid, std::size_t balls, bool coarse) {
   solid.samples = sample_boundary(solid.model, solid.inside, choose_sample_count(balls, coarse));
   if (solid.samples.empty()) return make_no_volume_error(solid.model);
   return Ok{};
@@ -105,25 +105,25 @@ Solid make_solid(const Model& shape, const Model& model, InsideMethod inside) {
           {}};
 }
 
-/// Finds the smallest number of medial balls that keeps settings.error, by doubling and bisection.
-/// The distance is not strictly monotonic in the number, so the result is the minimum to within an
-/// eighth.
+/// Finds the smallest number of medial balls with an error of at most settings.error, by doubling
+/// and bisection. The distance is not strictly monotonic in the number, so the result is the
+/// minimum to within an eighth.
 Result<Approximation> approximate_to_error(Solid& solid, const SphereSettings& settings) {
-  constexpr std::size_t kMax = 2048;
+  constexpr std::size_t kMaxBalls = 2048;
   struct Candidate {
     std::size_t count = 0;
     double error = 0;
     Approximation result;
   };
   const auto attempt = [&](std::size_t count) -> Result<Candidate> {
-    PM_TRY_STATUS(sample(solid, count, settings.coarse));
+    PM_TRY_STATUS(sample_solid(solid, count, settings.coarse));
     PM_TRY(Approximation result, approximate_by_medial_balls(solid, settings, count));
     PM_TRY(const double error, hausdorff_distance(solid.model, solid.samples, result));
     return Candidate{count, error, std::move(result)};
   };
   std::size_t low = 8;
   PM_TRY(Candidate best, attempt(16));
-  while (best.error > settings.error && best.count < kMax) {
+  while (best.error > settings.error && best.count < kMaxBalls) {
     low = best.count;
     PM_TRY(best, attempt(2 * best.count));
   }
@@ -143,8 +143,8 @@ Result<Approximation> approximate_to_error(Solid& solid, const SphereSettings& s
   return std::move(best.result);
 }
 
-/// Makes a closed model around a shell's faces, as thick as the surface of its distances at the
-/// default resolution, or at that of previews.
+/// Makes a closed model around a shell's faces, as thick as the surface extracted from its
+/// distances at the default resolution, or at half of it if `coarse`.
 Result<Model> thicken_shell(const Model& model, const InsideTest& inside, bool coarse) {
   const int resolution = SurfaceSettings{}.resolution;
   const auto cells = static_cast<float>(coarse ? resolution / 2 : resolution);
@@ -217,7 +217,7 @@ Result<Approximation> approximate(const Model& model, const SphereSettings& sett
   if (settings.method == SphereMethod::kMedial && settings.error > 0)
     return approximate_to_error(solid, settings);
   if (settings.method == SphereMethod::kMedial) {
-    PM_TRY_STATUS(sample(solid, count, settings.coarse));
+    PM_TRY_STATUS(sample_solid(solid, count, settings.coarse));
     return approximate_by_medial_balls(solid, settings, count);
   }
   Approximation result;
@@ -230,7 +230,7 @@ Result<Approximation> approximate(const Model& model, const SphereSettings& sett
   }
   if (fit) {
     const std::vector<Sphere> spheres = result.tree.leaves();
-    PM_TRY_STATUS(sample(solid, spheres.size(), settings.coarse));
+    PM_TRY_STATUS(sample_solid(solid, spheres.size(), settings.coarse));
     PM_TRY(result.balls, fit_spheres(solid, spheres, settings));
   }
   return result;
@@ -241,11 +241,12 @@ Result<std::vector<Ball>> refit(const Model& model, const SphereSettings& settin
   if (model.triangles.empty())
     return make_error(ErrorCode::kInput, "model \"{}\" has no faces", model.name);
   PM_TRY(const std::optional<Model> proxy, make_solid_proxy(model, settings));
-  const Model& body = proxy ? *proxy : model;
-  const std::optional<ClusteredModel> clustered = cluster_long_triangles(body);
-  Solid solid = make_solid(clustered ? clustered->model : body, body, settings.inside);
+  const Model& solid_model = proxy ? *proxy : model;
+  const std::optional<ClusteredModel> clustered = cluster_long_triangles(solid_model);
+  Solid solid =
+      make_solid(clustered ? clustered->model : solid_model, solid_model, settings.inside);
   // Balls that nearly fit need no more samples than a coarse fit has.
-  PM_TRY_STATUS(sample(solid, balls.size(), /*coarse=*/true));
+  PM_TRY_STATUS(sample_solid(solid, balls.size(), /*coarse=*/true));
   FitSettings fit;
   fit.ellipsoids = settings.fit == FitKind::kEllipsoid;
   fit.iterations = 6;
@@ -267,7 +268,7 @@ Result<std::vector<Ball>> make_unfitted_balls(const std::vector<Sphere>& spheres
     PM_TRY(balls, equalize_field(engine, std::move(balls), extract));
   }
   if (!field.match_volume || !(volume > 0)) return balls;
-  // At this level a ball of infinite support has its sphere's radius, whatever the constants are.
+  // At the level `start` a ball of infinite support has its sphere's radius for all constants.
   const bool compact = visit(field.kind, [](auto kind) { return decltype(kind)::kCompactSupport; });
   const float start = !compact ? field.blob_constant * field.magnitude / field.threshold : 1.0f;
   PM_TRY(const float iso, iso_for_volume(engine, balls, measure, start));

@@ -47,31 +47,36 @@ struct Approximation {
 
 /// Approximates the inside of `model` by spheres, and fits balls to it if the settings ask for it
 /// (docs/method.md, Spheres and Fit).
-/// `octree`: a cube around the bounding box (settings.root_margin), 2^(R-1) cells per axis at the
-/// finest level; a finest cell whose centre is inside gives one sphere. `active`: from the root
-/// down, a cell with MORE than 4 of its 8 corners inside gives one sphere and its children are
-/// dropped (report 5.1.3.2). Both: resolution 0 selects the finest one that gives at most 8000
-/// spheres (with a fit: settings.balls); a sphere has the volume of its cell. `hubbard`, `medial`:
-/// settings.balls spheres; `medial` with an error > 0: the fewest that keep it. Fitted balls
-/// enclose the model's volume to 0.2 %. Errors (kInput): nothing of the model is inside, or too
-/// little for the method; the message says what to do. `proxy`, if given, is the result of
-/// make_solid_proxy() for the same arguments.
+/// - `octree`: divides a cube around the bounding box (settings.root_margin) into 2^(R-1) cells per
+///   axis. Each of these cells whose centre is inside gives one sphere.
+/// - `active`: goes from the root cell down. A cell with MORE than 4 of its 8 corners inside gives
+///   one sphere, and its children are dropped (report 5.1.3.2).
+/// - `hubbard`, `medial`: give settings.balls spheres; with an error > 0, `medial` gives the
+///   smallest number of spheres with at most this error.
+///
+/// Spheres of `octree` and `active` have the volumes of their cells; resolution 0 selects the
+/// finest one that gives at most 8000 spheres (with a fit: settings.balls). Fitted balls enclose
+/// the model's volume to 0.2 %. Errors (kInput): nothing of the model is inside, or too little for
+/// the method; the message says what to do. `proxy`, if given, is the result of make_solid_proxy()
+/// for the same arguments.
 Result<Approximation> approximate(const Model& model, const SphereSettings& settings,
                                   const std::optional<Model>* proxy = nullptr);
 
-/// Fits balls on from those of a similar model, the pose before perhaps, in a fraction of a fit's
-/// time: each stays the ball that it is. Errors: as approximate().
+/// Continues the fit from the balls of a similar model, for example the previous pose, in a
+/// fraction of a fit's time. Balls keep their indices. Errors: as approximate().
 Result<std::vector<Ball>> refit(const Model& model, const SphereSettings& settings,
                                 const std::vector<Ball>& balls);
 
-/// Calls refit() through the disk cache, as approximate_cached() does; the key has the balls, too.
+/// Calls refit() through the disk cache, as approximate_cached() does; the balls are part of the
+/// key.
 Result<std::vector<Ball>> refit_cached(const Model& model, const SphereSettings& settings,
                                        const std::vector<Ball>& balls,
                                        const std::filesystem::path& cache_folder);
 
-/// Makes the closed model that approximate() uses instead of one that is no solid: solidify(model)
-/// if the settings ask for it, or, for a shell (model/repair/shell.h), a solid around its faces
-/// that is thick enough to be extracted. Returns nothing for other models. Errors: kInput.
+/// Makes the closed model that approximate() uses in place of a model that is not solid:
+/// solidify(model) if the settings ask for it, or, for a shell (model/repair/shell.h), a solid
+/// around its faces that is thick enough to be extracted. Returns nullopt for other models. Errors:
+/// kInput.
 Result<std::optional<Model>> make_solid_proxy(const Model& model, const SphereSettings& settings);
 
 /// Calls approximate() through the disk cache in `cache_folder` (empty: no cache). The key is a

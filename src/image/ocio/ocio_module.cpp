@@ -9,8 +9,8 @@ namespace {
 
 namespace OCIO = OCIO_NAMESPACE;
 
-/// Names that configs give linear Rec. 709: the Color Interop Forum's, those of the ACES configs
-/// from version 2 on, of ACES 1.2 and of Blender.
+/// Names of linear Rec. 709 in configs: the Color Interop Forum's, those of the ACES configs from
+/// version 2 on, of ACES 1.2 and of Blender.
 constexpr const char* kRec709Names[] = {
     "lin_rec709_scene",       "lin_rec709",     "lin_srgb",
     "Linear Rec.709 (sRGB)",  "Linear Rec.709", "Utility - Linear - Rec.709",
@@ -27,11 +27,12 @@ void fail(View& view, std::string reason) {
   view.error = view.text.c_str();
 }
 
-/// Checks a name against those that there are; an empty one becomes the default. `kind`: "display".
+/// Checks that `name` is one of the `count` names that `name_at` returns; an empty `name` becomes
+/// the default. `kind` is "display" or "view".
 template <class NameAt>
-bool choose(View& view, const char* kind, std::string& name, const char* usual, int count,
+bool choose(View& view, const char* kind, std::string& name, const char* default_name, int count,
             NameAt name_at) {
-  if (name.empty()) name = usual;
+  if (name.empty()) name = default_name;
   std::string known;
   for (int i = 0; i < count; ++i) {
     if (name == name_at(i)) return true;
@@ -43,26 +44,26 @@ bool choose(View& view, const char* kind, std::string& name, const char* usual, 
 
 OCIO::ConstTransformRcPtr make_transform(const OCIO::ConstConfigRcPtr& config,
                                          const std::string& display, const std::string& view) {
-  const auto shown = OCIO::DisplayViewTransform::Create();
-  shown->setDisplay(display.c_str());
-  shown->setView(view.c_str());
+  const auto to_display = OCIO::DisplayViewTransform::Create();
+  to_display->setDisplay(display.c_str());
+  to_display->setView(view.c_str());
   for (const char* name : kRec709Names)
     if (config->getColorSpace(name)) {
-      shown->setSrc(name);
-      return shown;
+      to_display->setSrc(name);
+      return to_display;
     }
   if (!config->hasRole(OCIO::ROLE_INTERCHANGE_SCENE)) return nullptr;
-  // By way of ACES2065-1, which every config with this role has.
+  // Converts to ACES2065-1 first, which every config with this role has.
   const auto group = OCIO::GroupTransform::Create();
   const auto to_ap1 = OCIO::BuiltinTransform::Create();
   to_ap1->setStyle("UTILITY - ACES-AP1_to_LINEAR-REC709_BFD");
   to_ap1->setDirection(OCIO::TRANSFORM_DIR_INVERSE);
   const auto to_ap0 = OCIO::BuiltinTransform::Create();
   to_ap0->setStyle("ACEScg_to_ACES2065-1");
-  shown->setSrc(OCIO::ROLE_INTERCHANGE_SCENE);
+  to_display->setSrc(OCIO::ROLE_INTERCHANGE_SCENE);
   group->appendTransform(to_ap1);
   group->appendTransform(to_ap0);
-  group->appendTransform(shown);
+  group->appendTransform(to_display);
   return group;
 }
 
@@ -97,7 +98,7 @@ __attribute__((visibility("default"))) PmOcioView* polymorph_ocio_open(const cha
                                                                        const char* name) {
   auto* view = new View;
   try {
-    OCIO::SetLoggingLevel(OCIO::LOGGING_LEVEL_NONE);  // what is wrong is an error, said once
+    OCIO::SetLoggingLevel(OCIO::LOGGING_LEVEL_NONE);  // errors are returned, not logged
     open(config, display, name, *view);
   } catch (const std::exception& e) {
     fail(*view, e.what());

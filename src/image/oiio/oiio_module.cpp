@@ -30,9 +30,9 @@ struct Decoded : PmOiioImage {
 /// Pixels of a picture or of a part of an OpenEXR file.
 struct Part {
   int index = 0;
-  OIIO::ImageSpec spec;  ///< layout; a channel more for each that has large ids
+  OIIO::ImageSpec spec;  ///< layout, with an additional channel for each channel of large ids
   std::vector<unsigned char> ids;
-  std::vector<float> pixels;  ///< values, at last those of the display window
+  std::vector<float> pixels;  ///< those of the data window, finally of the display window
 };
 
 void fail(Decoded& image, PmOiioFailure failure, std::string reason) {
@@ -65,7 +65,7 @@ bool is_structural(const std::string& name) {
                                        "YResolution",
                                        "Orientation",
                                        "CompressionQuality",
-                                       "name"};  // an OpenEXR part's
+                                       "name"};  // of an OpenEXR part
   for (const char* known : kNames)
     if (name == known) return true;
   for (const char* prefix : {"oiio:", "openexr:", "tiff:", "png:", "jpeg:", "Exif:", "ICCProfile"})
@@ -73,9 +73,9 @@ bool is_structural(const std::string& name) {
   return false;
 }
 
-/// Entries that show the pixels in another way than usual (image_io.h); the others of their kind
-/// are left out.
-void take_shown(const OIIO::ImageSpec& spec, Decoded& image) {
+/// Adds the header entries that change how viewers display the pixels (image_io.h), unless their
+/// values are the usual ones.
+void add_display_entries(const OIIO::ImageSpec& spec, Decoded& image) {
   const float aspect = spec.get_float_attribute("PixelAspectRatio", 1);
   const int orientation = spec.get_int_attribute("Orientation", 1);
   if (aspect != 1)
@@ -99,11 +99,11 @@ void take_shown(const OIIO::ImageSpec& spec, Decoded& image) {
     add("colorPrimaries", std::move(text));
 }
 
-/// Takes the entries that no earlier part has.
-void take_attributes(const OIIO::ImageSpec& spec, Decoded& image) {
+/// Adds the header entries whose names no earlier part has.
+void add_attributes(const OIIO::ImageSpec& spec, Decoded& image) {
   std::set<std::string> known;
   for (const PmOiioAttribute& attribute : image.attribute_store) known.insert(attribute.name);
-  if (image.attribute_store.empty()) take_shown(spec, image);
+  if (image.attribute_store.empty()) add_display_entries(spec, image);
   for (const OIIO::ParamValue& entry : spec.extra_attribs) {
     const std::string name = entry.name().string();
     if (is_structural(name) || entry.nvalues() != 1 || known.count(name)) continue;
@@ -131,34 +131,34 @@ bool is_id(const OIIO::ImageSpec& spec, int channel) {
   return spec.channelformat(channel) == OIIO::TypeDesc::UINT;
 }
 
-/// An id of 32 bits in a float would be rounded: a channel NAME that has such ids keeps all but the
-/// low byte, and a further channel, NAME.low, the low byte. Adds those to `spec`. Returns the
-/// channel of each.
+/// Finds the channels with ids above 2^24, which a float would round. For each such channel NAME it
+/// adds a channel NAME.low to `spec`, which will hold the ids' low byte; NAME will hold the rest.
+/// Returns the indices of the channels NAME.
 std::vector<int> split_large_ids(const std::vector<unsigned char>& native, OIIO::ImageSpec& spec) {
   constexpr std::uint32_t kMaxExact = 1u << 24;
   const std::size_t bytes = spec.pixel_bytes(true);
-  std::vector<int> split;
+  std::vector<int> split_channels;
   std::size_t offset = 0;
   const int channels = spec.nchannels;
   for (int c = 0; c < channels; offset += spec.channelformat(c++).size()) {
     if (!is_id(spec, c)) continue;
-    bool large = false;
-    for (std::size_t at = offset; at < native.size() && !large; at += bytes) {
+    bool has_large_ids = false;
+    for (std::size_t at = offset; at < native.size() && !has_large_ids; at += bytes) {
       std::uint32_t value = 0;
       std::memcpy(&value, &native[at], sizeof value);
-      large = value > kMaxExact;
+      has_large_ids = value > kMaxExact;
     }
-    if (!large) continue;
-    split.push_back(c);
+    if (!has_large_ids) continue;
+    split_channels.push_back(c);
     spec.channelnames.push_back(spec.channelnames[static_cast<std::size_t>(c)] + ".low");
     ++spec.nchannels;
   }
-  return split;
+  return split_channels;
 }
 
 /// Reads the data window as floats. OpenEXR's uint channels contain ids, which must not be scaled
-/// to 0..1 as OpenImageIO does with integers; the part's spec gets a channel more for each whose
-/// ids are large.
+/// to 0..1 as OpenImageIO does with integers; large ids get an additional channel
+/// (split_large_ids()).
 bool read_pixels(OIIO::ImageInput& input, Part& part) {
   OIIO::ImageSpec& spec = part.spec;
   const auto count = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
@@ -171,14 +171,14 @@ bool read_pixels(OIIO::ImageInput& input, Part& part) {
   std::vector<unsigned char> native(count * bytes);
   if (!input.read_image(part.index, 0, 0, stored, OIIO::TypeUnknown, native.data())) return false;
   const OIIO::ImageSpec file = spec;
-  const std::vector<int> split = split_large_ids(native, spec);
+  const std::vector<int> split_channels = split_large_ids(native, spec);
   part.ids.resize(static_cast<std::size_t>(spec.nchannels), 1);
   const auto channels = static_cast<std::size_t>(spec.nchannels);
   part.pixels.resize(count * channels);
   std::size_t offset = 0;
   for (int c = 0; c < stored; ++c) {
     const OIIO::TypeDesc type = file.channelformat(c);
-    const auto low = std::find(split.begin(), split.end(), c);
+    const auto low = std::find(split_channels.begin(), split_channels.end(), c);
     for (std::size_t i = 0; i < count; ++i) {
       const unsigned char* from = &native[i * bytes + offset];
       float* to = &part.pixels[i * channels];
@@ -188,8 +188,8 @@ bool read_pixels(OIIO::ImageInput& input, Part& part) {
       }
       std::uint32_t value = 0;
       std::memcpy(&value, from, sizeof value);
-      if (low != split.end()) {
-        to[stored + (low - split.begin())] = static_cast<float>(value & 0xff);
+      if (low != split_channels.end()) {
+        to[stored + (low - split_channels.begin())] = static_cast<float>(value & 0xff);
         value &= ~0xffu;
       }
       to[c] = static_cast<float>(value);
@@ -219,7 +219,7 @@ std::vector<float> to_display_window(const OIIO::ImageSpec& spec, std::vector<fl
   return full;
 }
 
-/// Describes the parts of an OpenEXR file, of which the headers are read already.
+/// Describes the parts of an OpenEXR file, whose headers OpenImageIO has read already.
 void list_parts(OIIO::ImageInput& input, Decoded& image) {
   OIIO::ImageSpec part;
   for (int i = 0; input.seek_subimage(i, 0, part); ++i) {
@@ -234,8 +234,8 @@ void list_parts(OIIO::ImageInput& input, Decoded& image) {
   image.parts = image.part_pointers.data();
 }
 
-/// Counts the pictures of a file. To come to a picture of a GIF, those before it are decoded, so
-/// the number of pixels is bounded.
+/// Counts the pictures of a file. Seeking a picture of a GIF decodes all pictures before it, so the
+/// number of pixels is bounded.
 void count_pictures(OIIO::ImageInput& input, double max_bytes, Decoded& image) {
   constexpr int kMaxPictures = 1000;
   OIIO::ImageSpec next;
@@ -254,10 +254,10 @@ bool has_usable_size(const OIIO::ImageSpec& spec) {
          spec.depth <= 1 && spec.nchannels >= 1;
 }
 
-/// The parts of an OpenEXR file that make one picture: all, where they are flat and have one
-/// display window, else the first.
+/// Lists the parts of an OpenEXR file that are joined to one picture: all parts if they are flat
+/// and have the same display window, else the first.
 std::vector<Part> list_joined_parts(OIIO::ImageInput& input, const OIIO::ImageSpec& first) {
-  constexpr int kMaxChannels = 256;  // of all, as of one (limits:channels)
+  constexpr int kMaxChannels = 256;  // of all parts together; limits:channels bounds each
   std::vector<Part> parts(1);
   parts[0].spec = first;
   int channels = first.nchannels;
@@ -275,7 +275,7 @@ std::vector<Part> list_joined_parts(OIIO::ImageInput& input, const OIIO::ImageSp
   return parts;
 }
 
-/// Bytes of the larger one of both windows.
+/// Returns the bytes of the larger of the data and the display window.
 double needed_bytes(const Part& part) {
   const OIIO::ImageSpec& spec = part.spec;
   const auto channels =
@@ -284,8 +284,8 @@ double needed_bytes(const Part& part) {
          std::max(1.0 * spec.width * spec.height, 1.0 * spec.full_width * spec.full_height);
 }
 
-/// Puts the parts' channels side by side. A name that an earlier part has gets the part's before
-/// it, and its number where that is not enough.
+/// Interleaves the channels of all parts. A channel whose name an earlier part has gets the prefix
+/// "PART." and, if this name exists too, "NUMBER.".
 void join_parts(std::vector<Part> parts, Decoded& image) {
   std::set<std::string> known;
   for (const Part& part : parts) {
@@ -354,7 +354,7 @@ void decode(const PmOiioRequest& request, Decoded& image) {
       return fail(image, PM_OIIO_BROKEN, reason.empty() ? "the pixels cannot be decoded" : reason);
     }
     part.pixels = to_display_window(part.spec, std::move(part.pixels));
-    take_attributes(part.spec, image);
+    add_attributes(part.spec, image);
   }
   const bool is_joined = parts.size() > 1;
   join_parts(std::move(parts), image);
