@@ -10,8 +10,7 @@
 namespace polymorph {
 namespace {
 
-/// Distances are clamped to this many cells. Where the surfaces are further apart, the blend moves
-/// one to the other late.
+/// Distances are clamped to this many cells; surfaces further apart meet late in the blend.
 constexpr float kBand = 6;
 /// Points per axis of a block. All points of a block are sampled, or none.
 constexpr int kBlock = 8;
@@ -46,8 +45,8 @@ Result<Distances> distances_at(const BlendInputs& in, const std::vector<Vec3>& p
 }
 
 /// Marks the blocks that the blend's surface may cross: those within `near` of either surface, and
-/// those with a neighbour on the other side of one. (The inside of an open model may end far from
-/// any face.)
+/// those next to a block on the other side of one: an open model's inside may end far from its
+/// faces.
 std::vector<bool> find_crossed_blocks(const Distances& middles, Int3 blocks, float near) {
   const auto index = [&](int x, int y, int z) {
     return static_cast<std::size_t>((z * blocks.y + y) * blocks.x + x);
@@ -142,8 +141,8 @@ float invert_smoothstep(float s) {
   return static_cast<float>(t);
 }
 
-/// Makes a regression around `box` that maps every point to itself on both objects and has the same
-/// progress everywhere.
+/// Makes a regression around `box` that maps points to themselves, with the same progress
+/// everywhere.
 std::shared_ptr<const Regression> identity_map(const Box& box, float progress) {
   auto map = std::make_shared<Regression>();
   map->maps = 2;

@@ -1,5 +1,4 @@
-// Surface of a boundary stage at a moment, while a model becomes its balls' surface or the balls'
-// surface becomes the model.
+// Surface of a boundary stage, in which a model turns into its balls' surface or back, at a moment.
 #pragma once
 
 #include <vector>

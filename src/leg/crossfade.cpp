@@ -15,7 +15,7 @@ namespace {
 constexpr float kLog2E = 1.44269504f;
 
 Vec3 shrink_target(Vec3 point, const std::vector<Ball>& balls, FieldKind kind) {
-  // The first pass finds the largest term and the second divides by it, which avoids overflow and
+  // The first pass finds the largest term and the second divides by it, against over- and
   // underflow.
   float max_log_strength = -std::numeric_limits<float>::infinity();
   for (const Ball& ball : balls) {
@@ -28,8 +28,7 @@ Vec3 shrink_target(Vec3 point, const std::vector<Ball>& balls, FieldKind kind) {
     const Vec3 d = point - ball.center;
     const float e = log_strength(ball, kind, d) - max_log_strength;
     if (e < -12) continue;  // weight below exp(-24)
-    // Shares are squared: the far fields of inverse-square balls would pull all points to the
-    // middle.
+    // Squares: the far fields of inverse-square balls would pull all points to the middle.
     const auto q = static_cast<double>(exp2(2 * kLog2E * e));
     sum += q;
     x += q * static_cast<double>(ball.center.x);

@@ -1,5 +1,5 @@
-// Crossfade between a model and its balls (the report's boundary morph, 3.3 and 5.2.9): the balls
-// grow while the model shrinks.
+// Crossfade between a model and its balls (report, 3.3 and 5.2.9): balls grow while the model
+// shrinks.
 #pragma once
 
 #include <vector>

@@ -10,8 +10,7 @@
 namespace polymorph {
 namespace {
 
-/// A vessel fades in and out of its filled shape near its own end, before the other object's
-/// distances can tear its walls.
+/// A vessel turns into its filled shape near its own end, before the other object tears its walls.
 constexpr DetailFade kVesselFade = {0, 0.2f};
 
 /// Replaces vessels by their filled shapes: the volume is kept as if they were solid.
@@ -21,8 +20,7 @@ MorphSurface fill_vessels(const Leg& leg, MorphSurface field) {
   return field;
 }
 
-/// Computes how far the surface shows a vessel's walls, whose volume is not kept: from 0, filled,
-/// to 1.
+/// Computes how far the surface shows a vessel's walls, whose volume is not kept: 0, filled, to 1.
 float wall_visibility(const Leg& leg, float u) {
   const auto visibility_at = [](float progress) {
     return smoothstep((kVesselFade.end - progress) / (kVesselFade.end - kVesselFade.begin));

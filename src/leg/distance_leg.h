@@ -1,5 +1,4 @@
-// Surface of a leg made of distances: the map to both objects, the field between them, and the
-// level that keeps the volume.
+// Surface of a leg made of distances: map to both objects, field, and level that keeps the volume.
 #pragma once
 
 #include <optional>
@@ -16,8 +15,7 @@ inline constexpr float kMaxLevel = 0.08f, kLinearRange = 0.06f;
 /// Computes the map to both objects at `time`, when the leg's balls are `balls`.
 FrameMap distance_map(const Leg& leg, float time, const BallSet& balls);
 
-/// Tests whether the level is chosen to keep the leg's volume. It is not if an object is a shell,
-/// whose walls' volume means little.
+/// Tests whether the level keeps the leg's volume. Not so for shells: their volume means little.
 bool keeps_volume(const Leg& leg);
 
 /// Interpolates the leg's levels at the eased time u by Catmull-Rom cubics: an estimate of the

@@ -19,8 +19,7 @@ namespace polymorph {
 /// Leg whose surface is that of the moving balls' field.
 struct BallLeg {};
 
-/// Leg whose surface is the zero set of a mixture of both objects' signed distances, which a smooth
-/// map carries into the frame.
+/// Leg whose surface is the zero set of both objects' signed distances, mapped and mixed.
 struct DistanceLeg {
   /// Levels that nearly keep the volume, at evenly spaced eased times from 0 to 1; empty: unknown.
   std::vector<float> levels;
@@ -82,8 +81,7 @@ double fragment_share(double smallest);
 /// size, at which both count as standing on one floor.
 inline constexpr float kEquallyLow = 0.01f;
 
-/// Interpolates the diagonals of both objects' boxes at the eased progress u. Lengths of the smooth
-/// map are fractions of it.
+/// Interpolates the diagonals of both objects' boxes at the eased progress u.
 float object_size(const Leg& leg, float u);
 
 }  // namespace polymorph

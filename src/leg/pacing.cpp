@@ -110,8 +110,7 @@ std::vector<float> find_lifts(const Leg& leg, const std::vector<Moment>& moments
   return lifts;
 }
 
-/// Finds the extreme points along -x, x, -y, y, -z and z of the surfaces of all moments, raised by
-/// their lifts.
+/// Finds the extreme points along -x, x, -y, y, -z and z of all moments' lifted surfaces.
 std::vector<Vec3> find_extremes(const Leg& leg, const std::vector<Moment>& moments) {
   std::vector<Vec3> extremes(6, moments.front().surface.positions.front());
   for (const Moment& moment : moments) {
@@ -130,8 +129,7 @@ std::vector<Vec3> find_extremes(const Leg& leg, const std::vector<Moment>& momen
   return extremes;
 }
 
-/// Hashes everything that the measured surfaces depend on: the maps at all kSteps + 1 times, both
-/// objects and the settings.
+/// Hashes everything that the measured surfaces depend on: maps, objects and settings.
 std::string cache_key(const Leg& leg, const std::vector<FrameMap>& maps) {
   Hasher hasher;
   const LegSettings& settings = leg.settings;

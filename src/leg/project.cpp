@@ -25,8 +25,8 @@ std::optional<Vec3> root_along(const NearBalls& balls, std::span<const std::uint
                                Vec3 direction, float max_distance) {
   const auto at = [&](float t) { return balls.log_field(p + direction * t, list).value; };
   const bool inside = at(0) > 0;
-  // A point inside searches outwards first and one outside inwards. If a bulge hides that root, the
-  // search goes the other way.
+  // Search outwards from inside, inwards from outside; then the other way, if a bulge hides the
+  // root.
   constexpr int kRootSteps = 12;
   for (const float side : {inside ? 1.0f : -1.0f, inside ? -1.0f : 1.0f}) {
     float near = 0;

@@ -1,5 +1,4 @@
-// Mesh projection onto the balls' surface: the boundary stage that moves a model's own mesh (report
-// requirement 2.2).
+// Mesh projection onto the balls' surface, which moves a model's own mesh (report requirement 2.2).
 #pragma once
 
 #include <span>

@@ -16,8 +16,8 @@ float smoothstep(float low, float high, float x) {
   return t * t * (3.0f - 2.0f * t);
 }
 
-/// Mixes the leg's colours without detail over those of the previous leg. `is_last`: no later leg's
-/// colours cover them.
+/// Mixes the leg's colours without detail over those of the previous leg. `is_last`: of the top
+/// leg.
 void fade_colors(const Leg& leg, const PullBack& pulled, const ColorFade& fade, bool is_last,
                  SurfaceLook& look) {
   if (!leg.settings.has_colors) return;
@@ -47,7 +47,7 @@ struct LookTarget {
   SurfaceLook look;
 };
 
-/// Adds the look of a leg at `points`, over the look of the previous leg if this one began in its
+/// Adds the look of a leg at `points`, over that of the previous leg if this one began in its
 /// flight.
 Status add_look(const Leg& leg, const LegState& state, const std::vector<Vec3>& points,
                 bool is_last, LookTarget& target) {

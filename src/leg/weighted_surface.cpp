@@ -238,8 +238,7 @@ void for_each_point(const Grid& grid, const Function& function) {
       for (int x = 0; x < grid.points.x; ++x) function(Int3{x, y, z});
 }
 
-/// Evaluates the field on a grid. Far from the level only its sign matters, so there it is
-/// interpolated from a coarse grid.
+/// Evaluates the field on a grid; far from the level, where only the sign counts, by interpolation.
 Result<std::vector<float>> fill_grid(const Grid& grid, const Mixture& mixture, double volume,
                                      Engine& engine) {
   const std::vector<float> shares = distance_shares(mixture.objects);
@@ -296,8 +295,7 @@ void clean_up(const Mixture& mixture, Mesh& mesh) {
   cut_superfluous_handles(genus, mixture.size, mesh);
 }
 
-/// Moves a surface up or down so that its lowest point is at `floor`, and returns the height by
-/// which it was raised.
+/// Moves a surface vertically so that its lowest point is at `floor`, and returns the offset.
 float move_to_floor(float floor, Mesh& mesh) {
   if (mesh.positions.empty()) return 0;
   const float lift = floor - box_of(mesh.positions).low.y;

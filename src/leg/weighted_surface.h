@@ -16,8 +16,7 @@
 namespace polymorph {
 
 /// Objects that can be mixed: a reference, and a leg from it to each other object. All maps go
-/// through the reference, so mapping from one object to a third gives the same point directly and
-/// through a second.
+/// through the reference, so they compose: A to B and B to C is A to C.
 struct ShapeSpace {
   std::vector<std::shared_ptr<const Leg>> legs;  ///< one or more, made of distances, of one source
   /// Positions of the reference's balls on each object, the reference first.

@@ -154,8 +154,7 @@ void shift(const PreparedActor& actor, ActorGeometry& geometry) {
   geometry.balls = std::move(balls);
 }
 
-/// Makes the geometry of an actor in a frame, with the motion and labels that the scene needs,
-/// without its offset.
+/// Makes the geometry of an actor in a frame, with motion and labels, without its offset.
 Result<ActorGeometry> full_geometry(const PreparedScene& prepared, const PreparedActor& actor,
                                     int frame, Engine& engine) {
   const Scene& scene = prepared.scene;

@@ -1,5 +1,4 @@
-// Frame geometry: each actor's balls, surface and mesh. It depends only on the scene and the
-// frame's number.
+// Frame geometry: each actor's balls, surface and mesh, by scene and frame number only.
 #pragma once
 
 #include <cstdint>
@@ -51,7 +50,6 @@ inline const Model& shown_model(const PreparedActor& actor, const ActorGeometry&
   return geometry.mesh ? *geometry.mesh : object_of(actor, geometry.moment.object).model;
 }
 
-/// Geometry of all actors in one frame.
 struct FrameGeometry {
   int frame = 1;
   float t = 0;                        ///< the scene's time [0, 1]

@@ -18,8 +18,7 @@ std::vector<Vec3> make_paint(const PreparedActor& actor, const std::vector<Vec3>
   return paint;
 }
 
-/// Computes the paint of points on the surface of the last of `legs` at `time`; without legs, of
-/// points on the first object.
+/// Computes the paint of points on the last of `legs` at `time`; without legs, on the first object.
 Result<std::vector<Vec3>> paint_at(const PreparedActor& actor,
                                    std::span<const std::shared_ptr<const Leg>> legs, float time,
                                    const std::vector<Vec3>& points, Engine& engine) {

@@ -75,8 +75,7 @@ struct FittedPose {
   Box box;
 };
 
-/// Fits balls and landmarks to a mesh whose vertices do not correspond, from those of the previous
-/// mesh.
+/// Fits balls and landmarks to a mesh whose vertices do not correspond to the previous one's.
 Result<PoseFit> fit_from_previous(const ActorPoses& poses, const MovingObject& object,
                                   const Model& model, const FittedPose& previous) {
   PoseFit fit = previous.fit;

@@ -1,5 +1,4 @@
-// Alike actors: actors that differ only in their places, names and starts. They share their objects
-// and legs.
+// Alike actors differ only in their places, names and starts. They share their objects and legs.
 #pragma once
 
 #include <cstddef>

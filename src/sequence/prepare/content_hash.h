@@ -1,5 +1,4 @@
-// Content hash of everything that decides a frame's pixels. A frame's file is up to date if it
-// carries this hash.
+// Content hash of everything that decides a frame's pixels; files with this hash are up to date.
 #pragma once
 
 #include <memory>

@@ -32,8 +32,7 @@ inline bool wants_flow(const Scene& scene) {
 /// Tests whether the scene's camera moves, rotates or zooms.
 bool camera_moves(const Scene& scene);
 
-/// Computes the framing that all frames of a scene with a moving camera share. `points`: points of
-/// all its objects.
+/// Computes the framing of a film with a moving camera. `points`: points of all objects.
 Framing film_framing(const Scene& scene, std::span<const Vec3> points);
 
 /// Computes the components of the frames' hashes from the scene's files; no balls are made.

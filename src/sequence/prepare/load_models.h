@@ -15,8 +15,7 @@
 
 namespace polymorph {
 
-/// Reads the models of a scene and places them in it. `chain`: chain_objects(scene). Errors:
-/// kInput.
+/// Reads the models and places them in the scene. `chain`: chain_objects(scene). Errors: kInput.
 Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject> chain,
                                 bool textures);
 

@@ -1,5 +1,4 @@
-// Loaded scene: the models of its objects in scene coordinates, and their transforms from the
-// files.
+// Loaded scene: its objects' models in scene coordinates, with their transforms from the files.
 #pragma once
 
 #include <cstdint>
@@ -67,8 +66,7 @@ struct LoadedScene {
   std::vector<ObjectPlacing> placings;  ///< one per model
   std::vector<std::string> warnings;
 
-  /// Returns the model that the object's balls are fitted to. It has no faces for a sequence that
-  /// plays alone.
+  /// Returns the model for the object's balls; without faces for a sequence that plays alone.
   const Model& fitted_model(std::size_t object) const {
     return sequences[object] ? references[object] : models[object];
   }

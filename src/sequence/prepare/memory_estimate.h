@@ -1,5 +1,4 @@
-// Estimate of a scene's peak memory from its models, before search trees, distances, surfaces and
-// pictures are made.
+// Estimate of a scene's peak memory, made once its models are read.
 #pragma once
 
 #include <algorithm>
@@ -49,8 +48,7 @@ struct MemoryLimit {
   std::size_t pictures = 0;  ///< number of pictures that the run holds at once
 };
 
-/// Checks that no model's file, which is read whole, is larger than `limit` bytes. Errors:
-/// kResource.
+/// Checks that no model file (read whole) is larger than `limit` bytes. Errors: kResource.
 Status check_model_files(std::span<const ChainObject> chain, std::uint64_t limit);
 
 /// Checks that the estimate is at most `limit` bytes (0: no limit). Errors: kResource, with both

@@ -293,8 +293,7 @@ Result<std::vector<Vec3>> mesh_motion(const MeshSequence& sequence, const Model&
   ObjectSettings as_stored = mesh_object(sequence.object, file.file);
   as_stored.up = UpAxis::kY;
   PM_TRY(const ReadObject stored, load_object(as_stored, false, true, warnings));
-  // Keys are the vertices as the model's reader has them; another reader may round the same digits
-  // differently.
+  // Keys are the vertices of the model's own reader; another may round the same digits differently.
   const std::vector<PointVelocity> velocities = load_ply_velocities(file.file);
   const std::vector<Vec3>& vertices = stored.placing.vertices;
   std::map<std::array<float, 3>, Vec3> velocity_at;

@@ -12,7 +12,6 @@
 
 namespace polymorph {
 
-/// Result of survey_meshes().
 struct MeshSurvey {
   ReadObject stand_in;    ///< outermost points of all meshes, without faces, turned upright
   MeshSequence sequence;  ///< still without `steps`

@@ -57,8 +57,7 @@ MorphPlan plan_leg(const PlanSettings& settings, const LegEnds& ends, const Moti
   return plan_morph(std::move(source), std::move(target), kind, settings, motion, cache);
 }
 
-/// Makes the actor's legs in order, because a leg may start from the balls in flight of the
-/// previous one.
+/// Makes the actor's legs in order: a leg may start from the previous one's balls in flight.
 Status add_legs(const Preparation& preparation, const PlanSettings& settings, PreparedActor& actor,
                 std::vector<std::string>& warnings) {
   const auto& [scene, engine, cache, fits] = preparation;

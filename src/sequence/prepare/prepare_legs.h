@@ -1,5 +1,4 @@
-// Preparation of an actor's legs: plans between its objects, pacing, and balls in flight between
-// legs.
+// Preparation of an actor's legs: plans between its objects, pacing, and balls in flight.
 #pragma once
 
 #include <span>
@@ -23,8 +22,7 @@ Result<std::vector<PreparedActor>> make_actors(const Preparation& preparation,
                                                std::span<const SharedActor> shared,
                                                std::vector<std::string>& warnings);
 
-/// Plans the morph between two objects of an actor, whether or not a leg joins them. `actor`: index
-/// in the scene.
+/// Plans the morph between any two objects of an actor. `actor`: its index in the scene.
 MorphPlan plan_between(const Preparation& preparation, std::size_t actor,
                        const PreparedObject& from, const PreparedObject& to);
 

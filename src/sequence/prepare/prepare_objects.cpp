@@ -152,8 +152,7 @@ Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
                !plays_meshes(*object.actor);
       }))
     log_info("the balls are coarse, as previews have them: a full render fits finer ones");
-  // Free the unused copies of shared models first: the memory estimate counts the maximum of copies
-  // and objects, not the sum.
+  // Free copies of shared models first: the memory estimate counts them or the objects, not both.
   std::size_t next = 0;
   for (std::size_t a = 0; a < outlines.size(); ++a)
     for (std::size_t i = 0; i <= outlines[a].timeline.legs.size(); ++i, ++next)

@@ -76,7 +76,6 @@ enum class Fits : std::uint8_t { kMake, kCached };
 /// Sharing of objects and legs. kAlike: actors that differ only in their places share them.
 enum class Sharing : std::uint8_t { kAlike, kNone };
 
-/// A scene that is ready to be rendered.
 struct PreparedScene {
   Scene scene;
   SequenceHashes hashes;

@@ -1,5 +1,4 @@
-// Reading of a scene's object: its file or built-in shape, turned upright, with the materials that
-// the scene sets.
+// Reading of a scene's object: its file or built-in shape, turned upright, with its materials.
 #pragma once
 
 #include <string>

@@ -77,8 +77,7 @@ Status measure_landmarks(const Leg& leg, Engine& engine, MorphEnds& ends) {
   return Ok{};
 }
 
-/// Measures the angle in degrees, about the vertical, between the plan's rotation and the one that
-/// fits its pairs best.
+/// Measures the degrees about the vertical between the plan's rotation and the pairs' best fit.
 std::optional<double> measure_facing(const MorphPlan& plan) {
   std::vector<Vec3d> from, to;
   std::vector<double> masses;
@@ -154,8 +153,7 @@ Result<std::optional<double>> measure_pose_step(const LegFrames& leg, float shar
                        object_step);
 }
 
-/// Measures the errors of leg `number` at its objects' true points; empty if it starts with balls
-/// in flight.
+/// Measures the errors of leg `number` at true points; empty if it starts with balls in flight.
 Result<std::optional<TrueErrors>> measure_truth(const PreparedActor& actor,
                                                 const ActorSettings& settings, std::size_t number,
                                                 const Truth& truth, Engine& engine) {
@@ -229,8 +227,7 @@ Result<MorphFrame> measure_sample(const Leg& leg, float share, Engine& engine) {
   return frame;
 }
 
-/// Returns the number of samples of an actor that mixes three objects or more; `frames` 0: as many
-/// as the film has frames.
+/// Returns the number of samples of an actor that mixes three objects or more.
 int blend_sample_count(const PreparedActor& actor, int frames) {
   return std::max(2, frames > 0 ? frames : actor.timeline.count);
 }

@@ -31,7 +31,8 @@ class Laps {
 
 /// Adds the cost of fitting the balls that a dry run does not fit.
 void add_fits(const PreparedScene& prepared, FrameEstimate& estimate) {
-  // Processor seconds: 64 to 512 balls took 11 to 17 ms each on two (docs/performance.md).
+  // Processor seconds: 64 to 512 balls took 11 to 17 ms each on two processors
+  // (docs/performance.md).
   constexpr double kSecondsPerBall = 0.026;
   for (const PreparedActor& actor : prepared.actors)
     for (const auto& object : actor.objects) {

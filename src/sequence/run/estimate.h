@@ -15,7 +15,7 @@ namespace polymorph {
 
 /// Renders up to three evenly spaced frames with an eighth of the samples (at least one; of a part,
 /// one block of samples), and scales the tracing time to all samples. Writes no files. With
-/// image.noise the estimate is an upper bound: most pixels need fewer samples. Errors: kResource,
+/// image.noise the estimate assumes all samples, though most pixels need fewer. Errors: kResource,
 /// kOutput.
 Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, Engine& engine,
                                       Renderer& renderer, std::span<const int> frames,

@@ -14,7 +14,6 @@ namespace polymorph {
 /// The attribute of a picture that lacks samples; it lists those that it has: "0-15 of 64".
 inline constexpr const char* kDraftAttribute = "polymorph/draft";
 
-/// Settings of plan_merge().
 struct MergeSettings {
   std::vector<std::string> inputs;  ///< EXR files, patterns of EXR files, and folders
   std::string output;               ///< an EXR file, or a pattern

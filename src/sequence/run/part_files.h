@@ -35,8 +35,7 @@ struct PartFile {
 /// unreadable folder.
 Result<std::vector<PartFile>> list_parts(const std::filesystem::path& folder);
 
-/// Lists the parts in a folder and in its subfolders (one level), sorted by name. Unreadable
-/// folders are skipped.
+/// Lists the parts in a folder and its direct subfolders, by name. Skips unreadable folders.
 std::vector<PartFile> find_parts(const std::filesystem::path& folder);
 
 /// Formats ranges of samples: "0-31, 48-63".

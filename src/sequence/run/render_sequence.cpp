@@ -180,8 +180,7 @@ class SequenceRun {
     Status status = Ok{};
     try {
       status = start_frames();
-      // Frames in progress are finished even after a failure or a stop, so that no file is
-      // incomplete.
+      // Finish frames in progress even after a failure or a stop: no file may be incomplete.
       Status finished = finish_all();
       if (status) status = std::move(finished);
     } catch (const Interrupted&) {
@@ -219,7 +218,6 @@ class SequenceRun {
     std::string digest;
     double seconds = 0;
   };
-  /// Result of tracing.
   struct Traced {
     Result<Image> image;
     double seconds = 0;
@@ -231,7 +229,6 @@ class SequenceRun {
     std::string picture;               ///< picture_key()
     std::future<Traced> result;
   };
-  /// Result of writing.
   struct Written {
     Status status;
     double seconds = 0;

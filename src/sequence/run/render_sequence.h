@@ -23,7 +23,6 @@ namespace polymorph {
 /// Treatment of files that exist. kSkip: frames whose files are current are not rendered.
 enum class Existing { kRefuse, kSkip, kOverwrite };
 
-/// Settings of render_sequence().
 struct SequenceSettings {
   std::vector<int> frames;          ///< frame numbers in rendering order
   FramePattern exr;                 ///< empty: no EXR files
@@ -46,12 +45,10 @@ struct SequenceSettings {
   const std::atomic<bool>* stop = nullptr;
 };
 
-/// Returns the number of frames to trace at once on `devices` GPUs: two to four each, depending on
-/// the number of threads.
+/// Returns the number of frames to trace at once on `devices` GPUs: two to four each, by threads.
 int jobs_for_devices(int devices);
 
-/// Returns the number of frames of this size to trace at once so that all threads have enough
-/// tiles.
+/// Returns the number of frames of this size to trace at once, so that no thread lacks tiles.
 int jobs_for(int width, int height, std::size_t frames);
 
 /// Callback after each frame, with the number of finished frames, the number of all, and the last.

@@ -1,5 +1,4 @@
-// Reproduction of a frame from its own header: the same scene, files and program give the same
-// bits.
+// Reproduction of a frame from its own header: same scene, files and program, same bits.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +10,6 @@
 
 namespace polymorph {
 
-/// Settings of reproduce_frame().
 struct ReproduceSettings {
   std::filesystem::path models = ".";  ///< folder to which file names in the header are relative
   std::string device = "auto";
@@ -19,7 +17,6 @@ struct ReproduceSettings {
   std::filesystem::path cache_folder;  ///< empty: none
 };
 
-/// Result of reproduce_frame().
 struct Reproduction {
   int frame = 0;
   std::string program;               ///< version and identity of the build in the header

@@ -13,7 +13,6 @@
 
 namespace polymorph {
 
-/// Result of one frame.
 struct FrameRecord {
   enum class State { kDone, kSkipped, kFailed, kPlanned };
   int frame = 0;
@@ -39,7 +38,6 @@ struct FrameEstimate {
   std::uint64_t memory = 0;  ///< estimated peak bytes (sequence/prepare/memory_estimate.h)
 };
 
-/// Result of a run.
 struct RunReport {
   std::vector<FrameRecord> frames;
   std::string device, isa, scene_hash;

@@ -26,8 +26,7 @@ int read_png_bits(const std::filesystem::path& file) {
   return std::string_view(head.data(), head.size()).starts_with(kSignature) ? head[kBits] : 0;
 }
 
-/// Tests whether an EXR has the colour space and the multipart layout of the scene's output
-/// settings.
+/// Tests whether an EXR has the colour space and multipart layout of `expected.output`.
 bool has_output_settings(const Image& image, const ExpectedFrame& expected) {
   const ColorSpace space = expected.output.color_space;
   if (expected.part) {

@@ -26,8 +26,7 @@ enum class FileState {
   kPart,        ///< has only some of the frame's samples, or other samples than expected
 };
 
-/// Hashes all inputs of the scene's frames except the program. Loads the models but makes no balls.
-/// Errors: kInput.
+/// Hashes all inputs of the scene's frames except the program. Loads the models. Errors: kInput.
 Result<std::string> source_hash(const Scene& scene);
 
 /// Hashes and settings that the files of frames must have.
