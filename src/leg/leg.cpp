@@ -17,9 +17,9 @@ double min_component_share(const Leg& leg, float u) {
   return visit(
       leg, [&] { return min_share; },
       [&](const DistanceLeg&) {
-        // Fragments that separate between two objects, such as a limb's tip, are left out. Those
-        // as large as a component of the object stay: near an end, of the object at that end; half
-        // way, only those as large as both objects' smallest components.
+        // Fragments that separate between two objects, such as a limb's tip, are left out unless
+        // they are as large as a component: near an end, of that end's object; half way, of both
+        // objects.
         constexpr float kNear = 0.1f, kFar = 0.35f;  // eased progress from the nearer end
         if (min_share <= 0) return min_share;
         const double from = leg.from->distances.smallest_component_share,

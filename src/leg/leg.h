@@ -38,7 +38,7 @@ struct Leg {
   std::variant<BallLeg, DistanceLeg> kind;
 };
 
-/// Calls the function for the leg's kind. All code that depends on the kind goes through it.
+/// Calls the function for the leg's kind.
 template <class OnBalls, class OnDistances>
 auto visit(const Leg& leg, const OnBalls& on_balls, const OnDistances& on_distances) {
   const auto* distances = std::get_if<DistanceLeg>(&leg.kind);

@@ -84,8 +84,9 @@ Result<std::string> describe_fold(const Leg& leg, Engine& engine) {
       ++nearest[leg.landmark_names[static_cast<std::size_t>(near - places.begin())]];
     }
   }
-  const double share = static_cast<double>(folded_count) / static_cast<double>(point_count);
-  if (!(share > kMinFoldedShare)) return std::string();
+  const double folded_fraction =
+      static_cast<double>(folded_count) / static_cast<double>(point_count);
+  if (!(folded_fraction > kMinFoldedShare)) return std::string();
   const auto worst =
       std::max_element(nearest.begin(), nearest.end(),
                        [](const auto& a, const auto& b) { return a.second < b.second; });
@@ -94,7 +95,7 @@ Result<std::string> describe_fold(const Leg& leg, Engine& engine) {
       "points "
       "are turned inside out on the way - look whether it is the same place on both, or leave it "
       "out",
-      leg.from->name, leg.to->name, printable(worst->first), 100 * share);
+      leg.from->name, leg.to->name, printable(worst->first), 100 * folded_fraction);
 }
 
 }  // namespace polymorph

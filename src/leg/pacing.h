@@ -18,8 +18,7 @@ inline constexpr std::uint32_t kPacingVersion = 15;
 
 /// Pacing of a leg, and its measures that depend on it.
 struct Pacing {
-  Registration
-      registration;  ///< offsets of the leg's map; the members below are measured with them
+  Registration registration;  ///< offsets of the leg's map, with which all below is measured
   /// Eased times at which 0, 1/n, 2/n, ... 1 of the surface's total change is done
   /// (MorphPlan::pacing); empty if nothing changes.
   std::vector<float> times;

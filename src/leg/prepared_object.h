@@ -51,9 +51,8 @@ struct PreparedObject {
   double ball_volume = 0;                    ///< enclosed by the balls' surface
   float field_maximum = 1;                   ///< find_field_maximum() of the balls
   std::shared_ptr<const ClosestPointQuery> closest;  ///< query of the model
-  std::shared_ptr<const ClosestPointQuery>
-      outer;                          ///< query of the faces that are not inside the solid
-  std::vector<std::uint32_t> charts;  ///< charts of the model's texture
+  std::shared_ptr<const ClosestPointQuery> outer;    ///< query of faces not inside the solid
+  std::vector<std::uint32_t> charts;                 ///< charts of the model's texture
   /// The model's colours without their detail; null if it has one colour or a common look.
   std::shared_ptr<const ColorVolume> colors;
   BoundaryStage boundary;     ///< empty for a meta-object and between legs made of distances

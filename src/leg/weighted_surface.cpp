@@ -195,9 +195,10 @@ Result<std::vector<float>> sample_field(const Mixture& mixture, const std::vecto
   std::vector<AttributeValues> values;
   for (std::size_t k = 0; k < shares.size(); ++k) {
     const MixedObject& mixed = mixture.objects[k];
-    const ObjectDistances& own = mixed.object->distances;
-    DistanceField distances(own.grid->grid, own.grid->values.data());
-    if (own.smooth) distances.set_detail(own.smooth->values.data(), DetailFade{});
+    const ObjectDistances& object_distances = mixed.object->distances;
+    DistanceField distances(object_distances.grid->grid, object_distances.grid->values.data());
+    if (object_distances.smooth)
+      distances.set_detail(object_distances.smooth->values.data(), DetailFade{});
     const float detail = distances.detail_share(1 - mixed.weight);
     PM_TRY_STATUS(to_status(engine.regress(mixed.map, points, values)));
     parallel_for(
@@ -284,13 +285,13 @@ Result<std::vector<float>> fill_grid(const Grid& grid, const Mixture& mixture, d
 
 /// Removes separate fragments and cuts handles that no object has, as leg_surface() does.
 void clean_up(const Mixture& mixture, Mesh& mesh) {
-  double share = 0;
+  double min_share = 0;
   std::int64_t genus = 0;
   for (const MixedObject& mixed : mixture.objects) {
-    share = std::max(share, least_component_share(*mixed.object, mixture.settings));
+    min_share = std::max(min_share, least_component_share(*mixed.object, mixture.settings));
     genus = std::max<std::int64_t>(genus, mixed.object->distances.genus);
   }
-  remove_crumbs(share, mixture.settings, mesh);
+  remove_crumbs(min_share, mixture.settings, mesh);
   mend_normals(mesh);
   cut_superfluous_handles(genus, mixture.size, mesh);
 }
@@ -324,8 +325,8 @@ double least_component_share(const PreparedObject& object, const LegSettings& se
 Result<ShapeSpace> make_shape_space(std::vector<std::shared_ptr<const Leg>> legs, Engine& engine) {
   PM_CHECK(!legs.empty());
   ShapeSpace space;
-  std::vector<Vec3d>& own = space.places.emplace_back();
-  for (const Ball& ball : legs.front()->plan.from) own.emplace_back(ball.center);
+  std::vector<Vec3d>& reference_places = space.places.emplace_back();
+  for (const Ball& ball : legs.front()->plan.from) reference_places.emplace_back(ball.center);
   for (const auto& leg : legs) {
     for (const auto& object : {leg->from, leg->to})
       if (is_shell(object->distances) || object->distances.is_vessel)
@@ -405,8 +406,8 @@ Result<std::vector<float>> weighted_field(const Mixture& mixture, const Weighted
                                           const std::vector<Vec3>& points, Engine& engine) {
   std::vector<float> values;
   if (mixture.objects.size() == 1) {
-    const DistanceGrid& own = *mixture.objects.front().object->distances.grid;
-    const DistanceField distances(own.grid, own.values.data());
+    const DistanceGrid& object_grid = *mixture.objects.front().object->distances.grid;
+    const DistanceField distances(object_grid.grid, object_grid.values.data());
     for (const Vec3 p : points)
       values.push_back(distances.value(Points<float>{p.x, p.y, p.z}, 1.0f));
     return values;

@@ -18,13 +18,13 @@ std::string shared_settings(const Scene& scene, const ActorSettings& actor) {
   alone.motion = scene.motion;
   alone.spheres = scene.spheres;
   alone.actors = {actor};
-  ActorSettings& own = alone.actors.front();
-  own.name.clear();
-  own.translate = {};
-  own.start = 1;
+  ActorSettings& copy = alone.actors.front();
+  copy.name.clear();
+  copy.translate = {};
+  copy.start = 1;
   std::string text = scene_to_json(alone, {});
   // The scene's text has file names; files in different folders may have the same name.
-  for_each_object(own, [&](ObjectSettings& object) { text += "\n" + object.model.string(); });
+  for_each_object(copy, [&](ObjectSettings& object) { text += "\n" + object.model.string(); });
   // An actor that starts later may have fewer frames.
   for (const LegTiming& leg : make_timeline(scene, actor).legs) {
     text += fmt::format("\n{} {} {} {} {} {}", leg.first_step, leg.steps, leg.from_full,

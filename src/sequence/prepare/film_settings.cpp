@@ -31,8 +31,8 @@ FilmCameras film_cameras(const Scene& scene, const Framing& framing, int frame) 
   };
   FilmCameras cameras;
   cameras.camera = camera_at(frame);
-  const double half = 0.5 * static_cast<double>(cameras.camera.shutter);
-  const CameraMotion motion{camera_at(frame - half), camera_at(frame + half),
+  const double half_shutter = 0.5 * static_cast<double>(cameras.camera.shutter);
+  const CameraMotion motion{camera_at(frame - half_shutter), camera_at(frame + half_shutter),
                             frame == frame_count(scene) ? cameras.camera : camera_at(frame + 1)};
   const bool still = same_pose(motion.opening, cameras.camera) &&
                      same_pose(motion.closing, cameras.camera) &&
@@ -91,10 +91,10 @@ std::vector<MeshHashes> hash_meshes(const MeshSequence& sequence, bool morphs) {
   const MeshFile& reference = sequence.files[static_cast<std::size_t>(sequence.reference)];
   std::string past;
   for (const MeshFile& file : sequence.files) {
-    MeshHashes& own = hashes.emplace_back(MeshHashes{file.digest + file.velocities, {}});
+    MeshHashes& mesh_hashes = hashes.emplace_back(MeshHashes{file.digest + file.velocities, {}});
     if (!morphs) continue;
     past = Hasher().add(std::string_view(past)).add(std::string_view(file.digest)).hex();
-    own.fit = file.topology == reference.topology ? reference.digest : past;
+    mesh_hashes.fit = file.topology == reference.topology ? reference.digest : past;
   }
   return hashes;
 }
@@ -108,9 +108,9 @@ void add_meshes(const SceneInputs& inputs, SequenceHashes& hashes) {
     auto& lists = hashes.meshes.emplace_back();
     const auto first = static_cast<std::size_t>(objects.data() - inputs.chain.data());
     for (std::size_t i = 0; i < objects.size(); ++i) {
-      std::vector<MeshHashes>& own = lists.emplace_back();
+      std::vector<MeshHashes>& list = lists.emplace_back();
       if (const auto& sequence = inputs.sequences[first + i])
-        own = hash_meshes(*sequence, !plays_meshes(*objects[i].actor));
+        list = hash_meshes(*sequence, !plays_meshes(*objects[i].actor));
     }
   }
 }
@@ -135,7 +135,7 @@ void add_shown_meshes(const Scene& scene, const SequenceHashes& hashes, int fram
   hasher.add(std::string_view(hashes.stage));
   for (std::size_t a = 0; a < hashes.meshes.size(); ++a) {
     const std::vector<std::vector<MeshHashes>>& meshes = hashes.meshes[a];
-    const auto is_empty = [](const auto& own) { return own.empty(); };
+    const auto is_empty = [](const auto& list) { return list.empty(); };
     if (std::all_of(meshes.begin(), meshes.end(), is_empty)) continue;
     const Timeline timeline = make_timeline(scene, scene.actors[a]);
     const int shown = shown_frame(scene, frame);

@@ -150,8 +150,7 @@ void arrange(ReadObject& read, const ObjectSettings& object, bool stand, float s
         transform_by(compose(actor, make_transform(object.translate, object.rotate, object.scale)));
     return;
   }
-  const float diagonal =
-      model.box().diagonal();  // before the rotation, which must not change the size
+  const float diagonal = model.box().diagonal();  // a rotation must not change the size
   model = transform_by(make_transform({}, object.rotate, {1, 1, 1}));
   const Box box = model.box();
   const float factor = size > 0 && diagonal > 0 ? size / diagonal : 1;

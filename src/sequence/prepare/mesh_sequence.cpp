@@ -171,13 +171,13 @@ void add_warnings(const MeshSequence& sequence, const std::vector<MeshFacts>& fa
   std::vector<std::string> first;
   std::size_t others = 0;
   for (std::size_t i = 0; i < facts.size(); ++i) {
-    std::vector<std::string> own = facts[i].warnings;
+    std::vector<std::string> mesh_warnings = facts[i].warnings;
     const std::string file = sequence.files[i].file.string();
-    for (std::string& warning : own)
+    for (std::string& warning : mesh_warnings)
       if (are_poses && warning.starts_with(file)) warning = model + warning.substr(file.size());
-    if (own.empty() || (are_poses && own == first)) continue;
+    if (mesh_warnings.empty() || (are_poses && mesh_warnings == first)) continue;
     if (!first.empty()) ++others;
-    if (first.empty()) first = std::move(own);
+    if (first.empty()) first = std::move(mesh_warnings);
   }
   warnings.insert(warnings.end(), first.begin(), first.end());
   if (others > 0)

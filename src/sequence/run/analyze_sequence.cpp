@@ -114,11 +114,11 @@ class LegFrames {
   LegFrames(const PreparedActor& actor, std::size_t number)
       : actor_(actor), number_(static_cast<int>(number)) {}
   bool has_moving_end() const { return polymorph::has_moving_end(actor_, number_); }
-  /// Returns the frame nearest to the fraction `share` of the stage's time.
-  int frame_at(float share) const {
+  /// Returns the frame nearest to a fraction of the stage's time.
+  int frame_at(float fraction) const {
     const Timeline& timeline = actor_.timeline;
     const LegTiming& timing = timeline.legs[static_cast<std::size_t>(number_)];
-    const float local = timing.shares[0] + timing.shares[1] + share * timing.shares[2];
+    const float local = timing.shares[0] + timing.shares[1] + fraction * timing.shares[2];
     const auto step = static_cast<int>(std::lround(local * static_cast<float>(timing.steps)));
     return std::min(1 + timeline.hold_start + timing.first_step + step, timeline.count);
   }
@@ -135,9 +135,9 @@ class LegFrames {
 /// Measures the distance by which the surface of a leg moves when its objects change to their poses
 /// in the next frame, divided by the larger distance of the objects themselves; empty if these
 /// stand still.
-Result<std::optional<double>> measure_pose_step(const LegFrames& leg, float share,
+Result<std::optional<double>> measure_pose_step(const LegFrames& leg, float fraction,
                                                 const Mesh& surface, Engine& engine) {
-  const int frame = leg.frame_at(share);
+  const int frame = leg.frame_at(fraction);
   PM_TRY(const auto now, leg.at(frame, engine));
   PM_TRY(const auto next, leg.at(std::min(frame + 1, leg.frame_at(1)), engine));
   double object_step = 0;
@@ -148,7 +148,7 @@ Result<std::optional<double>> measure_pose_step(const LegFrames& leg, float shar
     object_step = std::max(object_step, before.distance_to(after).mean);
   }
   if (!(object_step > 0)) return std::optional<double>();
-  PM_TRY(const LegSurface moved, leg_surface(*next, share * next->until, engine));
+  PM_TRY(const LegSurface moved, leg_surface(*next, fraction * next->until, engine));
   return std::optional(MeasuredSurface(surface).distance_to(MeasuredSurface(moved.mesh)).mean /
                        object_step);
 }
@@ -202,9 +202,9 @@ Result<Handover> measure_handover(const Leg& leg, const LegTiming& timing, bool 
   Handover handover;
   if (!(leaving ? timing.from_full : timing.to_full)) return handover;
   constexpr int kMinSteps = 4;
-  const float share = timing.shares[leaving ? 1 : 3] / timing.shares[2];
-  const int proportional = static_cast<int>(std::lround(static_cast<float>(count) * share));
-  const int steps = share > 0 ? std::max(kMinSteps, proportional) : 0;
+  const float time_ratio = timing.shares[leaving ? 1 : 3] / timing.shares[2];
+  const int proportional = static_cast<int>(std::lround(static_cast<float>(count) * time_ratio));
+  const int steps = time_ratio > 0 ? std::max(kMinSteps, proportional) : 0;
   for (int k = 0; k <= steps; ++k) {
     const float growth = steps > 0 ? static_cast<float>(k) / static_cast<float>(steps) : 0.0f;
     PM_TRY(BoundarySurface shown, boundary_surface(leg, {leaving, 1 - growth, growth}, engine));
@@ -216,11 +216,11 @@ Result<Handover> measure_handover(const Leg& leg, const LegTiming& timing, bool 
   return handover;
 }
 
-/// Samples the leg's volumetric stage at the fraction `share` of its time until `leg.until`.
-Result<MorphFrame> measure_sample(const Leg& leg, float share, Engine& engine) {
-  PM_TRY(LegSurface surface, leg_surface(leg, share * leg.until, engine));
+/// Samples the leg's volumetric stage at a fraction of its time until `leg.until`.
+Result<MorphFrame> measure_sample(const Leg& leg, float fraction, Engine& engine) {
+  PM_TRY(LegSurface surface, leg_surface(leg, fraction * leg.until, engine));
   MorphFrame frame;
-  frame.time = static_cast<double>(share);
+  frame.time = static_cast<double>(fraction);
   frame.u = static_cast<double>(surface.state.u / progress_at(leg.plan, leg.until));
   frame.surface = std::move(surface.mesh);
   for (const Ball& ball : surface.state.balls) frame.centers.push_back(ball.center);
@@ -240,13 +240,13 @@ Result<Analysis> analyze_blend(const PreparedActor& actor, int count, Engine& en
   MorphEnds ends;
   for (int k = 0; k < count; ++k) {
     if (!next()) return stopped_error();
-    const double share = static_cast<double>(k) / (count - 1);
-    const auto frame = static_cast<int>(std::lround(1 + share * (actor.timeline.count - 1)));
+    const double fraction = static_cast<double>(k) / (count - 1);
+    const auto frame = static_cast<int>(std::lround(1 + fraction * (actor.timeline.count - 1)));
     const MorphState moment = morph_state_at(actor.timeline, frame);
     PM_TRY(const Mixture mixture, mix_objects(*actor.space, moment.weights));
     PM_TRY(WeightedSurface surface, weighted_surface(mixture, engine));
     MorphFrame& sample = samples.emplace_back();
-    sample.time = sample.u = share;
+    sample.time = sample.u = fraction;
     sample.surface = std::move(surface.mesh);
     for (const RegressionSample& ball : mixture.samples) {
       sample.centers.push_back(ball.center);
@@ -299,11 +299,11 @@ Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engin
       const int count = sample_count(timing);
       for (int k = 0; k < count; ++k) {
         if (!progress(done++, total)) return stopped_error();
-        const float share = static_cast<float>(k) / static_cast<float>(count - 1);
-        PM_TRY(const auto posed, shown.at(shown.frame_at(share), engine));
-        PM_TRY(MorphFrame sample, measure_sample(*posed, share, engine));
+        const float fraction = static_cast<float>(k) / static_cast<float>(count - 1);
+        PM_TRY(const auto posed, shown.at(shown.frame_at(fraction), engine));
+        PM_TRY(MorphFrame sample, measure_sample(*posed, fraction, engine));
         if (shown.has_moving_end()) {
-          PM_TRY(const auto step, measure_pose_step(shown, share, sample.surface, engine));
+          PM_TRY(const auto step, measure_pose_step(shown, fraction, sample.surface, engine));
           if (step) pose_step = std::max(pose_step.value_or(0), *step);
         }
         samples.push_back(std::move(sample));
