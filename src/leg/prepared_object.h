@@ -29,7 +29,7 @@ struct LegSettings {
   ExtractSettings measured;  ///< extraction of surfaces that volumes and levels are measured on
   ExtractSettings shown;     ///< extraction of the surfaces that frames show
   float min_component_share = 0;  ///< share of the volume below which components are left out
-  bool has_colors = false;        ///< whether any object of the chain has more than one colour
+  bool has_colors = false;        ///< whether objects keep their colours, of which one has several
   bool contact = false;           ///< keeps the surface on the floor if both objects stand on it
 };
 

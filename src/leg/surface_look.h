@@ -37,8 +37,8 @@ ObjectLayer object_layer(std::shared_ptr<const PreparedObject> object,
 
 /// A surface's own look.
 struct SurfaceLook {
-  /// Layers from the bottom: the source, then the target. There are three or more if an earlier leg
-  /// was left before its target. Empty: the common look.
+  /// Layers from the bottom: the source, then the target. There are more in a mixture, or if an
+  /// earlier leg was left before its target. Empty: the common look.
   std::vector<ObjectLayer> layers;
   /// Colour of each vertex without detail, mixed over the layers with the weight `color_share`.
   /// Empty if no object has several colours or the weight is 0.

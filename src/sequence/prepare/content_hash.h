@@ -38,7 +38,7 @@ std::string content_hash(const SceneInputs& inputs, std::string_view program = p
 /// Hashes the inputs that all frames of a film share: the contents of the scene's files, except the
 /// meshes of sequences, and the program.
 std::string inputs_hash(const SceneInputs& inputs, std::string_view program = program_identity());
-/// Writes the settings that may differ between frames, and decide pixels, as text.
+/// Writes the scene's settings, without paths and `output`, as text.
 std::string settings_text(const Scene& scene);
 
 }  // namespace polymorph
