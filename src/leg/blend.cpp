@@ -10,10 +10,9 @@
 namespace polymorph {
 namespace {
 
-/// Distances are clamped to this many cells, so that surfaces further apart than that meet late in
-/// the blend.
+/// Distances are clamped to this many cells; surfaces further apart meet late in the blend.
 constexpr float kBand = 6;
-/// Points per axis of the blocks that are sampled or skipped as a whole.
+/// Points per axis of a block. All points of a block are sampled, or none.
 constexpr int kBlock = 8;
 
 struct BlendInputs {
@@ -45,8 +44,9 @@ Result<Distances> distances_at(const BlendInputs& in, const std::vector<Vec3>& p
   return out;
 }
 
-/// Marks the blocks that a blend's surface may pass through: those near either surface, and those
-/// with a neighbour on the other side of one (an open model's inside may end far from any face).
+/// Marks the blocks that the blend's surface may cross: those within `near` of either surface, and
+/// those next to a block on the other side of one: an open model's inside may end far from its
+/// faces.
 std::vector<bool> find_crossed_blocks(const Distances& middles, Int3 blocks, float near) {
   const auto index = [&](int x, int y, int z) {
     return static_cast<std::size_t>((z * blocks.y + y) * blocks.x + x);
@@ -69,8 +69,8 @@ std::vector<bool> find_crossed_blocks(const Distances& middles, Int3 blocks, flo
   return out;
 }
 
-/// Fills both grids, whose points are the same.
-Status fill(const BlendInputs& in, DistanceGrid& model, DistanceGrid& balls) {
+/// Samples both distances at the grids' common points.
+Status fill_distances(const BlendInputs& in, DistanceGrid& model, DistanceGrid& balls) {
   const Grid& grid = model.grid;
   const Int3 n = grid.points;
   const auto blocks_along = [](int points) { return (points + kBlock - 1) / kBlock; };
@@ -88,7 +88,7 @@ Status fill(const BlendInputs& in, DistanceGrid& model, DistanceGrid& balls) {
       }
   PM_TRY(const Distances at_middle, distances_at(in, middles, band + block_radius));
   const std::vector<bool> is_crossed = find_crossed_blocks(at_middle, blocks, band + block_radius);
-  // Batches bound the memory.
+  // Points are sampled in batches, which bounds the memory.
   constexpr std::size_t kBatch = 1 << 18;
   std::vector<std::size_t> indices;
   std::vector<Vec3> points;
@@ -120,6 +120,7 @@ Status fill(const BlendInputs& in, DistanceGrid& model, DistanceGrid& balls) {
   return sample_batch();
 }
 
+/// Interpolates the vertices' normals at a point of the mesh.
 Vec3 surface_normal(const Mesh& mesh, const ClosestPoint& at) {
   const Triangle& t = mesh.triangles[at.triangle];
   const TriangleWeights w = closest_on_triangle(at.point, mesh.positions[t.v[0]],
@@ -129,20 +130,20 @@ Vec3 surface_normal(const Mesh& mesh, const ClosestPoint& at) {
                     mesh.normals[t.v[2]] * static_cast<float>(w.c));
 }
 
-/// The progress that smoothstep() turns into `share`.
-float invert_smoothstep(float share) {
-  if (share <= 0 || share >= 1) return share;
-  double t = static_cast<double>(share);
-  for (int i = 0; i < 40; ++i) {  // Newton's method, slow near both ends
-    const double change = (t * t * (3 - 2 * t) - static_cast<double>(share)) / (6 * t * (1 - t));
-    t = std::clamp(t - change, 0.5 * t, 0.5 * (1 + t));
+/// Computes t with smoothstep(t) = s by Newton's method, which converges slowly near 0 and 1.
+float invert_smoothstep(float s) {
+  if (s <= 0 || s >= 1) return s;
+  double t = static_cast<double>(s);
+  for (int i = 0; i < 40; ++i) {
+    const double step = (t * t * (3 - 2 * t) - static_cast<double>(s)) / (6 * t * (1 - t));
+    t = std::clamp(t - step, 0.5 * t, 0.5 * (1 + t));
   }
   return static_cast<float>(t);
 }
 
-/// Makes the regression of a surface between objects in `box` whose points all stay where they are,
-/// with the same progress everywhere.
-std::shared_ptr<const Regression> still_map(const Box& box, float progress) {
+/// Makes a regression around `box` that maps points to themselves, with the same progress
+/// everywhere.
+std::shared_ptr<const Regression> identity_map(const Box& box, float progress) {
   auto map = std::make_shared<Regression>();
   map->maps = 2;
   map->samples = {{box.center(), 1, box.diagonal()}};
@@ -170,8 +171,8 @@ Result<BlendField> make_blend_field(const Model& model, const InsideTest& inside
   model_distances->grid = ball_distances->grid = grid;
   model_distances->values.resize(count), ball_distances->values.resize(count);
   auto to_surface = std::make_shared<const ClosestPointQuery>(surface.positions, surface.triangles);
-  PM_TRY_STATUS(fill({model, inside, to_model, *to_surface, balls, settings, engine},
-                     *model_distances, *ball_distances));
+  PM_TRY_STATUS(fill_distances({model, inside, to_model, *to_surface, balls, settings, engine},
+                               *model_distances, *ball_distances));
   for (DistanceGrid* distances : {model_distances.get(), ball_distances.get()}) {
     close_border(*distances);
     bound_slopes(*distances);
@@ -184,10 +185,10 @@ Result<Mesh> blend_surface(const BlendField& field, const Model& model,
                            const ClosestPointQuery& to_model, float progress,
                            const ExtractSettings& settings, Engine& engine) {
   const Grid& grid = field.model->grid;
-  // Extracting the mixed distances as one DistanceGrid would do, but round differently: half of the
+  // One DistanceGrid of mixed distances has the same surface but rounds differently: half of the
   // vertices would move, by some 1e-4 of a cell.
-  const MorphSurface between = {still_map(box_of(grid), invert_smoothstep(progress)), field.model,
-                                field.balls};
+  const MorphSurface between = {identity_map(box_of(grid), invert_smoothstep(progress)),
+                                field.model, field.balls};
   Mesh mesh;
   PM_TRY_STATUS(to_status(engine.extract(between, grid, settings, mesh)));
   mesh.normals.resize(mesh.positions.size());

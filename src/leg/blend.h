@@ -12,25 +12,25 @@
 
 namespace polymorph {
 
-/// Signed distances (inside positive) to the model and to the balls' surface at the points of one
-/// grid, cut off a few cells away.
+/// Signed distances (inside positive) to the model and to the balls' surface on one grid, clamped
+/// to six cells.
 struct BlendField {
   std::shared_ptr<const DistanceGrid> model, balls;
   Mesh surface;  ///< surface of the balls
   std::shared_ptr<const ClosestPointQuery> to_surface;
 };
 
-/// Measures both distances on a grid around both surfaces. `to_model` finds closest points of
-/// `model`; `surface` is where the balls' field is 1. The cells are `cell` wide, but at least 1/256
-/// of the longest side of the box. Errors: as Engine::sample().
+/// Measures both distances on a grid around both surfaces. `to_model`: closest points of `model`;
+/// `surface`: the balls' surface, where their field is 1. The cells' edge is `cell`, but at least
+/// 1/256 of the longest side of the box. Errors: as Engine::sample().
 Result<BlendField> make_blend_field(const Model& model, const InsideTest& inside,
                                     const ClosestPointQuery& to_model, const BallSet& balls,
                                     Mesh surface, float cell, const ExtractSettings& settings,
                                     Engine& engine);
 
-/// The surface (1 - progress) model + progress balls = 0. 0 is the model as the grid shows it, 1
-/// the balls' surface; closed and manifold. Normals are those of the nearest points of both, mixed
-/// likewise. Errors: as Engine::extract().
+/// Extracts the surface (1 - w) model + w balls = 0 with w = `progress`: 0 gives the model as the
+/// grid resolves it, 1 the balls' surface. It is closed and manifold. Its normals mix those of the
+/// nearest points of both surfaces with the same weights. Errors: as Engine::extract().
 Result<Mesh> blend_surface(const BlendField& field, const Model& model,
                            const ClosestPointQuery& to_model, float progress,
                            const ExtractSettings& settings, Engine& engine);

@@ -1,5 +1,5 @@
-// Boundary stage of an object: the data of the steps from its model to its balls' surface and back
-// (leg/boundary_surface.h has them at a moment).
+// Boundary stage of an object: precomputed data of the transition between its model and its balls'
+// surface. leg/boundary_surface.h evaluates the transition at a moment.
 #pragma once
 
 #include <variant>
@@ -16,7 +16,7 @@ struct CrossfadeStage {
   std::vector<Vec3> targets;  ///< shrink_targets(): one per model point
 };
 
-/// No stage (a cut: the model is followed by its balls), or one of three methods.
+/// Data of one of three methods, or none: a cut, after which the balls replace the model at once.
 using BoundaryStage = std::variant<std::monostate, CrossfadeStage, Projection, BlendField>;
 
 }  // namespace polymorph

@@ -20,7 +20,7 @@ const PreparedObject& end_object(const Leg& leg, const BoundaryMoment& moment) {
 Result<BoundaryStage> make_boundary_stage(const PreparedObject& object, BoundaryMethod method,
                                           Mesh surface, const LegSettings& settings,
                                           Engine& engine) {
-  constexpr double kArrived = 0.98;
+  constexpr double kMinArrived = 0.98;  // fraction of the visible area
   const FieldKind kind = settings.measured.field;
   if (method == BoundaryMethod::kCut) return BoundaryStage{};
   if (method == BoundaryMethod::kCrossfade)
@@ -29,7 +29,7 @@ Result<BoundaryStage> make_boundary_stage(const PreparedObject& object, Boundary
   if (method == BoundaryMethod::kProject) {
     Projection projection = project_model(object.model, inside, object.balls, kind);
     const double arrived = projection.arrived;
-    if (arrived >= kArrived) {
+    if (arrived >= kMinArrived) {
       log_debug("{}: {:.1f} % of its mesh arrives on the balls' surface", object.name,
                 100 * arrived);
       return BoundaryStage{std::move(projection)};
@@ -47,7 +47,7 @@ Result<BoundarySurface> boundary_surface(const Leg& leg, const BoundaryMoment& m
                                          Engine& engine) {
   const PreparedObject& object = end_object(leg, moment);
   BoundarySurface shown;
-  const float progress = 1 - moment.boundary;  // from the model to its balls
+  const float progress = 1 - moment.boundary;  // 0: the model; 1: its balls
   if (progress <= 0 || std::holds_alternative<std::monostate>(object.boundary)) {
     shown.points = object.model.points;
   } else if (const auto* blend = std::get_if<BlendField>(&object.boundary)) {

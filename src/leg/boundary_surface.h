@@ -1,5 +1,4 @@
-// Surface of a boundary stage at a moment: a model that becomes its balls' surface, or the other
-// way round.
+// Surface of a boundary stage, in which a model turns into its balls' surface or back, at a moment.
 #pragma once
 
 #include <vector>
@@ -11,37 +10,37 @@
 
 namespace polymorph {
 
-/// Makes the stage of an object whose balls and `closest` are set; `surface` is its balls'. A
-/// projection that leaves too much of the mesh off the surface becomes a blend. Errors: the
-/// engine's.
+/// Makes the boundary stage of an object whose balls and `closest` are set. `surface`: surface of
+/// its balls. If a projection leaves more than 2 % of the visible area off that surface, the stage
+/// is a blend instead. Errors: the engine's.
 Result<BoundaryStage> make_boundary_stage(const PreparedObject& object, BoundaryMethod method,
                                           Mesh surface, const LegSettings& settings,
                                           Engine& engine);
 
 /// A moment of a boundary stage.
 struct BoundaryMoment {
-  bool leaving = true;  ///< stage of the leg's source, else of its target
-  float boundary = 1;   ///< 1 the whole model .. 0 its balls
-  float growth = 0;     ///< size of the balls: 0 not there .. 1 whole
+  bool leaving = true;  ///< whether the object is the leg's source; else it is its target
+  float boundary = 1;   ///< 1: the whole model; 0: its balls
+  float growth = 0;     ///< size of the balls; 0: absent; 1: full size
 };
 
 /// Meshes that a boundary stage shows at a moment.
 struct BoundarySurface {
-  std::vector<Ball> balls;           ///< crossfade: at their present size
-  Mesh surface;                      ///< surface of the balls, or blended with the model
-  std::vector<Vec3> points;          ///< points of the model where it shows, else empty
-  std::vector<Vec3> corner_normals;  ///< normals of those points; empty: the model's own
+  std::vector<Ball> balls;           ///< crossfade only: the balls at their present size
+  Mesh surface;                      ///< surface of the balls, or its blend with the model
+  std::vector<Vec3> points;          ///< points of the model if it shows, else empty
+  std::vector<Vec3> corner_normals;  ///< 3 normals per triangle of the model; empty: its own
 };
-/// Errors: kResource.
+/// Computes the meshes of a boundary stage at a moment. Errors: kResource.
 Result<BoundarySurface> boundary_surface(const Leg& leg, const BoundaryMoment& moment,
                                          Engine& engine);
 
-/// Displacement of the model's points `points` until the moment at which the model is `boundary`;
-/// empty unless the stage moves the model's own mesh.
+/// Computes the displacement of the model's points from `points` to the moment whose
+/// BoundaryMoment::boundary is `boundary`; empty unless the stage is a projection.
 std::vector<Vec3> boundary_displacement(const PreparedObject& object,
                                         const std::vector<Vec3>& points, float boundary);
 
-/// A model with its points moved, with smooth normals.
+/// Makes a mesh of the model's triangles with its points moved to `points` and smooth normals.
 Mesh model_mesh(const Model& model, const std::vector<Vec3>& points);
 
 }  // namespace polymorph

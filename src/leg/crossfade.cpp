@@ -15,19 +15,20 @@ namespace {
 constexpr float kLog2E = 1.44269504f;
 
 Vec3 shrink_target(Vec3 point, const std::vector<Ball>& balls, FieldKind kind) {
-  // Two passes, so that the largest term is 1 and nothing over- or underflows.
-  float largest = -std::numeric_limits<float>::infinity();
+  // The first pass finds the largest term and the second divides by it, against over- and
+  // underflow.
+  float max_log_strength = -std::numeric_limits<float>::infinity();
   for (const Ball& ball : balls) {
     const Vec3 d = point - ball.center;
-    largest = std::max(largest, log_strength(ball, kind, d));
+    max_log_strength = std::max(max_log_strength, log_strength(ball, kind, d));
   }
-  if (!std::isfinite(largest)) return point;  // out of every ball's reach
+  if (!std::isfinite(max_log_strength)) return point;  // outside every ball's support
   double sum = 0, x = 0, y = 0, z = 0;
   for (const Ball& ball : balls) {
     const Vec3 d = point - ball.center;
-    const float e = log_strength(ball, kind, d) - largest;
-    if (e < -12) continue;
-    // Squared shares: the far field of an inverse-square ball would pull everything to the middle.
+    const float e = log_strength(ball, kind, d) - max_log_strength;
+    if (e < -12) continue;  // weight below exp(-24)
+    // Squares: the far fields of inverse-square balls would pull all points to the middle.
     const auto q = static_cast<double>(exp2(2 * kLog2E * e));
     sum += q;
     x += q * static_cast<double>(ball.center.x);

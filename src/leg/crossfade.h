@@ -1,5 +1,5 @@
-// Crossfade between a model and its balls (the report's boundary morph, 3.3 and 5.2.9): balls grow
-// while the model shrinks.
+// Crossfade between a model and its balls (report, 3.3 and 5.2.9): balls grow while the model
+// shrinks.
 #pragma once
 
 #include <vector>
@@ -9,13 +9,13 @@
 
 namespace polymorph {
 
-/// The point that each point of a model shrinks to: the share-weighted centre of the balls around
-/// it, so that a handle shrinks into the handle's balls and not towards the middle of everything
-/// (method: the field's shares q_i; docs/method.md, Field).
+/// Computes the point that each point of a model shrinks to: the mean of the balls' centres,
+/// weighted by the squares of their shares q_i in the field there (docs/method.md, Field). A handle
+/// therefore shrinks into its own balls and not towards the middle of the model.
 std::vector<Vec3> shrink_targets(const Model& model, const std::vector<Ball>& balls,
                                  FieldKind kind);
 
-/// The model's points at `boundary`: 1 = whole, 0 = shrunk into its balls.
+/// Interpolates the model's points from `targets` (boundary = 0) to their own places (1).
 std::vector<Vec3> shrunk_points(const Model& model, const std::vector<Vec3>& targets,
                                 float boundary);
 

@@ -10,26 +10,25 @@
 namespace polymorph {
 namespace {
 
-/// Walls grow before the other object's distances can tear them.
+/// A vessel turns into its filled shape near its own end, before the other object tears its walls.
 constexpr DetailFade kVesselFade = {0, 0.2f};
 
-/// Replaces vessels by the filled ones: a surface's volume is kept as if they were solid.
+/// Replaces vessels by their filled shapes: the volume is kept as if they were solid.
 MorphSurface fill_vessels(const Leg& leg, MorphSurface field) {
   if (leg.from->distances.is_vessel) field.from = field.smooth_from;
   if (leg.to->distances.is_vessel) field.to = field.smooth_to;
   return field;
 }
 
-/// Computes how far the surface shows the walls of a vessel, whose volume is not kept: from 0, not
-/// at all, to 1.
-float wall_share(const Leg& leg, float u) {
-  const auto share_at = [](float progress) {
+/// Computes how far the surface shows a vessel's walls, whose volume is not kept: 0, filled, to 1.
+float wall_visibility(const Leg& leg, float u) {
+  const auto visibility_at = [](float progress) {
     return smoothstep((kVesselFade.end - progress) / (kVesselFade.end - kVesselFade.begin));
   };
-  float share = 0;
-  if (leg.from->distances.is_vessel) share = share_at(u);
-  if (leg.to->distances.is_vessel) share = std::max(share, share_at(1 - u));
-  return share;
+  float visibility = 0;
+  if (leg.from->distances.is_vessel) visibility = visibility_at(u);
+  if (leg.to->distances.is_vessel) visibility = std::max(visibility, visibility_at(1 - u));
+  return visibility;
 }
 
 }  // namespace
@@ -51,7 +50,7 @@ std::optional<float> level_at(const std::vector<float>& levels, float u) {
   const float x = std::clamp(u, 0.0f, 1.0f) * static_cast<float>(last);
   const std::size_t k = std::min(static_cast<std::size_t>(x), last - 1);
   const float t = x - static_cast<float>(k), t2 = t * t, t3 = t2 * t;
-  // At an end that of the parabola through three.
+  // At an end: the slope of the parabola through the three nearest levels.
   const auto slope = [&](std::size_t i) {
     if (i == 0) return 2 * at[1] - 1.5f * at[0] - 0.5f * at[2];
     if (i == last) return 1.5f * at[last] + 0.5f * at[last - 2] - 2 * at[last - 1];
@@ -70,9 +69,9 @@ Status extract_between(const Leg& leg, const LevelSearch& search, Engine& engine
   field = {map.regression, from.grid, to.grid, map.from_scale, map.to_scale, 0};
   const bool at_an_end = state.time <= 0 || state.time >= 1;
   const bool has_shell = is_shell(from) || is_shell(to);
-  // Walls would swell where both are compressed.
+  // Compressed distances would thicken a shell's walls.
   if (!has_shell) field.linear_range = kLinearRange * object_size(leg, state.u);
-  // Beside a shell only vessels have something to lose: what they are filled with.
+  // Next to a shell, objects keep their detail; only a vessel fades into its filled shape.
   if (!has_shell || from.is_vessel) field.smooth_from = from.smooth;
   if (!has_shell || to.is_vessel) field.smooth_to = to.smooth;
   if (from.is_vessel) field.fade_from = kVesselFade;
@@ -80,18 +79,18 @@ Status extract_between(const Leg& leg, const LevelSearch& search, Engine& engine
   if (!at_an_end && keeps_volume(leg)) {
     const auto u = static_cast<double>(state.u);
     const double volume = (1 - u) * from.volume + u * to.volume;
-    const VolumeGoal goal = {volume, leg.settings.cell, kFurthestLevel * object_size(leg, state.u),
+    const VolumeGoal goal = {volume, leg.settings.cell, kMaxLevel * object_size(leg, state.u),
                              search.near, search.tolerance};
     PM_TRY(LevelSurface found, surface_of_volume(engine, fill_vessels(leg, field), map.box,
                                                  search.cell, search.extract, goal));
-    const float walls = wall_share(leg, state.u);
+    const float walls = wall_visibility(leg, state.u);
     field.level = (1 - walls) * (1 - walls) * found.level;
     if (walls == 0) {
       surface.mesh = std::move(found.mesh);
       return Ok{};
     }
   } else if (!at_an_end && has_shell) {
-    // A wall's volume means little; that it is whole, much.
+    // A shell's volume means little, but its walls must have no holes: thicken them where needed.
     PM_TRY(field.map, with_shortfalls(map, leg.plan, state.balls, *from.grid, *to.grid, engine));
     field.level = -1;
   }
@@ -104,7 +103,7 @@ Result<std::vector<float>> sample_distances(const MorphSurface& field,
   std::vector<AttributeValues> maps;
   PM_TRY_STATUS(to_status(engine.regress(field.map, points, maps)));
   MorphField sampled;
-  // The regression's values contain the affine maps already.
+  // The regression's values already contain the affine maps, so these are set to zero.
   for (AffineMap& affine : sampled.map.affine) affine = {{Vec3{}, Vec3{}, Vec3{}}, {}};
   sampled.from = DistanceField(field.from->grid, field.from->values.data());
   sampled.to = DistanceField(field.to->grid, field.to->values.data());

@@ -1,5 +1,4 @@
-// Surface of a leg made of distances: the map to both objects, the field between them and the level
-// that keeps the volume.
+// Surface of a leg made of distances: map to both objects, field, and level that keeps the volume.
 #pragma once
 
 #include <optional>
@@ -9,28 +8,29 @@
 
 namespace polymorph {
 
-/// Shares of the objects' size: no further may the level go for the volume's sake, and up to where
-/// distances count nearly as they are.
-inline constexpr float kFurthestLevel = 0.08f, kLinearRange = 0.06f;
+/// Fractions of the objects' size: the maximum magnitude of the level that keeps the volume, and
+/// the distance up to which the compression of distances (kernels/morph_field.h) is nearly linear.
+inline constexpr float kMaxLevel = 0.08f, kLinearRange = 0.06f;
 
-/// The map to both objects when the leg's balls are `balls`.
+/// Computes the map to both objects at `time`, when the leg's balls are `balls`.
 FrameMap distance_map(const Leg& leg, float time, const BallSet& balls);
 
-/// Says whether a level keeps the leg's volume. Walls have none: their volume means little.
+/// Tests whether the level keeps the leg's volume. Not so for shells: their volume means little.
 bool keeps_volume(const Leg& leg);
 
-/// The level that keeps the volume at an eased time, nearly: cubics through the leg's levels
-/// (Catmull-Rom). None where there are too few.
+/// Interpolates the leg's levels at the eased time u by Catmull-Rom cubics: an estimate of the
+/// level that keeps the volume. Empty if there are fewer than three levels.
 std::optional<float> level_at(const std::vector<float>& levels, float u);
 
 /// Settings of the search for a surface and its level.
 struct LevelSearch {
   float cell = 0;  ///< edge of the cells
   ExtractSettings extract;
-  std::optional<float> near;  ///< level to begin at; none: found on larger cells first
-  double tolerance = 0.002;   ///< share of the volume, as the leg's own cells show it
+  std::optional<float> near;  ///< start of the search; empty: first searched for on larger cells
+  double tolerance = 0.002;   ///< relative to the volume, measured on the leg's own cells
 };
-/// Sets mesh and field of `surface`, whose state is set. Errors: kResource.
+/// Extracts a leg's surface: sets `mesh` and `field` of `surface`, whose state is set. Errors:
+/// kResource.
 Status extract_between(const Leg& leg, const LevelSearch& search, Engine& engine,
                        LegSurface& surface);
 

@@ -17,10 +17,10 @@ double min_component_share(const Leg& leg, float u) {
   return visit(
       leg, [&] { return min_share; },
       [&](const DistanceLeg&) {
-        // Fragments that come off between two objects, a limb's tip perhaps, are left out unless
-        // they are as large as a component that, near an end, this object has, and that half way
-        // both have.
-        constexpr float kNear = 0.1f, kFar = 0.35f;  // from either end
+        // Fragments that separate between two objects, such as a limb's tip, are left out unless
+        // they are as large as a component: near an end, of that end's object; half way, of both
+        // objects.
+        constexpr float kNear = 0.1f, kFar = 0.35f;  // eased progress from the nearer end
         if (min_share <= 0) return min_share;
         const double from = leg.from->distances.smallest_component_share,
                      to = leg.to->distances.smallest_component_share;

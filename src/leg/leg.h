@@ -1,5 +1,5 @@
-// Leg of a morph: two objects, the plan between them, and the kind of the surface in between
-// (leg/leg_surface.h has it at a time).
+// Leg of a morph: two objects, the plan between them, and the kind of surface in between.
+// leg/leg_surface.h evaluates that surface at a time.
 #pragma once
 
 #include <memory>
@@ -19,26 +19,26 @@ namespace polymorph {
 /// Leg whose surface is that of the moving balls' field.
 struct BallLeg {};
 
-/// Leg whose surface is a mixture of both objects' distances, carried along a smooth map.
+/// Leg whose surface is the zero set of both objects' signed distances, mapped and mixed.
 struct DistanceLeg {
-  /// Levels that keep the volume at even eased times, nearly; empty: not known.
+  /// Levels that nearly keep the volume, at evenly spaced eased times from 0 to 1; empty: unknown.
   std::vector<float> levels;
-  /// The points furthest out along -x, x, -y, y, -z and z of the leg's surfaces; empty: not known.
+  /// Extreme points along -x, x, -y, y, -z and z of all of the leg's surfaces; empty: unknown.
   std::vector<Vec3> extremes;
 };
 
-/// A leg, complete once make_leg() has made it; then it does not change.
+/// A leg. It is complete, and does not change, once make_leg() returns it.
 struct Leg {
   std::shared_ptr<const PreparedObject> from, to;
-  std::shared_ptr<const Leg> before;  ///< leg whose balls in flight `from` is; else null
+  std::shared_ptr<const Leg> before;  ///< leg whose balls in flight are `from`, if any; else null
   MorphPlan plan;
   std::vector<std::string> landmark_names;  ///< one per landmark of the plan
-  float until = 1;  ///< time of the motion at which the balls are left to the next leg
+  float until = 1;  ///< time of the motion at which the next leg takes over the balls
   LegSettings settings;
   std::variant<BallLeg, DistanceLeg> kind;
 };
 
-/// Calls the function for the leg's kind: the one place where it is decided.
+/// Calls the function for the leg's kind.
 template <class OnBalls, class OnDistances>
 auto visit(const Leg& leg, const OnBalls& on_balls, const OnDistances& on_distances) {
   const auto* distances = std::get_if<DistanceLeg>(&leg.kind);
@@ -50,7 +50,7 @@ struct LegState {
   float time = 0;  ///< time of the motion, [0, 1]
   float u = 0;     ///< progress_at() that time
   BallSet balls;
-  FrameMap map;  ///< map to both objects, where the leg is made of distances
+  FrameMap map;  ///< map to both objects; empty unless the leg is made of distances
 };
 
 /// The surface of a leg at a time.
@@ -58,27 +58,30 @@ struct LegSurface {
   LegState state;
   float iso = 1;  ///< level of the balls' field that the mesh shows
   Mesh mesh;
-  MorphSurface field;  ///< field whose zero the mesh is, where the leg is made of distances
+  MorphSurface field;  ///< field whose zero set is the mesh, if the leg is made of distances
 };
-/// The share of the volume below which a component of the leg's surface is left out at the eased
-/// progress u.
+
+/// Computes the fraction of the volume below which a component of the leg's surface is left out, at
+/// the eased progress u.
 double min_component_share(const Leg& leg, float u);
 
-/// Removes from the leg's surface at the eased progress u what min_component_share() leaves out. A
-/// heap of small parts, together more than a twentieth of the volume, is no crumbs and stays.
+/// Removes the components of the leg's surface that are smaller than min_component_share() at the
+/// eased progress u. Small components that together have more than a twentieth of the volume stay.
 void remove_crumbs(const Leg& leg, float u, Mesh& surface);
 
-/// Removes components that enclose less than `fraction` of a surface's volume, likewise.
+/// Removes components that enclose less than `fraction` of a surface's volume, by the same rule.
 void remove_crumbs(double fraction, const LegSettings& settings, Mesh& surface);
 
-/// The share of the volume below which a fragment that comes off between objects is left out, where
-/// their smallest component encloses the share `smallest`: their components stay.
+/// Computes the fraction of the volume below which a fragment that separates from the surface
+/// between two objects is left out. `smallest`: the fraction in the objects' smallest component,
+/// which must stay.
 double fragment_share(double smallest);
 
-/// Objects stand equally low whose lowest points differ by no more than this share of their size.
+/// Maximum difference between the heights of two objects' lowest points, as a fraction of their
+/// size, at which both count as standing on one floor.
 inline constexpr float kEquallyLow = 0.01f;
 
-/// Diagonal of the objects at an eased time: the length by which a smooth map measures.
+/// Interpolates the diagonals of both objects' boxes at the eased progress u.
 float object_size(const Leg& leg, float u);
 
 }  // namespace polymorph

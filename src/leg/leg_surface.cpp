@@ -18,7 +18,7 @@ Result<float> volume_iso(const Leg& leg, const LegState& state, Engine& engine) 
     const LegSettings& settings = leg.settings;
     const auto u = static_cast<double>(state.u);
     const double volume = (1 - u) * leg.from->ball_volume + u * leg.to->ball_volume;
-    // Most of the search on cells twice as large, which cost a fourth.
+    // Most of the search runs on cells twice as large, which cost a fourth.
     PM_TRY(const float near,
            iso_for_volume(engine, state.balls, {volume, 2 * settings.cell, settings.measured}));
     return iso_for_volume(engine, state.balls, {volume, settings.cell, settings.measured}, near);
@@ -54,7 +54,7 @@ Result<LegSurface> leg_surface(const Leg& leg, float time, Engine& engine) {
                                     level_at(distances.levels, surface.state.u)};
         return extract_between(leg, search, engine, surface);
       }));
-  // The cubes of a matrix are components of their own.
+  // The matrix method's squares are not connected, so each would be a component.
   if (shown.method != SurfaceMethod::kMarchingCubes) return surface;
   remove_crumbs(leg, surface.state.u, surface.mesh);
   visit(
@@ -68,13 +68,13 @@ Result<LegSurface> leg_surface(const Leg& leg, float time, Engine& engine) {
 }
 
 void cut_superfluous_handles(std::int64_t genus, float size, Mesh& surface) {
-  constexpr float kMaxLength = 0.15f;  // around a handle, as a share of the objects' size
+  constexpr float kMaxLength = 0.15f;  // of the loop around a handle, relative to the objects' size
   cut_handles(surface, genus, kMaxLength * size);
 }
 
 Result<std::vector<float>> surface_field(const Leg& leg, const LegSurface& surface,
                                          const std::vector<Vec3>& points, Engine& engine) {
-  const auto of_balls = [&]() -> Result<std::vector<float>> {
+  const auto sample_balls = [&]() -> Result<std::vector<float>> {
     ExtractSettings settings = leg.settings.shown;
     settings.iso = surface.iso;
     std::vector<float> values;
@@ -82,7 +82,7 @@ Result<std::vector<float>> surface_field(const Leg& leg, const LegSurface& surfa
     for (float& value : values) value = value / surface.iso - 1;
     return values;
   };
-  return visit(leg, of_balls,
+  return visit(leg, sample_balls,
                [&](const DistanceLeg&) { return sample_distances(surface.field, points, engine); });
 }
 
@@ -106,14 +106,14 @@ Result<Flow> flow_until(const Leg& leg, const LegState& state, LegMoment next,
 
 Result<std::vector<std::uint32_t>> leg_labels(const Leg& leg, const LegState& state,
                                               const std::vector<Vec3>& points, Engine& engine) {
-  const auto ball_names = [](const PreparedObject& object) {
-    std::vector<std::uint32_t> names;
+  const auto list_ball_labels = [](const PreparedObject& object) {
+    std::vector<std::uint32_t> labels;
     for (const std::uint32_t label : object.ball_labels)
-      names.push_back(object.label_numbers[label]);
-    return names;
+      labels.push_back(object.label_numbers[label]);
+    return labels;
   };
-  return label_points(leg.plan, state.time, state.balls, points, ball_names(*leg.from),
-                      ball_names(*leg.to), engine);
+  return label_points(leg.plan, state.time, state.balls, points, list_ball_labels(*leg.from),
+                      list_ball_labels(*leg.to), engine);
 }
 
 }  // namespace polymorph

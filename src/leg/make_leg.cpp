@@ -15,7 +15,8 @@
 namespace polymorph {
 namespace {
 
-std::uint32_t index_of_name(std::vector<std::string>& names, const std::string& name) {
+/// Returns the index of the name in the list, to which it is added if missing.
+std::uint32_t find_or_add_name(std::vector<std::string>& names, const std::string& name) {
   const auto found = std::find(names.begin(), names.end(), name);
   const auto index = static_cast<std::uint32_t>(found - names.begin());
   if (found == names.end()) names.push_back(name);
@@ -28,7 +29,7 @@ void add_flight_labels(const Leg& leg, float u, PreparedObject& object) {
   for (const Pair& pair : leg.plan.pairs) {
     const std::uint32_t label = nearer_end.ball_labels[u < 0.5f ? pair.from : pair.to];
     std::vector<std::string>& names = object.model.label_names;
-    const std::uint32_t index = index_of_name(names, nearer_end.model.label_names[label]);
+    const std::uint32_t index = find_or_add_name(names, nearer_end.model.label_names[label]);
     if (index == object.label_numbers.size())
       object.label_numbers.push_back(nearer_end.label_numbers[label]);
     object.ball_labels.push_back(index);
@@ -51,7 +52,7 @@ Result<std::shared_ptr<const Leg>> make_leg(LegParts parts, const LegTiming& tim
   if (timing.interpolation == Interpolation::kDistance) {
     leg.plan.leads = compute_leads(leg.plan);
     DistanceLeg distances;
-    leg.kind = distances;  // without levels: measuring the pace needs the leg
+    leg.kind = distances;  // still without levels: measure_pacing() needs a leg of this kind
     Registration registration;
     if (move_together(leg.plan)) {
       PM_TRY(Pacing pacing, measure_pacing(leg, engine, cache));

@@ -13,29 +13,29 @@
 
 namespace polymorph {
 
-/// Parts that a leg is made of.
+/// Inputs of make_leg() that become members of the leg.
 struct LegParts {
   std::shared_ptr<const PreparedObject> from, to;
   MorphPlan plan;
-  std::shared_ptr<const Leg> before;             ///< leg whose balls in flight `from` is; else null
+  std::shared_ptr<const Leg> before;             ///< Leg::before
   std::vector<std::string> landmark_names = {};  ///< one per landmark of the plan
-  double pace = 1;  ///< motion time of `before` that goes by in a unit of this leg's (leg_pace())
+  double pace = 1;  ///< motion time of `before` per unit of this leg's motion time (leg_pace())
 };
 
-/// Makes a leg of the kind that its timing says. One made of distances gets a pacing if its balls
-/// share one eased time. Errors: the engine's.
+/// Makes a leg of the kind that `timing` says. A leg made of distances is paced (leg/pacing.h) if
+/// its balls share one eased time. Errors: the engine's.
 Result<std::shared_ptr<const Leg>> make_leg(LegParts parts, const LegTiming& timing,
                                             const LegSettings& settings, Engine& engine,
                                             const std::filesystem::path& cache);
 
-/// The leg between its objects in other poses, whose balls were carried (spheres/carry_balls.h):
-/// what was found for it, the plan and its pace among it, is carried, too.
+/// Makes the leg between the same objects in other poses, whose balls were carried there
+/// (spheres/carry_balls.h). The reference's plan, pacing and levels are reused.
 std::shared_ptr<const Leg> pose_leg(const Leg& reference,
                                     std::shared_ptr<const PreparedObject> from,
                                     std::shared_ptr<const PreparedObject> to);
 
-/// Makes an object of the balls with which a leg is left: the source of the next leg.
-/// `with_distances`: the next leg is made of distances. Errors: kInput where the balls have no
+/// Makes an object of the balls in flight at `leg.until`: the source of the next leg.
+/// `with_distances`: the next leg is made of distances. Errors: kInput if the balls have no
 /// surface; the engine's.
 Result<PreparedObject> object_in_flight(const Leg& leg, bool with_distances, Engine& engine,
                                         const std::filesystem::path& cache);

@@ -13,15 +13,15 @@
 namespace polymorph {
 namespace {
 
-/// Points that are looked at, at most.
-constexpr std::size_t kPoints = 4000;
-/// Step of the differences, in spacings of the map's nodes: within one piece of the spline, mostly.
+/// Number of points per time that are tested, roughly.
+constexpr std::size_t kFoldPoints = 4000;
+/// Step of the differences, in spacings of the map's nodes: mostly within one piece of the spline.
 constexpr float kStepInCells = 0.25f;
-/// A smaller share is no fold: single points where the map nearly was one without landmarks.
+/// A smaller fraction is no fold, but single points where the map nearly folds without landmarks.
 constexpr double kMinFoldedShare = 1e-3;
 
 std::vector<Vec3> select_points(const std::vector<Vec3>& points) {
-  const std::size_t stride = std::max<std::size_t>(1, points.size() / kPoints);
+  const std::size_t stride = std::max<std::size_t>(1, points.size() / kFoldPoints);
   std::vector<Vec3> selection;
   for (std::size_t i = 0; i < points.size(); i += stride) selection.push_back(points[i]);
   return selection;
@@ -56,8 +56,8 @@ Result<std::string> describe_fold(const Leg& leg, Engine& engine) {
   const bool is_distance_leg = visit(
       leg, [] { return false; }, [](const DistanceLeg&) { return true; });
   if (!is_distance_leg || leg.plan.landmarks.empty()) return std::string();
-  std::size_t count = 0, all = 0;
-  std::map<std::string, std::size_t> nearest;  // folded points by the landmark next to them
+  std::size_t folded_count = 0, point_count = 0;
+  std::map<std::string, std::size_t> nearest;  // number of folded points by their nearest landmark
   for (const float time : {0.0f, 0.5f, 1.0f}) {
     PM_TRY(const LegState state, leg_state(leg, time, engine));
     std::vector<Vec3> points;
@@ -72,20 +72,21 @@ Result<std::string> describe_fold(const Leg& leg, Engine& engine) {
     const float step = kStepInCells * plain->lattice.cell;
     constexpr std::array<std::size_t, 2> kBoth{0, 1};
     PM_TRY(const auto folded, find_folds(state.map.regression, kBoth, points, step, engine));
-    PM_TRY(const auto before, find_folds(plain, kBoth, points, step, engine));
+    PM_TRY(const auto folded_without, find_folds(plain, kBoth, points, step, engine));
     const std::vector<Vec3> places = landmark_places(leg.plan, time, state.balls);
-    all += points.size();
+    point_count += points.size();
     for (std::size_t i = 0; i < points.size(); ++i) {
-      if (!folded[i] || before[i]) continue;
-      ++count;
+      if (!folded[i] || folded_without[i]) continue;
+      ++folded_count;
       const auto near = std::min_element(places.begin(), places.end(), [&](Vec3 a, Vec3 b) {
         return length(a - points[i]) < length(b - points[i]);
       });
       ++nearest[leg.landmark_names[static_cast<std::size_t>(near - places.begin())]];
     }
   }
-  const double share = static_cast<double>(count) / static_cast<double>(all);
-  if (!(share > kMinFoldedShare)) return std::string();
+  const double folded_fraction =
+      static_cast<double>(folded_count) / static_cast<double>(point_count);
+  if (!(folded_fraction > kMinFoldedShare)) return std::string();
   const auto worst =
       std::max_element(nearest.begin(), nearest.end(),
                        [](const auto& a, const auto& b) { return a.second < b.second; });
@@ -94,7 +95,7 @@ Result<std::string> describe_fold(const Leg& leg, Engine& engine) {
       "points "
       "are turned inside out on the way - look whether it is the same place on both, or leave it "
       "out",
-      leg.from->name, leg.to->name, printable(worst->first), 100 * share);
+      leg.from->name, leg.to->name, printable(worst->first), 100 * folded_fraction);
 }
 
 }  // namespace polymorph

@@ -1,4 +1,4 @@
-// Folds of a leg's map: points at which it is inside out, and landmarks that make it so.
+// Folds of a leg's map: points at which the map is turned inside out, and landmarks that cause it.
 #pragma once
 
 #include <cstdint>
@@ -13,18 +13,17 @@
 
 namespace polymorph {
 
-/// Marks the points at which one of these maps (0: to the source, 1: to the target) is inside out:
-/// the determinant of its derivative, by differences over `step` in scene units, is not positive.
-/// Errors: the engine's.
+/// Marks the points at which one of `maps` (0: to the source, 1: to the target) folds: the
+/// determinant of its derivative, by differences over `step` scene units, is not positive. Errors:
+/// the engine's.
 Result<std::vector<std::uint8_t>> find_folds(const std::shared_ptr<const Regression>& regression,
                                              std::span<const std::size_t> maps,
                                              const std::vector<Vec3>& points, float step,
                                              Engine& engine);
 
-/// Warns of landmarks that fold the leg's map: the determinant of its derivative is not positive at
-/// more than a thousandth of the surface's points at either end or half way, where that of the map
-/// without landmarks is. Empty where they do not, and for legs without landmarks or made of balls.
-/// Errors: the engine's.
+/// Describes how landmarks fold the leg's map; empty if they do not. They do if, of the surface's
+/// points at both ends and half way, more than a thousandth are folds of the map but not of the map
+/// without landmarks. Empty for legs without landmarks or made of balls. Errors: the engine's.
 Result<std::string> describe_fold(const Leg& leg, Engine& engine);
 
 }  // namespace polymorph

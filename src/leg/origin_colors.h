@@ -1,5 +1,5 @@
-// Colours of what becomes what: each point has the colour of the place that it comes from (the
-// usual picture of a map; Ovsjanikov et al. 2012).
+// Colours that show a map: each point has the colour of the place that it comes from (the usual
+// picture of a correspondence; Ovsjanikov et al. 2012).
 #pragma once
 
 #include <memory>
@@ -13,15 +13,15 @@
 
 namespace polymorph {
 
-/// Traces points of the last leg's surface at `state` back to the object at which the first leg
-/// begins, through the times at which the other legs are left. `legs`: one or more, each beginning
-/// where the one before it ends. Errors: the engine's.
+/// Traces points of the last leg's surface at `state` back to the source of the first leg. `legs`:
+/// one or more; each begins with the balls in flight of the one before it (Leg::before). Errors:
+/// the engine's.
 Result<std::vector<Vec3>> trace_back(std::span<const std::shared_ptr<const Leg>> legs,
                                      const LegState& state, std::vector<Vec3> points,
                                      Engine& engine);
 
-/// Colours points by their places in a box: red, green and blue, sRGB in [0, 1], are its width,
-/// height and depth.
+/// Colours points by their positions in a box: red, green and blue, sRGB in [0, 1], grow along its
+/// width, height and depth.
 std::vector<Vec3> colors_by_place(const std::vector<Vec3>& points, const Box& box);
 
 }  // namespace polymorph

@@ -14,19 +14,19 @@
 namespace polymorph {
 namespace {
 
-constexpr int kSteps = 12;  ///< even steps that are measured first, and between levels
-constexpr int kTimes = 24;  ///< steps between the times of the pace
+constexpr int kSteps = 12;  ///< number of even time steps that are measured first; also of levels
+constexpr int kTimes = 24;  ///< number of intervals of Pacing::times
 
-/// A moment of a leg that has no pacing yet.
+/// The surface of a leg without pacing at one time of its motion, and measures of it.
 struct Moment {
   float time = 0;   ///< time of the motion, [0, 1]
   float level = 0;  ///< level that keeps the volume
   float low = 0;    ///< height of the surface's lowest point
   Mesh surface;
-  double change = 0;  ///< change since the moment before
+  double change = 0;  ///< change_between() the previous surface and this one
 };
 
-/// Mean distance from some of a surface's vertices to another surface.
+/// Computes the mean distance from some of a surface's vertices to another surface.
 double mean_distance(const Mesh& from, const ClosestPointQuery& to) {
   constexpr std::size_t kSamples = 1500;
   const std::size_t stride = std::max<std::size_t>(1, from.positions.size() / kSamples);
@@ -38,7 +38,7 @@ double mean_distance(const Mesh& from, const ClosestPointQuery& to) {
   return points.empty() ? 0 : sum / static_cast<double>(points.size());
 }
 
-/// Sums the mean distances from a to b and from b to a.
+/// Returns the sum of the mean distances from a to b and from b to a.
 double change_between(const Mesh& a, const Mesh& b) {
   return mean_distance(a, ClosestPointQuery(b.positions, b.triangles)) +
          mean_distance(b, ClosestPointQuery(a.positions, a.triangles));
@@ -46,23 +46,24 @@ double change_between(const Mesh& a, const Mesh& b) {
 
 float step_time(int k) { return static_cast<float>(k) / static_cast<float>(kSteps); }
 
-/// Times at which 0, 1 / kTimes, ... 1 of the progress is made. Progress is a mean of the share of
-/// the change and the time itself, so that it never stops where nothing changes.
+/// Computes the times at which the progress is 0, 1 / kTimes, ... 1. Progress is a weighted mean of
+/// the fraction of the total `change` done and the time itself, so it always increases.
 std::vector<float> even_times(const std::vector<Moment>& moments, double change) {
-  constexpr double kTimeShare = 0.43;  // weight of the time in that mean
-  std::vector<double> done;
+  constexpr double kTimeWeight = 0.43;
+  std::vector<double> progress;
   double sum = 0;
   for (const Moment& moment : moments) {
     sum += moment.change;
-    done.push_back((1 - kTimeShare) * sum / change + kTimeShare * static_cast<double>(moment.time));
+    progress.push_back((1 - kTimeWeight) * sum / change +
+                       kTimeWeight * static_cast<double>(moment.time));
   }
   std::vector<float> times{0};
   for (int k = 1; k < kTimes; ++k) {
-    const double share = static_cast<double>(k) / kTimes;
-    const auto next =
-        static_cast<std::size_t>(std::upper_bound(done.begin(), done.end(), share) - done.begin());
-    const double within = (share - done[next - 1]) / (done[next] - done[next - 1]);
-    times.push_back(lerp(moments[next - 1].time, moments[next].time, static_cast<float>(within)));
+    const double goal = static_cast<double>(k) / kTimes;
+    const auto next = static_cast<std::size_t>(
+        std::upper_bound(progress.begin(), progress.end(), goal) - progress.begin());
+    const double fraction = (goal - progress[next - 1]) / (progress[next] - progress[next - 1]);
+    times.push_back(lerp(moments[next - 1].time, moments[next].time, static_cast<float>(fraction)));
   }
   times.push_back(1);
   return times;
@@ -76,22 +77,22 @@ float interpolate(const std::vector<Moment>& moments, float time, const Value& v
   const Moment &a = moments[next - 1], &b = moments[next];
   return lerp(value(a), value(b), (time - a.time) / (b.time - a.time));
 }
-float level_near(const std::vector<Moment>& moments, float time) {
+float estimate_level(const std::vector<Moment>& moments, float time) {
   return interpolate(moments, time, [](const Moment& moment) { return moment.level; });
 }
 
-/// Tests whether the leg's surface is to stay on the floor: where both objects stand equally low.
-/// Arcs and explosions leave it on purpose.
-bool has_contact(const Leg& leg) {
+/// Tests whether the leg's surface must stay on the floor: if its settings ask for it and both
+/// objects stand equally low. Arcs and explosions leave the floor on purpose.
+bool stays_on_floor(const Leg& leg) {
   const Path path = leg.plan.motion.path;
   const float difference = leg.from->model.box().low.y - leg.to->model.box().low.y;
   return leg.settings.contact && path != Path::kBezier && path != Path::kExplode &&
          std::fabs(difference) <= kEquallyLow * object_size(leg, 0.5f);
 }
 
-/// The height that brings a moment's surface down or up to the floor. The cells may miss thin feet
-/// at the ends, where the objects themselves are shown: so the surface stands as low as its ends
-/// do, but is raised no higher than the floor.
+/// Computes the height by which a moment's surface is raised (lowered if negative) to stay on the
+/// floor. The cells may miss thin feet, so its lowest point goes to where the extracted surfaces at
+/// both ends have theirs. But it is raised no higher than the objects' own lowest points.
 float find_lift(const Leg& leg, const std::vector<Moment>& moments, const Moment& moment) {
   const float t = moment.time;
   const float floor = lerp(leg.from->model.box().low.y, leg.to->model.box().low.y, t);
@@ -99,6 +100,7 @@ float find_lift(const Leg& leg, const std::vector<Moment>& moments, const Moment
   return std::min(lift, std::max(floor - moment.low, 0.0f));
 }
 
+/// Interpolates find_lift() at the times.
 std::vector<float> find_lifts(const Leg& leg, const std::vector<Moment>& moments,
                               const std::vector<float>& times) {
   std::vector<float> lifts;
@@ -108,12 +110,11 @@ std::vector<float> find_lifts(const Leg& leg, const std::vector<Moment>& moments
   return lifts;
 }
 
-/// The points furthest out along -x, x, -y, y, -z and z of the surfaces of all moments, each raised
-/// by its lift.
+/// Finds the extreme points along -x, x, -y, y, -z and z of all moments' lifted surfaces.
 std::vector<Vec3> find_extremes(const Leg& leg, const std::vector<Moment>& moments) {
   std::vector<Vec3> extremes(6, moments.front().surface.positions.front());
   for (const Moment& moment : moments) {
-    const float lift = has_contact(leg) ? find_lift(leg, moments, moment) : 0;
+    const float lift = stays_on_floor(leg) ? find_lift(leg, moments, moment) : 0;
     for (Vec3 p : moment.surface.positions) {
       p.y += lift;
       int k = 0;
@@ -128,14 +129,14 @@ std::vector<Vec3> find_extremes(const Leg& leg, const std::vector<Moment>& momen
   return extremes;
 }
 
-/// Hash of everything that the surfaces at these moments depend on: the maps and both objects.
+/// Hashes everything that the measured surfaces depend on: maps, objects and settings.
 std::string cache_key(const Leg& leg, const std::vector<FrameMap>& maps) {
   Hasher hasher;
   const LegSettings& settings = leg.settings;
   hasher.add("pacing").add(kPacingVersion).add(settings.cell).add(settings.resolution);
   hasher.add(settings.min_component_share);
   hasher.add(static_cast<std::uint8_t>(leg.plan.motion.keep_volume ? 1 : 0));
-  hasher.add(static_cast<std::uint8_t>(has_contact(leg) ? 1 : 0));
+  hasher.add(static_cast<std::uint8_t>(stays_on_floor(leg) ? 1 : 0));
   for (const PreparedObject* object : {leg.from.get(), leg.to.get()})
     hasher.add(object->distances.key).add(object->model.box().diagonal());
   for (const FrameMap& map : maps) {
@@ -151,7 +152,7 @@ std::string cache_key(const Leg& leg, const std::vector<FrameMap>& maps) {
   }
   return hasher.hex();
 }
-// No padding is hashed.
+// The hashed structs have no padding.
 static_assert(sizeof(BallAttribute) == 16 * sizeof(float) &&
               sizeof(RegressionSample) == 5 * sizeof(float) &&
               sizeof(RegressionLandmark) == 10 * sizeof(float) &&
@@ -168,7 +169,7 @@ std::optional<Pacing> load_pacing(const std::filesystem::path& cache, const std:
   std::string_view unread = *content;
   constexpr std::size_t kTimesSize = (kTimes + 1) * sizeof(float),
                         kLevelsSize = (kSteps + 1) * sizeof(float);
-  // Offsets of as many pairs as the plan has, then four flags that say which lists follow.
+  // The file holds two offsets per pair of the plan, then four flags that say which lists follow.
   const std::size_t pairs = leg.plan.pairs.size();
   if (unread.size() < 2 * pairs * sizeof(Vec3) + 4) return std::nullopt;
   Pacing pacing;
@@ -203,7 +204,7 @@ void store_pacing(const std::filesystem::path& cache, const std::string& key, co
   store_cached(cache, key, kPacingFiles, leg.from->name + ", " + leg.to->name, bytes);
 }
 
-/// The surface of a leg whose eased time is `time` itself.
+/// Extracts the surface of a leg at `time`, which is also its eased time (linear easing).
 Result<LegSurface> measured_surface(const Leg& linear, float time, const LevelSearch& search,
                                     Engine& engine) {
   LegSurface surface;
@@ -214,26 +215,26 @@ Result<LegSurface> measured_surface(const Leg& linear, float time, const LevelSe
   return surface;
 }
 
-/// Measures a moment of the leg on the frames' cells, but not on very small ones, because a dozen
-/// and more surfaces are in memory at once. `near`: an estimate of its level.
+/// Measures a moment of the leg on the frames' cells, but on no more than 128 along the box,
+/// because more than a dozen surfaces are in memory at once. `near`: an estimate of the level.
 Result<Moment> measure_moment(const Leg& linear, float time, std::optional<float> near,
                               Engine& engine) {
   constexpr float kMaxResolution = 128;
-  constexpr double kTolerance = 0.01;  // five times that of frames
+  constexpr double kTolerance = 0.01;  // of the volume: five times that of frames
   const LegSettings& settings = linear.settings;
   const float cell =
       settings.cell * std::max(1.0f, static_cast<float>(settings.resolution) / kMaxResolution);
   PM_TRY(LegSurface surface,
          measured_surface(linear, time, {cell, settings.measured, near, kTolerance}, engine));
-  // A component that comes off changes the surface when frames leave it out.
+  // As in frames: a component that separates changes the surface when it is removed.
   remove_crumbs(linear, time, surface.mesh);
   const float low = box_of(surface.mesh.positions).low.y;
   return Moment{time, surface.field.level, low, std::move(surface.mesh), 0};
 }
 
-/// Divides steps with more change than others, for instance where a limb grows, into quarters.
-/// Their changes are scaled to add up to the step's: the mean distance of a shrinking part falls
-/// with the square of its length.
+/// Divides steps with much more change than the mean, for instance where a limb grows, into
+/// quarters. The quarters' changes are scaled to sum to the step's, because the mean distance of a
+/// shrinking part falls with the square of its length.
 Result<std::vector<Moment>> refine(const Leg& linear, std::vector<Moment> steps, double change,
                                    Engine& engine) {
   constexpr double kMaxChange = 1.5;  // relative to the mean step
@@ -241,29 +242,29 @@ Result<std::vector<Moment>> refine(const Leg& linear, std::vector<Moment> steps,
   std::vector<Moment> moments;
   for (Moment& step : steps) {
     if (step.change * kSteps > kMaxChange * change) {
-      const std::size_t before = moments.size() - 1;
-      const float time = moments[before].time, level = moments[before].level;
+      const std::size_t previous = moments.size() - 1;
+      const float time = moments[previous].time, level = moments[previous].level;
       double sum = 0;
       for (int i = 1; i < kParts; ++i) {
         const float t = static_cast<float>(i) / kParts;
-        PM_TRY(Moment part, measure_moment(linear, lerp(time, step.time, t),
-                                           lerp(level, step.level, t), engine));
-        if (part.surface.triangles.empty()) continue;
-        sum += part.change = change_between(moments.back().surface, part.surface);
-        moments.push_back(std::move(part));
+        PM_TRY(Moment inserted, measure_moment(linear, lerp(time, step.time, t),
+                                               lerp(level, step.level, t), engine));
+        if (inserted.surface.triangles.empty()) continue;
+        sum += inserted.change = change_between(moments.back().surface, inserted.surface);
+        moments.push_back(std::move(inserted));
       }
       const double step_change = step.change;
       sum += step.change = change_between(moments.back().surface, step.surface);
-      const double share = sum > 0 ? step_change / sum : 0;
-      step.change *= share;
-      for (std::size_t i = before + 1; i < moments.size(); ++i) moments[i].change *= share;
+      const double scale = sum > 0 ? step_change / sum : 0;
+      step.change *= scale;
+      for (std::size_t i = previous + 1; i < moments.size(); ++i) moments[i].change *= scale;
     }
     moments.push_back(std::move(step));
   }
   return moments;
 }
 
-/// Measures kSteps + 1 moments at even times; stops at the first without a surface.
+/// Measures kSteps + 1 moments at evenly spaced times; stops at the first without a surface.
 Result<std::vector<Moment>> measure_steps(const Leg& linear, Engine& engine) {
   std::vector<Moment> steps;
   for (int k = 0; k <= kSteps; ++k) {
@@ -277,10 +278,10 @@ Result<std::vector<Moment>> measure_steps(const Leg& linear, Engine& engine) {
   return steps;
 }
 
-/// Measures the levels at even times of the leg with its pacing.
+/// Measures the levels of the leg with its pacing at kSteps + 1 evenly spaced times.
 Result<std::vector<float>> measure_levels(const Leg& paced, const std::vector<Moment>& moments,
                                           Engine& engine) {
-  // A fourth of the frames' tolerance, so that most frames need a single extraction.
+  // Of the volume: a fourth of the frames' tolerance, so that most frames need one extraction.
   constexpr double kTolerance = 0.0005;
   std::vector<float> levels;
   if (!keeps_volume(paced)) return levels;
@@ -289,7 +290,7 @@ Result<std::vector<float>> measure_levels(const Leg& paced, const std::vector<Mo
     PM_TRY(const LegSurface surface,
            measured_surface(paced, step_time(k),
                             {2 * paced.settings.cell, paced.settings.measured,
-                             level_near(moments, time), kTolerance},
+                             estimate_level(moments, time), kTolerance},
                             engine));
     levels.push_back(surface.field.level);
   }
@@ -319,7 +320,7 @@ Result<Pacing> measure_pacing(const Leg& leg, Engine& engine, const std::filesys
   if (steps.size() == kSteps + 1 && change > 0) {
     PM_TRY(const std::vector<Moment> moments, refine(linear, std::move(steps), change, engine));
     pacing.times = linear.plan.pacing = even_times(moments, change);
-    if (has_contact(leg)) pacing.lifts = find_lifts(leg, moments, pacing.times);
+    if (stays_on_floor(leg)) pacing.lifts = find_lifts(leg, moments, pacing.times);
     pacing.extremes = find_extremes(leg, moments);
     PM_TRY(pacing.levels, measure_levels(linear, moments, engine));
   }

@@ -1,5 +1,5 @@
-// Prepared object: a model of the chain in its place in the world, with its balls, distances,
-// colours and boundary stage.
+// Prepared object: a model of the chain in scene coordinates, with its balls, distances, colours
+// and boundary stage.
 #pragma once
 
 #include <cstdint>
@@ -24,60 +24,60 @@ namespace polymorph {
 
 /// Settings that the objects and legs of an actor have in common.
 struct LegSettings {
-  float cell = 0;                 ///< edge of the cells that surfaces are extracted on
-  int resolution = 0;             ///< number of those along the longest side of the actor's box
-  ExtractSettings measured;       ///< extraction of surfaces that volumes and levels are found on
-  ExtractSettings shown;          ///< extraction of the surfaces that frames show
+  float cell = 0;            ///< edge of the cells that surfaces are extracted on
+  int resolution = 0;        ///< number of cells along the longest side of the actor's box
+  ExtractSettings measured;  ///< extraction of surfaces that volumes and levels are measured on
+  ExtractSettings shown;     ///< extraction of the surfaces that frames show
   float min_component_share = 0;  ///< share of the volume below which components are left out
-  bool has_colors = false;        ///< whether any object of the chain has more than one colour
-  bool contact = false;           ///< whether what stands at both ends stands in between
+  bool has_colors = false;        ///< whether objects keep their colours, of which one has several
+  bool contact = false;           ///< keeps the surface on the floor if both objects stand on it
 };
 
-/// An object of the chain, or balls in flight, with which a leg was left.
+/// An object of the chain, or the balls in flight at the time at which the next leg takes over.
 struct PreparedObject {
   std::string name;
   Model model;         ///< balls in flight: their surface, without materials
   Transform to_scene;  ///< takes the coordinates of the model's file into the scene
-  bool meta = false;   ///< passed through as balls only: its own mesh is never shown
-  /// Azimuth of the front, radians from +z towards +x; nothing where the scene does not say it.
+  bool meta = false;   ///< shown as balls only, never as its own mesh
+  /// Azimuth of the front, radians from +z towards +x, if the scene sets it.
   std::optional<double> front;
-  int missing_balls = 0;    ///< count that is still to be fitted (Fits::kCached)
+  int missing_balls = 0;    ///< number of balls still to be fitted (Fits::kCached)
   std::vector<Ball> balls;  ///< surface at field = 1
-  /// Rotation of each ball since the pose that the leg's plan was made for; empty: it is that pose.
+  /// Rotation of each ball since the pose that the leg's plan was made for; empty in that pose.
   std::vector<Mat3> ball_rotations;
   std::vector<std::uint32_t> ball_labels;    ///< one per ball: index into model.label_names
   std::vector<std::uint32_t> label_numbers;  ///< one per label: index into the actor's label_names
-  std::map<std::string, Vec3> landmarks;     ///< places on the surface, by name
+  std::map<std::string, Vec3> landmarks;     ///< points on the surface, by name
   double ball_volume = 0;                    ///< enclosed by the balls' surface
-  float field_maximum = 1;
+  float field_maximum = 1;                   ///< find_field_maximum() of the balls
   std::shared_ptr<const ClosestPointQuery> closest;  ///< query of the model
-  std::shared_ptr<const ClosestPointQuery> outer;    ///< query of faces that the solid leaves free
+  std::shared_ptr<const ClosestPointQuery> outer;    ///< query of faces not inside the solid
   std::vector<std::uint32_t> charts;                 ///< charts of the model's texture
-  /// The model's colours without their detail; null where it has only one.
+  /// The model's colours without their detail; null if it has one colour or a common look.
   std::shared_ptr<const ColorVolume> colors;
-  BoundaryStage boundary;     ///< none for a meta-object and between legs made of distances
-  ObjectDistances distances;  ///< measured where a leg to or from it is made of distances
+  BoundaryStage boundary;     ///< empty for a meta-object and between legs made of distances
+  ObjectDistances distances;  ///< measured if a leg to or from the object is made of distances
 };
 
-/// Distances to the object's model, whose `closest` is set, and measures of their surface. Errors:
-/// kInput where that encloses nothing; the engine's.
+/// Computes the distances to the object's model, whose `closest` must be set, and measures of their
+/// surface. Errors: kInput if the surface encloses nothing; the engine's.
 Result<ObjectDistances> measure_distances(const PreparedObject& object,
                                           const DistanceMeasure& measure, Engine& engine,
                                           const std::filesystem::path& cache);
 
-/// Sets the fields that give a surface the object's colours: `outer`, `charts` and, where they are
-/// asked for, `colors`. Faces that the solid hides are left out, where the distances know them.
+/// Sets the members that transfer the object's colours to a surface: `outer`, `charts` and, if
+/// `with_colors`, `colors`. Faces inside the solid are left out if `distances.sides` is known.
 void add_colors(PreparedObject& object, bool with_colors);
 
-/// Index of each name among `all`, which has them all.
+/// Returns the index of each name in `all`, which contains every one.
 std::vector<std::uint32_t> label_numbers(const std::vector<std::string>& names,
                                          const std::vector<std::string>& all);
 
-/// Label of each point of a model: that of its last face, as an index into the actor's names.
-/// `numbers`: label_numbers() of the model's labels.
+/// Returns the label of each point of a model, as an index into the actor's names: the label of the
+/// point's last face. `numbers`: label_numbers() of the model's labels.
 std::vector<std::uint32_t> model_labels(const Model& model, std::span<const std::uint32_t> numbers);
 
-/// Label of the model's face nearest to each point, as an index into the actor's names.
+/// Returns the label of the model's face nearest to each point, as an index into the actor's names.
 std::vector<std::uint32_t> nearest_labels(const PreparedObject& object,
                                           std::span<const Vec3> points);
 

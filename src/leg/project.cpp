@@ -14,10 +14,10 @@
 namespace polymorph {
 namespace {
 
-/// First-order distance to the surface, positive inside.
-float distance_in(const LogField& field) {
-  const float steep = length(field.gradient);
-  return steep > 0 ? static_cast<float>(field.value) / steep : 1e30f;
+/// Estimates the distance to the surface to first order, positive inside.
+float first_order_distance(const LogField& field) {
+  const float slope = length(field.gradient);
+  return slope > 0 ? static_cast<float>(field.value) / slope : 1e30f;
 }
 
 /// Finds the root of the field along `direction` nearest to p, within `max_distance`.
@@ -25,7 +25,8 @@ std::optional<Vec3> root_along(const NearBalls& balls, std::span<const std::uint
                                Vec3 direction, float max_distance) {
   const auto at = [&](float t) { return balls.log_field(p + direction * t, list).value; };
   const bool inside = at(0) > 0;
-  // Outward from inside, inward from outside, then the other way: a bulge may hide the near root.
+  // Search outwards from inside, inwards from outside; then the other way, if a bulge hides the
+  // root.
   constexpr int kRootSteps = 12;
   for (const float side : {inside ? 1.0f : -1.0f, inside ? -1.0f : 1.0f}) {
     float near = 0;
@@ -53,10 +54,10 @@ Vec3 root_along_gradient(const NearBalls& balls, std::span<const std::uint32_t> 
   Vec3 x = p;
   for (int step = 0; step < 20; ++step) {
     const LogField field = balls.log_field(x, list);
-    const float steep = length(field.gradient), distance = distance_in(field);
-    if (!(steep > 0) || !std::isfinite(distance)) break;
+    const float slope = length(field.gradient), distance = first_order_distance(field);
+    if (!(slope > 0) || !std::isfinite(distance)) break;
     const float step_length = std::clamp(distance, -max_distance / 4, max_distance / 4);
-    const Vec3 next = x - field.gradient * (step_length / steep);
+    const Vec3 next = x - field.gradient * (step_length / slope);
     if (length(next - p) > 2 * max_distance) break;
     x = next;
     if (std::abs(distance) < 1e-4f * max_distance) break;
@@ -64,9 +65,10 @@ Vec3 root_along_gradient(const NearBalls& balls, std::span<const std::uint32_t> 
   return x;
 }
 
-/// Points in the solid's boundary; the others lie within, where parts overlap.
-std::vector<std::uint8_t> on_boundary(const Model& model, const std::vector<Vec3>& normals,
-                                      const InsideTest& inside, float step) {
+/// Marks the points on the solid's boundary, from which a step along the normal or against it leads
+/// outside. The others lie inside, where parts overlap.
+std::vector<std::uint8_t> find_boundary(const Model& model, const std::vector<Vec3>& normals,
+                                        const InsideTest& inside, float step) {
   std::vector<Vec3> probes;
   for (std::size_t i = 0; i < model.points.size(); ++i) {
     probes.push_back(model.points[i] + normals[i] * step);
@@ -78,35 +80,37 @@ std::vector<std::uint8_t> on_boundary(const Model& model, const std::vector<Vec3
   return boundary;
 }
 
+/// Computes Projection::arrived. `near`: maximum distance of an arrived point from the surface.
 double arrived_share(const Model& model, const Projection& projection,
                      const std::vector<std::uint8_t>& boundary, const NearBalls& balls,
                      float near) {
-  std::vector<Vec3> middles(model.triangles.size());
-  for (std::size_t t = 0; t < middles.size(); ++t) {
+  std::vector<Vec3> centroids(model.triangles.size());
+  for (std::size_t t = 0; t < centroids.size(); ++t) {
     const auto& v = model.triangles[t].v;
-    middles[t] =
+    centroids[t] =
         (projection.points[v[0]] + projection.points[v[1]] + projection.points[v[2]]) / 3.0f;
   }
-  std::vector<std::uint8_t> point_there(model.points.size()), middle_there(middles.size());
-  const auto look = [&](const std::vector<Vec3>& points, std::vector<std::uint8_t>& is_shown) {
+  std::vector<std::uint8_t> point_arrived(model.points.size()), centroid_arrived(centroids.size());
+  const auto mark_arrived = [&](const std::vector<Vec3>& points,
+                                std::vector<std::uint8_t>& arrived) {
     for_each_near(balls, points, near, [&](std::size_t begin, std::size_t end, auto list) {
       for (std::size_t i = begin; i < end; ++i)
-        is_shown[i] = std::abs(distance_in(balls.log_field(points[i], list))) <= near;
+        arrived[i] = std::abs(first_order_distance(balls.log_field(points[i], list))) <= near;
     });
   };
-  look(projection.points, point_there);
-  look(middles, middle_there);
-  double visible_area = 0, total_area = 0;
-  for (std::size_t t = 0; t < middles.size(); ++t) {
+  mark_arrived(projection.points, point_arrived);
+  mark_arrived(centroids, centroid_arrived);
+  double arrived_area = 0, visible_area = 0;
+  for (std::size_t t = 0; t < centroids.size(); ++t) {
     const auto& v = model.triangles[t].v;
     if (!boundary[v[0]] || !boundary[v[1]] || !boundary[v[2]]) continue;
     const double area = static_cast<double>(length(
         cross(model.points[v[1]] - model.points[v[0]], model.points[v[2]] - model.points[v[0]])));
-    total_area += area;
-    if (middle_there[t] && point_there[v[0]] && point_there[v[1]] && point_there[v[2]])
-      visible_area += area;
+    visible_area += area;
+    if (centroid_arrived[t] && point_arrived[v[0]] && point_arrived[v[1]] && point_arrived[v[2]])
+      arrived_area += area;
   }
-  return total_area > 0 ? visible_area / total_area : 0;
+  return visible_area > 0 ? arrived_area / visible_area : 0;
 }
 
 }  // namespace
@@ -117,8 +121,8 @@ Projection project_model(const Model& model, const InsideTest& inside,
   const float size = box.diagonal(), max_distance = 0.05f * size, near = 0.005f * size;
   const NearBalls balls(leg_balls, kind);
   const std::vector<Vec3> normals = point_normals(model);
-  const std::vector<std::uint8_t> boundary = on_boundary(model, normals, inside, 2e-4f * size);
-  // In Morton order neighbours share their balls.
+  const std::vector<std::uint8_t> boundary = find_boundary(model, normals, inside, 2e-4f * size);
+  // In Morton order, consecutive points have the same balls nearby.
   std::vector<std::pair<std::uint64_t, std::uint32_t>> order(model.points.size());
   for (std::size_t i = 0; i < order.size(); ++i)
     order[i] = {morton_key(model.points[i], box), static_cast<std::uint32_t>(i)};
@@ -139,9 +143,9 @@ Projection project_model(const Model& model, const InsideTest& inside,
                             ? *along_normal
                             : root_along_gradient(balls, list, model.points[i], max_distance);
       projection.points[i] = root;
-      const Vec3 down = -normalized(balls.log_field(root, list).gradient);
-      // A normal that turns around belongs to the other side of a thin wall.
-      if (dot(down, normals[i]) > 0) projection.normals[i] = down;
+      const Vec3 outward = -normalized(balls.log_field(root, list).gradient);
+      // A normal opposite to the model's belongs to the other side of a thin wall.
+      if (dot(outward, normals[i]) > 0) projection.normals[i] = outward;
     }
   });
   projection.arrived = arrived_share(model, projection, boundary, balls, near);

@@ -20,19 +20,19 @@ constexpr int kRounds = 12;
 constexpr std::size_t kSamples = 2000;
 /// Radius of the neighbourhood over which residuals are averaged, as a fraction of the size.
 constexpr float kRadius = 0.08f;
-/// Maximum distance of a closest point that is believed, as a fraction of the size.
+/// Maximum distance of a closest point that is used, as a fraction of the size.
 constexpr float kMaxDistance = 0.12f;
 /// Minimum cosine of the angle between normals that agree.
 constexpr float kMinCosine = 0.3f;
-/// Minimum fraction of the points whose normals agree with those of their closest points at first.
-/// Below it the plan matches unlike parts, and closest points would mislead.
+/// Minimum fraction of points whose normals agree with those of their closest points before the
+/// first round. Below it the plan matches unlike parts, and closest points would mislead.
 constexpr double kMinAgreement = 0.6;
 /// Step of finite differences, as a fraction of the size.
 constexpr float kStepInSizes = 0.005f;
 /// Maximum number of times that offsets are halved to unfold the map.
 constexpr int kMaxHalvings = 6;
 
-/// An object's surface.
+/// An object's surface, and samples of it.
 struct Surface {
   Mesh mesh;
   std::vector<Vec3> normals;  ///< one per triangle
@@ -50,12 +50,12 @@ Result<Surface> make_surface(const PreparedObject& object, const LegSettings& se
   return surface;
 }
 
-/// The map from the object that shows at one end of a leg to the other object.
+/// The leg's map at one of its ends, from the object at that end to the other object.
 struct EndMap {
   MorphPlan plan;
   float time = 0;  ///< 0: the map to the target; 1: that to the source
   BallSet balls;
-  float size = 1;  ///< diagonal of the object that shows then
+  float size = 1;  ///< diagonal of the object at that end
 
   EndMap(const Leg& leg, float end)
       : plan(leg.plan), time(end), balls(balls_at(leg.plan, end)), size(object_size(leg, end)) {
@@ -70,20 +70,22 @@ struct EndMap {
     return polymorph::find_folds(frame_map(plan, time, balls, size).regression, map_index, points,
                                  kStepInSizes * size, engine);
   }
+  /// Maps points to the other object.
   Result<std::vector<Vec3>> carry(const std::vector<Vec3>& points, Engine& engine) const {
     PM_TRY(PullBack places, pull_back(frame_map(plan, time, balls, size), points, engine));
     return std::move(time <= 0 ? places.target : places.source);
   }
 };
 
-/// A vector at each sample, and whether normals agree there.
+/// For each sample, the vector from its image to the closest point of the other surface, and
+/// whether that point is near and the normals agree.
 struct Residuals {
   std::vector<Vec3> vectors;
   std::vector<std::uint8_t> agrees;
-  std::size_t agreeing = 0;
+  std::size_t agreeing = 0;  ///< number of samples that agree
 };
 
-/// Computes the offset from each carried sample to the closest point of the other surface.
+/// Maps the samples and their normals, and compares them with the closest points of `other`.
 Result<Residuals> find_residuals(const EndMap& map, const Surface& own, const Surface& other,
                                  const ClosestPointQuery& closest, Engine& engine) {
   std::vector<Vec3> points;
@@ -132,8 +134,8 @@ void move_offsets(const Surface& own, const Residuals& residuals, EndMap& map) {
       16);
 }
 
-/// Halves the offsets around samples where they fold the map, until they fold it only where it is
-/// folded without them (`folded`).
+/// Halves the offsets around the points at which they fold the map, until it folds only at the
+/// points of `folded`, where it folds without offsets. After kMaxHalvings they become 0.
 Status unfold(EndMap& map, const std::vector<Vec3>& points, const std::vector<std::uint8_t>& folded,
               Engine& engine) {
   const float radius = kRadius * map.size;
@@ -152,7 +154,7 @@ Status unfold(EndMap& map, const std::vector<Vec3>& points, const std::vector<st
   return Ok{};
 }
 
-/// Computes the offsets of one map.
+/// Computes the offsets of one map by iterative closest points.
 Result<std::vector<Vec3>> register_map(EndMap map, const Surface& own, const Surface& other,
                                        Engine& engine) {
   const ClosestPointQuery closest(other.mesh.positions, other.mesh.triangles);

@@ -1,5 +1,5 @@
 // Registration of a leg's map (non-rigid iterative closest points, Besl and McKay 1992, Chui and
-// Rangarajan 2003): what lies on one object's surface is carried onto the other's.
+// Rangarajan 2003), so that it carries points of one object's surface onto the other's.
 #pragma once
 
 #include <vector>
@@ -10,16 +10,16 @@
 
 namespace polymorph {
 
-/// Offsets of the places that the map takes each pair's ball to (MorphPlan::from_offsets).
+/// Offsets added to the places to which the map takes each pair's ball (MorphPlan::from_offsets).
 struct Registration {
   std::vector<Vec3> from_offsets, to_offsets;  ///< one per pair, scene units
 };
 
-/// Registers the two surfaces of a leg that is made of distances, whose plan has no offsets yet.
-/// Points of either surface are carried to the other object and drawn to the closest point there
-/// whose normal agrees; the pairs' offsets follow the mean around them (docs/method.md,
-/// Registration). They are 0 where most normals disagree, and are halved around points of the
-/// surface where they would turn the map inside out at a point of the surface. Deterministic.
+/// Registers the two surfaces of a leg made of distances whose plan has no offsets yet. The map
+/// carries points of either surface to the other object; each is compared with the closest point
+/// there if the normals agree. A pair's offset follows the mean difference around its ball
+/// (docs/method.md, Registration). All offsets of a map are 0 if too few normals agree at first.
+/// Offsets are halved around points of the surface where they would fold the map. Deterministic.
 /// Errors: the engine's.
 Result<Registration> register_surfaces(const Leg& leg, Engine& engine);
 

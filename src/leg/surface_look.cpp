@@ -16,14 +16,14 @@ float smoothstep(float low, float high, float x) {
   return t * t * (3.0f - 2.0f * t);
 }
 
-/// Puts the leg's colours without detail over those of the leg before it. `is_last`: no other leg's
-/// go on top of them.
+/// Mixes the leg's colours without detail over those of the previous leg. `is_last`: of the top
+/// leg.
 void fade_colors(const Leg& leg, const PullBack& pulled, const ColorFade& fade, bool is_last,
                  SurfaceLook& look) {
   if (!leg.settings.has_colors) return;
   const float detail = (1 - look.color_share) * fade.source + fade.target;
   look.color_share = 1 - detail;
-  if (is_last && detail >= 1) {  // nobody would see them
+  if (is_last && detail >= 1) {  // the detail covers them
     look.colors.clear();
     return;
   }
@@ -40,24 +40,24 @@ void fade_colors(const Leg& leg, const PullBack& pulled, const ColorFade& fade, 
       4096);
 }
 
-/// The surface that a look is for, and the look so far.
+/// The surface whose look is computed, and the look of the legs added so far.
 struct LookTarget {
   std::span<const Triangle> triangles;
   Engine& engine;
   SurfaceLook look;
 };
 
-/// Adds the look of a leg at the points `points`, over that of the leg before it where that was
-/// left in flight.
+/// Adds the look of a leg at `points`, over that of the previous leg if this one began in its
+/// flight.
 Status add_look(const Leg& leg, const LegState& state, const std::vector<Vec3>& points,
                 bool is_last, LookTarget& target) {
   PM_TRY(const PullBack pulled, pull_back(leg, state, points, target.engine));
   const ColorFade fade = color_fade(std::clamp(progress_at(leg.plan, state.time), 0.0f, 1.0f));
   std::vector<ObjectLayer>& layers = target.look.layers;
-  // Layers without a share are not asked for.
+  // Layers whose weight would be 0 are skipped.
   if (leg.before && fade.color < 1) {
-    PM_TRY(const LegState left, leg_state(*leg.before, leg.before->until, target.engine));
-    PM_TRY_STATUS(add_look(*leg.before, left, pulled.source, false, target));
+    PM_TRY(const LegState handover, leg_state(*leg.before, leg.before->until, target.engine));
+    PM_TRY_STATUS(add_look(*leg.before, handover, pulled.source, false, target));
   } else if (fade.color < 1) {
     layers.push_back(object_layer(leg.from, target.triangles, pulled.source));
   }
@@ -97,10 +97,10 @@ void add_end_normals(const EndNormals& end, std::vector<Vec3>& normals) {
       [&](std::int64_t index) {
         const auto i = static_cast<std::size_t>(index);
         const Vec3 n = interpolate_normal(model, model.corner_normals, closest[i]);
-        // Gradients turn back by the transposed map.
+        // Normals transform from the object to the surface by the transposed map.
         const Vec3 shading =
             normalized(end.map.rows[0] * n.x + end.map.rows[1] * n.y + end.map.rows[2] * n.z);
-        // Not where the surface is another: beside edges, in gaps that it closes.
+        // The normal stays where the surface differs from the model: at edges, in filled gaps.
         if (dot(shading, normals[i]) > 0.8f)
           normals[i] = normalized(lerp(normals[i], shading, end.weight));
       },
@@ -108,8 +108,8 @@ void add_end_normals(const EndNormals& end, std::vector<Vec3>& normals) {
 }
 
 float end_normals_weight(float distance) {
-  constexpr float kGone = 0.3f;  // before much has changed, whatever the pace
-  return smoothstep(0, 1, 1 - distance / kGone);
+  constexpr float kMaxEndDistance = 0.3f;  // the surface has not changed much there at any pace
+  return smoothstep(0, 1, 1 - distance / kMaxEndDistance);
 }
 
 Result<SurfaceLook> leg_look(const Leg& leg, const LegSurface& surface, Engine& engine) {

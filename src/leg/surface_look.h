@@ -1,4 +1,4 @@
-// Look of a leg's surface: the materials, colours and normals that it takes over from the objects.
+// Look of a leg's surface: the materials, colours and normals transferred from its objects.
 #pragma once
 
 #include <memory>
@@ -12,59 +12,62 @@
 
 namespace polymorph {
 
-/// Shares of a leg's colours, by its progress: the source's detail goes, then the colours that are
-/// left turn into the target's, then the target's detail comes. Detail of both at once would show a
-/// face on a back; half way, where maps stretch most, it would be torn.
+/// Weights of both objects' colours in a leg's surface. First the source's detail fades out, then
+/// its colours without detail change to the target's, then the target's detail fades in. Detail of
+/// both at once would show, say, a face on a back, and half way, where maps stretch most, detail
+/// would be torn.
 struct ColorFade {
-  float color;           ///< share of the target
-  float source, target;  ///< shares of either's detail
+  float color;           ///< weight of the target in the colours without detail
+  float source, target;  ///< weight of each object's detail
 };
+/// Computes the weights at the eased progress u.
 ColorFade color_fade(float u);
 
 /// An object's materials, transferred to a surface.
 struct ObjectLayer {
   std::shared_ptr<const PreparedObject> object;
-  float share = 1;  ///< share over the layers below it
+  float share = 1;  ///< opacity over the layers below
   TransferredMaterials materials;
 };
-/// The object's materials on a surface whose vertices correspond to the points `origins` of it.
+/// Transfers an object's materials to a surface whose vertices correspond to the points `origins`
+/// of the object.
 ObjectLayer object_layer(std::shared_ptr<const PreparedObject> object,
                          std::span<const Triangle> triangles, std::span<const Vec3> origins,
                          float share = 1);
 
 /// A surface's own look.
 struct SurfaceLook {
-  /// The objects that it comes from, and over them those that it becomes. Three and more where it
-  /// did not reach an object that it set out for. Empty: the common look.
+  /// Layers from the bottom: the source, then the target. There are more in a mixture, or if an
+  /// earlier leg was left before its target. Empty: the common look.
   std::vector<ObjectLayer> layers;
-  /// Colour of each vertex, without detail, mixed over those. Empty where nothing has any or they
-  /// have no share.
+  /// Colour of each vertex without detail, mixed over the layers with the weight `color_share`.
+  /// Empty if no object has several colours or the weight is 0.
   std::vector<Vec3> colors;
   float color_share = 0;
 };
-/// Colour of an object at a place of its model, without detail.
+/// Returns the object's colour without detail at a point of its model.
 Vec3 plain_color(const PreparedObject& object, Vec3 at);
 
-/// A model's own normals on a surface that is nearly the model. Else a smoothly shaded model would
-/// show its faces as soon as it moves.
+/// Normals of a model for a surface that is nearly the model. Without them a smoothly shaded model
+/// would show its faces as soon as it moves.
 struct EndNormals {
   const PreparedObject& object;
   const AffineMap& map;              ///< linear part of the map from the surface to the object
-  const std::vector<Vec3>& origins;  ///< places of the surface's points on it
+  const std::vector<Vec3>& origins;  ///< the surface's points, mapped to the object
   float weight = 1;
 };
-/// Mixes them into the surface's normals.
+/// Mixes the model's normals into those of the surface.
 void add_end_normals(const EndNormals& end, std::vector<Vec3>& normals);
 
-/// Weight of the model's own normals where the surface is `distance` of the progress away from it.
+/// Computes the weight of the model's own normals. `distance`: eased progress from its end, [0, 1].
 float end_normals_weight(float distance);
 
-/// The look of a leg's surface, from the positions of its points on both objects. Errors: the
-/// engine's.
+/// Computes the look of a leg's surface from the positions of its points on both objects. Errors:
+/// the engine's.
 Result<SurfaceLook> leg_look(const Leg& leg, const LegSurface& surface, Engine& engine);
 
-/// Mixes the models' own normals into those of a leg's surface near its ends, where that is nearly
-/// the model. Errors: the engine's.
+/// Mixes a model's own normals into those of a leg's surface near that model's end. Errors: the
+/// engine's.
 Status blend_end_normals(const Leg& leg, const LegState& state, Mesh& surface, Engine& engine);
 
 }  // namespace polymorph

@@ -8,7 +8,7 @@
 namespace polymorph {
 namespace {
 
-/// Index of the object with the largest weight.
+/// Returns the index of the object with the largest weight.
 std::size_t find_heaviest(const Mixture& mixture) {
   const auto heaviest = std::max_element(
       mixture.objects.begin(), mixture.objects.end(),
@@ -48,13 +48,13 @@ SurfaceLook weighted_look(const PulledMixture& pulled, std::span<const Triangle>
   for (const MixedObject& object : mixture.objects) weights.push_back(object.weight);
   const std::vector<float> shares = color_shares(weights);
   SurfaceLook look;
-  float below = 0, detail = 0;
+  float weight_sum = 0, detail = 0;
   for (std::size_t i = 0; i < shares.size(); ++i) {
     detail += color_fade(weights[i]).target;
     if (shares[i] <= 0) continue;
-    below += shares[i];
+    weight_sum += shares[i];
     look.layers.push_back(object_layer(mixture.objects[i].object, triangles, pulled.places[i],
-                                       look.layers.empty() ? 1 : shares[i] / below));
+                                       look.layers.empty() ? 1 : shares[i] / weight_sum));
   }
   if (!mixture.settings.has_colors || detail >= 1) return look;
   look.color_share = 1 - detail;

@@ -12,28 +12,28 @@
 
 namespace polymorph {
 
-/// Share of each object in a mixture's colours; their sum is 1. Of two objects those of
-/// color_fade().
+/// Computes the weight of each object in a mixture's colours; the sum is 1. For two objects the
+/// weights are those of color_fade().
 std::vector<float> color_shares(std::span<const float> weights);
 
-/// The surface of a mixture with the places of its points on the objects.
+/// The positions of a mixture's surface points on each of its objects.
 struct PulledMixture {
   const Mixture& mixture;                 ///< borrowed
   std::vector<std::vector<Vec3>> places;  ///< one list per object of the mixture
 };
-/// Errors: the engine's.
+/// Maps the surface's points to all objects of the mixture. Errors: the engine's.
 Result<PulledMixture> pull_mixture_back(const Mixture& mixture, const WeightedSurface& surface,
                                         Engine& engine);
 
-/// The mixture's own look: detail of an object that has nearly all the weight, else the objects'
-/// colours without detail, mixed.
+/// Computes the mixture's own look: if one object has nearly all the weight, with that object's
+/// detail; else the mixed colours of the objects without detail.
 SurfaceLook weighted_look(const PulledMixture& pulled, std::span<const Triangle> triangles);
 
-/// Mixes the normals of an object that has nearly all the weight into those of the surface.
+/// Mixes the model's own normals into those of the surface if one object has nearly all the weight.
 void blend_weighted_normals(const PulledMixture& pulled, Mesh& surface);
 
-/// Label of each point, as an index into the actor's names: that of the object with the largest
-/// weight, where the point is on it.
+/// Returns the label of each point, as an index into the actor's names: the label of its position
+/// on the object with the largest weight.
 std::vector<std::uint32_t> weighted_labels(const PulledMixture& pulled);
 
 }  // namespace polymorph

@@ -17,8 +17,8 @@
 namespace polymorph {
 namespace {
 
-/// Margin around the mixture, a share of the objects' size.
-constexpr float kMargin = 0.12f;
+/// Margin around the mixture, as a fraction of the objects' size.
+constexpr float kMixtureMargin = 0.12f;
 
 Mat3 scale_matrix(Mat3 a, double factor) {
   for (double& value : a.m) value *= factor;
@@ -26,15 +26,15 @@ Mat3 scale_matrix(Mat3 a, double factor) {
 }
 
 /// An object of the space, with its weight in the mixture.
-struct Part {
+struct MixtureInput {
   std::shared_ptr<const PreparedObject> object;
   double weight = 0;
-  PathPart similarity;               ///< rotation and scaling of the whole from the reference to it
-  const std::vector<Vec3d>& places;  ///< places of the reference's balls on it
+  PathPart similarity;               ///< space_path()
+  const std::vector<Vec3d>& places;  ///< positions of the reference's balls on the object
 };
 
-/// Computes the places of the reference's balls on a leg's target, by the leg's map as it starts.
-Result<std::vector<Vec3d>> carry_balls(const Leg& leg, Engine& engine) {
+/// Maps the source's balls to a leg's target, by the leg's map at its start.
+Result<std::vector<Vec3d>> map_balls_to_target(const Leg& leg, Engine& engine) {
   PM_TRY(const LegState start, leg_state(leg, 0, engine));
   std::vector<Vec3> points;
   for (const Ball& ball : leg.plan.from) points.push_back(ball.center);
@@ -44,47 +44,51 @@ Result<std::vector<Vec3d>> carry_balls(const Leg& leg, Engine& engine) {
   return places;
 }
 
-Part make_part(const ShapeSpace& space, std::size_t object, float weight) {
+MixtureInput make_input(const ShapeSpace& space, std::size_t object, float weight) {
   const Leg& leg = *space.legs[object > 0 ? object - 1 : 0];
   return {object > 0 ? leg.to : leg.from, static_cast<double>(weight), space_path(space, object),
           space.places[object]};
 }
 
-/// The reference and the objects that its legs lead to, without those of weight 0.
-std::vector<Part> weighted_parts(const ShapeSpace& space, std::span<const float> weights) {
-  std::vector<Part> parts;
+/// Lists the objects of the space whose weight is above 0.
+std::vector<MixtureInput> list_inputs(const ShapeSpace& space, std::span<const float> weights) {
+  std::vector<MixtureInput> inputs;
   for (std::size_t i = 0; i < weights.size(); ++i)
-    if (weights[i] > 0) parts.push_back(make_part(space, i, weights[i]));
-  return parts;
+    if (weights[i] > 0) inputs.push_back(make_input(space, i, weights[i]));
+  return inputs;
 }
 
-Vec3d apply(const PathPart& part, Vec3d p) {
-  return part.to_center +
-         (exp_rotation(part.turn) * (p - part.from_center)) * exp_scalar(part.log_scale);
+Vec3d apply(const PathPart& similarity, Vec3d p) {
+  return similarity.to_center + (exp_rotation(similarity.turn) * (p - similarity.from_center)) *
+                                    exp_scalar(similarity.log_scale);
 }
 
-MeanSimilarity mean_similarity(const std::vector<Part>& parts, Vec3d middle) {
+/// Averages the objects' similarities by weight. `middle`: centre of the reference's box.
+MeanSimilarity mean_similarity(const std::vector<MixtureInput>& inputs, Vec3d middle) {
   MeanSimilarity mean;
   Vec3d turn;
-  for (const Part& part : parts) {
-    mean.log_scale += part.weight * part.similarity.log_scale;
-    turn = turn + part.similarity.turn * part.weight;
-    mean.center = mean.center + apply(part.similarity, middle) * part.weight;
+  for (const MixtureInput& input : inputs) {
+    mean.log_scale += input.weight * input.similarity.log_scale;
+    turn = turn + input.similarity.turn * input.weight;
+    mean.center = mean.center + apply(input.similarity, middle) * input.weight;
   }
   mean.rotation = exp_rotation(turn);
   return mean;
 }
 
-/// Sets the places of the reference's balls in the mixture, and the box around them.
-void mix_balls(const MorphPlan& plan, const std::vector<Part>& parts, Vec3d middle,
+/// Sets the samples, at the positions of the reference's balls in the mixture, and the box around
+/// them. With R, s, f, t the rotation, scale and centres of an object's similarity, w its weight
+/// and p a ball's position on it, the ball goes to c + S Q sum_i w ((1/s) R^T (p - t) + f - m),
+/// with Q, S and c those of the mean and m the middle.
+void mix_balls(const MorphPlan& plan, const std::vector<MixtureInput>& inputs, Vec3d middle,
                Mixture& mixture) {
   const MeanSimilarity& mean = mixture.mean;
   const double scale = exp_scalar(mean.log_scale);
-  const float margin = kMargin * mixture.size;
+  const float margin = kMixtureMargin * mixture.size;
   Vec3 low, high;
-  for (const Part& part : parts) {
-    const Box box = part.object->model.box();
-    const auto weight = static_cast<float>(part.weight);
+  for (const MixtureInput& input : inputs) {
+    const Box box = input.object->model.box();
+    const auto weight = static_cast<float>(input.weight);
     low = low + weight * box.low, high = high + weight * box.high;
   }
   const auto widened = [](Box box, float width) {
@@ -94,27 +98,29 @@ void mix_balls(const MorphPlan& plan, const std::vector<Part>& parts, Vec3d midd
   const std::vector<Ball>& balls = plan.from;
   for (std::size_t b = 0; b < balls.size(); ++b) {
     Vec3d place;
-    for (const Part& part : parts) {
-      const Mat3 unturn = transposed(exp_rotation(part.similarity.turn));
-      const double unscale = exp_scalar(-part.similarity.log_scale) * part.weight;
-      place = place + (unturn * (part.places[b] - part.similarity.to_center)) * unscale +
-              (part.similarity.from_center - middle) * part.weight;
+    for (const MixtureInput& input : inputs) {
+      const Mat3 inv_rotation = transposed(exp_rotation(input.similarity.turn));
+      const double weighted_inv_scale = exp_scalar(-input.similarity.log_scale) * input.weight;
+      place = place +
+              (inv_rotation * (input.places[b] - input.similarity.to_center)) * weighted_inv_scale +
+              (input.similarity.from_center - middle) * input.weight;
     }
     const Vec3 at = to_float(mean.center + (mean.rotation * place) * scale);
-    const double own = ball_deviation(balls[b], scale),
-                 share = static_cast<double>(static_cast<float>(kMapDeviation) * mixture.size);
-    mixture.samples.push_back({at, std::max(static_cast<float>(plan.from_masses[b]), 1e-6f),
-                               static_cast<float>(std::sqrt(share * share + own * own))});
+    const double ball_part = ball_deviation(balls[b], scale),
+                 map_part = static_cast<double>(static_cast<float>(kMapDeviation) * mixture.size);
+    mixture.samples.push_back(
+        {at, std::max(static_cast<float>(plan.from_masses[b]), 1e-6f),
+         static_cast<float>(std::sqrt(map_part * map_part + ball_part * ball_part))});
     mixture.box = unite(mixture.box, widened({at, at}, 0.5f * margin));
   }
 }
 
-/// A regression around the mixture's balls, without values.
+/// Makes a regression around the mixture's balls, still without values.
 Regression empty_regression(const Mixture& mixture) {
   Regression regression;
   regression.samples = mixture.samples;
   regression.sloped = true;
-  // All of the map is in the samples' values and slopes.
+  // The samples' values and slopes hold the whole map, so the affine part is zero.
   regression.affine[0] = {{Vec3{}, Vec3{}, Vec3{}}, {}};
   Grid& lattice = regression.lattice;
   lattice.cell = kMapSpacing * mixture.size;
@@ -127,30 +133,32 @@ Regression empty_regression(const Mixture& mixture) {
   return regression;
 }
 
+/// Makes a sample's value with its derivative.
 BallAttribute make_value(Vec3 value, const Mat3& slope) {
-  BallAttribute carried;
-  carried.value[0] = value.x, carried.value[1] = value.y, carried.value[2] = value.z;
+  BallAttribute attribute;
+  attribute.value[0] = value.x, attribute.value[1] = value.y, attribute.value[2] = value.z;
   for (int i = 0; i < 3; ++i)
-    carried.slope[i] = to_float({slope.at(i, 0), slope.at(i, 1), slope.at(i, 2)});
-  return carried;
+    attribute.slope[i] = to_float({slope.at(i, 0), slope.at(i, 1), slope.at(i, 2)});
+  return attribute;
 }
 
-/// An object of the mixture with the map to it.
-MixedObject mixed_object(const Part& part, const Mixture& mixture) {
+/// Makes an object of the mixture with the map to it.
+MixedObject make_mixed_object(const MixtureInput& input, const Mixture& mixture) {
   const MeanSimilarity& mean = mixture.mean;
-  MixedObject mixed{part.object, static_cast<float>(part.weight), {}, 1, {}};
-  const double log_scale = part.similarity.log_scale - mean.log_scale;
+  MixedObject mixed{input.object, static_cast<float>(input.weight), {}, 1, {}};
+  const double log_scale = input.similarity.log_scale - mean.log_scale;
   mixed.scale = static_cast<float>(exp_scalar(-log_scale));
-  mixed.turn = scale_matrix(exp_rotation(part.similarity.turn) * transposed(mean.rotation),
+  mixed.turn = scale_matrix(exp_rotation(input.similarity.turn) * transposed(mean.rotation),
                             exp_scalar(log_scale));
   Regression regression = empty_regression(mixture);
-  for (const Vec3d place : part.places)
+  for (const Vec3d place : input.places)
     regression.values.push_back(make_value(to_float(place), mixed.turn));
   mixed.map = std::make_shared<const Regression>(std::move(regression));
   return mixed;
 }
 
-/// Weight of an object's distances: as between two objects, so that ends are left gently.
+/// Computes the weights of the objects' distances: smoothstep of the objects' weights, normalized.
+/// As between two objects, the surface starts and arrives slowly.
 std::vector<float> distance_shares(const std::vector<MixedObject>& objects) {
   std::vector<float> shares;
   for (const MixedObject& mixed : objects) shares.push_back(polymorph::smoothstep(mixed.weight));
@@ -159,7 +167,8 @@ std::vector<float> distance_shares(const std::vector<MixedObject>& objects) {
   return shares;
 }
 
-/// The level at which the field encloses the volume, within `limit` of 0.
+/// Finds the level in [-limit, limit] at which the field encloses `volume`, by bisection. A cell is
+/// counted in part if its value is within half a cell of the level.
 float find_level(const DistanceGrid& field, double volume, float limit) {
   const auto cell = static_cast<double>(field.grid.cell);
   const auto enclosed = [&](float level) {
@@ -177,7 +186,8 @@ float find_level(const DistanceGrid& field, double volume, float limit) {
   return 0.5f * (low + high);
 }
 
-/// Evaluates the field of a mixture, before its level, at points. `shares`: distance_shares().
+/// Evaluates the field of a mixture, without its level, at points: the weighted sum of compressed
+/// distances (MorphField::compress). `shares`: distance_shares().
 Result<std::vector<float>> sample_field(const Mixture& mixture, const std::vector<float>& shares,
                                         const std::vector<Vec3>& points, Engine& engine) {
   const float inv_range = 1 / (kLinearRange * mixture.size);
@@ -185,9 +195,10 @@ Result<std::vector<float>> sample_field(const Mixture& mixture, const std::vecto
   std::vector<AttributeValues> values;
   for (std::size_t k = 0; k < shares.size(); ++k) {
     const MixedObject& mixed = mixture.objects[k];
-    const ObjectDistances& own = mixed.object->distances;
-    DistanceField distances(own.grid->grid, own.grid->values.data());
-    if (own.smooth) distances.set_detail(own.smooth->values.data(), DetailFade{});
+    const ObjectDistances& object_distances = mixed.object->distances;
+    DistanceField distances(object_distances.grid->grid, object_distances.grid->values.data());
+    if (object_distances.smooth)
+      distances.set_detail(object_distances.smooth->values.data(), DetailFade{});
     const float detail = distances.detail_share(1 - mixed.weight);
     PM_TRY_STATUS(to_status(engine.regress(mixed.map, points, values)));
     parallel_for(
@@ -203,15 +214,16 @@ Result<std::vector<float>> sample_field(const Mixture& mixture, const std::vecto
   return field;
 }
 
+/// Index of a grid point in an array, x fastest.
 std::size_t flat_index(const Grid& grid, Int3 at) {
   const auto along = [](int i) { return static_cast<std::size_t>(i); };
   return (along(at.z) * along(grid.points.y) + along(at.y)) * along(grid.points.x) + along(at.x);
 }
 
-/// Cells of the fine grid in one of the coarse grid.
+/// Edge of a coarse cell in cells of the fine grid.
 constexpr int kStride = 4;
 
-/// Every fourth point of a grid, to beyond the last.
+/// Makes the grid of every kStride-th point that covers a grid.
 Grid coarsen(const Grid& fine) {
   const auto points = [](int count) { return (count + kStride - 2) / kStride + 1; };
   return {fine.origin,
@@ -227,8 +239,7 @@ void for_each_point(const Grid& grid, const Function& function) {
       for (int x = 0; x < grid.points.x; ++x) function(Int3{x, y, z});
 }
 
-/// Evaluates the field on a grid. Far from the level it is interpolated between every fourth point:
-/// only its sign counts there.
+/// Evaluates the field on a grid; far from the level, where only the sign counts, by interpolation.
 Result<std::vector<float>> fill_grid(const Grid& grid, const Mixture& mixture, double volume,
                                      Engine& engine) {
   const std::vector<float> shares = distance_shares(mixture.objects);
@@ -237,10 +248,10 @@ Result<std::vector<float>> fill_grid(const Grid& grid, const Mixture& mixture, d
   for_each_point(coarse.grid, [&](Int3 at) { points.push_back(grid_point(coarse.grid, at)); });
   PM_TRY(coarse.values, sample_field(mixture, shares, points, engine));
   const float level =
-      mixture.keeps_volume ? find_level(coarse, volume, kFurthestLevel * mixture.size) : 0;
-  // The field rises by 2 per unit of length at most, and half of a coarse cell's diagonal lies
-  // between a point and the nearest corner; the rest is for the level, which is not known yet.
-  const float reach = 2.5f * coarse.grid.cell;
+      mixture.keeps_volume ? find_level(coarse, volume, kMaxLevel * mixture.size) : 0;
+  // The field's slope is at most 2, and a point is at most half a coarse cell's diagonal from the
+  // nearest corner: 1.73 cells. The rest is for the error of `level`.
+  const float range = 2.5f * coarse.grid.cell;
   const Int3 n = grid.points;
   std::vector<float> values(flat_index(grid, {n.x - 1, n.y - 1, n.z - 1}) + 1);
   std::vector<std::size_t> near;
@@ -250,20 +261,20 @@ Result<std::vector<float>> fill_grid(const Grid& grid, const Mixture& mixture, d
     const float t[3] = {static_cast<float>(at.x % kStride) / kStride,
                         static_cast<float>(at.y % kStride) / kStride,
                         static_cast<float>(at.z % kStride) / kStride};
-    float value = 0, nearest = reach;
+    float value = 0, min_difference = range;
     for (int corner = 0; corner < 8; ++corner) {
       const int step[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
-      float share = 1;
-      for (int axis = 0; axis < 3; ++axis) share *= step[axis] ? t[axis] : 1 - t[axis];
-      if (share == 0) continue;
-      const float own = coarse.values[flat_index(
+      float weight = 1;
+      for (int axis = 0; axis < 3; ++axis) weight *= step[axis] ? t[axis] : 1 - t[axis];
+      if (weight == 0) continue;
+      const float corner_value = coarse.values[flat_index(
           coarse.grid, {cell.x + step[0], cell.y + step[1], cell.z + step[2]})];
-      value += share * own;
-      nearest = std::min(nearest, std::abs(own - level));
+      value += weight * corner_value;
+      min_difference = std::min(min_difference, std::abs(corner_value - level));
     }
     const std::size_t index = flat_index(grid, at);
     values[index] = value;
-    if (nearest >= reach) return;
+    if (min_difference >= range) return;
     near.push_back(index);
     points.push_back(grid_point(grid, at));
   });
@@ -272,21 +283,21 @@ Result<std::vector<float>> fill_grid(const Grid& grid, const Mixture& mixture, d
   return values;
 }
 
-/// Leaves out what comes off, and cuts handles that no object has, as between two objects.
-void mend(const Mixture& mixture, Mesh& mesh) {
-  double share = 0;
+/// Removes separate fragments and cuts handles that no object has, as leg_surface() does.
+void clean_up(const Mixture& mixture, Mesh& mesh) {
+  double min_share = 0;
   std::int64_t genus = 0;
   for (const MixedObject& mixed : mixture.objects) {
-    share = std::max(share, least_component_share(*mixed.object, mixture.settings));
+    min_share = std::max(min_share, least_component_share(*mixed.object, mixture.settings));
     genus = std::max<std::int64_t>(genus, mixed.object->distances.genus);
   }
-  remove_crumbs(share, mixture.settings, mesh);
+  remove_crumbs(min_share, mixture.settings, mesh);
   mend_normals(mesh);
   cut_superfluous_handles(genus, mixture.size, mesh);
 }
 
-/// Raises or lowers a surface so that it stands as low as the objects do.
-float stand(float floor, Mesh& mesh) {
+/// Moves a surface vertically so that its lowest point is at `floor`, and returns the offset.
+float move_to_floor(float floor, Mesh& mesh) {
   if (mesh.positions.empty()) return 0;
   const float lift = floor - box_of(mesh.positions).low.y;
   for (Vec3& p : mesh.positions) p.y += lift;
@@ -314,8 +325,8 @@ double least_component_share(const PreparedObject& object, const LegSettings& se
 Result<ShapeSpace> make_shape_space(std::vector<std::shared_ptr<const Leg>> legs, Engine& engine) {
   PM_CHECK(!legs.empty());
   ShapeSpace space;
-  std::vector<Vec3d>& own = space.places.emplace_back();
-  for (const Ball& ball : legs.front()->plan.from) own.emplace_back(ball.center);
+  std::vector<Vec3d>& reference_places = space.places.emplace_back();
+  for (const Ball& ball : legs.front()->plan.from) reference_places.emplace_back(ball.center);
   for (const auto& leg : legs) {
     for (const auto& object : {leg->from, leg->to})
       if (is_shell(object->distances) || object->distances.is_vessel)
@@ -323,7 +334,7 @@ Result<ShapeSpace> make_shape_space(std::vector<std::shared_ptr<const Leg>> legs
                           "{}: is a shell or a vessel, and three objects or more can be mixed only "
                           "if all are solids - set spheres.solidify, or blend it with one other",
                           object->name);
-    PM_TRY(std::vector<Vec3d> places, carry_balls(*leg, engine));
+    PM_TRY(std::vector<Vec3d> places, map_balls_to_target(*leg, engine));
     space.places.push_back(std::move(places));
   }
   space.legs = std::move(legs);
@@ -344,22 +355,23 @@ Result<Mixture> mix_objects(const ShapeSpace& space, std::span<const float> weig
     return make_error(ErrorCode::kInput,
                       "{}: the weights of a mixture must sum to 1 (they do to {})",
                       first.from->name, all);
-  const std::vector<Part> parts = weighted_parts(space, weights);
+  const std::vector<MixtureInput> inputs = list_inputs(space, weights);
   Mixture mixture;
   mixture.settings = first.settings;
   mixture.keeps_volume = first.plan.motion.keep_volume;
-  Box lows;  // its height is how far apart the objects' lowest points are
-  for (const Part& part : parts) {
-    const Box box = part.object->model.box();
-    mixture.size += static_cast<float>(part.weight) * box.diagonal();
-    mixture.floor += static_cast<float>(part.weight) * box.low.y;
+  Box lows;  // its height is the largest difference between the objects' lowest points
+  for (const MixtureInput& input : inputs) {
+    const Box box = input.object->model.box();
+    mixture.size += static_cast<float>(input.weight) * box.diagonal();
+    mixture.floor += static_cast<float>(input.weight) * box.low.y;
     lows = unite(lows, {box.low, box.low});
   }
   mixture.stands = first.settings.contact && lows.size().y <= kEquallyLow * mixture.size;
   const Vec3d middle(first.from->model.box().center());
-  mixture.mean = mean_similarity(parts, middle);
-  mix_balls(first.plan, parts, middle, mixture);
-  for (const Part& part : parts) mixture.objects.push_back(mixed_object(part, mixture));
+  mixture.mean = mean_similarity(inputs, middle);
+  mix_balls(first.plan, inputs, middle, mixture);
+  for (const MixtureInput& input : inputs)
+    mixture.objects.push_back(make_mixed_object(input, mixture));
   return mixture;
 }
 
@@ -379,14 +391,14 @@ Result<WeightedSurface> weighted_surface(const Mixture& mixture, Engine& engine)
     volume += static_cast<double>(mixed.weight) * mixed.object->distances.volume;
   PM_TRY(field->values, fill_grid(field->grid, mixture, volume, engine));
   if (mixture.keeps_volume) {
-    surface.level = find_level(*field, volume, kFurthestLevel * mixture.size);
+    surface.level = find_level(*field, volume, kMaxLevel * mixture.size);
     for (float& value : field->values) value -= surface.level;
   }
   close_border(*field);
   bound_slopes(*field);
   PM_TRY(surface.mesh, extract_distances(engine, field, settings.cell, settings.shown));
-  mend(mixture, surface.mesh);
-  if (mixture.stands) surface.lift = stand(mixture.floor, surface.mesh);
+  clean_up(mixture, surface.mesh);
+  if (mixture.stands) surface.lift = move_to_floor(mixture.floor, surface.mesh);
   return surface;
 }
 
@@ -394,8 +406,8 @@ Result<std::vector<float>> weighted_field(const Mixture& mixture, const Weighted
                                           const std::vector<Vec3>& points, Engine& engine) {
   std::vector<float> values;
   if (mixture.objects.size() == 1) {
-    const DistanceGrid& own = *mixture.objects.front().object->distances.grid;
-    const DistanceField distances(own.grid, own.values.data());
+    const DistanceGrid& object_grid = *mixture.objects.front().object->distances.grid;
+    const DistanceField distances(object_grid.grid, object_grid.values.data());
     for (const Vec3 p : points)
       values.push_back(distances.value(Points<float>{p.x, p.y, p.z}, 1.0f));
     return values;
@@ -422,7 +434,7 @@ Result<std::vector<Vec3>> places_on_reference(const ShapeSpace& space,
                                               std::span<const float> weights, float lift,
                                               const std::vector<Vec3>& points, Engine& engine) {
   PM_TRY(const Mixture mixture, mix_objects(space, weights));
-  return places_on(mixed_object(make_part(space, 0, 0), mixture), lift, points, engine);
+  return places_on(make_mixed_object(make_input(space, 0, 0), mixture), lift, points, engine);
 }
 
 Result<Flow> weighted_flow(const ShapeSpace& space, std::span<const float> now,

@@ -1,5 +1,5 @@
 // Weighted mixture of several objects (a barycentre of shapes; the idea of Solomon et al. 2015):
-// the surface where the weighted sum of their distances is zero.
+// the surface where the weighted sum of their signed distances is zero.
 #pragma once
 
 #include <memory>
@@ -15,93 +15,96 @@
 
 namespace polymorph {
 
-/// Objects that can be mixed: a reference, and legs from it to each of the others. All maps go
-/// through the reference, so that from one object over a second to a third is the direct way.
+/// Objects that can be mixed: a reference, and a leg from it to each other object. All maps go
+/// through the reference, so they compose: A to B and B to C is A to C.
 struct ShapeSpace {
-  std::vector<std::shared_ptr<const Leg>> legs;  ///< one or more, from one object, of distances
-  /// For each object, the reference first: where the reference's balls are on it.
+  std::vector<std::shared_ptr<const Leg>> legs;  ///< one or more, made of distances, of one source
+  /// Positions of the reference's balls on each object, the reference first.
   std::vector<std::vector<Vec3d>> places;
 };
 
-/// Makes the space of legs that have one source. Errors: kInput where an object has no inside (a
-/// shell or a vessel); the engine's.
+/// Makes the space of legs that have one source. Errors: kInput if an object is a shell or a
+/// vessel; the engine's.
 Result<ShapeSpace> make_shape_space(std::vector<std::shared_ptr<const Leg>> legs, Engine& engine);
 
-/// An object that has a share in a mixture.
+/// An object whose weight in a mixture is above 0.
 struct MixedObject {
   std::shared_ptr<const PreparedObject> object;
   float weight = 0;
   std::shared_ptr<const Regression> map;  ///< map from the mixture to it
   float scale = 1;                        ///< scene units per unit of its lengths
-  Mat3 turn;                              ///< linear part of the map, for the whole
+  Mat3 turn;                              ///< linear part of the map: rotation and scaling
 };
 
-/// Scale and rotation of the whole from the reference to a mixture, and where its middle goes.
+/// Similarity transform from the reference to a mixture.
 struct MeanSimilarity {
   double log_scale = 0;
   Mat3 rotation;
-  Vec3d center;
+  Vec3d center;  ///< image of the centre of the reference's box
 };
 
 /// Mixture of a space's objects at some weights. The reference's balls are at the weighted mean of
-/// their places on all objects (rotations and scalings of the whole by their logarithms);
-/// regressions around them are the maps to the objects.
+/// their positions on all objects. The objects' rotations and scalings are averaged by their
+/// logarithms. Kernel regressions around the balls are the maps to the objects.
 struct Mixture {
-  std::vector<MixedObject> objects;  ///< those with a weight above 0, in the space's order
+  std::vector<MixedObject> objects;  ///< same order as in the space
   MeanSimilarity mean;
-  std::vector<RegressionSample> samples;
-  Box box;
-  float size = 0;   ///< weighted mean of the objects' diagonals
-  float floor = 0;  ///< weighted mean of the heights of their lowest points
+  std::vector<RegressionSample> samples;  ///< one per ball of the reference
+  Box box;                                ///< bounds of the surface
+  float size = 0;                         ///< weighted mean of the objects' diagonals
+  float floor = 0;                        ///< weighted mean of the heights of their lowest points
   LegSettings settings;
-  bool stands = false;       ///< whether all objects stand equally low, and the mixture is to
+  bool stands = false;       ///< whether the surface is moved onto the common floor of its objects
   bool keeps_volume = true;  ///< whether it encloses the weighted mean of their volumes
 };
 
-/// `weights`: that of the reference, then one per leg, in [0, 1], whose sum is 1. Errors: kInput
-/// for weights that are no such.
+/// Mixes the objects of a space. `weights`: the reference's, then one per leg, in [0, 1], with sum
+/// 1. Errors: kInput for other weights.
 Result<Mixture> mix_objects(const ShapeSpace& space, std::span<const float> weights);
 
-/// Rotation and scaling of the whole from the reference to an object of the space; that of the
-/// reference turns about its middle by nothing.
+/// Returns the similarity transform from the reference to an object of the space: rotation, scaling
+/// and translation; the identity for the reference itself (object 0).
 PathPart space_path(const ShapeSpace& space, std::size_t object);
 
-/// A ball's own part in the deviation of its kernel in the maps, scene units, where the whole is
-/// scaled so much.
+/// Computes a ball's contribution to the standard deviation of its regression kernel, in scene
+/// units. `scale`: scaling from the reference to the mixture.
 double ball_deviation(const Ball& ball, double scale);
 
-/// Share of the volume below which a part of a mixture is left out, as one object of it has it.
+/// Computes the fraction of the volume below which components of a mixture are left out, as far as
+/// one of its objects is concerned; the mixture takes the maximum over its objects.
 double least_component_share(const PreparedObject& object, const LegSettings& settings);
 
-/// Surface of a mixture: where the sum of the objects' distances, pulled back, has the level that
-/// keeps the volume.
+/// Surface of a mixture: where the weighted sum of its objects' distances, mapped to the mixture,
+/// equals `level`.
 struct WeightedSurface {
   Mesh mesh;
-  float lift = 0;   ///< height by which it was raised to stand
-  float level = 0;  ///< level of the sum of distances
+  float lift = 0;   ///< height by which the mesh was raised onto the floor
+  float level = 0;  ///< level that keeps the volume, scene units
 };
-/// An object of weight 1 has its own distances. The result depends neither on objects of weight 0
-/// nor on the number of threads. Errors: kResource.
+/// Extracts the surface of a mixture. An object of weight 1 is extracted from its own distances.
+/// The result depends neither on objects of weight 0 nor on the number of threads. Errors:
+/// kResource.
 Result<WeightedSurface> weighted_surface(const Mixture& mixture, Engine& engine);
 
-/// Evaluates the field whose zero the surface is at points: positive inside; the distance, where
-/// one object has all the weight. Errors: the engine's.
+/// Evaluates, at points, the field whose zero set is the surface: positive inside. It is the signed
+/// distance if one object has all the weight. Errors: the engine's.
 Result<std::vector<float>> weighted_field(const Mixture& mixture, const WeightedSurface& surface,
                                           const std::vector<Vec3>& points, Engine& engine);
 
-/// Places of points of the mixture on one of its objects. `lift`: that of the surface. Errors: the
+/// Maps points of the mixture to one of its objects. `lift`: WeightedSurface::lift. Errors: the
 /// engine's.
 Result<std::vector<Vec3>> places_on(const MixedObject& object, float lift,
                                     const std::vector<Vec3>& points, Engine& engine);
 
-/// Places of points of the space's mixture on the reference, which may have no share in it. Errors:
-/// as mix_objects(); the engine's.
+/// Maps points of a mixture to the reference, whose weight may be 0. `lift`: WeightedSurface::lift.
+/// Errors: as mix_objects(); the engine's.
 Result<std::vector<Vec3>> places_on_reference(const ShapeSpace& space,
                                               std::span<const float> weights, float lift,
                                               const std::vector<Vec3>& points, Engine& engine);
 
-/// Motion of points of a mixture until the space is mixed by other weights: that of the balls
-/// around them. Progress is 1 minus the reference's weight. Errors: as mix_objects(); the engine's.
+/// Computes the motion of points of a mixture from the weights `now` to the weights `next`, which
+/// is that of the balls around them. Progress is 1 minus the reference's weight. Errors: as
+/// mix_objects(); the engine's.
 Result<Flow> weighted_flow(const ShapeSpace& space, std::span<const float> now,
                            std::span<const float> next, const std::vector<Vec3>& points,
                            Engine& engine);

@@ -22,20 +22,20 @@ std::string join_distinct(const std::vector<std::string>& names) {
   return fmt::format("{}", fmt::join(seen, ", "));
 }
 
-/// Returns the object that is shown, itself or between itself and its balls.
+/// Returns the object that is shown, as its model or in its boundary stage.
 const std::shared_ptr<const PreparedObject>& shown_object(const Leg& leg,
                                                           const MorphState& moment) {
   return moment.object == moment.leg ? leg.from : leg.to;
 }
 
-/// Makes the geometry of a stage in which an object shows, itself or between itself and its balls.
+/// Makes the geometry of a stage that shows an object, as its model or in its boundary stage.
 Result<ActorGeometry> model_geometry(const PreparedActor& actor, const MorphState& moment,
                                      Engine& engine) {
   ActorGeometry geometry;
   geometry.moment = moment;
   const bool leaving = moment.object == moment.leg;
   const MeshSequence* sequence = moving_sequence(actor, moment.object);
-  if (sequence && moment.boundary == 1) {  // nothing but the mesh
+  if (sequence && moment.boundary == 1) {  // only the mesh shows
     PM_TRY(Model mesh, load_mesh(*sequence, leaving ? moment.mesh : moment.to_mesh));
     geometry.points = mesh.points;
     geometry.mesh = std::make_shared<const Model>(std::move(mesh));
@@ -73,7 +73,7 @@ Result<ActorGeometry> mixture_geometry(const PreparedActor& actor, const MorphSt
   return geometry;
 }
 
-/// Makes the geometry of a mesh sequence from its mesh that shows.
+/// Makes the geometry of an actor that plays a mesh sequence.
 Result<ActorGeometry> sequence_geometry(const PreparedActor& actor, const MorphState& moment) {
   ActorGeometry geometry;
   geometry.moment = moment;
@@ -83,8 +83,8 @@ Result<ActorGeometry> sequence_geometry(const PreparedActor& actor, const MorphS
   return geometry;
 }
 
-/// Adds the motion until the next frame, within the stage. It leaves out the change of the level,
-/// which keeps the volume, and blended surfaces, which move by less than a cell.
+/// Adds the motion until the next frame, within the stage. It omits the change of the level that
+/// keeps the volume, and boundary blends, whose surfaces move by less than a cell.
 Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorGeometry& geometry) {
   const MorphState& now = geometry.moment;
   const MorphState next = is_last ? now : morph_state_at(actor.timeline, now.frame + 1);
@@ -135,7 +135,7 @@ Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorG
   return Ok{};
 }
 
-/// Whatever shows of the actor in a moment, where its objects and legs stand.
+/// Makes the geometry that the actor shows in a moment, without its offset.
 Result<ActorGeometry> unshifted_geometry(const PreparedActor& actor, const MorphState& moment,
                                          Engine& engine) {
   if (actor.sequence) return sequence_geometry(actor, moment);
@@ -144,7 +144,7 @@ Result<ActorGeometry> unshifted_geometry(const PreparedActor& actor, const Morph
                      : leg_geometry(actor, moment, engine);
 }
 
-/// Moves a geometry from where the actor's objects and legs stand to where the actor does.
+/// Applies the actor's offset.
 void shift(const PreparedActor& actor, ActorGeometry& geometry) {
   if (actor.offset == Vec3{}) return;
   for (Vec3& p : geometry.surface.positions) p = p + actor.offset;
@@ -154,12 +154,12 @@ void shift(const PreparedActor& actor, ActorGeometry& geometry) {
   geometry.balls = std::move(balls);
 }
 
-/// The geometry of an actor in a frame with all that the scene asks for, unshifted.
+/// Makes the geometry of an actor in a frame, with motion and labels, without its offset.
 Result<ActorGeometry> full_geometry(const PreparedScene& prepared, const PreparedActor& actor,
                                     int frame, Engine& engine) {
   const Scene& scene = prepared.scene;
   const int shown = shown_frame(scene, frame);
-  const bool turntable = scene.frames.turntable > 0;  // nothing but the camera moves
+  const bool turntable = scene.frames.turntable > 0;  // only the camera moves
   const bool is_last = turntable || frame == prepared.frame_count;
   const bool labels =
       aov_is_chosen(scene.image.aovs, "label") || aov_is_chosen(scene.image.aovs, "crypto_label");
@@ -231,7 +231,7 @@ Result<FrameGeometry> geometry_at(const PreparedScene& prepared, Engine& engine,
   const int shown = shown_frame(prepared.scene, frame);
   FrameGeometry geometry{
       frame, sequence_time(prepared.scene, shown), stage_names(prepared, frame), {}};
-  // Actors with the same legs show the same in every frame where their times are the same, too.
+  // Actors that share legs and times have the same geometry, which is made once.
   std::map<std::tuple<const Leg*, int, int, int>, std::size_t> computed;
   for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
     const PreparedActor& actor = prepared.actors[a];

@@ -10,7 +10,7 @@
 namespace polymorph {
 namespace {
 
-/// Computes the paint of points from where they lie on the actor's first object.
+/// Computes the paint of points from their places on the actor's first object.
 std::vector<Vec3> make_paint(const PreparedActor& actor, const std::vector<Vec3>& places) {
   std::vector<Vec3> paint = colors_by_place(places, object_of(actor, 0).model.box());
   for (Vec3& color : paint)
@@ -18,8 +18,7 @@ std::vector<Vec3> make_paint(const PreparedActor& actor, const std::vector<Vec3>
   return paint;
 }
 
-/// Computes the paint of points on the surface that the last of `legs` has at `time`; without legs,
-/// of points on the first object.
+/// Computes the paint of points on the last of `legs` at `time`; without legs, on the first object.
 Result<std::vector<Vec3>> paint_at(const PreparedActor& actor,
                                    std::span<const std::shared_ptr<const Leg>> legs, float time,
                                    const std::vector<Vec3>& points, Engine& engine) {
@@ -29,7 +28,7 @@ Result<std::vector<Vec3>> paint_at(const PreparedActor& actor,
   return make_paint(actor, places);
 }
 
-/// Points of what an actor shows, where its legs stand.
+/// Removes the actor's offset from points.
 std::vector<Vec3> shift_back(const PreparedActor& actor, std::vector<Vec3> points) {
   for (Vec3& p : points) p = p - actor.offset;
   return points;
@@ -48,7 +47,7 @@ Status paint_origins(const PreparedScene& prepared, Engine& engine, FrameGeometr
       shown.surface_paint = make_paint(actor, places);
       continue;
     }
-    // An object that is shown itself (object >= 0) lies at the end of the leg that leads to it.
+    // If an object is shown (object >= 0), its points are traced from the end of the leg to it.
     const int object = shown.moment.object, count = object >= 0 ? object : shown.moment.leg + 1;
     std::vector<std::shared_ptr<const Leg>> legs;
     for (int i = actor.space ? std::max(count - 1, 0) : 0; i < count; ++i) {

@@ -1,4 +1,4 @@
-// Paint that shows what becomes what through a film.
+// Paint that shows, throughout a film, which point becomes which.
 #pragma once
 
 #include "base/result.h"
@@ -7,8 +7,8 @@
 
 namespace polymorph {
 
-/// Paints what a frame shows of each actor: every point gets the colour of the place on the actor's
-/// first object that it comes from (leg/origin_colors.h). Errors: the engine's.
+/// Paints each actor's geometry: every point gets the colour of the point on the actor's first
+/// object that it comes from (leg/origin_colors.h). Errors: the engine's.
 Status paint_origins(const PreparedScene& prepared, Engine& engine, FrameGeometry& geometry);
 
 }  // namespace polymorph

@@ -21,7 +21,7 @@ std::string camera_text(const Camera& camera) {
   return view_text({camera.position, camera.forward, camera.up, camera.tan_half_fov_y});
 }
 
-/// Digest of the correspondence of balls on all legs.
+/// Computes a digest of the correspondence of balls on all legs.
 std::string plan_digest(const PreparedScene& prepared) {
   Hasher hasher;
   for (const PreparedActor& actor : prepared.actors)
@@ -33,7 +33,7 @@ std::string plan_digest(const PreparedScene& prepared) {
   return hasher.hex();
 }
 
-/// "teapot 96, penguin 96": the balls of each object.
+/// Lists the number of balls of each object: "teapot 96, penguin 96".
 std::string ball_counts(const PreparedScene& prepared) {
   std::string counts;
   for (const PreparedActor& actor : prepared.actors)
@@ -100,8 +100,8 @@ std::vector<Attribute> make_header(const PreparedScene& prepared, int frame,
   return attributes;
 }
 
-/// Makes a frame's header a part's: it names the picture that the part belongs to, and how that is
-/// written.
+/// Turns a frame's header into a part's: it names the frame that the part belongs to, and says how
+/// the merged frame must be written.
 void make_part_header(const OutputSettings& output, std::vector<Attribute>& header) {
   for (Attribute& attribute : header)
     if (attribute.name == kFrameHashAttribute) attribute.name = kPartOfAttribute;
@@ -147,7 +147,7 @@ Status check_picture_memory(const ImageSettings& image, std::size_t pictures, st
 
 void put_header(const PreparedScene& prepared, int frame, const FrameOrigin& origin, Image& image) {
   std::vector<Attribute> header = make_header(prepared, frame, origin);
-  // What says how to read the picture's mattes and how to merge a part stays.
+  // Keep the entries that describe mattes and those that are needed to merge a part.
   bool is_part = false;
   for (Attribute& attribute : image.attributes) {
     const bool merges = attribute.name.starts_with(kPartPrefix) &&

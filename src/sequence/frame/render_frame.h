@@ -14,12 +14,12 @@
 
 namespace polymorph {
 
-/// The image attribute that holds PreparedScene::hash.
+/// The image attribute that holds the scene's hash, SequenceHashes::scene.
 inline constexpr const char* kHashAttribute = "polymorph/scene_hash";
-/// The attribute that holds frame_hash(), the hash of the settings as they are in this frame.
+/// The attribute that holds frame_hash(), the hash of the scene at this frame.
 inline constexpr const char* kFrameHashAttribute = "polymorph/frame_hash";
-/// The attribute that holds it instead in an image of some of a frame's samples, so that such an
-/// image is never mistaken for the frame.
+/// The attribute that holds frame_hash() in an image of only some of a frame's samples, so that
+/// such an image is never mistaken for the frame.
 inline constexpr const char* kPartOfAttribute = "polymorph/part_of";
 /// The attribute that holds the frame's number.
 inline constexpr const char* kFrameAttribute = "polymorph/frame";
@@ -28,12 +28,12 @@ inline constexpr const char* kIsaAttribute = "polymorph/isa";
 inline constexpr const char* kDeviceAttribute = "polymorph/device";
 inline constexpr const char* kCommandAttribute = "polymorph/command";
 
-/// Returns a key that is equal for frames whose pixels are the same to the bit; empty if the frame
-/// equals no other.
+/// Returns a key that is equal for frames with bit-identical pixels; empty if the frame's pixels
+/// may differ from those of all others.
 std::string picture_key(const PreparedScene& prepared, int frame);
 
-/// Checks, before any work, that so many pictures at once fit into `limit` bytes (0: no limit).
-/// Errors: kResource, with the bytes needed.
+/// Checks that `pictures` pictures at once fit into `limit` bytes (0: no limit). Errors: kResource,
+/// with the bytes needed.
 Status check_picture_memory(const ImageSettings& image, std::size_t pictures, std::uint64_t limit,
                             const std::optional<SampleRange>& part = {});
 
@@ -42,12 +42,12 @@ Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& g
                            Renderer& renderer, const std::string& device,
                            const std::string& command);
 
-/// The run of the program that a frame comes from, as its header names it.
+/// The run of the program that made a frame, as stated in its header.
 struct FrameOrigin {
   std::string isa, device, command;
 };
 
-/// A frame, or some of its samples alone (render/film/part.h).
+/// A frame, or only some of its samples (render/film/part.h).
 struct FrameShare {
   const FrameGeometry& geometry;
   std::optional<SampleRange> part;  ///< empty: the whole frame
@@ -56,8 +56,8 @@ struct FrameShare {
 Result<Image> render_share(const PreparedScene& prepared, const FrameShare& share,
                            Renderer& renderer, const FrameOrigin& origin);
 
-/// Replaces the image's header by that of this frame, but for the entries by which its mattes are
-/// read and a part is merged.
+/// Replaces the image's header by that of this frame. The entries that describe its mattes, and
+/// those that are needed to merge a part, are kept.
 void put_header(const PreparedScene& prepared, int frame, const FrameOrigin& origin, Image& image);
 
 }  // namespace polymorph

@@ -5,7 +5,7 @@
 namespace polymorph {
 namespace {
 
-constexpr float kFirstId = 2;  // 0 is nothing, 1 the ground
+constexpr float kFirstId = 2;  // 0: no hit; 1: the ground
 
 MaterialLayer material_layer(const ObjectLayer& layer) {
   const PreparedObject& object = *layer.object;
@@ -17,27 +17,27 @@ MaterialLayer material_layer(const ObjectLayer& layer) {
           {&object.model, object.outer.get(), materials.borders, materials.border_of}};
 }
 
-/// Numbers and names of an actor's meshes in the picture's layers.
+/// Ids and labels of an actor's meshes in AOVs.
 struct MeshIds {
-  float id = kFirstId;            ///< id of its surface; its objects' follow
-  std::uint32_t first_label = 1;  ///< 0 is nothing and the ground
+  float id = kFirstId;            ///< id of the actor's surface; its objects' ids follow
+  std::uint32_t first_label = 1;  ///< 0: no hit and the ground
   std::vector<std::string> label_names;
 };
 
-/// A mesh with everything that surface and model have in common.
+/// Makes a mesh with the properties that an actor's surface and model have in common.
 RenderMesh common_mesh(const PreparedActor& actor, const ActorGeometry& geometry,
                        const MeshIds& ids) {
   RenderMesh mesh;
   mesh.first_label = ids.first_label;
   mesh.label_names = ids.label_names;
-  mesh.progress = geometry.moment.time;  // 0 and 1 between a model and its balls
+  mesh.progress = geometry.moment.time;  // 0 or 1 in boundary stages
   mesh.moves = geometry.moves;
   mesh.name = actor.name;
   return mesh;
 }
 
-/// Hides a mesh's materials and look under colours of its points, where there are any.
-void cover(RenderMesh& mesh, const std::vector<Vec3>& colors) {
+/// Replaces a mesh's materials and look by colours of its points, if there are any.
+void apply_paint(RenderMesh& mesh, const std::vector<Vec3>& colors) {
   static const Material matte{"", {0, 0, 0}, {0, 0, 0}, 1};
   if (colors.empty()) return;
   MaterialLayer plain;
@@ -66,11 +66,11 @@ RenderMesh surface_mesh(const PreparedActor& actor, const ActorGeometry& geometr
   mesh.vertex_labels = geometry.surface_labels;
   mesh.displacement = geometry.flow.displacement;
   mesh.vertex_progress = geometry.flow.progress;
-  cover(mesh, geometry.surface_paint);
+  apply_paint(mesh, geometry.surface_paint);
   return mesh;
 }
 
-/// The mesh of the model that the actor shows in this frame.
+/// Makes the mesh of the model that the actor shows in this frame.
 RenderMesh object_mesh(const PreparedActor& actor, const ActorGeometry& geometry,
                        const MeshIds& ids) {
   const Model& model = shown_model(actor, geometry);
@@ -87,7 +87,7 @@ RenderMesh object_mesh(const PreparedActor& actor, const ActorGeometry& geometry
   mesh.id = ids.id + 1 + static_cast<float>(geometry.moment.object);
   mesh.vertex_labels = geometry.point_labels;
   mesh.displacement = geometry.displacement;
-  cover(mesh, geometry.point_paint);
+  apply_paint(mesh, geometry.point_paint);
   return mesh;
 }
 

@@ -1,4 +1,4 @@
-// Render scene of a frame: what the renderer is given.
+// Render scene of a frame: the input of the renderer.
 #pragma once
 
 #include "render/render.h"
@@ -6,8 +6,8 @@
 
 namespace polymorph {
 
-/// The meshes, camera and lights of one frame; borrows from both arguments. The id AOV counts from
-/// 2 through the actors, for each its surface and then its objects' models.
+/// Collects the meshes, camera and lights of one frame; the result borrows from both arguments. Ids
+/// of the id AOV begin at 2 and go through the actors: for each its surface, then its objects.
 RenderScene render_scene(const PreparedScene& prepared, const FrameGeometry& geometry);
 
 }  // namespace polymorph

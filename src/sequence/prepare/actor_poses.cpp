@@ -16,7 +16,7 @@ const MeshFile& file_of(const MeshSequence& sequence, int mesh) {
   return sequence.files[static_cast<std::size_t>(mesh)];
 }
 
-/// The edges of a model's faces, in ascending order.
+/// Lists the edges of a model's faces in ascending order, each as (lower vertex << 32 | higher).
 std::vector<std::uint64_t> list_edges(const Model& model) {
   std::vector<std::uint64_t> edges;
   const std::vector<EdgeUse> uses = sorted_edge_uses(model.triangles);
@@ -26,20 +26,21 @@ std::vector<std::uint64_t> list_edges(const Model& model) {
   return edges;
 }
 
-/// Tests whether the points of a mesh correspond to those of the reference. Bent polygons may be
-/// cut into other triangles in another pose: two thirds of a quadrangle's edges stay.
+/// Tests whether the points of a mesh correspond to those of the reference: if the meshes share
+/// most edges. Bent polygons may be triangulated differently in another pose, which keeps two
+/// thirds of a mesh of quadrangles' edges.
 bool corresponds(const MovingObject& object, const Model& model) {
-  constexpr double kShared = 0.55;
+  constexpr double kMinSharedEdges = 0.55;
   if (model.points.size() != object.reference->model.points.size()) return false;
   const std::vector<std::uint64_t> edges = list_edges(model);
   std::vector<std::uint64_t> shared;
   std::set_intersection(edges.begin(), edges.end(), object.edges.begin(), object.edges.end(),
                         std::back_inserter(shared));
   return static_cast<double>(shared.size()) >=
-         kShared * static_cast<double>(std::max(edges.size(), object.edges.size()));
+         kMinSharedEdges * static_cast<double>(std::max(edges.size(), object.edges.size()));
 }
 
-/// Carries the reference's balls and landmarks to where `points` has its points.
+/// Moves the reference's balls and landmarks with its points to their new positions `points`.
 PoseFit carry(const MovingObject& object, const std::vector<Vec3>& points) {
   const PreparedObject& reference = *object.reference;
   PoseFit fit;
@@ -52,9 +53,9 @@ PoseFit carry(const MovingObject& object, const std::vector<Vec3>& points) {
   return fit;
 }
 
-/// Balls that were not fitted, moved and scaled with the box around the model.
-CarriedBalls move_with_box(const CarriedBalls& before, const Box& from, const Box& to) {
-  CarriedBalls moved = before;
+/// Moves and scales unfitted balls with the box around the model.
+CarriedBalls move_with_box(const CarriedBalls& previous, const Box& from, const Box& to) {
+  CarriedBalls moved = previous;
   const float scale = from.diagonal() > 0 ? to.diagonal() / from.diagonal() : 1;
   for (Ball& ball : moved.balls) {
     ball.center = to.center() + (ball.center - from.center()) * scale;
@@ -63,37 +64,37 @@ CarriedBalls move_with_box(const CarriedBalls& before, const Box& from, const Bo
   return moved;
 }
 
-/// Tests whether the object's balls are fitted to it.
+/// Tests whether the object's balls are fitted.
 bool has_fit(const ActorPoses& poses, const MovingObject& object) {
   return is_fitted(poses.scene, object.settings.spheres) && object.reference->missing_balls == 0;
 }
 
-/// A pose and its box.
+/// Balls and landmarks of a pose, and the box around its mesh.
 struct FittedPose {
   PoseFit fit;
   Box box;
 };
 
-/// Goes on from the pose before to one whose vertices are others.
-Result<PoseFit> follow(const ActorPoses& poses, const MovingObject& object, const Model& model,
-                       const FittedPose& before) {
-  PoseFit fit = before.fit;
+/// Fits balls and landmarks to a mesh whose vertices do not correspond to the previous one's.
+Result<PoseFit> fit_from_previous(const ActorPoses& poses, const MovingObject& object,
+                                  const Model& model, const FittedPose& previous) {
+  PoseFit fit = previous.fit;
   if (has_fit(poses, object)) {
     PM_TRY(fit.balls.balls,
-           refit_cached(model, object.settings.spheres, before.fit.balls.balls, poses.cache));
+           refit_cached(model, object.settings.spheres, previous.fit.balls.balls, poses.cache));
   } else {
-    fit.balls = move_with_box(before.fit.balls, before.box, model.box());
+    fit.balls = move_with_box(previous.fit.balls, previous.box, model.box());
   }
   const ClosestPointQuery closest(model);
   for (auto& [name, place] : fit.landmarks) place = closest.closest(place).point;
   return fit;
 }
 
-/// The balls and landmarks of a mesh whose points correspond to the reference's.
+/// Finds the balls and landmarks of a mesh whose points correspond to the reference's.
 Result<PoseFit> fit_corresponding(const ActorPoses& poses, const MovingObject& object,
                                   const Model& model) {
   PoseFit fit = carry(object, model.points);
-  // Only where balls show must they do more than go with the surface.
+  // Balls that never show need not be fitted anew.
   if (object.kinds.balls && has_fit(poses, object)) {
     PM_TRY(fit.balls.balls,
            refit_cached(model, object.settings.spheres, fit.balls.balls, poses.cache));
@@ -101,8 +102,9 @@ Result<PoseFit> fit_corresponding(const ActorPoses& poses, const MovingObject& o
   return fit;
 }
 
-/// The balls and landmarks of a mesh that was read. Those of meshes with points of their own come
-/// from the mesh before, and so on back to one whose points are the reference's.
+/// Finds the balls and landmarks of `model`, which is the mesh with the index `mesh`. If its points
+/// do not correspond to the reference's, they are fitted from mesh to mesh, beginning with the last
+/// earlier mesh that corresponds or has a fit.
 Result<PoseFit> fit_pose(ActorPoses& poses, std::size_t index, int mesh, const Model& model) {
   const MovingObject& object = poses.objects[index];
   const MeshSequence& sequence = *object.sequence;
@@ -116,11 +118,11 @@ Result<PoseFit> fit_pose(ActorPoses& poses, std::size_t index, int mesh, const M
   int known = mesh - 1;
   while (file_of(sequence, known).topology != topology && !at(known)) --known;
   PM_TRY(const Model first, load_mesh(sequence, known));
-  FittedPose before = {{}, first.box()};
+  FittedPose previous = {{}, first.box()};
   if (at(known)) {
-    before.fit = *at(known);
+    previous.fit = *at(known);
   } else {
-    PM_TRY(before.fit, fit_corresponding(poses, object, first));
+    PM_TRY(previous.fit, fit_corresponding(poses, object, first));
   }
   for (int k = known + 1; k <= mesh; ++k) {
     if (!file_of(sequence, k).problem.empty()) continue;
@@ -128,16 +130,16 @@ Result<PoseFit> fit_pose(ActorPoses& poses, std::size_t index, int mesh, const M
     if (k < mesh) {
       PM_TRY(read, load_mesh(sequence, k));
     }
-    const Model& now = k < mesh ? read : model;
-    if (corresponds(object, now)) {
-      PM_TRY(before.fit, fit_corresponding(poses, object, now));
+    const Model& current = k < mesh ? read : model;
+    if (corresponds(object, current)) {
+      PM_TRY(previous.fit, fit_corresponding(poses, object, current));
     } else {
-      PM_TRY(before.fit, follow(poses, object, now, before));
+      PM_TRY(previous.fit, fit_from_previous(poses, object, current, previous));
     }
-    before.box = now.box();
-    at(k) = before.fit;
+    previous.box = current.box();
+    at(k) = previous.fit;
   }
-  return before.fit;
+  return previous.fit;
 }
 
 /// Gives a pose the labels of the reference's balls.
@@ -153,6 +155,7 @@ void label_balls(const PreparedObject& reference, const std::vector<std::string>
   pose.label_numbers = label_numbers(names, all_names);
 }
 
+/// Makes the object in the pose of one of its meshes.
 Result<std::shared_ptr<const PreparedObject>> make_pose(ActorPoses& poses, std::size_t index,
                                                         int mesh, Engine& engine) {
   const MovingObject& object = poses.objects[index];
@@ -209,19 +212,19 @@ Result<std::shared_ptr<const PreparedObject>> object_at(const PreparedActor& act
   ActorPoses& poses = *actor.poses;
   if (mesh == poses.objects[index].sequence->reference) return actor.objects[index];
   const std::lock_guard lock(poses.mutex);
-  const auto found = std::find_if(poses.kept.begin(), poses.kept.end(), [&](const auto& kept) {
-    return kept.object == index && kept.mesh == mesh;
+  const auto found = std::find_if(poses.cached.begin(), poses.cached.end(), [&](const auto& entry) {
+    return entry.object == index && entry.mesh == mesh;
   });
-  if (found != poses.kept.end()) {
-    poses.kept.splice(poses.kept.begin(), poses.kept, found);
-    return poses.kept.front().pose;
+  if (found != poses.cached.end()) {
+    poses.cached.splice(poses.cached.begin(), poses.cached, found);
+    return poses.cached.front().pose;
   }
-  // Make room first, so that there is never one more.
+  // Entries are removed before the pose is made, so that memory never holds kKeptPoses + 1.
   int count = 0;
-  std::erase_if(poses.kept,
-                [&](const auto& kept) { return kept.object == index && ++count >= kKeptPoses; });
+  std::erase_if(poses.cached,
+                [&](const auto& entry) { return entry.object == index && ++count >= kKeptPoses; });
   PM_TRY(std::shared_ptr<const PreparedObject> pose, make_pose(poses, index, mesh, engine));
-  poses.kept.push_front({index, mesh, pose});
+  poses.cached.push_front({index, mesh, pose});
   return pose;
 }
 

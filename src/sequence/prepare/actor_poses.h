@@ -1,5 +1,5 @@
-// Poses of an actor's objects that are mesh sequences: each frame of its morph has the legs between
-// the poses of that moment, made when they are asked for.
+// Poses of mesh sequences in a morph. Each frame has legs between its own poses of the objects;
+// poses are made on demand and the last few are kept.
 #pragma once
 
 #include <filesystem>
@@ -24,9 +24,9 @@ struct PoseFit {
   std::map<std::string, Vec3> landmarks;
 };
 
-/// An object of a morph that is a mesh sequence.
+/// An object of a morph that may be a mesh sequence. If it is none, all members are empty.
 struct MovingObject {
-  std::shared_ptr<const MeshSequence> sequence;  ///< null: it stands still
+  std::shared_ptr<const MeshSequence> sequence;  ///< null: the object is no mesh sequence
   ObjectSettings settings;
   std::vector<Vec3> outermost;  ///< outermost points of all its meshes
   std::shared_ptr<const PreparedObject> reference;
@@ -35,7 +35,7 @@ struct MovingObject {
   LegKinds kinds;
 };
 
-/// Parts that the poses of an actor are made from, and the last poses that were made.
+/// Inputs from which the poses of an actor are made, and a cache of the last poses.
 struct ActorPoses {
   Scene scene;
   std::filesystem::path cache;
@@ -43,42 +43,45 @@ struct ActorPoses {
   std::vector<std::string> label_names;
   std::vector<MovingObject> objects;  ///< one per object of the chain
 
-  /// One of the poses that are kept.
-  struct Kept {
+  /// A pose in the cache.
+  struct CachedPose {
     std::size_t object = 0;
     int mesh = 0;
     std::shared_ptr<const PreparedObject> pose;
   };
   std::mutex mutex;
-  std::list<Kept> kept;  ///< the one that was asked for last first
-  /// Per object and mesh: fits of meshes whose vertices are others than the reference's.
+  std::list<CachedPose> cached;  ///< most recently used first
+  /// Indexed by object and mesh: fits of meshes whose vertices do not correspond to the
+  /// reference's.
   std::vector<std::vector<std::optional<PoseFit>>> fits;
 };
 
-/// Poses of the actor's objects, complete already; null where none moves. The outermost points are
-/// moved out of `loaded`, where the actor's first object is `first`.
+/// Sets up the poses of an actor whose objects are `prepared`; null if none is a mesh sequence in a
+/// morph. Moves the outermost points out of `loaded`, where the actor's first object has the index
+/// `first`.
 std::shared_ptr<ActorPoses> make_poses(const Preparation& preparation, const ActorOutline& outline,
                                        std::span<const ChainObject> objects,
                                        const ObjectList& prepared, std::size_t first,
                                        LoadedScene& loaded);
 
-/// An object of the actor's chain as it is at a frame. Errors: kInput where its mesh cannot be
-/// shown or has no balls; the engine's.
+/// Returns an object of the actor's chain in its pose at a frame. Errors: kInput if its mesh cannot
+/// be shown or has no balls; the engine's.
 Result<std::shared_ptr<const PreparedObject>> object_at(const PreparedActor& actor, int object,
                                                         int frame, Engine& engine);
 
-/// A leg of the actor between its objects as they are at a frame. Errors: those of object_at().
+/// Returns a leg of the actor between the poses of its objects at a frame. Errors: as object_at().
 Result<std::shared_ptr<const Leg>> leg_at(const PreparedActor& actor, int leg, int frame,
                                           Engine& engine);
 
-/// The leg of a moment, where an end that the moment does not show is in its reference pose.
+/// Returns the leg of a moment. An end that the moment does not show is in its reference pose.
+/// Errors: as object_at().
 Result<std::shared_ptr<const Leg>> leg_at(const PreparedActor& actor, const MorphState& moment,
                                           Engine& engine);
 
-/// The sequence of an object of the actor's morph; null: it stands still.
+/// Returns the mesh sequence of an object of the actor's morph; null if it is none.
 const MeshSequence* moving_sequence(const PreparedActor& actor, int object);
 
-/// Tests whether an end of the leg moves.
+/// Tests whether an end of the leg is a mesh sequence.
 bool has_moving_end(const PreparedActor& actor, int leg);
 
 }  // namespace polymorph

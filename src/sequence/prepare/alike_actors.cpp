@@ -11,20 +11,20 @@
 namespace polymorph {
 namespace {
 
-/// The settings of an actor that decide what it looks like, wherever it stands. `scene` gives those
-/// that actors have in common.
+/// Writes the settings of an actor that decide its shape and motion, but not its place, as text.
+/// `scene` has the settings that all actors share.
 std::string shared_settings(const Scene& scene, const ActorSettings& actor) {
   Scene alone;
   alone.motion = scene.motion;
   alone.spheres = scene.spheres;
   alone.actors = {actor};
-  ActorSettings& own = alone.actors.front();
-  own.name.clear();
-  own.translate = {};
-  own.start = 1;
+  ActorSettings& copy = alone.actors.front();
+  copy.name.clear();
+  copy.translate = {};
+  copy.start = 1;
   std::string text = scene_to_json(alone, {});
-  // Files have the same name in two folders.
-  for_each_object(own, [&](ObjectSettings& object) { text += "\n" + object.model.string(); });
+  // The scene's text has file names; files in different folders may have the same name.
+  for_each_object(copy, [&](ObjectSettings& object) { text += "\n" + object.model.string(); });
   // An actor that starts later may have fewer frames.
   for (const LegTiming& leg : make_timeline(scene, actor).legs) {
     text += fmt::format("\n{} {} {} {} {} {}", leg.first_step, leg.steps, leg.from_full,
@@ -34,14 +34,14 @@ std::string shared_settings(const Scene& scene, const ActorSettings& actor) {
   return text;
 }
 
-/// Tests whether a model is the other one, shifted. Two models of one file may differ: all but the
-/// scene's first object are brought to the size of that one.
+/// Tests whether `model` is `from` translated by `offset`. Two models of one file may differ in
+/// size: all objects but the scene's first are scaled to the size of that one.
 bool is_shifted(const Model& model, const Model& from, Vec3 offset) {
-  constexpr float kSame = 1e-5f;  // of what the coordinates of both reach to
+  constexpr float kTolerance = 1e-5f;  // relative to the box around both models and the origin
   if (model.points.size() != from.points.size() || model.triangles.size() != from.triangles.size())
     return false;
   const Box both = unite(unite(model.box(), from.box()), Box{{}, {}});
-  const float tolerance = kSame * both.diagonal();
+  const float tolerance = kTolerance * both.diagonal();
   for (std::size_t i = 0; i < model.points.size(); ++i)
     if (!(length(model.points[i] - from.points[i] - offset) <= tolerance)) return false;
   return true;
@@ -53,8 +53,8 @@ std::vector<SharedActor> find_shared_actors(const Scene& scene, std::span<const 
                                             const LoadedScene& loaded) {
   const std::vector<std::span<const ChainObject>> actors = actor_chains(chain);
   std::vector<SharedActor> shared;
-  std::vector<std::size_t> begin;                              // of each actor's models
-  std::map<std::string, std::vector<std::size_t>> candidates;  // by shared_settings()
+  std::vector<std::size_t> begin;                              // index of each actor's first model
+  std::map<std::string, std::vector<std::size_t>> candidates;  // first actors by shared_settings()
   for (std::size_t a = 0, next = 0; a < actors.size(); next += actors[a].size(), ++a) {
     shared.push_back({a, {}});
     begin.push_back(next);

@@ -1,5 +1,4 @@
-// Alike actors: those that differ in nothing but their places, names and starts. They share their
-// objects and legs.
+// Alike actors differ only in their places, names and starts. They share their objects and legs.
 #pragma once
 
 #include <cstddef>
@@ -13,15 +12,15 @@ namespace polymorph {
 
 /// The actor whose objects and legs an actor shares.
 struct SharedActor {
-  std::size_t first = 0;  ///< index of the first actor that is alike; its own where there is none
-  Vec3 offset;            ///< offset from the place of that actor to its own
+  std::size_t first = 0;  ///< index of the first alike actor; its own index if there is none
+  Vec3 offset;            ///< translation from that actor to this one
 };
 
-/// Finds for each actor the first one that is alike. Actors with mesh sequences and blends share
-/// nothing. `chain`: that of the scene; `loaded`: its models.
+/// Finds for each actor the first alike one. Actors with mesh sequences or blends share nothing.
+/// `chain`: chain_objects(scene); `loaded`: its models.
 std::vector<SharedActor> find_shared_actors(const Scene& scene, std::span<const ChainObject> chain,
                                             const LoadedScene& loaded);
-/// Every actor of the scene on its own.
+/// Returns for each actor that it shares nothing.
 std::vector<SharedActor> unshared_actors(const Scene& scene);
 
 }  // namespace polymorph

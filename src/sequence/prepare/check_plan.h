@@ -10,8 +10,8 @@
 
 namespace polymorph {
 
-/// A line for each name in plan.labels that no object has. `models`: one per object of the chain,
-/// as load_models() gives them.
+/// Returns one line for each actor whose plan.labels names labels that no object has. `models`: one
+/// per object of the chain, as from load_models().
 std::vector<std::string> plan_problems(std::span<const ChainObject> chain,
                                        std::span<const Model> models);
 

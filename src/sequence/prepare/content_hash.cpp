@@ -9,7 +9,7 @@ namespace {
 
 void add(Hasher& hasher, Vec3 v) { hasher.add(v.x).add(v.y).add(v.z); }
 
-/// Structured bindings, here and below, make the compiler refuse a member that is forgotten.
+/// Structured bindings, here and below, make it a compiler error to forget a new member.
 void add(Hasher& hasher, const Material& material) {
   const auto& [name, color, specular, roughness, metallic, transmission, ior, texture] = material;
   add(hasher, color);
@@ -34,8 +34,8 @@ const MeshSequence* find_sequence(const SceneInputs& inputs, std::size_t object)
   return inputs.sequences.empty() ? nullptr : inputs.sequences[object].get();
 }
 
-/// The settings without what only says where something is or what it is called.
-Scene settings_of(const Scene& scene) {
+/// Returns the settings without paths, descriptions and output settings.
+Scene strip_paths(const Scene& scene) {
   Scene settings = scene;
   settings.output = {};
   settings.description.clear();
@@ -57,7 +57,7 @@ std::string model_digest(const Model& model) {
 std::string inputs_hash(const SceneInputs& inputs, std::string_view program) {
   Hasher hasher;
   hasher.add(program);
-  // Names decide which labels mean each other (plan.labels), and stand in the file's header.
+  // Names decide which labels match (plan.labels), and are written into the frames' headers.
   for (const std::span<const ChainObject> chain : actor_chains(inputs.chain)) {
     hasher.add(std::string_view(chain.front().actor->name));
     for (const ChainObject& object : chain) hasher.add(std::string_view(object.settings->name));
@@ -77,7 +77,7 @@ std::string inputs_hash(const SceneInputs& inputs, std::string_view program) {
   return hasher.hex();
 }
 
-std::string settings_text(const Scene& scene) { return scene_to_json(settings_of(scene), {}); }
+std::string settings_text(const Scene& scene) { return scene_to_json(strip_paths(scene), {}); }
 
 std::string content_hash(const SceneInputs& inputs, std::string_view program) {
   Hasher hasher;

@@ -9,9 +9,10 @@
 namespace polymorph {
 namespace {
 
-constexpr int kMaxFramedPoses = 128;  // directions that a moving camera's distance is found for
+/// Maximum number of camera poses for which a moving camera's framing is computed.
+constexpr int kMaxFramedPoses = 128;
 
-/// The cameras that a frame of a film is made with.
+/// Cameras of one frame; see FrameView.
 struct FilmCameras {
   Camera camera;
   std::optional<CameraMotion> motion;
@@ -30,8 +31,8 @@ FilmCameras film_cameras(const Scene& scene, const Framing& framing, int frame) 
   };
   FilmCameras cameras;
   cameras.camera = camera_at(frame);
-  const double half = 0.5 * static_cast<double>(cameras.camera.shutter);
-  const CameraMotion motion{camera_at(frame - half), camera_at(frame + half),
+  const double half_shutter = 0.5 * static_cast<double>(cameras.camera.shutter);
+  const CameraMotion motion{camera_at(frame - half_shutter), camera_at(frame + half_shutter),
                             frame == frame_count(scene) ? cameras.camera : camera_at(frame + 1)};
   const bool still = same_pose(motion.opening, cameras.camera) &&
                      same_pose(motion.closing, cameras.camera) &&
@@ -53,7 +54,7 @@ bool leaves_balls_in_flight(const Scene& scene) {
   });
 }
 
-/// The poses that a moving camera's framing is found for.
+/// Returns the camera settings at evenly spaced frames, for which the framing is computed.
 std::vector<CameraSettings> film_poses(const Scene& scene) {
   const int count = frame_count(scene), poses = std::min(count, kMaxFramedPoses);
   std::vector<CameraSettings> settings;
@@ -64,8 +65,8 @@ std::vector<CameraSettings> film_poses(const Scene& scene) {
   return settings;
 }
 
-/// Hash of what make_framing() takes from poses. The framing itself is not known before the legs
-/// are made, as a surface between two objects may be larger than both.
+/// Hashes the settings of poses that make_framing() uses. The framing itself is only known after
+/// the legs are made, because a surface between two objects may be larger than both.
 std::string hash_poses(std::span<const CameraSettings> poses) {
   Hasher hasher;
   float margin = poses.front().margin, fov = poses.front().fov;
@@ -78,26 +79,27 @@ std::string hash_poses(std::span<const CameraSettings> poses) {
   return hasher.add(margin).add(fov).hex();
 }
 
+/// Tests whether settings or the camera change over the frames.
 bool changes(const Scene& scene) {
   return !scene.tracks.empty() || scene.camera.orbit != 0 || scene.frames.turntable > 0;
 }
 
-/// Hashes of a sequence's meshes. In a morph the balls of a mesh come from the reference's, and
-/// where its vertices are others, from all meshes in between.
+/// Hashes the meshes of a sequence. In a morph, the balls of a mesh are derived from the
+/// reference's; if its vertices do not correspond, also from all meshes in between.
 std::vector<MeshHashes> hash_meshes(const MeshSequence& sequence, bool morphs) {
   std::vector<MeshHashes> hashes;
   const MeshFile& reference = sequence.files[static_cast<std::size_t>(sequence.reference)];
   std::string past;
   for (const MeshFile& file : sequence.files) {
-    MeshHashes& own = hashes.emplace_back(MeshHashes{file.digest + file.velocities, {}});
+    MeshHashes& mesh_hashes = hashes.emplace_back(MeshHashes{file.digest + file.velocities, {}});
     if (!morphs) continue;
     past = Hasher().add(std::string_view(past)).add(std::string_view(file.digest)).hex();
-    own.fit = file.topology == reference.topology ? reference.digest : past;
+    mesh_hashes.fit = file.topology == reference.topology ? reference.digest : past;
   }
   return hashes;
 }
 
-/// Lists the hashes of the meshes that actors show, if any does.
+/// Sets hashes.meshes if there is a mesh sequence.
 void add_meshes(const SceneInputs& inputs, SequenceHashes& hashes) {
   if (std::none_of(inputs.sequences.begin(), inputs.sequences.end(),
                    [](const auto& sequence) { return sequence != nullptr; }))
@@ -106,16 +108,16 @@ void add_meshes(const SceneInputs& inputs, SequenceHashes& hashes) {
     auto& lists = hashes.meshes.emplace_back();
     const auto first = static_cast<std::size_t>(objects.data() - inputs.chain.data());
     for (std::size_t i = 0; i < objects.size(); ++i) {
-      std::vector<MeshHashes>& own = lists.emplace_back();
+      std::vector<MeshHashes>& list = lists.emplace_back();
       if (const auto& sequence = inputs.sequences[first + i])
-        own = hash_meshes(*sequence, !plays_meshes(*objects[i].actor));
+        list = hash_meshes(*sequence, !plays_meshes(*objects[i].actor));
     }
   }
 }
 
-/// Adds what a moment shows of an actor's meshes, and what the balls between them come from.
-void add_meshes_of(const std::vector<std::vector<MeshHashes>>& meshes, const MorphState& moment,
-                   Hasher& hasher) {
+/// Adds the meshes that a moment shows of an actor, and those from which its balls are derived.
+void add_moment_meshes(const std::vector<std::vector<MeshHashes>>& meshes, const MorphState& moment,
+                       Hasher& hasher) {
   const bool is_whole = moment.object >= 0 && moment.boundary == 1;
   const auto add = [&](int object, int mesh) {
     if (mesh < 0) return;
@@ -128,18 +130,19 @@ void add_meshes_of(const std::vector<std::vector<MeshHashes>>& meshes, const Mor
   if (shows_target(moment)) add(moment.leg + 1, moment.to_mesh);
 }
 
-/// Adds what a frame shows of mesh sequences: the mesh of each, its place and the camera.
+/// Adds the meshes of sequences that a frame shows, their transforms and the camera.
 void add_shown_meshes(const Scene& scene, const SequenceHashes& hashes, int frame, Hasher& hasher) {
   hasher.add(std::string_view(hashes.stage));
   for (std::size_t a = 0; a < hashes.meshes.size(); ++a) {
     const std::vector<std::vector<MeshHashes>>& meshes = hashes.meshes[a];
-    const auto is_empty = [](const auto& own) { return own.empty(); };
+    const auto is_empty = [](const auto& list) { return list.empty(); };
     if (std::all_of(meshes.begin(), meshes.end(), is_empty)) continue;
     const Timeline timeline = make_timeline(scene, scene.actors[a]);
     const int shown = shown_frame(scene, frame);
-    add_meshes_of(meshes, morph_state_at(timeline, shown), hasher);
+    add_moment_meshes(meshes, morph_state_at(timeline, shown), hasher);
     if (scene.frames.turntable == 0 && wants_flow(scene))
-      add_meshes_of(meshes, morph_state_at(timeline, std::min(shown + 1, timeline.count)), hasher);
+      add_moment_meshes(meshes, morph_state_at(timeline, std::min(shown + 1, timeline.count)),
+                        hasher);
   }
 }
 
@@ -160,7 +163,7 @@ FrameView make_frame_view(const PreparedScene& prepared, int frame) {
   FrameView view;
   view.scene = scene_at(prepared.scene, frame);
   view.ground = view.scene.ground;
-  // A hair below the feet, so that flat bottoms do not share a plane with it.
+  // Slightly below the lowest point, so that flat bottoms are not coplanar with the ground.
   if (!view.ground.height)
     view.ground.height = prepared.box.low.y - 1e-3f * prepared.box.diagonal();
   view.camera = prepared.camera;
@@ -194,7 +197,7 @@ SequenceHashes hash_sequence(const SceneInputs& inputs) {
   const Box box = box_of(points);
   for (const Vec3 v : {box.low, box.high}) hasher.add(v.x).add(v.y).add(v.z);
   if (!moves) add(hasher, make_camera(scene.camera, points, scene.image.width, scene.image.height));
-  // The box may be the same where the meshes' place in it is another.
+  // Different transforms of the meshes may give the same box.
   for (const auto& sequence : inputs.sequences)
     if (sequence)
       for (const Transform& step : sequence->steps)

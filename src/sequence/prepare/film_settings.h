@@ -1,4 +1,4 @@
-// Film: settings, camera and lights of one frame, where they change over the sequence.
+// Settings and camera of single frames, whose values may change over the film, and frame hashes.
 #pragma once
 
 #include <optional>
@@ -13,14 +13,14 @@ namespace polymorph {
 
 /// The settings, camera and ground of one frame.
 struct FrameView {
-  Scene scene;  ///< keyed settings at their value of this frame
+  Scene scene;  ///< settings; keyed ones have the values of this frame
   Camera camera;
   std::optional<CameraMotion> camera_motion;  ///< empty: the camera stands still around this frame
-  std::optional<Camera> rig;                  ///< camera by which the lights stand; empty: `camera`
-  GroundSettings ground;                      ///< its height is set
+  std::optional<Camera> rig;                  ///< camera that the lights follow; empty: `camera`
+  GroundSettings ground;                      ///< ground whose height is set
 };
 
-/// `frame` in [1, prepared.frame_count].
+/// Makes the view of `frame`, in [1, prepared.frame_count].
 FrameView make_frame_view(const PreparedScene& prepared, int frame);
 
 /// Tests whether frames with these settings need the surface's motion.
@@ -32,15 +32,16 @@ inline bool wants_flow(const Scene& scene) {
 /// Tests whether the scene's camera moves, rotates or zooms.
 bool camera_moves(const Scene& scene);
 
-/// The framing of all frames of a scene whose camera moves; `points`: of all its objects.
+/// Computes the framing of a film with a moving camera. `points`: points of all objects.
 Framing film_framing(const Scene& scene, std::span<const Vec3> points);
 
-/// Hashes that the frames of a scene are known by, from its files alone: no ball is made for them.
+/// Computes the components of the frames' hashes from the scene's files; no balls are made.
 SequenceHashes hash_sequence(const SceneInputs& inputs);
 
-/// Hash of all that decides the frame's files: of the scene's inputs and of its settings as this
-/// frame has them. Where nothing is keyed, the same for all frames: hashes.scene. So it is where a
-/// moving camera frames balls in flight (`retarget`), which only a preparation makes.
+/// Hashes everything that decides a frame's files: the scene's inputs and its settings at this
+/// frame. It is hashes.scene, the same for all frames, if nothing is keyed and there are no mesh
+/// sequences. So it is if a moving camera frames balls in flight (`retarget`), which are only known
+/// after preparation.
 std::string frame_hash(const Scene& scene, const SequenceHashes& hashes, int frame);
 
 }  // namespace polymorph

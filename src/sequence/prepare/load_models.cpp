@@ -29,18 +29,18 @@ bool names_vertices(const ChainObject& object) {
                                   [](const auto& entry) { return !entry.second.point; });
 }
 
-/// Text that equal objects have in common, whatever stands where.
+/// Key of an object's file or built-in shape, as it is read.
 std::string file_key(const ObjectSettings& object) {
   return fmt::format("{}\n{}\n{}\n{}", object.model.string(), object.shape,
                      static_cast<int>(object.up), fmt::join(object.range, " "));
 }
-/// Key of the file that an object is read from. A mesh sequence is read for each object anew: what
-/// is kept of it depends on its place.
+/// Key of an object's reading. A mesh sequence is read separately for each object, because its
+/// outermost points depend on the object's transform.
 std::string reading_key(const ChainObject& object) {
   return is_mesh_sequence(*object.settings) ? fmt::format("{}", fmt::ptr(object.settings))
                                             : file_key(*object.settings);
 }
-/// Key of an object's shape and balls, in a turn and size that `placing` tells apart.
+/// Key of an object's shape and spheres. `placing`: rotations and scales that are part of the key.
 std::string shape_key(const ObjectSettings& object, std::initializer_list<Vec3> placing) {
   std::string key = file_key(object);
   for (const Vec3& v : placing) key += fmt::format("\n{} {} {}", v.x, v.y, v.z);
@@ -50,13 +50,14 @@ std::string shape_key(const ObjectSettings& object, std::initializer_list<Vec3> 
                            error, resolution, root_margin, static_cast<int>(fit),
                            static_cast<int>(inside), solidify, coarse, object.arrange);
 }
+/// Key that only objects of the same rotation and size share.
 std::string placed_key(const ChainObject& chained) {
   const ObjectSettings& object = *chained.settings;
   const ActorSettings& actor = *chained.actor;
   return shape_key(object, {object.rotate, object.scale, actor.rotate, actor.scale});
 }
-/// Key that turns and sizes share; those of cells, which lie along the axes, have keys of their
-/// own.
+/// Key that objects of any rotation and uniform scale share. Spheres made of cells, which are
+/// aligned with the axes, depend on both, so their objects have placed_key().
 std::string similarity_key(const ChainObject& chained) {
   const ObjectSettings& object = *chained.settings;
   const auto is_even = [](Vec3 scale) {
@@ -70,7 +71,7 @@ std::string similarity_key(const ChainObject& chained) {
   return shape_key(object, {});
 }
 
-/// For each object the index of the first with the same key.
+/// Returns for each object the index of the first one with the same key.
 template <class Key>
 std::vector<std::size_t> first_with_key(std::span<const ChainObject> chain, const Key& key) {
   std::map<std::string, std::size_t> firsts;
@@ -80,14 +81,14 @@ std::vector<std::size_t> first_with_key(std::span<const ChainObject> chain, cons
   return result;
 }
 
-/// Models as they were read, each file once.
+/// Models as they were read. Each file is read once, for the first object that uses it.
 struct Readings {
   struct Reading {
     std::vector<std::string> warnings;
     Result<ReadObject> object = ReadObject{};
-    std::shared_ptr<MeshSequence> meshes;  ///< meshes for which `object` stands
-    std::size_t uses = 0;
-    bool vertices = false;  ///< are the file's own asked for?
+    std::shared_ptr<MeshSequence> meshes;  ///< set if `object` is the stand-in of a mesh sequence
+    std::size_t uses = 0;                  ///< number of objects that have yet to take the reading
+    bool vertices = false;                 ///< whether a landmark names a vertex of the file
   };
   std::vector<std::size_t> first;  ///< index of each object's reading
   std::vector<Reading> readings;
@@ -116,14 +117,14 @@ struct Readings {
     reading.object = std::move(survey->stand_in);
     reading.meshes = std::make_shared<MeshSequence>(std::move(survey->sequence));
   }
-  /// The object's mesh sequence in its place; null where it is none.
+  /// Returns the object's mesh sequence with its transforms set; null if it is none.
   std::shared_ptr<const MeshSequence> place_meshes(std::size_t object,
                                                    const ObjectPlacing& placing) {
     const std::shared_ptr<MeshSequence>& meshes = readings[object].meshes;
     if (meshes) meshes->steps = placing.steps;
     return meshes;
   }
-  /// An object as it was read, and its warnings where it is the first of its file.
+  /// Returns an object as it was read, and adds its warnings if it is the first of its file.
   Result<ReadObject> take(std::size_t object, std::vector<std::string>& warnings) {
     Reading& reading = readings[first[object]];
     if (first[object] == object)
@@ -133,33 +134,34 @@ struct Readings {
   }
 };
 
-/// Puts an object in its place. Standing: turned, brought to the wanted size, centred on the y axis
-/// with its foot on y = 0; the user's scale then works about that foot. `size` <= 0 leaves the size
-/// as it is. `stage` then puts the actor in its own.
+/// Transforms an object into the scene. If `stand`, it is rotated, scaled to the diagonal `size`
+/// (<= 0: not scaled), centred on the y axis and put with its lowest point on y = 0; the user's
+/// scale then works about that point. `actor`: transform of the actor, applied last.
 void arrange(ReadObject& read, const ObjectSettings& object, bool stand, float size,
-             const Transform& stage) {
+             const Transform& actor) {
   Model& model = read.model;
-  const auto put = [&read](const Transform& to) {
+  const auto transform_by = [&read](const Transform& to) {
     read.placing.to_scene = compose(to, read.placing.to_scene);
     read.placing.steps.push_back(to);
     return transformed(read.model, to);
   };
   if (!stand) {
-    model = put(compose(stage, make_transform(object.translate, object.rotate, object.scale)));
+    model =
+        transform_by(compose(actor, make_transform(object.translate, object.rotate, object.scale)));
     return;
   }
-  const float diagonal = model.box().diagonal();  // before turning: a turn must not change the size
-  model = put(make_transform({}, object.rotate, {1, 1, 1}));
+  const float diagonal = model.box().diagonal();  // a rotation must not change the size
+  model = transform_by(make_transform({}, object.rotate, {1, 1, 1}));
   const Box box = model.box();
   const float factor = size > 0 && diagonal > 0 ? size / diagonal : 1;
   const Vec3 foot{box.center().x, box.low.y, box.center().z};
   const Transform to_origin = make_transform(-factor * foot, {}, {factor, factor, factor});
   const Transform by_user = make_transform(object.translate, {}, object.scale);
-  model = put(compose(stage, compose(by_user, to_origin)));
+  model = transform_by(compose(actor, compose(by_user, to_origin)));
 }
 
-/// Puts an object, as it was read, in its place; `size` is the first source's, or 0 for that one
-/// itself.
+/// Applies the scene's materials and transforms to an object as it was read. `size`: diagonal of
+/// the scene's first object, to which others are scaled; 0 for the first object, which sets it.
 void place_object(const Scene& scene, const ChainObject& chained, ReadObject& read, float& size) {
   const ObjectSettings& object = *chained.settings;
   const ActorSettings& actor = *chained.actor;
@@ -172,8 +174,8 @@ void place_object(const Scene& scene, const ChainObject& chained, ReadObject& re
           make_transform(actor.translate, actor.rotate, actor.scale));
 }
 
-/// The mesh of a morph's sequence that its balls are fitted to; empty for every other object.
-/// `placing` gets its vertices where landmarks name any. Errors: those of load_mesh().
+/// Reads the mesh of a sequence in a morph to which the balls are fitted; empty for other objects.
+/// Sets placing.vertices if landmarks name any. Errors: as load_mesh().
 Result<Model> load_reference(const ChainObject& chained, const MeshSequence* sequence,
                              ObjectPlacing& placing) {
   if (!sequence || plays_meshes(*chained.actor)) return Model{};
@@ -240,13 +242,14 @@ std::optional<double> front_azimuth(const ChainObject& object) {
                                          {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
   const ObjectSettings& settings = *object.settings;
   const Vec3 in_file = kDirections[static_cast<std::size_t>(settings.front)];
-  const Vec3 in_place = apply(make_transform({}, object.actor->rotate, object.actor->scale),
+  const Vec3 in_scene = apply(make_transform({}, object.actor->rotate, object.actor->scale),
                               apply(make_transform({}, settings.rotate, settings.scale),
                                     apply(upright(settings.up), in_file)));
-  constexpr float kLevel = 1e-3f;
-  if (length(Vec3{in_place.x, 0, in_place.z}) < kLevel * length(in_place) || in_file == Vec3{})
+  constexpr float kMinHorizontal = 1e-3f;  // sine of the angle to the vertical
+  if (length(Vec3{in_scene.x, 0, in_scene.z}) < kMinHorizontal * length(in_scene) ||
+      in_file == Vec3{})
     return std::nullopt;
-  return exact::atan2(static_cast<double>(in_place.x), static_cast<double>(in_place.z));
+  return exact::atan2(static_cast<double>(in_scene.x), static_cast<double>(in_scene.z));
 }
 
 std::vector<std::size_t> find_alike(std::span<const ChainObject> chain) {
@@ -279,7 +282,7 @@ std::vector<std::string> find_problems(const Scene& scene, std::span<const Chain
       if (loaded.references.back().triangles.empty()) continue;
     }
     if (first_similar[i] != i) continue;
-    // A fit takes seconds and fails at nothing that its spheres do not fail at.
+    // Unfitted spheres suffice: a fit takes seconds and fails only where they fail, too.
     const Activity activity("looking at " + object.name);
     SphereSettings unfitted = object.spheres;
     unfitted.fit = FitKind::kNone;

@@ -1,4 +1,4 @@
-// Models of a scene: read, coloured, turned and put in their places; and what is wrong with them.
+// Models of a scene: reading, materials, placement in the scene, and checks.
 #pragma once
 
 #include <filesystem>
@@ -15,38 +15,39 @@
 
 namespace polymorph {
 
-/// `chain`: chain_objects(scene).
+/// Reads the models and places them in the scene. `chain`: chain_objects(scene). Errors: kInput.
 Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject> chain,
                                 bool textures);
 
-/// The azimuth of an object's front in its place, radians from +z towards +x; nothing where the
-/// scene does not say which side that is, or it looks straight up or down.
+/// Computes the azimuth of an object's front in the scene, radians from +z towards +x; empty if the
+/// scene does not set the front or it faces straight up or down.
 std::optional<double> front_azimuth(const ChainObject& object);
 
-/// Turns a model, as it was read, so that its axis `up` points up. Its points keep their order.
+/// Turns a model, as it was read, so that its axis `up` becomes +y. Its points keep their order.
 Model turned_upright(Model model, UpAxis up);
 
-/// For each object the index of the first that has the same shape, size and spheres: they differ at
-/// most in their places, colours and motions. What is said about the shape of one holds for all.
+/// Returns for each object the index of the first one of the same shape, size, rotation and
+/// spheres. Such objects differ at most in position, colour and motion, so a report on one shape
+/// holds for all.
 std::vector<std::size_t> find_alike(std::span<const ChainObject> chain);
-/// For each object the index of the first of the same shape that also may be turned otherwise and
-/// of another size: what is wrong with one is wrong with all.
+/// Returns for each object the index of the first one of the same shape and spheres, of any size
+/// and rotation. A problem of one is a problem of all.
 std::vector<std::size_t> find_similar(std::span<const ChainObject> chain);
 
-/// Finds what is wrong with the models, their spheres and the environment, one line each:
-/// everything that could stop prepare_scene() but the machine. `loaded` gets what could be loaded,
-/// empty models where not.
+/// Finds the problems of the models, their spheres and the environment, one line each: everything
+/// in the inputs that could make prepare_scene() fail. `loaded` gets the models, empty ones where
+/// loading failed.
 std::vector<std::string> find_problems(const Scene& scene, std::span<const ChainObject> chain,
                                        const std::filesystem::path& cache_folder,
                                        LoadedScene& loaded);
 
-/// The scene's environment picture; null where it has none. Errors: kInput.
+/// Reads the scene's environment picture; null if it has none. Errors: kInput.
 Result<std::shared_ptr<const Image>> load_environment(const Scene& scene);
 
-/// Names the blends that have a frame in which all weights are 0.
+/// Reports the blends that have a frame in which all weights are 0.
 std::vector<std::string> weight_problems(const Scene& scene);
 
-/// Reason for which a turntable cannot show its scene; empty if it can.
+/// Returns the reason why a turntable cannot show its scene; empty if it can.
 std::string turntable_problem(const Scene& scene);
 
 }  // namespace polymorph

@@ -17,23 +17,23 @@
 namespace polymorph {
 namespace {
 
-// Measured: VmHWM of runs that differ in one of these (docs/reliability.md).
+// In bytes, from VmHWM of runs that differ in one quantity (docs/reliability.md).
 constexpr double kProgram = 25e6;
 constexpr double kTreesPerTriangle = 270;
 constexpr double kBytesPerFittedBall = 250e3;
-constexpr double kMinFitBytes = 40e6;     ///< the surface that is looked at, however few the balls
-constexpr double kBytesPerPointMade = 7;  ///< a smoothed copy, and squares of distances to ridges
+constexpr double kMinFitBytes = 40e6;  ///< the surface that a fit examines, for any number of balls
+constexpr double kBytesPerPointMade = 7;    ///< a smoothed copy, and squares of distances to ridges
 constexpr double kBytesPerPointMixed = 12;  ///< values of a mixture, and points near its surface
-constexpr double kTrianglesPerSquare = 8;   ///< triangles of a surface per square of the resolution
+constexpr double kTrianglesPerSquare = 8;   ///< triangles of a surface / resolution^2 (a count)
 constexpr double kBytesPerSurfaceTriangle = 450;
-constexpr double kBytesPerTracedTriangle =
-    165;  ///< memory per triangle of a further traced surface
+constexpr double kBytesPerTracedTriangle = 165;  ///< memory per triangle and further traced picture
 
 template <class T>
 double bytes_of(const std::vector<T>& values) {
   return static_cast<double>(values.size() * sizeof(T));
 }
 
+/// Bytes of a model without its textures.
 double bytes_of(const Model& model) {
   return bytes_of(model.points) + bytes_of(model.triangles) + bytes_of(model.corner_normals) +
          bytes_of(model.corner_uvs) + bytes_of(model.labels) + bytes_of(model.triangle_materials);
@@ -58,7 +58,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
   double models_bytes = 0, trees = 0, fits = 0, distances = 0, making = 0, surfaces = 0, maps = 0;
   double mixtures = 0, copies = 0;
   std::set<const Image*> textures;
-  // Of a mesh sequence each thread reads one, and each frame under way has one.
+  // Each thread reads one mesh of a sequence, and each frame in progress holds one.
   for (const auto& sequence : loaded.sequences) {
     if (!sequence) continue;
     const auto count = static_cast<double>(
@@ -114,12 +114,12 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
       if (!leg_kinds(timeline, i).distances || (own[i].triangles.empty() && !moves)) continue;
       const double points =
           point_count(make_distance_grid(own[i].box(), 0.5f * static_cast<float>(cell)));
-      // With and without detail; beside the reference pose those that are kept.
+      // Two grids, with and without detail, for the reference and for each cached pose.
       distances += 2 * sizeof(float) * points * (moves ? 1 + kKeptPoses : 1);
       making = std::max(making, kBytesPerPointMade * points);
     }
   }
-  // Half of the pictures are traced, the others written.
+  // Half of the pictures are being traced and the others written.
   const auto extra_pictures = static_cast<double>((std::max<std::size_t>(pictures, 1) - 1) / 2);
   const auto to_bytes = [](double bytes) { return static_cast<std::uint64_t>(bytes); };
   MemoryEstimate estimate;

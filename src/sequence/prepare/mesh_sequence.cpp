@@ -22,8 +22,8 @@
 namespace polymorph {
 namespace {
 
-/// Points of a cube's surface, the corners, edges and faces of a grid of 8^3 cells: directions that
-/// are at most 15 degrees apart.
+/// Lists directions in all of space, at most 15 degrees apart: the points of a grid of 8^3 cells
+/// that lie on the surface of its cube.
 std::vector<Vec3> cube_directions() {
   constexpr int kHalf = 4;
   std::vector<Vec3> directions;
@@ -45,8 +45,9 @@ Vec3 pull_direction_back(const Transform& t, Vec3 direction) {
   return {column(0), column(1), column(2)};
 }
 
-/// Lists the directions in which a sequence's outermost points are sought: all around after the
-/// object's rotation, and the scene's axes after all its transforms, so that its boxes are exact.
+/// Lists the directions, in file coordinates, in which a sequence's outermost points are sought:
+/// cube_directions() after the object's rotation, and the scene's axes after all transforms, so
+/// that boxes in the scene are exact.
 std::vector<Vec3> survey_directions(const Scene& scene, const ChainObject& chained) {
   const ObjectSettings& object = *chained.settings;
   const ActorSettings& actor = *chained.actor;
@@ -63,7 +64,7 @@ std::vector<Vec3> survey_directions(const Scene& scene, const ChainObject& chain
   return directions;
 }
 
-/// For each direction the outermost point, each point once, in the order of the points.
+/// Returns the outermost points along all directions, without repetition, in the order of `points`.
 std::vector<Vec3> outermost_points(const std::vector<Vec3>& points,
                                    const std::vector<Vec3>& directions) {
   std::vector<std::size_t> outermost;
@@ -71,7 +72,8 @@ std::vector<Vec3> outermost_points(const std::vector<Vec3>& points,
     std::size_t best = 0;
     float farthest = -std::numeric_limits<float>::infinity();
     for (std::size_t i = 0; i < points.size(); ++i)
-      if (const float far = dot(points[i], direction); far > farthest) farthest = far, best = i;
+      if (const float distance = dot(points[i], direction); distance > farthest)
+        farthest = distance, best = i;
     outermost.push_back(best);
   }
   std::sort(outermost.begin(), outermost.end());
@@ -81,15 +83,15 @@ std::vector<Vec3> outermost_points(const std::vector<Vec3>& points,
   return result;
 }
 
-/// A mesh of the sequence as an object of its own.
+/// Returns the settings of a single mesh of the sequence.
 ObjectSettings mesh_object(const ObjectSettings& sequence, const std::filesystem::path& file) {
   ObjectSettings object = sequence;
   object.model = file;
   return object;
 }
 
-/// Hash of the faces, equal for meshes that differ only in the positions of their points. It
-/// ignores the orientation of faces, which follows from the points.
+/// Hashes the faces: equal for meshes that differ only in their points' positions. The orientation
+/// of faces is ignored, because it depends on the positions.
 std::string topology_digest(const Model& model) {
   std::vector<std::uint32_t> corners;
   for (const Triangle& t : model.triangles) {
@@ -160,8 +162,8 @@ MeshFacts inspect_mesh(const ObjectSettings& object, const std::vector<Vec3>& di
   return mesh_facts;
 }
 
-/// Adds the warnings of the first mesh that has any, and counts the other meshes that have any.
-/// Poses of one model count only where their warnings are not the same.
+/// Adds the warnings of the first mesh that has any, and the number of other meshes that have any.
+/// Poses of one animated model count only if their warnings differ from those of the first.
 void add_warnings(const MeshSequence& sequence, const std::vector<MeshFacts>& facts,
                   std::vector<std::string>& warnings) {
   const std::string model = sequence.object.model.string();
@@ -169,13 +171,13 @@ void add_warnings(const MeshSequence& sequence, const std::vector<MeshFacts>& fa
   std::vector<std::string> first;
   std::size_t others = 0;
   for (std::size_t i = 0; i < facts.size(); ++i) {
-    std::vector<std::string> own = facts[i].warnings;
+    std::vector<std::string> mesh_warnings = facts[i].warnings;
     const std::string file = sequence.files[i].file.string();
-    for (std::string& warning : own)
+    for (std::string& warning : mesh_warnings)
       if (are_poses && warning.starts_with(file)) warning = model + warning.substr(file.size());
-    if (own.empty() || (are_poses && own == first)) continue;
+    if (mesh_warnings.empty() || (are_poses && mesh_warnings == first)) continue;
     if (!first.empty()) ++others;
-    if (first.empty()) first = std::move(own);
+    if (first.empty()) first = std::move(mesh_warnings);
   }
   warnings.insert(warnings.end(), first.begin(), first.end());
   if (others > 0)
@@ -184,14 +186,14 @@ void add_warnings(const MeshSequence& sequence, const std::vector<MeshFacts>& fa
         others == 1 ? " has" : "es have", others == 1 ? "its" : "their"));
 }
 
-/// Index of the first mesh that can be shown; 0 if none can.
+/// Returns the index of the first mesh that can be shown; 0 if none can.
 int first_usable_mesh(const std::vector<MeshFile>& files) {
   const auto sound = std::find_if(files.begin(), files.end(),
                                   [](const MeshFile& file) { return file.problem.empty(); });
   return sound == files.end() ? 0 : static_cast<int>(sound - files.begin());
 }
 
-/// Replaces pictures by equal ones of meshes that are still in use.
+/// Replaces the model's textures by equal ones that other meshes still use.
 void share_textures(TexturePool& pool, Model& model) {
   const std::lock_guard lock(pool.mutex);
   for (std::shared_ptr<const Image>& texture : model.textures) {
@@ -291,7 +293,7 @@ Result<std::vector<Vec3>> mesh_motion(const MeshSequence& sequence, const Model&
   ObjectSettings as_stored = mesh_object(sequence.object, file.file);
   as_stored.up = UpAxis::kY;
   PM_TRY(const ReadObject stored, load_object(as_stored, false, true, warnings));
-  // The model's own vertices are the keys: another reader of the same digits may round otherwise.
+  // Keys are the vertices of the model's own reader; another may round the same digits differently.
   const std::vector<PointVelocity> velocities = load_ply_velocities(file.file);
   const std::vector<Vec3>& vertices = stored.placing.vertices;
   std::map<std::array<float, 3>, Vec3> velocity_at;
@@ -299,7 +301,7 @@ Result<std::vector<Vec3>> mesh_motion(const MeshSequence& sequence, const Model&
     const Vec3 p = vertices.size() == velocities.size() ? vertices[i] : velocities[i].point;
     velocity_at.try_emplace({p.x, p.y, p.z}, velocities[i].velocity);
   }
-  // A range that goes down plays backwards.
+  // A descending range plays backwards.
   const float direction =
       sequence.files.size() > 1 && sequence.files.front().number > sequence.files.back().number
           ? -1.0f

@@ -1,4 +1,4 @@
-// Mesh sequence: a look at all its meshes before the first frame, and each of them in its place.
+// Mesh sequence: a survey of all its meshes before the first frame, and loading of single meshes.
 #pragma once
 
 #include <memory>
@@ -12,39 +12,41 @@
 
 namespace polymorph {
 
-/// Facts of a sequence that has no place yet.
 struct MeshSurvey {
-  ReadObject stand_in;  ///< its outermost points, without faces, turned upright
-  MeshSequence sequence;
+  ReadObject stand_in;    ///< outermost points of all meshes, without faces, turned upright
+  MeshSequence sequence;  ///< still without `steps`
 };
 
-/// Reads all meshes of a sequence, a few at a time, and keeps what decides its place, the camera
-/// and the frames' hashes. `warnings` gets those of the first mesh that has any. A mesh that cannot
-/// be read is a problem of its own (MeshFile). Errors (kInput): none can.
+/// Reads all meshes of a sequence, one per thread at a time, and keeps only what decides its place,
+/// the camera and the frames' hashes. Adds the warnings of the first mesh that has any. A mesh that
+/// cannot be read is reported in MeshFile::problem. Errors: kInput if no mesh can be read.
 Result<MeshSurvey> survey_meshes(const Scene& scene, const ChainObject& object, bool textures,
                                  std::vector<std::string>& warnings);
 
-/// A mesh in its place. Errors: its problem; kInput if it has changed since it was surveyed.
+/// Reads a mesh and places it in the scene. `mesh`: index in `files`. Errors: kInput if it has a
+/// problem or its file has changed since the survey.
 Result<Model> load_mesh(const MeshSequence& sequence, int mesh);
 
-/// The vertices that the file of a mesh has itself, in its own coordinates. Errors: those of
+/// Reads the vertices of a mesh as its file has them, in the file's coordinates. Errors: as
 /// load_mesh().
 Result<std::vector<Vec3>> mesh_vertices(const MeshSequence& sequence, int mesh);
 
-/// Motion of each point of a mesh, as load_mesh() gives it, until `next` shows: to the point of the
-/// same number where both have the same faces, else by the velocities that its file stores, for
-/// 1 / `fps` seconds. Empty: it stands still, or neither is known. Errors: those of load_mesh().
+/// A step from one mesh to another.
 struct MeshStep {
   int mesh = 0, next = 0;
-  float fps = 24;
+  float fps = 24;  ///< frames per second
 };
+/// Computes the displacement of each point of `shown`, which is load_mesh() of `step.mesh`. If both
+/// meshes have the same faces, it is to the point of the same index in the next mesh; else it is
+/// the velocity that the file stores times 1 / fps. Empty if the mesh stays the same or no motion
+/// is known. Errors: as load_mesh().
 Result<std::vector<Vec3>> mesh_motion(const MeshSequence& sequence, const Model& shown,
                                       const MeshStep& step);
 
-/// One line for each mesh that cannot be shown.
+/// Returns one line for each mesh that cannot be shown.
 std::vector<std::string> mesh_problems(const MeshSequence& sequence);
 
-/// "240 meshes, frames 1 to 240, 1 missing": its files in words.
+/// Describes the files: "dancer: 240 meshes, frames 1 to 240, 1 missing, at most 9000 triangles".
 std::string describe_meshes(const MeshSequence& sequence);
 
 }  // namespace polymorph

@@ -11,7 +11,7 @@ namespace {
 
 std::string point_text(Vec3 p) { return fmt::format("({:.4g}, {:.4g}, {:.4g})", p.x, p.y, p.z); }
 
-/// Says what is wrong with the landmarks of one scene, each thing once.
+/// Collects the problems of a scene's landmarks, without repetition.
 class LandmarkProblems {
  public:
   LandmarkProblems(const Scene& scene, std::vector<std::string>& problems)
@@ -36,7 +36,8 @@ struct LoadedObject {
   const ObjectPlacing& placing;
 };
 
-/// The landmark in the file's coordinates; nothing where there is no such vertex.
+/// Returns the landmark in the file's coordinates; empty, with a problem, if there is no such
+/// vertex.
 std::optional<Vec3> point_in_file(const LoadedObject& object, const LandmarkPoint& landmark,
                                   LandmarkProblems& problems) {
   if (landmark.point) return landmark.point;
@@ -48,10 +49,11 @@ std::optional<Vec3> point_in_file(const LoadedObject& object, const LandmarkPoin
   return std::nullopt;
 }
 
+/// Moves the landmarks of one object to the closest points of its surface.
 PlacedLandmarks place_on_surface(const LoadedObject& object, const ObjectLandmarks& landmarks,
                                  LandmarkProblems& problems) {
-  // Shares of the object's size.
-  constexpr float kFar = 0.1f, kSame = 1e-3f;
+  // Maximum distance from the surface and minimum distance of two landmarks, relative to the size.
+  constexpr float kMaxOffset = 0.1f, kMinSpacing = 1e-3f;
   const float size = object.model.box().diagonal();
   const ClosestPointQuery surface(object.model);
   PlacedLandmarks points;
@@ -59,7 +61,7 @@ PlacedLandmarks place_on_surface(const LoadedObject& object, const ObjectLandmar
     const std::optional<Vec3> point = point_in_file(object, landmark, problems);
     if (!point) continue;
     const ClosestPoint hit = surface.closest(apply(object.placing.to_scene, *point));
-    if (!(hit.distance <= kFar * size)) {
+    if (!(hit.distance <= kMaxOffset * size)) {
       const Box& box = object.placing.box;
       problems.add(landmark,
                    fmt::format("{} is {:.3g} times the size of {} away from its surface, which "
@@ -70,7 +72,7 @@ PlacedLandmarks place_on_surface(const LoadedObject& object, const ObjectLandmar
       continue;
     }
     const auto twin = std::find_if(points.begin(), points.end(), [&](const auto& other) {
-      return length(other.second - hit.point) < kSame * size;
+      return length(other.second - hit.point) < kMinSpacing * size;
     });
     if (twin != points.end())
       problems.add(landmark, fmt::format("is in the same place as \"{}\" - leave one of them out",
@@ -86,15 +88,15 @@ PlacedLandmarks place_on_surface(const LoadedObject& object, const ObjectLandmar
 std::vector<PlacedLandmarks> place_landmarks(const Scene& scene, std::span<const ChainObject> chain,
                                              const LoadedScene& loaded,
                                              std::vector<std::string>& problems) {
-  LandmarkProblems found(scene, problems);
+  LandmarkProblems collector(scene, problems);
   std::vector<PlacedLandmarks> lists;
   for (std::size_t i = 0; i < chain.size(); ++i) {
     const ObjectLandmarks* landmarks = find_landmarks(chain[i].actor->plan, *chain[i].settings);
-    const bool is_there = landmarks && !loaded.fitted_model(i).triangles.empty();
-    lists.push_back(is_there ? place_on_surface(
-                                   {*chain[i].settings, loaded.fitted_model(i), loaded.placings[i]},
-                                   *landmarks, found)
-                             : PlacedLandmarks{});
+    const bool can_place = landmarks && !loaded.fitted_model(i).triangles.empty();
+    lists.push_back(can_place ? place_on_surface({*chain[i].settings, loaded.fitted_model(i),
+                                                  loaded.placings[i]},
+                                                 *landmarks, collector)
+                              : PlacedLandmarks{});
   }
   return lists;
 }

@@ -1,5 +1,5 @@
-// Landmarks of a scene (plan.landmarks), carried from the objects' files onto their surfaces in the
-// scene; used by both `check` and `render`.
+// Landmarks of a scene (plan.landmarks): transformed from the objects' files into the scene and
+// moved onto the surfaces. Used by both `check` and `render`.
 #pragma once
 
 #include <map>
@@ -12,13 +12,13 @@
 
 namespace polymorph {
 
-/// An object's landmarks by name: places on its surface, in the scene.
+/// An object's landmarks by name: points on its surface, in scene coordinates.
 using PlacedLandmarks = std::map<std::string, Vec3>;
 
-/// Places the landmarks of each object of the chain. Adds a line to `problems`, with the position
-/// in the scene file, for each landmark that cannot be used: a vertex that the model does not have,
-/// a point farther from the surface than a tenth of the object's size, or the place of another
-/// landmark.
+/// Places the landmarks of each object of the chain. For each landmark that cannot be used, adds a
+/// line with its position in the scene file to `problems`: if the model has no such vertex, if the
+/// point is farther from the surface than a tenth of the object's size, or if another landmark is
+/// at the same place.
 std::vector<PlacedLandmarks> place_landmarks(const Scene& scene, std::span<const ChainObject> chain,
                                              const LoadedScene& loaded,
                                              std::vector<std::string>& problems);

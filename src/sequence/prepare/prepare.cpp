@@ -13,8 +13,8 @@
 namespace polymorph {
 namespace {
 
-/// The landmarks of all objects. Errors (kInput): these, labels or the turntable are not those of
-/// the models, or a blend has no weights.
+/// Checks the scene against its models and places the landmarks of all objects. Errors: kInput for
+/// landmarks, labels or a turntable that do not fit the models, or a blend without weights.
 Result<std::vector<PlacedLandmarks>> check_scene(const Scene& scene,
                                                  std::span<const ChainObject> chain,
                                                  const LoadedScene& loaded) {
@@ -30,33 +30,35 @@ Result<std::vector<PlacedLandmarks>> check_scene(const Scene& scene,
 /// Places the camera so that the models and the surfaces between them are in the picture.
 void place_camera(PreparedScene& prepared) {
   const Scene& scene = prepared.scene;
-  std::vector<Vec3> points;  // the models themselves: their common box has empty corners
+  // The models' points fit a picture more tightly than the corners of their common box.
+  std::vector<Vec3> points;
   for (const PreparedActor& actor : prepared.actors)
     for (std::size_t i = 0; i < actor.objects.size(); ++i) {
       const bool moves = actor.poses && actor.poses->objects[i].sequence;
-      const std::vector<Vec3>& own =
+      const std::vector<Vec3>& object_points =
           moves ? actor.poses->objects[i].outermost : actor.objects[i]->model.points;
-      for (const Vec3 p : own) points.push_back(p + actor.offset);
+      for (const Vec3 p : object_points) points.push_back(p + actor.offset);
     }
-  // Between two objects a surface may be larger than both. What stands out by less than the free
-  // border leaves the camera where the models alone put it.
+  // A surface between two objects may be larger than both. Points outside the models' box by less
+  // than the picture's margin do not change the camera.
   const Box models = box_of(points);
   const float border = scene.camera.margin * models.diagonal();
-  const Box seen{models.low - Vec3{border, border, border},
-                 models.high + Vec3{border, border, border}};
-  bool stands_out = false;
+  const Box widened{models.low - Vec3{border, border, border},
+                    models.high + Vec3{border, border, border}};
+  bool has_outliers = false;
   for (const PreparedActor& actor : prepared.actors)
     for (const auto& leg : actor.legs)
       if (const auto* distances = std::get_if<DistanceLeg>(&leg->kind))
         for (const Vec3 extreme : distances->extremes) {
           const Vec3 p = extreme + actor.offset;
-          if (min(p, seen.low) == seen.low && max(p, seen.high) == seen.high) continue;
+          if (min(p, widened.low) == widened.low && max(p, widened.high) == widened.high) continue;
           points.push_back(p);
-          stands_out = true;
+          has_outliers = true;
         }
   if (camera_moves(scene)) {
-    const std::optional<Framing>& of_models = prepared.hashes.framing;
-    prepared.framing = of_models && !stands_out ? of_models : film_framing(scene, points);
+    const std::optional<Framing>& models_framing = prepared.hashes.framing;
+    prepared.framing =
+        models_framing && !has_outliers ? models_framing : film_framing(scene, points);
     prepared.camera = make_camera(scene_at(scene, 1.0).camera, *prepared.framing);
   } else {
     prepared.camera = make_camera(scene.camera, points, scene.image.width, scene.image.height);
@@ -72,32 +74,32 @@ Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
   prepared.scene = scene;
   prepared.frame_count = frame_count(scene);
   const Preparation preparation{scene, engine, cache, fits};
-  // Resolve the actors' chains into one list, which every later stage goes through.
+  // Resolve the actors' chains into one list, which all later stages use.
   const std::vector<ChainObject> chain = chain_objects(scene);
-  // Refuse model files that memory cannot hold, before any is read.
+  // Reject model files that memory cannot hold, before any is read.
   PM_TRY_STATUS(check_model_files(chain, limit.bytes));
-  // Read the models and put them in their places. Record which files that takes.
+  // Read the models and place them in the scene, and record which files are read.
   InputRecorder recorder;
   PM_TRY(LoadedScene loaded, load_models(scene, chain, /*textures=*/true));
   prepared.warnings = std::move(loaded.warnings);
-  // Refuse labels and landmarks that do not belong to the models.
+  // Reject labels and landmarks that do not fit the models.
   PM_TRY(const std::vector<PlacedLandmarks> landmarks, check_scene(scene, chain, loaded));
-  // Find the actors that need no objects of their own.
+  // Find the actors that can share the objects of others.
   const std::vector<SharedActor> shared = sharing == Sharing::kAlike
                                               ? find_shared_actors(scene, chain, loaded)
                                               : unshared_actors(scene);
-  // Refuse what memory cannot hold, before search trees, distances and surfaces are made.
+  // Reject a scene that memory cannot hold, before search trees, distances and surfaces are made.
   prepared.memory = estimate_memory(scene, chain, loaded, shared, limit.pictures);
   PM_TRY_STATUS(check_memory(prepared.memory, limit.bytes));
-  // Read the environment. Beyond this point, nothing more is read but the cache.
+  // Read the environment. Beyond this point, only the cache and meshes of sequences are read.
   PM_TRY(prepared.environment, load_environment(scene));
-  // Note for the frames' headers what they are made from.
+  // Record the provenance for the frames' headers.
   prepared.inputs = recorder.files();
   prepared.provenance = encode_provenance(make_provenance(scene, prepared.inputs));
   // Hash everything that decides the frames.
   prepared.hashes = hash_sequence(
       {scene, chain, loaded.models, prepared.environment.get(), loaded.placings, loaded.sequences});
-  // Lay out each actor: its timeline, box, cells and labels.
+  // Outline each actor: its timeline, box, cells and labels.
   PM_TRY(const std::vector<ActorOutline> outlines, outline_actors(scene, chain, loaded));
   for (const ActorOutline& outline : outlines) prepared.box = unite(prepared.box, outline.box);
   // Make the objects: balls, distances, colours, boundary stages.
@@ -105,15 +107,16 @@ Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
          make_objects(preparation, chain, loaded, landmarks, outlines, shared));
   // Make the legs: plans between the objects, pacing, balls in flight.
   PM_TRY(prepared.actors, make_actors(preparation, outlines, objects, shared, prepared.warnings));
-  // Bind the objects that move, so that frames have their poses.
+  // Set up the poses of mesh sequences.
   const std::vector<std::span<const ChainObject>> chains = actor_chains(chain);
   std::size_t first = 0;
   for (std::size_t a = 0; a < prepared.actors.size(); ++a) {
-    const std::span<const ChainObject> own = chains[a];
-    prepared.actors[a].poses = make_poses(preparation, outlines[a], own, objects[a], first, loaded);
-    first += own.size();
+    const std::span<const ChainObject> actor_chain = chains[a];
+    prepared.actors[a].poses =
+        make_poses(preparation, outlines[a], actor_chain, objects[a], first, loaded);
+    first += actor_chain.size();
   }
-  // Place the camera so that all objects and what is between them are in the picture.
+  // Place the camera so that all objects and the surfaces between them are in the picture.
   place_camera(prepared);
   return prepared;
 }

@@ -10,10 +10,10 @@
 
 namespace polymorph {
 
-/// Prepares a scene. `cache_folder` empty: no sphere cache. With Fits::kCached the result is good
-/// for estimates alone. Errors: kInput (models), kResource, among it that the scene needs more than
-/// `limit`, which is known once the models are read. With Sharing::kNone the objects of each actor
-/// stand where it does.
+/// Prepares a scene. `cache_folder`: folder of cache files; empty: none. With Fits::kCached the
+/// result is only good for estimates. With Sharing::kNone every actor's offset is zero. Errors:
+/// kInput for models and settings that cannot be used; kResource, also if the scene is estimated to
+/// need more than `limit`, which is checked once the models are read.
 Result<PreparedScene> prepare_scene(const Scene& scene, Engine& engine,
                                     const std::filesystem::path& cache_folder,
                                     const MemoryLimit& limit = {}, Fits fits = Fits::kMake,

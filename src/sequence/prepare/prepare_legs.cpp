@@ -23,7 +23,7 @@ PlanSide plan_side(const PreparedObject& object, const std::vector<std::int32_t>
   return side;
 }
 
-/// Says by how much an object turns as a whole between two others, and which limb becomes which.
+/// Logs the overall rotation of the morph and which limb becomes which.
 void log_plan(const MorphPlan& plan, const std::string& from, const std::string& to) {
   if (const std::string turn = describe_turn(plan); !turn.empty())
     log_info("{} -> {}: {}", from, to, turn);
@@ -31,7 +31,7 @@ void log_plan(const MorphPlan& plan, const std::string& from, const std::string&
     log_info("{} -> {}: limbs: {}", from, to, limbs);
 }
 
-/// Names of landmarks that both objects have.
+/// Lists the names of the landmarks that both objects have.
 std::vector<std::string> common_landmarks(const PreparedObject& from, const PreparedObject& to) {
   std::vector<std::string> names;
   for (const auto& [name, place] : from.landmarks)
@@ -39,7 +39,7 @@ std::vector<std::string> common_landmarks(const PreparedObject& from, const Prep
   return names;
 }
 
-/// Objects that a leg goes between, and the landmarks that they have in common.
+/// Ends of a leg, and the names of their common landmarks.
 struct LegEnds {
   const PreparedObject &from, &to;
   std::vector<std::string> landmarks;
@@ -57,8 +57,7 @@ MorphPlan plan_leg(const PlanSettings& settings, const LegEnds& ends, const Moti
   return plan_morph(std::move(source), std::move(target), kind, settings, motion, cache);
 }
 
-/// Makes the actor's legs, in order: a leg may start from the balls with which the one before it is
-/// left.
+/// Makes the actor's legs in order: a leg may start from the previous one's balls in flight.
 Status add_legs(const Preparation& preparation, const PlanSettings& settings, PreparedActor& actor,
                 std::vector<std::string>& warnings) {
   const auto& [scene, engine, cache, fits] = preparation;
@@ -67,30 +66,30 @@ Status add_legs(const Preparation& preparation, const PlanSettings& settings, Pr
   PM_TRY_STATUS(check_label_map(labels, settings.labels));
   const std::vector<LegTiming>& timings = actor.timeline.legs;
   std::shared_ptr<const PreparedObject> source = actor.objects.front();
-  std::shared_ptr<const Leg> before;
+  std::shared_ptr<const Leg> previous;
   for (std::size_t i = 0; i < timings.size(); ++i) {
     const std::shared_ptr<const PreparedObject> target = actor.objects[i + 1];
     const Activity activity("planning " + source->name + " -> " + target->name);
-    LegParts parts{source, target, {}, before, common_landmarks(*source, *target)};
+    LegParts parts{source, target, {}, previous, common_landmarks(*source, *target)};
     parts.plan = plan_leg(settings, {*source, *target, parts.landmark_names}, timings[i].motion,
                           scene.field.kind, cache);
     log_plan(parts.plan, source->name, target->name);
-    if (before) parts.pace = leg_pace(timings[i - 1]) / leg_pace(timings[i]);
+    if (previous) parts.pace = leg_pace(timings[i - 1]) / leg_pace(timings[i]);
     PM_TRY(const std::shared_ptr<const Leg> leg,
            make_leg(std::move(parts), timings[i], actor.settings, engine, cache));
     actor.legs.push_back(leg);
     PM_TRY(const std::string fold, describe_fold(*leg, engine));
     if (!fold.empty()) warnings.push_back(fold);
-    if (mixes_many(actor.timeline)) continue;  // all legs from one reference
+    if (mixes_many(actor.timeline)) continue;  // all legs start from the reference
     source = target;
-    before = nullptr;
+    previous = nullptr;
     if (leg->until == 1) continue;
     const bool with_distances =
         i + 1 < timings.size() && timings[i + 1].interpolation == Interpolation::kDistance;
     PM_TRY(PreparedObject object, object_in_flight(*leg, with_distances, engine, cache));
     source = std::make_shared<const PreparedObject>(std::move(object));
     actor.objects.push_back(source);
-    before = leg;
+    previous = leg;
   }
   if (!mixes_many(actor.timeline)) return Ok{};
   PM_TRY(ShapeSpace space, make_shape_space(actor.legs, engine));

@@ -1,5 +1,4 @@
-// Preparation of an actor's legs: plans between its objects, pacing, and balls in flight between
-// legs.
+// Preparation of an actor's legs: plans between its objects, pacing, and balls in flight.
 #pragma once
 
 #include <span>
@@ -13,18 +12,17 @@
 
 namespace polymorph {
 
-/// Makes the actors with their legs from their outlines and objects; one that is like an earlier
-/// one (`shared`, one per actor) gets the legs of that. Appends to `warnings` which landmarks fold
-/// the maps of their legs. Errors: kInput where the plan names labels that no object has, or a leg
-/// is left without a surface; the engine's.
+/// Makes the actors with their legs from their outlines and objects. `shared`, one per actor, says
+/// which get the legs of an earlier actor. Appends a warning for each leg whose map is folded by
+/// landmarks. Errors: kInput if the plan names labels that no object has, or a leg has no surface
+/// when the next leg takes over its balls; the engine's.
 Result<std::vector<PreparedActor>> make_actors(const Preparation& preparation,
                                                std::span<const ActorOutline> outlines,
                                                std::span<const ObjectList> objects,
                                                std::span<const SharedActor> shared,
                                                std::vector<std::string>& warnings);
 
-/// Plans the way between two of an actor's objects, whether a leg joins them or not. `actor`: its
-/// number in the scene.
+/// Plans the morph between any two objects of an actor. `actor`: its index in the scene.
 MorphPlan plan_between(const Preparation& preparation, std::size_t actor,
                        const PreparedObject& from, const PreparedObject& to);
 

@@ -16,6 +16,7 @@
 namespace polymorph {
 namespace {
 
+/// Describes the making of balls for the progress display.
 std::string fit_activity(const std::string& name, const SphereSettings& spheres) {
   if (spheres.fit == FitKind::kNone) return "filling " + name + " with spheres";
   const bool counted =
@@ -24,8 +25,8 @@ std::string fit_activity(const std::string& name, const SphereSettings& spheres)
                  : "fitting balls to " + name;
 }
 
-/// The settings by which the object's balls are made. Where its fit is not cached and none is to be
-/// made, the balls come straight from its spheres, and `object` says how many are missing.
+/// Returns the settings by which the object's balls are made. If its fit is not cached and must not
+/// be made (Fits::kCached), the balls are unfitted, and sets object.missing_balls.
 SphereSettings choose_spheres(const Preparation& preparation, const ObjectSettings& settings,
                               PreparedObject& object) {
   SphereSettings spheres = settings.spheres;
@@ -56,7 +57,7 @@ Result<std::vector<Ball>> make_balls(const Preparation& preparation, const Spher
                              measure, preparation.engine);
 }
 
-/// The surface of the object's balls.
+/// Extracts the surface of the object's balls.
 Result<Mesh> extract_balls(const PreparedObject& object, const LegSettings& settings,
                            Engine& engine) {
   PM_TRY(Mesh mesh, extract_surface(engine, object.balls, settings.cell, settings.measured));
@@ -68,6 +69,7 @@ Result<Mesh> extract_balls(const PreparedObject& object, const LegSettings& sett
   return mesh;
 }
 
+/// Makes the settings of an actor's objects and legs. `box`: box around all its objects.
 LegSettings leg_settings(const Scene& scene, const Box& box, bool one_color) {
   LegSettings settings;
   const Vec3 size = box.size();
@@ -150,7 +152,7 @@ Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
                !plays_meshes(*object.actor);
       }))
     log_info("the balls are coarse, as previews have them: a full render fits finer ones");
-  // Free the copies of models first: the memory estimate counts them or the objects, not both.
+  // Free copies of shared models first: the memory estimate counts them or the objects, not both.
   std::size_t next = 0;
   for (std::size_t a = 0; a < outlines.size(); ++a)
     for (std::size_t i = 0; i <= outlines[a].timeline.legs.size(); ++i, ++next)

@@ -14,7 +14,7 @@
 
 namespace polymorph {
 
-/// The scene that is prepared, with device, cache folder and manner.
+/// Parameters of a preparation.
 struct Preparation {
   const Scene& scene;
   Engine& engine;
@@ -22,21 +22,21 @@ struct Preparation {
   Fits fits = Fits::kMake;
 };
 
-/// Completes an object that has its model, balls and their labels; `settings` are those of its
-/// actor and `kinds` those of the legs that end at it. Errors: kInput where the balls have no
-/// surface or the model encloses nothing; the engine's.
+/// Completes an object whose model, balls and ball labels are set. `chosen`: the object in the
+/// scene file; `settings`: its actor's; `kinds`: kinds of the legs that it is an end of. Errors:
+/// kInput if the balls have no surface or the model encloses nothing; the engine's.
 Status finish_object(const Preparation& preparation, const ObjectSettings& chosen,
                      const LegSettings& settings, LegKinds kinds, PreparedObject& object);
 
-/// Outlines of all actors, from the models of the chain. Errors: kInput where an actor's models
-/// have no extent.
+/// Makes the outlines of all actors from the models of the chain. Errors: kInput if an actor's
+/// models have no extent.
 Result<std::vector<ActorOutline>> outline_actors(const Scene& scene,
                                                  std::span<const ChainObject> chain,
                                                  const LoadedScene& loaded);
 
-/// The objects of each actor, in their reference poses where they move, from the models of the
-/// chain, which are moved out of `loaded`, and their landmarks. `shared`: that of each actor; one
-/// that is like an earlier one gets the list of that. Errors: kInput where a model has no balls or
+/// Makes the objects of each actor from the models of the chain, which are moved out of `loaded`,
+/// and their landmarks. Mesh sequences in a morph are in their reference poses. `shared`, one per
+/// actor, says which get the list of an earlier actor. Errors: kInput if a model has no balls or
 /// encloses nothing; the engine's.
 Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
                                              std::span<const ChainObject> chain,

@@ -22,12 +22,12 @@ namespace polymorph {
 
 struct ActorPoses;  // sequence/prepare/actor_poses.h
 
-/// An actor as its models alone decide it.
+/// Properties of an actor that follow from the scene and its models, before its objects are made.
 struct ActorOutline {
   std::string name;
   Timeline timeline;
   LegSettings settings;                          ///< settings of its objects and legs
-  std::vector<std::string> label_names;          ///< labels of all its objects, each name once
+  std::vector<std::string> label_names;          ///< labels of all its objects, without repetition
   Box box;                                       ///< box around all its objects
   std::shared_ptr<const MeshSequence> sequence;  ///< meshes that it plays; null: it morphs
 };
@@ -35,45 +35,45 @@ struct ActorOutline {
 /// The objects of an actor.
 using ObjectList = std::vector<std::shared_ptr<const PreparedObject>>;
 
-/// One chain, in its place in the world.
+/// An actor with its objects and legs.
 struct PreparedActor : ActorOutline {
-  /// Offset from its objects and legs to its own place: zero, but where it shares those of another
-  /// actor (sequence/prepare/alike_actors.h).
+  /// Offset from its objects and legs to the actor in the scene: zero unless it shares those of
+  /// another actor (sequence/prepare/alike_actors.h).
   Vec3 offset;
-  /// The chain's, then balls in flight, with which legs were left. The object of a mesh sequence
-  /// has its outermost points alone.
+  /// The chain's objects, then one per leg that is left before its end, of the balls in flight. If
+  /// the actor plays a mesh sequence, its object has only the outermost points of all meshes.
   ObjectList objects;
-  /// The legs; where mesh sequences move through them, between the objects' reference poses.
+  /// The legs. An end that is a mesh sequence is in its reference pose.
   std::vector<std::shared_ptr<const Leg>> legs;
-  /// Space in which three objects or more are mixed, of all legs; null: there are no such.
+  /// Space of all legs, in which three objects or more are mixed; null if the actor does not.
   std::shared_ptr<const ShapeSpace> space;
-  std::shared_ptr<ActorPoses> poses;  ///< poses of the objects that move; null: none does
+  std::shared_ptr<ActorPoses> poses;  ///< poses of mesh sequences in a morph; null: there are none
 };
 
 /// Hashes of a mesh of a sequence.
 struct MeshHashes {
   std::string content;  ///< hash of the mesh and its velocities
-  std::string fit;      ///< hash of all meshes that its balls in a morph come from
+  std::string fit;      ///< hash of all meshes that its balls in a morph are derived from
 };
 
-/// Parts of the hashes of a sequence's frames (film_settings.h).
+/// Components of frame_hash() (film_settings.h).
 struct SequenceHashes {
   std::string scene;               ///< content_hash()
   std::string inputs;              ///< inputs_hash()
-  std::optional<Framing> framing;  ///< framing of a moving camera, if the models alone decide it
-  std::string poses;               ///< hash of what a moving camera's framing takes from its poses
-  /// Hash of the box of all objects and of the camera, if that stands still; empty without mesh
-  /// sequences.
+  std::optional<Framing> framing;  ///< framing of a moving camera, if it depends on the models only
+  std::string poses;  ///< hash of the camera poses that decide a moving camera's framing
+  /// Hash of the box of all objects, of the sequences' transforms and of a static camera; empty
+  /// without mesh sequences.
   std::string stage;
-  std::string aovs;  ///< image.aovs of the scene, also where a run leaves layers out
-  /// For each object of each actor those of its meshes; empty where no actor has one.
+  std::string aovs;  ///< image.aovs of the scene, even if a run leaves layers out
+  /// Hashes by actor, object and mesh; empty if no actor has a mesh sequence.
   std::vector<std::vector<std::vector<MeshHashes>>> meshes;
 };
 
-/// kCached: an object whose fit is not in the cache gets the balls of its spheres instead.
+/// Fitting of balls. kCached: an object whose fit is not in the cache gets unfitted balls instead.
 enum class Fits : std::uint8_t { kMake, kCached };
 
-/// kAlike: actors that differ in nothing but their places share objects and legs.
+/// Sharing of objects and legs. kAlike: actors that differ only in their places share them.
 enum class Sharing : std::uint8_t { kAlike, kNone };
 
 struct PreparedScene {
@@ -83,11 +83,11 @@ struct PreparedScene {
   std::vector<PreparedActor> actors;
   Box box;                         ///< box around all objects
   Camera camera;                   ///< camera of the first frame
-  std::optional<Framing> framing;  ///< set where the camera moves
+  std::optional<Framing> framing;  ///< set if the camera moves
   std::shared_ptr<const Image> environment;
   std::vector<std::string> warnings;
   MemoryEstimate memory;
-  std::vector<ReadFile> inputs;  ///< files that were read for it
+  std::vector<ReadFile> inputs;  ///< files that were read to prepare the scene
   std::string provenance;        ///< encode_provenance(); empty: none
 };
 

@@ -1,5 +1,4 @@
-// Reading of a scene's object: its file or shape, turned upright, in the look that the scene gives
-// it.
+// Reading of a scene's object: its file or built-in shape, turned upright, with its materials.
 #pragma once
 
 #include <string>
@@ -11,20 +10,20 @@
 
 namespace polymorph {
 
-/// The rotation that makes an axis of the file point up.
+/// Makes the rotation that turns an axis of the file to +y.
 Transform upright(UpAxis up);
 
 /// An object as it was read, turned upright.
 struct ReadObject {
   Model model;
-  ObjectPlacing placing;  ///< up to there
+  ObjectPlacing placing;  ///< placing of `model`, not yet of the object in the scene
 };
 
-/// `vertices`: keep the file's own. Errors: those of load_model().
+/// Reads an object. `vertices`: sets placing.vertices. Errors: as load_model().
 Result<ReadObject> load_object(const ObjectSettings& object, bool textures, bool vertices,
                                std::vector<std::string>& warnings);
 
-/// Gives a model the creases, the colour and the materials that its object has in the scene.
+/// Applies the creases, the colour and the materials that the scene sets for an object.
 void restyle(Model& model, const ObjectSettings& object);
 
 }  // namespace polymorph

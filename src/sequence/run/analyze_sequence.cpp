@@ -25,7 +25,8 @@ Error stopped_error() { return {ErrorCode::kResumable, "stopped before the last 
 
 Mesh mesh_of(const Model& model) { return {model.points, point_normals(model), model.triangles}; }
 
-/// Labels' purity in the plan and by chance (principle 1); nothing where no labels match.
+/// Measures the label purity of the plan and of a random plan (principle 1). Leaves both empty
+/// unless each object has several labels.
 void measure_labels(const MorphPlan& plan, MorphEnds& ends) {
   std::map<std::int32_t, double> in_from, in_to;
   double same_label = 0, matched = 0;
@@ -45,38 +46,38 @@ void measure_labels(const MorphPlan& plan, MorphEnds& ends) {
   ends.chance = chance;
 }
 
-/// Measures how far from its counterpart each landmark arrives: by the map half way, where the leg
-/// has one, else by the balls around it.
+/// Measures the distance of each landmark from its counterpart: by the leg's map half way, if it is
+/// made of distances; else by the targets of the nearest ball.
 Status measure_landmarks(const Leg& leg, Engine& engine, MorphEnds& ends) {
   const MorphPlan& plan = leg.plan;
   if (plan.landmarks.empty()) return Ok{};
   if (std::holds_alternative<DistanceLeg>(leg.kind)) {
     PM_TRY(const LegState half, leg_state(leg, 0.5f * leg.until, engine));
     const std::vector<Vec3> places = landmark_places(plan, half.time, half.balls);
-    PM_TRY(const PullBack met, pull_back(leg, half, places, engine));
+    PM_TRY(const PullBack pulled, pull_back(leg, half, places, engine));
     for (std::size_t l = 0; l < places.size(); ++l)
       ends.landmark_errors.push_back(
-          static_cast<double>(std::max(length(met.source[l] - plan.landmarks[l].from),
-                                       length(met.target[l] - plan.landmarks[l].to))));
+          static_cast<double>(std::max(length(pulled.source[l] - plan.landmarks[l].from),
+                                       length(pulled.target[l] - plan.landmarks[l].to))));
     return Ok{};
   }
   for (const PlanLandmark& landmark : plan.landmarks) {
-    // The nearest ball's parts, each keeping its place beside the landmark.
+    // The landmark goes to the mean of the targets of its nearest ball, weighted by their shares.
     std::uint32_t nearest = 0;
     for (std::uint32_t i = 0; i < plan.from.size(); ++i)
       if (length(plan.from[i].center - landmark.from) <
           length(plan.from[nearest].center - landmark.from))
         nearest = i;
-    Vec3d arrives;
+    Vec3d target;
     for (const Pair& pair : plan.pairs)
       if (pair.from == nearest)
-        arrives = arrives + Vec3d(plan.to[pair.to].center) * static_cast<double>(pair.from_share);
-    ends.landmark_errors.push_back(length(arrives - Vec3d(landmark.to)));
+        target = target + Vec3d(plan.to[pair.to].center) * static_cast<double>(pair.from_share);
+    ends.landmark_errors.push_back(length(target - Vec3d(landmark.to)));
   }
   return Ok{};
 }
 
-/// Degrees about the vertical between the plan's turn and the one that fits its pairs best.
+/// Measures the degrees about the vertical between the plan's rotation and the pairs' best fit.
 std::optional<double> measure_facing(const MorphPlan& plan) {
   std::vector<Vec3d> from, to;
   std::vector<double> masses;
@@ -85,43 +86,43 @@ std::optional<double> measure_facing(const MorphPlan& plan) {
     to.emplace_back(plan.to[pair.to].center);
     masses.push_back(pair.mass);
   }
-  const auto turn = rotation_about_vertical({from, to, masses}, plan.alignment.rotation);
-  return turn ? std::optional(std::abs(*turn)) : std::nullopt;
+  const auto angle = rotation_about_vertical({from, to, masses}, plan.alignment.rotation);
+  return angle ? std::optional(std::abs(*angle)) : std::nullopt;
 }
 
-/// The larger share_off() of the leg's first and last surface, each carried to the other by the map
-/// of its own moment.
+/// Computes the larger share_off() of the leg's first and last surface. Each is mapped to the other
+/// object by the map at its own end.
 Result<std::optional<double>> measure_registration(const Leg& leg, const Mesh& first,
                                                    const Mesh& last, Engine& engine) {
-  const double growth = leg.plan.alignment.scale;
+  const double scale = leg.plan.alignment.scale;
   std::optional<double> largest;
   for (const bool reversed : {false, true}) {
     const ThicknessSamples samples = sample_thickness(reversed ? last : first);
     PM_TRY(const LegState state, leg_state(leg, reversed ? 1 : 0, engine));
     PM_TRY(const PullBack carried, pull_back(leg, state, samples.points, engine));
     const auto share = share_off(samples, reversed ? carried.source : carried.target,
-                                 reversed ? first : last, reversed ? 1 / growth : growth);
+                                 reversed ? first : last, reversed ? 1 / scale : scale);
     if (!share) return std::optional<double>();
     largest = std::max(largest.value_or(0), *share);
   }
   return largest;
 }
 
-/// A leg of an actor, as the frames of its volumetric stage show it.
+/// A leg of an actor in the frames of its volumetric stage.
 class LegFrames {
  public:
   LegFrames(const PreparedActor& actor, std::size_t number)
       : actor_(actor), number_(static_cast<int>(number)) {}
   bool has_moving_end() const { return polymorph::has_moving_end(actor_, number_); }
-  /// The frame nearest to a share of the stage's time.
-  int frame_at(float share) const {
+  /// Returns the frame nearest to a fraction of the stage's time.
+  int frame_at(float fraction) const {
     const Timeline& timeline = actor_.timeline;
     const LegTiming& timing = timeline.legs[static_cast<std::size_t>(number_)];
-    const float local = timing.shares[0] + timing.shares[1] + share * timing.shares[2];
+    const float local = timing.shares[0] + timing.shares[1] + fraction * timing.shares[2];
     const auto step = static_cast<int>(std::lround(local * static_cast<float>(timing.steps)));
     return std::min(1 + timeline.hold_start + timing.first_step + step, timeline.count);
   }
-  /// The leg between its objects as they are in a frame. Errors: those of leg_at().
+  /// Returns the leg between the poses of its objects in a frame. Errors: as leg_at().
   Result<std::shared_ptr<const Leg>> at(int frame, Engine& engine) const {
     return leg_at(actor_, number_, frame, engine);
   }
@@ -131,27 +132,28 @@ class LegFrames {
   int number_;
 };
 
-/// The step that a sample of a leg takes when its objects change to their poses in the next frame,
-/// over the larger step of the objects themselves; nothing where they stand still.
-Result<std::optional<double>> measure_pose_step(const LegFrames& leg, float share,
+/// Measures the distance by which the surface of a leg moves when its objects change to their poses
+/// in the next frame, divided by the larger distance of the objects themselves; empty if these
+/// stand still.
+Result<std::optional<double>> measure_pose_step(const LegFrames& leg, float fraction,
                                                 const Mesh& surface, Engine& engine) {
-  const int frame = leg.frame_at(share);
+  const int frame = leg.frame_at(fraction);
   PM_TRY(const auto now, leg.at(frame, engine));
   PM_TRY(const auto next, leg.at(std::min(frame + 1, leg.frame_at(1)), engine));
-  double own = 0;
+  double object_step = 0;
   for (const auto& [a, b] : {std::pair(now->from, next->from), std::pair(now->to, next->to)}) {
     if (a == b) continue;
     const MeasuredSurface before(a->model.points, a->model.triangles),
         after(b->model.points, b->model.triangles);
-    own = std::max(own, before.distance_to(after).mean);
+    object_step = std::max(object_step, before.distance_to(after).mean);
   }
-  if (!(own > 0)) return std::optional<double>();
-  PM_TRY(const LegSurface moved, leg_surface(*next, share * next->until, engine));
+  if (!(object_step > 0)) return std::optional<double>();
+  PM_TRY(const LegSurface moved, leg_surface(*next, fraction * next->until, engine));
   return std::optional(MeasuredSurface(surface).distance_to(MeasuredSurface(moved.mesh)).mean /
-                       own);
+                       object_step);
 }
 
-/// Judges leg `number` by its objects' true points; nothing where it starts with balls in flight.
+/// Measures the errors of leg `number` at true points; empty if it starts with balls in flight.
 Result<std::optional<TrueErrors>> measure_truth(const PreparedActor& actor,
                                                 const ActorSettings& settings, std::size_t number,
                                                 const Truth& truth, Engine& engine) {
@@ -169,9 +171,8 @@ Result<std::optional<TrueErrors>> measure_truth(const PreparedActor& actor,
                              engine);
 }
 
-/// The ends of leg `number` between `first` and `last`, the same leg in its first and last frame's
-/// poses. Where it is left before its target is reached, the morph goes to the source of the next
-/// leg.
+/// Measures the ends of leg `number`; `first` and `last` are this leg in the poses of its first and
+/// last frame. If it is left before its target is reached, its end is the source of the next leg.
 Result<MorphEnds> measure_ends(const PreparedActor& actor, std::size_t number, const Leg& first,
                                const Leg& last, Engine& engine) {
   const Leg& leg = first;
@@ -194,16 +195,16 @@ Result<MorphEnds> measure_ends(const PreparedActor& actor, std::size_t number, c
   return ends;
 }
 
-/// Measures the boundary stage at an end of a leg, in as many steps as its share of the time asks
-/// for beside `count` frames of the motion; nothing at an end that shows no model.
+/// Samples the boundary stage at an end of a leg, in steps as long as those of `count` frames of
+/// the volumetric stage, but at least four; empty if the end shows no model.
 Result<Handover> measure_handover(const Leg& leg, const LegTiming& timing, bool leaving, int count,
                                   Engine& engine) {
   Handover handover;
   if (!(leaving ? timing.from_full : timing.to_full)) return handover;
-  constexpr int kMin = 4;
-  const float share = timing.shares[leaving ? 1 : 3] / timing.shares[2];
-  const int proportional = static_cast<int>(std::lround(static_cast<float>(count) * share));
-  const int steps = share > 0 ? std::max(kMin, proportional) : 0;
+  constexpr int kMinSteps = 4;
+  const float time_ratio = timing.shares[leaving ? 1 : 3] / timing.shares[2];
+  const int proportional = static_cast<int>(std::lround(static_cast<float>(count) * time_ratio));
+  const int steps = time_ratio > 0 ? std::max(kMinSteps, proportional) : 0;
   for (int k = 0; k <= steps; ++k) {
     const float growth = steps > 0 ? static_cast<float>(k) / static_cast<float>(steps) : 0.0f;
     PM_TRY(BoundarySurface shown, boundary_surface(leg, {leaving, 1 - growth, growth}, engine));
@@ -215,37 +216,37 @@ Result<Handover> measure_handover(const Leg& leg, const LegTiming& timing, bool 
   return handover;
 }
 
-/// A sample of the leg's volumetric stage at `share` of the time until it is left.
-Result<MorphFrame> measure_sample(const Leg& leg, float share, Engine& engine) {
-  PM_TRY(LegSurface surface, leg_surface(leg, share * leg.until, engine));
+/// Samples the leg's volumetric stage at a fraction of its time until `leg.until`.
+Result<MorphFrame> measure_sample(const Leg& leg, float fraction, Engine& engine) {
+  PM_TRY(LegSurface surface, leg_surface(leg, fraction * leg.until, engine));
   MorphFrame frame;
-  frame.time = static_cast<double>(share);
+  frame.time = static_cast<double>(fraction);
   frame.u = static_cast<double>(surface.state.u / progress_at(leg.plan, leg.until));
   frame.surface = std::move(surface.mesh);
   for (const Ball& ball : surface.state.balls) frame.centers.push_back(ball.center);
   return frame;
 }
 
-/// Number of samples of an actor that mixes three objects or more: frames of the film.
+/// Returns the number of samples of an actor that mixes three objects or more.
 int blend_sample_count(const PreparedActor& actor, int frames) {
   return std::max(2, frames > 0 ? frames : actor.timeline.count);
 }
 
-/// Measures the film of an actor that mixes three objects or more, as a morph from its first frame
-/// to its last. `next` says before each sample whether to go on.
+/// Analyzes an actor that mixes three objects or more, as a morph from the film's first frame to
+/// its last. `next` is called before each sample and returns false to stop.
 Result<Analysis> analyze_blend(const PreparedActor& actor, int count, Engine& engine,
                                const std::function<bool()>& next) {
   std::vector<MorphFrame> samples;
   MorphEnds ends;
   for (int k = 0; k < count; ++k) {
     if (!next()) return stopped_error();
-    const double share = static_cast<double>(k) / (count - 1);
-    const auto frame = static_cast<int>(std::lround(1 + share * (actor.timeline.count - 1)));
+    const double fraction = static_cast<double>(k) / (count - 1);
+    const auto frame = static_cast<int>(std::lround(1 + fraction * (actor.timeline.count - 1)));
     const MorphState moment = morph_state_at(actor.timeline, frame);
     PM_TRY(const Mixture mixture, mix_objects(*actor.space, moment.weights));
     PM_TRY(WeightedSurface surface, weighted_surface(mixture, engine));
     MorphFrame& sample = samples.emplace_back();
-    sample.time = sample.u = share;
+    sample.time = sample.u = fraction;
     sample.surface = std::move(surface.mesh);
     for (const RegressionSample& ball : mixture.samples) {
       sample.centers.push_back(ball.center);
@@ -298,11 +299,11 @@ Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engin
       const int count = sample_count(timing);
       for (int k = 0; k < count; ++k) {
         if (!progress(done++, total)) return stopped_error();
-        const float share = static_cast<float>(k) / static_cast<float>(count - 1);
-        PM_TRY(const auto posed, shown.at(shown.frame_at(share), engine));
-        PM_TRY(MorphFrame sample, measure_sample(*posed, share, engine));
+        const float fraction = static_cast<float>(k) / static_cast<float>(count - 1);
+        PM_TRY(const auto posed, shown.at(shown.frame_at(fraction), engine));
+        PM_TRY(MorphFrame sample, measure_sample(*posed, fraction, engine));
         if (shown.has_moving_end()) {
-          PM_TRY(const auto step, measure_pose_step(shown, share, sample.surface, engine));
+          PM_TRY(const auto step, measure_pose_step(shown, fraction, sample.surface, engine));
           if (step) pose_step = std::max(pose_step.value_or(0), *step);
         }
         samples.push_back(std::move(sample));
@@ -314,9 +315,9 @@ Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engin
       ends.pose_step = pose_step;
       if (prepared.actors.size() > 1) ends.actor = actor.name;
       ends.facing = measure_facing(leg.plan);
-      // A leg that is left on its way does not show what its map says of the end.
+      // A leg that is left before its end never reaches the target that its map is made for.
       if (leg.until == 1) {
-        // One leg's map is between one pair of poses.
+        // The map is that of one pair of poses, so the last surface must be in the same poses.
         const Mesh& target_surface = samples.back().surface;
         PM_TRY(const LegSurface arrived,
                first == last ? LegSurface{{}, 1, target_surface, {}} : leg_surface(leg, 1, engine));

@@ -13,26 +13,26 @@
 
 namespace polymorph {
 
-/// Called before each frame; false stops the analysis with kResumable.
+/// Callback before each frame. If it returns false, the analysis stops with kResumable.
 using AnalyzeProgress = std::function<bool(int done, int count)>;
 
-/// Each leg of each actor, actor by actor: its volumetric stage, from balls to balls, at `frames`
-/// even times with both ends (0: as many as the leg has in the scene), and the boundary stages
-/// beside it. A leg that is left on the way ends there. With `truth`, legs between models that it
-/// knows are also judged by its points.
+/// Analyzes each leg of each actor: its volumetric stage at `frames` evenly spaced times including
+/// both ends (0: as many as the leg has frames in the scene), and its boundary stages. A leg that
+/// is left for the next one ends at that time. `truth`: known points of models, with which legs
+/// between these models are also judged.
 Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engine& engine,
                                             int frames, const AnalyzeProgress& progress,
                                             const Truth* truth = nullptr);
 
-/// Meshes of a morph that some program made.
+/// Meshes of a morph made by any program.
 struct MeshMorph {
   FramePattern frames;
-  std::filesystem::path source, target;  ///< its objects; empty: the first and the last mesh
-  TruePair truth;                        ///< true points of both
+  std::filesystem::path source, target;  ///< files of both objects; empty: the first and last mesh
+  TruePair truth;                        ///< true points of both objects
 };
 
-/// Meshes in the order of their numbers, time going evenly. Errors (kInput): fewer than two,
-/// unreadable ones.
+/// Analyzes meshes in the order of their numbers, at evenly spaced times. Errors: kInput for fewer
+/// than two meshes or an unreadable one.
 Result<std::vector<Analysis>> analyze_meshes(const MeshMorph& morph,
                                              const AnalyzeProgress& progress);
 

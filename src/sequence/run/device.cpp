@@ -62,7 +62,7 @@ Result<std::unique_ptr<Engine>> make_engine(const std::string& asked, std::strin
   if (!automatic)
     return make_error(ErrorCode::kResource, "--device {}: {} - use --device cpu or auto", device,
                       status.message);
-  // Said once, not for every scene of a command.
+  // Logged once, not for every scene of a command.
   static std::atomic_flag is_logged;
   if (!is_logged.test_and_set()) {
     log_info("device: cpu (no GPU is needed; -v says why none is used)");

@@ -1,4 +1,4 @@
-// Compute device selection: the surface engine that --device asks for.
+// Compute device selection: the surface engine and renderer for --device.
 #pragma once
 
 #include <cstddef>
@@ -14,22 +14,23 @@
 namespace polymorph {
 
 /// Lists the devices that share a film: those of a list ("cuda:0,cuda:1"), every GPU of the machine
-/// for "cuda:all", and for any other word that word. Errors: kUsage for an empty word in a list;
-/// kResource for "cuda:all" where there is no GPU.
+/// for "cuda:all", and any other word as it is. Errors: kUsage for an empty word in a list;
+/// kResource for "cuda:all" without a GPU.
 Result<std::vector<std::string>> list_devices(const std::string& asked);
 
-/// "cpu", "cuda", "cuda:1" or "auto" (CUDA where it answers, else the CPU, said once); the first of
-/// a list. Errors: those of list_devices(), kUsage for another word; kResource when a device asked
-/// for by name is not there. `max_memory`: bytes for the surface's buffers and mesh; 0 = no limit.
+/// Makes the engine of `device`: "cpu", "cuda", "cuda:1" or "auto" (a GPU if one works, else the
+/// CPU, which is logged once); of a list, the first. Sets `chosen` to "cpu" or "cuda:N".
+/// `max_memory`: bytes for the surface's buffers and mesh; 0: no limit. Errors: as list_devices();
+/// kUsage for another word; kResource if a device that is named is not there.
 Result<std::unique_ptr<Engine>> make_engine(const std::string& device, std::string& chosen,
                                             std::size_t max_memory = 0);
 
-/// Opens the tracer of a GPU ("cuda:1"). Null: `error` says why.
+/// Opens the tracer of a GPU ("cuda:1"). If it fails, returns null and sets `error` to the reason.
 std::unique_ptr<DeviceTracer> open_tracer(const std::string& device, std::string& error);
 
-/// Creates a renderer that traces on `device` ("cpu", "cuda:1"), as make_engine() chose it. Errors:
-/// those of Renderer::create(). A GPU that cannot trace is said once; the CPU traces then, as it
-/// does where a frame would take more than `max_memory` bytes of the device (0: no limit).
+/// Creates a renderer that traces on `device` ("cpu", "cuda:1"), as chosen by make_engine(). If the
+/// GPU cannot trace, which is logged once, the CPU traces. It also traces frames that would take
+/// more than `max_memory` bytes of the device (0: no limit). Errors: as Renderer::create().
 Result<Renderer> make_renderer(const std::string& device, std::size_t max_memory = 0);
 
 }  // namespace polymorph

@@ -13,10 +13,10 @@
 namespace polymorph {
 namespace {
 
-constexpr int kMaxMeasured = 3;
-constexpr int kFewerSamples = 8;
+constexpr int kMaxMeasured = 3;    ///< number of frames
+constexpr int kSampleDivisor = 8;  ///< all samples over those of a measured frame
 
-/// Seconds since the last call.
+/// Stopwatch whose lap() returns the seconds since its last call.
 class Laps {
  public:
   double lap() {
@@ -31,7 +31,8 @@ class Laps {
 
 /// Adds the cost of fitting the balls that a dry run does not fit.
 void add_fits(const PreparedScene& prepared, FrameEstimate& estimate) {
-  // Of one processor: 64 to 512 balls took 11 to 17 ms each on two (docs/performance.md).
+  // Processor seconds: 64 to 512 balls took 11 to 17 ms each on two processors
+  // (docs/performance.md).
   constexpr double kSecondsPerBall = 0.026;
   for (const PreparedActor& actor : prepared.actors)
     for (const auto& object : actor.objects) {
@@ -53,7 +54,7 @@ Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, Engine& eng
   const Activity activity("rendering some frames to estimate the others");
   const int samples = part ? part->count() : prepared.scene.image.samples;
   const int measured_samples =
-      part ? std::min(samples, kSampleBlock) : std::max(1, samples / kFewerSamples);
+      part ? std::min(samples, kSampleBlock) : std::max(1, samples / kSampleDivisor);
   RenderSettings settings;
   settings.image = prepared.scene.image;
   settings.image.samples = part ? part->total : measured_samples;
@@ -69,7 +70,7 @@ Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, Engine& eng
     estimate.seconds += watch.lap() * samples / measured_samples;
     PM_TRY(const std::string exr, encode_exr(image));
     estimate.seconds += watch.lap();
-    // A part of several nodes is about as many times as large.
+    // The file of a part has as many pictures as the part has nodes (render/sample_range.h).
     const std::size_t nodes = part ? list_nodes(*part).size() : 1;
     estimate.exr_bytes += static_cast<double>(nodes * exr.size());
     if (part) continue;  // a part is never a PNG

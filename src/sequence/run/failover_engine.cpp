@@ -54,6 +54,7 @@ class FailoverEngine : public Engine {
   std::size_t memory_used() const override { return last().memory_used(); }
 
  private:
+  /// Calls the function with the device and, if that fails, with the CPU.
   template <class F>
   EngineStatus call(const F& f) {
     called_cpu_ = false;
@@ -76,9 +77,9 @@ class FailoverEngine : public Engine {
 
   std::unique_ptr<Engine> device_, cpu_;
   std::size_t max_memory_ = 0;
-  std::string logged_;       ///< the last reason
-  bool has_failed_ = false;  ///< the device answers no more
-  bool called_cpu_ = false;  ///< the last call was the CPU's
+  std::string logged_;       ///< the last reason that was logged
+  bool has_failed_ = false;  ///< the device had an error and is no longer used
+  bool called_cpu_ = false;  ///< the last call used the CPU
 };
 
 }  // namespace

@@ -7,9 +7,9 @@
 
 namespace polymorph {
 
-/// Makes an engine that does with the CPU what `device` fails at, so that a film goes on: each call
-/// for which it has no memory, and every call after an error of the device. Each reason is logged
-/// once.
+/// Makes an engine that falls back to the CPU, so that a film goes on: for each call for which
+/// `device` has too little memory, and for all calls after an error of the device. Each reason is
+/// logged once.
 std::unique_ptr<Engine> make_failover_engine(std::unique_ptr<Engine> device);
 
 }  // namespace polymorph

@@ -36,7 +36,7 @@ PngSettings png_settings(const Scene& scene, int frame) {
   png.exposure = scene_at(scene, static_cast<double>(frame)).image.exposure;
   png.bits = scene.output.png_bits;
   png.dither = png.bits == 8;
-  // Where nothing else crawls, the dither must not.
+  // With image.steady the noise is the same in all frames, so the dither must be, too.
   png.seed = scene.image.seed + (scene.image.steady ? 0 : static_cast<std::uint64_t>(frame));
   return png;
 }

@@ -1,4 +1,4 @@
-// Files of a scene's frames: which of EXR and PNG are written, under which names.
+// Files of a scene's frames: names and settings of EXR and PNG files.
 #pragma once
 
 #include <string>
@@ -9,16 +9,16 @@
 
 namespace polymorph {
 
-/// `output` (-o) or, where that is empty, the scene's; `is_sequence` frames get a place for their
-/// number. Errors (kUsage): an extension that is neither .exr nor .png, too few digits for the
-/// scene.
+/// Chooses the frames' files by `output` (-o) or, if that is empty, by the scene. `png`: write PNG
+/// files besides EXR; `is_sequence`: the names get a frame number. Errors: kUsage for an extension
+/// that is neither .exr nor .png, or too few digits for the scene's frames.
 Result<FrameFiles> frame_files(const Scene& scene, const std::string& output, bool png,
                                bool is_sequence);
 
-/// Settings of the scene's EXR files.
+/// Returns the settings of the scene's EXR files.
 ExrSettings exr_settings(const Scene& scene);
 
-/// Settings of a frame's PNG, after its scene.
+/// Returns the settings of a frame's PNG file.
 PngSettings png_settings(const Scene& scene, int frame);
 
 }  // namespace polymorph

@@ -9,6 +9,7 @@
 namespace polymorph {
 namespace {
 
+/// Frames `from`, `from` +- step, ... up to `to`; or, as `complement`, all others in between.
 struct Range {
   long long from = 0, to = 0, step = 1;
   bool complement = false;

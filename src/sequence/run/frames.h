@@ -9,23 +9,25 @@
 
 namespace polymorph {
 
-/// A frame list in oiiotool's grammar, in the order given, duplicates dropped:
-///   1-48    1..48          5-1      backwards      1,5,10-20  a list       1..48  as 1-48
-///   1-48x2  every second   1-48y2   those that 1-48x2 leaves out
-/// Errors (kUsage): syntax, or a frame outside [first, last].
+/// Parses a frame list in oiiotool's grammar. Keeps its order and drops duplicates.
+///   1-48    1 to 48        5-1      backwards      1,5,10-20  a list       1..48  as 1-48
+///   1-48x2  every second   1-48y2   the frames that 1-48x2 leaves out
+/// Errors: kUsage for bad syntax or a frame outside [first, last].
 Result<std::vector<int>> parse_frames(std::string_view text, int first, int last);
 
 /// The files of a sequence's frames.
 struct FrameFiles {
-  FramePattern exr, png;  ///< empty: none of that format
+  FramePattern exr, png;  ///< empty: no files of that format
 };
 
-/// Every n-th frame, the i-th share first (1-based): "2/8"; "auto" reads Slurm's array or MPI's
-/// rank from the environment. Errors (kUsage).
+/// Every `count`-th frame of a list, beginning with the `index`-th (from 1).
 struct Shard {
   int index = 1, count = 1;
 };
+/// Parses "2/8" (index / count); "auto" reads Slurm's array task or MPI's rank from the
+/// environment. Errors: kUsage.
 Result<Shard> parse_shard(std::string_view text);
+/// Returns the frames of a shard.
 std::vector<int> take_shard(const std::vector<int>& frames, Shard shard);
 
 }  // namespace polymorph

@@ -30,7 +30,7 @@ Result<PartFile> read_part_header(const fs::path& file) {
                     file.string());
 }
 
-/// The parts that the inputs name, each file once.
+/// Lists the parts that the inputs name, without repetition.
 Result<std::vector<PartFile>> collect_parts(const std::vector<std::string>& inputs) {
   std::vector<PartFile> parts;
   for (const std::string& input : inputs) {
@@ -69,11 +69,11 @@ std::string describe(const PartFile& part) {
   return fmt::format("{} ({})", part.path.string(), format_sample_range(*part.header.part));
 }
 
-/// Errors (kInput): two parts of a frame are not of one picture, or have samples in common. The
-/// parts are in the order of their samples.
+/// Checks that a frame's parts, in the order of their samples, belong to one picture and have no
+/// samples in common. Errors: kInput.
 Status check_one_picture(int frame, const std::vector<PartFile>& parts) {
   for (std::size_t i = 1; i < parts.size(); ++i) {
-    const PartFile &first = parts.front(), &before = parts[i - 1], &part = parts[i];
+    const PartFile &first = parts.front(), &previous = parts[i - 1], &part = parts[i];
     if (part.header.part->total != first.header.part->total)
       return make_error(ErrorCode::kInput,
                         "frame {}: {} and {} are parts of pictures with different numbers of "
@@ -84,14 +84,15 @@ Status check_one_picture(int frame, const std::vector<PartFile>& parts) {
                         "frame {}: {} and {} are not of one picture: their scenes, settings or "
                         "builds of the program differ",
                         frame, describe(first), describe(part));
-    if (part.header.part->first < before.header.part->end)
+    if (part.header.part->first < previous.header.part->end)
       return make_error(ErrorCode::kInput, "frame {}: {} and {} have samples in common", frame,
-                        describe(before), describe(part));
+                        describe(previous), describe(part));
   }
   return Ok{};
 }
 
-/// Describes what keeps the parts from making up a frame, or with `partial` a larger part; else "".
+/// Describes the samples that are missing for a frame or, with `partial`, for a larger part without
+/// gaps; empty if none are.
 std::string find_gap(const FrameMerge& merge, bool partial) {
   const std::vector<SampleRange>& joined = merge.ranges;
   const int total = merge.samples.total;
@@ -154,11 +155,11 @@ Result<std::vector<FrameMerge>> plan_merge(const MergeSettings& settings) {
 
 Status merge_frame(const FrameMerge& merge, const std::string& command) {
   ReadImageSettings large;
-  large.max_bytes = std::size_t{1} << 40;  // what the process may take is checked all the same
+  large.max_bytes = std::size_t{1} << 40;  // the process's own memory limit still applies
   std::vector<Part> parts;
   for (const fs::path& file : merge.parts) {
     PM_TRY(Image image, read_image(file, large));
-    // As they stand in the file, for they are written again.
+    // Read the attributes exactly as in the file, because they are written again.
     PM_TRY(image.attributes, read_exr_attributes(file));
     const FrameHeader header = parse_frame_header(image.attributes);
     if (!header.part)

@@ -1,4 +1,4 @@
-// Merging of parts to frames: which files belong together, and what is missing among them.
+// Merging of parts (files with some of a frame's samples) to frames.
 #pragma once
 
 #include <filesystem>
@@ -11,35 +11,35 @@
 
 namespace polymorph {
 
-/// The attribute of a picture that lacks samples: "0-15 of 64", those that it has.
+/// The attribute of a picture that lacks samples; it lists those that it has: "0-15 of 64".
 inline constexpr const char* kDraftAttribute = "polymorph/draft";
 
 struct MergeSettings {
-  std::vector<std::string> inputs;  ///< EXR files, patterns of them, and folders
+  std::vector<std::string> inputs;  ///< EXR files, patterns of EXR files, and folders
   std::string output;               ///< an EXR file, or a pattern
   bool overwrite = false;
-  bool partial = false;  ///< parts that are not the whole frame become a larger part
-  bool draft = false;    ///< they become a picture of the samples that there are
+  bool partial = false;  ///< merge incomplete parts to a larger part
+  bool draft = false;    ///< merge incomplete parts to a picture of the samples that exist
   std::string command;   ///< command line that the image headers state
 };
 
 /// One file to write.
 struct FrameMerge {
   int frame = 0;
-  SampleRange samples;                       ///< samples of all parts together
+  SampleRange samples;  ///< range from the first to the last sample of all parts
   std::vector<std::filesystem::path> parts;  ///< parts in the order of their samples
-  std::vector<SampleRange> ranges;           ///< samples of the parts, joined
+  std::vector<SampleRange> ranges;           ///< join_ranges() of the parts' samples
   bool is_draft = false;                     ///< a picture that lacks samples
   std::filesystem::path output;
 };
 
-/// Plans the merging of all frames, ascending, from the files' headers alone. Errors: kUsage for an
-/// output that is no EXR; kInput for a file that is no part, parts of different pictures of a
-/// frame, samples that two of them have or that are missing; kOutput for an output that may not be
-/// written.
+/// Plans the merging of all frames, in ascending order, from the files' headers only. Errors:
+/// kUsage for an output that is no EXR; kInput for a file that is no part, for parts of different
+/// pictures of one frame, and for samples that are missing or in two parts; kOutput for an output
+/// that may not be written.
 Result<std::vector<FrameMerge>> plan_merge(const MergeSettings& settings);
 
-/// Merges one frame and writes it. Errors: kInput (a part is broken), kOutput.
+/// Merges one frame and writes it. Errors: kInput if a part is broken; kOutput.
 Status merge_frame(const FrameMerge& merge, const std::string& command);
 
 }  // namespace polymorph

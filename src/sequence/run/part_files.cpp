@@ -60,8 +60,8 @@ std::vector<PartFile> find_parts(const fs::path& folder) {
   }
   std::sort(folders.begin() + 1, folders.end());
   std::vector<PartFile> parts;
-  for (const fs::path& place : folders)
-    if (auto found = list_parts(place))
+  for (const fs::path& current : folders)
+    if (auto found = list_parts(current))
       for (PartFile& part : *found) parts.push_back(std::move(part));
   return parts;
 }

@@ -1,4 +1,4 @@
-// Files of parts: which samples of which frame an EXR file has, by its header.
+// Files of parts: EXR files with some of a frame's samples, described by their headers.
 #pragma once
 
 #include <filesystem>
@@ -13,16 +13,16 @@
 
 namespace polymorph {
 
-/// Contents of a frame's file by its header.
+/// Contents of a frame's file according to its header.
 struct FrameHeader {
-  /// Equal for parts of one picture: PreparedScene's frame_hash(); empty: not polymorph's.
-  std::string identity;
+  std::string identity;  ///< frame_hash(), equal for all parts of a picture; empty: not polymorph's
   int frame = 0;
   std::optional<SampleRange> part;  ///< empty: a whole frame
 };
+/// Reads the contents from the header's attributes.
 FrameHeader parse_frame_header(std::span<const Attribute> attributes);
 
-/// Header of a file; empty for one that is no EXR. Errors (kInput): it cannot be read.
+/// Reads the header of a file; empty if the file is no EXR. Errors: kInput if it cannot be read.
 Result<FrameHeader> read_frame_header(const std::filesystem::path& file);
 
 /// A file that has some of a frame's samples.
@@ -31,18 +31,18 @@ struct PartFile {
   FrameHeader header;  ///< header whose `part` is set
 };
 
-/// Lists the parts among the EXR files of a folder, by name; others are left out. Errors (kInput):
-/// an unreadable folder.
+/// Lists the parts among the EXR files of a folder, sorted by name. Errors: kInput for an
+/// unreadable folder.
 Result<std::vector<PartFile>> list_parts(const std::filesystem::path& folder);
 
-/// Lists the parts in a folder and in the folders in it, by name. Unreadable folders have none.
+/// Lists the parts in a folder and its direct subfolders, by name. Skips unreadable folders.
 std::vector<PartFile> find_parts(const std::filesystem::path& folder);
 
-/// The ranges of samples as few and as long as can be: "0-31, 48-63".
+/// Formats ranges of samples: "0-31, 48-63".
 std::string format_samples(std::span<const SampleRange> ranges);
-/// Joins ranges that follow each other or overlap, in ascending order.
+/// Joins adjacent and overlapping ranges; the result is in ascending order.
 std::vector<SampleRange> join_ranges(std::vector<SampleRange> ranges);
-/// Lists the samples that joined ranges lack of a picture of `total` samples.
+/// Lists the ranges of a picture's `total` samples that are not in `joined`.
 std::vector<SampleRange> missing_ranges(std::span<const SampleRange> joined, int total);
 
 }  // namespace polymorph

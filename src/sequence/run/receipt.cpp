@@ -23,7 +23,7 @@ JsonValue resource(const std::string& name, const std::string& sha256) {
 }  // namespace
 
 Result<std::string> make_receipt(const RunReport& report) {
-  std::map<int, const FrameRecord*> finished;  // in ascending order, whatever was rendered first
+  std::map<int, const FrameRecord*> finished;  // by frame number, in ascending order
   for (const FrameRecord& record : report.frames)
     if (record.state == FrameRecord::State::kDone || record.state == FrameRecord::State::kSkipped)
       finished[record.frame] = &record;

@@ -8,13 +8,12 @@
 
 namespace polymorph {
 
-/// Makes an in-toto Statement v1 with a SLSA Provenance v1 predicate (docs/provenance.md) of the
-/// files of all frames that are done or were kept; the files are read for their digests. The same
-/// frames give the same text: nothing in it depends on the time or the machine. Errors: kOutput
-/// where a frame's file cannot be read any more.
+/// Makes an in-toto Statement v1 with a SLSA Provenance v1 predicate (docs/provenance.md) for the
+/// files of all frames that were rendered or skipped; the files are read for their digests. The
+/// text does not depend on time or machine. Errors: kOutput if a frame's file cannot be read.
 Result<std::string> make_receipt(const RunReport& report);
 
-/// Tests whether this text is a receipt.
+/// Tests whether a text is a receipt.
 bool is_receipt(const std::string& text);
 
 }  // namespace polymorph

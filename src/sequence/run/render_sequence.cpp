@@ -36,7 +36,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// VmHWM; getrusage() would give the parent's where that was larger when it started this process.
+/// Reads VmHWM. getrusage() would include the parent's peak at the time of the fork.
 std::uint64_t peak_memory_bytes() {
   std::ifstream status("/proc/self/status");
   std::uint64_t kilobytes = 0;
@@ -60,7 +60,7 @@ bool has_png(const SequenceSettings& settings) {
   return !settings.png.before.empty() || settings.png.has_number();
 }
 
-/// Before any work: every name must be free (or may be replaced) and every folder writable.
+/// Checks before any work that every file may be written and every folder is writable.
 Status check_outputs(const SequenceSettings& settings) {
   std::size_t existing = 0;
   fs::path first;
@@ -85,7 +85,7 @@ Status check_outputs(const SequenceSettings& settings) {
   return Ok{};
 }
 
-/// Writes the picture for screens, by the scene's view where it has one.
+/// Writes a PNG, transformed by the view if there is one.
 Status write_png(const Image& image, const std::filesystem::path& file, PngSettings png,
                  const SequenceSettings& settings, const std::optional<ViewTransform>& view) {
   if (!view) return write_image(file, image, png);
@@ -107,11 +107,11 @@ Status write_frame(const Image& image, const SequenceSettings& settings, const S
   return Ok{};
 }
 
-/// Errors (kInput): frames show meshes of a sequence that cannot be shown.
+/// Checks that all meshes of sequences that the frames show can be shown. Errors: kInput.
 Status check_meshes(const PreparedScene& prepared, const std::vector<int>& frames) {
   constexpr std::size_t kMaxNamed = 20;
   std::vector<std::string> problems;
-  const auto look_at = [&](const MeshSequence* sequence, int mesh) {
+  const auto add_problem = [&](const MeshSequence* sequence, int mesh) {
     if (!sequence || mesh < 0) return;
     const std::string& problem = sequence->files[static_cast<std::size_t>(mesh)].problem;
     if (!problem.empty() && std::find(problems.begin(), problems.end(), problem) == problems.end())
@@ -120,10 +120,10 @@ Status check_meshes(const PreparedScene& prepared, const std::vector<int>& frame
   for (const int frame : frames)
     for (const PreparedActor& actor : prepared.actors) {
       const MorphState moment = morph_state_at(actor.timeline, shown_frame(prepared.scene, frame));
-      look_at(actor.sequence.get(), moment.mesh);
+      add_problem(actor.sequence.get(), moment.mesh);
       if (!actor.poses) continue;
-      if (shows_source(moment)) look_at(moving_sequence(actor, moment.leg), moment.mesh);
-      if (shows_target(moment)) look_at(moving_sequence(actor, moment.leg + 1), moment.to_mesh);
+      if (shows_source(moment)) add_problem(moving_sequence(actor, moment.leg), moment.mesh);
+      if (shows_target(moment)) add_problem(moving_sequence(actor, moment.leg + 1), moment.to_mesh);
     }
   if (problems.empty()) return Ok{};
   const std::size_t count = problems.size();
@@ -133,7 +133,8 @@ Status check_meshes(const PreparedScene& prepared, const std::vector<int>& frame
                     count > kMaxNamed ? fmt::format("\n... and {} more", count - kMaxNamed) : "");
 }
 
-/// The loop over the frames, with what it needs at hand.
+/// The loop over the frames and its state. Frames are traced by tracers and written by writers,
+/// which are threads, so that several frames are in progress.
 class SequenceRun {
  public:
   SequenceRun(const SequenceSettings& settings, const ProgressCallback& progress)
@@ -146,15 +147,16 @@ class SequenceRun {
     PM_TRY(const std::vector<std::string> devices, list_devices(settings_.device));
     PM_TRY(engine_, make_engine(settings_.device, report_.device, settings_.max_memory));
     choose_jobs(scene.image, static_cast<int>(devices.size()));
-    const std::size_t at_once = pictures_at_once();
-    PM_TRY_STATUS(check_picture_memory(scene.image, at_once, settings_.max_memory, settings_.part));
+    const std::size_t picture_count = pictures_at_once();
+    PM_TRY_STATUS(
+        check_picture_memory(scene.image, picture_count, settings_.max_memory, settings_.part));
     if (scene.image.denoise) PM_TRY_STATUS(check_denoiser());
     if (has_png(settings_) && !settings_.view.empty()) {
       PM_TRY(view_, ViewTransform::open(settings_.view));
     }
-    PM_TRY(prepared_,
-           prepare_scene(scene, *engine_, settings_.cache_folder, {settings_.max_memory, at_once},
-                         settings_.dry_run ? Fits::kCached : Fits::kMake));
+    PM_TRY(prepared_, prepare_scene(scene, *engine_, settings_.cache_folder,
+                                    {settings_.max_memory, picture_count},
+                                    settings_.dry_run ? Fits::kCached : Fits::kMake));
     for (const std::string& warning : prepared_.warnings) log_warning("{}", warning);
     if (settings_.strict && !prepared_.warnings.empty())
       return make_error(ErrorCode::kInput,
@@ -162,7 +164,7 @@ class SequenceRun {
                         scene.path.string(), prepared_.warnings.size(),
                         prepared_.warnings.size() == 1 ? "" : "s");
     if (!settings_.keep_going) PM_TRY_STATUS(check_meshes(prepared_, settings_.frames));
-    // Once more: only now is it known which files the models and their materials name.
+    // Check again: only now are all input files known, which no output may overwrite.
     if (!settings_.keep_going)
       for (const int frame : settings_.frames)
         for (const fs::path& file : list_files(settings_, frame))
@@ -177,10 +179,10 @@ class SequenceRun {
     const Stopwatch frames;
     Status status = Ok{};
     try {
-      status = all_frames();
-      // What is under way when one fails or all must stop is finished, so that no frame is half.
-      Status drained = drain();
-      if (status) status = std::move(drained);
+      status = start_frames();
+      // Finish frames in progress even after a failure or a stop: no file may be incomplete.
+      Status finished = finish_all();
+      if (status) status = std::move(finished);
     } catch (const Interrupted&) {
       abandon_frames();
     }
@@ -201,28 +203,29 @@ class SequenceRun {
   }
 
  private:
+  /// A thread that makes surfaces and traces frames.
   struct Tracer {
     explicit Tracer(Renderer&& r) : renderer(std::move(r)) {}
     Renderer renderer;
     std::string device;
-    std::unique_ptr<Engine> engine;  ///< makes surfaces on the tracer's GPU; null: this thread's
+    std::unique_ptr<Engine> engine;  ///< engine of its GPU; null: engine_ makes surfaces
     Worker worker;
   };
-  /// The surfaces of a frame, and what the report says of them.
+  /// The surfaces of a frame and their measures for the report.
   struct Surfaces {
     FrameGeometry geometry;
     std::size_t balls = 0, vertices = 0, triangles = 0;
     std::string digest;
     double seconds = 0;
   };
-  /// A picture on its way, and the seconds it took so far.
   struct Traced {
     Result<Image> image;
     double seconds = 0;
     Surfaces surfaces;  ///< without the geometry
   };
+  /// A frame that is being traced.
   struct Tracing {
-    std::vector<std::size_t> indices;  ///< the frame that is traced, and those that show the same
+    std::vector<std::size_t> indices;  ///< the frame and the next ones with identical pixels
     std::string picture;               ///< picture_key()
     std::future<Traced> result;
   };
@@ -231,6 +234,7 @@ class SequenceRun {
     double seconds = 0;
   };
 
+  /// Sets jobs_, with fewer jobs if memory is short.
   void choose_jobs(const ImageSettings& image, int devices) {
     jobs_ = settings_.jobs;
     if (jobs_ == 0) {
@@ -244,7 +248,7 @@ class SequenceRun {
     jobs_ = std::min(jobs_, std::max(1, static_cast<int>(settings_.frames.size())));
   }
 
-  /// Pictures that are traced or written.
+  /// Returns the maximum number of pictures that are traced or written at once.
   std::size_t pictures_at_once() const {
     return std::min(settings_.frames.size(), 2 * static_cast<std::size_t>(jobs_));
   }
@@ -270,36 +274,36 @@ class SequenceRun {
     return Ok{};
   }
 
-  Status all_frames() {
+  Status start_frames() {
     for (std::size_t i = 0; i < settings_.frames.size(); ++i) {
       if (settings_.stop && *settings_.stop) {
         report_.stopped = true;
         break;
       }
-      auto status = one_frame(i);
+      auto status = start_frame(i);
       if (!status && !settings_.keep_going) return status;
     }
     return Ok{};
   }
 
-  /// Starts a frame while those before it are traced, encoded and written. Without engines of the
-  /// tracers, its surface is made here.
-  Status one_frame(std::size_t index) {
+  /// Starts a frame while earlier ones are traced, encoded and written. Unless the tracers have
+  /// engines, makes its surfaces first.
+  Status start_frame(std::size_t index) {
     FrameRecord& record = report_.frames[index];
     record.frame = settings_.frames[index];
     record.files = list_files(settings_, record.frame);
     record.stage = stage_names(prepared_, record.frame);
-    if (settings_.existing == Existing::kSkip && all_current(record)) {
+    if (settings_.existing == Existing::kSkip && is_current(record)) {
       record.state = FrameRecord::State::kSkipped;
-      PM_TRY_STATUS(drain());
-      return count_finished(record);
+      PM_TRY_STATUS(finish_all());
+      return record_finish(record);
     }
     if (settings_.existing == Existing::kSkip)
-      if (const Status kept = check_keeps_samples(record); !kept) {
-        PM_TRY_STATUS(drain());
-        return failed(record, kept.error());
+      if (const Status check = check_no_samples_lost(record); !check) {
+        PM_TRY_STATUS(finish_all());
+        return record_failure(record, check.error());
       }
-    if (settings_.dry_run) return count_finished(record);
+    if (settings_.dry_run) return record_finish(record);
     std::string picture = picture_key(prepared_, record.frame);
     if (!picture.empty() && !tracing_.empty() && tracing_.back().picture == picture) {
       tracing_.back().indices.push_back(index);
@@ -309,15 +313,15 @@ class SequenceRun {
     if (!tracers_.front()->engine) {
       auto result = make_surfaces(record.frame, *engine_);
       if (!result) {
-        PM_TRY_STATUS(drain());
-        return failed(record, result.error());
+        PM_TRY_STATUS(finish_all());
+        return record_failure(record, result.error());
       }
       surfaces = std::move(*result);
     }
-    Status before = Ok{};
-    if (tracing_.size() == tracers_.size()) before = finish_tracing();
+    Status status = Ok{};
+    if (tracing_.size() == tracers_.size()) status = finish_tracing();
     begin_tracing(index, std::move(picture), std::move(surfaces));
-    return before;
+    return status;
   }
 
   Result<Surfaces> make_surfaces(int frame, Engine& engine) const {
@@ -333,9 +337,9 @@ class SequenceRun {
     return surfaces;
   }
 
-  /// Traces a frame on the next tracer, which also makes its surfaces unless they are there.
+  /// Traces a frame on the next tracer, which also makes its surfaces unless they are given.
   void begin_tracing(std::size_t index, std::string picture, std::optional<Surfaces> surfaces) {
-    Tracer* tracer = tracers_[begun_++ % tracers_.size()].get();
+    Tracer* tracer = tracers_[started_count_++ % tracers_.size()].get();
     const int frame = report_.frames[index].frame;
     auto task = [this, tracer, frame, surfaces = std::move(surfaces)]() mutable -> Traced {
       if (!surfaces) {
@@ -352,7 +356,8 @@ class SequenceRun {
     tracing_.push_back({{index}, std::move(picture), tracer->worker.run(std::move(task))});
   }
 
-  /// Waits for the oldest frame that is traced, and hands it on, and those that show the same.
+  /// Waits for the frame that was started first, and starts to write it and the frames with
+  /// identical pixels. Returns the first error.
   Status finish_tracing() {
     Tracing tracing = std::move(tracing_.front());
     Traced traced = tracing.result.get();
@@ -360,13 +365,13 @@ class SequenceRun {
     if (!traced.image) {
       Status first = Ok{};
       for (const std::size_t index : tracing.indices) {
-        Status status = failed(report_.frames[index], traced.image.error());
+        Status status = record_failure(report_.frames[index], traced.image.error());
         if (first) first = std::move(status);
       }
       return first;
     }
     const auto image = std::make_shared<const Image>(std::move(*traced.image));
-    Status before = Ok{};
+    Status result = Ok{};
     for (const std::size_t index : tracing.indices) {
       FrameRecord& record = report_.frames[index];
       if (index == tracing.indices.front()) {
@@ -378,26 +383,28 @@ class SequenceRun {
         record.trace_seconds = traced.seconds;
         record.seconds = record.surface_seconds + traced.seconds;
       } else {
-        repeat(report_.frames[tracing.indices.front()], record);
+        copy_measures(report_.frames[tracing.indices.front()], record);
       }
       Status status = begin_writing(index, image, index != tracing.indices.front());
-      if (before) before = std::move(status);
+      if (result) result = std::move(status);
     }
-    return before;
+    return result;
   }
 
-  /// Copies what is known of the traced frame to one that shows the same.
-  static void repeat(const FrameRecord& traced, FrameRecord& record) {
+  /// Copies the measures of the traced frame to one with identical pixels.
+  static void copy_measures(const FrameRecord& traced, FrameRecord& record) {
     record.balls = traced.balls;
     record.vertices = traced.vertices;
     record.triangles = traced.triangles;
     record.digest = traced.digest;
   }
 
+  /// Starts to write a frame, after one that is being written is finished if all writers are busy.
+  /// `is_repeat`: the image is that of another frame and needs a header of its own.
   Status begin_writing(std::size_t index, const std::shared_ptr<const Image>& image,
                        bool is_repeat) {
-    Status before = Ok{};
-    if (writing_.size() == static_cast<std::size_t>(jobs_)) before = finish_writing();
+    Status earlier = Ok{};
+    if (writing_.size() == static_cast<std::size_t>(jobs_)) earlier = finish_writing();
     const int frame = report_.frames[index].frame;
     auto task = [this, frame, image, is_repeat]() -> Written {
       const Stopwatch stopwatch;
@@ -410,10 +417,10 @@ class SequenceRun {
       Status status = write_frame(copy, settings_, prepared_.scene, frame, view_);
       return {std::move(status), stopwatch.seconds()};
     };
-    // As many at once as there are writers, the oldest finished first: the next one is free.
+    // Writers are used in turn and the oldest write is finished first, so the next writer is free.
     std::rotate(writers_.begin(), writers_.begin() + 1, writers_.end());
     writing_.emplace_back(index, writers_.back()->run(std::move(task)));
-    return before;
+    return earlier;
   }
 
   Status finish_writing() {
@@ -421,13 +428,13 @@ class SequenceRun {
     const Written written = writing_.front().second.get();
     writing_.pop_front();
     record.write_seconds = written.seconds;
-    if (!written.status) return failed(record, written.status.error());
+    if (!written.status) return record_failure(record, written.status.error());
     record.state = FrameRecord::State::kDone;
-    return count_finished(record);
+    return record_finish(record);
   }
 
-  /// Finishes what is under way; the first error of it.
-  Status drain() {
+  /// Finishes all frames in progress. Returns the first error, unless keep_going.
+  Status finish_all() {
     Status first = Ok{};
     const auto keep = [&](Status status) {
       if (first && !status) first = std::move(status);
@@ -437,7 +444,7 @@ class SequenceRun {
     return settings_.keep_going ? Status(Ok{}) : first;
   }
 
-  /// Waits until nothing is under way and leaves out what is not finished.
+  /// Waits until nothing is in progress and drops the frames that are not finished.
   void abandon_frames() {
     for (Tracing& tracing : tracing_)
       if (tracing.result.valid()) tracing.result.wait();
@@ -455,7 +462,8 @@ class SequenceRun {
       if (record.state == FrameRecord::State::kPlanned) record.frame = 0;
   }
 
-  bool all_current(const FrameRecord& record) const {
+  /// Tests whether all files of a frame are current.
+  bool is_current(const FrameRecord& record) const {
     const ExpectedFrame expected{frame_hash(prepared_.scene, prepared_.hashes, record.frame),
                                  record.frame, prepared_.scene.output, settings_.view,
                                  settings_.part};
@@ -463,7 +471,7 @@ class SequenceRun {
       std::error_code error;
       if (!fs::exists(file, error)) return false;
       if (file_state(file, expected) == FileState::kWhole) continue;
-      if (!check_keeps_samples(record)) return false;
+      if (!check_no_samples_lost(record)) return false;
       log_info("{}: is of another scene or settings - {}", file.string(),
                settings_.dry_run ? "it would be rendered again" : "rendering it again");
       return false;
@@ -471,8 +479,9 @@ class SequenceRun {
     return true;
   }
 
-  /// Errors (kOutput): a file of the frame has other samples of the same picture, or all of them.
-  Status check_keeps_samples(const FrameRecord& record) const {
+  /// Checks that no file of the frame has samples of the same picture that this run does not
+  /// render. Errors: kOutput.
+  Status check_no_samples_lost(const FrameRecord& record) const {
     const std::string hash = frame_hash(prepared_.scene, prepared_.hashes, record.frame);
     const auto name = [](const std::optional<SampleRange>& part) {
       return part ? "samples " + format_sample_range(*part) : std::string("all samples");
@@ -491,7 +500,7 @@ class SequenceRun {
     return Ok{};
   }
 
-  Status failed(FrameRecord& record, const Error& error) {
+  Status record_failure(FrameRecord& record, const Error& error) {
     record.state = FrameRecord::State::kFailed;
     record.error = error.message;
     if (settings_.keep_going) log_message(LogLevel::kError, error.message);
@@ -500,7 +509,7 @@ class SequenceRun {
     return error;
   }
 
-  Status count_finished(const FrameRecord& record) {
+  Status record_finish(const FrameRecord& record) {
     ++finished_;
     if (progress_) progress_(finished_, report_.frames.size(), record);
     return Ok{};
@@ -510,14 +519,14 @@ class SequenceRun {
   const ProgressCallback& progress_;
   std::unique_ptr<Engine> engine_;
   PreparedScene prepared_;
-  std::optional<ViewTransform> view_;  ///< view by which PNGs are made
+  std::optional<ViewTransform> view_;  ///< view of PNG files
   RunReport report_;
   std::size_t finished_ = 0;
   int jobs_ = 1;
-  std::size_t begun_ = 0;  ///< number of frames that tracers were given, each in its turn
+  std::size_t started_count_ = 0;  ///< number of frames given to tracers, which take turns
   std::deque<Tracing> tracing_;
   std::deque<std::pair<std::size_t, std::future<Written>>> writing_;
-  // Their tasks borrow what stands above, so they are the first to go.
+  // Their tasks borrow the members above, so they are destroyed first.
   std::vector<std::unique_ptr<Tracer>> tracers_;
   std::vector<std::unique_ptr<Worker>> writers_;
 };
@@ -525,9 +534,8 @@ class SequenceRun {
 }  // namespace
 
 int jobs_for_devices(int devices) {
-  // A GPU traces one frame while surfaces of others are mended, and their pictures made, by the
-  // CPU.
-  constexpr int kMin = 2, kMax = 4;
+  // A GPU traces one frame while the CPU repairs the surfaces and finishes the pictures of others.
+  constexpr int kMin = 2, kMax = 4;  // frames per GPU
   return std::clamp(thread_count() / devices, kMin, kMax) * devices;
 }
 

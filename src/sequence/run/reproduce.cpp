@@ -25,10 +25,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Pixels to the bit, whichever their colour space.
+/// Keeps the pixels' bits, without a conversion of the colour space.
 constexpr ReadImageSettings kAsStored{.single_picture = true, .stored_colors = true};
 
-/// A frame's file, and what its header says.
+/// A frame's file and the contents of its header.
 struct FrameFile {
   std::string name;  ///< file name, for messages
   std::string bytes;
@@ -75,7 +75,7 @@ Result<FrameFile> read_frame(const fs::path& file) {
   return out;
 }
 
-/// Looks at the files that the header names, before anything is made of them.
+/// Compares the files that the header names with their digests, before any is used.
 void check_inputs(const Provenance& provenance, const fs::path& folder, Reproduction& result) {
   for (const InputFile& input : provenance.files) {
     if (input.count > 1 || input.name == kAllFiles) continue;
@@ -90,7 +90,7 @@ void check_inputs(const Provenance& provenance, const fs::path& folder, Reproduc
   }
 }
 
-/// A PNG alone has no layers, and so none of what a header says about them.
+/// Tests whether the header describes layers. It does not if only a PNG was written.
 bool names_layers(const Image& image) {
   for (const Attribute& attribute : image.attributes)
     if (attribute.name == "polymorph/labels" || attribute.name.starts_with("cryptomatte/"))
@@ -98,7 +98,7 @@ bool names_layers(const Image& image) {
   return false;
 }
 
-/// Renders the frame and encodes it with the header that it has where it was rendered.
+/// Renders the frame and encodes it with the isa, device and command of the original header.
 Result<std::string> render_again(const FrameFile& original, const PreparedScene& prepared,
                                  Engine& engine, Renderer& renderer) {
   PM_TRY(const FrameGeometry geometry, geometry_at(prepared, engine, original.frame));

@@ -1,5 +1,4 @@
-// Reproduction of a frame from its own header: the same scene, files and program give the same
-// bits.
+// Reproduction of a frame from its own header: same scene, files and program, same bits.
 #pragma once
 
 #include <cstddef>
@@ -12,27 +11,27 @@
 namespace polymorph {
 
 struct ReproduceSettings {
-  std::filesystem::path models = ".";  ///< folder that the names of files in the header begin at
+  std::filesystem::path models = ".";  ///< folder to which file names in the header are relative
   std::string device = "auto";
-  std::size_t max_memory = 0;          ///< bytes that the run may take; 0 = no limit
+  std::size_t max_memory = 0;          ///< maximum bytes of the run; 0: no limit
   std::filesystem::path cache_folder;  ///< empty: none
 };
 
 struct Reproduction {
   int frame = 0;
-  std::string program;               ///< version and identity of the build that the header names
-  bool same_program = false;         ///< it is this build
-  std::vector<std::string> missing;  ///< a line for each file that is not there
-  std::vector<std::string> changed;  ///< a line for each file that is not the frame's
+  std::string program;               ///< version and identity of the build in the header
+  bool same_program = false;         ///< whether that is this build
+  std::vector<std::string> missing;  ///< a line for each file that does not exist
+  std::vector<std::string> changed;  ///< a line for each file that differs from the header's
   bool same_pixels = false, same_bytes = false;
   std::string difference;  ///< difference of the pixels, in words
-  std::string bytes;       ///< the frame as rendered now, as a file; empty: it was not rendered
+  std::string bytes;       ///< file of the frame as rendered now; empty: not rendered
 };
 
-/// Renders a frame again from the scene in its header, with the files that it names. Files are
-/// looked at first: where one is missing or differs, nothing is rendered. Compares pixels to the
-/// bit, and the file's bytes with those that this program would write. Errors: kInput (no image, no
-/// usable provenance, a scene that cannot be rendered), kResource.
+/// Renders a frame again from the scene and the files in its header, and compares the pixels to the
+/// bit and the file's bytes with those that this program would write. If a file is missing or
+/// differs, nothing is rendered. Errors: kInput for no image, no usable provenance or a scene that
+/// cannot be rendered; kResource.
 Result<Reproduction> reproduce_frame(const std::filesystem::path& file,
                                      const ReproduceSettings& settings);
 

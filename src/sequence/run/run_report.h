@@ -1,4 +1,4 @@
-// Run report of a rendered sequence: what became of each frame, and how long it took.
+// Run report of a rendered sequence: the state of each frame, and how long it took.
 #pragma once
 
 #include <cstddef>
@@ -27,15 +27,15 @@ struct FrameRecord {
 
 /// The predicted cost of a frame, from measured ones (sequence/run/estimate.h).
 struct FrameEstimate {
-  int measured = 0;      ///< frames that it is made from
-  double seconds = 0;    ///< per frame: surface, tracing and encoding, with all threads
-  double exr_bytes = 0;  ///< per frame as EXR
-  double png_bytes = 0;  ///< per frame as PNG
-  /// Objects whose balls are not fitted yet, and about how long that takes, with all threads; the
-  /// other figures are then those of unfitted balls.
+  int measured = 0;      ///< number of frames that were measured
+  double seconds = 0;    ///< surface, tracing and encoding per frame, with all threads
+  double exr_bytes = 0;  ///< size of an EXR file
+  double png_bytes = 0;  ///< size of a PNG file
+  /// Objects whose balls are not fitted yet. If there are any, the other figures are measured with
+  /// unfitted balls.
   std::vector<std::string> unfitted;
-  double fit_seconds = 0;
-  std::uint64_t memory = 0;  ///< bytes at the worst moment (sequence/prepare/memory_estimate.h)
+  double fit_seconds = 0;    ///< estimated time of these fits, with all threads
+  std::uint64_t memory = 0;  ///< estimated peak bytes (sequence/prepare/memory_estimate.h)
 };
 
 struct RunReport {
@@ -43,14 +43,14 @@ struct RunReport {
   std::string device, isa, scene_hash;
   int threads = 1;
   double prepare_seconds = 0, total_seconds = 0;
-  double frames_seconds = 0;      ///< time between the first frame's begin and the last one's end
+  double frames_seconds = 0;      ///< time from the start of the first frame to the end of the last
   std::uint64_t peak_memory = 0;  ///< bytes
   bool stopped = false;
-  Provenance provenance;  ///< scene, files and program that the frames are made from
-  std::optional<FrameEstimate> estimate;  ///< predicted cost of a dry run's frames
+  Provenance provenance;                  ///< scene, files and program of the frames
+  std::optional<FrameEstimate> estimate;  ///< cost of the frames; only after a dry run
   std::size_t count(FrameRecord::State state) const;
 };
-/// The report as JSON: what `render --json` writes.
+/// Converts the report to the JSON that `render --json` writes.
 JsonValue to_json(const RunReport& report);
 
 }  // namespace polymorph

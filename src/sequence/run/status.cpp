@@ -16,7 +16,7 @@
 namespace polymorph {
 namespace {
 
-/// Bits per channel that a PNG's header states; 0: it is no PNG.
+/// Reads the bits per channel from a PNG's header; 0: the file is no PNG.
 int read_png_bits(const std::filesystem::path& file) {
   constexpr std::string_view kSignature = "\x89PNG\r\n\x1a\n";
   constexpr std::size_t kBits = 24;  // after signature, length, type, width and height
@@ -26,8 +26,8 @@ int read_png_bits(const std::filesystem::path& file) {
   return std::string_view(head.data(), head.size()).starts_with(kSignature) ? head[kBits] : 0;
 }
 
-/// Tests whether an EXR has the space of colours and the parts that the scene wants.
-bool is_written_so(const Image& image, const ExpectedFrame& expected) {
+/// Tests whether an EXR has the colour space and multipart layout of `expected.output`.
+bool has_output_settings(const Image& image, const ExpectedFrame& expected) {
   const ColorSpace space = expected.output.color_space;
   if (expected.part) {
     const ExrSettings merged = merged_exr_settings(image);
@@ -76,7 +76,7 @@ FileState file_state(const std::filesystem::path& file, const ExpectedFrame& exp
   if (!std::filesystem::exists(file, error)) return FileState::kMissing;
   const auto image = read_image(file, {.stored_colors = true});
   if (!image) return FileState::kUnreadable;
-  // EXR keeps the frame as a number, PNG as text.
+  // Entries are compared as text, because EXR stores the frame as a number and PNG as text.
   const auto says = [&](const char* name, const std::string& value) {
     return format_entry(*image, name) == value;
   };
@@ -84,7 +84,7 @@ FileState file_state(const std::filesystem::path& file, const ExpectedFrame& exp
   if (bits != 0 && (bits != expected.output.png_bits ||
                     find_text(*image, kViewAttribute) != view_text(expected.view)))
     return FileState::kStale;
-  if (bits == 0 && !is_written_so(*image, expected)) return FileState::kStale;
+  if (bits == 0 && !has_output_settings(*image, expected)) return FileState::kStale;
   const bool matches = expected.part
                            ? says(kPartOfAttribute, expected.hash) &&
                                  says(kPartSamplesAttribute, format_sample_range(*expected.part))

@@ -1,4 +1,4 @@
-// State of frames on disk: missing, current or stale, whoever rendered them.
+// State of frames on disk: missing, current or stale.
 #pragma once
 
 #include <filesystem>
@@ -17,44 +17,46 @@
 
 namespace polymorph {
 
+/// State of a frame's file.
 enum class FileState {
-  kWhole,       ///< its header names this frame of this scene
+  kWhole,       ///< current: its header names this frame of this scene
   kMissing,     ///< there is no such file
-  kStale,       ///< made from another scene, other settings or by another build of the program
-  kUnreadable,  ///< no whole image
-  kPart,        ///< some of the frame's samples, or others than were asked for
+  kStale,       ///< made from another scene, with other settings or by another build
+  kUnreadable,  ///< no complete image
+  kPart,        ///< has only some of the frame's samples, or other samples than expected
 };
 
-/// The hash of all that the scene's frames are made of, but the program. Loads the models; makes no
-/// balls. Errors: kInput.
+/// Hashes all inputs of the scene's frames except the program. Loads the models. Errors: kInput.
 Result<std::string> source_hash(const Scene& scene);
 
-/// Each frame's hash as its header has it (frame_hash()), and the scene's. Errors: as above.
+/// Hashes and settings that the files of frames must have.
 struct ExpectedHashes {
-  std::string scene;
-  std::vector<std::string> frames;  ///< names, in the order of the frames asked for
+  std::string scene;                ///< hash of the scene
+  std::vector<std::string> frames;  ///< frame_hash() of each requested frame, in their order
   OutputSettings output;            ///< settings that files must have been made with
-  DisplayView view;                 ///< view of PNG files; left to the caller
+  DisplayView view;                 ///< view of PNG files; set by the caller
 };
+/// Computes the hashes of `frames`. Errors: as source_hash().
 Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> frames);
 
-/// Demands on a file that is whole.
+/// Properties of a file that is current.
 struct ExpectedFrame {
   std::string hash;  ///< frame_hash()
   int frame = 0;
   OutputSettings output;                 ///< a PNG's bits per channel, an EXR's colour space
   DisplayView view = {};                 ///< view of a PNG
-  std::optional<SampleRange> part = {};  ///< these samples, neither more nor fewer
+  std::optional<SampleRange> part = {};  ///< samples of a part; empty: the whole frame
 };
 
-/// Reads the whole file: a name alone proves nothing.
+/// Determines the state of a file by its header. Reads the whole file to find truncated ones.
 FileState file_state(const std::filesystem::path& file, const ExpectedFrame& expected);
 
-/// The states of these frames, in their order; a frame is as good as the worst of its files.
+/// Determines the states of the frames, in their order. If a frame has several files that are not
+/// current, the state of the last one counts.
 std::vector<FileState> frame_states(const FrameFiles& files, std::span<const int> frames,
                                     const ExpectedHashes& expected);
 
-/// "1-4,7,9-12" of ascending frames.
+/// Formats ascending frames as "1-4,7,9-12".
 std::string frame_list(std::span<const int> frames);
 
 }  // namespace polymorph

@@ -28,7 +28,7 @@ Result<Model> read_model(const std::filesystem::path& file) {
   return std::move(loaded.model);
 }
 
-/// The points on an object in its place. Its file is read again for their coordinates.
+/// Transforms points from the coordinates of an object's file, which is read again, to the scene.
 Result<std::vector<Vec3>> place_on(const NamedObject& object, const std::vector<Vec3>& points) {
   const bool is_shape = object.settings.model.empty();
   PM_TRY(const Model file,
@@ -39,7 +39,7 @@ Result<std::vector<Vec3>> place_on(const NamedObject& object, const std::vector<
   return place_points(points, file, object.model.points);
 }
 
-/// Mean place that the parts of the ball nearest to the point go to.
+/// Returns the mean of the targets of the ball nearest to the point, weighted by their shares.
 Vec3 carry_by_plan(Vec3 point, const MorphPlan& plan, bool reversed) {
   const std::vector<Ball>&own = reversed ? plan.to : plan.from,
         &other = reversed ? plan.from : plan.to;
@@ -57,30 +57,32 @@ Vec3 carry_by_plan(Vec3 point, const MorphPlan& plan, bool reversed) {
   return sum;
 }
 
-/// Appends the distances of places from those partners, over the diagonal.
+/// Appends the distances between arrived points and their partners, divided by the diagonal.
 void add_errors(const std::vector<Vec3>& arrived, const std::vector<Vec3>& partners, float diagonal,
                 std::vector<double>& errors) {
   for (std::size_t k = 0; k < arrived.size(); ++k)
     errors.push_back(static_cast<double>(length(arrived[k] - partners[k]) / diagonal));
 }
 
-/// Ways along the edges between the points nearest to the places, over the root of the area.
+/// Computes the lengths of the shortest paths along the mesh's edges between arrived points and
+/// their partners, each moved to its nearest vertex, divided by the square root of the area.
 std::vector<double> geodesic_errors(const std::vector<Vec3>& arrived,
                                     const std::vector<Vec3>& partners, MeshView mesh, double area) {
   const ClosestPointQuery query(mesh);
-  const auto nearest_corners = [&](const std::vector<Vec3>& places) {
-    std::vector<std::uint32_t> corners;
+  const auto nearest_vertices = [&](const std::vector<Vec3>& places) {
+    std::vector<std::uint32_t> vertices;
     for (const ClosestPoint& hit : query.closest(places)) {
       const Triangle& t = mesh.triangles[hit.triangle];
       std::uint32_t nearest = t.v[0];
       for (const std::uint32_t v : t.v)
         if (length(mesh.points[v] - hit.point) < length(mesh.points[nearest] - hit.point))
           nearest = v;
-      corners.push_back(nearest);
+      vertices.push_back(nearest);
     }
-    return corners;
+    return vertices;
   };
-  const std::vector<std::uint32_t> from = nearest_corners(partners), to = nearest_corners(arrived);
+  const std::vector<std::uint32_t> from = nearest_vertices(partners),
+                                   to = nearest_vertices(arrived);
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
   for (std::size_t k = 0; k < from.size(); ++k) pairs.emplace_back(from[k], to[k]);
   std::vector<double> lengths = edge_path_lengths(mesh, pairs);
@@ -88,17 +90,19 @@ std::vector<double> geodesic_errors(const std::vector<Vec3>& arrived,
   return lengths;
 }
 
-/// Degrees that the true points still have to turn about the vertical after `applied`.
-std::optional<double> missing_turn(const std::vector<Vec3>& from, const std::vector<Vec3>& to,
-                                   const Mat3& applied) {
+/// Computes the angle in degrees, about the vertical, of the rotation that fits the true points
+/// best after the rotation `applied`.
+std::optional<double> missing_rotation(const std::vector<Vec3>& from, const std::vector<Vec3>& to,
+                                       const Mat3& applied) {
   const std::vector<Vec3d> p = in_double(from), q = in_double(to);
   const std::optional<double> turn = rotation_about_vertical({p, q, {}}, applied);
   return turn ? std::optional(std::abs(*turn)) : std::nullopt;
 }
 
-/// The points of an entry's model when it is laid over a mesh by its box.
-Result<std::vector<Vec3>> lay_over(const TrueModel& entry, const std::vector<Vec3>& points,
-                                   const Mesh& mesh, Model& model) {
+/// Moves and scales an entry's model, and with it `points`, so that its box has the diagonal and
+/// the centre of the mesh's box. Sets `model` to the result and returns the points.
+Result<std::vector<Vec3>> fit_to_mesh(const TrueModel& entry, const std::vector<Vec3>& points,
+                                      const Mesh& mesh, Model& model) {
   PM_TRY(const Model file, read_model(entry.model));
   model = turned_upright(file, entry.up);
   const Box own = model.box(), box = box_of(mesh.positions);
@@ -107,8 +111,8 @@ Result<std::vector<Vec3>> lay_over(const TrueModel& entry, const std::vector<Vec
   return place_points(points, file, model.points);
 }
 
-/// The turn about the vertical from one mesh to one that corresponds to it.
-Mat3 turn_between(const Mesh& first, const Mesh& last) {
+/// Finds the rotation about the vertical that fits two meshes with corresponding vertices best.
+Mat3 vertical_rotation(const Mesh& first, const Mesh& last) {
   std::vector<double> areas(first.positions.size(), 0);
   for (const Triangle& t : first.triangles) {
     const Vec3 a = first.positions[t.v[0]];
@@ -145,7 +149,7 @@ Result<std::optional<TrueErrors>> measure_true_errors(const Leg& leg, const Name
   add_errors(first.target, b, b_size, errors.map);
   add_errors(last.source, a, a_size, errors.map);
   errors.geodesic = geodesic_errors(first.target, b, to.model, area_of(to.model));
-  errors.facing = missing_turn(a, b, leg.plan.alignment.rotation);
+  errors.facing = missing_rotation(a, b, leg.plan.alignment.rotation);
   return std::optional(std::move(errors));
 }
 
@@ -159,13 +163,13 @@ Result<std::optional<TrueErrors>> measure_true_errors(const Mesh& first, const M
   errors.points = pairs.from.size();
   if (!corresponds(first, last)) return std::optional(std::move(errors));
   Model source, target;
-  PM_TRY(const std::vector<Vec3> from, lay_over(*truth.from, pairs.from, first, source));
-  PM_TRY(const std::vector<Vec3> to, lay_over(*truth.to, pairs.to, last, target));
+  PM_TRY(const std::vector<Vec3> from, fit_to_mesh(*truth.from, pairs.from, first, source));
+  PM_TRY(const std::vector<Vec3> to, fit_to_mesh(*truth.to, pairs.to, last, target));
   const std::vector<Vec3> arrived = place_points(from, first, last.positions);
   add_errors(arrived, to, target.box().diagonal(), errors.map);
   add_errors(place_points(to, last, first.positions), from, source.box().diagonal(), errors.map);
   errors.geodesic = geodesic_errors(arrived, to, target, area_of(target));
-  errors.facing = missing_turn(from, to, turn_between(first, last));
+  errors.facing = missing_rotation(from, to, vertical_rotation(first, last));
   return std::optional(std::move(errors));
 }
 

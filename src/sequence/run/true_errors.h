@@ -1,5 +1,5 @@
-// True errors: how far a leg, or meshes with corresponding points, bring known points from where
-// they belong.
+// True errors: distances between the images of known points, under a leg or under meshes with
+// corresponding points, and their true partners.
 #pragma once
 
 #include <optional>
@@ -13,27 +13,28 @@
 
 namespace polymorph {
 
-/// Two entries of a truth's file; null: nothing is known.
+/// The entries of two models in a file of true points; null: not in the file.
 struct TruePair {
   const TrueModel* from = nullptr;
   const TrueModel* to = nullptr;
 };
 
-/// An object of a leg as its scene names it.
+/// An object of a leg with its settings in the scene.
 struct NamedObject {
   const ObjectSettings& settings;
-  const Model& model;  ///< moved to its place
+  const Model& model;  ///< model in scene coordinates
 };
 
-/// Measures a leg between two objects, whose motion is not left on the way. Nothing if the two have
-/// no true points in common. Errors: kInput (a model cannot be read again), the engine's.
+/// Measures a leg that reaches its target. Empty if its objects have no true points in common.
+/// Errors: kInput if a model cannot be read again; the engine's.
 Result<std::optional<TrueErrors>> measure_true_errors(const Leg& leg, const NamedObject& from,
                                                       const NamedObject& to, const TruePair& truth,
                                                       Engine& engine);
 
 /// Measures a morph from the mesh `first` to the mesh `last`. The models of the true points are
-/// laid over them by their boxes: same diagonal, same middle. Only the number of points is known
-/// where the meshes do not correspond. Errors: kInput (a model cannot be read).
+/// scaled and moved so that their boxes have the diagonals and centres of the meshes' boxes. If the
+/// meshes' vertices do not correspond, only TrueErrors::points is set. Errors: kInput if a model
+/// cannot be read.
 Result<std::optional<TrueErrors>> measure_true_errors(const Mesh& first, const Mesh& last,
                                                       const TruePair& truth);
 
