@@ -30,7 +30,6 @@ inline constexpr CacheKind kPlanFiles = {"plans", ".plan", "polymorph plan\n", 3
 inline constexpr const CacheKind* kCacheKinds[] = {&kSphereFiles, &kDistanceFiles, &kPacingFiles,
                                                    &kPlanFiles};
 
-/// Path of the file with this key.
 std::filesystem::path cache_path(const std::filesystem::path& folder, const std::string& key,
                                  const CacheKind& kind);
 

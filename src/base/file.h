@@ -40,7 +40,6 @@ Status write_file(const std::filesystem::path& path, const ByteSource& next);
 /// `folder`, if they are older than a day. Failures are ignored.
 void remove_old_temporaries(const std::filesystem::path& folder);
 
-/// A file to be written.
 struct NewFile {
   std::filesystem::path path;
   std::string bytes;

@@ -10,7 +10,6 @@
 
 namespace polymorph {
 
-/// A file that was read.
 struct ReadFile {
   std::filesystem::path path;  ///< absolute, without "." and ".."
   std::string sha256;          ///< 64 hex digits

@@ -70,7 +70,6 @@ struct JsonValue {
   bool is_array() const { return kind == Kind::kArray; }
   bool is_object() const { return kind == Kind::kObject; }
 
-  /// The number of items or members.
   std::size_t size() const;
   bool empty() const { return size() == 0; }
 

@@ -8,7 +8,6 @@
 
 namespace polymorph {
 
-/// Makes a matrix from its columns.
 Mat3 from_columns(Vec3d x, Vec3d y, Vec3d z);
 
 /// Computes the rotation nearest to `a` (U V^T of its singular value decomposition, without

@@ -26,12 +26,10 @@ class Spool {
   /// Appends bytes. Errors: kOutput.
   Status append(std::string_view bytes);
   std::uint64_t size() const { return size_; }
-  /// A range of the bytes.
   struct Range {
     std::uint64_t first = 0, size = 0;
   };
-  /// Makes a source of the ranges, one after the other, for write_file(). The spool must outlive
-  /// the source.
+  /// Makes a source of the ranges, in order, for write_file(). The spool must outlive the source.
   ByteSource source(std::vector<Range> ranges);
 
  private:
