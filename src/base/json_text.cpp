@@ -113,7 +113,7 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     if (const auto read = what.find("last read: '");
         read != std::string::npos && what.find("unexpected") != std::string::npos) {
       const auto close = what.rfind('\'');
-      const std::size_t size = close > read + 12 ? close - read - 12 : 0;  // "last read: '"
+      const std::size_t size = close > read + 12 ? close - read - 12 : 0;  // 12: "last read: '"
       if (size > 1 && offset + 1 >= size && what.find("<U+") == std::string::npos)
         offset -= size - 1;
     }

@@ -118,7 +118,7 @@ bool looks_like_log(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   in.read(start.data(), static_cast<std::streamsize>(start.size()));
   start.resize(static_cast<std::size_t>(in.gcount()));
-  // An empty file may be written to as well.
+  // An empty file counts as a log, too.
   return start.empty() || std::any_of(kBeginnings.begin(), kBeginnings.end(),
                                       [&](auto pattern) { return matches(start, pattern); });
 }

@@ -20,7 +20,7 @@ enum class ChannelRule : std::uint8_t {
 /// coverages in G and A.
 ChannelRule channel_rule(const std::string& name);
 
-/// Smallest depth that means that a ray hit nothing; the renderer writes 1e10.
+/// Depths of at least this value mean that the ray hit nothing; the renderer writes 1e10.
 constexpr float kNothingHit = 1e9f;
 
 }  // namespace polymorph

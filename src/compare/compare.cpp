@@ -219,8 +219,8 @@ std::string channel_mismatch(const Image& actual, const Image& reference) {
   return text;
 }
 
-/// Describes the largest difference in the channel with most failing pixels (without any, in the
-/// colours), and the id channel with most changed ids.
+/// Describes the largest difference in the channel with most failing pixels (if none fails, in a
+/// colour channel), and the id channel with most changed ids.
 std::string describe_largest(const Comparison& result) {
   const ChannelDifference *worst = nullptr, *ids = nullptr;
   for (const ChannelDifference& channel : result.channels) {

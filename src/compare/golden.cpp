@@ -34,7 +34,7 @@ void check_keys(const JsonValue& object, const std::string& where,
 struct Limit {
   const char* name;
   float Tolerance::*value;
-  double end;  ///< larger limits and this one are refused: hardly any difference exceeds them
+  double end;  ///< limits must be below this value, which hardly any difference exceeds
 };
 constexpr Limit kLimits[] = {{"fail", &Tolerance::fail, 1},
                              {"relative", &Tolerance::relative, 1},

@@ -9,7 +9,7 @@
 namespace polymorph {
 namespace {
 
-/// Smallest value of a limit that means that there is no limit.
+/// A limit of at least this value means that there is no limit.
 constexpr float kOff = 1e29f;
 
 std::optional<double> limit_or_none(float limit) {
