@@ -76,7 +76,7 @@ class Watcher {
       const auto due = stage.since + (display_ == ActivityDisplay::kLine ? 100ms : 3000ms);
       if (Clock::now() < due) {
         changed_.wait_until(lock, due);
-        continue;  // it may have ended, or contain another one by now
+        continue;  // by now the stage may have ended, or a nested one begun
       }
       stage.is_reported = true;
       report(stage);
@@ -105,7 +105,7 @@ class Watcher {
   bool ended_ = false, is_drawn_ = false;
 };
 
-// The log must be constructed first, so that it outlives the thread.
+// Constructs the log first, so that the log outlives the thread.
 Watcher& watcher() {
   static const bool log_first = (set_status_line(""), true);
   static Watcher instance;

@@ -8,19 +8,19 @@ namespace polymorph {
 /// Form in which stages are shown.
 enum class ActivityDisplay {
   kNone,
-  kLine,  ///< a status line at the foot of a terminal
-  kLog,   ///< a line of the log when a stage lasts longer than three seconds
-  kJson,  ///< the same as {"stage": NAME, "seconds": S} on standard error
+  kLine,  ///< a status line at the bottom of a terminal, after 0.1 seconds
+  kLog,   ///< a line of the log, if a stage lasts longer than three seconds
+  kJson,  ///< a line {"stage": NAME, "seconds": S} on standard error, also after three seconds
 };
 
-/// Sets the display of stages. Starts a thread unless `display` is kNone; it ends with the program.
+/// Sets the display of stages. Unless it is kNone, starts a thread that ends with the program.
 void show_activities(ActivityDisplay display);
 
 /// Returns the name of the innermost stage that is active on any thread; "" if there is none.
 std::string current_activity();
 
-/// Marks a stage, e.g. "fitting 256 balls to teapot", for its lifetime. Stages may be nested: the
-/// innermost is shown. Usable on any thread.
+/// Marks a stage, e.g. "fitting 256 balls to teapot", for the lifetime of the object. Stages may be
+/// nested; the innermost is shown. Usable on any thread.
 class Activity {
  public:
   explicit Activity(std::string name);

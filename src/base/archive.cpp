@@ -29,8 +29,8 @@ Result<Files> read_folder(const fs::path& folder,
   std::error_code error;
   for (fs::recursive_directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error)) {
-    std::error_code unknown;
-    if (!fs::is_regular_file(entry->symlink_status(unknown))) continue;
+    std::error_code ignored;
+    if (!fs::is_regular_file(entry->symlink_status(ignored))) continue;
     const std::string name = entry->path().lexically_relative(folder).generic_string();
     if (!is_selected(name)) continue;
     PM_TRY(std::string bytes, read_file(entry->path(), max_bytes));
@@ -53,47 +53,47 @@ Result<Files> read_tree(const fs::path& path,
                         std::size_t max_bytes) {
   std::error_code error;
   if (fs::is_directory(path, error)) return read_folder(path, is_selected, max_bytes);
-  // Opening a pipe would wait for a writer.
+  // Opening a pipe would wait for its writer.
   if (fs::is_other(path, error))
     return make_error(ErrorCode::kInput, "{}: is not a regular file", path.string());
-  const auto make_read_error = [&](archive* from) {
-    const char* const why = archive_error_string(from);
+  const auto make_read_error = [&](archive* reader) {
+    const char* const reason = archive_error_string(reader);
     return make_error(ErrorCode::kInput,
                       "{}: not a folder, nor a .zip or .tar that can be read{}{}", path.string(),
-                      why ? ": " : "", why ? why : "");
+                      reason ? ": " : "", reason ? reason : "");
   };
-  const std::unique_ptr<archive, int (*)(archive*)> from(archive_read_new(), archive_read_free);
-  if (!from) return make_error(ErrorCode::kResource, "out of memory");
-  archive_read_support_filter_gzip(from.get());
-  archive_read_support_filter_bzip2(from.get());
-  archive_read_support_filter_xz(from.get());
-  archive_read_support_filter_zstd(from.get());
-  archive_read_support_format_zip(from.get());
-  archive_read_support_format_tar(from.get());
-  if (archive_read_open_filename(from.get(), path.c_str(), 1 << 16) != ARCHIVE_OK)
-    return make_read_error(from.get());
+  const std::unique_ptr<archive, int (*)(archive*)> reader(archive_read_new(), archive_read_free);
+  if (!reader) return make_error(ErrorCode::kResource, "out of memory");
+  archive_read_support_filter_gzip(reader.get());
+  archive_read_support_filter_bzip2(reader.get());
+  archive_read_support_filter_xz(reader.get());
+  archive_read_support_filter_zstd(reader.get());
+  archive_read_support_format_zip(reader.get());
+  archive_read_support_format_tar(reader.get());
+  if (archive_read_open_filename(reader.get(), path.c_str(), 1 << 16) != ARCHIVE_OK)
+    return make_read_error(reader.get());
   Files files;
   std::size_t total = 0;
   archive_entry* entry = nullptr;
   int code = ARCHIVE_OK;
-  while ((code = archive_read_next_header(from.get(), &entry)) == ARCHIVE_OK) {
-    const char* const text = archive_entry_pathname(entry);
-    if (!text || archive_entry_filetype(entry) != AE_IFREG) continue;
-    std::string name = fs::path(text).lexically_normal().generic_string();
+  while ((code = archive_read_next_header(reader.get(), &entry)) == ARCHIVE_OK) {
+    const char* const stored_path = archive_entry_pathname(entry);
+    if (!stored_path || archive_entry_filetype(entry) != AE_IFREG) continue;
+    std::string name = fs::path(stored_path).lexically_normal().generic_string();
     if (!is_selected(name)) continue;
     if (files.size() >= kMaxFiles) return make_too_large_error(path, max_bytes);
     std::string bytes;
     char buffer[1 << 16];
     la_ssize_t count = 0;
-    while ((count = archive_read_data(from.get(), buffer, sizeof buffer)) > 0) {
+    while ((count = archive_read_data(reader.get(), buffer, sizeof buffer)) > 0) {
       total += static_cast<std::size_t>(count);
       if (total > max_bytes) return make_too_large_error(path, max_bytes);
       bytes.append(buffer, static_cast<std::size_t>(count));
     }
-    if (count < 0) return make_read_error(from.get());
+    if (count < 0) return make_read_error(reader.get());
     files[std::move(name)] = std::move(bytes);
   }
-  if (code != ARCHIVE_EOF) return make_read_error(from.get());
+  if (code != ARCHIVE_EOF) return make_read_error(reader.get());
   return files;
 }
 

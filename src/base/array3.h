@@ -1,4 +1,4 @@
-// Indices of three-dimensional arrays, x fastest: the order of a Grid's points.
+// Indices of three-dimensional arrays. x varies fastest, as for the points of a Grid.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,7 @@ constexpr Int3 array3_position(Int3 size, std::int64_t index) {
           static_cast<int>(index / size.x / size.y)};
 }
 
-/// Number of elements.
+/// Number of elements, i.e. the index after the last.
 constexpr std::size_t array3_count(Int3 size) { return array3_index(size, 0, 0, size.z); }
 
 }  // namespace polymorph

@@ -8,6 +8,7 @@
 
 namespace polymorph {
 
+/// A box; empty by default.
 struct Box {
   Vec3 low{std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity(),
            std::numeric_limits<float>::infinity()};

@@ -17,8 +17,8 @@ namespace fs = std::filesystem;
 
 static_assert(std::endian::native == std::endian::little, "cache files are little-endian");
 
-// File: magic, version, key, length of the origin in one byte, origin, content, checksum of
-// everything before.
+// Layout of a file: magic, version (4 bytes), key, length of the origin (1 byte), origin, content,
+// checksum of everything before it.
 constexpr std::size_t kHashSize = kCacheKeySize;
 constexpr std::size_t kMaxOrigin = 255;
 constexpr std::uint64_t kMaxBytes = 4ull << 30;
@@ -33,9 +33,9 @@ std::string compute_checksum(std::string_view bytes) {
   return Hasher().add_bytes(bytes.data(), bytes.size()).hex();
 }
 
-/// Tests whether a directory, a pipe or a device has a cache file's name. Such files are left
-/// alone: writing to a pipe would wait for its reader.
-bool is_no_regular_file(const fs::path& file) {
+/// Tests whether `file` exists as a directory, a pipe, a socket or a device. Those are left alone,
+/// because opening a pipe would wait for its other end.
+bool is_special_file(const fs::path& file) {
   std::error_code ignored;
   const fs::file_type type = fs::status(file, ignored).type();
   return type == fs::file_type::directory || type == fs::file_type::fifo ||
@@ -59,9 +59,9 @@ fs::path cache_path(const fs::path& folder, const std::string& key, const CacheK
 
 std::optional<std::string_view> cached_content(std::string_view bytes, const std::string& key,
                                                const CacheKind& kind, const char*& problem) {
-  const std::size_t header = kind.magic.size() + 4 + kHashSize + 1;
+  const std::size_t header_size = kind.magic.size() + 4 + kHashSize + 1;
   problem = "is no cache file of this program";
-  if (!bytes.starts_with(kind.magic) || bytes.size() < header + kHashSize) {
+  if (!bytes.starts_with(kind.magic) || bytes.size() < header_size + kHashSize) {
     if (kind.magic.starts_with(bytes.substr(0, kind.magic.size()))) problem = "is cut short";
     return std::nullopt;
   }
@@ -74,10 +74,10 @@ std::optional<std::string_view> cached_content(std::string_view bytes, const std
   problem = "belongs to another model";
   if (remaining.substr(0, kHashSize) != key) return std::nullopt;
   remaining.remove_prefix(kHashSize);
-  const auto origin = take<std::uint8_t>(remaining);
+  const auto origin_size = take<std::uint8_t>(remaining);
   problem = "is cut short";
-  if (remaining.size() < origin) return std::nullopt;
-  return remaining.substr(origin);
+  if (remaining.size() < origin_size) return std::nullopt;
+  return remaining.substr(origin_size);
 }
 
 void warn_unusable(const fs::path& folder, const std::string& key, const CacheKind& kind,
@@ -91,7 +91,7 @@ std::optional<std::string> load_cached(const fs::path& folder, const std::string
   const fs::path file = cache_path(folder, key, kind);
   std::error_code error;
   if (!fs::exists(file, error)) return std::nullopt;
-  if (is_no_regular_file(file)) {
+  if (is_special_file(file)) {
     warn_unusable(folder, key, kind, "is a folder, a pipe or a device - remove it");
     return std::nullopt;
   }
@@ -112,7 +112,7 @@ void store_cached(const fs::path& folder, const std::string& key, const CacheKin
                   std::string_view origin, std::string_view content) {
   PM_CHECK(key.size() == kHashSize);
   const fs::path file = cache_path(folder, key, kind);
-  if (is_no_regular_file(file)) return;  // load_cached() has warned
+  if (is_special_file(file)) return;  // load_cached() has warned
   const std::string label = printable(origin.substr(0, kMaxOrigin));
   std::string bytes(kind.magic);
   put(bytes, kind.version);
@@ -128,8 +128,8 @@ void store_cached(const fs::path& folder, const std::string& key, const CacheKin
 CacheLabel cache_label(const fs::path& file) {
   for (const CacheKind* kind : kCacheKinds) {
     if (file.extension() != kind->extension) continue;
-    const std::size_t fixed = kind->magic.size() + 4 + kHashSize + 1;
-    std::string start(fixed + kMaxOrigin, 0);
+    const std::size_t min_size = kind->magic.size() + 4 + kHashSize + 1;
+    std::string start(min_size + kMaxOrigin, 0);
     std::ifstream in(file, std::ios::binary);
     in.read(start.data(), static_cast<std::streamsize>(start.size()));
     start.resize(static_cast<std::size_t>(in.gcount()));
@@ -137,10 +137,11 @@ CacheLabel cache_label(const fs::path& file) {
     if (is_cut_short) return {kind, ""};
     if (!start.starts_with(kind->magic)) return {};
     std::string_view remaining = std::string_view(start).substr(kind->magic.size());
-    if (start.size() < fixed || take<std::uint32_t>(remaining) != kind->version) return {kind, ""};
+    if (start.size() < min_size || take<std::uint32_t>(remaining) != kind->version)
+      return {kind, ""};
     remaining.remove_prefix(kHashSize);
-    const auto size = take<std::uint8_t>(remaining);
-    return {kind, printable(remaining.substr(0, size))};
+    const auto origin_size = take<std::uint8_t>(remaining);
+    return {kind, printable(remaining.substr(0, origin_size))};
   }
   return {};
 }

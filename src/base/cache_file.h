@@ -30,7 +30,6 @@ inline constexpr CacheKind kPlanFiles = {"plans", ".plan", "polymorph plan\n", 3
 inline constexpr const CacheKind* kCacheKinds[] = {&kSphereFiles, &kDistanceFiles, &kPacingFiles,
                                                    &kPlanFiles};
 
-/// Path of the file with this key.
 std::filesystem::path cache_path(const std::filesystem::path& folder, const std::string& key,
                                  const CacheKind& kind);
 
@@ -39,20 +38,20 @@ std::filesystem::path cache_path(const std::filesystem::path& folder, const std:
 std::optional<std::string_view> cached_content(std::string_view bytes, const std::string& key,
                                                const CacheKind& kind, const char*& problem);
 
-/// Loads the file stored in `folder` under this key, if there is one; cached_content() gives its
-/// content. A file that is damaged, foreign, of another version or under a wrong name gives a
-/// warning and nothing.
+/// Loads the file stored in `folder` under this key; cached_content() finds the content in it.
+/// Returns nothing if there is no file. Returns nothing and warns if the file is damaged, no cache
+/// file, of another version or stored under a wrong name.
 std::optional<std::string> load_cached(const std::filesystem::path& folder, const std::string& key,
                                        const CacheKind& kind);
 
-/// Stores a file by writing a temporary and renaming it, so that readers see all or nothing; of
-/// several writers the last wins (all write the same). If writing fails, a warning is given once
-/// per folder. `origin`: names of the source models, for display only.
+/// Stores a file atomically: a reader sees all of it or nothing. If several processes store the
+/// same key, the last one wins; all write the same content. If writing fails, warns once per
+/// folder. `origin` holds the names of the source models, for display only.
 void store_cached(const std::filesystem::path& folder, const std::string& key,
                   const CacheKind& kind, std::string_view origin, std::string_view content);
 
-/// Kind of a cache file and the origin stored in it. The kind is null if the file is no cache file;
-/// one that is too short to tell is a cache file if its name is a key.
+/// Kind of a cache file and the origin stored in it. The kind is null if the file is no cache file.
+/// A file shorter than its magic is a cache file if its name is a key.
 struct CacheLabel {
   const CacheKind* kind = nullptr;
   std::string origin;
@@ -60,7 +59,7 @@ struct CacheLabel {
 /// Reads the label from a file's extension and first bytes, without reading the rest.
 CacheLabel cache_label(const std::filesystem::path& file);
 
-/// Warns that a file is not used, and why.
+/// Warns that a file is not used. `problem` is the predicate of the message: "is cut short".
 void warn_unusable(const std::filesystem::path& folder, const std::string& key,
                    const CacheKind& kind, const char* problem);
 

@@ -21,18 +21,18 @@ std::vector<fs::path> candidates() {
 }  // namespace
 
 Result<fs::path> find_data_folder() {
-  std::string tried;
+  std::string failures;
   for (const fs::path& path : candidates()) {
     std::error_code error;
     const fs::path folder = fs::canonical(path, error);
     if (!error && fs::is_directory(folder / "models", error)) return folder;
-    tried += fmt::format("\n  {}: {}", path.string(),
-                         error ? error.message() : std::string("has no models/"));
+    failures += fmt::format("\n  {}: {}", path.string(),
+                            error ? error.message() : std::string("has no models/"));
   }
   return make_error(ErrorCode::kResource,
                     "cannot find the models that come with polymorph - install them, or name "
                     "their folder in POLYMORPH_DATA_DIR; tried:{}",
-                    tried.empty() ? " nothing (/proc is not mounted)" : tried);
+                    failures.empty() ? " nothing (/proc is not mounted)" : failures);
 }
 
 }  // namespace polymorph

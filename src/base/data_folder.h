@@ -1,5 +1,5 @@
-// Folder of the program's own data: models, effects, scenes and the schema. In an installation it
-// is share/polymorph; in a build folder that is a link to scenes/.
+// Folder of the program's own data: models, effects, scenes and the schema. An installation has it
+// at share/polymorph; in a build folder, share/polymorph is a link to scenes/.
 #pragma once
 
 #include <filesystem>
@@ -8,9 +8,9 @@
 
 namespace polymorph {
 
-/// Finds the absolute folder that contains models/ and effects/: POLYMORPH_DATA_DIR if set, else
-/// share/polymorph in the program's folder or in its parent. Errors (kResource): none exists; the
-/// message lists the candidates.
+/// Finds the absolute path of the folder that contains models/ and effects/: POLYMORPH_DATA_DIR if
+/// set, else share/polymorph in the program's folder or in its parent. Errors (kResource): none
+/// exists; the message lists the candidates.
 Result<std::filesystem::path> find_data_folder();
 
 }  // namespace polymorph

@@ -9,8 +9,8 @@
 
 namespace polymorph {
 
-/// Each set is represented by its smallest member, whatever the order of joining, so that results
-/// do not depend on it.
+/// Each set is represented by its smallest member, so that results do not depend on the order of
+/// joining.
 class DisjointSets {
  public:
   explicit DisjointSets(std::size_t n) : parent_(n) {

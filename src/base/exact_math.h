@@ -1,8 +1,8 @@
-// Elementary functions with the same bits everywhere: only + - * / sqrt and integer operations,
-// each of which IEEE 754 rounds in one way, in one order. The C library's own differ between its
-// versions and, as it chooses by the processor, between machines. Double precision, a few units in
-// the last place; for values that a frame computes once or a few thousand times, not for inner
-// loops (those have kernels/simd_math.h).
+// Elementary functions whose results are equal to the bit on all machines. They use only + - * /,
+// sqrt and integer operations, which IEEE 754 rounds in exactly one way, in a fixed order. The
+// functions of the C library differ between its versions and between processors. Double precision,
+// errors of a few units in the last place. Meant for values that a frame computes once or a few
+// thousand times; inner loops use kernels/simd_math.h.
 #pragma once
 
 #include <cmath>
@@ -27,14 +27,14 @@ inline double from_bits(std::uint64_t bits) {
   std::memcpy(&a, &bits, sizeof a);
   return a;
 }
-/// The nearest whole number of |a| < 2^51.
+/// Rounds |a| < 2^51 to the nearest integer: at 2^52 a double has no fraction.
 inline double round_to_nearest(double a) { return (a + 0x1.8p52) - 0x1.8p52; }
 
 struct SinCos {
   double sine, cosine;
 };
 /// Taylor series on [-pi/4, pi/4]; the truncation error is below 1e-17.
-inline SinCos near_zero(double x) {
+inline SinCos sin_cos_taylor(double x) {
   const double q = x * x;
   double s = 0, c = 0;
   for (int k = 8; k >= 1; --k) {
@@ -43,12 +43,12 @@ inline SinCos near_zero(double x) {
   }
   return {x * (1 + s), 1 + c};
 }
-/// Requires |x| < 10^5.
+/// Sine and cosine of |x| < 10^5.
 inline SinCos sin_cos(double x) {
   const double n = round_to_nearest(x * (2 / kPi));
-  // pi/2 in parts of 33 bits, so that products with n are exact.
+  // Cody-Waite reduction: the first two parts of pi/2 have 33 bits, so that n times them is exact.
   const double r = ((x - n * 0x1.921fb544p+0) - n * 0x1.0b4611a6p-34) - n * 0x1.3198a2e037073p-69;
-  const SinCos a = near_zero(r);
+  const SinCos a = sin_cos_taylor(r);
   switch (static_cast<std::int64_t>(n) & 3) {
     case 0:
       return a;
@@ -70,7 +70,7 @@ inline double tan(double x) {
   return a.sine / a.cosine;
 }
 
-/// The exponential function: 0 below -700, infinite above 700.
+/// The exponential function, reduced as in sin_cos(); 0 for x <= -700, infinite above 700.
 inline double exp(double x) {
   if (!(x > -700)) return x != x ? x : 0;
   if (x > 700) return std::numeric_limits<double>::infinity();
@@ -92,7 +92,7 @@ inline double exp2(double x) {
 inline double log(double x) {
   if (!(x > 0)) return x != x ? x : -std::numeric_limits<double>::infinity();
   if (x > std::numeric_limits<double>::max()) return x;
-  // x = 2^n m with m in [sqrt(1/2), sqrt(2)).
+  // x = 2^n m with m in [sqrt(1/2), sqrt(2)); log(m) = 2 atanh(s), as a series.
   const std::uint64_t bits = detail::to_bits(x);
   const std::uint64_t half_root = 0x3fe6a09e667f3bcdull;  // the bits of sqrt(1/2)
   const auto n = static_cast<std::int64_t>(bits - half_root) >> 52;
@@ -122,15 +122,15 @@ inline double pow(double x, double y) {
 
 /// Arc tangent in (-pi/2, pi/2).
 inline double atan(double x) {
-  // Two halvings of the angle: tan(a / 2) = t / (1 + sqrt(1 + t^2)).
-  const bool steep = std::fabs(x) > 1;
-  double t = steep ? 1 / x : x;
+  // Halve the angle twice, by tan(a / 2) = t / (1 + sqrt(1 + t^2)), then sum the series.
+  const bool is_steep = std::fabs(x) > 1;
+  double t = is_steep ? 1 / x : x;
   for (int i = 0; i < 2; ++i) t = t / (1 + std::sqrt(1 + t * t));
   const double q = t * t;  // t < 0.199
   double sum = 0;
   for (int k = 25; k >= 3; k -= 2) sum = q * ((k % 4 == 1 ? 1.0 : -1.0) / k + sum);
   const double a = 4 * t * (1 + sum);
-  return steep ? (x > 0 ? kPi / 2 : -kPi / 2) - a : a;
+  return is_steep ? (x > 0 ? kPi / 2 : -kPi / 2) - a : a;
 }
 /// Angle of the point (x, y) in [-pi, pi]; 0 at the origin.
 inline double atan2(double y, double x) {

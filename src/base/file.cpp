@@ -39,7 +39,7 @@ struct Descriptor {
   explicit Descriptor(int f) : fd(f) {}
 };
 
-/// Removes the temporary file unless it was renamed.
+/// A temporary file, removed by the destructor unless `keep` is set.
 struct Temporary {
   fs::path path;
   bool keep = false;
@@ -52,11 +52,11 @@ struct Temporary {
 };
 
 std::atomic<int> deferred_signal{0};
-void defer_signal(int number) { deferred_signal = number; }
+void defer_signal(int signal_number) { deferred_signal = signal_number; }
 
-/// Defers signals that would end the process during its lifetime: between the renames of several
-/// files they would leave some old and some new ones. Blocking them in the signal mask would affect
-/// this thread only.
+/// Defers SIGINT, SIGTERM and SIGHUP during its lifetime, because ending the process between the
+/// renames of several files would leave a mixture of old and new ones. Blocking them in the signal
+/// mask would affect this thread only.
 class DeferredSignals {
  public:
   DeferredSignals() {
@@ -83,13 +83,13 @@ class DeferredSignals {
   struct sigaction previous_[std::size(kSignals)]{};
 };
 
-Error write_error(const fs::path& path, int number, const char* remedy) {
+Error write_error(const fs::path& path, int errno_value, const char* remedy) {
   return make_error(ErrorCode::kOutput, "{}: cannot write: {} - {}", path.string(),
-                    std::strerror(number), remedy);
+                    std::strerror(errno_value), remedy);
 }
 
-const char* suggest_remedy(int number) {
-  switch (number) {
+const char* suggest_remedy(int errno_value) {
+  switch (errno_value) {
     case ENOSPC:
     case EDQUOT:
       return "free some space or choose another folder with -o";
@@ -112,8 +112,8 @@ const char* suggest_remedy(int number) {
 constexpr std::size_t kTagDigits = 12;
 constexpr std::string_view kTemporaryEnd = ".part";
 
-// The random part separates containers that share the folder and have equal host names and process
-// ids.
+// The random tag distinguishes processes in containers that share the folder and have equal host
+// names and process ids.
 fs::path temporary_name(const fs::path& path) {
   static std::uint64_t counter = 0;
   const auto now = std::chrono::steady_clock::now().time_since_epoch().count();
@@ -127,7 +127,7 @@ fs::path temporary_name(const fs::path& path) {
 bool is_temporary_name(std::string_view name) {
   if (!name.starts_with('.') || !name.ends_with(kTemporaryEnd)) return false;
   name.remove_suffix(kTemporaryEnd.size());
-  if (name.size() <= kTagDigits + 2) return false;  // both dots and at least a letter
+  if (name.size() <= kTagDigits + 2) return false;  // no NAME between the dots
   const std::string_view tag = name.substr(name.size() - kTagDigits - 1);
   return tag[0] == '.' && tag.find_first_not_of("0123456789abcdef", 1) == std::string_view::npos;
 }
@@ -140,11 +140,11 @@ std::optional<FileIdentity> find_identity(const fs::path& path) {
   return FileIdentity(info.st_dev, info.st_ino);
 }
 
-/// The files that this run reads, and the name that each was read by.
+/// The files that this run reads, with the names under which it read them.
 class Inputs {
  public:
-  void begin() { set(true); }
-  void end() { set(false); }
+  void begin() { reset(true); }
+  void end() { reset(false); }
   void add(const fs::path& path) {
     std::error_code ignored;
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -155,9 +155,9 @@ class Inputs {
     const auto identity = find_identity(path);
     if (!identity) return false;
     const std::lock_guard<std::mutex> lock(mutex_);
-    const auto found = names_.find(*identity);
+    const auto entry = names_.find(*identity);
     // The inode of a removed file may have been reused by another file.
-    return found != names_.end() && find_identity(found->second) == identity;
+    return entry != names_.end() && find_identity(entry->second) == identity;
   }
   std::vector<fs::path> paths() {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -167,7 +167,7 @@ class Inputs {
   }
 
  private:
-  void set(bool active) {
+  void reset(bool active) {
     const std::lock_guard<std::mutex> lock(mutex_);
     active_ = active;
     names_.clear();
@@ -185,10 +185,10 @@ Inputs& inputs() {
 
 /// Checks that `path` is no directory, block device, socket or registered input. Errors: kOutput.
 Status check_target(const fs::path& path) {
-  std::error_code ignored;  // other problems are found when the file is opened
-  const fs::file_type kind = fs::status(path, ignored).type();
-  if (kind == fs::file_type::directory) return write_error(path, EISDIR, suggest_remedy(EISDIR));
-  if (kind == fs::file_type::block || kind == fs::file_type::socket)
+  std::error_code ignored;  // opening the file reports other problems
+  const fs::file_type type = fs::status(path, ignored).type();
+  if (type == fs::file_type::directory) return write_error(path, EISDIR, suggest_remedy(EISDIR));
+  if (type == fs::file_type::block || type == fs::file_type::socket)
     return make_error(ErrorCode::kOutput,
                       "{}: cannot write: it is a block device or a socket - choose another name",
                       path.string());
@@ -202,8 +202,8 @@ Status check_target(const fs::path& path) {
 /// Tests for pipes and devices (/dev/stdout, /dev/null), which are written to and never replaced.
 bool is_stream(const fs::path& path) {
   std::error_code ignored;
-  const fs::file_type kind = fs::status(path, ignored).type();
-  return kind == fs::file_type::fifo || kind == fs::file_type::character;
+  const fs::file_type type = fs::status(path, ignored).type();
+  return type == fs::file_type::fifo || type == fs::file_type::character;
 }
 
 Status make_parent(const fs::path& path) {
@@ -219,10 +219,10 @@ Status write_all(int fd, std::string_view bytes, const fs::path& path) {
   while (!bytes.empty()) {
     const ssize_t n = ::write(fd, bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0 && errno == EAGAIN) {       // the pipe is full
-      constexpr int kMilliseconds = 100;  // poll again: another thread may have received a signal
+    if (n < 0 && errno == EAGAIN) {           // the pipe is full
+      constexpr int kPollMilliseconds = 100;  // another thread may receive a signal meanwhile
       pollfd wait{fd, POLLOUT, 0};
-      if (::poll(&wait, 1, kMilliseconds) >= 0 && !stop_waiting_for_readers) continue;
+      if (::poll(&wait, 1, kPollMilliseconds) >= 0 && !stop_waiting_for_readers) continue;
       return make_error(ErrorCode::kOutput, "{}: stopped by a signal while its reader waited",
                         path.string());
     }
@@ -257,9 +257,9 @@ Status write_temporary(const fs::path& path, const ByteSource& next, Temporary& 
   const Descriptor file(
       ::open(temporary.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
   if (file.fd < 0) {
-    const int number = errno;
+    const int errno_value = errno;
     temporary.keep = true;  // it was not created
-    return write_error(path, number, suggest_remedy(number));
+    return write_error(path, errno_value, suggest_remedy(errno_value));
   }
   PM_TRY_STATUS(write_all(file.fd, next, path));
   if (::fsync(file.fd) != 0 && errno != EINVAL && errno != EROFS)
@@ -277,34 +277,34 @@ void sync_folder(const fs::path& path) {
 /// A pending replacement of `path`, with the old file kept for undo().
 struct Replacement {
   const fs::path& path;
-  Temporary bytes, old;
-  bool had_old = false;
+  Temporary new_file, old_file;
+  bool had_old_file = false;
   explicit Replacement(const fs::path& p)
-      : path(p), bytes(temporary_name(p)), old(temporary_name(p)) {}
+      : path(p), new_file(temporary_name(p)), old_file(temporary_name(p)) {}
 
   /// Replaces the file. Returns 0, or the errno value of a failure, after which the path is
   /// unchanged.
   int replace() {
-    had_old = ::link(path.c_str(), old.path.c_str()) == 0;
-    if (!had_old && errno != ENOENT) {
+    had_old_file = ::link(path.c_str(), old_file.path.c_str()) == 0;
+    if (!had_old_file && errno != ENOENT) {
       // The file system has no hard links: rename the old file instead.
       std::error_code ignored;
       if (fs::is_directory(fs::symlink_status(path, ignored))) return EISDIR;
-      if (::rename(path.c_str(), old.path.c_str()) != 0) return errno;
-      had_old = true;
+      if (::rename(path.c_str(), old_file.path.c_str()) != 0) return errno;
+      had_old_file = true;
     }
-    if (::rename(bytes.path.c_str(), path.c_str()) == 0) {
-      bytes.keep = true;
+    if (::rename(new_file.path.c_str(), path.c_str()) == 0) {
+      new_file.keep = true;
       return 0;
     }
-    const int number = errno;
-    if (had_old) undo();
-    return number;
+    const int errno_value = errno;
+    if (had_old_file) undo();
+    return errno_value;
   }
-  /// Restores the old file; if that fails, it keeps its temporary name.
+  /// Restores the old file, if any; if that fails, the old file keeps its temporary name.
   void undo() {
-    if (had_old)
-      old.keep = ::rename(old.path.c_str(), path.c_str()) != 0;
+    if (had_old_file)
+      old_file.keep = ::rename(old_file.path.c_str(), path.c_str()) != 0;
     else
       ::unlink(path.c_str());
   }
@@ -349,13 +349,13 @@ Result<std::string> read_file(const fs::path& path, std::uint64_t limit) {
   if (size > limit)
     return make_error(ErrorCode::kInput, "{}: is too large ({} bytes, the limit is {})",
                       path.string(), size, limit);
-  constexpr std::uint64_t kSmall = 1 << 20;
-  if (const std::uint64_t left = size > kSmall ? remaining_memory() : size; size > left)
+  constexpr std::uint64_t kSmall = 1 << 20;  // up to 1 MiB, the memory budget is not checked
+  if (const std::uint64_t available = size > kSmall ? remaining_memory() : size; size > available)
     return make_error(ErrorCode::kResource,
                       "{}: reading it takes {} of memory, and the limit leaves {} - use a smaller "
                       "file or raise --max-memory",
                       path.string(), format_bytes(static_cast<double>(size)),
-                      format_bytes(static_cast<double>(left)));
+                      format_bytes(static_cast<double>(available)));
   std::string bytes(size, '\0');
   std::size_t done = 0;
   while (done < bytes.size()) {
@@ -399,14 +399,14 @@ Status write_files(const std::vector<NewFile>& files) {
   for (const NewFile& file : files)
     if (!is_stream(file.path))
       PM_TRY_STATUS(write_temporary(file.path, make_source(file.bytes),
-                                    replacements.emplace_back(file.path).bytes));
+                                    replacements.emplace_back(file.path).new_file));
   for (std::size_t i = 0; i < replacements.size(); ++i) {
-    const int number = replacements[i].replace();
-    if (number == 0) continue;
+    const int errno_value = replacements[i].replace();
+    if (errno_value == 0) continue;
     for (std::size_t done = i; done > 0; --done) replacements[done - 1].undo();
-    return write_error(replacements[i].path, number, suggest_remedy(number));
+    return write_error(replacements[i].path, errno_value, suggest_remedy(errno_value));
   }
-  // What a pipe has got cannot be taken back.
+  // Pipes come last, because what was written to them cannot be undone.
   for (const NewFile& file : files)
     if (is_stream(file.path)) PM_TRY_STATUS(write_stream(file.path, make_source(file.bytes)));
   std::set<fs::path> folders;
@@ -422,7 +422,7 @@ Status check_writable(const fs::path& path) {
     if (::access(path.c_str(), W_OK) != 0) return write_error(path, errno, suggest_remedy(errno));
     return Ok{};
   }
-  // The nearest existing folder decides; those below it are created when the first file is written.
+  // Check the nearest existing folder; write_file() creates those below it.
   fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   while (!fs::exists(folder, error) && folder.has_parent_path() && folder != folder.parent_path())
     folder = folder.parent_path();

@@ -1,4 +1,4 @@
-// Folders: whether a path lies in one.
+// Containment of paths in folders.
 #pragma once
 
 #include <filesystem>
@@ -6,7 +6,7 @@
 
 namespace polymorph {
 
-/// Tells whether a path is a folder or lies in it, once links are followed. Neither needs to exist.
+/// Tests whether `path` is `folder` or lies in it, after resolving links. Neither needs to exist.
 inline bool lies_in(const std::filesystem::path& path, const std::filesystem::path& folder) {
   std::error_code ignored;
   const auto full = [&](const std::filesystem::path& p) {

@@ -7,37 +7,37 @@
 namespace polymorph {
 
 Result<FramePattern> parse_pattern(const std::string& text) {
-  const std::size_t name = text.rfind('/') == std::string::npos ? 0 : text.rfind('/') + 1;
-  if (name == text.size())
+  const std::size_t name_at = text.rfind('/') == std::string::npos ? 0 : text.rfind('/') + 1;
+  if (name_at == text.size())
     return make_error(ErrorCode::kUsage,
                       "{}: names a folder - add a file name such as frame.####.exr", text);
-  if (text.substr(0, name).find('#') != std::string::npos)
+  if (text.substr(0, name_at).find('#') != std::string::npos)
     return make_error(ErrorCode::kUsage,
                       "{}: the frame number (####) must stand in the file name, not in a folder's",
                       text);
   FramePattern pattern;
-  std::string* out = &pattern.before;
-  *out = text.substr(0, name);
-  const auto place = [&](int digits) -> Status {
+  std::string* target = &pattern.before;
+  *target = text.substr(0, name_at);
+  const auto set_digits = [&](int digits) -> Status {
     if (pattern.digits > 0)
       return make_error(ErrorCode::kUsage, "{}: has two places for the frame number - keep one",
                         text);
     pattern.digits = digits;
-    out = &pattern.after;
+    target = &pattern.after;
     return Ok{};
   };
-  for (std::size_t i = name; i < text.size();) {
+  for (std::size_t i = name_at; i < text.size();) {
     if (text[i] == '#') {
       std::size_t end = i;
       while (end < text.size() && text[end] == '#') ++end;
-      // One # is one digit to Blender and four to OpenImageIO, so it is nothing here.
+      // One # means one digit in Blender and four in OpenImageIO, so it is an error here.
       if (end - i == 1)
         return make_error(ErrorCode::kUsage,
                           "{}: a lone # is ambiguous - write #### for four digits", text);
-      PM_TRY_STATUS(place(static_cast<int>(end - i)));
+      PM_TRY_STATUS(set_digits(static_cast<int>(end - i)));
       i = end;
     } else if (text.compare(i, 2, "%%") == 0) {
-      *out += '%';
+      *target += '%';
       i += 2;
     } else if (text[i] == '%') {
       const auto d = text.find('d', i);
@@ -48,10 +48,10 @@ Result<FramePattern> parse_pattern(const std::string& text) {
             ErrorCode::kUsage,
             "{}: after % only a frame number as in %04d can stand - write %% for a percent sign",
             text);
-      PM_TRY_STATUS(place(static_cast<int>(*digits)));
+      PM_TRY_STATUS(set_digits(static_cast<int>(*digits)));
       i = d + 1;
     } else {
-      *out += text[i++];
+      *target += text[i++];
     }
   }
   return pattern;
@@ -65,10 +65,10 @@ Result<FramePattern> file_pattern(const std::filesystem::path& file) {
 
 FramePattern add_number(FramePattern pattern) {
   if (pattern.has_number()) return pattern;
-  const std::size_t name =
+  const std::size_t name_at =
       pattern.before.rfind('/') == std::string::npos ? 0 : pattern.before.rfind('/') + 1;
   const std::size_t dot = pattern.before.rfind('.');
-  const std::size_t cut = dot == std::string::npos || dot <= name ? pattern.before.size() : dot;
+  const std::size_t cut = dot == std::string::npos || dot <= name_at ? pattern.before.size() : dot;
   return {pattern.before.substr(0, cut) + ".", pattern.before.substr(cut), 4};
 }
 
@@ -90,7 +90,7 @@ Result<std::vector<int>> existing_frames(const FramePattern& pattern) {
   namespace fs = std::filesystem;
   const fs::path sample(pattern.before + "0" + pattern.after);
   const fs::path folder = sample.has_parent_path() ? sample.parent_path() : fs::path(".");
-  const std::string head = fs::path(pattern.before + "x").filename().string();
+  const std::string head = fs::path(pattern.before + "x").filename().string();  // never empty
   const std::string before = head.substr(0, head.size() - 1);
   std::error_code error;
   std::vector<int> frames;
@@ -102,7 +102,7 @@ Result<std::vector<int>> existing_frames(const FramePattern& pattern) {
     const std::string number =
         name.substr(before.size(), name.size() - before.size() - pattern.after.size());
     const auto frame = parse_integer(number);
-    // Only names that frame_path() would give: "frame.7.exr" is not frame 7 of "frame.####.exr".
+    // Only names that frame_path() would return: "frame.7.exr" is not frame 7 of "frame.####.exr".
     if (frame && *frame >= 0 && *frame <= 100000000 &&
         frame_path(pattern, static_cast<int>(*frame)).filename() == name)
       frames.push_back(static_cast<int>(*frame));

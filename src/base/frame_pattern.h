@@ -9,29 +9,30 @@
 
 namespace polymorph {
 
-/// A file name with a place for the frame number: "out/frame.####.exr" (n hashes = n digits) or
-/// "out/frame.%04d.exr"; "%%" is a percent sign. The number may only stand in the file name.
+/// A path with a place for the frame number in its file name: "out/frame.####.exr" (n hashes = n
+/// digits) or "out/frame.%04d.exr"; "%%" is a percent sign.
 struct FramePattern {
   std::string before, after;
   int digits = 0;  ///< 0 = no place for a number
   bool has_number() const { return digits > 0; }
 };
 
-/// Errors (kUsage): a lone '#', two places for a number, a place in a folder's name, no file name.
+/// Parses a pattern. Errors (kUsage): a lone '#', two places for a number or one in a folder, no
+/// name.
 Result<FramePattern> parse_pattern(const std::string& text);
 
-/// The pattern of a file in a folder whose name is taken as it is. Errors: as above.
+/// Parses the file name only; the folder's name is taken literally. Errors: as above.
 Result<FramePattern> file_pattern(const std::filesystem::path& file);
 
-/// ".####" is put before the extension when more than one frame goes to a name without a place for
-/// its number.
+/// Inserts ".####" before the extension if the pattern has no place for a number, so that it can
+/// name several frames.
 FramePattern add_number(FramePattern pattern);
 
 std::filesystem::path frame_path(const FramePattern& pattern, int frame);
 /// Replaces the extension of the pattern (".png").
 FramePattern with_extension(FramePattern pattern, const std::string& extension);
 
-/// Frames that exist on disk under this pattern, ascending. Errors (kInput): unreadable folder.
+/// Lists the frames on disk that match the pattern, ascending. Errors (kInput): unreadable folder.
 Result<std::vector<int>> existing_frames(const FramePattern& pattern);
 
 }  // namespace polymorph

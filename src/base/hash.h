@@ -20,9 +20,9 @@ class Hasher {
   Hasher& operator=(const Hasher&) = delete;
 
   Hasher& add_bytes(const void* data, std::size_t size);
-  Hasher& add(
-      std::string_view text);  ///< includes the length, so that "ab","c" and "a","bc" differ
-  /// Adds a plain value without padding, or an array of them.
+  /// Adds a text and its length, so that "ab", "c" and "a", "bc" differ.
+  Hasher& add(std::string_view text);
+  /// Adds a number, or an array of values without padding and its length.
   template <class T>
   requires std::is_arithmetic_v<T> Hasher& add(T value) { return add_bytes(&value, sizeof value); }
   template <class T>

@@ -12,10 +12,10 @@ std::string base64(std::string_view bytes) {
   std::string text;
   text.reserve((bytes.size() + 2) / 3 * 4);
   for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const auto at = [&](std::size_t k) {
+    const auto byte_at = [&](std::size_t k) {
       return k < bytes.size() ? static_cast<unsigned char>(bytes[k]) : 0u;
     };
-    const unsigned value = at(i) << 16 | at(i + 1) << 8 | at(i + 2);
+    const unsigned value = byte_at(i) << 16 | byte_at(i + 1) << 8 | byte_at(i + 2);
     for (unsigned digit = 0; digit < 4; ++digit)
       text += i + digit <= bytes.size() ? kDigits[value >> (18 - 6 * digit) & 63] : '=';
   }

@@ -8,7 +8,6 @@
 
 namespace polymorph {
 
-/// Encodes bytes as base64.
 std::string base64(std::string_view bytes);
 
 /// Escapes "<" in JSON, so that it cannot end the script element that contains it.

@@ -1,4 +1,4 @@
-// List of the files that this run has read, for commands that watch them.
+// List of the files that this run has read, for commands that watch their inputs.
 #pragma once
 
 #include <filesystem>

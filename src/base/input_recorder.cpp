@@ -22,17 +22,17 @@ Recorders& recorders() {
   return instance;
 }
 
-fs::path key(const fs::path& path) {
+fs::path normalized_path(const fs::path& path) {
   std::error_code error;
-  const fs::path whole = fs::absolute(path, error);
-  return error ? fs::path() : whole.lexically_normal();
+  const fs::path absolute = fs::absolute(path, error);
+  return error ? fs::path() : absolute.lexically_normal();
 }
 
-template <class Tell>
-void tell_recorders(const Tell& tell) {
+template <class F>
+void for_each_recorder(const F& f) {
   if (!recorders().any) return;
   const std::lock_guard lock(recorders().mutex);
-  for (InputRecorder* recorder : recorders().all) tell(*recorder);
+  for (InputRecorder* recorder : recorders().all) f(*recorder);
 }
 
 }  // namespace
@@ -51,12 +51,12 @@ InputRecorder::~InputRecorder() {
 
 void InputRecorder::add(const fs::path& path, const std::string& sha256) {
   const std::lock_guard lock(mutex_);
-  digests_[key(path)] = sha256;
+  digests_[normalized_path(path)] = sha256;
 }
 
 void InputRecorder::add(const fs::path& path) {
   const std::lock_guard lock(mutex_);
-  digests_.try_emplace(key(path));
+  digests_.try_emplace(normalized_path(path));
 }
 
 std::vector<ReadFile> InputRecorder::files() {
@@ -66,7 +66,7 @@ std::vector<ReadFile> InputRecorder::files() {
     for (const auto& [path, digest] : digests_)
       if (digest.empty()) unread.push_back(path);
   }
-  // Tells this recorder of their bytes, as all others.
+  // read_file() reports the bytes to all recorders, hence to this one.
   for (const fs::path& path : unread) (void)read_file(path);
   std::vector<ReadFile> all;
   const std::lock_guard lock(mutex_);
@@ -78,11 +78,11 @@ std::vector<ReadFile> InputRecorder::files() {
 void record_input(const fs::path& path, std::string_view bytes) {
   if (!recorders().any) return;
   const std::string sha256 = Sha256().add(bytes.data(), bytes.size()).hex();
-  tell_recorders([&](InputRecorder& recorder) { recorder.add(path, sha256); });
+  for_each_recorder([&](InputRecorder& recorder) { recorder.add(path, sha256); });
 }
 
 void record_input(const fs::path& path) {
-  tell_recorders([&](InputRecorder& recorder) { recorder.add(path); });
+  for_each_recorder([&](InputRecorder& recorder) { recorder.add(path); });
 }
 
 }  // namespace polymorph

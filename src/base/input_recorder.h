@@ -10,15 +10,14 @@
 
 namespace polymorph {
 
-/// A file that was read.
 struct ReadFile {
   std::filesystem::path path;  ///< absolute, without "." and ".."
   std::string sha256;          ///< 64 hex digits
 };
 
-/// Records what read_file() reads during its lifetime in any thread, by the bytes that it returned,
-/// and the files that other programs read and that are registered by remember_input()
-/// (base/file.h). Those are read once more for their digests.
+/// Records the files that any thread reads during its lifetime, with their digests: those of
+/// read_file(), by the bytes that it returned, and those that other code reads and registers with
+/// remember_input() (base/file.h). files() reads the latter once more for their digests.
 class InputRecorder {
  public:
   InputRecorder();
@@ -26,7 +25,7 @@ class InputRecorder {
   InputRecorder(const InputRecorder&) = delete;
   InputRecorder& operator=(const InputRecorder&) = delete;
 
-  /// Lists the files, sorted by path and each once. What cannot be read is left out.
+  /// Lists each file once, sorted by path. Files that cannot be read are left out.
   std::vector<ReadFile> files();
 
   // For base/file.cpp.
@@ -35,10 +34,10 @@ class InputRecorder {
 
  private:
   std::mutex mutex_;
-  std::map<std::filesystem::path, std::string> digests_;  ///< empty: not known yet
+  std::map<std::filesystem::path, std::string> digests_;  ///< empty = not known yet
 };
 
-/// Tells all recorders of a file that was read, or registered. No effect where there is none.
+/// Reports a file that was read, or registered, to all recorders.
 void record_input(const std::filesystem::path& path, std::string_view bytes);
 void record_input(const std::filesystem::path& path);
 

@@ -1,5 +1,5 @@
-// JSON: a tree of values, its reader and its writer. Members keep their order, and values that were
-// read know their line and column, for messages.
+// JSON: a tree of values, its reader and its writer. Members keep their order. Parsed values keep
+// their offset in the text, so that messages can name line and column.
 #pragma once
 
 #include <array>
@@ -27,13 +27,13 @@ struct JsonValue {
   Kind kind = Kind::kNull;
   bool boolean = false;
   bool integral = false;       ///< a number written without fraction that fits int64
-  bool exceeds_int64 = false;  ///< one that fits uint64 only; `integer` has its bits
+  bool exceeds_int64 = false;  ///< an integer that fits uint64 only; `integer` has its bits
   double number = 0;           ///< value of a number
-  std::int64_t integer = 0;    ///< when integral
+  std::int64_t integer = 0;    ///< value of a number, if `integral`
   std::string string;
   std::vector<JsonValue> items;     ///< elements of an array
   std::vector<JsonMember> members;  ///< members of an object, in their order
-  std::size_t offset = kNowhere;    ///< byte offset of its first character in the text
+  std::size_t offset = kNowhere;    ///< offset of its first byte in the text
 
   JsonValue() = default;  ///< null
   JsonValue(std::string text);
@@ -70,22 +70,21 @@ struct JsonValue {
   bool is_array() const { return kind == Kind::kArray; }
   bool is_object() const { return kind == Kind::kObject; }
 
-  /// The number of items or members.
   std::size_t size() const;
   bool empty() const { return size() == 0; }
 
-  /// The member called `key`, or null pointer.
+  /// The member called `key`, or a null pointer.
   const JsonValue* find(std::string_view key) const;
   bool contains(std::string_view key) const { return find(key) != nullptr; }
   /// The member called `key`, or a null value.
   const JsonValue& get(std::string_view key) const;
 
-  /// The member called `key`, added behind the others if it is missing; null becomes an object.
+  /// The member called `key`, appended if it is missing; a null value becomes an object first.
   JsonValue& operator[](std::string_view key);
-  /// Sets all members of another object; those that are new are added behind the others;
-  /// null becomes an object.
+  /// Sets all members of another object and appends those that are new; a null value becomes an
+  /// object first.
   void update(const JsonValue& object);
-  /// Adds an item to an array; null becomes an array.
+  /// Appends an item to an array; a null value becomes an array first.
   void push_back(JsonValue item);
 };
 
@@ -95,7 +94,7 @@ struct JsonMember {
   std::size_t key_offset = JsonValue::kNowhere;
 };
 
-// A list of members has a size once a member is a complete type; clang 14 insists.
+// Defined here, where JsonMember is a complete type: clang 14 needs that for size().
 inline std::size_t JsonValue::size() const { return items.size() + members.size(); }
 
 struct TextPosition {
@@ -103,27 +102,27 @@ struct TextPosition {
 };
 
 struct JsonDocument {
-  std::string name;  ///< the file, for messages
+  std::string name;  ///< name of the file in messages
   std::string text;
   JsonValue root;
   TextPosition position(std::size_t offset) const;
 };
 
-/// Reads JSON. Comments, // to the end of a line and /* */, are skipped. Nesting is limited to
-/// 64; a duplicate key is an error that names both lines. Errors (kInput): "NAME:LINE:COL: what",
-/// the line itself and a caret below it.
+/// Parses JSON. Skips comments (// to the end of a line and /* */). Nesting deeper than 64 levels
+/// and duplicate keys are errors. Errors (kInput): "NAME:LINE:COL: what", the line itself and a
+/// caret below it; for a duplicate key, both lines are named.
 Result<JsonDocument> parse_json(std::string name, std::string text);
 
-/// Writes JSON, with `indent` spaces per level (-1: one line). Floating-point numbers have at most
-/// 17 digits and read back as the same; those that are not finite become null, and bytes that are
-/// not UTF-8 become U+FFFD.
+/// Formats JSON with `indent` spaces per level (-1: one line). Floating-point numbers have at most
+/// 17 digits and read back as the same value. Numbers that are not finite become null; bytes that
+/// are not UTF-8 become U+FFFD.
 std::string format_json(const JsonValue& value, int indent = -1);
 
-/// format_json() for files and terminals: ends with a newline, and characters that a terminal would
-/// act upon are escaped.
+/// format_json() for files and terminals: ends with a newline, and escapes characters that would
+/// control a terminal.
 std::string dump_json(const JsonValue& value, int indent = 2);
 
-/// "boolean", "number", ... for messages.
+/// Name of a kind in messages: "true or false", "a number", "a list" ...
 const char* kind_name(JsonValue::Kind kind);
 
 }  // namespace polymorph

@@ -1,5 +1,5 @@
-// Reading and writing JSON text, by nlohmann-json. No other file includes it: its header takes
-// longer to compile than most files.
+// Reading and writing JSON text with nlohmann-json. No other file includes that library, because
+// its header takes longer to compile than most files.
 #include <algorithm>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kMaxDepth = 64;
 
-/// Iterator that counts the characters read: at each SAX event, that is the lexer's position.
+/// Iterator that counts the characters read. At each SAX event, the count is the lexer's position.
 class CountingIterator {
  public:
   using iterator_category = std::input_iterator_tag;
@@ -23,11 +23,11 @@ class CountingIterator {
   using pointer = const char*;
   using reference = const char&;
 
-  CountingIterator(const char* at, std::size_t* taken) : at_(at), taken_(taken) {}
+  CountingIterator(const char* at, std::size_t* read_count) : at_(at), read_count_(read_count) {}
   reference operator*() const { return *at_; }
   CountingIterator& operator++() {
     ++at_;
-    ++*taken_;
+    ++*read_count_;
     return *this;
   }
   CountingIterator operator++(int) {
@@ -40,12 +40,12 @@ class CountingIterator {
 
  private:
   const char* at_;
-  std::size_t* taken_;
+  std::size_t* read_count_;
 };
 
-bool continues_character(char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; }
+bool is_continuation(char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; }
 
-/// The line of text around `offset`, with a caret below that character.
+/// Returns the line of text around `offset`, with a caret below that character.
 std::string excerpt(const JsonDocument& document, std::size_t offset) {
   const std::string& text = document.text;
   offset = std::min(offset, text.size());
@@ -53,28 +53,27 @@ std::string excerpt(const JsonDocument& document, std::size_t offset) {
   while (begin > 0 && text[begin - 1] != '\n') --begin;
   if (begin == 0 && text.starts_with("\xEF\xBB\xBF")) begin = std::min<std::size_t>(3, offset);
   std::size_t end = std::min(text.find('\n', offset), text.size());
-  // A minified scene is one long line: show a part of it, cut between characters.
-  constexpr std::size_t kContext = 50;
+  // A minified scene is one long line. Show a part of it that begins and ends between characters.
+  constexpr std::size_t kContext = 50;  // bytes on each side
   if (offset - begin > kContext) begin = offset - kContext;
-  while (begin < offset && continues_character(text[begin])) ++begin;
+  while (begin < offset && is_continuation(text[begin])) ++begin;
   end = std::min(end, offset + kContext);
-  while (end < text.size() && end > offset && continues_character(text[end])) --end;
+  while (end < text.size() && end > offset && is_continuation(text[end])) --end;
   std::string line = text.substr(begin, end - begin);
   for (char& c : line)
     if (static_cast<unsigned char>(c) < 0x20) c = ' ';
-  const auto columns =
-      offset - begin -
-      static_cast<std::size_t>(std::count_if(text.begin() + static_cast<std::ptrdiff_t>(begin),
-                                             text.begin() + static_cast<std::ptrdiff_t>(offset),
-                                             continues_character));
+  const auto columns = offset - begin -
+                       static_cast<std::size_t>(std::count_if(
+                           text.begin() + static_cast<std::ptrdiff_t>(begin),
+                           text.begin() + static_cast<std::ptrdiff_t>(offset), is_continuation));
   return fmt::format("\n  | {}\n  | {}^", line, std::string(columns, ' '));
 }
 
 /// Builds the tree from nlohmann's SAX events.
 class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
  public:
-  TreeBuilder(JsonDocument& document, const std::size_t& taken)
-      : document_(document), taken_(taken) {}
+  TreeBuilder(JsonDocument& document, const std::size_t& read_count)
+      : document_(document), read_count_(read_count) {}
 
   std::string error;
 
@@ -91,7 +90,7 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
   bool end_array() override { return close(); }
   bool key(string_t& value) override {
     const std::size_t offset = token_start();
-    end_ = taken_;
+    end_ = read_count_;
     std::vector<JsonMember>& members = open_.back()->members;
     const auto [first, added] = keys_.back().try_emplace(value, offset);
     if (!added)
@@ -110,19 +109,19 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     // "[json.exception.out_of_range.406] number overflow parsing '1e999'"
     if (what.starts_with('[')) what = what.substr(std::min(what.find("] "), what.size() - 2) + 2);
     std::size_t offset = position > 0 ? position - 1 : 0;
-    // Point at the token, not behind it: the lexer reports where it stopped reading.
+    // Point at the token's start: the lexer reports the position after the token.
     if (const auto read = what.find("last read: '");
         read != std::string::npos && what.find("unexpected") != std::string::npos) {
       const auto close = what.rfind('\'');
-      const std::size_t size = close > read + 12 ? close - read - 12 : 0;
+      const std::size_t size = close > read + 12 ? close - read - 12 : 0;  // 12: "last read: '"
       if (size > 1 && offset + 1 >= size && what.find("<U+") == std::string::npos)
         offset -= size - 1;
     }
-    const char at = offset < document_.text.size() ? document_.text[offset] : '\0';
+    const char character = offset < document_.text.size() ? document_.text[offset] : '\0';
     const char* hint = "";
-    if (at == '#') hint = " - a comment starts with //";
-    if (at == '\'') hint = " - strings need double quotes";
-    if ((at == '}' || at == ']') && what.find("unexpected") != std::string::npos)
+    if (character == '#') hint = " - a comment starts with //";
+    if (character == '\'') hint = " - strings need double quotes";
+    if ((character == '}' || character == ']') && what.find("unexpected") != std::string::npos)
       hint = " - remove the comma before it, or add what is missing";
     return fail(offset, what + hint);
   }
@@ -133,11 +132,10 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     const bool number = value.is_number();
     value.offset = offset;
     slot() = std::move(value);
-    // The lexer has looked one character beyond a number, but exactly at the end of everything
-    // else.
-    end_ = taken_;
+    // The lexer has read one character beyond a number, but stops at the end of other values.
+    end_ = read_count_;
     if (number)
-      for (end_ = offset; end_ < document_.text.size() && number_character(document_.text[end_]);)
+      for (end_ = offset; end_ < document_.text.size() && is_number_char(document_.text[end_]);)
         ++end_;
     return true;
   }
@@ -150,15 +148,16 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     value.offset = offset;
     open_.push_back(&value);
     keys_.emplace_back();
-    end_ = taken_;
+    end_ = read_count_;
     return true;
   }
   bool close() {
     open_.pop_back();
     keys_.pop_back();
-    end_ = taken_;
+    end_ = read_count_;
     return true;
   }
+  /// Returns the place for the next value: the root, the last member's value or a new item.
   JsonValue& slot() {
     if (open_.empty()) return document_.root;
     JsonValue& parent = *open_.back();
@@ -166,7 +165,7 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     parent.items.emplace_back();
     return parent.items.back();
   }
-  /// Offset of the next token: skips space, separators and comments, which the lexer has checked.
+  /// Offset of the next token, after space, separators and comments, which the lexer has checked.
   std::size_t token_start() const {
     const std::string& text = document_.text;
     std::size_t at = end_;
@@ -182,7 +181,7 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     }
     return at;
   }
-  static bool number_character(char c) {
+  static bool is_number_char(char c) {
     return (c >= '0' && c <= '9') || c == '+' || c == '-' || c == '.' || c == 'e' || c == 'E';
   }
   bool fail(std::size_t offset, const std::string& what) {
@@ -193,15 +192,15 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
   }
 
   JsonDocument& document_;
-  const std::size_t& taken_;
-  std::size_t end_ = 0;
-  // Pointers stay valid: only the innermost open container grows.
+  const std::size_t& read_count_;
+  std::size_t end_ = 0;  ///< offset after the last token
+  // These pointers stay valid, because only the innermost open container grows.
   std::vector<JsonValue*> open_;
-  std::vector<std::unordered_map<std::string, std::size_t>>
-      keys_;  ///< index of each key, one map per open object
+  /// Offsets of the keys, one map per open container.
+  std::vector<std::unordered_map<std::string, std::size_t>> keys_;
 };
 
-/// A number or a string as nlohmann-json writes it.
+/// Formats a number or a string as nlohmann-json does.
 template <class T>
 std::string format_scalar(const T& value) {
   return nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
@@ -282,8 +281,8 @@ TextPosition JsonDocument::position(std::size_t offset) const {
   if (offset == JsonValue::kNowhere) return {};
   TextPosition at{1, 1};
   for (std::size_t i = 0; i < std::min(offset, text.size()); ++i) {
-    // Columns count characters: neither the rest of a UTF-8 sequence nor a byte order mark.
-    if (!continues_character(text[i]) && !(i == 0 && text.starts_with("\xEF\xBB\xBF"))) ++at.column;
+    // Columns count characters: skip continuation bytes of UTF-8 and a byte order mark.
+    if (!is_continuation(text[i]) && !(i == 0 && text.starts_with("\xEF\xBB\xBF"))) ++at.column;
     if (text[i] == '\n') at = {at.line + 1, 1};
   }
   return at;
@@ -293,19 +292,20 @@ Result<JsonDocument> parse_json(std::string name, std::string text) {
   if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))
     return make_error(ErrorCode::kInput, "{}: is UTF-16 - save it as UTF-8", name);
   JsonDocument document{std::move(name), std::move(text), {}};
-  // The parser takes a NUL for the end.
+  // The parser would take a NUL for the end of the text.
   if (const std::size_t nul = document.text.find('\0'); nul != std::string::npos) {
     const TextPosition at = document.position(nul);
     return make_error(ErrorCode::kInput, "{}:{}:{}: a NUL is no part of JSON - remove it",
                       document.name, at.line, at.column);
   }
-  std::size_t taken = 0;
-  TreeBuilder builder(document, taken);
+  std::size_t read_count = 0;
+  TreeBuilder builder(document, read_count);
   const char* begin = document.text.data();
-  const bool ok = nlohmann::json::sax_parse(
-      CountingIterator(begin, &taken), CountingIterator(begin + document.text.size(), &taken),
-      &builder, nlohmann::json::input_format_t::json, /*strict=*/true,
-      /*ignore_comments=*/true);
+  const bool ok =
+      nlohmann::json::sax_parse(CountingIterator(begin, &read_count),
+                                CountingIterator(begin + document.text.size(), &read_count),
+                                &builder, nlohmann::json::input_format_t::json, /*strict=*/true,
+                                /*ignore_comments=*/true);
   if (!ok) return Error{ErrorCode::kInput, builder.error};
   return document;
 }

@@ -24,8 +24,8 @@
 namespace polymorph {
 namespace {
 
-/// Standard error with one status line below the log, so that a progress bar and messages do not
-/// mix.
+/// Sink for standard error with a status line below the log, to keep progress bar and messages
+/// apart.
 class TerminalSink : public spdlog::sinks::base_sink<std::mutex> {
  public:
   void set_status(const std::string& line) {
@@ -97,35 +97,35 @@ spdlog::level::level_enum to_spdlog(LogLevel level) {
   return spdlog::level::info;
 }
 
-/// Patterns of a log file's lines (spdlog's), and how these begin, with 0 for any digit.
+/// Patterns of a log file's lines (spdlog's syntax), and their beginnings with 0 for any digit.
 constexpr const char* kTextPattern = "%Y-%m-%dT%H:%M:%S.%e %l %v";
 constexpr const char* kJsonPattern =
     R"({"time":"%Y-%m-%dT%H:%M:%S.%e","level":"%l","message":"%v"})";
 constexpr std::array<std::string_view, 2> kBeginnings{"0000-00-00T00:00:00.000 ",
                                                       R"({"time":"0000-00-00T00:00:00.000",)"};
 
-bool begins_with(std::string_view text, std::string_view pattern) {
+bool matches(std::string_view text, std::string_view pattern) {
   if (text.size() < pattern.size()) return false;
   for (std::size_t i = 0; i < pattern.size(); ++i) {
-    const bool digit = std::isdigit(static_cast<unsigned char>(text[i])) != 0;
-    if (pattern[i] == '0' ? !digit : text[i] != pattern[i]) return false;
+    const bool is_digit = std::isdigit(static_cast<unsigned char>(text[i])) != 0;
+    if (pattern[i] == '0' ? !is_digit : text[i] != pattern[i]) return false;
   }
   return true;
 }
 
-bool begins_like_a_log(const std::filesystem::path& path) {
+bool looks_like_log(const std::filesystem::path& path) {
   std::string start(64, 0);
   std::ifstream in(path, std::ios::binary);
   in.read(start.data(), static_cast<std::streamsize>(start.size()));
   start.resize(static_cast<std::size_t>(in.gcount()));
-  // An empty file has nothing to lose.
+  // An empty file counts as a log, too.
   return start.empty() || std::any_of(kBeginnings.begin(), kBeginnings.end(),
-                                      [&](auto pattern) { return begins_with(start, pattern); });
+                                      [&](auto pattern) { return matches(start, pattern); });
 }
 
 std::atomic<bool> file_is_incomplete{false};
 
-/// A log file. The first line that cannot be written ends it, with an error on standard error.
+/// Sink for a log file. The first line that cannot be written closes it, with an error on stderr.
 class FileSink : public spdlog::sinks::base_sink<std::mutex> {
  public:
   FileSink(std::filesystem::path path, int fd, bool json)
@@ -138,7 +138,7 @@ class FileSink : public spdlog::sinks::base_sink<std::mutex> {
 
  protected:
   void sink_it_(const spdlog::details::log_msg& message) override {
-    if (ended_) return;
+    if (stopped_) return;
     spdlog::details::log_msg copy = message;
     std::string escaped;
     if (json_) {
@@ -147,49 +147,49 @@ class FileSink : public spdlog::sinks::base_sink<std::mutex> {
     }
     spdlog::memory_buf_t line;
     formatter_->format(copy, line);
-    for (std::size_t done = 0; done < line.size() && !ended_;) {
+    for (std::size_t done = 0; done < line.size() && !stopped_;) {
       const ssize_t n = ::write(fd_, line.data() + done, line.size() - done);
       if (n > 0)
         done += static_cast<std::size_t>(n);
       else if (n == 0 || errno != EINTR)
-        end(n == 0 ? EIO : errno);
+        stop(n == 0 ? EIO : errno);
     }
   }
   void flush_() override {}
 
  private:
-  void end(int number) {
-    ended_ = true;
-    if (number == EPIPE) return;  // its reader has seen enough
+  void stop(int errno_value) {
+    stopped_ = true;
+    if (errno_value == EPIPE) return;  // its reader has closed the pipe
     file_is_incomplete = true;
     terminal()->log({"polymorph", spdlog::level::err,
                      fmt::format("{}: cannot write the log: {} - the run goes on without it",
-                                 path_.string(), std::strerror(number))});
+                                 path_.string(), std::strerror(errno_value))});
   }
 
   std::filesystem::path path_;
   int fd_;
   bool json_;
-  bool ended_ = false;
+  bool stopped_ = false;
 };
 
 Status open_log_file(const LogSettings& settings) {
   const std::filesystem::path& path = settings.file;
   struct stat info {};
   const bool exists = ::stat(path.c_str(), &info) == 0;
-  const bool regular = exists && S_ISREG(info.st_mode);
-  if (regular && !settings.replace_file && !begins_like_a_log(path))
+  const bool is_regular = exists && S_ISREG(info.st_mode);
+  if (is_regular && !settings.replace_file && !looks_like_log(path))
     return make_error(ErrorCode::kOutput,
                       "{}: exists and is no log of this program - add --overwrite to replace it",
                       path.string());
   PM_TRY_STATUS(check_writable(path));
-  std::error_code ignored;  // opening the file tells
+  std::error_code ignored;  // opening the file reports the error
   if (!exists && path.has_parent_path())
     std::filesystem::create_directories(path.parent_path(), ignored);
-  // Opening a pipe must not wait for a reader, writing to it may.
+  // Opening a pipe must not wait for a reader; writing to it may, once O_NONBLOCK is cleared.
   const int fd = ::open(path.c_str(),
                         O_WRONLY | O_CREAT | O_APPEND | O_NONBLOCK | O_CLOEXEC |
-                            (regular && settings.replace_file ? O_TRUNC : 0),
+                            (is_regular && settings.replace_file ? O_TRUNC : 0),
                         0666);
   if (fd < 0 && errno == ENXIO)
     return make_error(ErrorCode::kOutput,
@@ -204,7 +204,7 @@ Status open_log_file(const LogSettings& settings) {
   return Ok{};
 }
 
-/// Shortens long lines: broken files contain names of megabytes.
+/// Shortens lines of more than kMax bytes: a broken file may contain names of megabytes.
 std::string shorten_lines(const std::string& text) {
   constexpr std::size_t kMax = 4000, kFirst = 1000, kLast = 300;
   if (text.size() <= kMax) return text;
@@ -228,9 +228,9 @@ std::string shorten_lines(const std::string& text) {
 Status set_log(const LogSettings& settings) {
   // https://no-color.org: any non-empty value switches colour off.
   const char* no_color = std::getenv("NO_COLOR");
-  const bool is_color_terminal = isatty(2) != 0 && !(no_color && *no_color);
-  terminal()->color = settings.color == ColorMode::kAlways ||
-                      (settings.color == ColorMode::kAuto && is_color_terminal);
+  const bool allows_color = isatty(2) != 0 && !(no_color && *no_color);
+  terminal()->color =
+      settings.color == ColorMode::kAlways || (settings.color == ColorMode::kAuto && allows_color);
   terminal()->json = settings.format == LogFormat::kJson;
   logger().set_level(to_spdlog(settings.level));
   if (!settings.file.empty()) return open_log_file(settings);

@@ -20,14 +20,14 @@ struct LogSettings {
   LogFormat format = LogFormat::kText;
   ColorMode color = ColorMode::kAuto;  ///< kAuto: colour on a terminal unless NO_COLOR is set
   std::filesystem::path file;          ///< additional log file; empty: none
-  bool replace_file = false;           ///< permits replacing `file` whatever it contains
+  bool replace_file = false;           ///< replaces `file`, whatever it contains
 };
-/// Configures logging. A log file of an earlier run is appended to; any other existing file is not
-/// changed unless it may be replaced. Errors: kOutput.
+/// Configures logging. Unless `replace_file` is set, appends to a log file of an earlier run and
+/// refuses any other existing file. Errors: kOutput.
 Status set_log(const LogSettings& settings);
 
-/// True where a line could not be written to the log file, as on a full disk; the error has been
-/// printed. A pipe whose reader has gone is no such case.
+/// Tells whether a line could not be written to the log file, for instance because the disk is
+/// full. The error has been printed. A closed pipe does not count.
 bool log_file_is_incomplete();
 
 void log_message(LogLevel level, const std::string& message);

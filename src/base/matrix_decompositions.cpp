@@ -20,7 +20,7 @@ Mat3 from_eigen(const Matrix& matrix) {
 }
 
 template <class F>
-Mat3 map_eigenvalues(const Mat3& a, const F& f) {
+Mat3 apply_to_eigenvalues(const Mat3& a, const F& f) {
   const Eigen::SelfAdjointEigenSolver<Matrix> solver(to_eigen(a));
   const Eigen::Vector3d values = solver.eigenvalues().unaryExpr(f);
   return from_eigen(solver.eigenvectors() * values.asDiagonal() *
@@ -38,26 +38,26 @@ Mat3 nearest_rotation(const Mat3& a) {
   if (!(matrix.norm() > 0)) return {};
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
   Eigen::Matrix3d u = svd.matrixU();
-  // Umeyama 1991: a reflection is undone along the direction of the smallest singular value.
+  // Undo a reflection along the direction of the smallest singular value (Umeyama 1991).
   if ((u * svd.matrixV().transpose()).determinant() < 0) u.col(2) = -u.col(2);
   return from_eigen(u * svd.matrixV().transpose());
 }
 
 Vec3d log_rotation(const Mat3& r) {
   const Eigen::Quaterniond rotation{Eigen::Matrix3d(to_eigen(r))};
-  const double sine = rotation.vec().norm();  // sine of half the angle
-  if (sine == 0) return {};
-  const double angle = 2 * exact::atan2(sine, std::abs(rotation.w()));
-  const Eigen::Vector3d v = rotation.vec() * ((rotation.w() < 0 ? -angle : angle) / sine);
+  const double half_sine = rotation.vec().norm();  // sin(angle / 2)
+  if (half_sine == 0) return {};
+  const double angle = 2 * exact::atan2(half_sine, std::abs(rotation.w()));
+  const Eigen::Vector3d v = rotation.vec() * ((rotation.w() < 0 ? -angle : angle) / half_sine);
   return {v.x(), v.y(), v.z()};
 }
 
-Vec3d log_rotation_near(const Mat3& r, Vec3d usual) {
-  const Vec3d turn = log_rotation(r);
-  const double angle = length(turn);
-  if (!(angle > 1e-6)) return turn;
-  const Vec3d other = turn * ((angle - 2 * std::numbers::pi) / angle);
-  return length(other - usual) < length(turn - usual) ? other : turn;
+Vec3d log_rotation_near(const Mat3& r, Vec3d preferred) {
+  const Vec3d shortest = log_rotation(r);
+  const double angle = length(shortest);
+  if (!(angle > 1e-6)) return shortest;
+  const Vec3d other = shortest * ((angle - 2 * std::numbers::pi) / angle);
+  return length(other - preferred) < length(shortest - preferred) ? other : shortest;
 }
 
 double rotation_angle(const Mat3& r) {
@@ -76,7 +76,7 @@ Axes principal_axes(const Mat3& symmetric) {
 }
 
 Mat3 log_symmetric(const Mat3& a) {
-  return map_eigenvalues(a, [](double v) { return exact::log(std::max(v, 1e-12)); });
+  return apply_to_eigenvalues(a, [](double v) { return exact::log(std::max(v, 1e-12)); });
 }
 
 }  // namespace polymorph

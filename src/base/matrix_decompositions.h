@@ -8,28 +8,28 @@
 
 namespace polymorph {
 
-/// Makes a matrix of three columns.
 Mat3 from_columns(Vec3d x, Vec3d y, Vec3d z);
 
 /// Computes the rotation nearest to `a` (U V^T of its singular value decomposition, without
 /// reflection): the R that maximizes sum w (R p) . q for a = sum w q p^T. The identity if `a` is 0.
 Mat3 nearest_rotation(const Mat3& a);
 
-/// Logarithm of a rotation: the axis times the angle (0..pi); the inverse of exp_rotation().
+/// Logarithm of a rotation: its axis times its angle (0..pi); the inverse of exp_rotation().
 Vec3d log_rotation(const Mat3& r);
-/// Like it, but of the two possible directions takes the one nearer to `usual` (angle below 2 pi).
-Vec3d log_rotation_near(const Mat3& r, Vec3d usual);
+/// Like log_rotation(), but of the two vectors (t or 2 pi - t about opposite axes) returns the one
+/// nearer to `preferred`.
+Vec3d log_rotation_near(const Mat3& r, Vec3d preferred);
 /// Angle of a rotation, 0..pi.
 double rotation_angle(const Mat3& r);
 
-/// Eigenvalues of a symmetric matrix in descending order, and their directions as columns.
+/// Eigenvalues of a symmetric matrix in descending order, and its eigenvectors as columns.
 struct Axes {
   std::array<double, 3> values{};
   Mat3 directions;
 };
 Axes principal_axes(const Mat3& symmetric);
 
-/// Matrix logarithm of a positive definite matrix; the inverse of exp_symmetric().
+/// Matrix logarithm of a positive definite matrix (eigenvalues >= 1e-12); inverts exp_symmetric().
 Mat3 log_symmetric(const Mat3& a);
 
 }  // namespace polymorph

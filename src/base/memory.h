@@ -14,20 +14,20 @@ namespace polymorph {
 /// SLURM_MEM_PER_NODE and RLIMIT_AS.
 std::uint64_t memory_limit();
 
-/// Sets the bytes that this process may take (--max-memory); 0: no limit, as in the beginning.
+/// Sets the bytes that this process may use (--max-memory); 0, the default, means no limit.
 void set_memory_budget(std::uint64_t bytes);
-/// Returns the budget less what is resident now; without a budget, the largest number. Readers of
-/// files ask it before they allocate what a file only claims to hold.
+/// Returns the budget minus the resident memory; without a budget, the largest number. File readers
+/// check it before they allocate a size that a file merely claims.
 std::uint64_t remaining_memory();
 
-/// Raises the limit of the stack (ulimit -s) to what this program needs, for this thread and those
-/// that start later. Errors: kResource where it must not be raised so far.
+/// Raises a stack limit (ulimit -s) below 1 MiB to 8 MiB, or as far as is permitted, for this
+/// thread and those that start later. Errors: kResource if 1 MiB is not permitted.
 Status raise_stack_limit();
 
-/// Finds the smallest limit, in bytes, of the cgroups that `membership`, the text of
-/// /proc/self/cgroup, names below `root`, /sys/fs/cgroup: of version 2 (memory.max) and 1
-/// (memory.limit_in_bytes), from the process's own cgroup up to the root. A container may see its
-/// own cgroup as the root. Returns nothing if there is no limit.
+/// Finds the smallest memory limit, in bytes, of the process's own cgroup and those above it;
+/// nothing if there is none. `membership` is the text of /proc/self/cgroup, `root` is
+/// /sys/fs/cgroup. Reads memory.max (cgroup version 2) and memory.limit_in_bytes (version 1). A
+/// container may see its own cgroup as the root.
 std::optional<std::uint64_t> cgroup_memory_limit(std::string_view membership,
                                                  const std::filesystem::path& root);
 

@@ -18,7 +18,7 @@ constexpr std::uint64_t interleave_zeros(std::uint64_t x) {
   return (x | x << 2) & 0x1249249249249249ull;
 }
 
-/// Index of a point on the Morton curve through the cube of the box's diagonal, 21 bits per axis.
+/// Index of a point on the Morton curve in a cube as wide as the box's diagonal, 21 bits per axis.
 inline std::uint64_t morton_key(Vec3 p, const Box& box) {
   const double scale = 2097151 / std::max(1e-30, static_cast<double>(box.diagonal()));
   const auto cell = [&](float x, float low) {

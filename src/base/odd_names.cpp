@@ -9,14 +9,14 @@ namespace polymorph {
 namespace {
 
 constexpr std::string_view kBreaks = "\n\t";
-/// Messages may contain a part of a given name: a file in a folder, one frame of a pattern, the
-/// value of an option.
+/// Separators of the components of a name. Messages may contain a single component: a file in a
+/// folder, one frame of a pattern, the value of an option.
 constexpr std::string_view kSeparators = "/=,:|#%";
 
 struct OddNames {
   std::atomic<bool> any = false;
   std::mutex mutex;
-  std::vector<std::string> parts;  ///< the longest first
+  std::vector<std::string> components;  ///< the longest first
 };
 OddNames& odd_names() {
   static OddNames all;
@@ -30,14 +30,14 @@ void remember_name(std::string_view name) {
   OddNames& odd = odd_names();
   const std::lock_guard<std::mutex> lock(odd.mutex);
   while (!name.empty()) {
-    const std::string part(name.substr(0, name.find_first_of(kSeparators)));
-    name.remove_prefix(std::min(part.size() + 1, name.size()));
-    if (part.find_first_of(kBreaks) != std::string::npos &&
-        part.find_first_not_of(kBreaks) != std::string::npos &&
-        std::find(odd.parts.begin(), odd.parts.end(), part) == odd.parts.end())
-      odd.parts.push_back(part);
+    const std::string component(name.substr(0, name.find_first_of(kSeparators)));
+    name.remove_prefix(std::min(component.size() + 1, name.size()));
+    if (component.find_first_of(kBreaks) != std::string::npos &&
+        component.find_first_not_of(kBreaks) != std::string::npos &&
+        std::find(odd.components.begin(), odd.components.end(), component) == odd.components.end())
+      odd.components.push_back(component);
   }
-  std::stable_sort(odd.parts.begin(), odd.parts.end(),
+  std::stable_sort(odd.components.begin(), odd.components.end(),
                    [](const std::string& a, const std::string& b) { return a.size() > b.size(); });
   odd.any = true;
 }
@@ -47,13 +47,13 @@ std::string replace_breaks_of_names(std::string_view text) {
   OddNames& odd = odd_names();
   if (!odd.any) return result;
   const std::lock_guard<std::mutex> lock(odd.mutex);
-  for (const std::string& part : odd.parts) {
-    std::string shown = part;
-    for (char& c : shown)
+  for (const std::string& component : odd.components) {
+    std::string replacement = component;
+    for (char& c : replacement)
       if (kBreaks.find(c) != std::string_view::npos) c = '?';
-    for (auto at = result.find(part); at != std::string::npos;
-         at = result.find(part, at + shown.size()))
-      result.replace(at, part.size(), shown);
+    for (auto at = result.find(component); at != std::string::npos;
+         at = result.find(component, at + replacement.size()))
+      result.replace(at, component.size(), replacement);
   }
   return result;
 }

@@ -7,12 +7,12 @@
 namespace polymorph {
 
 /// Remembers a name from the command line, a scene or a directory listing, for instance a path, if
-/// it contains line breaks or tabs. Components that consist of breaks only are ignored: they match
-/// the end of every line.
+/// it contains line breaks or tabs. Ignores components that consist of breaks only, because those
+/// match the end of every line.
 void remember_name(std::string_view name);
 
-/// Replaces the line breaks and tabs of remembered names in `text` by '?'. Other line breaks stay:
-/// a message may have several lines.
+/// Replaces the line breaks and tabs of remembered names in `text` by '?'. Other line breaks stay,
+/// since a message may have several lines.
 std::string replace_breaks_of_names(std::string_view text);
 
 }  // namespace polymorph

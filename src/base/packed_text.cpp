@@ -12,7 +12,7 @@
 namespace polymorph {
 namespace {
 
-/// Ends a stream of zlib's, whatever becomes of it.
+/// A zlib stream for decompression that ends itself.
 struct Inflation {
   z_stream stream = {};
   Inflation() { PM_CHECK(inflateInit(&stream) == Z_OK); }
@@ -53,17 +53,17 @@ Result<std::string> unpack_text(std::string_view packed, std::size_t limit) {
   stream.next_in = reinterpret_cast<Bytef*>(bytes.data());
   stream.avail_in = static_cast<uInt>(std::min<std::size_t>(bytes.size(), UINT32_MAX));
   std::string text;
-  std::array<char, 1 << 14> piece;
-  int state = Z_OK;
-  while (state == Z_OK) {
-    stream.next_out = reinterpret_cast<Bytef*>(piece.data());
-    stream.avail_out = static_cast<uInt>(piece.size());
-    state = inflate(&stream, Z_NO_FLUSH);
-    text.append(piece.data(), piece.size() - stream.avail_out);
+  std::array<char, 1 << 14> buffer;
+  int code = Z_OK;
+  while (code == Z_OK) {
+    stream.next_out = reinterpret_cast<Bytef*>(buffer.data());
+    stream.avail_out = static_cast<uInt>(buffer.size());
+    code = inflate(&stream, Z_NO_FLUSH);
+    text.append(buffer.data(), buffer.size() - stream.avail_out);
     if (text.size() > limit)
       return make_error(ErrorCode::kInput, "it unpacks to more than {} bytes", limit);
   }
-  if (state != Z_STREAM_END || stream.avail_in > 0)
+  if (code != Z_STREAM_END || stream.avail_in > 0)
     return make_error(ErrorCode::kInput, "its zlib data are damaged");
   return text;
 }

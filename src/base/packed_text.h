@@ -1,4 +1,4 @@
-// Packed text: zlib and base64, for headers of files that hold text alone.
+// Text packed with zlib and base64, for file headers that can contain text only.
 #pragma once
 
 #include <cstddef>
@@ -9,14 +9,14 @@
 
 namespace polymorph {
 
-/// Decodes base64. Errors (kInput): it is none.
+/// Decodes base64. Errors (kInput): `text` is no base64.
 Result<std::string> decode_base64(std::string_view text);
 
 /// Packs a text as base64 of zlib data (RFC 1950).
 std::string pack_text(std::string_view text);
 
-/// Unpacks what pack_text() wrote, whoever sent it. Errors (kInput): no base64, no whole zlib data,
-/// more than `limit` bytes.
+/// Unpacks a text of pack_text(), which need not be trusted. Errors (kInput): `packed` is no
+/// base64, its zlib data are damaged or incomplete, or the text has more than `limit` bytes.
 Result<std::string> unpack_text(std::string_view packed, std::size_t limit);
 
 }  // namespace polymorph

@@ -18,11 +18,11 @@ int current_threads = 0;
 
 int available_threads() {
   cpu_set_t set;
-  // The call fails on machines with more CPUs than the set holds.
+  // The call fails on machines with more CPUs than cpu_set_t can represent.
   int count = sched_getaffinity(0, sizeof set, &set) == 0
                   ? CPU_COUNT(&set)
                   : static_cast<int>(std::thread::hardware_concurrency());
-  // Slurm without cgroups does not restrict affinity, so its variable counts too.
+  // Slurm without cgroups does not restrict the affinity, so obey its variable, too.
   if (const char* cpus = std::getenv("SLURM_CPUS_PER_TASK"))
     if (const int n = std::atoi(cpus); n > 0) count = std::min(count, n);
   return std::max(count, 1);

@@ -18,14 +18,14 @@ void set_thread_count(int count);
 
 /// Checks that a thread can be started. Errors: kResource, with the reason.
 Status check_threads();
-/// Makes the same error for a thread that could not be started later.
+/// Makes the error of check_threads(), for a thread that could not be started later.
 Error make_thread_error(const std::string& reason);
 
 /// Number of threads that parallel work uses now (>= 1).
 int thread_count();
 
-/// Calls f(begin, end) for disjoint ranges of [0, n), in any order, on any thread. Results must not
-/// depend on the division: write by index, reduce in a fixed order afterwards.
+/// Calls f(begin, end) for disjoint ranges of [0, n), in any order and on any thread. Results must
+/// not depend on how [0, n) is divided: write by index, then reduce in a fixed order.
 template <class F>
 void parallel_ranges(std::int64_t n, std::int64_t grain, const F& f) {
   ForkJoin loop;

@@ -6,41 +6,41 @@
 namespace polymorph {
 namespace {
 
-std::string_view variable(const char* name) {
+std::string_view environment_variable(const char* name) {
   const char* value = std::getenv(name);
   return value ? value : "";
 }
 
 std::string home_name() {
-  const std::filesystem::path home(variable("HOME"));
+  const std::filesystem::path home(environment_variable("HOME"));
   return (home.has_filename() ? home : home.parent_path()).filename().string();
 }
 
-/// Characters before an absolute path within a word, and behind it.
+/// Characters that may precede an absolute path within a word, and those that end the path.
 constexpr std::string_view kBefore = "=,:;\"'([{<>| ", kBehind = "=,:;\"')]}<>|";
 
 }  // namespace
 
 bool is_private_folder(std::string_view name) {
-  return !name.empty() &&
-         (name == variable("USER") || name == variable("LOGNAME") || name == home_name());
+  return !name.empty() && (name == environment_variable("USER") ||
+                           name == environment_variable("LOGNAME") || name == home_name());
 }
 
 std::string without_folders(std::string_view text) {
   std::string result;
   std::size_t at = 0;
   while (at < text.size()) {
-    // A word, a value within a word, or the value of a short option: -o/home/ada/f.exr.
-    const bool begins =
+    // A path is a word, a value within a word, or the value of a short option: -o/home/ada/f.exr.
+    const bool is_path_start =
         text[at] == '/' &&
         (at == 0 || (at == 2 && text[0] == '-' && text[1] != '-' && text[1] != '/') ||
          kBefore.find(text[at - 1]) != std::string_view::npos);
-    if (!begins) {
+    if (!is_path_start) {
       result += text[at++];
       continue;
     }
     std::string_view path = text.substr(at);
-    // Names may have spaces in them, so that a blank does not end one.
+    // A space does not end a path, because names may contain spaces.
     path = path.substr(0, path.find_first_of(kBehind));
     at += path.size();
     while (path.size() > 1 && path.ends_with('/')) path.remove_suffix(1);

@@ -1,5 +1,5 @@
-// Private parts of paths: folders that say whose machine a file comes from. Files that are given
-// away, as frames are, hold none.
+// Removal of private parts of paths: folders that reveal whose machine a file comes from. Files
+// that users pass on, such as frames, contain none.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@ namespace polymorph {
 /// Tests whether this is the name of the user (USER, LOGNAME) or of the user's home folder (HOME).
 bool is_private_folder(std::string_view name);
 
-/// The text without the folders of the absolute paths in it: "--set look=\"/home/ada/a.hdr\""
-/// becomes "--set look=\"a.hdr\"". The home folder itself becomes "~". Relative paths stay.
+/// Removes the folders from the absolute paths in a text: "--set look=\"/home/ada/a.hdr\"" becomes
+/// "--set look=\"a.hdr\"". The home folder itself becomes "~". Relative paths stay.
 std::string without_folders(std::string_view text);
 
 }  // namespace polymorph

@@ -1,5 +1,5 @@
-// Counter-based random number generator: a value is a function of its keys and of nothing that was
-// drawn before, so results do not depend on threads, order or frame range.
+// Counter-based random number generator. A value depends on its keys only, not on the numbers drawn
+// before; results do not depend on threads, order or frame range.
 #pragma once
 
 #include <array>
@@ -38,6 +38,7 @@ constexpr float random_float(std::uint64_t seed, std::uint64_t stream, std::uint
 /// Point i of the R3 sequence (Roberts 2018, "The unreasonable effectiveness of quasirandom
 /// sequences"), a low-discrepancy lattice in [0, 1)^3: even, without visible rows.
 inline std::array<double, 3> r3_point(std::size_t i) {
+  // 1 / g, 1 / g^2 and 1 / g^3, where g^4 = g + 1.
   constexpr std::array<double, 3> kStep = {0.8191725133961645, 0.6710436067037893,
                                            0.5497004779019703};
   std::array<double, 3> point;

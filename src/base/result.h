@@ -1,5 +1,5 @@
-// Result<T>, the error type of the program (as std::expected): a value or an Error. Errors that the
-// outside world can cause are returned; only a bug violates a PM_CHECK.
+// Result<T>, the error type of the program (like std::expected): a value or an Error. Functions
+// return errors that the outside world can cause; only a bug violates a PM_CHECK.
 #pragma once
 
 #include <fmt/format.h>
@@ -75,7 +75,7 @@ class BugError : public std::logic_error {
 
 }  // namespace polymorph
 
-/// Always on: a condition that only a bug can break.
+/// Checks a condition that only a bug can violate, in all build types. Throws BugError.
 #define PM_CHECK(condition) \
   ((condition) ? (void)0 : ::polymorph::throw_bug(__FILE__, __LINE__, #condition))
 

@@ -12,7 +12,7 @@ class Sha256 {
  public:
   Sha256();
   Sha256& add(const void* data, std::size_t size);
-  /// 64 hex digits of all that was added; more may be added afterwards.
+  /// Returns 64 hex digits for all data added so far; more may be added afterwards.
   std::string hex() const;
 
  private:

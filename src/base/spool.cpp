@@ -14,13 +14,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kPiece = std::size_t{1} << 20;
+constexpr std::size_t kBufferSize = std::size_t{1} << 20;
 
-Error make_spool_error(const fs::path& folder, int number) {
+Error make_spool_error(const fs::path& folder, int errno_value) {
   return make_error(ErrorCode::kOutput,
                     "{}: cannot keep a temporary file here: {} - choose another "
                     "folder with -o",
-                    folder.string(), std::strerror(number));
+                    folder.string(), std::strerror(errno_value));
 }
 
 }  // namespace
@@ -30,7 +30,7 @@ Result<Spool> Spool::create_for(const fs::path& path) {
   std::error_code error;
   fs::create_directories(folder, error);
   int fd = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
-  if (fd < 0) {  // not all file systems have files without names
+  if (fd < 0) {  // not all file systems support files without names
     std::string name = (folder / ".polymorph.XXXXXX").string();
     fd = ::mkostemp(name.data(), O_CLOEXEC);
     if (fd < 0) return make_spool_error(folder, errno);
@@ -60,7 +60,7 @@ Spool& Spool::operator=(Spool&& other) noexcept {
 Status Spool::append(std::string_view bytes) {
   buffer_ += bytes;
   size_ += bytes.size();
-  return buffer_.size() < kPiece ? Status(Ok{}) : flush();
+  return buffer_.size() < kBufferSize ? Status(Ok{}) : flush();
 }
 
 Status Spool::flush() {
@@ -82,7 +82,7 @@ ByteSource Spool::source(std::vector<Range> ranges) {
     while (i < ranges.size() && ranges[i].size == 0) ++i;
     if (i == ranges.size()) return std::string_view{};
     Range& range = ranges[i];
-    piece.resize(std::min<std::uint64_t>(kPiece, range.size));
+    piece.resize(std::min<std::uint64_t>(kBufferSize, range.size));
     ssize_t n = -1;
     do {
       n = ::pread(fd_, piece.data(), piece.size(), static_cast<off_t>(range.first));

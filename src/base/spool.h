@@ -16,8 +16,8 @@ namespace polymorph {
 /// An unnamed file in a folder; it disappears with the object or the process.
 class Spool {
  public:
-  /// Creates a spool in the folder of `path`, and the folder if necessary: the file system that the
-  /// bytes are for. Errors: kOutput.
+  /// Creates a spool in the folder of `path`, hence on the file system where its bytes will end up.
+  /// Creates the folder if necessary. Errors: kOutput.
   static Result<Spool> create_for(const std::filesystem::path& path);
   ~Spool();
   Spool(Spool&& other) noexcept;
@@ -26,12 +26,10 @@ class Spool {
   /// Appends bytes. Errors: kOutput.
   Status append(std::string_view bytes);
   std::uint64_t size() const { return size_; }
-  /// A range of the bytes.
   struct Range {
     std::uint64_t first = 0, size = 0;
   };
-  /// Makes a source of the ranges, one after the other, for write_file(); the spool must outlive
-  /// it.
+  /// Makes a source of the ranges, in order, for write_file(). The spool must outlive the source.
   ByteSource source(std::vector<Range> ranges);
 
  private:
@@ -39,11 +37,11 @@ class Spool {
   Status flush();
   int fd_ = -1;
   std::filesystem::path folder_;
-  std::string buffer_;  ///< not yet written
+  std::string buffer_;  ///< bytes not written yet
   std::uint64_t size_ = 0;
 };
 
-/// Concatenates sources.
+/// Makes a source of the bytes of all sources, one after the other.
 ByteSource concatenate(std::vector<ByteSource> sources);
 
 }  // namespace polymorph

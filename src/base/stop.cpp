@@ -16,23 +16,23 @@ namespace {
 std::atomic<bool> stop{false};
 volatile std::sig_atomic_t stop_signal = 0;
 
-/// Ends the process when it has used kMaxGrace seconds since a signal: inside a library, say.
+/// Timer that ends the process 1.7 processor seconds after a signal, even inside a library.
 timer_t end_timer;
 bool has_end_timer = false;
-constexpr double kGrace = 0.8;  ///< processor seconds in which frames in progress may be completed
+constexpr double kGraceSeconds = 0.8;  ///< processor time to complete frames in progress
 constexpr time_t kMaxGraceSeconds = 1;
 constexpr long kMaxGraceNanoseconds = 700000000;
 
-void on_stop(int number) {
-  stop_signal = number;
+void on_stop(int signal_number) {
+  stop_signal = signal_number;
   stop = true;
   stop_waiting_for_readers = true;
-  std::signal(number, SIG_DFL);   // a second one ends the process
-  if (number == SIGUSR1) return;  // from a farm that leaves time for the frames in progress
-  request_interruption(kGrace);
-  itimerspec end{};
-  end.it_value = {kMaxGraceSeconds, kMaxGraceNanoseconds};
-  if (has_end_timer) timer_settime(end_timer, 0, &end, nullptr);
+  std::signal(signal_number, SIG_DFL);   // a second signal of this kind ends the process
+  if (signal_number == SIGUSR1) return;  // farms leave time to finish the frames in progress
+  request_interruption(kGraceSeconds);
+  itimerspec expiry{};
+  expiry.it_value = {kMaxGraceSeconds, kMaxGraceNanoseconds};
+  if (has_end_timer) timer_settime(end_timer, 0, &expiry, nullptr);
 }
 
 void end_process(int) {

@@ -1,5 +1,5 @@
-// Signals that ask the program to stop: SIGINT, SIGTERM, and SIGUSR1, which farms send before time
-// is up.
+// Signals that ask the program to stop: SIGINT, SIGTERM and SIGUSR1 (from farms, before time is
+// up).
 #pragma once
 
 #include <atomic>
@@ -8,11 +8,12 @@
 
 namespace polymorph {
 
-/// True once one of the signals came. They are caught from the first call on; a second signal ends
-/// the process at once. A command that never calls this ends at the first.
+/// Returns a flag that is true once one of the signals has come. The first call installs the
+/// handlers; then a second signal of the same kind ends the process at once. Without a call, the
+/// first signal does.
 const std::atomic<bool>& stop_requested();
 
-/// 130, 143 or, for SIGUSR1, 75, by the signal that came.
+/// Exit code for the signal that came: 130 (SIGINT), 143 (SIGTERM) or 75 (SIGUSR1).
 ErrorCode stop_code();
 
 }  // namespace polymorph

@@ -7,7 +7,7 @@ namespace polymorph {
 
 class Stopwatch {
  public:
-  /// Time since construction.
+  /// Returns the time since construction.
   double seconds() const {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   }

@@ -12,9 +12,10 @@
 namespace polymorph {
 namespace {
 
-/// Number of insertions, deletions, changes and swaps of adjacent characters (optimal string
+/// Number of insertions, deletions, substitutions and swaps of adjacent characters (optimal string
 /// alignment).
 std::size_t edit_distance(std::string_view a, std::string_view b) {
+  // Rows i - 2, i - 1 and i.
   std::vector<std::size_t> before(b.size() + 1), above(b.size() + 1), row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
   for (std::size_t i = 1; i <= a.size(); ++i) {
@@ -40,7 +41,7 @@ std::optional<T> parse_all(std::string_view text) {
   return value;
 }
 
-/// Size of the UTF-8 character at `i`; 0 if there is no valid one.
+/// Size in bytes of the UTF-8 character at `i`; 0 if there is no valid one.
 std::size_t character_size(std::string_view text, std::size_t i) {
   const auto lead = static_cast<unsigned char>(text[i]);
   const std::size_t size = lead < 0x80   ? 1
@@ -54,9 +55,9 @@ std::size_t character_size(std::string_view text, std::size_t i) {
     if ((static_cast<unsigned char>(text[i + k]) & 0xc0) != 0x80) return 0;
   if (size < 3) return size;
   const auto second = static_cast<unsigned char>(text[i + 1]);
-  const bool bad = (lead == 0xe0 && second < 0xa0) || (lead == 0xed && second > 0x9f) ||
-                   (lead == 0xf0 && second < 0x90) || (lead == 0xf4 && second > 0x8f);
-  return bad ? 0 : size;  // overlong forms, surrogates, beyond U+10FFFF
+  const bool is_invalid = (lead == 0xe0 && second < 0xa0) || (lead == 0xed && second > 0x9f) ||
+                          (lead == 0xf0 && second < 0x90) || (lead == 0xf4 && second > 0x8f);
+  return is_invalid ? 0 : size;  // overlong forms, surrogates, beyond U+10FFFF
 }
 
 std::uint32_t code_point(std::string_view character) {
@@ -67,8 +68,8 @@ std::uint32_t code_point(std::string_view character) {
   return value;
 }
 
-/// Tests for C0, delete and C1; line and paragraph separators; marks, embeddings, overrides and
-/// isolates of the direction of writing.
+/// Tests for C0, DEL and C1; line and paragraph separators; bidirectional marks, embeddings,
+/// overrides and isolates.
 bool is_control(std::uint32_t code) {
   return code < 0x20 || (code >= 0x7f && code < 0xa0) || code == 0x61c || code == 0x200e ||
          code == 0x200f || (code >= 0x2028 && code <= 0x202e) || (code >= 0x2066 && code <= 0x2069);
@@ -85,9 +86,9 @@ std::string printable(std::string_view raw_text, Lines lines) {
   for (std::size_t i = 0; i < text.size();) {
     const std::size_t size = character_size(text, i);
     const std::string_view character = text.substr(i, std::max<std::size_t>(size, 1));
-    const bool layout =
+    const bool is_layout =
         lines == Lines::kKeep && (character.front() == '\n' || character.front() == '\t');
-    if (size > 0 && (layout || !is_control(code_point(character))))
+    if (size > 0 && (is_layout || !is_control(code_point(character))))
       result += character;
     else
       result += '?';
@@ -109,10 +110,10 @@ std::string escape_json(std::string_view text) {
 }
 
 std::string printable_json(std::string text) {
-  const auto special = [](char c) {
+  const auto may_begin_control = [](char c) {
     return c == '\x7f' || static_cast<unsigned char>(c) == 0xc2 || c == '\xd8' || c == '\xe2';
   };
-  if (std::none_of(text.begin(), text.end(), special)) return text;
+  if (std::none_of(text.begin(), text.end(), may_begin_control)) return text;
   std::string result;
   for (std::size_t i = 0; i < text.size();) {
     const std::size_t size = std::max<std::size_t>(character_size(text, i), 1);

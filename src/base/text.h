@@ -9,12 +9,12 @@
 
 namespace polymorph {
 
-/// Parses all of `text` as a finite number ('.' decimal point in every locale); nothing if it is
-/// none.
+/// Parses all of `text` as a finite number, with '.' as the decimal point in every locale; nothing
+/// if it is no number.
 std::optional<double> parse_number(std::string_view text);
 std::optional<long long> parse_integer(std::string_view text);
 
-/// Finds the candidate nearest to `word` by edit distance, if it is near enough to be meant.
+/// Finds the candidate nearest to `word` by edit distance, up to max(1, a third of its length).
 std::optional<std::string> nearest_word(std::string_view word,
                                         std::span<const std::string> candidates);
 
@@ -31,17 +31,17 @@ enum class Lines { kKeep, kReplace };
 /// of writing by '?'.
 std::string printable(std::string_view text, Lines lines = Lines::kReplace);
 
-/// Escapes the same characters of a JSON text as \\u escapes, which does not change its meaning.
+/// Replaces control characters from DEL on in JSON text by \\u escapes, which keep its meaning.
 std::string printable_json(std::string text);
 
 /// Escapes `text` for a JSON string.
 std::string escape_json(std::string_view text);
 
-/// Escapes `text` for HTML or XML, also for attributes: < > & and " become entities; calls
-/// printable().
+/// Escapes printable text for HTML or XML, also for attributes: < > & and " become entities. Line
+/// breaks and tabs stay.
 std::string escape_markup(std::string_view text);
 
-/// The text with A to Z as a to z; other characters, in any encoding, stay.
+/// Converts A .. Z to a .. z; other characters, in any encoding, stay.
 std::string lower_case(std::string text);
 
 /// Splits at each separator; n separators give n + 1 parts.

@@ -8,7 +8,7 @@ namespace polymorph {
 bool is_thread_failure(const std::exception& thrown) {
   const auto* system = dynamic_cast<const std::system_error*>(&thrown);
   return (system && system->code() == std::errc::resource_unavailable_try_again) ||
-         std::string_view(thrown.what()).starts_with("pthread_create");  // TBB's
+         std::string_view(thrown.what()).starts_with("pthread_create");  // thrown by TBB
 }
 
 }  // namespace polymorph

@@ -1,12 +1,12 @@
-// What is thrown where a thread cannot be started.
+// Exceptions for threads that cannot be started.
 #pragma once
 
 #include <exception>
 
 namespace polymorph {
 
-/// True of what the standard library or TBB throws where a thread cannot be started; an Error is
-/// made of it by make_thread_error() (base/parallel.h).
+/// Tests whether the standard library or TBB threw this because a thread could not be started.
+/// make_thread_error() (base/parallel.h) makes an Error of it.
 bool is_thread_failure(const std::exception& thrown);
 
 }  // namespace polymorph

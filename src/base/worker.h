@@ -14,10 +14,10 @@
 namespace polymorph {
 
 /// Runs tasks on one thread, instead of starting a thread per task: oneTBB's allocator and Embree
-/// keep some kilobytes for every thread that ever used them, so a long film would grow. If all work
-/// is limited to one thread, there is no worker thread, and a task runs when its result is
-/// requested. The destructor waits for the tasks. Throws std::system_error if the thread cannot be
-/// started.
+/// keep some kilobytes for every thread that ever used them, so memory would grow over a long film.
+/// If all work is limited to one thread, there is no worker thread, and a task runs when its result
+/// is requested. run() throws std::system_error if the thread cannot be started. The destructor
+/// waits for the tasks.
 class Worker {
  public:
   Worker() = default;

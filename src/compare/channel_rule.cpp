@@ -22,15 +22,15 @@ bool is_cryptomatte_id(std::string name) {
          (channel == "r" || channel == "b" || channel == "red" || channel == "blue");
 }
 
-/// The words of a name in small letters: "ViewLayer.objectID" is "view", "layer", "object", "id".
-std::vector<std::string> words_of(const std::string& name) {
+/// Splits a name into words in lower case: "ViewLayer.objectID" is "view", "layer", "object", "id".
+std::vector<std::string> split_words(const std::string& name) {
   std::vector<std::string> words(1);
   const auto is = [&](std::size_t i, int (*kind)(int)) {
     return i < name.size() && kind(static_cast<unsigned char>(name[i])) != 0;
   };
   for (std::size_t i = 0; i < name.size(); ++i) {
-    // A capital begins a word after a small letter, and where it ends capitals: "IDMask", not
-    // "IDs".
+    // A capital begins a word after a lower-case letter. The last of several capitals begins one
+    // before a lower-case letter, as in "IDMask", but not before a plural s, as in "IDs".
     const bool plural = name.compare(i + 1, 1, "s") == 0 && !is(i + 2, std::isalpha);
     const bool ends_capitals = is(i - 1, std::isupper) && is(i + 1, std::islower) && !plural;
     const bool begins = i > 0 && is(i, std::isupper) && (is(i - 1, std::islower) || ends_capitals);
@@ -41,8 +41,8 @@ std::vector<std::string> words_of(const std::string& name) {
   return words;
 }
 
-bool says_id(const std::string& name) {
-  const std::vector<std::string> words = words_of(name);
+bool contains_id_word(const std::string& name) {
+  const std::vector<std::string> words = split_words(name);
   for (std::size_t i = 0; i < words.size(); ++i) {
     for (const char* id : {"id", "ids", "label", "labels", "objectid", "materialid", "instanceid"})
       if (words[i] == id) return true;
@@ -58,8 +58,8 @@ ChannelRule channel_rule(const std::string& name) {
   if (name == "Z") return ChannelRule::kDepth;
   if (name.starts_with("N.")) return ChannelRule::kNormal;
   if (is_cryptomatte_id(name)) return ChannelRule::kId;
-  // A Cryptomatte's other channels are coverages and its preview.
-  if (words_of(name).front() != "crypto" && says_id(name)) return ChannelRule::kId;
+  // The other channels of a Cryptomatte are coverages and a preview.
+  if (split_words(name).front() != "crypto" && contains_id_word(name)) return ChannelRule::kId;
   return ChannelRule::kOther;
 }
 

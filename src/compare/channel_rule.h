@@ -1,4 +1,4 @@
-// Comparison rules of image channels, told by their names.
+// Comparison rules of image channels, by the channels' names.
 #pragma once
 
 #include <cstdint>
@@ -10,17 +10,17 @@ enum class ChannelRule : std::uint8_t {
   kColor,   ///< R, G, B, A
   kDepth,   ///< Z
   kNormal,  ///< N.X, N.Y, N.Z
-  kId,      ///< numbers that name something: any difference counts
+  kId,      ///< identifiers: any difference counts
   kOther
 };
 
-/// Ids are channels with a word "id" or "label" in their names, however they are spelled
-/// ("objectId", "ID.X", "mat_ids"), Blender's "IndexOB" and "IndexMA", and Cryptomatte ranks. A
-/// ranked layer, as in "crypto_object00" or "ViewLayer.CryptoMaterial01", has ids in R and B (in
-/// any spelling); G and A are coverages.
+/// Finds the rule of a channel. Ids are channels with a word "id" or "label" in their names in any
+/// spelling ("objectId", "ID.X", "mat_ids"), Blender's "IndexOB" and "IndexMA", and Cryptomatte
+/// ranks. A ranked layer ("crypto_object00", "ViewLayer.CryptoMaterial01") has ids in R and B, and
+/// coverages in G and A.
 ChannelRule channel_rule(const std::string& name);
 
-/// Depths from here on are of rays that hit nothing: the renderer writes 1e10.
+/// Depths of at least this value mean that the ray hit nothing; the renderer writes 1e10.
 constexpr float kNothingHit = 1e9f;
 
 }  // namespace polymorph

@@ -30,16 +30,16 @@ float allowed_difference(ChannelRule rule, float a, float b, const Tolerance& to
   return tolerance.fail + tolerance.relative * std::abs(b);
 }
 
-/// Bin of a pixel that differs.
-std::size_t histogram_bin(float share, bool over) {
+/// Histogram bin of a pixel that differs; `ratio` is the largest |a - b| / limit of its channels.
+std::size_t histogram_bin(float ratio, bool over) {
   constexpr int kAt = LimitHistogram::kAtLimit, kLast = LimitHistogram::kBins - 1;
-  const float place = std::floor(6 * std::log10(std::clamp(share, 1e-6f, 1e6f)));
-  const int bin = kAt + static_cast<int>(place);
+  const float offset = std::floor(6 * std::log10(std::clamp(ratio, 1e-6f, 1e6f)));
+  const int bin = kAt + static_cast<int>(offset);
   return static_cast<std::size_t>(over ? std::clamp(bin, kAt, kLast) : std::clamp(bin, 1, kAt - 1));
 }
 
-/// One channel of both images.
-struct Pair {
+/// Indices of one channel in both images.
+struct ChannelPair {
   std::size_t actual, reference;
   ChannelRule rule;
   bool visible;  ///< R, G or B: part of the PSNR
@@ -51,7 +51,7 @@ struct Sums {
   std::uint64_t failing = 0;
 };
 
-/// The sums of one row; rows are added up in order, so that no sum depends on threads.
+/// Sums over one row. Rows are added in order, so that the totals do not depend on threads.
 struct RowSums {
   std::vector<Sums> channels;
   double clipped_squares = 0;
@@ -63,7 +63,7 @@ struct RowSums {
 class Comparer {
  public:
   Comparer(const Image& actual, const Image& reference, const Tolerance& tolerance,
-           std::vector<Pair> pairs)
+           std::vector<ChannelPair> pairs)
       : actual_(actual),
         reference_(reference),
         tolerance_(tolerance),
@@ -73,8 +73,8 @@ class Comparer {
     if (id_ < 0) id_ = reference.find_channel("id.object");
   }
 
-  /// `states` as in PixelMaps, or null.
-  RowSums row(int y, PixelState* states) const {
+  /// Compares row y. Fills its part of `states` (PixelMaps::states), unless null.
+  RowSums sum_row(int y, PixelState* states) const {
     RowSums sums;
     sums.channels.resize(pairs_.size());
     const std::size_t first =
@@ -92,9 +92,9 @@ class Comparer {
     const float* a = &actual_.pixels[pixel * actual_.channel_count()];
     const float* b = &reference_.pixels[pixel * reference_.channel_count()];
     bool fails = false, hard = false, finite = true, warns = false, equal = true;
-    float share = 0;
+    float ratio = 0;
     for (std::size_t c = 0; c < pairs_.size(); ++c) {
-      const Pair& pair = pairs_[c];
+      const ChannelPair& pair = pairs_[c];
       const float u = a[pair.actual], v = b[pair.reference];
       if (!std::isfinite(u) || !std::isfinite(v)) {
         finite = false;
@@ -103,15 +103,15 @@ class Comparer {
       if (u == v) continue;
       equal = false;
       if (add_difference(pair, u, v, x, sums.channels[c]) && pair.visible) {
-        const double shown = std::clamp<double>(u, 0, 1) - std::clamp<double>(v, 0, 1);
-        sums.clipped_squares += shown * shown;
+        const double clipped = std::clamp<double>(u, 0, 1) - std::clamp<double>(v, 0, 1);
+        sums.clipped_squares += clipped * clipped;
       }
       const float limit = allowed_difference(pair.rule, u, v, tolerance_),
                   difference = std::abs(u - v);
-      const bool over = difference > limit;
-      share = std::max(share, difference / limit);
-      sums.channels[c].failing += over;
-      fails = fails || over;
+      const bool exceeds = difference > limit;
+      ratio = std::max(ratio, difference / limit);
+      sums.channels[c].failing += exceeds;
+      fails = fails || exceeds;
       hard = hard || (pair.rule == ChannelRule::kColor && difference > tolerance_.hard_fail);
       warns = warns || (pair.rule != ChannelRule::kDepth && pair.rule != ChannelRule::kId &&
                         difference > tolerance_.warn);
@@ -124,16 +124,16 @@ class Comparer {
     sums.warning += warns;
     sums.negative_alpha +=
         (alphas_[0] >= 0 && a[alphas_[0]] < 0) || (alphas_[1] >= 0 && b[alphas_[1]] < 0);
-    if (finite) ++sums.histogram.pixels[equal ? 0 : histogram_bin(share, fails)];
+    if (finite) ++sums.histogram.pixels[equal ? 0 : histogram_bin(ratio, fails)];
     if (!finite) return PixelState::kNotFinite;
     if (hard) return PixelState::kHard;
     if (fails) return PixelState::kOver;
     return equal ? PixelState::kEqual : PixelState::kWithin;
   }
 
-  /// Returns false for values that do not count.
-  static bool add_difference(const Pair& pair, float u, float v, int x, Sums& sums) {
-    // Depths that mean nothing hit would drown all others.
+  /// Adds to the sums of a channel. Returns false, without adding, if one of the rays hit nothing.
+  static bool add_difference(const ChannelPair& pair, float u, float v, int x, Sums& sums) {
+    // The depth of a ray that hit nothing would dominate the sums.
     if (pair.rule == ChannelRule::kDepth && (u >= kNothingHit || v >= kNothingHit)) return false;
     const double difference = pair.rule == ChannelRule::kId
                                   ? 1
@@ -149,23 +149,23 @@ class Comparer {
 
   bool on_silhouette(int x, int y) const {
     if (id_ < 0) return false;
-    const float own = reference_.at(x, y, id_);
+    const float center_id = reference_.at(x, y, id_);
     for (int v = std::max(y - 1, 0); v <= std::min(y + 1, reference_.height - 1); ++v)
       for (int u = std::max(x - 1, 0); u <= std::min(x + 1, reference_.width - 1); ++u)
-        if (reference_.at(u, v, id_) != own) return true;
+        if (reference_.at(u, v, id_) != center_id) return true;
     return false;
   }
 
   const Image& actual_;
   const Image& reference_;
   const Tolerance& tolerance_;
-  std::vector<Pair> pairs_;
+  std::vector<ChannelPair> pairs_;
   int id_;
   int alphas_[2];
 };
 
 bool holds_ids(const Image& image, const std::string& channel) {
-  // The reader's own entry comes last; a file may have another of that name.
+  // The reader appends its own entry; the file may have another one of that name.
   const auto attribute =
       std::find_if(image.attributes.rbegin(), image.attributes.rend(),
                    [](const Attribute& a) { return a.name == kIdChannelsAttribute; });
@@ -176,14 +176,14 @@ bool holds_ids(const Image& image, const std::string& channel) {
   return std::find(ids.begin(), ids.end(), channel) != ids.end();
 }
 
-/// The image with its ids split as those of `other` are: where that has large ones, their low bytes
-/// are a channel NAME.low of their own.
+/// Splits the ids of `image` like those of `other`: where the file of `other` has large ids, the
+/// reader puts their low bytes into a channel NAME.low.
 Image split_ids(const Image& image, const Image& other) {
   constexpr std::string_view kLow = ".low";
   Image split = image;
-  for (const std::string& low : other.channels) {
-    if (!low.ends_with(kLow) || image.find_channel(low) >= 0) continue;
-    const std::string name = low.substr(0, low.size() - kLow.size());
+  for (const std::string& low_name : other.channels) {
+    if (!low_name.ends_with(kLow) || image.find_channel(low_name) >= 0) continue;
+    const std::string name = low_name.substr(0, low_name.size() - kLow.size());
     const int channel = image.find_channel(name);
     if (channel < 0 || !holds_ids(other, name) || !holds_ids(image, name)) continue;
     const std::size_t count = split.channel_count();
@@ -192,13 +192,13 @@ Image split_ids(const Image& image, const Image& other) {
     for (std::size_t i = 0; i < split.pixels.size(); i += count) {
       const auto first = split.pixels.begin() + static_cast<std::ptrdiff_t>(i);
       pixels.insert(pixels.end(), first, first + static_cast<std::ptrdiff_t>(count));
-      // Ids up to 2^24 are exact.
+      // Floats represent ids up to 2^24 exactly.
       const float low_byte = std::fmod(first[channel], 256.0f);
       pixels[pixels.size() - count + static_cast<std::size_t>(channel)] -= low_byte;
       pixels.push_back(low_byte);
     }
     split.pixels = std::move(pixels);
-    split.channels.push_back(low);
+    split.channels.push_back(low_name);
   }
   return split;
 }
@@ -219,17 +219,17 @@ std::string channel_mismatch(const Image& actual, const Image& reference) {
   return text;
 }
 
-/// Describes the largest difference of the channel with most failing pixels, where no pixel fails
-/// that of the colours, and the channel with most other ids.
+/// Describes the largest difference in the channel with most failing pixels (if none fails, in a
+/// colour channel), and the id channel with most changed ids.
 std::string describe_largest(const Comparison& result) {
   const ChannelDifference *worst = nullptr, *ids = nullptr;
   for (const ChannelDifference& channel : result.channels) {
     if (channel.max <= 0) continue;
-    const ChannelDifference*& best = channel.rule == ChannelRule::kId ? ids : worst;
-    if (!best || channel.failing > best->failing ||
-        (channel.failing == 0 && best->failing == 0 && channel.rule == ChannelRule::kColor &&
-         channel.max > best->max))
-      best = &channel;
+    const ChannelDifference*& leader = channel.rule == ChannelRule::kId ? ids : worst;
+    if (!leader || channel.failing > leader->failing ||
+        (channel.failing == 0 && leader->failing == 0 && channel.rule == ChannelRule::kColor &&
+         channel.max > leader->max))
+      leader = &channel;
   }
   std::string text;
   if (worst)
@@ -241,24 +241,25 @@ std::string describe_largest(const Comparison& result) {
   return text;
 }
 
-bool over_flip(const Tolerance& tolerance, const FlipFigures& flip) {
+bool exceeds_flip_limits(const Tolerance& tolerance, const FlipFigures& flip) {
   return flip.mean > static_cast<double>(tolerance.flip_mean) ||
          flip.p99 > static_cast<double>(tolerance.flip_p99);
 }
 
-/// FLIP in words, "" where nothing is visible.
 /// "1 pixel is", "2 pixels are".
 std::string pixels_are(std::size_t count) {
   return fmt::format("{} pixel{}", count, count == 1 ? " is" : "s are");
 }
 
+/// Describes FLIP; "" if it is 0 everywhere.
 std::string flip_text(const Comparison& result) {
   if (!result.flip || !(result.flip->max > 0)) return "";
   return fmt::format("; FLIP mean {:.3g}, 99 % below {:.3g}, worst {:.3g}", result.flip->mean,
                      result.flip->p99, result.flip->max);
 }
 
-void decide(const Tolerance& tolerance, bool equal, const std::string& shown, Comparison& result) {
+void set_verdict(const Tolerance& tolerance, bool equal, const std::string& mismatch,
+                 Comparison& result) {
   const double percent = 100.0 * static_cast<double>(result.failing_pixels) /
                          std::max(1.0, static_cast<double>(result.pixels));
   const std::string largest = describe_largest(result);
@@ -268,9 +269,9 @@ void decide(const Tolerance& tolerance, bool equal, const std::string& shown, Co
   } else if (result.negative_alpha_pixels > 0) {
     result.verdict = Verdict::kDiffers;
     result.reason = pixels_are(result.negative_alpha_pixels) + " of negative alpha";
-  } else if (!shown.empty()) {
+  } else if (!mismatch.empty()) {
     result.verdict = Verdict::kDiffers;
-    result.reason = fmt::format("the files are shown differently: {}{}", shown, largest);
+    result.reason = fmt::format("the files are shown differently: {}{}", mismatch, largest);
   } else if (equal) {
     result.verdict = Verdict::kSame;
     result.reason = "all values are equal";
@@ -280,7 +281,7 @@ void decide(const Tolerance& tolerance, bool equal, const std::string& shown, Co
                                 pixels_are(result.hard_failing_pixels),
                                 static_cast<double>(tolerance.hard_fail), largest);
   } else if (const bool within = percent <= static_cast<double>(tolerance.fail_percent);
-             within && result.flip && over_flip(tolerance, *result.flip)) {
+             within && result.flip && exceeds_flip_limits(tolerance, *result.flip)) {
     result.verdict = Verdict::kDiffers;
     result.reason = fmt::format("FLIP has mean {:.3g} (allowed {:.3g}), 99 % below {:.3g} ({:.3g})",
                                 result.flip->mean, static_cast<double>(tolerance.flip_mean),
@@ -298,8 +299,8 @@ void decide(const Tolerance& tolerance, bool equal, const std::string& shown, Co
   }
 }
 
-std::vector<Pair> pair_channels(const Image& actual, const Image& reference) {
-  std::vector<Pair> pairs;
+std::vector<ChannelPair> pair_channels(const Image& actual, const Image& reference) {
+  std::vector<ChannelPair> pairs;
   for (std::size_t c = 0; c < reference.channel_count(); ++c) {
     const std::string& name = reference.channels[c];
     const ChannelRule rule = holds_ids(actual, name) || holds_ids(reference, name)
@@ -311,8 +312,8 @@ std::vector<Pair> pair_channels(const Image& actual, const Image& reference) {
   return pairs;
 }
 
-/// Adds up the rows, in order. Returns whether all values are equal.
-bool add_rows(const std::vector<RowSums>& rows, double visible_channels, Comparison& result) {
+/// Adds the sums of the rows to the result, in order. Returns whether all values are equal.
+bool add_rows(const std::vector<RowSums>& rows, double colors, Comparison& result) {
   bool equal = true;
   double clipped_squares = 0;
   for (std::size_t y = 0; y < rows.size(); ++y) {
@@ -342,7 +343,7 @@ bool add_rows(const std::vector<RowSums>& rows, double visible_channels, Compari
     channel.mean /= count;
     channel.rms = std::sqrt(channel.rms / count);
   }
-  result.psnr = clipped_squares > 0 ? 10 * std::log10(count * visible_channels / clipped_squares)
+  result.psnr = clipped_squares > 0 ? 10 * std::log10(count * colors / clipped_squares)
                                     : std::numeric_limits<double>::infinity();
   return equal;
 }
@@ -365,8 +366,8 @@ Comparison compare_images(const Image& actual, const Image& reference, const Tol
                           PixelMaps* maps) {
   check_storage(actual);
   check_storage(reference);
-  PixelMaps own;
-  if (!maps) maps = &own;
+  PixelMaps unused_maps;
+  if (!maps) maps = &unused_maps;
   *maps = {};
   Comparison result;
   if (actual.width != reference.width || actual.height != reference.height) {
@@ -386,8 +387,8 @@ Comparison compare_images(const Image& actual, const Image& reference, const Tol
     result.verdict = Verdict::kChannelMismatch;
     return result;
   }
-  const std::vector<Pair> pairs = pair_channels(actual, reference);
-  for (const Pair& pair : pairs)
+  const std::vector<ChannelPair> pairs = pair_channels(actual, reference);
+  for (const ChannelPair& pair : pairs)
     result.channels.push_back({.channel = reference.channels[pair.reference], .rule = pair.rule});
   const Comparer comparer(actual, reference, tolerance, pairs);
   maps->states.resize(result.pixels);
@@ -395,23 +396,24 @@ Comparison compare_images(const Image& actual, const Image& reference, const Tol
   parallel_for(
       reference.height,
       [&](std::int64_t y) {
-        rows[static_cast<std::size_t>(y)] = comparer.row(static_cast<int>(y), maps->states.data());
+        rows[static_cast<std::size_t>(y)] =
+            comparer.sum_row(static_cast<int>(y), maps->states.data());
       },
       16);
-  const auto visible =
-      std::count_if(pairs.begin(), pairs.end(), [](const Pair& p) { return p.visible; });
-  const bool equal = add_rows(rows, static_cast<double>(visible), result);
+  const auto colors =
+      std::count_if(pairs.begin(), pairs.end(), [](const ChannelPair& p) { return p.visible; });
+  const bool equal = add_rows(rows, static_cast<double>(colors), result);
   if (has_colors(reference)) {
-    // Equal colours have no FLIP; depth or ids may still differ.
-    const bool seen = std::isfinite(result.psnr) || result.not_finite_pixels > 0;
-    if (seen) maps->flip = flip_map(visible_colors(actual), visible_colors(reference));
+    // FLIP of equal colours is 0 and needs no map. Depths or ids may still differ.
+    const bool colors_differ = std::isfinite(result.psnr) || result.not_finite_pixels > 0;
+    if (colors_differ) maps->flip = flip_map(visible_colors(actual), visible_colors(reference));
     result.flip = flip_figures(maps->flip);
   }
   const double percent =
       100.0 * static_cast<double>(result.warning_pixels) / static_cast<double>(result.pixels);
   result.warned =
       result.warning_pixels > 0 && percent > static_cast<double>(tolerance.warn_percent);
-  decide(tolerance, equal, shown_mismatch(actual, reference), result);
+  set_verdict(tolerance, equal, shown_mismatch(actual, reference), result);
   return result;
 }
 

@@ -22,8 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kThumbnailWidth = 168;  // twice what the list shows
-constexpr int kWidest = 2048;
+constexpr int kThumbnailWidth = 168;  // pixels; twice the width of a picture in the list
+constexpr int kMaxWidth = 2048;
 
 Image shrink_to_width(const Image& image, int width) {
   if (image.width <= width) return image;
@@ -41,9 +41,9 @@ bool same_size(const Image& a, const Image& b) {
   return a.width == b.width && a.height == b.height;
 }
 
-/// Swiping and flipping need two pictures of one size: the smaller one is shown in a corner of the
-/// common canvas.
-Image on_canvas(const Image& image, int width, int height) {
+/// Places an image in the top left corner of a black canvas: swiping and flipping need two pictures
+/// of one size.
+Image place_on_canvas(const Image& image, int width, int height) {
   Image canvas = make_image(width, height, {"R", "G", "B"});
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x)
@@ -51,8 +51,8 @@ Image on_canvas(const Image& image, int width, int height) {
   return canvas;
 }
 
-/// The picture of a failure. "new.0001.exr" and "frame 12" alike: the name, with "." and "_" for
-/// what must not stand in one.
+/// Makes a file name from a case's name ("new.0001.exr", "frame 12"): drops the extension and
+/// replaces spaces by "." and slashes by "_".
 std::string picture_name(const std::string& group, const std::string& case_name) {
   std::string name = fs::path(case_name).replace_extension().string();
   if (!group.empty()) name = group + "." + name;
@@ -68,17 +68,17 @@ std::string picture_name(const ReportCase& result) {
 }
 
 JsonValue page_case(const ReportCase& result) {
-  auto json = case_json(result);
-  json["width"] = result.width;
-  json["height"] = result.height;
-  json["shown_width"] = std::min(result.width, kWidest);
-  json["shown_height"] =
-      result.width > kWidest
-          ? std::max(1, static_cast<int>(std::int64_t{result.height} * kWidest / result.width))
+  auto entry = case_json(result);
+  entry["width"] = result.width;
+  entry["height"] = result.height;
+  entry["shown_width"] = std::min(result.width, kMaxWidth);
+  entry["shown_height"] =
+      result.width > kMaxWidth
+          ? std::max(1, static_cast<int>(std::int64_t{result.height} * kMaxWidth / result.width))
           : result.height;
   if (result.comparison && result.comparison->flip)
-    json["heat_range"] = heat_range(result.comparison->flip->max);
-  json["pictures"] = JsonValue::object();
+    entry["heat_range"] = heat_range(result.comparison->flip->max);
+  entry["pictures"] = JsonValue::object();
   const std::pair<const char*, const std::string*> pictures[] = {
       {"reference", &result.reference_png},
       {"actual", &result.actual_png},
@@ -86,14 +86,14 @@ JsonValue page_case(const ReportCase& result) {
       {"limits", &result.limits_png},
       {"thumbnail", &result.thumbnail_png}};
   for (const auto& [name, png] : pictures)
-    if (!png->empty()) json["pictures"][name] = base64(*png);
+    if (!png->empty()) entry["pictures"][name] = base64(*png);
   if (result.actual_png.empty() && !result.thumbnail_png.empty())
-    json["pictures_note"] = "Left out, to keep the page small: compare the files named below.";
-  return json;
+    entry["pictures_note"] = "Left out, to keep the page small: compare the files named below.";
+  return entry;
 }
 
-/// Names of the files beside a report.json that its report consists of: those that it lists and
-/// that a report of its cases can have. None where it is not one of polymorph's.
+/// Lists the files that a report.json names and that a report of its cases can have. None if it is
+/// not one of polymorph's.
 std::vector<std::string> listed_files(const fs::path& report_json) {
   const auto text = read_file(report_json, 256 << 20);
   if (!text) return {};
@@ -110,12 +110,12 @@ std::vector<std::string> listed_files(const fs::path& report_json) {
   return names;
 }
 
-/// Tests whether the file begins with, or contains, what a report's file of this name has.
+/// Tests by its contents whether a report wrote this file.
 bool is_written_by_report(const fs::path& file) {
   const auto bytes = read_file(file, 256 << 20);
   if (!bytes) return false;
   const std::string name = file.filename().string();
-  if (name == "report.json") return true;  // it lists the others
+  if (name == "report.json") return true;  // listed_files() has read it
   if (name == "junit.xml") return bytes->find("<testsuites") != std::string::npos;
   if (name == "index.html")
     return bytes->find("type=\"application/json\" id=\"data\"") != std::string::npos;
@@ -139,7 +139,7 @@ Status add_pictures(ReportCase& result, const Image& actual, const Image* refere
   result.width = std::max(actual.width, reference ? reference->width : 0);
   result.height = std::max(actual.height, reference ? reference->height : 0);
   if (result.width < 1 || result.height < 1) return Ok{};
-  Image shown = on_canvas(visible_colors(actual), result.width, result.height);
+  Image shown = place_on_canvas(visible_colors(actual), result.width, result.height);
   const bool has_room = budget.used < (result.passed() ? budget.passing : budget.failing);
   if (!has_room || result.width > 2 * kThumbnailWidth)
     PM_TRY_STATUS(encode_into(result.thumbnail_png, shown, kThumbnailWidth, budget));
@@ -152,28 +152,28 @@ Status add_pictures(ReportCase& result, const Image& actual, const Image* refere
     PM_TRY(result.triptych_png, encode_png(shown, {.effort = PngEffort::kSmall}));
   }
   if (!has_room) return Ok{};
-  PM_TRY_STATUS(encode_into(result.actual_png, shown, kWidest, budget));
+  PM_TRY_STATUS(encode_into(result.actual_png, shown, kMaxWidth, budget));
   if (!reference) return Ok{};
-  PM_TRY_STATUS(encode_into(result.reference_png,
-                            on_canvas(visible_colors(*reference), result.width, result.height),
-                            kWidest, budget));
+  PM_TRY_STATUS(encode_into(
+      result.reference_png,
+      place_on_canvas(visible_colors(*reference), result.width, result.height), kMaxWidth, budget));
   if (!same_size(actual, *reference) || maps.states.empty()) return Ok{};
   if (!maps.flip.empty()) {
     const double range = heat_range(result.comparison->flip->max);
     PM_TRY_STATUS(encode_into(result.heat_png,
-                              heat_picture(maps.flip, result.width, result.height, range), kWidest,
-                              budget));
+                              heat_picture(maps.flip, result.width, result.height, range),
+                              kMaxWidth, budget));
   }
   const bool over = std::any_of(maps.states.begin(), maps.states.end(),
                                 [](PixelState s) { return s >= PixelState::kOver; });
   if (over)
     PM_TRY_STATUS(
-        encode_into(result.limits_png, limits_picture(*reference, maps.states), kWidest, budget));
+        encode_into(result.limits_png, limits_picture(*reference, maps.states), kMaxWidth, budget));
   return Ok{};
 }
 
 std::string make_page(const std::string& title, JsonValue data) {
-  // What failed first, the worst first; then warnings, then what is good, in its order.
+  // Failures first, by descending FLIP; then warnings; then passed cases in their order.
   const auto rank = [](const JsonValue& c) {
     if (c.get("passed").boolean) return std::pair(c.get("warned").boolean ? 1 : 2, 0.0);
     return std::pair(0, c.contains("flip") ? -c.get("flip").get("mean").number : -1e9);
@@ -200,7 +200,7 @@ Status remove_report(const fs::path& folder) {
   std::error_code error;
   if (!fs::is_regular_file(fs::symlink_status(list, error))) return Ok{};
   const std::vector<std::string> names = listed_files(list);
-  // An input of this run stays, and so does then all the rest.
+  // If one file is an input of this run, remove none.
   for (const std::string& name : names) PM_TRY_STATUS(check_writable(folder / name));
   const auto remove = [&](const fs::path& file) -> Status {
     if (fs::remove(file, error) || !error) return Ok{};
@@ -208,7 +208,7 @@ Status remove_report(const fs::path& folder) {
                       file.string(), error.message());
   };
   for (const std::string& name : names) {
-    // The list goes last: who is stopped before that can go on from it.
+    // The list goes last, so that an interrupted removal can be repeated.
     const fs::path file = folder / name;
     if (name != "report.json" && fs::is_regular_file(fs::symlink_status(file, error)) &&
         is_written_by_report(file))
@@ -223,7 +223,7 @@ Result<fs::path> write_report_folder(const Report& report, const fs::path& folde
   for (const ReportCase& result : report.cases)
     if (!result.triptych_png.empty()) files.push_back(picture_name(result));
   for (const std::string& name : files) PM_TRY_STATUS(check_output(folder / name, overwrite));
-  // First what lists the others, last what people open.
+  // Write the list of the files first, and the page that people open last.
   PM_TRY_STATUS(write_file(folder / "report.json", dump_json(report_json(report, files))));
   for (const ReportCase& result : report.cases)
     if (!result.triptych_png.empty())

@@ -22,19 +22,19 @@ struct ReportCase {
   std::filesystem::path actual, reference;
   std::string message;  ///< why it failed; "" = it passed
   std::string cause;    ///< one sentence about the change (explain.h); "" = unknown
-  bool error = false;   ///< it could not even be tested; the message says why
-  std::string detail;   ///< worth knowing though it passed; used without a comparison
-  std::string verdict;  ///< a word; "" = the comparison's, or "error" or "missing" without one
-  std::optional<Comparison> comparison;  ///< absent when there is nothing to compare with
+  bool error = false;   ///< the case could not be tested; the message says why
+  std::string detail;   ///< remark on a case that passed without a comparison
+  std::string verdict;  ///< "" = that of the comparison; without one "error" or "missing"
+  std::optional<Comparison> comparison;  ///< absent without a reference
   Tolerance tolerance;
   double seconds = 0;
   SurfaceRecord surface;          ///< surface of the new frame; frame 0: unknown
   std::string pixels;             ///< SHA-256 of the new frame's pixels; "" = unknown
-  std::string file_sha256;        ///< SHA-256 of the new frame's file, where it is kept
+  std::string file_sha256;        ///< SHA-256 of the new frame's file; "" = not kept
   std::optional<double> flicker;  ///< change towards the next frame (flicker.h)
   std::optional<double> reference_flicker;
-  std::optional<double> masked_percent;  ///< share of the pixels that are not compared
-  double max_masked_percent = 0;         ///< its limit
+  std::optional<double> masked_percent;  ///< percentage of pixels that are not compared
+  double max_masked_percent = 0;         ///< limit of masked_percent
   std::string accept;                    ///< the command that makes the new picture the reference
 
   /// PNG bytes for the page, "" = not shown; filled by add_pictures().
@@ -49,58 +49,58 @@ struct Report {
   std::string title;
   std::vector<std::pair<std::string, std::string>> facts;  ///< shown below the title
   std::vector<ReportCase> cases;
-  std::vector<std::string> notes;  ///< orphans and the like
+  std::vector<std::string> notes;  ///< e.g. golden frames that no suite asks for
   /// Name and hash of each suite (suite_hash()), for accepting its frames later.
   std::vector<std::pair<std::string, std::string>> suites = {};
   std::size_t failed() const;
-  std::size_t errors() const;  ///< those of the failed that could not even be tested
+  std::size_t errors() const;  ///< failed cases that could not be tested
 };
 
-/// A number of a case, with the limit it must not exceed, if there is one.
+/// A metric of a case, and the limit that it must not exceed, if any.
 struct CaseMetric {
-  std::string name, label;  ///< "fail_percent", "failing pixels, %"
+  std::string name, label;  ///< "fail_percent", "pixels over their limits, %"
   double value = 0;         ///< may be infinite (PSNR)
   std::optional<double> limit;
   bool over() const { return limit && !(value <= *limit); }
 };
-/// Lists a case's numbers in the order they are shown. Empty without a comparison, or when sizes or
-/// channels differ.
+/// Lists the metrics of a case in the order in which they are shown. Empty without a comparison, or
+/// if sizes or channels differ.
 std::vector<CaseMetric> case_metrics(const ReportCase& result);
 
-/// Bytes of pictures that a page holds, limited to keep pages of long sequences readable. Cases
-/// that pass are shown whole while there is room for them, failing ones nearly always; all have a
-/// thumbnail.
+/// Bytes of PNG in a page, limited so that pages of long sequences stay usable. A case has full
+/// pictures while `used` is below `passing` or `failing`, and then only a thumbnail.
 struct PictureBudget {
   std::size_t used = 0;
   std::size_t passing = std::size_t{12} << 20, failing = std::size_t{96} << 20;
 };
 
-/// Makes the case's pictures. `reference` null: there is none. Errors: kOutput.
+/// Makes the pictures of a case; `reference` is null if there is none. Errors: kOutput.
 Status add_pictures(ReportCase& result, const Image& actual, const Image* reference,
                     const PixelMaps& maps, PictureBudget& budget);
 
-/// One page that needs nothing but itself and opens from disk: failing cases first, swipe, flip,
-/// heat map, histogram, numbers against limits, the command to accept; dark and light; keyboard.
+/// Makes a self-contained page: failing cases first, with swipe and flip views, heat map,
+/// histogram, metrics against limits and the command that accepts the frame. It has dark and light
+/// themes and keyboard control.
 std::string report_html(const Report& report);
 
-/// JUnit XML: a suite per group, a test case per frame, the figures as properties.
+/// Makes JUnit XML with a suite per group, a test case per frame and the metrics as properties.
 std::string report_junit(const Report& report);
 
-/// {"passed", "failed", "errors", "cases": [{"group", "name", "passed", "verdict", "reason",
-/// "figures", "channels", ...}]}; with `files`, the report's names in its folder as
+/// Makes {"passed", "failed", "errors", "cases": [{"group", "name", "passed", "verdict", "reason",
+/// "figures", "channels", ...}]}. `files`, the names of the report's files, become
 /// "polymorph_report".
 JsonValue report_json(const Report& report, const std::vector<std::string>& files = {});
 
-/// Removes the files of an earlier report from `folder`: those that its report.json lists, that a
-/// report of its cases can have, and whose contents are of that kind. Other files stay, and so does
-/// everything beside a report.json of another program. Errors: kOutput; also, and then nothing is
-/// removed, where one of them is an input of this run.
+/// Removes the files of an earlier report from `folder`: those that its report.json lists, if a
+/// report of its cases can have their names and their contents are of that kind. Other files stay,
+/// also those beside the report.json of another program. Errors: kOutput; if a file is an input of
+/// this run, nothing is removed.
 Status remove_report(const std::filesystem::path& folder);
 
-/// index.html, junit.xml, report.json and a PNG per failure (reference | new | heat) in `folder`,
-/// in place of an earlier report there; other files of these names are replaced only with
-/// `overwrite`. Returns the page's path. Errors: kOutput, before anything is written where a file
-/// is in the way.
+/// Writes index.html, junit.xml, report.json and a PNG per failure (reference | new | heat) to
+/// `folder`, in place of an earlier report. Other files of these names are replaced only with
+/// `overwrite`; without it they are an error before anything is written. Returns the page's path.
+/// Errors: kOutput.
 Result<std::filesystem::path> write_report_folder(const Report& report,
                                                   const std::filesystem::path& folder,
                                                   bool overwrite);

@@ -20,10 +20,10 @@ const std::variant<std::string, int, float>* attribute(const Image& image, const
     if (a.name == name) return &a.value;
   return nullptr;
 }
-/// The values of one header entry in both images, where both have it.
+/// Returns the values of a header entry in both images, if both have it.
 template <class T>
-std::optional<std::pair<T, T>> attributes(const Image& actual, const Image& reference,
-                                          const char* name) {
+std::optional<std::pair<T, T>> attribute_pair(const Image& actual, const Image& reference,
+                                              const char* name) {
   const auto *a = attribute(actual, name), *b = attribute(reference, name);
   const T* u = a ? std::get_if<T>(a) : nullptr;
   const T* v = b ? std::get_if<T>(b) : nullptr;
@@ -48,7 +48,7 @@ std::map<int, std::string> object_names(const Image& image) {
 
 double length_of(Vec3 a) { return static_cast<double>(length(a)); }
 
-/// The point at depth z behind the middle of a pixel.
+/// World position of the centre of a pixel at depth z.
 Vec3 unproject(const PinholeView& view, int width, int height, int pixel, float z) {
   const Vec3 right = cross(view.forward, view.up);
   const float scale = 2 * view.tan_half_fov_y / static_cast<float>(height);
@@ -66,7 +66,7 @@ Vec2 project(const PinholeView& view, int width, int height, Vec3 p) {
           0.5f * static_cast<float>(height) - dot(offset, view.up) * scale};
 }
 
-/// Describes a moved camera by the mean shift of fixed points in the picture, pixels.
+/// Describes a moved camera by the mean shift, in pixels, of the points that the reference shows.
 std::string explain_camera(const ImagePair& pair, const PinholeView& now,
                            const PinholeView& before) {
   double sum = 0;
@@ -83,17 +83,17 @@ std::string explain_camera(const ImagePair& pair, const PinholeView& now,
   return fmt::format("camera moved by {:.2g} px", count > 0 ? sum / count : 0.0);
 }
 
-/// Describes moved surfaces by the layers: how much of them moved, and how far at most.
+/// Describes moved surfaces: how many of their pixels changed, and the largest shift.
 std::string explain_surface(const ImagePair& pair, const std::optional<PinholeView>& view,
                             const ChangeContext& context) {
-  int seen = 0, moved = 0, outline = 0;
+  int visible = 0, moved = 0, outline = 0;
   double max_shift = 0;
   std::optional<Vec3> max_point;  // where the shift is largest
   for (int i = 0; i < pair.pixels(); ++i) {
     const bool in_reference = !pair.has("id") || pair.reference(i, "id") > 1;
     const bool in_actual = !pair.has("id") || pair.actual(i, "id") > 1;
     if (!in_reference && !in_actual) continue;
-    ++seen;
+    ++visible;
     if (pair.equal(i, {"Z", "N.X", "N.Y", "N.Z", "id", "P.X", "P.Y", "P.Z"})) continue;
     ++moved;
     if (in_reference != in_actual || (pair.has("id") && !pair.equal(i, "id"))) {
@@ -122,11 +122,11 @@ std::string explain_surface(const ImagePair& pair, const std::optional<PinholeVi
                ? "surface: vertices moved that no pixel shows"
                : "";
   std::string text = "surface: ";
-  if (moved * 10 >= seen * 9)
+  if (moved * 10 >= visible * 9)
     text += "all of it moved";
   else
     text += fmt::format("1 pixel in {} moved",
-                        std::max(1L, std::lround(static_cast<double>(seen) / moved)));
+                        std::max(1L, std::lround(static_cast<double>(visible) / moved)));
   if (max_shift > 0 && context.cell > 0)
     text += fmt::format(", worst {:.2g} cells", max_shift / static_cast<double>(context.cell));
   else if (max_shift > 0)
@@ -141,17 +141,16 @@ std::string explain_surface(const ImagePair& pair, const std::optional<PinholeVi
   return text;
 }
 
-/// Describes changed albedo per object: everywhere by one factor (a colour) or in places (a
-/// texture).
+/// Describes changed albedo per object: a colour if all changed by one factor, else a texture.
 std::string explain_albedo(const ImagePair& pair) {
   struct Object {
-    int seen = 0, changed = 0;
-    double sum = 0, squares = 0;  // sums over ratio and ratio^2 of the changed pixels
+    int visible = 0, changed = 0;
+    double sum = 0, squares = 0;  // of the ratio of albedos, over changed pixels
   };
   std::map<int, Object> objects;
   for (int i = 0; i < pair.pixels(); ++i) {
     Object& object = objects[static_cast<int>(pair.reference(i, "id"))];
-    ++object.seen;
+    ++object.visible;
     if (pair.equal(i, {"albedo.R", "albedo.G", "albedo.B"})) continue;
     ++object.changed;
     const double ratio = (length_of(pair.color(true, i, "albedo.")) + 1e-6) /
@@ -166,30 +165,30 @@ std::string explain_albedo(const ImagePair& pair) {
     const double mean = object.sum / object.changed;
     const double deviation =
         std::sqrt(std::max(0.0, object.squares / object.changed - mean * mean));
-    const bool uniform = object.changed * 10 >= object.seen * 9 && deviation < 0.1 * mean;
+    const bool uniform = object.changed * 10 >= object.visible * 9 && deviation < 0.1 * mean;
     const auto name = names.find(id);
     const std::string subject = id == 1               ? "the floor"
                                 : id == 0             ? "what nothing hit"
                                 : name != names.end() ? "`" + name->second + "`"
                                                       : fmt::format("object {}", id);
-    text +=
-        fmt::format("{}albedo differs on {}{}: {}", text.empty() ? "" : ", ", subject,
-                    uniform ? "" : fmt::format(" at {} of {} pixels", object.changed, object.seen),
-                    uniform ? "colour" : "texture");
+    text += fmt::format(
+        "{}albedo differs on {}{}: {}", text.empty() ? "" : ", ", subject,
+        uniform ? "" : fmt::format(" at {} of {} pixels", object.changed, object.visible),
+        uniform ? "colour" : "texture");
   }
   return text;
 }
 
-/// Describes changed light: everywhere, or reflected by one object.
+/// Describes changed light, of the whole picture or as reflected by one object.
 std::string explain_light(const ImagePair& pair) {
   if (!pair.has("id"))
-    if (const std::string part = explain_part(pair); !part.empty()) return part;
-  // Without layers nothing else says that the shapes are the same.
+    if (const std::string region = explain_part(pair); !region.empty()) return region;
+  // Without layers, only the edges can show whether the shapes are the same.
   const bool has_geometry = pair.has("id") || pair.has("Z") || pair.has("N.X") || pair.has("P.X");
   if (!has_geometry)
     return edges_stay(pair) ? "the edges stay: light or colours differ"
                             : "the edges moved: shapes, shadows or textures differ";
-  // A changed light changes floor and background everywhere, a changed material only near it.
+  // A light changes floor and background everywhere, a material at most 4 % of their pixels.
   std::map<int, double> changes;  // by id
   int background = 0, changed = 0;
   for (int i = 0; i < pair.pixels(); ++i) {
@@ -214,9 +213,9 @@ std::string explain_light(const ImagePair& pair) {
       name != names.end() ? "`" + name->second + "`" : fmt::format("object {}", object));
 }
 
-/// Describes changed numbers of balls; the images' lists read "cube 12, sphere 12".
+/// Describes changed numbers of balls. The header entries read "cube 12, sphere 12".
 std::string explain_balls(const Image& actual, const Image& reference) {
-  const auto texts = attributes<std::string>(actual, reference, kBallsAttribute);
+  const auto texts = attribute_pair<std::string>(actual, reference, kBallsAttribute);
   if (!texts || texts->first == texts->second) return "";
   const std::vector<std::string> now = split(texts->first, ','), before = split(texts->second, ',');
   if (now.size() != before.size()) return "other objects";
@@ -239,11 +238,11 @@ std::string explain_balls(const Image& actual, const Image& reference) {
 }
 
 std::string explain_noise(const Image& actual, const Image& reference) {
-  if (const auto samples = attributes<int>(actual, reference, kSamplesAttribute);
+  if (const auto samples = attribute_pair<int>(actual, reference, kSamplesAttribute);
       samples && samples->first != samples->second)
     return fmt::format("only noise differs: {} samples in place of {}", samples->first,
                        samples->second);
-  if (const auto seed = attributes<std::string>(actual, reference, kSeedAttribute);
+  if (const auto seed = attribute_pair<std::string>(actual, reference, kSeedAttribute);
       seed && seed->first != seed->second)
     return fmt::format("only noise differs: seed {} in place of {}", seed->first, seed->second);
   return "only noise differs (seed or samples)";
@@ -271,7 +270,7 @@ std::string explain_change(const Image& actual, const Image& reference,
   }
   std::optional<PinholeView> view;
   std::string camera;
-  if (const auto texts = attributes<std::string>(actual, reference, kCameraAttribute)) {
+  if (const auto texts = attribute_pair<std::string>(actual, reference, kCameraAttribute)) {
     PinholeView now, before;
     if (parse_view(texts->first, now) && parse_view(texts->second, before)) {
       view = now;
@@ -284,7 +283,7 @@ std::string explain_change(const Image& actual, const Image& reference,
                               (!context.surfaces_known || context.surfaces_equal);
   if (!geometry_equal) {
     std::string why;
-    const auto plan = attributes<std::string>(actual, reference, kPlanAttribute);
+    const auto plan = attribute_pair<std::string>(actual, reference, kPlanAttribute);
     if (const std::string balls = explain_balls(actual, reference); !balls.empty())
       why = balls;
     else if (plan && plan->first != plan->second)

@@ -10,9 +10,9 @@
 namespace polymorph {
 namespace {
 
-constexpr int kBlock = 8;  // pixels along a side of what noise is averaged over
+constexpr int kBlock = 8;  // pixels; edge of the blocks over which noise is averaged
 
-/// Display lightness, 0 to 1.
+/// Approximate display lightness (square root of the mean of R, G, B), 0 to 1.
 double lightness(const ImagePair& pair, bool of_actual, int pixel) {
   const Vec3 c = pair.color(of_actual, pixel, "");
   return std::sqrt(std::clamp(static_cast<double>(c.x + c.y + c.z) / 3, 0.0, 1.0));
@@ -43,7 +43,7 @@ std::vector<double> relative_gradients(const ImagePair& pair, bool of_actual) {
 }  // namespace
 
 std::string explain_curve(const ImagePair& pair) {
-  double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
+  double count = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
   std::vector<std::pair<double, double>> points;
   for (int i = 0; i < pair.pixels(); ++i)
     for (const char* c : {"R", "G", "B"}) {
@@ -52,16 +52,16 @@ std::string explain_curve(const ImagePair& pair) {
       if (a < 0.01 || b < 0.01 || a >= 1 || b >= 1) continue;
       const double x = std::log(b), y = std::log(a);
       points.emplace_back(x, y);
-      n += 1;
+      count += 1;
       sx += x;
       sy += y;
       sxx += x * x;
       sxy += x * y;
     }
-  const double det = n * sxx - sx * sx;
-  if (points.size() < 16 || !(det > 1e-9 * n * n)) return "";
-  const double slope = (n * sxy - sx * sy) / det, offset = (sy - slope * sx) / n;
-  // To 1 %, or to the step of 8 bits that a picture may be rounded to.
+  const double determinant = count * sxx - sx * sx;
+  if (points.size() < 16 || !(determinant > 1e-9 * count * count)) return "";
+  const double slope = (count * sxy - sx * sy) / determinant, offset = (sy - slope * sx) / count;
+  // Require 1 %, or 1.5 steps of 8 bits, since a picture may be rounded to 8 bits.
   const auto code = [](double log_value) {
     return 255 * static_cast<double>(linear_to_srgb(static_cast<float>(std::exp(log_value))));
   };
@@ -79,7 +79,7 @@ std::string explain_curve(const ImagePair& pair) {
 
 bool only_rounding(const ImagePair& pair) {
   int changed = 0;
-  double sum = 0, size = 0;
+  double sum = 0, magnitude = 0;
   for (int i = 0; i < pair.pixels(); ++i)
     for (const char* c : {"R", "G", "B"}) {
       const auto code = [](float v) {
@@ -89,14 +89,14 @@ bool only_rounding(const ImagePair& pair) {
       if (std::fabs(difference) > 1.05) return false;
       changed += std::fabs(difference) > 0.02;
       sum += difference;
-      size += std::fabs(difference);
+      magnitude += std::fabs(difference);
     }
-  // Up as often as down.
-  return changed > 0 && std::fabs(sum) < 0.2 * size;
+  // Differences upwards and downwards nearly cancel.
+  return changed > 0 && std::fabs(sum) < 0.2 * magnitude;
 }
 
 bool only_noise(const ImagePair& pair) {
-  double blocks = 0, expected = 0;
+  double squared_sums = 0, expected = 0;
   int counted = 0;
   for (int y = 0; y + kBlock <= pair.height(); y += kBlock)
     for (int x = 0; x + kBlock <= pair.width(); x += kBlock) {
@@ -104,23 +104,23 @@ bool only_noise(const ImagePair& pair) {
       for (int v = 0; v < kBlock; ++v)
         for (int u = 0; u < kBlock; ++u) {
           const int i = (y + v) * pair.width() + x + u;
-          // As the eye sees it, so that highlights do not decide.
+          // Compare lightness, so that highlights do not dominate.
           const double d = lightness(pair, true, i) - lightness(pair, false, i);
           sum += d;
           squares += d * d;
         }
       if (squares == 0) continue;
-      blocks += sum * sum;
+      squared_sums += sum * sum;
       expected += squares;
       ++counted;
     }
-  // Independent errors: the square of a sum is the sum of the squares. Light that changes makes it
-  // up to 64 times as much.
-  return counted > 0 && blocks < 4 * expected;
+  // For independent errors, squared_sums is close to `expected`. Where light changes, it is up to
+  // 64 times as large.
+  return counted > 0 && squared_sums < 4 * expected;
 }
 
 bool edges_stay(const ImagePair& pair) {
-  constexpr double kStrong = 0.25, kWeak = 0.08, kMaxGone = 0.03;
+  constexpr double kStrong = 0.25, kWeak = 0.08, kMaxVanished = 0.03;
   const std::vector<double> a = relative_gradients(pair, true), b = relative_gradients(pair, false);
   for (const auto& [one, other] : {std::pair(&a, &b), std::pair(&b, &a)}) {
     std::size_t strong = 0, vanished = 0;
@@ -129,7 +129,7 @@ bool edges_stay(const ImagePair& pair) {
       ++strong;
       vanished += (*other)[i] < kWeak;
     }
-    if (static_cast<double>(vanished) > kMaxGone * static_cast<double>(strong)) return false;
+    if (static_cast<double>(vanished) > kMaxVanished * static_cast<double>(strong)) return false;
   }
   return true;
 }

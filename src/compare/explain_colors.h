@@ -1,4 +1,4 @@
-// Judgements on changed colours, from the colours alone.
+// Causes of changed colours, judged by the colours alone.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@
 
 namespace polymorph {
 
-/// Names the curve that all colours follow: brightness or gamma; "" where there is none.
+/// Describes the curve that maps all old colours to new ones: brightness or gamma; "" if none does.
 std::string explain_curve(const ImagePair& pair);
 
-/// Tests whether no code of 8 bits differs by more than one step.
+/// Tests whether 8-bit codes differ by at most one step, upwards as often as downwards.
 bool only_rounding(const ImagePair& pair);
 
 /// Tests whether the differences cancel over blocks of pixels.
@@ -20,7 +20,7 @@ bool only_noise(const ImagePair& pair);
 /// in one image must have a gradient in the other.
 bool edges_stay(const ImagePair& pair);
 
-/// Names the part of the picture in which all changed pixels lie; "" where it is no small part.
+/// Describes the rectangle that contains all changed pixels; "" if it exceeds 1/8 of the picture.
 std::string explain_part(const ImagePair& pair);
 
 }  // namespace polymorph

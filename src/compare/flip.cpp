@@ -14,9 +14,9 @@ namespace {
 using Color = std::array<float, 3>;
 using Plane = std::vector<float>;
 
-constexpr std::int64_t kRowsAtOnce = 8;
+constexpr std::int64_t kRowsPerTask = 8;
 
-// XYZ of linear Rec. 709 under D65, each divided by that of white: Xn = Yn = Zn = 1 for (1, 1, 1).
+// Matrix from linear Rec. 709 to XYZ (D65), divided by the XYZ of white, and its inverse.
 constexpr float kToXyz[3][3] = {{0.433895389f, 0.376242373f, 0.189862239f},
                                 {0.212636822f, 0.715182982f, 0.072180196f},
                                 {0.017752423f, 0.109465629f, 0.872781948f}};
@@ -30,7 +30,7 @@ Color multiply(const float (&m)[3][3], const Color& v) {
   return result;
 }
 
-/// Lightness, red-green, blue-yellow, linear in the colour so that they can be blurred.
+/// Converts to lightness, red-green and blue-yellow that are linear in the colour, for blurring.
 Color to_opponent(const Color& rgb) {
   const Color xyz = multiply(kToXyz, rgb);
   return {116 * xyz[1] - 16, 500 * (xyz[0] - xyz[1]), 200 * (xyz[1] - xyz[2])};
@@ -41,8 +41,8 @@ Color from_opponent(const Color& opponent) {
   return multiply(kFromXyz, {y + opponent[1] / 500, y, y - opponent[2] / 200});
 }
 
-/// CIE L*a*b* with a and b scaled by L / 100: an equal step in colour is less visible in the dark
-/// (Hunt effect).
+/// Converts to CIE L*a*b* with a and b scaled by L / 100: an equal step in colour is less visible
+/// in the dark (Hunt effect).
 Color to_hunt_lab(const Color& rgb) {
   constexpr float kDelta = 6.0f / 29;
   Color xyz = multiply(kToXyz, rgb);
@@ -57,8 +57,7 @@ float hyab(const Color& a, const Color& b) {
   return std::abs(a[0] - b[0]) + std::hypot(a[1] - b[1], a[2] - b[2]);
 }
 
-/// Weights of pixels -radius .. radius. All filters here are products of two of these, or sums of
-/// such products.
+/// Weights of pixels -radius .. radius. All filters here are separable, or sums of separable ones.
 struct Kernel {
   int radius = 0;
   std::vector<float> weights;
@@ -72,7 +71,7 @@ Kernel sample(int radius, const F& f) {
   return kernel;
 }
 
-/// exp(-rate x^2) divided by its sum, which is returned in `sum`.
+/// Kernel exp(-rate x^2) / sum; `sum` returns the sum of exp(-rate x^2).
 Kernel gaussian(int radius, double rate, double& sum) {
   sum = 0;
   for (int i = -radius; i <= radius; ++i) sum += std::exp(-rate * i * i);
@@ -88,11 +87,11 @@ Kernel balance(Kernel kernel) {
 }
 
 struct Filters {
-  Kernel sharp[2];    ///< lightness and red-green: one Gaussian each
-  Kernel blue[2];     ///< blue-yellow: a sum of two
-  float share[2];     ///< ... with these weights
-  Kernel smooth;      ///< Gaussian of the feature detectors
-  Kernel edge, spot;  ///< first and second derivative of `smooth`
+  Kernel sharp[2];     ///< one Gaussian each for lightness and red-green
+  Kernel blue[2];      ///< two Gaussians for blue-yellow ...
+  float weight[2];     ///< ... and their weights
+  Kernel smooth;       ///< Gaussian of the feature detectors
+  Kernel edge, point;  ///< first and second derivative of `smooth`
 };
 
 Filters make_filters(double pixels_per_degree) {
@@ -106,23 +105,23 @@ Filters make_filters(double pixels_per_degree) {
     return kPi * kPi / b / (pixels_per_degree * pixels_per_degree);
   };
   Filters filters;
-  double sum = 0, total = 0, parts[2];
+  double sum = 0, total = 0, integrals[2];
   filters.sharp[0] = gaussian(radius, rate(kLight), sum);
   filters.sharp[1] = gaussian(radius, rate(kRedGreen), sum);
   for (int k = 0; k < 2; ++k) {
     filters.blue[k] = gaussian(radius, rate(kBlueB[k]), sum);
-    parts[k] = kBlueA[k] * std::sqrt(kPi / kBlueB[k]) * sum * sum;
-    total += parts[k];
+    integrals[k] = kBlueA[k] * std::sqrt(kPi / kBlueB[k]) * sum * sum;
+    total += integrals[k];
   }
-  for (int k = 0; k < 2; ++k) filters.share[k] = static_cast<float>(parts[k] / total);
+  for (int k = 0; k < 2; ++k) filters.weight[k] = static_cast<float>(integrals[k] / total);
   // Features are as wide as the finest edges that are easily seen: 0.082 degrees.
-  const double sigma = 0.5 * 0.082 * pixels_per_degree, bend = 1 / (2 * sigma * sigma);
+  const double sigma = 0.5 * 0.082 * pixels_per_degree, feature_rate = 1 / (2 * sigma * sigma);
   const auto feature_radius = static_cast<int>(std::ceil(3 * sigma));
-  filters.smooth = gaussian(feature_radius, bend, sum);
-  filters.edge =
-      balance(sample(feature_radius, [&](double x) { return -x * std::exp(-bend * x * x); }));
-  filters.spot = balance(sample(feature_radius, [&](double x) {
-    return (x * x / (sigma * sigma) - 1) * std::exp(-bend * x * x);
+  filters.smooth = gaussian(feature_radius, feature_rate, sum);
+  filters.edge = balance(
+      sample(feature_radius, [&](double x) { return -x * std::exp(-feature_rate * x * x); }));
+  filters.point = balance(sample(feature_radius, [&](double x) {
+    return (x * x / (sigma * sigma) - 1) * std::exp(-feature_rate * x * x);
   }));
   return filters;
 }
@@ -136,9 +135,9 @@ struct Size {
 };
 
 /// Filters each row; outside the picture its border pixels are repeated.
-Plane along_rows(const Plane& in, Size size, const Kernel& kernel) {
+Plane filter_rows(const Plane& in, Size size, const Kernel& kernel) {
   Plane out(in.size());
-  parallel_ranges(size.height, kRowsAtOnce, [&](std::int64_t begin, std::int64_t end) {
+  parallel_ranges(size.height, kRowsPerTask, [&](std::int64_t begin, std::int64_t end) {
     const int r = kernel.radius;
     std::vector<float> line(static_cast<std::size_t>(size.width + 2 * r));
     for (std::int64_t y = begin; y < end; ++y) {
@@ -154,30 +153,30 @@ Plane along_rows(const Plane& in, Size size, const Kernel& kernel) {
   return out;
 }
 
-Plane along_columns(const Plane& in, Size size, const Kernel& kernel) {
+Plane filter_columns(const Plane& in, Size size, const Kernel& kernel) {
   Plane out(in.size());
   parallel_for(
       size.height,
       [&](std::int64_t y) {
         float* result = &out[size.row(y)];
         for (std::size_t k = 0; k < kernel.weights.size(); ++k) {
-          const std::int64_t from = y + static_cast<std::int64_t>(k) - kernel.radius;
-          const float* row = &in[size.row(std::clamp<std::int64_t>(from, 0, size.height - 1))];
+          const std::int64_t source = y + static_cast<std::int64_t>(k) - kernel.radius;
+          const float* row = &in[size.row(std::clamp<std::int64_t>(source, 0, size.height - 1))];
           for (int x = 0; x < size.width; ++x) result[x] += kernel.weights[k] * row[x];
         }
       },
-      kRowsAtOnce);
+      kRowsPerTask);
   return out;
 }
 
 Plane filter(const Plane& in, Size size, const Kernel& rows, const Kernel& columns) {
-  return along_columns(along_rows(in, size, rows), size, columns);
+  return filter_columns(filter_rows(in, size, rows), size, columns);
 }
 
-/// A filtered picture: its perceived colours, and the strength of its edges and points.
-struct Seen {
+/// A picture as a viewer perceives it: blurred colours, and the strength of edges and points.
+struct Perceived {
   std::vector<Color> lab;
-  Plane edges, spots;
+  Plane edges, points;
 };
 
 struct Picture {
@@ -207,46 +206,46 @@ Picture read_picture(const Image& image, Size size, float exposure) {
   return picture;
 }
 
-Plane length_of(const Plane& x, const Plane& y) {
-  Plane length(x.size());
-  for (std::size_t i = 0; i < x.size(); ++i) length[i] = std::sqrt(x[i] * x[i] + y[i] * y[i]);
-  return length;
+Plane gradient_length(const Plane& x, const Plane& y) {
+  Plane lengths(x.size());
+  for (std::size_t i = 0; i < x.size(); ++i) lengths[i] = std::sqrt(x[i] * x[i] + y[i] * y[i]);
+  return lengths;
 }
 
-Seen look_at(const Picture& picture, Size size, const Filters& filters) {
+Perceived perceive(const Picture& picture, Size size, const Filters& filters) {
   Plane blurred[3];
   for (int c = 0; c < 2; ++c)
     blurred[c] = filter(picture.opponent[c], size, filters.sharp[c], filters.sharp[c]);
   blurred[2] = filter(picture.opponent[2], size, filters.blue[0], filters.blue[0]);
   const Plane wide = filter(picture.opponent[2], size, filters.blue[1], filters.blue[1]);
-  Seen seen;
-  seen.lab.resize(size.pixels());
+  Perceived perceived;
+  perceived.lab.resize(size.pixels());
   parallel_ranges(
       static_cast<std::int64_t>(size.pixels()), 4096, [&](std::int64_t begin, std::int64_t end) {
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
           Color rgb =
               from_opponent({blurred[0][i], blurred[1][i],
-                             filters.share[0] * blurred[2][i] + filters.share[1] * wide[i]});
+                             filters.weight[0] * blurred[2][i] + filters.weight[1] * wide[i]});
           for (float& value : rgb) value = std::clamp(value, 0.0f, 1.0f);
-          seen.lab[i] = to_hunt_lab(rgb);
+          perceived.lab[i] = to_hunt_lab(rgb);
         }
       });
-  Plane light = picture.opponent[0];
-  for (float& value : light) value = (value + 16) / 116;
-  seen.edges = length_of(filter(light, size, filters.edge, filters.smooth),
-                         filter(light, size, filters.smooth, filters.edge));
-  seen.spots = length_of(filter(light, size, filters.spot, filters.smooth),
-                         filter(light, size, filters.smooth, filters.spot));
-  return seen;
+  Plane lightness = picture.opponent[0];
+  for (float& value : lightness) value = (value + 16) / 116;
+  perceived.edges = gradient_length(filter(lightness, size, filters.edge, filters.smooth),
+                                    filter(lightness, size, filters.smooth, filters.edge));
+  perceived.points = gradient_length(filter(lightness, size, filters.point, filters.smooth),
+                                     filter(lightness, size, filters.smooth, filters.point));
+  return perceived;
 }
 
-/// Colour differences as shares of the largest one, pure green to pure blue; differences below 0.4
-/// of it take most of the range.
+/// Maps a colour difference to 0 .. 1, relative to `largest`, that of pure green and pure blue.
+/// Differences below 0.4 of it take 0.95 of the range.
 float color_difference(const Color& a, const Color& b, float largest) {
-  constexpr float kPower = 0.7f, kBend = 0.4f, kShare = 0.95f;
-  const float value = std::pow(hyab(a, b), kPower), bend = kBend * largest;
-  if (value < bend) return kShare * value / bend;
-  return std::min(1.0f, kShare + (value - bend) / (largest - bend) * (1 - kShare));
+  constexpr float kPower = 0.7f, kSplit = 0.4f, kSplitValue = 0.95f;
+  const float value = std::pow(hyab(a, b), kPower), split = kSplit * largest;
+  if (value < split) return kSplitValue * value / split;
+  return std::min(1.0f, kSplitValue + (value - split) / (largest - split) * (1 - kSplitValue));
 }
 
 }  // namespace
@@ -260,14 +259,15 @@ std::vector<float> flip_map(const Image& actual, const Image& reference,
   const Filters filters = make_filters(static_cast<double>(settings.pixels_per_degree));
   const Picture pictures[] = {read_picture(actual, size, settings.exposure),
                               read_picture(reference, size, settings.exposure)};
-  const Seen a = look_at(pictures[0], size, filters), b = look_at(pictures[1], size, filters);
+  const Perceived a = perceive(pictures[0], size, filters),
+                  b = perceive(pictures[1], size, filters);
   const float largest = std::pow(hyab(to_hunt_lab({0, 1, 0}), to_hunt_lab({0, 0, 1})), 0.7f);
   std::vector<float> map(size.pixels());
   parallel_ranges(
       static_cast<std::int64_t>(map.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
           const float feature =
-              std::max(std::abs(a.edges[i] - b.edges[i]), std::abs(a.spots[i] - b.spots[i]));
+              std::max(std::abs(a.edges[i] - b.edges[i]), std::abs(a.points[i] - b.points[i]));
           const float strength = std::min(1.0f, std::sqrt(feature / std::numbers::sqrt2_v<float>));
           map[i] = std::pow(color_difference(a.lab[i], b.lab[i], largest), 1 - strength);
           if (pictures[0].not_finite[i] || pictures[1].not_finite[i]) map[i] = 1;

@@ -4,7 +4,7 @@
 
 namespace polymorph {
 
-/// Thrown where a file is JSON but not of the form that it should have; caught where it is read.
+/// Thrown if a file is JSON, but not of the required form; caught where the file is read.
 struct FormatError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

@@ -25,8 +25,8 @@ void check_keys(const JsonValue& object, const std::string& where,
   if (!object.is_object()) fail("{} must be an object", where);
   for (const auto& [key, value, offset] : object.members) {
     if (std::find(known.begin(), known.end(), key) != known.end()) continue;
-    const auto near = nearest_word(key, known);
-    if (near) fail("{} has an unknown key '{}' - did you mean '{}'?", where, key, *near);
+    const auto nearest = nearest_word(key, known);
+    if (nearest) fail("{} has an unknown key '{}' - did you mean '{}'?", where, key, *nearest);
     fail("{} has an unknown key '{}' - known are {}", where, key, join_quoted(known));
   }
 }
@@ -34,7 +34,7 @@ void check_keys(const JsonValue& object, const std::string& where,
 struct Limit {
   const char* name;
   float Tolerance::*value;
-  double end;  ///< values from here on are refused: nothing, or next to nothing, could exceed them
+  double end;  ///< limits must be below this value, which hardly any difference exceeds
 };
 constexpr Limit kLimits[] = {{"fail", &Tolerance::fail, 1},
                              {"relative", &Tolerance::relative, 1},
@@ -47,14 +47,14 @@ constexpr Limit kLimits[] = {{"fail", &Tolerance::fail, 1},
                              {"warn", &Tolerance::warn, 1e30},
                              {"warn_percent", &Tolerance::warn_percent, 100}};
 
-std::vector<std::string> limit_names(const char* more = nullptr) {
+std::vector<std::string> limit_names(const char* extra = nullptr) {
   std::vector<std::string> names;
   for (const Limit& limit : kLimits) names.emplace_back(limit.name);
-  if (more) names.emplace_back(more);
+  if (extra) names.emplace_back(extra);
   return names;
 }
 
-double limited_number(const JsonValue& value, const std::string& where, double end) {
+double parse_number_below(const JsonValue& value, const std::string& where, double end) {
   if (!value.is_number()) fail("{} must be a number", where);
   const double number = value.number;
   if (!(number >= 0)) fail("{} must be a number of at least 0", where);
@@ -62,9 +62,9 @@ double limited_number(const JsonValue& value, const std::string& where, double e
   return number;
 }
 
-float limit_value(const JsonValue& value, const std::string& where, const Limit& limit) {
-  const auto number = static_cast<float>(limited_number(value, where, limit.end));
-  // Rounding may have reached the end.
+float parse_limit(const JsonValue& value, const std::string& where, const Limit& limit) {
+  const auto number = static_cast<float>(parse_number_below(value, where, limit.end));
+  // Rounding to float may have reached `end`.
   if (!(static_cast<double>(number) < limit.end))
     fail("{} must be below {:g} - nothing would fail", where, limit.end);
   return number;
@@ -77,7 +77,7 @@ std::string parse_reason(const JsonValue& object, const std::string& where) {
   return reason;
 }
 
-/// tolerance.json: each limit an object with its value and its reason.
+/// Parses tolerance.json, where each limit is an object with its value and its reason.
 Tolerance parse_limits(const JsonValue& object, Tolerance tolerance) {
   check_keys(object, "the file", limit_names());
   for (const Limit& limit : kLimits) {
@@ -86,25 +86,25 @@ Tolerance parse_limits(const JsonValue& object, Tolerance tolerance) {
     const std::string where = fmt::format("'{}'", limit.name);
     check_keys(*entry, where, {"value", "why"});
     if (!entry->contains("value")) fail("{} has no 'value'", where);
-    tolerance.*limit.value = limit_value(entry->get("value"), where + ": 'value'", limit);
+    tolerance.*limit.value = parse_limit(entry->get("value"), where + ": 'value'", limit);
     tolerance.why += fmt::format("{}{}: {}", tolerance.why.empty() ? "" : "; ", limit.name,
                                  parse_reason(*entry, where));
   }
   return tolerance;
 }
 
-/// "tolerance" inside suite.json: numbers, and one reason.
+/// Parses "tolerance" in suite.json: numbers, and one reason for all.
 Tolerance parse_inline_limits(const JsonValue& object, Tolerance tolerance) {
   check_keys(object, "'tolerance'", limit_names("why"));
   for (const Limit& limit : kLimits)
     if (const JsonValue* value = object.find(limit.name))
       tolerance.*limit.value =
-          limit_value(*value, fmt::format("'tolerance': '{}'", limit.name), limit);
+          parse_limit(*value, fmt::format("'tolerance': '{}'", limit.name), limit);
   tolerance.why = parse_reason(object, "'tolerance'");
   return tolerance;
 }
 
-/// A name in the suite's own folder, never a path out of it.
+/// Tests for the name of a file in the suite's own folder, rather than a path out of it.
 bool is_own_file(const std::string& name) {
   return !name.empty() && name[0] != '.' && fs::path(name).filename() == name;
 }
@@ -135,7 +135,7 @@ std::vector<GoldenMask> parse_masks(const JsonValue& list, const fs::path& folde
   return masks;
 }
 
-/// The share of a frame that masks may cover, which a suite with masks must state.
+/// Parses the percentage of pixels that masks may cover, which a suite with masks must state.
 double parse_max_masked(const JsonValue& json) {
   if (!json.contains("masks")) {
     if (json.contains("max_masked_percent"))
@@ -145,7 +145,7 @@ double parse_max_masked(const JsonValue& json) {
   if (!json.contains("max_masked_percent"))
     fail(
         "'max_masked_percent' is missing: the share of the pixels that 'masks' may cover, as in 5");
-  return limited_number(json.get("max_masked_percent"), "'max_masked_percent'", 100);
+  return parse_number_below(json.get("max_masked_percent"), "'max_masked_percent'", 100);
 }
 
 /// Reads the scene, or the command of another program, that renders the frames.
@@ -184,9 +184,9 @@ std::vector<int> parse_frames(const JsonValue& frames) {
   return numbers;
 }
 
-/// Parses `file` and hands the JSON to `use`; all that goes wrong names the file.
+/// Parses `file` and calls use(json). Every error names the file.
 template <class F>
-Status with_json(const fs::path& file, const F& use) {
+Status use_json_file(const fs::path& file, const F& use) {
   PM_TRY(const std::string text, read_file(file, 1 << 20));
   PM_TRY(const JsonDocument document, parse_json(file.string(), text));
   try {
@@ -200,18 +200,18 @@ Status with_json(const fs::path& file, const F& use) {
 Error unknown_suite(const fs::path& root, const std::string& name) {
   const auto names = list_golden_suites(root);
   if (!names) return names.error();
-  const auto near = nearest_word(name, *names);
-  const std::string hint = near             ? fmt::format("did you mean '{}'?", *near)
+  const auto nearest = nearest_word(name, *names);
+  const std::string hint = nearest          ? fmt::format("did you mean '{}'?", *nearest)
                            : names->empty() ? "there are none yet"
                                             : "there are " + join_quoted(*names);
   return make_error(ErrorCode::kInput, "{}: no golden suite '{}' - {}", root.string(), name, hint);
 }
 
-/// Fails where the suite's folder or its suite.json is not there, saying what is there instead.
+/// Checks that the suite's folder and its suite.json exist; the error says what is there instead.
 Status check_suite_files(const fs::path& root, const std::string& name) {
   const fs::path folder = root / name, file = folder / "suite.json";
   std::error_code error, ignored;
-  // A name is one folder below the root, never a path.
+  // A name denotes one folder below the root, never a path.
   const bool is_name =
       !name.empty() && name != "." && name != ".." && fs::path(name).filename() == name;
   if (!is_name || fs::symlink_status(folder, ignored).type() == fs::file_type::not_found)
@@ -244,9 +244,9 @@ Result<GoldenSuite> load_golden_suite(const fs::path& root, const std::string& n
   const fs::path file = suite.folder / "suite.json", limits = suite.folder / "tolerance.json";
   PM_TRY_STATUS(check_suite_files(root, name));
   std::error_code ignored;
-  // A link that leads nowhere is a file that cannot be read, not a suite without limits.
-  const bool separate = fs::symlink_status(limits, ignored).type() != fs::file_type::not_found;
-  PM_TRY_STATUS(with_json(file, [&](const JsonValue& json) {
+  // A broken link is a file that cannot be read, rather than a suite without limits.
+  const bool has_limits = fs::symlink_status(limits, ignored).type() != fs::file_type::not_found;
+  PM_TRY_STATUS(use_json_file(file, [&](const JsonValue& json) {
     check_keys(
         json, "the file",
         {"scene", "command", "format", "frames", "tolerance", "masks", "max_masked_percent"});
@@ -256,22 +256,22 @@ Result<GoldenSuite> load_golden_suite(const fs::path& root, const std::string& n
     suite.frames = parse_frames(json.get("frames"));
     if (json.contains("masks")) suite.masks = parse_masks(json.get("masks"), suite.folder);
     suite.max_masked_percent = parse_max_masked(json);
-    if (json.contains("tolerance") && separate)
+    if (json.contains("tolerance") && has_limits)
       fail("'tolerance' is given here and in tolerance.json - remove one");
     if (json.contains("tolerance"))
       suite.tolerance = parse_inline_limits(json.get("tolerance"), suite.tolerance);
   }));
-  if (separate)
-    PM_TRY_STATUS(with_json(limits, [&](const JsonValue& json) {
-      Tolerance start = suite.tolerance;
-      start.why.clear();
-      suite.tolerance = parse_limits(json, start);
+  if (has_limits)
+    PM_TRY_STATUS(use_json_file(limits, [&](const JsonValue& json) {
+      Tolerance defaults = suite.tolerance;
+      defaults.why.clear();
+      suite.tolerance = parse_limits(json, defaults);
     }));
   return suite;
 }
 
-/// Files that people and their programs put beside suites. Any other entry is a suite, or one that
-/// is broken.
+/// Tests for files that people and their programs put beside suites. Any other entry is a suite,
+/// perhaps a broken one.
 bool is_note(const std::string& name) {
   return name.starts_with(".") || name.starts_with("README") || name.starts_with("LICENSE") ||
          name.ends_with(".md") || name.ends_with(".txt");

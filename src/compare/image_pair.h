@@ -1,4 +1,4 @@
-// Two images of one size, with channels by name.
+// Pairs of images with channels by name.
 #pragma once
 
 #include <algorithm>
@@ -12,11 +12,12 @@
 
 namespace polymorph {
 
-/// The images must outlive it.
+/// The images must outlive the pair.
 class ImagePair {
  public:
   ImagePair(const Image& actual, const Image& reference) : a_(actual), b_(reference) {}
 
+  /// Tests for equal sizes, equal sets of channels and finite values.
   bool comparable() const {
     if (a_.width != b_.width || a_.height != b_.height || a_.channel_count() != b_.channel_count())
       return false;
@@ -34,6 +35,7 @@ class ImagePair {
   int height() const { return b_.height; }
   float actual(int pixel, const char* channel) const { return value(a_, pixel, channel); }
   float reference(int pixel, const char* channel) const { return value(b_, pixel, channel); }
+  /// Tests for equal values; a channel that is missing is equal.
   bool equal(int pixel, const char* channel) const {
     return !has(channel) || actual(pixel, channel) == reference(pixel, channel);
   }

@@ -13,21 +13,21 @@ namespace {
 
 using Color = std::array<float, 3>;
 
-/// sRGB codes at 0, 1/8, ... 1; lightness rises evenly, so that the map reads in grey too.
-constexpr int kHeat[][3] = {{3, 3, 10},     {35, 17, 82},    {89, 24, 122},
-                            {143, 42, 126}, {198, 60, 111},  {236, 96, 88},
-                            {251, 147, 98}, {253, 199, 137}, {252, 249, 196}};
+/// sRGB codes at 0, 1/8, ... 1. Lightness rises evenly, so that the map is readable in grey, too.
+constexpr int kHeatColors[][3] = {{3, 3, 10},     {35, 17, 82},    {89, 24, 122},
+                                  {143, 42, 126}, {198, 60, 111},  {236, 96, 88},
+                                  {251, 147, 98}, {253, 199, 137}, {252, 249, 196}};
 
 Color heat_color(float value) {
-  constexpr int kSteps = static_cast<int>(std::size(kHeat)) - 1;
-  const float place = std::clamp(value, 0.0f, 1.0f) * kSteps;
-  const int step = std::min(static_cast<int>(place), kSteps - 1);
-  const float part = place - static_cast<float>(step);
+  constexpr int kSteps = static_cast<int>(std::size(kHeatColors)) - 1;
+  const float position = std::clamp(value, 0.0f, 1.0f) * kSteps;
+  const int step = std::min(static_cast<int>(position), kSteps - 1);
+  const float fraction = position - static_cast<float>(step);
   Color color;
   for (std::size_t c = 0; c < 3; ++c) {
-    const auto low = static_cast<float>(kHeat[step][c]);
-    const auto high = static_cast<float>(kHeat[step + 1][c]);
-    color[c] = srgb_to_linear((low + part * (high - low)) / 255);
+    const auto low = static_cast<float>(kHeatColors[step][c]);
+    const auto high = static_cast<float>(kHeatColors[step + 1][c]);
+    color[c] = srgb_to_linear((low + fraction * (high - low)) / 255);
   }
   return color;
 }
@@ -50,14 +50,14 @@ Image enlarge(const Image& image, int scale) {
 
 Image visible_colors(const Image& image) {
   Image shown = make_image(image.width, image.height, {"R", "G", "B"});
-  shown.attributes = image.attributes;  // they say which space the colours are in
+  shown.attributes = image.attributes;  // they contain the colour space
   if (image.channels.empty()) return shown;
-  std::size_t from[3];
+  std::size_t source[3];
   for (std::size_t c = 0; c < 3; ++c)
-    from[c] = static_cast<std::size_t>(std::max(image.find_channel(shown.channels[c]), 0));
+    source[c] = static_cast<std::size_t>(std::max(image.find_channel(shown.channels[c]), 0));
   for (std::size_t i = 0; i < pixel_count(image.width, image.height); ++i)
     for (std::size_t c = 0; c < 3; ++c)
-      shown.pixels[3 * i + c] = image.pixels[i * image.channel_count() + from[c]];
+      shown.pixels[3 * i + c] = image.pixels[i * image.channel_count() + source[c]];
   convert_to_rec709(shown);
   shown.attributes.clear();
   return shown;

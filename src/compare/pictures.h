@@ -9,21 +9,21 @@
 
 namespace polymorph {
 
-/// R, G, B as they would be shown; of an image without them, the first channel as grey.
+/// Converts an image to the R, G, B that are shown; without R, G, B, the first channel as grey.
 Image visible_colors(const Image& image);
 
-/// A FLIP map in colours from black over violet and orange to pale yellow, rising in lightness;
-/// `range` and above is the last.
+/// Draws a FLIP map in colours of rising lightness, from black (0) over violet and orange to pale
+/// yellow (`range` and above).
 Image heat_picture(const std::vector<float>& map, int width, int height, double range = 1);
-/// The round number (1, 0.5, 0.2, ... 0.01) that shows a map of this maximum best.
+/// Smallest of the ranges 1, 0.5, 0.2, ... 0.01 that contains `max`; 1 for a larger one.
 double heat_range(double max);
 
-/// The reference in dark grey; red: pixels over their limits, yellow: beyond hard_fail, cyan: NaN
-/// or infinite.
+/// Draws the reference in dark grey, pixels over their limits in red, those beyond hard_fail in
+/// yellow, and NaN or infinity in cyan.
 Image limits_picture(const Image& reference, const std::vector<PixelState>& states);
 
-/// reference | actual | heat, each with its caption below, enlarged by whole numbers up to some 320
-/// pixels per picture. For images that cannot be compared, difference_triptych().
+/// Draws reference | actual | heat with captions, enlarged by a whole factor to at most 320 pixels
+/// each. Without FLIP, the third is limits_picture(); without maps, draws difference_triptych().
 Result<Image> failure_picture(const Image& actual, const Image& reference,
                               const Comparison& comparison, const PixelMaps& maps);
 

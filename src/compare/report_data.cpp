@@ -9,14 +9,14 @@
 namespace polymorph {
 namespace {
 
-/// Limits from here on mean that there is none.
+/// A limit of at least this value means that there is no limit.
 constexpr float kOff = 1e29f;
 
 std::optional<double> limit_or_none(float limit) {
   return limit < kOff ? std::optional<double>(static_cast<double>(limit)) : std::nullopt;
 }
 
-JsonValue number(double value) { return std::isfinite(value) ? JsonValue(value) : JsonValue(); }
+JsonValue to_json(double value) { return std::isfinite(value) ? JsonValue(value) : JsonValue(); }
 
 const ChannelDifference* worst_channel(const Comparison& comparison) {
   const ChannelDifference* worst = nullptr;
@@ -25,7 +25,7 @@ const ChannelDifference* worst_channel(const Comparison& comparison) {
   return worst;
 }
 
-/// Attribute and element text of XML 1.0, which must be UTF-8 and cannot hold control characters.
+/// Converts text for XML 1.0, in attributes or elements: valid UTF-8 without control characters.
 std::string xml(const std::string& text) {
   std::string clean = parse_json("", format_json(text))->root.string;  // valid UTF-8
   for (char& c : clean)
@@ -39,7 +39,7 @@ std::string case_verdict(const ReportCase& result) {
   return result.error ? "error" : "missing";
 }
 
-std::string plain(double value) {
+std::string to_text(double value) {
   return std::isfinite(value) ? fmt::format("{:.6g}", value) : "inf";
 }
 
@@ -51,7 +51,7 @@ std::string junit_case(const ReportCase& result, const std::string& suite) {
     text += "      <properties>\n";
     for (const CaseMetric& figure : figures)
       text += fmt::format("        <property name=\"{}\" value=\"{}\"/>\n", figure.name,
-                          plain(figure.value));
+                          to_text(figure.value));
     text += "      </properties>\n";
   }
   if (!result.passed()) {
@@ -60,7 +60,7 @@ std::string junit_case(const ReportCase& result, const std::string& suite) {
     for (const CaseMetric& figure : figures)
       if (figure.limit)
         details += fmt::format("{}{}: {} (limit {})\n", figure.over() ? "OVER " : "", figure.label,
-                               plain(figure.value), plain(*figure.limit));
+                               to_text(figure.value), to_text(*figure.limit));
     if (!result.accept.empty()) details += "to accept: " + result.accept + "\n";
     const char* const element = result.error ? "error" : "failure";
     text += fmt::format("      <{0} message=\"{1}\">{2}</{0}>\n", element, xml(result.message),
@@ -68,7 +68,7 @@ std::string junit_case(const ReportCase& result, const std::string& suite) {
   } else if (result.warned()) {
     text += fmt::format(
         "      <system-out>warning: {} pixels differ by more than {}</system-out>\n",
-        result.comparison->warning_pixels, plain(static_cast<double>(result.tolerance.warn)));
+        result.comparison->warning_pixels, to_text(static_cast<double>(result.tolerance.warn)));
   }
   return text + "    </testcase>\n";
 }
@@ -136,7 +136,7 @@ JsonValue case_json(const ReportCase& result) {
   json["figures"] = JsonValue::array();
   for (const CaseMetric& figure : case_metrics(result)) {
     JsonValue entry{
-        {"name", figure.name}, {"label", figure.label}, {"value", number(figure.value)}};
+        {"name", figure.name}, {"label", figure.label}, {"value", to_json(figure.value)}};
     if (figure.limit) entry["limit"] = *figure.limit;
     entry["over"] = figure.over();
     json["figures"].push_back(std::move(entry));

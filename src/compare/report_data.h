@@ -8,10 +8,10 @@
 
 namespace polymorph {
 
-/// All but the pictures. Infinite figures are null.
+/// Makes the JSON of a case without its pictures. Infinite metrics become null.
 JsonValue case_json(const ReportCase& result);
 
-/// The page that shows `data` (title, facts, notes, cases with their pictures).
+/// Makes the page that shows `data` (title, facts, notes, cases with their pictures).
 std::string make_page(const std::string& title, JsonValue data);
 
 }  // namespace polymorph

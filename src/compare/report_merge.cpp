@@ -64,23 +64,23 @@ CaseCounts count_cases(const JsonValue& cases) {
   return counts;
 }
 
-std::size_t count_text(const std::string& text, const std::string& part) {
+std::size_t count_in(const std::string& text, const std::string& pattern) {
   std::size_t count = 0;
-  for (std::size_t at = 0; (at = text.find(part, at)) != std::string::npos; at += part.size())
+  for (std::size_t at = 0; (at = text.find(pattern, at)) != std::string::npos; at += pattern.size())
     ++count;
   return count;
 }
 
-Result<JsonValue> parse(const fs::path& file, const std::string& text) {
+Result<JsonValue> parse_report(const fs::path& file, const std::string& text) {
   auto document = parse_json(file.string(), text);
   if (!document || !document->root.get("cases").is_array())
     return make_error(ErrorCode::kInput, "{}: not a report of polymorph", file.string());
   return std::move(document->root);
 }
 
-/// The part of `text` between two marks.
-Result<std::string> between(const fs::path& file, const std::string& text, const std::string& begin,
-                            const std::string& end) {
+/// Returns the text between `begin` and `end`.
+Result<std::string> extract_between(const fs::path& file, const std::string& text,
+                                    const std::string& begin, const std::string& end) {
   const auto from = text.find(begin);
   const auto to = from == std::string::npos ? from : text.find(end, from + begin.size());
   if (to == std::string::npos)
@@ -92,8 +92,8 @@ std::string case_name(const JsonValue& entry) {
   return text_at(entry, "group") + ", " + text_at(entry, "name");
 }
 
-/// Why one case contradicts itself, or "". A case passes by its message; what did not pass in its
-/// images cannot have passed.
+/// Describes a contradiction within a case, or returns "". A case passed if it has no message; then
+/// its verdict and its metrics must have passed, too.
 std::string find_contradiction(const JsonValue& entry) {
   const std::string& verdict = text_at(entry, "verdict");
   const bool passed = flag_at(entry, "passed");
@@ -107,7 +107,7 @@ std::string find_contradiction(const JsonValue& entry) {
   return "";
 }
 
-/// Checks types, and that the report, its page and its JUnit say the same of each case. Throws
+/// Checks types, and that the report, its page and its JUnit agree on each case. Throws
 /// FormatError. Errors: kInput.
 Status check_shard(const fs::path& path, const Shard& shard) {
   const auto error = [&](const std::string& text) {
@@ -139,17 +139,17 @@ Status check_shard(const fs::path& path, const Shard& shard) {
                           count_at(report, "failed"), count_at(report, "errors")};
   if (stated != counts || shard.page.get("cases").size() != counts.all)
     return error("report.json counts other cases than it has");
-  const CaseCounts junit{count_text(shard.junit, "<testcase "),
-                         count_text(shard.junit, "<failure ") + count_text(shard.junit, "<error "),
-                         count_text(shard.junit, "<error ")};
+  const CaseCounts junit{count_in(shard.junit, "<testcase "),
+                         count_in(shard.junit, "<failure ") + count_in(shard.junit, "<error "),
+                         count_in(shard.junit, "<error ")};
   if (junit != counts) return error("junit.xml has other cases than report.json");
   return Ok{};
 }
 
-/// Tests whether it is a failed frame that was kept, in a folder of its own.
+/// Tests for the name of a failed frame that was kept, which is in a folder of its own.
 bool is_kept_frame(const std::string& name) {
-  for (const char* part : {".actual.", ".reference.", ".difference."})
-    if (name.find('/') != std::string::npos && name.find(part) != std::string::npos) return true;
+  for (const char* infix : {".actual.", ".reference.", ".difference."})
+    if (name.find('/') != std::string::npos && name.find(infix) != std::string::npos) return true;
   return false;
 }
 
@@ -160,14 +160,14 @@ bool is_report_file(const std::string& name) {
   return is_kept_frame(name);
 }
 
-/// The files of the report that lies highest in `path`, by their paths in its folder.
+/// Reads the files of the topmost report in `path`. Keys are paths in the report's folder.
 Result<std::map<std::string, std::string>> report_files(const fs::path& path) {
   PM_TRY(const auto tree, read_tree(path, is_report_file));
   std::optional<std::string> folder;
   for (const auto& [name, bytes] : tree) {
     if (fs::path(name).filename() != "report.json") continue;
-    const std::string own = name.substr(0, name.size() - std::string("report.json").size());
-    if (!folder || own.size() < folder->size()) folder = own;
+    const std::string parent = name.substr(0, name.size() - std::string("report.json").size());
+    if (!folder || parent.size() < folder->size()) folder = parent;
   }
   std::map<std::string, std::string> files;
   for (const auto& [name, bytes] : tree) {
@@ -190,10 +190,10 @@ Result<Shard> read_shard(const fs::path& path) {
   };
   Shard shard;
   PM_TRY(const std::string report, take("report.json"));
-  PM_TRY(shard.report, parse(path / "report.json", report));
+  PM_TRY(shard.report, parse_report(path / "report.json", report));
   PM_TRY(const std::string page, take("index.html"));
-  PM_TRY(const std::string data, between(path / "index.html", page, kDataBegin, kDataEnd));
-  PM_TRY(shard.page, parse(path / "index.html", data));
+  PM_TRY(const std::string data, extract_between(path / "index.html", page, kDataBegin, kDataEnd));
+  PM_TRY(shard.page, parse_report(path / "index.html", data));
   PM_TRY(const std::string junit, take("junit.xml"));
   const auto first = junit.find("  <testsuite "), last = junit.rfind("</testsuites>");
   if (last != std::string::npos && first != std::string::npos)
@@ -203,9 +203,9 @@ Result<Shard> read_shard(const fs::path& path) {
   return shard;
 }
 
-/// Adds the entries of a list to another report's.
-void append(JsonValue& all, const JsonValue& more, const char* key) {
-  for (const JsonValue& entry : list_at(more, key)) all[key].push_back(entry);
+/// Appends a list of one report to that of another.
+void append(JsonValue& all, const JsonValue& added, const char* key) {
+  for (const JsonValue& entry : list_at(added, key)) all[key].push_back(entry);
 }
 
 Status add_shard(const fs::path& path, Shard shard, Shard& merged, std::set<std::string>& names) {
@@ -233,7 +233,7 @@ Status add_shard(const fs::path& path, Shard shard, Shard& merged, std::set<std:
   return Ok{};
 }
 
-/// The folder of a report, where one is given by its report.json.
+/// Replaces a path to report.json by its folder.
 fs::path report_folder(const fs::path& path) {
   if (path.filename() != "report.json") return path;
   return path.has_parent_path() ? path.parent_path() : fs::path(".");

@@ -1,4 +1,4 @@
-// The reports of several shards as one.
+// Merging of the comparison reports of several shards into one.
 #pragma once
 
 #include <filesystem>
@@ -8,18 +8,18 @@
 
 namespace polymorph {
 
-/// Fails where `folder` is the folder of one of the reports, which would be gone before it is read.
-/// Errors: kUsage.
+/// Checks that `folder` neither is nor lies in the folder of one of the reports, which merging
+/// would replace. Errors: kUsage.
 Status check_merge_output(const std::vector<std::filesystem::path>& reports,
                           const std::filesystem::path& folder);
 
-/// Puts the reports of `golden test --report` or `compare --report` (folders, their report.json,
-/// .zip or .tar) together in `folder`, in place of an earlier report there: report.json, junit.xml,
-/// one page, the pictures and the frames that were kept, so that `golden accept` takes it. Other
-/// files of these names are replaced only with `overwrite`. Each case may stand in one of them
-/// only, and all must be of the same program. A report without cases, one whose page, JUnit or
-/// counts say something else than its cases, and a case that passed although its verdict or one of
-/// its figures failed are refused. Returns how many cases failed. Errors: those of
+/// Merges reports of `golden test --report` or `compare --report` (folders, their report.json, .zip
+/// or .tar) into `folder`, in place of an earlier report there: report.json, junit.xml, one page,
+/// the pictures and the frames that were kept, so that `golden accept` takes it. Other files of
+/// these names are replaced only with `overwrite`. Each case may be in one report only, and all
+/// reports must be of the same program. Refused are reports without cases, those whose page, JUnit
+/// or counts contradict their cases, and those with a case that passed although its verdict or one
+/// of its metrics failed. Returns the number of failed cases. Errors: those of
 /// check_merge_output(), kInput, kOutput.
 Result<std::size_t> merge_reports(const std::vector<std::filesystem::path>& reports,
                                   const std::filesystem::path& folder, bool overwrite);

@@ -8,11 +8,11 @@
 namespace polymorph {
 namespace {
 
-/// A header entry that decides how equal pixels are shown.
+/// A header entry that changes how pixels are shown.
 struct ShownEntry {
   const char* name;
   const char* label;
-  double usual;  ///< value where the entry is absent
+  double default_value;  ///< if the entry is absent
 };
 constexpr ShownEntry kShownEntries[] = {{kPixelAspectAttribute, "pixel aspect ratio", 1},
                                         {kOrientationAttribute, "orientation", 1},
@@ -24,10 +24,10 @@ double entry_value(const Image& image, const ShownEntry& entry) {
     if (const int* integer = std::get_if<int>(&attribute.value)) return *integer;
     if (const float* real = std::get_if<float>(&attribute.value)) return static_cast<double>(*real);
   }
-  return entry.usual;
+  return entry.default_value;
 }
 
-/// Entries of text; "" where there is none.
+/// Entries that are texts; "" if absent.
 constexpr ShownEntry kShownTexts[] = {{kColorProfileAttribute, "colour profile", 0}};
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Header entries by which equal pixels are shown differently.
+// Differences of header entries that change how equal pixels are shown.
 #pragma once
 
 #include <string>

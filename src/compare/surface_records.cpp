@@ -25,8 +25,8 @@ Result<std::vector<SurfaceRecord>> read_surface_records(const std::filesystem::p
   std::vector<SurfaceRecord> records;
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const std::vector<std::string> fields = split(lines[i], ',');
-    const auto number = [&](std::size_t at) {
-      return at < fields.size() ? parse_integer(fields[at]).value_or(-1) : -1;
+    const auto number = [&](std::size_t field) {
+      return field < fields.size() ? parse_integer(fields[field]).value_or(-1) : -1;
     };
     if (fields.size() != 4 || number(0) < 0 || number(0) > 9999999 || number(1) < 0 ||
         number(2) < 0 || !is_digest(fields[3]))

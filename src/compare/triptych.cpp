@@ -13,10 +13,10 @@ struct Colors {
   Image image;
   int channel[3];
 
-  explicit Colors(const Image& from) : image(from) {
+  explicit Colors(const Image& original) : image(original) {
     convert_to_rec709(image);
     const char* const names[] = {"R", "G", "B"};
-    for (int c = 0; c < 3; ++c) channel[c] = std::max(from.find_channel(names[c]), 0);
+    for (int c = 0; c < 3; ++c) channel[c] = std::max(original.find_channel(names[c]), 0);
   }
   bool covers(int x, int y) const {
     return x < image.width && y < image.height && !image.channels.empty();
