@@ -17,9 +17,11 @@
 #include "base/parallel.h"
 #include "base/program_identity.h"
 #include "call.h"
+#include "device/device.h"
 #include "export/play_data.h"
 #include "field/extract_surface.h"
 #include "field/level.h"
+#include "inspect/analyze_sequence.h"
 #include "kernels/field_kinds.h"
 #include "leg/leg_surface.h"
 #include "mesh/append.h"
@@ -29,8 +31,6 @@
 #include "sequence/frame/frame_geometry.h"
 #include "sequence/frame/render_frame.h"
 #include "sequence/prepare/prepare.h"
-#include "sequence/run/analyze_sequence.h"
-#include "sequence/run/device.h"
 #include "spheres/spheres.h"
 
 namespace nb = nanobind;

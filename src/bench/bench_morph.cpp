@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "analyze/true_points.h"
+#include "inspect/analyze_sequence.h"
 #include "sequence/prepare/prepare.h"
-#include "sequence/run/analyze_sequence.h"
 
 namespace polymorph {
 namespace {

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "analyze/analysis_report.h"
+#include "assets/memory_estimate.h"
 #include "base/json.h"
 #include "base/result.h"
 #include "kernels/engine.h"
 #include "scene/load_scene.h"
-#include "sequence/prepare/memory_estimate.h"
 
 namespace polymorph {
 

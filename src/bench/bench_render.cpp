@@ -1,7 +1,7 @@
 #include "bench/bench_run.h"
+#include "device/device.h"
 #include "render/ray_bench.h"
 #include "render/render.h"
-#include "sequence/run/device.h"
 
 namespace polymorph {
 namespace {

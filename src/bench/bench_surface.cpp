@@ -3,11 +3,11 @@
 
 #include "base/random.h"
 #include "bench/bench_run.h"
+#include "device/device.h"
 #include "field/balls_io.h"
 #include "field/extract_surface.h"
 #include "kernels/field_kinds.h"
 #include "mesh/mesh_check.h"
-#include "sequence/run/device.h"
 
 namespace polymorph {
 namespace {

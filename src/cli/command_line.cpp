@@ -22,8 +22,8 @@
 #include "base/thread_failure.h"
 #include "cli/config.h"
 #include "cli/progress.h"
+#include "farm/receipt.h"
 #include "kernels/interruption.h"
-#include "sequence/run/receipt.h"
 #include "spheres/spheres.h"
 
 namespace polymorph {

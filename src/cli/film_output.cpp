@@ -10,6 +10,7 @@
 #include "base/stopwatch.h"
 #include "base/worker.h"
 #include "cli/progress.h"
+#include "device/device.h"
 #include "image/image_io.h"
 #include "image/strip.h"
 #include "morph/timeline.h"
@@ -17,7 +18,6 @@
 #include "sequence/frame/paint_origins.h"
 #include "sequence/frame/render_frame.h"
 #include "sequence/prepare/prepare.h"
-#include "sequence/run/device.h"
 #include "sequence/run/render_sequence.h"
 
 namespace polymorph {

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "base/frames.h"
 #include "cli/command_line.h"
 #include "image/display_view.h"
-#include "sequence/run/frames.h"
 
 namespace polymorph {
 

@@ -5,9 +5,9 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "base/text.h"
+#include "device/device.h"
 #include "export/play_data.h"
 #include "sequence/prepare/prepare.h"
-#include "sequence/run/device.h"
 
 namespace polymorph {
 

@@ -5,6 +5,7 @@
 
 #include "base/archive.h"
 #include "base/file.h"
+#include "base/frames.h"
 #include "base/json.h"
 #include "base/program_identity.h"
 #include "base/sha256.h"
@@ -12,7 +13,6 @@
 #include "golden/golden_frames.h"
 #include "golden/golden_write.h"
 #include "image/image_io.h"
-#include "sequence/run/frames.h"
 
 namespace polymorph {
 namespace {

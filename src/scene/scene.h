@@ -407,4 +407,10 @@ struct Scene {
   std::vector<KeyframeTrack> tracks;
 };
 
+/// Tests whether frames with these settings need the surface's motion.
+inline bool wants_flow(const Scene& scene) {
+  return scene.camera.shutter > 0 || aov_is_chosen(scene.image.aovs, "motion") ||
+         aov_is_chosen(scene.image.aovs, "morph");
+}
+
 }  // namespace polymorph

@@ -6,12 +6,12 @@
 
 #include "analyze/measure.h"
 #include "image/image_io.h"
+#include "inspect/analyze_sequence.h"
 #include "leg/leg_surface.h"
 #include "morph/timeline.h"
 #include "sequence/frame/frame_geometry.h"
 #include "sequence/prepare/actor_poses.h"
 #include "sequence/prepare/film_settings.h"
-#include "sequence/run/analyze_sequence.h"
 #include "sequence/run/render_sequence.h"
 #include "sequence/run/status.h"
 #include "spheres/quality.h"

@@ -4,13 +4,13 @@
 
 #include "base/random.h"
 #include "compare/explain.h"
+#include "device/device.h"
 #include "image/image_io.h"
 #include "image/srgb.h"
 #include "mesh/mesh_check.h"
 #include "sequence/frame/frame_geometry.h"
 #include "sequence/frame/render_frame.h"
 #include "sequence/frame/render_scene.h"
-#include "sequence/run/device.h"
 #include "sequence/run/render_sequence.h"
 #include "testing/scene.h"
 

@@ -2,9 +2,9 @@
 // it, on the report's four tests.
 #include <gtest/gtest.h>
 
+#include "inspect/analyze_sequence.h"
 #include "scene/load_scene.h"
 #include "sequence/prepare/prepare.h"
-#include "sequence/run/analyze_sequence.h"
 #include "testing/paths.h"
 
 namespace polymorph {

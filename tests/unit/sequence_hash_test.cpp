@@ -3,8 +3,8 @@
 #include <functional>
 #include <set>
 
+#include "assets/content_hash.h"
 #include "scene/describe.h"
-#include "sequence/prepare/content_hash.h"
 
 namespace polymorph {
 namespace {

@@ -3,11 +3,11 @@
 
 #include <fstream>
 
+#include "assets/load_models.h"
+#include "assets/place_landmarks.h"
 #include "leg/leg_surface.h"
 #include "mesh/closest.h"
 #include "morph/motion.h"
-#include "sequence/prepare/load_models.h"
-#include "sequence/prepare/place_landmarks.h"
 #include "testing/scene.h"
 
 namespace polymorph {

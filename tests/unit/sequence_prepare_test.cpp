@@ -1,4 +1,4 @@
-#include "sequence/prepare/load_models.h"
+#include "assets/load_models.h"
 #include "sequence/prepare/prepare.h"
 
 #include <gtest/gtest.h>
@@ -7,12 +7,12 @@
 
 #include "base/file.h"
 #include "base/parallel.h"
+#include "device/device.h"
 #include "image/image_io.h"
 #include "kernels/devices.h"
 #include "mesh/mesh_check.h"
 #include "scene/load_scene.h"
 #include "sequence/frame/frame_geometry.h"
-#include "sequence/run/device.h"
 #include "sequence/run/render_sequence.h"
 #include "spheres/quality.h"
 #include "testing/paths.h"

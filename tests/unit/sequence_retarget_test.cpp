@@ -6,11 +6,11 @@
 #include <fstream>
 
 #include "analyze/measure.h"
+#include "inspect/analyze_sequence.h"
 #include "leg/leg_surface.h"
 #include "mesh/mesh_check.h"
 #include "morph/motion.h"
 #include "sequence/frame/frame_geometry.h"
-#include "sequence/run/analyze_sequence.h"
 #include "testing/scene.h"
 
 namespace polymorph {

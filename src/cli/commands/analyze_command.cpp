@@ -4,10 +4,10 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "cli/command_line.h"
+#include "device/device.h"
+#include "inspect/analyze_sequence.h"
 #include "scene/animated_model.h"
 #include "sequence/prepare/prepare.h"
-#include "sequence/run/analyze_sequence.h"
-#include "sequence/run/device.h"
 #include "sequence/run/render_sequence.h"
 
 namespace polymorph {

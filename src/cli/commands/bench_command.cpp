@@ -3,8 +3,8 @@
 #include "base/log.h"
 #include "bench/bench_morph.h"
 #include "cli/command_line.h"
+#include "device/device.h"
 #include "kernels/field_kinds.h"
-#include "sequence/run/device.h"
 
 namespace polymorph {
 namespace {

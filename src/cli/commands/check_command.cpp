@@ -2,6 +2,9 @@
 #include <map>
 #include <optional>
 
+#include "assets/load_models.h"
+#include "assets/memory_estimate.h"
+#include "assets/mesh_sequence.h"
 #include "base/activity.h"
 #include "base/json.h"
 #include "base/log.h"
@@ -10,9 +13,6 @@
 #include "model/repair/diagnose.h"
 #include "morph/facing.h"
 #include "morph/timeline.h"
-#include "sequence/prepare/load_models.h"
-#include "sequence/prepare/memory_estimate.h"
-#include "sequence/prepare/mesh_sequence.h"
 #include "spheres/quality.h"
 #include "spheres/spheres.h"
 

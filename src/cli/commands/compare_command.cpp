@@ -2,6 +2,7 @@
 
 #include "analyze/mesh_difference.h"
 #include "base/file.h"
+#include "base/frames.h"
 #include "base/json.h"
 #include "base/log.h"
 #include "base/program_identity.h"
@@ -14,7 +15,6 @@
 #include "model/load/load_model.h"
 #include "scene/animated_model.h"
 #include "scene/mesh_numbers.h"
-#include "sequence/run/frames.h"
 
 namespace polymorph {
 namespace {

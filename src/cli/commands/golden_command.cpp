@@ -4,6 +4,7 @@
 
 #include "base/file.h"
 #include "base/folder.h"
+#include "base/frames.h"
 #include "base/log.h"
 #include "base/program_identity.h"
 #include "cli/command_line.h"
@@ -13,7 +14,6 @@
 #include "golden/golden_bits.h"
 #include "golden/golden_frames.h"
 #include "golden/golden_run.h"
-#include "sequence/run/frames.h"
 
 namespace polymorph {
 namespace {

@@ -4,11 +4,11 @@
 #include "base/log.h"
 #include "cli/command_line.h"
 #include "cli/write_play_page.h"
+#include "device/device.h"
 #include "export/landmark_candidates.h"
 #include "export/landmarks_data.h"
 #include "export/play_data.h"
 #include "sequence/prepare/prepare.h"
-#include "sequence/run/device.h"
 
 namespace polymorph {
 namespace {

@@ -6,7 +6,7 @@
 #include "base/text.h"
 #include "cli/command_line.h"
 #include "cli/progress.h"
-#include "sequence/run/merge_frames.h"
+#include "farm/merge_frames.h"
 #include "sequence/run/part_files.h"
 
 namespace polymorph {

@@ -2,10 +2,12 @@
 #include <optional>
 
 #include "base/file.h"
+#include "base/frames.h"
 #include "base/log.h"
 #include "base/text.h"
 #include "cli/command_line.h"
 #include "cli/write_play_page.h"
+#include "device/device.h"
 #include "export/carried_frames.h"
 #include "export/surface_frames.h"
 #include "field/balls_io.h"
@@ -19,8 +21,6 @@
 #include "sequence/frame/frame_geometry.h"
 #include "sequence/prepare/actor_poses.h"
 #include "sequence/prepare/prepare.h"
-#include "sequence/run/device.h"
-#include "sequence/run/frames.h"
 #include "sequence/run/render_sequence.h"
 
 namespace polymorph {

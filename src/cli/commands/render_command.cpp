@@ -8,11 +8,11 @@
 #include "cli/command_line.h"
 #include "cli/progress.h"
 #include "cli/scene_options.h"
+#include "farm/receipt.h"
 #include "morph/timeline.h"
 #include "render/sample_range.h"
 #include "scene/mesh_numbers.h"
 #include "sequence/run/frame_files.h"
-#include "sequence/run/receipt.h"
 #include "sequence/run/render_sequence.h"
 
 namespace polymorph {

@@ -4,8 +4,8 @@
 #include "base/program_identity.h"
 #include "base/text.h"
 #include "cli/command_line.h"
+#include "farm/reproduce.h"
 #include "scene/provenance.h"
-#include "sequence/run/reproduce.h"
 
 namespace polymorph {
 namespace {

@@ -2,6 +2,7 @@
 
 #include "base/exact_math.h"
 #include "base/file.h"
+#include "base/frames.h"
 #include "base/log.h"
 #include "cli/command_line.h"
 #include "cli/film_output.h"
@@ -13,7 +14,6 @@
 #include "image/movie.h"
 #include "model/load/load_model.h"
 #include "morph/timeline.h"
-#include "sequence/run/frames.h"
 
 namespace polymorph {
 namespace {

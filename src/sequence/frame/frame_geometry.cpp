@@ -4,13 +4,13 @@
 #include <map>
 #include <tuple>
 
+#include "assets/mesh_sequence.h"
 #include "leg/boundary_surface.h"
 #include "leg/leg_surface.h"
 #include "leg/weighted_look.h"
 #include "mesh/append.h"
 #include "sequence/prepare/actor_poses.h"
 #include "sequence/prepare/film_settings.h"
-#include "sequence/prepare/mesh_sequence.h"
 
 namespace polymorph {
 namespace {

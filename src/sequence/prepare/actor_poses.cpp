@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <iterator>
 
+#include "assets/mesh_sequence.h"
 #include "leg/make_leg.h"
 #include "mesh/closest.h"
 #include "mesh/edges.h"
-#include "sequence/prepare/mesh_sequence.h"
 #include "spheres/spheres.h"
 
 namespace polymorph {

@@ -5,8 +5,8 @@
 #include <span>
 #include <string>
 
+#include "assets/content_hash.h"
 #include "render/render.h"
-#include "sequence/prepare/content_hash.h"
 #include "sequence/prepare/prepared_scene.h"
 
 namespace polymorph {
@@ -22,12 +22,6 @@ struct FrameView {
 
 /// Makes the view of `frame`, in [1, prepared.frame_count].
 FrameView make_frame_view(const PreparedScene& prepared, int frame);
-
-/// Tests whether frames with these settings need the surface's motion.
-inline bool wants_flow(const Scene& scene) {
-  return scene.camera.shutter > 0 || aov_is_chosen(scene.image.aovs, "motion") ||
-         aov_is_chosen(scene.image.aovs, "morph");
-}
 
 /// Tests whether the scene's camera moves, rotates or zooms.
 bool camera_moves(const Scene& scene);

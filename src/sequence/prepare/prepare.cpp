@@ -1,12 +1,12 @@
 #include "sequence/prepare/prepare.h"
 
+#include "assets/alike_actors.h"
+#include "assets/check_plan.h"
+#include "assets/load_models.h"
+#include "assets/place_landmarks.h"
 #include "scene/provenance.h"
 #include "sequence/prepare/actor_poses.h"
-#include "sequence/prepare/alike_actors.h"
-#include "sequence/prepare/check_plan.h"
 #include "sequence/prepare/film_settings.h"
-#include "sequence/prepare/load_models.h"
-#include "sequence/prepare/place_landmarks.h"
 #include "sequence/prepare/prepare_legs.h"
 #include "sequence/prepare/prepare_objects.h"
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "assets/load_models.h"
 #include "base/activity.h"
 #include "base/log.h"
 #include "field/extract_surface.h"
@@ -10,7 +11,6 @@
 #include "mesh/mesh_check.h"
 #include "morph/labels.h"
 #include "scene/mesh_numbers.h"
-#include "sequence/prepare/load_models.h"
 #include "spheres/quality.h"
 
 namespace polymorph {

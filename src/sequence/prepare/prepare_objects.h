@@ -5,11 +5,11 @@
 #include <span>
 #include <vector>
 
+#include "assets/alike_actors.h"
+#include "assets/place_landmarks.h"
 #include "base/result.h"
 #include "kernels/engine.h"
 #include "scene/load_scene.h"
-#include "sequence/prepare/alike_actors.h"
-#include "sequence/prepare/place_landmarks.h"
 #include "sequence/prepare/prepared_scene.h"
 
 namespace polymorph {

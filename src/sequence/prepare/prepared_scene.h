@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "assets/loaded_scene.h"
+#include "assets/memory_estimate.h"
 #include "base/box.h"
 #include "base/input_recorder.h"
 #include "base/result.h"
@@ -15,8 +17,6 @@
 #include "morph/timeline.h"
 #include "render/render.h"
 #include "scene/scene.h"
-#include "sequence/prepare/loaded_scene.h"
-#include "sequence/prepare/memory_estimate.h"
 
 namespace polymorph {
 
@@ -38,7 +38,7 @@ using ObjectList = std::vector<std::shared_ptr<const PreparedObject>>;
 /// An actor with its objects and legs.
 struct PreparedActor : ActorOutline {
   /// Offset from its objects and legs to the actor in the scene: zero unless it shares those of
-  /// another actor (sequence/prepare/alike_actors.h).
+  /// another actor (assets/alike_actors.h).
   Vec3 offset;
   /// The chain's objects, then one per leg that is left before its end, of the balls in flight. If
   /// the actor plays a mesh sequence, its object has only the outermost points of all meshes.

@@ -3,9 +3,9 @@
 
 #include <string>
 
+#include "base/frames.h"
 #include "image/image_io.h"
 #include "scene/scene.h"
-#include "sequence/run/frames.h"
 
 namespace polymorph {
 

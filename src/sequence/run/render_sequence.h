@@ -9,13 +9,13 @@
 #include <string>
 #include <vector>
 
+#include "base/frames.h"
 #include "base/result.h"
 #include "image/display_view.h"
 #include "image/image.h"
 #include "kernels/engine.h"
 #include "render/sample_range.h"
 #include "scene/scene.h"
-#include "sequence/run/frames.h"
 #include "sequence/run/run_report.h"
 
 namespace polymorph {

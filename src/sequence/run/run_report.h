@@ -35,7 +35,7 @@ struct FrameEstimate {
   /// unfitted balls.
   std::vector<std::string> unfitted;
   double fit_seconds = 0;    ///< estimated time of these fits, with all threads
-  std::uint64_t memory = 0;  ///< estimated peak bytes (sequence/prepare/memory_estimate.h)
+  std::uint64_t memory = 0;  ///< estimated peak bytes (assets/memory_estimate.h)
 };
 
 struct RunReport {

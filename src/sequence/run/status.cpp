@@ -4,14 +4,14 @@
 #include <array>
 #include <fstream>
 
+#include "assets/content_hash.h"
+#include "assets/load_models.h"
 #include "base/parallel.h"
 #include "image/attributes.h"
 #include "image/image_io.h"
 #include "render/film/part.h"
 #include "sequence/frame/render_frame.h"
-#include "sequence/prepare/content_hash.h"
 #include "sequence/prepare/film_settings.h"
-#include "sequence/prepare/load_models.h"
 
 namespace polymorph {
 namespace {

@@ -8,12 +8,12 @@
 #include <string_view>
 #include <vector>
 
+#include "base/frames.h"
 #include "base/program_identity.h"
 #include "base/result.h"
 #include "image/display_view.h"
 #include "render/sample_range.h"
 #include "scene/scene.h"
-#include "sequence/run/frames.h"
 
 namespace polymorph {
 

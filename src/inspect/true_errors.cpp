@@ -1,4 +1,4 @@
-#include "sequence/run/true_errors.h"
+#include "inspect/true_errors.h"
 
 #include <cmath>
 #include <numbers>
@@ -6,13 +6,13 @@
 #include "analyze/distortion.h"
 #include "analyze/edge_paths.h"
 #include "analyze/facing_error.h"
+#include "assets/load_models.h"
 #include "leg/leg_surface.h"
 #include "mesh/closest.h"
 #include "mesh/normals.h"
 #include "model/load/load_model.h"
 #include "model/shapes.h"
 #include "model/transform.h"
-#include "sequence/prepare/load_models.h"
 
 namespace polymorph {
 namespace {

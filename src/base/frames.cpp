@@ -1,4 +1,4 @@
-#include "sequence/run/frames.h"
+#include "base/frames.h"
 
 #include <algorithm>
 #include <cstdlib>

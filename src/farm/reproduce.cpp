@@ -1,4 +1,4 @@
-#include "sequence/run/reproduce.h"
+#include "farm/reproduce.h"
 
 #include <cstring>
 #include <memory>
@@ -9,6 +9,7 @@
 #include "base/sha256.h"
 #include "base/text.h"
 #include "compare/compare.h"
+#include "device/device.h"
 #include "image/attributes.h"
 #include "image/display_view.h"
 #include "image/image_io.h"
@@ -17,7 +18,6 @@
 #include "sequence/frame/frame_geometry.h"
 #include "sequence/frame/render_frame.h"
 #include "sequence/prepare/prepare.h"
-#include "sequence/run/device.h"
 #include "sequence/run/frame_files.h"
 
 namespace polymorph {

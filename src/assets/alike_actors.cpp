@@ -1,4 +1,4 @@
-#include "sequence/prepare/alike_actors.h"
+#include "assets/alike_actors.h"
 
 #include <algorithm>
 #include <map>

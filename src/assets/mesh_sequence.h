@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "assets/loaded_scene.h"
+#include "assets/read_object.h"
 #include "base/result.h"
 #include "scene/load_scene.h"
-#include "sequence/prepare/loaded_scene.h"
-#include "sequence/prepare/read_object.h"
 
 namespace polymorph {
 

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "assets/loaded_scene.h"
 #include "base/result.h"
 #include "image/image.h"
 #include "scene/load_scene.h"
-#include "sequence/prepare/loaded_scene.h"
 
 namespace polymorph {
 

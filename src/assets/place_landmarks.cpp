@@ -1,4 +1,4 @@
-#include "sequence/prepare/place_landmarks.h"
+#include "assets/place_landmarks.h"
 
 #include <algorithm>
 #include <optional>

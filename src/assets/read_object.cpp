@@ -1,4 +1,4 @@
-#include "sequence/prepare/read_object.h"
+#include "assets/read_object.h"
 
 #include "base/activity.h"
 #include "mesh/normals.h"

@@ -1,4 +1,4 @@
-#include "sequence/run/frames.h"
+#include "base/frames.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

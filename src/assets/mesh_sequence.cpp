@@ -1,4 +1,4 @@
-#include "sequence/prepare/mesh_sequence.h"
+#include "assets/mesh_sequence.h"
 
 #include <algorithm>
 #include <array>
@@ -6,6 +6,8 @@
 #include <limits>
 #include <map>
 
+#include "assets/content_hash.h"
+#include "assets/memory_estimate.h"
 #include "base/file.h"
 #include "base/hash.h"
 #include "base/log.h"
@@ -15,9 +17,6 @@
 #include "scene/animated_model.h"
 #include "scene/memory_models.h"
 #include "scene/mesh_numbers.h"
-#include "sequence/prepare/content_hash.h"
-#include "sequence/prepare/film_settings.h"
-#include "sequence/prepare/memory_estimate.h"
 
 namespace polymorph {
 namespace {

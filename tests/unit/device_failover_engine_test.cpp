@@ -1,6 +1,6 @@
 // The CPU goes on where a GPU fails: after an error of the device for good, without memory for one
 // call. The GPU is the CPU's engine here, which is told to fail.
-#include "sequence/run/failover_engine.h"
+#include "device/failover_engine.h"
 
 #include <gtest/gtest.h>
 

@@ -7,9 +7,9 @@
 
 #include "analyze/analyze.h"
 #include "analyze/true_points.h"
+#include "base/frames.h"
+#include "inspect/true_errors.h"
 #include "sequence/prepare/prepared_scene.h"
-#include "sequence/run/frames.h"
-#include "sequence/run/true_errors.h"
 
 namespace polymorph {
 

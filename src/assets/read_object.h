@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "assets/loaded_scene.h"
 #include "base/result.h"
 #include "scene/scene.h"
-#include "sequence/prepare/loaded_scene.h"
 
 namespace polymorph {
 

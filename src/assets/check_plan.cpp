@@ -1,4 +1,4 @@
-#include "sequence/prepare/check_plan.h"
+#include "assets/check_plan.h"
 
 #include "morph/labels.h"
 

@@ -1,4 +1,4 @@
-#include "sequence/run/merge_frames.h"
+#include "farm/merge_frames.h"
 
 #include <algorithm>
 #include <map>

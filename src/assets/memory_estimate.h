@@ -5,11 +5,11 @@
 #include <cstdint>
 #include <span>
 
+#include "assets/alike_actors.h"
+#include "assets/loaded_scene.h"
 #include "base/result.h"
 #include "model/model.h"
 #include "scene/load_scene.h"
-#include "sequence/prepare/alike_actors.h"
-#include "sequence/prepare/loaded_scene.h"
 
 namespace polymorph {
 

@@ -1,4 +1,4 @@
-#include "sequence/prepare/memory_estimate.h"
+#include "assets/memory_estimate.h"
 
 #include <algorithm>
 #include <cmath>

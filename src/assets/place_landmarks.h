@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "assets/loaded_scene.h"
 #include "scene/load_scene.h"
-#include "sequence/prepare/loaded_scene.h"
 
 namespace polymorph {
 

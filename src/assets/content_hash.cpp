@@ -1,4 +1,4 @@
-#include "sequence/prepare/content_hash.h"
+#include "assets/content_hash.h"
 
 #include "base/hash.h"
 #include "image/image_io.h"

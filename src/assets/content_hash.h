@@ -6,12 +6,12 @@
 #include <string>
 #include <string_view>
 
+#include "assets/loaded_scene.h"
 #include "base/program_identity.h"
 #include "image/image.h"
 #include "model/model.h"
 #include "scene/load_scene.h"
 #include "scene/scene.h"
-#include "sequence/prepare/loaded_scene.h"
 
 namespace polymorph {
 

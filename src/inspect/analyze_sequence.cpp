@@ -1,4 +1,4 @@
-#include "sequence/run/analyze_sequence.h"
+#include "inspect/analyze_sequence.h"
 
 #include <algorithm>
 #include <cmath>

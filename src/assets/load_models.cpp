@@ -1,4 +1,4 @@
-#include "sequence/prepare/load_models.h"
+#include "assets/load_models.h"
 
 #include <fmt/format.h>
 
@@ -6,6 +6,10 @@
 #include <map>
 #include <utility>
 
+#include "assets/check_plan.h"
+#include "assets/mesh_sequence.h"
+#include "assets/place_landmarks.h"
+#include "assets/read_object.h"
 #include "base/activity.h"
 #include "base/exact_math.h"
 #include "base/parallel.h"
@@ -13,10 +17,6 @@
 #include "model/transform.h"
 #include "morph/timeline.h"
 #include "scene/mesh_numbers.h"
-#include "sequence/prepare/check_plan.h"
-#include "sequence/prepare/mesh_sequence.h"
-#include "sequence/prepare/place_landmarks.h"
-#include "sequence/prepare/read_object.h"
 #include "spheres/spheres.h"
 
 namespace polymorph {

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "assets/loaded_scene.h"
 #include "scene/load_scene.h"
-#include "sequence/prepare/loaded_scene.h"
 
 namespace polymorph {
 

@@ -1,4 +1,4 @@
-#include "sequence/run/failover_engine.h"
+#include "device/failover_engine.h"
 
 #include <string>
 #include <utility>

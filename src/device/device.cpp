@@ -1,4 +1,4 @@
-#include "sequence/run/device.h"
+#include "device/device.h"
 
 #include <algorithm>
 #include <atomic>
@@ -6,9 +6,9 @@
 
 #include "base/log.h"
 #include "base/text.h"
+#include "device/failover_engine.h"
 #include "kernels/devices.h"
 #include "render/device/device_tracer.h"
-#include "sequence/run/failover_engine.h"
 
 namespace polymorph {
 

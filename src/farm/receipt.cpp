@@ -1,4 +1,4 @@
-#include "sequence/run/receipt.h"
+#include "farm/receipt.h"
 
 #include <map>
 #include <vector>
