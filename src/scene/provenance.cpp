@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kFormat = 1;
-constexpr std::size_t kMaxText = 4u << 20;  // unpacked; a scene of a thousand objects has half
+constexpr std::size_t kMaxText = 4u << 20;  // bytes, unpacked; 1000 objects take half
 
 /// Calls `change` with the path of every file that the scene names.
 template <class Change>
@@ -36,7 +36,7 @@ bool is_coarse(const Scene& scene) {
                      [](const ChainObject& object) { return object.settings->spheres.coarse; });
 }
 
-/// The scene as one line of JSON, with files by their names in a header.
+/// The scene as one line of JSON, with the files' names in a header.
 std::string canonical_scene(const Scene& scene, const InputNames& names) {
   Scene canonical = scene;
   canonical.description.clear();
@@ -50,7 +50,7 @@ std::string canonical_scene(const Scene& scene, const InputNames& names) {
   return format_json(document->root);
 }
 
-/// The name with one '#' for each run of digits.
+/// Replaces each run of digits by one '#'.
 std::string without_digits(std::string_view name) {
   std::string pattern;
   for (const char c : name) {
@@ -67,30 +67,30 @@ void sort_by_name(std::vector<InputFile>& files) {
 
 enum class Joining { kNone, kNumbered, kAll };
 
-/// Joins files whose names differ in digits alone, or all of them.
+/// Joins files whose names differ only in digits, or all files.
 std::vector<InputFile> join_files(std::span<const InputFile> files, Joining joining) {
   if (joining == Joining::kNone) return {files.begin(), files.end()};
-  std::map<std::string, std::vector<InputFile>> sets;
+  std::map<std::string, std::vector<InputFile>> groups;
   for (const InputFile& file : files)
-    sets[joining == Joining::kAll ? kAllFiles : without_digits(file.name)].push_back(file);
+    groups[joining == Joining::kAll ? kAllFiles : without_digits(file.name)].push_back(file);
   std::vector<InputFile> joined;
-  for (const auto& [name, set] : sets) {
-    if (set.size() == 1 && joining == Joining::kNumbered) {
-      joined.push_back(set.front());
+  for (const auto& [name, group] : groups) {
+    if (group.size() == 1 && joining == Joining::kNumbered) {
+      joined.push_back(group.front());
       continue;
     }
     Sha256 sha;
-    for (const InputFile& file : set) {
+    for (const InputFile& file : group) {
       const std::string line = fmt::format("{}  {}\n", file.sha256, file.name);
       sha.add(line.data(), line.size());
     }
-    joined.push_back({name, sha.hex(), static_cast<int>(set.size())});
+    joined.push_back({name, sha.hex(), static_cast<int>(group.size())});
   }
   sort_by_name(joined);
   return joined;
 }
 
-/// The manner in which the files of a header are joined.
+/// Finds out how the files of a header were joined.
 Joining find_joining(std::span<const InputFile> files) {
   if (files.size() == 1 && files.front().name == kAllFiles) return Joining::kAll;
   const bool joined =
@@ -117,7 +117,7 @@ std::string write_provenance(const Provenance& provenance) {
   return text + (provenance.scene.empty() ? "}" : ",\"scene\":" + provenance.scene + "}");
 }
 
-Error refuse(const std::string& why) {
+Error make_refusal(const std::string& why) {
   return make_error(ErrorCode::kInput, "the provenance in the header cannot be used: {}", why);
 }
 
@@ -129,24 +129,25 @@ Result<InputFile> read_file_entry(const JsonMember& member) {
   InputFile file;
   file.name = member.key;
   if (!is_safe_name(file.name))
-    return refuse(fmt::format("\"{}\" is no name of a file below a folder", printable(file.name)));
+    return make_refusal(
+        fmt::format("\"{}\" is no name of a file below a folder", printable(file.name)));
   const JsonValue& digest = member.value.is_object() ? member.value.get("sha256") : member.value;
   if (member.value.is_object()) {
     const JsonValue& count = member.value.get("count");
     if (!count.integral || count.integer < 1 || count.integer > 10'000'000)
-      return refuse(fmt::format("\"{}\" has no number of files", file.name));
+      return make_refusal(fmt::format("\"{}\" has no number of files", file.name));
     file.count = static_cast<int>(count.integer);
   }
   if (!digest.is_string() || !is_sha256(digest.string))
-    return refuse(fmt::format("\"{}\" has no SHA-256", file.name));
+    return make_refusal(fmt::format("\"{}\" has no SHA-256", file.name));
   file.sha256 = digest.string;
   return file;
 }
 
-/// The first path in a scene's JSON that does not stay below its folder; empty: all do. A text in
-/// place of an object would be a path, too.
+/// Returns the first path in a scene's JSON that does not stay below its folder, "" if all do, with
+/// a space at its end, so that it is never empty. A string in place of an object is a path, too.
 std::string find_unsafe_path(const JsonValue& value, std::string_view key = {}) {
-  if (key == "labels") return "";  // names of parts, whatever they are called
+  if (key == "labels") return "";  // its strings are no paths
   const bool is_path = key == "model" || key == "environment" || key == "source" ||
                        key == "target" || key == "intermediate" || key == "blend";
   if (value.is_string())
@@ -198,21 +199,21 @@ std::string encode_provenance(Provenance provenance) {
 }
 
 Result<Provenance> decode_provenance(std::string_view text) {
-  if (text.size() > 8 * kMaxProvenance) return refuse("it is too long");
+  if (text.size() > 8 * kMaxProvenance) return make_refusal("it is too long");
   auto unpacked = unpack_text(text, kMaxText);
-  if (!unpacked) return refuse(unpacked.error().message);
+  if (!unpacked) return make_refusal(unpacked.error().message);
   const auto document = parse_json("provenance", std::move(*unpacked));
-  if (!document) return refuse(document.error().message);
+  if (!document) return make_refusal(document.error().message);
   const JsonValue& root = document->root;
   const JsonValue &format = root.get("format"), &files = root.get("files"),
                   &scene = root.get("scene");
-  if (!root.is_object() || !format.integral) return refuse("it does not say what it is");
+  if (!root.is_object() || !format.integral) return make_refusal("it does not say what it is");
   if (format.integer != kFormat)
-    return refuse(fmt::format("it has format {}, and this version of polymorph knows {}",
-                              format.integer, kFormat));
+    return make_refusal(fmt::format("it has format {}, and this version of polymorph knows {}",
+                                    format.integer, kFormat));
   if (!root.get("version").is_string() || !root.get("program").is_string() || !files.is_object())
-    return refuse("it names no program or no files");
-  if (!scene.is_null() && !scene.is_object()) return refuse("its scene is none");
+    return make_refusal("it names no program or no files");
+  if (!scene.is_null() && !scene.is_object()) return make_refusal("its scene is none");
   Provenance provenance;
   provenance.version = printable(root.get("version").string);
   provenance.program = printable(root.get("program").string);
@@ -223,7 +224,7 @@ Result<Provenance> decode_provenance(std::string_view text) {
   }
   sort_by_name(provenance.files);
   if (const std::string path = find_unsafe_path(scene); !path.empty())
-    return refuse(fmt::format("its scene names {}, which is no file below a folder", path));
+    return make_refusal(fmt::format("its scene names {}, which is no file below a folder", path));
   if (scene.is_object()) provenance.scene = format_json(scene);
   return provenance;
 }
@@ -231,7 +232,7 @@ Result<Provenance> decode_provenance(std::string_view text) {
 Result<Scene> load_provenance_scene(const Provenance& provenance, const fs::path& folder,
                                     const std::string& name) {
   if (provenance.scene.empty())
-    return refuse("the scene was too large for a header - render it from its own file");
+    return make_refusal("the scene was too large for a header - render it from its own file");
   PM_TRY(Scene scene, load_scene_text(folder / name, provenance.scene));
   if (!provenance.coarse) return scene;
   for (ActorSettings& actor : scene.actors)
