@@ -10,7 +10,6 @@
 
 namespace polymorph {
 
-/// A pose of an animated model.
 struct AnimatedPose {
   std::filesystem::path file;  ///< the model
   std::string animation;       ///< name of its animation in the path; empty: none

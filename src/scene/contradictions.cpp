@@ -83,7 +83,6 @@ class ContradictionFinder {
       report(pointer + "/weight", find_in(value, {"weight"}),
              "is for the objects of a \"blend\" - those of a chain follow each other");
   }
-  /// Checks the numbers of frames of an actor's legs.
   void check_per_leg(const ActorSettings& actor, const std::string& pointer,
                      const JsonValue& value) {
     const std::size_t legs = actor.intermediate.size() + 1;
@@ -96,7 +95,6 @@ class ContradictionFinder {
              own ? value.find("per_leg") : find_in(frames, {"per_leg"}),
              fmt::format("has {} entries for {} (objects - 1)", per_leg.size(), legs_text));
   }
-  /// Checks an actor that mixes objects by weights.
   void check_blend(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
     for (const char* key : {"source", "intermediate", "target"})
       if (const JsonValue* other = value.find(key))

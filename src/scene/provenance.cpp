@@ -117,7 +117,7 @@ std::string write_provenance(const Provenance& provenance) {
   return text + (provenance.scene.empty() ? "}" : ",\"scene\":" + provenance.scene + "}");
 }
 
-Error make_refusal(const std::string& why) {
+Error refuse(const std::string& why) {
   return make_error(ErrorCode::kInput, "the provenance in the header cannot be used: {}", why);
 }
 
@@ -129,23 +129,22 @@ Result<InputFile> read_file_entry(const JsonMember& member) {
   InputFile file;
   file.name = member.key;
   if (!is_safe_name(file.name))
-    return make_refusal(
-        fmt::format("\"{}\" is no name of a file below a folder", printable(file.name)));
+    return refuse(fmt::format("\"{}\" is no name of a file below a folder", printable(file.name)));
   const JsonValue& digest = member.value.is_object() ? member.value.get("sha256") : member.value;
   if (member.value.is_object()) {
     const JsonValue& count = member.value.get("count");
     if (!count.integral || count.integer < 1 || count.integer > 10'000'000)
-      return make_refusal(fmt::format("\"{}\" has no number of files", file.name));
+      return refuse(fmt::format("\"{}\" has no number of files", file.name));
     file.count = static_cast<int>(count.integer);
   }
   if (!digest.is_string() || !is_sha256(digest.string))
-    return make_refusal(fmt::format("\"{}\" has no SHA-256", file.name));
+    return refuse(fmt::format("\"{}\" has no SHA-256", file.name));
   file.sha256 = digest.string;
   return file;
 }
 
-/// Returns the first path in a scene's JSON that does not stay below its folder, "" if all do, with
-/// a space at its end, so that it is never empty. A string in place of an object is a path, too.
+/// Returns the first path in a scene's JSON that does not stay below its folder, and a space, so
+/// that it is never empty; "" if all do. A string in place of an object is a path, too.
 std::string find_unsafe_path(const JsonValue& value, std::string_view key = {}) {
   if (key == "labels") return "";  // its strings are no paths
   const bool is_path = key == "model" || key == "environment" || key == "source" ||
@@ -199,21 +198,21 @@ std::string encode_provenance(Provenance provenance) {
 }
 
 Result<Provenance> decode_provenance(std::string_view text) {
-  if (text.size() > 8 * kMaxProvenance) return make_refusal("it is too long");
+  if (text.size() > 8 * kMaxProvenance) return refuse("it is too long");
   auto unpacked = unpack_text(text, kMaxText);
-  if (!unpacked) return make_refusal(unpacked.error().message);
+  if (!unpacked) return refuse(unpacked.error().message);
   const auto document = parse_json("provenance", std::move(*unpacked));
-  if (!document) return make_refusal(document.error().message);
+  if (!document) return refuse(document.error().message);
   const JsonValue& root = document->root;
   const JsonValue &format = root.get("format"), &files = root.get("files"),
                   &scene = root.get("scene");
-  if (!root.is_object() || !format.integral) return make_refusal("it does not say what it is");
+  if (!root.is_object() || !format.integral) return refuse("it does not say what it is");
   if (format.integer != kFormat)
-    return make_refusal(fmt::format("it has format {}, and this version of polymorph knows {}",
-                                    format.integer, kFormat));
+    return refuse(fmt::format("it has format {}, and this version of polymorph knows {}",
+                              format.integer, kFormat));
   if (!root.get("version").is_string() || !root.get("program").is_string() || !files.is_object())
-    return make_refusal("it names no program or no files");
-  if (!scene.is_null() && !scene.is_object()) return make_refusal("its scene is none");
+    return refuse("it names no program or no files");
+  if (!scene.is_null() && !scene.is_object()) return refuse("its scene is none");
   Provenance provenance;
   provenance.version = printable(root.get("version").string);
   provenance.program = printable(root.get("program").string);
@@ -224,7 +223,7 @@ Result<Provenance> decode_provenance(std::string_view text) {
   }
   sort_by_name(provenance.files);
   if (const std::string path = find_unsafe_path(scene); !path.empty())
-    return make_refusal(fmt::format("its scene names {}, which is no file below a folder", path));
+    return refuse(fmt::format("its scene names {}, which is no file below a folder", path));
   if (scene.is_object()) provenance.scene = format_json(scene);
   return provenance;
 }
@@ -232,7 +231,7 @@ Result<Provenance> decode_provenance(std::string_view text) {
 Result<Scene> load_provenance_scene(const Provenance& provenance, const fs::path& folder,
                                     const std::string& name) {
   if (provenance.scene.empty())
-    return make_refusal("the scene was too large for a header - render it from its own file");
+    return refuse("the scene was too large for a header - render it from its own file");
   PM_TRY(Scene scene, load_scene_text(folder / name, provenance.scene));
   if (!provenance.coarse) return scene;
   for (ActorSettings& actor : scene.actors)

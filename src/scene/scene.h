@@ -371,7 +371,6 @@ struct ActorSettings {
   PlanSettings plan;
 };
 
-/// Calls the function with every object of an actor.
 template <class Function>
 void for_each_object(ActorSettings& actor, const Function& function) {
   function(actor.source);
