@@ -312,18 +312,18 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
                           put(bytes, quantize<std::uint16_t>(c, 65535));
                       })));
   if (frame.is_mixed || frame.corner_uvs.empty()) return Ok{};
-  const bool within = std::all_of(frame.corner_uvs.begin(), frame.corner_uvs.end(), [](Vec2 uv) {
+  const bool in_range = std::all_of(frame.corner_uvs.begin(), frame.corner_uvs.end(), [](Vec2 uv) {
     return uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1;
   });
-  const std::string bytes = serialize(split, [&](std::string& all, std::size_t v, std::uint32_t) {
+  const std::string bytes = serialize(split, [&](std::string& data, std::size_t v, std::uint32_t) {
     const Vec2 uv = uv_at(frame, split, v);
-    if (!within) return put(all, uv);
-    put(all, quantize<std::uint16_t>(uv.x, 65535));
-    put(all, quantize<std::uint16_t>(uv.y, 65535));
+    if (!in_range) return put(data, uv);
+    put(data, quantize<std::uint16_t>(uv.x, 65535));
+    put(data, quantize<std::uint16_t>(uv.y, 65535));
   });
   PM_TRY(attributes["TEXCOORD_0"],
          add_accessor(bytes, kVertexBuffer,
-                      {within ? kUnsignedShort : kFloat, "VEC2", count, within}));
+                      {in_range ? kUnsignedShort : kFloat, "VEC2", count, in_range}));
   return Ok{};
 }
 
@@ -392,11 +392,11 @@ Status GlbWriter::add_targets(int frame, std::span<const SurfaceFrame> frames) {
       if (from.empty() || from.size() != to.size()) return Ok{};
       Vec3 low = to[0] - from[0], high = low;
       const std::string bytes =
-          serialize(split, [&](std::string& all, std::size_t, std::uint32_t p) {
+          serialize(split, [&](std::string& data, std::size_t, std::uint32_t p) {
             const Vec3 offset = to[p] - from[p];
             low = min(low, offset);
             high = max(high, offset);
-            put(all, offset);
+            put(data, offset);
           });
       PM_TRY(target[name],
              add_accessor(bytes, kVertexBuffer, {kFloat, "VEC3", split.position_of.size()}));
@@ -661,16 +661,16 @@ Status GlbWriter::finish() {
                       "{}: glTF's binary form ends at 4 GiB, and this is {:.1f} GiB - write fewer "
                       "frames with -f, simplify with --error, or write .usda",
                       path_.string(), static_cast<double>(total) / (1u << 30));
-  std::string head;
-  put(head, std::uint32_t{0x46546c67});  // "glTF"
-  put(head, std::uint32_t{2});           // version
-  put(head, static_cast<std::uint32_t>(total));
-  put(head, static_cast<std::uint32_t>(text.size()));
-  put(head, std::uint32_t{0x4e4f534a});  // "JSON"
-  head += text;
-  put(head, static_cast<std::uint32_t>(spool_.size()));
-  put(head, std::uint32_t{0x004e4942});  // "BIN\0"
-  return write_file(path_, concatenate({make_source(head), spool_.source({{0, spool_.size()}})}));
+  std::string header;
+  put(header, std::uint32_t{0x46546c67});  // "glTF"
+  put(header, std::uint32_t{2});           // version
+  put(header, static_cast<std::uint32_t>(total));
+  put(header, static_cast<std::uint32_t>(text.size()));
+  put(header, std::uint32_t{0x4e4f534a});  // "JSON"
+  header += text;
+  put(header, static_cast<std::uint32_t>(spool_.size()));
+  put(header, std::uint32_t{0x004e4942});  // "BIN\0"
+  return write_file(path_, concatenate({make_source(header), spool_.source({{0, spool_.size()}})}));
 }
 
 }  // namespace

@@ -18,10 +18,9 @@ namespace polymorph {
 struct PlayObject {
   std::string name;
   std::shared_ptr<const DistanceGrid> distances;  ///< null if its legs are ball legs
-  std::shared_ptr<const DistanceGrid>
-      smooth;  ///< distances without fine detail; null unless a solid
-  std::shared_ptr<const DistanceGrid> thinness;  ///< null unless a solid with distances
-  Vec3 color{1, 1, 1};                           ///< scene-linear; used if `colors` is empty
+  std::shared_ptr<const DistanceGrid> smooth;     ///< without fine detail; null unless a solid
+  std::shared_ptr<const DistanceGrid> thinness;   ///< null unless a solid with distances
+  Vec3 color{1, 1, 1};                            ///< scene-linear; used if `colors` is empty
   Grid color_grid;
   std::vector<Vec3> colors;  ///< scene-linear, at the points of color_grid; or empty
 };

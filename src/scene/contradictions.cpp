@@ -87,12 +87,12 @@ class ContradictionFinder {
                      const JsonValue& value) {
     const std::size_t legs = actor.intermediate.size() + 1;
     const auto legs_text = fmt::format("{} leg{}", legs, legs == 1 ? "" : "s");
-    const bool own = !actor.per_leg.empty();
-    const std::vector<int>& per_leg = own ? actor.per_leg : scene_.frames.per_leg;
+    const bool has_own = !actor.per_leg.empty();
+    const std::vector<int>& per_leg = has_own ? actor.per_leg : scene_.frames.per_leg;
     const JsonValue* frames = find_in(&document_.root, {"frames"});
     if (!per_leg.empty() && per_leg.size() != legs)
-      report(own ? pointer + "/per_leg" : "/frames/per_leg",
-             own ? value.find("per_leg") : find_in(frames, {"per_leg"}),
+      report(has_own ? pointer + "/per_leg" : "/frames/per_leg",
+             has_own ? value.find("per_leg") : find_in(frames, {"per_leg"}),
              fmt::format("has {} entries for {} (objects - 1)", per_leg.size(), legs_text));
   }
   void check_blend(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
@@ -171,8 +171,8 @@ class ContradictionFinder {
     for (std::size_t i = 0; i < scene_.actors.size(); ++i) {
       const ActorSettings& actor = scene_.actors[i];
       chains.push_back({chain_objects(actor), !actor.blend.empty()});
-      const JsonValue* own = list && i < list->items.size() ? &list->items[i] : nullptr;
-      if (const JsonValue* landmarks = find_in(own, {"plan", "landmarks"}))
+      const JsonValue* value = list && i < list->items.size() ? &list->items[i] : nullptr;
+      if (const JsonValue* landmarks = find_in(value, {"plan", "landmarks"}))
         check_landmarks(*landmarks, fmt::format("/actors/{}/plan/landmarks", i), actor.plan,
                         {chains.back()}, shared);
     }

@@ -492,8 +492,8 @@ void FieldReader::check_file_at(std::size_t offset, const std::string& pointer,
 void FieldReader::report_at(std::size_t offset, const std::string& pointer,
                             const std::string& message) {
   if (findings_.size() >= kMaxCollectedFindings) return;
-  const TextPosition at = document_.position(offset);
-  findings_.push_back({at.line, at.column, pointer, message});
+  const TextPosition position = document_.position(offset);
+  findings_.push_back({position.line, position.column, pointer, message});
 }
 
 }  // namespace polymorph
