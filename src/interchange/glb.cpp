@@ -23,11 +23,12 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "glTF's binary part is memory as it is");
 
+// Component types and buffer view targets of glTF 2.0.
 constexpr int kByte = 5120, kUnsignedByte = 5121, kUnsignedShort = 5123, kUnsignedInt = 5125,
               kFloat = 5126;
 constexpr int kVertexBuffer = 34962, kIndexBuffer = 34963;
 
-/// Sorts the members of all objects by name, which is the order that earlier files had.
+/// Sorts the members of all objects by name, as in files of earlier versions.
 void sort_members(JsonValue& value) {
   for (JsonValue& item : value.items) sort_members(item);
   for (JsonMember& member : value.members) sort_members(member.value);
@@ -35,6 +36,7 @@ void sort_members(JsonValue& value) {
             [](const JsonMember& a, const JsonMember& b) { return a.key < b.key; });
 }
 
+/// Maps v, clamped to [0, 1] or, for a signed T, [-1, 1], to integers up to `highest`.
 template <class T>
 T quantize(float v, float highest) {
   return static_cast<T>(
@@ -68,13 +70,13 @@ Rotation camera_rotation(const FrameCamera& camera) {
   return rotation;
 }
 
-/// A mesh of an actor in the file, and the frames that show it.
-struct Shown {
+/// A mesh of an actor in the file, and the frames in which it is visible.
+struct MeshSpan {
   std::size_t mesh = 0, actor = 0;
-  int first = 0, end = 0;  ///< frames: from the one until the other
-  Vec3 origin;
+  int first = 0, end = 0;  ///< frames [first, end)
+  Vec3 origin;             ///< position = origin + scale * (quantized position in [0, 1])
   float scale = 1;
-  std::string digest;  ///< hash of everything visible
+  std::string digest;  ///< hash of all its data
 };
 
 class GlbWriter : public SurfaceWriter {
@@ -91,19 +93,18 @@ class GlbWriter : public SurfaceWriter {
     for (std::size_t a = 0; a < frames.size(); ++a) {
       const std::string digest = frames[a].triangles.empty() ? "" : compute_digest(frames[a]);
       std::optional<std::size_t>& current = current_[a];
-      if (current && shown_[*current].digest == digest) continue;
-      if (current) shown_[*current].end = frame;
+      if (current && spans_[*current].digest == digest) continue;
+      if (current) spans_[*current].end = frame;
       current.reset();
       if (digest.empty()) continue;
-      Shown shown;
-      shown.actor = a;
-      shown.first = frame;
-      shown.end = sequence_.last_frame + 1;
-      shown.digest = digest;
-      PM_TRY_STATUS(
-          add_mesh(frames[a], fmt::format("{}.{:04}", sequence_.actors[a], frame), shown));
-      current = shown_.size();
-      shown_.push_back(std::move(shown));
+      MeshSpan span;
+      span.actor = a;
+      span.first = frame;
+      span.end = sequence_.last_frame + 1;
+      span.digest = digest;
+      PM_TRY_STATUS(add_mesh(frames[a], fmt::format("{}.{:04}", sequence_.actors[a], frame), span));
+      current = spans_.size();
+      spans_.push_back(std::move(span));
     }
     return Ok{};
   }
@@ -113,7 +114,7 @@ class GlbWriter : public SurfaceWriter {
  private:
   std::string compute_digest(const SurfaceFrame& frame);
   std::vector<std::size_t> add_materials(const SurfaceFrame& frame);
-  Status add_mesh(const SurfaceFrame& frame, const std::string& name, Shown& shown);
+  Status add_mesh(const SurfaceFrame& frame, const std::string& name, MeshSpan& span);
   Result<std::size_t> add_view(const std::string& bytes, int target, std::size_t stride = 0);
   /// Contents of an accessor, in glTF's terms.
   struct Elements {
@@ -125,9 +126,9 @@ class GlbWriter : public SurfaceWriter {
   };
   Result<std::size_t> add_accessor(const std::string& bytes, int target, const Elements& elements);
   Status add_vertices(const SurfaceFrame& frame, const SplitSurface& split, JsonValue& attributes,
-                      Shown& shown);
+                      MeshSpan& span);
   Status add_quantized(const SurfaceFrame& frame, const SplitSurface& split, JsonValue& attributes,
-                       Shown& shown);
+                       MeshSpan& span);
   Status add_targets(int frame, std::span<const SurfaceFrame> frames);
   Status add_weights();
   JsonValue material_json(const SurfaceMaterial& material);
@@ -145,9 +146,9 @@ class GlbWriter : public SurfaceWriter {
   JsonValue views_ = JsonValue::array(), accessors_ = JsonValue::array(),
             meshes_ = JsonValue::array(), nodes_ = JsonValue::array(), animation_,
             images_ = JsonValue::array();
-  std::vector<Shown> shown_;
-  std::vector<std::optional<std::size_t>> current_;  ///< index into shown_ per actor
-  /// First frame per actor, and the frames so far; for a constant topology.
+  std::vector<MeshSpan> spans_;
+  std::vector<std::optional<std::size_t>> current_;  ///< per actor: its latest mesh in spans_
+  /// Constant topology only: each actor's surface in the first frame, and all frame numbers so far.
   std::vector<SurfaceFrame> base_;
   std::vector<int> frames_;
 };
@@ -198,9 +199,9 @@ Result<std::size_t> GlbWriter::add_accessor(const std::string& bytes, int target
   return accessors_.size() - 1;
 }
 
-/// fill(bytes, vertex, point) for each vertex.
+/// Concatenates what fill(bytes, vertex, point) appends for each vertex.
 template <class F>
-std::string per_vertex(const SplitSurface& split, const F& fill) {
+std::string serialize(const SplitSurface& split, const F& fill) {
   std::string bytes;
   for (std::size_t v = 0; v < split.position_of.size(); ++v) fill(bytes, v, split.position_of[v]);
   return bytes;
@@ -211,14 +212,14 @@ Vec3 normal_at(const SurfaceFrame& frame, const SplitSurface& split, std::size_t
                                       : frame.corner_normals[split.corner_of[vertex]];
 }
 
-/// glTF's run down from the top.
+/// Texture coordinates of glTF, whose v axis points down.
 Vec2 uv_at(const SurfaceFrame& frame, const SplitSurface& split, std::size_t vertex) {
   const Vec2 uv = frame.corner_uvs[split.corner_of[vertex]];
   return {uv.x, 1 - uv.y};
 }
 
 Status GlbWriter::add_vertices(const SurfaceFrame& frame, const SplitSurface& split,
-                               JsonValue& attributes, Shown&) {
+                               JsonValue& attributes, MeshSpan&) {
   const std::size_t count = split.position_of.size();
   const auto add_attribute = [&](const char* name, const char* type,
                                  const std::string& bytes) -> Status {
@@ -227,7 +228,7 @@ Status GlbWriter::add_vertices(const SurfaceFrame& frame, const SplitSurface& sp
   };
   Vec3 low = frame.positions[split.position_of[0]], high = low;
   PM_TRY_STATUS(add_attribute(
-      "POSITION", "VEC3", per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
+      "POSITION", "VEC3", serialize(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
         low = min(low, frame.positions[p]);
         high = max(high, frame.positions[p]);
         put(bytes, frame.positions[p]);
@@ -236,32 +237,32 @@ Status GlbWriter::add_vertices(const SurfaceFrame& frame, const SplitSurface& sp
   accessors_.items.back()["max"] = to_array(high);
   if (!frame.normals.empty() || !frame.corner_normals.empty())
     PM_TRY_STATUS(add_attribute(
-        "NORMAL", "VEC3", per_vertex(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
+        "NORMAL", "VEC3", serialize(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
           put(bytes, normal_at(frame, split, v));
         })));
   if (frame.is_mixed)
     PM_TRY_STATUS(add_attribute(
-        "COLOR_0", "VEC3", per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
+        "COLOR_0", "VEC3", serialize(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
           put(bytes, frame.colors[p]);
         })));
   if ((!frame.is_mixed || sequence_.constant_topology) && !frame.corner_uvs.empty())
     PM_TRY_STATUS(
         add_attribute("TEXCOORD_0", "VEC2",
-                      per_vertex(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
+                      serialize(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
                         put(bytes, uv_at(frame, split, v));
                       })));
-  // The only custom attribute: Blender 5.0 confuses the values of two.
+  // There is only one custom attribute, because Blender 5.0 confuses the values of two.
   if (!frame.velocities.empty())
     PM_TRY_STATUS(
         add_attribute("_VELOCITY", "VEC3",
-                      per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
+                      serialize(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
                         put(bytes, frame.velocities[p]);
                       })));
   return Ok{};
 }
 
 Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& split,
-                                JsonValue& attributes, Shown& shown) {
+                                JsonValue& attributes, MeshSpan& span) {
   const std::size_t count = split.position_of.size();
   Vec3 low = frame.positions[split.position_of[0]], high = low;
   for (const std::uint32_t p : split.position_of) {
@@ -269,8 +270,8 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
     high = max(high, frame.positions[p]);
   }
   const Vec3 size = high - low;
-  shown.origin = low;
-  shown.scale = std::max({size.x, size.y, size.z, 1e-30f});
+  span.origin = low;
+  span.scale = std::max({size.x, size.y, size.z, 1e-30f});
   const auto add_attribute = [&](const char* name, const char* type, int component,
                                  std::size_t stride, const std::string& bytes) -> Status {
     PM_TRY(attributes[name],
@@ -280,11 +281,11 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
   std::array<std::uint16_t, 3> lowest{65535, 65535, 65535}, highest{};
   PM_TRY_STATUS(
       add_attribute("POSITION", "VEC3", kUnsignedShort, 8,
-                    per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
-                      const Vec3 at = (frame.positions[p] - low) / shown.scale;
-                      const float own[3] = {at.x, at.y, at.z};
+                    serialize(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
+                      const Vec3 scaled = (frame.positions[p] - low) / span.scale;
+                      const float components[3] = {scaled.x, scaled.y, scaled.z};
                       for (int k = 0; k < 3; ++k) {
-                        const auto q = quantize<std::uint16_t>(own[k], 65535);
+                        const auto q = quantize<std::uint16_t>(components[k], 65535);
                         lowest[k] = std::min(lowest[k], q);
                         highest[k] = std::max(highest[k], q);
                         put(bytes, q);
@@ -296,7 +297,7 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
   if (!frame.normals.empty() || !frame.corner_normals.empty())
     PM_TRY_STATUS(
         add_attribute("NORMAL", "VEC3", kByte, 4,
-                      per_vertex(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
+                      serialize(split, [&](std::string& bytes, std::size_t v, std::uint32_t) {
                         const Vec3 n = normal_at(frame, split, v);
                         for (const float c : {n.x, n.y, n.z})
                           put(bytes, quantize<std::int8_t>(c, 127));
@@ -305,44 +306,44 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
   if (frame.is_mixed)
     PM_TRY_STATUS(
         add_attribute("COLOR_0", "VEC4", kUnsignedShort, 8,
-                      per_vertex(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
+                      serialize(split, [&](std::string& bytes, std::size_t, std::uint32_t p) {
                         const Vec3 color = frame.colors[p];
                         for (const float c : {color.x, color.y, color.z, 1.0f})
                           put(bytes, quantize<std::uint16_t>(c, 65535));
                       })));
   if (frame.is_mixed || frame.corner_uvs.empty()) return Ok{};
-  const bool within = std::all_of(frame.corner_uvs.begin(), frame.corner_uvs.end(), [](Vec2 uv) {
+  const bool in_range = std::all_of(frame.corner_uvs.begin(), frame.corner_uvs.end(), [](Vec2 uv) {
     return uv.x >= 0 && uv.x <= 1 && uv.y >= 0 && uv.y <= 1;
   });
-  const std::string bytes = per_vertex(split, [&](std::string& all, std::size_t v, std::uint32_t) {
+  const std::string bytes = serialize(split, [&](std::string& data, std::size_t v, std::uint32_t) {
     const Vec2 uv = uv_at(frame, split, v);
-    if (!within) return put(all, uv);
-    put(all, quantize<std::uint16_t>(uv.x, 65535));
-    put(all, quantize<std::uint16_t>(uv.y, 65535));
+    if (!in_range) return put(data, uv);
+    put(data, quantize<std::uint16_t>(uv.x, 65535));
+    put(data, quantize<std::uint16_t>(uv.y, 65535));
   });
   PM_TRY(attributes["TEXCOORD_0"],
          add_accessor(bytes, kVertexBuffer,
-                      {within ? kUnsignedShort : kFloat, "VEC2", count, within}));
+                      {in_range ? kUnsignedShort : kFloat, "VEC2", count, in_range}));
   return Ok{};
 }
 
-Status GlbWriter::add_mesh(const SurfaceFrame& frame, const std::string& name, Shown& shown) {
-  SplitSettings corners;
-  corners.uvs = !frame.is_mixed || sequence_.constant_topology;
-  const SplitSurface split = split_corners(frame, corners);
+Status GlbWriter::add_mesh(const SurfaceFrame& frame, const std::string& name, MeshSpan& span) {
+  SplitSettings split_settings;
+  split_settings.uvs = !frame.is_mixed || sequence_.constant_topology;
+  const SplitSurface split = split_corners(frame, split_settings);
   JsonValue attributes = JsonValue::object();
-  PM_TRY_STATUS(settings_.quantize ? add_quantized(frame, split, attributes, shown)
-                                   : add_vertices(frame, split, attributes, shown));
+  PM_TRY_STATUS(settings_.quantize ? add_quantized(frame, split, attributes, span)
+                                   : add_vertices(frame, split, attributes, span));
   const std::vector<std::size_t> materials = add_materials(frame);
-  std::vector<std::size_t> used = materials;
-  std::sort(used.begin(), used.end());
-  used.erase(std::unique(used.begin(), used.end()), used.end());
+  std::vector<std::size_t> distinct = materials;
+  std::sort(distinct.begin(), distinct.end());
+  distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
   const auto material_at = [&](std::size_t t) {
     return frame.is_mixed ? materials[0] : materials[frame.triangle_materials[t]];
   };
   JsonValue primitives = JsonValue::array();
-  const bool is_short = split.position_of.size() < 65535;  // the last number restarts strips
-  for (const std::size_t material : used) {
+  const bool is_short = split.position_of.size() < 65535;  // index 65535 restarts strips
+  for (const std::size_t material : distinct) {
     std::string bytes;
     std::size_t count = 0;
     for (std::size_t t = 0; t < split.triangles.size(); ++t) {
@@ -359,43 +360,43 @@ Status GlbWriter::add_mesh(const SurfaceFrame& frame, const std::string& name, S
         {{"attributes", attributes}, {"indices", indices}, {"material", material}});
   }
   meshes_.push_back({{"name", name}, {"primitives", primitives}});
-  shown.mesh = meshes_.size() - 1;
+  span.mesh = meshes_.size() - 1;
   return Ok{};
 }
 
-/// Adds morph targets: the first frame is the mesh, each further one a target with the differences
-/// of positions, normals and colours.
+/// Adds morph targets: the first frame is the mesh. Each further frame is a target, which holds the
+/// differences of positions, normals and colours from the first.
 Status GlbWriter::add_targets(int frame, std::span<const SurfaceFrame> frames) {
   frames_.push_back(frame);
   if (base_.empty()) {
     base_.assign(frames.begin(), frames.end());
     for (std::size_t a = 0; a < frames.size(); ++a) {
-      Shown shown;
-      shown.actor = a;
-      shown.first = frame;
-      shown.end = sequence_.last_frame + 1;
-      // A velocity changes with the frames, and a target cannot change it.
+      MeshSpan span;
+      span.actor = a;
+      span.first = frame;
+      span.end = sequence_.last_frame + 1;
+      // Velocities change from frame to frame, but a morph target cannot change them.
       base_[a].velocities.clear();
-      PM_TRY_STATUS(add_mesh(base_[a], sequence_.actors[a], shown));
-      shown_.push_back(std::move(shown));
+      PM_TRY_STATUS(add_mesh(base_[a], sequence_.actors[a], span));
+      spans_.push_back(std::move(span));
     }
     return Ok{};
   }
   for (std::size_t a = 0; a < frames.size(); ++a) {
-    const SurfaceFrame &base = base_[a], &now = frames[a];
-    SplitSettings corners;
-    const SplitSurface split = split_corners(base, corners);
+    const SurfaceFrame &base = base_[a], &surface = frames[a];
+    SplitSettings split_settings;
+    const SplitSurface split = split_corners(base, split_settings);
     JsonValue target = JsonValue::object();
     const auto add_attribute = [&](const char* name, const std::vector<Vec3>& from,
                                    const std::vector<Vec3>& to) -> Status {
       if (from.empty() || from.size() != to.size()) return Ok{};
       Vec3 low = to[0] - from[0], high = low;
       const std::string bytes =
-          per_vertex(split, [&](std::string& all, std::size_t, std::uint32_t p) {
+          serialize(split, [&](std::string& data, std::size_t, std::uint32_t p) {
             const Vec3 offset = to[p] - from[p];
             low = min(low, offset);
             high = max(high, offset);
-            put(all, offset);
+            put(data, offset);
           });
       PM_TRY(target[name],
              add_accessor(bytes, kVertexBuffer, {kFloat, "VEC3", split.position_of.size()}));
@@ -403,17 +404,17 @@ Status GlbWriter::add_targets(int frame, std::span<const SurfaceFrame> frames) {
       accessors_.items.back()["max"] = to_array(high);
       return Ok{};
     };
-    PM_TRY_STATUS(add_attribute("POSITION", base.positions, now.positions));
-    PM_TRY_STATUS(add_attribute("NORMAL", base.normals, now.normals));
-    PM_TRY_STATUS(add_attribute("COLOR_0", base.colors, now.colors));
+    PM_TRY_STATUS(add_attribute("POSITION", base.positions, surface.positions));
+    PM_TRY_STATUS(add_attribute("NORMAL", base.normals, surface.normals));
+    PM_TRY_STATUS(add_attribute("COLOR_0", base.colors, surface.colors));
     for (JsonValue& primitive : meshes_.items[a]["primitives"].items)
       primitive["targets"].push_back(target);
   }
   return Ok{};
 }
 
-/// Adds the weights: each frame's target has weight 1 at its time, and is interpolated with its
-/// neighbours between.
+/// Animates the weights of morph targets: a target has weight 1 at its frame's time, and its weight
+/// falls linearly to 0 at the times of the neighbouring frames.
 Status GlbWriter::add_weights() {
   const std::size_t targets = frames_.size() - 1;
   JsonValue samplers = JsonValue::array(), channels = JsonValue::array();
@@ -430,7 +431,7 @@ Status GlbWriter::add_weights() {
   PM_TRY(const std::size_t output,
          add_accessor(weights, 0, {kFloat, "SCALAR", frames_.size() * targets}));
   samplers.push_back({{"input", input}, {"output", output}, {"interpolation", "LINEAR"}});
-  for (std::size_t n = 0; n < shown_.size(); ++n) {
+  for (std::size_t n = 0; n < spans_.size(); ++n) {
     meshes_.items[n]["weights"] = std::vector<float>(targets, 0.0f);
     channels.push_back({{"sampler", 0}, {"target", {{"node", n}, {"path", "weights"}}}});
   }
@@ -466,16 +467,16 @@ Status GlbWriter::add_images() {
 /// Adds a node per mesh below one per actor, and the camera last.
 void GlbWriter::add_nodes() {
   std::vector<JsonValue> children(sequence_.actors.size(), JsonValue::array());
-  for (const Shown& shown : shown_) {
-    JsonValue node = {{"name", meshes_.items[shown.mesh]["name"]}, {"mesh", shown.mesh}};
+  for (const MeshSpan& span : spans_) {
+    JsonValue node = {{"name", meshes_.items[span.mesh]["name"]}, {"mesh", span.mesh}};
     if (!sequence_.constant_topology)
       node["extensions"]["KHR_node_visibility"] = {
-          {"visible", shown.first == sequence_.first_frame}};
-    if (settings_.quantize) node["translation"] = to_array(shown.origin);
+          {"visible", span.first == sequence_.first_frame}};
+    if (settings_.quantize) node["translation"] = to_array(span.origin);
     // Viewers that play no animation show the first frame.
-    const float scale = shown.first == sequence_.first_frame ? shown.scale : 0.0f;
+    const float scale = span.first == sequence_.first_frame ? span.scale : 0.0f;
     if (scale != 1) node["scale"] = JsonValue::array({scale, scale, scale});
-    children[shown.actor].push_back(nodes_.size());
+    children[span.actor].push_back(nodes_.size());
     nodes_.push_back(std::move(node));
   }
   for (std::size_t a = 0; a < sequence_.actors.size(); ++a)
@@ -488,7 +489,7 @@ void GlbWriter::add_nodes() {
     node["matrix"] = JsonValue::array({c.right.x, c.right.y, c.right.z, 0, c.up.x, c.up.y, c.up.z,
                                        0, -c.forward.x, -c.forward.y, -c.forward.z, 0, c.position.x,
                                        c.position.y, c.position.z, 1});
-  } else {  // only what is no matrix can be animated
+  } else {  // glTF cannot animate a matrix
     node["translation"] = to_array(c.position);
     node["rotation"] = camera_rotation(c);
   }
@@ -497,36 +498,36 @@ void GlbWriter::add_nodes() {
 
 /// Tests whether the field of view changes.
 bool GlbWriter::zooms() const {
-  const std::vector<FrameCamera>& all = sequence_.cameras;
-  return std::any_of(all.begin(), all.end(), [&](const FrameCamera& camera) {
-    return camera.tan_half_fov_y != all.front().tan_half_fov_y;
+  const std::vector<FrameCamera>& cameras = sequence_.cameras;
+  return std::any_of(cameras.begin(), cameras.end(), [&](const FrameCamera& camera) {
+    return camera.tan_half_fov_y != cameras.front().tan_half_fov_y;
   });
 }
 
-/// Adds the camera's place, direction and field of view at each frame to the animation.
+/// Adds the camera's position, rotation and field of view in each frame to the animation.
 Status GlbWriter::add_camera_motion() {
-  const std::vector<FrameCamera>& all = sequence_.cameras;
-  if (all.size() == 1) return Ok{};
-  std::string times, places, rotations, angles;
-  Rotation last{};
-  for (std::size_t i = 0; i < all.size(); ++i) {
+  const std::vector<FrameCamera>& cameras = sequence_.cameras;
+  if (cameras.size() == 1) return Ok{};
+  std::string times, positions, rotations, angles;
+  Rotation previous{};
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
     put(times, static_cast<float>(i) / sequence_.fps);
-    put(places, all[i].position);
-    Rotation rotation = camera_rotation(all[i]);
-    float along = 0;
-    for (std::size_t k = 0; k < 4; ++k) along += rotation[k] * last[k];
-    if (along < 0)  // of two quaternions for a rotation, the one that is reached the shorter way
+    put(positions, cameras[i].position);
+    Rotation rotation = camera_rotation(cameras[i]);
+    float product = 0;
+    for (std::size_t k = 0; k < 4; ++k) product += rotation[k] * previous[k];
+    if (product < 0)  // q and -q are the same rotation: take the one nearer to the previous
       for (float& value : rotation) value = -value;
     put(rotations, rotation);
-    last = rotation;
-    put(angles, static_cast<float>(field_of_view(all[i])));
+    previous = rotation;
+    put(angles, static_cast<float>(field_of_view(cameras[i])));
   }
-  PM_TRY(const std::size_t input, add_accessor(times, 0, {kFloat, "SCALAR", all.size()}));
+  PM_TRY(const std::size_t input, add_accessor(times, 0, {kFloat, "SCALAR", cameras.size()}));
   accessors_.items.back()["min"] = JsonValue::array({0.0f});
   accessors_.items.back()["max"] =
-      JsonValue::array({static_cast<float>(all.size() - 1) / sequence_.fps});
+      JsonValue::array({static_cast<float>(cameras.size() - 1) / sequence_.fps});
   const auto add = [&](const std::string& bytes, const char* type, JsonValue target) -> Status {
-    PM_TRY(const std::size_t output, add_accessor(bytes, 0, {kFloat, type, all.size()}));
+    PM_TRY(const std::size_t output, add_accessor(bytes, 0, {kFloat, type, cameras.size()}));
     animation_["channels"].push_back(
         {{"sampler", animation_["samplers"].size()}, {"target", std::move(target)}});
     animation_["samplers"].push_back(
@@ -534,7 +535,7 @@ Status GlbWriter::add_camera_motion() {
     return Ok{};
   };
   const std::size_t node = nodes_.size() - 1;
-  PM_TRY_STATUS(add(places, "VEC3", {{"node", node}, {"path", "translation"}}));
+  PM_TRY_STATUS(add(positions, "VEC3", {{"node", node}, {"path", "translation"}}));
   PM_TRY_STATUS(add(rotations, "VEC4", {{"node", node}, {"path", "rotation"}}));
   if (!zooms()) return Ok{};
   return add(
@@ -545,39 +546,39 @@ Status GlbWriter::add_camera_motion() {
 
 Status GlbWriter::add_animation() {
   JsonValue samplers = JsonValue::array(), channels = JsonValue::array();
-  const auto moment = [&](int frame) {
+  const auto seconds = [&](int frame) {
     return static_cast<float>(frame - sequence_.first_frame) / sequence_.fps;
   };
-  for (std::size_t n = 0; n < shown_.size(); ++n) {
-    const Shown& shown = shown_[n];
-    // Extends to the end of the last frame, so that it is as long as the others.
+  for (std::size_t n = 0; n < spans_.size(); ++n) {
+    const MeshSpan& span = spans_[n];
+    // All meshes have keys until the end of the last frame, so that all samplers are equally long.
     std::vector<float> times;
     std::vector<std::uint8_t> visible;
-    const auto key = [&](int frame, bool shows) {
-      times.push_back(moment(frame));
-      visible.push_back(shows ? 1 : 0);
+    const auto add_key = [&](int frame, bool is_visible) {
+      times.push_back(seconds(frame));
+      visible.push_back(is_visible ? 1 : 0);
     };
-    if (shown.first > sequence_.first_frame) key(sequence_.first_frame, false);
-    key(shown.first, true);
-    if (shown.end <= sequence_.last_frame) key(shown.end, false);
-    key(sequence_.last_frame + 1, shown.end > sequence_.last_frame);
+    if (span.first > sequence_.first_frame) add_key(sequence_.first_frame, false);
+    add_key(span.first, true);
+    if (span.end <= sequence_.last_frame) add_key(span.end, false);
+    add_key(sequence_.last_frame + 1, span.end > sequence_.last_frame);
     std::string time_bytes, scale_bytes;
     std::string visible_bytes(visible.begin(), visible.end());
     for (const float t : times) put(time_bytes, t);
     for (const std::uint8_t v : visible) {
-      const float scale = v ? shown.scale : 0.0f;
+      const float scale = v ? span.scale : 0.0f;
       put(scale_bytes, Vec3{scale, scale, scale});
     }
     PM_TRY(const std::size_t input, add_accessor(time_bytes, 0, {kFloat, "SCALAR", times.size()}));
     accessors_.items.back()["min"] = JsonValue::array({times.front()});
     accessors_.items.back()["max"] = JsonValue::array({times.back()});
     PM_TRY(const std::size_t scales, add_accessor(scale_bytes, 0, {kFloat, "VEC3", times.size()}));
-    PM_TRY(const std::size_t seen,
+    PM_TRY(const std::size_t visibilities,
            add_accessor(visible_bytes, 0, {kUnsignedByte, "SCALAR", times.size()}));
     samplers.push_back({{"input", input}, {"output", scales}, {"interpolation", "STEP"}});
     channels.push_back(
         {{"sampler", samplers.size() - 1}, {"target", {{"node", n}, {"path", "scale"}}}});
-    samplers.push_back({{"input", input}, {"output", seen}, {"interpolation", "STEP"}});
+    samplers.push_back({{"input", input}, {"output", visibilities}, {"interpolation", "STEP"}});
     channels.push_back(
         {{"sampler", samplers.size() - 1},
          {"target",
@@ -602,11 +603,11 @@ Status GlbWriter::finish() {
   add_nodes();
   PM_TRY_STATUS(add_camera_motion());
   JsonValue roots = JsonValue::array();
-  for (std::size_t n = shown_.size(); n < nodes_.size(); ++n) roots.push_back(n);
-  JsonValue used = JsonValue::array();
+  for (std::size_t n = spans_.size(); n < nodes_.size(); ++n) roots.push_back(n);
+  JsonValue extensions = JsonValue::array();
   if (!sequence_.constant_topology)
-    used = JsonValue::array({"KHR_node_visibility", "KHR_animation_pointer"});
-  if (sequence_.constant_topology && zooms()) used.push_back("KHR_animation_pointer");
+    extensions = JsonValue::array({"KHR_node_visibility", "KHR_animation_pointer"});
+  if (sequence_.constant_topology && zooms()) extensions.push_back("KHR_animation_pointer");
   const FrameCamera& first = sequence_.cameras.front();
   const JsonValue camera{{"type", "perspective"},
                          {"perspective",
@@ -633,8 +634,8 @@ Status GlbWriter::finish() {
     materials.push_back(material_json(m));
     if (m.transmission > 0 && !transmits) {
       transmits = true;
-      used.push_back("KHR_materials_transmission");
-      used.push_back("KHR_materials_ior");
+      extensions.push_back("KHR_materials_transmission");
+      extensions.push_back("KHR_materials_ior");
     }
   }
   if (!materials.empty()) file["materials"] = materials;
@@ -644,32 +645,32 @@ Status GlbWriter::finish() {
       textures.push_back({{"source", i}, {"sampler", 0}});
     file["images"] = images_;
     file["textures"] = textures;
-    file["samplers"].push_back({{"wrapS", 10497}, {"wrapT", 10497}});
+    file["samplers"].push_back({{"wrapS", 10497}, {"wrapT", 10497}});  // REPEAT
   }
   if (settings_.quantize) {
-    used.push_back("KHR_mesh_quantization");
+    extensions.push_back("KHR_mesh_quantization");
     file["extensionsRequired"].push_back("KHR_mesh_quantization");
   }
-  if (!used.empty()) file["extensionsUsed"] = used;
+  if (!extensions.empty()) file["extensionsUsed"] = extensions;
   sort_members(file);
   std::string text = format_json(file);
   text.resize((text.size() + 3) / 4 * 4, ' ');
-  const std::uint64_t total = 12 + 8 + text.size() + 8 + spool_.size();
+  const std::uint64_t total = 12 + 8 + text.size() + 8 + spool_.size();  // with headers
   if (total > 0xffffffffull)
     return make_error(ErrorCode::kOutput,
                       "{}: glTF's binary form ends at 4 GiB, and this is {:.1f} GiB - write fewer "
                       "frames with -f, simplify with --error, or write .usda",
                       path_.string(), static_cast<double>(total) / (1u << 30));
-  std::string head;
-  put(head, std::uint32_t{0x46546c67});
-  put(head, std::uint32_t{2});
-  put(head, static_cast<std::uint32_t>(total));
-  put(head, static_cast<std::uint32_t>(text.size()));
-  put(head, std::uint32_t{0x4e4f534a});
-  head += text;
-  put(head, static_cast<std::uint32_t>(spool_.size()));
-  put(head, std::uint32_t{0x004e4942});
-  return write_file(path_, concatenate({make_source(head), spool_.source({{0, spool_.size()}})}));
+  std::string header;
+  put(header, std::uint32_t{0x46546c67});  // "glTF"
+  put(header, std::uint32_t{2});           // version
+  put(header, static_cast<std::uint32_t>(total));
+  put(header, static_cast<std::uint32_t>(text.size()));
+  put(header, std::uint32_t{0x4e4f534a});  // "JSON"
+  header += text;
+  put(header, static_cast<std::uint32_t>(spool_.size()));
+  put(header, std::uint32_t{0x004e4942});  // "BIN\0"
+  return write_file(path_, concatenate({make_source(header), spool_.source({{0, spool_.size()}})}));
 }
 
 }  // namespace

@@ -1,3 +1,4 @@
+// JSON arrays of vectors.
 #pragma once
 
 #include "base/json.h"

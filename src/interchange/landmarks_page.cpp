@@ -16,11 +16,11 @@
 namespace polymorph {
 
 extern const std::string_view landmarks_page;  // landmarks.html
-extern const std::string_view play_page;       // play.html, whose scripts both use
+extern const std::string_view play_page;       // play.html, whose scripts both pages use
 
 namespace {
 
-/// Arrays one after the other; each begins at a multiple of four bytes.
+/// Concatenated arrays, each aligned to four bytes.
 class Blob {
  public:
   template <class T>
@@ -79,8 +79,8 @@ JsonValue colors_json(const std::vector<Vec3>& colors, Blob& blob) {
   return blob.add(std::span<const std::uint8_t>(bytes));
 }
 
-/// The text of one of the playing page's scripts.
-std::string script_of_play_page(std::string_view id) {
+/// The text of the script with an id in play.html.
+std::string find_play_script(std::string_view id) {
   const std::string begin = "<script id=\"" + std::string(id) + "\">";
   const std::size_t first = play_page.find(begin);
   PM_CHECK(first != std::string_view::npos);
@@ -111,8 +111,8 @@ std::string encode_landmarks_page(const LandmarksPage& page) {
                             {"given", pairs_json(leg.landmarks)},
                             {"candidates", pairs_json(leg.candidates)}});
   return fill_page(landmarks_page, {{"{{title}}", escape_markup(page.title)},
-                                    {"{{engine}}", script_of_play_page("engine")},
-                                    {"{{drawing}}", script_of_play_page("drawing")},
+                                    {"{{engine}}", find_play_script("engine")},
+                                    {"{{drawing}}", find_play_script("drawing")},
                                     {"{{data}}", json_in_script(format_json(json))},
                                     {"{{bytes}}", base64(blob.deflate())}});
 }

@@ -1,5 +1,5 @@
-// A page on which landmarks are clicked: both objects of each leg beside each other, coloured by
-// which becomes which (docs/interchange.md).
+// Landmarks page: an HTML file on which a user clicks landmarks on the two objects of each leg,
+// which are coloured by their correspondence (docs/interchange.md).
 #pragma once
 
 #include <map>
@@ -11,15 +11,15 @@
 
 namespace polymorph {
 
-/// A point of two objects, by name.
+/// Corresponding points on two objects, with a name.
 struct NamedPair {
   std::string name;
-  Vec3 from, to;  ///< places in each file's coordinates
+  Vec3 from, to;  ///< positions in the coordinates of each object's file
 };
 
 struct LandmarksObject {
   std::string key;  ///< name in plan.landmarks
-  Mesh mesh;        ///< surface in the scene
+  Mesh mesh;        ///< surface in scene coordinates
   Transform to_scene, to_file;
 };
 
@@ -27,7 +27,7 @@ struct LandmarksLeg {
   int from = 0, to = 0;                      ///< indices of the page's objects
   std::vector<Vec3> from_colors, to_colors;  ///< [0, 1], one per point of each mesh
   std::vector<NamedPair> landmarks;          ///< the scene's own landmarks
-  std::vector<NamedPair> candidates;         ///< tips of limbs that become each other
+  std::vector<NamedPair> candidates;         ///< suggestions: corresponding tips of limbs
 };
 
 struct LandmarksPage {

@@ -23,14 +23,15 @@ extern const std::string_view play_page;  // play.html
 
 namespace {
 
-/// Steps of distances, in cells of the surface: they are right to half of that.
+/// Quantization steps of distances, in cells of the surface, and of thinness. Errors are at most
+/// half a step.
 constexpr float kDistanceStep = 1.0f / 40;
 constexpr float kThinnessStep = 1.0f / 256;
-/// Steps over the range of moving values: of distance legs; of ball legs, whose field is steep; and
-/// of the balls of distance legs, which are only displayed.
+/// Numbers of steps over the range of moving values: for distance legs; for ball legs, whose field
+/// is steep; for the balls of distance legs, which are only displayed.
 constexpr float kMotionSteps = 16383, kBallSteps = 65000, kShownSteps = 511;
 
-/// An array of numbers, x fastest, and along which of its axes they are smooth.
+/// Dimensions of an array, x fastest, and the axes along which its values are smooth.
 struct Shape {
   std::array<int, 3> n;
   std::array<bool, 3> smooth;
@@ -45,9 +46,9 @@ JsonValue grid_json(const Grid& grid) {
       {"origin", to_array(grid.origin)}, {"cell", grid.cell}, {"points", to_array(grid.points)}};
 }
 
-/// Visits all elements from coarse to fine, each after those that it is predicted from: along a
-/// smooth axis the middle between neighbours by the cubic through four of them (interpolating
-/// subdivision, Dubuc 1986). `visit(index, prediction)` sets the element. play.html does the same.
+/// Visits all elements from coarse to fine. Along a smooth axis, it predicts an element halfway
+/// between two visited ones by the cubic through four (interpolating subdivision, Dubuc 1986).
+/// `visit(index, prediction)` sets values[index]. play.html does the same.
 template <class F>
 void refine(const Shape& shape, const std::vector<double>& values, const F& visit) {
   const std::int64_t stride[3] = {1, shape.n[0], std::int64_t{shape.n[0]} * shape.n[1]};
@@ -100,17 +101,17 @@ class Packer {
     const double size = step > 0 ? static_cast<double>(step) : 1;
     const std::size_t at = bytes_.size(), count = values.size();
     bytes_.resize(at + 2 * count);
-    std::vector<double> read(count);  // as the page will decode them, minus the middle
+    std::vector<double> reconstruction(count);  // as the page will decode them, minus the middle
     std::size_t next = 0;
-    refine(shape, read, [&](std::size_t i, double prediction) {
+    refine(shape, reconstruction, [&](std::size_t i, double prediction) {
       const double offset_value = static_cast<double>(values[i]) - middle;
       const auto steps = static_cast<int>(
           std::clamp(std::round((offset_value - prediction) / size), -32768.0, 32767.0));
-      read[i] = prediction + steps * size;
+      reconstruction[i] = prediction + steps * size;
       // Zigzag encoding: small steps of either sign become small numbers.
-      const unsigned folded = static_cast<unsigned>(steps >= 0 ? 2 * steps : -2 * steps - 1);
-      bytes_[at + next] = static_cast<char>(folded & 255);
-      bytes_[at + count + next] = static_cast<char>(folded >> 8);
+      const unsigned zigzag = static_cast<unsigned>(steps >= 0 ? 2 * steps : -2 * steps - 1);
+      bytes_[at + next] = static_cast<char>(zigzag & 255);
+      bytes_[at + count + next] = static_cast<char>(zigzag >> 8);
       ++next;
     });
     return {
@@ -132,7 +133,7 @@ class Packer {
   std::string bytes_;
 };
 
-/// Step for a range; 0 if all values are equal.
+/// Step that divides the range of the values into `steps`; 0 if all values are equal.
 float range_step(std::span<const float> values, float steps) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
   return (*high - *low) / steps;
@@ -162,9 +163,9 @@ JsonValue object_json(const PlayObject& object, float cell, Packer& packer) {
   return json;
 }
 
-/// The lower triangular factor L of a shape L L^T (Cholesky). It is written as the logarithms of
-/// its diagonal and what its columns are times that: thin ellipsoids would not survive the rounding
-/// of their shape.
+/// Lower triangular factor L of a shape L L^T (Cholesky). The page gets the logarithms of its
+/// diagonal and its columns divided by the diagonal, because thin ellipsoids would not survive the
+/// rounding of their shape.
 struct Factor {
   float xx, xy, xz, yy, yz, zz;
 };
@@ -180,8 +181,8 @@ Factor factorize(const Sym3& s) {
   return f;
 }
 
-/// Lists the values of each pair at a key, channel by channel, in the order of play.html. For
-/// distance legs the channels from kFirstShown on, the balls, are for display only.
+/// Lists the channels of one pair at a key, in the order of play.html. The kShown channels from
+/// kFirstShown on describe the ball, which distance legs only display.
 constexpr std::size_t kFirstShown = 3, kShown = 8;
 std::vector<float> list_channels(const PlayKey& key, std::size_t pair) {
   const Ball& ball = key.balls[pair];
@@ -221,13 +222,13 @@ JsonValue common_json(const PlayKey& key) {
   return numbers;
 }
 
-/// Writes how an object's detail fades; null if it keeps it.
+/// Writes when an object's detail fades; null if it does not.
 JsonValue fade_json(const std::shared_ptr<const DistanceGrid>& smooth, const DetailFade& fade) {
   return smooth ? JsonValue::array({fade.begin, fade.end}) : JsonValue();
 }
 
-/// Landmarks of a leg's maps: where they are on both objects, and for each key their places and
-/// deviations.
+/// Landmarks of a leg's maps: their positions on both objects and, for each key, their positions
+/// and deviations.
 JsonValue landmarks_json(const PlayLeg& leg) {
   JsonValue goals = JsonValue::array(), places = JsonValue::array();
   for (const RegressionLandmark& landmark : leg.keys.front().between.map->landmarks) {
@@ -253,14 +254,13 @@ JsonValue leg_json(const PlayLeg& leg, Packer& packer) {
   }
   const int keys = static_cast<int>(leg.keys.size()),
             pairs = static_cast<int>(leg.keys.front().balls.size());
-  // Values are smooth in time.
-  const Shape shape{{pairs, keys, 1}, {false, true, false}};
+  const Shape shape{{pairs, keys, 1}, {false, true, false}};  // smooth in time
   JsonValue channels = JsonValue::array();
   for (std::size_t c = 0; c < rows.front().size(); ++c) {
     std::vector<float> values;
     for (const std::vector<float>& row : rows) values.push_back(row[c]);
-    const bool shown = leg.distance && c >= kFirstShown && c < kFirstShown + kShown;
-    const float steps = shown ? kShownSteps : leg.distance ? kMotionSteps : kBallSteps;
+    const bool display_only = leg.distance && c >= kFirstShown && c < kFirstShown + kShown;
+    const float steps = display_only ? kShownSteps : leg.distance ? kMotionSteps : kBallSteps;
     channels.push_back(packer.add(values, shape, range_step(values, steps)));
   }
   const MorphSurface& first = leg.keys.front().between;
@@ -277,7 +277,7 @@ JsonValue leg_json(const PlayLeg& leg, Packer& packer) {
           {"channels", channels}};
 }
 
-/// Writes a list of numbers, one per ball.
+/// Writes one number per ball.
 JsonValue ball_json(std::span<const float> values, Packer& packer) {
   const Shape shape{{static_cast<int>(values.size()), 1, 1}, {false, false, false}};
   return packer.add(values, shape, range_step(values, kBallSteps));
@@ -321,7 +321,7 @@ JsonValue actor_json(const PlayActor& actor, Packer& packer) {
   return json;
 }
 
-/// Triangles of each case of marching cubes, one digit per edge.
+/// Triangles of each case of marching cubes, one digit of base 12 per edge.
 JsonValue cases_json() {
   constexpr const char* kDigits = "0123456789ab";
   const McTable& table = mc_table();

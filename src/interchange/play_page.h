@@ -1,5 +1,5 @@
-// A page that plays a morph in a browser: one HTML file that evaluates the morph itself, from what
-// carries its legs (docs/interchange.md, The web).
+// Play page: one HTML file that plays a morph in a browser. It holds the fields and maps of the
+// legs and extracts the surfaces itself (docs/interchange.md, The web).
 #pragma once
 
 #include <memory>
@@ -14,15 +14,15 @@
 
 namespace polymorph {
 
-/// An object, as the page draws it.
+/// An object of an actor, with its fields on grids.
 struct PlayObject {
   std::string name;
   std::shared_ptr<const DistanceGrid> distances;  ///< null if its legs are ball legs
-  std::shared_ptr<const DistanceGrid> smooth;     ///< without detail; null unless a solid
+  std::shared_ptr<const DistanceGrid> smooth;     ///< without fine detail; null unless a solid
   std::shared_ptr<const DistanceGrid> thinness;   ///< null unless a solid with distances
-  Vec3 color{1, 1, 1};                            ///< scene-linear; where there is no volume
+  Vec3 color{1, 1, 1};                            ///< scene-linear; used if `colors` is empty
   Grid color_grid;
-  std::vector<Vec3> colors;  ///< scene-linear, at the grid's points, x fastest; or empty
+  std::vector<Vec3> colors;  ///< scene-linear, at the points of color_grid; or empty
 };
 
 /// State of a leg at one time.
@@ -32,38 +32,38 @@ struct PlayKey {
   float min_part = 0;  ///< components with a smaller fraction of the volume are removed
   /// Balls with their surface at field = 1, one per pair.
   std::vector<Ball> balls;
-  /// The field between the objects, for a distance leg. A ball leg uses only `samples[].center` and
-  /// `values` of its map: where each ball's surroundings come from and go to.
+  /// Field of a distance leg. Of a ball leg, only `samples[].center` and `values` of its map are
+  /// used: the points on both objects that correspond to each ball's centre.
   MorphSurface between;
   Box box;  ///< bounds of the surface
 };
 
 struct PlayLeg {
-  int from = 0, to = 0;  ///< indices of the actor's objects
-  bool distance = false;
+  int from = 0, to = 0;       ///< indices of the actor's objects
+  bool distance = false;      ///< a distance leg, else a ball leg
   std::vector<PlayKey> keys;  ///< two or more, ascending times
 };
 
-/// An object of a space, and the way of the whole from the reference to it.
+/// An object of a PlaySpace, and the similarity transform of the reference to it (PathPart).
 struct PlaySpaceObject {
   Box box;
   double volume = 0;
-  float min_part = 0;  ///< components of its surface with a smaller fraction of the volume go
+  float min_part = 0;  ///< components with a smaller fraction of the volume are removed
   Vec3d from_center, to_center;
-  Vec3d turn;               ///< axis times angle
-  double log_scale = 0;     ///< natural logarithm
-  std::vector<Vec3> balls;  ///< places of the reference's balls on it
+  Vec3d turn;               ///< rotation: axis times angle in radians
+  double log_scale = 0;     ///< natural logarithm of the scale
+  std::vector<Vec3> balls;  ///< positions of the reference's balls on this object
 };
 
-/// Space in which an actor's objects, of which the first is the reference, are mixed by weights
-/// (leg/weighted_surface.h).
+/// Data for mixing an actor's objects by weights (leg/weighted_surface.h). The first object is the
+/// reference.
 struct PlaySpace {
   std::vector<PlaySpaceObject> objects;  ///< objects of the actor; empty: there is no space
   std::vector<float> masses;             ///< masses of the reference's balls
-  std::vector<float> deviations;         ///< own part of their kernels' deviations
+  std::vector<float> deviations;         ///< ball_deviation() of the reference's balls
   Vec3 middle;                           ///< centre of the reference's box
   bool keeps_volume = true;
-  bool contact = true;  ///< whether mixtures of objects that stand equally low do so, too
+  bool contact = true;  ///< mixtures of objects that stand equally low stand as low
   float look = 0;       ///< weight of the common look
 };
 
@@ -72,14 +72,14 @@ struct PlayFrame {
   int leg = 0;
   float time = 0;
   float look = 0;              ///< weight of the common look
-  std::vector<float> weights;  ///< weights of the objects of a space, which decide alone
+  std::vector<float> weights;  ///< PlaySpace only: weights of its objects; replace the others
 };
 
 struct PlayActor {
   std::string name;
   float cell = 0;  ///< edge of the surface's cells
   std::vector<PlayObject> objects;
-  std::vector<PlayLeg> legs;  ///< none with a space
+  std::vector<PlayLeg> legs;  ///< empty with a PlaySpace
   PlaySpace space;
   std::vector<PlayFrame> frames;
 };
@@ -88,16 +88,16 @@ struct PlayPage {
   std::string title;
   float fps = 24;
   FieldKind field = FieldKind::kGaussian;
-  SurfaceMaterial look;  ///< the common one
+  SurfaceMaterial look;  ///< the common look
   FrameCamera camera;
   Box box;  ///< bounds of all objects
   bool has_ground = true;
-  float ground = 0;  ///< height
+  float ground = 0;  ///< height of the ground
   std::vector<PlayActor> actors;
 };
 
 /// Encodes the whole page. Distances are exact to 1/80 of the surface's cell, colours to 1/256,
-/// moving values to 1/32766 of their range or better; all of it is deflated.
+/// moving values to 1/32766 of their range or better. All data is deflated.
 std::string encode_play_page(const PlayPage& page);
 
 }  // namespace polymorph

@@ -17,16 +17,16 @@ std::vector<Triangle> collapse_edges(const SurfaceFrame& frame, const SplitSurfa
                                      float error, const std::vector<std::uint8_t>& is_fixed) {
   std::vector<Vec3> positions;
   for (const std::uint32_t p : split.position_of) positions.push_back(frame.positions[p]);
-  std::vector<Triangle> candidates, kept_triangles;
+  std::vector<Triangle> candidates, fixed_triangles;
   for (std::size_t t = 0; t < split.triangles.size(); ++t)
-    (is_fixed[t] ? kept_triangles : candidates).push_back(split.triangles[t]);
-  if (candidates.empty()) return kept_triangles;
+    (is_fixed[t] ? fixed_triangles : candidates).push_back(split.triangles[t]);
+  if (candidates.empty()) return fixed_triangles;
   std::vector<Triangle> remaining(candidates.size());
   const std::size_t indices = meshopt_simplify(
       remaining.front().v, candidates.front().v, 3 * candidates.size(), &positions.front().x,
       positions.size(), sizeof(Vec3), 0, error, meshopt_SimplifyLockBorder, nullptr);
   remaining.resize(indices / 3);
-  remaining.insert(remaining.end(), kept_triangles.begin(), kept_triangles.end());
+  remaining.insert(remaining.end(), fixed_triangles.begin(), fixed_triangles.end());
   return remaining;
 }
 
@@ -51,34 +51,34 @@ std::vector<Vec3> list_midpoints(const SurfaceFrame& frame,
   return points;
 }
 
-/// Measures the larger of both one-sided distances, at points and midpoints. Triangles of the frame
-/// where it exceeds `limit`, and those around them, are marked as fixed.
+/// Measures the Hausdorff distance at points and midpoints: the larger of both one-sided distances.
+/// Marks triangles of the frame as fixed where it exceeds `limit`, and those around them.
 float measure_distance(const SurfaceFrame& frame, const ClosestPointQuery& before,
                        const std::vector<Triangle>& remaining, float limit,
                        std::vector<std::uint8_t>& is_fixed) {
   const ClosestPointQuery after(frame.positions, remaining);
   float farthest = 0;
-  std::vector<std::uint8_t> near(frame.positions.size(), 0);
-  const std::vector<ClosestPoint> own = after.closest(frame.positions);
-  for (std::size_t i = 0; i < own.size(); ++i) {
-    farthest = std::max(farthest, own[i].distance);
-    if (own[i].distance > limit) near[i] = 1;
+  std::vector<std::uint8_t> is_near(frame.positions.size(), 0);  // to a point beyond `limit`
+  const std::vector<ClosestPoint> nearest = after.closest(frame.positions);
+  for (std::size_t i = 0; i < nearest.size(); ++i) {
+    farthest = std::max(farthest, nearest[i].distance);
+    if (nearest[i].distance > limit) is_near[i] = 1;
   }
   for (const ClosestPoint& hit : before.closest(list_midpoints(frame, remaining))) {
     farthest = std::max(farthest, hit.distance);
     if (hit.distance > limit)
-      for (const std::uint32_t v : frame.triangles[hit.triangle].v) near[v] = 1;
+      for (const std::uint32_t v : frame.triangles[hit.triangle].v) is_near[v] = 1;
   }
   if (farthest <= limit) return farthest;
   for (int ring = 0; ring < 1; ++ring) {
-    std::vector<std::uint8_t> dilated = near;
+    std::vector<std::uint8_t> dilated = is_near;
     for (std::size_t t = 0; t < frame.triangles.size(); ++t) {
       const auto& v = frame.triangles[t].v;
-      if (!near[v[0]] && !near[v[1]] && !near[v[2]]) continue;
+      if (!is_near[v[0]] && !is_near[v[1]] && !is_near[v[2]]) continue;
       is_fixed[t] = 1;
       for (const std::uint32_t p : v) dilated[p] = 1;
     }
-    near = std::move(dilated);
+    is_near = std::move(dilated);
   }
   return farthest;
 }
@@ -134,11 +134,11 @@ float simplify(SurfaceFrame& frame, float distance) {
   float error = 0.5f * distance / extent;
   for (int i = 0; i < kMaxAttempts; ++i) {
     const std::vector<Triangle> remaining = collapse_edges(frame, split, error, is_fixed);
-    const float reached_distance =
+    const float reached =
         measure_distance(frame, before, to_positions(split, remaining), distance, is_fixed);
-    if (reached_distance <= distance) {
+    if (reached <= distance) {
       reduce_to(split, remaining, frame);
-      return reached_distance;
+      return reached;
     }
     error *= 0.95f;
   }

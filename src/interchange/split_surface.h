@@ -20,7 +20,6 @@ struct SplitSettings {
   bool uvs = true;
   bool materials = false;
 };
-/// Splits the vertices of a surface.
 SplitSurface split_corners(const SurfaceFrame& frame, const SplitSettings& settings);
 
 }  // namespace polymorph

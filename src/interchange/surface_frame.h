@@ -42,8 +42,8 @@ struct SurfaceFrame {
   std::vector<SurfaceMaterial> materials;
   /// True if only `colors` give the appearance, because several objects' materials are mixed.
   bool is_mixed = false;
-  SurfaceMaterial
-      mixture;  ///< material if `is_mixed`: white, with the means of all properties but the colour
+  /// Material if `is_mixed`: white, with the means of all other properties.
+  SurfaceMaterial mixture;
 };
 
 /// A perspective camera in the form that other programs use.
@@ -51,7 +51,7 @@ struct FrameCamera {
   Vec3 position, right, up, forward;  ///< orthonormal
   float tan_half_fov_y = 0.27f;
   float aspect = 4.0f / 3;  ///< width / height
-  float focus = 1;          ///< distance that is sharp
+  float focus = 1;          ///< focus distance
 };
 
 /// Properties of the whole sequence, known before the first frame.

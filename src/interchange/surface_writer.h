@@ -21,8 +21,8 @@ class SurfaceWriter {
 
 /// Makes a writer of OpenUSD text (.usda): a Mesh per actor, whose points, faces, normals,
 /// velocities (units per second), primvars displayColor, st and label change with time; its
-/// materials; the camera. Textures are PNG files in the same folder, "NAME.texture1.png", which
-/// replace others only with `overwrite`. Frames are stored on disk, so memory does not grow with
+/// materials; the camera. Textures are PNG files in the same folder, "NAME.texture1.png". Existing
+/// ones are replaced only with `overwrite`. Frames are stored on disk, so memory does not grow with
 /// their number.
 Result<std::unique_ptr<SurfaceWriter>> make_usd_writer(const std::filesystem::path& path,
                                                        const SurfaceSequence& sequence,
@@ -34,10 +34,11 @@ struct GlbSettings {
   bool quantize = false;
 };
 
-/// Makes a writer of binary glTF 2.0: a node per actor and frame, which an animation shows one
-/// after the other, by a stepped scale of 0 and 1, which every viewer plays, and by
-/// KHR_node_visibility with KHR_animation_pointer for viewers that support it. Equal frames share a
-/// node. The file contains materials and textures, and _VELOCITY (units per second).
+/// Makes a writer of binary glTF 2.0 with a node per actor and frame; equal consecutive frames
+/// share one. An animation shows the nodes in turn by a scale of 0 or 1, which every viewer plays,
+/// and by KHR_node_visibility with KHR_animation_pointer. With a constant topology, there is one
+/// node per actor with a morph target per frame. Includes materials, textures and _VELOCITY (units
+/// per second).
 Result<std::unique_ptr<SurfaceWriter>> make_glb_writer(const std::filesystem::path& path,
                                                        const SurfaceSequence& sequence,
                                                        const GlbSettings& settings);

@@ -14,8 +14,9 @@
 namespace polymorph {
 namespace {
 
-/// Text of an attribute's values at all times, stored on disk. A constant value is written at the
-/// first and last of its frames only: between equal samples nothing is interpolated.
+/// Text of an attribute's values at all times, stored on disk. A value that stays the same is
+/// written only at the first and last of its frames, since interpolation between the two changes
+/// nothing.
 class TimeSamples {
  public:
   Status add(int frame, std::string value, Spool& spool) {
@@ -29,7 +30,7 @@ class TimeSamples {
     frame_ = frame;
     return write(spool);
   }
-  /// Before ranges() is used.
+  /// Writes the last value at its last frame. Must be called before ranges().
   Status end_run(Spool& spool) {
     if (!repeats_) return Ok{};
     repeats_ = false;
@@ -54,13 +55,13 @@ class TimeSamples {
   bool repeats_ = false;
 };
 
-// Numbers as text. `to` is large enough for them.
+// Each put() writes a number as text at `to`, which has room for it, and returns the end.
 char* put(char* to, std::uint32_t v) { return std::to_chars(to, to + 12, v).ptr; }
 char* put(char* to, int v) { return std::to_chars(to, to + 12, v).ptr; }
-/// Reads back to the same float.
+/// Writes the shortest text that reads back to the same float.
 char* put(char* to, float v) { return std::to_chars(to, to + 24, v).ptr; }
 
-/// Six digits, enough for everything but positions.
+/// A number with six significant digits, enough for everything but positions.
 struct Rounded {
   float value;
 };
@@ -68,7 +69,7 @@ char* put(char* to, Rounded r) {
   const double size = std::abs(static_cast<double>(r.value));
   if (!(size >= 1e-4 && size < 9.99999))
     return std::to_chars(to, to + 24, r.value, std::chars_format::general, 6).ptr;
-  // The usual case needs one multiplication and an integer's digits.
+  // Fast path: one multiplication and the digits of an integer.
   std::uint32_t unit = 100000;
   while (size * unit < 99999.5) unit *= 10;
   auto digits = static_cast<std::uint32_t>(std::lrint(size * unit));
@@ -102,10 +103,10 @@ char* put(char* to, RoundedVec3 r) {
 char* put(char* to, Vec2 v) { return put_tuple(to, {v.x, v.y}); }
 char* put(char* to, Vec3 v) { return put_tuple(to, {v.x, v.y, v.z}); }
 
-/// Formats "[a, b, c]" of `convert(item)` for each item.
+/// Formats convert(item) of all items as "[a, b, c]".
 template <class T, class F>
 std::string format_list(const std::vector<T>& items, const F& convert) {
-  constexpr std::size_t kMaxItem = 96;  // of one item
+  constexpr std::size_t kMaxItem = 96;  // bytes of one item
   std::string text(2 + kMaxItem, '[');
   std::size_t size = 1;
   for (const T& item : items) {
@@ -119,7 +120,7 @@ std::string format_list(const std::vector<T>& items, const F& convert) {
   return text;
 }
 
-/// Numbers that read back to the same floats, and integers.
+/// Formats integers, or floats that read back unchanged.
 template <class T>
 std::string format_exact(const std::vector<T>& values) {
   return format_list(values, [](const T& v) { return v; });
@@ -142,11 +143,11 @@ std::string quote(const std::vector<std::string>& texts) {
   return fmt::format("[{}]", fmt::join(all, ", "));
 }
 
-/// Samples of a Mesh prim: an actor in the frames that show it in one look, and empty in others.
-/// Programs that read the assignment of materials once, as Blender does, see each look as it is.
+/// Samples of a Mesh prim: an actor's surface in the frames with one look, and an empty mesh in all
+/// others. So programs that read material bindings only once, like Blender, show each look.
 struct LookSamples {
   std::string name;
-  bool is_mixed = false;               ///< shows the colours of points
+  bool is_mixed = false;               ///< shows vertex colours
   std::vector<std::size_t> materials;  ///< indices into the catalogue, each once; none if mixed
   TimeSamples visibility, extent, counts, indices, points, normals, normal_indices, velocities,
       colors, uvs, uv_indices, labels, roughness, metallic;
@@ -157,7 +158,7 @@ struct LookSamples {
 struct ActorSamples {
   std::string name;
   std::vector<LookSamples> looks;
-  std::size_t shown = 0;  ///< look of the latest frame
+  std::size_t shown = 0;  ///< index of the look in the latest frame
 };
 
 class UsdWriter : public SurfaceWriter {
@@ -197,9 +198,9 @@ class UsdWriter : public SurfaceWriter {
   std::string camera() const;
   std::string material(const std::string& name, const SurfaceMaterial& m) const;
   void add_mesh(const ActorSamples& actor, const LookSamples& look,
-                const std::vector<std::string>& label_names, std::vector<ByteSource>& parts);
+                const std::vector<std::string>& label_names, std::vector<ByteSource>& out);
   void add_mixed_material(const ActorSamples& actor, const LookSamples& look,
-                          std::vector<ByteSource>& parts);
+                          std::vector<ByteSource>& out);
   Status end_runs();
   Status write_textures();
   std::string texture_name(std::size_t index) const {
@@ -220,7 +221,7 @@ class UsdWriter : public SurfaceWriter {
   std::vector<std::unique_ptr<std::string>> texts_;  ///< texts that sources refer to
 };
 
-/// The distinct ones among the corners of each point, and each corner's index into them.
+/// Lists the distinct corner values of each point, and each corner's index into this list.
 template <class T>
 void index_corners(const SurfaceFrame& surface, const std::vector<T>& corners,
                    std::vector<T>& values, std::vector<std::uint32_t>& indices) {
@@ -248,7 +249,7 @@ Status UsdWriter::add_actor(int frame, const SurfaceFrame& surface, ActorSamples
   return Ok{};
 }
 
-/// Finds the look of a surface among the actor's, or begins it. Empty surfaces have the latest.
+/// Finds a surface's look among the actor's, or adds it. Empty surfaces keep the latest look.
 Status UsdWriter::choose_look(const SurfaceFrame& surface, ActorSamples& actor) {
   if (surface.triangles.empty() && !actor.looks.empty()) return Ok{};
   std::vector<std::size_t> materials;
@@ -275,13 +276,13 @@ Status UsdWriter::choose_look(const SurfaceFrame& surface, ActorSamples& actor) 
   };
   for (int i = 2; is_taken(); ++i) look.name = fmt::format("{}_{}", name, i);
   look.subsets.resize(materials.size() > 1 ? materials.size() : 0);
-  // It is empty in all earlier frames.
+  // The new look's mesh is empty in all earlier frames.
   if (!frames_.empty()) PM_TRY_STATUS(add_hidden(frames_.front(), look));
   if (frames_.size() > 1) PM_TRY_STATUS(add_hidden(frames_.back(), look));
   return Ok{};
 }
 
-/// Not only invisible but empty: not every program reads visibility that changes with time.
+/// Adds a mesh that is invisible and empty, since not every program reads animated visibility.
 Status UsdWriter::add_hidden(int frame, LookSamples& look) {
   return add_surface(frame, SurfaceFrame{}, look);
 }
@@ -333,7 +334,7 @@ Status UsdWriter::add_surface(int frame, const SurfaceFrame& surface, LookSample
   return add_subsets(frame, surface, look);
 }
 
-/// Adds the faces of each material, and what a mixture has besides the colours of points.
+/// Adds the faces of each material, or the roughness and metalness of a mixture.
 Status UsdWriter::add_subsets(int frame, const SurfaceFrame& surface, LookSamples& look) {
   std::vector<std::vector<std::uint32_t>> faces(look.subsets.size());
   if (!faces.empty() && !surface.triangles.empty()) {
@@ -362,10 +363,10 @@ std::string UsdWriter::header() const {
 }
 
 std::string UsdWriter::camera() const {
-  constexpr float kAperture = 24;  // tenths of a unit, as the focal length
+  constexpr float kAperture = 24;  // tenths of a scene unit, like the focal length
   const std::vector<FrameCamera>& cameras = sequence_.cameras;
   const float height = kAperture / cameras.front().aspect;
-  // A camera that stands has values, one that moves has samples.
+  // Writes one value for a constant attribute, else time samples.
   const auto put = [&](const char* name, const auto& value_of) {
     const std::string value = value_of(cameras.front());
     if (std::all_of(cameras.begin(), cameras.end(),
@@ -444,9 +445,9 @@ std::string UsdWriter::material(const std::string& name, const SurfaceMaterial& 
 }
 
 void UsdWriter::add_mixed_material(const ActorSamples& actor, const LookSamples& look,
-                                   std::vector<ByteSource>& parts) {
+                                   std::vector<ByteSource>& out) {
   const std::string name = "points_of_" + actor.name, path = "/morph/materials/" + name;
-  parts.push_back(text(fmt::format(
+  out.push_back(text(fmt::format(
       "        def Material \"{0}\"\n        {{\n"
       "            token outputs:surface.connect = <{1}/shader.outputs:surface>\n\n"
       "            def Shader \"shader\"\n            {{\n"
@@ -454,11 +455,10 @@ void UsdWriter::add_mixed_material(const ActorSamples& actor, const LookSamples&
       "                color3f inputs:diffuseColor.connect = <{1}/color.outputs:result>\n"
       "                float inputs:roughness.timeSamples = {{\n",
       name, path)));
-  parts.push_back(spool_.source(look.roughness.ranges()));
-  parts.push_back(
-      text("                }\n                float inputs:metallic.timeSamples = {\n"));
-  parts.push_back(spool_.source(look.metallic.ranges()));
-  parts.push_back(
+  out.push_back(spool_.source(look.roughness.ranges()));
+  out.push_back(text("                }\n                float inputs:metallic.timeSamples = {\n"));
+  out.push_back(spool_.source(look.metallic.ranges()));
+  out.push_back(
       text("                }\n                token outputs:surface\n            }\n\n"
            "            def Shader \"color\"\n            {\n"
            "                uniform token info:id = \"UsdPrimvarReader_float3\"\n"
@@ -468,13 +468,13 @@ void UsdWriter::add_mixed_material(const ActorSamples& actor, const LookSamples&
 
 void UsdWriter::add_mesh(const ActorSamples& actor, const LookSamples& look,
                          const std::vector<std::string>& label_names,
-                         std::vector<ByteSource>& parts) {
+                         std::vector<ByteSource>& out) {
   // Several materials are assigned to subsets of the faces.
   const std::string material = look.is_mixed ? "points_of_" + actor.name
                                : look.materials.size() == 1
                                    ? catalog_.materials[look.materials.front()].name
                                    : "";
-  parts.push_back(text(fmt::format(
+  out.push_back(text(fmt::format(
       "        def Mesh \"{}\" (\n            prepend apiSchemas = [\"MaterialBindingAPI\"]\n"
       "        )\n        {{\n"
       "            uniform token subdivisionScheme = \"none\"\n"
@@ -484,19 +484,19 @@ void UsdWriter::add_mesh(const ActorSamples& actor, const LookSamples& look,
       "\"constant\"\n            )\n",
       look.name, quote(label_names))));
   if (!material.empty())
-    parts.push_back(
+    out.push_back(
         text(fmt::format("            rel material:binding = </morph/materials/{}>\n", material)));
   const auto put = [&](const char* type, const char* name, const char* interpolation,
                        const TimeSamples& samples) {
     if (*interpolation)
-      parts.push_back(text(fmt::format(
+      out.push_back(text(fmt::format(
           "            {} {} (\n                interpolation = \"{}\"\n            )\n", type,
           name, interpolation)));
-    parts.push_back(text(fmt::format("            {} {}.timeSamples = {{\n", type, name)));
-    parts.push_back(spool_.source(samples.ranges()));
-    parts.push_back(text("            }\n"));
+    out.push_back(text(fmt::format("            {} {}.timeSamples = {{\n", type, name)));
+    out.push_back(spool_.source(samples.ranges()));
+    out.push_back(text("            }\n"));
   };
-  /// Writes the topology: a single value if it is the same in all frames.
+  // Writes an attribute of the topology, as a single value if it is constant.
   const auto put_topology = [&](const char* type, const char* name, const char* interpolation,
                                 const TimeSamples& samples) {
     if (!sequence_.constant_topology) {
@@ -507,7 +507,7 @@ void UsdWriter::add_mesh(const ActorSamples& actor, const LookSamples& look,
         *interpolation ? fmt::format(" (\n                interpolation = \"{}\"\n            )",
                                      interpolation)
                        : "";
-    parts.push_back(
+    out.push_back(
         text(fmt::format("            {} {} = {}{}\n", type, name, samples.last(), metadata)));
   };
   put("token", "visibility", "", look.visibility);
@@ -515,7 +515,7 @@ void UsdWriter::add_mesh(const ActorSamples& actor, const LookSamples& look,
   put_topology("int[]", "faceVertexCounts", "", look.counts);
   put_topology("int[]", "faceVertexIndices", "", look.indices);
   put("point3f[]", "points", "", look.points);
-  // Normals are indexed per corner: most frames are smooth and have one normal per point.
+  // Corner normals are indexed, since most frames are smooth and have one normal per point.
   if (sequence_.has_corner_normals) {
     put("normal3f[]", "primvars:normals", "faceVarying", look.normals);
     put("int[]", "primvars:normals:indices", "", look.normal_indices);
@@ -528,7 +528,7 @@ void UsdWriter::add_mesh(const ActorSamples& actor, const LookSamples& look,
   put_topology("int[]", "primvars:st:indices", "", look.uv_indices);
   put("int[]", "primvars:label", "vertex", look.labels);
   for (std::size_t m = 0; m < look.subsets.size(); ++m) {
-    parts.push_back(
+    out.push_back(
         text(fmt::format("\n            def GeomSubset \"{0}\" (\n"
                          "                prepend apiSchemas = [\"MaterialBindingAPI\"]\n"
                          "            )\n            {{\n"
@@ -537,10 +537,10 @@ void UsdWriter::add_mesh(const ActorSamples& actor, const LookSamples& look,
                          "                rel material:binding = </morph/materials/{0}>\n"
                          "                int[] indices.timeSamples = {{\n",
                          catalog_.materials[look.materials[m]].name)));
-    parts.push_back(spool_.source(look.subsets[m].ranges()));
-    parts.push_back(text("                }\n            }\n"));
+    out.push_back(spool_.source(look.subsets[m].ranges()));
+    out.push_back(text("                }\n            }\n"));
   }
-  parts.push_back(text("        }\n\n"));
+  out.push_back(text("        }\n\n"));
 }
 
 Status UsdWriter::end_runs() {
@@ -568,21 +568,21 @@ Status UsdWriter::write_textures() {
 Status UsdWriter::finish() {
   PM_TRY_STATUS(end_runs());
   PM_TRY_STATUS(write_textures());
-  std::vector<ByteSource> parts;
-  parts.push_back(text(header()));
+  std::vector<ByteSource> out;
+  out.push_back(text(header()));
   for (std::size_t a = 0; a < actors_.size(); ++a) {
-    parts.push_back(text(fmt::format("    def Xform \"{}\"\n    {{\n", actors_[a].name)));
+    out.push_back(text(fmt::format("    def Xform \"{}\"\n    {{\n", actors_[a].name)));
     for (const LookSamples& look : actors_[a].looks)
-      add_mesh(actors_[a], look, sequence_.label_names[a], parts);
-    parts.push_back(text("    }\n\n"));
+      add_mesh(actors_[a], look, sequence_.label_names[a], out);
+    out.push_back(text("    }\n\n"));
   }
-  parts.push_back(text(camera() + "    def Scope \"materials\"\n    {\n"));
+  out.push_back(text(camera() + "    def Scope \"materials\"\n    {\n"));
   for (const ActorSamples& actor : actors_)
     for (const LookSamples& look : actor.looks)
-      if (look.is_mixed) add_mixed_material(actor, look, parts);
-  for (const SurfaceMaterial& m : catalog_.materials) parts.push_back(text(material(m.name, m)));
-  parts.push_back(text("    }\n}\n"));
-  return write_file(path_, concatenate(std::move(parts)));
+      if (look.is_mixed) add_mixed_material(actor, look, out);
+  for (const SurfaceMaterial& m : catalog_.materials) out.push_back(text(material(m.name, m)));
+  out.push_back(text("    }\n}\n"));
+  return write_file(path_, concatenate(std::move(out)));
 }
 
 }  // namespace

@@ -17,22 +17,22 @@
 namespace polymorph {
 namespace {
 
-constexpr char kPlace = '@';  // before the name of an animation, and before a pose's number
-constexpr std::size_t kMaxBytes = std::size_t{1} << 32;
+constexpr char kSeparator = '@';  // before an animation's name and before a pose's number
+constexpr std::size_t kMaxBytes = std::size_t{1} << 32;  // of a .gltf file
 
 bool is_gltf(const std::filesystem::path& file) {
   const std::string suffix = lower_case(file.extension().string());
   return suffix == ".glb" || suffix == ".gltf";
 }
 
-/// The JSON of a glTF file; of a .glb its first chunk, without what follows, which may be large.
-/// Empty where it has none.
-std::string gltf_json(const std::filesystem::path& file) {
+/// Reads the JSON of a glTF file; empty on an error. Of a .glb only the first chunk is read,
+/// because the binary chunk may be large.
+std::string read_gltf_json(const std::filesystem::path& file) {
   if (lower_case(file.extension().string()) == ".gltf") {
     const auto text = read_file(file, kMaxBytes);
     return text ? *text : std::string();
   }
-  constexpr std::size_t kHeader = 12, kChunk = 8;
+  constexpr std::size_t kHeader = 12, kChunk = 8;  // bytes of the file's and a chunk's header
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(file, error);
   if (error || size < kHeader + kChunk || !std::filesystem::is_regular_file(file, error)) return {};
@@ -48,15 +48,14 @@ std::string gltf_json(const std::filesystem::path& file) {
   return json;
 }
 
-/// A file's name before its last kPlace, with its extension, and the text behind it; nothing where
-/// it has no such place.
-std::optional<std::pair<std::filesystem::path, std::string>> split_name(
+/// Splits "a@b.glb" at its last kSeparator into "a.glb" and "b"; nullopt if it has none.
+std::optional<std::pair<std::filesystem::path, std::string>> split_at_separator(
     const std::filesystem::path& path) {
   const std::string stem = path.stem().string();
-  const std::size_t place = stem.rfind(kPlace);
-  if (place == std::string::npos || place == 0) return std::nullopt;
-  return std::pair(path.parent_path() / (stem.substr(0, place) + path.extension().string()),
-                   stem.substr(place + 1));
+  const std::size_t at = stem.rfind(kSeparator);
+  if (at == std::string::npos || at == 0) return std::nullopt;
+  return std::pair(path.parent_path() / (stem.substr(0, at) + path.extension().string()),
+                   stem.substr(at + 1));
 }
 
 bool is_file(const std::filesystem::path& path) {
@@ -64,8 +63,8 @@ bool is_file(const std::filesystem::path& path) {
   return std::filesystem::is_regular_file(path, error);
 }
 
-/// An animation's name as paths have it, without what has a meaning there; its number where it has
-/// no name.
+/// An animation's name in paths: characters with a meaning there become '_'. An unnamed animation
+/// has its number, from 1.
 std::string path_name(const JsonValue& animation, std::size_t index) {
   std::string name = animation.get("name").string;
   for (char& c : name)
@@ -73,7 +72,7 @@ std::string path_name(const JsonValue& animation, std::size_t index) {
   return name.empty() ? std::to_string(index + 1) : name;
 }
 
-/// The item that a member of an object refers to by its index; null where there is none.
+/// The item of a list at a JSON index; a null value if there is none.
 const JsonValue& find_item(const JsonValue& list, const JsonValue& index) {
   static const JsonValue none;
   return index.integral && index.integer >= 0 && std::cmp_less(index.integer, list.items.size())
@@ -81,24 +80,24 @@ const JsonValue& find_item(const JsonValue& list, const JsonValue& index) {
              : none;
 }
 
-/// Nodes, and weights of nodes, that an animation moves.
-std::set<std::pair<std::int64_t, bool>> moved_by(const JsonValue& animation) {
-  std::set<std::pair<std::int64_t, bool>> moved;
+/// Targets of an animation: a node, and whether its morph weights move (else its transform).
+std::set<std::pair<std::int64_t, bool>> list_targets(const JsonValue& animation) {
+  std::set<std::pair<std::int64_t, bool>> targets;
   for (const JsonValue& channel : animation.get("channels").items) {
     const JsonValue& target = channel.get("target");
     if (target.get("node").integral)
-      moved.emplace(target.get("node").integer, target.get("path").string == "weights");
+      targets.emplace(target.get("node").integer, target.get("path").string == "weights");
   }
-  return moved;
+  return targets;
 }
 
-/// Times of a sampler's keys, by the bounds of its accessor.
+/// Key times of a sampler in seconds, from the minimum and maximum of its accessor.
 struct KeyTimes {
   double first = 0, last = 0;
   std::int64_t count = 0;
 };
 
-std::optional<KeyTimes> key_times(const JsonValue& accessor) {
+std::optional<KeyTimes> read_key_times(const JsonValue& accessor) {
   const JsonValue &low = accessor.get("min"), &high = accessor.get("max");
   if (low.items.empty() || high.items.empty() || !low.items[0].is_number() ||
       !high.items[0].is_number() || !accessor.get("count").integral)
@@ -106,10 +105,11 @@ std::optional<KeyTimes> key_times(const JsonValue& accessor) {
   return KeyTimes{low.items[0].number, high.items[0].number, accessor.get("count").integer};
 }
 
-/// The rate of films at which keys lie evenly; 0 where they lie otherwise, or are few.
-int sampled_rate(const KeyTimes& times) {
+/// The film rate, per second, at which keys are evenly spaced; 0 if there is none, or if there are
+/// fewer than kMinKeys.
+int find_film_rate(const KeyTimes& times) {
   constexpr int kMinKeys = 6, kMinRate = 24, kMaxRate = 120;
-  constexpr double kRounding = 0.05;  // of rates such as 23.976
+  constexpr double kRounding = 0.05;  // allows rates such as 23.976
   if (times.count < kMinKeys || !(times.last > times.first)) return 0;
   const double rate = static_cast<double>(times.count - 1) / (times.last - times.first);
   if (!(rate > kMinRate - 1 && rate < kMaxRate + 1)) return 0;
@@ -128,13 +128,13 @@ int Animation::pose_count() const {
 }
 
 std::optional<AnimatedPose> find_named_animation(const std::filesystem::path& path) {
-  const auto named = is_gltf(path) && !is_file(path) ? split_name(path) : std::nullopt;
+  const auto named = is_gltf(path) && !is_file(path) ? split_at_separator(path) : std::nullopt;
   if (!named || named->second.empty() || !is_file(named->first)) return std::nullopt;
   return AnimatedPose{named->first, named->second, 1};
 }
 
 std::optional<AnimatedPose> find_pose(const std::filesystem::path& path) {
-  const auto numbered = is_gltf(path) ? split_name(path) : std::nullopt;
+  const auto numbered = is_gltf(path) ? split_at_separator(path) : std::nullopt;
   std::error_code error;
   if (!numbered || std::filesystem::exists(path, error)) return std::nullopt;
   const auto number = parse_integer(numbered->second);
@@ -153,38 +153,39 @@ std::optional<AnimatedPose> find_pose(const std::filesystem::path& path) {
 Animation read_animation(const std::filesystem::path& file, const std::string& name) {
   Animation animation;
   if (!is_gltf(file)) return animation;
-  const auto document = parse_json(file.string(), gltf_json(file));
+  const auto document = parse_json(file.string(), read_gltf_json(file));
   if (!document) return animation;
-  const std::vector<JsonValue>& all = document->root.get("animations").items;
-  std::size_t first = 0;
-  for (std::size_t i = 0; i < all.size(); ++i) animation.names.push_back(path_name(all[i], i));
+  const std::vector<JsonValue>& animations = document->root.get("animations").items;
+  std::size_t chosen = 0;
+  for (std::size_t i = 0; i < animations.size(); ++i)
+    animation.names.push_back(path_name(animations[i], i));
   if (!name.empty()) {
     const auto named = std::find(animation.names.begin(), animation.names.end(), name);
     if (named == animation.names.end()) return animation;
-    first = static_cast<std::size_t>(named - animation.names.begin());
+    chosen = static_cast<std::size_t>(named - animation.names.begin());
   }
-  std::set<std::pair<std::int64_t, bool>> moved;
+  std::set<std::pair<std::int64_t, bool>> moving;
   bool has_times = false;
   int rate = 0;
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    // The first or the named one, then the others in their order.
-    const std::size_t i = k == 0 ? first : k <= first ? k - 1 : k;
-    const auto own = moved_by(all[i]);
-    if (own.empty() ||
-        std::any_of(own.begin(), own.end(), [&](const auto& one) { return moved.contains(one); }))
+  for (std::size_t k = 0; k < animations.size(); ++k) {
+    // Visit the chosen animation, then the others in order.
+    const std::size_t i = k == 0 ? chosen : k <= chosen ? k - 1 : k;
+    const auto targets = list_targets(animations[i]);
+    if (targets.empty() || std::any_of(targets.begin(), targets.end(),
+                                       [&](const auto& target) { return moving.contains(target); }))
       continue;
     animation.playing.push_back(i);
-    moved.insert(own.begin(), own.end());
+    moving.insert(targets.begin(), targets.end());
     if (!name.empty() && k > 0) continue;
-    for (const JsonValue& channel : all[i].get("channels").items) {
-      const JsonValue& sampler = find_item(all[i].get("samplers"), channel.get("sampler"));
+    for (const JsonValue& channel : animations[i].get("channels").items) {
+      const JsonValue& sampler = find_item(animations[i].get("samplers"), channel.get("sampler"));
       const auto times =
-          key_times(find_item(document->root.get("accessors"), sampler.get("input")));
+          read_key_times(find_item(document->root.get("accessors"), sampler.get("input")));
       if (!times) continue;
       animation.start = has_times ? std::min(animation.start, times->first) : times->first;
       animation.end = has_times ? std::max(animation.end, times->last) : times->last;
       has_times = true;
-      rate = std::max(rate, sampled_rate(*times));
+      rate = std::max(rate, find_film_rate(*times));
     }
   }
   if (rate > 0) animation.poses_per_second = rate;
@@ -218,7 +219,7 @@ std::string describe_other_animations(const AnimatedPose& pose) {
     if (!plays && other.empty()) other = animation.names[i];
   }
   const std::filesystem::path named =
-      pose.file.stem().string() + kPlace + other + pose.file.extension().string();
+      pose.file.stem().string() + kSeparator + other + pose.file.extension().string();
   return fmt::format("{}: plays {}, not {} - {}, or {} in a scene, plays that one",
                      pose.file.string(), playing, others, named.string(),
                      pose_pattern(named).string());
@@ -226,7 +227,7 @@ std::string describe_other_animations(const AnimatedPose& pose) {
 
 std::filesystem::path pose_pattern(const std::filesystem::path& model) {
   return model.parent_path() /
-         (model.stem().string() + kPlace + "####" + model.extension().string());
+         (model.stem().string() + kSeparator + "####" + model.extension().string());
 }
 
 }  // namespace polymorph

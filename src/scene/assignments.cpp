@@ -9,21 +9,20 @@ namespace {
 
 void add_keys(const JsonValue& schema, const std::string& path, std::vector<std::string>& list);
 
-/// Adds the words that a value of this schema may be, and the keys inside it. Returns whether there
-/// are any.
+/// Adds the enumerated values of a schema and the keys inside it. Returns whether it has any.
 bool add_values(const JsonValue& schema, const std::string& key, std::vector<std::string>& list) {
-  const std::size_t before = list.size();
+  const std::size_t old_size = list.size();
   for (const JsonValue& word : schema.get("enum").items) list.push_back(key + "=" + word.string);
   if (schema.get("type").string == "boolean")
     for (const char* word : {"true", "false"}) list.push_back(key + "=" + word);
-  if (key == "image.aovs") {  // a text in the schema, because layers may be combined
+  if (key == "image.aovs") {  // a string in the schema, because layers may be combined
     for (const char* word : {"all", "none"}) list.push_back(key + "=" + word);
     for (const std::string& layer : kAovNames) list.push_back(key + "=" + layer);
   }
-  // Keyframes have properties, too, which nobody types.
+  // Skip keyframes, which nobody types on a command line.
   if (!schema.contains("$ref")) add_keys(schema, key + ".", list);
   for (const JsonValue& choice : schema.get("oneOf").items) add_values(choice, key, list);
-  return list.size() > before;
+  return list.size() > old_size;
 }
 
 void add_keys(const JsonValue& schema, const std::string& path, std::vector<std::string>& list) {

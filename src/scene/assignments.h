@@ -1,4 +1,4 @@
-// Assignments that --set takes, for completions.
+// Completions of the command-line option --set: KEY=VALUE.
 #pragma once
 
 #include <string>
@@ -6,8 +6,8 @@
 
 namespace polymorph {
 
-/// "KEY=VALUE" for each word that a setting may be, and "KEY=" for settings that are no words, in
-/// the order of the schema. Keys of actors and of objects on the way have numbers and are left out.
+/// Lists "KEY=VALUE" for each value of an enumerated setting, and "KEY=" for other settings, in the
+/// order of the schema. Keys inside the lists actors, intermediate and blend are left out.
 std::vector<std::string> list_assignments();
 
 }  // namespace polymorph

@@ -26,13 +26,13 @@ void sort_blend(Scene& scene, std::size_t actor) {
   std::vector<ObjectSettings> sorted;
   std::vector<KeyframeTrack> tracks = scene.tracks;
   for (std::size_t i = 0; i < blend.size(); ++i) {
-    const std::size_t before = std::get<3>(keys[i]);
-    sorted.push_back(blend[before]);
+    const std::size_t old_index = std::get<3>(keys[i]);
+    sorted.push_back(blend[old_index]);
     for (std::size_t t = 0; t < tracks.size(); ++t)
-      if (scene.tracks[t].pointer == weight_pointer(actor, before))
+      if (scene.tracks[t].pointer == weight_pointer(actor, old_index))
         tracks[t].pointer = weight_pointer(actor, i);
   }
-  // Their order is part of the scene's text, which frames are known by.
+  // Frames are identified by the scene's text, which contains the tracks in order.
   std::stable_sort(tracks.begin(), tracks.end(),
                    [](const auto& a, const auto& b) { return a.pointer < b.pointer; });
   blend = std::move(sorted);
@@ -58,11 +58,11 @@ std::vector<float> blend_weights(const Scene& scene, std::size_t actor, const Fi
       if (track.pointer == weight_pointer(actor, i)) weight = value_at(track, time).x;
     weights.push_back(std::max(weight, 0.0f));
   }
-  // Smooth curves between keys leave traces where the value is to be 0.
-  constexpr double kTrace = 1e-6;
-  const double all = std::accumulate(weights.begin(), weights.end(), 0.0);
+  // Smooth curves leave tiny weights near keys that are 0.
+  constexpr double kMinFraction = 1e-6;
+  const double total = std::accumulate(weights.begin(), weights.end(), 0.0);
   for (float& weight : weights)
-    if (static_cast<double>(weight) < kTrace * all) weight = 0;
+    if (static_cast<double>(weight) < kMinFraction * total) weight = 0;
   const double sum = std::accumulate(weights.begin(), weights.end(), 0.0);
   if (sum > 0)
     for (float& weight : weights) weight = static_cast<float>(static_cast<double>(weight) / sum);

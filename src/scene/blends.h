@@ -1,5 +1,5 @@
-// Blend of objects: an actor whose objects are mixed by weights, which may have keyframes, instead
-// of following each other.
+// Blend: an actor that mixes its objects by weights, which may have keyframes, instead of morphing
+// from one to the next.
 #pragma once
 
 #include <cstddef>
@@ -11,18 +11,18 @@
 
 namespace polymorph {
 
-/// Puts the objects of each blend, which have their names, into the order of these, and the tracks
-/// of their weights with them ("/actors/0/blend/1/weight", also in a scene without a list of
-/// actors). Of objects of one name the files and then the settings decide. So the order of the
-/// lists changes nothing.
+/// Sorts the objects of each blend by name, then file, then settings, so that the order in the
+/// scene file changes nothing. Adapts the pointers of their weights' tracks:
+/// "/actors/0/blend/1/weight", also for a scene without a list of actors. All objects must have
+/// names.
 void sort_blends(Scene& scene);
 
-/// Weights of the objects of an actor's blend at a moment: in [0, 1], their sum is 1; one below a
-/// millionth of the sum is 0. All are 0 where the scene's are.
+/// Weights of an actor's blend at a time, in [0, 1] with sum 1. Weights below a millionth of the
+/// sum become 0. All are 0 if all weights of the scene are.
 std::vector<float> blend_weights(const Scene& scene, std::size_t actor, const FilmTime& time);
 
-/// Tests whether the actor mixes three objects or more: two are a morph from one to the other,
-/// whose time is the second one's weight.
+/// Tests whether the actor mixes three objects or more. A blend of two is a morph whose time is the
+/// second object's weight.
 inline bool mixes_many(const ActorSettings& actor) { return actor.blend.size() > 2; }
 
 }  // namespace polymorph

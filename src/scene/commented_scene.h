@@ -1,4 +1,4 @@
-// Scene files for people to edit: JSON with the meaning of each key in a comment above it.
+// Commented scene files: JSON for people to edit, with the meaning of each key above it.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@
 
 namespace polymorph {
 
-/// A scene file's text, in the order of `scene`'s keys: above each key, down to the second level,
-/// stands what describe.h says of it as a `//` comment. The lines of `title` become the first
-/// comments. `suggestions` holds, by a key of `scene`, members that are written above it, commented
-/// out so that removing the slashes is enough.
+/// Writes a scene file in the order of `scene`'s keys. A `//` comment above each key of the first
+/// two levels gives its description from describe.h. The lines of `title` become the first
+/// comments. `suggestions` maps keys of `scene` to members that are written above them, commented
+/// out so that removing the slashes enables them.
 std::string commented_scene(const JsonValue& scene, const std::string& title,
                             const JsonValue& suggestions);
 

@@ -33,16 +33,16 @@ class ContradictionFinder {
     }
     check_all_landmarks();
     if (!scene_.frames.per_leg.empty() && scene_.frames.count > 0)
-      report("/frames/count", inner(&root, {"frames", "count"}),
+      report("/frames/count", find_in(&root, {"frames", "count"}),
              "contradicts per_leg - give one of the two");
     if (length(scene_.camera.up) == 0)
-      report("/camera/up", inner(&root, {"camera", "up"}), "must not be the zero vector");
+      report("/camera/up", find_in(&root, {"camera", "up"}), "must not be the zero vector");
     for (const KeyframeTrack& track : scene_.tracks) check_track(track);
-    check_picture();
+    check_image();
   }
 
  private:
-  /// Objects of an actor. In a blend each is a neighbour of all others.
+  /// Objects of an actor. In a blend, all objects are neighbours of each other.
   struct Chain {
     std::vector<const ObjectSettings*> objects;
     bool is_blend = false;
@@ -60,50 +60,48 @@ class ContradictionFinder {
     for (const auto& [key, object] :
          {std::pair("source", &actor.source), std::pair("target", &actor.target)}) {
       if (object->retarget < 1)
-        report(fmt::format("{}/{}/retarget", pointer, key), inner(&value, {key, "retarget"}),
+        report(fmt::format("{}/{}/retarget", pointer, key), find_in(&value, {key, "retarget"}),
                "only an object on the way can be left before it is reached");
-      check_no_weight(*object, fmt::format("{}/{}", pointer, key), inner(&value, {key}));
+      check_no_weight(*object, fmt::format("{}/{}", pointer, key), find_in(&value, {key}));
     }
-    const JsonValue* on_the_way = value.find("intermediate");
+    const JsonValue* intermediate = value.find("intermediate");
     for (std::size_t i = 0; i < actor.intermediate.size(); ++i) {
-      const std::string own = fmt::format("{}/intermediate/{}", pointer, i);
-      check_no_weight(actor.intermediate[i], own, &on_the_way->items[i]);
+      const std::string object = fmt::format("{}/intermediate/{}", pointer, i);
+      check_no_weight(actor.intermediate[i], object, &intermediate->items[i]);
       if (actor.intermediate[i].retarget == 1) continue;
       if (actor.intermediate[i].hold > 0)
-        report(own + "/hold", &on_the_way->items[i],
+        report(object + "/hold", &intermediate->items[i],
                "an object that is left before it is reached cannot stand still");
       if (morphs_meshes(actor))
-        report(own + "/retarget", &on_the_way->items[i],
+        report(object + "/retarget", &intermediate->items[i],
                "an actor with a mesh sequence in its morph reaches all its objects");
     }
   }
   void check_no_weight(const ObjectSettings& object, const std::string& pointer,
                        const JsonValue* value) {
     if (object.weight)
-      report(pointer + "/weight", inner(value, {"weight"}),
+      report(pointer + "/weight", find_in(value, {"weight"}),
              "is for the objects of a \"blend\" - those of a chain follow each other");
   }
-  /// Checks the numbers of frames of an actor's legs.
   void check_per_leg(const ActorSettings& actor, const std::string& pointer,
                      const JsonValue& value) {
     const std::size_t legs = actor.intermediate.size() + 1;
     const auto legs_text = fmt::format("{} leg{}", legs, legs == 1 ? "" : "s");
-    const bool own = !actor.per_leg.empty();
-    const std::vector<int>& per_leg = own ? actor.per_leg : scene_.frames.per_leg;
-    const JsonValue* frames = inner(&document_.root, {"frames"});
+    const bool has_own = !actor.per_leg.empty();
+    const std::vector<int>& per_leg = has_own ? actor.per_leg : scene_.frames.per_leg;
+    const JsonValue* frames = find_in(&document_.root, {"frames"});
     if (!per_leg.empty() && per_leg.size() != legs)
-      report(own ? pointer + "/per_leg" : "/frames/per_leg",
-             own ? value.find("per_leg") : inner(frames, {"per_leg"}),
+      report(has_own ? pointer + "/per_leg" : "/frames/per_leg",
+             has_own ? value.find("per_leg") : find_in(frames, {"per_leg"}),
              fmt::format("has {} entries for {} (objects - 1)", per_leg.size(), legs_text));
   }
-  /// Checks an actor that mixes objects by weights.
   void check_blend(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
     for (const char* key : {"source", "intermediate", "target"})
       if (const JsonValue* other = value.find(key))
         report(fmt::format("{}/{}", pointer, key), other,
                "contradicts \"blend\" - an actor mixes objects, or goes from one to the next");
     const JsonValue& list = *value.find("blend");
-    if (list.kind != JsonValue::Kind::kArray) return;  // an error already
+    if (list.kind != JsonValue::Kind::kArray) return;  // reported already
     if (actor.blend.size() < 2)
       report(pointer + "/blend", &list,
              fmt::format("has {} object{} - a blend has two or more", actor.blend.size(),
@@ -114,30 +112,30 @@ class ContradictionFinder {
     check_per_leg(actor, pointer, value);
     if (scene_.frames.count > 0 && scene_.frames.per_leg.empty()) check_time(actor, pointer, value);
     for (std::size_t i = 0; i < actor.blend.size(); ++i)
-      check_blended(actor, actor.blend[i], fmt::format("{}/blend/{}", pointer, i), list.items[i]);
+      check_blend_object(actor, actor.blend[i], fmt::format("{}/blend/{}", pointer, i),
+                         list.items[i]);
     const auto is_zero = [&](const ObjectSettings& object) {
       const auto index = static_cast<std::size_t>(&object - actor.blend.data());
       const std::string track = fmt::format("{}/blend/{}/weight", pointer, index);
       return object.weight == 0.0f &&
              std::none_of(scene_.tracks.begin(), scene_.tracks.end(),
-                          [&](const KeyframeTrack& one) { return one.pointer == track; });
+                          [&](const KeyframeTrack& other) { return other.pointer == track; });
     };
     if (!actor.blend.empty() && std::all_of(actor.blend.begin(), actor.blend.end(), is_zero))
       report(pointer + "/blend", &list, "all weights are 0 - one object has more at least");
   }
-  /// Checks one object of a blend.
-  void check_blended(const ActorSettings& actor, const ObjectSettings& object,
-                     const std::string& pointer, const JsonValue& value) {
+  void check_blend_object(const ActorSettings& actor, const ObjectSettings& object,
+                          const std::string& pointer, const JsonValue& value) {
     if (!object.weight)
       report(pointer + "/weight", &value, "is missing - a number from 0, or keyframes");
     if (is_mesh_sequence(object))
-      report(pointer + "/model", inner(&value, {"model"}),
+      report(pointer + "/model", find_in(&value, {"model"}),
              "is a mesh sequence - the objects of a blend do not move: name one mesh");
     for (const auto& [key, is_given] :
          {std::pair("meta", object.meta), std::pair("hold", object.hold > 0),
           std::pair("retarget", object.retarget < 1)})
       if (is_given)
-        report(fmt::format("{}/{}", pointer, key), inner(&value, {key}),
+        report(fmt::format("{}/{}", pointer, key), find_in(&value, {key}),
                "is for an object on the way of a morph - a blend has its weights");
     if (!mixes_many(actor)) return;
     const char* problem =
@@ -161,34 +159,34 @@ class ContradictionFinder {
     const double rate = static_cast<double>(scene_.frames.fps) /
                         static_cast<double>(actor.source.fps.value_or(scene_.frames.fps));
     if (!(meshes * rate + actor.source.hold <= kMaxFrames))
-      report(pointer + "/source/fps", inner(&value, {"source", "fps"}),
+      report(pointer + "/source/fps", find_in(&value, {"source", "fps"}),
              fmt::format("makes {:.0f} frames of {:.0f} meshes (must be {} at most)",
                          meshes * rate + actor.source.hold, meshes, kMaxFrames));
   }
-  /// Checks the scene's landmarks, which any actor may have use for, and what actors have besides.
+  /// Checks the landmarks of the scene, which every actor may use, and each actor's own.
   void check_all_landmarks() {
-    const JsonValue* scenes = inner(&document_.root, {"plan", "landmarks"});
+    const JsonValue* shared = find_in(&document_.root, {"plan", "landmarks"});
     const JsonValue* list = document_.root.find("actors");
     std::vector<Chain> chains;
     for (std::size_t i = 0; i < scene_.actors.size(); ++i) {
       const ActorSettings& actor = scene_.actors[i];
       chains.push_back({chain_objects(actor), !actor.blend.empty()});
-      const JsonValue* own = list && i < list->items.size() ? &list->items[i] : nullptr;
-      if (const JsonValue* landmarks = inner(own, {"plan", "landmarks"}))
+      const JsonValue* value = list && i < list->items.size() ? &list->items[i] : nullptr;
+      if (const JsonValue* landmarks = find_in(value, {"plan", "landmarks"}))
         check_landmarks(*landmarks, fmt::format("/actors/{}/plan/landmarks", i), actor.plan,
-                        {chains.back()}, scenes);
+                        {chains.back()}, shared);
     }
-    if (scenes) check_landmarks(*scenes, "/plan/landmarks", scene_.plan, chains, nullptr);
+    if (shared) check_landmarks(*shared, "/plan/landmarks", scene_.plan, chains, nullptr);
   }
-  /// Checks that every object exists, once, and that a neighbour has each landmark, too. Those of
-  /// `checked` are left out.
+  /// Checks that each key names an object that no other key names, and that each landmark exists on
+  /// a neighbour, too. Objects and landmarks of `known` (may be null) count as existing.
   void check_landmarks(const JsonValue& landmarks, const std::string& pointer,
                        const PlanSettings& plan, const std::vector<Chain>& chains,
-                       const JsonValue* checked) {
+                       const JsonValue* known) {
     for (std::size_t k = 0; k < landmarks.members.size(); ++k) {
       const JsonMember& member = landmarks.members[k];
-      const std::string place = pointer + "/" + member.key;
-      const JsonValue* known_points = checked ? checked->find(member.key) : nullptr;
+      const std::string object_pointer = pointer + "/" + member.key;
+      const JsonValue* known_points = known ? known->find(member.key) : nullptr;
       bool is_known = known_points != nullptr;
       std::vector<std::string> partner_names;  // landmarks of the object's neighbours
       for (const Chain& chain : chains)
@@ -198,33 +196,34 @@ class ContradictionFinder {
           add_neighbours_landmarks(chain, i, plan, partner_names);
           for (std::size_t before = 0; before < k; ++before)
             if (is_named(*chain.objects[i], landmarks.members[before].key))
-              return report_at(place, member.key_offset,
+              return report_at(object_pointer, member.key_offset,
                                fmt::format("is the same object as \"{}\" - name it once",
                                            printable(landmarks.members[before].key)));
         }
       if (known_points)
         for (const JsonMember& point : known_points->members) partner_names.push_back(point.key);
       if (is_known)
-        check_partners(member, place, plan, partner_names);
+        check_partners(member, object_pointer, plan, partner_names);
       else
-        report_unknown_object(member, place, chains);
+        report_unknown_object(member, object_pointer, chains);
     }
   }
   static void add_neighbours_landmarks(const Chain& chain, std::size_t i, const PlanSettings& plan,
                                        std::vector<std::string>& names) {
     for (std::size_t j = 0; j < chain.objects.size(); ++j) {
-      const bool is_next = j + 1 == i || i + 1 == j || (chain.is_blend && j != i);
-      const ObjectLandmarks* other = is_next ? find_landmarks(plan, *chain.objects[j]) : nullptr;
+      const bool is_neighbour = j + 1 == i || i + 1 == j || (chain.is_blend && j != i);
+      const ObjectLandmarks* other =
+          is_neighbour ? find_landmarks(plan, *chain.objects[j]) : nullptr;
       if (!other) continue;
       for (const auto& [name, point] : *other) names.push_back(name);
     }
   }
   void check_partners(const JsonMember& object, const std::string& pointer,
                       const PlanSettings& plan, const std::vector<std::string>& partner_names) {
-    const auto own = plan.landmarks.find(object.key);
-    if (own == plan.landmarks.end()) return;  // an error already
+    const auto landmarks = plan.landmarks.find(object.key);
+    if (landmarks == plan.landmarks.end()) return;  // reported already
     for (const JsonMember& point : object.value.members)
-      if (own->second.contains(point.key) &&
+      if (landmarks->second.contains(point.key) &&
           std::find(partner_names.begin(), partner_names.end(), point.key) == partner_names.end())
         report_at(pointer + "/" + point.key, point.key_offset,
                   fmt::format("no neighbour of {} in the chain has a landmark \"{}\"{}",
@@ -235,10 +234,10 @@ class ContradictionFinder {
                              const std::vector<Chain>& chains) {
     std::vector<std::string> names;
     for (const Chain& chain : chains)
-      for (const ObjectSettings* known : chain.objects) {
-        const std::string name = !known->name.empty()   ? known->name
-                                 : known->model.empty() ? known->shape
-                                                        : known->model.filename().string();
+      for (const ObjectSettings* settings : chain.objects) {
+        const std::string name = !settings->name.empty()   ? settings->name
+                                 : settings->model.empty() ? settings->shape
+                                                           : settings->model.filename().string();
         if (!name.empty() && std::find(names.begin(), names.end(), name) == names.end())
           names.push_back(name);
       }
@@ -252,7 +251,7 @@ class ContradictionFinder {
     const int moving = frames.count - frames.hold_start - frames.hold_end;
     const int minimum = plays_meshes(actor) || !actor.blend.empty() ? 1 : 2;
     if (moving < minimum)
-      return report("/frames/count", inner(&document_.root, {"frames", "count"}),
+      return report("/frames/count", find_in(&document_.root, {"frames", "count"}),
                     fmt::format("leaves {} frame{} beside the holds ({} + {}) - {} needed", moving,
                                 moving == 1 ? "" : "s", frames.hold_start, frames.hold_end,
                                 minimum == 1 ? "at least one is" : "at least two are"));
@@ -267,7 +266,7 @@ class ContradictionFinder {
   }
   /// Checks a setting's keyframes against the whole scene.
   void check_track(const KeyframeTrack& track) {
-    const JsonValue* value = at_pointer(track.pointer);
+    const JsonValue* value = find_value(track.pointer);
     for (std::size_t i = 0; i < track.keys.size(); ++i) {
       const JsonValue* keys = value ? value->find("keys") : nullptr;
       const JsonValue* key = keys && i < keys->items.size() ? &keys->items[i] : nullptr;
@@ -281,8 +280,8 @@ class ContradictionFinder {
         report(pointer, key, "must not be the zero vector");
     }
   }
-  void check_picture() {
-    const JsonValue* aovs = inner(&document_.root, {"image", "aovs"});
+  void check_image() {
+    const JsonValue* aovs = find_in(&document_.root, {"image", "aovs"});
     const std::string& chosen = scene_.image.aovs;
     if (aovs && chosen != "all" && chosen != "none")
       for (const std::string& name : split(chosen, ','))
@@ -291,14 +290,14 @@ class ContradictionFinder {
                  fmt::format("has no layer \"{}\"{} (known: {}; all; none)", name,
                              did_you_mean(name, kAovNames), join_quoted(kAovNames)));
     if (scene_.lights.lamps.size() > kMaxLamps)
-      report("/lights/lamps", inner(&document_.root, {"lights", "lamps"}),
+      report("/lights/lamps", find_in(&document_.root, {"lights", "lamps"}),
              fmt::format("has {} lamps - at most {} are possible", scene_.lights.lamps.size(),
                          kMaxLamps));
     if (scene_.output.png_bits != 8 && scene_.output.png_bits != 16)
-      report("/output/png_bits", inner(&document_.root, {"output", "png_bits"}),
+      report("/output/png_bits", find_in(&document_.root, {"output", "png_bits"}),
              fmt::format("must be 8 or 16 (is {})", scene_.output.png_bits));
   }
-  const JsonValue* at_pointer(std::string_view pointer) const {
+  const JsonValue* find_value(std::string_view pointer) const {
     const JsonValue* value = &document_.root;
     for (const std::string& key : split(pointer.substr(1), '/')) {
       if (!value) return nullptr;
@@ -311,7 +310,7 @@ class ContradictionFinder {
     }
     return value;
   }
-  static const JsonValue* inner(const JsonValue* value, std::initializer_list<const char*> keys) {
+  static const JsonValue* find_in(const JsonValue* value, std::initializer_list<const char*> keys) {
     for (const char* key : keys) value = value ? value->find(key) : nullptr;
     return value;
   }
@@ -319,11 +318,11 @@ class ContradictionFinder {
     report_at(pointer, value ? value->offset : JsonValue::kNowhere, message);
   }
   void report_at(const std::string& pointer, std::size_t offset, const std::string& message) {
-    const TextPosition at = document_.position(offset);
-    // What several actors have from the scene is wrong once.
+    const TextPosition position = document_.position(offset);
+    // Several actors may inherit the same error from the scene: report it once.
     for (const SceneFinding& known : findings_)
       if (known.pointer == pointer && known.message == message) return;
-    findings_.push_back({at.line, at.column, pointer, message});
+    findings_.push_back({position.line, position.column, pointer, message});
   }
 
   const JsonDocument& document_;

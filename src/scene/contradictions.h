@@ -8,8 +8,8 @@
 
 namespace polymorph {
 
-/// Adds what is wrong with a scene as a whole to `findings`: missing objects, frames that do not
-/// fit the chain, unknown layers. `document` is what the scene was read from.
+/// Checks a scene as a whole and adds errors to `findings`: missing objects, frame counts that do
+/// not fit the chain, unknown layers. `document` is the JSON that the scene was read from.
 void find_contradictions(const JsonDocument& document, const Scene& scene,
                          std::vector<SceneFinding>& findings);
 

@@ -1,13 +1,12 @@
-// Scene file keys (reflection): the name of every key, its member in the structs, its range and its
-// meaning. A visitor walks this description: one reads JSON into the structs, one writes the JSON
-// Schema, one writes a scene back. To add a setting, add a member in scene.h and a line here: each
-// function takes its struct apart, so that it does not compile while a member is missing.
+// Scene file keys (reflection): the name, struct member, range and meaning of every key. Visitors
+// of this description read JSON into the structs, write the JSON Schema and write a scene back. To
+// add a setting, add a member in scene.h and a line here. Each function binds all members of its
+// struct, so it does not compile while one is missing.
 //
-// A visitor `v` offers integer, number, boolean, choice, text, text_map, landmarks, path, vector,
-// scale, color, integers, numbers, object, objects, actors; and retired, a key of former versions,
-// whose use is an error that says the new one. An object whose keys have a kShort may be written as
-// the value of that key alone. In a keyed_object every number, vector and colour may have keyframes
-// (scene/keyframes.h), unless the number itself says otherwise.
+// A visitor `v` has one function per type of value (integer, number, choice ...). v.retired names a
+// key of former versions, whose use is an error that names its successor. An object with a kShort
+// may be written as the value of that key alone. In a keyed_object every number, vector and colour
+// may have keyframes (scene/keyframes.h), unless its argument `Keyframes` says otherwise.
 #pragma once
 
 #include "scene/max_frames.h"
@@ -15,10 +14,10 @@
 
 namespace polymorph {
 
-/// Says whether a number may have keyframes: as its object does, or whatever that does.
+/// Permission of a number to have keyframes: that of its object, always, or never.
 enum class Keyframes { kAsObject, kAllowed, kNone };
 
-/// The keys of a setting with keyframes, beside its list of "keys".
+/// The JSON keys of a keyframed setting, without its list "keys".
 template <class V>
 void describe(V& v, KeyframeTrack& s) {
   v.choice("easing", s.easing,
@@ -31,12 +30,12 @@ void describe(V& v, KeyframeTrack& s) {
            "lines, with a gentle stop at each (smoothstep, quintic), or in jumps.");
 }
 
-/// The time of a key: one of these stands beside its "value".
-struct KeyMoment {
+/// The time of a keyframe, written beside its "value". Exactly one member is given.
+struct KeyframeTime {
   std::optional<float> share, frame, leg;
 };
 template <class V>
-void describe(V& v, KeyMoment& s) {
+void describe(V& v, KeyframeTime& s) {
   v.number("t", s.share, 0, 1, "share of the film: 0 is its first frame, 1 its last");
   v.number("frame", s.frame, 1, 1e5, "number of a frame");
   v.number("leg", s.leg, 1, 1e5,
@@ -46,7 +45,7 @@ void describe(V& v, KeyMoment& s) {
 template <class V>
 void describe(V& v, SphereSettings& s) {
   [[maybe_unused]] auto& [method, balls, error, resolution, root_margin, fit, inside, solidify,
-                          coarse] = s;  // report, and what previews set
+                          coarse] = s;  // some have their keys in ReportKeys
   v.choice("method", method,
            {{"medial", SphereMethod::kMedial},
             {"hubbard", SphereMethod::kHubbard},
@@ -157,7 +156,7 @@ void describe(V& v, FrameSettings& s) {
 template <class V>
 void describe(V& v, FieldSettings& s) {
   [[maybe_unused]] auto& [kind, blobbiness, even, blob_constant, magnitude, threshold,
-                          match_volume] = s;  // report
+                          match_volume] = s;  // some have their keys in ReportKeys
   v.choice("kind", kind,
            {{"gaussian", FieldKind::kGaussian},
             {"wyvill", FieldKind::kWyvill},
@@ -333,8 +332,8 @@ void describe(V& v, BoundarySettings& s) {
 
 template <class V>
 void describe(V& v, SurfaceSettings& s) {
-  [[maybe_unused]] auto& [resolution, method, placement, flat, influence, min_component_share] =
-      s;  // report
+  // Some have their keys in ReportKeys.
+  [[maybe_unused]] auto& [resolution, method, placement, flat, influence, min_component_share] = s;
   v.integer("resolution", resolution, 8, 4096,
             "cells of the marching cubes along the longest side of an actor's box");
   v.retired("method", "report.surface");
@@ -347,7 +346,7 @@ void describe(V& v, SurfaceSettings& s) {
            "keeps all");
 }
 
-/// The choices of the report of 2010 that polymorph replaced, each with its own default.
+/// The report's choices that polymorph replaced by other defaults.
 struct ReportKeys {
   SphereSettings& spheres;
   FieldSettings& field;
@@ -582,7 +581,7 @@ void describe(V& v, Scene& s) {
   v.object("report", report, "the report's own choices, where polymorph has others");
   v.object("motion", motion, "motion of the balls");
   v.object("plan", plan, "assignment of balls to balls");
-  v.before_actors(s);  // an actor's and an object's own settings start from the scene's
+  v.before_actors(s);  // settings of actors and objects default to the scene's
   v.actors("actors", actors,
            "several morphs in one scene, each with its own chain, place and time; instead of "
            "source, intermediate and target, or blend");

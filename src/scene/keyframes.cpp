@@ -9,7 +9,7 @@
 namespace polymorph {
 namespace {
 
-double position_of(const KeyframeTrack& track, const FilmTime& time) {
+double time_in_unit(const KeyframeTrack& track, const FilmTime& time) {
   switch (track.unit) {
     case KeyUnit::kShare:
       return time.share;
@@ -23,13 +23,13 @@ double position_of(const KeyframeTrack& track, const FilmTime& time) {
 
 double component(Vec3 v, int c) { return static_cast<double>(c == 0 ? v.x : c == 1 ? v.y : v.z); }
 
-/// Rise per unit of time from key i to key i + 1.
+/// Slope of the line from key i to key i + 1 in component c.
 double secant(const KeyframeTrack& track, std::size_t i, int c) {
   const Keyframe &a = track.keys[i], &b = track.keys[i + 1];
   return (component(b.value, c) - component(a.value, c)) / (b.at - a.at);
 }
 
-/// Slope of the smooth curve at a key.
+/// Slope of kSmooth's curve at key i.
 double slope(const KeyframeTrack& track, std::size_t i, int c) {
   if (i == 0 || i + 1 == track.keys.size()) return 0;
   const double before = secant(track, i - 1, c), after = secant(track, i, c);
@@ -40,7 +40,8 @@ double slope(const KeyframeTrack& track, std::size_t i, int c) {
   return (w0 + w1) / (w0 / before + w1 / after);
 }
 
-double between(const KeyframeTrack& track, std::size_t i, int c, double t) {
+/// Interpolates between keys i and i + 1 at t in [0, 1].
+double interpolate(const KeyframeTrack& track, std::size_t i, int c, double t) {
   const Keyframe &a = track.keys[i], &b = track.keys[i + 1];
   const double from = component(a.value, c), to = component(b.value, c);
   if (track.easing == KeyEasing::kSmooth) {
@@ -55,11 +56,11 @@ double between(const KeyframeTrack& track, std::size_t i, int c, double t) {
   return from + u * (to - from);
 }
 
-/// The visitor that sets every keyed setting to its value of one moment.
-class ApplyKeyframes {
+/// Visitor of describe() that evaluates every keyframed setting at one time.
+class KeyframeApplier {
  public:
-  ApplyKeyframes(const std::vector<KeyframeTrack>& tracks, const FilmTime& time,
-                 std::string pointer)
+  KeyframeApplier(const std::vector<KeyframeTrack>& tracks, const FilmTime& time,
+                  std::string pointer)
       : tracks_(tracks), time_(time), pointer_(std::move(pointer)) {}
 
   template <class T>
@@ -99,7 +100,7 @@ class ApplyKeyframes {
                const char*) {}
   template <class T>
   void object(const char* key, T& value, const char*) {
-    ApplyKeyframes inner(tracks_, time_, pointer_ + "/" + key);
+    KeyframeApplier inner(tracks_, time_, pointer_ + "/" + key);
     describe(inner, value);
   }
   template <class T>
@@ -109,7 +110,7 @@ class ApplyKeyframes {
   template <class T>
   void objects(const char* key, std::vector<T>& values, const char*) {
     for (std::size_t i = 0; i < values.size(); ++i) {
-      ApplyKeyframes inner(tracks_, time_, fmt::format("{}/{}/{}", pointer_, key, i));
+      KeyframeApplier inner(tracks_, time_, fmt::format("{}/{}/{}", pointer_, key, i));
       describe(inner, values[i]);
     }
   }
@@ -135,8 +136,8 @@ class ApplyKeyframes {
   std::string pointer_;
 };
 
-/// Degrees that the camera has gone round: evenly over the film. Whole turns are closed: the frame
-/// that would follow the last is the first.
+/// Orbit angle of the camera in degrees, linear over the film. After whole turns, the frame that
+/// would follow the last is the first, so that the film loops.
 float orbit_at(const Scene& scene, const FilmTime& time) {
   const auto orbit = static_cast<double>(scene.camera.orbit);
   return static_cast<float>(orbit * (std::fmod(orbit, 360.0) == 0 ? time.turn : time.share));
@@ -146,25 +147,26 @@ float orbit_at(const Scene& scene, const FilmTime& time) {
 
 Vec3 value_at(const KeyframeTrack& track, const FilmTime& time) {
   const std::vector<Keyframe>& keys = track.keys;
-  const double at = position_of(track, time);
+  const double at = time_in_unit(track, time);
   if (at <= keys.front().at) return keys.front().value;
   if (at >= keys.back().at) return keys.back().value;
   const auto after = std::upper_bound(keys.begin(), keys.end(), at,
                                       [](double a, const Keyframe& key) { return a < key.at; });
   const auto i = static_cast<std::size_t>(after - keys.begin()) - 1;
   const double t = (at - keys[i].at) / (keys[i + 1].at - keys[i].at);
-  return {static_cast<float>(between(track, i, 0, t)), static_cast<float>(between(track, i, 1, t)),
-          static_cast<float>(between(track, i, 2, t))};
+  return {static_cast<float>(interpolate(track, i, 0, t)),
+          static_cast<float>(interpolate(track, i, 1, t)),
+          static_cast<float>(interpolate(track, i, 2, t))};
 }
 
 Scene scene_at(const Scene& scene, const FilmTime& time) {
-  Scene moment = scene;
-  moment.tracks.clear();
-  moment.camera.orbit = orbit_at(scene, time);
-  if (scene.tracks.empty()) return moment;
-  ApplyKeyframes apply(scene.tracks, time, "");
-  describe(apply, moment);
-  return moment;
+  Scene result = scene;
+  result.tracks.clear();
+  result.camera.orbit = orbit_at(scene, time);
+  if (scene.tracks.empty()) return result;
+  KeyframeApplier applier(scene.tracks, time, "");
+  describe(applier, result);
+  return result;
 }
 
 }  // namespace polymorph

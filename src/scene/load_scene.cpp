@@ -16,10 +16,10 @@
 namespace polymorph {
 namespace {
 
-constexpr std::size_t kMaxFindings = 20;
+constexpr std::size_t kMaxFindings = 20;  // shown in one error
 
 void name_objects(Scene& scene) {
-  const auto name = [](ObjectSettings& object) {
+  const auto set_name = [](ObjectSettings& object) {
     if (object.name.empty())
       object.name = is_mesh_sequence(object) ? sequence_name(object.model)
                     : object.model.empty()   ? object.shape
@@ -28,21 +28,21 @@ void name_objects(Scene& scene) {
   };
   std::set<std::string> names;
   for (ActorSettings& actor : scene.actors) {
-    for (ObjectSettings& object : actor.blend) name(object);
+    for (ObjectSettings& object : actor.blend) set_name(object);
     if (actor.blend.empty()) {
-      name(actor.source);
-      for (ObjectSettings& object : actor.intermediate) name(object);
-      name(actor.target);
+      set_name(actor.source);
+      for (ObjectSettings& object : actor.intermediate) set_name(object);
+      set_name(actor.target);
     }
     if (actor.name.empty()) actor.name = actor.blend.empty() ? actor.source.name : "blend";
-    actor.name = printable(actor.name);  // it stands in the headers of meshes and images
-    const std::string shared_name = actor.name;
+    actor.name = printable(actor.name);  // headers of meshes and images contain it
+    const std::string base_name = actor.name;
     for (int n = 2; !names.insert(actor.name).second; ++n)
-      actor.name = fmt::format("{} {}", shared_name, n);
+      actor.name = fmt::format("{} {}", base_name, n);
   }
 }
 
-/// So that no output of this run is put over them, even before they are read.
+/// Protects input files from being overwritten by outputs, even before they are read.
 void remember_inputs(const Scene& scene) {
   for (const ChainObject& object : chain_objects(scene)) remember_input(object.settings->model);
   remember_input(scene.lights.environment);
@@ -51,7 +51,7 @@ void remember_inputs(const Scene& scene) {
 }  // namespace
 
 std::string to_string(const SceneFinding& finding, const std::string& file) {
-  // What has no place in the file came from the command line.
+  // A finding without a position came from the command line.
   if (finding.line == 0)
     return fmt::format("{}: --set {}: {}", file, finding.pointer, finding.message);
   return fmt::format("{}:{}:{}: {}: {}", file, finding.line, finding.column, finding.pointer,
@@ -102,7 +102,7 @@ Result<SceneReading> read_scene_text(const std::filesystem::path& path, std::str
   SceneReading reading;
   reading.scene.path = path;
   std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
-  ReadFields fields(document, document.root, "", folder, reading.findings, reading.scene.tracks);
+  FieldReader fields(document, document.root, "", folder, reading.findings, reading.scene.tracks);
   describe(fields, reading.scene);
   fields.finish();
   find_contradictions(document, reading.scene, reading.findings);
@@ -118,8 +118,8 @@ Result<SceneReading> read_scene_text(const std::filesystem::path& path, std::str
 
 namespace {
 
-/// The scene, or what is wrong with it as one error.
-Result<Scene> scene_without_findings(SceneReading reading, const std::filesystem::path& path) {
+/// Returns the scene or, if there are findings, one error that lists them.
+Result<Scene> scene_or_error(SceneReading reading, const std::filesystem::path& path) {
   if (reading.findings.empty()) return std::move(reading.scene);
   std::string message;
   for (std::size_t i = 0; i < std::min(reading.findings.size(), kMaxFindings); ++i)
@@ -136,13 +136,13 @@ Result<Scene> scene_without_findings(SceneReading reading, const std::filesystem
 
 Result<Scene> load_scene(const std::filesystem::path& path, std::span<const Override> overrides) {
   PM_TRY(SceneReading reading, read_scene(path, overrides));
-  return scene_without_findings(std::move(reading), path);
+  return scene_or_error(std::move(reading), path);
 }
 
 Result<Scene> load_scene_text(const std::filesystem::path& path, std::string text,
                               std::span<const Override> overrides) {
   PM_TRY(SceneReading reading, read_scene_text(path, std::move(text), overrides));
-  return scene_without_findings(std::move(reading), path);
+  return scene_or_error(std::move(reading), path);
 }
 
 Result<Scene> turntable_of_model(const std::filesystem::path& model,
@@ -150,7 +150,7 @@ Result<Scene> turntable_of_model(const std::filesystem::path& model,
   std::error_code error;
   if (!std::filesystem::is_regular_file(model, error))
     return make_error(ErrorCode::kInput, "{}: no such file", model.string());
-  // The morph from the model to itself is never seen: its balls need not be good.
+  // The morph from the model to itself is never shown, so few balls suffice.
   const std::string object = std::filesystem::absolute(model).string();
   const JsonValue json{
       {"source", {{"model", object}}},        {"target", {{"model", object}}},
@@ -161,9 +161,9 @@ Result<Scene> turntable_of_model(const std::filesystem::path& model,
 
 std::vector<const ObjectSettings*> chain_objects(const ActorSettings& actor) {
   if (!actor.blend.empty()) {
-    std::vector<const ObjectSettings*> mixed;
-    for (const ObjectSettings& object : actor.blend) mixed.push_back(&object);
-    return mixed;
+    std::vector<const ObjectSettings*> blend_objects;
+    for (const ObjectSettings& object : actor.blend) blend_objects.push_back(&object);
+    return blend_objects;
   }
   std::vector<const ObjectSettings*> objects{&actor.source};
   for (const ObjectSettings& object : actor.intermediate) objects.push_back(&object);
@@ -188,11 +188,11 @@ std::vector<std::span<const ChainObject>> actor_chains(std::span<const ChainObje
 }
 
 bool is_named(const ObjectSettings& object, const std::string& key) {
-  const std::string shown = printable(key);
-  const std::string own = object.name.empty() ? object.shape : object.name;
-  return shown == printable(own) ||
-         (!object.model.empty() && (shown == printable(object.model.filename().string()) ||
-                                    shown == printable(object.model.stem().string())));
+  const std::string shown_key = printable(key);
+  const std::string name = object.name.empty() ? object.shape : object.name;
+  return shown_key == printable(name) ||
+         (!object.model.empty() && (shown_key == printable(object.model.filename().string()) ||
+                                    shown_key == printable(object.model.stem().string())));
 }
 
 const ObjectLandmarks* find_landmarks(const PlanSettings& plan, const ObjectSettings& object) {

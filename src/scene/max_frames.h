@@ -1,9 +1,9 @@
-// The length of a film.
+// Maximum length of a film.
 #pragma once
 
 namespace polymorph {
 
-/// Frames that a film may have, and meshes of a sequence.
+/// Maximum number of frames of a film, and of meshes of a sequence.
 inline constexpr int kMaxFrames = 100'000;
 
 }  // namespace polymorph

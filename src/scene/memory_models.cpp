@@ -12,7 +12,7 @@
 namespace polymorph {
 namespace {
 
-/// All meshes in memory, by their paths.
+/// All meshes in memory, by their paths. Thread-safe.
 class Meshes {
  public:
   void put(const std::filesystem::path& path, MemoryMesh mesh) {
@@ -41,7 +41,7 @@ Meshes& all_meshes() {
   return meshes;
 }
 
-/// Suffix of all paths; in messages a colon and the index of a face may follow.
+/// Suffix of all paths. In messages, a colon and the index of a face may follow it.
 constexpr const char* kSuffix = ".faces";
 
 }  // namespace

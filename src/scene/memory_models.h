@@ -1,5 +1,4 @@
-// Models in memory: meshes that a caller has as arrays, under paths by which a scene has them as if
-// they were files.
+// Models in memory: meshes in a caller's arrays, under virtual paths that a scene names like files.
 #pragma once
 
 #include <cstddef>
@@ -14,8 +13,7 @@
 
 namespace polymorph {
 
-/// A mesh as a caller has it: polygons over vertices, in any order, not yet checked for their
-/// geometry.
+/// A caller's mesh of polygons, whose geometry is not checked yet.
 struct MemoryMesh {
   std::vector<Vec3> vertices;
   std::vector<std::uint32_t> corners;     ///< indices into `vertices`, face after face
@@ -23,8 +21,8 @@ struct MemoryMesh {
   std::vector<float> colors;              ///< 3 per vertex: sRGB in [0, 1]; or empty
 };
 
-/// Meshes that scenes may name, for its lifetime. The paths are the process's, unlike those of any
-/// file and of any other owner.
+/// Meshes that scenes may name while this object lives. Their paths are unique in the process and
+/// are never those of files.
 class MemoryModels {
  public:
   MemoryModels();
@@ -34,17 +32,17 @@ class MemoryModels {
 
   /// Adds a mesh. Returns its path, whose stem is `name`.
   std::filesystem::path add(const std::string& name, MemoryMesh mesh);
-  /// Adds a mesh sequence. Returns its path, with #### in the place of the numbers from 1.
+  /// Adds a mesh sequence, numbered from 1. Returns its path with #### for the number.
   std::filesystem::path add(const std::string& name, std::vector<MemoryMesh> meshes);
 
  private:
   std::filesystem::path folder_;
 };
 
-/// The mesh that is in memory under this path; null if there is none.
+/// The mesh in memory under this path; null if there is none.
 std::shared_ptr<const MemoryMesh> find_memory_mesh(const std::filesystem::path& path);
 
-/// Tests whether there is a model of this path: in memory, as a file, or as a pose of one.
+/// Tests whether a path names a model: in memory, a file, or a pose of an animated model.
 bool model_exists(const std::filesystem::path& path);
 
 }  // namespace polymorph

@@ -98,6 +98,7 @@ std::string describe_files(const ObjectSettings& object) {
 std::string sequence_name(const std::filesystem::path& model) {
   const auto pattern = file_pattern(model);
   if (!pattern) return model.stem().string();
+  // "x" stands for the number: without it, a path that ends with '/' would have no filename().
   const std::string before = std::filesystem::path(pattern->before + "x").filename().string(),
                     after = std::filesystem::path(pattern->after).stem().string();
   std::string name = before.substr(0, before.size() - 1);

@@ -1,5 +1,5 @@
-// Mesh sequence in a scene: an object whose model is a numbered file, seq.####.obj. It plays alone,
-// as an actor's only object, or moves through a morph.
+// Mesh sequence in a scene: an object whose model is a series of numbered files, seq.####.obj. It
+// plays alone, as an actor's only object, or goes on playing during a morph.
 #pragma once
 
 #include <filesystem>
@@ -13,21 +13,21 @@
 
 namespace polymorph {
 
-/// Tests whether a model's name has a place for a number, and is not itself that of a file.
+/// Tests whether a model's name is a pattern with a number, and not an existing model.
 bool is_numbered(const std::filesystem::path& model);
 
-/// Numbers of a sequence's meshes that are there, as files or in memory, rising. Errors: those of
-/// existing_frames().
+/// Lists the numbers of a sequence's existing meshes, ascending: in memory, poses or files. Errors:
+/// those of existing_frames().
 Result<std::vector<int>> existing_meshes(const FramePattern& pattern);
 
-/// Range of the files that are there: first and last number, and a step where all are further
-/// apart than 1. Errors: kInput (there is none, or the folder cannot be read), kUsage (a bad name).
+/// Finds the range of a sequence's existing meshes: first and last number and, if it is above 1,
+/// the step. Errors: kInput (no mesh, or an unreadable folder), kUsage (a bad name).
 Result<std::vector<int>> find_range(const std::filesystem::path& model);
 
-/// Meshes per second that the files themselves state: an animated model's poses; else nothing.
+/// Poses per second of an animated model; nullopt for other models.
 std::optional<float> stored_rate(const std::filesystem::path& model);
 
-/// Tests whether the object is a mesh sequence: then its scene's reader has found its range.
+/// Tests whether the object is a mesh sequence: the scene's reader gives it a range.
 inline bool is_mesh_sequence(const ObjectSettings& object) { return !object.range.empty(); }
 
 /// Tests whether the actor plays a mesh sequence instead of a morph.
@@ -36,19 +36,19 @@ bool plays_meshes(const ActorSettings& actor);
 /// Tests whether an object of the actor's morph is a mesh sequence.
 bool morphs_meshes(const ActorSettings& actor);
 
-/// Number of a sequence's meshes; 0 where its range is none.
+/// Number of a sequence's meshes; 0 if its range is invalid.
 int mesh_count(const ObjectSettings& object);
 
 /// Numbers of a sequence's meshes in the order in which they are shown.
 std::vector<int> mesh_numbers(const ObjectSettings& object);
 
-/// File of one mesh.
+/// Path of one mesh of a sequence.
 std::filesystem::path mesh_file(const ObjectSettings& object, int number);
 
-/// "240 meshes, frames 1 to 240, 1 missing": the files of a sequence, none of which is read.
+/// Describes a sequence without reading its files: "240 meshes, frames 1 to 240, 1 missing".
 std::string describe_files(const ObjectSettings& object);
 
-/// Name of a sequence: that of its files without number and suffix.
+/// Name of a sequence: its file name without number and suffix.
 std::string sequence_name(const std::filesystem::path& model);
 
 }  // namespace polymorph

@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kFormat = 1;
-constexpr std::size_t kMaxText = 4u << 20;  // unpacked; a scene of a thousand objects has half
+constexpr std::size_t kMaxText = 4u << 20;  // bytes, unpacked; 1000 objects take half
 
 /// Calls `change` with the path of every file that the scene names.
 template <class Change>
@@ -36,7 +36,7 @@ bool is_coarse(const Scene& scene) {
                      [](const ChainObject& object) { return object.settings->spheres.coarse; });
 }
 
-/// The scene as one line of JSON, with files by their names in a header.
+/// The scene as one line of JSON, with the files' names in a header.
 std::string canonical_scene(const Scene& scene, const InputNames& names) {
   Scene canonical = scene;
   canonical.description.clear();
@@ -50,7 +50,7 @@ std::string canonical_scene(const Scene& scene, const InputNames& names) {
   return format_json(document->root);
 }
 
-/// The name with one '#' for each run of digits.
+/// Replaces each run of digits by one '#'.
 std::string without_digits(std::string_view name) {
   std::string pattern;
   for (const char c : name) {
@@ -67,30 +67,30 @@ void sort_by_name(std::vector<InputFile>& files) {
 
 enum class Joining { kNone, kNumbered, kAll };
 
-/// Joins files whose names differ in digits alone, or all of them.
+/// Joins files whose names differ only in digits, or all files.
 std::vector<InputFile> join_files(std::span<const InputFile> files, Joining joining) {
   if (joining == Joining::kNone) return {files.begin(), files.end()};
-  std::map<std::string, std::vector<InputFile>> sets;
+  std::map<std::string, std::vector<InputFile>> groups;
   for (const InputFile& file : files)
-    sets[joining == Joining::kAll ? kAllFiles : without_digits(file.name)].push_back(file);
+    groups[joining == Joining::kAll ? kAllFiles : without_digits(file.name)].push_back(file);
   std::vector<InputFile> joined;
-  for (const auto& [name, set] : sets) {
-    if (set.size() == 1 && joining == Joining::kNumbered) {
-      joined.push_back(set.front());
+  for (const auto& [name, group] : groups) {
+    if (group.size() == 1 && joining == Joining::kNumbered) {
+      joined.push_back(group.front());
       continue;
     }
     Sha256 sha;
-    for (const InputFile& file : set) {
+    for (const InputFile& file : group) {
       const std::string line = fmt::format("{}  {}\n", file.sha256, file.name);
       sha.add(line.data(), line.size());
     }
-    joined.push_back({name, sha.hex(), static_cast<int>(set.size())});
+    joined.push_back({name, sha.hex(), static_cast<int>(group.size())});
   }
   sort_by_name(joined);
   return joined;
 }
 
-/// The manner in which the files of a header are joined.
+/// Finds out how the files of a header were joined.
 Joining find_joining(std::span<const InputFile> files) {
   if (files.size() == 1 && files.front().name == kAllFiles) return Joining::kAll;
   const bool joined =
@@ -143,10 +143,10 @@ Result<InputFile> read_file_entry(const JsonMember& member) {
   return file;
 }
 
-/// The first path in a scene's JSON that does not stay below its folder; empty: all do. A text in
-/// place of an object would be a path, too.
+/// Returns the first path in a scene's JSON that does not stay below its folder, and a space, so
+/// that it is never empty; "" if all do. A string in place of an object is a path, too.
 std::string find_unsafe_path(const JsonValue& value, std::string_view key = {}) {
-  if (key == "labels") return "";  // names of parts, whatever they are called
+  if (key == "labels") return "";  // its strings are no paths
   const bool is_path = key == "model" || key == "environment" || key == "source" ||
                        key == "target" || key == "intermediate" || key == "blend";
   if (value.is_string())

@@ -14,7 +14,7 @@
 namespace polymorph {
 namespace {
 
-constexpr std::size_t kMaxCollectedFindings = 200;  // each is looked up in the text
+constexpr std::size_t kMaxCollectedFindings = 200;  // each costs a search for its line
 
 Vec3 as_vector(float value) { return {value, 0, 0}; }
 Vec3 as_vector(Vec3 value) { return value; }
@@ -22,32 +22,29 @@ Vec3 as_vector(Vec3 value) { return value; }
 }  // namespace
 
 template <class F>
-bool ReadFields::read_key(const JsonValue& item, const std::string& pointer, KeyframeTrack& track,
-                          const F& read) {
+bool FieldReader::read_key(const JsonValue& item, const std::string& pointer, KeyframeTrack& track,
+                           const F& read) {
   if (item.kind != JsonValue::Kind::kObject) {
     report_at(
         item.offset, pointer,
         fmt::format("must be {{\"frame\": 1, \"value\": ...}} (is {})", kind_name(item.kind)));
     return false;
   }
-  ReadFields fields(document_, item, pointer, folder_, findings_, tracks_);
-  KeyMoment moment;
-  describe(fields, moment);
+  FieldReader fields(document_, item, pointer, folder_, findings_, tracks_);
+  KeyframeTime time;
+  describe(fields, time);
   read(fields);
   fields.finish();
   if (!item.find("value")) report_at(item.offset, pointer, "needs a \"value\"");
-  const int time_keys =
-      moment.share.has_value() + moment.frame.has_value() + moment.leg.has_value();
+  const int time_keys = time.share.has_value() + time.frame.has_value() + time.leg.has_value();
   if (time_keys != 1) {
     report_at(item.offset, pointer, "needs one of \"t\", \"frame\" and \"leg\"");
     return false;
   }
-  const KeyUnit unit = moment.share   ? KeyUnit::kShare
-                       : moment.frame ? KeyUnit::kFrame
-                                      : KeyUnit::kLeg;
-  const auto at = static_cast<double>(moment.share   ? *moment.share
-                                      : moment.frame ? *moment.frame
-                                                     : *moment.leg);
+  const KeyUnit unit = time.share ? KeyUnit::kShare : time.frame ? KeyUnit::kFrame : KeyUnit::kLeg;
+  const auto at = static_cast<double>(time.share   ? *time.share
+                                      : time.frame ? *time.frame
+                                                   : *time.leg);
   if (!track.keys.empty() && unit != track.unit) {
     report_at(item.offset, pointer,
               "all keys of a setting say \"t\", or all \"frame\", or all "
@@ -65,17 +62,17 @@ bool ReadFields::read_key(const JsonValue& item, const std::string& pointer, Key
   return true;
 }
 
-bool ReadFields::takes_keyframes(Keyframes keyframes) const {
+bool FieldReader::takes_keyframes(Keyframes keyframes) const {
   return keyframes == Keyframes::kAsObject ? keyed_ : keyframes == Keyframes::kAllowed;
 }
 
 template <class T, class F>
-bool ReadFields::read_keyframes(const char* key, T& out, const F& read, Keyframes keyframes) {
+bool FieldReader::read_keyframes(const char* key, T& out, const F& read, Keyframes keyframes) {
   const bool keyed = takes_keyframes(keyframes);
   const JsonValue* object = object_.find(key);
   if (!object || object->kind != JsonValue::Kind::kObject) return false;
   if (!keyed && !object->find("keys")) return false;
-  seen(key);
+  add_known(key);
   if (!keyed) {
     report(*object, key,
            "cannot change over the film - only settings of camera, lights, ground "
@@ -84,7 +81,7 @@ bool ReadFields::read_keyframes(const char* key, T& out, const F& read, Keyframe
   }
   KeyframeTrack track;
   track.pointer = pointer_ + "/" + key;
-  ReadFields fields(document_, *object, track.pointer, folder_, findings_, tracks_);
+  FieldReader fields(document_, *object, track.pointer, folder_, findings_, tracks_);
   describe(fields, track);
   const JsonValue* list = fields.expect("keys", JsonValue::Kind::kArray);
   fields.finish();
@@ -99,7 +96,7 @@ bool ReadFields::read_keyframes(const char* key, T& out, const F& read, Keyframe
   for (std::size_t i = 0; i < std::min(list->items.size(), kMaxItems); ++i) {
     T value = out;
     if (fields.read_key(list->items[i], fmt::format("{}/keys/{}", track.pointer, i), track,
-                        [&](ReadFields& key_fields) { read(key_fields, value); }))
+                        [&](FieldReader& key_fields) { read(key_fields, value); }))
       track.keys.back().value = as_vector(value);
     if (i == 0) out = value;
   }
@@ -107,9 +104,9 @@ bool ReadFields::read_keyframes(const char* key, T& out, const F& read, Keyframe
   return true;
 }
 
-void ReadFields::number(const char* key, float& out, double low, double high, const char* doc,
-                        Keyframes keyframes) {
-  const auto read = [&](ReadFields& key_fields, float& value) {
+void FieldReader::number(const char* key, float& out, double low, double high, const char* doc,
+                         Keyframes keyframes) {
+  const auto read = [&](FieldReader& key_fields, float& value) {
     key_fields.number("value", value, low, high, doc);
   };
   if (read_keyframes(key, out, read, keyframes)) return;
@@ -128,45 +125,45 @@ void ReadFields::number(const char* key, float& out, double low, double high, co
     out = static_cast<float>(value->number);
 }
 
-void ReadFields::number(const char* key, std::optional<float>& out, double low, double high,
-                        const char* doc, Keyframes keyframes) {
-  if (!object_.find(key)) return seen(key);
+void FieldReader::number(const char* key, std::optional<float>& out, double low, double high,
+                         const char* doc, Keyframes keyframes) {
+  if (!object_.find(key)) return add_known(key);
   float value = 0;
   number(key, value, low, high, doc, keyframes);
   out = value;
 }
 
-void ReadFields::boolean(const char* key, bool& out, const char*) {
+void FieldReader::boolean(const char* key, bool& out, const char*) {
   if (const JsonValue* value = expect(key, JsonValue::Kind::kBoolean)) out = value->boolean;
 }
 
-void ReadFields::boolean(const char* key, std::optional<bool>& out, const char* doc) {
-  if (!object_.find(key)) return seen(key);
+void FieldReader::boolean(const char* key, std::optional<bool>& out, const char* doc) {
+  if (!object_.find(key)) return add_known(key);
   bool value = false;
   boolean(key, value, doc);
   out = value;
 }
 
-void ReadFields::text(const char* key, std::string& out, const char*) {
+void FieldReader::text(const char* key, std::string& out, const char*) {
   if (const JsonValue* value = expect(key, JsonValue::Kind::kString)) out = value->string;
 }
 
-void ReadFields::path(const char* key, std::filesystem::path& out, const char*) {
+void FieldReader::path(const char* key, std::filesystem::path& out, const char*) {
   const JsonValue* value = expect(key, JsonValue::Kind::kString);
   if (!value) return;
   out = resolve(value->string);
   check_file(*value, key, out);
 }
 
-void ReadFields::model_path(const char* key, std::filesystem::path& out, const char*) {
+void FieldReader::model_path(const char* key, std::filesystem::path& out, const char*) {
   const JsonValue* value = expect(key, JsonValue::Kind::kString);
   if (!value) return;
   out = resolve(value->string);
   if (!is_numbered(out)) check_file(*value, key, out);
 }
 
-void ReadFields::vector(const char* key, Vec3& out, const char* doc) {
-  if (read_keyframes(key, out, [&](ReadFields& key_fields, Vec3& value) {
+void FieldReader::vector(const char* key, Vec3& out, const char* doc) {
+  if (read_keyframes(key, out, [&](FieldReader& key_fields, Vec3& value) {
         key_fields.vector("value", value, doc);
       }))
     return;
@@ -174,14 +171,14 @@ void ReadFields::vector(const char* key, Vec3& out, const char* doc) {
     read_vector(*value, key, out, -1e6, 1e6);
 }
 
-void ReadFields::vector(const char* key, std::optional<Vec3>& out, const char* doc) {
-  if (!object_.find(key)) return seen(key);
+void FieldReader::vector(const char* key, std::optional<Vec3>& out, const char* doc) {
+  if (!object_.find(key)) return add_known(key);
   Vec3 value;
   vector(key, value, doc);
   out = value;
 }
 
-void ReadFields::scale(const char* key, Vec3& out, const char*) {
+void FieldReader::scale(const char* key, Vec3& out, const char*) {
   const JsonValue* value = find(key);
   if (!value) return;
   if (value->kind == JsonValue::Kind::kArray) {
@@ -198,8 +195,8 @@ void ReadFields::scale(const char* key, Vec3& out, const char*) {
   }
 }
 
-void ReadFields::color(const char* key, Vec3& out, const char* doc) {
-  if (read_keyframes(key, out, [&](ReadFields& key_fields, Vec3& value) {
+void FieldReader::color(const char* key, Vec3& out, const char* doc) {
+  if (read_keyframes(key, out, [&](FieldReader& key_fields, Vec3& value) {
         key_fields.color("value", value, doc);
       }))
     return;
@@ -213,15 +210,15 @@ void ReadFields::color(const char* key, Vec3& out, const char* doc) {
   }
 }
 
-void ReadFields::color(const char* key, std::optional<Vec3>& out, const char* doc) {
-  if (!object_.find(key)) return seen(key);
+void FieldReader::color(const char* key, std::optional<Vec3>& out, const char* doc) {
+  if (!object_.find(key)) return add_known(key);
   Vec3 value;
   color(key, value, doc);
   out = value;
 }
 
-void ReadFields::integers(const char* key, std::vector<int>& out, long long low, long long high,
-                          const char*) {
+void FieldReader::integers(const char* key, std::vector<int>& out, long long low, long long high,
+                           const char*) {
   const JsonValue* value = expect(key, JsonValue::Kind::kArray);
   if (!value) return;
   out.clear();
@@ -234,8 +231,8 @@ void ReadFields::integers(const char* key, std::vector<int>& out, long long low,
   }
 }
 
-void ReadFields::numbers(const char* key, std::vector<float>& out,
-                         std::initializer_list<std::pair<double, double>> ranges, const char*) {
+void FieldReader::numbers(const char* key, std::vector<float>& out,
+                          std::initializer_list<std::pair<double, double>> ranges, const char*) {
   const JsonValue* value = expect(key, JsonValue::Kind::kArray);
   if (!value) return;
   std::vector<float> read;
@@ -254,7 +251,7 @@ void ReadFields::numbers(const char* key, std::vector<float>& out,
   out = std::move(read);
 }
 
-void ReadFields::text_map(const char* key, std::map<std::string, std::string>& out, const char*) {
+void FieldReader::text_map(const char* key, std::map<std::string, std::string>& out, const char*) {
   const JsonValue* value = expect(key, JsonValue::Kind::kObject);
   if (!value) return;
   for (const JsonMember& member : value->members) {
@@ -266,7 +263,7 @@ void ReadFields::text_map(const char* key, std::map<std::string, std::string>& o
   }
 }
 
-void ReadFields::landmarks(const char* key, LandmarkSettings& out, const char*) {
+void FieldReader::landmarks(const char* key, LandmarkSettings& out, const char*) {
   const JsonValue* value = find(key);
   if (value && value->kind == JsonValue::Kind::kArray)
     return report(*value, key,
@@ -287,8 +284,8 @@ void ReadFields::landmarks(const char* key, LandmarkSettings& out, const char*) 
   }
 }
 
-void ReadFields::read_landmarks(const JsonValue& value, const std::string& pointer,
-                                ObjectLandmarks& out) {
+void FieldReader::read_landmarks(const JsonValue& value, const std::string& pointer,
+                                 ObjectLandmarks& out) {
   constexpr double kLimit = 1e9;
   if (value.members.size() > kMaxLandmarks)
     report_at(value.offset, pointer,
@@ -297,10 +294,10 @@ void ReadFields::read_landmarks(const JsonValue& value, const std::string& point
   for (const JsonMember& member : value.members) {
     if (out.size() == kMaxLandmarks) break;
     const JsonValue& landmark = member.value;
-    LandmarkPoint at;
-    at.pointer = pointer + "/" + member.key;
+    LandmarkPoint point;
+    point.pointer = pointer + "/" + member.key;
     const TextPosition position = document_.position(landmark.offset);
-    at.line = position.line, at.column = position.column;
+    point.line = position.line, point.column = position.column;
     const bool is_point =
         landmark.items.size() == 3 &&
         std::all_of(landmark.items.begin(), landmark.items.end(), [&](const JsonValue& item) {
@@ -310,22 +307,22 @@ void ReadFields::read_landmarks(const JsonValue& value, const std::string& point
                            landmark.string.size() > 1 && landmark.string[0] == 'v';
     const auto number = is_vertex ? parse_integer(landmark.string.substr(1)) : std::nullopt;
     if (is_point) {
-      at.point = {static_cast<float>(landmark.items[0].number),
-                  static_cast<float>(landmark.items[1].number),
-                  static_cast<float>(landmark.items[2].number)};
+      point.point = {static_cast<float>(landmark.items[0].number),
+                     static_cast<float>(landmark.items[1].number),
+                     static_cast<float>(landmark.items[2].number)};
     } else if (number && *number >= 1) {
-      at.vertex = *number;
+      point.vertex = *number;
     } else {
-      report_at(landmark.offset, at.pointer,
+      report_at(landmark.offset, point.pointer,
                 "must be a point [x, y, z] in the file's own coordinates, or a vertex of the file, "
                 "\"v1\" being the first");
       continue;
     }
-    out.emplace(member.key, std::move(at));
+    out.emplace(member.key, std::move(point));
   }
 }
 
-void ReadFields::before_actors(Scene& scene) {
+void FieldReader::before_actors(Scene& scene) {
   ObjectSettings object;
   object.spheres = scene.spheres;
   object.motion = scene.motion;
@@ -333,32 +330,32 @@ void ReadFields::before_actors(Scene& scene) {
   actor_prototype_.plan = scene.plan;
 }
 
-void ReadFields::actors(const char* key, std::vector<ActorSettings>& out, const char* doc) {
+void FieldReader::actors(const char* key, std::vector<ActorSettings>& out, const char* doc) {
   if (!find(key)) {
     out.assign(1, actor_prototype_);
     describe_chain(*this, out.front());
     return;
   }
   objects(key, out, doc);
-  for (const char* alone : {"blend", "source", "intermediate", "target"})
-    if (const JsonValue* value = find(alone))
-      report(*value, alone, "contradicts \"actors\" - write it into one of them");
+  for (const char* chain_key : {"blend", "source", "intermediate", "target"})
+    if (const JsonValue* value = find(chain_key))
+      report(*value, chain_key, "contradicts \"actors\" - write it into one of them");
   if (!out.empty()) return;
   if (const JsonValue* list = expect(key, JsonValue::Kind::kArray))
     report(*list, key, "is empty - a scene has at least one actor");
-  out.push_back(actor_prototype_);  // what else is wrong can still be said
+  out.push_back(actor_prototype_);  // the checks that follow need an actor
 }
 
-void ReadFields::retired(const char* key, const char* now) {
+void FieldReader::retired(const char* key, const char* successor) {
   const JsonValue* value = object_.find(key);
   if (!value) return;
   retired_.emplace_back(key);
   report(*value, key,
-         now ? fmt::format("is a key no more - write {}", now)
-             : std::string("is a key no more: it is a constant of the method now"));
+         successor ? fmt::format("is a key no more - write {}", successor)
+                   : std::string("is a key no more: it is a constant of the method now"));
 }
 
-void ReadFields::finish() {
+void FieldReader::finish() {
   for (const JsonMember& member : object_.members) {
     if (std::find(known_.begin(), known_.end(), member.key) != known_.end()) continue;
     if (std::find(retired_.begin(), retired_.end(), member.key) != retired_.end()) continue;
@@ -369,33 +366,33 @@ void ReadFields::finish() {
   }
 }
 
-void ReadFields::report(const JsonValue& value, const char* key, const std::string& message) {
+void FieldReader::report(const JsonValue& value, const char* key, const std::string& message) {
   report_at(value.offset, &value == word_ ? pointer_ : pointer_ + "/" + key, message);
 }
 
-const JsonValue* ReadFields::find(const char* key) {
-  seen(key);
+const JsonValue* FieldReader::find(const char* key) {
+  add_known(key);
   const JsonValue* value = object_.find(key);
   return !value && word_ && std::string_view(key) == short_key_ ? word_ : value;
 }
 
-const JsonValue* ReadFields::expect(const char* key, JsonValue::Kind kind) {
+const JsonValue* FieldReader::expect(const char* key, JsonValue::Kind kind) {
   const JsonValue* value = find(key);
   if (!value || value->kind == kind) return value;
   report(*value, key, fmt::format("must be {} (is {})", kind_name(kind), kind_name(value->kind)));
   return nullptr;
 }
 
-void ReadFields::read_name(const JsonValue& value, const std::string& pointer,
-                           ObjectSettings& out) {
+void FieldReader::read_name(const JsonValue& value, const std::string& pointer,
+                            ObjectSettings& out) {
   if (std::find(kShapeNames.begin(), kShapeNames.end(), value.string) != kShapeNames.end()) {
     out.shape = value.string;
     return;
   }
   out.model = resolve(value.string);
-  // "spere" is more likely a slip of a shape's name than a file without an extension.
-  std::error_code missing;
-  if (nearest_word(value.string, kShapeNames) && !std::filesystem::exists(out.model, missing))
+  // "spere" is more likely a misspelt shape than a file without an extension.
+  std::error_code error;
+  if (nearest_word(value.string, kShapeNames) && !std::filesystem::exists(out.model, error))
     report_at(value.offset, pointer,
               fmt::format("neither a file nor a shape: \"{}\"{}", value.string,
                           did_you_mean(value.string, kShapeNames)));
@@ -403,7 +400,7 @@ void ReadFields::read_name(const JsonValue& value, const std::string& pointer,
     check_file_at(value.offset, pointer, out.model);
 }
 
-void ReadFields::check_object(const ObjectSettings& object, const JsonValue& value) {
+void FieldReader::check_object(const ObjectSettings& object, const JsonValue& value) {
   if (object.model.empty() == object.shape.empty())
     report_at(value.offset, pointer_,
               "needs either \"model\" (a file) or \"shape\", not both or neither");
@@ -414,8 +411,8 @@ void ReadFields::check_object(const ObjectSettings& object, const JsonValue& val
                        did_you_mean(object.shape, kShapeNames)));
 }
 
-void ReadFields::find_meshes(const JsonValue& value, const std::string& pointer,
-                             ObjectSettings& out) {
+void FieldReader::find_meshes(const JsonValue& value, const std::string& pointer,
+                              ObjectSettings& out) {
   const auto report_key = [&](const char* key, const std::string& message) {
     const JsonValue* member = value.find(key);
     report_at(member ? member->offset : value.offset, pointer + "/" + key, message);
@@ -427,9 +424,9 @@ void ReadFields::find_meshes(const JsonValue& value, const std::string& pointer,
     out.range.clear();
     return;
   }
-  auto found = find_range(out.model);
-  if (!found) return report_key("model", found.error().message);
-  if (out.range.empty()) out.range = std::move(*found);
+  auto range = find_range(out.model);
+  if (!range) return report_key("model", range.error().message);
+  if (out.range.empty()) out.range = std::move(*range);
   if (!out.fps) out.fps = stored_rate(out.model);
   if (out.range.size() < 2 || out.range.size() > 3 || (out.range.size() == 3 && out.range[2] < 1))
     return report_key("range", "must be first and last number, and perhaps a step of 1 or more");
@@ -437,14 +434,14 @@ void ReadFields::find_meshes(const JsonValue& value, const std::string& pointer,
     report_key("range", fmt::format("has {} meshes - at most {} are possible", count, kMaxFrames));
 }
 
-bool ReadFields::read_vector(const JsonValue& value, const char* key, Vec3& out, double low,
-                             double high) {
-  const bool right =
+bool FieldReader::read_vector(const JsonValue& value, const char* key, Vec3& out, double low,
+                              double high) {
+  const bool is_valid =
       value.items.size() == 3 &&
       std::all_of(value.items.begin(), value.items.end(), [&](const JsonValue& item) {
         return item.kind == JsonValue::Kind::kNumber && item.number >= low && item.number <= high;
       });
-  if (!right) {
+  if (!is_valid) {
     report(value, key, fmt::format("must be a list of 3 numbers, {:g} to {:g} each", low, high));
     return false;
   }
@@ -453,7 +450,7 @@ bool ReadFields::read_vector(const JsonValue& value, const char* key, Vec3& out,
   return true;
 }
 
-bool ReadFields::read_hex(const std::string& text, Vec3& out) {
+bool FieldReader::read_hex(const std::string& text, Vec3& out) {
   if (text.size() != 7 || text[0] != '#') return false;
   float channel[3];
   for (std::size_t i = 0; i < 3; ++i) {
@@ -470,18 +467,18 @@ bool ReadFields::read_hex(const std::string& text, Vec3& out) {
   return true;
 }
 
-std::filesystem::path ReadFields::resolve(const std::string& file) const {
+std::filesystem::path FieldReader::resolve(const std::string& file) const {
   remember_name(file);
   return (folder_ / file).lexically_normal();
 }
 
-void ReadFields::check_file(const JsonValue& value, const char* key,
-                            const std::filesystem::path& file) {
+void FieldReader::check_file(const JsonValue& value, const char* key,
+                             const std::filesystem::path& file) {
   check_file_at(value.offset, pointer_ + "/" + key, file);
 }
 
-void ReadFields::check_file_at(std::size_t offset, const std::string& pointer,
-                               const std::filesystem::path& file) {
+void FieldReader::check_file_at(std::size_t offset, const std::string& pointer,
+                                const std::filesystem::path& file) {
   if (find_memory_mesh(file)) return;
   std::error_code error;
   if (std::filesystem::is_directory(file, error))
@@ -492,11 +489,11 @@ void ReadFields::check_file_at(std::size_t offset, const std::string& pointer,
         fmt::format("no such file: {} (paths are relative to the scene file)", file.string()));
 }
 
-void ReadFields::report_at(std::size_t offset, const std::string& pointer,
-                           const std::string& message) {
+void FieldReader::report_at(std::size_t offset, const std::string& pointer,
+                            const std::string& message) {
   if (findings_.size() >= kMaxCollectedFindings) return;
-  const TextPosition at = document_.position(offset);
-  findings_.push_back({at.line, at.column, pointer, message});
+  const TextPosition position = document_.position(offset);
+  findings_.push_back({position.line, position.column, pointer, message});
 }
 
 }  // namespace polymorph

@@ -1,5 +1,5 @@
 // Scene reader: the visitor of describe() (scene/describe.h) that reads one object of the JSON tree
-// into one struct, and collects all that is wrong with it.
+// into one struct, and collects its errors.
 #pragma once
 
 #include <algorithm>
@@ -16,13 +16,14 @@
 
 namespace polymorph {
 
-/// `keyed`: numbers, vectors and colours may have keyframes. Problems go into `findings`, keyframes
-/// into `tracks`.
-class ReadFields {
+/// Reads `object`, whose JSON pointer is `pointer`; paths are relative to `folder`. Adds errors to
+/// `findings` and keyframes to `tracks`. With `keyed`, numbers, vectors and colours may have
+/// keyframes.
+class FieldReader {
  public:
-  ReadFields(const JsonDocument& document, const JsonValue& object, std::string pointer,
-             std::filesystem::path folder, std::vector<SceneFinding>& findings,
-             std::vector<KeyframeTrack>& tracks, bool keyed = false)
+  FieldReader(const JsonDocument& document, const JsonValue& object, std::string pointer,
+              std::filesystem::path folder, std::vector<SceneFinding>& findings,
+              std::vector<KeyframeTrack>& tracks, bool keyed = false)
       : document_(document),
         object_(object),
         pointer_(std::move(pointer)),
@@ -79,7 +80,7 @@ class ReadFields {
   void color(const char* key, Vec3& out, const char* doc);
   void color(const char* key, std::optional<Vec3>& out, const char* doc);
   void integers(const char* key, std::vector<int>& out, long long low, long long high, const char*);
-  /// A list of exactly as many numbers as there are ranges.
+  /// Reads a list with one number per range.
   void numbers(const char* key, std::vector<float>& out,
                std::initializer_list<std::pair<double, double>> ranges, const char*);
   void text_map(const char* key, std::map<std::string, std::string>& out, const char*);
@@ -89,7 +90,7 @@ class ReadFields {
     const JsonValue* value = find(key);
     if (value) read_object(*value, pointer_ + "/" + key, out);
   }
-  /// Its numbers, vectors and colours may have keyframes.
+  /// Reads an object whose numbers, vectors and colours may have keyframes.
   template <class T>
   void keyed_object(const char* key, T& out, const char* doc) {
     const bool keyed = std::exchange(keyed_, true);
@@ -100,7 +101,7 @@ class ReadFields {
   void objects(const char* key, std::vector<T>& out, const char*) {
     const JsonValue* value = expect(key, JsonValue::Kind::kArray);
     if (!value) return;
-    out.clear();  // a list of one's own replaces a default
+    out.clear();  // a given list replaces the default
     if (value->items.size() > kMaxItems)
       report(*value, key,
              fmt::format("has {} entries - a list may have at most {}", value->items.size(),
@@ -115,23 +116,24 @@ class ReadFields {
       read_object(value->items[i], fmt::format("{}/{}/{}", pointer_, key, i), out.back());
     }
   }
+  /// Makes the scene's settings the defaults of its actors and objects.
   void before_actors(Scene& scene);
-  /// A list, or the one actor's chain in its stead.
+  /// Reads the list of actors or, without one, the chain of a single actor.
   void actors(const char* key, std::vector<ActorSettings>& out, const char* doc);
 
-  /// Reports a key of former versions, and the key that stands for it now (nullptr: none does).
-  void retired(const char* key, const char* now);
+  /// Reports a key of former versions and its successor (nullptr: none).
+  void retired(const char* key, const char* successor);
 
-  /// Reports keys that describe() did not ask for.
+  /// Reports unknown keys: those that describe() has not visited.
   void finish();
   void report(const JsonValue& value, const char* key, const std::string& message);
 
  private:
-  static constexpr std::size_t kMaxItems = 1000;  ///< limit of one list
+  static constexpr std::size_t kMaxItems = 1000;  ///< per list
 
-  void seen(const char* key) { known_.emplace_back(key); }
-  /// The word that stands for an object, alone or beside what the command line sets (override.h).
-  static const JsonValue* word_of(const JsonValue& value) {
+  void add_known(const char* key) { known_.emplace_back(key); }
+  /// The string in place of an object, or under its key "" (override.h); null if there is none.
+  static const JsonValue* find_word(const JsonValue& value) {
     const JsonValue* word = value.kind == JsonValue::Kind::kObject ? value.find("") : &value;
     return word && word->kind == JsonValue::Kind::kString ? word : nullptr;
   }
@@ -141,22 +143,22 @@ class ReadFields {
   template <class T>
   void read_object(const JsonValue& value, const std::string& pointer, T& out) {
     if constexpr (std::is_same_v<T, ObjectSettings>) {
-      if (const JsonValue* word = word_of(value)) read_name(*word, pointer, out);
+      if (const JsonValue* word = find_word(value)) read_name(*word, pointer, out);
       if (value.kind == JsonValue::Kind::kString) return find_meshes(value, pointer, out);
     }
-    constexpr bool kMayBeShort = requires { T::kShort; };
+    constexpr bool kHasShort = requires { T::kShort; };
     if (value.kind != JsonValue::Kind::kObject &&
-        !(kMayBeShort && value.kind == JsonValue::Kind::kString)) {
+        !(kHasShort && value.kind == JsonValue::Kind::kString)) {
       report_at(value.offset, pointer,
                 fmt::format("must be an object (is {})", kind_name(value.kind)));
       return;
     }
-    ReadFields inner(document_, value, pointer, folder_, findings_, tracks_, keyed_);
+    FieldReader inner(document_, value, pointer, folder_, findings_, tracks_, keyed_);
     inner.actor_prototype_ = actor_prototype_;
-    if constexpr (kMayBeShort || std::is_same_v<T, ObjectSettings>) inner.retired_.emplace_back("");
-    if constexpr (kMayBeShort) {
+    if constexpr (kHasShort || std::is_same_v<T, ObjectSettings>) inner.retired_.emplace_back("");
+    if constexpr (kHasShort) {
       inner.short_key_ = T::kShort;
-      inner.word_ = word_of(value);
+      inner.word_ = find_word(value);
     }
     describe(inner, out);
     if constexpr (std::is_same_v<T, ObjectSettings>) {
@@ -165,12 +167,12 @@ class ReadFields {
     }
     inner.finish();
   }
-  /// Reads the keyframes of a setting that has them in place of a value into a track; `out` becomes
-  /// the first key's. `read(fields, value)` reads "value" of a key's fields.
+  /// Reads a setting's keyframes into a track, and the first key's value into `out`. Returns false
+  /// if it has none. `read(fields, value)` reads the "value" of one key.
   template <class T, class F>
   bool read_keyframes(const char* key, T& out, const F& read,
                       Keyframes keyframes = Keyframes::kAsObject);
-  /// One key: when it is goes into the track; `read` reads its value.
+  /// Reads one key: adds its time to the track, and its value by `read(fields)`.
   template <class F>
   bool read_key(const JsonValue& item, const std::string& pointer, KeyframeTrack& track,
                 const F& read);
@@ -194,13 +196,13 @@ class ReadFields {
   std::filesystem::path folder_;
   std::vector<SceneFinding>& findings_;
   std::vector<KeyframeTrack>& tracks_;
-  bool keyed_;  ///< numbers, vectors and colours here may have keyframes
-  std::vector<std::string> known_;
-  std::vector<std::string> retired_;  ///< keys that describe() does not ask for, and that are known
-  /// The key whose value alone may stand for the object, and that value where it does.
+  bool keyed_;                        ///< numbers, vectors and colours here may have keyframes
+  std::vector<std::string> known_;    ///< keys that describe() has visited
+  std::vector<std::string> retired_;  ///< further keys that finish() accepts
+  /// T::kShort, the key whose value alone may replace the object, and that value if it does.
   const char* short_key_ = nullptr;
   const JsonValue* word_ = nullptr;
-  ActorSettings actor_prototype_;  ///< its source is every object's
+  ActorSettings actor_prototype_;  ///< defaults of actors; its source is that of objects
 };
 
 }  // namespace polymorph

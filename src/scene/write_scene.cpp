@@ -1,4 +1,4 @@
-// The two visitors that write: the JSON Schema, and a scene with its defaults spelled out.
+// Visitors of describe() that write the JSON Schema, and a scene with all defaults spelled out.
 
 #include "base/json.h"
 #include "base/text.h"
@@ -9,13 +9,13 @@
 namespace polymorph {
 namespace {
 
-/// Floats print as short as they read back: 0.12, not 0.11999999731779099.
-double tidy(float value) { return parse_number(fmt::format("{}", value)).value_or(value); }
-JsonValue tidy(Vec3 v) { return JsonValue::array({tidy(v.x), tidy(v.y), tidy(v.z)}); }
+/// The double whose shortest text is that of a float: 0.12, not 0.11999999731779099.
+double shorten(float value) { return parse_number(fmt::format("{}", value)).value_or(value); }
+JsonValue shorten(Vec3 v) { return JsonValue::array({shorten(v.x), shorten(v.y), shorten(v.z)}); }
 
-class SchemaFields {
+class SchemaWriter {
  public:
-  explicit SchemaFields(bool keyed = false) : keyed_(keyed) {}
+  explicit SchemaWriter(bool keyed = false) : keyed_(keyed) {}
   JsonValue properties = JsonValue::object();
 
   template <class T>
@@ -24,7 +24,7 @@ class SchemaFields {
   }
   void number(const char* key, float& value, double low, double high, const char* doc,
               Keyframes keyframes = Keyframes::kAsObject) {
-    add_keyed(key, doc, {{"type", "number"}, {"minimum", low}, {"maximum", high}}, tidy(value),
+    add_keyed(key, doc, {{"type", "number"}, {"minimum", low}, {"maximum", high}}, shorten(value),
               keyframes);
   }
   void number(const char* key, std::optional<float>&, double low, double high, const char* doc,
@@ -61,7 +61,7 @@ class SchemaFields {
     add(key, doc, {{"type", "string"}});
   }
   void vector(const char* key, Vec3& value, const char* doc) {
-    add_keyed(key, doc, vector_schema(-1e6, 1e6), tidy(value));
+    add_keyed(key, doc, vector_schema(-1e6, 1e6), shorten(value));
   }
   void vector(const char* key, std::optional<Vec3>&, const char* doc) {
     add_keyed(key, doc, vector_schema(-1e6, 1e6));
@@ -72,7 +72,7 @@ class SchemaFields {
          {"default", 1}});
   }
   void color(const char* key, Vec3& value, const char* doc) {
-    add_keyed(key, doc, {{"oneOf", color_schemas()}}, tidy(value));
+    add_keyed(key, doc, {{"oneOf", color_schemas()}}, shorten(value));
   }
   void color(const char* key, std::optional<Vec3>&, const char* doc) {
     add_keyed(key, doc, {{"oneOf", color_schemas()}});
@@ -87,7 +87,7 @@ class SchemaFields {
     JsonValue items = JsonValue::array(), initial = JsonValue::array();
     for (const auto& [low, high] : ranges)
       items.push_back({{"type", "number"}, {"minimum", low}, {"maximum", high}});
-    for (const float value : values) initial.push_back(tidy(value));
+    for (const float value : values) initial.push_back(shorten(value));
     add(key, doc,
         {{"type", "array"},
          {"prefixItems", items},
@@ -107,20 +107,20 @@ class SchemaFields {
   }
   template <class T>
   void object(const char* key, T& value, const char* doc) {
-    add(key, doc, schema_of(value, keyed_));
+    add(key, doc, make_schema(value, keyed_));
   }
   template <class T>
   void keyed_object(const char* key, T& value, const char* doc) {
-    add(key, doc, schema_of(value, true));
+    add(key, doc, make_schema(value, true));
   }
   template <class T>
   void objects(const char* key, std::vector<T>&, const char* doc) {
     T value;
-    add(key, doc, {{"type", "array"}, {"items", schema_of(value, keyed_)}});
+    add(key, doc, {{"type", "array"}, {"items", make_schema(value, keyed_)}});
   }
   void retired(const char*, const char*) {}
   void before_actors(Scene&) {}
-  /// Either a list, or the keys of one actor's chain beside it.
+  /// Adds both the list of actors and the keys of a single actor's chain.
   void actors(const char* key, std::vector<ActorSettings>& values, const char* doc) {
     ActorSettings actor;
     describe_chain(*this, actor);
@@ -129,8 +129,8 @@ class SchemaFields {
   }
 
   template <class T>
-  static JsonValue schema_of(T& value, bool keyed = false) {
-    SchemaFields inner(keyed);
+  static JsonValue make_schema(T& value, bool keyed = false) {
+    SchemaWriter inner(keyed);
     describe(inner, value);
     JsonValue object{
         {"type", "object"}, {"additionalProperties", false}, {"properties", inner.properties}};
@@ -147,13 +147,13 @@ class SchemaFields {
     return object;
   }
 
-  /// Keyframes of a setting, whatever their values are.
+  /// Schema of a setting's keyframes, with values of any type.
   static JsonValue keyframes_schema() {
-    SchemaFields track, time;
+    SchemaWriter track, time;
     KeyframeTrack settings;
-    KeyMoment moment;
+    KeyframeTime key_time;
     describe(track, settings);
-    describe(time, moment);
+    describe(time, key_time);
     JsonValue units = JsonValue::array();
     for (const JsonMember& unit : time.properties.members)
       units.push_back({{"required", JsonValue::array({unit.key})}});
@@ -173,7 +173,7 @@ class SchemaFields {
   }
 
  private:
-  /// A value, or where it may have them its keyframes.
+  /// Adds a setting that is a value or, if it may have them, keyframes.
   void add_keyed(const char* key, const char* doc, const JsonValue& value,
                  const JsonValue& initial = {}, Keyframes keyframes = Keyframes::kAsObject) {
     JsonValue json = value;
@@ -204,9 +204,9 @@ class SchemaFields {
   }
 };
 
-class WriteFields {
+class FieldWriter {
  public:
-  WriteFields(std::filesystem::path folder, const std::vector<KeyframeTrack>& tracks,
+  FieldWriter(std::filesystem::path folder, const std::vector<KeyframeTrack>& tracks,
               std::string pointer)
       : folder_(std::move(folder)), tracks_(tracks), pointer_(std::move(pointer)) {}
   JsonValue json = JsonValue::object();
@@ -217,7 +217,8 @@ class WriteFields {
   }
   void number(const char* key, float& value, double, double, const char*,
               Keyframes = Keyframes::kAsObject) {
-    if (!write_keyframes(key, [](Vec3 v) { return JsonValue(tidy(v.x)); })) json[key] = tidy(value);
+    if (!write_keyframes(key, [](Vec3 v) { return JsonValue(shorten(v.x)); }))
+      json[key] = shorten(value);
   }
   void number(const char* key, std::optional<float>& value, double low, double high,
               const char* doc, Keyframes = Keyframes::kAsObject) {
@@ -243,12 +244,12 @@ class WriteFields {
     path(key, value, doc);
   }
   void vector(const char* key, Vec3& value, const char*) {
-    if (!write_keyframes(key, [](Vec3 v) { return tidy(v); })) json[key] = tidy(value);
+    if (!write_keyframes(key, [](Vec3 v) { return shorten(v); })) json[key] = shorten(value);
   }
   void vector(const char* key, std::optional<Vec3>& value, const char* doc) {
     if (value) vector(key, *value, doc);
   }
-  void scale(const char* key, Vec3& value, const char*) { json[key] = tidy(value); }
+  void scale(const char* key, Vec3& value, const char*) { json[key] = shorten(value); }
   void color(const char* key, Vec3& value, const char* doc) { vector(key, value, doc); }
   void color(const char* key, std::optional<Vec3>& value, const char* doc) {
     vector(key, value, doc);
@@ -259,7 +260,7 @@ class WriteFields {
   void numbers(const char* key, std::vector<float>& values,
                std::initializer_list<std::pair<double, double>>, const char*) {
     json[key] = JsonValue::array();
-    for (const float value : values) json[key].push_back(tidy(value));
+    for (const float value : values) json[key].push_back(shorten(value));
   }
   void text_map(const char* key, std::map<std::string, std::string>& values, const char*) {
     if (!values.empty()) json[key] = values;
@@ -268,7 +269,7 @@ class WriteFields {
     for (const auto& [object, points] : values) {
       JsonValue& written_points = json[key][object] = JsonValue::object();
       for (const auto& [name, at] : points)
-        written_points[name] = at.point ? tidy(*at.point) : fmt::format("v{}", at.vertex);
+        written_points[name] = at.point ? shorten(*at.point) : fmt::format("v{}", at.vertex);
     }
   }
   template <class T>
@@ -276,10 +277,10 @@ class WriteFields {
     if constexpr (std::is_same_v<T, ObjectSettings>) {
       if (blends_) return;
       if (std::string_view(key) == "source") plays_ = is_mesh_sequence(value);
-      // Every target has a name; a sequence that plays alone has none.
+      // A target without a name is none: the sequence plays alone.
       if (std::string_view(key) == "target" && plays_ && value.name.empty()) return;
     }
-    json[key] = written(value, pointer_ + "/" + key);
+    json[key] = write_object(value, pointer_ + "/" + key);
   }
   template <class T>
   void keyed_object(const char* key, T& value, const char* doc) {
@@ -292,7 +293,7 @@ class WriteFields {
     }
     json[key] = JsonValue::array();
     for (std::size_t i = 0; i < values.size(); ++i)
-      json[key].push_back(written(values[i], fmt::format("{}/{}/{}", pointer_, key, i)));
+      json[key].push_back(write_object(values[i], fmt::format("{}/{}/{}", pointer_, key, i)));
   }
   void retired(const char*, const char*) {}
   void before_actors(Scene&) {}
@@ -302,27 +303,27 @@ class WriteFields {
 
  private:
   template <class T>
-  JsonValue written(T& value, const std::string& pointer) const {
-    WriteFields inner(folder_, tracks_, pointer);
+  JsonValue write_object(T& value, const std::string& pointer) const {
+    FieldWriter inner(folder_, tracks_, pointer);
     if constexpr (std::is_same_v<T, ActorSettings>) inner.blends_ = !value.blend.empty();
     describe(inner, value);
     return inner.json;
   }
-  /// Instead of the value, where the setting has a track.
+  /// Writes the keyframes of a setting, if it has a track. Returns whether it has.
   template <class F>
-  bool write_keyframes(const char* key, const F& written_value) {
+  bool write_keyframes(const char* key, const F& format_value) {
     const std::string pointer = pointer_ + "/" + key;
     for (const KeyframeTrack& track : tracks_) {
       if (track.pointer != pointer) continue;
       KeyframeTrack settings = track;
-      WriteFields fields(folder_, tracks_, pointer);
+      FieldWriter fields(folder_, tracks_, pointer);
       fields.json["keys"] = JsonValue::array();
       for (const Keyframe& keyframe : track.keys) {
         const char* unit = track.unit == KeyUnit::kShare   ? "t"
                            : track.unit == KeyUnit::kFrame ? "frame"
                                                            : "leg";
-        fields.json["keys"].push_back({{unit, tidy(static_cast<float>(keyframe.at))},
-                                       {"value", written_value(keyframe.value)}});
+        fields.json["keys"].push_back({{unit, shorten(static_cast<float>(keyframe.at))},
+                                       {"value", format_value(keyframe.value)}});
       }
       describe(fields, settings);
       json[key] = fields.json;
@@ -334,14 +335,14 @@ class WriteFields {
   const std::vector<KeyframeTrack>& tracks_;
   std::string pointer_;
   bool blends_ = false;  ///< the actor's objects are those of a blend
-  bool plays_ = false;   ///< the source is a mesh sequence: there is no target
+  bool plays_ = false;   ///< the source is a mesh sequence, which needs no target
 };
 
 }  // namespace
 
 std::string scene_schema() {
   Scene scene;
-  SchemaFields fields;
+  SchemaWriter fields;
   describe(fields, scene);
   fields.properties["$schema"] = {{"type", "string"}};
   const JsonValue schema{
@@ -356,21 +357,21 @@ std::string scene_schema() {
                                   JsonValue{{"required", JsonValue::array({"blend"})}},
                                   JsonValue{{"required", JsonValue::array({"actors"})}}})},
       {"properties", fields.properties},
-      {"$defs", {{"keyframes", SchemaFields::keyframes_schema()}}}};
+      {"$defs", {{"keyframes", SchemaWriter::keyframes_schema()}}}};
   return dump_json(schema);
 }
 
 std::string object_to_json(const ObjectSettings& object, const std::vector<KeyframeTrack>& tracks,
                            const std::string& pointer) {
   ObjectSettings copy = object;
-  WriteFields fields({}, tracks, pointer);
+  FieldWriter fields({}, tracks, pointer);
   describe(fields, copy);
   return dump_json(fields.json);
 }
 
 std::string scene_to_json(const Scene& scene, const std::filesystem::path& folder) {
   Scene copy = scene;  // the description takes settings by reference; this visitor only reads
-  WriteFields fields(folder, scene.tracks, "");
+  FieldWriter fields(folder, scene.tracks, "");
   describe(fields, copy);
   return dump_json(fields.json);
 }
