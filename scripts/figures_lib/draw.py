@@ -108,8 +108,7 @@ def box(ax, low, side, camera, **style):
 
 
 def sheet(rows, labels, heads=(), gap=6, scale=1):
-    """Returns a figure of renders in rows, pixel for pixel, with a label above each row and heads above the columns. None leaves a
-    cell empty."""
+    """Returns a figure of renders in rows, pixel for pixel, labels above the rows and heads above the columns. None: an empty cell."""
     height, width = rows[0][0].shape[:2]
     heights = [next(picture for picture in row if picture is not None).shape[0] for row in rows]
     columns = max(len(row) for row in rows)

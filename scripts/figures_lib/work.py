@@ -117,7 +117,7 @@ class Studio:
         )
 
     def make(self, figure):
-        """Makes a figure. Returns None, or the traceback of a failure. The stamp is written last: a figure without one is made again."""
+        """Makes a figure; returns None, or the traceback of a failure. Its stamp is written last; without one it is made again."""
         digest = self.digest(figure)
         start = time.monotonic()
         with tempfile.TemporaryDirectory(prefix="polymorph-figures-") as scratch:
