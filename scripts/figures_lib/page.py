@@ -110,12 +110,12 @@ def section(figure, stamp):
     return "".join(out)
 
 
-def write(studio):
-    made = [(f, stamp) for f in registry.FIGURES if (stamp := studio.stamp_of(f)) is not None]
+def write(figure_run):
+    made = [(f, stamp) for f in registry.FIGURES if (stamp := figure_run.stamp_of(f)) is not None]
     chapter_of = {f.name: re.search(r"(\d+)\.", f.name).group(1) for f, _ in made}
     monkey = (
         "Suzanne is Blender's own."
-        if studio.blender
+        if figure_run.blender
         else "Blender is not installed here, so Suzanne's part is played by our monkey (scenes/models/monkey.obj)."
     )
     out = [
@@ -128,7 +128,7 @@ def write(studio):
             " the report's are quoted from it; every other number was measured by the program, or computed, when its"
             f" figure was made. Models are this repository's, not the report's, so counts differ. {monkey}</p>"
         ),
-        f"<p>Made by <code>scripts/figures</code> with {html.escape(studio.version)}.</p><nav>",
+        f"<p>Made by <code>scripts/figures</code> with {html.escape(figure_run.version)}.</p><nav>",
     ]
     for chapter, title in CHAPTERS.items():
         links = [f'<a href="#{f.name}">{label(f.name)}</a>' for f, _ in made if chapter_of[f.name] == chapter]
@@ -140,6 +140,6 @@ def write(studio):
         if sections:
             out += [f"<h2>{title}</h2>", *sections]
     out.append("</main></html>\n")
-    index = studio.folder / "index.html"
+    index = figure_run.folder / "index.html"
     write_atomically(index, "\n".join(out))
     return index

@@ -42,7 +42,7 @@ def write_atomically(path, data):
     os.replace(temporary, path)
 
 
-class Studio:
+class FigureRun:
     """The output folder, the program and the quality of all figures of a run."""
 
     def __init__(self, options):
@@ -153,9 +153,9 @@ def draw_only_models():
 class Work:
     """Gives the function of a figure its declared inputs and the program, and collects its results."""
 
-    def __init__(self, studio, figure, scratch):
-        self.studio, self.figure, self.scratch = studio, figure, scratch
-        self.draft = studio.quality == "draft"
+    def __init__(self, figure_run, figure, scratch):
+        self.figure_run, self.figure, self.scratch = figure_run, figure, scratch
+        self.draft = figure_run.quality == "draft"
         self.ours = self.why = ""
         self.blocks, self.files, self.commands = [], [], []
         self.count = 0
@@ -165,12 +165,12 @@ class Work:
     def model(self, name):
         if name not in self.figure.models:
             raise KeyError(f"{self.figure.name} does not declare the model {name}")
-        return self.studio.model(name)
+        return self.figure_run.model(name)
 
     def name_of(self, model):
         """Returns a model's name for captions."""
         if model == "suzanne":
-            return "Suzanne" if self.studio.blender else "monkey"
+            return "Suzanne" if self.figure_run.blender else "monkey"
         return model
 
     def scene_json(self, name):
@@ -182,13 +182,13 @@ class Work:
 
     def short(self, text):
         """Returns a command with paths relative to the repository's root, as the page shows it."""
-        for path, name in ((self.scratch, "work/"), (self.studio.folder, ""), (ROOT, "")):
+        for path, name in ((self.scratch, "work/"), (self.figure_run.folder, ""), (ROOT, "")):
             text = text.replace(f"{path}/", name)
         return text
 
     def run(self, *arguments):
         self.commands.append(f"polymorph {self.short(' '.join(str(a) for a in arguments))}")
-        return self.studio.run(*arguments, cwd=self.scratch)
+        return self.figure_run.run(*arguments, cwd=self.scratch)
 
     def json(self, *arguments):
         return json.loads(self.run(*arguments, "--json", "-q"))
@@ -253,9 +253,9 @@ class Work:
     def analyze(self, scene, frames=13):
         """Returns the analysis of each morph of a scene, as `polymorph analyze --json` has it."""
         key = (scene.read_text(encoding="utf-8"), frames)
-        if key not in self.studio.analyses:
-            self.studio.analyses[key] = self.json("analyze", scene, "-c", frames)["morphs"]
-        return self.studio.analyses[key]
+        if key not in self.figure_run.analyses:
+            self.figure_run.analyses[key] = self.json("analyze", scene, "-c", frames)["morphs"]
+        return self.figure_run.analyses[key]
 
     def spheres(self, model, *options, picture=0):
         """Returns the report of `polymorph spheres` on a model (a name or a path), and pictures of model, spheres and surface."""
@@ -272,7 +272,7 @@ class Work:
     # Results.
 
     def keep(self, name, data):
-        write_atomically(self.studio.folder / name, data)
+        write_atomically(self.figure_run.folder / name, data)
         self.files.append(name)
 
     def picture(self, fig, caption="", part=""):
