@@ -1,5 +1,4 @@
-// Conversions between numpy arrays and the types of the rooms. polymorph/_inputs.py has checked the
-// inputs.
+// Converts numpy arrays, which polymorph/_inputs.py has checked, to the rooms' types, and back.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -47,8 +46,8 @@ MemoryMesh to_memory_mesh(const Rows<3>& vertices, const Indices& corners, const
 /// image, or, with `bytes`, uint8 as in a PNG: sRGB, not premultiplied, R, G and B times 2^`stops`.
 nanobind::object to_color_array(const Image& image, bool bytes, float stops);
 
-/// Balls of one or more actors, rescaled so that their surface is where the field is 1. `levels`
-/// has the level of each ball's actor before that.
+/// Balls whose field is 1 at the surface. `levels`: for each ball, the field there before
+/// rescaling.
 struct LeveledBalls {
   std::vector<Ball> balls;
   std::vector<float> levels;

@@ -31,9 +31,7 @@ class Worker {
     std::unique_lock lock(mutex_);
     return ended_.wait_for(lock, time, [this] { return is_done_; });
   }
-  std::exception_ptr failure() const {
-    return failure_;
-  }  ///< null if there is none; call after the end
+  std::exception_ptr failure() const { return failure_; }  ///< null if none; call after the end
 
  private:
   void run(const std::function<void()>& work) {

@@ -27,14 +27,12 @@ inline void check(Status status) {
   if (!status) throw PythonError{std::move(status).error()};
 }
 
-/// Runs `work` on a thread of its own, without the interpreter's lock. Meanwhile the calling thread
-/// handles signals and, unless `progress` is None, calls progress(stage, seconds) five times a
-/// second. If a signal handler or `progress` raises an exception, the work is interrupted and the
-/// exception rethrown.
+/// Runs `work` on a thread of its own, without the interpreter's lock. Meanwhile this thread
+/// handles signals and calls progress(stage, seconds) five times a second, unless it is None. An
+/// exception of a signal handler or of `progress` interrupts the work and is rethrown.
 void run_call(const nanobind::object& progress, const std::function<void()>& work);
 
-/// Holds a lock for its lifetime. Its constructor throws Interrupted when work is interrupted while
-/// it waits for the lock.
+/// Holds a lock for its lifetime. Interrupted is thrown if work is interrupted while it waits.
 class InterruptibleLock {
  public:
   explicit InterruptibleLock(std::timed_mutex& mutex);

@@ -120,8 +120,7 @@ class MeasuringActivity {
   std::unique_ptr<Activity> activity_;
 };
 
-/// Returns the report of `polymorph analyze 'seq.####.obj' --json`; `source` and `target` may be
-/// empty.
+/// Returns what `polymorph analyze 'seq.####.obj' --json` prints. Empty `source`, `target`: none.
 std::string analyze_sequence(const std::string& meshes, const std::string& source,
                              const std::string& target, const nb::object& progress) {
   std::string report;
