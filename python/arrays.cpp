@@ -12,11 +12,11 @@ namespace nb = nanobind;
 namespace polymorph {
 namespace {
 
-nb::object point_array(const std::vector<Vec3>& points) {
+nb::object to_point_array(const std::vector<Vec3>& points) {
   std::vector<float> values;
   values.reserve(3 * points.size());
   for (const Vec3 p : points) values.insert(values.end(), {p.x, p.y, p.z});
-  return array(std::move(values), {points.size(), 3});
+  return to_array(std::move(values), {points.size(), 3});
 }
 
 }  // namespace
@@ -30,13 +30,13 @@ std::vector<Vec3> to_points(const Rows<3>& rows) {
 
 MemoryMesh to_memory_mesh(const Rows<3>& vertices, const Indices& corners, const Indices& sizes,
                           const Rows<3>& colors) {
-  const auto all = [](const auto& values) {
+  const auto to_vector = [](const auto& values) {
     return std::vector(values.data(), values.data() + values.size());
   };
-  return {to_points(vertices), all(corners), all(sizes), all(colors)};
+  return {to_points(vertices), to_vector(corners), to_vector(sizes), to_vector(colors)};
 }
 
-nb::object color_array(const Image& image, bool bytes, float stops) {
+nb::object to_color_array(const Image& image, bool bytes, float stops) {
   const int channels[] = {image.find_channel("R"), image.find_channel("G"), image.find_channel("B"),
                           image.find_channel("A")};
   const std::size_t count = image.channel_count(), pixels = image.pixels.size() / count;
@@ -50,7 +50,7 @@ nb::object color_array(const Image& image, bool bytes, float stops) {
     values.reserve(4 * pixels);
     for (std::size_t i = 0; i < pixels; ++i)
       for (int c = 0; c < 4; ++c) values.push_back(at(i, c));
-    return array(std::move(values), shape);
+    return to_array(std::move(values), shape);
   }
   const SrgbQuantizer& quantizer = SrgbQuantizer::instance();
   const auto gain = static_cast<float>(exact::exp2(static_cast<double>(stops)));
@@ -62,7 +62,7 @@ nb::object color_array(const Image& image, bool bytes, float stops) {
     for (int c = 0; c < 3; ++c) values.push_back(quantizer(at(i, c) * scale));
     values.push_back(static_cast<std::uint8_t>(alpha * 255.0f + 0.5f));
   }
-  return array(std::move(values), shape);
+  return to_array(std::move(values), shape);
 }
 
 std::vector<Ball> to_balls(const Rows<3>& centers, const Column& a, const Column& w,
@@ -91,11 +91,11 @@ nb::dict to_dict(const LeveledBalls& set, FieldKind kind) {
     shapes.insert(shapes.end(), {s.xx, s.xy, s.xz, s.xy, s.yy, s.yz, s.xz, s.yz, s.zz});
   }
   nb::dict out;
-  out["centers"] = point_array(centers);
-  out["a"] = array(std::move(a), {balls.size()});
-  out["w"] = array(std::move(w), {balls.size()});
-  out["shapes"] = array(std::move(shapes), {balls.size(), 3, 3});
-  out["level"] = array(set.levels, {balls.size()});
+  out["centers"] = to_point_array(centers);
+  out["a"] = to_array(std::move(a), {balls.size()});
+  out["w"] = to_array(std::move(w), {balls.size()});
+  out["shapes"] = to_array(std::move(shapes), {balls.size(), 3, 3});
+  out["level"] = to_array(set.levels, {balls.size()});
   out["kind"] = std::string(field_name(kind));
   return out;
 }
@@ -105,9 +105,9 @@ nb::dict to_dict(const Mesh& mesh) {
   for (const Triangle& t : mesh.triangles)
     triangles.insert(triangles.end(), {t.v[0], t.v[1], t.v[2]});
   nb::dict out;
-  out["positions"] = point_array(mesh.positions);
-  out["normals"] = point_array(mesh.normals);
-  out["triangles"] = array(std::move(triangles), {mesh.triangles.size(), 3});
+  out["positions"] = to_point_array(mesh.positions);
+  out["normals"] = to_point_array(mesh.normals);
+  out["triangles"] = to_array(std::move(triangles), {mesh.triangles.size(), 3});
   return out;
 }
 
@@ -126,9 +126,9 @@ nb::dict to_dict(const MorphPlan& plan) {
   nb::dict out;
   out["source_balls"] = balls(plan.from);
   out["target_balls"] = balls(plan.to);
-  out["pairs"] = array(std::move(pairs), {plan.pairs.size(), 2});
-  out["shares"] = array(std::move(shares), {plan.pairs.size(), 2});
-  out["masses"] = array(std::move(masses), {plan.pairs.size()});
+  out["pairs"] = to_array(std::move(pairs), {plan.pairs.size(), 2});
+  out["shares"] = to_array(std::move(shares), {plan.pairs.size(), 2});
+  out["masses"] = to_array(std::move(masses), {plan.pairs.size()});
   return out;
 }
 

@@ -1,4 +1,4 @@
-// Arrays between numpy and the rooms' types. The Python side has checked what comes in.
+// Converts numpy arrays, which polymorph/_inputs.py has checked, to the rooms' types, and back.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -16,16 +16,16 @@
 
 namespace polymorph {
 
-/// Hands values to numpy, which owns them from then on.
+/// Makes a numpy array of this shape that owns `values`.
 template <class T>
-nanobind::object array(std::vector<T> values, std::vector<std::size_t> shape) {
+nanobind::object to_array(std::vector<T> values, std::vector<std::size_t> shape) {
   namespace nb = nanobind;
-  auto* kept = new std::vector<T>(std::move(values));
-  nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
-  return nb::cast(nb::ndarray<nb::numpy, T>(kept->data(), shape.size(), shape.data(), owner));
+  auto* owned = new std::vector<T>(std::move(values));
+  nb::capsule owner(owned, [](void* p) noexcept { delete static_cast<std::vector<T>*>(p); });
+  return nb::cast(nb::ndarray<nb::numpy, T>(owned->data(), shape.size(), shape.data(), owner));
 }
 
-/// Rows of N floats.
+/// Arrays of float32 with the shapes (n, N) and (n,), contiguous, in the CPU's memory.
 template <int N>
 using Rows = nanobind::ndarray<const float, nanobind::shape<-1, N>, nanobind::c_contig,
                                nanobind::device::cpu>;
@@ -37,16 +37,17 @@ std::vector<Vec3> to_points(const Rows<3>& rows);
 using Indices = nanobind::ndarray<const std::uint32_t, nanobind::shape<-1>, nanobind::c_contig,
                                   nanobind::device::cpu>;
 
-/// `corners`: indices of vertices, face after face; `sizes`: of each face; `colors`: one per
-/// vertex, or none.
+/// `corners`: vertex indices of all faces, one face after the other; `sizes`: number of corners of
+/// each face; `colors`: one per vertex, or empty.
 MemoryMesh to_memory_mesh(const Rows<3>& vertices, const Indices& corners, const Indices& sizes,
                           const Rows<3>& colors);
 
-/// The colours of an image as rows of R, G, B, A: linear and premultiplied as they are, or
-/// (`bytes`) as a PNG has them: sRGB, not premultiplied, brightened by `stops`.
-nanobind::object color_array(const Image& image, bool bytes, float stops);
+/// Returns the colours of an image, (height, width, 4): float32, linear and premultiplied as in the
+/// image, or, with `bytes`, uint8 as in a PNG: sRGB, not premultiplied, R, G and B times 2^`stops`.
+nanobind::object to_color_array(const Image& image, bool bytes, float stops);
 
-/// Balls of one or more actors, and the level that has been divided out of each.
+/// Balls whose field is 1 at the surface. `levels`: for each ball, the field there before
+/// rescaling.
 struct LeveledBalls {
   std::vector<Ball> balls;
   std::vector<float> levels;

@@ -20,7 +20,7 @@ using namespace std::chrono_literals;
 namespace polymorph {
 namespace {
 
-/// Work on a thread of its own.
+/// Runs `work` on a thread of its own. The destructor waits until it ends.
 class Worker {
  public:
   /// Errors: std::system_error, if no thread can be started.
@@ -31,7 +31,7 @@ class Worker {
     std::unique_lock lock(mutex_);
     return ended_.wait_for(lock, time, [this] { return is_done_; });
   }
-  std::exception_ptr failure() const { return failure_; }  ///< after it has ended
+  std::exception_ptr failure() const { return failure_; }  ///< null if none; call after the end
 
  private:
   void run(const std::function<void()>& work) {
@@ -49,7 +49,7 @@ class Worker {
   std::condition_variable ended_;
   bool is_done_ = false;
   std::exception_ptr failure_;
-  std::thread thread_;  // the last, because it uses the others
+  std::thread thread_;  // last, because run() uses the other members
 };
 
 }  // namespace
@@ -100,7 +100,7 @@ void register_errors(nb::module_&) {
       raise({ErrorCode::kResource,
              "out of memory - use fewer balls, a lower surface.resolution or a smaller image"});
     } catch (const std::exception& e) {
-      if (!is_thread_failure(e)) throw;  // for nanobind
+      if (!is_thread_failure(e)) throw;  // nanobind handles it
       raise(make_thread_error(e.what()));
     }
   });

@@ -1,5 +1,5 @@
-// Calls from Python: errors that cross the border, and long work that answers signals and reports
-// its progress.
+// Support for calls from Python: C++ errors become Python exceptions; long work handles signals and
+// reports its progress.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -12,11 +12,12 @@
 
 namespace polymorph {
 
-/// Thrown across the border, where it becomes polymorph.Error(message, code).
+/// The exception that nanobind turns into polymorph.Error(message, code).
 struct PythonError {
   Error error;
 };
 
+/// take() returns a result's value; take() and check() throw errors as PythonError.
 template <class T>
 T take(Result<T> result) {
   if (!result) throw PythonError{std::move(result).error()};
@@ -26,12 +27,12 @@ inline void check(Status status) {
   if (!status) throw PythonError{std::move(status).error()};
 }
 
-/// Runs `work` on a thread of its own, without the interpreter's lock. Meanwhile the calling thread
-/// handles signals, and calls progress(stage, seconds) five times a second unless it is None. If
-/// either raises an exception, the work is stopped and the exception is thrown.
+/// Runs `work` on a thread of its own, without the interpreter's lock. Meanwhile this thread
+/// handles signals and calls progress(stage, seconds) five times a second, unless it is None. An
+/// exception of a signal handler or of `progress` interrupts the work and is rethrown.
 void run_call(const nanobind::object& progress, const std::function<void()>& work);
 
-/// Holds a lock for its lifetime. While it waits, it ends as interrupted work does.
+/// Holds a lock for its lifetime. Interrupted is thrown if work is interrupted while it waits.
 class InterruptibleLock {
  public:
   explicit InterruptibleLock(std::timed_mutex& mutex);
@@ -40,7 +41,7 @@ class InterruptibleLock {
   std::unique_lock<std::timed_mutex> lock_;
 };
 
-/// Makes polymorph.Error of C++ exceptions. Memory and threads that are not there have code 5.
+/// Turns C++ exceptions into polymorph.Error. A lack of memory or of threads has code 5.
 void register_errors(nanobind::module_& module);
 
 }  // namespace polymorph

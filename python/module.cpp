@@ -1,5 +1,5 @@
-// The Python module: scenes, models, balls, meshes and frames as numpy arrays. What users see, with
-// shapes and units, stands in polymorph/__init__.py; this is what it needs of the rooms.
+// The Python module _polymorph: scenes, models, balls, meshes and frames as numpy arrays.
+// polymorph/__init__.py wraps it and documents shapes and units.
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/map.h>
 #include <nanobind/stl/string.h>
@@ -38,9 +38,9 @@ namespace nb = nanobind;
 namespace polymorph {
 namespace {
 
-/// Everything that is wrong with a scene becomes one error. Places in a text that the caller never
-/// saw are left out.
-Scene good_scene(SceneReading reading, const std::string& name, bool is_file) {
+/// Returns the scene, or throws one error with all findings. Line numbers are given only for files
+/// (`is_file`): the caller never saw the text of a dict.
+Scene take_scene(SceneReading reading, const std::string& name, bool is_file) {
   Error error{ErrorCode::kInput, ""};
   for (const SceneFinding& finding : reading.findings) {
     if (!error.message.empty()) error.message += "\n";
@@ -51,12 +51,12 @@ Scene good_scene(SceneReading reading, const std::string& name, bool is_file) {
   return std::move(reading.scene);
 }
 
-/// `text`: a scene's JSON, of which the source counts; its model by a name or a path.
+/// Approximates the source of a scene. `text`: the scene's JSON; its other objects are ignored.
 nb::dict approximate_source(const std::string& text, const std::string& cache,
                             const nb::object& progress) {
   Approximation approximation;
   run_call(progress, [&] {
-    const Scene scene = good_scene(take(read_scene_text("settings", text)), "settings", false);
+    const Scene scene = take_scene(take(read_scene_text("settings", text)), "settings", false);
     const ObjectSettings& object = *chain_objects(scene.actors.front()).front();
     const Activity activity("fitting balls to " + object.name);
     const Model model = object.shape.empty() ? take(load_model(object.model)).model
@@ -69,15 +69,15 @@ nb::dict approximate_source(const std::string& text, const std::string& cache,
     spheres.insert(spheres.end(), {s.center.x, s.center.y, s.center.z, s.radius});
   const std::vector<float> levels(approximation.balls.size(), 1);
   nb::dict out = to_dict({approximation.balls, levels}, FieldKind::kGaussian);
-  out["spheres"] = array(std::move(spheres), {leaves.size(), 4});
+  out["spheres"] = to_array(std::move(spheres), {leaves.size(), 4});
   return out;
 }
 
-/// The field of balls at points.
-nb::object ball_field(const Rows<3>& centers, const Column& a, const Column& w,
-                      const Rows<9>& shapes, const std::string& kind, const Rows<3>& points) {
+/// Evaluates the field of balls at points.
+nb::object evaluate_field(const Rows<3>& centers, const Column& a, const Column& w,
+                          const Rows<9>& shapes, const std::string& kind, const Rows<3>& points) {
   const BallSet balls(to_balls(centers, a, w, shapes));
-  const std::vector<Vec3> at = to_points(points);
+  const std::vector<Vec3> positions = to_points(points);
   ExtractSettings settings;
   const auto* found = std::find_if(std::begin(kFieldKinds), std::end(kFieldKinds),
                                    [&](FieldKind k) { return field_name(k) == kind; });
@@ -85,12 +85,13 @@ nb::object ball_field(const Rows<3>& centers, const Column& a, const Column& w,
     throw PythonError{make_error(ErrorCode::kUsage, "no field is called \"{}\"", kind)};
   settings.field = *found;
   std::vector<float> values;
-  run_call(nb::none(),
-           [&] { check(to_status(make_cpu_engine()->sample(balls, at, settings, values))); });
-  return array(std::move(values), {at.size()});
+  run_call(nb::none(), [&] {
+    check(to_status(make_cpu_engine()->sample(balls, positions, settings, values)));
+  });
+  return to_array(std::move(values), {positions.size()});
 }
 
-/// Meshes in memory that scenes name by paths, for as long as this object lives.
+/// Holds meshes in memory and gives them paths that scenes can name while this object lives.
 class PythonModels {
  public:
   std::string add(const std::string& name, const MemoryMesh& mesh) {
@@ -106,11 +107,11 @@ class PythonModels {
   MemoryModels models_;
 };
 
-/// Shows which of several surfaces is measured.
+/// Shows as an activity which of several surfaces is being measured.
 class MeasuringActivity {
  public:
   void show(int done, int count) {
-    activity_.reset();  // the last one's text would come back after this one's
+    activity_.reset();
     activity_ = std::make_unique<Activity>(
         fmt::format("measuring surface {} of {}", std::min(done + 1, count), count));
   }
@@ -119,7 +120,7 @@ class MeasuringActivity {
   std::unique_ptr<Activity> activity_;
 };
 
-/// The report of `polymorph analyze 'seq.####.obj' --json`; `source` and `target` may be empty.
+/// Returns what `polymorph analyze 'seq.####.obj' --json` prints. Empty `source`, `target`: none.
 std::string analyze_sequence(const std::string& meshes, const std::string& source,
                              const std::string& target, const nb::object& progress) {
   std::string report;
@@ -134,21 +135,21 @@ std::string analyze_sequence(const std::string& meshes, const std::string& sourc
   return report;
 }
 
-/// A prepared scene. Calls on several threads wait for each other.
+/// A prepared scene. Calls from several threads run one after the other.
 class PythonScene {
  public:
-  /// `text` empty: of the file `path`; else the scene itself, its paths relative to the folder of
-  /// `path`.
+  /// Reads the file `path` if `text` is empty. Otherwise `text` is the scene, and its paths are
+  /// relative to the folder of `path`.
   PythonScene(const std::string& path, const std::string& text,
               const std::map<std::string, std::string>& overrides, const std::string& device,
               const std::string& cache, const nb::object& progress)
       : cache_(cache) {
     run_call(progress, [&] {
-      const std::vector<Override> set(overrides.begin(), overrides.end());
+      const std::vector<Override> override_list(overrides.begin(), overrides.end());
       const bool is_file = text.empty();
-      SceneReading reading =
-          take(is_file ? read_scene(path, set) : read_scene_text(path, text, set));
-      const Scene scene = good_scene(std::move(reading), path, is_file);
+      SceneReading reading = take(is_file ? read_scene(path, override_list)
+                                          : read_scene_text(path, text, override_list));
+      const Scene scene = take_scene(std::move(reading), path, is_file);
       engine_ = take(make_engine(device, device_));
       prepared_ = take(prepare_scene(scene, *engine_, cache, {memory_limit(), 0}));
     });
@@ -162,15 +163,15 @@ class PythonScene {
 
   nb::dict balls(int frame, const nb::object& progress) {
     const FieldKind kind = prepared_.scene.field.kind;
-    LeveledBalls all;
+    LeveledBalls rescaled;
     call(progress, [&] {
       for (const ActorGeometry& actor : geometry(frame).actors) {
-        const std::vector<Ball> own = rescale_balls(actor.balls.balls(), kind, actor.iso);
-        all.balls.insert(all.balls.end(), own.begin(), own.end());
-        all.levels.insert(all.levels.end(), own.size(), actor.iso);
+        const std::vector<Ball> actor_balls = rescale_balls(actor.balls.balls(), kind, actor.iso);
+        rescaled.balls.insert(rescaled.balls.end(), actor_balls.begin(), actor_balls.end());
+        rescaled.levels.insert(rescaled.levels.end(), actor_balls.size(), actor.iso);
       }
     });
-    return to_dict(all, kind);
+    return to_dict(rescaled, kind);
   }
 
   /// `frame` may lie between two frames.
@@ -180,41 +181,42 @@ class PythonScene {
       check_frame(frame);
       const Activity activity(fmt::format("extracting the surfaces of frame {:g}", frame));
       const FrameSettings& frames = prepared_.scene.frames;
-      const double shown = frames.turntable > 0 ? frames.still : frame;
+      const double morph_frame = frames.turntable > 0 ? frames.still : frame;
       for (const PreparedActor& actor : prepared_.actors)
-        append(mesh,
-               shown_mesh(actor, take(actor_geometry_at(
-                                     actor, morph_state_at(actor.timeline, shown), *engine_))));
+        append(
+            mesh,
+            shown_mesh(actor, take(actor_geometry_at(
+                                  actor, morph_state_at(actor.timeline, morph_frame), *engine_))));
     });
     return to_dict(mesh);
   }
 
   nb::object field(int frame, const Rows<3>& points, int actor, const nb::object& progress) {
-    std::vector<Vec3> at = to_points(points);
+    std::vector<Vec3> positions = to_points(points);
     std::vector<float> values;
     call(progress, [&] {
       check_frame(frame);
       if (actor < 0 || actor >= static_cast<int>(prepared_.actors.size()))
         throw PythonError{make_error(ErrorCode::kUsage, "actor {}: there are actors 0 to {}", actor,
                                      prepared_.actors.size() - 1)};
-      const PreparedActor& prepared = prepared_.actors[static_cast<std::size_t>(actor)];
-      if (prepared.sequence)
+      const PreparedActor& prepared_actor = prepared_.actors[static_cast<std::size_t>(actor)];
+      if (prepared_actor.sequence)
         throw PythonError{
             make_error(ErrorCode::kUsage, "actor {}: is a mesh sequence, without field", actor)};
-      const MorphState moment =
-          morph_state_at(prepared.timeline, shown_frame(prepared_.scene, frame));
-      if (prepared.space) {
-        const Mixture mixture = take(mix_objects(*prepared.space, moment.weights));
-        const WeightedSurface mixed = take(weighted_surface(mixture, *engine_));
-        values = take(weighted_field(mixture, mixed, at, *engine_));
+      const MorphState state =
+          morph_state_at(prepared_actor.timeline, shown_frame(prepared_.scene, frame));
+      if (prepared_actor.space) {
+        const Mixture mixture = take(mix_objects(*prepared_actor.space, state.weights));
+        const WeightedSurface mixed_surface = take(weighted_surface(mixture, *engine_));
+        values = take(weighted_field(mixture, mixed_surface, positions, *engine_));
         return;
       }
-      const Leg& leg = *prepared.legs[static_cast<std::size_t>(moment.leg)];
-      for (Vec3& p : at) p = p - prepared.offset;
-      const LegSurface surface = take(leg_surface(leg, moment.time, *engine_));
-      values = take(surface_field(leg, surface, at, *engine_));
+      const Leg& leg = *prepared_actor.legs[static_cast<std::size_t>(state.leg)];
+      for (Vec3& p : positions) p = p - prepared_actor.offset;
+      const LegSurface surface = take(leg_surface(leg, state.time, *engine_));
+      values = take(surface_field(leg, surface, positions, *engine_));
     });
-    return array(std::move(values), {at.size()});
+    return to_array(std::move(values), {positions.size()});
   }
 
   nb::tuple frame(int frame, const nb::object& progress) {
@@ -222,19 +224,19 @@ class PythonScene {
     call(progress, [&] { image = render(frame); });
     const auto size = [](int n) { return static_cast<std::size_t>(n); };
     std::vector<std::size_t> shape{size(image.height), size(image.width), image.channel_count()};
-    return nb::make_tuple(array(std::move(image.pixels), std::move(shape)), image.channels);
+    return nb::make_tuple(to_array(std::move(image.pixels), std::move(shape)), image.channels);
   }
 
-  /// The colours of a frame, linear floats or `bytes` as a PNG has them.
+  /// Renders a frame and returns its colours, as to_color_array() does.
   nb::object colors(int frame, bool bytes, const nb::object& progress) {
     Image image;
     call(progress, [&] { image = render(frame); });
-    const Scene shown = scene_at(prepared_.scene, static_cast<double>(frame));
-    return color_array(image, bytes, shown.image.exposure);
+    const Scene scene = scene_at(prepared_.scene, static_cast<double>(frame));
+    return to_color_array(image, bytes, scene.image.exposure);
   }
 
-  /// The page of `polymorph mesh --html`. It has fewer cells than most scenes, for which the scene
-  /// is prepared once more.
+  /// Returns the page of `polymorph mesh --html`. The scene is prepared again for it, with at most
+  /// kPlayResolution cells.
   std::string page(const nb::object& progress) {
     call(progress, [&] {
       if (!page_.empty()) return;
@@ -248,7 +250,7 @@ class PythonScene {
     return page_;
   }
 
-  /// The report of `polymorph analyze --json`.
+  /// Returns the report of `polymorph analyze --json`.
   std::string analyze(int frames, const nb::object& progress) {
     std::string report;
     call(progress, [&] {
@@ -262,21 +264,21 @@ class PythonScene {
     return report;
   }
 
-  /// One dict per leg, actor by actor.
+  /// Returns a dict per leg, actor by actor.
   nb::list plans() const {
-    nb::list all;
+    nb::list plans;
     for (const PreparedActor& actor : prepared_.actors)
       for (const auto& leg : actor.legs) {
-        MorphPlan shown = leg->plan;
-        for (Ball& ball : shown.from) ball.center = ball.center + actor.offset;
-        for (Ball& ball : shown.to) ball.center = ball.center + actor.offset;
-        nb::dict plan = to_dict(shown);
+        MorphPlan world_plan = leg->plan;
+        for (Ball& ball : world_plan.from) ball.center = ball.center + actor.offset;
+        for (Ball& ball : world_plan.to) ball.center = ball.center + actor.offset;
+        nb::dict plan = to_dict(world_plan);
         plan["actor"] = actor.name;
         plan["source"] = leg->from->name;
         plan["target"] = leg->to->name;
-        all.append(plan);
+        plans.append(plan);
       }
-    return all;
+    return plans;
   }
 
  private:
@@ -301,16 +303,16 @@ class PythonScene {
   Image render(int frame) {
     check_frame(frame);
     check(check_picture_memory(prepared_.scene.image, 1, memory_limit()));
-    const FrameGeometry shown = geometry(frame);
+    const FrameGeometry surfaces = geometry(frame);
     const Activity activity(fmt::format("rendering frame {}", frame));
     if (!renderer_)
       renderer_ = std::make_unique<Renderer>(take(make_renderer(device_, memory_limit())));
-    return take(render_frame(prepared_, shown, *renderer_, device_, ""));
+    return take(render_frame(prepared_, surfaces, *renderer_, device_, ""));
   }
 
   std::timed_mutex mutex_;  ///< held by each call that uses engine or renderer
   std::string device_, cache_;
-  std::string page_;  ///< empty until it is asked for
+  std::string page_;  ///< empty until page() is called
   std::unique_ptr<Engine> engine_;
   PreparedScene prepared_;
   std::unique_ptr<Renderer> renderer_;
@@ -330,14 +332,14 @@ void limit_threads(int count) {
 NB_MODULE(_polymorph, m) {
   using namespace polymorph;
   register_errors(m);
-  // Warnings are handed to the caller instead.
+  // Callers read warnings from Scene.warnings instead.
   LogSettings log;
   log.level = LogLevel::kError;
   check(set_log(log));
 
   m.attr("version") = std::string(program_version());
   m.def("approximate", &approximate_source, nb::arg(), nb::arg(), nb::arg().none());
-  m.def("ball_field", &ball_field);
+  m.def("ball_field", &evaluate_field);
   m.def("analyze_meshes", &analyze_sequence, nb::arg(), nb::arg(), nb::arg(), nb::arg().none());
   m.def("schema", &scene_schema);
   m.def("identity", [] { return std::string(program_identity()); });

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks that what README, CONTRIBUTING and docs/ name exists: links, files, scripts, subcommands and options."""
+"""Checks that links, files, scripts, subcommands and options that README, CONTRIBUTING and docs/ name exist, and the length of some pages."""
 import pathlib
 import re
 import sys
@@ -11,9 +11,9 @@ CODE = re.compile(r"```(?:sh|bash|console)?\n(.*?)```|`([^`\n]+)`", re.S)
 PATH = re.compile(r"^(?:src|kernels|tests|scripts|docs|scenes|golden_frames|cmake)/[\w./*#-]+$")
 FOLDERS = ["", "src/", "src/cli/commands/", "kernels/"]
 
-# What was tried, and when, is in the commits.
-LINES = {"docs/performance.md": 120, "docs/reliability.md": 90}
-WORDS = 30
+# Limits in lines: these pages hold no history, which belongs in commit messages.
+MAX_LINES = {"docs/performance.md": 120, "docs/reliability.md": 90}
+MAX_WORDS = 30  # of a sentence of docs/method.md
 
 sources = {path.stem: path.read_text(encoding="utf-8") for path in (ROOT / "src/cli").glob("**/*.cpp")}
 shared = sources["command_line"] + sources["report_options"] + sources["scene_options"]
@@ -43,7 +43,7 @@ def wrong_links(page: pathlib.Path, text: str):
 
 
 def wrong_command(line: str):
-    """A command line of polymorph or of scripts/."""
+    """Yields what is wrong with a command line of polymorph or of scripts/."""
     words = line.split("#")[0].split()
     while words and re.match(r"^[A-Z_]+=", words[0]):
         words = words[1:]
@@ -65,17 +65,17 @@ def wrong_command(line: str):
 
 
 def long_sentences(text: str):
-    """Sentences of prose with more than WORDS words; tables, headings and formulas are none."""
+    """Yields the length and start of sentences of more than MAX_WORDS words; tables, headings and formulas do not count."""
     prose = re.sub(r"^```.*?^```|^(?:\||#| {4}).*?$", "", text, flags=re.M | re.S)
     for block in re.split(r"\n\s*\n|\n- ", prose):
         for sentence in re.split(r"(?<=[.?!])\)?\s+", " ".join(block.split())):
             words = sentence.split()
-            if len(words) > WORDS:
+            if len(words) > MAX_WORDS:
                 yield len(words), " ".join(words[:8])
 
 
 def pattern(word: str) -> str:
-    """Capitals and #### stand for any name."""
+    """Returns the glob pattern of a path in which capitals and #### stand for any name."""
     return re.sub(r"#+|(?<![A-Za-z])[A-Z]{2,}(?![a-z])|N(?=[*.])", "*", word.rstrip("/")).replace("**", "*")
 
 
@@ -110,7 +110,7 @@ if ", ".join(rooms) not in " ".join((ROOT / "CONTRIBUTING.md").read_text(encodin
 for room in rooms:
     if f"`{room}`" not in (ROOT / "docs/architecture.md").read_text(encoding="utf-8"):
         found.append(f"docs/architecture.md: says nothing of the room {room}")
-for page, limit in LINES.items():
+for page, limit in MAX_LINES.items():
     if (count := len((ROOT / page).read_text(encoding="utf-8").splitlines())) > limit:
         found.append(f"{page}: {count} lines, more than {limit}")
 found += [f"docs/method.md: a sentence of {count} words: {start} ..." for count, start in long_sentences((ROOT / "docs/method.md").read_text(encoding="utf-8"))]

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Data flows one way: a room of src/ includes only rooms above it in this list, a subfolder of a room only subfolders above it,
-kernels/ includes only itself, no files of some folders include each other in a circle,
-Embree stays in render/, OpenImageIO in image/oiio/ and OpenColorIO in image/ocio/; and the C library's sines and powers, which differ between machines, stay out
-of all that pictures depend on. Prints every breach; exit code 1 if there is one."""
+"""Checks that a room of src/ includes only rooms above it in ROOMS, a subfolder only those above it in SUBFOLDERS, and kernels/ only
+itself; that the files of WITHOUT_CIRCLES do not include each other in a circle; that each library is included only by its folder
+(ONLY_IN); and that pictures do not depend on the C library's sines and powers, which differ between machines. Prints every breach;
+exit code 1 if there is one."""
 import pathlib
 import re
 import sys
@@ -13,16 +13,16 @@ SUBFOLDERS = {"model": ["repair", "load"],
               "render": ["math", "rays", "lights", "materials", "path", "film", "device"],
               "sequence": ["prepare", "frame", "run"]}
 WITHOUT_CIRCLES = ["leg", "assets", "sequence/prepare", "sequence/frame", "sequence/run", "export"]
-KERNEL_TYPES = {"kernels/types.h", "kernels/field_kinds.h", "kernels/host_device.h", "kernels/simd_math.h", "kernels/linear.h", "kernels/ball_paths.h", "kernels/mesh.h",
+PUBLIC_KERNEL_HEADERS = {"kernels/types.h", "kernels/field_kinds.h", "kernels/host_device.h", "kernels/simd_math.h", "kernels/linear.h", "kernels/ball_paths.h", "kernels/mesh.h",
                 "kernels/ball_set.h", "kernels/devices.h", "kernels/engine.h", "kernels/morph_surface.h", "kernels/fork_join.h", "kernels/interruption.h", "kernels/mc_tables.h",
                 "kernels/floating_point.h", "kernels/morph_field.h", "kernels/distance_field.h"}
 ONLY_IN = {"embree3/": "src/render", "OpenImageIO/": "src/image/oiio", "OpenColorIO/": "src/image/ocio", "CLI/": "src/cli", "meshoptimizer.h": "src/interchange", "assimp/": "src/model/assimp",
            "nlohmann/": "src/base", "nettle/": "src/base"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.M)
 
-# base/exact_math.h has these with the same bits everywhere. The rooms below measure, or write for other programs.
+# base/exact_math.h has these with the same bits everywhere. The rooms of EXEMPT measure, or write for other programs.
 LIBRARY_MATH = re.compile(r"\bstd::(a?sin|a?cos|a?tan|atan2|sinh|cosh|tanh|exp2?|expm1|log|log2|log10|log1p|pow|cbrt|hypot)f?\(")
-FREE = {"compare", "interchange", "analyze", "bench", "cli"}
+EXEMPT = {"compare", "interchange", "analyze", "bench", "cli"}
 
 
 def breaches(root: pathlib.Path):
@@ -31,7 +31,7 @@ def breaches(root: pathlib.Path):
         parts = name.split("/")
         room = parts[1] if parts[0] == "src" and len(parts) > 2 else None
         text = path.read_text(encoding="utf-8")
-        if room not in FREE:
+        if room not in EXEMPT:
             for call in LIBRARY_MATH.finditer(text):
                 yield f"{name}: {call[0]}...) differs between machines; see base/exact_math.h"
         for include in INCLUDE.findall(text):
@@ -47,27 +47,27 @@ def breaches(root: pathlib.Path):
             if target == room and len(parts) > 3 and parts[2] in folders and include.split("/")[1] in folders:
                 if folders.index(include.split("/")[1]) > folders.index(parts[2]):
                     yield f"{name}: includes {include}, but {include.split('/')[1]}/ comes after {parts[2]}/"
-            if room and include.startswith("kernels/") and include not in KERNEL_TYPES:
-                yield f"{name}: includes {include}; only {', '.join(sorted(KERNEL_TYPES))} are for the rooms"
+            if room and include.startswith("kernels/") and include not in PUBLIC_KERNEL_HEADERS:
+                yield f"{name}: includes {include}; only {', '.join(sorted(PUBLIC_KERNEL_HEADERS))} are for the rooms"
 
 
 def circles(root: pathlib.Path, folder: str):
-    """Files of a folder (header and source taken as one) that include each other in a circle."""
+    """Yields the circles in which files of a folder include each other. A header and its source count as one file."""
     includes = {}
     for path in sorted((root / "src" / folder).glob("**/*.[ch]*")):
         name = path.relative_to(root / "src").with_suffix("").as_posix()
         targets = {include.removesuffix(".h") for include in INCLUDE.findall(path.read_text(encoding="utf-8"))}
         includes.setdefault(name, set()).update(target for target in targets if target.startswith(folder + "/") and target != name)
-    done, path_to = set(), []
+    done, stack = set(), []
 
     def visit(name):
-        if name in path_to:
-            yield "src: " + " -> ".join([*path_to[path_to.index(name):], name]) + " is a circle"
+        if name in stack:
+            yield "src: " + " -> ".join([*stack[stack.index(name):], name]) + " is a circle"
         elif name not in done:
-            path_to.append(name)
+            stack.append(name)
             for target in sorted(includes.get(name, ())):
                 yield from visit(target)
-            path_to.pop()
+            stack.pop()
             done.add(name)
 
     for name in includes:
@@ -75,6 +75,6 @@ def circles(root: pathlib.Path, folder: str):
 
 
 root = pathlib.Path(__file__).resolve().parent.parent
-found = [*breaches(root), *(circle for folder in WITHOUT_CIRCLES for circle in circles(root, folder))]
-print("\n".join(found) if found else "layers: ok")
-sys.exit(1 if found else 0)
+problems = [*breaches(root), *(circle for folder in WITHOUT_CIRCLES for circle in circles(root, folder))]
+print("\n".join(problems) if problems else "layers: ok")
+sys.exit(1 if problems else 0)

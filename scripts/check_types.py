@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Finds types of one name in one program: structs, classes and enums of namespace polymorph that two files define.
-A compiler does not see them (ill-formed, no diagnostic required); the preset `odr` lets the linker look as well."""
+"""Finds structs, classes and enums of namespace polymorph that two files define under the same name.
+Compilers need not report such breaches of the one-definition rule; the preset `odr` lets the linker look for them, too."""
 import collections
 import pathlib
 import re
@@ -16,7 +16,7 @@ SCOPE = re.compile(
 
 
 def types_of(path: pathlib.Path):
-    """Names of types that stand in no anonymous namespace, no function and no other type."""
+    """Yields the names of types outside anonymous namespaces, functions and other types."""
     text = NOISE.sub(" ", path.read_text(encoding="utf-8"))
     scopes: list[str] = []
     for match in SCOPE.finditer(text):
@@ -31,19 +31,19 @@ def types_of(path: pathlib.Path):
         scopes.append("anonymous" if match["anonymous"] else "namespace" if match["namespace"] else "block")
 
 
-places = collections.defaultdict(list)
+files_by_name = collections.defaultdict(list)
 count = 0
 for pattern in ("src/**/*.h", "src/**/*.cpp", "kernels/*.h", "kernels/*.cuh"):
     for path in sorted(ROOT.glob(pattern)):
         for name in types_of(path):
-            places[name].append(path.relative_to(ROOT).as_posix())
+            files_by_name[name].append(path.relative_to(ROOT).as_posix())
             count += 1
-twice = {name: files for name, files in places.items() if len(files) > 1}
-for name, files in sorted(twice.items()):
+duplicates = {name: files for name, files in files_by_name.items() if len(files) > 1}
+for name, files in sorted(duplicates.items()):
     print(f"{name}: {', '.join(files)}")
 if count < 200:
     print(f"found only {count} types: the pattern of this script is out of date")
-    twice = {"": []}
-if not twice:
+    duplicates = {"": []}
+if not duplicates:
     print(f"types: ok ({count})")
-sys.exit(1 if twice else 0)
+sys.exit(1 if duplicates else 0)

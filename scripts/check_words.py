@@ -3,7 +3,7 @@
 
 Doc comments begin with a verb or the noun that they define; a comment after a member is no prepositional phrase; locals are nouns;
 constants are kMax and kMin; functions are verbs, with few exceptions; help texts are sentences with a subject; no two files share a
-name. Prints every breach (below PATHs alone, if some are given) and, with --count, only how many there are of each kind. Exit code 1
+name. Prints every breach (only below each PATH, if some are given); with --count, only their number of each kind. Exit code 1
 if there is one."""
 import collections
 import pathlib

@@ -20,12 +20,12 @@ from typing import Any, Callable, Optional, Union
 import numpy
 
 _HERE = _pathlib.Path(__file__).resolve().parent
-# The reader of glTF, FBX and other formats is a program beside this one.
+# glTF, FBX and other formats are read by a program of its own.
 _os.environ.setdefault("POLYMORPH_ASSIMP", str(_HERE / "bin" / "polymorph_assimp"))
 
 from . import _polymorph  # noqa: E402
-from ._inputs import Models as _Models, is_mesh as _is_mesh, points_of as _points_of, polygons_of as _polygons_of  # noqa: E402
-from ._inputs import sequence_of as _sequence_of  # noqa: E402
+from ._inputs import Models as _Models, is_mesh as _is_mesh, to_points as _to_points, to_polygons as _to_polygons  # noqa: E402
+from ._inputs import to_sequence as _to_sequence  # noqa: E402
 from ._progress import reporting as _reporting  # noqa: E402
 from ._records import Approximation, Balls, Mesh, Plan  # noqa: E402
 from .error import Error  # noqa: E402
@@ -34,7 +34,7 @@ __all__ = ["Approximation", "Balls", "Error", "Mesh", "Plan", "Scene", "analyze"
            "morph", "render", "schema", "set_thread_count"]
 __version__: str = _polymorph.version
 
-# Larger pages would make notebooks that are slow to open and to save.
+# In characters. Larger pages would make notebooks slow to open and to save.
 _MAX_NOTEBOOK_PAGE = 16 << 20
 
 Progress = Union[None, bool, Callable[[str, float], Any]]
@@ -56,22 +56,22 @@ def approximate(model, *, cache=None, progress: Progress = None, **settings) -> 
             is_shape = source in ("sphere", "cube", "torus", "puddle", "drops")
             source = {"shape": source} if is_shape else {"model": _os.path.abspath(source)}
         text = _json.dumps({"source": {**source, "spheres": settings}, "target": "sphere"})
-        found = _polymorph.approximate(text, _cache_folder(cache), report)
-    return Approximation(found.pop("spheres"), Balls(**found))
+        result = _polymorph.approximate(text, _cache_folder(cache), report)
+    return Approximation(result.pop("spheres"), Balls(**result))
 
 
 class Scene:
-    """A scene, loaded and prepared: models read, balls fitted, legs planned. Seconds, or less where the cache has it."""
+    """A scene, loaded and prepared: models read, balls fitted, legs planned. That takes seconds, less if the cache has it."""
 
     def __init__(self, scene, *, set: Optional[dict] = None, device: str = "auto", cache=None, progress: Progress = None):
         """scene: the path of a scene file, or its JSON as a dict, whose paths are relative to the current folder. A model of a
             dict may be a Mesh, an object with arrays `vertices` and `faces`, or a tuple of arrays (vertices, faces) or
             (vertices, faces, colors), as render() takes them. A list of such meshes is a mesh sequence, numbered from 1.
-        set: settings that are changed, as {"image.samples": 4}. device: "auto", "cpu", "cuda" or "cuda:1".
+        set: settings to change, as {"image.samples": 4}. device: "auto", "cpu", "cuda" or "cuda:1".
         cache: a folder; None: the program's own (POLYMORPH_CACHE_DIR); "": no cache.
         progress: a function that is called five times a second, in this thread, with the stage of the work and the seconds
             since its call began; an exception in it ends the call. True: a line by tqdm. False: nothing. None: the line in
-            notebooks where tqdm is installed. It counts for this call and for the scene's methods.
+            notebooks where tqdm is installed. It applies to this call and to the scene's methods.
         Raises Error: all that is wrong with the scene or a model, no such device, or not enough memory.
         """
         is_dict = isinstance(scene, dict)
@@ -90,7 +90,7 @@ class Scene:
 
     @property
     def frame_count(self) -> int:
-        """Frames are 1 to frame_count."""
+        """Number of frames. They are numbered from 1."""
         return self._scene.frame_count
 
     @property
@@ -100,16 +100,16 @@ class Scene:
 
     @property
     def warnings(self) -> list[str]:
-        """What is the matter with its models and textures, one line each."""
+        """Problems of its models and textures, one line each."""
         return self._scene.warnings
 
     def balls(self, frame: int) -> Balls:
-        """The balls of all actors in a frame; none while only models show. Raises Error: no such frame, no memory."""
+        """The balls of all actors in a frame; none if the frame shows only models. Raises Error: no such frame, no memory."""
         with _reporting(self._progress) as report:
             return Balls(**self._scene.balls(frame, report))
 
     def mesh(self, frame: float) -> Mesh:
-        """What is seen of all actors in a frame, or between two, as 2.5: surfaces, models, or both.
+        """What is visible of all actors in a frame, or between two frames, as 2.5: surfaces, models, or both.
 
         Raises Error: no such frame, no memory.
         """
@@ -117,15 +117,15 @@ class Scene:
             return Mesh(**self._scene.mesh(frame, report))
 
     def field(self, frame: int, points, actor: int = 0) -> numpy.ndarray:
-        """Evaluates the field whose zero the surface of a frame is, at points, (m, 3) in scene units: (m,) float32.
+        """Evaluates the field that is 0 on the surface of a frame, at points, (m, 3) in scene units: (m,) float32.
 
-        It is positive inside. Between objects that are mixed by their distances (motion.interpolate "distance"), it is that
-        mixture in scene units: a distance near the objects, compressed further away. Between balls it is their field divided by
-        its level, minus 1. Small components and superfluous handles, which the mesh leaves out, are in it. In a frame that
-        shows a model, it belongs to the end of the leg. Raises Error: no such frame or actor; points with NaN.
+        It is positive inside. With motion.interpolate "distance", it is the mixture of both objects' distances in scene units:
+        a distance near the objects, compressed further away. With "balls" it is their field divided by its level, minus 1.
+        The field includes small components and superfluous handles, which the mesh leaves out. In a frame that shows a model,
+        it is the field at that end of the leg. Raises Error: no such frame or actor; points with NaN.
         """
         with _reporting(self._progress) as report:
-            return self._scene.field(frame, _points_of(points, "points"), actor, report)
+            return self._scene.field(frame, _to_points(points, "points"), actor, report)
 
     def frame(self, frame: int) -> tuple[numpy.ndarray, list[str]]:
         """A rendered frame: float32 (height, width, channels), row 0 on top, and the channels' names.
@@ -162,15 +162,15 @@ class Scene:
         return pictures
 
     def page(self) -> str:
-        """HTML of a page that plays the morph in a browser, to turn and play, as `polymorph mesh --html` writes it.
+        """The HTML of a page that shows the morph in a browser, to turn and play, as `polymorph mesh --html` writes it.
 
-        It needs nothing but itself. Raises Error: the scene has a mesh sequence, no memory.
+        The page loads no other files. Raises Error: the scene has a mesh sequence, no memory.
         """
         with _reporting(self._progress) as report:
             return self._scene.page(report)
 
     def _repr_html_(self):
-        """The page in a notebook; None, which shows repr() instead, where there is none or it is too large for one."""
+        """The page for a notebook, or None, so that it shows repr(): page() fails, or its page is too large."""
         try:
             page = self.page()
         except Error:
@@ -181,11 +181,11 @@ class Scene:
                 'style="width: 100%; height: 480px; border: 0"></iframe>')
 
     def analyze(self, frames: int = 0) -> list[dict]:
-        """Measures the quality of each leg at `frames` even times, two or more, or 0: as many as the leg has, as `polymorph analyze` does.
+        """Measures the quality of each leg as `polymorph analyze` does, at `frames` even times: 2 or more; 0: as many as it has frames.
 
-        A dict per leg: "actor", "from", "to"; "metrics": {name: {"value", "goal", "principle", "what"}}, value None where it
-        cannot be measured; "frames": {name of a measure: (frames,) array of numbers, NaN where it cannot be measured, but for
-        the surfaces' digests}.
+        Returns a dict per leg: "actor", "from", "to"; "metrics": {name: {"value", "goal", "principle", "what"}}, value None if
+        it cannot be measured; "frames": {name of a measure: array (frames,)}, of numbers, NaN where it cannot be measured,
+        or of strings for the surfaces' digests.
         """
         try:
             frames = _operator.index(frames)
@@ -194,25 +194,25 @@ class Scene:
         if frames < 0 or frames == 1:
             raise Error(f"frames: {frames} - a morph is measured at two times or more; 0: at as many as the leg has", 2)
         with _reporting(self._progress) as report:
-            return _morphs_of(self._scene.analyze(frames, report))
+            return _read_morphs(self._scene.analyze(frames, report))
 
     def plans(self) -> list[Plan]:
-        """Which ball becomes which: a Plan per leg, actor by actor."""
+        """The plan of each leg, actor by actor: which ball becomes which."""
         return [Plan(**{**plan, "source_balls": Balls(**plan["source_balls"]), "target_balls": Balls(**plan["target_balls"])})
                 for plan in self._scene.plans()]
 
 
 def morph(vertices0, faces0, vertices1, faces1, u, *, set: Optional[dict] = None, device: str = "auto", cache=None,
           progress: Progress = None, **settings) -> Union[_Arrays, list[_Arrays]]:
-    """Makes the meshes between two: a pair (vertices, faces) for a number u, a list of pairs for an array of them.
+    """Makes meshes between two meshes: a pair (vertices, faces) for a number u, a list of pairs for an array of numbers.
 
     vertices0, faces0, vertices1, faces1: two meshes, as render() takes them. They stay in their places and sizes.
-    u: from 0, the first mesh, to 1, the second; the share of the morph's time. motion.easing has the pace over it, which is
-        slow at both ends; "linear" is even.
-    settings: the scene's other keys, as surface={"resolution": 64}, plan={"method": "index"}; set: single ones by their paths, as
-        {"surface.resolution": 64}. schema() has all. device, cache, progress: as for Scene.
+    u: time, from 0, the first mesh, to 1, the second. motion.easing sets the pace, which is slow at both ends by default, and
+        constant with "linear".
+    settings: the scene's other keys, as surface={"resolution": 64}, plan={"method": "index"}; set: single keys by their paths,
+        as {"surface.resolution": 64}. schema() has all. device, cache, progress: as for Scene.
     Each pair: vertices (n, 3) float32 in the meshes' units, and faces (m, 3) uint32, counter-clockwise seen from outside. They
-    are what Scene.mesh() gives of the scene. At u 0 and 1 they are the given mesh itself, vertex by vertex and face by face;
+    are those of Scene.mesh(). At u 0 and 1 they are the given mesh itself, vertex by vertex and face by face;
     polygons are cut into triangles there, and equal vertices merged.
     Raises Error: arrays that are no mesh, u outside of 0 to 1, bad settings, not enough memory.
     """
@@ -226,13 +226,13 @@ def morph(vertices0, faces0, vertices1, faces1, u, *, set: Optional[dict] = None
     scene = Scene({**settings, "source": {"model": ends[0]}, "target": {"model": ends[1]}, "arrange": "none"},
                   set=set, device=device, cache=cache, progress=progress)
 
-    def shown(time):
+    def mesh_at(time):
         if time in (0, 1) and (triangles := _triangles(ends[int(time)])):
             return triangles
         mesh = scene.mesh(1 + time * (scene.frame_count - 1))
         return mesh.positions, mesh.triangles
 
-    return [shown(float(time)) for time in times] if times.ndim else shown(float(times))
+    return [mesh_at(float(time)) for time in times] if times.ndim else mesh_at(float(times))
 
 
 def render(vertices, faces=None, *, colors=None, width: int = 640, height: int = 480, samples: int = 16,
@@ -240,20 +240,20 @@ def render(vertices, faces=None, *, colors=None, width: int = 640, height: int =
            **settings) -> numpy.ndarray:
     """Renders a mesh, (height, width, 4), or a list of meshes, (frames, height, width, 4), in the default studio; row 0 on top.
 
-    vertices: (n, 3) real numbers; or of a sequence (frames, n, 3), or a list of arrays (n, 3).
-    faces: (m, 3) integers from 0, (m, k) for polygons, or a list of polygons; of a sequence: the same for all meshes, or a list
-        of one for each. Without faces, vertices is a mesh, or a list of meshes, as a scene's dict may have them: Mesh, what has
+    vertices: (n, 3) real numbers; for a sequence (frames, n, 3), or a list of arrays (n, 3).
+    faces: (m, 3) integers from 0, (m, k) for polygons, or a list of polygons; for a sequence, the same for all meshes, or a list
+        with one for each. Without faces, vertices is a mesh, or a list of meshes, as in a scene's dict: Mesh, objects with
         `vertices` and `faces`, or tuples.
-    colors: None, or (n, 3) or (n, 4), sRGB, floats 0 to 1 or uint8; of a sequence for all or for each. A face gets the mean of
-        its vertices, in steps of 4/255; alpha is left out.
+    colors: None, or (n, 3) or (n, 4), sRGB, floats 0 to 1 or uint8; for a sequence, for all meshes or for each. A face gets the
+        mean colour of its vertices, in steps of 4/255; alpha is left out.
     dtype: "float32": linear Rec. 709, alpha premultiplied. "uint8": as a PNG has them: sRGB, not premultiplied, no dither.
     width, height: pixels. samples: per pixel. settings: the scene's other keys, as camera={"azimuth": 60}. set, device, cache,
         progress: as for Scene.
-    A mesh alone has several pictures where settings ask for frames, as frames={"turntable": 36}, a turn around it.
+    A single mesh has several pictures if settings ask for frames, as frames={"turntable": 36}, a camera turn around it.
     A sequence is framed once, over all its meshes, and stands on the ground once, as `polymorph render 'seq.####.obj'` does.
     Raises Error: arrays that are no mesh, bad settings, not enough memory.
     """
-    meshes = _sequence_of(vertices, faces, colors)
+    meshes = _to_sequence(vertices, faces, colors)
     is_sequence = isinstance(meshes, list)
     image = {"width": width, "height": height, "samples": samples, "aovs": "none", **settings.pop("image", {})}
     scene = Scene({**settings, "source": {"model": meshes if is_sequence else [meshes]}, "image": image},
@@ -265,9 +265,9 @@ def render(vertices, faces=None, *, colors=None, width: int = 640, height: int =
 def analyze(scene, faces=None, *, frames: int = 0, source=None, target=None, progress: Progress = None) -> dict:
     """Measures the quality of morphs as `polymorph analyze` does: {"morphs": [a dict as Scene.analyze() has it, ...]}.
 
-    scene: a Scene, whose legs are measured at `frames` even times, 0: as many as each has. Or the vertices of a sequence of
-        meshes that any program made, or the meshes, with `faces` as in render(): two or more, time going evenly.
-    source, target: meshes of a sequence's objects, as (vertices, faces); None: the first and the last mesh.
+    scene: a Scene, whose legs are measured at `frames` even times, 0: as many as each has frames. Or a sequence of two or more
+        meshes from any program, at even times: vertices with `faces` as in render(), or the meshes.
+    source, target: the objects of a sequence, as (vertices, faces); None: the first and the last mesh.
     progress: as for Scene. Raises Error: arrays that are no meshes, fewer than two, no morph in the scene.
     """
     if isinstance(scene, Scene):
@@ -276,7 +276,7 @@ def analyze(scene, faces=None, *, frames: int = 0, source=None, target=None, pro
         return {"morphs": scene.analyze(frames)}
     if frames:
         raise Error("frames: is for a Scene - of meshes each is a frame", 2)
-    meshes = _sequence_of(scene, faces)
+    meshes = _to_sequence(scene, faces)
     if not isinstance(meshes, list) or len(meshes) < 2:
         raise Error("a morph has at least two frames - give a list of meshes", 3)
     models = _Models()
@@ -285,7 +285,7 @@ def analyze(scene, faces=None, *, frames: int = 0, source=None, target=None, pro
             raise Error(f"{name}: give a mesh (vertices, faces)", 2)
     first, last = ("" if end is None else models.add(end) for end in (source, target))
     with _reporting(progress) as report:
-        return {"morphs": _morphs_of(_polymorph.analyze_meshes(models.add(meshes), first, last, report))}
+        return {"morphs": _read_morphs(_polymorph.analyze_meshes(models.add(meshes), first, last, report))}
 
 
 def schema() -> dict:
@@ -294,12 +294,12 @@ def schema() -> dict:
 
 
 def identity() -> str:
-    """Which build this is; frames of the same scene and identity are the same bits."""
+    """Identifies this build: frames of the same scene and identity have the same bits."""
     return _polymorph.identity()
 
 
 def set_thread_count(count: int) -> None:
-    """Limits all work of this process to so many threads, up to 4096; 0: as many as it may use. Before the first other call."""
+    """Limits this process to `count` threads, up to 4096; 0: as many as it may use. Must be the first call."""
     _polymorph.set_thread_count(count)
 
 
@@ -309,18 +309,18 @@ def data_folder() -> _pathlib.Path:
 
 
 def _triangles(mesh):
-    """A mesh as it was given, (vertices, faces); None if it has faces that are no triangles."""
-    vertices = _points_of(mesh[0], "vertices")
-    corners, sizes = _polygons_of(mesh[1], len(vertices))
+    """A copy of a mesh (vertices, faces); None if it has faces that are no triangles."""
+    vertices = _to_points(mesh[0], "vertices")
+    corners, sizes = _to_polygons(mesh[1], len(vertices))
     return (vertices.copy(), corners.reshape(-1, 3).copy()) if (sizes == 3).all() else None
 
 
-def _morphs_of(report):
-    """The morphs of an analysis, with an array for each measure of the frames."""
+def _read_morphs(report):
+    """Reads the morphs of a JSON report, and makes an array of each measure of the frames."""
     morphs = _json.loads(report)["morphs"]
-    for found in morphs:
-        rows = found["frames"]
-        found["frames"] = {name: _column([row[name] for row in rows]) for name in (rows[0] if rows else ())}
+    for entry in morphs:
+        rows = entry["frames"]
+        entry["frames"] = {name: _column([row[name] for row in rows]) for name in (rows[0] if rows else ())}
     return morphs
 
 

@@ -1,11 +1,11 @@
-"""Arrays that come in: their shape, type and values are checked, and whatever their strides, they become rows."""
+"""Checks the shape, type and values of input arrays, and makes them contiguous."""
 import numpy
 
 from . import _polymorph
 from .error import Error
 
 
-def _array(values, name, shape, kinds, wanted):
+def _array(values, name, shape, kinds, expected):
     if numpy.ma.is_masked(values):
         raise Error(f"{name}: has masked values - fill them or leave them out", 3)
     try:
@@ -13,32 +13,32 @@ def _array(values, name, shape, kinds, wanted):
     except ValueError as error:
         raise Error(f"{name}: not an array ({error})", 3) from None
     if array.dtype.kind not in kinds:
-        raise Error(f"{name}: {wanted} are needed, not {array.dtype}", 3)
-    if array.ndim != len(shape) or any(size not in (-1, found) for size, found in zip(shape, array.shape)):
-        text = ", ".join("n" if size == -1 else str(size) for size in shape)
+        raise Error(f"{name}: {expected} are needed, not {array.dtype}", 3)
+    if array.ndim != len(shape) or any(wanted not in (-1, actual) for wanted, actual in zip(shape, array.shape)):
+        text = ", ".join("n" if wanted == -1 else str(wanted) for wanted in shape)
         raise Error(f"{name}: has the shape {array.shape} - it must be ({text}{',' if len(shape) == 1 else ''})", 3)
     return array
 
 
-def reals_of(values, name, shape):
-    """float32 of this shape (-1: any), in rows; finite."""
+def to_reals(values, name, shape):
+    """Returns values as a contiguous, finite float32 array of this shape (-1: any size)."""
     array = _array(values, name, shape, "fiu", "real numbers")
     with numpy.errstate(over="ignore"):
         rows = numpy.ascontiguousarray(array, numpy.float32)
     finite = numpy.isfinite(rows)
     if not finite.all():
-        place = tuple(int(i) for i in numpy.argwhere(~finite)[0])
-        raise Error(f"{name}[{', '.join(map(str, place))}] is {array[place]} - all must be finite, and fit float32", 3)
+        index = tuple(int(i) for i in numpy.argwhere(~finite)[0])
+        raise Error(f"{name}[{', '.join(map(str, index))}] is {array[index]} - all must be finite, and fit float32", 3)
     return rows
 
 
-def points_of(values, name, count=-1):
-    """(count, 3) float32."""
-    return reals_of(values, name, (count, 3))
+def to_points(values, name, count=-1):
+    """Returns values as (count, 3) float32."""
+    return to_reals(values, name, (count, 3))
 
 
-def faces_of(values, vertex_count):
-    """(m, 3) uint32, each below vertex_count."""
+def to_faces(values, vertex_count):
+    """Returns values as (m, 3) uint32, each below vertex_count."""
     array = _array(values, "faces", (-1, 3), "iu", "integers")
     wrong = (array < 0) | (array >= vertex_count)
     if wrong.any():
@@ -47,8 +47,8 @@ def faces_of(values, vertex_count):
     return numpy.ascontiguousarray(array, numpy.uint32).copy()
 
 
-def polygons_of(values, vertex_count):
-    """Corners, one polygon after the other, and the size of each, uint32, of (m, k) integers or of a list of polygons."""
+def to_polygons(values, vertex_count):
+    """Returns the corners of all polygons in one row, and each polygon's size, uint32. values: (m, k) integers, or a list."""
     if not hasattr(values, "shape"):
         values = list(values)
         if len({len(row) if hasattr(row, "__len__") else 0 for row in values}) > 1:
@@ -73,14 +73,14 @@ def _ragged_polygons(rows, vertex_count):
     return numpy.concatenate(polygons), numpy.array([len(polygon) for polygon in polygons], numpy.uint32)
 
 
-def colors_of(values, vertex_count):
-    """(n, 3) float32, sRGB in [0, 1], of real numbers in that range or of uint8; with alpha, (n, 4), which is left out."""
+def to_colors(values, vertex_count):
+    """Returns (n, 3) float32, sRGB in [0, 1]. values: real numbers in that range, or uint8; alpha, as in (n, 4), is left out."""
     array = _array(values, "colors", (vertex_count, -1), "fiu", "real numbers")
     if array.shape[1] not in (3, 4):
         raise Error(f"colors: has the shape {array.shape} - it must be ({vertex_count}, 3) or ({vertex_count}, 4)", 3)
     if array.dtype == numpy.uint8:
         array = array / numpy.float32(255)
-    rows = reals_of(array[:, :3], "colors", (vertex_count, 3))
+    rows = to_reals(array[:, :3], "colors", (vertex_count, 3))
     if rows.size and not (0 <= rows.min() and rows.max() <= 1):
         raise Error(f"colors: {rows.min():g} to {rows.max():g} - floats must be 0 to 1, or use uint8 for 0 to 255", 3)
     return rows
@@ -89,28 +89,28 @@ def colors_of(values, vertex_count):
 def _check_corners(array, name, vertex_count):
     wrong = (array < 0) | (array >= vertex_count)
     if wrong.any():
-        place = ", ".join(str(int(i)) for i in numpy.argwhere(wrong)[0])
-        raise Error(f"{name}[{place}] is {array[wrong][0]} - there are vertices 0 to {vertex_count - 1}", 3)
+        index = ", ".join(str(int(i)) for i in numpy.argwhere(wrong)[0])
+        raise Error(f"{name}[{index}] is {array[wrong][0]} - there are vertices 0 to {vertex_count - 1}", 3)
 
 
 def to_memory_mesh(mesh):
-    """The module's own mesh of a Mesh, of what has vertices and faces like those of trimesh, or of a tuple of arrays."""
-    vertices, faces, colors = parts_of(mesh)
-    vertices = points_of(vertices, "vertices")
-    corners, counts = polygons_of(faces, len(vertices))
-    colors = numpy.empty((0, 3), numpy.float32) if colors is None else colors_of(colors, len(vertices))
-    return _polymorph.MemoryMesh(vertices, corners, counts, colors)
+    """Converts a mesh (see is_mesh) to the C++ module's."""
+    vertices, faces, colors = mesh_arrays(mesh)
+    vertices = to_points(vertices, "vertices")
+    corners, sizes = to_polygons(faces, len(vertices))
+    colors = numpy.empty((0, 3), numpy.float32) if colors is None else to_colors(colors, len(vertices))
+    return _polymorph.MemoryMesh(vertices, corners, sizes, colors)
 
 
 class Models:
-    """The meshes that stand in for a scene's models, which has them for as long as this object lives."""
+    """Meshes in memory that replace the model files of a scene while this object lives."""
 
     def __init__(self):
         self._models = _polymorph.Models()
         self._count = 0
 
     def replace(self, value):
-        """The value with the path of a mesh in memory in the place of every mesh, or of a sequence of them in that of every list."""
+        """Returns a scene's value with the path that add() gives in place of every mesh, and of every list of meshes."""
         if is_mesh(value):
             return {"model": self.add(value)}
         if isinstance(value, dict):
@@ -121,18 +121,18 @@ class Models:
         return value
 
     def add(self, model):
-        """The path of a mesh, or of the sequence that a list of meshes is; other values as they are."""
+        """Stores a mesh, or a list of meshes as a mesh sequence, and returns its path. Returns other values unchanged."""
         if not is_mesh(model) and not (isinstance(model, (list, tuple)) and len(model) and all(map(is_mesh, model))):
             return model
         self._count += 1
         name = f"mesh{self._count}"
         if is_mesh(model):
             return self._models.add(name, to_memory_mesh(model))
-        return self._models.add_sequence(name, [_numbered(i, mesh) for i, mesh in enumerate(model)])
+        return self._models.add_sequence(name, [_convert_numbered(i, mesh) for i, mesh in enumerate(model)])
 
 
-def _numbered(number, mesh):
-    """The module's own mesh of one of a sequence, whose number an error tells."""
+def _convert_numbered(number, mesh):
+    """Converts mesh `number` of a sequence. An error names the number."""
     try:
         return to_memory_mesh(mesh)
     except Error as error:
@@ -140,12 +140,12 @@ def _numbered(number, mesh):
 
 
 def is_mesh(value):
-    """Is this a mesh: a Mesh, what has vertices and faces, or a tuple (vertices, faces) or (vertices, faces, colors)?"""
-    return parts_of(value) is not None
+    """Is this a Mesh, an object with vertices and faces (as in trimesh), or a tuple (vertices, faces[, colors])?"""
+    return mesh_arrays(value) is not None
 
 
-def parts_of(value):
-    """Vertices, faces and colours, None where there are none, of a mesh; None for other values."""
+def mesh_arrays(value):
+    """Returns (vertices, faces, colors or None) of a mesh, and None for other values."""
     if isinstance(value, tuple) and len(value) in (2, 3) and all(map(_is_array, value[:2])):
         return (*value, None)[:3]
     for vertices, faces in (("positions", "triangles"), ("vertices", "faces")):
@@ -158,11 +158,11 @@ def _is_array(value):
     return isinstance(value, (list, tuple)) or hasattr(value, "ndim") and value.ndim > 0
 
 
-def sequence_of(vertices, faces=None, colors=None):
-    """A mesh, or a list of meshes where a list or more dimensions than a mesh's are given, as what add() takes.
+def to_sequence(vertices, faces=None, colors=None):
+    """Returns what Models.add() takes: one mesh, or a list of meshes if vertices are a list or have a dimension more.
 
-    vertices: a mesh, or a list of meshes, and then no faces; (n, 3), or (k, n, 3), or a list of (n, 3). faces and colors: of all
-    meshes, or a list of one for each.
+    vertices: (n, 3) of one mesh; (k, n, 3) or a list of (n, 3) of a sequence; without faces, a mesh or a list of meshes.
+    faces, colors: the same for all meshes, or a list with one for each.
     """
     if faces is None:
         if colors is not None:
@@ -182,7 +182,7 @@ def sequence_of(vertices, faces=None, colors=None):
 
 
 def _each(values, name, count):
-    """One of `values` for each of `count` meshes, or the same for all."""
+    """Returns a list of `count` values: those of each mesh, or the one value of all."""
     if values is None or _depth(values) < 3:
         return [values] * count
     if len(values) != count:
@@ -191,7 +191,7 @@ def _each(values, name, count):
 
 
 def _depth(values):
-    """Nesting of lists and arrays, by their first items: 2 for an array (n, 3), or for a list of polygons."""
+    """Returns how deep lists and arrays are nested, by their first items: 2 for an array (n, 3) or a list of polygons."""
     depth = 0
     while not isinstance(values, (str, bytes)):
         if hasattr(values, "ndim"):

@@ -1,4 +1,4 @@
-"""The progress of long calls: a function of the caller's, or a line in a notebook."""
+"""Progress of long calls, reported to a function of the caller or as a line in a notebook."""
 import contextlib
 import sys
 
@@ -7,7 +7,7 @@ from .error import Error
 
 @contextlib.contextmanager
 def reporting(progress):
-    """Gives the function that is called with stage and seconds, or None. progress: as for Scene."""
+    """Yields the function to call with stage and seconds, or None. progress: as for Scene."""
     if progress is False or (progress is None and not _in_notebook()):
         yield None
     elif progress is None or progress is True:

@@ -1,15 +1,15 @@
-"""What calls return: arrays under names, with their shapes and units."""
+"""The records that calls return: named arrays, with their shapes and units."""
 import dataclasses
 
 import numpy
 
 from . import _polymorph
-from ._inputs import faces_of, points_of, reals_of
+from ._inputs import to_faces, to_points, to_reals
 from .error import Error
 
 
 class _Record:
-    """Reads, compares and pickles like a named tuple of arrays; two are equal only if they are the same."""
+    """Prints and pickles like a named tuple of arrays. Two records are equal only if they are the same object."""
 
     __slots__ = ()
 
@@ -27,11 +27,10 @@ class _Record:
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Balls(_Record):
-    """Sources of a field whose surface is where it is 1, inside above that. n balls.
+    """n balls, the sources of a field. The field is 1 at the surface and larger inside.
 
-    In the default field a ball adds exp(w - a d^T S d) at the distance d from its centre (docs/method.md, Field). Between
-    objects whose surface is made of distances, which is the default too, the balls only carry the surface: its field is
-    Scene.field().
+    In the default field a ball adds exp(w - a d^T S d) at the offset d from its centre (docs/method.md, Field). By default, the
+    surface of a morph is made of both objects' distances, and the balls only move it: Scene.field() has its field.
     """
 
     __slots__ = {
@@ -54,10 +53,10 @@ class Balls(_Record):
 
         Raises Error: arrays of another shape, of no real numbers, or with NaN.
         """
-        n = len(reals_of(self.a, "a", (-1,)))
+        n = len(to_reals(self.a, "a", (-1,)))
         return _polymorph.ball_field(
-            points_of(self.centers, "centers", n), reals_of(self.a, "a", (n,)), reals_of(self.w, "w", (n,)),
-            reals_of(self.shapes, "shapes", (n, 3, 3)).reshape(n, 9), self.kind, points_of(points, "points"))
+            to_points(self.centers, "centers", n), to_reals(self.a, "a", (n,)), to_reals(self.w, "w", (n,)),
+            to_reals(self.shapes, "shapes", (n, 3, 3)).reshape(n, 9), self.kind, to_points(points, "points"))
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -75,14 +74,14 @@ class Mesh(_Record):
 
     @classmethod
     def from_arrays(cls, vertices, faces) -> "Mesh":
-        """Makes a mesh of vertices, (n, 3) real numbers, and faces, (m, 3) integers from 0. Arrays are copied.
+        """Makes a mesh of vertices, (n, 3) real numbers, and faces, (m, 3) vertex numbers from 0. Arrays are copied.
 
-        Raises Error: another shape or type, NaN, a number beyond +-1e15, or a vertex that is not there.
+        Raises Error: another shape or type, NaN, a number beyond +-1e15, or a face with a vertex that does not exist.
         """
-        positions = points_of(vertices, "vertices").copy()
+        positions = to_points(vertices, "vertices").copy()
         if positions.size and numpy.abs(positions).max() > 1e15:
             raise Error(f"vertices: reach {numpy.abs(positions).max():g} - they must be within +-1e15", 3)
-        return cls(positions, numpy.empty((0, 3), numpy.float32), faces_of(faces, len(positions)))
+        return cls(positions, numpy.empty((0, 3), numpy.float32), to_faces(faces, len(positions)))
 
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
@@ -99,7 +98,7 @@ class Approximation(_Record):
 
 @dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class Plan(_Record):
-    """Which ball becomes which, from one object of a scene to the next."""
+    """Which ball of one object becomes which ball of the next object of a scene."""
 
     __slots__ = {
         "actor": "The actor's name.",

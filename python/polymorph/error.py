@@ -1,10 +1,10 @@
-"""The exception of the package, in a file of its own, so that the module can import it."""
+"""The exception of the package, in a file of its own so that the C++ module can import it."""
 
 
 class Error(RuntimeError):
-    """What went wrong, why, and what to do about it, as the program would say it.
+    """The message says what went wrong, why, and what to do about it, in the program's words.
 
-    code: the program's exit code for it: 2 usage, 3 a bad scene, model or texture, 4 cannot write, 5 device or memory.
+    code: the program's exit code for this error: 2 usage, 3 a bad scene, model or texture, 4 cannot write, 5 device or memory.
     """
 
     def __init__(self, message: str, code: int):

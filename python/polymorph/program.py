@@ -1,4 +1,4 @@
-"""The command line program that travels in this package."""
+"""Starts the command-line program that is installed with this package."""
 import os
 import pathlib
 import sys
@@ -7,5 +7,5 @@ PROGRAM = pathlib.Path(__file__).resolve().parent / "bin" / "polymorph"
 
 
 def main():
-    """Becomes the program; its exit code is the process's."""
+    """Replaces this process by the program, so that the exit code is the program's."""
     os.execv(PROGRAM, [sys.argv[0], *sys.argv[1:]])

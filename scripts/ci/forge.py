@@ -1,7 +1,6 @@
-"""What GitHub and GitLab tell a run about itself, and what they are asked to do: comments, states of commits, pushes.
+"""Reads the description of a CI run on GitHub or GitLab, and writes comments and commit states there, and pushes.
 
-A run is described by Run; `refusal` says why nothing may be accepted in it. Commit messages, branch names and events are data: nothing of
-them ever gets into a shell's words."""
+Commit messages, branch names and events are foreign data: they never become part of a shell command."""
 import base64
 import dataclasses
 import json
@@ -14,19 +13,19 @@ import urllib.parse
 import urllib.request
 
 MARKER = "<!-- polymorph golden frames -->"
-# With these events GitHub gives the rights of the repository to code that may be a stranger's.
+# For these events GitHub gives code of possibly foreign pull requests the rights of the repository.
 DANGEROUS = ("pull_request_target", "workflow_run", "issue_comment")
 
 
 @dataclasses.dataclass
 class Run:
     forge: str = ""  # "github", "gitlab", or "" for any other place
-    branch: str = ""  # that accepted frames are pushed to
-    commit: str = ""  # the branch's head, which is to be tested
+    branch: str = ""  # accepted frames are pushed to it
+    commit: str = ""  # the branch's head, which is tested
     number: int = 0  # of the pull or merge request; 0: none
     refusal: str = ""  # why nothing may be accepted in this run; "": it may
-    reason: str = ""  # given with the button
-    by_word: bool = True  # does the word in the commit's message count?
+    reason: str = ""  # entered by the person who pressed the button
+    by_word: bool = True  # does "Golden-Accept:" in the commit's message count?
     person: str = ""
     page: str = ""  # of this run
     button: str = ""  # the page with the button
@@ -41,7 +40,7 @@ def warn(text):
 
 
 def git(*arguments, text=None, **environment):
-    """Output of a command of git. Raises RuntimeError where it fails."""
+    """Returns the output of a git command. Raises RuntimeError if it fails."""
     done = subprocess.run(["git", "-c", "core.hooksPath=/dev/null", "-c", "safe.directory=*", *arguments], input=text, capture_output=True, text=True,
                           check=False, env=os.environ | environment)
     if done.returncode:
@@ -59,28 +58,28 @@ def read_run(environment):
 
 def read_github(environment):
     event = json.loads(pathlib.Path(environment["GITHUB_EVENT_PATH"]).read_text(encoding="utf-8"))
-    kind, repository, server = environment["GITHUB_EVENT_NAME"], environment["GITHUB_REPOSITORY"], environment["GITHUB_SERVER_URL"]
+    event_name, repository, server = environment["GITHUB_EVENT_NAME"], environment["GITHUB_REPOSITORY"], environment["GITHUB_SERVER_URL"]
     workflow = environment.get("GITHUB_WORKFLOW_REF", "").split("@")[0].rsplit("/", 1)[-1]
     run = Run(forge="github", person=environment.get("GITHUB_ACTOR", ""), token=environment.get("GOLDEN_TOKEN", ""), api=environment["GITHUB_API_URL"],
               project=f"/repos/{repository}", page=f"{server}/{repository}/actions/runs/{environment['GITHUB_RUN_ID']}",
               button=f"{server}/{repository}/actions/workflows/{workflow}", pictures=f"{server}/{repository}/blob/{{commit}}/{{name}}?raw=true")
-    if kind in DANGEROUS:
-        raise SystemExit(f"golden: a run of {kind} has rights that a stranger's pull request must not have - test on pull_request")
+    if event_name in DANGEROUS:
+        raise SystemExit(f"golden: a run of {event_name} has rights that a stranger's pull request must not have - test on pull_request")
     ref = environment.get("GITHUB_REF", "")
-    if kind == "pull_request":
+    if event_name == "pull_request":
         request = event["pull_request"]
-        home = (request["head"].get("repo") or {}).get("full_name", "")  # none: the fork is deleted
+        head_repository = (request["head"].get("repo") or {}).get("full_name", "")  # "": the fork is deleted
         run.branch, run.commit, run.number = request["head"]["ref"], request["head"]["sha"], request["number"]
-        if home.lower() != repository.lower():
+        if head_repository.lower() != repository.lower():
             run.refusal = "it is a pull request of a fork"
-    elif kind in ("push", "workflow_dispatch") and ref.startswith("refs/heads/"):
+    elif event_name in ("push", "workflow_dispatch") and ref.startswith("refs/heads/"):
         run.branch, run.commit = ref.removeprefix("refs/heads/"), environment["GITHUB_SHA"]
-        # A squashed merge carries the words of all its commits.
-        run.by_word = kind == "push" and run.branch != event["repository"]["default_branch"]
-        if kind == "workflow_dispatch":
+        # The message of a squashed merge contains those of all its commits.
+        run.by_word = event_name == "push" and run.branch != event["repository"]["default_branch"]
+        if event_name == "workflow_dispatch":
             run.reason = environment.get("GOLDEN_ACCEPT", "")
     else:
-        run.refusal = f"a run of {kind} belongs to no branch"
+        run.refusal = f"a run of {event_name} belongs to no branch"
     return run
 
 
@@ -105,7 +104,7 @@ def read_gitlab(environment):
 
 
 def request(run, method, path, data=None):
-    """The answer of the forge's API. Raises urllib.error.HTTPError, or URLError where there is no connection."""
+    """Calls the forge's API and returns its answer. Raises urllib.error.HTTPError, or URLError without a connection."""
     header = {"Authorization": f"Bearer {run.token}", "Accept": "application/vnd.github+json"} if run.forge == "github" else {"PRIVATE-TOKEN": run.token}
     body = None if data is None else json.dumps(data).encode()
     call = urllib.request.Request(run.api + path, data=body, method=method, headers=header | {"Content-Type": "application/json"})
@@ -114,28 +113,28 @@ def request(run, method, path, data=None):
 
 
 def find_request(run):
-    """The open pull or merge request of the run's branch, where the run belongs to none itself."""
+    """Returns the number of the run's pull or merge request, else of the open one of its branch; 0 if there is none."""
     if run.number or not run.branch or not run.token:
         return run.number
     owner = run.project.split("/")[2]
     query = {"head": f"{owner}:{run.branch}", "state": "open"} if run.forge == "github" else {"source_branch": run.branch, "state": "opened"}
-    found = request(run, "GET", f"{run.project}/{'pulls' if run.forge == 'github' else 'merge_requests'}?{urllib.parse.urlencode(query)}")
-    return found[0]["number" if run.forge == "github" else "iid"] if found else 0
+    requests = request(run, "GET", f"{run.project}/{'pulls' if run.forge == 'github' else 'merge_requests'}?{urllib.parse.urlencode(query)}")
+    return requests[0]["number" if run.forge == "github" else "iid"] if requests else 0
 
 
-def own_comment(run, comments):
-    """The path of the comments' own one: a stranger's that begins alike is not."""
+def find_own_comment(run, comments):
+    """Returns the API path of the comment of an earlier run, or "". Comments of other users with the same marker do not count."""
     try:
-        own = request(run, "GET", "/user")["id"]
-    except urllib.error.HTTPError:  # GitHub's token of a run belongs to no user
-        own = None
-    for page in range(1, 100):
-        some = request(run, "GET", f"{comments}?per_page=100&page={page}")
-        for comment in some:
+        user_id = request(run, "GET", "/user")["id"]
+    except urllib.error.HTTPError:  # the token of a GitHub run belongs to no user
+        user_id = None
+    for page_number in range(1, 100):
+        comment_page = request(run, "GET", f"{comments}?per_page=100&page={page_number}")
+        for comment in comment_page:
             author = comment.get("user") or comment.get("author") or {}
-            if comment["body"].startswith(MARKER) and (author.get("id") == own if own else author.get("type") == "Bot"):
+            if comment["body"].startswith(MARKER) and (author.get("id") == user_id if user_id else author.get("type") == "Bot"):
                 return f"{run.project}/issues/comments/{comment['id']}" if run.forge == "github" else f"{comments}/{comment['id']}"
-        if len(some) < 100:
+        if len(comment_page) < 100:
             return ""
     return ""
 
@@ -147,21 +146,21 @@ def put_comment(run, text, only_update):
         return
     comments = f"{run.project}/issues/{number}/comments" if run.forge == "github" else f"{run.project}/merge_requests/{number}/notes"
     body = {"body": f"{MARKER}\n{text}"}
-    if there := own_comment(run, comments):
-        request(run, "PATCH" if run.forge == "github" else "PUT", there, body)
+    if own_comment := find_own_comment(run, comments):
+        request(run, "PATCH" if run.forge == "github" else "PUT", own_comment, body)
     elif not only_update:
         request(run, "POST", comments, body)
 
 
 def report_state(run, commit, description):
-    """Marks a commit as tested. GitHub starts no run for what a run pushes, so nothing else would; GitLab does."""
+    """Marks a commit as tested on GitHub, which starts no run for what a run pushes; GitLab starts one."""
     if run.forge == "github":
         request(run, "POST", f"{run.project}/statuses/{commit}",
                 {"state": "success", "context": "golden frames", "description": description[:140], "target_url": run.page})
 
 
 def push(run, commit, ref, force=False):
-    """Pushes a commit: on GitHub by what the checkout keeps, on GitLab by the token, which no command line shows."""
+    """Pushes a commit with the checkout's credentials on GitHub, and with the token, through the environment, on GitLab."""
     remote, environment = "origin", {}
     if run.forge == "gitlab":
         remote = os.environ["CI_PROJECT_URL"] + ".git"

@@ -11,8 +11,8 @@ from .registry import figure
 from .work import draw_only_models
 
 
-def with_normals(points, triangles, normals):
-    """An OBJ with a normal of its own at each corner (n, 3, 3)."""
+def obj_with_normals(points, triangles, normals):
+    """Returns the OBJ text of a mesh with normals (n, 3, 3), one per corner of each triangle."""
     lines = ["v %.6f %.6f %.6f" % tuple(p) for p in points]
     lines += ["vn %.6f %.6f %.6f" % tuple(n) for n in normals.reshape(-1, 3)]
     for i, t in enumerate(triangles):
@@ -36,29 +36,29 @@ def fig2_1(w):
         np.add.at(vertex, triangles[:, k], face)
     vertex /= np.linalg.norm(vertex, axis=1, keepdims=True)
 
-    look = draw.view(28, 16)
+    camera = draw.view(28, 16)
     fig, axes = draw.panels(4, width=1040, height=290)
     for ax, starts, arrows, color, title in (
         (axes[0], corners.mean(axis=1), face, "#2357c6", "face normals"),
         (axes[2], points, vertex, "#c62828", "vertex normals"),
     ):
         draw.plain(ax, title, color)
-        draw.solid(ax, points, triangles, look, color="#eef0f2", edge=draw.GREY)
-        seen = arrows @ look.T
-        front = seen[:, 2] > -0.05
-        a, b = (starts @ look.T)[front], ((starts + 0.3 * arrows) @ look.T)[front]
+        draw.solid(ax, points, triangles, camera, color="#eef0f2", edge=draw.GREY)
+        in_view = arrows @ camera.T
+        front = in_view[:, 2] > -0.05
+        a, b = (starts @ camera.T)[front], ((starts + 0.3 * arrows) @ camera.T)[front]
         ax.add_collection(LineCollection(np.stack([a[:, :2], b[:, :2]], axis=1), colors=color, linewidths=1.3))
         ax.set(xlim=(-1.35, 1.35), ylim=(-1.35, 1.35))
     for ax, normals in ((axes[1], np.repeat(face[:, None], 3, axis=1)), (axes[3], vertex[triangles])):
         path = w.file(".obj")
-        path.write_text(with_normals(points, triangles, normals))
+        path.write_text(obj_with_normals(points, triangles, normals))
         scene = w.scene([{"model": path, "color": [0.45, 0.5, 0.55]}, {"shape": "sphere"}], draw_only_models())
         [image] = w.render(scene, [1], 240, 240, samples=64)
         ax.imshow(image)
         draw.plain(ax, "as polymorph renders it")
     w.picture(fig)
 
-    # How far the shading jumps at the edge of two triangles.
+    # Angle between the normals of the two triangles at each edge.
     neighbours = {}
     for i, t in enumerate(triangles):
         for k in range(3):
@@ -82,7 +82,7 @@ OUTLINE = np.array(
 
 
 def circumcircle(a, b, c):
-    """Centre and radius; far away where the three are on a line."""
+    """Returns centre and radius of the circle through three points; far away if these lie on a line."""
     d = 2 * (a[0] * (b[1] - c[1]) + b[0] * (c[1] - a[1]) + c[0] * (a[1] - b[1]))
     d = d if abs(d) > 1e-9 else 1e-9
     aa, bb, cc = a @ a, b @ b, c @ c
@@ -99,10 +99,10 @@ def circumcircle(a, b, c):
     " explained, not built.",
 )
 def fig2_2(w):
-    samples = geometry.along(OUTLINE, 72)
+    samples = geometry.sample_outline(OUTLINE, 72)
     delaunay = matplotlib.tri.Triangulation(*samples.T)
-    found = [circumcircle(*samples[t]) for t in delaunay.triangles]
-    centers, radii = np.array([c for c, _ in found]), np.array([r for _, r in found])
+    circles = [circumcircle(*samples[t]) for t in delaunay.triangles]
+    centers, radii = np.array([c for c, _ in circles]), np.array([r for _, r in circles])
     within = geometry.inside(OUTLINE, centers)
     pairs = [(i, j) for i, row in enumerate(delaunay.neighbors) for j in row if j > i]
 
@@ -114,27 +114,27 @@ def fig2_2(w):
         ax.set(xlim=(-0.25, 2.7), ylim=(-0.25, 2.65))
     for ax in axes[1:3]:
         ax.plot(*samples.T, ".", color=draw.REPORT, ms=4)
-    for some, color, width in ((False, draw.LIGHT, 0.8), (True, draw.INK, 1.5)):
-        lines = [centers[[i, j]] for i, j in pairs if (within[i] and within[j]) == some]
+    for is_inside, color, width in ((False, draw.LIGHT, 0.8), (True, draw.INK, 1.5)):
+        lines = [centers[[i, j]] for i, j in pairs if (within[i] and within[j]) == is_inside]
         axes[2].add_collection(LineCollection(lines, colors=color, linewidths=width, clip_on=True))
     draw.circles(axes[3], centers[within], radii[within], ec=draw.REPORT, lw=0.6)
 
-    # Ours: the same outline as a thick prism, in 3D; circles are where its balls cross the middle.
+    # Ours: the outline as a thick prism; its balls cut the plane z = 0 in circles.
     prism = w.file(".obj")
     prism.write_text(geometry.prism_obj(OUTLINE, 2.0))
     rows = [["circles of (d), in the plane", int(within.sum()), None]]
     for ax, method, title in ((axes[4], "hubbard", "Hubbard, merged"), (axes[5], "medial", "medial cover")):
         tree = w.file(".json")
         options = ["--method", method, "--balls", 64, "--no-fit", "--grid", 48, "--write-spheres", tree]
-        said, _ = w.spheres(prism, *options)
+        report, _ = w.spheres(prism, *options)
         leaves = [s for s in json.loads(tree.read_text())["spheres"] if s["leaf"]]
-        cut = [(s["center"][:2], s["radius"] ** 2 - s["center"][2] ** 2) for s in leaves]
-        cut = [(c, r2**0.5) for c, r2 in cut if r2 > 0]
+        sections = [(s["center"][:2], s["radius"] ** 2 - s["center"][2] ** 2) for s in leaves]
+        sections = [(c, r2**0.5) for c, r2 in sections if r2 > 0]
         draw.plain(ax, f"Ours: {title}", draw.OURS)
         draw.outline(ax, OUTLINE, lw=0.9)
-        draw.circles(ax, [c for c, _ in cut], [r for _, r in cut], lw=0.9)
+        draw.circles(ax, [c for c, _ in sections], [r for _, r in sections], lw=0.9)
         ax.set(xlim=(-0.25, 2.7), ylim=(-0.25, 2.65))
-        rows.append([f"balls of the prism, {method}", said["spheres"], said["iou"]])
+        rows.append([f"balls of the prism, {method}", report["spheres"], report["iou"]])
     w.picture(fig)
     w.table(["what", "how many", "IoU of their metaballs' surface"], rows, show=False)
     w.say(
@@ -148,7 +148,7 @@ def fig2_2(w):
 
 STAR = np.array([[0.0, 1.35], [-0.42, 0.45], [-1.3, 0.55], [-0.6, -0.2], [-0.95, -1.15], [0.0, -0.55], [0.9, -1.2]])
 STAR = np.vstack([STAR, [[0.6, -0.15], [1.3, 0.5], [0.4, 0.45]]])
-# The same idea with a hook: no point sees all of it.
+# A hook: no point sees all of it, so it is no star polygon.
 HOOK = np.array([[-1.1, -1.1], [1.1, -1.1], [1.1, 1.1], [-0.5, 1.1], [-0.5, 0.2], [0.1, 0.2], [0.1, 0.55]])
 HOOK = np.vstack([HOOK, [[0.6, 0.55], [0.6, -0.6], [-1.1, -0.6]]])
 
@@ -164,22 +164,22 @@ def fig2_3(w):
     rows, strips = [], []
     for ax, shape, center, name in ((axes[0], STAR, (0, 0), "star"), (axes[1], HOOK, (0.85, 0), "non-star")):
         angles = np.unwrap(np.arctan2(*(shape - center).T[::-1]))
-        back = np.diff(np.append(angles, angles[0] + 2 * np.pi)) < 0
-        rim = 1.75 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        is_backward = np.diff(np.append(angles, angles[0] + 2 * np.pi)) < 0
+        on_circle = 1.75 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
         for i, p in enumerate(shape):
-            ax.plot(*zip(p, rim[i]), color=draw.LIGHT, lw=0.9, zorder=0)
-            # The edge on the circle: an arc, red where it runs backwards over its neighbours.
+            ax.plot(*zip(p, on_circle[i]), color=draw.LIGHT, lw=0.9, zorder=0)
+            # The edge as an arc on the circle, red if it runs backwards over its neighbours.
             sweep = np.linspace(
                 angles[i], angles[(i + 1) % len(shape)] + (2 * np.pi if i + 1 == len(shape) else 0), 200
             )
-            radius = 1.83 if back[i] else 1.75
-            color, width = ("#d32222", 2.6) if back[i] else (draw.OURS, 1.6)
+            radius = 1.83 if is_backward[i] else 1.75
+            color, width = ("#d32222", 2.6) if is_backward[i] else (draw.OURS, 1.6)
             ax.plot(radius * np.cos(sweep), radius * np.sin(sweep), color=color, lw=width)
-        draw.plain(ax, f"{name} polygon: {back.sum()} of {len(shape)} edges run backwards")
+        draw.plain(ax, f"{name} polygon: {is_backward.sum()} of {len(shape)} edges run backwards")
         draw.outline(ax, shape)
-        ax.plot(*rim.T, "o", color=draw.OURS, ms=4)
+        ax.plot(*on_circle.T, "o", color=draw.OURS, ms=4)
         ax.plot(*center, "+", color=draw.INK)
-        rows.append([name, len(shape), int(back.sum())])
+        rows.append([name, len(shape), int(is_backward.sum())])
         prism = w.file(".obj")
         prism.write_text(geometry.prism_obj(shape, 0.7))
         scene = w.scene(

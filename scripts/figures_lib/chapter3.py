@@ -6,12 +6,12 @@ from matplotlib.collections import LineCollection, PolyCollection
 from . import draw, geometry
 from .registry import figure
 
-# The 5 tiles that 16 cases come down to, as inside flags of the corners, counter-clockwise from the lower left.
+# The 5 tiles to which the 16 cases reduce: a flag per corner, 1 inside, counter-clockwise from the lower left.
 TILES = [(0, 0, 0, 0), (1, 0, 0, 0), (1, 1, 0, 0), (1, 0, 1, 0), (1, 1, 1, 1)]
 
 
 def curve(x, y):
-    """A bean: above 0 inside."""
+    """Returns a field that is above 0 inside a bean-shaped curve."""
     angle = np.arctan2(y, x)
     return 1.0 + 0.28 * np.cos(2 * angle + 0.6) + 0.16 * np.sin(3 * angle) - np.hypot(x, y)
 
@@ -93,21 +93,21 @@ def graph3_1(w):
     critical = 2 * (spring["stiffness"] * spring["mass"]) ** 0.5
     fig, [ax] = draw.panels(1, width=900, height=380)
     curves, rows = {}, []
-    for share, color in (
+    for ratio, color in (
         (0.08, draw.LEVELS[0]),
         (0.2, draw.OURS),
         (0.5, draw.GREEN),
         (1, draw.INK),
         (2.5, draw.REPORT),
     ):
-        damping = round(share * critical, 2)
-        said = w.json("info", scene, "--timeline", "--set", f"motion.easing.damping={damping}")["actors"][0]["frames"]
-        t, u = np.array([f["time"] for f in said]), np.array([f["u"] for f in said])
-        kind = "under" if share < 1 else "critically " if share == 1 else "over"
+        damping = round(ratio * critical, 2)
+        frame_states = w.json("info", scene, "--timeline", "--set", f"motion.easing.damping={damping}")["actors"][0]["frames"]
+        t, u = np.array([f["time"] for f in frame_states]), np.array([f["u"] for f in frame_states])
+        kind = "under" if ratio < 1 else "critically " if ratio == 1 else "over"
         ax.plot(t, 1 - u, color=color, label=f"b = {damping:.1f} ({kind}damped)")
         curves[damping] = u
-        late = np.nonzero(np.abs(1 - u) > 0.02)[0].max() + 1
-        rows.append([damping, share, float(u.max() - 1), float(t[min(late, len(t) - 1)])])
+        settled = np.nonzero(np.abs(1 - u) > 0.02)[0].max() + 1
+        rows.append([damping, ratio, float(u.max() - 1), float(t[min(settled, len(t) - 1)])])
     ax.axhline(0, color=draw.GREY, lw=0.8)
     ax.set(xlabel="time of the motion", ylabel="displacement from the target", xlim=(0, 1))
     ax.legend(title=f"m = {spring['mass']:g}, k = {spring['stiffness']:g}", title_fontsize=9)

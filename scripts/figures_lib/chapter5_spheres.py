@@ -15,7 +15,7 @@ BLOB = np.array(
 
 
 def winding(outline, gap, points):
-    """The winding number of the outline without edge `gap`: 1 inside, 0 outside, smooth between."""
+    """Returns the winding numbers of points to the outline without edge `gap`: near 1 inside, near 0 outside."""
     total = np.zeros(len(points))
     for i in range(len(outline)):
         if i == gap:
@@ -25,9 +25,9 @@ def winding(outline, gap, points):
     return total / (2 * np.pi)
 
 
-def broken(model, share, path):
-    """A copy of an OBJ that lacks about this share of its faces, always the same ones."""
-    kept, count = [], 0
+def remove_faces(model, share, path):
+    """Writes a copy of an OBJ without about this share of its faces, always the same ones."""
+    lines, count = [], 0
     for line in open(model, encoding="utf-8"):
         if line.startswith(("mtllib", "usemtl")):
             continue
@@ -35,8 +35,8 @@ def broken(model, share, path):
             count += 1
             if (count * 0.6180339887498949) % 1 < share:
                 continue
-        kept.append(line)
-    path.write_text("".join(kept), encoding="utf-8")
+        lines.append(line)
+    path.write_text("".join(lines), encoding="utf-8")
     return path
 
 
@@ -76,7 +76,7 @@ def fig5_2(w):
     axes[1].add_collection(LineCollection(edges, colors=draw.INK, linewidths=1.6))
     fig.colorbar(shade, ax=axes[1], shrink=0.8)
 
-    # The real thing: models with holes, and how many of the octree's cells are then told wrongly.
+    # Models with holes: how many of the octree's spheres are then wrong.
     depth = 4 if w.draft else 5
 
     def leaves(model, inside):
@@ -88,7 +88,7 @@ def fig5_2(w):
     truth = leaves("suzanne", "winding")
     rows = []
     for share in (0.0, 0.02, 0.1) if w.draft else (0.0, 0.005, 0.01, 0.02, 0.05, 0.1):
-        model = broken(w.model("suzanne"), share, w.file(".obj"))
+        model = remove_faces(w.model("suzanne"), share, w.file(".obj"))
         rows.append(
             [100 * share, *(100 * len(truth ^ leaves(model, test)) / len(truth) for test in ("parity", "winding"))]
         )
@@ -114,25 +114,25 @@ def fig5_2(w):
 )
 def fig5_3(w):
     corners = np.array([[0, 0], [3, 0.3], [1.1, 2.3]])
-    whole = geometry.polygon_area(corners)
+    area = geometry.polygon_area(corners)
     fig, axes = draw.panels(2, width=760, height=300)
     rows = []
     for ax, p in ((axes[0], (1.4, 0.9)), (axes[1], (2.6, 1.6))):
-        parts = []
+        areas = []
         for k, color in ((0, "#f3d9c9"), (1, "#d4e6f1"), (2, "#dcebd9")):
-            part = np.array([corners[k], corners[(k + 1) % 3], p])
-            parts.append(abs(geometry.polygon_area(part)))
-            ax.fill(*part.T, color=color, alpha=0.85)
-            draw.outline(ax, part, lw=0.8, color=draw.GREY)
+            triangle = np.array([corners[k], corners[(k + 1) % 3], p])
+            areas.append(abs(geometry.polygon_area(triangle)))
+            ax.fill(*triangle.T, color=color, alpha=0.85)
+            draw.outline(ax, triangle, lw=0.8, color=draw.GREY)
         draw.outline(ax, corners)
         for name, q, shift in zip("ABCP", [*corners, p], [(-0.16, -0.2), (0.14, -0.1), (0, 0.13), (0.16, 0.1)]):
             ax.plot(*q, "o", color=draw.INK, ms=5)
             ax.text(q[0] + shift[0], q[1] + shift[1], name, weight="bold", ha="center", va="center")
-        sums = " + ".join(f"{a:.2f}" for a in parts)
-        sign = "=" if abs(sum(parts) - whole) < 1e-6 else "≠"
-        draw.plain(ax, f"{sums} {sign} {whole:.2f}: {'inside' if sign == '=' else 'outside'}")
+        sums = " + ".join(f"{a:.2f}" for a in areas)
+        sign = "=" if abs(sum(areas) - area) < 1e-6 else "≠"
+        draw.plain(ax, f"{sums} {sign} {area:.2f}: {'inside' if sign == '=' else 'outside'}")
         ax.set(xlim=(-0.5, 3.5), ylim=(-0.5, 2.7))
-        rows.append([*p, *parts, sum(parts), whole])
+        rows.append([*p, *areas, sum(areas), area])
     w.picture(fig)
     w.table(["P x", "P y", "APB", "BPC", "CPA", "sum", "ABC"], rows, show=False)
     w.say(
@@ -142,15 +142,15 @@ def fig5_3(w):
     )
 
 
-def tree_of(w, model, method, resolution):
-    """Nodes of the sphere tree with low corner and side of their cells."""
+def read_tree(w, model, method, resolution):
+    """Returns the nodes of the sphere tree, with low corner and side of their cells."""
     file = w.file(".json")
     options = ["--method", method, "--resolution", resolution, "--no-fit", "--grid", 16, "--write-spheres", file]
     w.spheres(model, *options)
     nodes = json.loads(file.read_text())["spheres"]
     for node in nodes:
         node["center"] = np.array(node["center"])
-        node["side"] = node["radius"] / (3 / (4 * np.pi)) ** (1 / 3)  # a sphere has its cell's volume
+        node["side"] = node["radius"] / (3 / (4 * np.pi)) ** (1 / 3)  # a sphere has the volume of its cell
         node["low"] = node["center"] - node["side"] / 2
     return nodes
 
@@ -163,8 +163,8 @@ def tree_of(w, model, method, resolution):
 )
 def fig5_4(w):
     points, triangles = geometry.read_mesh(w.model("suzanne"))
-    nodes = tree_of(w, "suzanne", "octree", 3)
-    look = draw.view(30, 22)
+    nodes = read_tree(w, "suzanne", "octree", 3)
+    camera = draw.view(30, 22)
     fig, axes = draw.panels(4, width=1120, height=310)
     titles = ["1) bounding box, R = 1", "2) halved, R = 2", "2) halved again, R = 3", "cells that are inside: spheres"]
     counts = []
@@ -172,20 +172,20 @@ def fig5_4(w):
         level = min(panel, 2)
         cells = [n for n in nodes if n["level"] == level]
         if panel < 3:
-            draw.solid(ax, points, triangles, look, color="#d9c7a8")
+            draw.solid(ax, points, triangles, camera, color="#d9c7a8")
             root = nodes[0]
             for n in range(8**level):
                 step = root["side"] / 2**level
                 at = np.array([n % 2**level, n // 2**level % 2**level, n // 4**level])
                 draw.box(
-                    ax, root["low"] + step * at, step, look, color=draw.LEVELS[level], lw=1.1 - 0.25 * level, alpha=0.8
+                    ax, root["low"] + step * at, step, camera, color=draw.LEVELS[level], lw=1.1 - 0.25 * level, alpha=0.8
                 )
         else:
-            order = sorted(cells, key=lambda c: look[2] @ c["center"])
+            order = sorted(cells, key=lambda c: camera[2] @ c["center"])
             for c in order:
-                x, y, depth = look @ c["center"]
+                x, y, depth = camera @ c["center"]
                 ax.add_patch(draw.plt.Circle((x, y), c["radius"], fc="#9cc4dc", ec=draw.OURS, lw=0.9))
-            draw.box(ax, nodes[0]["low"], nodes[0]["side"], look)
+            draw.box(ax, nodes[0]["low"], nodes[0]["side"], camera)
             ax.autoscale_view()
         draw.plain(ax, title)
         counts.append([level + 1, 8**level, len(cells)])
@@ -199,8 +199,8 @@ def fig5_4(w):
     )
 
 
-# The report does not say how large its octree's root is. Of those tried, by the rule of centres or of corners, this one's
-# counts for Blender's Suzanne come nearest to it: 42, 326 and 2664 spheres at resolutions 4, 5 and 6.
+# The report does not say how large its octree's root is. Of the margins tried, with cells chosen by centres or by corners, this
+# one's counts for Blender's Suzanne come nearest to the report's: 42, 326 and 2664 spheres at resolutions 4, 5 and 6.
 REPORT_ROOT = ["--root-margin", 0.092]
 
 
@@ -215,9 +215,9 @@ def table5_1(w):
     rows, pictures = [], []
     for r in [*quoted, None]:
         options = ["--method", "octree", "--resolution", r, *REPORT_ROOT, "--no-fit"] if r else ["--balls", 256]
-        said, triple = w.spheres("suzanne", *options, "--grid", 96, picture=200)
-        rows.append([f"octree, R = {r}" if r else "ours: medial, fitted", quoted.get(r), said["spheres"], said["iou"]])
-        rows[-1].append(100 * said["rms_to_surface"])
+        report, triple = w.spheres("suzanne", *options, "--grid", 96, picture=200)
+        rows.append([f"octree, R = {r}" if r else "ours: medial, fitted", quoted.get(r), report["spheres"], report["iou"]])
+        rows[-1].append(100 * report["rms_to_surface"])
         pictures.append(triple)
     w.table(["method", "report: spheres", "here: spheres", "IoU of the surface", "RMS distance (% of diagonal)"], rows)
     heads = [w.name_of("suzanne"), *(f"{row[0]}: {row[2]}" for row in rows)]
@@ -233,7 +233,7 @@ def table5_1(w):
 
 
 def spheres_sheet(triples, heads):
-    """The model, then each approximation: spheres above, their surface below."""
+    """Returns a sheet of the model and of each approximation: spheres above, their surface below."""
     model = triples[0][0]
     rows = [[model, *(t[1] for t in triples)], [None, *(t[2] for t in triples)]]
     return draw.sheet(rows, ["", ""], heads)
@@ -248,9 +248,9 @@ def spheres_sheet(triples, heads):
 )
 def fig5_5(w):
     points, triangles = geometry.read_mesh(w.model("penguin"))
-    nodes = tree_of(w, "penguin", "active", 6)
+    nodes = read_tree(w, "penguin", "active", 6)
     root = nodes[0]
-    z = root["center"][2] + root["side"] / 17  # near the middle of a cell of level 3, on no plane of cells
+    z = root["center"][2] + root["side"] / 17  # near the middle of a cell of level 3, on no cell's border
     segments = geometry.slice_at(points, triangles, z)
     cut = [n for n in nodes if n["low"][2] <= z < n["low"][2] + n["side"]]
     finest = max(n["level"] for n in nodes)
@@ -300,8 +300,8 @@ def table5_2(w):
         ("ours, default", None, []),
     ):
         options = options if options is not None else ["--balls", rows[1][2]]
-        said, triple = w.spheres("suzanne", *options, "--grid", 96, picture=200)
-        rows.append([label, quoted, said["spheres"], said["iou"], 100 * said["rms_to_surface"]])
+        report, triple = w.spheres("suzanne", *options, "--grid", 96, picture=200)
+        rows.append([label, quoted, report["spheres"], report["iou"], 100 * report["rms_to_surface"]])
         pictures.append(triple)
     w.table(["method", "report: spheres", "here: spheres", "IoU of the surface", "RMS distance (% of diagonal)"], rows)
     w.picture(spheres_sheet(pictures, [w.name_of("suzanne"), *(f"{row[0]}: {row[2]}" for row in rows)]))

@@ -14,7 +14,7 @@ CUBE_VIEW = draw.view(22, 18)
 
 
 def cube(ax, table, key, labels=False):
-    """A marching cube as the program's table has it."""
+    """Draws a marching cube of the program's table."""
     corners = np.array([c["at"] for c in table["corners"]], float)
     middle = {e: corners[list(ends)].mean(axis=0) for e, ends in enumerate(table["edges"])}
     seen = corners @ CUBE_VIEW.T
@@ -87,13 +87,13 @@ def fig5_7(w):
     fig.suptitle("blue: seen from outside, sand: from inside; black corners are inside", fontsize=9, color=draw.GREY)
     w.picture(fig)
     w.table(["base cube", "key", "triangles", "keys made from it"], rows, show=False)
-    apart = sum(
+    other_counts = sum(
         len(c["triangles"]) != len(table["cubes"][table["bases"][c["base"]]]["triangles"]) for c in table["cubes"]
     )
     w.say(
         f"{len(rows)} base cubes, from which the program makes {sum(r[3] for r in rows)} keys.",
         "Made by rotation and complement, without mirrors: base cubes 12 and 15 are each other's mirror images."
-        f" {apart} keys have another number of triangles than their base: complements with an ambiguous face get their"
+        f" {other_counts} keys have another number of triangles than their base: complements with an ambiguous face get their"
         " own, or neighbouring cells would leave holes between them.",
     )
 
@@ -112,19 +112,19 @@ def fig5_8(w):
 
     report = w.report()
     matte = {"look": {"kind": "matte", "color": [0.62, 0.6, 0.56]}, "frames": {"count": 2}}
-    matte["camera"] = {"azimuth": 20, "elevation": 8, "margin": 0.2}  # high constants swell
-    # The surface is ours in all, so that only the field differs.
+    matte["camera"] = {"azimuth": 20, "elevation": 8, "margin": 0.2}  # surfaces of high constants are larger
+    # All use our surface, so that only the field differs.
     report["surface"] = {"resolution": 64}
     rows, images, heads = [], [], []
     for name, constant in (("low", 0.1), ("medium", 0.15), ("high", 0.4), ("ours", None)):
         layers = [report, matte, {"report": {"blob_constant": constant}}] if constant else [matte]
         path = scene(*layers)
         points, triangles = w.mesh(path, 1)
-        parts = geometry.components(points, triangles)
-        rows.append([name, constant, parts, geometry.volume(points, triangles)])
+        component_count = geometry.components(points, triangles)
+        rows.append([name, constant, component_count, geometry.volume(points, triangles)])
         images += w.render(path, [1], 230, 220)
         heads.append(f"{name}: blob constant {constant}" if constant else "ours: fitted balls")
-    # An open model's own volume cannot be read off its faces; the program counts it on a lattice.
+    # Faces of an open model do not give its volume; the program counts points of a lattice inside it.
     truth = rows[-1][3] / w.spheres("suzanne")[0]["volume_ratio"]
     rows = [[*row[:3], row[3] / truth] for row in rows]
     w.picture(draw.sheet([images], [""], heads))
@@ -157,13 +157,13 @@ def graph5_1(w):
         path = w.scene([{"model": "torus", "meta": True}, {"model": "torus", "meta": True}], settings, layer)
         cells, _ = geometry.crossed_cells(*w.mesh(path, 1))
         rows.append([n, n**3, len(cells), 512 * len(bricks_of(cells))])
-    n, cube_, cells, points = np.array(rows).T
+    n, grid_points, cells, points = np.array(rows).T
     fig, axes = draw.panels(2, width=1000, height=360)
-    for ax, some in ((axes[0], n <= 25), (axes[1], n > 0)):
-        ax.plot(n[some], cube_[some], "o-", color=draw.REPORT, label="the report: a thread for each point, n³")
-        if some.all():
-            ax.plot(n[some], points[some], "s-", color=draw.OURS, label="points of the bricks that the torus crosses")
-        ax.plot(n[some], cells[some], "^-", color=draw.GREEN, label="cells that it crosses")
+    for ax, in_range in ((axes[0], n <= 25), (axes[1], n > 0)):
+        ax.plot(n[in_range], grid_points[in_range], "o-", color=draw.REPORT, label="the report: a thread for each point, n³")
+        if in_range.all():
+            ax.plot(n[in_range], points[in_range], "s-", color=draw.OURS, label="points of the bricks that the torus crosses")
+        ax.plot(n[in_range], cells[in_range], "^-", color=draw.GREEN, label="cells that it crosses")
         ax.set(xlabel="resolution n of the grid", ylabel="how many")
         ax.legend()
     axes[1].set(xscale="log", yscale="log", title="further than the report went")
@@ -201,14 +201,14 @@ def fig5_10(w):
         draw.plain(ax, title)
     coarse = np.linspace(-1.6, 1.6, 9)
     samples = field(*np.meshgrid(coarse, coarse))
-    # Linear along x, then along y.
-    rows_ = np.array([np.interp(fine, coarse, row) for row in samples])
-    between = np.array([np.interp(fine, coarse, column) for column in rows_.T]).T
+    # Bilinear interpolation: along x, then along y.
+    by_rows = np.array([np.interp(fine, coarse, row) for row in samples])
+    interpolated = np.array([np.interp(fine, coarse, column) for column in by_rows.T]).T
     shade = {"extent": (-1.6, 1.6, -1.6, 1.6), "origin": "lower", "cmap": "Purples", "vmin": 0, "vmax": 8}
     axes[0].imshow(field(*np.meshgrid(np.linspace(-1.6, 1.6, 400), np.linspace(-1.6, 1.6, 400))), **shade)
     axes[0].plot(*np.meshgrid(coarse, coarse), "o", color=draw.GREEN, ms=4.5)
-    axes[1].imshow(between, interpolation="bilinear", **shade)
-    segments = geometry.marching_squares(between, fine, fine, 1, False)
+    axes[1].imshow(interpolated, interpolation="bilinear", **shade)
+    segments = geometry.marching_squares(interpolated, fine, fine, 1, False)
     exact = geometry.marching_squares(field(*np.meshgrid(fine, fine)), fine, fine, 1, False)
     axes[2].add_collection(LineCollection(exact, colors=draw.OURS, linewidths=1.8, label="from the field itself"))
     axes[2].add_collection(LineCollection(segments, colors=draw.REPORT, linewidths=1.8, label="from coarse samples"))
@@ -259,34 +259,34 @@ def fig5_11(w):
         low, high = points.min(axis=0), points.max(axis=0)
         cell = (high - low).max() / n
         low, counts = low - cell, np.ceil((high - low) / cell).astype(int) + 3
-        middle = centers.mean(axis=0)
-        distance = np.linalg.norm(centers - middle, axis=1)
+        center = centers.mean(axis=0)
+        distance = np.linalg.norm(centers - center, axis=1)
         margin = 2.5 * cell + max(s["radius"] for s in leaves)
         inner, outer = max(distance.min() - margin, 0), distance.max() + margin
         grid = np.stack(np.meshgrid(*(low[k] + cell * np.arange(counts[k]) for k in range(3)), indexing="ij"), axis=-1)
-        reach = np.linalg.norm(grid - middle, axis=-1)
-        kept = (reach >= inner) & (reach <= outer)
+        center_distance = np.linalg.norm(grid - center, axis=-1)
+        in_shell = (center_distance >= inner) & (center_distance <= outer)
         cells = np.floor((points[triangles].mean(axis=1) - low) / cell).astype(int)
         bricks = {tuple(b) for b in bricks_of(cells)}
         in_brick = np.zeros(counts, bool)
         for b in bricks:
             in_brick[tuple(slice(7 * b[k], 7 * b[k] + 8) for k in range(3))] = True
-        rows.append([name, len(leaves), kept.size, 100 * kept.mean(), 100 * in_brick.mean()])
+        rows.append([name, len(leaves), in_shell.size, 100 * in_shell.mean(), 100 * in_brick.mean()])
 
-        # The torus lies flat: cut it from above; the others from the front.
+        # The cut of the torus, which lies flat, is seen from above, that of the monkey from the front.
         axis, (right, up) = (1, (0, 2)) if name == "torus" else (2, (0, 1))
-        at = int(round((middle[axis] - low[axis]) / cell))
-        near = np.abs(centers[:, axis] - middle[axis]) < 0.6 * max(s["radius"] for s in leaves)
-        turned = points[:, [right, up, axis]]
-        outline = geometry.slice_at(turned, triangles, middle[axis] + 1e-4)
+        slice_index = int(round((center[axis] - low[axis]) / cell))
+        near_slice = np.abs(centers[:, axis] - center[axis]) < 0.6 * max(s["radius"] for s in leaves)
+        rotated = points[:, [right, up, axis]]
+        outline = geometry.slice_at(rotated, triangles, center[axis] + 1e-4)
         for k, (mask, title, color) in enumerate(
             (
-                (kept, f"The report: {rows[-1][3]:.0f} % kept", draw.REPORT),
+                (in_shell, f"The report: {rows[-1][3]:.0f} % kept", draw.REPORT),
                 (in_brick, f"Ours: {rows[-1][4]:.0f} %", draw.OURS),
             )
         ):
             ax = draw.plain(axes[2 * pair + k], f"{name}. {title}", color)
-            plane = np.take(mask, at, axis=axis)
+            plane = np.take(mask, slice_index, axis=axis)
             extent = [low[right] - cell / 2, low[right] + cell * (counts[right] - 0.5)]
             extent += [low[up] - cell / 2, low[up] + cell * (counts[up] - 0.5)]
             tint = "#f6e3d8" if color == draw.REPORT else "#dcebf4"
@@ -294,12 +294,12 @@ def fig5_11(w):
                 plane.T[..., None], draw.matplotlib.colors.to_rgb(tint), draw.matplotlib.colors.to_rgb("#b9bfc4")
             )
             ax.imshow(colors, extent=extent, origin="lower", interpolation="nearest")
-            ax.plot(*centers[near][:, [right, up]].T, ".", color=draw.GREEN, ms=3)
+            ax.plot(*centers[near_slice][:, [right, up]].T, ".", color=draw.GREEN, ms=3)
             ax.add_collection(LineCollection(outline, colors=draw.INK, linewidths=1))
             if k == 0:
                 ends = centers[[distance.argmin(), distance.argmax()]]
                 ax.plot(*ends[:, [right, up]].T, "o", color=draw.INK, ms=6)
-                draw.circles(ax, [middle[[right, up]]] * 2, [inner, outer], ec=draw.REPORT, lw=1, ls="--")
+                draw.circles(ax, [center[[right, up]]] * 2, [inner, outer], ec=draw.REPORT, lw=1, ls="--")
             ax.set(xlim=extent[:2], ylim=extent[2:])
     fig.suptitle(
         "a cut through the middle; grey is left out, green are balls, black the nearest and the furthest one and the"
@@ -366,9 +366,9 @@ def fig5_14(w):
     chain = ["torus", {"model": "suzanne", "meta": True}, "penguin"]
     scene = {k: v for k, v in w.scene_json("standard/torus-monkey-penguin.json").items() if k == "frames"}
     balls = {"motion": {"interpolate": "balls"}}
-    said = w.json("info", w.scene(chain, scene, balls, {"look": {"kind": "metal"}}), "--timeline")
-    own = w.json("info", w.scene(chain, scene, balls), "--timeline")
-    stages = said["stages"]
+    metal_look = w.json("info", w.scene(chain, scene, balls, {"look": {"kind": "metal"}}), "--timeline")
+    own_look = w.json("info", w.scene(chain, scene, balls), "--timeline")
+    stages = metal_look["stages"]
     fig, axes = draw.panels(
         2, 2, width=1120, height=520, gridspec_kw={"height_ratios": [1.5, 1], "width_ratios": [1, 0.0001]}
     )
@@ -395,10 +395,10 @@ def fig5_14(w):
     ax.text(middle, -0.98, text, ha="center", va="center", fontsize=9, color=draw.GREEN)
     ax.set(xlim=(-0.15, end + wide / 2 + 0.15), ylim=(-1.3, high + 1.45))
 
-    # When each stage is, in a chain with a meta-object.
+    # The stage of each frame, in a chain with a meta-object.
     ax = axes[2]
     rows = []
-    for y, (name, run) in enumerate((("look metal", said["actors"][0]), ("look own", own["actors"][0]))):
+    for y, (name, run) in enumerate((("look metal", metal_look["actors"][0]), ("look own", own_look["actors"][0]))):
         for f in run["frames"]:
             kind = [s["name"] for s in stages].index(f["stage"])
             ax.barh(-y, 1, left=f["frame"] - 0.5, height=0.55, color=draw.LEVELS[kind], ec="white", lw=0.8)

@@ -7,8 +7,8 @@ from .work import REPORT_SCENE, draw_only_models
 STANDARD = ("suzanne", "penguin", "torus", "teapot")
 
 
-def alone(w, model, *layers):
-    """A scene whose first frame is the surface of the model's balls and nothing else."""
+def balls_scene(w, model, *layers):
+    """Writes a scene whose first frame shows only the surface of the model's balls."""
     return w.scene([{"model": model, "meta": True}] * 2, {"frames": {"count": 2}}, *layers)
 
 
@@ -22,18 +22,18 @@ def table6_1(w):
     images, rows = [], []
     for model in STANDARD:
         images += w.render(w.scene([model, model], draw_only_models()), [1], 230, 220)
-        said = w.json("info", w.model(model))
+        info = w.json("info", w.model(model))
         rows.append(
             [
                 w.name_of(model),
-                said["points"],
-                said["triangles"],
-                said["shells"],
-                said["genus"] if said["closed"] else None,
-                said["volume"],
+                info["points"],
+                info["triangles"],
+                info["shells"],
+                info["genus"] if info["closed"] else None,
+                info["volume"],
             ]
         )
-        rows[-1] += [len(said["labels"]), "yes" if said["textures"] else "no"]
+        rows[-1] += [len(info["labels"]), "yes" if info["textures"] else "no"]
     w.picture(draw.sheet([images], [""], [row[0] for row in rows]))
     w.table(["object", "points", "triangles", "shells", "genus", "volume", "labels", "texture"], rows)
     w.say(
@@ -54,14 +54,14 @@ def table6_2(w):
     quoted = dict(zip(STANDARD, (182, 221, 1032, 198)))
     rows, report_row, ours_row, report_surface, ours_surface = [], [], [], [], []
     for model in STANDARD:
-        said, (_, spheres, surface) = w.spheres(
+        report, (_, spheres, surface) = w.spheres(
             model, "--method", "active", "--resolution", 5, "--no-fit", "--grid", 96, picture=190
         )
         report_row.append(spheres), report_surface.append(surface)
         ours, (_, spheres, surface) = w.spheres(model, "--grid", 96, picture=190)
         ours_row.append(spheres), ours_surface.append(surface)
-        rows.append([w.name_of(model), quoted[model], said["spheres"], said["iou"], ours["spheres"], ours["iou"]])
-        rows[-1] += [100 * said["rms_to_surface"], 100 * ours["rms_to_surface"]]
+        rows.append([w.name_of(model), quoted[model], report["spheres"], report["iou"], ours["spheres"], ours["iou"]])
+        rows[-1] += [100 * report["rms_to_surface"], 100 * ours["rms_to_surface"]]
     heads = [row[0] for row in rows]
     labels = ["The report's method: active nodes, R = 5", "", "Ours: medial spheres, ellipsoids fitted", ""]
     w.picture(draw.sheet([report_row, report_surface, ours_row, ours_surface], labels, heads))
@@ -89,7 +89,7 @@ def table6_3(w):
     midpoint = {"surface": {"resolution": 27}, "report": {"placement": "midpoint", "flat": True}}
     rows, report_row, coarse_row, ours_row = [], [], [], []
     for model in STANDARD:
-        report, coarse, ours = alone(w, model, w.report()), alone(w, model, midpoint, metal), alone(w, model, metal)
+        report, coarse, ours = balls_scene(w, model, w.report()), balls_scene(w, model, midpoint, metal), balls_scene(w, model, metal)
         counts = []
         for path in (report, coarse):
             cells, _ = geometry.crossed_cells(*w.mesh(path, 1))

@@ -23,13 +23,13 @@ METHODS = [
 
 
 def three_scenes(w, objects, count, *layers):
-    """By the report's method, with its plan, and ours."""
+    """Writes three scenes: by the report's method, by our balls with the report's plan, and by ours."""
     settings = {"frames": {"count": count}, **w.coarse()}
     return [w.scene(objects, settings, *layers, layer) for layer in (w.report(), INDEX_PLAN, {})]
 
 
 def strip(w, objects, count=24, columns=8, layers=(), report_objects=None):
-    """Three rows of the same frames, and a table of each row's metrics."""
+    """Adds a picture of the same frames by three methods, in rows, and a table of their metrics, whose rows it returns."""
     frames = [1 + round(k * (count - 1) / (columns - 1)) for k in range(columns)]
     scenes = three_scenes(w, objects, count, *layers)
     if report_objects:
@@ -42,7 +42,7 @@ def strip(w, objects, count=24, columns=8, layers=(), report_objects=None):
 
 
 def metrics_of(w, scenes):
-    """A row per scene and leg, and good or bad for each value by the program's own goals."""
+    """Returns a row per scene and leg, and the mark of each value by the program's goals."""
     rows, marks = [], []
     for name, scene in scenes:
         for morph in w.analyze(scene):
@@ -53,7 +53,7 @@ def metrics_of(w, scenes):
 
 
 def mark(metric):
-    """good, bad or nothing, from "value" and a "goal" like "<= 2"."""
+    """Returns "good", "bad" or "", from "value" and a "goal" like "<= 2"."""
     if metric["value"] is None or not metric["goal"]:
         return ""
     relation, limit = metric["goal"].split()
@@ -62,7 +62,7 @@ def mark(metric):
 
 
 def in_words(rows):
-    """Principles 1, 4 and 6 of one leg, from its rows."""
+    """Returns principles 1, 4 and 6 of one leg as text, from its rows."""
     value = {(row[1], name): row[2 + k] for row in rows for k, name in enumerate(METRICS)}
     text = f"Least volume on the way: {value['report', 'dip']:.2f} by its method, {value['ours', 'dip']:.2f} by ours. "
     text += f"Rigidity, 0 at best: {value['report', 'rigidity']:.2f} and {value['ours', 'rigidity']:.2f}. "
@@ -145,31 +145,31 @@ def table6_4(w):
         table, colors = metrics_of(w, [(name, scene) for (_, name), scene in zip(METHODS, scenes)])
         rows += [[f"{number}: {row[0]}", *row[1:]] for row in table]
         marks += colors
-    known = w.analyze(three_scenes(w, list(tests[0]), 24)[0])[0]["metrics"]
-    caption = "Goals: " + ", ".join(f"{words} {known[m]['goal']}" for m, words in METRICS.items()) + "."
+    metrics = w.analyze(three_scenes(w, list(tests[0]), 24)[0])[0]["metrics"]
+    caption = "Goals: " + ", ".join(f"{words} {metrics[m]['goal']}" for m, words in METRICS.items()) + "."
     w.table(["test", "method", *METRICS.values()], rows, caption=caption, marks=lambda i, j: marks[i][j])
 
-    # Principles 7 and 8 ask what happens where the target is the source, moved.
-    turned, colors = [], []
+    # For principles 7 and 8, the target is the rotated source.
+    rotated, colors = [], []
     for model, angle in (("spider", 90), ("spider", 180), ("teapot", 90)):
         objects = [model, {"model": model, "rotate": [0, angle, 0]}]
         scenes = dict(zip((name for _, name in METHODS), three_scenes(w, objects, 24, {"arrange": "none"})))
         for name, scene in scenes.items():
             [morph] = w.analyze(scene, 9)
             values = [morph["metrics"][m] for m in ("nonlinearity", "dip", "rotation_error", "rigidity")]
-            turned.append([f"{model}, turned by {angle}°", name, *(v["value"] for v in values)])
+            rotated.append([f"{model}, turned by {angle}°", name, *(v["value"] for v in values)])
             colors.append(["", "", *map(mark, values)])
     heads = ["test", "method", "nonlinearity", "least volume", "rotation error (degrees)", "rigidity"]
     w.table(
-        heads, turned, part="turned", marks=lambda i, j: colors[i][j], caption="Nonlinearity and transformation groups"
+        heads, rotated, part="turned", marks=lambda i, j: colors[i][j], caption="Nonlinearity and transformation groups"
     )
     counts = {name: sum(c.count("bad") for c, r in zip(marks, rows) if r[1] == name) for _, name in METHODS}
-    of = {name: sum(c.count("good") for c, r in zip(marks, rows) if r[1] == name) + counts[name] for _, name in METHODS}
-    turns = [f"{r[0]}: off by {r[4]:.1f}°" for r in turned if r[1] == "ours"]
+    totals = {name: sum(c.count("good") for c, r in zip(marks, rows) if r[1] == name) + counts[name] for _, name in METHODS}
+    rotations = [f"{r[0]}: off by {r[4]:.1f}°" for r in rotated if r[1] == "ours"]
     w.say(
         f"As numbers from `polymorph analyze --json`. Of the limits, its method misses {counts['report']} of"
-        f" {of['report']}, its plan with our balls {counts['index plan']} of {of['index plan']}, ours {counts['ours']}"
-        f" of {of['ours']}. The turns that ours finds: {'; '.join(turns)}.",
+        f" {totals['report']}, its plan with our balls {counts['index plan']} of {totals['index plan']}, ours {counts['ours']}"
+        f" of {totals['ours']}. The turns that ours finds: {'; '.join(rotations)}.",
         "Linear time has no slow-in and slow-out (9), and straight lines squash what turns (7). Ours eases time, keeps"
         " the volume, and moves balls along with the turn that makes the plan much cheaper, where there is one: by"
         " default a turn must halve its cost, so that unlike objects do not tumble. NA is a dash: a"
@@ -205,7 +205,7 @@ def fig6_6(w):
     scene = w.scene_json("effects/puddle.json")
     own = {"plan": scene["plan"], "look": scene["look"]}
     chain = ["penguin", *scene["intermediate"], "torus"]
-    # The puddle is thinner than a cell of resolution 5.
+    # The puddle is thinner than a cell of resolution 5, so the report's method gets 7.
     finer = ["penguin", *({**o, "spheres": {"resolution": 7}} for o in scene["intermediate"]), "torus"]
     rows = strip(w, chain, scene["frames"]["count"], columns=9, layers=[own], report_objects=finer)
     w.say(
@@ -226,19 +226,19 @@ def fig6_6(w):
 def fig6_7(w):
     objects, count = ["teapot", "penguin"], 97
     rows, heads, table = [], None, []
-    # Made of balls, so that all stages are there.
+    # Ours interpolates balls here, so that it has all stages, too.
     for name, layers in (("report", [w.report()]), ("ours", [{"motion": {"interpolate": "balls"}}])):
         scene = w.scene(objects, {"frames": {"count": count}}, *layers)
-        said = w.json("info", scene, "--timeline")["actors"][0]
-        own = [f["frame"] for f in said["frames"]]
-        chosen = [own[0]]
+        timeline = w.json("info", scene, "--timeline")["actors"][0]
+        frame_numbers = [f["frame"] for f in timeline["frames"]]
+        chosen = [frame_numbers[0]]
         for stage in ("boundary-out", "volume", "boundary-in"):
-            inside = [f["frame"] for f in said["frames"] if f["stage"] == stage]
+            inside = [f["frame"] for f in timeline["frames"] if f["stage"] == stage]
             picks = (
                 [inside[len(inside) // 2]] if stage != "volume" else [inside[0], inside[len(inside) // 2], inside[-1]]
             )
             chosen += picks
-        chosen.append(own[-1])
+        chosen.append(frame_numbers[-1])
         frames = w.render(scene, chosen, 150, 150)
         method = ["--method", "active", "--resolution", 5, "--no-fit"] if name == "report" else []
         spheres = []
@@ -246,7 +246,7 @@ def fig6_7(w):
             _, (_, picture, _) = w.spheres(model, *method, "--grid", 48, picture=150)
             spheres.append(picture)
         rows.append([frames[0], spheres[0], *frames[1:4], *frames[4:-1], spheres[1], frames[-1]])
-        stages = {f["frame"]: f["stage"] for f in said["frames"]}
+        stages = {f["frame"]: f["stage"] for f in timeline["frames"]}
         table += [[name, frame, stages[frame]] for frame in chosen]
         heads = ["source", "its spheres", "boundary out", "its balls", "half way", "target's balls", "boundary in"]
         heads += ["its spheres", "target"]
@@ -273,12 +273,12 @@ def table6_5(w):
     for model in ("humanoid", "spider", "penguin"):
         points = w.json("info", w.model(model))["points"]
         for name, options in (("report", ["--method", "active", "--resolution", 6, "--no-fit"]), ("ours", [])):
-            said, (shape, spheres, surface) = w.spheres(model, *options, "--grid", 160, picture=220)
+            report, (shape, spheres, surface) = w.spheres(model, *options, "--grid", 160, picture=220)
             pictures[name] += [shape, spheres] if name == "report" else [None, spheres]
             surfaces[name].append(surface)
             kind = "active nodes, R = 6" if name == "report" else "ours"
             rows.append(
-                [model, points, kind, said["spheres"], said["iou"], said["volume_ratio"], 100 * said["rms_to_surface"]]
+                [model, points, kind, report["spheres"], report["iou"], report["volume_ratio"], 100 * report["rms_to_surface"]]
             )
     table_rows = [
         [

@@ -3,7 +3,7 @@
 from . import draw
 from .registry import figure
 
-# Table 6.7: frames per second, skin resolution 10..100 along, influence resolution 10..40 down.
+# Table 6.7: frames per second by influence resolution (key) and skin resolution 10 to 100 (index).
 REPORT_FPS = {
     10: [30, 30, 30, 30, 20, 17, 12, 9, 7, 5],
     20: [30, 30, 30, 29, 20, 13, 10, 10, 9, 5],
@@ -11,17 +11,17 @@ REPORT_FPS = {
     40: [3, 3, 3, 3, 2, 2, 2, 2, 2, 2],
 }
 SKIN = range(10, 101, 10)
-BALLS = 1032  # of the report's torus, on a torus
+BALLS = 1032  # number of balls of the report's torus
 
 
-def measured(w, field):
+def run_bench(w, field):
     return w.json("bench", "report", "--torus", BALLS, "--field", field, "--repeats", 3 if w.draft else 25)
 
 
-def machine_of(w):
-    """The processor, and the GPU where there is one."""
-    said = w.json("devices")
-    parts = [f"{said['cpu']['name']}, {said['cpu']['threads']} threads", *(d["name"] for d in said["cuda"])]
+def describe_machine(w):
+    """Returns the names of the processor and of the GPUs, if there are any."""
+    devices = w.json("devices")
+    parts = [f"{devices['cpu']['name']}, {devices['cpu']['threads']} threads", *(d["name"] for d in devices["cuda"])]
     return "; ".join(parts)
 
 
@@ -37,13 +37,13 @@ def graph6_1(w):
     fig, [ax] = draw.panels(1, width=900, height=400)
     table = {skin: [skin] for skin in SKIN}
     heads = ["grid resolution"]
-    machine = machine_of(w)
+    machine = describe_machine(w)
     cuda = False
     for field, name, color in (
         ("inverse_square", "the report's field, 1/d²", draw.REPORT),
         ("gaussian", "ours, Gaussian", draw.OURS),
     ):
-        rows = [r for r in measured(w, field)["rows"] if r["name"] == "graph 6.1"]
+        rows = [r for r in run_bench(w, field)["rows"] if r["name"] == "graph 6.1"]
         for key, style, device in (("cpu_ms", "o-", "CPU"), ("cuda_ms", "s--", "GPU")):
             if key not in rows[0]:
                 continue
@@ -86,28 +86,28 @@ def table6_7(w):
     heads = ["influence \\ skin", *map(str, SKIN)]
     report = [[str(influence), *rates] for influence, rates in REPORT_FPS.items()]
     w.table(
-        heads, report, caption="The report: frames per second", part="report", marks=lambda i, j: green(report[i][j], j)
+        heads, report, caption="The report: frames per second", part="report", marks=lambda i, j: mark(report[i][j], j)
     )
     worst, ours = {}, {}
     for field, name in (("inverse_square", "the report's field, 1/d²"), ("gaussian", "ours, Gaussian")):
-        said = [r for r in measured(w, field)["rows"] if r["name"] == "table 6.7"]
-        rows = [[str(i), *(round(r["per_second"]) for r in said if r["influence"] == i)] for i in REPORT_FPS]
+        bench_rows = [r for r in run_bench(w, field)["rows"] if r["name"] == "table 6.7"]
+        rows = [[str(i), *(round(r["per_second"]) for r in bench_rows if r["influence"] == i)] for i in REPORT_FPS]
         caption = f"Here, {name}: surfaces a second"
         w.table(
             heads,
             rows,
             caption=caption,
             part=field.replace("_", "-"),
-            marks=lambda i, j, rows=rows: green(rows[i][j], j),
+            marks=lambda i, j, rows=rows: mark(rows[i][j], j),
         )
-        off = [[str(i), *(r["volume_off_percent"] for r in said if r["influence"] == i)] for i in REPORT_FPS]
+        volume_errors = [[str(i), *(r["volume_off_percent"] for r in bench_rows if r["influence"] == i)] for i in REPORT_FPS]
         caption = f"Here, {name}: volume off by %, through interpolation"
-        w.table(heads, off, caption=caption, part=f"{field.replace('_', '-')}-volume", show=field == "gaussian")
+        w.table(heads, volume_errors, caption=caption, part=f"{field.replace('_', '-')}-volume", show=field == "gaussian")
         ours[field] = rows
-        worst[field] = max(abs(x) for row in off for x in row[1:])
+        worst[field] = max(abs(x) for row in volume_errors for x in row[1:])
     slowest = min(x for row in ours["gaussian"] for x in row[1:])
     w.say(
-        f"Surfaces alone, without drawing, on {machine_of(w)}: never below {slowest} a second with our field. The"
+        f"Surfaces alone, without drawing, on {describe_machine(w)}: never below {slowest} a second with our field. The"
         f" coarsest influence misses the volume by {worst['gaussian']:.0f} %.",
         "The report's rate includes its rendering and its GPU of 2008. Its influence resolution bought speed with"
         " accuracy; here the field is computed at every point (influence at least the skin's), and it is fast enough."
@@ -115,5 +115,5 @@ def table6_7(w):
     )
 
 
-def green(rate, column):
+def mark(rate, column):
     return "good" if column and rate >= 25 else ""

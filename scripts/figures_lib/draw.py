@@ -1,4 +1,4 @@
-"""How pictures look: one set of sizes and colours, sheets of renders, and solids seen from an angle."""
+"""Sizes and colours of all pictures; functions that draw sheets of renders, outlines and shaded meshes."""
 
 import matplotlib
 
@@ -7,7 +7,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 from matplotlib.collections import PolyCollection  # noqa: E402
 
-REPORT = "#c4572e"  # the report's method
+REPORT = "#c4572e"  # colour of the report's method
 OURS = "#1f6f9f"
 GREEN, GREY, LIGHT, INK = "#3c8d4f", "#8a8f94", "#dfe3e6", "#22262a"
 LEVELS = ["#7b3f98", "#1f6f9f", "#3c8d4f", "#d9a22b", "#c4572e", "#8a8f94"]
@@ -34,19 +34,19 @@ plt.rcParams.update(
         "figure.constrained_layout.h_pad": 0.09,
         "figure.dpi": DPI,
         "savefig.dpi": 2 * DPI,
-        "svg.hashsalt": "polymorph",  # the same bytes for the same figure
+        "svg.hashsalt": "polymorph",  # makes the bytes reproducible
     }
 )
 
 
 def panels(columns, rows=1, width=900, height=300, **options):
-    """A figure of so many axes, in pixels; axes come as a flat list."""
+    """Returns a figure of width x height pixels, and its columns x rows Axes as a flat list."""
     fig, axes = plt.subplots(rows, columns, figsize=(width / DPI, height / DPI), layout="constrained", **options)
     return fig, list(np.ravel(axes))
 
 
 def plain(ax, title="", color=INK):
-    """Axes without axes: equal scales, a title."""
+    """Hides the axes, sets equal scales and a title."""
     ax.set_aspect("equal")
     ax.axis("off")
     ax.set_title(title, color=color)
@@ -64,17 +64,17 @@ def circles(ax, centers, radii, **style):
 
 
 def view(azimuth, elevation):
-    """Rows: to the right, up, towards the eye; degrees, y is up, as the scenes' camera."""
+    """Returns the view matrix of a scene's camera at these angles in degrees: rows right, up (y), toward the eye."""
     a, e = np.radians(azimuth), np.radians(elevation)
     right = [np.cos(a), 0, -np.sin(a)]
     toward = [np.sin(a) * np.cos(e), np.sin(e), np.cos(a) * np.cos(e)]
     return np.array([right, np.cross(toward, right), toward])
 
 
-def solid(ax, points, triangles, look, color=LIGHT, edge="none", alpha=1.0, light=(0.3, 0.7, 0.65), lw=0.4):
-    """A shaded mesh, far faces first; kept as pixels in SVG files when it has many triangles."""
-    seen = points @ look.T
-    corners = seen[triangles]
+def solid(ax, points, triangles, camera, color=LIGHT, edge="none", alpha=1.0, light=(0.3, 0.7, 0.65), lw=0.4):
+    """Draws a shaded mesh, far faces first. More than 1000 triangles become pixels in SVG files."""
+    in_view = points @ camera.T
+    corners = in_view[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-20)
     front = normal[:, 2] > 0
@@ -100,32 +100,31 @@ BOX_EDGES = [(a, a | 1 << k) for a in range(8) for k in range(3) if not a >> k &
 BOX_CORNERS = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)], float)
 
 
-def box(ax, low, side, look, **style):
-    """The wire of a cube."""
-    corners = (np.asarray(low) + side * BOX_CORNERS) @ look.T
+def box(ax, low, side, camera, **style):
+    """Draws the edges of a cube."""
+    corners = (np.asarray(low) + side * BOX_CORNERS) @ camera.T
     for a, b in BOX_EDGES:
         ax.plot(corners[[a, b], 0], corners[[a, b], 1], **{"color": GREY, "lw": 0.7, **style})
 
 
 def sheet(rows, labels, heads=(), gap=6, scale=1):
-    """Renders in rows, pixel for pixel, a label above each row and heads above the columns: a figure to save. None stands for an
-    empty place."""
+    """Returns a figure of renders in rows, pixel for pixel, labels above the rows and heads above the columns. None: an empty cell."""
     height, width = rows[0][0].shape[:2]
     heights = [next(picture for picture in row if picture is not None).shape[0] for row in rows]
     columns = max(len(row) for row in rows)
-    line, head = 26, 24 if heads else 4
+    label_height, head_height = 26, 24 if heads else 4  # pixels
     total_w = columns * (width + gap) - gap
-    total_h = head + sum((line if label else 0) + high + gap for high, label in zip(heights, labels))
+    total_h = head_height + sum((label_height if label else 0) + height + gap for height, label in zip(heights, labels))
     fig = plt.figure(figsize=(total_w / DPI, total_h / DPI), dpi=DPI)
     fig.pixel_exact = True
     for i, text in enumerate(heads):
         fig.text((i * (width + gap) + width / 2) / total_w, 1 - 16 / total_h, text, ha="center", va="center")
-    top = head
-    for row, high, label in zip(rows, heights, labels):
+    top = head_height
+    for row, height, label in zip(rows, heights, labels):
         if label:
             color = REPORT if label.startswith("The report's method") else OURS if label.startswith("Ours") else INK
             fig.text(2 / total_w, 1 - (top + 15) / total_h, label, va="center", weight="bold", color=color)
-            top += line
+            top += label_height
         for i, picture in enumerate(row):
             if picture is None:
                 continue
@@ -133,5 +132,5 @@ def sheet(rows, labels, heads=(), gap=6, scale=1):
             ax = fig.add_axes([i * (width + gap) / total_w, 1 - (top + h) / total_h, w / total_w, h / total_h])
             ax.imshow(picture, interpolation="nearest", aspect="auto")
             ax.axis("off")
-        top += high + gap
+        top += height + gap
     return fig

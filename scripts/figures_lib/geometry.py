@@ -1,4 +1,4 @@
-"""Triangle meshes and plane polygons, as far as figures need them."""
+"""Functions on triangle meshes and plane polygons that figures need."""
 
 import math
 
@@ -10,7 +10,7 @@ from vtkmodules.vtkIOPLY import vtkPLYReader
 
 
 def read_mesh(path):
-    """Points and triangles of an OBJ or PLY file; points at one place, as along the seams of textures, are one."""
+    """Returns points and triangles of an OBJ or PLY file. Points at equal positions, as along texture seams, are merged."""
     reader = vtkOBJReader() if path.suffix == ".obj" else vtkPLYReader()
     triangulated, merged = vtkTriangleFilter(), vtkCleanPolyData()
     reader.SetFileName(str(path))
@@ -31,24 +31,24 @@ def volume(points, triangles):
 
 
 def components(points, triangles):
-    """How many parts hang together: the least label spreads along triangles until nothing changes."""
-    label = np.arange(len(points))
+    """Counts connected components: the least label of each triangle is passed to its corners until nothing changes."""
+    labels = np.arange(len(points))
     while True:
-        least = label[triangles].min(axis=1)
-        new = label.copy()
+        least = labels[triangles].min(axis=1)
+        new_labels = labels.copy()
         for k in range(3):
-            np.minimum.at(new, triangles[:, k], least)
-        new = new[new]
-        if (new == label).all():
-            return len(np.unique(label[np.unique(triangles)]))
-        label = new
+            np.minimum.at(new_labels, triangles[:, k], least)
+        new_labels = new_labels[new_labels]
+        if (new_labels == labels).all():
+            return len(np.unique(labels[np.unique(triangles)]))
+        labels = new_labels
 
 
 def crossed_cells(points, triangles):
-    """Cells (integer triples) that a marching cubes surface with vertices at edge midpoints crosses, and their size.
+    """Returns the cells (integer triples) that a marching cubes surface with vertices at edge midpoints crosses, and their size.
 
-    A triangle lies in one cell, its centroid not on the cell's border. Along an axis, midpoints are half a cell apart;
-    two thirds of the vertices have the whole number there, which tells where the grid's planes are.
+    A triangle lies in one cell, and its centroid inside it. Along an axis, vertices are multiples of half a cell apart. Two
+    thirds of them lie on planes of the grid, as the axis is not that of their edge; their parity tells where the planes are.
     """
     cells = np.empty((len(triangles), 3), int)
     coordinates = np.unique(np.round(points[:, 0], 5))
@@ -62,7 +62,7 @@ def crossed_cells(points, triangles):
 
 
 def slice_at(points, triangles, z):
-    """Segments (n, 2, 2) in which the plane cuts the mesh."""
+    """Returns the segments (n, 2, 2) in which the plane at z cuts the mesh."""
     corners = points[triangles]
     above = corners[:, :, 2] > z
     segments = []
@@ -78,7 +78,7 @@ def slice_at(points, triangles, z):
     return np.array(segments)
 
 
-def icosphere(cuts):
+def icosphere(subdivisions):
     g = (1 + math.sqrt(5)) / 2
     points = [np.array(p, float) for a in (-1, 1) for b in (-g, g) for p in ((0, a, b), (b, 0, a), (a, b, 0))]
     points = [p / np.linalg.norm(p) for p in points]
@@ -88,9 +88,9 @@ def icosphere(cuts):
         for j in range(i + 1, 12):
             for k in range(j + 1, 12):
                 if near[i][j] and near[j][k] and near[i][k]:
-                    out = np.linalg.det([points[i], points[j], points[k]]) > 0
-                    triangles.append((i, j, k) if out else (i, k, j))
-    for _ in range(cuts):
+                    is_outward = np.linalg.det([points[i], points[j], points[k]]) > 0
+                    triangles.append((i, j, k) if is_outward else (i, k, j))
+    for _ in range(subdivisions):
         middles, finer = {}, []
 
         def middle(i, j):
@@ -108,7 +108,7 @@ def icosphere(cuts):
 
 
 def prism_obj(outline, depth):
-    """An OBJ of the counter-clockwise outline, `depth` thick around z = 0."""
+    """Returns the OBJ text of a prism of the counter-clockwise outline, from z = -depth / 2 to depth / 2."""
     n = len(outline)
     lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for z in (depth / 2, -depth / 2) for x, y in outline]
     lines.append("f " + " ".join(str(i + 1) for i in range(n)))
@@ -119,8 +119,8 @@ def prism_obj(outline, depth):
     return "\n".join(lines) + "\n"
 
 
-def along(outline, count):
-    """`count` points evenly along the closed outline."""
+def sample_outline(outline, count):
+    """Returns `count` points at even distances along the closed outline."""
     outline = np.asarray(outline, float)
     ends = np.roll(outline, -1, axis=0)
     lengths = np.linalg.norm(ends - outline, axis=1)
@@ -133,7 +133,7 @@ def along(outline, count):
 
 
 def inside(outline, points):
-    """Of each point, by the parity of crossings of a ray to the right."""
+    """Returns whether each point is inside, by the parity of the crossings of a ray to the right."""
     outline, points = np.asarray(outline, float), np.atleast_2d(points)
     ends = np.roll(outline, -1, axis=0)
     odd = np.zeros(len(points), bool)
@@ -151,7 +151,7 @@ def polygon_area(outline):
 
 
 def marching_squares(values, x, y, level, midpoint):
-    """Segments of values[j, i] = level over the points (x[i], y[j]); ambiguous squares keep the inside apart."""
+    """Returns the segments of values[j, i] = level over points (x[i], y[j]). Ambiguous squares separate the inside corners."""
     segments = []
     for j in range(len(y) - 1):
         for i in range(len(x) - 1):
@@ -163,7 +163,7 @@ def marching_squares(values, x, y, level, midpoint):
                 t = 0.5 if midpoint else v[k] / (v[k] - v[(k + 1) % 4])
                 return (x[a] + t * (x[c] - x[a]), y[b] + t * (y[d] - y[b]))
 
-            # Each run of inside corners is cut off on its own: from the edge before it to the edge behind it.
+            # A segment cuts off each run of inside corners, from the edge before it to the edge after it.
             for k in range(4):
                 if v[k] > 0 and v[k - 1] <= 0:
                     last = k
@@ -174,5 +174,5 @@ def marching_squares(values, x, y, level, midpoint):
 
 
 def enclosed(segments):
-    """Area to the left of directed segments that close."""
+    """Returns the area to the left of closed directed segments."""
     return sum(p[0] * q[1] - p[1] * q[0] for p, q in segments) / 2

@@ -1,4 +1,4 @@
-"""index.html: every figure that there is, the report's words beside ours. Pictures stay files beside it."""
+"""Writes index.html: all figures that were made, with the report's words beside ours. It links to the files of pictures."""
 
 import html
 import re
@@ -52,8 +52,8 @@ pre { overflow-x: auto; background: var(--card); border: 1px solid var(--line); 
 """
 
 
-def words(text):
-    """Escaped, with `code`."""
+def to_html(text):
+    """Returns text as HTML, with `code` as an element."""
     text = html.escape(text, quote=False)
     return re.sub(r"`([^`]+)`", r"<code>\1</code>", text)
 
@@ -71,31 +71,31 @@ def table(block):
     columns = range(len(block["head"]))
     text = [any(not is_number(row[j]) for row in block["rows"]) for j in columns]
     rows = [
-        "<tr>" + "".join(f'<th class="{"text" if text[j] else ""}">{words(block["head"][j])}</th>' for j in columns)
+        "<tr>" + "".join(f'<th class="{"text" if text[j] else ""}">{to_html(block["head"][j])}</th>' for j in columns)
     ]
     for i, row in enumerate(block["rows"]):
         cells = []
         for j in columns:
             mark = block["marks"][i][j] if "marks" in block else ""
-            cells.append(f'<td class="{"text" if text[j] else ""} {mark}">{words(row[j])}</td>')
+            cells.append(f'<td class="{"text" if text[j] else ""} {mark}">{to_html(row[j])}</td>')
         rows.append("<tr>" + "".join(cells))
-    caption = f"<caption>{words(block['caption'])}</caption>" if block["caption"] else ""
+    caption = f"<caption>{to_html(block['caption'])}</caption>" if block["caption"] else ""
     return f'<div class="wide"><table>{caption}{"".join(rows)}</table></div>'
 
 
 def picture(block, alt):
     source = block.get("svg", block["png"])
-    caption = f"<figcaption>{words(block['caption'])}</figcaption>" if block["caption"] else ""
+    caption = f"<figcaption>{to_html(block['caption'])}</figcaption>" if block["caption"] else ""
     img = f'<img src="{source}" width="{block["width"] + 18}" alt="{html.escape(alt)}" loading="lazy">'
     return f'<figure><a href="{source}">{img}</a>{caption}</figure>'
 
 
 def section(figure, stamp):
-    out = [f'<section id="{figure.name}"><h3>{label(figure.name)}. {words(figure.title)}</h3><div class="sides">']
-    out.append(f'<div class="report"><b>The report</b>{words(figure.report)}</div>')
-    out.append(f'<div class="ours"><b>Here</b>{words(stamp["ours"])}</div></div>')
+    out = [f'<section id="{figure.name}"><h3>{label(figure.name)}. {to_html(figure.title)}</h3><div class="sides">']
+    out.append(f'<div class="report"><b>The report</b>{to_html(figure.report)}</div>')
+    out.append(f'<div class="ours"><b>Here</b>{to_html(stamp["ours"])}</div></div>')
     if stamp["why"]:
-        out.append(f'<p class="why"><b>What differs, and why.</b> {words(stamp["why"])}</p>')
+        out.append(f'<p class="why"><b>What differs, and why.</b> {to_html(stamp["why"])}</p>')
     for block in stamp["blocks"]:
         if block["kind"] == "picture":
             out.append(picture(block, f"{label(figure.name)}: {figure.title}"))
@@ -110,12 +110,12 @@ def section(figure, stamp):
     return "".join(out)
 
 
-def write(studio):
-    there = [(f, stamp) for f in registry.FIGURES if (stamp := studio.stamp_of(f)) is not None]
-    chapter_of = {f.name: re.search(r"(\d+)\.", f.name).group(1) for f, _ in there}
+def write(figure_run):
+    made = [(f, stamp) for f in registry.FIGURES if (stamp := figure_run.stamp_of(f)) is not None]
+    chapter_of = {f.name: re.search(r"(\d+)\.", f.name).group(1) for f, _ in made}
     monkey = (
         "Suzanne is Blender's own."
-        if studio.blender
+        if figure_run.blender
         else "Blender is not installed here, so Suzanne's part is played by our monkey (scenes/models/monkey.obj)."
     )
     out = [
@@ -128,18 +128,18 @@ def write(studio):
             " the report's are quoted from it; every other number was measured by the program, or computed, when its"
             f" figure was made. Models are this repository's, not the report's, so counts differ. {monkey}</p>"
         ),
-        f"<p>Made by <code>scripts/figures</code> with {html.escape(studio.version)}.</p><nav>",
+        f"<p>Made by <code>scripts/figures</code> with {html.escape(figure_run.version)}.</p><nav>",
     ]
     for chapter, title in CHAPTERS.items():
-        links = [f'<a href="#{f.name}">{label(f.name)}</a>' for f, _ in there if chapter_of[f.name] == chapter]
+        links = [f'<a href="#{f.name}">{label(f.name)}</a>' for f, _ in made if chapter_of[f.name] == chapter]
         if links:
             out.append(f"<div><b>Chapter {chapter}</b> {' '.join(links)}</div>")
     out.append("</nav></header><main>")
     for chapter, title in CHAPTERS.items():
-        sections = [section(f, stamp) for f, stamp in there if chapter_of[f.name] == chapter]
+        sections = [section(f, stamp) for f, stamp in made if chapter_of[f.name] == chapter]
         if sections:
             out += [f"<h2>{title}</h2>", *sections]
     out.append("</main></html>\n")
-    index = studio.folder / "index.html"
+    index = figure_run.folder / "index.html"
     write_atomically(index, "\n".join(out))
     return index

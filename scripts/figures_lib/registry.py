@@ -1,4 +1,4 @@
-"""The list of figures, and what each depends on."""
+"""The list of figures, and the code that each depends on."""
 
 import ast
 import dataclasses
@@ -10,7 +10,7 @@ import typing
 
 HERE = pathlib.Path(__file__).resolve().parent
 FIGURES = []
-# Code that every picture passes through. The page is not among it: it is written anew each time.
+# Code that every picture depends on. page.py is not among it, because index.html is written on every run.
 SHARED = ["draw.py", "geometry.py", "work.py"]
 
 
@@ -18,15 +18,15 @@ SHARED = ["draw.py", "geometry.py", "work.py"]
 class Figure:
     name: str
     title: str
-    report: str  # what the report shows and says, its numbers included
+    report: str  # what the report shows and says, with its numbers
     make: typing.Callable
     models: tuple = ()  # of scenes/models, without .obj; "suzanne" is Blender's or our monkey
     scenes: tuple = ()  # below scenes/
-    machine: bool = False  # measures this machine, so it is another figure on another one
+    machine: bool = False  # measures this machine; made again on another one
 
 
 def figure(name, title, report, models=(), scenes=(), machine=False):
-    """Registers the function below as the maker of a figure; its argument is a work.Work."""
+    """Decorates the function that makes a figure. It gets a work.Work."""
 
     def register(make):
         FIGURES.append(Figure(name, title, report, make, tuple(models), tuple(scenes), machine))
@@ -46,7 +46,7 @@ def is_figure(node):
 
 
 def code_of(chosen):
-    """The chapter's code without its other figures, and the shared code; comments and layout do not count."""
+    """Returns the figure's module without its other figures, and the shared code, without comments and layout."""
     module = ast.parse(inspect.getsource(sys.modules[chosen.make.__module__]))
     module.body = [n for n in module.body if not is_figure(n) or n.name == chosen.make.__name__]
     shared = [ast.unparse(ast.parse((HERE / file).read_text(encoding="utf-8"))) for file in SHARED]

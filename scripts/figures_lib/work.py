@@ -1,4 +1,4 @@
-"""Making figures: the program, the inputs, the files that come out, and whether they are still current."""
+"""Runs the program for figures, writes their files, and tells whether these are up to date."""
 
 import csv
 import datetime
@@ -22,7 +22,7 @@ from . import registry
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 MODELS = ROOT / "scenes/models"
 REPORT_SCENE = "golden/report-method.json"
-# Suzanne as she is, +Z to the front and Y up; the second operator is that of Blender before 3.3.
+# Exports Suzanne unchanged, +Z to the front and Y up. Blender before 3.3 has only the second operator.
 EXPORT_SUZANNE = """
 import bpy, sys
 bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -37,13 +37,13 @@ else:
 
 
 def write_atomically(path, data):
-    part = path.with_name(path.name + ".part")
-    part.write_bytes(data if isinstance(data, bytes) else data.encode())
-    os.replace(part, path)
+    temporary = path.with_name(path.name + ".part")
+    temporary.write_bytes(data if isinstance(data, bytes) else data.encode())
+    os.replace(temporary, path)
 
 
-class Studio:
-    """Where figures go and what they are made with."""
+class FigureRun:
+    """The output folder, the program and the quality of all figures of a run."""
 
     def __init__(self, options):
         self.folder = pathlib.Path(options.dir).resolve()
@@ -56,7 +56,7 @@ class Studio:
         self.program_digest = registry.digest(*(p.read_bytes() for p in [self.program, *modules]))
         self.version = self.run("--version").strip()
         self.machine = None
-        self.analyses = {}  # figures and Table 6.4 ask for the same ones
+        self.analyses = {}  # Figures 6.1 to 6.4 and Table 6.4 need the same ones
 
     def run(self, *arguments, cwd=None):
         done = subprocess.run(
@@ -79,10 +79,10 @@ class Studio:
             path.parent.mkdir(exist_ok=True)
             script = path.with_name("export.py")
             script.write_text(EXPORT_SUZANNE)
-            part = path.with_name("part.obj")
-            command = [self.blender, "--background", "--python-exit-code", "1", "--python", script, "--", part]
+            temporary = path.with_name("part.obj")
+            command = [self.blender, "--background", "--python-exit-code", "1", "--python", script, "--", temporary]
             subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-            os.replace(part, path)
+            os.replace(temporary, path)
             script.unlink()
         return path
 
@@ -117,7 +117,7 @@ class Studio:
         )
 
     def make(self, figure):
-        """None, or what went wrong. The stamp is written last: a figure without one is made again."""
+        """Makes a figure; returns None, or the traceback of a failure. Its stamp is written last; without one it is made again."""
         digest = self.digest(figure)
         start = time.monotonic()
         with tempfile.TemporaryDirectory(prefix="polymorph-figures-") as scratch:
@@ -144,33 +144,33 @@ class Studio:
 
 
 def draw_only_models():
-    """Settings where a scene's models are shown and never its balls: those that cost nothing."""
+    """Returns the cheapest settings for scenes that show only models, never balls."""
     cheap = {"method": "octree", "resolution": 3, "fit": "none"}
-    still = {"frames": {"count": 2}, "motion": {"interpolate": "balls"}}  # distances take seconds to measure
+    still = {"frames": {"count": 2}, "motion": {"interpolate": "balls"}}  # distances take seconds to compute
     return {"spheres": cheap, "boundary": {"method": "cut"}, "plan": {"method": "index"}, **still}
 
 
 class Work:
-    """What a figure's maker may use: the program, its declared inputs, and ways to hand in results."""
+    """Gives the function of a figure its declared inputs and the program, and collects its results."""
 
-    def __init__(self, studio, figure, scratch):
-        self.studio, self.figure, self.scratch = studio, figure, scratch
-        self.draft = studio.quality == "draft"
+    def __init__(self, figure_run, figure, scratch):
+        self.figure_run, self.figure, self.scratch = figure_run, figure, scratch
+        self.draft = figure_run.quality == "draft"
         self.ours = self.why = ""
         self.blocks, self.files, self.commands = [], [], []
         self.count = 0
 
-    # Inputs. Only what the figure has declared, so that its digest is the truth.
+    # Inputs: only those that the figure declares, as its digest depends on no others.
 
     def model(self, name):
         if name not in self.figure.models:
             raise KeyError(f"{self.figure.name} does not declare the model {name}")
-        return self.studio.model(name)
+        return self.figure_run.model(name)
 
     def name_of(self, model):
-        """As captions say it."""
+        """Returns a model's name for captions."""
         if model == "suzanne":
-            return "Suzanne" if self.studio.blender else "monkey"
+            return "Suzanne" if self.figure_run.blender else "monkey"
         return model
 
     def scene_json(self, name):
@@ -181,14 +181,14 @@ class Work:
     # The program.
 
     def short(self, text):
-        """A command as the page shows it, seen from the repository's root."""
-        for path, name in ((self.scratch, "work/"), (self.studio.folder, ""), (ROOT, "")):
+        """Returns a command with paths relative to the repository's root, as the page shows it."""
+        for path, name in ((self.scratch, "work/"), (self.figure_run.folder, ""), (ROOT, "")):
             text = text.replace(f"{path}/", name)
         return text
 
     def run(self, *arguments):
         self.commands.append(f"polymorph {self.short(' '.join(str(a) for a in arguments))}")
-        return self.studio.run(*arguments, cwd=self.scratch)
+        return self.figure_run.run(*arguments, cwd=self.scratch)
 
     def json(self, *arguments):
         return json.loads(self.run(*arguments, "--json", "-q"))
@@ -198,7 +198,7 @@ class Work:
         return self.scratch / f"{self.count}{suffix}"
 
     def scene(self, objects, *layers):
-        """A scene file of these objects (names of models, or dicts with "model" or "shape") and settings."""
+        """Writes a scene file of these objects (names of models, or dicts with "model" or "shape") and settings."""
 
         def full(entry):
             entry = {"model": entry} if isinstance(entry, str) else dict(entry)
@@ -219,18 +219,18 @@ class Work:
         return path
 
     def coarse(self):
-        """Settings of a draft: fine enough for pictures of its size."""
+        """Returns coarse settings in a draft, fine enough for its small pictures; none else."""
         return {"spheres": {"balls": 64}, "surface": {"resolution": 48}} if self.draft else {}
 
     def report(self):
-        """The settings of the report's own method, its 27 cells and angular surface included."""
+        """Returns the settings of the report's own method, with its 27 cells and its angular surface."""
         scene = self.scene_json(REPORT_SCENE)
         keep = {k: scene[k] for k in ("spheres", "field", "plan", "motion", "boundary", "look")}
-        own = {**scene["report"], "placement": "midpoint", "flat": True}
-        return {**keep, "report": own, "surface": {"resolution": 27, "min_component_share": 0}}
+        variant = {**scene["report"], "placement": "midpoint", "flat": True}
+        return {**keep, "report": variant, "surface": {"resolution": 27, "min_component_share": 0}}
 
     def render(self, scene, frames, width=200, height=150, samples=None):
-        """Frames of a scene as arrays."""
+        """Renders frames of a scene to arrays. width, height: pixels in a draft, two thirds of those of a final."""
         if not self.draft:
             width, height = width * 3 // 2, height * 3 // 2
         self.count += 1
@@ -243,7 +243,7 @@ class Work:
         return [read_picture(self.scratch / f"{self.count}.{f:04d}.png") for f in frames]
 
     def mesh(self, scene, frame):
-        """Points and triangles of a frame's surface."""
+        """Returns points and triangles of a frame's surface."""
         from . import geometry
 
         path = self.file(".ply")
@@ -251,40 +251,40 @@ class Work:
         return geometry.read_mesh(path)
 
     def analyze(self, scene, frames=13):
-        """The metrics of each morph of a scene: name -> value."""
+        """Returns the analysis of each morph of a scene, as `polymorph analyze --json` has it."""
         key = (scene.read_text(encoding="utf-8"), frames)
-        if key not in self.studio.analyses:
-            self.studio.analyses[key] = self.json("analyze", scene, "-c", frames)["morphs"]
-        return self.studio.analyses[key]
+        if key not in self.figure_run.analyses:
+            self.figure_run.analyses[key] = self.json("analyze", scene, "-c", frames)["morphs"]
+        return self.figure_run.analyses[key]
 
     def spheres(self, model, *options, picture=0):
-        """What `polymorph spheres` says of a model (a name or a path), and pictures of model, spheres and surface."""
+        """Returns the report of `polymorph spheres` on a model (a name or a path), and pictures of model, spheres and surface."""
         path = model if isinstance(model, pathlib.Path) else self.model(model)
         if not picture:
             return self.json("spheres", path, *options), None
         file = self.file(".png")
         width = picture if self.draft else picture * 3 // 2
-        said = self.json("spheres", path, *options, "-o", file, "--width", width)
+        report = self.json("spheres", path, *options, "-o", file, "--width", width)
         sheet = read_picture(file)
-        gap = (sheet.shape[1] - 3 * width) // 4  # around the three, with labels below
-        return said, [sheet[gap : gap + width, gap + k * (width + gap) :][:, :width] for k in range(3)]
+        gap = (sheet.shape[1] - 3 * width) // 4  # around the three pictures, which have labels below
+        return report, [sheet[gap : gap + width, gap + k * (width + gap) :][:, :width] for k in range(3)]
 
     # Results.
 
     def keep(self, name, data):
-        write_atomically(self.studio.folder / name, data)
+        write_atomically(self.figure_run.folder / name, data)
         self.files.append(name)
 
     def picture(self, fig, caption="", part=""):
-        """Saves a figure: sheets of renders as PNG, drawings as SVG, too."""
+        """Saves a figure: sheets of renders as PNG, drawings as PNG and SVG."""
         stem = self.figure.name + (f"-{part}" if part else "")
         exact = getattr(fig, "pixel_exact", False)
         block = {"kind": "picture", "png": f"{stem}.png", "caption": caption}
         block["width"] = round(fig.get_figwidth() * fig.dpi)
-        if exact:  # where its pictures are, in pixels from the upper left
-            high = round(fig.get_figheight() * fig.dpi)
+        if exact:  # boxes of its pictures, in pixels from the upper left
+            height = round(fig.get_figheight() * fig.dpi)
             boxes = [axes.get_window_extent() for axes in fig.axes]
-            block["panels"] = [[round(v) for v in (b.x0, high - b.y1, b.x1, high - b.y0)] for b in boxes]
+            block["panels"] = [[round(v) for v in (b.x0, height - b.y1, b.x1, height - b.y0)] for b in boxes]
         for format in ["png"] if exact else ["png", "svg"]:
             buffer = io.BytesIO()
             options = {"dpi": fig.dpi} if exact else {}
@@ -302,23 +302,23 @@ class Work:
         self.keep(f"{stem}.csv", text.getvalue())
         block = {"kind": "table", "csv": f"{stem}.csv", "caption": caption, "show": show}
         if show:
-            block["head"], block["rows"] = list(head), [[shown(c) for c in row] for row in rows]
+            block["head"], block["rows"] = list(head), [[format_cell(c) for c in row] for row in rows]
             if marks:
                 block["marks"] = [[marks(i, j) or "" for j in range(len(head))] for i in range(len(rows))]
         self.blocks.append(block)
 
     def say(self, ours, why=""):
-        """A sentence on what ours shows, and one on what differs and why."""
+        """Sets the page's texts: what ours shows, and what differs from the report and why."""
         self.ours, self.why = ours, why
 
 
 def read_picture(path):
-    """RGB, 0..1."""
+    """Returns RGB, 0 to 1."""
     return np.asarray(matplotlib.image.imread(path), float)[:, :, :3]
 
 
-def shown(value):
-    """Numbers as tables show them: four digits, no exponents."""
+def format_cell(value):
+    """Returns a value as tables show it: numbers with four significant digits, no exponent."""
     if value is None:
         return "–"
     if isinstance(value, bool) or not isinstance(value, float):

@@ -1,9 +1,9 @@
-"""All standard models, and the page that describes them."""
+"""Makes all standard models, and SOURCES.md, which describes them."""
 import concurrent.futures
 import importlib
 import os
 
-# module -> the models it makes
+# (module, names of the models that it makes)
 MODULES = [("simple", ["cube", "puddle", "sphere", "torus"]), ("teapot", ["teapot"]),
            ("penguin", ["penguin"]), ("monkey", ["monkey"]), ("spider", ["spider"]),
            ("humanoid", ["humanoid"])]
@@ -32,7 +32,7 @@ MIT).  The caps, ledge, skirt and throat that close the shells are ours.
 
 
 def make(job):
-    """One module's models: lines for the table and for the list below it."""
+    """Writes the models of one module. Returns lines for the table of SOURCES.md and for the list below it."""
     module, folder, only = job
     rows, notes = [], []
     for m in importlib.import_module("models." + module).build():

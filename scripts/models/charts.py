@@ -1,4 +1,4 @@
-"""Texture charts by projection, and colours baked into them from 3D.
+"""Texture charts by projection, and textures baked from a colour function of 3D positions.
 
 A chart is a connected patch of one part that faces one of six directions.
 The paint is a function of position in space, so both sides of a chart's edge
@@ -7,13 +7,13 @@ get the same colour and no seam shows.
 import numpy as np
 
 AXES = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
-# u and v directions of each axis, so that a chart is not mirrored.
+# Directions of u and v for each axis, chosen so that no chart is mirrored.
 UDIR = np.array([[0, 0, -1], [0, 0, 1], [1, 0, 0], [1, 0, 0], [1, 0, 0], [-1, 0, 0]], float)
 VDIR = np.array([[0, 1, 0], [0, 1, 0], [0, 0, -1], [0, 0, 1], [0, 1, 0], [0, 1, 0]], float)
 
 
 def neighbours(faces):
-    """(m, 3) face across each edge."""
+    """Returns (m, 3): the index of the face across each edge."""
     owner = {}
     for i, f in enumerate(faces.tolist()):
         for k in range(3):
@@ -22,7 +22,7 @@ def neighbours(faces):
 
 
 def components(key, nb):
-    """Connected runs of faces with one key; numbered by lowest face."""
+    """Returns the number of each face's connected set of faces with equal keys; sets are numbered by their first face."""
     comp = np.full(len(key), -1)
     keys, nbl = key.tolist(), nb.tolist()
     count = 0
@@ -48,8 +48,8 @@ def facing(v, faces):
 
 
 def overlapping(uv, faces_uv, comp, cell):
-    """Faces of one chart that cover a sample point some other face of the
-    chart covers too: list of (lower-numbered, higher-numbered)."""
+    """Returns pairs (lower index, higher index) of faces of one chart that
+    cover the same sample point of a grid of size `cell`."""
     pairs = set()
     order = np.argsort(comp, kind="stable")
     for ids in np.split(order, np.nonzero(np.diff(comp[order]))[0] + 1):
@@ -75,8 +75,8 @@ def overlapping(uv, faces_uv, comp, cell):
     return sorted(pairs)
 
 
-def cut(v, faces, normals, label):
-    """Chart number and axis of every face."""
+def cut_charts(v, faces, normals, label):
+    """Returns chart and axis of every face, and the number of overlaps that are left (0: success)."""
     nb = neighbours(faces)
     fn = facing(v, faces)
     sn = normals[faces].mean(1) + fn
@@ -104,7 +104,7 @@ def cut(v, faces, normals, label):
         clash = overlapping(None, corner, comp, 0.004)
         if not clash:
             break
-        # Of two faces one above the other the lower goes to a chart of its own.
+        # Of two overlapping faces, the lower one goes to another chart.
         depth = (v[faces].mean(1) * AXES[axis]).sum(1)
         low = np.array([f if depth[f] < depth[g] else g for f, g in clash])
         side[np.unique(low)] += 1
@@ -112,7 +112,7 @@ def cut(v, faces, normals, label):
 
 
 class Skyline:
-    """Packs rectangles bottom-left into a square."""
+    """Packs rectangles into a square: each at the lowest place, the leftmost of those."""
 
     def __init__(self, size):
         self.size, self.top = size, np.zeros(size, int)
@@ -130,14 +130,14 @@ class Skyline:
 
 
 def pack(extent, size, pad):
-    """Largest scale at which all charts fit; returns (scale, places, turned)."""
-    turned = extent[:, 0] > extent[:, 1]
-    tall = np.where(turned[:, None], extent[:, ::-1], extent)
-    order = np.lexsort((np.arange(len(tall)), -tall[:, 0], -tall[:, 1]))
+    """Returns the largest scale at which all charts fit, their positions, and which are rotated by 90 degrees."""
+    is_rotated = extent[:, 0] > extent[:, 1]
+    upright = np.where(is_rotated[:, None], extent[:, ::-1], extent)
+    order = np.lexsort((np.arange(len(upright)), -upright[:, 0], -upright[:, 1]))
 
     def attempt(scale):
-        px = np.ceil(tall * scale).astype(int) + 2 * pad
-        sky, at = Skyline(size), np.zeros((len(tall), 2), int)
+        px = np.ceil(upright * scale).astype(int) + 2 * pad
+        sky, at = Skyline(size), np.zeros((len(upright), 2), int)
         for c in order:
             spot = sky.place(int(px[c, 0]), int(px[c, 1]))
             if spot is None:
@@ -151,31 +151,31 @@ def pack(extent, size, pad):
             hi = mid
         else:
             lo = mid
-    return lo, attempt(lo), turned
+    return lo, attempt(lo), is_rotated
 
 
 def unwrap(v, faces, normals, label, size, density, pad=5):
-    """Texture coordinates: (uv, index per corner, pixel position per corner).
+    """Returns texture coordinates: (uv, index per corner, pixel position per corner).
 
-    density[label]: how many times the usual resolution a part gets."""
-    comp, axis, clash = cut(v, faces, normals, label.copy())
+    density[label]: factor on the resolution of a part."""
+    comp, axis, clash = cut_charts(v, faces, normals, label.copy())
     assert clash == 0, "charts overlap"
     count = comp.max() + 1
-    dens = np.zeros(count)
-    np.maximum.at(dens, comp, np.asarray(density, float)[label])
+    densities = np.zeros(count)
+    np.maximum.at(densities, comp, np.asarray(density, float)[label])
     p = v[faces]
     uv = np.stack([(p * UDIR[axis][:, None]).sum(2), (p * VDIR[axis][:, None]).sum(2)], 2)
-    uv *= dens[comp][:, None, None]
+    uv *= densities[comp][:, None, None]
     lo = np.full((count, 2), np.inf)
     hi = np.full((count, 2), -np.inf)
     np.minimum.at(lo, comp, uv.min(1))
     np.maximum.at(hi, comp, uv.max(1))
-    scale, at, turned = pack(hi - lo, size, pad)
+    scale, at, is_rotated = pack(hi - lo, size, pad)
     q = (uv - lo[comp][:, None]) * scale
     # A turned chart is rotated by 90 degrees, not mirrored.
     width = ((hi - lo)[:, 1] * scale)[comp]
-    rot = np.stack([width[:, None] - q[:, :, 1], q[:, :, 0]], 2)
-    q = np.where(turned[comp][:, None, None], rot, q) + at[comp][:, None] + pad
+    rotated = np.stack([width[:, None] - q[:, :, 1], q[:, :, 0]], 2)
+    q = np.where(is_rotated[comp][:, None, None], rotated, q) + at[comp][:, None] + pad
     tex = np.stack([q[:, :, 0] / size, q[:, :, 1] / size], 2).reshape(-1, 2)
     tex = np.round(tex, 5)
     key = np.concatenate([tex, faces.reshape(-1, 1)], 1)
@@ -184,18 +184,18 @@ def unwrap(v, faces, normals, label, size, density, pad=5):
 
 
 def bake(v, faces, corner, size, paint, over=2, margin=4):
-    """Image of the charts.  Every texel within margin of a chart is painted
-    from the point of the chart's plane under it, over x over samples each;
-    the rest is filled with blurred colours for the sake of mipmaps."""
+    """Returns the texture.  Each texel within `margin` texels of a chart is the mean
+    of over x over samples, painted from the nearest triangle's plane; others
+    get blurred colours, which matter for mipmaps."""
     n = size * over
     best = np.full((n, n), np.inf)
     point = np.zeros((n, n, 3), np.float32)
-    reach = margin * over
+    max_distance = margin * over
     for f in range(len(faces)):
         t = corner[f] * over
         p = v[faces[f]]
-        x0, y0 = np.maximum(np.floor(t.min(0)).astype(int) - reach, 0)
-        x1, y1 = np.minimum(np.ceil(t.max(0)).astype(int) + reach, n)
+        x0, y0 = np.maximum(np.floor(t.min(0)).astype(int) - max_distance, 0)
+        x1, y1 = np.minimum(np.ceil(t.max(0)).astype(int) + max_distance, n)
         gx, gy = np.meshgrid(np.arange(x0, x1) + 0.5, np.arange(y0, y1) + 0.5)
         e1, e2 = t[1] - t[0], t[2] - t[0]
         det = e1[0] * e2[1] - e1[1] * e2[0]
@@ -204,28 +204,28 @@ def bake(v, faces, corner, size, paint, over=2, margin=4):
         qx, qy = gx - t[0, 0], gy - t[0, 1]
         b1 = (qx * e2[1] - qy * e2[0]) / det
         b2 = (qy * e1[0] - qx * e1[1]) / det
-        out = np.zeros_like(b1)
+        distance = np.zeros_like(b1)
         for b, (i, j) in ((1 - b1 - b2, (1, 2)), (b1, (2, 0)), (b2, (0, 1))):
             height = abs(det) / max(np.hypot(*(t[j] - t[i])), 1e-9)
-            out = np.maximum(out, -b * height)
+            distance = np.maximum(distance, -b * height)
         win = best[y0:y1, x0:x1]
-        take = (out < win) & (out < reach)
-        win[take] = out[take]
-        q = p[0] + b1[take][:, None] * (p[1] - p[0]) + b2[take][:, None] * (p[2] - p[0])
-        point[y0:y1, x0:x1][take] = q
+        is_nearer = (distance < win) & (distance < max_distance)
+        win[is_nearer] = distance[is_nearer]
+        q = p[0] + b1[is_nearer][:, None] * (p[1] - p[0]) + b2[is_nearer][:, None] * (p[2] - p[0])
+        point[y0:y1, x0:x1][is_nearer] = q
     hit = np.isfinite(best)
     rgb = np.zeros((n, n, 3), np.float32)
-    where = np.nonzero(hit.ravel())[0]
+    hit_indices = np.nonzero(hit.ravel())[0]
     flat, src = rgb.reshape(-1, 3), point.reshape(-1, 3)
-    for part in np.array_split(where, max(1, len(where) // 200000)):
-        flat[part] = np.clip(paint(src[part].astype(float)), 0, 1)
-    cover = hit.reshape(size, over, size, over).sum((1, 3)).astype(float)
-    img = rgb.reshape(size, over, size, over, 3).sum((1, 3)) / np.maximum(cover, 1)[:, :, None]
-    return (np.clip(fill(img, cover > 0), 0, 1) * 255 + 0.5).astype(np.uint8)[::-1]
+    for chunk in np.array_split(hit_indices, max(1, len(hit_indices) // 200000)):
+        flat[chunk] = np.clip(paint(src[chunk].astype(float)), 0, 1)
+    sample_count = hit.reshape(size, over, size, over).sum((1, 3)).astype(float)
+    img = rgb.reshape(size, over, size, over, 3).sum((1, 3)) / np.maximum(sample_count, 1)[:, :, None]
+    return (np.clip(fill(img, sample_count > 0), 0, 1) * 255 + 0.5).astype(np.uint8)[::-1]
 
 
 def fill(img, known):
-    """Fill unknown texels from ever coarser averages of the known ones."""
+    """Fills unknown texels from averages of known ones, at ever coarser resolutions."""
     if known.all() or min(known.shape) < 2:
         return img
     h, w = known.shape[0] // 2, known.shape[1] // 2

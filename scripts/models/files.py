@@ -1,4 +1,4 @@
-"""Writers of OBJ, MTL and PNG.  The same input gives the same bytes."""
+"""Writes OBJ, MTL and PNG files.  The same input gives the same bytes."""
 import struct
 import zlib
 import numpy as np
@@ -12,7 +12,7 @@ def number(x, digits):
 
 
 def write_obj(path, title, mtl, v, faces, groups, normals, normal_of, uv=None, uv_of=None):
-    """groups: list of (name, material, face ids)."""
+    """groups: list of (name, material, face indices).  normal_of and uv_of: indices per face corner."""
     out = ["# " + t for t in title] + ["mtllib " + mtl]
     out += ["v %s %s %s" % tuple(number(c, 5) for c in p) for p in v.tolist()]
     if uv is not None:

@@ -59,21 +59,21 @@ def arm(q):
 
 
 def hand(q):
-    """Palm toward the thigh, thumb to the front, fingers a little curled."""
-    way = np.array([0.30, -0.945, 0.13])
-    way /= np.linalg.norm(way)
+    """The palm faces the thigh, the thumb the front; fingers are slightly curled."""
+    along_arm = np.array([0.30, -0.945, 0.13])
+    along_arm /= np.linalg.norm(along_arm)
     front = np.array([0.0, 0.136, 0.99])                       # across the knuckles
-    front -= way * (front @ way)
+    front -= along_arm * (front @ along_arm)
     front /= np.linalg.norm(front)
-    inward = np.cross(front, way)                              # out of the palm
+    inward = np.cross(front, along_arm)                              # out of the palm
     if inward[0] > 0:
         inward = -inward
 
     def at(along, across, depth):
-        return WRIST + along * way + across * front + depth * inward
+        return WRIST + along * along_arm + across * front + depth * inward
     d = tube(q, [tuple(at(-0.01, 0, 0)) + (0.025,), tuple(at(0.02, 0.002, 0)) + (0.024,)], 2)
     r = q - at(0.052, 0.000, 0.002)
-    palm = ellipsoid(np.stack([r @ way, r @ front, r @ inward], 1), (0, 0, 0), (0.050, 0.038, 0.019))
+    palm = ellipsoid(np.stack([r @ along_arm, r @ front, r @ inward], 1), (0, 0, 0), (0.050, 0.038, 0.019))
     d = smin(d, palm, 0.022)
     for k, (across, length) in enumerate(((0.0290, 0.084), (0.0100, 0.096), (-0.0092, 0.089), (-0.0275, 0.070))):
         fan = across * 1.62
@@ -144,22 +144,22 @@ def paint(p):
     c = mix((0.885, 0.735, 0.545), (0.780, 0.585, 0.385), 0.55 * grain)
     c *= (1 + 0.025 * ripple(p * [1, 0.15, 1], 120))[:, None]
 
-    def across(point, way):
-        way = np.asarray(way, float)
-        return np.abs((q - point) @ (way / np.linalg.norm(way)))
+    def across(point, normal):
+        normal = np.asarray(normal, float)
+        return np.abs((q - point) @ (normal / np.linalg.norm(normal)))
     near_arm = step01(0.02, 0.0, np.minimum(arm(q), hand(q)) - torso(p))
     joint = np.zeros(len(p))
-    line = np.zeros(len(p))
+    groove = np.zeros(len(p))
     limb = near_arm
     leg_on = step01(1.0, 0.9, y) * (1 - near_arm)
-    for point, way, on, half in ((ELBOW, WRIST - SHOULDER, limb, 0.018), (WRIST, (0.30, -0.945, 0.13), limb, 0.011),
+    for point, normal, strength, half in ((ELBOW, WRIST - SHOULDER, limb, 0.018), (WRIST, (0.30, -0.945, 0.13), limb, 0.011),
                                  (KNEE, (0, 1, 0), leg_on, 0.022), (ANKLE, (0, 1, 0), leg_on, 0.012),
                                  (np.array([0, 1.722, 0]), (0, 1, 0.35), 1 - limb, 0.013)):
-        a = across(point, way)
-        joint = np.maximum(joint, on * step01(half + 0.0015, half - 0.0015, a))
-        line = np.maximum(line, on * step01(0.0032, 0.0014, np.abs(a - half)))
+        a = across(point, normal)
+        joint = np.maximum(joint, strength * step01(half + 0.0015, half - 0.0015, a))
+        groove = np.maximum(groove, strength * step01(0.0032, 0.0014, np.abs(a - half)))
     c = mix(c, np.array([0.62, 0.42, 0.265]) * (1 + 0.05 * ripple(p, 60))[:, None], joint)
-    c = mix(c, (0.24, 0.145, 0.09), 0.85 * line)
+    c = mix(c, (0.24, 0.145, 0.09), 0.85 * groove)
     # The mouth is no more than a soft pencil line.
     bow = np.abs(y - 1.812 - 6.0 * p[:, 0] ** 2)
     mouth = step01(0.0032, 0.0010, bow) * step01(0.027, 0.020, np.abs(p[:, 0])) * step01(0.06, 0.07, z)

@@ -1,14 +1,14 @@
-"""Signed distances: the clay from which the organic models are shaped.
+"""Signed distance functions of which the organic models are made, and functions to paint them.
 
 Every function takes points as an (n, 3) array and returns n distances,
-negative inside.  Distances need only be about right in size (the polygoniser
-and the projection divide by the gradient), but they must be smooth.
+negative inside.  Distances need only be roughly right (the polygoniser and
+the projection divide by the gradient), but they must be smooth.
 """
 import numpy as np
 
 
 def smin(a, b, k):
-    """Union of two distances, blended over about k."""
+    """Smooth minimum: the union of two shapes, blended where distances differ by less than k."""
     if k <= 0:
         return np.minimum(a, b)
     h = np.maximum(k - np.abs(a - b), 0.0) / k
@@ -16,24 +16,24 @@ def smin(a, b, k):
 
 
 def smax(a, b, k):
-    """Intersection, blended; smax(a, -b, k) carves b out of a."""
+    """Smooth maximum: the blended intersection.  smax(a, -b, k) subtracts b from a."""
     return -smin(-a, -b, k)
 
 
 def soft_abs(x, e=0.02):
-    """|x| without the kink, so that mirrored parts meet without a crease."""
+    """Smooth |x|, so that mirrored parts meet without a crease."""
     return np.sqrt(x * x + e * e)
 
 
 def mirrored(p, e=0.0):
-    """The points folded onto the half space x >= 0."""
+    """Returns the points mirrored into the half space x >= 0."""
     q = p.copy()
     q[:, 0] = soft_abs(p[:, 0], e) if e > 0 else np.abs(p[:, 0])
     return q
 
 
 def rotation(rx=0.0, ry=0.0, rz=0.0):
-    """Rotation matrix, degrees, about x first, then y, then z."""
+    """Returns the rotation by these angles in degrees, about x first, then y, then z."""
     ax, ay, az = np.radians([rx, ry, rz])
     cx, sx, cy, sy, cz, sz = (np.cos(ax), np.sin(ax), np.cos(ay), np.sin(ay),
                               np.cos(az), np.sin(az))
@@ -44,7 +44,7 @@ def rotation(rx=0.0, ry=0.0, rz=0.0):
 
 
 def local(p, centre, rot=None):
-    """Points in the frame of a primitive."""
+    """Returns the points in the coordinates of a primitive."""
     q = p - np.asarray(centre, float)
     return q if rot is None else q @ rot
 
@@ -76,7 +76,7 @@ def capsule(p, a, b, ra, rb):
 
 
 def spline(rows, n):
-    """Catmull-Rom through rows (any width), n pieces between two rows."""
+    """Returns points of a Catmull-Rom spline through rows (of any width), n pieces between two rows."""
     r = np.asarray(rows, float)
     r = np.vstack([2 * r[0] - r[1], r, 2 * r[-1] - r[-2]])
     out = []
@@ -90,7 +90,7 @@ def spline(rows, n):
 
 
 def tube(p, rows, n=4):
-    """Smooth tube through rows of (x, y, z, radius)."""
+    """Tube along the spline through rows of (x, y, z, radius)."""
     s = spline(rows, n)
     d = np.full(len(p), np.inf)
     for u, v in zip(s[:-1], s[1:]):
@@ -99,7 +99,7 @@ def tube(p, rows, n=4):
 
 
 def gradient(field, p, e):
-    """Central differences over e."""
+    """Gradient by central differences of step e."""
     g = np.empty_like(p)
     for axis in range(3):
         step = np.zeros(3)
@@ -123,23 +123,23 @@ def mix(a, b, t):
 
 
 def curve(x, at, values):
-    """Smooth curve through values (monotone between them: no overshoot)."""
+    """Cubic curve through `values` at `at`, monotone between them: without overshoot."""
     at, values = np.asarray(at, float), np.asarray(values, float)
     slope = np.diff(values) / np.diff(at)
-    m = np.zeros(len(at))
-    same = slope[:-1] * slope[1:] > 0
-    m[1:-1][same] = 2 * (slope[:-1] * slope[1:])[same] / (slope[:-1] + slope[1:])[same]
-    m[0], m[-1] = slope[0], slope[-1]
+    tangent = np.zeros(len(at))
+    is_monotone = slope[:-1] * slope[1:] > 0
+    tangent[1:-1][is_monotone] = 2 * (slope[:-1] * slope[1:])[is_monotone] / (slope[:-1] + slope[1:])[is_monotone]
+    tangent[0], tangent[-1] = slope[0], slope[-1]
     x = np.clip(x, at[0], at[-1])
     i = np.clip(np.searchsorted(at, x, side="right") - 1, 0, len(at) - 2)
     h = at[i + 1] - at[i]
     t = (x - at[i]) / h
-    return (values[i] * (1 + 2 * t) * (1 - t) ** 2 + m[i] * h * t * (1 - t) ** 2
-            + values[i + 1] * t * t * (3 - 2 * t) + m[i + 1] * h * t * t * (t - 1))
+    return (values[i] * (1 + 2 * t) * (1 - t) ** 2 + tangent[i] * h * t * (1 - t) ** 2
+            + values[i + 1] * t * t * (3 - 2 * t) + tangent[i + 1] * h * t * t * (t - 1))
 
 
 def ripple(p, f, seed=0.0):
-    """Cheap smooth variation in -1..1: a few waves in unlike directions."""
+    """Smooth variation in -1..1: the mean of four sine waves in different directions."""
     x, y, z = p[:, 0] * f, p[:, 1] * f, p[:, 2] * f
     return (np.sin(1.7 * x + 2.3 * y + seed) + np.sin(2.9 * y - 1.3 * z + 2 * seed + 1)
             + np.sin(2.1 * z + 1.9 * x + 3 * seed + 2)
@@ -149,13 +149,13 @@ def ripple(p, f, seed=0.0):
 def paint_eye(colour, p, rest, centre, gaze, r, iris, iris_deg, pupil_deg,
               white=(0.96, 0.95, 0.92), glint=(0.30, 0.42), rim=(0.16, 0.09, 0.07),
               rim_width=0.012, glint_deg=9.5):
-    """Paint the pair of eyeballs of a symmetric face: white, ringed iris,
-    pupil, glint, and a dark rim where the ball leaves the face.
+    """Paints the eyeballs of a symmetric face: white, iris with a dark ring,
+    pupil, highlight, and a rim where the ball leaves the face.
 
     rest: distance to the face without its eyes; a point nearer to the ball
     than to the rest lies on the eye.  centre, gaze: of the eye at +x.
-    glint: how far the highlight sits to the side (+x) and up from the gaze;
-    on both eyes to the same side, as one light would have it."""
+    glint: offset of the highlight from the gaze, sideways (+x) and up, to the
+    same side on both eyes.  *_deg: radii as angles at the eye's centre."""
     flip = np.where(p[:, 0] < 0, -1.0, 1.0)
     q = p.copy()
     q[:, 0] = np.abs(p[:, 0])
@@ -169,10 +169,10 @@ def paint_eye(colour, p, rest, centre, gaze, r, iris, iris_deg, pupil_deg,
     ang = np.degrees(np.arccos(np.clip(u @ g, -1, 1)))
     eye = np.broadcast_to(np.asarray(white, float), p.shape).copy()
     eye = mix(eye, np.asarray(white) * [0.72, 0.68, 0.68], step01(iris_deg + 4, 80, ang))
-    ring = np.asarray(iris, float)
-    col = ring * (0.85 + 0.35 * step01(0.5, -0.8, u @ up))[:, None]     # light gathers below
-    col = mix(col, ring * 0.35, step01(iris_deg * 0.80, iris_deg, ang))
-    eye = mix(eye, col, step01(iris_deg + 1.6, iris_deg - 1.6, ang))
+    iris_rgb = np.asarray(iris, float)
+    iris_colour = iris_rgb * (0.85 + 0.35 * step01(0.5, -0.8, u @ up))[:, None]     # brighter below
+    iris_colour = mix(iris_colour, iris_rgb * 0.35, step01(iris_deg * 0.80, iris_deg, ang))
+    eye = mix(eye, iris_colour, step01(iris_deg + 1.6, iris_deg - 1.6, ang))
     eye = mix(eye, (0.03, 0.025, 0.03), step01(pupil_deg + 1.6, pupil_deg - 1.6, ang))
     for sx, sy, size, bright in ((glint[0], glint[1], glint_deg, 1.0),
                                  (-glint[0] * 0.9, -glint[1] * 0.8, glint_deg * 0.42, 0.55)):
@@ -180,6 +180,6 @@ def paint_eye(colour, p, rest, centre, gaze, r, iris, iris_deg, pupil_deg,
         b = u @ up - sy
         a = np.degrees(np.sqrt(a * a + b * b))
         eye = mix(eye, (1.0, 1.0, 1.0), bright * step01(size + 1.6, size - 1.6, a) * step01(90, 80, ang))
-    out = dist - r - rest
-    colour = mix(colour, rim, step01(rim_width * 1.4, rim_width * 0.6, np.abs(out)) * step01(r * 1.6, r * 1.3, dist))
-    return mix(colour, eye, step01(0.002, -0.004, out) * step01(r * 1.35, r * 1.2, dist))
+    face_distance = dist - r - rest
+    colour = mix(colour, rim, step01(rim_width * 1.4, rim_width * 0.6, np.abs(face_distance)) * step01(r * 1.6, r * 1.3, dist))
+    return mix(colour, eye, step01(0.002, -0.004, face_distance) * step01(r * 1.35, r * 1.2, dist))

@@ -1,4 +1,4 @@
-"""A finished model, and the steps from a distance field to its files."""
+"""A model with its files, and the steps from a distance field to a model."""
 import os
 import numpy as np
 from . import charts, files, polygonise, topology
@@ -10,10 +10,10 @@ class Model:
         self.v = self.faces = self.uv = self.uv_of = self.image = None
         self.normals = self.normal_of = None
         self.groups, self.materials = [], []
-        self.genus = 0          # of every shell; write() insists on it
+        self.genus = 0          # of every shell; checked by write()
 
     def place_on_ground(self, scale=None, size=None):
-        """Stand on y = 0, centred in x and z; size scales the longest side."""
+        """Moves the model onto y = 0, centred in x and z.  size: length of its longest side."""
         v = self.v
         if size is not None:
             scale = size / (v.max(0) - v.min(0)).max()
@@ -27,7 +27,7 @@ class Model:
         self.normals, self.normal_of = topology.corner_normals(self.v, self.faces, crease_deg)
 
     def write(self, folder):
-        """Write the files; returns the facts for SOURCES.md."""
+        """Writes the files; returns counts and measures for SOURCES.md."""
         facts = topology.check(self.v, self.faces)
         assert all(g == self.genus for g in facts["genus"]), "%s: genus %s" % (self.name, facts["genus"])
         at = os.path.join(folder, self.name)
@@ -52,7 +52,7 @@ def material(kd, ks=0.05, ns=20, texture=None):
 
 
 def majority(label, nb, rounds=3):
-    """Smooth the part borders: a face joins two neighbours of one part."""
+    """Smooths borders of parts: a face takes the label that two of its three neighbours have."""
     for _ in range(rounds):
         for a in range(label.max() + 1):
             votes = (label[nb] == a).sum(1)
@@ -61,8 +61,8 @@ def majority(label, nb, rounds=3):
 
 
 def keep_largest_pieces(label, nb):
-    """Keep of every part its largest piece; stray pieces join the part that
-    surrounds them."""
+    """Keeps the largest connected piece of every part; other pieces get the
+    most frequent label of their neighbours."""
     for _ in range(4):
         comp = charts.components(label, nb)
         sizes = np.bincount(comp)
@@ -83,9 +83,10 @@ def keep_largest_pieces(label, nb):
 
 def organic(model, field, parts, paint, lo, hi, h, triangles, weight=None, density=None,
             texture=1024, shine=(0.08, 24), flat=0.05):
-    """Shape, label, unwrap and paint a model given by distances.
+    """Makes mesh, groups, texture coordinates and texture of a model from a distance field.
 
-    parts(p): list of (name, distance) - a face belongs to the nearest part."""
+    parts(p): list of (name, distance); a face belongs to the nearest part.
+    lo, hi, h: corners of the grid and size of its cells.  density: see charts.unwrap()."""
     v, faces, normals = polygonise.build(field, lo, hi, h, triangles, weight, flat)
     nb = charts.neighbours(faces)
     mid = v[faces].mean(1)
@@ -93,8 +94,8 @@ def organic(model, field, parts, paint, lo, hi, h, triangles, weight=None, densi
     names = [n for n, _ in rows]
     label = np.argmin(np.stack([d for _, d in rows]), axis=0)
     label = keep_largest_pieces(majority(label, nb), nb)
-    dens = [(density or {}).get(n, 1.0) for n in names]
-    model.uv, model.uv_of, corner = charts.unwrap(v, faces, normals, label, texture, dens)
+    densities = [(density or {}).get(n, 1.0) for n in names]
+    model.uv, model.uv_of, corner = charts.unwrap(v, faces, normals, label, texture, densities)
     model.image = charts.bake(v, faces, corner, texture, paint)
     model.v, model.faces = v, faces
     model.place_on_ground()

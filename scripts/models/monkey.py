@@ -12,7 +12,7 @@ EAR_ROT = rotation(0, 28, -8)
 
 
 def heart(p):
-    """Below 0 inside the bare face: two lobes round the eyes, and the muzzle."""
+    """Returns a function that is below 0 on the hairless face: two lobes round the eyes, and the muzzle."""
     q = mirrored(p, 0.02)
     x, y = q[:, 0], q[:, 1]
     lobe = np.sqrt(((x - 0.235) / 0.295) ** 2 + ((y - 1.12) / 0.325) ** 2)
@@ -28,11 +28,11 @@ def skull(p):
     ruff = np.full(len(p), 9.0)
     for tip in ((0.755, 0.600, -0.03), (0.610, 0.365, 0.05)):
         root = np.array([0.30, 0.74, 0.02])
-        way = np.array(tip) - root
-        ruff = smin(ruff, tube(q, [tuple(root) + (0.21,), tuple(root + 0.62 * way) + (0.115,),
-                                   tuple(root + 0.88 * way) + (0.048,), tip + (0.012,)], 3), 0.05)
+        offset = np.array(tip) - root
+        ruff = smin(ruff, tube(q, [tuple(root) + (0.21,), tuple(root + 0.62 * offset) + (0.115,),
+                                   tuple(root + 0.88 * offset) + (0.048,), tip + (0.012,)], 3), 0.05)
     d = smin(d, ruff, 0.12)
-    # Fur stands a little higher than the bare face.
+    # The fur is 0.03 higher than the hairless face.
     return d + 0.030 * step01(0.10, -0.10, heart(p)) - 0.010
 
 
@@ -94,7 +94,7 @@ MOUTH = [(-0.345, 0.600, 0.640, 0.008), (-0.315, 0.545, 0.690, 0.020), (-0.20, 0
 
 
 def mouth(p):
-    """A cut that follows the smile and reaches a little way in."""
+    """A thin tube along the smile, which field() subtracts."""
     d = np.full(len(p), 9.0)
     rows = np.array(MOUTH)
     s = spline(rows, 3)
@@ -157,7 +157,7 @@ def paint(p):
     skin = mix(skin, (0.72, 0.48, 0.36), 0.55 * step01(EYE_R * 1.55, EYE_R * 1.08, around))
     h = heart(p) + 0.025 * np.sin(38 * np.arctan2(p[:, 0], y - 0.85)) * step01(0.7, 1.2, y)
     c = mix(skin, fur, step01(-0.05, 0.05, h))
-    # Brows: fur again, but only where the ridge carries it.
+    # Brows: fur, but only on the ridge.
     b = brow(p)
     c = mix(c, np.array([0.27, 0.155, 0.095]) * (1 + 0.08 * strand)[:, None],
             step01(0.012, -0.004, b) * step01(1.20, 1.27, y + 0.15 * x))

@@ -7,7 +7,7 @@ from .model import Model, organic
 EYE = np.array([0.148, 1.640, 0.256])
 EYE_R = 0.066
 GAZE = (0.46, 0.02, 0.89)
-SOCKET = (0.53, 0.02, 0.85)      # the way the eyeball bulges out of the head
+SOCKET = (0.53, 0.02, 0.85)      # direction in which the eyeball protrudes
 
 
 def body(p):
@@ -95,7 +95,7 @@ def parts(p):
     far = np.full(len(p), 9.0)
     w, f = wing(q), foot(q)
     b = body(p) - 0.004
-    # The head starts at the narrowest place of the neck.
+    # The head starts at the narrowest height of the neck.
     h = np.where(p[:, 1] > 1.40, np.minimum(head(p), b) - 0.01, head(p) + 0.05)
     return [("body", b), ("head", h), ("beak", beak(p) - 0.004),
             ("left_wing", np.where(left, w, far) - 0.004),
@@ -112,7 +112,7 @@ def paint(p):
     c = mix(c, (0.20, 0.27, 0.38), 0.55 * step01(0.45, 1.35, y) * step01(0.1, -0.4, z))
     c *= (1 + 0.07 * ripple(p, 9) + 0.05 * ripple(p, 23, 1.3))[:, None]
 
-    # Shirt front: an angle from the front that narrows to the throat.
+    # Shirt front: `edge` is its half width as an angle (degrees) about y, by height.
     ang = np.degrees(np.arctan2(x, z + 0.06))
     edge = curve(y, [0.0, 0.12, 0.4, 0.8, 1.1, 1.25, 1.36, 1.45, 1.50, 1.53],
                  [62, 68, 75, 74, 64, 58, 56, 44, 24, -12])
@@ -171,8 +171,8 @@ def paint(p):
     nostril = ellipsoid(q, (0.047, 1.632, 0.36), (0.02, 0.008, 0.030))
     horn = mix(horn, (0.05, 0.05, 0.06), step01(0.004, -0.001, nostril))
     c = mix(c, horn, on_beak)
-    # A pale ring of skin sets the eye off from the dark head.  The edge of
-    # the eyeball is painted as a cone about its axis: rounder than the crease.
+    # A pale ring of skin surrounds the eye.  The edge of the eyeball is painted
+    # as a cone about its axis, which is rounder than the crease.
     r = q - EYE
     around = np.sqrt((r * r).sum(1))
     axis = np.array(SOCKET) / np.linalg.norm(SOCKET)

@@ -1,19 +1,19 @@
-"""From a signed distance to a closed triangle mesh.
+"""Makes a closed triangle mesh from a signed distance.
 
-Naive surface nets on a fine grid, then edge collapses that keep small
-triangles where the surface bends, then smoothing along the surface with every
-vertex pulled back onto the zero set.
+Naive surface nets on a fine grid; then edge collapses, which keep small
+triangles where the surface is curved; then smoothing along the surface, with
+every vertex projected onto the zero set.
 """
 import heapq
 import numpy as np
 from .implicit import gradient
 
-BLOCK = 8
+BLOCK = 8  # grid nodes along a side of the blocks that sample() skips
 
 
 def sample(field, lo, dims, h):
-    """Distances at the grid nodes; blocks far from the surface only get
-    their sign."""
+    """Returns distances at the grid nodes; blocks far from the surface get
+    -1000 or 1000 by the sign at their centre."""
     nb = [(d + BLOCK - 1) // BLOCK for d in dims]
     ids = np.stack(np.meshgrid(*[np.arange(n) for n in nb], indexing="ij"), -1).reshape(-1, 3)
     mid = lo + (ids * BLOCK + (BLOCK - 1) / 2) * h
@@ -22,20 +22,20 @@ def sample(field, lo, dims, h):
     full = np.empty([n * BLOCK for n in nb])
     view = full.reshape(nb[0], BLOCK, nb[1], BLOCK, nb[2], BLOCK).transpose(0, 2, 4, 1, 3, 5)
     flat = np.repeat(np.where(d < 0, -1e3, 1e3), BLOCK ** 3).reshape(len(ids), BLOCK, BLOCK, BLOCK)
-    off = np.stack(np.meshgrid(*[np.arange(BLOCK)] * 3, indexing="ij"), -1).reshape(-1, 3)
-    hot = np.nonzero(near)[0]
-    for part in np.array_split(hot, max(1, len(hot) // 200)):
-        p = lo + (ids[part][:, None, :] * BLOCK + off[None]) * h
-        flat[part] = field(p.reshape(-1, 3)).reshape(-1, BLOCK, BLOCK, BLOCK)
+    node_offsets = np.stack(np.meshgrid(*[np.arange(BLOCK)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    near_blocks = np.nonzero(near)[0]
+    for chunk in np.array_split(near_blocks, max(1, len(near_blocks) // 200)):
+        p = lo + (ids[chunk][:, None, :] * BLOCK + node_offsets[None]) * h
+        flat[chunk] = field(p.reshape(-1, 3)).reshape(-1, BLOCK, BLOCK, BLOCK)
     view[...] = flat.reshape(nb + [BLOCK] * 3)
     return full
 
 
 def close_crevices(val):
-    """Make the inside well-composed: no two inside nodes that touch only over
-    the diagonal of a grid square or cube (nor two such outside nodes).  Where
-    they do, the crevice is narrower than the grid, the net would not be a
-    manifold there, and the outside node nearest the surface is filled."""
+    """Makes the inside well-composed: no two inside nodes, and no two outside
+    nodes, are connected only by the diagonal of a grid square or cube.  The net
+    would not be a manifold there, so the outside node nearest to the surface
+    becomes inside."""
     def corner(a, shift):
         return a[tuple(slice(None) if s is None else slice(1, None) if s else slice(0, -1) for s in shift)]
     squares = []
@@ -50,7 +50,7 @@ def close_crevices(val):
     eight = [(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)]
 
     def fill(at, corners):
-        """Of the given corners of each place, fill the shallowest outside one."""
+        """Makes inside the outside node with the least distance among each place's corners."""
         pts = at[:, None, :] + np.array([[s or 0 for s in c] for c in corners])[None]
         d = val[tuple(np.moveaxis(pts, 2, 0))]
         best = np.where(d < 0, np.inf, d).argmin(1)
@@ -95,10 +95,10 @@ def surface_nets(field, lo, hi, h):
         a = [slice(None)] * 3
         b = [slice(None)] * 3
         a[axis], b[axis] = slice(0, -1), slice(1, None)
-        at = np.argwhere(inside[tuple(a)] != inside[tuple(b)])
-        i0 = at @ stride
+        crossings = np.argwhere(inside[tuple(a)] != inside[tuple(b)])
+        i0 = crossings @ stride
         v0, v1 = val.reshape(-1)[i0], val.reshape(-1)[i0 + stride[axis]]
-        p = at.astype(float)
+        p = crossings.astype(float)
         p[:, axis] += np.clip(v0 / (v0 - v1), 0.02, 0.98)
         u, w = (axis + 1) % 3, (axis + 2) % 3
         cells = np.stack([i0 - stride[u] - stride[w], i0 - stride[w], i0, i0 - stride[u]], 1)
@@ -123,7 +123,7 @@ def surface_nets(field, lo, hi, h):
 
 
 def project(field, v, e, steps=4, limit=None):
-    """Newton steps along the gradient onto the zero set."""
+    """Moves points onto the zero set by Newton steps along the gradient, each at most `limit` long."""
     limit = e if limit is None else limit
     for _ in range(steps):
         g = gradient(field, v, e * 0.1)
@@ -140,7 +140,7 @@ def unit_normals(field, v, e):
 
 
 def relax(field, v, faces, e, rounds, amount=0.5):
-    """Move vertices along the surface towards the mean of their neighbours."""
+    """Moves vertices along the surface toward the mean of their neighbours."""
     a = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     for _ in range(rounds):
         s = np.zeros_like(v)
@@ -166,11 +166,11 @@ def cross(a, b):
 
 
 def decimate(v, faces, normals, target, weight, flat=0.05):
-    """Collapse edges, cheapest first, down to target triangles.
+    """Collapses edges, cheapest first, until `target` triangles are left.
 
-    The price of an edge is its sagitta (how far the surface bends away from
-    it) plus a share of its length, so that flat places get large but not
-    endless triangles; weight makes places dearer.
+    The cost of an edge is l^2 (|n0 - n1|^2 / 64 + flat^2) weight: the square of
+    its sagitta (distance of the surface from the edge), plus a term that limits
+    triangles of flat areas.  l: its length; n0, n1: normals at its ends.
     """
     pos = [tuple(p) for p in v.tolist()]
     nor = [tuple(p) for p in normals.tolist()]
@@ -190,7 +190,7 @@ def decimate(v, faces, normals, target, weight, flat=0.05):
         r.discard(i)
         return r
 
-    def price(i, j):
+    def edge_cost(i, j):
         d = sub(pos[i], pos[j])
         m = sub(nor[i], nor[j])
         l2 = dot(d, d)
@@ -200,7 +200,7 @@ def decimate(v, faces, normals, target, weight, flat=0.05):
     for f in tri:
         for a, b in ((f[0], f[1]), (f[1], f[2]), (f[2], f[0])):
             if a < b:
-                heap.append((price(a, b), a, b, 0, 0))
+                heap.append((edge_cost(a, b), a, b, 0, 0))
     heapq.heapify(heap)
     while alive > target and heap:
         _, i, j, si, sj = heapq.heappop(heap)
@@ -218,7 +218,7 @@ def decimate(v, faces, normals, target, weight, flat=0.05):
             continue
         n = (n[0] / ln, n[1] / ln, n[2] / ln)
         d = sub(pos[j], pos[i])
-        # Middle of the arc through both ends rather than of the chord.
+        # The new vertex is the middle of the arc through both ends, not of the chord.
         lift = (dot(d, nor[j]) - dot(d, nor[i])) / 8
         p = tuple((pos[i][k] + pos[j][k]) / 2 + lift * n[k] for k in range(3))
         shared = around[i] & around[j]
@@ -256,7 +256,7 @@ def decimate(v, faces, normals, target, weight, flat=0.05):
         stamp[i] += 1
         for k in sorted(ring(i)):
             a, b = (i, k) if i < k else (k, i)
-            heapq.heappush(heap, (price(a, b), a, b, stamp[a], stamp[b]))
+            heapq.heappush(heap, (edge_cost(a, b), a, b, stamp[a], stamp[b]))
     keep = sorted({c for f in tri if f for c in f})
     index = {c: k for k, c in enumerate(keep)}
     return (np.array([pos[c] for c in keep]),
@@ -264,8 +264,8 @@ def decimate(v, faces, normals, target, weight, flat=0.05):
 
 
 def flip_edges(v, faces, normals, rounds=3):
-    """Turn edges whose two opposite angles sum to more than 180 degrees,
-    where the surface is flat enough for it."""
+    """Flips edges whose two opposite angles sum to more than 180 degrees,
+    where the surface is flat enough."""
     tri = [list(f) for f in faces.tolist()]
     pos = [tuple(p) for p in v.tolist()]
     nor = [tuple(p) for p in normals.tolist()]
@@ -313,9 +313,9 @@ def flip_edges(v, faces, normals, rounds=3):
 
 
 def build(field, lo, hi, h, target, weight=None, flat=0.05):
-    """Mesh of the zero set: (vertices, faces, normals).
+    """Returns (vertices, faces, normals) of the zero set.
 
-    weight(p): how much more detail than elsewhere a place deserves."""
+    weight(p): factor on the cost of edges at p, for more detail there."""
     v, f = surface_nets(field, lo, hi, h)
     v = project(field, v, h, 3, 0.5 * h)
     v = relax(field, v, f, h, 2)

@@ -4,8 +4,8 @@ from .model import Model, material
 
 
 def grid_faces(ids):
-    """Two triangles per cell of a grid of vertex numbers; the diagonals
-    alternate so that no direction is favoured."""
+    """Returns two triangles per cell of a grid of vertex indices; diagonals
+    alternate, so that no direction is preferred."""
     out = []
     for i in range(ids.shape[0] - 1):
         for j in range(ids.shape[1] - 1):
@@ -21,7 +21,7 @@ def finish(m, group, colour, ks=0.35, ns=60):
 
 
 def sphere(level=4):
-    """Icosahedron, each face halved level times and blown up."""
+    """Icosahedron whose edges are halved `level` times, with all vertices on the sphere."""
     g = (1 + 5 ** 0.5) / 2
     v = [(-1, g, 0), (1, g, 0), (-1, -g, 0), (1, -g, 0), (0, -1, g), (0, 1, g),
          (0, -1, -g), (0, 1, -g), (g, 0, -1), (g, 0, 1), (-g, 0, -1), (-g, 0, 1)]
@@ -68,7 +68,7 @@ def torus(R=0.9, r=0.36, nu=76, nv=32):
 
 
 def cube(n=16, size=1.6):
-    """Sharp cube: positions are shared across the edges, normals are not."""
+    """Cube with sharp edges: faces share positions there, but not normals."""
     index, v, faces = {}, [], []
 
     def vertex(p):
@@ -93,7 +93,7 @@ def cube(n=16, size=1.6):
 
 
 def disc_rings(rings):
-    """Points of a disc of radius 1 in rings of 6 k points, and its triangles."""
+    """Returns a disc of radius 1: points (ring k has 6 k), triangles, and indices of the outer ring."""
     p, start, faces = [(0.0, 0.0)], [0], []
     for k in range(1, rings + 1):
         start.append(len(p))
@@ -114,7 +114,7 @@ def disc_rings(rings):
 
 
 def puddle(radius=1.0, height=0.16, rings=16, rim=8):
-    """Flat drop: two discs joined by a rounded rim."""
+    """Flat drop: two discs, joined by half a torus of rim + 1 rows of points."""
     disc, tri, edge = disc_rings(rings)
     flat = radius - height / 2
     n = len(disc)

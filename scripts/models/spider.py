@@ -4,7 +4,7 @@ from .implicit import (ellipsoid, mirrored, mix, paint_eye, ripple, rotation, sm
                        sphere, step01, tube)
 from .model import Model, organic
 
-# direction (degrees from straight ahead), reach, height of the knee
+# direction (degrees from straight ahead), length in the plane, height of the knee
 LEGS = [(32, 1.10, 0.74), (68, 0.98, 0.71), (106, 0.97, 0.71), (141, 1.16, 0.77)]
 # centre and radius of the four eyes of the left side
 EYES = [((0.082, 0.452, 0.520), 0.076), ((0.185, 0.470, 0.430), 0.046),
@@ -12,7 +12,7 @@ EYES = [((0.082, 0.452, 0.520), 0.076), ((0.185, 0.470, 0.430), 0.046),
 LOOK = [(0.10, 0.06, 1.0), (0.62, 0.12, 0.78), (0.6, 0.6, 0.5), (0.7, 0.6, -0.1)]
 
 
-def leg_rows(deg, reach, knee):
+def leg_rows(deg, length, knee):
     a = np.radians(deg)
     s, c = np.sin(a), np.cos(a)
     base = np.array([0.13 * s, 0.0, 0.20 + 0.16 * c])
@@ -20,7 +20,7 @@ def leg_rows(deg, reach, knee):
     for out, y, r in ((0.00, 0.365, 0.060), (0.13, 0.375, 0.056), (0.26, 0.515, 0.054), (0.44, knee, 0.047),
                       (0.53, knee - 0.01, 0.046), (0.70, 0.50, 0.038), (0.83, 0.27, 0.033),
                       (0.91, 0.115, 0.026), (0.985, 0.040, 0.022), (1.035, 0.021, 0.019)):
-        o = out * (reach - 0.14)
+        o = out * (length - 0.14)
         rows.append((base[0] + o * s, y, base[2] + o * c, r))
     return rows
 
@@ -102,10 +102,10 @@ def paint(p):
     stripe = x - 0.040 - 0.03 * np.sin(9 * z)
     c = mix(c, warm * 0.85, step01(0.012, -0.012, stripe) * step01(0.47, 0.50, y) * step01(0.36, 0.28, z))
     # Abdomen: pale-edged chevrons on the back, plain lighter flanks.
-    # Counted by the angle about a cross axis, so that they also run straight
-    # where the abdomen bulges toward the waist and the spinnerets.
-    turn = np.arctan2(-(z + 0.53), np.maximum(y - 0.36, 0.01)) / np.pi
-    t = 1.1 * turn + 0.42
+    # They are spaced by the angle about an axis along x, so that they are also
+    # straight where the abdomen curves toward the waist and the spinnerets.
+    angle = np.arctan2(-(z + 0.53), np.maximum(y - 0.36, 0.01)) / np.pi
+    t = 1.1 * angle + 0.42
     ab = mix((0.40, 0.26, 0.18), dark, step01(0.58, 0.28, y))
     saddle = mix(np.broadcast_to(dark * 0.8, p.shape), dark * 1.1, step01(0.2, 0.7, t))
     bar = np.abs(((t - 0.55 * np.sqrt(x * x + 0.0004)) * 5.0) % 1.0 - 0.5) - 0.15
@@ -116,10 +116,10 @@ def paint(p):
     # Legs: bands at the joints.
     best = np.full(len(p), 9.0)
     band = np.zeros(len(p))
-    for i, (deg, reach, knee) in enumerate(LEGS):
+    for i, (deg, length, knee) in enumerate(LEGS):
         a = np.radians(deg)
         along = q[:, 0] * np.sin(a) + (z - 0.20 - 0.16 * np.cos(a)) * np.cos(a) - 0.13 * np.sin(a) ** 2
-        u = along / (reach - 0.14)
+        u = along / (length - 0.14)
         d = leg(q, i)
         bands = (step01(0.035, 0.020, np.abs(u - 0.30)) + step01(0.055, 0.035, np.abs(u - 0.50))
                  + step01(0.040, 0.025, np.abs(u - 0.72)) + step01(0.030, 0.018, np.abs(u - 0.87)))

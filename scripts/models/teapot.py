@@ -10,7 +10,7 @@ from . import topology
 from .model import Model, material
 from .teapot_data import PATCHES, POINTS
 
-AROUND = 16        # cells along a quarter of a circle
+AROUND = 16        # cells along a quarter of the circumference
 
 
 def bernstein(t):
@@ -19,7 +19,7 @@ def bernstein(t):
 
 
 def patch(k, rows, cols):
-    """Points of patch k on a grid; rows run along its first parameter."""
+    """Returns a grid of points of patch k.  rows: number of cells, or the values, of the first parameter."""
     c = np.array(POINTS)[list(PATCHES[k])].reshape(4, 4, 3)
     a = bernstein(np.linspace(0, 1, rows + 1) if np.isscalar(rows) else np.asarray(rows))
     b = bernstein(np.linspace(0, 1, cols + 1))
@@ -27,7 +27,7 @@ def patch(k, rows, cols):
 
 
 def ring(ks, row, cols):
-    """Closed ring (first point repeated) along one parameter line."""
+    """Returns a closed ring of points (the first is repeated) of patches ks at first parameter `row`."""
     parts = [patch(k, [row], cols)[0] for k in ks]
     return np.concatenate([p[:-1] for p in parts] + [parts[0][:1]])
 
@@ -38,13 +38,13 @@ def scaled(r, s, move=(0, 0, 0)):
 
 
 def cap(r, steps, centre=None):
-    """Grid from a ring to its middle, in steps."""
+    """Returns a grid from a ring to its centre, in `steps` rows."""
     mid = r[:-1].mean(0) if centre is None else np.asarray(centre, float)
     return np.stack([mid + (r - mid) * (1 - k / steps) for k in range(steps + 1)])
 
 
 def stitch(grids):
-    """Merge grids of points into one closed shell facing outward."""
+    """Merges grids of points into one closed shell that faces outward."""
     pts, faces, base = [], [], 0
     for g in grids:
         m, n, _ = g.shape
@@ -60,7 +60,7 @@ def stitch(grids):
                 else:
                     faces += [(a, b, d), (b, c, d)]
     v = np.concatenate(pts)
-    # The odd offset keeps equal points from falling on two sides of a tie.
+    # The offset avoids rounding ties, where nearly equal points would become different ones.
     _, first, inv = np.unique(np.round(v * 1e5 + 0.2371), axis=0, return_index=True, return_inverse=True)
     f = inv.reshape(-1)[np.array(faces)]
     f = f[(f[:, 0] != f[:, 1]) & (f[:, 1] != f[:, 2]) & (f[:, 2] != f[:, 0])]
@@ -68,7 +68,7 @@ def stitch(grids):
 
 
 def orient(faces, v):
-    """Turn faces so that neighbours agree and the volume is positive."""
+    """Flips faces so that neighbours are oriented alike and the volume is positive."""
     at = {}
     for i, f in enumerate(faces.tolist()):
         for k in range(3):
@@ -120,13 +120,13 @@ def spout():
 
 def handle():
     n = 10
-    # The lower end as published only touches the wall, so its patches run on
-    # a little beyond their end; then both ends go straight on inside.
-    reach = 1.05
+    # The lower end as published only touches the wall, so its patches are
+    # extrapolated to parameter 1.05; both ends then continue straight inside.
+    end_parameter = 1.05
     grids = [patch(k, 14, n) for k in (12, 13)]
-    grids += [patch(k, np.linspace(0, reach, 16), n) for k in (14, 15)]
-    for r, way in ((ring((12, 13), 0, n), (0.12, 0, 0)), (ring((14, 15), reach, n), (0.13, 0, 0.02))):
-        end = scaled(r, 0.92, way)
+    grids += [patch(k, np.linspace(0, end_parameter, 16), n) for k in (14, 15)]
+    for r, offset in ((ring((12, 13), 0, n), (0.12, 0, 0)), (ring((14, 15), end_parameter, n), (0.13, 0, 0.02))):
+        end = scaled(r, 0.92, offset)
         grids += [np.stack([r, end]), cap(end, 2)]
     return stitch(grids)
 

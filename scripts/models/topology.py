@@ -7,7 +7,7 @@ def directed_edges(faces):
 
 
 def shells(nverts, faces):
-    """Component number of every face, numbered in order of appearance."""
+    """Returns the number of the connected component of every face."""
     lab = np.arange(nverts)
     e = directed_edges(faces)
     while True:
@@ -28,7 +28,7 @@ def volume(v, faces):
 
 
 def check(v, faces):
-    """Facts about a mesh; raises if it is not closed, oriented and clean."""
+    """Returns counts and measures of a mesh; raises AssertionError if it is not closed, consistently oriented and clean."""
     n = len(v)
     assert faces.min() >= 0 and faces.max() < n
     e = directed_edges(faces).astype(np.int64)
@@ -43,8 +43,8 @@ def check(v, faces):
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
     assert area.min() > 1e-8, "degenerate face, area %g" % area.min()
     assert len(np.unique(v, axis=0)) == n, "two vertices in one place"
-    # The faces around a vertex must form one fan: walking from face to face
-    # over the shared edges must come round to the start after all of them.
+    # The faces around a vertex must form one fan: a walk across their shared
+    # edges must return to the start after it has met all of them.
     nxt = dict()
     for f in faces.tolist():
         for i in range(3):
@@ -72,9 +72,8 @@ def check(v, faces):
 
 
 def corner_normals(v, faces, crease_deg=180.0):
-    """Normals per corner: angle-weighted mean over the faces at the vertex
-    that meet this face at less than the crease angle.  Returns (normals,
-    corner indices)."""
+    """Returns (normals, indices per corner): the angle-weighted mean of the
+    faces at the vertex whose normals differ by less than the crease angle."""
     p = v[faces]
     fn = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
     fn /= np.linalg.norm(fn, axis=1)[:, None]
