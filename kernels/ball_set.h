@@ -11,9 +11,9 @@
 
 namespace polymorph {
 
-/// Handle of a set of balls; copies share the set. An engine keeps the last set that it was given
-/// or has made in its own memory. So pass copies of one handle rather than vectors, each of which
-/// becomes a new set.
+/// Handle of a set of balls; copies share the set. An engine keeps one set in its own memory: the
+/// last that it was given or has made. So pass copies of one handle rather than vectors, each of
+/// which becomes a new set.
 class BallSet {
  public:
   BallSet() = default;

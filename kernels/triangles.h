@@ -12,7 +12,8 @@
 
 namespace polymorph {
 
-/// Writes the vertices at the slots of a case; `count` is 3 times the number of its triangles.
+/// Writes the vertices of a cell's triangles. `corners`: bit i is set if corner i is inside;
+/// `count`: 3 times the number of triangles.
 template <class V>
 PM_HD inline void write_selected(const std::uint32_t* vertex, const BrickTable& table, int corners,
                                  int count, std::uint32_t* to) {
@@ -44,7 +45,7 @@ struct EmitTriangles {
   struct Scratch {
     /// Index of the vertex on each crossed edge. Vectors are loaded beyond the last slot.
     std::uint32_t vertex[kLines * kLineSlots + 8];
-    std::uint32_t before[kRows + 1];  ///< per item: triangles of the items before it
+    std::uint32_t before[kRows + 1];  ///< per item of CellFlags: triangles before it
     std::uint8_t inside[kLines];
     /// Rows and first vertex of this brick ([0]) and of the next bricks: bit 0 of the index is a
     /// step along x, bit 1 along y, bit 2 along z. Null rows: there is no such brick or the surface
@@ -52,20 +53,20 @@ struct EmitTriangles {
     const std::uint32_t* rows[8];
     std::uint32_t first_vertex[8];
   };
-  std::int64_t begin = 0;  ///< the brick of item 0
+  std::int64_t begin = 0;  ///< the first team's brick
   View<const BrickTable> table;
   Tree tree;
   View<const std::uint8_t> inside;
   View<const std::uint32_t> rows;
   View<const Counts> counts;
-  View<const Offsets> first;  ///< vertex and triangle of each brick
+  View<const Offsets> first;  ///< index of each brick's first vertex (first) and triangle (second)
   std::int64_t capacity = 0;  ///< bricks that the views above can hold
   View<Triangle> triangles;
 
   template <class Team>
-  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t brick_item) const {
-    const std::int64_t b = begin + brick_item, out = first[b].second;
-    if (counts[b].second == 0 || out + counts[b].second > triangles.size) return;
+  PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t team_index) const {
+    const std::int64_t b = begin + team_index, first_triangle = first[b].second;
+    if (counts[b].second == 0 || first_triangle + counts[b].second > triangles.size) return;
     using V = typename Team::V;
     using Cells = TeamCells<Team>;
     team.each(8, [&](int n) {
@@ -83,7 +84,7 @@ struct EmitTriangles {
     team.sync();
     team.scan(scratch.before, Cells::kItems);
     team.each(Cells::kItems, [&](int item) {
-      emit<V, Cells>(scratch, item, triangles.data + out + scratch.before[item]);
+      emit<V, Cells>(scratch, item, triangles.data + first_triangle + scratch.before[item]);
     });
   }
 
@@ -104,6 +105,8 @@ struct EmitTriangles {
       const std::uint32_t row = scratch.rows[owner + 1][r];
       const std::uint32_t vertex = scratch.first_vertex[owner + 1] + row_before(row);
       to += kRowEdges;
+      // The row's first point: its crossed edges, in the order x, y, z, have the row's first
+      // vertices.
       to[0] = vertex, to[1] = vertex + (row & 1u), to[2] = to[1] + (row >> 1 & 1u);
     }
   }

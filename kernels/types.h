@@ -1,5 +1,6 @@
 // Basic types used everywhere: vectors, balls, the sample grid, the triangle. C++17, compiled by
-// g++ and nvcc alike. Lengths are in scene units, indices are uint32.
+// g++ and nvcc alike. Lengths are in scene units, indices are uint32. In all comments, "the report"
+// is J. Gilbert, Real Time Morphing of Polyhedra (2010).
 #pragma once
 
 #include <cmath>
@@ -63,8 +64,8 @@ enum class FieldKind : std::uint8_t {
 /// The surface that is drawn through the samples.
 enum class SurfaceMethod : std::uint8_t {
   kMarchingCubes,
-  /// A cube at each inside point (the report's 2.1.2.1). Every square has its own vertices, so that
-  /// the mesh is not connected.
+  /// A cube at each inside point (the report's 2.1.2.1). Every face of a cube has its own vertices,
+  /// so that the mesh is not connected.
   kMatrix,
 };
 
@@ -96,8 +97,8 @@ PM_HD constexpr float determinant(const Sym3& s) {
 /// field = 1, and inside is field > 1.
 ///   kGaussian:      contributes exp(w - a d^T shape d), d the offset from the centre; the
 ///                   surface of a single round ball is at r = sqrt(w / a).
-///   kWyvill:        contributes w (1 - q)^2 (1 - 4/9 q), q = a d^T shape d, nothing from q = 1 on:
-///                   a = 1 / support^2 of a round ball.
+///   kWyvill:        contributes w (1 - q)^2 (1 - 4/9 q), q = a d^T shape d, and 0 for q >= 1; a
+///                   round ball has a = 1 / support^2.
 ///   kInverseSquare: contributes w / r^2; the surface of a single ball is at r = sqrt(w); `a`
 ///                   and `shape` are unused.
 struct Ball {

@@ -10,7 +10,7 @@
 namespace polymorph {
 
 // Names of the header entries that the renderer writes for explain_change().
-inline constexpr const char* kCameraAttribute = "polymorph/camera";    ///< view_text()
+inline constexpr const char* kCameraAttribute = "polymorph/camera";    ///< output of view_text()
 inline constexpr const char* kBallsAttribute = "polymorph/balls";      ///< "cube 12, sphere 12"
 inline constexpr const char* kPlanAttribute = "polymorph/plan";        ///< digest of the plans
 inline constexpr const char* kObjectsAttribute = "polymorph/objects";  ///< "2 penguin, 3 torus"
@@ -22,8 +22,9 @@ struct PinholeView {
   Vec3 position, forward, up;
   float tan_half_fov_y = 0;
 };
+/// Encodes a view as ten numbers.
 std::string view_text(const PinholeView& view);
-/// Parses a text of view_text(). Returns false for any other text.
+/// Parses the output of view_text(). Returns false for other texts.
 bool parse_view(const std::string& text, PinholeView& view);
 
 /// Facts that the two images do not contain; each may be unknown.

@@ -9,28 +9,31 @@ namespace polymorph {
 
 std::optional<Flicker> flicker_between(const Image& frame, const Image& next) {
   if (frame.width != next.width || frame.height != next.height) return std::nullopt;
-  int colors[2][3];
+  int color_channels[2][3];
   for (int c = 0; c < 3; ++c) {
     const char* const name = c == 0 ? "R" : c == 1 ? "G" : "B";
-    colors[0][c] = frame.find_channel(name);
-    colors[1][c] = next.find_channel(name);
-    if (colors[0][c] < 0 || colors[1][c] < 0) return std::nullopt;
+    color_channels[0][c] = frame.find_channel(name);
+    color_channels[1][c] = next.find_channel(name);
+    if (color_channels[0][c] < 0 || color_channels[1][c] < 0) return std::nullopt;
   }
-  const int ids[] = {frame.find_channel("id"), next.find_channel("id")};
-  const int motions[] = {frame.find_channel("motion.X"), frame.find_channel("motion.Y")};
+  const int id_channels[] = {frame.find_channel("id"), next.find_channel("id")};
+  const int motion_channels[] = {frame.find_channel("motion.X"), frame.find_channel("motion.Y")};
   Flicker flicker;
   for (int y = 0; y < frame.height; ++y)
     for (int x = 0; x < frame.width; ++x) {
-      if (ids[0] >= 0 && ids[1] >= 0 && frame.at(x, y, ids[0]) != next.at(x, y, ids[1])) continue;
-      if ((motions[0] >= 0 && frame.at(x, y, motions[0]) != 0) ||
-          (motions[1] >= 0 && frame.at(x, y, motions[1]) != 0))
+      if (id_channels[0] >= 0 && id_channels[1] >= 0 &&
+          frame.at(x, y, id_channels[0]) != next.at(x, y, id_channels[1]))
+        continue;
+      if ((motion_channels[0] >= 0 && frame.at(x, y, motion_channels[0]) != 0) ||
+          (motion_channels[1] >= 0 && frame.at(x, y, motion_channels[1]) != 0))
         continue;
       double sum = 0;
       for (int c = 0; c < 3; ++c) {
-        const auto shown = [](float v) {
+        const auto to_srgb = [](float v) {
           return static_cast<double>(linear_to_srgb(std::clamp(v, 0.0f, 1.0f)));
         };
-        sum += std::fabs(shown(frame.at(x, y, colors[0][c])) - shown(next.at(x, y, colors[1][c])));
+        sum += std::fabs(to_srgb(frame.at(x, y, color_channels[0][c])) -
+                         to_srgb(next.at(x, y, color_channels[1][c])));
       }
       if (!std::isfinite(sum)) continue;
       flicker.mean += sum / 3;

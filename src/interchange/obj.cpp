@@ -20,7 +20,7 @@ using Text = std::back_insert_iterator<std::string>;
 class Numbering {
  public:
   explicit Numbering(std::uint32_t first) : next_(first) {}
-  /// Returns the value's number, and whether it is new.
+  /// Returns the number of a value, given by its bits, and whether the value is new.
   std::pair<std::uint32_t, bool> number(std::uint64_t low, std::uint32_t high = 0) {
     const auto [at, is_new] = numbers_[high].try_emplace(low, next_);
     if (is_new) ++next_;
@@ -37,38 +37,40 @@ std::uint64_t pair_bits(float a, float b) {
   return std::uint64_t{std::bit_cast<std::uint32_t>(a)} << 32 | std::bit_cast<std::uint32_t>(b);
 }
 
-/// Writes distinct texture coordinates; returns the number of each corner's.
-std::vector<std::uint32_t> write_uvs(const SurfaceFrame& frame, std::uint32_t& first, Text out) {
-  Numbering numbering(first);
+/// Writes distinct texture coordinates. Returns for each corner the index of its coordinates in the
+/// file; `next_index` is the first unused index.
+std::vector<std::uint32_t> write_uvs(const SurfaceFrame& frame, std::uint32_t& next_index,
+                                     Text out) {
+  Numbering numbering(next_index);
   std::vector<std::uint32_t> numbers;
   for (const Vec2 uv : frame.corner_uvs) {
     const auto [number, is_new] = numbering.number(pair_bits(uv.x, uv.y));
     if (is_new) fmt::format_to(out, "vt {} {}\n", uv.x, uv.y);
     numbers.push_back(number);
   }
-  first = numbering.next();
+  next_index = numbering.next();
   return numbers;
 }
 
-std::vector<std::uint32_t> write_normals(const SurfaceFrame& frame, std::uint32_t& first,
+std::vector<std::uint32_t> write_normals(const SurfaceFrame& frame, std::uint32_t& next_index,
                                          Text out) {
   std::vector<std::uint32_t> numbers;
   if (frame.corner_normals.empty()) {
     if (frame.normals.empty()) return numbers;
     for (const Vec3 n : frame.normals) fmt::format_to(out, "vn {} {} {}\n", n.x, n.y, n.z);
     for (const Triangle& t : frame.triangles)
-      for (const std::uint32_t v : t.v) numbers.push_back(first + v);
-    first += static_cast<std::uint32_t>(frame.normals.size());
+      for (const std::uint32_t v : t.v) numbers.push_back(next_index + v);
+    next_index += static_cast<std::uint32_t>(frame.normals.size());
     return numbers;
   }
-  Numbering numbering(first);
+  Numbering numbering(next_index);
   for (const Vec3 n : frame.corner_normals) {
     const auto [number, is_new] =
         numbering.number(pair_bits(n.x, n.y), std::bit_cast<std::uint32_t>(n.z));
     if (is_new) fmt::format_to(out, "vn {} {} {}\n", n.x, n.y, n.z);
     numbers.push_back(number);
   }
-  first = numbering.next();
+  next_index = numbering.next();
   return numbers;
 }
 
@@ -93,13 +95,13 @@ std::string encode_obj(std::span<const SurfaceFrame> frames, const SurfaceSequen
   std::string text = "# polymorph surface\n";
   const Text out = std::back_inserter(text);
   if (!library.empty()) fmt::format_to(out, "mtllib {}\n", library);
-  std::uint32_t point = 1, uv = 1, normal = 1;
+  std::uint32_t next_point = 1, next_uv = 1, next_normal = 1;
   for (std::size_t a = 0; a < frames.size(); ++a) {
     const SurfaceFrame& frame = frames[a];
     if (a < sequence.actors.size()) fmt::format_to(out, "o {}\n", sequence.actors[a]);
     write_points(frame, out);
-    const std::vector<std::uint32_t> uvs = write_uvs(frame, uv, out);
-    const std::vector<std::uint32_t> normals = write_normals(frame, normal, out);
+    const std::vector<std::uint32_t> uvs = write_uvs(frame, next_uv, out);
+    const std::vector<std::uint32_t> normals = write_normals(frame, next_normal, out);
     std::vector<std::size_t> materials;
     if (!library.empty()) materials = catalog.add(frame.materials);
     std::size_t current = SIZE_MAX;
@@ -113,13 +115,13 @@ std::string encode_obj(std::span<const SurfaceFrame> frames, const SurfaceSequen
       text += 'f';
       for (std::size_t k = 0; k < 3; ++k) {
         const std::size_t c = 3 * t + k;
-        fmt::format_to(out, " {}", point + frame.triangles[t].v[k]);
+        fmt::format_to(out, " {}", next_point + frame.triangles[t].v[k]);
         if (!uvs.empty()) fmt::format_to(out, "/{}", uvs[c]);
         if (!normals.empty()) fmt::format_to(out, "{}/{}", uvs.empty() ? "/" : "", normals[c]);
       }
       text += '\n';
     }
-    point += static_cast<std::uint32_t>(frame.positions.size());
+    next_point += static_cast<std::uint32_t>(frame.positions.size());
   }
   return text;
 }

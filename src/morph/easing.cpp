@@ -15,14 +15,15 @@ double bezier(double p, double q, double s) {
 }
 
 double bezier_ease(const MotionSettings& motion, double t) {
-  const auto at = [&](std::size_t i) { return static_cast<double>(motion.bezier[i]); };
-  // x(s) is monotone for x1, x2 in [0, 1], so bisection finds s; 40 steps suffice for a float.
+  const auto coordinate = [&](std::size_t i) { return static_cast<double>(motion.bezier[i]); };
+  // The coordinates are x1, y1, x2, y2. x(s) is monotone for x1, x2 in [0, 1], so bisection finds
+  // s; 40 steps suffice for a float.
   double low = 0, high = 1;
   for (int i = 0; i < 40; ++i) {
     const double middle = (low + high) / 2;
-    (bezier(at(0), at(2), middle) < t ? low : high) = middle;
+    (bezier(coordinate(0), coordinate(2), middle) < t ? low : high) = middle;
   }
-  return bezier(at(1), at(3), (low + high) / 2);
+  return bezier(coordinate(1), coordinate(3), (low + high) / 2);
 }
 
 /// Solution of m x'' + b x' + k x = 0 with x(0) = 1, x'(0) = 0.

@@ -14,7 +14,7 @@ struct Scene;
 
 /// Unit of the key times of a track.
 enum class KeyUnit : std::uint8_t {
-  kShare,  ///< "t": 0 is the film's first frame, 1 its last, including holds
+  kShare,  ///< "t": fraction of the film; 0 is its first frame, 1 its last, including holds
   kFrame,  ///< "frame": the frame's number, from 1
   kLeg,    ///< "leg": 1 is the start of the first leg, 1.5 half way through it, 2 its end
 };
@@ -43,10 +43,10 @@ struct KeyframeTrack {
 
 /// A time of the film in all units of keys, computed by film_time() (morph/timeline.h).
 struct FilmTime {
-  double share = 0;
+  double share = 0;  ///< fraction of the film
   double frame = 1;
   double leg = 1;
-  double turn = 0;  ///< like `share`, but 1 is the frame that would follow the last
+  double turn = 0;  ///< fraction of a loop; 1 is the frame that would follow the last
 };
 
 /// Evaluates a track. kSmooth is a monotone cubic per component (Fritsch and Carlson 1980, slopes

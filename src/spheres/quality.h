@@ -28,7 +28,7 @@ struct QualitySettings {
   double points = 3e5;  ///< points of the lattice that measures volumes (standard error 0.0005)
 };
 
-/// Compares the surface field = 1 of the balls with the model. Volumes are counted on one jittered
+/// Compares the balls' surface (field = 1) with the model. Volumes are counted on one jittered
 /// lattice, distances are measured at 20 000 samples of each surface and at every surface vertex.
 /// If the field has no surface: iou 0, distances 1. Errors: as extract_surface().
 Result<ApproximationQuality> measure_quality(const Model& model, const InsideTest& inside,
@@ -40,7 +40,9 @@ bool is_good_fit(const ApproximationQuality& quality);
 /// Describes a fit with numbers and, if it is poor, with advice.
 std::string describe_fit(const ApproximationQuality& quality);
 
-/// Computes the larger of both one-sided Hausdorff distances, relative to the diagonal.
+/// Computes the Hausdorff distance between the balls' surface and the model, relative to the
+/// diagonal. `samples` represent the model's boundary. Without fitted balls, measures only from the
+/// samples to the spheres.
 Result<double> hausdorff_distance(const Model& model, const std::vector<BoundarySample>& samples,
                                   const Approximation& approximation);
 

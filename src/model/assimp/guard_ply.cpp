@@ -19,7 +19,7 @@ std::size_t size_of(std::string_view type) {
 /// The first element of a PLY file.
 struct FirstElement {
   std::size_t count = 0, stride = 0;
-  std::size_t properties = 0;  ///< offset of its first property in the header
+  std::size_t properties_offset = 0;  ///< offset of its first property in the header
 };
 
 /// Finds the first element; nothing if the file is not binary, or the element has a list or an
@@ -31,19 +31,20 @@ std::optional<FirstElement> find_first_element(const std::string& header) {
   bool is_binary = false;
   while (std::getline(lines, line)) {
     std::istringstream words(line);
-    std::string word, type, name;
-    words >> word >> type >> name;
-    if (word == "format") is_binary = type.starts_with("binary_");
-    if (word == "element" && element.properties > 0) break;
-    if (word == "element") {
-      const auto count = polymorph::parse_integer(name);
+    // format ENCODING VERSION, element NAME COUNT, or property TYPE NAME.
+    std::string keyword, second, third;
+    words >> keyword >> second >> third;
+    if (keyword == "format") is_binary = second.starts_with("binary_");
+    if (keyword == "element" && element.properties_offset > 0) break;
+    if (keyword == "element") {
+      const auto count = polymorph::parse_integer(third);
       if (!count || *count < 0) return std::nullopt;
       element.count = static_cast<std::size_t>(*count);
-      element.properties = static_cast<std::size_t>(lines.tellg());
+      element.properties_offset = static_cast<std::size_t>(lines.tellg());
     }
-    if (word != "property" || element.properties == 0) continue;
-    if (size_of(type) == 0) return std::nullopt;
-    element.stride += size_of(type);
+    if (keyword != "property" || element.properties_offset == 0) continue;
+    if (size_of(second) == 0) return std::nullopt;
+    element.stride += size_of(second);
   }
   return is_binary && element.stride > 0 ? std::optional(element) : std::nullopt;
 }
@@ -61,18 +62,18 @@ std::optional<std::size_t> find_mistaken_data(std::string_view bytes) {
 
 std::string guard_ply(std::string file) {
   const std::string_view bytes = file;
-  const auto mistaken_data = find_mistaken_data(bytes);
-  if (!mistaken_data) return file;
-  std::size_t data = *mistaken_data;
-  const auto element = find_first_element(file.substr(0, data));
-  if (!element || element->count > (bytes.size() - data) / element->stride) return file;
-  std::string copy(bytes.substr(0, element->properties));
+  const auto data_offset = find_mistaken_data(bytes);
+  if (!data_offset) return file;
+  std::size_t offset = *data_offset;
+  const auto element = find_first_element(file.substr(0, offset));
+  if (!element || element->count > (bytes.size() - offset) / element->stride) return file;
+  std::string copy(bytes.substr(0, element->properties_offset));
   copy.reserve(bytes.size() + element->count + 64);
   copy += "property uchar guard\n";
-  copy += bytes.substr(element->properties, data - element->properties);
-  for (std::size_t i = 0; i < element->count; ++i, data += element->stride) {
+  copy += bytes.substr(element->properties_offset, offset - element->properties_offset);
+  for (std::size_t i = 0; i < element->count; ++i, offset += element->stride) {
     copy += '\1';
-    copy += bytes.substr(data, element->stride);
+    copy += bytes.substr(offset, element->stride);
   }
-  return copy += bytes.substr(data);
+  return copy += bytes.substr(offset);
 }

@@ -9,7 +9,7 @@
 namespace polymorph {
 namespace {
 
-constexpr double kMaxCoordinate = 1e15;  // squares of areas must stay finite
+constexpr double kMaxCoordinate = 1e15;  // areas stay finite as floats, their squares as doubles
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\f' || c == '\v'; }
 
@@ -39,8 +39,8 @@ const char* guess_format(std::string_view bytes) {
   return nullptr;
 }
 
-// Tests whether a number that is out of range is too small, by its text: std::from_chars gives no
-// value.
+/// Tests whether a number that is out of range for a double underflows. std::from_chars does not
+/// say, so the text decides.
 bool underflows(std::string_view word) {
   const std::size_t e = word.find_first_of("eE");
   if (e != std::string_view::npos) return e + 1 < word.size() && word[e + 1] == '-';

@@ -17,7 +17,7 @@ struct FrameRecord {
   enum class State { kDone, kSkipped, kFailed, kPlanned };
   int frame = 0;
   State state = State::kPlanned;
-  std::string stage;
+  std::string stage;  ///< distinct names of the actors' stages (stage_names())
   double seconds = 0, surface_seconds = 0, trace_seconds = 0, write_seconds = 0;
   std::size_t balls = 0, vertices = 0, triangles = 0;
   std::string digest;  ///< digest of the surface mesh; empty when there is none
@@ -46,7 +46,7 @@ struct RunReport {
   double frames_seconds = 0;      ///< time from the start of the first frame to the end of the last
   std::uint64_t peak_memory = 0;  ///< bytes
   bool stopped = false;
-  Provenance provenance;                  ///< scene, files and program of the frames
+  Provenance provenance;                  ///< scene, files and program that made the frames
   std::optional<FrameEstimate> estimate;  ///< cost of the frames; only after a dry run
   std::size_t count(FrameRecord::State state) const;
 };
