@@ -11,6 +11,8 @@
 namespace polymorph {
 namespace {
 
+constexpr const char* kDefaultGroup = "Main";
+
 std::vector<const CLI::App*> all_commands(const CLI::App& program) {
   return program.get_subcommands([](const CLI::App*) { return true; });
 }
@@ -222,7 +224,7 @@ Option& Option::real_range(double low, double high) {
 template <class T>
 Option Command::add_option(const std::string& names, T& value,
                            const std::string& description) const {
-  return Option(app_->add_option(names, value, description));
+  return Option(app_->add_option(names, value, description)->group(kDefaultGroup));
 }
 template Option Command::add_option(const std::string&, std::string&, const std::string&) const;
 template Option Command::add_option(const std::string&, std::filesystem::path&,
@@ -237,17 +239,17 @@ template Option Command::add_option(const std::string&, double&, const std::stri
 
 Option Command::add_flag(const std::string& names, bool& value,
                          const std::string& description) const {
-  return Option(app_->add_flag(names, value, description));
+  return Option(app_->add_flag(names, value, description)->group(kDefaultGroup));
 }
 Option Command::add_flag(const std::string& names, int& value,
                          const std::string& description) const {
-  return Option(app_->add_flag(names, value, description));
+  return Option(app_->add_flag(names, value, description)->group(kDefaultGroup));
 }
 Option Command::add_optional_value(const std::string& name,
                                    std::function<void(const std::string&)> use,
                                    const char* fallback, const std::string& description) const {
   CLI::Option* option = app_->add_option_function<std::string>(name, std::move(use), description);
-  return Option(option->expected(0, 1)->default_str(fallback));
+  return Option(option->expected(0, 1)->default_str(fallback)->group(kDefaultGroup));
 }
 Option Command::option(const char* name) const { return Option(app_->get_option(name)); }
 bool Command::has_option(const char* name) const { return app_->get_option_no_throw(name); }

@@ -26,7 +26,7 @@ class Option {
   explicit Option(CLI::Option* option) : option_(option) {}
 
   Option& type_name(const char* name);  ///< name of its value in help: "FILE"
-  Option& group(const char* name);      ///< its heading in help
+  Option& group(const char* name);      ///< its heading in help; default: "Main"
   Option& required();
   Option& environment(const char* variable);  ///< read if the option is not given
   Option& excludes(const Option& other);

@@ -83,26 +83,21 @@ void add_bench(CommandLine& line) {
                   "first), all "
                   "of these, or morph: pairs of models with true points")
       .choices({"surface", "report", "render", "all", "morph"})
-      .type_name("WHAT")
-      .group("Main");
+      .type_name("WHAT");
   command
       .add_option("truth", options->truth,
                   "morph: a file of pairs with true points, or a folder with a truth.json")
-      .type_name("TRUTH")
-      .group("Main");
+      .type_name("TRUTH");
   command.add_option("--torus", options->settings.balls, "balls on the torus (1032)")
       .range(1, 1000000)
-      .type_name("N")
-      .group("Main");
+      .type_name("N");
   command
       .add_option("--balls", options->settings.ball_file,
                   "balls from a JSON file instead of the torus")
-      .type_name("FILE")
-      .group("Main");
+      .type_name("FILE");
   command.add_option("--grid", options->settings.grid, "grid points along an axis (128)")
       .range(8, 4096)
-      .type_name("N")
-      .group("Main");
+      .type_name("N");
   std::vector<std::string> fields;
   for (const FieldKind kind : kFieldKinds) fields.emplace_back(field_name(kind));
   command
@@ -110,33 +105,27 @@ void add_bench(CommandLine& line) {
           "--field", options->settings.field,
           fmt::format("field function of the balls: {} (gaussian)", fmt::join(fields, ", ")))
       .choices(fields)
-      .type_name("FIELD")
-      .group("Main");
+      .type_name("FIELD");
   command.add_option("--spp", options->settings.samples, "samples per pixel (16)")
       .range(1, 65536)
-      .type_name("N")
-      .group("Main");
+      .type_name("N");
   command.add_option("--repeats", options->settings.repeats, "runs after the first (7)")
       .range(1, 1000)
-      .type_name("N")
-      .group("Main");
+      .type_name("N");
   command
       .add_option("--meshes", options->morph.meshes,
                   "morph: another program's meshes, {pair} standing for FROM-TO")
-      .type_name("MESHES")
-      .group("Main");
+      .type_name("MESHES");
   command
       .add_option("-c,--count", options->morph.frames,
                   "morph: frames of each morph, ends included (9)")
       .range(2, 10000)
-      .type_name("N")
-      .group("Main");
+      .type_name("N");
   command
       .add_option("--fail-on", options->limits,
                   "morph: a limit that must hold for every pair, as \"map_error<=0.09\"")
       .type_name("LIMIT")
-      .one_value_each()
-      .group("Main");
+      .one_value_each();
   add_overrides(command, options->sets);
   add_json(command, options->json);
   set_action(line, command, [&line, options] { return run_bench(line, *options); });

@@ -181,16 +181,13 @@ void add_cache(CommandLine& line) {
   command.add_option("verb", options->verb, "ls, verify, gc (remove the oldest) or clear")
       .required()
       .choices({"ls", "verify", "gc", "clear"})
-      .type_name("VERB")
-      .group("Main");
+      .type_name("VERB");
   command
       .add_option("--max-size", options->max_size,
                   "gc: keep at most this much: bytes, or with K, M, G or T (1024 each)")
-      .type_name("SIZE")
-      .group("Main");
+      .type_name("SIZE");
   command.add_option("--max-age", options->max_age, "gc: keep nothing older, e.g. 30d")
-      .type_name("AGE")
-      .group("Main");
+      .type_name("AGE");
   add_json(command, options->json);
   line.verbs["cache"] = cache_verbs();
   set_action(line, command, [&line, options] { return run_cache(line, *options); });

@@ -222,7 +222,7 @@ void add_limits(Command command, Tolerance& t) {
   constexpr double kMax = 1e30;  // practically no limit
   const auto add = [&](const char* name, float& value, double highest, const char* type,
                        const std::string& what) {
-    command.add_option(name, value, what).range(0.0, highest).type_name(type).group("Main");
+    command.add_option(name, value, what).range(0.0, highest).type_name(type);
   };
   add("--fail", t.fail, kMax, "X",
       fmt::format(
@@ -257,13 +257,11 @@ void add_compare(CommandLine& line) {
                   "  4 cannot write");
   command.add_option("actual", options->actual, "image or model, or a sequence of them with ####")
       .required()
-      .type_name("ACTUAL")
-      .group("Main");
+      .type_name("ACTUAL");
   command
       .add_option("reference", options->reference, "the image, model or sequence to compare with")
       .required()
-      .type_name("REFERENCE")
-      .group("Main");
+      .type_name("REFERENCE");
   add_limits(command, options->tolerance);
   command
       .add_option("--diff", options->difference,

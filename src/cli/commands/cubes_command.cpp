@@ -68,8 +68,7 @@ void add_cubes(CommandLine& line) {
       .add_option("key", options->key,
                   "only this one of the 256: the sum of its inside corners' weights")
       .range(0, 255)
-      .type_name("KEY")
-      .group("Main");
+      .type_name("KEY");
   add_json(command, options->json);
   set_action(line, command, [options] { return run_cubes(options->key, options->json); });
 }

@@ -103,10 +103,8 @@ void add_schema(CommandLine& line) {
   Command command = add_command(line, "schema", "Print the JSON Schema of scene files.",
                                 "  polymorph schema > scene.schema.json\n  polymorph schema --keys",
                                 "  0 printed");
-  command
-      .add_flag("--keys", *keys,
-                "print what --set takes instead: KEY=, or KEY=VALUE where values are words")
-      .group("Main");
+  command.add_flag("--keys", *keys,
+                   "print what --set takes instead: KEY=, or KEY=VALUE where values are words");
   set_action(line, command, [keys]() -> Result<int> {
     if (*keys)
       for (const std::string& assignment : list_assignments()) print_data("{}\n", assignment);

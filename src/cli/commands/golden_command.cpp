@@ -407,45 +407,36 @@ void add_golden(CommandLine& line) {
                   "hash: print the SHA-256 of each frame's pixels, of suites or SCENE.json")
       .required()
       .choices({"test", "new", "update", "accept", "merge", "list", "hash"})
-      .type_name("VERB")
-      .group("Main");
+      .type_name("VERB");
   command
       .add_option("suite", options->suites,
                   "suites; default: all. new: its name and scene; accept: the report, then suites; "
                   "merge: reports; hash: also scenes")
-      .type_name("SUITE")
-      .group("Main");
+      .type_name("SUITE");
   command.add_option("--root", options->root, "folder of the suites; default: golden_frames")
-      .type_name("DIR")
-      .group("Main");
+      .type_name("DIR");
   command
       .add_option("--failures", options->failures,
                   "folder for failing frames; default: frames in the report, else "
                   "golden-failures")
-      .type_name("DIR")
-      .group("Main");
+      .type_name("DIR");
   command
       .add_option("-f,--frames", options->frames,
                   "new: its frames, as in 1,12,24; accept: these frames; default: all that failed")
-      .type_name("FRAMES")
-      .group("Main");
+      .type_name("FRAMES");
   command
       .add_option("--reason", options->reason,
                   "reason for changed golden frames; goes to CHANGES.md")
-      .type_name("TEXT")
-      .group("Main");
+      .type_name("TEXT");
   command.add_option("-o,--output", options->output, "merge: the folder of the new report")
       .type_name("DIR")
       .group("Output");
-  command
-      .add_flag("--any-program", options->any_program,
-                "accept: also what another build of polymorph rendered")
-      .group("Main");
-  command
-      .add_flag("--bits", options->bits,
-                "test: render in all ways that must not matter (threads, shards, caches, resumed) "
-                "and compare the bits with each other")
-      .group("Main");
+  command.add_flag("--any-program", options->any_program,
+                   "accept: also what another build of polymorph rendered");
+  command.add_flag(
+      "--bits", options->bits,
+      "test: render in all ways that must not matter (threads, shards, caches, resumed) "
+      "and compare the bits with each other");
   add_report(command, options->report);
   add_json(command, options->json);
   line.verbs["golden"] = golden_verbs();

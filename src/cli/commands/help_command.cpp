@@ -30,8 +30,7 @@ void add_help(CommandLine& line) {
   command
       .add_option("command", *words,
                   "the command, perhaps with its verb; default: all of them in a list")
-      .type_name("COMMAND")
-      .group("Main");
+      .type_name("COMMAND");
   set_action(line, command, [&line, words] { return run_help(line, *words); });
 }
 

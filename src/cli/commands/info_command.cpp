@@ -116,26 +116,21 @@ void add_info(CommandLine& line) {
       .add_option("input", options->input,
                   "a scene (.json), a model, a mesh sequence (seq.####.obj) or an image")
       .required()
-      .type_name("FILE")
-      .group("Main");
-  command
-      .add_flag("--timeline", options->timeline,
-                "one line per frame of a scene on what it shows; --json: with all stages")
-      .group("Main");
+      .type_name("FILE");
+  command.add_flag("--timeline", options->timeline,
+                   "one line per frame of a scene on what it shows; --json: with all stages");
   command
       .add_option(
           "--show", options->show,
           "plan: for each leg of a scene, its rotation and balls, and which limb becomes which")
       .choices({"plan"})
-      .type_name("WHAT")
-      .group("Main");
+      .type_name("WHAT");
   command
       .add_option("-o,--output", options->output,
                   "picture of the objects for --show plan, .png or .exr: each point has the colour "
                   "of the place that it comes from")
-      .type_name("FILE")
-      .group("Main");
-  add_overwrite(command, line.common).group("Main");
+      .type_name("FILE");
+  add_overwrite(command, line.common);
   add_overrides(command, options->sets);
   add_json(command, options->json);
   set_action(line, command, [&line, options] { return run_info(line, *options); });

@@ -58,12 +58,10 @@ void add_init(CommandLine& line) {
                   "model files: the source, any objects on the way, the target")
       .required()
       .count(2, 100)
-      .type_name("MODEL MODEL...")
-      .group("Main");
+      .type_name("MODEL MODEL...");
   command.add_option("-o,--output", options->output, "the scene file (scene.json)")
-      .type_name("FILE")
-      .group("Main");
-  add_overwrite(command, line.common).group("Main");
+      .type_name("FILE");
+  add_overwrite(command, line.common);
   set_action(line, command, [&line, options] { return run_init(line, *options); });
 }
 

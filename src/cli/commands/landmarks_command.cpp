@@ -89,18 +89,14 @@ void add_landmarks(CommandLine& line) {
       "  polymorph landmarks scene.json --html landmarks.html",
       "  0 written   2 usage   3 bad scene or model   4 cannot write   5 device or memory\n"
       "  130, 143 stopped by a signal");
-  command.add_option("scene", options->scene, "a scene .json")
-      .required()
-      .type_name("SCENE")
-      .group("Main");
+  command.add_option("scene", options->scene, "a scene .json").required().type_name("SCENE");
   command
       .add_option("--html", options->html,
                   "a page that shows both objects of each leg and on which pins are set; "
                   "default: print tips of limbs, matched ones in one line")
-      .type_name("FILE")
-      .group("Main");
+      .type_name("FILE");
   add_overrides(command, options->sets);
-  add_overwrite(command, line.common).group("Main");
+  add_overwrite(command, line.common);
   add_json(command, options->json);
   set_action(line, command, [&line, options] { return run_landmarks(line, *options); });
 }

@@ -58,8 +58,7 @@ void add_completion(CommandLine& line) {
   command.add_option("shell", options->shell, "bash, zsh or fish")
       .required()
       .choices({"bash", "zsh", "fish"})
-      .type_name("SHELL")
-      .group("Main");
+      .type_name("SHELL");
   set_action(line, command, [&line, options] { return run_completion(line, *options); });
 }
 
@@ -75,12 +74,10 @@ void add_manual(CommandLine& line) {
                   "commands or scene: Markdown, to standard output; man: pages in roff")
       .required()
       .choices({"commands", "scene", "man"})
-      .type_name("WHAT")
-      .group("Main");
+      .type_name("WHAT");
   command.add_option("-o,--output", options->output, "man: the folder for the pages")
-      .type_name("DIR")
-      .group("Main");
-  add_overwrite(command, line.common).group("Main");
+      .type_name("DIR");
+  add_overwrite(command, line.common);
   set_action(line, command, [&line, options] { return run_manual(line, *options); });
 }
 

@@ -82,25 +82,21 @@ void add_merge(CommandLine& line) {
                   "EXR files that render --samples FIRST-LAST/TOTAL wrote, patterns of such files, "
                   "and folders with them, in any order")
       .required()
-      .type_name("PART|DIR...")
-      .group("Main");
+      .type_name("PART|DIR...");
   command
       .add_option("-o,--output", options->settings.output,
                   "frame.####.exr; # is a digit of the frame number")
       .required()
-      .type_name("FILE")
-      .group("Main");
-  command
-      .add_flag("--partial", options->settings.partial,
-                "write a larger part where samples before the first or after the last are missing")
-      .group("Main");
+      .type_name("FILE");
+  command.add_flag(
+      "--partial", options->settings.partial,
+      "write a larger part where samples before the first or after the last are missing");
   command
       .add_flag("--draft", options->settings.draft,
                 "write pictures of the samples that there are, to look at before the others are "
                 "rendered")
-      .excludes(command.option("--partial"))
-      .group("Main");
-  add_overwrite(command, line.common).group("Main");
+      .excludes(command.option("--partial"));
+  add_overwrite(command, line.common);
   add_json(command, options->json);
   set_action(line, command, [&line, options] { return run_merge(line, *options); });
 }

@@ -406,37 +406,27 @@ void add_mesh(CommandLine& line) {
       "  polymorph mesh scene.json -f 12 -o balls.json",
       "  0 written   2 usage   3 bad scene or model   4 cannot write\n"
       "  5 device or memory   130, 143 stopped by a signal");
-  command.add_option("scene", options->scene, "the scene file")
-      .required()
-      .type_name("SCENE")
-      .group("Main");
+  command.add_option("scene", options->scene, "the scene file").required().type_name("SCENE");
   command
       .add_option("-o,--output", options->output,
                   "morph.usda or morph.glb; surface.####.ply or .obj; .json for the balls")
-      .type_name("FILE")
-      .group("Main");
+      .type_name("FILE");
   command.add_option("--html", options->html, "instead: a page that plays the morph in a browser")
-      .type_name("FILE")
-      .group("Main");
+      .type_name("FILE");
   command
       .add_option("--topology", options->topology,
                   "constant: one mesh carried through a leg, for morph targets; default: changing")
       .choices({"changing", "constant"})
-      .type_name("WHAT")
-      .group("Main");
+      .type_name("WHAT");
   command.add_option("-f,--frames", options->frames, "1-48, 1-48x2, 5-1, 1,5,10-20; default: all")
-      .type_name("LIST")
-      .group("Main");
+      .type_name("LIST");
   command
       .add_option("--error", options->error,
                   "simplify: maximum Hausdorff distance, a share of the diagonal, as 0.02%")
-      .type_name("E")
-      .group("Main");
-  command
-      .add_flag("--quantize", options->quantize,
-                ".glb: 16 bits for positions, 8 for normals, no velocities")
-      .group("Main");
-  add_overwrite(command, line.common).group("Main");
+      .type_name("E");
+  command.add_flag("--quantize", options->quantize,
+                   ".glb: 16 bits for positions, 8 for normals, no velocities");
+  add_overwrite(command, line.common);
   add_overrides(command, options->sets);
   set_action(line, command, [&line, options] { return run_mesh(line, *options); });
 }

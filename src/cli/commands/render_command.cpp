@@ -268,34 +268,25 @@ void add_render(CommandLine& line) {
                   "the scene file, or a mesh sequence as seq.####.obj (also .ply, .stl, .off, "
                   ".glb); with --turntable a model file, too")
       .required()
-      .type_name("SCENE")
-      .group("Main");
+      .type_name("SCENE");
   command
       .add_option("-o,--output", options->output,
                   "frame.####.exr or .png; # is a digit of the frame number")
-      .type_name("FILE")
-      .group("Main");
+      .type_name("FILE");
   command.add_option("-f,--frames", options->frames, "1-48, 1-48x2, 5-1, 1,5,10-20; default: all")
-      .type_name("LIST")
-      .group("Main");
-  command.add_flag("--png", options->png, "a PNG beside each EXR").group("Main");
-  const Option overwrite = add_overwrite(command, line.common).group("Main");
+      .type_name("LIST");
+  command.add_flag("--png", options->png, "a PNG beside each EXR");
+  const Option overwrite = add_overwrite(command, line.common);
   command
       .add_flag("--skip-existing", options->skip_existing,
                 "keep frames whose header says that they are current")
-      .excludes(overwrite)
-      .group("Main");
-  command
-      .add_flag("--watch", options->watch,
-                "render again whenever the scene or a file that it reads changes, until Ctrl-C")
-      .group("Main");
-  command
-      .add_flag("--turntable", options->turntable,
-                "the camera goes once round: round a model (72 frames, of which -f takes "
-                "some), round the one frame that -f names, or while the film runs")
-      .group("Main");
-  command.add_flag("--strict", options->strict, "warnings about models and textures are errors")
-      .group("Main");
+      .excludes(overwrite);
+  command.add_flag("--watch", options->watch,
+                   "render again whenever the scene or a file that it reads changes, until Ctrl-C");
+  command.add_flag("--turntable", options->turntable,
+                   "the camera goes once round: round a model (72 frames, of which -f takes "
+                   "some), round the one frame that -f names, or while the film runs");
+  command.add_flag("--strict", options->strict, "warnings about models and textures are errors");
   add_scene_options(command, options->scene_options);
   command
       .add_option("--samples", options->samples,

@@ -111,13 +111,11 @@ void add_reproduce(CommandLine& line) {
       "  5 device or memory");
   command.add_option("frame", options->frame, "EXR or PNG that render or golden wrote")
       .required()
-      .type_name("FRAME")
-      .group("Main");
+      .type_name("FRAME");
   command
       .add_option("--models", options->models,
                   "folder of the files that the header names; default: the current one")
-      .type_name("DIR")
-      .group("Main");
+      .type_name("DIR");
   command.add_option("-o,--output", options->output, "write the frame as it is rendered now")
       .type_name("FILE")
       .group("Output");

@@ -91,80 +91,62 @@ void add_spheres(CommandLine& line) {
       .add_option("model", options->request.model,
                   "a model file, or sphere, cube, torus, puddle, drops")
       .required()
-      .type_name("MODEL")
-      .group("Main");
+      .type_name("MODEL");
   command.add_option("--method", options->request.method, "medial, hubbard, octree or active")
       .choices({"medial", "hubbard", "octree", "active"})
-      .type_name("NAME")
-      .group("Main");
+      .type_name("NAME");
   Option balls = command.add_option("--balls", options->balls, "number of balls (256)")
                      .range(1, 4096)
-                     .type_name("N")
-                     .group("Main");
+                     .type_name("N");
   Option error =
       command
           .add_option("--error", options->error,
                       "fewest balls within this Hausdorff distance, a share of the diagonal")
           .range(1e-4, 0.5)
-          .type_name("E")
-          .group("Main");
+          .type_name("E");
   error.excludes(balls);
   command
       .add_option("--resolution", options->resolution,
                   "resolution of octree and active: 2^(R-1) cells per axis")
       .range(1, 9)
-      .type_name("R")
-      .group("Main");
+      .type_name("R");
   command
       .add_option("--root-margin", options->root_margin,
                   "share by which the root cube of octree and active exceeds the model (0)")
       .range(0.0, 1.0)
-      .type_name("M")
-      .group("Main");
+      .type_name("M");
   const Option fit = command.add_option("--fit", options->request.fit, "ellipsoid or round balls")
                          .choices({"ellipsoid", "round"})
-                         .type_name("KIND")
-                         .group("Main");
+                         .type_name("KIND");
   command.add_flag("--no-fit", options->no_fit, "balls straight from the spheres, as in the report")
-      .excludes(fit)
-      .group("Main");
-  command
-      .add_flag("--no-measure", options->no_measure,
-                "make the spheres and balls, but do not measure how well they fit")
-      .group("Main");
+      .excludes(fit);
+  command.add_flag("--no-measure", options->no_measure,
+                   "make the spheres and balls, but do not measure how well they fit");
   command.add_option("--inside", options->inside, "inside test: winding or parity")
       .choices({"winding", "parity"})
-      .type_name("TEST")
-      .group("Main");
-  command.add_flag("--solidify", options->solidify, "fill cavities and close holes first")
-      .group("Main");
+      .type_name("TEST");
+  command.add_flag("--solidify", options->solidify, "fill cavities and close holes first");
   command
       .add_option("--grid", options->request.grid,
                   "cells along the longest side, for the surface (192)")
       .range(8, 4096)
-      .type_name("N")
-      .group("Main");
+      .type_name("N");
   command.add_option("-o,--output", options->request.output, "picture: model | spheres | surface")
-      .type_name("FILE")
-      .group("Main");
+      .type_name("FILE");
   command.add_option("--width", options->request.width, "width of each of the three pictures (480)")
       .range(16, 8192)
-      .type_name("PIXELS")
-      .group("Main");
+      .type_name("PIXELS");
   command.add_option("--write-balls", options->request.write_balls, "balls as .json or .csv")
-      .type_name("FILE")
-      .group("Main");
+      .type_name("FILE");
   command
       .add_option("--write-surface", options->request.write_surface,
                   "their surface as .obj or .ply")
-      .type_name("FILE")
-      .group("Main");
+      .type_name("FILE");
   command
       .add_option("--write-spheres", options->request.write_spheres,
                   "the spheres as .obj, .ply, or .json with their tree")
-      .type_name("FILE")
-      .group("Main");
-  add_overwrite(command, line.common).group("Main");
+      .type_name("FILE");
+  add_overwrite(command, line.common);
   add_json(command, options->json);
   set_action(line, command, [&line, options] { return run_spheres(line, *options); });
 }

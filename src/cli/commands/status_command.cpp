@@ -178,16 +178,11 @@ void add_status(CommandLine& line) {
                   "pattern that render was given, or its folder where the "
                   "names are the scene's own (frame.####.exr)")
       .required()
-      .type_name("DIR|FRAMES")
-      .group("Main");
-  command.add_option("scene", options->scene, "the scene file")
-      .required()
-      .type_name("SCENE")
-      .group("Main");
+      .type_name("DIR|FRAMES");
+  command.add_option("scene", options->scene, "the scene file").required().type_name("SCENE");
   command.add_option("-f,--frames", options->frames, "these frames alone; default: all")
-      .type_name("LIST")
-      .group("Main");
-  command.add_flag("--png", options->png, "a frame is whole only with its PNG").group("Main");
+      .type_name("LIST");
+  command.add_flag("--png", options->png, "a frame is whole only with its PNG");
   add_scene_options(command, options->scene_options);
   add_json(command, options->json);
   set_action(line, command, [&line, options] { return run_status(line, *options); });

@@ -275,66 +275,48 @@ void add_strip(CommandLine& line) {
       "  5 device or memory   130, 143 stopped by a signal");
   command.add_option("input", options->input, "a scene file, or existing frames with ####")
       .required()
-      .type_name("SCENE|FRAMES")
-      .group("Main");
-  command.add_option("-o,--output", options->output, "the sheet: .png or .exr")
-      .type_name("FILE")
-      .group("Main");
+      .type_name("SCENE|FRAMES");
+  command.add_option("-o,--output", options->output, "the sheet: .png or .exr").type_name("FILE");
   command.add_option("-c,--count", options->count, "cells, evenly spread over the sequence (8)")
       .range(1, 1000)
-      .type_name("N")
-      .group("Main");
+      .type_name("N");
   command
       .add_option("--by", options->by,
                   "spread the cells by time, or by how much the picture changes (time)")
       .choices({"time", "change"})
-      .type_name("WHAT")
-      .group("Main");
+      .type_name("WHAT");
   command
       .add_option("--show", options->show,
                   "scene, or plan: what becomes what; each point has the colour of the place that "
                   "it comes from (scene)")
       .choices({"scene", "plan"})
-      .type_name("WHAT")
-      .group("Main");
+      .type_name("WHAT");
   command
       .add_option(
           "--matte", options->matte,
           "the coverage of this name in the frames' Cryptomattes, in grey, instead of their "
           "colours; of one image, or with #### in -o, each as a picture of its own")
-      .type_name("NAME")
-      .group("Main");
-  command.add_option("-f,--frames", options->frames, "these frames instead")
-      .type_name("LIST")
-      .group("Main");
+      .type_name("NAME");
+  command.add_option("-f,--frames", options->frames, "these frames instead").type_name("LIST");
   command.add_option("--columns", options->columns, "cells per row (4)")
       .range(1, 1000)
-      .type_name("N")
-      .group("Main");
+      .type_name("N");
   command
       .add_option("--width", options->width, "width of a cell, GIF and movie; default: as rendered")
       .range(16, 32768)
-      .type_name("PIXELS")
-      .group("Main");
+      .type_name("PIXELS");
   command.add_option("--label", options->label, "frame, t or none")
       .choices({"frame", "t", "none"})
-      .type_name("WHAT")
-      .group("Main");
-  command.add_option("--gif", options->gif, "an animated GIF of all frames")
-      .type_name("FILE")
-      .group("Main");
-  command.add_option("--mp4", options->mp4, "a movie of all frames, by ffmpeg")
-      .type_name("FILE")
-      .group("Main");
+      .type_name("WHAT");
+  command.add_option("--gif", options->gif, "an animated GIF of all frames").type_name("FILE");
+  command.add_option("--mp4", options->mp4, "a movie of all frames, by ffmpeg").type_name("FILE");
   command.add_option("--html", options->html, "page that plays a scene in a browser")
-      .type_name("FILE")
-      .group("Main");
+      .type_name("FILE");
   command
       .add_option("--fps", options->fps, "frames per second of GIF and movie; default: the scene's")
       .range(0.1, 100.0)
-      .type_name("F")
-      .group("Main");
-  add_overwrite(command, line.common).group("Main");
+      .type_name("F");
+  add_overwrite(command, line.common);
   add_scene_options(command, options->scene_options);
   set_action(line, command, [&line, options] { return run_strip(line, *options); });
 }

@@ -97,23 +97,16 @@ void add_submit(CommandLine& line) {
   command.add_option("engine", options->engine, "slurm")
       .required()
       .choices({"slurm"})
-      .type_name("ENGINE")
-      .group("Main");
-  command.add_option("scene", options->job.scene, "the scene file")
-      .required()
-      .type_name("SCENE")
-      .group("Main");
+      .type_name("ENGINE");
+  command.add_option("scene", options->job.scene, "the scene file").required().type_name("SCENE");
   command
       .add_option("-o,--output", options->job.output,
                   "frame.####.exr or .png on storage that all machines share")
-      .type_name("FILE")
-      .group("Main");
+      .type_name("FILE");
   command.add_option("-f,--frames", options->job.frames, "these frames alone; default: all")
-      .type_name("LIST")
-      .group("Main");
-  command.add_flag("--png", options->job.png, "a PNG beside each EXR").group("Main");
-  command.add_flag("--print", options->print, "print both scripts and submit nothing")
-      .group("Main");
+      .type_name("LIST");
+  command.add_flag("--png", options->job.png, "a PNG beside each EXR");
+  command.add_flag("--print", options->print, "print both scripts and submit nothing");
   add_scene_options(command, options->scene_options);
   add_farm_options(command, options->job);
   set_action(line, command, [&line, options] { return run_submit(line, *options); });
