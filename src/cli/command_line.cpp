@@ -51,57 +51,52 @@ void add_common(Command command, CommonOptions& common, const char* work_group) 
   const auto add = [](Option option) { option.group("Common"); };
   const auto add_work_option = [&](Option option) { option.group(work_group); };
   add(command
-          .add_option("-t,--threads", common.threads,
+          .add_option("-t,--threads", common.threads, "N",
                       "threads; 0 = all this process may use (env POLYMORPH_THREADS)")
           .environment("POLYMORPH_THREADS")
-          .range(0, 4096)
-          .type_name("N"));
+          .range(0, 4096));
   add_work_option(command
-                      .add_option("--device", common.device,
+                      .add_option("--device", common.device, "DEVICE",
                                   "cpu, cuda, cuda:1 or auto; for films also several, as "
                                   "cuda:0,cuda:1, or cuda:all (env POLYMORPH_DEVICE)")
-                      .environment("POLYMORPH_DEVICE")
-                      .type_name("DEVICE"));
+                      .environment("POLYMORPH_DEVICE"));
   add_work_option(
       command
           .add_option(
-              "--max-memory", common.max_memory,
+              "--max-memory", common.max_memory, "SIZE",
               "limit on memory, estimated beforehand: bytes, or with K, M or G; 0 = none; default: "
               "what the machine, the cgroup or Slurm gives")
           .environment("POLYMORPH_MAX_MEMORY")
-          .bytes()
-          .type_name("SIZE"));
+          .bytes());
   add_work_option(command
-                      .add_option("--cache-dir", common.cache_dir,
+                      .add_option("--cache-dir", common.cache_dir, "DIR",
                                   "folder of the cache (env POLYMORPH_CACHE_DIR)")
-                      .environment("POLYMORPH_CACHE_DIR")
-                      .type_name("DIR"));
+                      .environment("POLYMORPH_CACHE_DIR"));
   add_work_option(
       command.add_flag("--no-cache", common.no_cache, "neither read nor write the cache"));
   add(command.add_flag("-q,--quiet", common.quiet, "only warnings and errors"));
   add(command.add_flag("-v,--verbose", common.verbose, "say more"));
-  add(command.add_option("--color", common.color, "auto, always or never (NO_COLOR is respected)")
-          .environment("POLYMORPH_COLOR")
-          .choices({"auto", "always", "never"})
-          .type_name("WHEN"));
-  add(command.add_option("--progress", common.progress, "auto, bar, lines, json, openjd or none")
-          .environment("POLYMORPH_PROGRESS")
-          .choices({"auto", "bar", "lines", "json", "openjd", "none"})
-          .type_name("HOW"));
-  add(command.add_option("--log-file", common.log_file, "write the log there, too")
-          .environment("POLYMORPH_LOG_FILE")
-          .type_name("FILE"));
   add(command
-          .add_option("--log-format", common.log_format,
+          .add_option("--color", common.color, "WHEN",
+                      "auto, always or never (NO_COLOR is respected)")
+          .environment("POLYMORPH_COLOR")
+          .choices({"auto", "always", "never"}));
+  add(command
+          .add_option("--progress", common.progress, "HOW",
+                      "auto, bar, lines, json, openjd or none")
+          .environment("POLYMORPH_PROGRESS")
+          .choices({"auto", "bar", "lines", "json", "openjd", "none"}));
+  add(command.add_option("--log-file", common.log_file, "FILE", "write the log there, too")
+          .environment("POLYMORPH_LOG_FILE"));
+  add(command
+          .add_option("--log-format", common.log_format, "FMT",
                       "text or json, on standard error and in --log-file")
           .environment("POLYMORPH_LOG_FORMAT")
-          .choices({"text", "json"})
-          .type_name("FMT"));
+          .choices({"text", "json"}));
   add(command
-          .add_option("--config", common.config,
+          .add_option("--config", common.config, "FILE",
                       "defaults of options, in TOML (env POLYMORPH_CONFIG; docs/settings.md)")
-          .environment("POLYMORPH_CONFIG")
-          .type_name("FILE"));
+          .environment("POLYMORPH_CONFIG"));
 }
 
 /// Tests whether the file is a JSON report of `render`. A run that is resumed replaces the report
@@ -240,8 +235,9 @@ Option add_overwrite(Command command, CommonOptions& common) {
 }
 
 void add_overrides(Command command, std::vector<std::string>& texts) {
-  command.add_option("--set", texts, "change a setting of the scene: --set image.samples=64")
-      .type_name("KEY=VALUE")
+  command
+      .add_option("--set", texts, "KEY=VALUE",
+                  "change a setting of the scene: --set image.samples=64")
       .one_value_each()
       .group("Scene");
 }
@@ -260,8 +256,9 @@ Result<std::vector<Override>> parse_overrides(const std::vector<std::string>& te
 
 void add_json(Command command, JsonOutput& json) {
   const auto use = [&json](const std::string& file) { json = {true, file == "-" ? "" : file}; };
-  command.add_optional_value("--json", use, "-", "report as JSON, to FILE or to standard output")
-      .type_name("[FILE]")
+  command
+      .add_optional_value("--json", use, "[FILE]", "-",
+                          "report as JSON, to FILE or to standard output")
       .group("Output");
 }
 

@@ -163,10 +163,6 @@ const CLI::Option* chosen_option(const CLI::App& program, const char* name) {
 
 }  // namespace
 
-Option& Option::type_name(const char* name) {
-  option_->type_name(name);
-  return *this;
-}
 Option& Option::group(const char* name) {
   option_->group(name);
   return *this;
@@ -222,20 +218,27 @@ Option& Option::real_range(double low, double high) {
 }
 
 template <class T>
-Option Command::add_option(const std::string& names, T& value,
+Option Command::add_option(const std::string& names, T& value, const char* value_name,
                            const std::string& description) const {
-  return Option(app_->add_option(names, value, description)->group(kDefaultGroup));
+  CLI::Option* option = app_->add_option(names, value, description);
+  return Option(option->type_name(value_name)->group(kDefaultGroup));
 }
-template Option Command::add_option(const std::string&, std::string&, const std::string&) const;
-template Option Command::add_option(const std::string&, std::filesystem::path&,
+template Option Command::add_option(const std::string&, std::string&, const char*,
                                     const std::string&) const;
-template Option Command::add_option(const std::string&, std::vector<std::string>&,
+template Option Command::add_option(const std::string&, std::filesystem::path&, const char*,
                                     const std::string&) const;
-template Option Command::add_option(const std::string&, int&, const std::string&) const;
-template Option Command::add_option(const std::string&, long long&, const std::string&) const;
-template Option Command::add_option(const std::string&, std::uint64_t&, const std::string&) const;
-template Option Command::add_option(const std::string&, float&, const std::string&) const;
-template Option Command::add_option(const std::string&, double&, const std::string&) const;
+template Option Command::add_option(const std::string&, std::vector<std::string>&, const char*,
+                                    const std::string&) const;
+template Option Command::add_option(const std::string&, int&, const char*,
+                                    const std::string&) const;
+template Option Command::add_option(const std::string&, long long&, const char*,
+                                    const std::string&) const;
+template Option Command::add_option(const std::string&, std::uint64_t&, const char*,
+                                    const std::string&) const;
+template Option Command::add_option(const std::string&, float&, const char*,
+                                    const std::string&) const;
+template Option Command::add_option(const std::string&, double&, const char*,
+                                    const std::string&) const;
 
 Option Command::add_flag(const std::string& names, bool& value,
                          const std::string& description) const {
@@ -247,9 +250,11 @@ Option Command::add_flag(const std::string& names, int& value,
 }
 Option Command::add_optional_value(const std::string& name,
                                    std::function<void(const std::string&)> use,
-                                   const char* fallback, const std::string& description) const {
+                                   const char* value_name, const char* fallback,
+                                   const std::string& description) const {
   CLI::Option* option = app_->add_option_function<std::string>(name, std::move(use), description);
-  return Option(option->expected(0, 1)->default_str(fallback)->group(kDefaultGroup));
+  option->expected(0, 1)->default_str(fallback)->type_name(value_name);
+  return Option(option->group(kDefaultGroup));
 }
 Option Command::option(const char* name) const { return Option(app_->get_option(name)); }
 bool Command::has_option(const char* name) const { return app_->get_option_no_throw(name); }

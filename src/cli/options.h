@@ -20,13 +20,12 @@ class Option;
 namespace polymorph {
 
 /// Handle to an option. Its properties are set in a chain of calls:
-/// command.add_option("--columns", columns, "cells per row (4)").range(1, 1000).type_name("N");
+/// command.add_option("--columns", columns, "N", "cells per row (4)").range(1, 1000);
 class Option {
  public:
   explicit Option(CLI::Option* option) : option_(option) {}
 
-  Option& type_name(const char* name);  ///< name of its value in help: "FILE"
-  Option& group(const char* name);      ///< its heading in help; default: "Main"
+  Option& group(const char* name);  ///< its heading in help; default: "Main"
   Option& required();
   Option& environment(const char* variable);  ///< read if the option is not given
   Option& excludes(const Option& other);
@@ -59,16 +58,18 @@ class Command {
 
   /// Adds an option, or a positional argument if its name has no dashes ("scene"). `value` is a
   /// string, path, number or list of strings. It holds the default and must outlive the command's
-  /// run.
+  /// run. `value_name` is the name of the value in help: "FILE".
   template <class T>
-  Option add_option(const std::string& names, T& value, const std::string& description) const;
+  Option add_option(const std::string& names, T& value, const char* value_name,
+                    const std::string& description) const;
   Option add_flag(const std::string& names, bool& value, const std::string& description) const;
   /// Adds a flag; `value` counts its occurrences.
   Option add_flag(const std::string& names, int& value, const std::string& description) const;
   /// Adds an option with an optional value, which defaults to `fallback`. Parsing calls `use` with
   /// the value.
   Option add_optional_value(const std::string& name, std::function<void(const std::string&)> use,
-                            const char* fallback, const std::string& description) const;
+                            const char* value_name, const char* fallback,
+                            const std::string& description) const;
   /// Returns the option of this name, which must exist.
   Option option(const char* name) const;
   bool has_option(const char* name) const;

@@ -7,15 +7,12 @@ namespace polymorph {
 
 void add_report(Command command, ReportOptions& options) {
   command
-      .add_option("--report", options.folder,
+      .add_option("--report", options.folder, "DIR",
                   "index.html, junit.xml, report.json, and a picture of each failure")
-      .type_name("DIR")
       .group("Output");
-  command.add_option("--html", options.html, "the page alone: one file, opens from disk")
-      .type_name("FILE")
+  command.add_option("--html", options.html, "FILE", "the page alone: one file, opens from disk")
       .group("Output");
-  command.add_option("--junit", options.junit, "JUnit XML, a test case per frame")
-      .type_name("FILE")
+  command.add_option("--junit", options.junit, "FILE", "JUnit XML, a test case per frame")
       .group("Output");
 }
 

@@ -49,17 +49,15 @@ void add_scene_options(Command command, SceneOptions& options) {
       "--draft", options.draft,
       "a preview in half the time: a coarser surface, one sample of direct light from the "
       "lights' centres, and a sky that nothing hides");
-  command.add_option("--spp", options.samples, "samples per pixel")
+  command.add_option("--spp", options.samples, "N", "samples per pixel")
       .range(1, 65536)
-      .type_name("N")
       .group("Scene");
   command
-      .add_option("--display", options.view.display,
+      .add_option("--display", options.view.display, "NAME",
                   "display of $OCIO's config that PNGs, strips, GIFs and movies are made for")
-      .type_name("NAME")
       .group("Scene");
-  command.add_option("--view", options.view.view, "view of that display; default: its first")
-      .type_name("NAME")
+  command
+      .add_option("--view", options.view.view, "NAME", "view of that display; default: its first")
       .group("Scene");
   add_overrides(command, options.sets);
 }

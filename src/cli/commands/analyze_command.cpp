@@ -140,29 +140,27 @@ void add_analyze(CommandLine& line) {
       "  0 measured, every limit holds   1 a limit does not hold   2 usage\n"
       "  3 bad scene, model or meshes   4 cannot write   5 device or memory\n"
       "  130, 143 stopped by a signal");
-  command.add_option("input", options->input, "a scene .json, or meshes as seq.####.obj")
-      .required()
-      .type_name("SCENE|MESHES");
-  command.add_option("--html", options->html, "a page with numbers and curves").type_name("FILE");
-  command.add_option("--csv", options->csv, "a line per frame").type_name("FILE");
   command
-      .add_option("--fail-on", options->limits,
+      .add_option("input", options->input, "SCENE|MESHES",
+                  "a scene .json, or meshes as seq.####.obj")
+      .required();
+  command.add_option("--html", options->html, "FILE", "a page with numbers and curves");
+  command.add_option("--csv", options->csv, "FILE", "a line per frame");
+  command
+      .add_option("--fail-on", options->limits, "LIMIT",
                   "a limit that must hold in every morph, as \"pop<=2\"; else exit code 1")
-      .type_name("LIMIT")
       .one_value_each();
   command
-      .add_option("-c,--count", options->frames,
+      .add_option("-c,--count", options->frames, "N",
                   "frames of each morph of a scene, ends included; default: as it has")
-      .range(0, 10000)
-      .type_name("N");
-  command
-      .add_option("--truth", options->truth,
-                  "points of the models that belong together, which the morph is judged by (JSON)")
-      .type_name("FILE");
-  command.add_option("--source", options->source, "meshes: the object they start from (OBJ)")
-      .type_name("FILE");
-  command.add_option("--target", options->target, "meshes: the object they arrive at (OBJ)")
-      .type_name("FILE");
+      .range(0, 10000);
+  command.add_option(
+      "--truth", options->truth, "FILE",
+      "points of the models that belong together, which the morph is judged by (JSON)");
+  command.add_option("--source", options->source, "FILE",
+                     "meshes: the object they start from (OBJ)");
+  command.add_option("--target", options->target, "FILE",
+                     "meshes: the object they arrive at (OBJ)");
   add_overrides(command, options->sets);
   add_json(command, options->json);
   set_action(line, command, [&line, options] { return run_analyze(line, *options); });

@@ -78,53 +78,39 @@ void add_bench(CommandLine& line) {
                   "  0 measured   1 a limit does not hold   2 usage   3 bad file, model or meshes\n"
                   "  5 device or memory");
   command
-      .add_option("what", options->settings.what,
+      .add_option("what", options->settings.what, "WHAT",
                   "surface, report (its Table 6.7 and Graph 6.1), render (which needs a surface "
                   "first), all "
                   "of these, or morph: pairs of models with true points")
-      .choices({"surface", "report", "render", "all", "morph"})
-      .type_name("WHAT");
-  command
-      .add_option("truth", options->truth,
-                  "morph: a file of pairs with true points, or a folder with a truth.json")
-      .type_name("TRUTH");
-  command.add_option("--torus", options->settings.balls, "balls on the torus (1032)")
-      .range(1, 1000000)
-      .type_name("N");
-  command
-      .add_option("--balls", options->settings.ball_file,
-                  "balls from a JSON file instead of the torus")
-      .type_name("FILE");
-  command.add_option("--grid", options->settings.grid, "grid points along an axis (128)")
-      .range(8, 4096)
-      .type_name("N");
+      .choices({"surface", "report", "render", "all", "morph"});
+  command.add_option("truth", options->truth, "TRUTH",
+                     "morph: a file of pairs with true points, or a folder with a truth.json");
+  command.add_option("--torus", options->settings.balls, "N", "balls on the torus (1032)")
+      .range(1, 1000000);
+  command.add_option("--balls", options->settings.ball_file, "FILE",
+                     "balls from a JSON file instead of the torus");
+  command.add_option("--grid", options->settings.grid, "N", "grid points along an axis (128)")
+      .range(8, 4096);
   std::vector<std::string> fields;
   for (const FieldKind kind : kFieldKinds) fields.emplace_back(field_name(kind));
   command
       .add_option(
-          "--field", options->settings.field,
+          "--field", options->settings.field, "FIELD",
           fmt::format("field function of the balls: {} (gaussian)", fmt::join(fields, ", ")))
-      .choices(fields)
-      .type_name("FIELD");
-  command.add_option("--spp", options->settings.samples, "samples per pixel (16)")
-      .range(1, 65536)
-      .type_name("N");
-  command.add_option("--repeats", options->settings.repeats, "runs after the first (7)")
-      .range(1, 1000)
-      .type_name("N");
+      .choices(fields);
+  command.add_option("--spp", options->settings.samples, "N", "samples per pixel (16)")
+      .range(1, 65536);
+  command.add_option("--repeats", options->settings.repeats, "N", "runs after the first (7)")
+      .range(1, 1000);
+  command.add_option("--meshes", options->morph.meshes, "MESHES",
+                     "morph: another program's meshes, {pair} standing for FROM-TO");
   command
-      .add_option("--meshes", options->morph.meshes,
-                  "morph: another program's meshes, {pair} standing for FROM-TO")
-      .type_name("MESHES");
-  command
-      .add_option("-c,--count", options->morph.frames,
+      .add_option("-c,--count", options->morph.frames, "N",
                   "morph: frames of each morph, ends included (9)")
-      .range(2, 10000)
-      .type_name("N");
+      .range(2, 10000);
   command
-      .add_option("--fail-on", options->limits,
+      .add_option("--fail-on", options->limits, "LIMIT",
                   "morph: a limit that must hold for every pair, as \"map_error<=0.09\"")
-      .type_name("LIMIT")
       .one_value_each();
   add_overrides(command, options->sets);
   add_json(command, options->json);

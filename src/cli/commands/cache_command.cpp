@@ -178,16 +178,12 @@ void add_cache(CommandLine& line) {
       "  polymorph cache ls\n  polymorph cache verify\n"
       "  polymorph cache gc --max-size 1G --max-age 30d\n  polymorph cache clear",
       "  0 done   1 verify found a bad file   2 usage   4 a file cannot be removed");
-  command.add_option("verb", options->verb, "ls, verify, gc (remove the oldest) or clear")
+  command.add_option("verb", options->verb, "VERB", "ls, verify, gc (remove the oldest) or clear")
       .required()
-      .choices({"ls", "verify", "gc", "clear"})
-      .type_name("VERB");
-  command
-      .add_option("--max-size", options->max_size,
-                  "gc: keep at most this much: bytes, or with K, M, G or T (1024 each)")
-      .type_name("SIZE");
-  command.add_option("--max-age", options->max_age, "gc: keep nothing older, e.g. 30d")
-      .type_name("AGE");
+      .choices({"ls", "verify", "gc", "clear"});
+  command.add_option("--max-size", options->max_size, "SIZE",
+                     "gc: keep at most this much: bytes, or with K, M, G or T (1024 each)");
+  command.add_option("--max-age", options->max_age, "AGE", "gc: keep nothing older, e.g. 30d");
   add_json(command, options->json);
   line.verbs["cache"] = cache_verbs();
   set_action(line, command, [&line, options] { return run_cache(line, *options); });

@@ -216,7 +216,7 @@ void add_check(CommandLine& line) {
       add_command(line, "check", "Say everything that is wrong with a scene; render nothing.",
                   "  polymorph check scene.json\n  polymorph check scene.json --strict --json",
                   "  0 good   1 errors were found (with --strict: or warnings)   2 usage");
-  command.add_option("scene", options->scene, "the scene file").required().type_name("SCENE");
+  command.add_option("scene", options->scene, "SCENE", "the scene file").required();
   command.add_flag("--strict", options->strict, "warnings count as errors");
   command.add_flag("--fit", options->fit, "fit the balls, too, and say how well they fit");
   add_overrides(command, options->sets);

@@ -222,7 +222,7 @@ void add_limits(Command command, Tolerance& t) {
   constexpr double kMax = 1e30;  // practically no limit
   const auto add = [&](const char* name, float& value, double highest, const char* type,
                        const std::string& what) {
-    command.add_option(name, value, what).range(0.0, highest).type_name(type);
+    command.add_option(name, value, type, what).range(0.0, highest);
   };
   add("--fail", t.fail, kMax, "X",
       fmt::format(
@@ -255,18 +255,18 @@ void add_compare(CommandLine& line) {
                   "  polymorph compare 'a/seq.####.obj' 'b/seq.####.obj'",
                   "  0 within the limits   1 different   2 usage   3 unreadable image\n"
                   "  4 cannot write");
-  command.add_option("actual", options->actual, "image or model, or a sequence of them with ####")
-      .required()
-      .type_name("ACTUAL");
   command
-      .add_option("reference", options->reference, "the image, model or sequence to compare with")
-      .required()
-      .type_name("REFERENCE");
+      .add_option("actual", options->actual, "ACTUAL",
+                  "image or model, or a sequence of them with ####")
+      .required();
+  command
+      .add_option("reference", options->reference, "REFERENCE",
+                  "the image, model or sequence to compare with")
+      .required();
   add_limits(command, options->tolerance);
   command
-      .add_option("--diff", options->difference,
+      .add_option("--diff", options->difference, "FILE",
                   "write reference | actual | difference of what fails")
-      .type_name("FILE")
       .group("Output");
   add_report(command, options->report);
   add_json(command, options->json);

@@ -401,35 +401,27 @@ void add_golden(CommandLine& line) {
                   "  3 bad suite or scene; the others are tested   4 cannot write\n"
                   "  5 device or memory");
   command
-      .add_option("verb", options->verb,
+      .add_option("verb", options->verb, "VERB",
                   "test; new NAME SCENE: make a suite; update: render goldens anew; accept REPORT: "
                   "take a failed run's frames; merge REPORT...: make one report of several; list; "
                   "hash: print the SHA-256 of each frame's pixels, of suites or SCENE.json")
       .required()
-      .choices({"test", "new", "update", "accept", "merge", "list", "hash"})
-      .type_name("VERB");
-  command
-      .add_option("suite", options->suites,
-                  "suites; default: all. new: its name and scene; accept: the report, then suites; "
-                  "merge: reports; hash: also scenes")
-      .type_name("SUITE");
-  command.add_option("--root", options->root, "folder of the suites; default: golden_frames")
-      .type_name("DIR");
-  command
-      .add_option("--failures", options->failures,
-                  "folder for failing frames; default: frames in the report, else "
-                  "golden-failures")
-      .type_name("DIR");
-  command
-      .add_option("-f,--frames", options->frames,
-                  "new: its frames, as in 1,12,24; accept: these frames; default: all that failed")
-      .type_name("FRAMES");
-  command
-      .add_option("--reason", options->reason,
-                  "reason for changed golden frames; goes to CHANGES.md")
-      .type_name("TEXT");
-  command.add_option("-o,--output", options->output, "merge: the folder of the new report")
-      .type_name("DIR")
+      .choices({"test", "new", "update", "accept", "merge", "list", "hash"});
+  command.add_option(
+      "suite", options->suites, "SUITE",
+      "suites; default: all. new: its name and scene; accept: the report, then suites; "
+      "merge: reports; hash: also scenes");
+  command.add_option("--root", options->root, "DIR",
+                     "folder of the suites; default: golden_frames");
+  command.add_option("--failures", options->failures, "DIR",
+                     "folder for failing frames; default: frames in the report, else "
+                     "golden-failures");
+  command.add_option(
+      "-f,--frames", options->frames, "FRAMES",
+      "new: its frames, as in 1,12,24; accept: these frames; default: all that failed");
+  command.add_option("--reason", options->reason, "TEXT",
+                     "reason for changed golden frames; goes to CHANGES.md");
+  command.add_option("-o,--output", options->output, "DIR", "merge: the folder of the new report")
       .group("Output");
   command.add_flag("--any-program", options->any_program,
                    "accept: also what another build of polymorph rendered");

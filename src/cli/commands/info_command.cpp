@@ -113,23 +113,20 @@ void add_info(CommandLine& line) {
                   "  polymorph info frame.0012.exr",
                   "  0 described   2 usage   3 unreadable   4 cannot write   5 device or memory");
   command
-      .add_option("input", options->input,
+      .add_option("input", options->input, "FILE",
                   "a scene (.json), a model, a mesh sequence (seq.####.obj) or an image")
-      .required()
-      .type_name("FILE");
+      .required();
   command.add_flag("--timeline", options->timeline,
                    "one line per frame of a scene on what it shows; --json: with all stages");
   command
       .add_option(
-          "--show", options->show,
+          "--show", options->show, "WHAT",
           "plan: for each leg of a scene, its rotation and balls, and which limb becomes which")
-      .choices({"plan"})
-      .type_name("WHAT");
-  command
-      .add_option("-o,--output", options->output,
-                  "picture of the objects for --show plan, .png or .exr: each point has the colour "
-                  "of the place that it comes from")
-      .type_name("FILE");
+      .choices({"plan"});
+  command.add_option(
+      "-o,--output", options->output, "FILE",
+      "picture of the objects for --show plan, .png or .exr: each point has the colour "
+      "of the place that it comes from");
   add_overwrite(command, line.common);
   add_overrides(command, options->sets);
   add_json(command, options->json);

@@ -89,12 +89,10 @@ void add_landmarks(CommandLine& line) {
       "  polymorph landmarks scene.json --html landmarks.html",
       "  0 written   2 usage   3 bad scene or model   4 cannot write   5 device or memory\n"
       "  130, 143 stopped by a signal");
-  command.add_option("scene", options->scene, "a scene .json").required().type_name("SCENE");
-  command
-      .add_option("--html", options->html,
-                  "a page that shows both objects of each leg and on which pins are set; "
-                  "default: print tips of limbs, matched ones in one line")
-      .type_name("FILE");
+  command.add_option("scene", options->scene, "SCENE", "a scene .json").required();
+  command.add_option("--html", options->html, "FILE",
+                     "a page that shows both objects of each leg and on which pins are set; "
+                     "default: print tips of limbs, matched ones in one line");
   add_overrides(command, options->sets);
   add_overwrite(command, line.common);
   add_json(command, options->json);

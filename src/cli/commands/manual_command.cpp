@@ -55,10 +55,9 @@ void add_completion(CommandLine& line) {
                   "  polymorph completion bash > /etc/bash_completion.d/polymorph\n"
                   "  polymorph completion fish > ~/.config/fish/completions/polymorph.fish",
                   "  0 printed   2 usage");
-  command.add_option("shell", options->shell, "bash, zsh or fish")
+  command.add_option("shell", options->shell, "SHELL", "bash, zsh or fish")
       .required()
-      .choices({"bash", "zsh", "fish"})
-      .type_name("SHELL");
+      .choices({"bash", "zsh", "fish"});
   set_action(line, command, [&line, options] { return run_completion(line, *options); });
 }
 
@@ -70,13 +69,11 @@ void add_manual(CommandLine& line) {
                   "  polymorph manual scene > docs/scene.md\n  polymorph manual man -o man1",
                   "  0 made   2 usage   4 cannot write, exists");
   command
-      .add_option("what", options->what,
+      .add_option("what", options->what, "WHAT",
                   "commands or scene: Markdown, to standard output; man: pages in roff")
       .required()
-      .choices({"commands", "scene", "man"})
-      .type_name("WHAT");
-  command.add_option("-o,--output", options->output, "man: the folder for the pages")
-      .type_name("DIR");
+      .choices({"commands", "scene", "man"});
+  command.add_option("-o,--output", options->output, "DIR", "man: the folder for the pages");
   add_overwrite(command, line.common);
   set_action(line, command, [&line, options] { return run_manual(line, *options); });
 }

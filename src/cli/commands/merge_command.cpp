@@ -78,16 +78,14 @@ void add_merge(CommandLine& line) {
       "  3 samples are missing, given twice, or of different pictures   4 cannot write\n"
       "  75, 130, 143 stopped by a signal: merged frames are whole");
   command
-      .add_option("parts", options->settings.inputs,
+      .add_option("parts", options->settings.inputs, "PART|DIR...",
                   "EXR files that render --samples FIRST-LAST/TOTAL wrote, patterns of such files, "
                   "and folders with them, in any order")
-      .required()
-      .type_name("PART|DIR...");
+      .required();
   command
-      .add_option("-o,--output", options->settings.output,
+      .add_option("-o,--output", options->settings.output, "FILE",
                   "frame.####.exr; # is a digit of the frame number")
-      .required()
-      .type_name("FILE");
+      .required();
   command.add_flag(
       "--partial", options->settings.partial,
       "write a larger part where samples before the first or after the last are missing");

@@ -406,24 +406,19 @@ void add_mesh(CommandLine& line) {
       "  polymorph mesh scene.json -f 12 -o balls.json",
       "  0 written   2 usage   3 bad scene or model   4 cannot write\n"
       "  5 device or memory   130, 143 stopped by a signal");
-  command.add_option("scene", options->scene, "the scene file").required().type_name("SCENE");
+  command.add_option("scene", options->scene, "SCENE", "the scene file").required();
+  command.add_option("-o,--output", options->output, "FILE",
+                     "morph.usda or morph.glb; surface.####.ply or .obj; .json for the balls");
+  command.add_option("--html", options->html, "FILE",
+                     "instead: a page that plays the morph in a browser");
   command
-      .add_option("-o,--output", options->output,
-                  "morph.usda or morph.glb; surface.####.ply or .obj; .json for the balls")
-      .type_name("FILE");
-  command.add_option("--html", options->html, "instead: a page that plays the morph in a browser")
-      .type_name("FILE");
-  command
-      .add_option("--topology", options->topology,
+      .add_option("--topology", options->topology, "WHAT",
                   "constant: one mesh carried through a leg, for morph targets; default: changing")
-      .choices({"changing", "constant"})
-      .type_name("WHAT");
-  command.add_option("-f,--frames", options->frames, "1-48, 1-48x2, 5-1, 1,5,10-20; default: all")
-      .type_name("LIST");
-  command
-      .add_option("--error", options->error,
-                  "simplify: maximum Hausdorff distance, a share of the diagonal, as 0.02%")
-      .type_name("E");
+      .choices({"changing", "constant"});
+  command.add_option("-f,--frames", options->frames, "LIST",
+                     "1-48, 1-48x2, 5-1, 1,5,10-20; default: all");
+  command.add_option("--error", options->error, "E",
+                     "simplify: maximum Hausdorff distance, a share of the diagonal, as 0.02%");
   command.add_flag("--quantize", options->quantize,
                    ".glb: 16 bits for positions, 8 for normals, no velocities");
   add_overwrite(command, line.common);

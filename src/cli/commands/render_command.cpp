@@ -264,17 +264,14 @@ void add_render(CommandLine& line) {
                   "  75 stopped early by SIGUSR1, 130, 143 stopped by another signal: finished\n"
                   "  frames are whole, run again with --skip-existing to go on");
   command
-      .add_option("scene", options->scene,
+      .add_option("scene", options->scene, "SCENE",
                   "the scene file, or a mesh sequence as seq.####.obj (also .ply, .stl, .off, "
                   ".glb); with --turntable a model file, too")
-      .required()
-      .type_name("SCENE");
-  command
-      .add_option("-o,--output", options->output,
-                  "frame.####.exr or .png; # is a digit of the frame number")
-      .type_name("FILE");
-  command.add_option("-f,--frames", options->frames, "1-48, 1-48x2, 5-1, 1,5,10-20; default: all")
-      .type_name("LIST");
+      .required();
+  command.add_option("-o,--output", options->output, "FILE",
+                     "frame.####.exr or .png; # is a digit of the frame number");
+  command.add_option("-f,--frames", options->frames, "LIST",
+                     "1-48, 1-48x2, 5-1, 1,5,10-20; default: all");
   command.add_flag("--png", options->png, "a PNG beside each EXR");
   const Option overwrite = add_overwrite(command, line.common);
   command
@@ -289,22 +286,19 @@ void add_render(CommandLine& line) {
   command.add_flag("--strict", options->strict, "warnings about models and textures are errors");
   add_scene_options(command, options->scene_options);
   command
-      .add_option("--samples", options->samples,
+      .add_option("--samples", options->samples, "FIRST-LAST/TOTAL",
                   "render these samples of each pixel alone, 0-15/64 of 64, to be merged later "
                   "(merge); a number is that of --spp")
       .excludes(command.option("--spp"))
-      .type_name("FIRST-LAST/TOTAL")
       .group("Farm");
   command
-      .add_option("--shard", options->shard,
+      .add_option("--shard", options->shard, "i/N",
                   "this share of the frames: 2/8, or auto from Slurm or MPI")
-      .type_name("i/N")
       .group("Farm");
   command
-      .add_option("-j,--jobs", options->jobs,
+      .add_option("-j,--jobs", options->jobs, "N",
                   "frames rendered in parallel; default: by their size, and up to four on each GPU")
       .range(1, 256)
-      .type_name("N")
       .group("Farm");
   command.add_flag("--keep-going", options->keep_going, "go on after a failed frame; exit code 6")
       .group("Farm");
@@ -313,17 +307,15 @@ void add_render(CommandLine& line) {
                 "say what would be rendered and what it costs; fit and write nothing")
       .group("Farm");
   command
-      .add_option("--heartbeat", options->heartbeat,
+      .add_option("--heartbeat", options->heartbeat, "S",
                   "seconds between lines of the log while no frame is finished (60); 0: none")
       .environment("POLYMORPH_HEARTBEAT")
       .range(0.0, 86400.0)
-      .type_name("S")
       .group("Farm");
   command
-      .add_option("--receipt", options->receipt,
+      .add_option("--receipt", options->receipt, "FILE",
                   "write an in-toto statement: the SHA-256 of the frames and of all that they were "
                   "made from")
-      .type_name("FILE")
       .group("Output");
   command.add_flag("--stats", options->stats, "say where the time went").group("Output");
   add_json(command, options->json);

@@ -88,64 +88,54 @@ void add_spheres(CommandLine& line) {
                   "  0 done   2 usage   3 bad model, or nothing of it is inside\n"
                   "  4 cannot write   5 memory");
   command
-      .add_option("model", options->request.model,
+      .add_option("model", options->request.model, "MODEL",
                   "a model file, or sphere, cube, torus, puddle, drops")
-      .required()
-      .type_name("MODEL");
-  command.add_option("--method", options->request.method, "medial, hubbard, octree or active")
-      .choices({"medial", "hubbard", "octree", "active"})
-      .type_name("NAME");
-  Option balls = command.add_option("--balls", options->balls, "number of balls (256)")
-                     .range(1, 4096)
-                     .type_name("N");
+      .required();
+  command
+      .add_option("--method", options->request.method, "NAME", "medial, hubbard, octree or active")
+      .choices({"medial", "hubbard", "octree", "active"});
+  Option balls =
+      command.add_option("--balls", options->balls, "N", "number of balls (256)").range(1, 4096);
   Option error =
       command
-          .add_option("--error", options->error,
+          .add_option("--error", options->error, "E",
                       "fewest balls within this Hausdorff distance, a share of the diagonal")
-          .range(1e-4, 0.5)
-          .type_name("E");
+          .range(1e-4, 0.5);
   error.excludes(balls);
   command
-      .add_option("--resolution", options->resolution,
+      .add_option("--resolution", options->resolution, "R",
                   "resolution of octree and active: 2^(R-1) cells per axis")
-      .range(1, 9)
-      .type_name("R");
+      .range(1, 9);
   command
-      .add_option("--root-margin", options->root_margin,
+      .add_option("--root-margin", options->root_margin, "M",
                   "share by which the root cube of octree and active exceeds the model (0)")
-      .range(0.0, 1.0)
-      .type_name("M");
-  const Option fit = command.add_option("--fit", options->request.fit, "ellipsoid or round balls")
-                         .choices({"ellipsoid", "round"})
-                         .type_name("KIND");
+      .range(0.0, 1.0);
+  const Option fit =
+      command.add_option("--fit", options->request.fit, "KIND", "ellipsoid or round balls")
+          .choices({"ellipsoid", "round"});
   command.add_flag("--no-fit", options->no_fit, "balls straight from the spheres, as in the report")
       .excludes(fit);
   command.add_flag("--no-measure", options->no_measure,
                    "make the spheres and balls, but do not measure how well they fit");
-  command.add_option("--inside", options->inside, "inside test: winding or parity")
-      .choices({"winding", "parity"})
-      .type_name("TEST");
+  command.add_option("--inside", options->inside, "TEST", "inside test: winding or parity")
+      .choices({"winding", "parity"});
   command.add_flag("--solidify", options->solidify, "fill cavities and close holes first");
   command
-      .add_option("--grid", options->request.grid,
+      .add_option("--grid", options->request.grid, "N",
                   "cells along the longest side, for the surface (192)")
-      .range(8, 4096)
-      .type_name("N");
-  command.add_option("-o,--output", options->request.output, "picture: model | spheres | surface")
-      .type_name("FILE");
-  command.add_option("--width", options->request.width, "width of each of the three pictures (480)")
-      .range(16, 8192)
-      .type_name("PIXELS");
-  command.add_option("--write-balls", options->request.write_balls, "balls as .json or .csv")
-      .type_name("FILE");
+      .range(8, 4096);
+  command.add_option("-o,--output", options->request.output, "FILE",
+                     "picture: model | spheres | surface");
   command
-      .add_option("--write-surface", options->request.write_surface,
-                  "their surface as .obj or .ply")
-      .type_name("FILE");
-  command
-      .add_option("--write-spheres", options->request.write_spheres,
-                  "the spheres as .obj, .ply, or .json with their tree")
-      .type_name("FILE");
+      .add_option("--width", options->request.width, "PIXELS",
+                  "width of each of the three pictures (480)")
+      .range(16, 8192);
+  command.add_option("--write-balls", options->request.write_balls, "FILE",
+                     "balls as .json or .csv");
+  command.add_option("--write-surface", options->request.write_surface, "FILE",
+                     "their surface as .obj or .ply");
+  command.add_option("--write-spheres", options->request.write_spheres, "FILE",
+                     "the spheres as .obj, .ply, or .json with their tree");
   add_overwrite(command, line.common);
   add_json(command, options->json);
   set_action(line, command, [&line, options] { return run_spheres(line, *options); });

@@ -174,14 +174,12 @@ void add_status(CommandLine& line) {
       "  polymorph status 'out/frame.####.exr' scene.json --set image.samples=64 --json",
       "  0 all frames are whole   1 some are not   2 usage   3 bad scene or model");
   command
-      .add_option("frames", options->where,
+      .add_option("frames", options->where, "DIR|FRAMES",
                   "pattern that render was given, or its folder where the "
                   "names are the scene's own (frame.####.exr)")
-      .required()
-      .type_name("DIR|FRAMES");
-  command.add_option("scene", options->scene, "the scene file").required().type_name("SCENE");
-  command.add_option("-f,--frames", options->frames, "these frames alone; default: all")
-      .type_name("LIST");
+      .required();
+  command.add_option("scene", options->scene, "SCENE", "the scene file").required();
+  command.add_option("-f,--frames", options->frames, "LIST", "these frames alone; default: all");
   command.add_flag("--png", options->png, "a frame is whole only with its PNG");
   add_scene_options(command, options->scene_options);
   add_json(command, options->json);
