@@ -203,6 +203,26 @@ int run_action(CommandLine& line) {
   return static_cast<int>(was_stopped ? stop_code() : result.error().code);
 }
 
+/// Checks that all given options are options of this verb. Errors (kUsage): one belongs to another
+/// verb of the command.
+Status check_verb(const CommandLine& line, const std::string& command, const VerbTable& verb) {
+  const std::vector<VerbTable>& verbs = line.verbs.at(command);
+  for (const CommandTable& table : command_tables(line)) {
+    if (table.name != command) continue;
+    for (const OptionRow& option : table.options) {
+      if (option.positional || option.group == "Common") continue;
+      if (is_named(option, verb.options) || !is_given(*line.app, option.names.back().c_str()))
+        continue;
+      std::vector<std::string> others;
+      for (const VerbTable& other : verbs)
+        if (is_named(option, other.options)) others.push_back(other.name);
+      return make_error(ErrorCode::kUsage, "{0} {1} takes no {2} - that is for {0} {3}", command,
+                        verb.name, option.names.front(), fmt::join(others, ", "));
+    }
+  }
+  return Ok{};
+}
+
 /// Remembers odd file names (base/odd_names.h) in the arguments, the environment and the path of
 /// the working folder.
 void remember_names(int argc, char** argv) {
@@ -228,6 +248,23 @@ Command add_command(CommandLine& line, const std::string& name, const std::strin
 
 void set_action(CommandLine& line, Command command, std::function<Result<int>()> action) {
   command.on_chosen([&line, action = std::move(action)] { line.action = action; });
+}
+
+void add_verbs(CommandLine& line, Command command, const std::vector<VerbTable>& verbs) {
+  std::vector<std::string> names;
+  for (const VerbTable& verb : verbs) names.push_back(verb.name);
+  auto chosen = std::make_shared<std::string>();
+  command.add_option("verb", *chosen, "VERB", fmt::format("{}", fmt::join(names, ", ")))
+      .required()
+      .choices(names);
+  line.verbs[command.name()] = verbs;
+  set_action(line, command, [&line, name = command.name(), chosen]() -> Result<int> {
+    const std::vector<VerbTable>& tables = line.verbs.at(name);
+    const auto verb = std::ranges::find(tables, *chosen, &VerbTable::name);
+    PM_CHECK(verb != tables.end());
+    PM_TRY_STATUS(check_verb(line, name, *verb));
+    return verb->action();
+  });
 }
 
 Option add_overwrite(Command command, CommonOptions& common) {
@@ -306,27 +343,6 @@ std::vector<CommandTable> command_tables(const CommandLine& line) {
     if (const auto verbs = line.verbs.find(table.name); verbs != line.verbs.end())
       table.verbs = verbs->second;
   return tables;
-}
-
-Status check_verb(const CommandLine& line, const std::string& command, const std::string& verb) {
-  const std::vector<VerbTable>& verbs = line.verbs.at(command);
-  const auto chosen = std::find_if(verbs.begin(), verbs.end(),
-                                   [&](const VerbTable& table) { return table.name == verb; });
-  PM_CHECK(chosen != verbs.end());
-  for (const CommandTable& table : command_tables(line)) {
-    if (table.name != command) continue;
-    for (const OptionRow& option : table.options) {
-      if (option.positional || option.group == "Common") continue;
-      if (is_named(option, chosen->options) || !is_given(*line.app, option.names.back().c_str()))
-        continue;
-      std::vector<std::string> others;
-      for (const VerbTable& other : verbs)
-        if (is_named(option, other.options)) others.push_back(other.name);
-      return make_error(ErrorCode::kUsage, "{0} {1} takes no {2} - that is for {0} {3}", command,
-                        verb, option.names.front(), fmt::join(others, ", "));
-    }
-  }
-  return Ok{};
 }
 
 int run_program(int argc, char** argv) {

@@ -140,10 +140,7 @@ CommandTable verb_table(const CommandTable& command, const VerbTable& verb) {
     if (option.positional ? option.value == "VERB" || verb.arguments.empty()
                           : !is_named(option, verb.options) && !is_named(option, kSharedByVerbs))
       continue;
-    for (const auto& [name, description] : verb.descriptions)
-      if (option.positional ? option.value == name : is_named(option, {name}))
-        option.description = description;
-    if (option.positional) option.value = verb.arguments;
+    if (option.positional) option.value = verb.arguments, option.description = verb.argument_text;
     table.options.push_back(std::move(option));
   }
   return table;
