@@ -77,22 +77,29 @@ void add_common(Command command, CommonOptions& common, const char* work_group) 
   add(command.add_flag("-q,--quiet", common.quiet, "only warnings and errors"));
   add(command.add_flag("-v,--verbose", common.verbose, "say more"));
   add(command
-          .add_option("--color", common.color, "WHEN",
+          .add_choice("--color", common.color, "WHEN",
+                      {{"auto", ColorMode::kAuto},
+                       {"always", ColorMode::kAlways},
+                       {"never", ColorMode::kNever}},
                       "auto, always or never (NO_COLOR is respected)")
-          .environment("POLYMORPH_COLOR")
-          .choices({"auto", "always", "never"}));
+          .environment("POLYMORPH_COLOR"));
   add(command
-          .add_option("--progress", common.progress, "HOW",
+          .add_choice("--progress", common.progress, "HOW",
+                      {{"auto", ProgressMode::kAuto},
+                       {"bar", ProgressMode::kBar},
+                       {"lines", ProgressMode::kLines},
+                       {"json", ProgressMode::kJson},
+                       {"openjd", ProgressMode::kOpenJd},
+                       {"none", ProgressMode::kNone}},
                       "auto, bar, lines, json, openjd or none")
-          .environment("POLYMORPH_PROGRESS")
-          .choices({"auto", "bar", "lines", "json", "openjd", "none"}));
+          .environment("POLYMORPH_PROGRESS"));
   add(command.add_option("--log-file", common.log_file, "FILE", "write the log there, too")
           .environment("POLYMORPH_LOG_FILE"));
   add(command
-          .add_option("--log-format", common.log_format, "FMT",
+          .add_choice("--log-format", common.log_format, "FMT",
+                      {{"text", LogFormat::kText}, {"json", LogFormat::kJson}},
                       "text or json, on standard error and in --log-file")
-          .environment("POLYMORPH_LOG_FORMAT")
-          .choices({"text", "json"}));
+          .environment("POLYMORPH_LOG_FORMAT"));
   add(command
           .add_option("--config", common.config, "FILE",
                       "defaults of options, in TOML (env POLYMORPH_CONFIG; docs/settings.md)")
@@ -142,11 +149,8 @@ Status start_up(const CommonOptions& common) {
               : common.verbose > 0 ? LogLevel::kDebug
                                    : LogLevel::kInfo;
   // With --progress json the log has JSON lines only.
-  const bool json = common.log_format == "json" || common.progress == "json";
-  log.format = json ? LogFormat::kJson : LogFormat::kText;
-  log.color = common.color == "always"  ? ColorMode::kAlways
-              : common.color == "never" ? ColorMode::kNever
-                                        : ColorMode::kAuto;
+  log.format = common.progress == ProgressMode::kJson ? LogFormat::kJson : common.log_format;
+  log.color = common.color;
   log.file = common.log_file;
   log.replace_file = common.overwrite;
   set_thread_count(common.threads);
@@ -315,11 +319,8 @@ Status write_text(const JsonOutput& json, const std::string& text) {
 void print_bytes(std::string_view bytes) { std::fwrite(bytes.data(), 1, bytes.size(), stdout); }
 
 ProgressMode progress_mode(const CommonOptions& common) {
-  if (common.progress == "bar") return ProgressMode::kBar;
-  if (common.progress == "lines") return ProgressMode::kLines;
-  if (common.progress == "json") return ProgressMode::kJson;
-  if (common.progress == "openjd") return ProgressMode::kOpenJd;
-  if (common.progress == "none" || common.quiet) return ProgressMode::kNone;
+  if (common.progress != ProgressMode::kAuto) return common.progress;
+  if (common.quiet) return ProgressMode::kNone;
   return isatty(2) ? ProgressMode::kBar : ProgressMode::kLines;
 }
 

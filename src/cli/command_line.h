@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/json.h"
+#include "base/log.h"
 #include "base/result.h"
 #include "base/shell_quote.h"
 #include "base/stop.h"
@@ -29,10 +30,10 @@ struct CommonOptions {
   int threads = 0;
   int verbose = 0;
   bool quiet = false;
-  std::string color = "auto";
-  std::string progress = "auto";
+  ColorMode color = ColorMode::kAuto;
+  ProgressMode progress = ProgressMode::kAuto;
   std::string log_file;
-  std::string log_format = "text";
+  LogFormat log_format = LogFormat::kText;
   std::string cache_dir;
   bool no_cache = false;
   std::string device = "auto";

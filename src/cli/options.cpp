@@ -256,6 +256,13 @@ Option Command::add_optional_value(const std::string& name,
   option->expected(0, 1)->default_str(fallback)->type_name(value_name);
   return Option(option->group(kDefaultGroup));
 }
+Option Command::add_word(const std::string& names, std::function<void(const std::string&)> use,
+                         const char* value_name, const std::vector<std::string>& words,
+                         const std::string& description) const {
+  CLI::Option* option = app_->add_option_function<std::string>(names, std::move(use), description);
+  option->type_name(value_name)->group(kDefaultGroup);
+  return Option(option).choices(words);
+}
 Option Command::option(const char* name) const { return Option(app_->get_option(name)); }
 bool Command::has_option(const char* name) const { return app_->get_option_no_throw(name); }
 std::string Command::name() const { return app_->get_name(); }

@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "base/result.h"
@@ -62,6 +63,20 @@ class Command {
   template <class T>
   Option add_option(const std::string& names, T& value, const char* value_name,
                     const std::string& description) const;
+  /// Adds an option whose value is one of some words, each of which stands for a value of an
+  /// enumeration.
+  template <class T>
+  Option add_choice(const std::string& names, T& value, const char* value_name,
+                    const std::vector<std::pair<std::string, std::type_identity_t<T>>>& choices,
+                    const std::string& description) const {
+    std::vector<std::string> words;
+    for (const auto& choice : choices) words.push_back(choice.first);
+    const auto use = [&value, choices](const std::string& text) {
+      for (const auto& [word, meaning] : choices)
+        if (word == text) value = meaning;
+    };
+    return add_word(names, use, value_name, words, description);
+  }
   Option add_flag(const std::string& names, bool& value, const std::string& description) const;
   /// Adds a flag; `value` counts its occurrences.
   Option add_flag(const std::string& names, int& value, const std::string& description) const;
@@ -79,6 +94,10 @@ class Command {
   void on_chosen(std::function<void()> action) const;
 
  private:
+  Option add_word(const std::string& names, std::function<void(const std::string&)> use,
+                  const char* value_name, const std::vector<std::string>& words,
+                  const std::string& description) const;
+
   CLI::App* app_;
 };
 
