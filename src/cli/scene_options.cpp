@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <string_view>
 
-#include "morph/timeline.h"
+#include "base/log.h"
 #include "scene/load_scene.h"
+#include "sequence/run/device.h"
 
 namespace polymorph {
 namespace {
@@ -72,6 +73,16 @@ Result<Scene> load_scene_with(const std::string& file, const SceneOptions& optio
   PM_TRY(Scene scene, load_scene(file, overrides));
   apply_scene_options(scene, options);
   return scene;
+}
+
+Result<EngineScene> prepare_on_engine(const CommandLine& line, const Scene& scene,
+                                      std::size_t pictures, Sharing sharing) {
+  EngineScene result;
+  PM_TRY(result.engine, make_engine(line.common.device, result.device, line.common.max_memory));
+  PM_TRY(result.prepared, prepare_scene(scene, *result.engine, cache_folder(line.common),
+                                        {line.common.max_memory, pictures}, Fits::kMake, sharing));
+  for (const std::string& warning : result.prepared.warnings) log_warning("{}", warning);
+  return result;
 }
 
 std::vector<std::string> to_arguments(const SceneOptions& options) {

@@ -4,10 +4,9 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "cli/command_line.h"
+#include "cli/scene_options.h"
 #include "scene/animated_model.h"
-#include "sequence/prepare/prepare.h"
 #include "sequence/run/analyze_sequence.h"
-#include "sequence/run/device.h"
 #include "sequence/run/render_sequence.h"
 
 namespace polymorph {
@@ -86,13 +85,9 @@ Result<std::vector<Analysis>> analyze_input(const CommandLine& line,
                       "--source and --target are for meshes - a scene names its own");
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
   PM_TRY(const Scene scene, load_scene(options.input, overrides));
-  std::string device;
-  PM_TRY(const auto engine, make_engine(line.common.device, device, line.common.max_memory));
-  PM_TRY(const PreparedScene prepared,
-         prepare_scene(scene, *engine, cache_folder(line.common), {line.common.max_memory}));
-  for (const std::string& warning : prepared.warnings) log_warning("{}", warning);
+  PM_TRY(const EngineScene morph, prepare_on_engine(line, scene));
   PM_TRY(std::vector<Analysis> morphs,
-         analyze_scene(prepared, *engine, options.frames, progress, truth));
+         analyze_scene(morph.prepared, *morph.engine, options.frames, progress, truth));
   PM_TRY_STATUS(check_truth(morphs, truth));
   return morphs;
 }

@@ -84,7 +84,7 @@ Result<int> run_demo(const CommandLine& line, const DemoOptions& options) {
   PM_TRY_STATUS(write_file(files.scene, text));
   std::vector<int> numbers;
   for (int frame = 1; frame <= frame_count(scene); ++frame) numbers.push_back(frame);
-  PM_TRY(const FilmScene film_scene, prepare_film(line, std::move(scene)));
+  PM_TRY(const EngineScene film_scene, prepare_film(line, std::move(scene)));
   PM_TRY(const Film film, render_film(line, film_scene, std::move(numbers), 0));
   SheetSettings sheet;
   sheet.label = "t";

@@ -41,7 +41,7 @@ std::vector<int> object_frames(const Scene& scene) {
 }
 
 /// Draws the objects side by side, in colours that show which part becomes which.
-Status write_plan(const CommandLine& line, const FilmScene& film_scene,
+Status write_plan(const CommandLine& line, const EngineScene& film_scene,
                   const std::filesystem::path& path) {
   std::vector<int> numbers = object_frames(film_scene.prepared.scene);
   std::vector<std::string> names;
@@ -60,7 +60,7 @@ Status write_plan(const CommandLine& line, const FilmScene& film_scene,
 Result<int> show_plan(const CommandLine& line, const InfoOptions& options, Scene scene) {
   if (!options.output.empty()) PM_TRY_STATUS(check_sheet(options.output, line.common.overwrite));
   scene.frames.turntable = 0;  // frames of a turntable do not show the objects
-  PM_TRY(const FilmScene film_scene, prepare_film(line, std::move(scene)));
+  PM_TRY(const EngineScene film_scene, prepare_film(line, std::move(scene)));
   PM_TRY_STATUS(check_has_plans(film_scene.prepared));
   if (!options.output.empty() && !film_scene.prepared.scene.actors.front().blend.empty())
     return make_error(ErrorCode::kInput,

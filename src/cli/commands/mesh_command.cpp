@@ -5,6 +5,7 @@
 #include "base/log.h"
 #include "base/text.h"
 #include "cli/command_line.h"
+#include "cli/scene_options.h"
 #include "cli/write_play_page.h"
 #include "export/carried_frames.h"
 #include "export/surface_frames.h"
@@ -18,10 +19,7 @@
 #include "mesh/mesh_check.h"
 #include "sequence/frame/frame_geometry.h"
 #include "sequence/prepare/actor_poses.h"
-#include "sequence/prepare/prepare.h"
-#include "sequence/run/device.h"
 #include "sequence/run/frames.h"
-#include "sequence/run/render_sequence.h"
 
 namespace polymorph {
 namespace {
@@ -339,13 +337,11 @@ Result<int> MeshRun::run() {
     if (frames_.size() > 1) pattern_ = add_number(pattern_);
   }
   PM_TRY_STATUS(check_outputs());
-  std::string device;
-  PM_TRY(engine_, make_engine(line_.common.device, device, line_.common.max_memory));
   ask_for_attributes(scene, has_velocities(),
                      format_ == MeshFormat::kPly || format_ == MeshFormat::kUsd);
-  PM_TRY(prepared_,
-         prepare_scene(scene, *engine_, cache_folder(line_.common), {line_.common.max_memory}));
-  for (const std::string& warning : prepared_.warnings) log_warning("{}", warning);
+  PM_TRY(EngineScene engine_scene, prepare_on_engine(line_, scene));
+  engine_ = std::move(engine_scene.engine);
+  prepared_ = std::move(engine_scene.prepared);
   // Check again: now all input files are known, also those that models and materials name.
   PM_TRY_STATUS(check_outputs());
   sequence_ = surface_sequence(prepared_, frames_.front(), frames_.back());

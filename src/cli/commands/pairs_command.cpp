@@ -103,7 +103,7 @@ class Session {
     PM_TRY(Scene scene, load_scene_text(scene_file, text, overrides));
     std::vector<int> numbers;
     for (int frame = shown_frames_ + 1; frame <= frames; ++frame) numbers.push_back(frame);
-    PM_TRY(const FilmScene film_scene, prepare_film(line_, std::move(scene)));
+    PM_TRY(const EngineScene film_scene, prepare_film(line_, std::move(scene)));
     PM_TRY(Film film, render_film(line_, film_scene, numbers, 0));
     for (std::size_t i = 0; i < numbers.size(); ++i) {
       Image& image = film.images[i];

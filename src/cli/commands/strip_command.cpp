@@ -36,7 +36,7 @@ Result<std::vector<int>> choose_frames_by_change(const CommandLine& line, Scene 
                                                  const StripOptions& options) {
   constexpr int kWidth = 96;
   scene.image.samples = 1;
-  PM_TRY(const FilmScene film_scene, prepare_film(line, std::move(scene)));
+  PM_TRY(const EngineScene film_scene, prepare_film(line, std::move(scene)));
   PM_TRY(const Film film, render_film(line, film_scene, numbers, kWidth));
   return choose_by_change(film, options.count);
 }
@@ -74,7 +74,7 @@ Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
       numbers = choose_evenly(numbers, options.count);
     }
   }
-  PM_TRY(const FilmScene film_scene, prepare_film(line, std::move(scene)));
+  PM_TRY(const EngineScene film_scene, prepare_film(line, std::move(scene)));
   PM_TRY(Film film,
          render_film(line, film_scene, std::move(numbers), options.width, options.content()));
   PM_TRY_STATUS(apply_view(view, film));
