@@ -46,6 +46,11 @@ bool is_named(const OptionRow& option, const std::vector<std::string>& names);
 /// Returns the table of a verb as if it were a command ("golden test"), with the verb's options.
 CommandTable verb_table(const CommandTable& command, const VerbTable& verb);
 
+/// Returns the usage without options: "polymorph compare ACTUAL REFERENCE".
+std::string positional_usage(const CommandTable& command);
+/// Returns the usage line: "polymorph compare ACTUAL REFERENCE [OPTIONS]".
+std::string usage_line(const CommandTable& command);
+
 /// Returns the table of a command, or of the program's own options.
 CommandTable command_table(const CLI::App& command);
 /// Returns the tables of all commands, in the order of the help, without their verbs.

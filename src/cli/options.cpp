@@ -98,17 +98,6 @@ std::string rewrite_choice_error(const std::string& message, const std::string& 
                      did_you_mean(value, words), fmt::join(words, ", "));
 }
 
-/// Returns the usage line without options: "polymorph compare ACTUAL REFERENCE".
-std::string positional_usage(const CLI::App& command) {
-  std::string usage = "polymorph " + command.get_name();
-  for (const CLI::Option* option : command.get_options()) {
-    if (!option->get_positional()) continue;
-    const OptionRow row = option_row(*option);
-    usage += row.required ? " " + row.value : " [" + row.value + "]";
-  }
-  return usage;
-}
-
 /// Rewrites CLI11's messages "reference is required", "--output: 1 required FILE missing", "The
 /// following argument was not expected: x" and those of rewrite_choice_error() as sentences.
 /// Returns other messages unchanged.
@@ -122,7 +111,7 @@ std::string rewrite_parse_error(const CLI::ParseError& error, const CLI::App& co
     return fmt::format(
         "{} is missing{} - write {}", row.value,
         row.choices.empty() ? "" : fmt::format(" ({})", fmt::join(row.choices, ", ")),
-        positional_usage(command));
+        positional_usage(command_table(command)));
   }
   if (message.find(" required ") != std::string::npos && message.ends_with(" missing")) {
     const CLI::Option* option = command.get_option_no_throw(before(":"));
@@ -138,7 +127,8 @@ std::string rewrite_parse_error(const CLI::ParseError& error, const CLI::App& co
     const auto words = split(message.substr(message.find(" not expected: ") + 15), ' ');
     const std::string& word = words.back();
     if (word.size() > 1 && word.starts_with("-")) return describe_unknown_option(command, word);
-    return fmt::format("\"{}\" is one word too many - write {}", word, positional_usage(command));
+    return fmt::format("\"{}\" is one word too many - write {}", word,
+                       positional_usage(command_table(command)));
   }
   return rewrite_choice_error(message, command.get_name());
 }
