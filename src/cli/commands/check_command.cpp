@@ -7,7 +7,7 @@
 #include "base/log.h"
 #include "base/text.h"
 #include "cli/command_line.h"
-#include "model/repair/diagnose.h"
+#include "inspect/inspection.h"
 #include "morph/facing.h"
 #include "morph/timeline.h"
 #include "sequence/prepare/load_models.h"
@@ -40,9 +40,8 @@ struct CheckResult {
 
 std::string describe_object(const std::string& name, const Diagnosis& d) {
   const Vec3 size = d.box.size();
-  std::string text = fmt::format("{}: {} triangles, {:.3g} x {:.3g} x {:.3g}", name, d.triangles,
-                                 size.x, size.y, size.z);
-  text += d.closed ? fmt::format(", closed, genus {}", d.genus) : ", not closed";
+  std::string text = fmt::format("{}: {} triangles, {:.3g} x {:.3g} x {:.3g}, {}", name,
+                                 d.triangles, size.x, size.y, size.z, describe_topology(d));
   if (d.shells > 1) text += fmt::format(", {} shells", d.shells);
   if (d.thickness && d.thickness->rays > 0)
     text += fmt::format(", {:.3g} thick", d.thickness->median);
@@ -155,20 +154,16 @@ JsonValue to_json(const CheckResult& result, bool good) {
   json["notes"] = result.notes;
   json["sequences"] = result.sequences;
   json["objects"] = JsonValue::array();
-  for (const auto& [name, d] : result.objects)
-    json["objects"].push_back({{"name", name},
-                               {"triangles", d.triangles},
-                               {"closed", d.closed},
-                               {"genus", d.genus},
-                               {"shells", d.shells},
-                               {"boundary_edges", d.boundary_edges},
-                               {"volume", d.volume},
-                               {"area", d.area},
-                               {"crossing_pairs", d.crossings->pairs},
-                               {"thickness", d.thickness->median},
-                               {"balls_needed", d.thickness->balls},
-                               {"sheet_share", *d.sheet_share},
-                               {"thin", is_thin(*d.thickness)}});
+  for (const auto& [name, d] : result.objects) {
+    JsonValue object{{"name", name}};
+    object.update(to_json(d));
+    object.update({{"crossing_pairs", d.crossings->pairs},
+                   {"thickness", d.thickness->median},
+                   {"balls_needed", d.thickness->balls},
+                   {"sheet_share", *d.sheet_share},
+                   {"thin", is_thin(*d.thickness)}});
+    json["objects"].push_back(std::move(object));
+  }
   return json;
 }
 
