@@ -39,4 +39,19 @@ Status write_reports(const ReportOptions& options, const Report& report, bool ov
   return Ok{};
 }
 
+Result<std::vector<Limit>> parse_limits(const std::vector<std::string>& texts) {
+  std::vector<Limit> limits;
+  for (const std::string& text : texts) {
+    PM_TRY(Limit limit, parse_limit(text));
+    limits.push_back(std::move(limit));
+  }
+  return limits;
+}
+
+int check_limits(const std::vector<Analysis>& morphs, const std::vector<Limit>& limits) {
+  const std::vector<std::string> messages = broken_limits(morphs, limits);
+  for (const std::string& text : messages) log_warning("{}", text);
+  return messages.empty() ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
+}
+
 }  // namespace polymorph

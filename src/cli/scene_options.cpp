@@ -75,6 +75,10 @@ Result<Scene> load_scene_with(const std::string& file, const SceneOptions& optio
   return scene;
 }
 
+Result<std::vector<int>> parse_frame_option(const std::string& frames, int count) {
+  return parse_frames(frames.empty() ? fmt::format("1-{}", count) : frames, 1, count);
+}
+
 Result<EngineScene> prepare_on_engine(const CommandLine& line, const Scene& scene,
                                       std::size_t pictures, Sharing sharing) {
   EngineScene result;

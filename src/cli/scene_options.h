@@ -31,6 +31,10 @@ void apply_scene_options(Scene& scene, const SceneOptions& options);
 /// Loads a scene with these options. Errors: those of load_scene(); kUsage.
 Result<Scene> load_scene_with(const std::string& file, const SceneOptions& options);
 
+/// Parses --frames of a scene with `count` frames, by default all of them. Errors: those of
+/// parse_frames().
+Result<std::vector<int>> parse_frame_option(const std::string& frames, int count);
+
 /// A prepared scene, and the engine that makes its surfaces.
 struct EngineScene {
   std::unique_ptr<Engine> engine;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/file.h"
+#include "base/plural.h"
 #include "base/text.h"
 #include "export/play_data.h"
 
@@ -29,9 +30,8 @@ Status write_play_page(const CommandLine& line, Scene scene, const std::filesyst
   PM_TRY(const PlayPage page, make_play_page(page_scene.prepared, *page_scene.engine));
   const std::string html = encode_play_page(page);
   PM_TRY_STATUS(write_file(path, html));
-  print_data("{} {} actor{}, {} frames, {}\n", path.string(), page.actors.size(),
-             page.actors.size() == 1 ? "" : "s", page_scene.prepared.frame_count,
-             format_bytes(static_cast<double>(html.size())));
+  print_data("{} {}, {} frames, {}\n", path.string(), plural(page.actors.size(), "actor"),
+             page_scene.prepared.frame_count, format_bytes(static_cast<double>(html.size())));
   return Ok{};
 }
 

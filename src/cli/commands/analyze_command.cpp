@@ -4,6 +4,7 @@
 #include "base/file.h"
 #include "base/log.h"
 #include "cli/command_line.h"
+#include "cli/report_options.h"
 #include "cli/scene_options.h"
 #include "scene/animated_model.h"
 #include "sequence/run/analyze_sequence.h"
@@ -102,11 +103,7 @@ void print_analysis(const Analysis& morph) {
 }
 
 Result<int> run_analyze(const CommandLine& line, const AnalyzeOptions& options) {
-  std::vector<Limit> limits;
-  for (const std::string& text : options.limits) {
-    PM_TRY(Limit limit, parse_limit(text));
-    limits.push_back(std::move(limit));
-  }
+  PM_TRY(const std::vector<Limit> limits, parse_limits(options.limits));
   auto morphs = analyze_input(line, options);
   if (!morphs && stop_requested()) return make_error(stop_code(), "stopped, nothing written");
   if (!morphs) return std::move(morphs).error();
@@ -117,9 +114,7 @@ Result<int> run_analyze(const CommandLine& line, const AnalyzeOptions& options) 
     PM_TRY_STATUS(write_json(options.json, analysis_json(*morphs)));
   else
     for (const Analysis& morph : *morphs) print_analysis(morph);
-  const std::vector<std::string> messages = broken_limits(*morphs, limits);
-  for (const std::string& text : messages) log_warning("{}", text);
-  return messages.empty() ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
+  return check_limits(*morphs, limits);
 }
 
 }  // namespace

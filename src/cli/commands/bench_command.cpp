@@ -1,8 +1,8 @@
 #include "bench/bench.h"
 
-#include "base/log.h"
 #include "bench/bench_morph.h"
 #include "cli/command_line.h"
+#include "cli/report_options.h"
 #include "kernels/field_kinds.h"
 #include "sequence/run/device.h"
 
@@ -24,11 +24,7 @@ Result<int> run_bench_morph(const CommandLine& line, const BenchOptions& options
   settings.cache = cache_folder(line.common);
   settings.memory = {line.common.max_memory};
   PM_TRY(settings.overrides, parse_overrides(options.sets));
-  std::vector<Limit> limits;
-  for (const std::string& text : options.limits) {
-    PM_TRY(Limit limit, parse_limit(text));
-    limits.push_back(std::move(limit));
-  }
+  PM_TRY(const std::vector<Limit> limits, parse_limits(options.limits));
   const bool prints_table = !options.json.enabled;
   auto report = bench_morph(
       settings, engine,
@@ -39,9 +35,7 @@ Result<int> run_bench_morph(const CommandLine& line, const BenchOptions& options
   if (!report && stop_requested()) return make_error(stop_code(), "stopped, nothing written");
   if (!report) return std::move(report).error();
   if (!prints_table) PM_TRY_STATUS(write_json(options.json, report->json));
-  const std::vector<std::string> messages = broken_limits(report->morphs, limits);
-  for (const std::string& text : messages) log_warning("{}", text);
-  return messages.empty() ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
+  return check_limits(report->morphs, limits);
 }
 
 Result<int> run_bench(const CommandLine& line, const BenchOptions& options) {

@@ -1,13 +1,13 @@
-#include "base/json.h"
-#include "spheres/cache.h"
-
 #include <cmath>
 #include <limits>
 
+#include "base/json.h"
 #include "base/log.h"
+#include "base/plural.h"
 #include "base/text.h"
 #include "cli/amounts.h"
 #include "cli/command_line.h"
+#include "spheres/cache.h"
 
 namespace polymorph {
 namespace {
@@ -28,8 +28,7 @@ std::string format_age(double seconds) {
 }
 
 std::string format_files(std::size_t count, std::uint64_t bytes) {
-  return fmt::format("{} file{}, {}", count, count == 1 ? "" : "s",
-                     format_bytes(static_cast<double>(bytes)));
+  return fmt::format("{}, {}", plural(count, "file"), format_bytes(static_cast<double>(bytes)));
 }
 
 Result<fs::path> find_cache(const CommandLine& line) {

@@ -5,6 +5,7 @@
 #include "base/activity.h"
 #include "base/json.h"
 #include "base/log.h"
+#include "base/plural.h"
 #include "base/text.h"
 #include "cli/command_line.h"
 #include "inspect/inspection.h"
@@ -190,15 +191,13 @@ Result<int> run_check(const CommandLine& line, const CheckOptions& options) {
     for (const std::string& sequence : result.sequences) print_data("{}\n", sequence);
     for (const std::string& note : result.notes) print_data("{}\n", note);
     if (ok)
-      print_data("{}: ok, {} object{}, {} frame{}, about {} of memory\n", options.scene,
-                 result.object_count, result.object_count == 1 ? "" : "s", result.frames,
-                 result.frames == 1 ? "" : "s",
+      print_data("{}: ok, {}, {}, about {} of memory\n", options.scene,
+                 plural(result.object_count, "object"), plural(result.frames, "frame"),
                  format_bytes(static_cast<double>(result.memory.total())));
     else
-      print_data("{}: {} error{}, {} warning{}\n", options.scene,
-                 result.findings.size() + result.errors.size(),
-                 result.findings.size() + result.errors.size() == 1 ? "" : "s",
-                 result.warnings.size(), result.warnings.size() == 1 ? "" : "s");
+      print_data("{}: {}, {}\n", options.scene,
+                 plural(result.findings.size() + result.errors.size(), "error"),
+                 plural(result.warnings.size(), "warning"));
   }
   return ok ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
 }

@@ -4,6 +4,7 @@
 
 #include "base/json.h"
 #include "base/parallel.h"
+#include "base/plural.h"
 #include "base/program_identity.h"
 #include "base/text.h"
 #include "cli/command_line.h"
@@ -39,8 +40,8 @@ Result<Devices> find_devices() {
       {"runtime", list.runtime},
       {"driver", list.driver}};
   devices.json["cuda"] = JsonValue::array();
-  devices.text = fmt::format("cpu     {}, {} thread{}, embree {}\n", cpu_name(), thread_count(),
-                             thread_count() == 1 ? "" : "s", renderer.isa());
+  devices.text = fmt::format("cpu     {}, {}, embree {}\n", cpu_name(),
+                             plural(thread_count(), "thread"), renderer.isa());
   for (const DeviceInfo& d : list.devices) {
     devices.json["cuda"].push_back({{"index", d.index},
                                     {"name", d.name},

@@ -4,6 +4,7 @@
 
 #include "base/folder.h"
 #include "base/log.h"
+#include "base/plural.h"
 #include "base/program_identity.h"
 #include "cli/command_line.h"
 #include "cli/report_options.h"
@@ -223,8 +224,8 @@ Result<int> merge_golden_reports(const CommandLine& line, const GoldenOptions& o
   PM_TRY_STATUS(check_merge_output(reports, options.output));
   PM_TRY_STATUS(begin_report(output, line.common.overwrite));
   PM_TRY(const std::size_t failed, merge_reports(reports, options.output, line.common.overwrite));
-  print_data("{}: {} reports, {} frame{} failed\n", options.output, reports.size(), failed,
-             failed == 1 ? "" : "s");
+  print_data("{}: {} reports, {} failed\n", options.output, reports.size(),
+             plural(failed, "frame"));
   return failed == 0 ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
 }
 
@@ -263,8 +264,7 @@ Result<int> list_suites(const CommandLine&, const GoldenOptions& options) {
   for (const std::string& name : names) {
     const auto suite = load_golden_suite(options.root, name);
     if (suite) {
-      print_data("{}: {} frame{} of {}\n", suite->name, suite->frames.size(),
-                 suite->frames.size() == 1 ? "" : "s",
+      print_data("{}: {} of {}\n", suite->name, plural(suite->frames.size(), "frame"),
                  suite->command.empty() ? suite->scene.string() : suite->command);
       continue;
     }

@@ -2,6 +2,7 @@
 
 #include "base/file.h"
 #include "base/log.h"
+#include "base/plural.h"
 #include "cli/command_line.h"
 #include "cli/write_play_page.h"
 #include "export/landmark_candidates.h"
@@ -73,7 +74,7 @@ Result<int> run_landmarks(const CommandLine& line, const LandmarksOptions& optio
   PM_TRY(const LandmarksPage page, make_landmarks_page(page_scene.prepared, *page_scene.engine));
   const std::string html = encode_landmarks_page(page);
   PM_TRY_STATUS(write_file(options.html, html));
-  print_data("{} {} leg{}, {}\n", options.html, page.legs.size(), page.legs.size() == 1 ? "" : "s",
+  print_data("{} {}, {}\n", options.html, plural(page.legs.size(), "leg"),
              format_bytes(static_cast<double>(html.size())));
   return 0;
 }

@@ -1,6 +1,7 @@
 #include "base/file.h"
 #include "base/json.h"
 #include "base/log.h"
+#include "base/plural.h"
 #include "base/stop.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
@@ -60,8 +61,8 @@ Result<int> run_merge(const CommandLine& line, const MergeOptions& options) {
     progress(++done, merges.size(), record);
   }
   if (options.json.enabled) PM_TRY_STATUS(write_json(options.json, to_json(merges)));
-  log_info("{} frame{} merged from {} part{} in {}", done, done == 1 ? "" : "s", parts,
-           parts == 1 ? "" : "s", format_seconds(stopwatch.seconds()));
+  log_info("{} merged from {} in {}", plural(done, "frame"), plural(parts, "part"),
+           format_seconds(stopwatch.seconds()));
   return 0;
 }
 

@@ -3,6 +3,7 @@
 
 #include "base/file.h"
 #include "base/log.h"
+#include "base/plural.h"
 #include "base/text.h"
 #include "cli/command_line.h"
 #include "cli/scene_options.h"
@@ -91,12 +92,12 @@ void print_surfaces(const fs::path& path, const std::string& stage,
                     std::span<const SurfaceFrame> frames) {
   const MeshReport report = check_mesh(join_meshes(frames));
   print_data(
-      "{} {} {}: {} vertices, {} triangles, {}, genus {}, {} part{}, volume {:.6g}, area {:.6g}, "
+      "{} {} {}: {} vertices, {} triangles, {}, genus {}, {}, volume {:.6g}, area {:.6g}, "
       "digest {}\n",
       path.string(), stage, surface_kinds(frames), report.vertices, report.triangles,
       report.is_closed() ? "closed" : "NOT CLOSED",
-      report.is_closed() ? fmt::format("{}", report.genus) : "-", report.components,
-      report.components == 1 ? "" : "s", report.volume, report.area, report.digest);
+      report.is_closed() ? fmt::format("{}", report.genus) : "-", plural(report.components, "part"),
+      report.volume, report.area, report.digest);
 }
 
 /// Writes the meshes of a scene's frames in one format.
@@ -308,9 +309,7 @@ Result<int> MeshRun::run() {
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options_.sets));
   PM_TRY(Scene scene, load_scene(options_.scene, overrides));
   const int count = frame_count(scene);
-  PM_TRY(frames_,
-         parse_frames(options_.frames.empty() ? fmt::format("1-{}", count) : options_.frames, 1,
-                      count));
+  PM_TRY(frames_, parse_frame_option(options_.frames, count));
   if (!options_.error.empty()) {
     std::string_view number = options_.error;
     const bool percent = number.ends_with('%');
@@ -358,9 +357,8 @@ Result<int> MeshRun::run() {
   }
   if (writer_) {
     PM_TRY_STATUS(writer_->finish());
-    print_data("{} {} frames, {} actor{}, {} vertices, {} triangles\n", options_.output,
-               frames_.size(), prepared_.actors.size(), prepared_.actors.size() == 1 ? "" : "s",
-               vertices_, triangles_);
+    print_data("{} {} frames, {}, {} vertices, {} triangles\n", options_.output, frames_.size(),
+               plural(prepared_.actors.size(), "actor"), vertices_, triangles_);
   }
   return 0;
 }

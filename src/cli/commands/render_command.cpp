@@ -4,6 +4,7 @@
 #include "base/file.h"
 #include "base/input_files.h"
 #include "base/log.h"
+#include "base/plural.h"
 #include "base/text.h"
 #include "cli/command_line.h"
 #include "cli/progress.h"
@@ -48,9 +49,7 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
                                            const std::optional<SampleRange>& part) {
   SequenceSettings settings;
   const int count = frame_count(scene);
-  PM_TRY(
-      settings.frames,
-      parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
+  PM_TRY(settings.frames, parse_frame_option(options.frames, count));
   const bool is_sequence = settings.frames.size() > 1 || !options.shard.empty();
   if (!options.shard.empty()) {
     PM_TRY(const Shard shard, parse_shard(options.shard));
@@ -95,12 +94,12 @@ void print_plan(const RunReport& report, const SequenceSettings& settings) {
                        (is_written(settings.png) ? estimate.png_bytes : 0);
   const double prepare = report.prepare_seconds + estimate.fit_seconds;
   log_info(
-      "{} frame{} to render{}: about {} on {} thread{} ({} a frame, {} to prepare), {} on disk, {} "
+      "{} to render{}: about {} on {} ({} a frame, {} to prepare), {} on disk, {} "
       "of memory",
-      planned, planned == 1 ? "" : "s", skipped ? fmt::format(", {} kept", skipped) : "",
-      format_seconds(prepare + frames * estimate.seconds), report.threads,
-      report.threads == 1 ? "" : "s", format_seconds(estimate.seconds), format_seconds(prepare),
-      format_bytes(frames * bytes), format_bytes(static_cast<double>(estimate.memory)));
+      plural(planned, "frame"), skipped ? fmt::format(", {} kept", skipped) : "",
+      format_seconds(prepare + frames * estimate.seconds), plural(report.threads, "thread"),
+      format_seconds(estimate.seconds), format_seconds(prepare), format_bytes(frames * bytes),
+      format_bytes(static_cast<double>(estimate.memory)));
   if (!estimate.unfitted.empty())
     log_info(
         "this is an estimate: the balls of {} are not in the cache, and fitting them takes about "
@@ -191,7 +190,7 @@ Result<int> render_once(const CommandLine& line, const RenderOptions& command_op
   const std::size_t failed = report.count(FrameRecord::State::kFailed);
   const auto done = report.count(FrameRecord::State::kDone),
              kept = report.count(FrameRecord::State::kSkipped);
-  log_info("{} frame{} rendered{}{} in {}", done, done == 1 ? "" : "s",
+  log_info("{} rendered{}{} in {}", plural(done, "frame"),
            kept ? fmt::format(", {} kept", kept) : "",
            failed ? fmt::format(", {} failed", failed) : "", format_seconds(report.total_seconds));
   if (report.stopped) {
@@ -230,8 +229,7 @@ Result<int> watch_and_render(CommandLine& line, const RenderOptions& options) {
     // A file that was written during the run may have been read in part: render again.
     bool changed = std::any_of(before.begin(), before.end(),
                                [&](const auto& file) { return file.first >= started; });
-    if (!changed && !stop)
-      log_info("watching {} file{}", files.size(), files.size() == 1 ? "" : "s");
+    if (!changed && !stop) log_info("watching {}", plural(files.size(), "file"));
     for (; !changed && !stop; changed = take_snapshot(files) != before)
       std::this_thread::sleep_for(50ms);
     if (stop) return 0;

@@ -126,9 +126,7 @@ Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
              : options.where;
   PM_TRY(const FrameFiles files, frame_files(scene, output, options.png, true));
   const int count = frame_count(scene);
-  PM_TRY(
-      std::vector<int> frames,
-      parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
+  PM_TRY(std::vector<int> frames, parse_frame_option(options.frames, count));
   std::sort(frames.begin(), frames.end());
   PM_TRY(ExpectedHashes hashes, expected_hashes(scene, frames));
   hashes.view = options.scene_options.view;

@@ -64,9 +64,7 @@ Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
   PM_TRY(Scene scene, load_scene_with(options.input, options.scene_options));
   PM_TRY(const std::optional<ViewTransform> view, open_view(options));
   const int count = frame_count(scene);
-  PM_TRY(
-      std::vector<int> numbers,
-      parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
+  PM_TRY(std::vector<int> numbers, parse_frame_option(options.frames, count));
   if (!options.is_animated() && options.frames.empty()) {
     if (options.by_change()) {
       PM_TRY(numbers, choose_frames_by_change(line, scene, numbers, options));
