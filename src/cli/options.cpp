@@ -173,10 +173,6 @@ Option& Option::choices(const std::vector<std::string>& words) {
   option_->check(CLI::IsMember(words));
   return *this;
 }
-Option& Option::choices_in_any_case(const std::vector<std::string>& words) {
-  option_->transform(CLI::IsMember(words, CLI::ignore_case));
-  return *this;
-}
 Option& Option::count(int low, int high) {
   option_->expected(low, high);
   return *this;

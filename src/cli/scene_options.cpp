@@ -6,6 +6,7 @@
 #include "base/log.h"
 #include "scene/load_scene.h"
 #include "sequence/run/device.h"
+#include "sequence/run/frames.h"
 
 namespace polymorph {
 namespace {

@@ -11,7 +11,6 @@
 #include "image/display_view.h"
 #include "kernels/engine.h"
 #include "sequence/prepare/prepare.h"
-#include "sequence/run/frames.h"
 
 namespace polymorph {
 

@@ -8,7 +8,7 @@
 #include "cli/scene_options.h"
 #include "scene/animated_model.h"
 #include "sequence/run/analyze_sequence.h"
-#include "sequence/run/render_sequence.h"
+#include "sequence/run/frames.h"
 
 namespace polymorph {
 namespace {

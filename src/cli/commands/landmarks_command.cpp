@@ -1,15 +1,12 @@
 #include <algorithm>
 
 #include "base/file.h"
-#include "base/log.h"
 #include "base/plural.h"
 #include "cli/command_line.h"
 #include "cli/write_play_page.h"
 #include "export/landmark_candidates.h"
 #include "export/landmarks_data.h"
 #include "export/play_data.h"
-#include "sequence/prepare/prepare.h"
-#include "sequence/run/device.h"
 
 namespace polymorph {
 namespace {

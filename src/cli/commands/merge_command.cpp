@@ -1,4 +1,3 @@
-#include "base/file.h"
 #include "base/json.h"
 #include "base/log.h"
 #include "base/plural.h"

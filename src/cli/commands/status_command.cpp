@@ -3,7 +3,6 @@
 #include <set>
 #include <system_error>
 
-#include "base/file.h"
 #include "base/json.h"
 #include "base/log.h"
 #include "cli/command_line.h"

@@ -1,8 +1,6 @@
 #include <algorithm>
 
-#include "base/exact_math.h"
 #include "base/file.h"
-#include "base/log.h"
 #include "cli/command_line.h"
 #include "cli/film_output.h"
 #include "cli/scene_options.h"
