@@ -1,6 +1,7 @@
 #include "base/file.h"
 #include "cli/command_line.h"
 #include "cli/option_table.h"
+#include "scene/assignments.h"
 
 namespace polymorph {
 namespace {
@@ -76,6 +77,22 @@ void add_manual(CommandLine& line) {
   command.add_option("-o,--output", options->output, "DIR", "man: the folder for the pages");
   add_overwrite(command, line.common);
   set_action(line, command, [&line, options] { return run_manual(line, *options); });
+}
+
+void add_schema(CommandLine& line) {
+  auto keys = std::make_shared<bool>(false);
+  Command command = add_command(line, "schema", "Print the JSON Schema of scene files.",
+                                "  polymorph schema > scene.schema.json\n  polymorph schema --keys",
+                                "  0 printed");
+  command.add_flag("--keys", *keys,
+                   "print what --set takes instead: KEY=, or KEY=VALUE where values are words");
+  set_action(line, command, [keys]() -> Result<int> {
+    if (*keys)
+      for (const std::string& assignment : list_assignments()) print_data("{}\n", assignment);
+    else
+      PM_TRY_STATUS(write_text({}, scene_schema()));
+    return 0;
+  });
 }
 
 }  // namespace polymorph
