@@ -1,6 +1,4 @@
 #include <algorithm>
-#include <map>
-#include <set>
 #include <system_error>
 
 #include "base/json.h"
@@ -10,6 +8,7 @@
 #include "morph/timeline.h"
 #include "sequence/run/frame_files.h"
 #include "sequence/run/part_files.h"
+#include "sequence/run/sample_rows.h"
 #include "sequence/run/status.h"
 
 namespace polymorph {
@@ -33,44 +32,6 @@ constexpr StateName kStates[]{{FileState::kWhole, "whole"},
                               {FileState::kStale, "stale"},
                               {FileState::kUnreadable, "unreadable"},
                               {FileState::kPart, "part"}};
-
-/// Frames of which parts with the same samples exist.
-struct SampleRow {
-  std::vector<SampleRange> ranges;  ///< disjoint, in order (join_ranges())
-  std::vector<int> frames;
-  std::set<fs::path> folders;  ///< folders of their parts
-  int total() const { return ranges.front().total; }
-  bool is_complete() const { return ranges.size() == 1 && ranges.front().is_whole(); }
-};
-
-/// Finds the parts of the frames that are not whole in the folder of the output, and groups the
-/// frames by the samples that their parts have.
-std::vector<SampleRow> find_samples(const fs::path& folder, const std::vector<int>& frames,
-                                    const std::vector<FileState>& states,
-                                    const ExpectedHashes& hashes) {
-  std::map<int, SampleRow> rows_by_frame;
-  for (const PartFile& part : find_parts(folder)) {
-    const auto at = std::lower_bound(frames.begin(), frames.end(), part.header.frame);
-    const auto i = static_cast<std::size_t>(at - frames.begin());
-    if (at == frames.end() || *at != part.header.frame || states[i] == FileState::kWhole ||
-        part.header.identity != hashes.frames[i])
-      continue;
-    SampleRow& row = rows_by_frame[*at];
-    row.ranges.push_back(*part.header.part);
-    row.folders.insert(part.path.parent_path());
-  }
-  std::map<std::string, SampleRow> rows;
-  for (auto& [frame, frame_row] : rows_by_frame) {
-    frame_row.ranges = join_ranges(frame_row.ranges);
-    SampleRow& row = rows[format_samples(frame_row.ranges)];
-    row.ranges = frame_row.ranges;
-    row.frames.push_back(frame);
-    row.folders.merge(frame_row.folders);
-  }
-  std::vector<SampleRow> list;
-  for (auto& [name, row] : rows) list.push_back(std::move(row));
-  return list;
-}
 
 JsonValue to_json(const std::vector<int>& frames, const std::vector<FileState>& states,
                   const std::string& hash, const std::vector<SampleRow>& samples) {
