@@ -27,7 +27,7 @@ ESTABLISHED = {"clamped", "normalized", "transposed", "interpolated", "transform
 MAX_GENITIVES, MAX_PARTICIPLES = 40, 15
 PREPOSITION = r'"(?:of|by|in|from|which|as|with|at|to|on|for|where|how|what)\b[^"]* [^"]*"'
 # The text of an option of the command line, and any text of the table of keys.
-HELP = {"src/cli/": re.compile(r'\badd_(?:option|flag|argument|command)\(\s*(?:[^",()]+,\s*)?"[^"]*",\s*(?:[^",()]+,\s*)?(?:fmt::format\(\s*)?(' + PREPOSITION + ")"),
+HELP = {"src/cli/": re.compile(r'\badd_(?:option|flag|argument|command)\(\s*(?:[^",()]+,\s*)?"[^"]*",\s*(?:[^",()]+,\s*)?(?:"[^"]*",\s*)?(?:fmt::format\(\s*)?(' + PREPOSITION + ")"),
         "src/scene/describe.h": re.compile(r"[,(]\s*(" + PREPOSITION + ")")}
 
 

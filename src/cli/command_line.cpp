@@ -51,57 +51,59 @@ void add_common(Command command, CommonOptions& common, const char* work_group) 
   const auto add = [](Option option) { option.group("Common"); };
   const auto add_work_option = [&](Option option) { option.group(work_group); };
   add(command
-          .add_option("-t,--threads", common.threads,
+          .add_option("-t,--threads", common.threads, "N",
                       "threads; 0 = all this process may use (env POLYMORPH_THREADS)")
           .environment("POLYMORPH_THREADS")
-          .range(0, 4096)
-          .type_name("N"));
+          .range(0, 4096));
   add_work_option(command
-                      .add_option("--device", common.device,
+                      .add_option("--device", common.device, "DEVICE",
                                   "cpu, cuda, cuda:1 or auto; for films also several, as "
                                   "cuda:0,cuda:1, or cuda:all (env POLYMORPH_DEVICE)")
-                      .environment("POLYMORPH_DEVICE")
-                      .type_name("DEVICE"));
+                      .environment("POLYMORPH_DEVICE"));
   add_work_option(
       command
           .add_option(
-              "--max-memory", common.max_memory,
+              "--max-memory", common.max_memory, "SIZE",
               "limit on memory, estimated beforehand: bytes, or with K, M or G; 0 = none; default: "
               "what the machine, the cgroup or Slurm gives")
           .environment("POLYMORPH_MAX_MEMORY")
-          .bytes()
-          .type_name("SIZE"));
+          .bytes());
   add_work_option(command
-                      .add_option("--cache-dir", common.cache_dir,
+                      .add_option("--cache-dir", common.cache_dir, "DIR",
                                   "folder of the cache (env POLYMORPH_CACHE_DIR)")
-                      .environment("POLYMORPH_CACHE_DIR")
-                      .type_name("DIR"));
+                      .environment("POLYMORPH_CACHE_DIR"));
   add_work_option(
       command.add_flag("--no-cache", common.no_cache, "neither read nor write the cache"));
   add(command.add_flag("-q,--quiet", common.quiet, "only warnings and errors"));
   add(command.add_flag("-v,--verbose", common.verbose, "say more"));
-  add(command.add_option("--color", common.color, "auto, always or never (NO_COLOR is respected)")
-          .environment("POLYMORPH_COLOR")
-          .choices({"auto", "always", "never"})
-          .type_name("WHEN"));
-  add(command.add_option("--progress", common.progress, "auto, bar, lines, json, openjd or none")
-          .environment("POLYMORPH_PROGRESS")
-          .choices({"auto", "bar", "lines", "json", "openjd", "none"})
-          .type_name("HOW"));
-  add(command.add_option("--log-file", common.log_file, "write the log there, too")
-          .environment("POLYMORPH_LOG_FILE")
-          .type_name("FILE"));
   add(command
-          .add_option("--log-format", common.log_format,
+          .add_choice("--color", common.color, "WHEN",
+                      {{"auto", ColorMode::kAuto},
+                       {"always", ColorMode::kAlways},
+                       {"never", ColorMode::kNever}},
+                      "auto, always or never (NO_COLOR is respected)")
+          .environment("POLYMORPH_COLOR"));
+  add(command
+          .add_choice("--progress", common.progress, "HOW",
+                      {{"auto", ProgressMode::kAuto},
+                       {"bar", ProgressMode::kBar},
+                       {"lines", ProgressMode::kLines},
+                       {"json", ProgressMode::kJson},
+                       {"openjd", ProgressMode::kOpenJd},
+                       {"none", ProgressMode::kNone}},
+                      "auto, bar, lines, json, openjd or none")
+          .environment("POLYMORPH_PROGRESS"));
+  add(command.add_option("--log-file", common.log_file, "FILE", "write the log there, too")
+          .environment("POLYMORPH_LOG_FILE"));
+  add(command
+          .add_choice("--log-format", common.log_format, "FMT",
+                      {{"text", LogFormat::kText}, {"json", LogFormat::kJson}},
                       "text or json, on standard error and in --log-file")
-          .environment("POLYMORPH_LOG_FORMAT")
-          .choices({"text", "json"})
-          .type_name("FMT"));
+          .environment("POLYMORPH_LOG_FORMAT"));
   add(command
-          .add_option("--config", common.config,
+          .add_option("--config", common.config, "FILE",
                       "defaults of options, in TOML (env POLYMORPH_CONFIG; docs/settings.md)")
-          .environment("POLYMORPH_CONFIG")
-          .type_name("FILE"));
+          .environment("POLYMORPH_CONFIG"));
 }
 
 /// Tests whether the file is a JSON report of `render`. A run that is resumed replaces the report
@@ -147,11 +149,8 @@ Status start_up(const CommonOptions& common) {
               : common.verbose > 0 ? LogLevel::kDebug
                                    : LogLevel::kInfo;
   // With --progress json the log has JSON lines only.
-  const bool json = common.log_format == "json" || common.progress == "json";
-  log.format = json ? LogFormat::kJson : LogFormat::kText;
-  log.color = common.color == "always"  ? ColorMode::kAlways
-              : common.color == "never" ? ColorMode::kNever
-                                        : ColorMode::kAuto;
+  log.format = common.progress == ProgressMode::kJson ? LogFormat::kJson : common.log_format;
+  log.color = common.color;
   log.file = common.log_file;
   log.replace_file = common.overwrite;
   set_thread_count(common.threads);
@@ -208,6 +207,26 @@ int run_action(CommandLine& line) {
   return static_cast<int>(was_stopped ? stop_code() : result.error().code);
 }
 
+/// Checks that all given options are options of this verb. Errors (kUsage): one belongs to another
+/// verb of the command.
+Status check_verb(const CommandLine& line, const std::string& command, const VerbTable& verb) {
+  const std::vector<VerbTable>& verbs = line.verbs.at(command);
+  for (const CommandTable& table : command_tables(line)) {
+    if (table.name != command) continue;
+    for (const OptionRow& option : table.options) {
+      if (option.positional || option.group == "Common") continue;
+      if (is_named(option, verb.options) || !is_given(*line.app, option.names.back().c_str()))
+        continue;
+      std::vector<std::string> others;
+      for (const VerbTable& other : verbs)
+        if (is_named(option, other.options)) others.push_back(other.name);
+      return make_error(ErrorCode::kUsage, "{0} {1} takes no {2} - that is for {0} {3}", command,
+                        verb.name, option.names.front(), fmt::join(others, ", "));
+    }
+  }
+  return Ok{};
+}
+
 /// Remembers odd file names (base/odd_names.h) in the arguments, the environment and the path of
 /// the working folder.
 void remember_names(int argc, char** argv) {
@@ -235,13 +254,31 @@ void set_action(CommandLine& line, Command command, std::function<Result<int>()>
   command.on_chosen([&line, action = std::move(action)] { line.action = action; });
 }
 
+void add_verbs(CommandLine& line, Command command, const std::vector<VerbTable>& verbs) {
+  std::vector<std::string> names;
+  for (const VerbTable& verb : verbs) names.push_back(verb.name);
+  auto chosen = std::make_shared<std::string>();
+  command.add_option("verb", *chosen, "VERB", fmt::format("{}", fmt::join(names, ", ")))
+      .required()
+      .choices(names);
+  line.verbs[command.name()] = verbs;
+  set_action(line, command, [&line, name = command.name(), chosen]() -> Result<int> {
+    const std::vector<VerbTable>& tables = line.verbs.at(name);
+    const auto verb = std::ranges::find(tables, *chosen, &VerbTable::name);
+    PM_CHECK(verb != tables.end());
+    PM_TRY_STATUS(check_verb(line, name, *verb));
+    return verb->action();
+  });
+}
+
 Option add_overwrite(Command command, CommonOptions& common) {
   return command.add_flag("--overwrite", common.overwrite, "replace existing files");
 }
 
 void add_overrides(Command command, std::vector<std::string>& texts) {
-  command.add_option("--set", texts, "change a setting of the scene: --set image.samples=64")
-      .type_name("KEY=VALUE")
+  command
+      .add_option("--set", texts, "KEY=VALUE",
+                  "change a setting of the scene: --set image.samples=64")
       .one_value_each()
       .group("Scene");
 }
@@ -260,8 +297,9 @@ Result<std::vector<Override>> parse_overrides(const std::vector<std::string>& te
 
 void add_json(Command command, JsonOutput& json) {
   const auto use = [&json](const std::string& file) { json = {true, file == "-" ? "" : file}; };
-  command.add_optional_value("--json", use, "-", "report as JSON, to FILE or to standard output")
-      .type_name("[FILE]")
+  command
+      .add_optional_value("--json", use, "[FILE]", "-",
+                          "report as JSON, to FILE or to standard output")
       .group("Output");
 }
 
@@ -281,11 +319,8 @@ Status write_text(const JsonOutput& json, const std::string& text) {
 void print_bytes(std::string_view bytes) { std::fwrite(bytes.data(), 1, bytes.size(), stdout); }
 
 ProgressMode progress_mode(const CommonOptions& common) {
-  if (common.progress == "bar") return ProgressMode::kBar;
-  if (common.progress == "lines") return ProgressMode::kLines;
-  if (common.progress == "json") return ProgressMode::kJson;
-  if (common.progress == "openjd") return ProgressMode::kOpenJd;
-  if (common.progress == "none" || common.quiet) return ProgressMode::kNone;
+  if (common.progress != ProgressMode::kAuto) return common.progress;
+  if (common.quiet) return ProgressMode::kNone;
   return isatty(2) ? ProgressMode::kBar : ProgressMode::kLines;
 }
 
@@ -309,27 +344,6 @@ std::vector<CommandTable> command_tables(const CommandLine& line) {
     if (const auto verbs = line.verbs.find(table.name); verbs != line.verbs.end())
       table.verbs = verbs->second;
   return tables;
-}
-
-Status check_verb(const CommandLine& line, const std::string& command, const std::string& verb) {
-  const std::vector<VerbTable>& verbs = line.verbs.at(command);
-  const auto chosen = std::find_if(verbs.begin(), verbs.end(),
-                                   [&](const VerbTable& table) { return table.name == verb; });
-  PM_CHECK(chosen != verbs.end());
-  for (const CommandTable& table : command_tables(line)) {
-    if (table.name != command) continue;
-    for (const OptionRow& option : table.options) {
-      if (option.positional || option.group == "Common") continue;
-      if (is_named(option, chosen->options) || !is_given(*line.app, option.names.back().c_str()))
-        continue;
-      std::vector<std::string> others;
-      for (const VerbTable& other : verbs)
-        if (is_named(option, other.options)) others.push_back(other.name);
-      return make_error(ErrorCode::kUsage, "{0} {1} takes no {2} - that is for {0} {3}", command,
-                        verb, option.names.front(), fmt::join(others, ", "));
-    }
-  }
-  return Ok{};
 }
 
 int run_program(int argc, char** argv) {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/json.h"
+#include "base/log.h"
 #include "base/result.h"
 #include "base/shell_quote.h"
 #include "base/stop.h"
@@ -29,10 +30,10 @@ struct CommonOptions {
   int threads = 0;
   int verbose = 0;
   bool quiet = false;
-  std::string color = "auto";
-  std::string progress = "auto";
+  ColorMode color = ColorMode::kAuto;
+  ProgressMode progress = ProgressMode::kAuto;
   std::string log_file;
-  std::string log_format = "text";
+  LogFormat log_format = LogFormat::kText;
   std::string cache_dir;
   bool no_cache = false;
   std::string device = "auto";
@@ -54,10 +55,6 @@ struct CommandLine {
 /// Returns the tables of all commands, with their verbs.
 std::vector<CommandTable> command_tables(const CommandLine& line);
 
-/// Checks that all given options are options of this verb. Errors (kUsage): one belongs to another
-/// verb of the command.
-Status check_verb(const CommandLine& line, const std::string& command, const std::string& verb);
-
 /// Adds a subcommand with the options that all share. Its help shows `purpose` (one line),
 /// `examples` and `exit_codes`.
 Command add_command(CommandLine& line, const std::string& name, const std::string& purpose,
@@ -65,6 +62,10 @@ Command add_command(CommandLine& line, const std::string& name, const std::strin
 
 /// Sets the action of a command, which runs if the command is chosen and returns the exit code.
 void set_action(CommandLine& line, Command command, std::function<Result<int>()> action);
+
+/// Adds the argument VERB to a command and runs the action of the chosen verb. Options of other
+/// verbs are usage errors.
+void add_verbs(CommandLine& line, Command command, const std::vector<VerbTable>& verbs);
 
 /// Adds --overwrite. run_program() adds it, under "Common", to the commands that have not done so.
 Option add_overwrite(Command command, CommonOptions& common);

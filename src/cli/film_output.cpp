@@ -94,17 +94,11 @@ Image resized_colors(const Image& image, int width) {
   return resize_image(colors, width, std::max(1, width * image.height / image.width));
 }
 
-Result<FilmScene> prepare_film(const CommandLine& line, Scene scene) {
+Result<EngineScene> prepare_film(const CommandLine& line, Scene scene) {
   scene.image.aovs = "none";  // PNGs, sheets and GIFs have no layers
   // Two pictures: the one that is traced, and its colours.
   PM_TRY_STATUS(check_picture_memory(scene.image, 2, line.common.max_memory));
-  FilmScene film_scene;
-  PM_TRY(film_scene.engine,
-         make_engine(line.common.device, film_scene.device, line.common.max_memory));
-  PM_TRY(film_scene.prepared, prepare_scene(scene, *film_scene.engine, cache_folder(line.common),
-                                            {line.common.max_memory, 2}));
-  for (const std::string& warning : film_scene.prepared.warnings) log_warning("{}", warning);
-  return film_scene;
+  return prepare_on_engine(line, scene, 2);
 }
 
 Status check_has_plans(const PreparedScene& prepared) {
@@ -116,7 +110,7 @@ Status check_has_plans(const PreparedScene& prepared) {
   return Ok{};
 }
 
-Result<Film> render_film(const CommandLine& line, const FilmScene& film_scene,
+Result<Film> render_film(const CommandLine& line, const EngineScene& film_scene,
                          std::vector<int> numbers, int width, FilmContent content) {
   const PreparedScene& prepared = film_scene.prepared;
   Film film;

@@ -1,15 +1,13 @@
 // Films in memory: the frames of a scene, contact sheets of them and animated GIFs.
 #pragma once
 
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "cli/command_line.h"
+#include "cli/scene_options.h"
 #include "image/image.h"
-#include "kernels/engine.h"
 #include "scene/scene.h"
-#include "sequence/prepare/prepared_scene.h"
 
 namespace polymorph {
 
@@ -45,16 +43,9 @@ void expose(Image& image, float stops);
 /// long sequence fits in memory.
 Image resized_colors(const Image& image, int width);
 
-/// A scene that is prepared for pictures without layers, and the engine that makes its surfaces.
-struct FilmScene {
-  std::unique_ptr<Engine> engine;
-  std::string device;  ///< name of the engine's device
-  PreparedScene prepared;
-};
-
-/// Prepares a scene for pictures and logs its warnings. Errors: those of make_engine() and
-/// prepare_scene(); kResource where the pictures need too much memory.
-Result<FilmScene> prepare_film(const CommandLine& line, Scene scene);
+/// Prepares a scene for pictures without layers. Errors: those of prepare_on_engine(); kResource
+/// where the pictures need too much memory.
+Result<EngineScene> prepare_film(const CommandLine& line, Scene scene);
 
 /// Content of the pictures: the scene, or its surfaces in colours that show which part of one
 /// object becomes which part of the other (sequence/frame/paint_origins.h).
@@ -66,7 +57,7 @@ Status check_has_plans(const PreparedScene& prepared);
 /// Renders these frames of the scene, `width` pixels wide (0: as in the scene), and shows progress.
 /// Makes the surface of a frame while the previous frame is traced. Traces successive equal frames
 /// once. Errors: those of geometry_at() and render_frame(); stop_code() after a signal.
-Result<Film> render_film(const CommandLine& line, const FilmScene& film_scene,
+Result<Film> render_film(const CommandLine& line, const EngineScene& film_scene,
                          std::vector<int> numbers, int width,
                          FilmContent content = FilmContent::kScene);
 

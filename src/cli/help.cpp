@@ -78,17 +78,6 @@ std::string verbs_text(const CommandTable& table) {
   return out + fmt::format("\n'polymorph {} VERB --help' has the options of each.\n", table.name);
 }
 
-std::string usage_line(const CommandTable& table, bool has_commands) {
-  if (!table.usage.empty()) return table.usage;
-  std::string usage = table.name.empty() ? "polymorph" : "polymorph " + table.name;
-  if (has_commands) usage += " COMMAND";
-  for (const OptionRow& option : table.options) {
-    if (!option.positional) continue;
-    usage += option.required ? " " + option.value : " [" + option.value + "]";
-  }
-  return usage + " [OPTIONS]";
-}
-
 }  // namespace
 
 std::string first_steps(const CommandLine& line) {
@@ -105,7 +94,8 @@ std::string first_steps(const CommandLine& line) {
 std::string help_text(const CommandTable& table, const std::vector<CommandTable>& commands,
                       bool full) {
   const bool is_program = !commands.empty();
-  std::string out = table.purpose + "\n\nUsage: " + usage_line(table, is_program) + "\n";
+  std::string out = table.purpose + "\n\nUsage: " +
+                    (is_program ? "polymorph COMMAND [OPTIONS]" : usage_line(table)) + "\n";
   if (!table.examples.empty()) out += "\nExamples:\n" + table.examples + "\n";
   if (is_program) {
     out += "\nCommands:\n";
@@ -126,6 +116,17 @@ bool is_named(const OptionRow& option, const std::vector<std::string>& names) {
   });
 }
 
+std::string positional_usage(const CommandTable& command) {
+  std::string usage = command.name.empty() ? "polymorph" : "polymorph " + command.name;
+  for (const OptionRow& row : command.options)
+    if (row.positional) usage += row.required ? " " + row.value : " [" + row.value + "]";
+  return usage;
+}
+
+std::string usage_line(const CommandTable& command) {
+  return command.usage.empty() ? positional_usage(command) + " [OPTIONS]" : command.usage;
+}
+
 CommandTable verb_table(const CommandTable& command, const VerbTable& verb) {
   CommandTable table;
   table.name = command.name + " " + verb.name;
@@ -140,10 +141,7 @@ CommandTable verb_table(const CommandTable& command, const VerbTable& verb) {
     if (option.positional ? option.value == "VERB" || verb.arguments.empty()
                           : !is_named(option, verb.options) && !is_named(option, kSharedByVerbs))
       continue;
-    for (const auto& [name, description] : verb.descriptions)
-      if (option.positional ? option.value == name : is_named(option, {name}))
-        option.description = description;
-    if (option.positional) option.value = verb.arguments;
+    if (option.positional) option.value = verb.arguments, option.description = verb.argument_text;
     table.options.push_back(std::move(option));
   }
   return table;

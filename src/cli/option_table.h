@@ -2,9 +2,11 @@
 // the reference are made.
 #pragma once
 
+#include <functional>
 #include <string>
-#include <utility>
 #include <vector>
+
+#include "base/result.h"
 
 namespace CLI {
 class App;
@@ -25,10 +27,10 @@ struct OptionRow {
 struct VerbTable {
   std::string name, purpose;
   std::string arguments;             ///< positional arguments, "NAME SCENE"; empty: none
+  std::string argument_text;         ///< their description
   std::vector<std::string> options;  ///< the command's options that it takes, "--root"
   std::string examples, exit_codes;
-  /// Descriptions that replace those of the command: pairs of an option or argument and its text.
-  std::vector<std::pair<std::string, std::string>> descriptions;
+  std::function<Result<int>()> action;  ///< returns the exit code
 };
 
 struct CommandTable {
@@ -43,6 +45,11 @@ bool is_named(const OptionRow& option, const std::vector<std::string>& names);
 
 /// Returns the table of a verb as if it were a command ("golden test"), with the verb's options.
 CommandTable verb_table(const CommandTable& command, const VerbTable& verb);
+
+/// Returns the usage without options: "polymorph compare ACTUAL REFERENCE".
+std::string positional_usage(const CommandTable& command);
+/// Returns the usage line: "polymorph compare ACTUAL REFERENCE [OPTIONS]".
+std::string usage_line(const CommandTable& command);
 
 /// Returns the table of a command, or of the program's own options.
 CommandTable command_table(const CLI::App& command);

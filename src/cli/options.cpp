@@ -11,6 +11,8 @@
 namespace polymorph {
 namespace {
 
+constexpr const char* kDefaultGroup = "Main";
+
 std::vector<const CLI::App*> all_commands(const CLI::App& program) {
   return program.get_subcommands([](const CLI::App*) { return true; });
 }
@@ -96,17 +98,6 @@ std::string rewrite_choice_error(const std::string& message, const std::string& 
                      did_you_mean(value, words), fmt::join(words, ", "));
 }
 
-/// Returns the usage line without options: "polymorph compare ACTUAL REFERENCE".
-std::string positional_usage(const CLI::App& command) {
-  std::string usage = "polymorph " + command.get_name();
-  for (const CLI::Option* option : command.get_options()) {
-    if (!option->get_positional()) continue;
-    const OptionRow row = option_row(*option);
-    usage += row.required ? " " + row.value : " [" + row.value + "]";
-  }
-  return usage;
-}
-
 /// Rewrites CLI11's messages "reference is required", "--output: 1 required FILE missing", "The
 /// following argument was not expected: x" and those of rewrite_choice_error() as sentences.
 /// Returns other messages unchanged.
@@ -120,7 +111,7 @@ std::string rewrite_parse_error(const CLI::ParseError& error, const CLI::App& co
     return fmt::format(
         "{} is missing{} - write {}", row.value,
         row.choices.empty() ? "" : fmt::format(" ({})", fmt::join(row.choices, ", ")),
-        positional_usage(command));
+        positional_usage(command_table(command)));
   }
   if (message.find(" required ") != std::string::npos && message.ends_with(" missing")) {
     const CLI::Option* option = command.get_option_no_throw(before(":"));
@@ -136,7 +127,8 @@ std::string rewrite_parse_error(const CLI::ParseError& error, const CLI::App& co
     const auto words = split(message.substr(message.find(" not expected: ") + 15), ' ');
     const std::string& word = words.back();
     if (word.size() > 1 && word.starts_with("-")) return describe_unknown_option(command, word);
-    return fmt::format("\"{}\" is one word too many - write {}", word, positional_usage(command));
+    return fmt::format("\"{}\" is one word too many - write {}", word,
+                       positional_usage(command_table(command)));
   }
   return rewrite_choice_error(message, command.get_name());
 }
@@ -161,10 +153,6 @@ const CLI::Option* chosen_option(const CLI::App& program, const char* name) {
 
 }  // namespace
 
-Option& Option::type_name(const char* name) {
-  option_->type_name(name);
-  return *this;
-}
 Option& Option::group(const char* name) {
   option_->group(name);
   return *this;
@@ -183,10 +171,6 @@ Option& Option::excludes(const Option& other) {
 }
 Option& Option::choices(const std::vector<std::string>& words) {
   option_->check(CLI::IsMember(words));
-  return *this;
-}
-Option& Option::choices_in_any_case(const std::vector<std::string>& words) {
-  option_->transform(CLI::IsMember(words, CLI::ignore_case));
   return *this;
 }
 Option& Option::count(int low, int high) {
@@ -220,34 +204,50 @@ Option& Option::real_range(double low, double high) {
 }
 
 template <class T>
-Option Command::add_option(const std::string& names, T& value,
+Option Command::add_option(const std::string& names, T& value, const char* value_name,
                            const std::string& description) const {
-  return Option(app_->add_option(names, value, description));
+  CLI::Option* option = app_->add_option(names, value, description);
+  return Option(option->type_name(value_name)->group(kDefaultGroup));
 }
-template Option Command::add_option(const std::string&, std::string&, const std::string&) const;
-template Option Command::add_option(const std::string&, std::filesystem::path&,
+template Option Command::add_option(const std::string&, std::string&, const char*,
                                     const std::string&) const;
-template Option Command::add_option(const std::string&, std::vector<std::string>&,
+template Option Command::add_option(const std::string&, std::filesystem::path&, const char*,
                                     const std::string&) const;
-template Option Command::add_option(const std::string&, int&, const std::string&) const;
-template Option Command::add_option(const std::string&, long long&, const std::string&) const;
-template Option Command::add_option(const std::string&, std::uint64_t&, const std::string&) const;
-template Option Command::add_option(const std::string&, float&, const std::string&) const;
-template Option Command::add_option(const std::string&, double&, const std::string&) const;
+template Option Command::add_option(const std::string&, std::vector<std::string>&, const char*,
+                                    const std::string&) const;
+template Option Command::add_option(const std::string&, int&, const char*,
+                                    const std::string&) const;
+template Option Command::add_option(const std::string&, long long&, const char*,
+                                    const std::string&) const;
+template Option Command::add_option(const std::string&, std::uint64_t&, const char*,
+                                    const std::string&) const;
+template Option Command::add_option(const std::string&, float&, const char*,
+                                    const std::string&) const;
+template Option Command::add_option(const std::string&, double&, const char*,
+                                    const std::string&) const;
 
 Option Command::add_flag(const std::string& names, bool& value,
                          const std::string& description) const {
-  return Option(app_->add_flag(names, value, description));
+  return Option(app_->add_flag(names, value, description)->group(kDefaultGroup));
 }
 Option Command::add_flag(const std::string& names, int& value,
                          const std::string& description) const {
-  return Option(app_->add_flag(names, value, description));
+  return Option(app_->add_flag(names, value, description)->group(kDefaultGroup));
 }
 Option Command::add_optional_value(const std::string& name,
                                    std::function<void(const std::string&)> use,
-                                   const char* fallback, const std::string& description) const {
+                                   const char* value_name, const char* fallback,
+                                   const std::string& description) const {
   CLI::Option* option = app_->add_option_function<std::string>(name, std::move(use), description);
-  return Option(option->expected(0, 1)->default_str(fallback));
+  option->expected(0, 1)->default_str(fallback)->type_name(value_name);
+  return Option(option->group(kDefaultGroup));
+}
+Option Command::add_word(const std::string& names, std::function<void(const std::string&)> use,
+                         const char* value_name, const std::vector<std::string>& words,
+                         const std::string& description) const {
+  CLI::Option* option = app_->add_option_function<std::string>(names, std::move(use), description);
+  option->type_name(value_name)->group(kDefaultGroup);
+  return Option(option).choices(words);
 }
 Option Command::option(const char* name) const { return Option(app_->get_option(name)); }
 bool Command::has_option(const char* name) const { return app_->get_option_no_throw(name); }

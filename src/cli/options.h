@@ -8,6 +8,7 @@
 #include <memory>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "base/result.h"
@@ -20,21 +21,19 @@ class Option;
 namespace polymorph {
 
 /// Handle to an option. Its properties are set in a chain of calls:
-/// command.add_option("--columns", columns, "cells per row (4)").range(1, 1000).type_name("N");
+/// command.add_option("--columns", columns, "N", "cells per row (4)").range(1, 1000);
 class Option {
  public:
   explicit Option(CLI::Option* option) : option_(option) {}
 
-  Option& type_name(const char* name);  ///< name of its value in help: "FILE"
-  Option& group(const char* name);      ///< its heading in help
+  Option& group(const char* name);  ///< its heading in help; default: "Main"
   Option& required();
   Option& environment(const char* variable);  ///< read if the option is not given
   Option& excludes(const Option& other);
   Option& choices(const std::vector<std::string>& words);  ///< the allowed values
-  Option& choices_in_any_case(const std::vector<std::string>& words);
-  Option& count(int low, int high);  ///< takes from `low` to `high` values
-  Option& one_value_each();          ///< a list has one value per occurrence
-  Option& bytes();                   ///< a size as read_size() parses it (cli/amounts.h)
+  Option& count(int low, int high);                        ///< takes from `low` to `high` values
+  Option& one_value_each();                                ///< a list has one value per occurrence
+  Option& bytes();  ///< a size as read_size() parses it (cli/amounts.h)
   /// Limits a number to [low, high]. It is decimal, with '.' as the point, never hexadecimal or
   /// octal; if T is an integer type it must be whole.
   template <class T>
@@ -59,16 +58,32 @@ class Command {
 
   /// Adds an option, or a positional argument if its name has no dashes ("scene"). `value` is a
   /// string, path, number or list of strings. It holds the default and must outlive the command's
-  /// run.
+  /// run. `value_name` is the name of the value in help: "FILE".
   template <class T>
-  Option add_option(const std::string& names, T& value, const std::string& description) const;
+  Option add_option(const std::string& names, T& value, const char* value_name,
+                    const std::string& description) const;
+  /// Adds an option whose value is one of some words, each of which stands for a value of an
+  /// enumeration.
+  template <class T>
+  Option add_choice(const std::string& names, T& value, const char* value_name,
+                    const std::vector<std::pair<std::string, std::type_identity_t<T>>>& choices,
+                    const std::string& description) const {
+    std::vector<std::string> words;
+    for (const auto& choice : choices) words.push_back(choice.first);
+    const auto use = [&value, choices](const std::string& text) {
+      for (const auto& [word, meaning] : choices)
+        if (word == text) value = meaning;
+    };
+    return add_word(names, use, value_name, words, description);
+  }
   Option add_flag(const std::string& names, bool& value, const std::string& description) const;
   /// Adds a flag; `value` counts its occurrences.
   Option add_flag(const std::string& names, int& value, const std::string& description) const;
   /// Adds an option with an optional value, which defaults to `fallback`. Parsing calls `use` with
   /// the value.
   Option add_optional_value(const std::string& name, std::function<void(const std::string&)> use,
-                            const char* fallback, const std::string& description) const;
+                            const char* value_name, const char* fallback,
+                            const std::string& description) const;
   /// Returns the option of this name, which must exist.
   Option option(const char* name) const;
   bool has_option(const char* name) const;
@@ -78,6 +93,10 @@ class Command {
   void on_chosen(std::function<void()> action) const;
 
  private:
+  Option add_word(const std::string& names, std::function<void(const std::string&)> use,
+                  const char* value_name, const std::vector<std::string>& words,
+                  const std::string& description) const;
+
   CLI::App* app_;
 };
 

@@ -30,14 +30,6 @@ std::string escape_roff(const std::string& text) {
   return out;
 }
 
-std::string usage_text(const CommandTable& command) {
-  if (!command.usage.empty()) return command.usage;
-  std::string text = "polymorph " + command.name;
-  for (const OptionRow& row : command.options)
-    if (row.positional) text += row.required ? " " + row.value : " [" + row.value + "]";
-  return text + " [OPTIONS]";
-}
-
 std::string names_and_value(const OptionRow& row) {
   const std::string names = fmt::format("{}", fmt::join(row.names, ", "));
   return row.value.empty() ? names : names + " " + row.value;
@@ -203,7 +195,7 @@ std::string command_page(const CommandTable& command) {
   std::string out = page_head(name);
   out +=
       fmt::format(".SH NAME\npolymorph\\-{} \\- {}\n.SH SYNOPSIS\n{}\n", escape_roff(command.name),
-                  escape_roff(command.purpose), escape_roff(usage_text(command)));
+                  escape_roff(command.purpose), escape_roff(usage_line(command)));
   std::string group;
   out += ".SH OPTIONS\n";
   for (const OptionRow& row : command.options) {
@@ -232,7 +224,7 @@ std::string commands_markdown(const std::vector<CommandTable>& commands) {
       "# The command line\n\nMade by `polymorph manual commands`; do not edit it by hand.\n";
   for (const CommandTable& command : commands) {
     out += fmt::format("\n## {}\n\n{}\n\n```\n{}\n```\n\n", command.name, command.purpose,
-                       usage_text(command));
+                       usage_line(command));
     if (command.verbs.empty())
       out += options_markdown(command);
     else
@@ -246,7 +238,7 @@ std::string commands_markdown(const std::vector<CommandTable>& commands) {
     for (const VerbTable& verb : command.verbs) {
       const CommandTable table = verb_table(command, verb);
       out += fmt::format("\n### {}\n\n{}\n\n```\n{}\n```\n\n", table.name, table.purpose,
-                         usage_text(table));
+                         usage_line(table));
       out += options_markdown(table) + "\n```sh\n" + table.examples + "\n```\n";
       out += "\nExit codes:\n\n```\n" + table.exit_codes + "\n```\n";
     }

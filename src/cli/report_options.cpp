@@ -7,15 +7,12 @@ namespace polymorph {
 
 void add_report(Command command, ReportOptions& options) {
   command
-      .add_option("--report", options.folder,
+      .add_option("--report", options.folder, "DIR",
                   "index.html, junit.xml, report.json, and a picture of each failure")
-      .type_name("DIR")
       .group("Output");
-  command.add_option("--html", options.html, "the page alone: one file, opens from disk")
-      .type_name("FILE")
+  command.add_option("--html", options.html, "FILE", "the page alone: one file, opens from disk")
       .group("Output");
-  command.add_option("--junit", options.junit, "JUnit XML, a test case per frame")
-      .type_name("FILE")
+  command.add_option("--junit", options.junit, "FILE", "JUnit XML, a test case per frame")
       .group("Output");
 }
 
@@ -40,6 +37,21 @@ Status write_reports(const ReportOptions& options, const Report& report, bool ov
     log_info("report: {}", page.string());
   }
   return Ok{};
+}
+
+Result<std::vector<Limit>> parse_limits(const std::vector<std::string>& texts) {
+  std::vector<Limit> limits;
+  for (const std::string& text : texts) {
+    PM_TRY(Limit limit, parse_limit(text));
+    limits.push_back(std::move(limit));
+  }
+  return limits;
+}
+
+int check_limits(const std::vector<Analysis>& morphs, const std::vector<Limit>& limits) {
+  const std::vector<std::string> messages = broken_limits(morphs, limits);
+  for (const std::string& text : messages) log_warning("{}", text);
+  return messages.empty() ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
 }
 
 }  // namespace polymorph

@@ -1,8 +1,11 @@
-// Report options (--report, --html and --junit) of the commands that compare images.
+// Report options (--report, --html and --junit) of the commands that compare images, and the limits
+// (--fail-on) of those that measure morphs.
 #pragma once
 
 #include <string>
+#include <vector>
 
+#include "analyze/analysis_report.h"
 #include "cli/command_line.h"
 #include "compare/comparison_report.h"
 
@@ -20,5 +23,10 @@ void add_report(Command command, ReportOptions& options);
 /// folder has other files of the report's names and `overwrite` is false.
 Status begin_report(const ReportOptions& options, bool overwrite);
 Status write_reports(const ReportOptions& options, const Report& report, bool overwrite);
+
+/// Parses the values of --fail-on. Errors: those of parse_limit().
+Result<std::vector<Limit>> parse_limits(const std::vector<std::string>& texts);
+/// Logs the limits that do not hold. Returns the exit code: 0 if all hold.
+int check_limits(const std::vector<Analysis>& morphs, const std::vector<Limit>& limits);
 
 }  // namespace polymorph

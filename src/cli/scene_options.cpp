@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <string_view>
 
-#include "morph/timeline.h"
+#include "base/frames.h"
+#include "base/log.h"
+#include "device/device.h"
 #include "scene/load_scene.h"
 
 namespace polymorph {
@@ -43,27 +45,21 @@ void make_preview(Scene& scene, const std::vector<std::string>& sets, bool draft
 }  // namespace
 
 void add_scene_options(Command command, SceneOptions& options) {
-  command
-      .add_flag("--preview", options.preview,
-                "half size, coarse balls and surface, direct light only, its noise smoothed")
-      .group("Main");
-  command
-      .add_flag(
-          "--draft", options.draft,
-          "a preview in half the time: a coarser surface, one sample of direct light from the "
-          "lights' centres, and a sky that nothing hides")
-      .group("Main");
-  command.add_option("--spp", options.samples, "samples per pixel")
+  command.add_flag("--preview", options.preview,
+                   "half size, coarse balls and surface, direct light only, its noise smoothed");
+  command.add_flag(
+      "--draft", options.draft,
+      "a preview in half the time: a coarser surface, one sample of direct light from the "
+      "lights' centres, and a sky that nothing hides");
+  command.add_option("--spp", options.samples, "N", "samples per pixel")
       .range(1, 65536)
-      .type_name("N")
       .group("Scene");
   command
-      .add_option("--display", options.view.display,
+      .add_option("--display", options.view.display, "NAME",
                   "display of $OCIO's config that PNGs, strips, GIFs and movies are made for")
-      .type_name("NAME")
       .group("Scene");
-  command.add_option("--view", options.view.view, "view of that display; default: its first")
-      .type_name("NAME")
+  command
+      .add_option("--view", options.view.view, "NAME", "view of that display; default: its first")
       .group("Scene");
   add_overrides(command, options.sets);
 }
@@ -78,6 +74,20 @@ Result<Scene> load_scene_with(const std::string& file, const SceneOptions& optio
   PM_TRY(Scene scene, load_scene(file, overrides));
   apply_scene_options(scene, options);
   return scene;
+}
+
+Result<std::vector<int>> parse_frame_option(const std::string& frames, int count) {
+  return parse_frames(frames.empty() ? fmt::format("1-{}", count) : frames, 1, count);
+}
+
+Result<EngineScene> prepare_on_engine(const CommandLine& line, const Scene& scene,
+                                      std::size_t pictures, Sharing sharing) {
+  EngineScene result;
+  PM_TRY(result.engine, make_engine(line.common.device, result.device, line.common.max_memory));
+  PM_TRY(result.prepared, prepare_scene(scene, *result.engine, cache_folder(line.common),
+                                        {line.common.max_memory, pictures}, Fits::kMake, sharing));
+  for (const std::string& warning : result.prepared.warnings) log_warning("{}", warning);
+  return result;
 }
 
 std::vector<std::string> to_arguments(const SceneOptions& options) {

@@ -3,11 +3,10 @@
 #include <algorithm>
 
 #include "base/file.h"
-#include "base/log.h"
+#include "base/plural.h"
 #include "base/text.h"
 #include "device/device.h"
 #include "export/play_data.h"
-#include "sequence/prepare/prepare.h"
 
 namespace polymorph {
 
@@ -18,28 +17,22 @@ Status check_play_page(const CommandLine& line, const std::filesystem::path& pat
   return check_output(path, line.common.overwrite);
 }
 
-Result<PageScene> prepare_page(const CommandLine& line, Scene scene) {
+Result<EngineScene> prepare_page(const CommandLine& line, Scene scene) {
   scene.surface.resolution = std::min(scene.surface.resolution, kPlayResolution);
-  PageScene page;
-  std::string device;
-  PM_TRY(page.engine, make_engine(line.common.device, device, line.common.max_memory));
-  PM_TRY(page.prepared, prepare_scene(scene, *page.engine, cache_folder(line.common),
-                                      {line.common.max_memory}, Fits::kMake, Sharing::kNone));
+  PM_TRY(EngineScene page, prepare_on_engine(line, scene, 0, Sharing::kNone));
   PM_TRY_STATUS(check_stands_still(page.prepared));
-  for (const std::string& warning : page.prepared.warnings) log_warning("{}", warning);
   return page;
 }
 
 Status write_play_page(const CommandLine& line, Scene scene, const std::filesystem::path& path) {
-  PM_TRY(const PageScene page_scene, prepare_page(line, std::move(scene)));
+  PM_TRY(const EngineScene page_scene, prepare_page(line, std::move(scene)));
   // Check again: now all input files are known, also those that models and materials name.
   PM_TRY_STATUS(check_play_page(line, path));
   PM_TRY(const PlayPage page, make_play_page(page_scene.prepared, *page_scene.engine));
   const std::string html = encode_play_page(page);
   PM_TRY_STATUS(write_file(path, html));
-  print_data("{} {} actor{}, {} frames, {}\n", path.string(), page.actors.size(),
-             page.actors.size() == 1 ? "" : "s", page_scene.prepared.frame_count,
-             format_bytes(static_cast<double>(html.size())));
+  print_data("{} {}, {} frames, {}\n", path.string(), plural(page.actors.size(), "actor"),
+             page_scene.prepared.frame_count, format_bytes(static_cast<double>(html.size())));
   return Ok{};
 }
 

@@ -3,12 +3,10 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
 
 #include "cli/command_line.h"
-#include "kernels/engine.h"
+#include "cli/scene_options.h"
 #include "scene/scene.h"
-#include "sequence/prepare/prepared_scene.h"
 
 namespace polymorph {
 
@@ -16,16 +14,9 @@ namespace polymorph {
 /// kOutput.
 Status check_play_page(const CommandLine& line, const std::filesystem::path& path);
 
-/// A scene that is prepared for a page, and the engine that makes its surfaces.
-struct PageScene {
-  std::unique_ptr<Engine> engine;
-  PreparedScene prepared;
-};
-
-/// Prepares a scene for a page, with at most kPlayResolution cells along an actor's longest side,
-/// and logs its warnings. Errors: those of make_engine() and prepare_scene(); kInput if an actor
-/// has a mesh sequence.
-Result<PageScene> prepare_page(const CommandLine& line, Scene scene);
+/// Prepares a scene for a page, with at most kPlayResolution cells along an actor's longest side.
+/// Errors: those of prepare_on_engine(); kInput if an actor has a mesh sequence.
+Result<EngineScene> prepare_page(const CommandLine& line, Scene scene);
 
 /// Writes the page that plays a scene, and prints the number of actors and frames and the size of
 /// the file. Errors: those of prepare_page() and write_file().

@@ -1,13 +1,12 @@
 #include "golden/golden_bits.h"
 
-#include <stdlib.h>
-
 #include <algorithm>
 #include <atomic>
 
 #include "base/parallel.h"
 #include "base/stopwatch.h"
 #include "golden/golden_frames.h"
+#include "golden/work_folder.h"
 #include "image/image_io.h"
 #include "sequence/run/render_sequence.h"
 
@@ -15,28 +14,6 @@ namespace polymorph {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A temporary folder, removed by the destructor.
-class WorkFolder {
- public:
-  static Result<WorkFolder> create() {
-    std::string name = (fs::temp_directory_path() / "polymorph-golden-XXXXXX").string();
-    if (!::mkdtemp(name.data()))
-      return make_error(ErrorCode::kOutput, "{}: cannot make a folder to work in", name);
-    return WorkFolder(name);
-  }
-  WorkFolder(WorkFolder&& other) noexcept { path_.swap(other.path_); }
-  WorkFolder& operator=(WorkFolder&& other) = delete;
-  ~WorkFolder() {
-    std::error_code ignored;
-    if (!path_.empty()) fs::remove_all(path_, ignored);
-  }
-  const fs::path& path() const { return path_; }
-
- private:
-  explicit WorkFolder(fs::path path) : path_(std::move(path)) {}
-  fs::path path_;
-};
 
 /// Sets the number of threads, and restores it in the destructor.
 class ThreadCount {

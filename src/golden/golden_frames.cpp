@@ -1,7 +1,6 @@
 #include "golden/golden_frames.h"
 
 #include <fcntl.h>
-#include <stdlib.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -14,6 +13,7 @@
 #include "base/shell_quote.h"
 #include "base/text.h"
 #include "device/device.h"
+#include "golden/work_folder.h"
 #include "image/image_io.h"
 #include "mesh/mesh_check.h"
 #include "scene/load_scene.h"
@@ -37,10 +37,8 @@ void replace_all(std::string& text, const std::string& from, const std::string& 
 
 /// Renders a frame with the suite's command, in a temporary folder. Errors: kInput, kOutput.
 Result<RenderedFrame> run_command(const GoldenSuite& suite, int frame) {
-  std::string folder = (fs::temp_directory_path() / "polymorph-golden-XXXXXX").string();
-  if (!::mkdtemp(folder.data()))
-    return make_error(ErrorCode::kOutput, "{}: cannot make a folder to work in", folder);
-  const fs::path out = fs::path(folder) / fmt::format("frame.{:04}.{}", frame, suite.format);
+  PM_TRY(const WorkFolder work, WorkFolder::create());
+  const fs::path out = work.path() / fmt::format("frame.{:04}.{}", frame, suite.format);
   std::string command = suite.command;
   replace_all(command, "{out}", quote_for_shell(out.string()));
   replace_all(command, "{frame}", fmt::format("{}", frame));
@@ -51,15 +49,12 @@ Result<RenderedFrame> run_command(const GoldenSuite& suite, int frame) {
   const int status = std::system(line.c_str());
   RenderedFrame rendered;
   rendered.surface.frame = frame;
-  auto bytes =
-      status == 0 ? read_file(out, std::size_t{1} << 30) : Result<std::string>(std::string());
-  std::error_code ignored;
-  fs::remove_all(folder, ignored);
   if (status != 0)
     return make_error(
         ErrorCode::kInput, "{}: frame {}: the command ended with {}: {}",
         (suite.folder / "suite.json").string(), frame,
         WIFEXITED(status) ? fmt::format("exit code {}", WEXITSTATUS(status)) : "a signal", command);
+  auto bytes = read_file(out, std::size_t{1} << 30);
   if (!bytes)
     return make_error(ErrorCode::kInput, "{}: frame {}: the command wrote no {}",
                       (suite.folder / "suite.json").string(), frame, out.filename().string());

@@ -169,7 +169,6 @@ Result<GoldenFrame> test_frame(const GoldenSuite& suite, const GoldenSettings& s
   FrameTest test{suite, settings, rendered, nullptr, rendered.image};
   const fs::path golden = golden_image_path(suite, result.frame);
   if (!fs::exists(golden)) {
-    result.missing = true;
     result.message = golden.string() + " is missing";  // the report says how to accept it
     PM_TRY_STATUS(report_uncompared(test, result));
     return result;
@@ -239,7 +238,7 @@ std::size_t GoldenResult::failed() const {
 Result<GoldenResult> test_golden(const GoldenSuite& suite, const GoldenSettings& settings) {
   PM_TRY(SuiteRenderer renderer, SuiteRenderer::create(suite, settings));
   PM_TRY(const std::vector<SurfaceRecord> records, read_records(suite));
-  GoldenResult result{suite.name, {}, find_orphans(suite)};
+  GoldenResult result{{}, find_orphans(suite)};
   for (const int frame : suite.frames) {
     const Stopwatch stopwatch;
     remove_failure(suite, settings, frame);

@@ -24,7 +24,6 @@ struct GoldenSettings {
 
 struct GoldenFrame {
   int frame = 0;
-  bool missing = false;             ///< there is no golden image
   bool unreadable = false;          ///< the golden image cannot be read
   bool surface_passed = false;      ///< vertices, triangles and digest equal the golden's
   std::optional<Comparison> image;  ///< absent if the golden is missing or unreadable
@@ -35,7 +34,6 @@ struct GoldenFrame {
 };
 
 struct GoldenResult {
-  std::string suite;
   std::vector<GoldenFrame> frames;
   /// Images in the suite's folder that are neither goldens of its frames nor masks.
   std::vector<std::filesystem::path> orphans;

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "base/file.h"
+#include "base/plural.h"
 #include "base/program_identity.h"
 #include "base/text.h"
 
@@ -21,10 +22,6 @@ Result<std::string> read_changes(const GoldenSuite& suite) {
   std::error_code ignored;
   if (fs::exists(file, ignored)) return read_file(file);
   return fmt::format("# Changes to the golden frames of {}\n", suite.name);
-}
-
-std::string frames_text(std::size_t count) {
-  return fmt::format("{} frame{}", count, count == 1 ? "" : "s");
 }
 
 /// Appends an entry. If the last one has the same reason, the new entry replaces it, with the
@@ -43,8 +40,8 @@ std::string add_entry(std::string text, std::size_t count, const std::string& re
       text.resize(last);
     }
   }
-  return text +
-         fmt::format("\n- polymorph {}, {}: {}\n", program_version(), frames_text(count), reason);
+  return text + fmt::format("\n- polymorph {}, {}: {}\n", program_version(), plural(count, "frame"),
+                            reason);
 }
 
 }  // namespace

@@ -2,13 +2,27 @@
 
 #include "base/activity.h"
 #include "base/log.h"
+#include "base/plural.h"
 #include "inspect/inspection.h"
 #include "interchange/json_vectors.h"
 #include "model/load/load_model.h"
-#include "model/repair/diagnose.h"
 #include "scene/animated_model.h"
 
 namespace polymorph {
+
+JsonValue to_json(const Diagnosis& diagnosis) {
+  return {{"triangles", diagnosis.triangles},
+          {"closed", diagnosis.closed},
+          {"genus", diagnosis.genus},
+          {"shells", diagnosis.shells},
+          {"boundary_edges", diagnosis.boundary_edges},
+          {"volume", diagnosis.volume},
+          {"area", diagnosis.area}};
+}
+
+std::string describe_topology(const Diagnosis& diagnosis) {
+  return diagnosis.closed ? fmt::format("closed, genus {}", diagnosis.genus) : "not closed";
+}
 
 Result<Inspection> inspect_model(const std::string& file) {
   PM_TRY(const LoadedModel loaded, [&] {
@@ -22,27 +36,19 @@ Result<Inspection> inspect_model(const std::string& file) {
   }();
   const Vec3 size = d.box.size();
   Inspection out;
-  out.json = {{"file", file},
-              {"points", d.points},
-              {"triangles", d.triangles},
-              {"shells", d.shells},
-              {"closed", d.closed},
-              {"genus", d.genus},
-              {"euler", d.euler},
-              {"boundary_edges", d.boundary_edges},
-              {"non_manifold_edges", d.non_manifold_edges},
-              {"size", to_array(size)},
-              {"volume", d.volume},
-              {"area", d.area},
-              {"labels", loaded.model.label_names},
-              {"textures", loaded.model.textures.size()}};
+  out.json = {{"file", file}, {"points", d.points}};
+  out.json.update(to_json(d));
+  out.json.update({{"euler", d.euler},
+                   {"non_manifold_edges", d.non_manifold_edges},
+                   {"size", to_array(size)},
+                   {"labels", loaded.model.label_names},
+                   {"textures", loaded.model.textures.size()}});
   const Animation animation = read_animation(file);
   for (const std::string& name : animation.names) out.json["animations"].push_back(name);
-  out.text += fmt::format("{}: {} points, {} triangles, {} shell{}\n", file, d.points, d.triangles,
-                          d.shells, d.shells == 1 ? "" : "s");
+  out.text += fmt::format("{}: {} points, {} triangles, {}\n", file, d.points, d.triangles,
+                          plural(d.shells, "shell"));
   out.text += fmt::format("  {}, box {:.4g} x {:.4g} x {:.4g}, volume {:.4g}, area {:.4g}\n",
-                          d.closed ? fmt::format("closed, genus {}", d.genus) : "not closed",
-                          size.x, size.y, size.z, d.volume, d.area);
+                          describe_topology(d), size.x, size.y, size.z, d.volume, d.area);
   constexpr std::size_t kMaxLabels = 100;
   const std::vector<std::string>& names = loaded.model.label_names;
   std::string labels;
@@ -50,15 +56,13 @@ Result<Inspection> inspect_model(const std::string& file) {
     labels += (i == 0 ? "" : ", ") + names[i];
   if (names.size() > kMaxLabels)
     labels += fmt::format(" and {} more (--json has them all)", names.size() - kMaxLabels);
-  const std::size_t materials = loaded.model.materials.size(),
-                    textures = loaded.model.textures.size();
-  out.text += fmt::format("  labels: {}\n  {} material{}, {} texture{}\n", labels, materials,
-                          materials == 1 ? "" : "s", textures, textures == 1 ? "" : "s");
+  out.text += fmt::format("  labels: {}\n  {}, {}\n", labels,
+                          plural(loaded.model.materials.size(), "material"),
+                          plural(loaded.model.textures.size(), "texture"));
   if (!animation.names.empty()) {
-    out.text +=
-        fmt::format("  {} animation{}, {}: {} poses, {} per second\n", animation.names.size(),
-                    animation.names.size() == 1 ? "" : "s", fmt::join(animation.names, ", "),
-                    animation.pose_count(), animation.poses_per_second);
+    out.text += fmt::format(
+        "  {}, {}: {} poses, {} per second\n", plural(animation.names.size(), "animation"),
+        fmt::join(animation.names, ", "), animation.pose_count(), animation.poses_per_second);
     if (const std::string others = describe_other_animations({file, {}, 1}); !others.empty())
       out.text += fmt::format("  {}\n", others);
   }

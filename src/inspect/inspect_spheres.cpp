@@ -41,6 +41,24 @@ std::size_t ball_count(const SpheresResult& fitted) {
   return fitted.balls.empty() ? fitted.approximation.tree.leaves().size() : fitted.balls.size();
 }
 
+const char* method_name(SphereMethod method) {
+  switch (method) {
+    case SphereMethod::kMedial:
+      return "medial";
+    case SphereMethod::kHubbard:
+      return "hubbard";
+    case SphereMethod::kOctree:
+      return "octree";
+    case SphereMethod::kActive:
+      break;
+  }
+  return "active";
+}
+
+const char* fit_name(FitKind fit) {
+  return fit == FitKind::kNone ? "none" : fit == FitKind::kRound ? "round" : "ellipsoid";
+}
+
 JsonValue to_json(const SpheresRequest& request, const SpheresResult& fitted,
                   const Measurements& measurements) {
   std::vector<int> levels;
@@ -51,8 +69,8 @@ JsonValue to_json(const SpheresRequest& request, const SpheresResult& fitted,
   }
   JsonValue json{{"model", fitted.model.name},
                  {"triangles", fitted.model.triangles.size()},
-                 {"method", request.method},
-                 {"fit", request.fit},
+                 {"method", method_name(request.settings.method)},
+                 {"fit", fit_name(request.settings.fit)},
                  {"spheres", fitted.approximation.tree.leaves().size()},
                  {"levels", levels},
                  {"balls", ball_count(fitted)}};
@@ -89,8 +107,10 @@ std::string to_table(const SpheresRequest& request, const SpheresResult& fitted,
                      const Measurements& measurements) {
   std::string text;
   text += fmt::format("{}: {} triangles, {}, {}\n", fitted.model.name,
-                      fitted.model.triangles.size(), request.method,
-                      request.fit == "none" ? "not fitted" : request.fit + " balls fitted");
+                      fitted.model.triangles.size(), method_name(request.settings.method),
+                      request.settings.fit == FitKind::kNone
+                          ? "not fitted"
+                          : fmt::format("{} balls fitted", fit_name(request.settings.fit)));
   text += fmt::format("  {:<34}{:>10}\n", "spheres", fitted.approximation.tree.leaves().size());
   text += fmt::format("  {:<34}{:>10}\n", "balls", ball_count(fitted));
   if (measurements.quality) {

@@ -11,8 +11,6 @@ namespace polymorph {
 
 struct SpheresRequest {
   std::string model;  ///< a file or a built-in shape
-  std::string method = "medial",
-              fit = "ellipsoid";  ///< names of settings.method and .fit, for reports
   SphereSettings settings;
   int grid = 192;   ///< cells of the surface along the model's longest side
   int width = 480;  ///< pixels of each of the three pictures

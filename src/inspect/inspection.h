@@ -7,6 +7,7 @@
 #include "base/json.h"
 #include "base/result.h"
 #include "kernels/engine.h"
+#include "model/repair/diagnose.h"
 #include "scene/scene.h"
 #include "sequence/prepare/prepared_scene.h"
 
@@ -24,6 +25,11 @@ Result<Inspection> inspect_image(const std::string& file);
 /// Describes a model: counts, topology, size, problems. Logs its warnings. Errors: those of
 /// load_model().
 Result<Inspection> inspect_model(const std::string& file);
+
+/// Converts what is measured of every model to JSON: counts, topology, volume and area.
+JsonValue to_json(const Diagnosis& diagnosis);
+/// Returns "closed, genus 1" or "not closed".
+std::string describe_topology(const Diagnosis& diagnosis);
 
 /// Describes a scene: its objects, and the frames of each stage. The JSON is null, because
 /// scene_to_json() has every setting.

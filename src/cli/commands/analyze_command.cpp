@@ -2,13 +2,13 @@
 
 #include "analyze/analysis_report.h"
 #include "base/file.h"
+#include "base/frames.h"
 #include "base/log.h"
 #include "cli/command_line.h"
-#include "device/device.h"
+#include "cli/report_options.h"
+#include "cli/scene_options.h"
 #include "inspect/analyze_sequence.h"
 #include "scene/animated_model.h"
-#include "sequence/prepare/prepare.h"
-#include "sequence/run/render_sequence.h"
 
 namespace polymorph {
 namespace {
@@ -86,13 +86,9 @@ Result<std::vector<Analysis>> analyze_input(const CommandLine& line,
                       "--source and --target are for meshes - a scene names its own");
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
   PM_TRY(const Scene scene, load_scene(options.input, overrides));
-  std::string device;
-  PM_TRY(const auto engine, make_engine(line.common.device, device, line.common.max_memory));
-  PM_TRY(const PreparedScene prepared,
-         prepare_scene(scene, *engine, cache_folder(line.common), {line.common.max_memory}));
-  for (const std::string& warning : prepared.warnings) log_warning("{}", warning);
+  PM_TRY(const EngineScene morph, prepare_on_engine(line, scene));
   PM_TRY(std::vector<Analysis> morphs,
-         analyze_scene(prepared, *engine, options.frames, progress, truth));
+         analyze_scene(morph.prepared, *morph.engine, options.frames, progress, truth));
   PM_TRY_STATUS(check_truth(morphs, truth));
   return morphs;
 }
@@ -107,11 +103,7 @@ void print_analysis(const Analysis& morph) {
 }
 
 Result<int> run_analyze(const CommandLine& line, const AnalyzeOptions& options) {
-  std::vector<Limit> limits;
-  for (const std::string& text : options.limits) {
-    PM_TRY(Limit limit, parse_limit(text));
-    limits.push_back(std::move(limit));
-  }
+  PM_TRY(const std::vector<Limit> limits, parse_limits(options.limits));
   auto morphs = analyze_input(line, options);
   if (!morphs && stop_requested()) return make_error(stop_code(), "stopped, nothing written");
   if (!morphs) return std::move(morphs).error();
@@ -122,9 +114,7 @@ Result<int> run_analyze(const CommandLine& line, const AnalyzeOptions& options) 
     PM_TRY_STATUS(write_json(options.json, analysis_json(*morphs)));
   else
     for (const Analysis& morph : *morphs) print_analysis(morph);
-  const std::vector<std::string> messages = broken_limits(*morphs, limits);
-  for (const std::string& text : messages) log_warning("{}", text);
-  return messages.empty() ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
+  return check_limits(*morphs, limits);
 }
 
 }  // namespace
@@ -140,37 +130,27 @@ void add_analyze(CommandLine& line) {
       "  0 measured, every limit holds   1 a limit does not hold   2 usage\n"
       "  3 bad scene, model or meshes   4 cannot write   5 device or memory\n"
       "  130, 143 stopped by a signal");
-  command.add_option("input", options->input, "a scene .json, or meshes as seq.####.obj")
-      .required()
-      .type_name("SCENE|MESHES")
-      .group("Main");
-  command.add_option("--html", options->html, "a page with numbers and curves")
-      .type_name("FILE")
-      .group("Main");
-  command.add_option("--csv", options->csv, "a line per frame").type_name("FILE").group("Main");
   command
-      .add_option("--fail-on", options->limits,
+      .add_option("input", options->input, "SCENE|MESHES",
+                  "a scene .json, or meshes as seq.####.obj")
+      .required();
+  command.add_option("--html", options->html, "FILE", "a page with numbers and curves");
+  command.add_option("--csv", options->csv, "FILE", "a line per frame");
+  command
+      .add_option("--fail-on", options->limits, "LIMIT",
                   "a limit that must hold in every morph, as \"pop<=2\"; else exit code 1")
-      .type_name("LIMIT")
-      .one_value_each()
-      .group("Main");
+      .one_value_each();
   command
-      .add_option("-c,--count", options->frames,
+      .add_option("-c,--count", options->frames, "N",
                   "frames of each morph of a scene, ends included; default: as it has")
-      .range(0, 10000)
-      .type_name("N")
-      .group("Main");
-  command
-      .add_option("--truth", options->truth,
-                  "points of the models that belong together, which the morph is judged by (JSON)")
-      .type_name("FILE")
-      .group("Main");
-  command.add_option("--source", options->source, "meshes: the object they start from (OBJ)")
-      .type_name("FILE")
-      .group("Main");
-  command.add_option("--target", options->target, "meshes: the object they arrive at (OBJ)")
-      .type_name("FILE")
-      .group("Main");
+      .range(0, 10000);
+  command.add_option(
+      "--truth", options->truth, "FILE",
+      "points of the models that belong together, which the morph is judged by (JSON)");
+  command.add_option("--source", options->source, "FILE",
+                     "meshes: the object they start from (OBJ)");
+  command.add_option("--target", options->target, "FILE",
+                     "meshes: the object they arrive at (OBJ)");
   add_overrides(command, options->sets);
   add_json(command, options->json);
   set_action(line, command, [&line, options] { return run_analyze(line, *options); });

@@ -1,8 +1,8 @@
 #include "bench/bench.h"
 
-#include "base/log.h"
 #include "bench/bench_morph.h"
 #include "cli/command_line.h"
+#include "cli/report_options.h"
 #include "device/device.h"
 #include "kernels/field_kinds.h"
 
@@ -24,11 +24,7 @@ Result<int> run_bench_morph(const CommandLine& line, const BenchOptions& options
   settings.cache = cache_folder(line.common);
   settings.memory = {line.common.max_memory};
   PM_TRY(settings.overrides, parse_overrides(options.sets));
-  std::vector<Limit> limits;
-  for (const std::string& text : options.limits) {
-    PM_TRY(Limit limit, parse_limit(text));
-    limits.push_back(std::move(limit));
-  }
+  PM_TRY(const std::vector<Limit> limits, parse_limits(options.limits));
   const bool prints_table = !options.json.enabled;
   auto report = bench_morph(
       settings, engine,
@@ -39,9 +35,7 @@ Result<int> run_bench_morph(const CommandLine& line, const BenchOptions& options
   if (!report && stop_requested()) return make_error(stop_code(), "stopped, nothing written");
   if (!report) return std::move(report).error();
   if (!prints_table) PM_TRY_STATUS(write_json(options.json, report->json));
-  const std::vector<std::string> messages = broken_limits(report->morphs, limits);
-  for (const std::string& text : messages) log_warning("{}", text);
-  return messages.empty() ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
+  return check_limits(report->morphs, limits);
 }
 
 Result<int> run_bench(const CommandLine& line, const BenchOptions& options) {
@@ -78,65 +72,40 @@ void add_bench(CommandLine& line) {
                   "  0 measured   1 a limit does not hold   2 usage   3 bad file, model or meshes\n"
                   "  5 device or memory");
   command
-      .add_option("what", options->settings.what,
+      .add_option("what", options->settings.what, "WHAT",
                   "surface, report (its Table 6.7 and Graph 6.1), render (which needs a surface "
                   "first), all "
                   "of these, or morph: pairs of models with true points")
-      .choices({"surface", "report", "render", "all", "morph"})
-      .type_name("WHAT")
-      .group("Main");
-  command
-      .add_option("truth", options->truth,
-                  "morph: a file of pairs with true points, or a folder with a truth.json")
-      .type_name("TRUTH")
-      .group("Main");
-  command.add_option("--torus", options->settings.balls, "balls on the torus (1032)")
-      .range(1, 1000000)
-      .type_name("N")
-      .group("Main");
-  command
-      .add_option("--balls", options->settings.ball_file,
-                  "balls from a JSON file instead of the torus")
-      .type_name("FILE")
-      .group("Main");
-  command.add_option("--grid", options->settings.grid, "grid points along an axis (128)")
-      .range(8, 4096)
-      .type_name("N")
-      .group("Main");
+      .choices({"surface", "report", "render", "all", "morph"});
+  command.add_option("truth", options->truth, "TRUTH",
+                     "morph: a file of pairs with true points, or a folder with a truth.json");
+  command.add_option("--torus", options->settings.balls, "N", "balls on the torus (1032)")
+      .range(1, 1000000);
+  command.add_option("--balls", options->settings.ball_file, "FILE",
+                     "balls from a JSON file instead of the torus");
+  command.add_option("--grid", options->settings.grid, "N", "grid points along an axis (128)")
+      .range(8, 4096);
   std::vector<std::string> fields;
   for (const FieldKind kind : kFieldKinds) fields.emplace_back(field_name(kind));
   command
       .add_option(
-          "--field", options->settings.field,
+          "--field", options->settings.field, "FIELD",
           fmt::format("field function of the balls: {} (gaussian)", fmt::join(fields, ", ")))
-      .choices(fields)
-      .type_name("FIELD")
-      .group("Main");
-  command.add_option("--spp", options->settings.samples, "samples per pixel (16)")
-      .range(1, 65536)
-      .type_name("N")
-      .group("Main");
-  command.add_option("--repeats", options->settings.repeats, "runs after the first (7)")
-      .range(1, 1000)
-      .type_name("N")
-      .group("Main");
+      .choices(fields);
+  command.add_option("--spp", options->settings.samples, "N", "samples per pixel (16)")
+      .range(1, 65536);
+  command.add_option("--repeats", options->settings.repeats, "N", "runs after the first (7)")
+      .range(1, 1000);
+  command.add_option("--meshes", options->morph.meshes, "MESHES",
+                     "morph: another program's meshes, {pair} standing for FROM-TO");
   command
-      .add_option("--meshes", options->morph.meshes,
-                  "morph: another program's meshes, {pair} standing for FROM-TO")
-      .type_name("MESHES")
-      .group("Main");
-  command
-      .add_option("-c,--count", options->morph.frames,
+      .add_option("-c,--count", options->morph.frames, "N",
                   "morph: frames of each morph, ends included (9)")
-      .range(2, 10000)
-      .type_name("N")
-      .group("Main");
+      .range(2, 10000);
   command
-      .add_option("--fail-on", options->limits,
+      .add_option("--fail-on", options->limits, "LIMIT",
                   "morph: a limit that must hold for every pair, as \"map_error<=0.09\"")
-      .type_name("LIMIT")
-      .one_value_each()
-      .group("Main");
+      .one_value_each();
   add_overrides(command, options->sets);
   add_json(command, options->json);
   set_action(line, command, [&line, options] { return run_bench(line, *options); });

@@ -1,13 +1,13 @@
-#include "base/json.h"
-#include "spheres/cache.h"
-
 #include <cmath>
 #include <limits>
 
+#include "base/json.h"
 #include "base/log.h"
+#include "base/plural.h"
 #include "base/text.h"
 #include "cli/amounts.h"
 #include "cli/command_line.h"
+#include "spheres/cache.h"
 
 namespace polymorph {
 namespace {
@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct CacheOptions {
-  std::string verb, max_size, max_age;
+  std::string max_size, max_age;
   JsonOutput json;
 };
 
@@ -28,13 +28,21 @@ std::string format_age(double seconds) {
 }
 
 std::string format_files(std::size_t count, std::uint64_t bytes) {
-  return fmt::format("{} file{}, {}", count, count == 1 ? "" : "s",
-                     format_bytes(static_cast<double>(bytes)));
+  return fmt::format("{}, {}", plural(count, "file"), format_bytes(static_cast<double>(bytes)));
 }
 
-/// Lists the files of the cache, or reads and checks all of them (`verify`).
-Result<int> list_entries(const fs::path& folder, const CacheOptions& options) {
-  const bool is_verification = options.verb == "verify";
+Result<fs::path> find_cache(const CommandLine& line) {
+  fs::path folder = cache_folder(line.common);
+  if (folder.empty())
+    return make_error(ErrorCode::kUsage,
+                      "there is no cache folder - give --cache-dir or set POLYMORPH_CACHE_DIR");
+  return folder;
+}
+
+/// Lists the files of the cache, or reads and checks all of them.
+Result<int> list_entries(const CommandLine& line, const CacheOptions& options,
+                         bool is_verification) {
+  PM_TRY(const fs::path folder, find_cache(line));
   const std::vector<CacheEntry> entries =
       is_verification ? verify_cache(folder) : list_cache(folder);
   JsonValue json{{"folder", folder.string()}};
@@ -84,26 +92,9 @@ Result<int> list_entries(const fs::path& folder, const CacheOptions& options) {
   return invalid > 0 ? static_cast<int>(ErrorCode::kAnswerNo) : 0;
 }
 
-/// Removes all files of the cache (`clear`), or the oldest until the limits hold (`gc`).
-Result<int> clean_cache(const fs::path& folder, const CacheOptions& options) {
-  CacheCleaning cleaning;
-  if (options.verb == "clear") {
-    cleaning = clear_cache(folder);
-  } else {
-    double bytes = INFINITY, age = INFINITY;
-    if (!options.max_size.empty()) {
-      std::string size = options.max_size;
-      if (const std::string problem = read_size(size); !problem.empty())
-        return make_error(ErrorCode::kUsage, "--max-size {}", problem);
-      bytes = *parse_number(size);
-    }
-    if (!options.max_age.empty()) {
-      PM_TRY(age, parse_amount("--max-age", options.max_age,
-                               {{'d', 86400}, {'h', 3600}, {'m', 60}, {'s', 1}}, "30d or 12h"));
-    }
-    constexpr auto kMax = std::numeric_limits<std::uint64_t>::max();
-    cleaning = gc_cache(folder, bytes < 1e19 ? static_cast<std::uint64_t>(bytes) : kMax, age);
-  }
+/// Says what was removed. Returns the exit code.
+Result<int> report_cleaning(const fs::path& folder, const CacheCleaning& cleaning,
+                            const CacheOptions& options) {
   for (const std::string& failure : cleaning.failures)
     log_message(LogLevel::kError, "cache: " + failure);
   if (options.json.enabled) {
@@ -122,51 +113,31 @@ Result<int> clean_cache(const fs::path& folder, const CacheOptions& options) {
   return cleaning.failures.empty() ? 0 : static_cast<int>(ErrorCode::kOutput);
 }
 
-Result<int> run_cache(const CommandLine& line, const CacheOptions& options) {
-  PM_TRY_STATUS(check_verb(line, "cache", options.verb));
-  if (options.verb == "gc" && options.max_size.empty() && options.max_age.empty())
+/// Removes the oldest files until the limits hold.
+Result<int> collect_garbage(const CommandLine& line, const CacheOptions& options) {
+  if (options.max_size.empty() && options.max_age.empty())
     return make_error(ErrorCode::kUsage,
                       "cache gc needs a limit - give --max-size 1G, --max-age 30d or both");
-  const fs::path folder = cache_folder(line.common);
-  if (folder.empty())
-    return make_error(ErrorCode::kUsage,
-                      "there is no cache folder - give --cache-dir or set POLYMORPH_CACHE_DIR");
-  return options.verb == "ls" || options.verb == "verify" ? list_entries(folder, options)
-                                                          : clean_cache(folder, options);
+  PM_TRY(const fs::path folder, find_cache(line));
+  double bytes = INFINITY, age = INFINITY;
+  if (!options.max_size.empty()) {
+    std::string size = options.max_size;
+    if (const std::string problem = read_size(size); !problem.empty())
+      return make_error(ErrorCode::kUsage, "--max-size {}", problem);
+    bytes = *parse_number(size);
+  }
+  if (!options.max_age.empty()) {
+    PM_TRY(age, parse_amount("--max-age", options.max_age,
+                             {{'d', 86400}, {'h', 3600}, {'m', 60}, {'s', 1}}, "30d or 12h"));
+  }
+  constexpr auto kMax = std::numeric_limits<std::uint64_t>::max();
+  const std::uint64_t max_bytes = bytes < 1e19 ? static_cast<std::uint64_t>(bytes) : kMax;
+  return report_cleaning(folder, gc_cache(folder, max_bytes, age), options);
 }
 
-std::vector<VerbTable> cache_verbs() {
-  return {
-      {"ls",
-       "List the files of the cache: what each holds, its size and age.",
-       "",
-       {"--json", "--cache-dir"},
-       "  polymorph cache ls\n  polymorph cache ls --json | jq .bytes",
-       "  0 listed   2 usage",
-       {}},
-      {"verify",
-       "Read every file of the cache and say which are bad.",
-       "",
-       {"--json", "--cache-dir"},
-       "  polymorph cache verify",
-       "  0 all are good   1 a file is bad   2 usage",
-       {}},
-      {"gc",
-       "Remove the oldest files until the cache is within limits.",
-       "",
-       {"--max-size", "--max-age", "--json", "--cache-dir"},
-       "  polymorph cache gc --max-size 1G --max-age 30d",
-       "  0 done   2 usage   4 a file cannot be removed",
-       {{"--max-size", "keep at most this much: bytes, or with K, M, G or T (1024 each)"},
-        {"--max-age", "keep nothing older, e.g. 30d"}}},
-      {"clear",
-       "Remove all files of the cache.",
-       "",
-       {"--json", "--cache-dir"},
-       "  polymorph cache clear",
-       "  0 done   2 usage   4 a file cannot be removed",
-       {}},
-  };
+Result<int> remove_entries(const CommandLine& line, const CacheOptions& options) {
+  PM_TRY(const fs::path folder, find_cache(line));
+  return report_cleaning(folder, clear_cache(folder), options);
 }
 
 }  // namespace
@@ -178,22 +149,30 @@ void add_cache(CommandLine& line) {
       "  polymorph cache ls\n  polymorph cache verify\n"
       "  polymorph cache gc --max-size 1G --max-age 30d\n  polymorph cache clear",
       "  0 done   1 verify found a bad file   2 usage   4 a file cannot be removed");
-  command.add_option("verb", options->verb, "ls, verify, gc (remove the oldest) or clear")
-      .required()
-      .choices({"ls", "verify", "gc", "clear"})
-      .type_name("VERB")
-      .group("Main");
-  command
-      .add_option("--max-size", options->max_size,
-                  "gc: keep at most this much: bytes, or with K, M, G or T (1024 each)")
-      .type_name("SIZE")
-      .group("Main");
-  command.add_option("--max-age", options->max_age, "gc: keep nothing older, e.g. 30d")
-      .type_name("AGE")
-      .group("Main");
+  const std::vector<std::string> shared = {"--json", "--cache-dir"};
+  add_verbs(
+      line, command,
+      {{"ls", "List the files of the cache: what each holds, its size and age.", "", "", shared,
+        "  polymorph cache ls\n  polymorph cache ls --json | jq .bytes", "  0 listed   2 usage",
+        [&line, options] { return list_entries(line, *options, false); }},
+       {"verify", "Read every file of the cache and say which are bad.", "", "", shared,
+        "  polymorph cache verify", "  0 all are good   1 a file is bad   2 usage",
+        [&line, options] { return list_entries(line, *options, true); }},
+       {"gc",
+        "Remove the oldest files until the cache is within limits.",
+        "",
+        "",
+        {"--max-size", "--max-age", "--json", "--cache-dir"},
+        "  polymorph cache gc --max-size 1G --max-age 30d",
+        "  0 done   2 usage   4 a file cannot be removed",
+        [&line, options] { return collect_garbage(line, *options); }},
+       {"clear", "Remove all files of the cache.", "", "", shared, "  polymorph cache clear",
+        "  0 done   2 usage   4 a file cannot be removed",
+        [&line, options] { return remove_entries(line, *options); }}});
+  command.add_option("--max-size", options->max_size, "SIZE",
+                     "keep at most this much: bytes, or with K, M, G or T (1024 each)");
+  command.add_option("--max-age", options->max_age, "AGE", "keep nothing older, e.g. 30d");
   add_json(command, options->json);
-  line.verbs["cache"] = cache_verbs();
-  set_action(line, command, [&line, options] { return run_cache(line, *options); });
 }
 
 }  // namespace polymorph

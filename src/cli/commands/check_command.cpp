@@ -8,9 +8,10 @@
 #include "base/activity.h"
 #include "base/json.h"
 #include "base/log.h"
+#include "base/plural.h"
 #include "base/text.h"
 #include "cli/command_line.h"
-#include "model/repair/diagnose.h"
+#include "inspect/inspection.h"
 #include "morph/facing.h"
 #include "morph/timeline.h"
 #include "spheres/quality.h"
@@ -40,9 +41,8 @@ struct CheckResult {
 
 std::string describe_object(const std::string& name, const Diagnosis& d) {
   const Vec3 size = d.box.size();
-  std::string text = fmt::format("{}: {} triangles, {:.3g} x {:.3g} x {:.3g}", name, d.triangles,
-                                 size.x, size.y, size.z);
-  text += d.closed ? fmt::format(", closed, genus {}", d.genus) : ", not closed";
+  std::string text = fmt::format("{}: {} triangles, {:.3g} x {:.3g} x {:.3g}, {}", name,
+                                 d.triangles, size.x, size.y, size.z, describe_topology(d));
   if (d.shells > 1) text += fmt::format(", {} shells", d.shells);
   if (d.thickness && d.thickness->rays > 0)
     text += fmt::format(", {:.3g} thick", d.thickness->median);
@@ -155,20 +155,16 @@ JsonValue to_json(const CheckResult& result, bool good) {
   json["notes"] = result.notes;
   json["sequences"] = result.sequences;
   json["objects"] = JsonValue::array();
-  for (const auto& [name, d] : result.objects)
-    json["objects"].push_back({{"name", name},
-                               {"triangles", d.triangles},
-                               {"closed", d.closed},
-                               {"genus", d.genus},
-                               {"shells", d.shells},
-                               {"boundary_edges", d.boundary_edges},
-                               {"volume", d.volume},
-                               {"area", d.area},
-                               {"crossing_pairs", d.crossings->pairs},
-                               {"thickness", d.thickness->median},
-                               {"balls_needed", d.thickness->balls},
-                               {"sheet_share", *d.sheet_share},
-                               {"thin", is_thin(*d.thickness)}});
+  for (const auto& [name, d] : result.objects) {
+    JsonValue object{{"name", name}};
+    object.update(to_json(d));
+    object.update({{"crossing_pairs", d.crossings->pairs},
+                   {"thickness", d.thickness->median},
+                   {"balls_needed", d.thickness->balls},
+                   {"sheet_share", *d.sheet_share},
+                   {"thin", is_thin(*d.thickness)}});
+    json["objects"].push_back(std::move(object));
+  }
   return json;
 }
 
@@ -195,15 +191,13 @@ Result<int> run_check(const CommandLine& line, const CheckOptions& options) {
     for (const std::string& sequence : result.sequences) print_data("{}\n", sequence);
     for (const std::string& note : result.notes) print_data("{}\n", note);
     if (ok)
-      print_data("{}: ok, {} object{}, {} frame{}, about {} of memory\n", options.scene,
-                 result.object_count, result.object_count == 1 ? "" : "s", result.frames,
-                 result.frames == 1 ? "" : "s",
+      print_data("{}: ok, {}, {}, about {} of memory\n", options.scene,
+                 plural(result.object_count, "object"), plural(result.frames, "frame"),
                  format_bytes(static_cast<double>(result.memory.total())));
     else
-      print_data("{}: {} error{}, {} warning{}\n", options.scene,
-                 result.findings.size() + result.errors.size(),
-                 result.findings.size() + result.errors.size() == 1 ? "" : "s",
-                 result.warnings.size(), result.warnings.size() == 1 ? "" : "s");
+      print_data("{}: {}, {}\n", options.scene,
+                 plural(result.findings.size() + result.errors.size(), "error"),
+                 plural(result.warnings.size(), "warning"));
   }
   return ok ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
 }
@@ -216,13 +210,9 @@ void add_check(CommandLine& line) {
       add_command(line, "check", "Say everything that is wrong with a scene; render nothing.",
                   "  polymorph check scene.json\n  polymorph check scene.json --strict --json",
                   "  0 good   1 errors were found (with --strict: or warnings)   2 usage");
-  command.add_option("scene", options->scene, "the scene file")
-      .required()
-      .type_name("SCENE")
-      .group("Main");
-  command.add_flag("--strict", options->strict, "warnings count as errors").group("Main");
-  command.add_flag("--fit", options->fit, "fit the balls, too, and say how well they fit")
-      .group("Main");
+  command.add_option("scene", options->scene, "SCENE", "the scene file").required();
+  command.add_flag("--strict", options->strict, "warnings count as errors");
+  command.add_flag("--fit", options->fit, "fit the balls, too, and say how well they fit");
   add_overrides(command, options->sets);
   add_json(command, options->json);
   set_action(line, command, [&line, options] { return run_check(line, *options); });

@@ -30,26 +30,38 @@ struct FilePair {
   std::filesystem::path actual, reference;
 };
 
-/// Pairs two files, or the frames of two patterns, which must have the same numbers.
-Result<std::vector<FilePair>> find_pairs(const CompareOptions& options) {
-  PM_TRY(const FramePattern a, parse_pattern(options.actual));
-  PM_TRY(const FramePattern b, parse_pattern(options.reference));
+/// Pairs two files, or the files of two sequences by their numbers: of images, or of models and the
+/// poses of animated models. Errors: kUsage, kInput.
+Result<std::vector<FilePair>> find_pairs(const CompareOptions& options, bool are_models) {
+  const auto parse = [&](const std::string& name) {
+    return parse_pattern(are_models && pose_count(name) > 0 ? pose_pattern(name).string() : name);
+  };
+  PM_TRY(const FramePattern a, parse(options.actual));
+  PM_TRY(const FramePattern b, parse(options.reference));
   if (!a.has_number() && !b.has_number())
     return std::vector<FilePair>{{options.actual, options.reference}};
   if (a.has_number() != b.has_number())
     return make_error(ErrorCode::kUsage,
-                      "compare two images or two sequences (with #### in both names)");
-  PM_TRY(const std::vector<int> frames_a, existing_frames(a));
-  PM_TRY(const std::vector<int> frames_b, existing_frames(b));
-  if (frames_a.empty()) return make_error(ErrorCode::kInput, "{}: no such frames", options.actual);
-  if (frames_b.empty())
-    return make_error(ErrorCode::kInput, "{}: no such frames", options.reference);
+                      "compare two {} or two sequences (with #### in both names)",
+                      are_models ? "models" : "images");
+  std::set<int> numbers;
+  for (const auto& [pattern, name] :
+       {std::pair(a, options.actual), std::pair(b, options.reference)}) {
+    PM_TRY(const std::vector<int> existing,
+           are_models ? existing_meshes(pattern) : existing_frames(pattern));
+    if (existing.empty()) return make_error(ErrorCode::kInput, "{}: no such files", name);
+    numbers.insert(existing.begin(), existing.end());
+  }
   std::vector<FilePair> pairs;
-  for (const int frame : frames_b) pairs.push_back({frame_path(a, frame), frame_path(b, frame)});
-  for (const int frame : frames_a)
-    if (!std::binary_search(frames_b.begin(), frames_b.end(), frame))
-      pairs.push_back({frame_path(a, frame), frame_path(b, frame)});
+  for (const int number : numbers) pairs.push_back({frame_path(a, number), frame_path(b, number)});
   return pairs;
+}
+
+/// Says how many pairs of a sequence pass, unless a JSON report does. Returns the exit code.
+int finish_pairs(const CompareOptions& options, std::size_t pairs, std::size_t failed) {
+  if (pairs > 1 && !options.json.enabled)
+    print_data("{} of {} pairs pass\n", pairs - failed, pairs);
+  return failed == 0 ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
 }
 
 std::string difference_path(const CompareOptions& options, const FilePair& pair, bool is_sequence) {
@@ -105,39 +117,13 @@ Result<ReportCase> compare_pair(const CompareOptions& options, const FilePair& p
   return result;
 }
 
-/// Returns the pattern of a model's files, or of the poses of an animated model.
-Result<FramePattern> mesh_pattern(const std::string& name) {
-  return parse_pattern(pose_count(name) > 0 ? pose_pattern(name).string() : name);
-}
-
-/// Pairs two models, or the meshes of two sequences by their numbers. Errors: kUsage, kInput.
-Result<std::vector<FilePair>> find_mesh_pairs(const CompareOptions& options) {
-  PM_TRY(const FramePattern a, mesh_pattern(options.actual));
-  PM_TRY(const FramePattern b, mesh_pattern(options.reference));
-  if (!a.has_number() && !b.has_number())
-    return std::vector<FilePair>{{options.actual, options.reference}};
-  if (a.has_number() != b.has_number())
-    return make_error(ErrorCode::kUsage,
-                      "compare two models or two sequences (with #### in both names)");
-  std::set<int> numbers;
-  for (const FramePattern& pattern : {a, b}) {
-    PM_TRY(const std::vector<int> existing, existing_meshes(pattern));
-    if (existing.empty())
-      return make_error(ErrorCode::kInput, "{}: no such files", frame_path(pattern, 1).string());
-    numbers.insert(existing.begin(), existing.end());
-  }
-  std::vector<FilePair> pairs;
-  for (const int number : numbers) pairs.push_back({frame_path(a, number), frame_path(b, number)});
-  return pairs;
-}
-
 /// Compares meshes by the distance between their surfaces.
 Result<int> compare_meshes(const CompareOptions& options) {
   if (options.report.has_pictures() || !options.report.junit.empty() || !options.difference.empty())
     return make_error(ErrorCode::kUsage,
                       "{} is a model - reports and --diff are for images; leave them out",
                       options.actual);
-  PM_TRY(const std::vector<FilePair> pairs, find_mesh_pairs(options));
+  PM_TRY(const std::vector<FilePair> pairs, find_pairs(options, true));
   LoadObjSettings settings;
   settings.textures = false;
   const auto limit = static_cast<double>(options.tolerance.fail);
@@ -163,15 +149,13 @@ Result<int> compare_meshes(const CompareOptions& options) {
                                  passed ? "" : "different: ", difference.largest, difference.mean));
   }
   if (options.json.enabled) PM_TRY_STATUS(write_json(options.json, json));
-  if (pairs.size() > 1 && !options.json.enabled)
-    print_data("{} of {} pairs pass\n", pairs.size() - failed, pairs.size());
-  return failed == 0 ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
+  return finish_pairs(options, pairs.size(), failed);
 }
 
 Result<int> run_compare(const CompareOptions& options, bool overwrite) {
   if (is_model_file(options.actual) && is_model_file(options.reference))
     return compare_meshes(options);
-  const auto pairs_or_error = find_pairs(options);
+  const auto pairs_or_error = find_pairs(options, false);
   const std::vector<FilePair> pairs = pairs_or_error ? *pairs_or_error : std::vector<FilePair>{};
   for (const FilePair& pair : pairs)
     for (const auto& file : {pair.actual, pair.reference}) remember_input(file);
@@ -212,17 +196,16 @@ Result<int> run_compare(const CompareOptions& options, bool overwrite) {
     for (const ReportCase& result : report.cases) json["cases"].push_back(case_json(result));
     PM_TRY_STATUS(write_json(options.json, json));
   }
-  if (pairs.size() > 1 && !options.json.enabled)
-    print_data("{} of {} pairs pass\n", pairs.size() - report.failed(), pairs.size());
+  const int code = finish_pairs(options, pairs.size(), report.failed());
   PM_TRY_STATUS(write_reports(options.report, report, overwrite));
-  return report.failed() == 0 ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
+  return code;
 }
 
 void add_limits(Command command, Tolerance& t) {
   constexpr double kMax = 1e30;  // practically no limit
   const auto add = [&](const char* name, float& value, double highest, const char* type,
                        const std::string& what) {
-    command.add_option(name, value, what).range(0.0, highest).type_name(type).group("Main");
+    command.add_option(name, value, type, what).range(0.0, highest);
   };
   add("--fail", t.fail, kMax, "X",
       fmt::format(
@@ -255,20 +238,18 @@ void add_compare(CommandLine& line) {
                   "  polymorph compare 'a/seq.####.obj' 'b/seq.####.obj'",
                   "  0 within the limits   1 different   2 usage   3 unreadable image\n"
                   "  4 cannot write");
-  command.add_option("actual", options->actual, "image or model, or a sequence of them with ####")
-      .required()
-      .type_name("ACTUAL")
-      .group("Main");
   command
-      .add_option("reference", options->reference, "the image, model or sequence to compare with")
-      .required()
-      .type_name("REFERENCE")
-      .group("Main");
+      .add_option("actual", options->actual, "ACTUAL",
+                  "image or model, or a sequence of them with ####")
+      .required();
+  command
+      .add_option("reference", options->reference, "REFERENCE",
+                  "the image, model or sequence to compare with")
+      .required();
   add_limits(command, options->tolerance);
   command
-      .add_option("--diff", options->difference,
+      .add_option("--diff", options->difference, "FILE",
                   "write reference | actual | difference of what fails")
-      .type_name("FILE")
       .group("Output");
   add_report(command, options->report);
   add_json(command, options->json);

@@ -65,11 +65,9 @@ void add_cubes(CommandLine& line) {
   Command command = add_command(line, "cubes", "Print the table of marching cubes.",
                                 "  polymorph cubes 240\n  polymorph cubes --json", "  0 printed");
   command
-      .add_option("key", options->key,
+      .add_option("key", options->key, "KEY",
                   "only this one of the 256: the sum of its inside corners' weights")
-      .range(0, 255)
-      .type_name("KEY")
-      .group("Main");
+      .range(0, 255);
   add_json(command, options->json);
   set_action(line, command, [options] { return run_cubes(options->key, options->json); });
 }

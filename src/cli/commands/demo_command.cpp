@@ -84,7 +84,7 @@ Result<int> run_demo(const CommandLine& line, const DemoOptions& options) {
   PM_TRY_STATUS(write_file(files.scene, text));
   std::vector<int> numbers;
   for (int frame = 1; frame <= frame_count(scene); ++frame) numbers.push_back(frame);
-  PM_TRY(const FilmScene film_scene, prepare_film(line, std::move(scene)));
+  PM_TRY(const EngineScene film_scene, prepare_film(line, std::move(scene)));
   PM_TRY(const Film film, render_film(line, film_scene, std::move(numbers), 0));
   SheetSettings sheet;
   sheet.label = "t";
@@ -111,24 +111,17 @@ void add_demo(CommandLine& line) {
                   "  polymorph demo teapot penguin --through puddle\n  polymorph demo --list",
                   "  0 made   2 usage, unknown name   3 bad model   4 cannot write, exists\n"
                   "  5 device or memory, no models   130, 143 stopped by a signal");
-  command.add_option("from", options->from, "a model by name, a shape or a model file (teapot)")
-      .type_name("FROM")
-      .group("Main");
-  command.add_option("to", options->to, "likewise (penguin)").type_name("TO").group("Main");
-  command
-      .add_option("--through", options->through,
-                  "an effect by name, or one more object to become on the way")
-      .type_name("EFFECT")
-      .group("Main");
-  command
-      .add_option("-o,--output", options->output,
-                  "folder for scene.json, strip.png and morph.gif, or a file: X.png makes "
-                  "X.json and X.gif, too; default: FROM-TO or FROM-EFFECT-TO")
-      .type_name("DIR|FILE")
-      .group("Main");
-  command.add_flag("-l,--list", options->list, "list models and effects").group("Main");
+  command.add_option("from", options->from, "FROM",
+                     "a model by name, a shape or a model file (teapot)");
+  command.add_option("to", options->to, "TO", "likewise (penguin)");
+  command.add_option("--through", options->through, "EFFECT",
+                     "an effect by name, or one more object to become on the way");
+  command.add_option("-o,--output", options->output, "DIR|FILE",
+                     "folder for scene.json, strip.png and morph.gif, or a file: X.png makes "
+                     "X.json and X.gif, too; default: FROM-TO or FROM-EFFECT-TO");
+  command.add_flag("-l,--list", options->list, "list models and effects");
   add_overrides(command, options->sets);
-  add_overwrite(command, line.common).group("Main");
+  add_overwrite(command, line.common);
   set_action(line, command, [&line, options] { return run_demo(line, *options); });
 }
 

@@ -4,12 +4,12 @@
 
 #include "base/json.h"
 #include "base/parallel.h"
+#include "base/plural.h"
 #include "base/program_identity.h"
 #include "base/text.h"
 #include "cli/command_line.h"
 #include "kernels/devices.h"
 #include "render/render.h"
-#include "scene/assignments.h"
 
 namespace polymorph {
 namespace {
@@ -39,8 +39,8 @@ Result<Devices> find_devices() {
       {"runtime", list.runtime},
       {"driver", list.driver}};
   devices.json["cuda"] = JsonValue::array();
-  devices.text = fmt::format("cpu     {}, {} thread{}, embree {}\n", cpu_name(), thread_count(),
-                             thread_count() == 1 ? "" : "s", renderer.isa());
+  devices.text = fmt::format("cpu     {}, {}, embree {}\n", cpu_name(),
+                             plural(thread_count(), "thread"), renderer.isa());
   for (const DeviceInfo& d : list.devices) {
     devices.json["cuda"].push_back({{"index", d.index},
                                     {"name", d.name},
@@ -96,24 +96,6 @@ void add_version(CommandLine& line) {
                   "  polymorph version", "  0 printed");
   add_json(command, *json);
   set_action(line, command, [json] { return run_version(*json); });
-}
-
-void add_schema(CommandLine& line) {
-  auto keys = std::make_shared<bool>(false);
-  Command command = add_command(line, "schema", "Print the JSON Schema of scene files.",
-                                "  polymorph schema > scene.schema.json\n  polymorph schema --keys",
-                                "  0 printed");
-  command
-      .add_flag("--keys", *keys,
-                "print what --set takes instead: KEY=, or KEY=VALUE where values are words")
-      .group("Main");
-  set_action(line, command, [keys]() -> Result<int> {
-    if (*keys)
-      for (const std::string& assignment : list_assignments()) print_data("{}\n", assignment);
-    else
-      PM_TRY_STATUS(write_text({}, scene_schema()));
-    return 0;
-  });
 }
 
 }  // namespace polymorph

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "base/file.h"
 #include "base/folder.h"
 #include "base/frames.h"
 #include "base/log.h"
+#include "base/plural.h"
 #include "base/program_identity.h"
 #include "cli/command_line.h"
 #include "cli/report_options.h"
@@ -19,10 +19,9 @@ namespace polymorph {
 namespace {
 
 struct GoldenOptions {
-  std::string verb;
   std::vector<std::string> suites;
   std::string root = "golden_frames", failures, reason, frames;
-  bool overwrite = false, any_program = false, bits = false;
+  bool any_program = false, bits = false;
   std::string output;
   JsonOutput json;
   ReportOptions report;
@@ -154,11 +153,12 @@ void add_error(const std::string& group, const std::string& name, const Error& e
   report.cases.push_back(std::move(failed));
 }
 
-Result<int> test_all(const GoldenOptions& options, GoldenSettings settings) {
+Result<int> test_all(const CommandLine& line, const GoldenOptions& options) {
+  GoldenSettings settings = golden_settings(line, options);
   PM_TRY_STATUS(check_outside_suites(options, settings.failures));
   if (!options.report.folder.empty())
     PM_TRY_STATUS(check_outside_suites(options, options.report.folder));
-  PM_TRY_STATUS(begin_report(options.report, options.overwrite));
+  PM_TRY_STATUS(begin_report(options.report, line.common.overwrite));
   PictureBudget budget;
   if (options.report.has_pictures()) settings.pictures = &budget;
   Report report{"Golden frames",
@@ -188,12 +188,13 @@ Result<int> test_all(const GoldenOptions& options, GoldenSettings settings) {
   if (report.errors() > 0 && code == 0) code = static_cast<int>(ErrorCode::kInput);
   if (report.failed() > 0 && code == 0) code = static_cast<int>(ErrorCode::kAnswerNo);
   if (options.json.enabled) PM_TRY_STATUS(write_json(options.json, report_json(report)));
-  PM_TRY_STATUS(write_reports(options.report, report, options.overwrite));
+  PM_TRY_STATUS(write_reports(options.report, report, line.common.overwrite));
   return code;
 }
 
 /// Prints "SHA256  SUITE/frame.0012" as sha256sum would, for comparing machines.
-Result<int> print_hashes(const GoldenOptions& options, const GoldenSettings& settings) {
+Result<int> print_hashes(const CommandLine& line, const GoldenOptions& options) {
+  const GoldenSettings settings = golden_settings(line, options);
   std::vector<std::string> names = options.suites;
   if (names.empty()) {
     PM_TRY(names, all_suites(options.root));
@@ -213,7 +214,7 @@ Result<int> print_hashes(const GoldenOptions& options, const GoldenSettings& set
   return 0;
 }
 
-Result<int> merge_golden_reports(const GoldenOptions& options) {
+Result<int> merge_golden_reports(const CommandLine& line, const GoldenOptions& options) {
   if (options.suites.size() < 2 || options.output.empty())
     return make_error(ErrorCode::kUsage,
                       "golden merge needs two reports and -o - polymorph golden merge a b -o all");
@@ -221,15 +222,15 @@ Result<int> merge_golden_reports(const GoldenOptions& options) {
   ReportOptions output;
   output.folder = options.output;
   PM_TRY_STATUS(check_merge_output(reports, options.output));
-  PM_TRY_STATUS(begin_report(output, options.overwrite));
-  PM_TRY(const std::size_t failed, merge_reports(reports, options.output, options.overwrite));
-  print_data("{}: {} reports, {} frame{} failed\n", options.output, reports.size(), failed,
-             failed == 1 ? "" : "s");
+  PM_TRY_STATUS(begin_report(output, line.common.overwrite));
+  PM_TRY(const std::size_t failed, merge_reports(reports, options.output, line.common.overwrite));
+  print_data("{}: {} reports, {} failed\n", options.output, reports.size(),
+             plural(failed, "frame"));
   return failed == 0 ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
 }
 
 /// Makes a suite of a scene and logs the next steps.
-Result<int> make_suite(const GoldenOptions& options, const GoldenSettings& settings) {
+Result<int> make_suite(const CommandLine& line, const GoldenOptions& options) {
   if (options.suites.size() != 2 || options.frames.empty())
     return make_error(ErrorCode::kUsage,
                       "golden new needs a name, a scene and frames - polymorph golden new logo "
@@ -245,7 +246,7 @@ Result<int> make_suite(const GoldenOptions& options, const GoldenSettings& setti
   PM_TRY(suite.frames, parse_frames(options.frames, 0, 9999999));
   std::sort(suite.frames.begin(), suite.frames.end());
   const std::string reason = options.reason.empty() ? "first frames" : options.reason;
-  PM_TRY(const auto written, create_golden_suite(suite, settings, reason));
+  PM_TRY(const auto written, create_golden_suite(suite, golden_settings(line, options), reason));
   for (const auto& path : written) print_data("{}\n", path.string());
   log_info("look at the frames and commit {}; then test it:", suite.folder.string());
   log_info("polymorph golden test {}{} --report golden-report", quote_for_shell(suite.name),
@@ -254,13 +255,16 @@ Result<int> make_suite(const GoldenOptions& options, const GoldenSettings& setti
 }
 
 /// Prints a line per suite, and the errors of those that cannot be loaded.
-Result<int> list_suites(const GoldenOptions& options, const std::vector<std::string>& names) {
+Result<int> list_suites(const CommandLine&, const GoldenOptions& options) {
+  std::vector<std::string> names = options.suites;
+  if (names.empty()) {
+    PM_TRY(names, all_suites(options.root));
+  }
   int code = 0;
   for (const std::string& name : names) {
     const auto suite = load_golden_suite(options.root, name);
     if (suite) {
-      print_data("{}: {} frame{} of {}\n", suite->name, suite->frames.size(),
-                 suite->frames.size() == 1 ? "" : "s",
+      print_data("{}: {} of {}\n", suite->name, plural(suite->frames.size(), "frame"),
                  suite->command.empty() ? suite->scene.string() : suite->command);
       continue;
     }
@@ -270,7 +274,7 @@ Result<int> list_suites(const GoldenOptions& options, const std::vector<std::str
   return code;
 }
 
-Result<int> accept_frames(const GoldenOptions& options) {
+Result<int> accept_frames(const CommandLine&, const GoldenOptions& options) {
   if (options.suites.empty())
     return make_error(ErrorCode::kUsage,
                       "golden accept needs the report: a folder, .zip or .tar - polymorph golden "
@@ -286,24 +290,12 @@ Result<int> accept_frames(const GoldenOptions& options) {
   return 0;
 }
 
-Result<int> run_golden(const CommandLine& line, GoldenOptions& options) {
-  options.overwrite = line.common.overwrite;
-  PM_TRY_STATUS(check_verb(line, "golden", options.verb));
+Result<int> update_suites(const CommandLine& line, const GoldenOptions& options) {
+  if (options.suites.empty())
+    return make_error(ErrorCode::kUsage,
+                      "golden update needs the suite's name - polymorph golden list shows them");
   const GoldenSettings settings = golden_settings(line, options);
-  if (options.verb == "new") return make_suite(options, settings);
-  if (options.verb == "test") return test_all(options, settings);
-  if (options.verb == "accept") return accept_frames(options);
-  if (options.verb == "merge") return merge_golden_reports(options);
-  if (options.verb == "hash") return print_hashes(options, settings);
-  std::vector<std::string> names = options.suites;
-  if (names.empty()) {
-    if (options.verb == "update")
-      return make_error(ErrorCode::kUsage,
-                        "golden update needs the suite's name - polymorph golden list shows them");
-    PM_TRY(names, all_suites(options.root));
-  }
-  if (options.verb == "list") return list_suites(options, names);
-  for (const std::string& name : names) {
+  for (const std::string& name : options.suites) {
     PM_TRY(const GoldenSuite suite, load_golden_suite(options.root, name));
     PM_TRY(const auto written, update_golden(suite, settings, options.reason));
     for (const auto& path : written) print_data("{}\n", path.string());
@@ -312,7 +304,11 @@ Result<int> run_golden(const CommandLine& line, GoldenOptions& options) {
   return 0;
 }
 
-std::vector<VerbTable> golden_verbs() {
+std::vector<VerbTable> golden_verbs(const CommandLine& line,
+                                    std::shared_ptr<GoldenOptions> options) {
+  const auto call = [&line, options](auto action) {
+    return [&line, options, action] { return action(line, *options); };
+  };
   const std::vector<std::string> work_options = {"-t", "--device", "--max-memory", "--cache-dir",
                                                  "--no-cache"};
   const auto with_work_options = [&](std::vector<std::string> options) {
@@ -320,9 +316,8 @@ std::vector<VerbTable> golden_verbs() {
     return options;
   };
   return {
-      {"test",
-       "Render the frames of suites and compare them with their goldens.",
-       "[SUITE...]",
+      {"test", "Render the frames of suites and compare them with their goldens.", "[SUITE...]",
+       "suites; default: all of them",
        with_work_options({"--root", "--failures", "--bits", "--report", "--html", "--junit",
                           "--json", "--overwrite"}),
        "  polymorph golden test\n"
@@ -331,57 +326,47 @@ std::vector<VerbTable> golden_verbs() {
        "  0 all frames pass   1 a frame differs or its golden is missing   2 usage\n"
        "  3 bad suite or scene; the others are tested   4 cannot write\n"
        "  5 device or memory",
-       {{"SUITE", "suites; default: all of them"},
-        {"--bits",
-         "render in all ways that must not matter (threads, shards, caches, resumed) and compare "
-         "the bits with each other"}}},
-      {"new",
-       "Make a suite of some frames of a scene, and render their goldens.",
-       "NAME SCENE",
-       with_work_options({"--root", "--frames", "--reason"}),
+       call(test_all)},
+      {"new", "Make a suite of some frames of a scene, and render their goldens.", "NAME SCENE",
+       "name of the suite, and its scene", with_work_options({"--root", "--frames", "--reason"}),
        "  polymorph golden new logo scenes/logo.json -f 1,12,24",
        "  0 made   2 usage   3 bad scene   4 cannot write, exists   5 device or memory",
-       {{"SUITE", "name of the suite, and its scene"},
-        {"--frames", "frames of the suite, as in 1,12,24"},
-        {"--reason", "reason for the goldens; goes to CHANGES.md; default: first frames"}}},
-      {"update",
-       "Render the goldens of suites anew.",
-       "SUITE...",
+       call(make_suite)},
+      {"update", "Render the goldens of suites anew.", "SUITE...", "suites; golden list shows them",
        with_work_options({"--root", "--reason"}),
        "  polymorph golden update teapot-penguin --reason \"softer key light\"",
        "  0 done   2 usage   3 bad suite or scene   4 cannot write   5 device or memory",
-       {{"SUITE", "suites; golden list shows them"}}},
+       call(update_suites)},
       {"accept",
        "Make the frames of a failed run goldens, without rendering.",
        "REPORT [SUITE...]",
+       "the report, a folder, .zip or .tar, then suites; default: all in it",
        {"--root", "--frames", "--reason", "--any-program"},
        "  polymorph golden accept golden-report.zip --reason \"softer key light\"\n"
        "  polymorph golden accept golden-report teapot-penguin -f 12 --reason \"easing\"",
        "  0 accepted   2 usage   3 bad report or suite   4 cannot write",
-       {{"SUITE", "the report, a folder, .zip or .tar, then suites; default: all in it"},
-        {"--frames", "these frames; default: all that failed"},
-        {"--any-program", "take also what another build of polymorph rendered"}}},
+       call(accept_frames)},
       {"merge",
        "Make one report of those of several machines.",
        "REPORT...",
+       "reports: two folders or more",
        {"--output", "--overwrite"},
        "  polymorph golden merge shard-1 shard-2 -o golden-report",
        "  0 all frames pass   1 a frame failed   2 usage   3 bad report   4 cannot write",
-       {{"SUITE", "reports: two folders or more"}, {"--output", "folder of the new report"}}},
+       call(merge_golden_reports)},
       {"list",
        "List the suites with their frames and scenes.",
+       "",
        "",
        {"--root"},
        "  polymorph golden list",
        "  0 all can be loaded   2 usage   3 no suite, or a bad one",
-       {}},
-      {"hash",
-       "Print the SHA-256 of each frame's pixels: the same on every machine.",
-       "[SUITE|SCENE.json...]",
+       call(list_suites)},
+      {"hash", "Print the SHA-256 of each frame's pixels: the same on every machine.",
+       "[SUITE|SCENE.json...]", "suites and scenes; default: all suites",
        with_work_options({"--root"}),
        "  polymorph golden hash > here.txt\n  polymorph golden hash scenes/logo.json",
-       "  0 printed   2 usage   3 bad suite or scene   5 device or memory",
-       {{"SUITE", "suites and scenes; default: all suites"}}},
+       "  0 printed   2 usage   3 bad suite or scene   5 device or memory", call(print_hashes)},
   };
 }
 
@@ -400,56 +385,27 @@ void add_golden(CommandLine& line) {
                   "  0 all frames pass   1 a frame differs or its golden is missing   2 usage\n"
                   "  3 bad suite or scene; the others are tested   4 cannot write\n"
                   "  5 device or memory");
-  command
-      .add_option("verb", options->verb,
-                  "test; new NAME SCENE: make a suite; update: render goldens anew; accept REPORT: "
-                  "take a failed run's frames; merge REPORT...: make one report of several; list; "
-                  "hash: print the SHA-256 of each frame's pixels, of suites or SCENE.json")
-      .required()
-      .choices({"test", "new", "update", "accept", "merge", "list", "hash"})
-      .type_name("VERB")
-      .group("Main");
-  command
-      .add_option("suite", options->suites,
-                  "suites; default: all. new: its name and scene; accept: the report, then suites; "
-                  "merge: reports; hash: also scenes")
-      .type_name("SUITE")
-      .group("Main");
-  command.add_option("--root", options->root, "folder of the suites; default: golden_frames")
-      .type_name("DIR")
-      .group("Main");
-  command
-      .add_option("--failures", options->failures,
-                  "folder for failing frames; default: frames in the report, else "
-                  "golden-failures")
-      .type_name("DIR")
-      .group("Main");
-  command
-      .add_option("-f,--frames", options->frames,
-                  "new: its frames, as in 1,12,24; accept: these frames; default: all that failed")
-      .type_name("FRAMES")
-      .group("Main");
-  command
-      .add_option("--reason", options->reason,
-                  "reason for changed golden frames; goes to CHANGES.md")
-      .type_name("TEXT")
-      .group("Main");
-  command.add_option("-o,--output", options->output, "merge: the folder of the new report")
-      .type_name("DIR")
+  add_verbs(line, command, golden_verbs(line, options));
+  command.add_option("suite", options->suites, "SUITE", "suites, scenes or reports");
+  command.add_option("--root", options->root, "DIR",
+                     "folder of the suites; default: golden_frames");
+  command.add_option("--failures", options->failures, "DIR",
+                     "folder for failing frames; default: frames in the report, else "
+                     "golden-failures");
+  command.add_option("-f,--frames", options->frames, "FRAMES",
+                     "frames, as in 1,12,24; default of accept: all that failed");
+  command.add_option("--reason", options->reason, "TEXT",
+                     "reason for the goldens; goes to CHANGES.md; default of new: first frames");
+  command.add_option("-o,--output", options->output, "DIR", "folder of the new report")
       .group("Output");
-  command
-      .add_flag("--any-program", options->any_program,
-                "accept: also what another build of polymorph rendered")
-      .group("Main");
-  command
-      .add_flag("--bits", options->bits,
-                "test: render in all ways that must not matter (threads, shards, caches, resumed) "
-                "and compare the bits with each other")
-      .group("Main");
+  command.add_flag("--any-program", options->any_program,
+                   "take also what another build of polymorph rendered");
+  command.add_flag(
+      "--bits", options->bits,
+      "render in all ways that must not matter (threads, shards, caches, resumed) and compare "
+      "the bits with each other");
   add_report(command, options->report);
   add_json(command, options->json);
-  line.verbs["golden"] = golden_verbs();
-  set_action(line, command, [&line, options] { return run_golden(line, *options); });
 }
 
 }  // namespace polymorph

@@ -27,11 +27,8 @@ void add_help(CommandLine& line) {
       add_command(line, "help", "Print the help of a command, or list all commands.",
                   "  polymorph help\n  polymorph help render\n  polymorph help golden accept",
                   "  0 printed   2 unknown command");
-  command
-      .add_option("command", *words,
-                  "the command, perhaps with its verb; default: all of them in a list")
-      .type_name("COMMAND")
-      .group("Main");
+  command.add_option("command", *words, "COMMAND",
+                     "the command, perhaps with its verb; default: all of them in a list");
   set_action(line, command, [&line, words] { return run_help(line, *words); });
 }
 

@@ -41,7 +41,7 @@ std::vector<int> object_frames(const Scene& scene) {
 }
 
 /// Draws the objects side by side, in colours that show which part becomes which.
-Status write_plan(const CommandLine& line, const FilmScene& film_scene,
+Status write_plan(const CommandLine& line, const EngineScene& film_scene,
                   const std::filesystem::path& path) {
   std::vector<int> numbers = object_frames(film_scene.prepared.scene);
   std::vector<std::string> names;
@@ -60,7 +60,7 @@ Status write_plan(const CommandLine& line, const FilmScene& film_scene,
 Result<int> show_plan(const CommandLine& line, const InfoOptions& options, Scene scene) {
   if (!options.output.empty()) PM_TRY_STATUS(check_sheet(options.output, line.common.overwrite));
   scene.frames.turntable = 0;  // frames of a turntable do not show the objects
-  PM_TRY(const FilmScene film_scene, prepare_film(line, std::move(scene)));
+  PM_TRY(const EngineScene film_scene, prepare_film(line, std::move(scene)));
   PM_TRY_STATUS(check_has_plans(film_scene.prepared));
   if (!options.output.empty() && !film_scene.prepared.scene.actors.front().blend.empty())
     return make_error(ErrorCode::kInput,
@@ -113,29 +113,21 @@ void add_info(CommandLine& line) {
                   "  polymorph info frame.0012.exr",
                   "  0 described   2 usage   3 unreadable   4 cannot write   5 device or memory");
   command
-      .add_option("input", options->input,
+      .add_option("input", options->input, "FILE",
                   "a scene (.json), a model, a mesh sequence (seq.####.obj) or an image")
-      .required()
-      .type_name("FILE")
-      .group("Main");
-  command
-      .add_flag("--timeline", options->timeline,
-                "one line per frame of a scene on what it shows; --json: with all stages")
-      .group("Main");
+      .required();
+  command.add_flag("--timeline", options->timeline,
+                   "one line per frame of a scene on what it shows; --json: with all stages");
   command
       .add_option(
-          "--show", options->show,
+          "--show", options->show, "WHAT",
           "plan: for each leg of a scene, its rotation and balls, and which limb becomes which")
-      .choices({"plan"})
-      .type_name("WHAT")
-      .group("Main");
-  command
-      .add_option("-o,--output", options->output,
-                  "picture of the objects for --show plan, .png or .exr: each point has the colour "
-                  "of the place that it comes from")
-      .type_name("FILE")
-      .group("Main");
-  add_overwrite(command, line.common).group("Main");
+      .choices({"plan"});
+  command.add_option(
+      "-o,--output", options->output, "FILE",
+      "picture of the objects for --show plan, .png or .exr: each point has the colour "
+      "of the place that it comes from");
+  add_overwrite(command, line.common);
   add_overrides(command, options->sets);
   add_json(command, options->json);
   set_action(line, command, [&line, options] { return run_info(line, *options); });

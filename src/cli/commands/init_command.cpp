@@ -54,16 +54,12 @@ void add_init(CommandLine& line) {
                   "  polymorph init a.obj b.obj c.obj -o scenes/abc.json",
                   "  0 written   2 usage   3 a model is missing   4 cannot write, exists");
   command
-      .add_option("models", options->models,
+      .add_option("models", options->models, "MODEL MODEL...",
                   "model files: the source, any objects on the way, the target")
       .required()
-      .count(2, 100)
-      .type_name("MODEL MODEL...")
-      .group("Main");
-  command.add_option("-o,--output", options->output, "the scene file (scene.json)")
-      .type_name("FILE")
-      .group("Main");
-  add_overwrite(command, line.common).group("Main");
+      .count(2, 100);
+  command.add_option("-o,--output", options->output, "FILE", "the scene file (scene.json)");
+  add_overwrite(command, line.common);
   set_action(line, command, [&line, options] { return run_init(line, *options); });
 }
 

@@ -1,14 +1,13 @@
 #include <algorithm>
 
 #include "base/file.h"
-#include "base/log.h"
+#include "base/plural.h"
 #include "cli/command_line.h"
 #include "cli/write_play_page.h"
 #include "device/device.h"
 #include "export/landmark_candidates.h"
 #include "export/landmarks_data.h"
 #include "export/play_data.h"
-#include "sequence/prepare/prepare.h"
 
 namespace polymorph {
 namespace {
@@ -59,7 +58,7 @@ Result<int> run_landmarks(const CommandLine& line, const LandmarksOptions& optio
   if (!options.html.empty()) PM_TRY_STATUS(check_play_page(line, options.html));
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
   PM_TRY(Scene scene, load_scene(options.scene, overrides));
-  PM_TRY(const PageScene page_scene, prepare_page(line, std::move(scene)));
+  PM_TRY(const EngineScene page_scene, prepare_page(line, std::move(scene)));
   if (options.html.empty()) {
     PM_TRY(const std::vector<LegCandidates> legs, landmark_candidates(page_scene.prepared));
     if (options.json.enabled)
@@ -73,7 +72,7 @@ Result<int> run_landmarks(const CommandLine& line, const LandmarksOptions& optio
   PM_TRY(const LandmarksPage page, make_landmarks_page(page_scene.prepared, *page_scene.engine));
   const std::string html = encode_landmarks_page(page);
   PM_TRY_STATUS(write_file(options.html, html));
-  print_data("{} {} leg{}, {}\n", options.html, page.legs.size(), page.legs.size() == 1 ? "" : "s",
+  print_data("{} {}, {}\n", options.html, plural(page.legs.size(), "leg"),
              format_bytes(static_cast<double>(html.size())));
   return 0;
 }
@@ -89,18 +88,12 @@ void add_landmarks(CommandLine& line) {
       "  polymorph landmarks scene.json --html landmarks.html",
       "  0 written   2 usage   3 bad scene or model   4 cannot write   5 device or memory\n"
       "  130, 143 stopped by a signal");
-  command.add_option("scene", options->scene, "a scene .json")
-      .required()
-      .type_name("SCENE")
-      .group("Main");
-  command
-      .add_option("--html", options->html,
-                  "a page that shows both objects of each leg and on which pins are set; "
-                  "default: print tips of limbs, matched ones in one line")
-      .type_name("FILE")
-      .group("Main");
+  command.add_option("scene", options->scene, "SCENE", "a scene .json").required();
+  command.add_option("--html", options->html, "FILE",
+                     "a page that shows both objects of each leg and on which pins are set; "
+                     "default: print tips of limbs, matched ones in one line");
   add_overrides(command, options->sets);
-  add_overwrite(command, line.common).group("Main");
+  add_overwrite(command, line.common);
   add_json(command, options->json);
   set_action(line, command, [&line, options] { return run_landmarks(line, *options); });
 }

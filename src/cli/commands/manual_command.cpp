@@ -1,6 +1,7 @@
 #include "base/file.h"
 #include "cli/command_line.h"
 #include "cli/option_table.h"
+#include "scene/assignments.h"
 
 namespace polymorph {
 namespace {
@@ -55,11 +56,9 @@ void add_completion(CommandLine& line) {
                   "  polymorph completion bash > /etc/bash_completion.d/polymorph\n"
                   "  polymorph completion fish > ~/.config/fish/completions/polymorph.fish",
                   "  0 printed   2 usage");
-  command.add_option("shell", options->shell, "bash, zsh or fish")
+  command.add_option("shell", options->shell, "SHELL", "bash, zsh or fish")
       .required()
-      .choices({"bash", "zsh", "fish"})
-      .type_name("SHELL")
-      .group("Main");
+      .choices({"bash", "zsh", "fish"});
   set_action(line, command, [&line, options] { return run_completion(line, *options); });
 }
 
@@ -71,17 +70,29 @@ void add_manual(CommandLine& line) {
                   "  polymorph manual scene > docs/scene.md\n  polymorph manual man -o man1",
                   "  0 made   2 usage   4 cannot write, exists");
   command
-      .add_option("what", options->what,
+      .add_option("what", options->what, "WHAT",
                   "commands or scene: Markdown, to standard output; man: pages in roff")
       .required()
-      .choices({"commands", "scene", "man"})
-      .type_name("WHAT")
-      .group("Main");
-  command.add_option("-o,--output", options->output, "man: the folder for the pages")
-      .type_name("DIR")
-      .group("Main");
-  add_overwrite(command, line.common).group("Main");
+      .choices({"commands", "scene", "man"});
+  command.add_option("-o,--output", options->output, "DIR", "man: the folder for the pages");
+  add_overwrite(command, line.common);
   set_action(line, command, [&line, options] { return run_manual(line, *options); });
+}
+
+void add_schema(CommandLine& line) {
+  auto keys = std::make_shared<bool>(false);
+  Command command = add_command(line, "schema", "Print the JSON Schema of scene files.",
+                                "  polymorph schema > scene.schema.json\n  polymorph schema --keys",
+                                "  0 printed");
+  command.add_flag("--keys", *keys,
+                   "print what --set takes instead: KEY=, or KEY=VALUE where values are words");
+  set_action(line, command, [keys]() -> Result<int> {
+    if (*keys)
+      for (const std::string& assignment : list_assignments()) print_data("{}\n", assignment);
+    else
+      PM_TRY_STATUS(write_text({}, scene_schema()));
+    return 0;
+  });
 }
 
 }  // namespace polymorph

@@ -1,6 +1,6 @@
-#include "base/file.h"
 #include "base/json.h"
 #include "base/log.h"
+#include "base/plural.h"
 #include "base/stop.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
@@ -60,8 +60,8 @@ Result<int> run_merge(const CommandLine& line, const MergeOptions& options) {
     progress(++done, merges.size(), record);
   }
   if (options.json.enabled) PM_TRY_STATUS(write_json(options.json, to_json(merges)));
-  log_info("{} frame{} merged from {} part{} in {}", done, done == 1 ? "" : "s", parts,
-           parts == 1 ? "" : "s", format_seconds(stopwatch.seconds()));
+  log_info("{} merged from {} in {}", plural(done, "frame"), plural(parts, "part"),
+           format_seconds(stopwatch.seconds()));
   return 0;
 }
 
@@ -78,29 +78,23 @@ void add_merge(CommandLine& line) {
       "  3 samples are missing, given twice, or of different pictures   4 cannot write\n"
       "  75, 130, 143 stopped by a signal: merged frames are whole");
   command
-      .add_option("parts", options->settings.inputs,
+      .add_option("parts", options->settings.inputs, "PART|DIR...",
                   "EXR files that render --samples FIRST-LAST/TOTAL wrote, patterns of such files, "
                   "and folders with them, in any order")
-      .required()
-      .type_name("PART|DIR...")
-      .group("Main");
+      .required();
   command
-      .add_option("-o,--output", options->settings.output,
+      .add_option("-o,--output", options->settings.output, "FILE",
                   "frame.####.exr; # is a digit of the frame number")
-      .required()
-      .type_name("FILE")
-      .group("Main");
-  command
-      .add_flag("--partial", options->settings.partial,
-                "write a larger part where samples before the first or after the last are missing")
-      .group("Main");
+      .required();
+  command.add_flag(
+      "--partial", options->settings.partial,
+      "write a larger part where samples before the first or after the last are missing");
   command
       .add_flag("--draft", options->settings.draft,
                 "write pictures of the samples that there are, to look at before the others are "
                 "rendered")
-      .excludes(command.option("--partial"))
-      .group("Main");
-  add_overwrite(command, line.common).group("Main");
+      .excludes(command.option("--partial"));
+  add_overwrite(command, line.common);
   add_json(command, options->json);
   set_action(line, command, [&line, options] { return run_merge(line, *options); });
 }

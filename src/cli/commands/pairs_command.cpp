@@ -103,7 +103,7 @@ class Session {
     PM_TRY(Scene scene, load_scene_text(scene_file, text, overrides));
     std::vector<int> numbers;
     for (int frame = shown_frames_ + 1; frame <= frames; ++frame) numbers.push_back(frame);
-    PM_TRY(const FilmScene film_scene, prepare_film(line_, std::move(scene)));
+    PM_TRY(const EngineScene film_scene, prepare_film(line_, std::move(scene)));
     PM_TRY(Film film, render_film(line_, film_scene, numbers, 0));
     for (std::size_t i = 0; i < numbers.size(); ++i) {
       Image& image = film.images[i];
@@ -203,21 +203,13 @@ void add_pairs(CommandLine& line) {
       "  polymorph pairs scenes/pairs/small.json --moves - -o play",
       "  0 played   2 usage   3 bad game or move   4 cannot write, exists\n"
       "  5 device or memory   130, 143 stopped by a signal");
-  command.add_option("game", options->game, "the game file")
-      .required()
-      .type_name("GAME")
-      .group("Main");
-  command
-      .add_option("--moves", options->moves,
-                  "moves instead of the game's, one per line: a1 b2; - reads them as they are made")
-      .type_name("FILE")
-      .group("Main");
-  command
-      .add_option("-o,--output", options->output,
-                  "folder for frames, strip.png, play.gif and the scenes; default: only play")
-      .type_name("DIR")
-      .group("Main");
-  add_overwrite(command, line.common).group("Main");
+  command.add_option("game", options->game, "GAME", "the game file").required();
+  command.add_option(
+      "--moves", options->moves, "FILE",
+      "moves instead of the game's, one per line: a1 b2; - reads them as they are made");
+  command.add_option("-o,--output", options->output, "DIR",
+                     "folder for frames, strip.png, play.gif and the scenes; default: only play");
+  add_overwrite(command, line.common);
   add_overrides(command, options->sets);
   set_action(line, command, [&line, options] { return run_pairs(line, *options); });
 }

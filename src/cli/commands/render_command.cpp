@@ -4,6 +4,7 @@
 #include "base/file.h"
 #include "base/input_files.h"
 #include "base/log.h"
+#include "base/plural.h"
 #include "base/text.h"
 #include "cli/command_line.h"
 #include "cli/progress.h"
@@ -48,9 +49,7 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
                                            const std::optional<SampleRange>& part) {
   SequenceSettings settings;
   const int count = frame_count(scene);
-  PM_TRY(
-      settings.frames,
-      parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
+  PM_TRY(settings.frames, parse_frame_option(options.frames, count));
   const bool is_sequence = settings.frames.size() > 1 || !options.shard.empty();
   if (!options.shard.empty()) {
     PM_TRY(const Shard shard, parse_shard(options.shard));
@@ -95,12 +94,12 @@ void print_plan(const RunReport& report, const SequenceSettings& settings) {
                        (is_written(settings.png) ? estimate.png_bytes : 0);
   const double prepare = report.prepare_seconds + estimate.fit_seconds;
   log_info(
-      "{} frame{} to render{}: about {} on {} thread{} ({} a frame, {} to prepare), {} on disk, {} "
+      "{} to render{}: about {} on {} ({} a frame, {} to prepare), {} on disk, {} "
       "of memory",
-      planned, planned == 1 ? "" : "s", skipped ? fmt::format(", {} kept", skipped) : "",
-      format_seconds(prepare + frames * estimate.seconds), report.threads,
-      report.threads == 1 ? "" : "s", format_seconds(estimate.seconds), format_seconds(prepare),
-      format_bytes(frames * bytes), format_bytes(static_cast<double>(estimate.memory)));
+      plural(planned, "frame"), skipped ? fmt::format(", {} kept", skipped) : "",
+      format_seconds(prepare + frames * estimate.seconds), plural(report.threads, "thread"),
+      format_seconds(estimate.seconds), format_seconds(prepare), format_bytes(frames * bytes),
+      format_bytes(static_cast<double>(estimate.memory)));
   if (!estimate.unfitted.empty())
     log_info(
         "this is an estimate: the balls of {} are not in the cache, and fitting them takes about "
@@ -191,7 +190,7 @@ Result<int> render_once(const CommandLine& line, const RenderOptions& command_op
   const std::size_t failed = report.count(FrameRecord::State::kFailed);
   const auto done = report.count(FrameRecord::State::kDone),
              kept = report.count(FrameRecord::State::kSkipped);
-  log_info("{} frame{} rendered{}{} in {}", done, done == 1 ? "" : "s",
+  log_info("{} rendered{}{} in {}", plural(done, "frame"),
            kept ? fmt::format(", {} kept", kept) : "",
            failed ? fmt::format(", {} failed", failed) : "", format_seconds(report.total_seconds));
   if (report.stopped) {
@@ -230,8 +229,7 @@ Result<int> watch_and_render(CommandLine& line, const RenderOptions& options) {
     // A file that was written during the run may have been read in part: render again.
     bool changed = std::any_of(before.begin(), before.end(),
                                [&](const auto& file) { return file.first >= started; });
-    if (!changed && !stop)
-      log_info("watching {} file{}", files.size(), files.size() == 1 ? "" : "s");
+    if (!changed && !stop) log_info("watching {}", plural(files.size(), "file"));
     for (; !changed && !stop; changed = take_snapshot(files) != before)
       std::this_thread::sleep_for(50ms);
     if (stop) return 0;
@@ -264,56 +262,41 @@ void add_render(CommandLine& line) {
                   "  75 stopped early by SIGUSR1, 130, 143 stopped by another signal: finished\n"
                   "  frames are whole, run again with --skip-existing to go on");
   command
-      .add_option("scene", options->scene,
+      .add_option("scene", options->scene, "SCENE",
                   "the scene file, or a mesh sequence as seq.####.obj (also .ply, .stl, .off, "
                   ".glb); with --turntable a model file, too")
-      .required()
-      .type_name("SCENE")
-      .group("Main");
-  command
-      .add_option("-o,--output", options->output,
-                  "frame.####.exr or .png; # is a digit of the frame number")
-      .type_name("FILE")
-      .group("Main");
-  command.add_option("-f,--frames", options->frames, "1-48, 1-48x2, 5-1, 1,5,10-20; default: all")
-      .type_name("LIST")
-      .group("Main");
-  command.add_flag("--png", options->png, "a PNG beside each EXR").group("Main");
-  const Option overwrite = add_overwrite(command, line.common).group("Main");
+      .required();
+  command.add_option("-o,--output", options->output, "FILE",
+                     "frame.####.exr or .png; # is a digit of the frame number");
+  command.add_option("-f,--frames", options->frames, "LIST",
+                     "1-48, 1-48x2, 5-1, 1,5,10-20; default: all");
+  command.add_flag("--png", options->png, "a PNG beside each EXR");
+  const Option overwrite = add_overwrite(command, line.common);
   command
       .add_flag("--skip-existing", options->skip_existing,
                 "keep frames whose header says that they are current")
-      .excludes(overwrite)
-      .group("Main");
-  command
-      .add_flag("--watch", options->watch,
-                "render again whenever the scene or a file that it reads changes, until Ctrl-C")
-      .group("Main");
-  command
-      .add_flag("--turntable", options->turntable,
-                "the camera goes once round: round a model (72 frames, of which -f takes "
-                "some), round the one frame that -f names, or while the film runs")
-      .group("Main");
-  command.add_flag("--strict", options->strict, "warnings about models and textures are errors")
-      .group("Main");
+      .excludes(overwrite);
+  command.add_flag("--watch", options->watch,
+                   "render again whenever the scene or a file that it reads changes, until Ctrl-C");
+  command.add_flag("--turntable", options->turntable,
+                   "the camera goes once round: round a model (72 frames, of which -f takes "
+                   "some), round the one frame that -f names, or while the film runs");
+  command.add_flag("--strict", options->strict, "warnings about models and textures are errors");
   add_scene_options(command, options->scene_options);
   command
-      .add_option("--samples", options->samples,
+      .add_option("--samples", options->samples, "FIRST-LAST/TOTAL",
                   "render these samples of each pixel alone, 0-15/64 of 64, to be merged later "
                   "(merge); a number is that of --spp")
       .excludes(command.option("--spp"))
-      .type_name("FIRST-LAST/TOTAL")
       .group("Farm");
   command
-      .add_option("--shard", options->shard,
+      .add_option("--shard", options->shard, "i/N",
                   "this share of the frames: 2/8, or auto from Slurm or MPI")
-      .type_name("i/N")
       .group("Farm");
   command
-      .add_option("-j,--jobs", options->jobs,
+      .add_option("-j,--jobs", options->jobs, "N",
                   "frames rendered in parallel; default: by their size, and up to four on each GPU")
       .range(1, 256)
-      .type_name("N")
       .group("Farm");
   command.add_flag("--keep-going", options->keep_going, "go on after a failed frame; exit code 6")
       .group("Farm");
@@ -322,17 +305,15 @@ void add_render(CommandLine& line) {
                 "say what would be rendered and what it costs; fit and write nothing")
       .group("Farm");
   command
-      .add_option("--heartbeat", options->heartbeat,
+      .add_option("--heartbeat", options->heartbeat, "S",
                   "seconds between lines of the log while no frame is finished (60); 0: none")
       .environment("POLYMORPH_HEARTBEAT")
       .range(0.0, 86400.0)
-      .type_name("S")
       .group("Farm");
   command
-      .add_option("--receipt", options->receipt,
+      .add_option("--receipt", options->receipt, "FILE",
                   "write an in-toto statement: the SHA-256 of the frames and of all that they were "
                   "made from")
-      .type_name("FILE")
       .group("Output");
   command.add_flag("--stats", options->stats, "say where the time went").group("Output");
   add_json(command, options->json);

@@ -109,17 +109,12 @@ void add_reproduce(CommandLine& line) {
       "  0 same bits   1 the pixels or an input differ   2 usage\n"
       "  3 no usable header, an input is missing, or a bad scene   4 cannot write\n"
       "  5 device or memory");
-  command.add_option("frame", options->frame, "EXR or PNG that render or golden wrote")
-      .required()
-      .type_name("FRAME")
-      .group("Main");
+  command.add_option("frame", options->frame, "FRAME", "EXR or PNG that render or golden wrote")
+      .required();
+  command.add_option("--models", options->models, "DIR",
+                     "folder of the files that the header names; default: the current one");
   command
-      .add_option("--models", options->models,
-                  "folder of the files that the header names; default: the current one")
-      .type_name("DIR")
-      .group("Main");
-  command.add_option("-o,--output", options->output, "write the frame as it is rendered now")
-      .type_name("FILE")
+      .add_option("-o,--output", options->output, "FILE", "write the frame as it is rendered now")
       .group("Output");
   add_json(command, options->json);
   set_action(line, command, [&line, options] { return run_reproduce(line, *options); });

@@ -7,30 +7,9 @@ namespace {
 
 struct SpheresOptions {
   SpheresRequest request;
-  std::string inside = "winding";
-  int balls = 0, resolution = 0;
-  double error = 0, root_margin = 0;
-  bool no_fit = false, solidify = false, no_measure = false;
+  bool no_fit = false, no_measure = false;
   JsonOutput json;
 };
-
-SphereSettings make_settings(const SpheresOptions& options) {
-  SphereSettings settings;
-  settings.method = options.request.method == "octree"    ? SphereMethod::kOctree
-                    : options.request.method == "active"  ? SphereMethod::kActive
-                    : options.request.method == "hubbard" ? SphereMethod::kHubbard
-                                                          : SphereMethod::kMedial;
-  if (options.balls > 0) settings.balls = options.balls;
-  settings.error = static_cast<float>(options.error);
-  settings.resolution = options.resolution;
-  settings.root_margin = static_cast<float>(options.root_margin);
-  settings.fit = options.no_fit                   ? FitKind::kNone
-                 : options.request.fit == "round" ? FitKind::kRound
-                                                  : FitKind::kEllipsoid;
-  settings.inside = options.inside == "parity" ? InsideMethod::kParity : InsideMethod::kWinding;
-  settings.solidify = options.solidify;
-  return settings;
-}
 
 Status check_outputs(const SpheresRequest& request, bool overwrite) {
   const auto check_extension = [](const std::string& file,
@@ -62,8 +41,7 @@ Status check_outputs(const SpheresRequest& request, bool overwrite) {
 Result<int> run_spheres(const CommandLine& line, const SpheresOptions& options) {
   PM_TRY_STATUS(check_outputs(options.request, line.common.overwrite));
   SpheresRequest request = options.request;
-  request.settings = make_settings(options);
-  if (options.no_fit) request.fit = "none";
+  if (options.no_fit) request.settings.fit = FitKind::kNone;
   request.cache_folder = cache_folder(line.common);
   request.measure = !options.no_measure;
   PM_TRY(const SpheresResult result, inspect_spheres(request));
@@ -87,84 +65,61 @@ void add_spheres(CommandLine& line) {
                   "  polymorph spheres teapot.obj --method octree --resolution 5 --no-fit --json",
                   "  0 done   2 usage   3 bad model, or nothing of it is inside\n"
                   "  4 cannot write   5 memory");
+  SphereSettings& settings = options->request.settings;
   command
-      .add_option("model", options->request.model,
+      .add_option("model", options->request.model, "MODEL",
                   "a model file, or sphere, cube, torus, puddle, drops")
-      .required()
-      .type_name("MODEL")
-      .group("Main");
-  command.add_option("--method", options->request.method, "medial, hubbard, octree or active")
-      .choices({"medial", "hubbard", "octree", "active"})
-      .type_name("NAME")
-      .group("Main");
-  Option balls = command.add_option("--balls", options->balls, "number of balls (256)")
-                     .range(1, 4096)
-                     .type_name("N")
-                     .group("Main");
+      .required();
+  command.add_choice("--method", settings.method, "NAME",
+                     {{"medial", SphereMethod::kMedial},
+                      {"hubbard", SphereMethod::kHubbard},
+                      {"octree", SphereMethod::kOctree},
+                      {"active", SphereMethod::kActive}},
+                     "medial, hubbard, octree or active");
+  Option balls =
+      command.add_option("--balls", settings.balls, "N", "number of balls (256)").range(1, 4096);
   Option error =
       command
-          .add_option("--error", options->error,
+          .add_option("--error", settings.error, "E",
                       "fewest balls within this Hausdorff distance, a share of the diagonal")
-          .range(1e-4, 0.5)
-          .type_name("E")
-          .group("Main");
+          .range(1e-4, 0.5);
   error.excludes(balls);
   command
-      .add_option("--resolution", options->resolution,
+      .add_option("--resolution", settings.resolution, "R",
                   "resolution of octree and active: 2^(R-1) cells per axis")
-      .range(1, 9)
-      .type_name("R")
-      .group("Main");
+      .range(1, 9);
   command
-      .add_option("--root-margin", options->root_margin,
+      .add_option("--root-margin", settings.root_margin, "M",
                   "share by which the root cube of octree and active exceeds the model (0)")
-      .range(0.0, 1.0)
-      .type_name("M")
-      .group("Main");
-  const Option fit = command.add_option("--fit", options->request.fit, "ellipsoid or round balls")
-                         .choices({"ellipsoid", "round"})
-                         .type_name("KIND")
-                         .group("Main");
+      .range(0.0, 1.0);
+  const Option fit = command.add_choice(
+      "--fit", settings.fit, "KIND",
+      {{"ellipsoid", FitKind::kEllipsoid}, {"round", FitKind::kRound}}, "ellipsoid or round balls");
   command.add_flag("--no-fit", options->no_fit, "balls straight from the spheres, as in the report")
-      .excludes(fit)
-      .group("Main");
+      .excludes(fit);
+  command.add_flag("--no-measure", options->no_measure,
+                   "make the spheres and balls, but do not measure how well they fit");
+  command.add_choice("--inside", settings.inside, "TEST",
+                     {{"winding", InsideMethod::kWinding}, {"parity", InsideMethod::kParity}},
+                     "inside test: winding or parity");
+  command.add_flag("--solidify", settings.solidify, "fill cavities and close holes first");
   command
-      .add_flag("--no-measure", options->no_measure,
-                "make the spheres and balls, but do not measure how well they fit")
-      .group("Main");
-  command.add_option("--inside", options->inside, "inside test: winding or parity")
-      .choices({"winding", "parity"})
-      .type_name("TEST")
-      .group("Main");
-  command.add_flag("--solidify", options->solidify, "fill cavities and close holes first")
-      .group("Main");
-  command
-      .add_option("--grid", options->request.grid,
+      .add_option("--grid", options->request.grid, "N",
                   "cells along the longest side, for the surface (192)")
-      .range(8, 4096)
-      .type_name("N")
-      .group("Main");
-  command.add_option("-o,--output", options->request.output, "picture: model | spheres | surface")
-      .type_name("FILE")
-      .group("Main");
-  command.add_option("--width", options->request.width, "width of each of the three pictures (480)")
-      .range(16, 8192)
-      .type_name("PIXELS")
-      .group("Main");
-  command.add_option("--write-balls", options->request.write_balls, "balls as .json or .csv")
-      .type_name("FILE")
-      .group("Main");
+      .range(8, 4096);
+  command.add_option("-o,--output", options->request.output, "FILE",
+                     "picture: model | spheres | surface");
   command
-      .add_option("--write-surface", options->request.write_surface,
-                  "their surface as .obj or .ply")
-      .type_name("FILE")
-      .group("Main");
-  command
-      .add_option("--write-spheres", options->request.write_spheres,
-                  "the spheres as .obj, .ply, or .json with their tree")
-      .type_name("FILE")
-      .group("Main");
-  add_overwrite(command, line.common).group("Main");
+      .add_option("--width", options->request.width, "PIXELS",
+                  "width of each of the three pictures (480)")
+      .range(16, 8192);
+  command.add_option("--write-balls", options->request.write_balls, "FILE",
+                     "balls as .json or .csv");
+  command.add_option("--write-surface", options->request.write_surface, "FILE",
+                     "their surface as .obj or .ply");
+  command.add_option("--write-spheres", options->request.write_spheres, "FILE",
+                     "the spheres as .obj, .ply, or .json with their tree");
+  add_overwrite(command, line.common);
   add_json(command, options->json);
   set_action(line, command, [&line, options] { return run_spheres(line, *options); });
 }

@@ -1,9 +1,6 @@
 #include <algorithm>
-#include <map>
-#include <set>
 #include <system_error>
 
-#include "base/file.h"
 #include "base/json.h"
 #include "base/log.h"
 #include "cli/command_line.h"
@@ -11,6 +8,7 @@
 #include "morph/timeline.h"
 #include "sequence/run/frame_files.h"
 #include "sequence/run/part_files.h"
+#include "sequence/run/sample_rows.h"
 #include "sequence/run/status.h"
 
 namespace polymorph {
@@ -34,44 +32,6 @@ constexpr StateName kStates[]{{FileState::kWhole, "whole"},
                               {FileState::kStale, "stale"},
                               {FileState::kUnreadable, "unreadable"},
                               {FileState::kPart, "part"}};
-
-/// Frames of which parts with the same samples exist.
-struct SampleRow {
-  std::vector<SampleRange> ranges;  ///< disjoint, in order (join_ranges())
-  std::vector<int> frames;
-  std::set<fs::path> folders;  ///< folders of their parts
-  int total() const { return ranges.front().total; }
-  bool is_complete() const { return ranges.size() == 1 && ranges.front().is_whole(); }
-};
-
-/// Finds the parts of the frames that are not whole in the folder of the output, and groups the
-/// frames by the samples that their parts have.
-std::vector<SampleRow> find_samples(const fs::path& folder, const std::vector<int>& frames,
-                                    const std::vector<FileState>& states,
-                                    const ExpectedHashes& hashes) {
-  std::map<int, SampleRow> rows_by_frame;
-  for (const PartFile& part : find_parts(folder)) {
-    const auto at = std::lower_bound(frames.begin(), frames.end(), part.header.frame);
-    const auto i = static_cast<std::size_t>(at - frames.begin());
-    if (at == frames.end() || *at != part.header.frame || states[i] == FileState::kWhole ||
-        part.header.identity != hashes.frames[i])
-      continue;
-    SampleRow& row = rows_by_frame[*at];
-    row.ranges.push_back(*part.header.part);
-    row.folders.insert(part.path.parent_path());
-  }
-  std::map<std::string, SampleRow> rows;
-  for (auto& [frame, frame_row] : rows_by_frame) {
-    frame_row.ranges = join_ranges(frame_row.ranges);
-    SampleRow& row = rows[format_samples(frame_row.ranges)];
-    row.ranges = frame_row.ranges;
-    row.frames.push_back(frame);
-    row.folders.merge(frame_row.folders);
-  }
-  std::vector<SampleRow> list;
-  for (auto& [name, row] : rows) list.push_back(std::move(row));
-  return list;
-}
 
 JsonValue to_json(const std::vector<int>& frames, const std::vector<FileState>& states,
                   const std::string& hash, const std::vector<SampleRow>& samples) {
@@ -126,9 +86,7 @@ Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
              : options.where;
   PM_TRY(const FrameFiles files, frame_files(scene, output, options.png, true));
   const int count = frame_count(scene);
-  PM_TRY(
-      std::vector<int> frames,
-      parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
+  PM_TRY(std::vector<int> frames, parse_frame_option(options.frames, count));
   std::sort(frames.begin(), frames.end());
   PM_TRY(ExpectedHashes hashes, expected_hashes(scene, frames));
   hashes.view = options.scene_options.view;
@@ -174,20 +132,13 @@ void add_status(CommandLine& line) {
       "  polymorph status 'out/frame.####.exr' scene.json --set image.samples=64 --json",
       "  0 all frames are whole   1 some are not   2 usage   3 bad scene or model");
   command
-      .add_option("frames", options->where,
+      .add_option("frames", options->where, "DIR|FRAMES",
                   "pattern that render was given, or its folder where the "
                   "names are the scene's own (frame.####.exr)")
-      .required()
-      .type_name("DIR|FRAMES")
-      .group("Main");
-  command.add_option("scene", options->scene, "the scene file")
-      .required()
-      .type_name("SCENE")
-      .group("Main");
-  command.add_option("-f,--frames", options->frames, "these frames alone; default: all")
-      .type_name("LIST")
-      .group("Main");
-  command.add_flag("--png", options->png, "a frame is whole only with its PNG").group("Main");
+      .required();
+  command.add_option("scene", options->scene, "SCENE", "the scene file").required();
+  command.add_option("-f,--frames", options->frames, "LIST", "these frames alone; default: all");
+  command.add_flag("--png", options->png, "a frame is whole only with its PNG");
   add_scene_options(command, options->scene_options);
   add_json(command, options->json);
   set_action(line, command, [&line, options] { return run_status(line, *options); });

@@ -1,9 +1,6 @@
 #include <algorithm>
 
-#include "base/exact_math.h"
 #include "base/file.h"
-#include "base/frames.h"
-#include "base/log.h"
 #include "cli/command_line.h"
 #include "cli/film_output.h"
 #include "cli/scene_options.h"
@@ -36,7 +33,7 @@ Result<std::vector<int>> choose_frames_by_change(const CommandLine& line, Scene 
                                                  const StripOptions& options) {
   constexpr int kWidth = 96;
   scene.image.samples = 1;
-  PM_TRY(const FilmScene film_scene, prepare_film(line, std::move(scene)));
+  PM_TRY(const EngineScene film_scene, prepare_film(line, std::move(scene)));
   PM_TRY(const Film film, render_film(line, film_scene, numbers, kWidth));
   return choose_by_change(film, options.count);
 }
@@ -64,9 +61,7 @@ Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
   PM_TRY(Scene scene, load_scene_with(options.input, options.scene_options));
   PM_TRY(const std::optional<ViewTransform> view, open_view(options));
   const int count = frame_count(scene);
-  PM_TRY(
-      std::vector<int> numbers,
-      parse_frames(options.frames.empty() ? fmt::format("1-{}", count) : options.frames, 1, count));
+  PM_TRY(std::vector<int> numbers, parse_frame_option(options.frames, count));
   if (!options.is_animated() && options.frames.empty()) {
     if (options.by_change()) {
       PM_TRY(numbers, choose_frames_by_change(line, scene, numbers, options));
@@ -74,7 +69,7 @@ Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
       numbers = choose_evenly(numbers, options.count);
     }
   }
-  PM_TRY(const FilmScene film_scene, prepare_film(line, std::move(scene)));
+  PM_TRY(const EngineScene film_scene, prepare_film(line, std::move(scene)));
   PM_TRY(Film film,
          render_film(line, film_scene, std::move(numbers), options.width, options.content()));
   PM_TRY_STATUS(apply_view(view, film));
@@ -273,68 +268,43 @@ void add_strip(CommandLine& line) {
       "  polymorph strip out/frame.0012.exr --matte teapot -o matte.png",
       "  0 made   2 usage   3 bad scene, unreadable or missing frames   4 cannot write\n"
       "  5 device or memory   130, 143 stopped by a signal");
-  command.add_option("input", options->input, "a scene file, or existing frames with ####")
-      .required()
-      .type_name("SCENE|FRAMES")
-      .group("Main");
-  command.add_option("-o,--output", options->output, "the sheet: .png or .exr")
-      .type_name("FILE")
-      .group("Main");
-  command.add_option("-c,--count", options->count, "cells, evenly spread over the sequence (8)")
-      .range(1, 1000)
-      .type_name("N")
-      .group("Main");
   command
-      .add_option("--by", options->by,
+      .add_option("input", options->input, "SCENE|FRAMES",
+                  "a scene file, or existing frames with ####")
+      .required();
+  command.add_option("-o,--output", options->output, "FILE", "the sheet: .png or .exr");
+  command
+      .add_option("-c,--count", options->count, "N", "cells, evenly spread over the sequence (8)")
+      .range(1, 1000);
+  command
+      .add_option("--by", options->by, "WHAT",
                   "spread the cells by time, or by how much the picture changes (time)")
-      .choices({"time", "change"})
-      .type_name("WHAT")
-      .group("Main");
+      .choices({"time", "change"});
   command
-      .add_option("--show", options->show,
+      .add_option("--show", options->show, "WHAT",
                   "scene, or plan: what becomes what; each point has the colour of the place that "
                   "it comes from (scene)")
-      .choices({"scene", "plan"})
-      .type_name("WHAT")
-      .group("Main");
+      .choices({"scene", "plan"});
+  command.add_option(
+      "--matte", options->matte, "NAME",
+      "the coverage of this name in the frames' Cryptomattes, in grey, instead of their "
+      "colours; of one image, or with #### in -o, each as a picture of its own");
+  command.add_option("-f,--frames", options->frames, "LIST", "these frames instead");
+  command.add_option("--columns", options->columns, "N", "cells per row (4)").range(1, 1000);
   command
-      .add_option(
-          "--matte", options->matte,
-          "the coverage of this name in the frames' Cryptomattes, in grey, instead of their "
-          "colours; of one image, or with #### in -o, each as a picture of its own")
-      .type_name("NAME")
-      .group("Main");
-  command.add_option("-f,--frames", options->frames, "these frames instead")
-      .type_name("LIST")
-      .group("Main");
-  command.add_option("--columns", options->columns, "cells per row (4)")
-      .range(1, 1000)
-      .type_name("N")
-      .group("Main");
+      .add_option("--width", options->width, "PIXELS",
+                  "width of a cell, GIF and movie; default: as rendered")
+      .range(16, 32768);
+  command.add_option("--label", options->label, "WHAT", "frame, t or none")
+      .choices({"frame", "t", "none"});
+  command.add_option("--gif", options->gif, "FILE", "an animated GIF of all frames");
+  command.add_option("--mp4", options->mp4, "FILE", "a movie of all frames, by ffmpeg");
+  command.add_option("--html", options->html, "FILE", "page that plays a scene in a browser");
   command
-      .add_option("--width", options->width, "width of a cell, GIF and movie; default: as rendered")
-      .range(16, 32768)
-      .type_name("PIXELS")
-      .group("Main");
-  command.add_option("--label", options->label, "frame, t or none")
-      .choices({"frame", "t", "none"})
-      .type_name("WHAT")
-      .group("Main");
-  command.add_option("--gif", options->gif, "an animated GIF of all frames")
-      .type_name("FILE")
-      .group("Main");
-  command.add_option("--mp4", options->mp4, "a movie of all frames, by ffmpeg")
-      .type_name("FILE")
-      .group("Main");
-  command.add_option("--html", options->html, "page that plays a scene in a browser")
-      .type_name("FILE")
-      .group("Main");
-  command
-      .add_option("--fps", options->fps, "frames per second of GIF and movie; default: the scene's")
-      .range(0.1, 100.0)
-      .type_name("F")
-      .group("Main");
-  add_overwrite(command, line.common).group("Main");
+      .add_option("--fps", options->fps, "F",
+                  "frames per second of GIF and movie; default: the scene's")
+      .range(0.1, 100.0);
+  add_overwrite(command, line.common);
   add_scene_options(command, options->scene_options);
   set_action(line, command, [&line, options] { return run_strip(line, *options); });
 }

@@ -47,39 +47,31 @@ Result<int> run_submit(const CommandLine& line, const SubmitOptions& options) {
 
 void add_farm_options(Command command, SlurmRequest& job) {
   const auto add = [](Option option) { option.group("Farm"); };
-  add(command.add_option("--tasks", job.tasks, "tasks of the array; default: by time")
-          .range(1, 100000)
-          .type_name("N"));
+  add(command.add_option("--tasks", job.tasks, "N", "tasks of the array; default: by time")
+          .range(1, 100000));
   add(command
-          .add_option("--task-minutes", job.task_minutes,
+          .add_option("--task-minutes", job.task_minutes, "M",
                       "frames for at least so long in each task (2)")
-          .range(0.01, 10000.0)
-          .type_name("M"));
+          .range(0.01, 10000.0));
   add(command
-          .add_option("--max-tasks", job.max_tasks, "maximum number of tasks of the array (1000)")
-          .range(1, 100000)
-          .type_name("N"));
+          .add_option("--max-tasks", job.max_tasks, "N",
+                      "maximum number of tasks of the array (1000)")
+          .range(1, 100000));
   add(command
-          .add_option("--frame-seconds", job.frame_seconds,
+          .add_option("--frame-seconds", job.frame_seconds, "S",
                       "take this for a frame's time and measure nothing")
-          .range(0.0, 1e6)
-          .type_name("S"));
-  add(command.add_option("--cpus", job.cpus, "processors of a task (4)")
-          .range(1, 4096)
-          .type_name("N"));
-  add(command.add_option("--gpus", job.gpus, "GPUs of a task, which share its frames (0)")
-          .range(0, 1024)
-          .type_name("N"));
-  add(command.add_option("--mem", job.memory, "memory of a task; default: by what is measured")
-          .bytes()
-          .type_name("SIZE"));
-  add(command.add_option("--minutes", job.minutes, "time limit of a task; default: by time")
-          .range(1, 1000000)
-          .type_name("M"));
+          .range(0.0, 1e6));
+  add(command.add_option("--cpus", job.cpus, "N", "processors of a task (4)").range(1, 4096));
+  add(command.add_option("--gpus", job.gpus, "N", "GPUs of a task, which share its frames (0)")
+          .range(0, 1024));
   add(command
-          .add_option("--sbatch", job.directives,
+          .add_option("--mem", job.memory, "SIZE", "memory of a task; default: by what is measured")
+          .bytes());
+  add(command.add_option("--minutes", job.minutes, "M", "time limit of a task; default: by time")
+          .range(1, 1000000));
+  add(command
+          .add_option("--sbatch", job.directives, "OPTION",
                       "one more option of sbatch: --sbatch=--partition=day")
-          .type_name("OPTION")
           .one_value_each());
 }
 
@@ -94,26 +86,14 @@ void add_submit(CommandLine& line) {
       "  0 submitted or printed   1 nothing is left to render   2 usage\n"
       "  3 bad scene or model   4 cannot write   5 no sbatch, or it refuses\n"
       "  75, 130, 143 stopped by a signal");
-  command.add_option("engine", options->engine, "slurm")
-      .required()
-      .choices({"slurm"})
-      .type_name("ENGINE")
-      .group("Main");
-  command.add_option("scene", options->job.scene, "the scene file")
-      .required()
-      .type_name("SCENE")
-      .group("Main");
-  command
-      .add_option("-o,--output", options->job.output,
-                  "frame.####.exr or .png on storage that all machines share")
-      .type_name("FILE")
-      .group("Main");
-  command.add_option("-f,--frames", options->job.frames, "these frames alone; default: all")
-      .type_name("LIST")
-      .group("Main");
-  command.add_flag("--png", options->job.png, "a PNG beside each EXR").group("Main");
-  command.add_flag("--print", options->print, "print both scripts and submit nothing")
-      .group("Main");
+  command.add_option("engine", options->engine, "ENGINE", "slurm").required().choices({"slurm"});
+  command.add_option("scene", options->job.scene, "SCENE", "the scene file").required();
+  command.add_option("-o,--output", options->job.output, "FILE",
+                     "frame.####.exr or .png on storage that all machines share");
+  command.add_option("-f,--frames", options->job.frames, "LIST",
+                     "these frames alone; default: all");
+  command.add_flag("--png", options->job.png, "a PNG beside each EXR");
+  command.add_flag("--print", options->print, "print both scripts and submit nothing");
   add_scene_options(command, options->scene_options);
   add_farm_options(command, options->job);
   set_action(line, command, [&line, options] { return run_submit(line, *options); });
