@@ -21,7 +21,7 @@ constexpr double kBetween = 0.6, kRootsBetween = 0.4;  // to the other limbs tha
 constexpr double kCrossed = 1;
 /// Costs of a limb left alone, by its stretch, and of one that sits on a matched limb.
 constexpr double kAlone = 1.6, kInner = 0.6, kLongest = 1.2;
-constexpr double kChosen = 1000;    // of a limb left alone that the user matches
+constexpr double kChosen = 1000;    // of a pair fewer than the user has chosen
 constexpr double kTurn = 1;         // of another turn than the one given
 constexpr double kOnFloor = 0.15;   // height of a toe
 constexpr std::size_t kBeam = 150;  // partial matchings that are followed
@@ -42,7 +42,7 @@ struct Features {
   Vec3d tip, root, direction, toe;
   double length = 0, depth = 0, volume = 0, tip_height = 0, root_height = 0;
   double stretch = 0;
-  bool is_required = false;
+  std::optional<std::size_t> choice = {};         // the user's choice that the limb belongs to
   std::array<double, kLimbStations> thickness{};  // logarithms
   std::uint32_t inner = 0, outer = 0;             // masks: limbs on it, limbs that it is on
   bool on_floor = false;
@@ -88,8 +88,7 @@ struct Problem {
 };
 
 bool is_allowed(const Problem& problem, std::size_t i, std::size_t k) {
-  for (const MatchedLimbs& pair : problem.choices.required)
-    if ((pair.from == i) != (pair.to == k)) return false;
+  if (problem.a[i].choice != problem.b[k].choice) return false;
   const AllowedLimbs& allowed = problem.choices.allowed;
   return allowed.empty() || allowed[i][k] != 0;
 }
@@ -121,14 +120,25 @@ struct Partial {
 
 /// The cost of a limb that is left alone.
 double alone(const Features& limb, std::uint32_t matched) {
-  if (limb.is_required) return kChosen;
   return kAlone * limb.stretch * (limb.outer & matched ? kInner : 1);
 }
 /// The cost for a limb that others sit on: none where one of these is matched in its place.
 double alone_or_inner(const Features& limb, std::uint32_t matched) {
-  return !limb.is_required && !(limb.outer & matched) && (limb.inner & matched)
-             ? 0
-             : alone(limb, matched);
+  return !(limb.outer & matched) && (limb.inner & matched) ? 0 : alone(limb, matched);
+}
+
+/// Tests whether a choice of the user has a pair fewer if the limb at `place` of the order stays
+/// alone: its limbs from there on are no more than those of the other object that are still free.
+bool breaks_choice(const Problem& problem, const Partial& partial, std::size_t place) {
+  const std::optional<std::size_t> choice = problem.a[problem.order[place]].choice;
+  if (!choice) return false;
+  const std::vector<std::uint32_t>& others = problem.choices.chosen[*choice].to;
+  const auto left =
+      std::count_if(problem.order.begin() + static_cast<std::ptrdiff_t>(place), problem.order.end(),
+                    [&](std::uint32_t i) { return problem.a[i].choice == choice; });
+  const auto free = std::count_if(others.begin(), others.end(),
+                                  [&](std::uint32_t k) { return (partial.to >> k & 1) == 0; });
+  return left <= free;
 }
 
 /// The degree to which two roots lie the other way round in the plane of the floor: 0 to 1. Roots
@@ -159,7 +169,8 @@ double with_others(const Problem& problem, const Partial& partial, std::size_t i
 Partial match_at(const Problem& problem, double angle) {
   const double sine = exact::sin(angle), cosine = exact::cos(angle);
   std::vector<Partial> beam(1), next;
-  for (const std::uint32_t i : problem.order) {
+  for (std::size_t place = 0; place < problem.order.size(); ++place) {
+    const std::uint32_t i = problem.order[place];
     const Features& a = problem.a[i];
     std::vector<double> pairs;
     for (const Features& b : problem.b) pairs.push_back(compute_cost(a, b, sine, cosine));
@@ -168,6 +179,7 @@ Partial match_at(const Problem& problem, double angle) {
       next.push_back(partial);
       // Limbs that others sit on are settled at the end.
       if (a.inner == 0) next.back().cost += alone(a, partial.from);
+      if (breaks_choice(problem, partial, place)) next.back().cost += kChosen;
       if (a.outer & partial.from) continue;
       for (std::uint32_t k = 0; k < problem.b.size(); ++k) {
         const Features& b = problem.b[k];
@@ -283,13 +295,15 @@ Lengths sum_lengths(const Limbs& limbs, const std::vector<Features>& features,
 LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
                       const LimbChoices& choices) {
   Problem problem = {from, to, choices, compute_features(from), compute_features(to), {}};
-  for (const MatchedLimbs& pair : choices.required)
-    problem.a[pair.from].is_required = problem.b[pair.to].is_required = true;
+  for (std::size_t n = 0; n < choices.chosen.size(); ++n) {
+    for (const std::uint32_t i : choices.chosen[n].from) problem.a[i].choice = n;
+    for (const std::uint32_t k : choices.chosen[n].to) problem.b[k].choice = n;
+  }
   for (std::uint32_t i = 0; i < problem.a.size(); ++i) problem.order.push_back(i);
   std::stable_sort(problem.order.begin(), problem.order.end(),
                    [&](std::uint32_t i, std::uint32_t k) {
                      const Features &a = problem.a[i], &b = problem.a[k];
-                     if (a.is_required != b.is_required) return a.is_required;
+                     if (a.choice.has_value() != b.choice.has_value()) return a.choice.has_value();
                      const int on_a = std::popcount(a.inner), on_b = std::popcount(b.inner);
                      return on_a != on_b ? on_a > on_b : a.stretch > b.stretch;
                    });
@@ -304,7 +318,7 @@ LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
   LimbMatch match;
   match.limbs = best->matching.limbs;
   std::erase_if(match.limbs, [&](const MatchedLimbs& pair) {
-    return !problem.a[pair.from].is_required && is_half_a_pair(problem, best->matching, pair);
+    return !problem.a[pair.from].choice && is_half_a_pair(problem, best->matching, pair);
   });
   std::sort(match.limbs.begin(), match.limbs.end(),
             [](const MatchedLimbs& p, const MatchedLimbs& q) { return p.from < q.from; });
@@ -318,11 +332,11 @@ LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
     if (a.all + b.all > 0) match.share = (a.matched + b.matched) / (a.all + b.all);
   };
   measure_share();
-  if (choices.required.empty()) return match;
+  if (choices.chosen.empty()) return match;
   // Of what nobody has chosen, only what is certain.
   if (!is_certain(match)) {
     std::erase_if(match.limbs,
-                  [&](const MatchedLimbs& pair) { return !problem.a[pair.from].is_required; });
+                  [&](const MatchedLimbs& pair) { return !problem.a[pair.from].choice; });
     measure_share();
   }
   match.is_chosen = true;

@@ -27,10 +27,18 @@ struct LimbMatch {
 /// allowed[i][k]: limb i of `from` with limb k of `to`; empty: all.
 using AllowedLimbs = std::vector<std::vector<std::uint8_t>>;
 
+/// Limbs that become each other by the user's choice. As many pairs of them are matched as the side
+/// with fewer has limbs, those that cost least; with other limbs none is.
+struct ChosenLimbs {
+  std::vector<std::uint32_t> from, to;
+};
+
 /// Choices of the user about the match.
 struct LimbChoices {
   AllowedLimbs allowed;
-  std::vector<MatchedLimbs> required;  ///< these are matched; no limb twice
+  /// No limb stands twice in them, nor one together with another that it sits on, and within a
+  /// choice all pairs are allowed.
+  std::vector<ChosenLimbs> chosen;
 };
 
 /// The cheapest matching that is found from eight turns about the vertical, `angle` (radians) among

@@ -15,7 +15,7 @@ namespace polymorph {
 
 /// Raise it when the same sides and settings get other pairs, masses or another rotation: plans in
 /// the cache are then not used. A test pins the digests.
-inline constexpr std::uint32_t kPlanVersion = 5;
+inline constexpr std::uint32_t kPlanVersion = 6;
 
 /// The parts of a plan that depend on its sides and settings alone, and are slow to find.
 struct Correspondence {
