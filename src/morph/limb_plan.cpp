@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
+#include <set>
 #include <tuple>
 
 #include "base/exact_math.h"
@@ -76,16 +78,64 @@ Vec3d map_to_limb(Vec3d p, double t, const Limb& own, const Limb& other, const M
   return interpolated(to.stations, to.points, t) + bend * offset * scale;
 }
 
-/// The label that most balls of a limb have.
-std::int32_t find_label(const PlanSide& side, const Limbs& limbs, std::uint32_t limb) {
+/// The label that most of the balls have for which `holds(ball)` is true, and their numbers.
+struct LabelVote {
+  std::int32_t label = kNoLabel;
+  std::size_t votes = 0, balls = 0;
+};
+template <class Holds>
+LabelVote vote_on_label(const PlanSide& side, const Holds& holds) {
   std::map<std::int32_t, std::size_t> votes;
+  LabelVote best;
   for (std::size_t b = 0; b < side.labels.size(); ++b)
-    if (limbs.holds(limb, b)) ++votes[side.labels[b]];
-  std::int32_t best = kNoLabel;
-  std::size_t votes_of_best = 0;
+    if (holds(b)) ++votes[side.labels[b]], ++best.balls;
   for (const auto& [label, count] : votes)
-    if (count > votes_of_best) votes_of_best = count, best = label;
+    if (count > best.votes) best.votes = count, best.label = label;
   return best;
+}
+
+LabelVote vote_of_limb(const PlanSide& side, const Limbs& limbs, std::uint32_t limb) {
+  return vote_on_label(side, [&](std::size_t b) { return limbs.holds(limb, b); });
+}
+
+/// The innermost limb on which most balls of a label lie.
+std::optional<std::uint32_t> find_limb_of_label(const PlanSide& side, const Limbs& limbs,
+                                                std::int32_t label) {
+  std::optional<std::uint32_t> best;
+  for (std::uint32_t i = 0; i < limbs.limbs.size(); ++i) {
+    std::size_t balls = 0, on_limb = 0;
+    for (std::size_t b = 0; b < side.labels.size(); ++b)
+      if (side.labels[b] == label) ++balls, on_limb += limbs.holds(i, b);
+    if (2 * on_limb > balls &&
+        (!best || limbs.limbs[i].inner.size() < limbs.limbs[*best].inner.size()))
+      best = i;
+  }
+  return best;
+}
+
+/// Removes the labels that no ball of the other object has.
+void drop_labels_of_one(PlanSide& from, PlanSide& to) {
+  const std::set<std::int32_t> a(from.labels.begin(), from.labels.end()),
+      b(to.labels.begin(), to.labels.end());
+  const auto drop = [](std::vector<std::int32_t>& labels, const std::set<std::int32_t>& other) {
+    for (std::int32_t& label : labels)
+      if (!other.contains(label)) label = kNoLabel;
+  };
+  drop(from.labels, b), drop(to.labels, a);
+}
+
+/// Gives labels that lie on one limb in both objects, as an arm and its hand, the same number.
+void join_labels_on_limbs(PlanSide& from, PlanSide& to, const Limbs& a, const Limbs& b) {
+  std::set<std::int32_t> labels(from.labels.begin(), from.labels.end());
+  labels.erase(kNoLabel);
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::int32_t> label_on;
+  for (const std::int32_t label : labels) {
+    const auto i = find_limb_of_label(from, a, label), k = find_limb_of_label(to, b, label);
+    if (!i || !k) continue;
+    const std::int32_t joined = label_on.try_emplace({*i, *k}, label).first->second;
+    std::replace(from.labels.begin(), from.labels.end(), label, joined);
+    std::replace(to.labels.begin(), to.labels.end(), label, joined);
+  }
 }
 
 /// The ball nearest to each landmark.
@@ -102,7 +152,7 @@ std::vector<std::size_t> landmark_balls(const PlanSide& side) {
 }
 
 AllowedLimbs allowed_limbs(const PlanSide& from, const PlanSide& to, const Limbs& from_limbs,
-                           const Limbs& to_limbs, LabelMode labels) {
+                           const Limbs& to_limbs) {
   const std::size_t n = from_limbs.limbs.size(), m = to_limbs.limbs.size();
   AllowedLimbs allowed(n, std::vector<std::uint8_t>(m, 1));
   const std::vector<std::size_t> from_marks = landmark_balls(from), to_marks = landmark_balls(to);
@@ -116,12 +166,8 @@ AllowedLimbs allowed_limbs(const PlanSide& from, const PlanSide& to, const Limbs
         share_a_mark |= on_from && on_to;
       }
       // Landmarks say more than names that both files happen to have.
-      if (labels == LabelMode::kOff || share_a_mark) continue;
-      const std::int32_t a = find_label(from, from_limbs, i), b = find_label(to, to_limbs, k);
-      const auto has = [](const PlanSide& side, std::int32_t label) {
-        return std::find(side.labels.begin(), side.labels.end(), label) != side.labels.end();
-      };
-      if (a != b && ((a != kNoLabel && has(to, a)) || (b != kNoLabel && has(from, b))))
+      if (share_a_mark) continue;
+      if (vote_of_limb(from, from_limbs, i).label != vote_of_limb(to, to_limbs, k).label)
         allowed[i][k] = 0;
     }
   return allowed;
@@ -136,31 +182,108 @@ bool overlap(const Limbs& limbs, std::uint32_t a, std::uint32_t b) {
   return a == b || holds(a, b) || holds(b, a);
 }
 
-/// The pairs of limbs on which a landmark lies on both sides, and no other landmark on one alone:
-/// whole arms rather than their fingers.
-std::vector<MatchedLimbs> chosen_limbs(const PlanSide& from, const PlanSide& to, const Limbs& a,
-                                       const Limbs& b, const AllowedLimbs& allowed) {
+/// The pairs of limbs on which a landmark lies on both sides, and no other landmark on one alone.
+std::vector<ChosenLimbs> list_landmark_choices(const PlanSide& from, const PlanSide& to,
+                                               const Limbs& a, const Limbs& b,
+                                               const AllowedLimbs& allowed) {
   const std::vector<std::size_t> from_marks = landmark_balls(from), to_marks = landmark_balls(to);
-  std::vector<MatchedLimbs> candidates;
+  std::vector<ChosenLimbs> choices;
   for (std::uint32_t i = 0; i < a.limbs.size(); ++i)
     for (std::uint32_t k = 0; k < b.limbs.size(); ++k)
       for (std::size_t l = 0; l < from_marks.size(); ++l)
         if (allowed[i][k] && a.holds(i, from_marks[l]) && b.holds(k, to_marks[l])) {
-          candidates.push_back({i, k});
+          choices.push_back({{i}, {k}});
           break;
         }
-  const auto length_of = [&](const MatchedLimbs& pair) {
-    return a.limbs[pair.from].length() / a.reach + b.limbs[pair.to].length() / b.reach;
+  return choices;
+}
+
+/// The limbs that carry each label: most of their balls with a label have it, and so have most of
+/// all their balls, or they are find_limb_of_label(). The label of the trunk needs the latter.
+/// Limbs that hold a landmark carry none.
+using LabelCarriers = std::map<std::int32_t, std::vector<std::uint32_t>>;
+LabelCarriers limbs_of_labels(const PlanSide& side, const Limbs& limbs) {
+  const std::vector<std::size_t> marks = landmark_balls(side);
+  const std::int32_t trunk =
+      vote_on_label(side, [&](std::size_t b) { return limbs.ball_limbs[b] == 0; }).label;
+  LabelCarriers carriers;
+  for (std::uint32_t i = 0; i < limbs.limbs.size(); ++i) {
+    const auto is_on_limb = [&](std::size_t b) { return limbs.holds(i, b); };
+    if (std::any_of(marks.begin(), marks.end(), is_on_limb)) continue;
+    const LabelVote vote = vote_on_label(
+        side, [&](std::size_t b) { return is_on_limb(b) && side.labels[b] != kNoLabel; });
+    if (2 * vote.votes <= vote.balls) continue;
+    const bool is_of_limb =
+        vote.label != trunk && 2 * vote.votes > vote_of_limb(side, limbs, i).balls;
+    if (is_of_limb || find_limb_of_label(side, limbs, vote.label) == i)
+      carriers[vote.label].push_back(i);
+  }
+  return carriers;
+}
+
+/// The limbs of both sides that carry the same label.
+std::vector<ChosenLimbs> list_label_choices(const LabelCarriers& from_carriers,
+                                            const LabelCarriers& to_carriers) {
+  std::vector<ChosenLimbs> choices;
+  for (const auto& [label, limbs] : from_carriers)
+    if (const auto others = to_carriers.find(label); others != to_carriers.end())
+      choices.push_back({limbs, others->second});
+  return choices;
+}
+
+/// The limbs that carry a label which no limb of the other object carries.
+std::vector<std::uint32_t> list_labelled_alone(const LabelCarriers& own,
+                                               const LabelCarriers& other) {
+  std::vector<std::uint32_t> alone;
+  for (const auto& [label, limbs] : own)
+    if (!other.contains(label)) alone.insert(alone.end(), limbs.begin(), limbs.end());
+  return alone;
+}
+
+/// Limbs that become each other by the user's landmarks, then by the labels: of those that sit on
+/// each other the longest, whole arms rather than their fingers.
+std::vector<ChosenLimbs> choose_limbs(const std::vector<ChosenLimbs>& by_landmarks,
+                                      const std::vector<ChosenLimbs>& by_labels, const Limbs& a,
+                                      const Limbs& b) {
+  const auto longest_of = [](const Limbs& all, const std::vector<std::uint32_t>& limbs) {
+    double longest = 0;
+    for (const std::uint32_t i : limbs) longest = std::max(longest, all.limbs[i].length());
+    return longest / all.reach;
   };
-  std::stable_sort(
-      candidates.begin(), candidates.end(),
-      [&](const MatchedLimbs& p, const MatchedLimbs& q) { return length_of(p) > length_of(q); });
-  std::vector<MatchedLimbs> chosen;
-  for (const MatchedLimbs& pair : candidates)
-    if (std::none_of(chosen.begin(), chosen.end(), [&](const MatchedLimbs& other) {
-          return overlap(a, pair.from, other.from) || overlap(b, pair.to, other.to);
-        }))
-      chosen.push_back(pair);
+  const auto length_of = [&](const ChosenLimbs& choice) {
+    return longest_of(a, choice.from) + longest_of(b, choice.to);
+  };
+  std::vector<std::uint32_t> from_taken, to_taken;
+  const auto take_free = [](const Limbs& all, std::vector<std::uint32_t> limbs,
+                            const std::vector<std::uint32_t>& taken) {
+    std::stable_sort(limbs.begin(), limbs.end(), [&](std::uint32_t i, std::uint32_t k) {
+      return all.limbs[i].length() > all.limbs[k].length();
+    });
+    std::vector<std::uint32_t> free;
+    const auto overlaps = [&](std::uint32_t limb, const std::vector<std::uint32_t>& others) {
+      return std::any_of(others.begin(), others.end(),
+                         [&](std::uint32_t other) { return overlap(all, limb, other); });
+    };
+    for (const std::uint32_t limb : limbs)
+      if (!overlaps(limb, taken) && !overlaps(limb, free)) free.push_back(limb);
+    return free;
+  };
+  std::vector<ChosenLimbs> chosen;
+  const auto take = [&](std::vector<ChosenLimbs> choices) {
+    std::stable_sort(
+        choices.begin(), choices.end(),
+        [&](const ChosenLimbs& p, const ChosenLimbs& q) { return length_of(p) > length_of(q); });
+    for (const ChosenLimbs& choice : choices) {
+      const ChosenLimbs free = {take_free(a, choice.from, from_taken),
+                                take_free(b, choice.to, to_taken)};
+      if (free.from.empty() || free.to.empty()) continue;
+      from_taken.insert(from_taken.end(), free.from.begin(), free.from.end());
+      to_taken.insert(to_taken.end(), free.to.begin(), free.to.end());
+      chosen.push_back(free);
+    }
+  };
+  take(by_landmarks);
+  take(by_labels);
   return chosen;
 }
 
@@ -209,19 +332,23 @@ Vec3d place_on_surface(const std::vector<Ball>& balls, const Limbs& limbs, Vec3d
   return field_at(balls, center) >= 1 ? surface_between(balls, center, place) : center;
 }
 
-/// The outermost limbs that neither are matched nor hold or sit on one that is.
+/// The outermost limbs that neither are matched or labelled nor hold or sit on one that is.
 std::vector<std::uint32_t> list_lone_limbs(const Limbs& limbs,
-                                           std::span<const std::uint32_t> matched) {
+                                           std::span<const std::uint32_t> matched,
+                                           std::span<const std::uint32_t> labelled) {
   // What is larger or thicker is a body.
   constexpr double kMaxVolume = 0.15, kMinSlimness = 1.5;
+  const auto overlaps = [&](std::uint32_t k) {
+    return [&limbs, k](std::uint32_t i) { return overlap(limbs, i, k); };
+  };
   std::vector<std::uint32_t> candidates;
   for (std::uint32_t k = 0; k < limbs.limbs.size(); ++k) {
     const Limb& limb = limbs.limbs[k];
     double radius = 0;
     for (const double r : limb.radius) radius += r / static_cast<double>(kLimbStations);
     if (limb.volume <= kMaxVolume && limb.length() >= kMinSlimness * 2 * radius &&
-        std::none_of(matched.begin(), matched.end(),
-                     [&](std::uint32_t i) { return overlap(limbs, i, k); }))
+        std::none_of(matched.begin(), matched.end(), overlaps(k)) &&
+        std::none_of(labelled.begin(), labelled.end(), overlaps(k)))
       candidates.push_back(k);
   }
   std::vector<std::uint32_t> lone;
@@ -253,9 +380,11 @@ double station_of(const Limbs& limbs, const Limb& limb, std::size_t ball) {
 
 /// The curves of the limbs of `own`, whose balls are carried to `places` of the other object.
 LimbCurves make_curves(const std::vector<Ball>& balls, const Limbs& own,
-                       std::span<const std::uint32_t> matched, const std::vector<Ball>& other_balls,
-                       const Limbs& other, const std::vector<Vec3d>& places, double angle) {
-  const std::vector<std::uint32_t> lone = list_lone_limbs(own, matched);
+                       std::span<const std::uint32_t> matched,
+                       std::span<const std::uint32_t> labelled,
+                       const std::vector<Ball>& other_balls, const Limbs& other,
+                       const std::vector<Vec3d>& places, double angle) {
+  const std::vector<std::uint32_t> lone = list_lone_limbs(own, matched, labelled);
   LimbCurves curves;
   curves.lone_limbs = limb_labels(own, lone);
   const std::vector<std::int32_t> matched_limbs = limb_labels(own, matched);
@@ -343,8 +472,21 @@ WarpedSides warp_sides(const LimbPlan& limbs, const std::vector<Ball>& from,
 
 LimbPlan find_limbs_of_sides(const PlanSide& from, const PlanSide& to, LabelMode labels) {
   LimbPlan plan = {find_limbs(from.balls), find_limbs(to.balls)};
-  plan.choices.allowed = allowed_limbs(from, to, plan.from, plan.to, labels);
-  plan.choices.required = chosen_limbs(from, to, plan.from, plan.to, plan.choices.allowed);
+  PlanSide a = from, b = to;
+  if (labels == LabelMode::kOff) a.labels.clear(), b.labels.clear();
+  drop_labels_of_one(a, b);
+  join_labels_on_limbs(a, b, plan.from, plan.to);
+  plan.choices.allowed = allowed_limbs(a, b, plan.from, plan.to);
+  const LabelCarriers carriers = limbs_of_labels(a, plan.from),
+                      others = limbs_of_labels(b, plan.to);
+  plan.from_labelled = list_labelled_alone(carriers, others);
+  plan.to_labelled = list_labelled_alone(others, carriers);
+  plan.choices.chosen =
+      choose_limbs(list_landmark_choices(a, b, plan.from, plan.to, plan.choices.allowed),
+                   list_label_choices(carriers, others), plan.from, plan.to);
+  for (const ChosenLimbs& choice : plan.choices.chosen)
+    for (const std::uint32_t i : choice.from)
+      for (const std::uint32_t k : choice.to) plan.choices.allowed[i][k] = 1;
   return plan;
 }
 
@@ -353,8 +495,10 @@ std::pair<LimbCurves, LimbCurves> find_limb_curves(const LimbPlan& limbs,
                                                    const std::vector<Ball>& to) {
   const WarpedSides sides = warp_sides(limbs, from, to);
   const double angle = limbs.match.angle;
-  return {make_curves(from, limbs.from, sides.from_matched, to, limbs.to, sides.from_in_to, angle),
-          make_curves(to, limbs.to, sides.to_matched, from, limbs.from, sides.to_in_from, -angle)};
+  return {make_curves(from, limbs.from, sides.from_matched, limbs.from_labelled, to, limbs.to,
+                      sides.from_in_to, angle),
+          make_curves(to, limbs.to, sides.to_matched, limbs.to_labelled, from, limbs.from,
+                      sides.to_in_from, -angle)};
 }
 
 std::vector<Pair> pair_bodies(const CostPair& sides, LabelMode mode, const LimbCurves& from_curves,

@@ -21,13 +21,16 @@ struct LimbPlan {
   Limbs from, to;
   LimbChoices choices = {};
   LimbMatch match = {};  ///< the one that is planned by
+  /// Limbs that carry a label which no limb of the other object carries: they become what has it
+  /// there, and are not lone.
+  std::vector<std::uint32_t> from_labelled = {}, to_labelled = {};
   /// Turns, radians, from which match_at() has searched, with what it found.
   std::vector<std::pair<double, LimbMatch>> searched = {};
 };
 
 /// Finds the limbs of both sides. What the sides' labels (unless LabelMode::kOff) and landmarks say
-/// is heeded: limbs of other labels, or of which one alone holds a landmark, may not be matched,
-/// and two that hold the same landmarks are.
+/// is heeded: limbs of other labels, or of which one alone holds a landmark, may not be matched.
+/// Two that hold the same landmarks are matched, then limbs that carry the same label.
 LimbPlan find_limbs_of_sides(const PlanSide& from, const PlanSide& to, LabelMode labels);
 
 /// Matches the limbs from a turn about the vertical, in radians; once for each turn.

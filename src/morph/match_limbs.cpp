@@ -24,10 +24,10 @@ constexpr double kCrossingCost = 1;
 /// Cost of a limb that stays alone, per length; factor for one that sits on a matched limb; max
 /// length that counts.
 constexpr double kAloneCost = 1.6, kInnerFactor = 0.6, kMaxLength = 1.2;
-constexpr double kRequiredCost = 1000;    // cost of leaving a limb alone that the user has matched
-constexpr double kTurnCost = 1;           // cost factor of a rotation away from the given angle
-constexpr double kMaxFloorHeight = 0.15;  // max relative height of a tip that is on the floor
-constexpr std::size_t kBeamWidth = 150;   // width of the beam: partial matchings kept per step
+constexpr double kChoiceCost = 1000;          // cost of each pair fewer than the user has chosen
+constexpr double kTurnCost = 1;               // cost factor of a rotation away from the given angle
+constexpr double kMaxFloorHeight = 0.15;      // max relative height of a tip that is on the floor
+constexpr std::size_t kBeamWidth = 150;       // width of the beam: partial matchings kept per step
 constexpr int kStartAngles = 8, kRounds = 4;  // start angles; refinements of each
 /// Min number of matched limbs, and min fraction of their length, of a certain match.
 constexpr std::size_t kMinLimbs = 3;
@@ -46,7 +46,7 @@ struct Features {
   Vec3d tip, root, direction, toe;
   double length = 0, depth = 0, volume = 0, tip_height = 0, root_height = 0;
   double stretch = 0;
-  bool is_required = false;
+  std::optional<std::size_t> choice = {};         // the user's choice that the limb belongs to
   std::array<double, kLimbStations> thickness{};  // logarithms
   std::uint32_t inner = 0, outer = 0;  // masks: limbs that sit on it, limbs that it sits on
   bool on_floor = false;
@@ -93,8 +93,7 @@ struct Problem {
 };
 
 bool is_allowed(const Problem& problem, std::size_t i, std::size_t k) {
-  for (const MatchedLimbs& pair : problem.choices.required)
-    if ((pair.from == i) != (pair.to == k)) return false;
+  if (problem.a[i].choice != problem.b[k].choice) return false;
   const AllowedLimbs& allowed = problem.choices.allowed;
   return allowed.empty() || allowed[i][k] != 0;
 }
@@ -126,14 +125,26 @@ struct Partial {
 
 /// The cost of leaving a limb alone. `matched`: mask of its object's matched limbs.
 double alone_cost(const Features& limb, std::uint32_t matched) {
-  if (limb.is_required) return kRequiredCost;
   return kAloneCost * limb.stretch * (limb.outer & matched ? kInnerFactor : 1);
 }
 /// The cost of a limb that is not matched: 0 if instead a limb that sits on it is matched.
 double unmatched_cost(const Features& limb, std::uint32_t matched) {
-  return !limb.is_required && !(limb.outer & matched) && (limb.inner & matched)
-             ? 0
-             : alone_cost(limb, matched);
+  return !(limb.outer & matched) && (limb.inner & matched) ? 0 : alone_cost(limb, matched);
+}
+
+/// Tests whether a choice of the user gets a pair fewer if the limb at `place` of the order stays
+/// alone: the choice's limbs from there on are no more than its unmatched limbs of the other
+/// object.
+bool breaks_choice(const Problem& problem, const Partial& partial, std::size_t place) {
+  const std::optional<std::size_t> choice = problem.a[problem.order[place]].choice;
+  if (!choice) return false;
+  const std::vector<std::uint32_t>& others = problem.choices.chosen[*choice].to;
+  const auto remaining =
+      std::count_if(problem.order.begin() + static_cast<std::ptrdiff_t>(place), problem.order.end(),
+                    [&](std::uint32_t i) { return problem.a[i].choice == choice; });
+  const auto unmatched = std::count_if(others.begin(), others.end(),
+                                       [&](std::uint32_t k) { return (partial.to >> k & 1) == 0; });
+  return remaining <= unmatched;
 }
 
 /// Degree to which two horizontal offsets between roots are opposite, [0, 1]. Short offsets count
@@ -166,7 +177,8 @@ double interaction_cost(const Problem& problem, const Partial& partial, std::siz
 Partial match_at(const Problem& problem, double angle) {
   const double sine = exact::sin(angle), cosine = exact::cos(angle);
   std::vector<Partial> beam(1), next;
-  for (const std::uint32_t i : problem.order) {
+  for (std::size_t place = 0; place < problem.order.size(); ++place) {
+    const std::uint32_t i = problem.order[place];
     const Features& a = problem.a[i];
     std::vector<double> pair_costs;
     for (const Features& b : problem.b) pair_costs.push_back(pair_cost(a, b, sine, cosine));
@@ -175,6 +187,7 @@ Partial match_at(const Problem& problem, double angle) {
       next.push_back(partial);
       // Whether a limb that others sit on costs anything is known only at the end.
       if (a.inner == 0) next.back().cost += alone_cost(a, partial.from);
+      if (breaks_choice(problem, partial, place)) next.back().cost += kChoiceCost;
       if (a.outer & partial.from) continue;
       for (std::uint32_t k = 0; k < problem.b.size(); ++k) {
         const Features& b = problem.b[k];
@@ -295,13 +308,15 @@ Lengths sum_lengths(const Limbs& limbs, const std::vector<Features>& features,
 LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
                       const LimbChoices& choices) {
   Problem problem = {from, to, choices, compute_features(from), compute_features(to), {}};
-  for (const MatchedLimbs& pair : choices.required)
-    problem.a[pair.from].is_required = problem.b[pair.to].is_required = true;
+  for (std::size_t n = 0; n < choices.chosen.size(); ++n) {
+    for (const std::uint32_t i : choices.chosen[n].from) problem.a[i].choice = n;
+    for (const std::uint32_t k : choices.chosen[n].to) problem.b[k].choice = n;
+  }
   for (std::uint32_t i = 0; i < problem.a.size(); ++i) problem.order.push_back(i);
   std::stable_sort(problem.order.begin(), problem.order.end(),
                    [&](std::uint32_t i, std::uint32_t k) {
                      const Features &a = problem.a[i], &b = problem.a[k];
-                     if (a.is_required != b.is_required) return a.is_required;
+                     if (a.choice.has_value() != b.choice.has_value()) return a.choice.has_value();
                      const int on_a = std::popcount(a.inner), on_b = std::popcount(b.inner);
                      return on_a != on_b ? on_a > on_b : a.stretch > b.stretch;
                    });
@@ -316,7 +331,7 @@ LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
   LimbMatch match;
   match.limbs = best->matching.limbs;
   std::erase_if(match.limbs, [&](const MatchedLimbs& pair) {
-    return !problem.a[pair.from].is_required && is_half_a_pair(problem, best->matching, pair);
+    return !problem.a[pair.from].choice && is_half_a_pair(problem, best->matching, pair);
   });
   std::sort(match.limbs.begin(), match.limbs.end(),
             [](const MatchedLimbs& p, const MatchedLimbs& q) { return p.from < q.from; });
@@ -330,11 +345,11 @@ LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
     if (a.all + b.all > 0) match.share = (a.matched + b.matched) / (a.all + b.all);
   };
   measure_share();
-  if (choices.required.empty()) return match;
+  if (choices.chosen.empty()) return match;
   // Matches that the user has not chosen are kept only if the match is certain without the choice.
   if (!is_certain(match)) {
     std::erase_if(match.limbs,
-                  [&](const MatchedLimbs& pair) { return !problem.a[pair.from].is_required; });
+                  [&](const MatchedLimbs& pair) { return !problem.a[pair.from].choice; });
     measure_share();
   }
   match.is_chosen = true;

@@ -28,10 +28,18 @@ struct LimbMatch {
 /// limb i of `from` and limb k of `to` apart; if empty, all pairs are allowed.
 using AllowedLimbs = std::vector<std::vector<std::uint8_t>>;
 
+/// Limbs that become each other by the user's choice. As many pairs of them are matched as the side
+/// with fewer has limbs, those that cost least; with other limbs none is.
+struct ChosenLimbs {
+  std::vector<std::uint32_t> from, to;
+};
+
 /// Choices of the user about the match.
 struct LimbChoices {
   AllowedLimbs allowed;
-  std::vector<MatchedLimbs> required;  ///< always matched; each limb at most once
+  /// No limb is in two of them, nor in one together with another limb that it sits on. Within each,
+  /// all pairs are allowed.
+  std::vector<ChosenLimbs> chosen;
 };
 
 /// Finds the cheapest matching that a beam search yields from eight rotations about the vertical,

@@ -116,6 +116,32 @@ TEST_F(Products, ThePlanIsShown) {
       contains(run(4, {"info", "scene.json", "--show", "plan", "-o", "ends.png"}).err, "exists"));
 }
 
+TEST_F(Products, LabelsOfBothFilesDecideWhichLimbsMatch) {
+  // Groups of the one model, and others of the second by the scene; without them nothing is
+  // certain.
+  const std::string models = (source_dir() / "scenes/models").string();
+  write("labels.json", R"({"source": {"model": ")" + models + R"(/humanoid.obj"},
+      "target": {"model": ")" +
+                           models + R"(/penguin.obj"},
+      "plan": {"labels": {"left_arm": "left_wing", "left_hand": "left_wing",
+                          "right_arm": "right_wing", "right_hand": "right_wing"}},
+      "spheres": {"balls": 96, "fit": "none"}})");
+  const auto limbs = [&](const char* mode) {
+    const std::string setting = std::string("plan.label_mode=") + mode;
+    return parse(
+        run(0, {"info", "labels.json", "--show", "plan", "--json", "--set", setting.c_str()})
+            .out)["actors"][0]["legs"][0]["limbs"];
+  };
+  EXPECT_TRUE(limbs("off").empty());
+  const auto matched = limbs("soft");
+  const auto has = [&](const char* from, const char* to) {
+    return contains(matched.dump(), std::string("[\"") + from + "\",\"" + to + "\"]");
+  };
+  EXPECT_TRUE(has("head", "head")) << matched.dump();
+  EXPECT_TRUE(has("left arm", "back left limb")) << matched.dump();
+  EXPECT_TRUE(has("right arm", "back right limb")) << matched.dump();
+}
+
 TEST_F(Products, ACycleOfPlansIsMeasured) {
   const std::string cube = R"({"shape": "cube", "spheres": {"balls": 12}})";
   const std::string sphere = R"({"shape": "sphere", "spheres": {"balls": 6}})";

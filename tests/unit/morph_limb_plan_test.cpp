@@ -178,11 +178,114 @@ TEST(LimbPlan, LabelsAndLandmarksGoFirst) {
                                                     : 2);
   };
   label(a, false), label(b, true);
-  if (const auto plan = plan_limbs(a, b, LabelMode::kSoft)) {
-    for (const auto& [from, to] : list_limb_names(*plan))
-      EXPECT_FALSE(from == "left arm" && to == "left arm");
-  }
+  const auto plan = plan_limbs(a, b, LabelMode::kSoft);
+  ASSERT_TRUE(plan);
+  const auto names = list_limb_names(*plan);
+  for (const auto& [one, other] : {std::pair("left arm", "right arm"), {"right arm", "left arm"}})
+    EXPECT_NE(
+        std::find(names.begin(), names.end(), std::pair<std::string, std::string>(one, other)),
+        names.end());
   EXPECT_TRUE(plan_limbs(a, b, LabelMode::kOff));
+}
+
+/// Labels the balls of a figure(): 1 and 2 on its left and right, 3 on its head, 4 on the rest.
+std::vector<std::int32_t> labels_of_figure(const std::vector<Ball>& balls) {
+  std::vector<std::int32_t> labels;
+  for (const Ball& ball : balls) {
+    const Vec3 p = ball.center;
+    const bool is_arm = p.y > 1 && std::abs(p.x) > 0.21f;
+    labels.push_back(is_arm ? (p.x < 0 ? 1 : 2) : p.y > 1.8f ? 3 : 4);
+  }
+  return labels;
+}
+
+std::vector<Ball> without_legs(std::vector<Ball> balls) {
+  std::erase_if(balls, [](const Ball& ball) {
+    return ball.center.y < 0.9f && std::abs(ball.center.x) > 0.1f;
+  });
+  return balls;
+}
+
+bool has_pair(const MorphPlan& plan, const char* from, const char* to) {
+  return std::find(plan.limb_names.begin(), plan.limb_names.end(),
+                   std::pair<std::string, std::string>(from, to)) != plan.limb_names.end();
+}
+
+MorphPlan plan_sides(const PlanSide& a, const PlanSide& b) {
+  return plan_morph(a, b, FieldKind::kGaussian, with(PlanStructure::kAuto));
+}
+
+TEST(LimbPlan, LabelsDecideWhichLimbsMatch) {
+  // Two limbs of the one and five of the other are too few to be certain.
+  std::vector<Ball> armless = figure();
+  std::erase_if(armless, [](const Ball& ball) { return std::abs(ball.center.x) > 0.25f; });
+  PlanSide a{without_legs(armless), {}, {}}, b{figure(0.8f), {}, {}};
+  ASSERT_TRUE(plan_sides(a, b).limb_names.empty());
+  a.labels = labels_of_figure(a.balls), b.labels = labels_of_figure(b.balls);
+  const MorphPlan plan = plan_sides(a, b);
+  ASSERT_TRUE(has_pair(plan, "head", "head"));
+  EXPECT_TRUE(has_pair(plan, "", "left arm"));
+  EXPECT_GT(kept(plan), 0.9);
+  EXPECT_EQ(plan.to_curves.lone.size(), 4u);  // as beside landmarks
+  PlanSettings off = with(PlanStructure::kAuto);
+  off.label_mode = LabelMode::kOff;
+  EXPECT_TRUE(plan_morph(a, b, FieldKind::kGaussian, off).limb_names.empty());
+}
+
+TEST(LimbPlan, AnArmThatIsNoLimbThereIsNotLone) {
+  PlanSide a{figure(-0.3f), {}, {}}, b{figure(0.8f), {}, {}};
+  a.labels = labels_of_figure(a.balls), b.labels = labels_of_figure(b.balls);
+  const auto drop_hand = [](PlanSide& side) {
+    for (std::size_t i = side.balls.size(); i-- > 0;)
+      if (side.labels[i] == 2 && side.balls[i].center.x > 0.4f) {
+        side.balls.erase(side.balls.begin() + static_cast<std::ptrdiff_t>(i));
+        side.labels.erase(side.labels.begin() + static_cast<std::ptrdiff_t>(i));
+      }
+  };
+  drop_hand(b);
+  ASSERT_TRUE(std::find(b.labels.begin(), b.labels.end(), 2) != b.labels.end());
+  const MorphPlan labelled = plan_sides(a, b);
+  EXPECT_TRUE(has_pair(labelled, "right arm", ""));
+  EXPECT_TRUE(labelled.from_curves.lone.empty());
+  std::replace(a.labels.begin(), a.labels.end(), 2, kNoLabel);
+  std::replace(b.labels.begin(), b.labels.end(), 2, 4);
+  EXPECT_EQ(plan_sides(a, b).from_curves.lone.size(), 1u);
+}
+
+TEST(LimbPlan, LabelsDecideAgainstTheCost) {
+  PlanSide a{figure(-0.3f), {}, {}}, b{figure(0.8f), {}, {}};
+  a.labels = labels_of_figure(a.balls), b.labels = labels_of_figure(b.balls);
+  for (std::int32_t& label : b.labels) label = label == 1 ? 3 : label == 3 ? 1 : label;
+  const MorphPlan plan = plan_sides(a, b);
+  EXPECT_TRUE(has_pair(plan, "left arm", "head"));
+  EXPECT_TRUE(has_pair(plan, "head", "left arm"));
+  EXPECT_TRUE(has_pair(plan, "right arm", "right arm"));
+  // Landmarks beat them.
+  a.landmarks = b.landmarks = {{0, 2.2f, 0}};
+  EXPECT_TRUE(has_pair(plan_sides(a, b), "head", "head"));
+}
+
+TEST(LimbPlan, LabelsOnOneLimbAreOne) {
+  // Most of the one's arm is its upper arm and most of the other's is its hand.
+  PlanSide a{figure(-0.3f), {}, {}}, b{figure(0.8f), {}, {}};
+  const auto label = [](PlanSide& side, float elbow) {
+    side.labels = labels_of_figure(side.balls);
+    for (std::size_t i = 0; i < side.balls.size(); ++i)
+      if (side.labels[i] == 2 && side.balls[i].center.x > elbow) side.labels[i] = 5;
+  };
+  label(a, 0.65f), label(b, 0.35f);
+  const MorphPlan plan = plan_sides(a, b);
+  EXPECT_TRUE(has_pair(plan, "right arm", "right arm"));
+  EXPECT_TRUE(has_pair(plan, "left arm", "left arm"));
+}
+
+TEST(LimbPlan, ALabelOfTheWholeBodyDecidesNothing) {
+  PlanSide a{random_balls(60, 1), {}, {}}, b{figure(), {}, {}};
+  const MorphPlan plain = plan_sides(a, b);
+  a.labels.assign(a.balls.size(), 0), b.labels.assign(b.balls.size(), 0);
+  const MorphPlan plan = plan_sides(a, b);
+  EXPECT_TRUE(plan.limb_names.empty());
+  expect_same(plan, plain);
 }
 
 TEST(LimbPlan, TheMapReachesTheHands) {

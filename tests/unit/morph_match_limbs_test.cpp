@@ -155,10 +155,38 @@ TEST(MatchLimbs, WhatTheUserChoosesIsMatched) {
     return static_cast<std::uint32_t>(std::find(names.begin(), names.end(), name) - names.begin());
   };
   const std::uint32_t head = find("head"), arm = find("left arm");
-  const LimbMatch match = match_limbs(from, to, 0, {{}, {{head, arm}}});
+  const LimbMatch match = match_limbs(from, to, 0, {{}, {{{head}, {arm}}}});
   EXPECT_TRUE(is_certain(match));
   EXPECT_TRUE(std::any_of(match.limbs.begin(), match.limbs.end(),
                           [&](const auto& pair) { return pair.from == head && pair.to == arm; }));
+}
+
+TEST(MatchLimbs, OfSeveralChosenLimbsTheCheapestAreMatched) {
+  const Limbs from = find_limbs(figure(-0.3f)), to = find_limbs(figure());
+  const std::vector<std::string> names = limb_names(from), others = limb_names(to);
+  const auto find = [](const std::vector<std::string>& all, const char* name) {
+    return static_cast<std::uint32_t>(std::find(all.begin(), all.end(), name) - all.begin());
+  };
+  // More limbs on the one side, then on the other.
+  const ChosenLimbs several{
+      {find(names, "head"), find(names, "left arm"), find(names, "right leg")},
+      {find(others, "right arm"), find(others, "left leg")}};
+  const auto count = [](const LimbMatch& match, const std::vector<std::uint32_t>& a,
+                        const std::vector<std::uint32_t>& b) {
+    return std::count_if(match.limbs.begin(), match.limbs.end(), [&](const MatchedLimbs& pair) {
+      return std::find(a.begin(), a.end(), pair.from) != a.end() &&
+             std::find(b.begin(), b.end(), pair.to) != b.end();
+    });
+  };
+  const LimbMatch there = match_limbs(from, to, 0, {{}, {several}}),
+                  back = match_limbs(to, from, 0, {{}, {{several.to, several.from}}});
+  EXPECT_EQ(count(there, several.from, several.to), 2);
+  EXPECT_EQ(count(back, several.to, several.from), 2);
+  const std::set<std::string> matched = named(from, to, there);
+  // The head is not like either, and stays alone.
+  EXPECT_TRUE(matched.contains("left arm -> right arm"));
+  EXPECT_TRUE(matched.contains("right leg -> left leg"));
+  for (const MatchedLimbs& pair : there.limbs) EXPECT_NE(names[pair.from], "head");
 }
 
 TEST(MatchLimbs, OfABallAreNotCertain) {
