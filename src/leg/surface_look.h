@@ -29,7 +29,7 @@ struct ObjectLayer {
 };
 /// The object's materials on a surface whose vertices correspond to the points `origins` of it.
 ObjectLayer object_layer(std::shared_ptr<const PreparedObject> object,
-                         std::span<const Triangle> triangles, std::span<const Vec3> origins,
+                         std::span<const Triangle> triangles, const Origins& origins,
                          float share = 1);
 
 /// A surface's own look.
@@ -53,18 +53,16 @@ struct EndNormals {
   const std::vector<Vec3>& origins;  ///< places of the surface's points on it
   float weight = 1;
 };
-/// Mixes them into the surface's normals.
-void add_end_normals(const EndNormals& end, std::vector<Vec3>& normals);
+/// Mixes them into the surface's normals. Returns the object's points closest to the origins;
+/// empty where the model has no normals of its own.
+std::vector<ClosestPoint> add_end_normals(const EndNormals& end, std::vector<Vec3>& normals);
 
 /// Weight of the model's own normals where the surface is `distance` of the progress away from it.
 float end_normals_weight(float distance);
 
-/// The look of a leg's surface, from the positions of its points on both objects. Errors: the
-/// engine's.
-Result<SurfaceLook> leg_look(const Leg& leg, const LegSurface& surface, Engine& engine);
-
-/// Mixes the models' own normals into those of a leg's surface near its ends, where that is nearly
-/// the model. Errors: the engine's.
-Status blend_end_normals(const Leg& leg, const LegState& state, Mesh& surface, Engine& engine);
+/// Makes the look of a leg's surface, where `own_look` asks for it, and mixes the models' own
+/// normals into the surface's near the leg's ends, where that is nearly the model: both from the
+/// positions of its points on both objects. Errors: the engine's.
+Result<SurfaceLook> leg_look(const Leg& leg, bool own_look, LegSurface& surface, Engine& engine);
 
 }  // namespace polymorph

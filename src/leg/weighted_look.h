@@ -20,6 +20,8 @@ std::vector<float> color_shares(std::span<const float> weights);
 struct PulledMixture {
   const Mixture& mixture;                 ///< borrowed
   std::vector<std::vector<Vec3>> places;  ///< one list per object of the mixture
+  /// Closest points of the object with the largest weight, as in Origins.
+  std::vector<ClosestPoint> closest;
 };
 /// Errors: the engine's.
 Result<PulledMixture> pull_mixture_back(const Mixture& mixture, const WeightedSurface& surface,
@@ -29,8 +31,9 @@ Result<PulledMixture> pull_mixture_back(const Mixture& mixture, const WeightedSu
 /// colours without detail, mixed.
 SurfaceLook weighted_look(const PulledMixture& pulled, std::span<const Triangle> triangles);
 
-/// Mixes the normals of an object that has nearly all the weight into those of the surface.
-void blend_weighted_normals(const PulledMixture& pulled, Mesh& surface);
+/// Mixes the normals of an object that has nearly all the weight into those of the surface, and
+/// keeps the closest points that it finds.
+void blend_weighted_normals(PulledMixture& pulled, Mesh& surface);
 
 /// Label of each point, as an index into the actor's names: that of the object with the largest
 /// weight, where the point is on it.

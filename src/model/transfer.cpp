@@ -86,13 +86,13 @@ struct Nearest {
   std::vector<ClosestPoint> hits;
   std::vector<Vec2> uvs;  ///< empty if the model has no texture coordinates
 };
-Nearest find_nearest(const Model& model, const ClosestPointQuery& closest,
-                     std::span<const Vec3> at) {
-  Nearest nearest = {closest.closest(at), {}};
+Nearest find_nearest(const Model& model, const ClosestPointQuery& closest, const Origins& origins) {
+  Nearest nearest = {{origins.closest.begin(), origins.closest.end()}, {}};
+  if (nearest.hits.empty()) nearest.hits = closest.closest(origins.places);
   if (model.corner_uvs.empty()) return nearest;
-  nearest.uvs.resize(at.size());
+  nearest.uvs.resize(nearest.hits.size());
   parallel_for(
-      static_cast<std::int64_t>(at.size()),
+      static_cast<std::int64_t>(nearest.hits.size()),
       [&](std::int64_t index) {
         const auto k = static_cast<std::size_t>(index);
         if (nearest.hits[k].triangle != ClosestPoint::kNoTriangle)
@@ -158,7 +158,7 @@ std::vector<std::uint32_t> texture_charts(const Model& model) {
 
 TransferredMaterials transfer_materials(const Model& model, const ClosestPointQuery& closest,
                                         std::span<const std::uint32_t> charts,
-                                        std::span<const Vec3> at,
+                                        const Origins& origins,
                                         std::span<const Triangle> triangles) {
   PM_CHECK(charts.size() == model.triangles.size());
   TransferredMaterials result;
@@ -173,7 +173,7 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
                 materials.front());
     return result;
   }
-  const Nearest nearest = find_nearest(model, closest, at);
+  const Nearest nearest = find_nearest(model, closest, origins);
   if (textured) result.corner_uvs.resize(triangles.size() * 3);
   // Without a texture only materials have borders.
   const std::span<const std::uint32_t> areas = textured ? charts : std::span(materials);
@@ -201,7 +201,7 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
         const std::size_t t = crossing[k];
         const auto& v = triangles[t].v;
         BorderTriangle& border = borders[k];
-        border.at = {at[v[0]], at[v[1]], at[v[2]]};
+        border.at = {origins.places[v[0]], origins.places[v[1]], origins.places[v[2]]};
         border.middle = closest.closest(mean(border.at), border.at[0], nearest.hits[v[0]]);
         result.triangle_materials[t] = material_at(model, border.middle.triangle);
         std::array<Vec2, 3> uv{};
