@@ -176,7 +176,7 @@ Result<CarriedActor> carry_actor(const ActorFrames& shown, Engine& engine,
   PM_TRY(const LegState state, leg_state(leg, times.front(), engine));
   PM_TRY(const PullBack pulled, pull_back(leg, state, carried.mesh.points.front(), engine));
   carried.corner_uvs =
-      object_layer(leg.from, carried.mesh.triangles, pulled.source).materials.corner_uvs;
+      object_layer(leg.from, carried.mesh.triangles, {pulled.source}).materials.corner_uvs;
   return carried;
 }
 

@@ -47,22 +47,30 @@ struct LookTarget {
   SurfaceLook look;
 };
 
-/// Adds the look of a leg at `points`, over that of the previous leg if this one began in its
-/// flight.
-Status add_look(const Leg& leg, const LegState& state, const std::vector<Vec3>& points,
-                bool is_last, LookTarget& target) {
-  PM_TRY(const PullBack pulled, pull_back(leg, state, points, target.engine));
-  const ColorFade fade = color_fade(std::clamp(progress_at(leg.plan, state.time), 0.0f, 1.0f));
+/// The points of a surface on both objects of a leg.
+struct LegOrigins {
+  const PullBack& pulled;
+  std::vector<ClosestPoint> source, target;  ///< closest points of the objects, as in Origins
+};
+
+/// Adds the look of a leg at a time of its motion, over that of the previous leg if this one began
+/// in its flight.
+Status add_look(const Leg& leg, float time, const LegOrigins& origins, bool is_last,
+                LookTarget& target) {
+  const PullBack& pulled = origins.pulled;
+  const ColorFade fade = color_fade(std::clamp(progress_at(leg.plan, time), 0.0f, 1.0f));
   std::vector<ObjectLayer>& layers = target.look.layers;
   // Layers whose weight would be 0 are skipped.
   if (leg.before && fade.color < 1) {
     PM_TRY(const LegState handover, leg_state(*leg.before, leg.before->until, target.engine));
-    PM_TRY_STATUS(add_look(*leg.before, handover, pulled.source, false, target));
+    PM_TRY(const PullBack earlier, pull_back(*leg.before, handover, pulled.source, target.engine));
+    PM_TRY_STATUS(add_look(*leg.before, handover.time, {earlier, {}, {}}, false, target));
   } else if (fade.color < 1) {
-    layers.push_back(object_layer(leg.from, target.triangles, pulled.source));
+    layers.push_back(object_layer(leg.from, target.triangles, {pulled.source, origins.source}));
   }
   if (fade.color > 0)
-    layers.push_back(object_layer(leg.to, target.triangles, pulled.target, fade.color));
+    layers.push_back(
+        object_layer(leg.to, target.triangles, {pulled.target, origins.target}, fade.color));
   fade_colors(leg, pulled, fade, is_last, target.look);
   return Ok{};
 }
@@ -74,8 +82,7 @@ ColorFade color_fade(float u) {
 }
 
 ObjectLayer object_layer(std::shared_ptr<const PreparedObject> object,
-                         std::span<const Triangle> triangles, std::span<const Vec3> origins,
-                         float share) {
+                         std::span<const Triangle> triangles, const Origins& origins, float share) {
   TransferredMaterials materials =
       transfer_materials(object->model, *object->outer, object->charts, origins, triangles);
   return {std::move(object), share, std::move(materials)};
@@ -85,13 +92,13 @@ Vec3 plain_color(const PreparedObject& object, Vec3 at) {
   return object.colors ? object.colors->at(at) : object.model.materials.front().color;
 }
 
-void add_end_normals(const EndNormals& end, std::vector<Vec3>& normals) {
+std::vector<ClosestPoint> add_end_normals(const EndNormals& end, std::vector<Vec3>& normals) {
   const PreparedObject& object = end.object;
   const std::vector<Vec3>& origins = end.origins;
   const Model& model = object.model;
   if (model.corner_normals.size() != 3 * model.triangles.size() || normals.size() != origins.size())
-    return;
-  const std::vector<ClosestPoint> closest = object.outer->closest(origins);
+    return {};
+  std::vector<ClosestPoint> closest = object.outer->closest(origins);
   parallel_for(
       static_cast<std::int64_t>(origins.size()),
       [&](std::int64_t index) {
@@ -105,6 +112,7 @@ void add_end_normals(const EndNormals& end, std::vector<Vec3>& normals) {
           normals[i] = normalized(lerp(normals[i], shading, end.weight));
       },
       256);
+  return closest;
 }
 
 float end_normals_weight(float distance) {
@@ -112,27 +120,28 @@ float end_normals_weight(float distance) {
   return smoothstep(0, 1, 1 - distance / kMaxEndDistance);
 }
 
-Result<SurfaceLook> leg_look(const Leg& leg, const LegSurface& surface, Engine& engine) {
-  LookTarget target{surface.mesh.triangles, engine, {}};
-  PM_TRY_STATUS(add_look(leg, surface.state, surface.mesh.positions, true, target));
-  return std::move(target.look);
-}
-
-Status blend_end_normals(const Leg& leg, const LegState& state, Mesh& surface, Engine& engine) {
-  const float u = ease(leg.plan.motion, state.time);
-  const float weight = end_normals_weight(std::min(u, 1 - u));
-  if (weight == 0 || surface.normals.empty()) return Ok{};
-  return visit(
-      leg, []() -> Status { return Ok{}; },
-      [&](const DistanceLeg&) -> Status {
-        PM_TRY(const PullBack pulled, pull_back(leg, state, surface.positions, engine));
-        const bool leaving = u < 0.5f;
-        add_end_normals(
-            {leaving ? *leg.from : *leg.to, state.map.regression->affine[leaving ? 0 : 1],
-             leaving ? pulled.source : pulled.target, weight},
-            surface.normals);
-        return Ok{};
+Result<SurfaceLook> leg_look(const Leg& leg, bool own_look, LegSurface& surface, Engine& engine) {
+  Mesh& mesh = surface.mesh;
+  const bool has_look = own_look && !mesh.triangles.empty();
+  const float u = ease(leg.plan.motion, surface.state.time);
+  const float weight = visit(
+      leg, [] { return 0.0f; },
+      [&](const DistanceLeg&) {
+        return mesh.normals.empty() ? 0 : end_normals_weight(std::min(u, 1 - u));
       });
+  LookTarget target{mesh.triangles, engine, {}};
+  if (!has_look && weight == 0) return std::move(target.look);
+  PM_TRY(const PullBack pulled, pull_back(leg, surface.state, mesh.positions, engine));
+  LegOrigins origins{pulled, {}, {}};
+  if (weight > 0) {
+    const bool leaving = u < 0.5f;
+    (leaving ? origins.source : origins.target) = add_end_normals(
+        {leaving ? *leg.from : *leg.to, surface.state.map.regression->affine[leaving ? 0 : 1],
+         leaving ? pulled.source : pulled.target, weight},
+        mesh.normals);
+  }
+  if (has_look) PM_TRY_STATUS(add_look(leg, surface.state.time, origins, true, target));
+  return std::move(target.look);
 }
 
 }  // namespace polymorph

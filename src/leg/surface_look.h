@@ -32,7 +32,7 @@ struct ObjectLayer {
 /// Transfers an object's materials to a surface whose vertices correspond to the points `origins`
 /// of the object.
 ObjectLayer object_layer(std::shared_ptr<const PreparedObject> object,
-                         std::span<const Triangle> triangles, std::span<const Vec3> origins,
+                         std::span<const Triangle> triangles, const Origins& origins,
                          float share = 1);
 
 /// A surface's own look.
@@ -56,18 +56,16 @@ struct EndNormals {
   const std::vector<Vec3>& origins;  ///< the surface's points, mapped to the object
   float weight = 1;
 };
-/// Mixes the model's normals into those of the surface.
-void add_end_normals(const EndNormals& end, std::vector<Vec3>& normals);
+/// Mixes the model's normals into those of the surface. Returns the model's points closest to the
+/// origins; empty where the model has no normals of its own.
+std::vector<ClosestPoint> add_end_normals(const EndNormals& end, std::vector<Vec3>& normals);
 
 /// Computes the weight of the model's own normals. `distance`: eased progress from its end, [0, 1].
 float end_normals_weight(float distance);
 
-/// Computes the look of a leg's surface from the positions of its points on both objects. Errors:
-/// the engine's.
-Result<SurfaceLook> leg_look(const Leg& leg, const LegSurface& surface, Engine& engine);
-
-/// Mixes a model's own normals into those of a leg's surface near that model's end. Errors: the
-/// engine's.
-Status blend_end_normals(const Leg& leg, const LegState& state, Mesh& surface, Engine& engine);
+/// Computes the look of a leg's surface if `own_look`, and mixes a model's own normals into those
+/// of the surface near that model's end: both from the positions of the surface's points on the two
+/// objects. Errors: the engine's.
+Result<SurfaceLook> leg_look(const Leg& leg, bool own_look, LegSurface& surface, Engine& engine);
 
 }  // namespace polymorph

@@ -33,7 +33,7 @@ std::vector<float> color_shares(std::span<const float> weights) {
 
 Result<PulledMixture> pull_mixture_back(const Mixture& mixture, const WeightedSurface& surface,
                                         Engine& engine) {
-  PulledMixture pulled{mixture, {}};
+  PulledMixture pulled{mixture, {}, {}};
   for (const MixedObject& object : mixture.objects) {
     PM_TRY(std::vector<Vec3> places,
            places_on(object, surface.lift, surface.mesh.positions, engine));
@@ -47,13 +47,16 @@ SurfaceLook weighted_look(const PulledMixture& pulled, std::span<const Triangle>
   std::vector<float> weights;
   for (const MixedObject& object : mixture.objects) weights.push_back(object.weight);
   const std::vector<float> shares = color_shares(weights);
+  const std::size_t heaviest = find_heaviest(mixture);
   SurfaceLook look;
   float weight_sum = 0, detail = 0;
   for (std::size_t i = 0; i < shares.size(); ++i) {
     detail += color_fade(weights[i]).target;
     if (shares[i] <= 0) continue;
     weight_sum += shares[i];
-    look.layers.push_back(object_layer(mixture.objects[i].object, triangles, pulled.places[i],
+    Origins origins{pulled.places[i]};
+    if (i == heaviest) origins.closest = pulled.closest;
+    look.layers.push_back(object_layer(mixture.objects[i].object, triangles, origins,
                                        look.layers.empty() ? 1 : shares[i] / weight_sum));
   }
   if (!mixture.settings.has_colors || detail >= 1) return look;
@@ -73,7 +76,7 @@ SurfaceLook weighted_look(const PulledMixture& pulled, std::span<const Triangle>
   return look;
 }
 
-void blend_weighted_normals(const PulledMixture& pulled, Mesh& surface) {
+void blend_weighted_normals(PulledMixture& pulled, Mesh& surface) {
   const std::size_t heaviest = find_heaviest(pulled.mixture);
   const MixedObject& mixed = pulled.mixture.objects[heaviest];
   const float weight = end_normals_weight(1 - mixed.weight);
@@ -81,7 +84,8 @@ void blend_weighted_normals(const PulledMixture& pulled, Mesh& surface) {
   AffineMap map;
   for (int i = 0; i < 3; ++i)
     map.rows[i] = to_float({mixed.turn.at(i, 0), mixed.turn.at(i, 1), mixed.turn.at(i, 2)});
-  add_end_normals({*mixed.object, map, pulled.places[heaviest], weight}, surface.normals);
+  pulled.closest =
+      add_end_normals({*mixed.object, map, pulled.places[heaviest], weight}, surface.normals);
 }
 
 std::vector<std::uint32_t> weighted_labels(const PulledMixture& pulled) {

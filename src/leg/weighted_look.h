@@ -20,6 +20,8 @@ std::vector<float> color_shares(std::span<const float> weights);
 struct PulledMixture {
   const Mixture& mixture;                 ///< borrowed
   std::vector<std::vector<Vec3>> places;  ///< one list per object of the mixture
+  /// Closest points of the object with the largest weight, as in Origins.
+  std::vector<ClosestPoint> closest;
 };
 /// Maps the surface's points to all objects of the mixture. Errors: the engine's.
 Result<PulledMixture> pull_mixture_back(const Mixture& mixture, const WeightedSurface& surface,
@@ -29,8 +31,9 @@ Result<PulledMixture> pull_mixture_back(const Mixture& mixture, const WeightedSu
 /// detail; else the mixed colours of the objects without detail.
 SurfaceLook weighted_look(const PulledMixture& pulled, std::span<const Triangle> triangles);
 
-/// Mixes the model's own normals into those of the surface if one object has nearly all the weight.
-void blend_weighted_normals(const PulledMixture& pulled, Mesh& surface);
+/// Mixes the model's own normals into those of the surface if one object has nearly all the weight,
+/// and keeps the closest points that it finds.
+void blend_weighted_normals(PulledMixture& pulled, Mesh& surface);
 
 /// Returns the label of each point, as an index into the actor's names: the label of its position
 /// on the object with the largest weight.

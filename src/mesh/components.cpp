@@ -12,17 +12,22 @@
 namespace polymorph {
 namespace {
 
+DisjointSets connect_vertices(const Mesh& mesh) {
+  DisjointSets sets(mesh.positions.size());
+  for (const Triangle& t : mesh.triangles) {
+    sets.join(t.v[0], t.v[1]);
+    sets.join(t.v[0], t.v[2]);
+  }
+  return sets;
+}
+
 /// A mesh's connected components, each represented by its first vertex.
 struct Components {
   DisjointSets sets;
   std::vector<double> volume;  ///< signed volume x 6 at each component's first vertex; else 0
 
   explicit Components(const Mesh& mesh)
-      : sets(mesh.positions.size()), volume(mesh.positions.size(), 0.0) {
-    for (const Triangle& t : mesh.triangles) {
-      sets.join(t.v[0], t.v[1]);
-      sets.join(t.v[0], t.v[2]);
-    }
+      : sets(connect_vertices(mesh)), volume(mesh.positions.size(), 0.0) {
     const Vec3 origin = mesh.positions[mesh.triangles[0].v[0]];
     for (const Triangle& t : mesh.triangles)
       volume[sets.find(t.v[0])] += static_cast<double>(
@@ -43,6 +48,13 @@ struct Components {
 
 }  // namespace
 
+std::size_t count_components(const Mesh& mesh) {
+  DisjointSets sets = connect_vertices(mesh);
+  std::size_t count = 0;
+  for (std::uint32_t v = 0; v < sets.size(); ++v) count += sets.find(v) == v;
+  return count;
+}
+
 double smallest_component_share(const Mesh& mesh) {
   if (mesh.triangles.empty()) return 0;
   const Components components(mesh);
@@ -51,11 +63,6 @@ double smallest_component_share(const Mesh& mesh) {
   for (const double v : components.volume)
     if (v != 0) smallest = std::min(smallest, std::abs(v));
   return total > 0 ? std::min(smallest / total, 1.0) : 0;
-}
-
-double small_components_share(const Mesh& mesh, double fraction) {
-  if (mesh.triangles.empty()) return 0;
-  return Components(mesh).small_share(fraction);
 }
 
 std::size_t remove_small_components(Mesh& mesh, double fraction, HeapLimit heap) {

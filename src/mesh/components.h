@@ -20,8 +20,8 @@ struct HeapLimit {
 /// separate. Returns the number of removed components.
 std::size_t remove_small_components(Mesh& mesh, double fraction, HeapLimit heap = {});
 
-/// Fraction, in [0, 1], of the mesh's volume that is enclosed by components below `fraction` of it.
-double small_components_share(const Mesh& mesh, double fraction);
+/// Counts the connected components; a point without triangles is one.
+std::size_t count_components(const Mesh& mesh);
 
 /// Fraction, in [0, 1], of the mesh's volume that its smallest component encloses.
 double smallest_component_share(const Mesh& mesh);

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <numeric>
 
+#include "base/disjoint_sets.h"
+
 namespace polymorph {
 
 std::vector<EdgeUse> sorted_edge_uses(std::span<const Triangle> triangles) {
@@ -45,6 +47,21 @@ std::vector<Triangle> find_neighbours(std::span<const Triangle> triangles) {
     neighbours[b / 3].v[b % 3] = a / 3;
   });
   return neighbours;
+}
+
+std::vector<std::uint32_t> count_fans(std::size_t points, std::span<const Triangle> triangles,
+                                      const std::vector<EdgeUse>& uses) {
+  DisjointSets fans(triangles.size() * 3);
+  for_each_edge(uses, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first + 1; i < last; ++i) {
+      fans.join(low_corner(uses[first]), low_corner(uses[i]));
+      fans.join(high_corner(uses[first]), high_corner(uses[i]));
+    }
+  });
+  std::vector<std::uint32_t> counts(points, 0);
+  for (std::uint32_t c = 0; c < fans.size(); ++c)
+    if (fans.find(c) == c) ++counts[triangles[c / 3].v[c % 3]];
+  return counts;
 }
 
 }  // namespace polymorph

@@ -37,6 +37,11 @@ void for_each_edge(const std::vector<EdgeUse>& uses, const F& f) {
 /// is the triangle itself if the edge does not have exactly two triangles.
 std::vector<Triangle> find_neighbours(std::span<const Triangle> triangles);
 
+/// Counts the fans of triangles around each of `points` points: two corners at a point belong to
+/// one fan if their triangles share an edge there. `uses`: sorted_edge_uses(triangles).
+std::vector<std::uint32_t> count_fans(std::size_t points, std::span<const Triangle> triangles,
+                                      const std::vector<EdgeUse>& uses);
+
 /// The corner that follows `corner` within its triangle.
 inline std::uint32_t corner_after(std::uint32_t corner) {
   return corner % 3 == 2 ? corner - 2 : corner + 1;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "mesh/fans.h"
+#include "mesh/mesh_query.h"
 
 namespace polymorph {
 namespace {
@@ -27,12 +28,6 @@ Vertices add_rings(const Mesh& mesh, const Fans& fans, std::span<const std::uint
   return list;
 }
 
-/// Twice the triangle's area along its normal.
-Vec3 area_normal(const Mesh& mesh, const Triangle& t) {
-  const Vec3 a = mesh.positions[t.v[0]];
-  return cross(mesh.positions[t.v[1]] - a, mesh.positions[t.v[2]] - a);
-}
-
 }  // namespace
 
 void fair(Mesh& mesh, std::span<const std::uint32_t> vertices, int steps) {
@@ -54,7 +49,8 @@ void fair(Mesh& mesh, std::span<const std::uint32_t> vertices, int steps) {
   if (mesh.normals.empty()) return;
   for (const std::uint32_t v : add_rings(mesh, fans, moving, 1)) {
     Vec3 sum;
-    for (const std::uint32_t t : fans.around(v)) sum = sum + area_normal(mesh, mesh.triangles[t]);
+    for (const std::uint32_t t : fans.around(v))
+      sum = sum + area_normal(mesh.positions, mesh.triangles[t]);
     mesh.normals[v] = normalized(sum);
   }
 }
@@ -64,7 +60,7 @@ std::size_t mend_normals(Mesh& mesh) {
   std::vector<std::uint8_t> is_wrong(mesh.normals.size(), 0);
   if (mesh.normals.empty()) return 0;
   for (const Triangle& t : mesh.triangles) {
-    const Vec3 normal = area_normal(mesh, t);
+    const Vec3 normal = area_normal(mesh.positions, t);
     const float limit = kMinCosine * length(normal);
     for (const std::uint32_t v : t.v) is_wrong[v] |= dot(normal, mesh.normals[v]) < limit;
   }
@@ -75,7 +71,7 @@ std::size_t mend_normals(Mesh& mesh) {
     if (is_wrong[v]) mesh.normals[v] = {};
   for (const Triangle& t : mesh.triangles)
     for (const std::uint32_t v : t.v)
-      if (is_wrong[v]) mesh.normals[v] = mesh.normals[v] + area_normal(mesh, t);
+      if (is_wrong[v]) mesh.normals[v] = mesh.normals[v] + area_normal(mesh.positions, t);
   for (std::size_t v = 0; v < is_wrong.size(); ++v)
     if (is_wrong[v]) mesh.normals[v] = normalized(mesh.normals[v]);
   return count;

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "base/disjoint_sets.h"
 #include "base/result.h"
+#include "mesh/components.h"
 #include "mesh/edges.h"
 #include "mesh/fairing.h"
 #include "mesh/fans.h"
@@ -261,13 +261,7 @@ void cut(Mesh& mesh, const Homology& homology, const Loop& loop) {
 }  // namespace
 
 std::int64_t compute_genus(const Mesh& mesh) {
-  DisjointSets sets(mesh.positions.size());
-  for (const Triangle& t : mesh.triangles) {
-    sets.join(t.v[0], t.v[1]);
-    sets.join(t.v[0], t.v[2]);
-  }
-  std::int64_t components = 0;
-  for (std::uint32_t v = 0; v < sets.size(); ++v) components += sets.find(v) == v;
+  const auto components = static_cast<std::int64_t>(count_components(mesh));
   // V - E + F = 2 components - 2 genus, and 2 E = 3 F.
   return components - (2 * static_cast<std::int64_t>(mesh.positions.size()) -
                        static_cast<std::int64_t>(mesh.triangles.size())) /

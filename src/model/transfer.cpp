@@ -8,6 +8,7 @@
 #include "base/parallel.h"
 #include "base/result.h"
 #include "image/texture.h"
+#include "mesh/edges.h"
 
 namespace polymorph {
 namespace {
@@ -86,13 +87,13 @@ struct Nearest {
   std::vector<ClosestPoint> hits;
   std::vector<Vec2> uvs;  ///< empty if the model has no texture coordinates
 };
-Nearest find_nearest(const Model& model, const ClosestPointQuery& closest,
-                     std::span<const Vec3> at) {
-  Nearest nearest = {closest.closest(at), {}};
+Nearest find_nearest(const Model& model, const ClosestPointQuery& closest, const Origins& origins) {
+  Nearest nearest = {{origins.closest.begin(), origins.closest.end()}, {}};
+  if (nearest.hits.empty()) nearest.hits = closest.closest(origins.places);
   if (model.corner_uvs.empty()) return nearest;
-  nearest.uvs.resize(at.size());
+  nearest.uvs.resize(nearest.hits.size());
   parallel_for(
-      static_cast<std::int64_t>(at.size()),
+      static_cast<std::int64_t>(nearest.hits.size()),
       [&](std::int64_t index) {
         const auto k = static_cast<std::size_t>(index);
         if (nearest.hits[k].triangle != ClosestPoint::kNoTriangle)
@@ -118,39 +119,19 @@ bool crosses_border(const Nearest& nearest, std::span<const std::uint32_t> areas
 }  // namespace
 
 std::vector<std::uint32_t> texture_charts(const Model& model) {
-  struct Edge {
-    std::uint32_t low, high, triangle;
-    int first;   ///< corner (0..2) at `low`
-    int second;  ///< corner at `high`
-  };
-  std::vector<Edge> edges;
-  for (std::uint32_t t = 0; t < model.triangles.size(); ++t)
-    for (int k = 0; k < 3; ++k) {
-      const int next = (k + 1) % 3;
-      const std::uint32_t p = model.triangles[t].v[k], q = model.triangles[t].v[next];
-      edges.push_back(p < q ? Edge{p, q, t, k, next} : Edge{q, p, t, next, k});
-    }
-  std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
-    return a.low != b.low     ? a.low < b.low
-           : a.high != b.high ? a.high < b.high
-                              : a.triangle < b.triangle;
-  });
-  const auto uv = [&](const Edge& e, int corner) {
-    return model.corner_uvs[3 * std::size_t{e.triangle} + static_cast<std::size_t>(corner)];
-  };
-  const auto is_same_chart = [&](const Edge& a, const Edge& b) {
-    if (!model.triangle_materials.empty() &&
-        model.triangle_materials[a.triangle] != model.triangle_materials[b.triangle])
-      return false;
-    return model.corner_uvs.empty() ||
-           (uv(a, a.first) == uv(b, b.first) && uv(a, a.second) == uv(b, b.second));
+  const std::vector<EdgeUse> uses = sorted_edge_uses(model.triangles);
+  const std::vector<Vec2>& uvs = model.corner_uvs;
+  const auto is_same_chart = [&](const EdgeUse& a, const EdgeUse& b) {
+    return material_at(model, a.corner / 3) == material_at(model, b.corner / 3) &&
+           (uvs.empty() || (uvs[low_corner(a)] == uvs[low_corner(b)] &&
+                            uvs[high_corner(a)] == uvs[high_corner(b)]));
   };
   DisjointSets charts(model.triangles.size());
-  for (std::size_t i = 0; i < edges.size(); ++i)
-    for (std::size_t k = i + 1;
-         k < edges.size() && edges[k].low == edges[i].low && edges[k].high == edges[i].high; ++k) {
-      if (is_same_chart(edges[i], edges[k])) charts.join(edges[i].triangle, edges[k].triangle);
-    }
+  for_each_edge(uses, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i)
+      for (std::size_t k = i + 1; k < last; ++k)
+        if (is_same_chart(uses[i], uses[k])) charts.join(uses[i].corner / 3, uses[k].corner / 3);
+  });
   std::vector<std::uint32_t> result(model.triangles.size());
   for (std::uint32_t t = 0; t < result.size(); ++t) result[t] = charts.find(t);
   return result;
@@ -158,7 +139,7 @@ std::vector<std::uint32_t> texture_charts(const Model& model) {
 
 TransferredMaterials transfer_materials(const Model& model, const ClosestPointQuery& closest,
                                         std::span<const std::uint32_t> charts,
-                                        std::span<const Vec3> at,
+                                        const Origins& origins,
                                         std::span<const Triangle> triangles) {
   PM_CHECK(charts.size() == model.triangles.size());
   TransferredMaterials result;
@@ -173,7 +154,7 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
                 materials.front());
     return result;
   }
-  const Nearest nearest = find_nearest(model, closest, at);
+  const Nearest nearest = find_nearest(model, closest, origins);
   if (textured) result.corner_uvs.resize(triangles.size() * 3);
   // Without a texture only materials have borders.
   const std::span<const std::uint32_t> areas = textured ? charts : std::span(materials);
@@ -201,7 +182,7 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
         const std::size_t t = crossing[k];
         const auto& v = triangles[t].v;
         BorderTriangle& border = borders[k];
-        border.at = {at[v[0]], at[v[1]], at[v[2]]};
+        border.at = {origins.places[v[0]], origins.places[v[1]], origins.places[v[2]]};
         border.middle = closest.closest(mean(border.at), border.at[0], nearest.hits[v[0]]);
         result.triangle_materials[t] = material_at(model, border.middle.triangle);
         std::array<Vec2, 3> uv{};

@@ -32,14 +32,21 @@ struct TransferredMaterials {
   std::vector<std::uint32_t> border_of;
 };
 
-/// Gives each vertex of a surface the attributes of the model at the point closest to `at` (per
-/// vertex: the vertex itself, or the point it was pulled back to). A triangle whose corners fall
-/// into several charts, or far apart in the texture, takes the chart at its centroid, extrapolated
-/// to its corners, so that no texture is smeared across a seam. The border between charts then runs
-/// along triangle edges; texture_point() finds the exact one.
+/// Places of a surface's vertices on a model, or near it: the vertices themselves, or the points
+/// that they were pulled back to.
+struct Origins {
+  std::span<const Vec3> places;
+  /// The model's points closest to them; empty where they are not known yet.
+  std::span<const ClosestPoint> closest = {};
+};
+
+/// Gives each vertex of a surface the attributes of the model at the point closest to its origin.
+/// A triangle whose corners fall into several charts, or far apart in the texture, takes the chart
+/// at its centroid, extrapolated to its corners, so that no texture is smeared across a seam. The
+/// border between charts then runs along triangle edges; texture_point() finds the exact one.
 TransferredMaterials transfer_materials(const Model& model, const ClosestPointQuery& closest,
                                         std::span<const std::uint32_t> charts,
-                                        std::span<const Vec3> at,
+                                        const Origins& origins,
                                         std::span<const Triangle> triangles);
 
 /// A material of the model and texture coordinates.

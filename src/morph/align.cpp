@@ -15,7 +15,8 @@ constexpr std::size_t kRepresentatives = 80;
 /// Max cost of a rotation that tips an object over, as a fraction of the best upright rotation's.
 constexpr double kMaxTipCost = 0.6;
 
-/// The rotations of a cube: signed permutations of the axes, without reflections.
+/// The rotations of a cube: signed permutations of the axes, without reflections; the identity
+/// first.
 std::vector<Mat3> cube_turns() {
   std::vector<Mat3> turns;
   std::array<int, 3> order{0, 1, 2};
@@ -188,12 +189,11 @@ FoundRotation find_rotation(const CostSide& a, const CostSide& b, float label_co
   std::vector<Mat3> upright;
   for (int i = 0; i < kUpright; ++i)
     upright.push_back(i == 0 ? Mat3{} : about_vertical(2 * exact::kPi * i / kUpright));
-  std::vector<Mat3> all = cube_turns();
-  all.insert(all.begin(), Mat3{});
   RotationFit standing =
       best_fit(few_a, few_b, label_cost, unturned, upright, RotationAxis::kVertical);
   if (!(standing.cost < (1 - gain) * unturned)) standing = {Mat3{}, unturned};
-  const RotationFit free = best_fit(few_a, few_b, label_cost, unturned, all, RotationAxis::kAny);
+  const RotationFit free =
+      best_fit(few_a, few_b, label_cost, unturned, cube_turns(), RotationAxis::kAny);
   const bool cheaper = free.cost < (1 - gain) * unturned && free.cost < kMaxTipCost * standing.cost;
   if (cheaper && residual(a, b, label_cost, free.rotation) <= tip_residual)
     return {free.rotation, RotationAxis::kAny};

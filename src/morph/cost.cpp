@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numeric>
 
 #include "base/exact_math.h"
 #include "kernels/field_kinds.h"
+#include "morph/farthest_points.h"
 #include "morph/features.h"
 
 namespace polymorph {
@@ -15,13 +15,15 @@ namespace {
 
 constexpr std::size_t kPosition = 0, kOutward = 3, kRotatingEnd = 6;
 
-float squared_distance(const CostSide& side, std::size_t i, std::size_t j) {
-  float sum = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const float d = side.values[axis][i] - side.values[axis][j];
-    sum += d * d;
-  }
-  return sum;
+/// Squared distances of all balls from one.
+std::vector<float> squared_distances(const CostSide& side, std::uint32_t from) {
+  std::vector<float> sums(side.size(), 0);
+  for (std::size_t axis = kPosition; axis < kPosition + 3; ++axis)
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      const float d = side.values[axis][i] - side.values[axis][from];
+      sums[i] += d * d;
+    }
+  return sums;
 }
 
 }  // namespace
@@ -111,26 +113,17 @@ void cost_row(const CostSide& a, const CostSide& b, float label_cost, std::uint3
 CostSide coarse(const CostSide& side, std::size_t count) {
   const std::size_t n = side.size();
   if (n <= count) return side;
-  std::vector<float> nearest(n, std::numeric_limits<float>::infinity());
-  std::vector<std::size_t> owner(n, 0);
-  auto next = static_cast<std::size_t>(std::max_element(side.mass.begin(), side.mass.end()) -
-                                       side.mass.begin());
-  for (std::size_t k = 0; k < count; ++k) {
-    for (std::size_t i = 0; i < n; ++i) {
-      const float d = squared_distance(side, i, next);
-      if (d < nearest[i]) nearest[i] = d, owner[i] = k;
-    }
-    next = static_cast<std::size_t>(std::max_element(nearest.begin(), nearest.end()) -
-                                    nearest.begin());
-  }
+  const auto heaviest = static_cast<std::uint32_t>(
+      std::max_element(side.mass.begin(), side.mass.end()) - side.mass.begin());
+  const auto sample = farthest_points(side.mass, count, heaviest, [&](std::uint32_t base) {
+    return squared_distances(side, base);
+  });
+  const std::vector<std::uint32_t>& owner = sample.owner;
   CostSide result;
-  result.mass.assign(count, 0);
+  result.mass = sample.weights;
   result.values.assign(side.values.size(), std::vector<float>(count, 0));
   std::vector<std::map<std::int32_t, double>> votes(count);
-  for (std::size_t i = 0; i < n; ++i) {
-    result.mass[owner[i]] += side.mass[i];
-    votes[owner[i]][side.labels[i]] += side.mass[i];
-  }
+  for (std::size_t i = 0; i < n; ++i) votes[owner[i]][side.labels[i]] += side.mass[i];
   for (std::size_t axis = 0; axis < side.values.size(); ++axis)
     for (std::size_t i = 0; i < n; ++i)
       result.values[axis][owner[i]] +=

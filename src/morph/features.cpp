@@ -9,6 +9,7 @@
 
 #include "base/matrix_decompositions.h"
 #include "base/parallel.h"
+#include "morph/farthest_points.h"
 
 namespace polymorph {
 namespace {
@@ -86,23 +87,12 @@ std::vector<double> distances_from(const Graph& graph, std::uint32_t start) {
 std::vector<float> mean_distances(const Graph& graph, std::span<const double> masses) {
   constexpr std::size_t kBases = 48;
   const std::size_t n = graph.size();
-  std::vector<std::vector<double>> from_base;
-  std::vector<double> to_nearest(n, kInfinity);
-  std::vector<std::size_t> owner(n, 0);
-  auto base =
+  const auto heaviest =
       static_cast<std::uint32_t>(std::max_element(masses.begin(), masses.end()) - masses.begin());
-  while (from_base.size() < std::min(kBases, n)) {
-    from_base.push_back(distances_from(graph, base));
-    for (std::size_t i = 0; i < n; ++i)
-      if (from_base.back()[i] < to_nearest[i])
-        to_nearest[i] = from_base.back()[i], owner[i] = from_base.size() - 1;
-    base = static_cast<std::uint32_t>(std::max_element(to_nearest.begin(), to_nearest.end()) -
-                                      to_nearest.begin());
-  }
-  std::vector<double> base_mass(from_base.size(), 0), mean(n, 0);
-  for (std::size_t i = 0; i < n; ++i) base_mass[owner[i]] += masses[i];
-  for (std::size_t b = 0; b < from_base.size(); ++b)
-    for (std::size_t i = 0; i < n; ++i) mean[i] += base_mass[b] * from_base[b][i];
+  const auto sample = farthest_points(
+      masses, kBases, heaviest, [&](std::uint32_t base) { return distances_from(graph, base); });
+  std::vector<double> mean(n);
+  for (std::size_t i = 0; i < n; ++i) mean[i] = sample.sum_distances(i);
   const double smallest = *std::min_element(mean.begin(), mean.end());
   std::vector<float> result(n, 0);
   for (std::size_t i = 0; i < n; ++i)

@@ -30,13 +30,7 @@ Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls,
     for (std::size_t e = 0; e < balls.size(); ++e) {
       const Vec3 displacement = next_balls[e].center - balls[e].center;
       const Mat3 rotation_and_scale = inverse(next_frames[e].to_source) * now_frames[e].to_source;
-      for (int i = 0; i < 3; ++i) {
-        const auto derivative = [&](int k) {
-          return rotation_and_scale.at(i, k) - (i == k ? 1 : 0);
-        };
-        attributes[e].value[i] = i == 0 ? displacement.x : i == 1 ? displacement.y : displacement.z;
-        attributes[e].slope[i] = to_float({derivative(0), derivative(1), derivative(2)});
-      }
+      set_linear(attributes[e], displacement, minus(rotation_and_scale, Mat3{}));
     }
   }
   PM_TRY(const std::vector<AttributeValues> values,

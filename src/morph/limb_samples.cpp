@@ -71,17 +71,6 @@ Mat3 stretch(Vec3d direction, double along, double across) {
   return result;
 }
 
-/// Rotation and scaling of a pair's part: up to eased time u, and from source to target.
-struct PartMotion {
-  Mat3 inv_rotation, total_rotation;  ///< inverse of the rotation up to u; rotation to the target
-  double scale = 1, total_scale = 1;
-};
-PartMotion part_motion(const PathPart& part, double u) {
-  const PartPlace place = place_at(part, u);
-  return {transposed(place.rotation), exp_rotation(part.turn), place.scale,
-          exp_scalar(part.log_scale)};
-}
-
 /// Sets the slopes of a matched limb, whose tangent and radius are means of both objects'.
 void set_slopes(const CurvePoint& a, const CurvePoint& b, const PartMotion& part, double u,
                 LimbSample& sample) {
@@ -94,10 +83,10 @@ void set_slopes(const CurvePoint& a, const CurvePoint& b, const PartMotion& part
   const double straight_length = length(a.tangent) * (1 - u) + length(b_tangent) * u;
   const double along = std::max(length(tangent), kMinTangent * straight_length),
                radius = a_radius * (1 - u) + b_radius * u;
-  sample.to_source = stretch(a.tangent, length(a.tangent) / (along * part.scale),
-                             a_radius / (radius * part.scale)) *
-                     rotation_between(tangent, a.tangent) * part.inv_rotation;
-  const double target_scale = part.total_scale / part.scale;
+  const double scale = part.place.scale, target_scale = part.total_scale / scale;
+  sample.to_source =
+      stretch(a.tangent, length(a.tangent) / (along * scale), a_radius / (radius * scale)) *
+      rotation_between(tangent, a.tangent) * part.inv_rotation;
   sample.to_target = stretch(b.tangent, length(b_tangent) / along * target_scale,
                              b_radius / radius * target_scale) *
                      rotation_between(part.total_rotation * tangent, b.tangent) *
@@ -111,11 +100,6 @@ Mat3 lone_slope(Vec3d axis, double remaining, const Mat3& inv_motion) {
   return stretch(axis, 1 / std::max(remaining, kMinLength), 1) * inv_motion;
 }
 
-Mat3 scale_by(Mat3 a, double factor) {
-  for (double& v : a.m) v *= factor;
-  return a;
-}
-
 LimbSample lone_sample(const MorphPlan& plan, std::uint32_t e, double u,
                        const std::vector<Vec3>& roots) {
   const Pair& pair = plan.pairs[e];
@@ -124,6 +108,7 @@ LimbSample lone_sample(const MorphPlan& plan, std::uint32_t e, double u,
   const std::uint32_t ball = is_source ? pair.from : pair.to;
   const auto limb = static_cast<std::size_t>(curves.lone_limbs[ball]);
   const PartMotion part = part_motion(plan.paths->parts[plan.paths->balls[e].part], u);
+  const double scale = part.place.scale;
   const CurvePoint point = point_at(curves.lone[limb], static_cast<double>(curves.stations[ball]));
   const double remaining = is_source ? 1 - u : u, lost = 1 - remaining;
   LimbSample sample;
@@ -136,18 +121,16 @@ LimbSample lone_sample(const MorphPlan& plan, std::uint32_t e, double u,
   const Vec3 own_point = to_float(point.position), counterpart = curves.counterparts[limb];
   sample.from = is_source ? own_point : counterpart;
   sample.to = is_source ? counterpart : own_point;
-  const Mat3 zero = scale_by({}, 0);
-  const Mat3 to_source = scale_by(part.inv_rotation, 1 / part.scale),
-             to_target =
-                 scale_by(part.total_rotation * part.inv_rotation, part.total_scale / part.scale);
-  sample.to_source = is_source ? lone_slope(point.tangent, remaining, to_source) : zero;
-  sample.to_target = is_source ? zero : lone_slope(point.tangent, remaining, to_target);
+  const Mat3 own_motion = is_source ? part.to_source() : part.to_target();
+  sample.to_source = sample.to_target = Mat3{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
+  (is_source ? sample.to_source : sample.to_target) =
+      lone_slope(point.tangent, remaining, own_motion);
   const Vec3d root(roots[is_source ? limb : plan.from_curves.lone.size() + limb]);
   const Vec3d offset = point.position - Vec3d(curves.lone[limb].points[0]);
   const Vec3d moved_offset =
       transposed(part.inv_rotation) *
-      (is_source ? offset * part.scale
-                 : transposed(part.total_rotation) * offset * (part.scale / part.total_scale));
+      (is_source ? offset * scale
+                 : transposed(part.total_rotation) * offset * (scale / part.total_scale));
   sample.center = remaining < 1 ? to_float(root + moved_offset * remaining) : own_point;
   return sample;
 }

@@ -6,6 +6,7 @@
 
 #include "base/exact_math.h"
 #include "base/parallel.h"
+#include "morph/farthest_points.h"
 #include "morph/voxel_solid.h"
 
 namespace polymorph {
@@ -39,30 +40,19 @@ void find_center(Body& body) {
   constexpr std::size_t kBases = 60;
   const VoxelSolid& solid = body.solid;
   const std::size_t n = solid.size();
-  std::vector<double> weight(n);
+  std::vector<double> weights(n);
   for (std::size_t i = 0; i < n; ++i)
-    weight[i] = 1 / static_cast<double>(std::max(body.radii[i], VoxelSolid::kStepUnits));
-  const double total_weight = std::accumulate(weight.begin(), weight.end(), 0.0);
-  std::vector<std::uint32_t> nearest(n, kNone), owner(n, 0);
-  std::vector<std::vector<std::uint32_t>> from_base;
-  std::vector<std::uint32_t> bases;
-  bases.reserve(std::min(kBases, n));
-  auto base = static_cast<std::uint32_t>(std::max_element(solid.depth.begin(), solid.depth.end()) -
-                                         solid.depth.begin());
-  while (from_base.size() < std::min(kBases, n)) {
-    bases.push_back(base);
-    from_base.push_back(geodesic_distances(solid, std::span(&base, 1)));
-    const std::vector<std::uint32_t>& distance = from_base.back();
-    for (std::size_t i = 0; i < n; ++i)
-      if (distance[i] < nearest[i])
-        nearest[i] = distance[i], owner[i] = static_cast<std::uint32_t>(from_base.size() - 1);
-    base = static_cast<std::uint32_t>(std::max_element(nearest.begin(), nearest.end()) -
-                                      nearest.begin());
-  }
-  std::vector<double> share(from_base.size(), 0), mean(n, 0);
-  for (std::size_t i = 0; i < n; ++i) share[owner[i]] += weight[i] / total_weight;
-  for (std::size_t b = 0; b < from_base.size(); ++b)
-    for (std::size_t i = 0; i < n; ++i) mean[i] += share[b] * static_cast<double>(from_base[b][i]);
+    weights[i] = 1 / static_cast<double>(std::max(body.radii[i], VoxelSolid::kStepUnits));
+  const double total_weight = std::accumulate(weights.begin(), weights.end(), 0.0);
+  for (double& weight : weights) weight /= total_weight;
+  const auto deepest = static_cast<std::uint32_t>(
+      std::max_element(solid.depth.begin(), solid.depth.end()) - solid.depth.begin());
+  const auto sample = farthest_points(weights, kBases, deepest, [&](std::uint32_t base) {
+    return geodesic_distances(solid, std::span(&base, 1));
+  });
+  body.sample.shares = sample.weights;
+  std::vector<double> mean(n);
+  for (std::size_t i = 0; i < n; ++i) mean[i] = sample.sum_distances(i);
   // Of voxels with nearly the same mean distance, the deepest is chosen.
   constexpr double kDepthWeight = 1e-3;
   const auto score = [&](std::size_t i) {
@@ -71,13 +61,12 @@ void find_center(Body& body) {
   for (std::uint32_t i = 1; i < n; ++i)
     if (score(i) < score(body.center)) body.center = i;
   body.mean_distance = std::max(mean[body.center], 1.0);
-  for (std::size_t b = 0; b < bases.size(); ++b) {
-    body.sample.points.push_back(solid.center(bases[b]));
+  for (std::size_t b = 0; b < sample.bases.size(); ++b) {
+    body.sample.points.push_back(solid.center(sample.bases[b]));
     std::vector<double>& distances = body.sample.distances.emplace_back();
-    for (const std::uint32_t other : bases)
-      distances.push_back(static_cast<double>(from_base[b][other]) * solid.unit());
+    for (const std::uint32_t other : sample.bases)
+      distances.push_back(static_cast<double>(sample.distances[b][other]) * solid.unit());
   }
-  body.sample.shares = std::move(share);
 }
 
 Body make_body(const std::vector<Ball>& balls) {

@@ -425,12 +425,31 @@ std::vector<PairFrame> pair_frames(const MorphPlan& plan, float time) {
         const double size = cube_root(volume_at(path, u));
         const double from_size = cube_root(path.from_volume) / size;
         const double to_size = cube_root(path.to_volume) / size;
-        for (double& v : from.m) v *= from_size;
-        for (double& v : to.m) v *= to_size;
-        frames[e] = {from, to};
+        frames[e] = {scaled(from, from_size), scaled(to, to_size)};
       },
       256);
   return frames;
+}
+
+Mat3 scaled(Mat3 a, double factor) {
+  for (double& v : a.m) v *= factor;
+  return a;
+}
+
+Mat3 minus(Mat3 a, const Mat3& b) {
+  for (int i = 0; i < 9; ++i) a.m[i] -= b.m[i];
+  return a;
+}
+
+PartMotion part_motion(const PathPart& part, double u) {
+  const PartPlace place = place_at(part, u);
+  return {place, transposed(place.rotation), exp_rotation(part.turn), exp_scalar(part.log_scale)};
+}
+
+void set_linear(BallAttribute& attribute, Vec3 value, const Mat3& slope) {
+  attribute.value[0] = value.x, attribute.value[1] = value.y, attribute.value[2] = value.z;
+  for (int i = 0; i < 3; ++i)
+    attribute.slope[i] = to_float({slope.at(i, 0), slope.at(i, 1), slope.at(i, 2)});
 }
 
 std::vector<float> pair_progress(const MorphPlan& plan, float time) {

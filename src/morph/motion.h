@@ -57,6 +57,27 @@ struct PairFrame {
 /// Computes the maps of all pairs, for the balls of balls_at(plan, time).
 std::vector<PairFrame> pair_frames(const MorphPlan& plan, float time);
 
+/// Scales a matrix.
+Mat3 scaled(Mat3 a, double factor);
+/// The difference of two matrices.
+Mat3 minus(Mat3 a, const Mat3& b);
+
+/// Rotation and scaling of a part: up to an eased time, and from source to target.
+struct PartMotion {
+  PartPlace place;
+  Mat3 inv_rotation, total_rotation;  ///< inverse of the rotation so far; rotation to the target
+  double total_scale = 1;
+  /// The maps that take an offset from that time back to the source, and on to the target.
+  Mat3 to_source() const { return scaled(inv_rotation, 1 / place.scale); }
+  Mat3 to_target() const {
+    return scaled(total_rotation * inv_rotation, total_scale / place.scale);
+  }
+};
+PartMotion part_motion(const PathPart& part, double u);
+
+/// Sets an attribute to a linear map: its value at the ball's centre, and its slope there.
+void set_linear(BallAttribute& attribute, Vec3 value, const Mat3& slope);
+
 /// The eased progress of each pair at `time`, in [0, 1].
 std::vector<float> pair_progress(const MorphPlan& plan, float time);
 

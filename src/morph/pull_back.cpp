@@ -4,27 +4,16 @@
 #include "morph/motion.h"
 
 namespace polymorph {
-namespace {
-
-/// The attribute of an affine map that takes the ball's centre to `center` and offsets by `linear`.
-BallAttribute affine_attribute(Vec3 center, const Mat3& linear) {
-  BallAttribute attributes = {{center.x, center.y, center.z, 0}, {}};
-  for (int i = 0; i < 3; ++i)
-    attributes.slope[i] = to_float({linear.at(i, 0), linear.at(i, 1), linear.at(i, 2)});
-  return attributes;
-}
-
-}  // namespace
 
 Result<PullBack> pull_back(const MorphPlan& plan, float time, const BallSet& balls,
                            const std::vector<Vec3>& points, Engine& engine) {
   PM_CHECK(balls.size() == plan.pairs.size());
   const std::vector<PairFrame> frames = pair_frames(plan, time);
-  std::vector<BallAttribute> attributes;
+  std::vector<BallAttribute> attributes(2 * balls.size());
   for (std::size_t e = 0; e < balls.size(); ++e) {
-    attributes.push_back(
-        affine_attribute(plan.from[plan.pairs[e].from].center, frames[e].to_source));
-    attributes.push_back(affine_attribute(plan.to[plan.pairs[e].to].center, frames[e].to_target));
+    const Pair& pair = plan.pairs[e];
+    set_linear(attributes[2 * e], plan.from[pair.from].center, frames[e].to_source);
+    set_linear(attributes[2 * e + 1], plan.to[pair.to].center, frames[e].to_target);
   }
   PM_TRY(const std::vector<AttributeValues> values,
          interpolate_attributes(engine, balls, plan.kind, attributes, points));

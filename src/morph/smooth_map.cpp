@@ -31,34 +31,10 @@ constexpr double kBallDeviation = 0.7;
 /// Margin around the balls, as a fraction of the objects' size.
 constexpr float kMargin = 0.05f;
 
-Mat3 scale(const Mat3& a, double factor) {
-  Mat3 out = a;
-  for (double& v : out.m) v *= factor;
-  return out;
-}
-Mat3 minus(const Mat3& a, const Mat3& b) {
-  Mat3 out = a;
-  for (int i = 0; i < 9; ++i) out.m[i] -= b.m[i];
-  return out;
-}
 Vec3 row_of(const Mat3& a, int i) { return to_float({a.at(i, 0), a.at(i, 1), a.at(i, 2)}); }
 
 AffineMap affine(const Mat3& matrix, Vec3d offset) {
   return {{row_of(matrix, 0), row_of(matrix, 1), row_of(matrix, 2)}, to_float(offset)};
-}
-
-/// Rotations with scaling that take a part from eased time u back to the source, and on to the
-/// target; and the part's centre at u.
-struct InverseMotion {
-  Mat3 to_source, to_target;
-  Vec3d center;
-};
-InverseMotion invert_motion(const PathPart& part, double u) {
-  const PartPlace place = place_at(part, u);
-  const Mat3 inv_rotation = transposed(place.rotation);
-  const Mat3 to_target_rotation = exp_rotation(part.turn) * inv_rotation;
-  return {scale(inv_rotation, 1 / place.scale),
-          scale(to_target_rotation, exp_scalar(part.log_scale) / place.scale), place.center};
 }
 
 /// The deviation of a pair's kernel, scene units. `narrowing`: kernel_narrowing() of the pair.
@@ -195,16 +171,36 @@ std::vector<RegressionSample> make_samples(const MorphPlan& plan, const std::vec
   return samples;
 }
 
-void set_slope(BallAttribute& attribute, const Mat3& slope, Regression& regression) {
-  for (int i = 0; i < 3; ++i) {
-    attribute.slope[i] = row_of(slope, i);
-    regression.sloped |= !(attribute.slope[i] == Vec3{});
-  }
+/// Sets the first three values of a sample and their slope.
+void set_values(BallAttribute& attribute, Vec3d value, const Mat3& slope, Regression& regression) {
+  set_linear(attribute, to_float(value), slope);
+  for (int i = 0; i < 3; ++i) regression.sloped |= !(attribute.slope[i] == Vec3{});
 }
 
-void set_value(BallAttribute& attribute, Vec3d value) {
-  const Vec3 v = to_float(value);
-  attribute.value[0] = v.x, attribute.value[1] = v.y, attribute.value[2] = v.z;
+/// Samples of a plan at a time, which the regressions of both maps and of the motion have in
+/// common: with the lattice and the landmarks' places, in a regression that has no values yet.
+struct SampledPlan {
+  std::vector<float> eased;
+  std::vector<LimbSample> on_limbs;
+  Box box;
+  std::shared_ptr<Regression> regression = std::make_shared<Regression>();
+};
+SampledPlan sample_plan(const MorphPlan& plan, float time, const BallSet& balls, float size) {
+  SampledPlan sampled;
+  sampled.eased = eased_times(plan, time);
+  sampled.on_limbs = limb_samples(plan, time, sampled.eased, balls);
+  const std::vector<float> narrowing = kernel_narrowing(plan, sampled.eased, balls, size);
+  const std::vector<Vec3> places = landmark_places(plan, time, balls);
+  sampled.box = enclose_landmarks(
+      enclose_limbs(box_around(balls, size), sampled.on_limbs, balls, size), places, size);
+  Regression& regression = *sampled.regression;
+  regression.samples = make_samples(plan, sampled.eased, narrowing, balls, sampled.on_limbs, size);
+  regression.lattice =
+      lattice_over(sampled.box, size, *std::max_element(narrowing.begin(), narrowing.end()));
+  const std::vector<float> deviations = landmark_deviations(places, size, regression.lattice.cell);
+  for (std::size_t l = 0; l < places.size(); ++l)
+    regression.landmarks.push_back({places[l], deviations[l], {}});
+  return sampled;
 }
 
 }  // namespace
@@ -221,72 +217,60 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
                    const std::shared_ptr<const DistanceGrid>& from_thinness,
                    const std::shared_ptr<const DistanceGrid>& to_thinness) {
   PM_CHECK(balls.size() == plan.pairs.size() && size > 0);
-  const std::vector<float> eased = eased_times(plan, time);
-  const std::vector<Vec3> places = landmark_places(plan, time, balls);
+  const SampledPlan sampled = sample_plan(plan, time, balls, size);
+  const std::vector<float>& eased = sampled.eased;
+  Regression& regression = *sampled.regression;
   FrameMap map;
-  const std::vector<LimbSample> samples_on_limbs = limb_samples(plan, time, eased, balls);
-  map.box = enclose_landmarks(enclose_limbs(box_around(balls, size), samples_on_limbs, balls, size),
-                              places, size);
-  auto regression = std::make_shared<Regression>();
-  const std::vector<float> narrowing = kernel_narrowing(plan, eased, balls, size);
-  regression->maps = 2;
-  regression->lattice =
-      lattice_over(map.box, size, *std::max_element(narrowing.begin(), narrowing.end()));
-  const std::vector<float> deviations = landmark_deviations(places, size, regression->lattice.cell);
-  for (std::size_t l = 0; l < places.size(); ++l)
-    regression->landmarks.push_back(
-        {places[l], deviations[l], {plan.landmarks[l].from, plan.landmarks[l].to}});
-  regression->samples = make_samples(plan, eased, narrowing, balls, samples_on_limbs, size);
+  map.box = sampled.box;
+  regression.maps = 2;
+  for (std::size_t l = 0; l < plan.landmarks.size(); ++l) {
+    Vec3* goal = regression.landmarks[l].goal;
+    goal[0] = plan.landmarks[l].from, goal[1] = plan.landmarks[l].to;
+  }
   // The mean rotation and scaling are an affine term, so that they stay exact.
   const auto mean = static_cast<double>(mean_progress(plan, eased));
   const PathPart mean_part = mean_path_part(plan);
-  const InverseMotion mean_inverse = invert_motion(mean_part, mean);
-  const Vec3d from_offset = mean_part.from_center - mean_inverse.to_source * mean_inverse.center,
-              to_offset = mean_part.to_center - mean_inverse.to_target * mean_inverse.center;
-  regression->affine[0] = affine(mean_inverse.to_source, from_offset);
-  regression->affine[1] = affine(mean_inverse.to_target, to_offset);
+  const PartMotion mean_motion = part_motion(mean_part, mean);
+  const Mat3 to_source = mean_motion.to_source(), to_target = mean_motion.to_target();
+  const Vec3d from_offset = mean_part.from_center - to_source * mean_motion.place.center,
+              to_offset = mean_part.to_center - to_target * mean_motion.place.center;
+  regression.affine[0] = affine(to_source, from_offset);
+  regression.affine[1] = affine(to_target, to_offset);
   if (from_thinness && to_thinness) {
-    regression->thinness[0] = from_thinness;
-    regression->thinness[1] = to_thinness;
+    regression.thinness[0] = from_thinness;
+    regression.thinness[1] = to_thinness;
   }
-  for (std::size_t e = 0; e < balls.size(); ++e) {
-    const BallPath& path = plan.paths->balls[e];
-    const Vec3d x(balls[e].center), p(path.start.center), q(path.end.center);
-    const auto u = static_cast<double>(eased[e]);
-    const PathPart& part = plan.paths->parts[path.part];
-    const InverseMotion part_inverse = invert_motion(part, u);
-    BallAttribute to_source, to_target;
-    const Vec3d source_offset =
-                    plan.from_offsets.empty() ? Vec3d{} : Vec3d(plan.from_offsets[e]) * u,
-                target_offset =
-                    plan.to_offsets.empty() ? Vec3d{} : Vec3d(plan.to_offsets[e]) * (1 - u);
-    set_value(to_source, p + source_offset - mean_inverse.to_source * x - from_offset);
-    set_value(to_target, q + target_offset - mean_inverse.to_target * x - to_offset);
-    to_source.value[3] = mixing_progress(eased[e], plan.leads.empty() ? 0 : plan.leads[e]);
-    set_slope(to_source, minus(part_inverse.to_source, mean_inverse.to_source), *regression);
-    set_slope(to_target, minus(part_inverse.to_target, mean_inverse.to_target), *regression);
-    regression->values.push_back(to_source);
-    regression->values.push_back(to_target);
-  }
-  for (const LimbSample& sample : samples_on_limbs) {
+  regression.values.resize(2 * balls.size());
+  const auto set_pair = [&](const LimbSample& sample) {
     const std::size_t e = sample.pair;
-    BallAttribute &to_source = regression->values[2 * e],
-                  &to_target = regression->values[2 * e + 1];
     const Vec3d x(sample.center);
     const auto u = static_cast<double>(eased[e]);
-    const bool has_offsets = !sample.is_lone && !plan.from_offsets.empty();
-    const Vec3d source_offset = has_offsets ? Vec3d(plan.from_offsets[e]) * u : Vec3d{},
-                target_offset = has_offsets ? Vec3d(plan.to_offsets[e]) * (1 - u) : Vec3d{};
-    set_value(to_source,
-              Vec3d(sample.from) + source_offset - mean_inverse.to_source * x - from_offset);
-    set_value(to_target, Vec3d(sample.to) + target_offset - mean_inverse.to_target * x - to_offset);
-    set_slope(to_source, minus(sample.to_source, mean_inverse.to_source), *regression);
-    set_slope(to_target, minus(sample.to_target, mean_inverse.to_target), *regression);
-    if (sample.is_lone) to_source.value[3] = sample.progress;
+    const auto offset = [&](const std::vector<Vec3>& offsets, double share) {
+      return sample.is_lone || offsets.empty() ? Vec3d{} : Vec3d(offsets[e]) * share;
+    };
+    set_values(regression.values[2 * e],
+               Vec3d(sample.from) + offset(plan.from_offsets, u) - to_source * x - from_offset,
+               minus(sample.to_source, to_source), regression);
+    set_values(regression.values[2 * e + 1],
+               Vec3d(sample.to) + offset(plan.to_offsets, 1 - u) - to_target * x - to_offset,
+               minus(sample.to_target, to_target), regression);
+  };
+  for (std::uint32_t e = 0; e < balls.size(); ++e) {
+    const BallPath& path = plan.paths->balls[e];
+    const PartMotion motion =
+        part_motion(plan.paths->parts[path.part], static_cast<double>(eased[e]));
+    set_pair({e, false, balls[e].center, path.start.center, path.end.center, motion.to_source(),
+              motion.to_target()});
+    regression.values[2 * e].value[3] =
+        mixing_progress(eased[e], plan.leads.empty() ? 0 : plan.leads[e]);
+  }
+  for (const LimbSample& sample : sampled.on_limbs) {
+    set_pair(sample);
+    if (sample.is_lone) regression.values[2 * sample.pair].value[3] = sample.progress;
   }
   map.from_scale = static_cast<float>(exp_scalar(mean_part.log_scale * mean));
   map.to_scale = static_cast<float>(exp_scalar(mean_part.log_scale * (mean - 1)));
-  map.regression = std::move(regression);
+  map.regression = sampled.regression;
   return map;
 }
 
@@ -341,50 +325,39 @@ Result<PullBack> pull_back(const FrameMap& map, const std::vector<Vec3>& points,
 Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls, float size,
                      const std::vector<Vec3>& points, Engine& engine) {
   const MorphPlan& plan = now.plan;
-  const float time = now.time;
-  const std::vector<float> eased = eased_times(plan, time),
-                           next_eased = eased_times(next.plan, next.time);
   const BallSet next_balls = differ(now, next) ? BallSet(balls_at(next.plan, next.time)) : balls;
-  auto regression = std::make_shared<Regression>();
-  const std::vector<float> narrowing = kernel_narrowing(plan, eased, balls, size);
-  const std::vector<LimbSample> samples_on_limbs = limb_samples(plan, time, eased, balls),
-                                next_samples_on_limbs =
-                                    limb_samples(next.plan, next.time, next_eased, next_balls);
-  regression->samples = make_samples(plan, eased, narrowing, balls, samples_on_limbs, size);
-  const std::vector<Vec3> places = landmark_places(plan, time, balls),
-                          next_places = landmark_places(next.plan, next.time, next_balls);
-  regression->lattice = lattice_over(
-      enclose_landmarks(enclose_limbs(box_around(balls, size), samples_on_limbs, balls, size),
-                        places, size),
-      size, *std::max_element(narrowing.begin(), narrowing.end()));
-  const std::vector<float> deviations = landmark_deviations(places, size, regression->lattice.cell);
-  for (std::size_t l = 0; l < places.size(); ++l)
-    regression->landmarks.push_back({places[l], deviations[l], {next_places[l] - places[l], {}}});
-  const Mat3 zero = scale(Mat3{}, 0);
-  regression->affine[0] = affine(zero, {});
-  for (std::size_t e = 0; e < balls.size(); ++e) {
-    BallAttribute attribute;
-    set_value(attribute, Vec3d(next_balls[e].center) - Vec3d(balls[e].center));
-    attribute.value[3] = std::clamp(eased[e], 0.0f, 1.0f);
-    const PathPart& part = plan.paths->parts[plan.paths->balls[e].part];
-    const PartPlace a = place_at(part, static_cast<double>(eased[e])),
-                    b = place_at(next.plan.paths->parts[plan.paths->balls[e].part],
-                                 static_cast<double>(next_eased[e]));
-    const Mat3 motion = scale(b.rotation * transposed(a.rotation), b.scale / a.scale);
-    set_slope(attribute, minus(motion, Mat3{}), *regression);
-    regression->values.push_back(attribute);
-  }
+  const SampledPlan sampled = sample_plan(plan, now.time, balls, size);
+  Regression& regression = *sampled.regression;
+  const std::vector<float> next_eased = eased_times(next.plan, next.time);
+  const std::vector<LimbSample> next_on_limbs =
+      limb_samples(next.plan, next.time, next_eased, next_balls);
+  const std::vector<Vec3> next_places = landmark_places(next.plan, next.time, next_balls);
+  for (std::size_t l = 0; l < next_places.size(); ++l)
+    regression.landmarks[l].goal[0] = next_places[l] - regression.landmarks[l].place;
+  regression.affine[0] = affine(Mat3{{0, 0, 0, 0, 0, 0, 0, 0, 0}}, {});
+  std::vector<Vec3d> displacements;
+  for (std::size_t e = 0; e < balls.size(); ++e)
+    displacements.push_back(Vec3d(next_balls[e].center) - Vec3d(balls[e].center));
   // Both lists are in the order of the pairs.
-  auto next_sample = next_samples_on_limbs.begin();
-  for (const LimbSample& sample : samples_on_limbs) {
-    while (next_sample != next_samples_on_limbs.end() && next_sample->pair < sample.pair)
-      ++next_sample;
-    if (next_sample == next_samples_on_limbs.end()) break;
+  auto next_sample = next_on_limbs.begin();
+  for (const LimbSample& sample : sampled.on_limbs) {
+    while (next_sample != next_on_limbs.end() && next_sample->pair < sample.pair) ++next_sample;
+    if (next_sample == next_on_limbs.end()) break;
     if (next_sample->pair == sample.pair)
-      set_value(regression->values[sample.pair], Vec3d(next_sample->center) - Vec3d(sample.center));
+      displacements[sample.pair] = Vec3d(next_sample->center) - Vec3d(sample.center);
+  }
+  for (std::size_t e = 0; e < balls.size(); ++e) {
+    const std::uint32_t number = plan.paths->balls[e].part;
+    const PartPlace a = place_at(plan.paths->parts[number], static_cast<double>(sampled.eased[e])),
+                    b = place_at(next.plan.paths->parts[number],
+                                 static_cast<double>(next_eased[e]));
+    const Mat3 motion = scaled(b.rotation * transposed(a.rotation), b.scale / a.scale);
+    BallAttribute& attribute = regression.values.emplace_back();
+    set_values(attribute, displacements[e], minus(motion, Mat3{}), regression);
+    attribute.value[3] = std::clamp(sampled.eased[e], 0.0f, 1.0f);
   }
   std::vector<AttributeValues> values;
-  PM_TRY_STATUS(to_status(engine.regress(regression, points, values)));
+  PM_TRY_STATUS(to_status(engine.regress(sampled.regression, points, values)));
   return read_flow(values);
 }
 

@@ -380,29 +380,17 @@ MorphState morph_state_at(const Timeline& timeline, double frame) {
   state.progress = std::clamp(local / leg.shares[stage], 0.0f, 1.0f);
 
   const float eased = smoothstep(state.progress);
-  const int from = state.leg, to = state.leg + 1;
-  switch (state.stage) {
-    case Stage::kLookOut:
-      state.object = from, state.look = eased, state.boundary = 1, state.growth = 0, state.time = 0;
-      break;
-    case Stage::kBoundaryOut:
-      state.object = from, state.look = 1, state.boundary = 1 - eased, state.growth = eased,
-      state.time = 0;
-      break;
-    case Stage::kVolume:
-      state.time = leg.until * state.progress;
-      break;
-    case Stage::kBoundaryIn:
-      state.object = to, state.look = 1, state.boundary = eased, state.growth = 1 - eased,
-      state.time = 1;
-      break;
-    case Stage::kLookIn:
-      state.object = to, state.look = 1 - eased, state.boundary = 1, state.growth = 0,
-      state.time = 1;
-      break;
-    case Stage::kPlay:
-    case Stage::kBlend:
-      break;  // never part of a leg
+  if (state.stage == Stage::kVolume) {
+    state.time = leg.until * state.progress;
+  } else {
+    const bool leaving = state.stage < Stage::kVolume,
+               is_look = state.stage == Stage::kLookOut || state.stage == Stage::kLookIn;
+    const float gone = leaving ? eased : 1 - eased;
+    state.object = leaving ? state.leg : state.leg + 1;
+    state.time = leaving ? 0.0f : 1.0f;
+    state.look = is_look ? gone : 1;
+    state.boundary = is_look ? 1 : leaving ? 1 - eased : eased;
+    state.growth = is_look ? 0 : gone;
   }
   if (timeline.own_look) state.look = 0;
   state.u = ease(leg.motion, state.time);

@@ -53,15 +53,13 @@ float white_level(const std::vector<KeyLight>& suns, const std::vector<Lamp>& la
   return kInvPi * sum;
 }
 
-bool has_glass(const MaterialLayer& layer) {
-  return std::any_of(layer.materials.begin(), layer.materials.end(),
-                     [](const Material& material) { return material.transmission > 0; });
-}
 bool has_glass(const RenderScene& scene) {
+  const auto is_glass = [](const MaterialLayer& layer) {
+    return std::any_of(layer.materials.begin(), layer.materials.end(),
+                       [](const Material& material) { return material.transmission > 0; });
+  };
   return std::any_of(scene.meshes.begin(), scene.meshes.end(), [&](const RenderMesh& mesh) {
-    return has_glass(mesh) ||
-           std::any_of(mesh.over.begin(), mesh.over.end(),
-                       [](const MixedLayer& layer) { return has_glass(layer); }) ||
+    return any_layer(mesh, is_glass) ||
            (scene.look.kind == LookKind::kGlass && (mesh.look > 0 || mesh.materials.empty()));
   });
 }
@@ -288,16 +286,16 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
 
 std::uint64_t picture_bytes(const ImageSettings& image, const std::optional<SampleRange>& part) {
   std::size_t channels = list_film_channels(choose_aovs(image.aovs)).size();
-  channels += Mattes(image.aovs, RenderScene{}).channels().size();
+  const Mattes layers(image.aovs, RenderScene{});
+  channels += layers.channels().size();
   if (image.denoise) channels += list_guide_channels().size();
   // Estimated bytes per pixel, layer and node: sums of a few ids, and their channels.
   constexpr std::size_t kMatteSumBytes = 128;
   std::uint64_t mattes = 0;
   if (part) {
     channels += list_node_channels(*part).size();
-    mattes = kMatteSumBytes * Mattes(image.aovs, RenderScene{}).layer_count() *
-             list_nodes(*part).size() * static_cast<std::uint64_t>(image.width) *
-             static_cast<std::uint64_t>(image.height);
+    mattes = kMatteSumBytes * layers.layer_count() * list_nodes(*part).size() *
+             static_cast<std::uint64_t>(image.width) * static_cast<std::uint64_t>(image.height);
   }
   const bool smooth = image.smooth && !image.denoise;
   if (smooth) channels += 2 * choose_aovs(kSmoothLayers).size();

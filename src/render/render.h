@@ -2,6 +2,7 @@
 // folder of sources that includes Embree.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -78,6 +79,12 @@ struct RenderMesh : MaterialLayer {
   std::string name;
   std::vector<std::string> label_names;
 };
+
+/// Tests whether any of the mesh's layers, its own or one over it, fulfils the predicate.
+template <class Predicate>
+bool any_layer(const RenderMesh& mesh, const Predicate& predicate) {
+  return predicate(mesh) || std::any_of(mesh.over.begin(), mesh.over.end(), predicate);
+}
 
 /// A camera with resolved position, orientation and lens.
 struct Camera {

@@ -58,7 +58,7 @@ TEST_F(MixedLook, LayersLabelsAndNormalsFollowTheWeights) {
   ASSERT_TRUE(mixture.ok());
   auto surface = weighted_surface(*mixture, *engine);
   ASSERT_TRUE(surface.ok());
-  const auto pulled = pull_mixture_back(*mixture, *surface, *engine);
+  auto pulled = pull_mixture_back(*mixture, *surface, *engine);
   ASSERT_TRUE(pulled.ok());
   const SurfaceLook look = weighted_look(*pulled, surface->mesh.triangles);
   ASSERT_EQ(look.layers.size(), 3u);

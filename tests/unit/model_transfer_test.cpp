@@ -69,8 +69,8 @@ TEST(Transfer, ASurfaceOnTheModelGetsTheModelsTexture) {
       const auto p = [&](int x, int y) { return static_cast<std::uint32_t>(y * n + x % n); };
       triangles.push_back({{p(i, r), p(i, r + 1), p(i + 1, r + 1)}});
     }
-  const auto out =
-      transfer_materials(model, ClosestPointQuery(model), texture_charts(model), points, triangles);
+  const auto out = transfer_materials(model, ClosestPointQuery(model), texture_charts(model),
+                                      {points}, triangles);
   ASSERT_EQ(out.corner_uvs.size(), 3 * triangles.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     const Vec3 a = points[triangles[t].v[0]], b = points[triangles[t].v[1]],
@@ -114,7 +114,12 @@ TEST(Transfer, ATriangleAcrossABorderShowsItWhereTheModelHasIt) {
                                 on_tube(0.6f, 6.0f),   on_tube(0.6f, 6.1f),   on_tube(0.61f, 6.0f)};
   const std::vector<Triangle> triangles = {{{0, 1, 2}}, {{3, 4, 5}}, {{6, 7, 8}}};
   const ClosestPointQuery closest(model);
-  const auto out = transfer_materials(model, closest, texture_charts(model), at, triangles);
+  const auto out = transfer_materials(model, closest, texture_charts(model), {at}, triangles);
+  const std::vector<ClosestPoint> known = closest.closest(at);
+  const auto same =
+      transfer_materials(model, closest, texture_charts(model), {at, known}, triangles);
+  EXPECT_EQ(same.corner_uvs, out.corner_uvs);
+  EXPECT_EQ(same.border_of, out.border_of);
   ASSERT_EQ(out.border_of, (std::vector<std::uint32_t>{0, 1, TransferredMaterials::kNoBorder}));
   ASSERT_EQ(out.borders.size(), 2u);
   for (std::size_t t = 0; t < 2; ++t)
@@ -142,7 +147,8 @@ TEST(Transfer, ASeamThatNobodySeesIsNoBorder) {
   const std::vector<Vec3> at = {{1, 1, -0.05f}, {1, 1, 0.05f}, {1, 1.1f, 0}};
   const std::vector<Triangle> triangles = {{{0, 1, 2}}};
   const auto borders = [&] {
-    return transfer_materials(model, ClosestPointQuery(model), texture_charts(model), at, triangles)
+    return transfer_materials(model, ClosestPointQuery(model), texture_charts(model), {at},
+                              triangles)
         .borders.size();
   };
   Image texture = make_image(2, 1, {"R", "G", "B"});
@@ -161,7 +167,7 @@ TEST(Transfer, WithoutATextureOnlyMaterialsGoAlong) {
   const std::vector<Vec3> at = {{1, 3, 0}, {0.9f, 3.2f, 0.1f}, {1, 3.4f, -0.1f}};
   const std::vector<Triangle> triangles = {{{0, 1, 2}}};
   const auto out =
-      transfer_materials(model, ClosestPointQuery(model), texture_charts(model), at, triangles);
+      transfer_materials(model, ClosestPointQuery(model), texture_charts(model), {at}, triangles);
   EXPECT_TRUE(out.corner_uvs.empty());
   EXPECT_EQ(out.triangle_materials, std::vector<std::uint32_t>{1});
   EXPECT_TRUE(out.border_of.empty());

@@ -277,8 +277,8 @@ struct BorderedSquare {
     model.textures = square.textures;
     closest = std::make_unique<ClosestPointQuery>(model);
     make_grid();
-    materials =
-        transfer_materials(model, *closest, texture_charts(model), fine.positions, fine.triangles);
+    materials = transfer_materials(model, *closest, texture_charts(model), {fine.positions},
+                                   fine.triangles);
   }
   RenderMesh view() const {
     RenderMesh mesh = view_of(fine, 3);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "base/disjoint_sets.h"
 #include "base/exact_math.h"
@@ -67,20 +68,10 @@ void count_edges(const std::vector<EdgeUse>& uses, const Model& model, Diagnosis
 /// shells that touch at a point do not change the genus. Also counts such points.
 long long fan_euler(const std::vector<EdgeUse>& uses, const Model& model, std::size_t edges,
                     Diagnosis& d) {
-  DisjointSets fans(model.triangles.size() * 3);
-  for_each_edge(uses, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first + 1; i < last; ++i) {
-      fans.join(low_corner(uses[first]), low_corner(uses[i]));
-      fans.join(high_corner(uses[first]), high_corner(uses[i]));
-    }
-  });
-  std::vector<std::uint32_t> fan_count(model.points.size(), 0);
-  std::size_t count = 0;
-  for (std::uint32_t c = 0; c < model.triangles.size() * 3; ++c) {
-    if (fans.find(c) != c) continue;
-    ++count;
-    if (++fan_count[model.triangles[c / 3].v[c % 3]] == 2) ++d.touching_points;
-  }
+  const std::vector<std::uint32_t> fans = count_fans(model.points.size(), model.triangles, uses);
+  d.touching_points += static_cast<std::size_t>(
+      std::count_if(fans.begin(), fans.end(), [](std::uint32_t n) { return n > 1; }));
+  const std::size_t count = std::accumulate(fans.begin(), fans.end(), std::size_t{0});
   return static_cast<long long>(count) - static_cast<long long>(edges) +
          static_cast<long long>(model.triangles.size());
 }

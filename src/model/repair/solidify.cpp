@@ -7,6 +7,7 @@
 #include "mesh/closest.h"
 #include "mesh/normals.h"
 #include "model/repair/voxels.h"
+#include "model/transfer.h"
 
 namespace polymorph {
 namespace {
@@ -101,15 +102,6 @@ void fit_to_model(VoxelSurface& surface, float cell, const ClosestPointQuery& mo
   }
 }
 
-Vec2 uv_at(const Model& model, std::uint32_t t, Vec3 p) {
-  const auto& v = model.triangles[t].v;
-  const TriangleWeights w =
-      closest_on_triangle(p, model.points[v[0]], model.points[v[1]], model.points[v[2]]);
-  const Vec2* uv = &model.corner_uvs[3 * static_cast<std::size_t>(t)];
-  return uv[0] * static_cast<float>(w.a) + uv[1] * static_cast<float>(w.b) +
-         uv[2] * static_cast<float>(w.c);
-}
-
 /// Makes a model of the surface, with the labels, materials and texture coordinates of the nearest
 /// faces.
 Model transfer_attributes(VoxelSurface surface, const Model& model,
@@ -131,8 +123,12 @@ Model transfer_attributes(VoxelSurface surface, const Model& model,
     solid.triangle_materials.push_back(
         model.triangle_materials.empty() ? 0 : model.triangle_materials[source]);
     if (model.corner_uvs.empty()) continue;
+    const auto& corners = model.triangles[source].v;
     for (const std::uint32_t v : solid.triangles[t].v)
-      solid.corner_uvs.push_back(uv_at(model, source, solid.points[v]));
+      solid.corner_uvs.push_back(
+          interpolate_uv(model.corner_uvs, source,
+                         closest_on_triangle(solid.points[v], model.points[corners[0]],
+                                             model.points[corners[1]], model.points[corners[2]])));
   }
   solid.corner_normals = creased_normals(solid);
   return solid;

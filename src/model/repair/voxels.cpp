@@ -1,5 +1,4 @@
 #include "model/repair/voxels.h"
-#include "model/transform.h"
 
 #include <algorithm>
 #include <array>

@@ -113,11 +113,6 @@ SkyTables pack_sky(const SkyTables& sky, Packer& packer) {
 bool has_split_borders(const MaterialLayer& layer) {
   return !layer.borders.border_of.empty() && layer.borders.closest->view().is_split;
 }
-bool has_split_borders(const RenderMesh& mesh) {
-  return has_split_borders(static_cast<const MaterialLayer&>(mesh)) ||
-         std::any_of(mesh.over.begin(), mesh.over.end(),
-                     [](const MixedLayer& layer) { return has_split_borders(layer); });
-}
 
 }  // namespace
 
@@ -129,7 +124,7 @@ std::string why_not_on_device(const FrameJob& job) {
       kMaxSums)
     return "so large pictures (image.width x image.height, or fewer --samples)";
   for (std::uint32_t m = 0; m < job.world.geometry->mesh_count(); ++m)
-    if (has_split_borders(job.world.geometry->mesh(m)))
+    if (any_layer(job.world.geometry->mesh(m), has_split_borders))
       return "borders of charts and materials of a model of thousands of long triangles";
   return "";
 }

@@ -6,6 +6,7 @@
 
 #include "base/json.h"
 #include "base/text.h"
+#include "render/path/integrator.h"
 
 namespace polymorph {
 namespace {
@@ -170,9 +171,7 @@ void Mattes::add_material(const RenderMesh& mesh, const MeshIds& ids, const Mesh
 float Mattes::find_label(const RenderMesh& mesh, const MeshIds& ids, const MeshHit& hit) const {
   if (mesh.vertex_labels.empty() || ids.labels.empty())
     return ids.labels.empty() ? ids.object : ids.labels.front();
-  const float w = 1 - hit.u - hit.v;
-  const int nearest = w >= hit.u && w >= hit.v ? 0 : hit.u >= hit.v ? 1 : 2;
-  return ids.labels[mesh.vertex_labels[mesh.triangles[hit.triangle].v[nearest]]];
+  return ids.labels[nearest_label(mesh, hit)];
 }
 
 void Mattes::add_sample(const World& world, const Ray& ray, const Intersection& intersection,

@@ -120,7 +120,7 @@ std::vector<Vec3> make_irradiance(const Sky& sky) {
   }
   constexpr int kNodes = kIrradianceCells + 1;
   std::vector<Vec3> nodes(kNodes * kNodes);
-  constexpr int kLanes = Lanes<Pack>::kCount, kCount = kNodes * kNodes;
+  constexpr int kCount = kNodes * kNodes;
   parallel_for((kCount + kLanes - 1) / kLanes, [&](std::int64_t pack) {
     const auto unit = [](int k) { return 2 * static_cast<float>(k) / kIrradianceCells - 1; };
     alignas(32) float x[kLanes], y[kLanes], z[kLanes];

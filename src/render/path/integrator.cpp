@@ -281,11 +281,8 @@ FirstHit first_hit(const World& world, const Ray& ray, const Intersection& first
     result.uv = texture_point(mesh, hit.triangle, hit.u, hit.v).uv;
     result.progress = mesh.vertex_progress.empty() ? mesh.progress : at(mesh.vertex_progress);
     result.t = world.time;
-    if (!mesh.vertex_labels.empty()) {
-      const float w = 1 - hit.u - hit.v;
-      const int nearest = w >= hit.u && w >= hit.v ? 0 : hit.u >= hit.v ? 1 : 2;
-      result.label = static_cast<float>(mesh.first_label + mesh.vertex_labels[t.v[nearest]]);
-    }
+    if (!mesh.vertex_labels.empty())
+      result.label = static_cast<float>(mesh.first_label + nearest_label(mesh, hit));
   } else if (first.floor < kInfinity) {
     const FloorPointOf<Vec3> point = floor_point(world.floor, ray, first.floor);
     result.depth = first.floor;
@@ -295,6 +292,12 @@ FirstHit first_hit(const World& world, const Ray& ray, const Intersection& first
     result.albedo = world.floor.color * point.tone;
   }
   return result;
+}
+
+std::uint32_t nearest_label(const RenderMesh& mesh, const MeshHit& hit) {
+  const float w = 1 - hit.u - hit.v;
+  const int nearest = w >= hit.u && w >= hit.v ? 0 : hit.u >= hit.v ? 1 : 2;
+  return mesh.vertex_labels[mesh.triangles[hit.triangle].v[nearest]];
 }
 
 }  // namespace polymorph

@@ -49,4 +49,7 @@ void trace(const World& world, const FrameSampler& sampler, Wavefront& wave, Ray
 /// `next`).
 FirstHit first_hit(const World& world, const Ray& ray, const Intersection& first);
 
+/// The label of the vertex nearest to a hit of a mesh that has labels.
+std::uint32_t nearest_label(const RenderMesh& mesh, const MeshHit& hit);
+
 }  // namespace polymorph

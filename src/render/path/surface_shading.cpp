@@ -6,14 +6,11 @@
 namespace polymorph {
 namespace {
 
-bool is_uniform(const MaterialLayer& layer) {
-  return layer.triangle_materials.empty() && layer.materials.front().texture < 0;
-}
 /// Tests whether the mesh has the same material everywhere.
 bool is_uniform(const RenderMesh& mesh) {
-  return mesh.vertex_colors.empty() && is_uniform(static_cast<const MaterialLayer&>(mesh)) &&
-         std::all_of(mesh.over.begin(), mesh.over.end(), [](const MixedLayer& layer) {
-           return layer.materials.empty() || is_uniform(layer);
+  return mesh.vertex_colors.empty() && !any_layer(mesh, [](const MaterialLayer& layer) {
+           return !layer.materials.empty() &&
+                  !(layer.triangle_materials.empty() && layer.materials.front().texture < 0);
          });
 }
 

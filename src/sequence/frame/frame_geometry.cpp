@@ -52,7 +52,7 @@ Result<ActorGeometry> model_geometry(const PreparedActor& actor, const MorphStat
   geometry.corner_normals = std::move(shown.corner_normals);
   const Mesh& surface = geometry.surface;
   if (actor.timeline.own_look && !surface.triangles.empty())
-    geometry.look.layers.push_back(object_layer(object, surface.triangles, surface.positions));
+    geometry.look.layers.push_back(object_layer(object, surface.triangles, {surface.positions}));
   return geometry;
 }
 
@@ -63,7 +63,7 @@ Result<ActorGeometry> mixture_geometry(const PreparedActor& actor, const MorphSt
   geometry.moment = moment;
   PM_TRY(Mixture mixture, mix_objects(*actor.space, moment.weights));
   PM_TRY(WeightedSurface surface, weighted_surface(mixture, engine));
-  PM_TRY(const PulledMixture pulled, pull_mixture_back(mixture, surface, engine));
+  PM_TRY(PulledMixture pulled, pull_mixture_back(mixture, surface, engine));
   blend_weighted_normals(pulled, surface.mesh);
   if (actor.timeline.own_look && !surface.mesh.triangles.empty())
     geometry.look = weighted_look(pulled, surface.mesh.triangles);
@@ -188,10 +188,7 @@ Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState&
   PM_TRY(geometry.leg, leg_at(actor, moment.leg, moment.frame, engine));
   const Leg& leg = *geometry.leg;
   PM_TRY(LegSurface surface, leg_surface(leg, moment.time, engine));
-  PM_TRY_STATUS(blend_end_normals(leg, surface.state, surface.mesh, engine));
-  if (actor.timeline.own_look && !surface.mesh.triangles.empty()) {
-    PM_TRY(geometry.look, leg_look(leg, surface, engine));
-  }
+  PM_TRY(geometry.look, leg_look(leg, actor.timeline.own_look, surface, engine));
   geometry.balls = std::move(surface.state.balls);
   geometry.iso = surface.iso;
   geometry.surface = std::move(surface.mesh);

@@ -1,0 +1,53 @@
+// Farthest point sampling (Gonzalez 1985): a few points of a set that are far from each other.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+namespace polymorph {
+
+/// Points that stand for all points of a set.
+template <class Distance>
+struct FarthestPoints {
+  std::vector<std::uint32_t> bases;              ///< indices of the points chosen
+  std::vector<std::uint32_t> owner;              ///< per point, the index in `bases` of the nearest
+  std::vector<std::vector<Distance>> distances;  ///< those of all points from each base
+  std::vector<double> weights;                   ///< sums over the points that each base owns
+
+  /// Estimates the weighted sum of the distances from a point to all others.
+  double sum_distances(std::size_t point) const {
+    double sum = 0;
+    for (std::size_t b = 0; b < bases.size(); ++b)
+      sum += weights[b] * static_cast<double>(distances[b][point]);
+    return sum;
+  }
+};
+
+/// Chooses at most `count` of the points: `base`, then each time the one farthest from those so
+/// far. `distances_from(base)`: the distances of all points from one.
+template <class DistancesFrom>
+auto farthest_points(std::span<const double> weights, std::size_t count, std::uint32_t base,
+                     const DistancesFrom& distances_from) {
+  using Distance = typename decltype(distances_from(base))::value_type;
+  using Limits = std::numeric_limits<Distance>;
+  FarthestPoints<Distance> sample;
+  sample.owner.resize(weights.size(), 0);
+  std::vector<Distance> nearest(weights.size(),
+                                Limits::has_infinity ? Limits::infinity() : Limits::max());
+  for (std::uint32_t k = 0; k < std::min(count, weights.size()); ++k) {
+    sample.bases.push_back(base);
+    const std::vector<Distance>& distances = sample.distances.emplace_back(distances_from(base));
+    for (std::size_t i = 0; i < nearest.size(); ++i)
+      if (distances[i] < nearest[i]) nearest[i] = distances[i], sample.owner[i] = k;
+    base = static_cast<std::uint32_t>(std::max_element(nearest.begin(), nearest.end()) -
+                                      nearest.begin());
+  }
+  sample.weights.resize(sample.bases.size(), 0);
+  for (std::size_t i = 0; i < weights.size(); ++i) sample.weights[sample.owner[i]] += weights[i];
+  return sample;
+}
+
+}  // namespace polymorph
