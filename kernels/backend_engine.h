@@ -68,7 +68,7 @@ class BackendEngine final : public Engine {
 
   EngineStatus extract(const MorphSurface& surface, const Grid& grid,
                        const ExtractSettings& settings, Mesh& mesh) override {
-    EngineStatus status = check_between(surface, settings);
+    EngineStatus status = check_morph_surface(surface, settings);
     if (status.code == EngineCode::kOk) status = check_grid(grid);
     return extract_checked(std::move(status), mesh,
                            [&] { extract_morph(work_, surface, grid, settings, mesh); });

@@ -32,7 +32,7 @@ PM_HD constexpr std::uint32_t packed_row(std::uint32_t edges, std::uint32_t befo
   return edges | before << kRowEdges;
 }
 PM_HD constexpr std::uint32_t row_edges(std::uint32_t row) { return row & ((1u << kRowEdges) - 1); }
-PM_HD constexpr std::uint32_t row_before(std::uint32_t row) { return row >> kRowEdges; }
+PM_HD constexpr std::uint32_t vertices_before(std::uint32_t row) { return row >> kRowEdges; }
 
 /// Returns the line of points with the lowest y and z of row r.
 PM_HD constexpr int line_of_row(int r) {

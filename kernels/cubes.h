@@ -39,7 +39,7 @@ struct EmitCubes {
     team.each(kRows, [&](int r) {
       const std::uint32_t row = rows[b * kRows + r];
       const std::uint32_t flags = inside[b * kLines + line_of_row(r)];
-      std::int64_t face = row_before(row);
+      std::int64_t face = vertices_before(row);
       for (std::uint32_t edges = row_edges(row); edges != 0; edges &= edges - 1, ++face) {
         const int bit = countr_zero(edges), x = bit / 3;
         const Int3 p = {at.x * kBrickCells + x - 1, at.y * kBrickCells + r % kBrickCells - 1,

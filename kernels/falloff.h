@@ -187,11 +187,11 @@ PM_HD inline auto is_near(V w, QRange<V> q, float reach) {
 }
 
 /// Returns the factor of one axis in a ball's value in a separable field; u2 is u^2 along the axis,
-/// plus base along x. Within the ball's support u2 <= kMaxFactor (GaussianField::prepare); beyond
-/// it the factor is not used.
+/// plus base along x. Within the ball's support u2 <= kMaxAxisExponent (GaussianField::prepare);
+/// beyond it the factor is not used.
 template <class V>
 PM_HD inline V separable_factor(V u2) {
-  return exp2(-min(u2, broadcast<V>(kMaxFactor)));
+  return exp2(-min(u2, broadcast<V>(kMaxAxisExponent)));
 }
 
 /// A field function (field_kinds.h) with a type of balls. The passes are compiled for each Field.

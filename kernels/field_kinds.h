@@ -39,7 +39,7 @@ namespace polymorph {
 constexpr float kMinDistance2 = 1e-9f, kMaxDistance2 = 1e9f;
 /// Upper bound of one axis' term in the coordinate of a separable field, to which
 /// separable_factor() clamps; within a ball's support the term is smaller.
-constexpr float kMaxFactor = 125.0f;
+constexpr float kMaxAxisExponent = 125.0f;
 
 /// Scales that all balls of a set share.
 struct FieldScale {
@@ -81,7 +81,7 @@ struct GaussianField : EllipsoidCoordinate {
     constexpr double kLog2E = 1.4426950408889634;
     // Limits the strength so that within the support the term of each axis is in the range of
     // exp2().
-    const float strongest = min(kMaxExponent, kMaxFactor - 5 + scale.log2_floor);
+    const float strongest = min(kMaxExponent, kMaxAxisExponent - 5 + scale.log2_floor);
     out.base = -min(ball.w * static_cast<float>(kLog2E), strongest);
     out.limit = -scale.log2_floor;
     return static_cast<double>(ball.a) * kLog2E;

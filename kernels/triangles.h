@@ -99,11 +99,11 @@ struct EmitTriangles {
     std::uint32_t* to = scratch.vertex + line * kLineSlots;
     if (scratch.rows[owner] != nullptr) {
       const std::uint32_t row = scratch.rows[owner][r];
-      number_set_bits<V>(row_edges(row), scratch.first_vertex[owner] + row_before(row), to);
+      number_set_bits<V>(row_edges(row), scratch.first_vertex[owner] + vertices_before(row), to);
     }
     if (scratch.rows[owner + 1] != nullptr) {
       const std::uint32_t row = scratch.rows[owner + 1][r];
-      const std::uint32_t vertex = scratch.first_vertex[owner + 1] + row_before(row);
+      const std::uint32_t vertex = scratch.first_vertex[owner + 1] + vertices_before(row);
       to += kRowEdges;
       // The row's first point: its crossed edges, in the order x, y, z, have the row's first
       // vertices.

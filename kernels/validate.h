@@ -112,7 +112,8 @@ inline EngineStatus check_distance_surface(const DistanceGrid* object,
 }
 
 /// Checks the input of a surface between two objects, without the grid.
-inline EngineStatus check_between(const MorphSurface& surface, const ExtractSettings& settings) {
+inline EngineStatus check_morph_surface(const MorphSurface& surface,
+                                        const ExtractSettings& settings) {
   if (!surface.map || !surface.from || !surface.to) {
     return bad_input("a surface between two objects needs a map and both distance fields");
   }

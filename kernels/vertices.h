@@ -175,7 +175,7 @@ struct PlaceVertices {
     team.each(kRows, [&](int r) {
       const std::uint32_t row = rows[b * kRows + r];
       write_set_bits<V>(row_edges(row), static_cast<std::uint32_t>(line_of_row(r)) << kLineShift,
-                        scratch.edges + row_before(row));
+                        scratch.edges + vertices_before(row));
     });
     // Clears the last item's lanes without a vertex. With packs, a team is one thread.
     if constexpr (kLanes > 1) std::fill_n(scratch.edges + count, kLanes - 1, 0u);

@@ -240,7 +240,7 @@ class PythonScene {
   std::string page(const nb::object& progress) {
     call(progress, [&] {
       if (!page_.empty()) return;
-      check(check_stands_still(prepared_));
+      check(check_has_no_mesh_sequence(prepared_));
       Scene scene = prepared_.scene;
       scene.surface.resolution = std::min(scene.surface.resolution, kPlayResolution);
       const PreparedScene prepared = take(

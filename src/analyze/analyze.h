@@ -63,7 +63,7 @@ struct MorphEnds {
   std::optional<TrueErrors> true_errors;  ///< errors of points whose partners are known
   std::optional<double>
       facing;  ///< degrees between the rotations of the morph and of the plan's pairs
-  std::optional<double> registration;  ///< larger share_off() of both objects' surfaces
+  std::optional<double> registration;  ///< larger fraction_off() of both objects' surfaces
   std::optional<double>
       pose_step;               ///< largest step by a change of poses alone, over the ends' own step
   Handover leaving, arriving;  ///< boundary stages of both ends; empty if not shown

@@ -12,8 +12,8 @@ namespace polymorph {
 
 ThicknessSamples sample_thickness(const Mesh& surface, std::size_t count) {
   const std::vector<SurfaceSample> drawn = sample_surface(surface, count);
-  const std::vector<double> thickness =
-      wall_thicknesses(surface, build_triangle_bvh(surface.positions, surface.triangles), drawn);
+  const std::vector<double> thickness = measure_wall_thicknesses(
+      surface, build_triangle_bvh(surface.positions, surface.triangles), drawn);
   ThicknessSamples samples;
   for (std::size_t i = 0; i < drawn.size(); ++i) {
     if (std::isinf(thickness[i])) continue;
@@ -23,8 +23,9 @@ ThicknessSamples sample_thickness(const Mesh& surface, std::size_t count) {
   return samples;
 }
 
-std::optional<double> share_off(const ThicknessSamples& samples, const std::vector<Vec3>& carried,
-                                const Mesh& other, double scale) {
+std::optional<double> fraction_off(const ThicknessSamples& samples,
+                                   const std::vector<Vec3>& carried, const Mesh& other,
+                                   double scale) {
   PM_CHECK(carried.size() == samples.points.size());
   if (carried.empty() || other.triangles.empty()) return std::nullopt;
   const std::vector<ClosestPoint> closest = ClosestPointQuery(other).closest(carried);

@@ -178,7 +178,7 @@ void place_object(const Scene& scene, const ChainObject& chained, ReadObject& re
 /// Sets placing.vertices if landmarks name any. Errors: as load_mesh().
 Result<Model> load_reference(const ChainObject& chained, const MeshSequence* sequence,
                              ObjectPlacing& placing) {
-  if (!sequence || plays_meshes(*chained.actor)) return Model{};
+  if (!sequence || plays_sequence_alone(*chained.actor)) return Model{};
   if (names_vertices(chained)) {
     PM_TRY(placing.vertices, mesh_vertices(*sequence, sequence->reference));
   }

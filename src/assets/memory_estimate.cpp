@@ -67,7 +67,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
     trees += count * kTreesPerTriangle * static_cast<double>(sequence->max_triangles);
   }
   for (const ChainObject& object : chain)
-    if (is_fitted(scene, object.settings->spheres) && !plays_meshes(*object.actor))
+    if (is_fitted(scene, object.settings->spheres) && !plays_sequence_alone(*object.actor))
       fits = std::max({fits, kMinFitBytes, kBytesPerFittedBall * object.settings->spheres.balls});
   PM_CHECK(models.size() == chain.size());
   std::size_t next = 0;
@@ -93,7 +93,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
         if (texture && textures.insert(texture.get()).second)
           models_bytes += bytes_of(texture->pixels);
     }
-    if (plays_meshes(*objects.front().actor)) continue;
+    if (plays_sequence_alone(*objects.front().actor)) continue;
     Box box;
     for (const Model& model : own) box = unite(box, model.box());
     const Vec3 size = box.size();

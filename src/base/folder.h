@@ -7,7 +7,7 @@
 namespace polymorph {
 
 /// Tests whether `path` is `folder` or lies in it, after resolving links. Neither needs to exist.
-inline bool lies_in(const std::filesystem::path& path, const std::filesystem::path& folder) {
+inline bool is_in_folder(const std::filesystem::path& path, const std::filesystem::path& folder) {
   std::error_code ignored;
   const auto full = [&](const std::filesystem::path& p) {
     return std::filesystem::weakly_canonical(

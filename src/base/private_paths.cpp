@@ -26,7 +26,7 @@ bool is_private_folder(std::string_view name) {
                            name == environment_variable("LOGNAME") || name == home_name());
 }
 
-std::string without_folders(std::string_view text) {
+std::string remove_folders(std::string_view text) {
   std::string result;
   std::size_t at = 0;
   while (at < text.size()) {

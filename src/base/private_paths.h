@@ -12,6 +12,6 @@ bool is_private_folder(std::string_view name);
 
 /// Removes the folders from the absolute paths in a text: "--set look=\"/home/ada/a.hdr\"" becomes
 /// "--set look=\"a.hdr\"". The home folder itself becomes "~". Relative paths stay.
-std::string without_folders(std::string_view text);
+std::string remove_folders(std::string_view text);
 
 }  // namespace polymorph

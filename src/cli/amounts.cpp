@@ -41,7 +41,7 @@ Result<double> parse_amount(const std::string& option, const std::string& text,
   return *value * *factor;
 }
 
-std::string read_size(std::string& text) {
+std::string parse_size(std::string& text) {
   constexpr double kKilo = 1024;
   const auto bytes = parse_amount("", text,
                                   {{'b', 1},

@@ -22,6 +22,6 @@ Result<double> parse_amount(const std::string& option, const std::string& text,
 
 /// Replaces a size such as "1.5G" by its number of bytes (K, M, G and T are powers of 1024).
 /// Returns an error message, or "" on success: the form of CLI11's validators.
-std::string read_size(std::string& text);
+std::string parse_size(std::string& text);
 
 }  // namespace polymorph

@@ -182,7 +182,7 @@ Option& Option::one_value_each() {
   return *this;
 }
 Option& Option::bytes() {
-  option_->transform(CLI::Validator(read_size, std::string()));
+  option_->transform(CLI::Validator(parse_size, std::string()));
   return *this;
 }
 Option& Option::whole_range(long long low, long long high) {

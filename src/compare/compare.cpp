@@ -241,7 +241,7 @@ std::string describe_largest(const Comparison& result) {
   return text;
 }
 
-bool exceeds_flip_limits(const Tolerance& tolerance, const FlipFigures& flip) {
+bool exceeds_flip_limits(const Tolerance& tolerance, const FlipStatistics& flip) {
   return flip.mean > static_cast<double>(tolerance.flip_mean) ||
          flip.p99 > static_cast<double>(tolerance.flip_p99);
 }
@@ -407,13 +407,13 @@ Comparison compare_images(const Image& actual, const Image& reference, const Tol
     // FLIP of equal colours is 0 and needs no map. Depths or ids may still differ.
     const bool colors_differ = std::isfinite(result.psnr) || result.not_finite_pixels > 0;
     if (colors_differ) maps->flip = flip_map(visible_colors(actual), visible_colors(reference));
-    result.flip = flip_figures(maps->flip);
+    result.flip = flip_statistics(maps->flip);
   }
   const double percent =
       100.0 * static_cast<double>(result.warning_pixels) / static_cast<double>(result.pixels);
   result.warned =
       result.warning_pixels > 0 && percent > static_cast<double>(tolerance.warn_percent);
-  set_verdict(tolerance, equal, shown_mismatch(actual, reference), result);
+  set_verdict(tolerance, equal, describe_display_mismatch(actual, reference), result);
   return result;
 }
 

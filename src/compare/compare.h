@@ -38,7 +38,7 @@ struct Tolerance {
 };
 
 /// Tolerance that requires equal values.
-inline Tolerance exact_tolerance() {
+inline Tolerance zero_tolerance() {
   return {.fail = 0, .relative = 0, .fail_percent = 0, .depth = 0, .normal = 0};
 }
 /// Tests whether a tolerance requires equal values.
@@ -50,7 +50,7 @@ enum class Verdict : std::uint8_t {
   kSame,     ///< all values are equal
   kWithin,   ///< differences within the limits
   kDiffers,  ///< too many failing pixels, one beyond hard_fail, FLIP over its limits, a negative
-             ///< alpha, or headers that show pixels differently (shown_mismatch.h)
+             ///< alpha, or headers that show pixels differently (describe_display_mismatch.h)
   kSizeMismatch,
   kChannelMismatch,  ///< the sets of names differ; their order does not matter
   kNotFinite,        ///< NaN or infinity in either image
@@ -78,9 +78,9 @@ struct Comparison {
   std::vector<ChannelDifference> channels;  ///< ordered as in the reference; empty on a mismatch
   std::uint64_t pixels = 0, failing_pixels = 0, hard_failing_pixels = 0, not_finite_pixels = 0;
   std::uint64_t negative_alpha_pixels = 0, warning_pixels = 0;
-  bool warned = false;              ///< see Tolerance::warn
-  double psnr = 0;                  ///< dB over R, G, B clipped to [0, 1]; infinity when equal
-  std::optional<FlipFigures> flip;  ///< absent without R, G, B
+  bool warned = false;                 ///< see Tolerance::warn
+  double psnr = 0;                     ///< dB over R, G, B clipped to [0, 1]; infinity when equal
+  std::optional<FlipStatistics> flip;  ///< absent without R, G, B
   LimitHistogram histogram;
   std::string reason;  ///< why the verdict was given, in one line
   bool passed() const { return verdict == Verdict::kSame || verdict == Verdict::kWithin; }

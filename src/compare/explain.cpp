@@ -182,7 +182,7 @@ std::string explain_albedo(const ImagePair& pair) {
 /// Describes changed light, of the whole picture or as reflected by one object.
 std::string explain_light(const ImagePair& pair) {
   if (!pair.has("id"))
-    if (const std::string region = explain_part(pair); !region.empty()) return region;
+    if (const std::string region = explain_region(pair); !region.empty()) return region;
   // Without layers, only the edges can show whether the shapes are the same.
   const bool has_geometry = pair.has("id") || pair.has("Z") || pair.has("N.X") || pair.has("P.X");
   if (!has_geometry)

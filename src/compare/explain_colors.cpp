@@ -134,7 +134,7 @@ bool edges_stay(const ImagePair& pair) {
   return true;
 }
 
-std::string explain_part(const ImagePair& pair) {
+std::string explain_region(const ImagePair& pair) {
   int left = pair.width(), top = pair.height(), right = -1, bottom = -1;
   for (int i = 0; i < pair.pixels(); ++i) {
     if (!(length(pair.color(true, i, "") - pair.color(false, i, "")) > 0)) continue;

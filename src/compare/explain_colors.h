@@ -21,6 +21,6 @@ bool only_noise(const ImagePair& pair);
 bool edges_stay(const ImagePair& pair);
 
 /// Describes the rectangle that contains all changed pixels; "" if it exceeds 1/8 of the picture.
-std::string explain_part(const ImagePair& pair);
+std::string explain_region(const ImagePair& pair);
 
 }  // namespace polymorph

@@ -276,7 +276,7 @@ std::vector<float> flip_map(const Image& actual, const Image& reference,
   return map;
 }
 
-FlipFigures flip_figures(const std::vector<float>& map) {
+FlipStatistics flip_statistics(const std::vector<float>& map) {
   if (map.empty()) return {};
   std::vector<float> sorted = map;
   std::sort(sorted.begin(), sorted.end());

@@ -26,10 +26,10 @@ struct FlipSettings {
 std::vector<float> flip_map(const Image& actual, const Image& reference,
                             const FlipSettings& settings = {});
 
-struct FlipFigures {
+struct FlipStatistics {
   double mean = 0, median = 0, p99 = 0, max = 0;
 };
 /// p99 is the smallest value that 99 % of the pixels do not exceed. All are 0 for an empty map.
-FlipFigures flip_figures(const std::vector<float>& map);
+FlipStatistics flip_statistics(const std::vector<float>& map);
 
 }  // namespace polymorph

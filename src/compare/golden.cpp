@@ -167,7 +167,7 @@ void parse_source(const JsonValue& json, GoldenSuite& suite) {
   if (!json.get("scene").is_string())
     fail("'scene' is missing: the scene file, relative to this folder");
   suite.scene = (suite.folder / json.get("scene").string).lexically_normal();
-  suite.tolerance = exact_tolerance();
+  suite.tolerance = zero_tolerance();
   suite.tolerance.why = "polymorph's frames are the same bits everywhere";
 }
 

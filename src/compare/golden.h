@@ -45,7 +45,7 @@ struct GoldenSuite {
 ///   {"fail": {"value": 0.004, "why": "..."}, "fail_percent": {...}, "hard_fail", "relative",
 ///   "depth", "normal", "flip_mean", "flip_p99", "warn", "warn_percent"}
 /// Instead of that file, suite.json may contain "tolerance": {"fail": 0.004, ..., "why": "..."}
-/// with one reason for all limits. Missing limits are those of exact_tolerance() in a suite with a
+/// with one reason for all limits. Missing limits are those of zero_tolerance() in a suite with a
 /// scene, since polymorph's frames have the same bits everywhere, else those of Tolerance{}. Limits
 /// that no frame could exceed are refused. Errors: kInput, naming the file and what is missing; for
 /// an unknown suite, the message suggests the nearest name.

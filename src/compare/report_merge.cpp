@@ -265,7 +265,7 @@ Status write_merged(Shard& merged, const CaseCounts& counts, const fs::path& fol
 
 Status check_merge_output(const std::vector<fs::path>& reports, const fs::path& folder) {
   for (const fs::path& report : reports) {
-    if (lies_in(folder, report_folder(report)))
+    if (is_in_folder(folder, report_folder(report)))
       return make_error(ErrorCode::kUsage,
                         "{}: one of the reports to merge, or in one - give -o another folder",
                         folder.string());

@@ -32,7 +32,7 @@ constexpr ShownEntry kShownTexts[] = {{kColorProfileAttribute, "colour profile",
 
 }  // namespace
 
-std::string shown_mismatch(const Image& actual, const Image& reference) {
+std::string describe_display_mismatch(const Image& actual, const Image& reference) {
   std::string text;
   for (const ShownEntry& entry : kShownEntries) {
     const double a = entry_value(actual, entry), b = entry_value(reference, entry);

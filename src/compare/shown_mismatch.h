@@ -9,6 +9,6 @@ namespace polymorph {
 
 /// Names the entries (pixel aspect ratio, orientation, gamma, ICC profile, colour space) that
 /// differ, or "".
-std::string shown_mismatch(const Image& actual, const Image& reference);
+std::string describe_display_mismatch(const Image& actual, const Image& reference);
 
 }  // namespace polymorph

@@ -84,7 +84,7 @@ Result<Renderer> make_renderer(const std::string& device, std::size_t max_memory
   static std::atomic_flag is_logged;
   if (tracer) {
     tracer->limit_memory(max_memory);
-    renderer.trace_with(std::move(tracer));
+    renderer.set_device_tracer(std::move(tracer));
   } else if (!is_logged.test_and_set()) {
     log_info("the CPU traces: {} does not ({})", device, error);
   }

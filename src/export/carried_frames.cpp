@@ -180,13 +180,13 @@ Result<CarriedActor> carry_actor(const ActorFrames& shown, Engine& engine,
   return carried;
 }
 
-Result<SurfaceFrame> carried_frame(const ActorFrames& shown, const CarriedActor& carried,
-                                   std::size_t k, Engine& engine) {
+Result<SurfaceFrame> make_carried_frame(const ActorFrames& shown, const CarriedActor& carried,
+                                        std::size_t k, Engine& engine) {
   const auto& [scene, actor, frames] = shown;
   const std::size_t state = carried.moment_of[k];
   PM_TRY(ActorGeometry geometry, leg_geometry(actor, carried.moments[state], engine));
   geometry.moment.object = -1;
-  if (aov_is_chosen(scene.image.aovs, "label")) {
+  if (includes_aov(scene.image.aovs, "label")) {
     PM_TRY(geometry.surface_labels, surface_labels(geometry, engine));
   }
   const SurfaceFrame extracted = extracted_frame(actor, geometry, scene.look);

@@ -46,7 +46,7 @@ Result<CarriedActor> carry_actor(const ActorFrames& shown, Engine& engine,
 /// Makes the frame `shown.frames[k]` with the carried mesh in place of the extracted surface.
 /// Normals, colours and labels are those of the nearest points of the extracted surface; velocities
 /// lead to the points of the next frame.
-Result<SurfaceFrame> carried_frame(const ActorFrames& shown, const CarriedActor& carried,
-                                   std::size_t k, Engine& engine);
+Result<SurfaceFrame> make_carried_frame(const ActorFrames& shown, const CarriedActor& carried,
+                                        std::size_t k, Engine& engine);
 
 }  // namespace polymorph

@@ -228,8 +228,8 @@ Status write_carried(MeshRun& run) {
     std::vector<SurfaceFrame> frames;
     for (std::size_t a = 0; a < actors.size(); ++a) {
       PM_TRY(SurfaceFrame frame,
-             carried_frame({run.prepared.scene, run.prepared.actors[a], run.settings.frames},
-                           actors[a], k, run.engine));
+             make_carried_frame({run.prepared.scene, run.prepared.actors[a], run.settings.frames},
+                                actors[a], k, run.engine));
       frames.push_back(std::move(frame));
     }
     PM_TRY_STATUS(write_surfaces(run, run.settings.frames[k],
@@ -301,7 +301,7 @@ Status check_mesh_files(const MeshFileSettings& settings, std::span<const Prepar
 }
 
 void ask_for_mesh_attributes(Scene& scene, const MeshFileSettings& settings) {
-  ask_for_attributes(scene, has_velocities(settings),
+  request_attributes(scene, has_velocities(settings),
                      settings.format == MeshFormat::kPly || settings.format == MeshFormat::kUsd);
 }
 

@@ -150,7 +150,7 @@ PlaySpace make_play_space(const PreparedActor& actor) {
     PlaySpaceObject& space_object = space.objects.emplace_back(
         PlaySpaceObject{object.model.box(),
                         object.distances.volume,
-                        static_cast<float>(least_component_share(object, actor.settings)),
+                        static_cast<float>(min_mixture_component_share(object, actor.settings)),
                         similarity.from_center,
                         similarity.to_center,
                         similarity.turn,
@@ -224,7 +224,7 @@ Result<std::vector<PlayObject>> make_play_objects(const PreparedActor& actor, En
 
 }  // namespace
 
-Status check_stands_still(const PreparedScene& prepared) {
+Status check_has_no_mesh_sequence(const PreparedScene& prepared) {
   for (const PreparedActor& actor : prepared.actors)
     if (actor.sequence || actor.poses)
       return make_error(ErrorCode::kInput,

@@ -12,7 +12,7 @@ namespace polymorph {
 inline constexpr int kPlayResolution = 64;
 
 /// Checks that no actor has a mesh sequence, which pages cannot play. Errors: kInput.
-Status check_stands_still(const PreparedScene& prepared);
+Status check_has_no_mesh_sequence(const PreparedScene& prepared);
 
 /// Makes the page's data. The surface's cells are those that the scene was prepared with. An object
 /// that is an unfinished morph (balls in flight) gets the colours of the time when the morph is

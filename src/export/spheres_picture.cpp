@@ -92,7 +92,7 @@ Mesh copy_to_spheres(const std::vector<Sphere>& spheres, const Mesh& unit) {
 
 }  // namespace
 
-Mesh mesh_of_spheres(const std::vector<Sphere>& spheres) {
+Mesh make_sphere_mesh(const std::vector<Sphere>& spheres) {
   return copy_to_spheres(spheres, make_unit_sphere());
 }
 

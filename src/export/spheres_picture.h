@@ -12,7 +12,7 @@
 namespace polymorph {
 
 /// Makes one mesh of all spheres, with 320 triangles per sphere.
-Mesh mesh_of_spheres(const std::vector<Sphere>& spheres);
+Mesh make_sphere_mesh(const std::vector<Sphere>& spheres);
 
 /// Renders model, spheres and surface from one camera, each `width` pixels wide, into a PNG or EXR.
 /// The spheres have alternating colours. Errors: kResource (Embree), kOutput (writing).

@@ -200,7 +200,7 @@ SurfaceFrame extracted_frame(const PreparedActor& actor, const ActorGeometry& ge
   return frame;
 }
 
-void ask_for_attributes(Scene& scene, bool velocities, bool labels) {
+void request_attributes(Scene& scene, bool velocities, bool labels) {
   scene.camera.shutter = 0;
   scene.image.aovs = velocities && labels ? "label,motion"
                      : velocities         ? "motion"

@@ -12,7 +12,7 @@ namespace polymorph {
 
 /// Sets the scene's AOVs so that geometry_at() computes velocities and labels as requested, and no
 /// more. Turns motion blur off.
-void ask_for_attributes(Scene& scene, bool velocities, bool labels);
+void request_attributes(Scene& scene, bool velocities, bool labels);
 
 /// Makes a frame per actor from its extracted surface or, if it has none, from its model. Colours
 /// are those that the renderer would show at each point: the mixed materials and textures of all

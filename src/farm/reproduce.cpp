@@ -120,7 +120,7 @@ void compare_frames(const FrameFile& original, const Image& rendered, Reproducti
                        std::memcmp(rendered.pixels.data(), before.pixels.data(),
                                    rendered.pixels.size() * sizeof(float)) == 0;
   if (result.same_pixels) return;
-  const Comparison comparison = compare_images(rendered, before, exact_tolerance());
+  const Comparison comparison = compare_images(rendered, before, zero_tolerance());
   result.difference = comparison.verdict == Verdict::kSame
                           ? "the pixels have equal values, but not the same bits"
                           : comparison.reason;

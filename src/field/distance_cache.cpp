@@ -253,7 +253,7 @@ MeasuredGrid measure_solid(const Model& solid, const ClosestPointQuery& closest,
   constexpr float kFaceStep = 0.01f;
   const Mesh faces{solid.points, {}, solid.triangles};
   const bool closed = check_mesh(faces).is_closed() && volume_of(faces) > 0;
-  object.undecided = closed ? 0 : undecided_fraction(solid, inside);
+  object.undecided = closed ? 0 : measure_undecided_fraction(solid, inside);
   object.sides = object.undecided < kMinShellFraction
                      ? classify_faces(solid, inside, kFaceStep * measure.cell)
                      : std::vector<FaceSide>(solid.triangles.size(), FaceSide::kSheet);

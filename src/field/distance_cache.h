@@ -20,7 +20,8 @@ inline constexpr std::uint32_t kDistancesVersion = 12;
 /// Signed distances of one object, and measures of their surface.
 struct ObjectDistances {
   std::vector<FaceSide> sides;  ///< one per triangle of the model
-  double undecided = 0;  ///< undecided_fraction(); from kMinShellFraction on the object is a shell
+  double undecided =
+      0;  ///< measure_undecided_fraction(); from kMinShellFraction on the object is a shell
   std::shared_ptr<const DistanceGrid> grid;
   std::shared_ptr<const DistanceGrid> thinness;  ///< limit_thinness(); null for a shell
   std::shared_ptr<const DistanceGrid> smooth;    ///< null for a shell (field/remove_detail.h)

@@ -90,7 +90,7 @@ bool have_round_support(const BallSet& balls, FieldKind kind) {
 
 }  // namespace
 
-std::size_t sampled_at_once(std::size_t balls) {
+std::size_t points_per_second(std::size_t balls) {
   // Pairs of a ball and a point that are evaluated in a second.
   constexpr std::size_t kPairs = std::size_t{1} << 31, kMin = 1024;
   return std::max(kPairs / std::max<std::size_t>(balls, 1), kMin);
@@ -120,7 +120,7 @@ Result<std::vector<float>> sample_field(Engine& engine, const BallSet& balls,
     return std::move(sampling.values);
   }
   const std::span<const std::uint32_t> all(order);
-  const std::size_t run_size = sampled_at_once(balls.size());
+  const std::size_t run_size = points_per_second(balls.size());
   for (std::size_t begin = 0; begin < points.size(); begin += run_size)
     PM_TRY_STATUS(
         sample_run(sampling, balls, all.subspan(begin, std::min(run_size, points.size() - begin))));

@@ -18,6 +18,6 @@ Result<std::vector<float>> sample_field(Engine& engine, const BallSet& balls,
                                         const ExtractSettings& settings, const std::string& name);
 
 /// Returns a number of points that are sampled in a second or less, in a field of `balls` balls.
-std::size_t sampled_at_once(std::size_t balls);
+std::size_t points_per_second(std::size_t balls);
 
 }  // namespace polymorph

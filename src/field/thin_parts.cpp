@@ -122,7 +122,7 @@ std::vector<std::vector<Vec3>> find_thin_walls(const Model& original, const Dist
   // One midpoint per half cell: thin triangles crowd around their common point.
   std::unordered_set<std::uint64_t> occupied;
   for (const Vec3 p :
-       thin_wall_middles(model, bvh, spacing, 2 * static_cast<double>(radius), kMinCosine)) {
+       find_thin_wall_midpoints(model, bvh, spacing, 2 * static_cast<double>(radius), kMinCosine)) {
     const Vec3 at = (p - grid.origin) / grid.cell;
     if (bvh.is_split && !occupied.insert(half_cell_key(at)).second) continue;
     // A wall inside a thick part is hidden: the distances there are larger.

@@ -116,7 +116,7 @@ Result<Digests> render(const BitTest& test, const Variant& variant) {
 /// Describes a frame that differs from the base in the case of the report.
 Status add_difference(const BitTest& test, int frame, const Image& actual, const Image& base,
                       bool surfaces_equal, ReportCase& result) {
-  result.tolerance = exact_tolerance();
+  result.tolerance = zero_tolerance();
   result.tolerance.why = "the same build must give the same bits";
   PixelMaps maps;
   result.comparison = compare_images(actual, base, result.tolerance, &maps);

@@ -265,7 +265,7 @@ Result<std::vector<fs::path>> create_golden_suite(GoldenSuite suite, const Golde
   if (fs::symlink_status(suite.folder, ignored).type() != fs::file_type::not_found)
     return make_error(ErrorCode::kOutput, "{}: exists - choose another name",
                       suite.folder.string());
-  suite.tolerance = exact_tolerance();
+  suite.tolerance = zero_tolerance();
   PM_TRY(std::vector<NewFile> files, render_goldens(suite, settings, reason));
   files.insert(files.begin(), {suite.folder / "suite.json", suite_json_text(suite)});
   return write_and_list(files);

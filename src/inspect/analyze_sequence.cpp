@@ -90,8 +90,8 @@ std::optional<double> measure_facing(const MorphPlan& plan) {
   return angle ? std::optional(std::abs(*angle)) : std::nullopt;
 }
 
-/// Computes the larger share_off() of the leg's first and last surface. Each is mapped to the other
-/// object by the map at its own end.
+/// Computes the larger fraction_off() of the leg's first and last surface. Each is mapped to the
+/// other object by the map at its own end.
 Result<std::optional<double>> measure_registration(const Leg& leg, const Mesh& first,
                                                    const Mesh& last, Engine& engine) {
   const double scale = leg.plan.alignment.scale;
@@ -100,8 +100,8 @@ Result<std::optional<double>> measure_registration(const Leg& leg, const Mesh& f
     const ThicknessSamples samples = sample_thickness(reversed ? last : first);
     PM_TRY(const LegState state, leg_state(leg, reversed ? 1 : 0, engine));
     PM_TRY(const PullBack carried, pull_back(leg, state, samples.points, engine));
-    const auto share = share_off(samples, reversed ? carried.source : carried.target,
-                                 reversed ? first : last, reversed ? 1 / scale : scale);
+    const auto share = fraction_off(samples, reversed ? carried.source : carried.target,
+                                    reversed ? first : last, reversed ? 1 / scale : scale);
     if (!share) return std::optional<double>();
     largest = std::max(largest.value_or(0), *share);
   }

@@ -49,7 +49,7 @@ std::string describe_certainty(const MorphPlan& plan) {
 
 std::string leg_lines(const Leg& leg) {
   const MorphPlan& plan = leg.plan;
-  const std::string turn = describe_turn(plan), limbs = describe_limbs(plan);
+  const std::string turn = describe_rotation(plan), limbs = describe_limbs(plan);
   std::string text = fmt::format("{} -> {}\n", leg.from->name, leg.to->name);
   const auto add = [&](const char* what, const std::string& words) {
     text += fmt::format("  {:<10} {}\n", what, words);

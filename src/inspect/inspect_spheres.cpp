@@ -198,7 +198,7 @@ Status write_spheres(const SpheresRequest& request, const SpheresResult& fitted)
   if (!request.write_spheres.empty())
     PM_TRY_STATUS(request.write_spheres.ends_with(".json")
                       ? write_file(request.write_spheres, tree_json(fitted.approximation.tree))
-                      : write_mesh(request.write_spheres, mesh_of_spheres(spheres)));
+                      : write_mesh(request.write_spheres, make_sphere_mesh(spheres)));
   if (request.write_surface.empty() && request.output.empty()) return Ok{};
   PM_TRY(const Mesh surface, extract_surface(*make_cpu_engine(), fitted.balls, fitted.cell, {}));
   if (!request.write_surface.empty()) PM_TRY_STATUS(write_mesh(request.write_surface, surface));

@@ -31,11 +31,11 @@ double min_component_share(const Leg& leg, float u) {
       });
 }
 
-void remove_crumbs(const Leg& leg, float u, Mesh& surface) {
-  remove_crumbs(min_component_share(leg, u), leg.settings, surface);
+void remove_fragments(const Leg& leg, float u, Mesh& surface) {
+  remove_fragments(min_component_share(leg, u), leg.settings, surface);
 }
 
-void remove_crumbs(double fraction, const LegSettings& settings, Mesh& surface) {
+void remove_fragments(double fraction, const LegSettings& settings, Mesh& surface) {
   constexpr double kMaxCrumbs = 0.05;  // in play.html, too
   remove_small_components(surface, fraction,
                           {kMaxCrumbs, static_cast<double>(settings.min_component_share)});

@@ -67,10 +67,10 @@ double min_component_share(const Leg& leg, float u);
 
 /// Removes the components of the leg's surface that are smaller than min_component_share() at the
 /// eased progress u. Small components that together have more than a twentieth of the volume stay.
-void remove_crumbs(const Leg& leg, float u, Mesh& surface);
+void remove_fragments(const Leg& leg, float u, Mesh& surface);
 
 /// Removes components that enclose less than `fraction` of a surface's volume, by the same rule.
-void remove_crumbs(double fraction, const LegSettings& settings, Mesh& surface);
+void remove_fragments(double fraction, const LegSettings& settings, Mesh& surface);
 
 /// Computes the fraction of the volume below which a fragment that separates from the surface
 /// between two objects is left out. `smallest`: the fraction in the objects' smallest component,
@@ -79,7 +79,7 @@ double fragment_share(double smallest);
 
 /// Maximum difference between the heights of two objects' lowest points, as a fraction of their
 /// size, at which both count as standing on one floor.
-inline constexpr float kEquallyLow = 0.01f;
+inline constexpr float kMaxFloorDifference = 0.01f;
 
 /// Interpolates the diagonals of both objects' boxes at the eased progress u.
 float object_size(const Leg& leg, float u);

@@ -56,11 +56,11 @@ Result<LegSurface> leg_surface(const Leg& leg, float time, Engine& engine) {
       }));
   // The matrix method's squares are not connected, so each would be a component.
   if (shown.method != SurfaceMethod::kMarchingCubes) return surface;
-  remove_crumbs(leg, surface.state.u, surface.mesh);
+  remove_fragments(leg, surface.state.u, surface.mesh);
   visit(
       leg, [] {},
       [&](const DistanceLeg&) {
-        mend_normals(surface.mesh);
+        repair_normals(surface.mesh);
         cut_superfluous_handles(std::max(leg.from->distances.genus, leg.to->distances.genus),
                                 object_size(leg, surface.state.u), surface.mesh);
       });

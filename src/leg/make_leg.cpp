@@ -87,8 +87,8 @@ std::shared_ptr<const Leg> pose_leg(const Leg& reference,
   return std::make_shared<const Leg>(std::move(leg));
 }
 
-Result<PreparedObject> object_in_flight(const Leg& leg, bool with_distances, Engine& engine,
-                                        const std::filesystem::path& cache) {
+Result<PreparedObject> make_flight_object(const Leg& leg, bool with_distances, Engine& engine,
+                                          const std::filesystem::path& cache) {
   PM_TRY(LegSurface last_surface, leg_surface(leg, leg.until, engine));
   PreparedObject object;
   object.name = fmt::format("{} -> {} at {:.3g}", leg.from->name, leg.to->name, leg.until);

@@ -37,7 +37,7 @@ std::shared_ptr<const Leg> pose_leg(const Leg& reference,
 /// Makes an object of the balls in flight at `leg.until`: the source of the next leg.
 /// `with_distances`: the next leg is made of distances. Errors: kInput if the balls have no
 /// surface; the engine's.
-Result<PreparedObject> object_in_flight(const Leg& leg, bool with_distances, Engine& engine,
-                                        const std::filesystem::path& cache);
+Result<PreparedObject> make_flight_object(const Leg& leg, bool with_distances, Engine& engine,
+                                          const std::filesystem::path& cache);
 
 }  // namespace polymorph

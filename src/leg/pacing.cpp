@@ -87,7 +87,7 @@ bool stays_on_floor(const Leg& leg) {
   const Path path = leg.plan.motion.path;
   const float difference = leg.from->model.box().low.y - leg.to->model.box().low.y;
   return leg.settings.contact && path != Path::kBezier && path != Path::kExplode &&
-         std::fabs(difference) <= kEquallyLow * object_size(leg, 0.5f);
+         std::fabs(difference) <= kMaxFloorDifference * object_size(leg, 0.5f);
 }
 
 /// Computes the height by which a moment's surface is raised (lowered if negative) to stay on the
@@ -227,7 +227,7 @@ Result<Moment> measure_moment(const Leg& linear, float time, std::optional<float
   PM_TRY(LegSurface surface,
          measured_surface(linear, time, {cell, settings.measured, near, kTolerance}, engine));
   // As in frames: a component that separates changes the surface when it is removed.
-  remove_crumbs(linear, time, surface.mesh);
+  remove_fragments(linear, time, surface.mesh);
   const float low = box_of(surface.mesh.positions).low.y;
   return Moment{time, surface.field.level, low, std::move(surface.mesh), 0};
 }

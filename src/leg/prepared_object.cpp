@@ -30,7 +30,7 @@ Result<ObjectDistances> measure_distances(const PreparedObject& object,
 
 void add_colors(PreparedObject& object, bool with_colors) {
   object.outer = object.closest;
-  object.charts = texture_charts(object.model);
+  object.charts = find_texture_charts(object.model);
   std::vector<FaceSide> sides = object.distances.sides;
   if (sides.empty()) sides.assign(object.model.triangles.size(), FaceSide::kBoundary);
   const std::vector<std::uint32_t> outer = list_outer_faces(sides);

@@ -288,11 +288,11 @@ void clean_up(const Mixture& mixture, Mesh& mesh) {
   double min_share = 0;
   std::int64_t genus = 0;
   for (const MixedObject& mixed : mixture.objects) {
-    min_share = std::max(min_share, least_component_share(*mixed.object, mixture.settings));
+    min_share = std::max(min_share, min_mixture_component_share(*mixed.object, mixture.settings));
     genus = std::max<std::int64_t>(genus, mixed.object->distances.genus);
   }
-  remove_crumbs(min_share, mixture.settings, mesh);
-  mend_normals(mesh);
+  remove_fragments(min_share, mixture.settings, mesh);
+  repair_normals(mesh);
   cut_superfluous_handles(genus, mixture.size, mesh);
 }
 
@@ -316,7 +316,7 @@ double ball_deviation(const Ball& ball, double scale) {
   return scale * 0.7 / std::sqrt(2 * static_cast<double>(ball.a));
 }
 
-double least_component_share(const PreparedObject& object, const LegSettings& settings) {
+double min_mixture_component_share(const PreparedObject& object, const LegSettings& settings) {
   const auto min_share = static_cast<double>(settings.min_component_share);
   if (min_share <= 0) return 0;
   return std::max(min_share, fragment_share(object.distances.smallest_component_share));
@@ -366,7 +366,7 @@ Result<Mixture> mix_objects(const ShapeSpace& space, std::span<const float> weig
     mixture.floor += static_cast<float>(input.weight) * box.low.y;
     lows = unite(lows, {box.low, box.low});
   }
-  mixture.stands = first.settings.contact && lows.size().y <= kEquallyLow * mixture.size;
+  mixture.stands = first.settings.contact && lows.size().y <= kMaxFloorDifference * mixture.size;
   const Vec3d middle(first.from->model.box().center());
   mixture.mean = mean_similarity(inputs, middle);
   mix_balls(first.plan, inputs, middle, mixture);

@@ -72,7 +72,7 @@ double ball_deviation(const Ball& ball, double scale);
 
 /// Computes the fraction of the volume below which components of a mixture are left out, as far as
 /// one of its objects is concerned; the mixture takes the maximum over its objects.
-double least_component_share(const PreparedObject& object, const LegSettings& settings);
+double min_mixture_component_share(const PreparedObject& object, const LegSettings& settings);
 
 /// Surface of a mixture: where the weighted sum of its objects' distances, mapped to the mixture,
 /// equals `level`.

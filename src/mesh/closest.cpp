@@ -100,7 +100,7 @@ ClosestPointQuery::ClosestPointQuery(MeshView mesh) : tree_(std::make_unique<Tre
   // as the closest one, so some of them suffice. Long triangles of a coarse surface have boxes that
   // overlap little; their hierarchy is not split, and they all stay.
   const std::vector<std::uint32_t> thinned =
-      tree_->bvh.is_split ? thin_long_triangles(mesh) : std::vector<std::uint32_t>();
+      tree_->bvh.is_split ? list_representative_triangles(mesh) : std::vector<std::uint32_t>();
   if (!thinned.empty()) tree_->bvh = build_split_bvh(mesh.points, select_triangles(mesh, thinned));
   const std::vector<TriangleBvh::Corners>& corners = tree_->bvh.corners;
   tree_->leaves.reserve(corners.size() / TriangleBvh::kLeafTriangles);

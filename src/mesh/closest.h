@@ -28,10 +28,10 @@ class ClosestPointQuery {
   /// Finds the closest point no further than `max_distance`; of several, the one on the triangle of
   /// lowest index. Two cases are approximate: where thousands of triangles are long
   /// (build_split_bvh()), the distance exceeds the smallest by at most a ten-thousandth; where
-  /// thin_long_triangles() keeps only some of the triangles, the point is the closest on those. If
-  /// there is no such point (no triangles, all further away, a NaN in `from`): point = from,
-  /// distance = max_distance, triangle = kNoTriangle. A small `max_distance` is much faster where
-  /// most points are far from the mesh.
+  /// list_representative_triangles() keeps only some of the triangles, the point is the closest on
+  /// those. If there is no such point (no triangles, all further away, a NaN in `from`): point =
+  /// from, distance = max_distance, triangle = kNoTriangle. A small `max_distance` is much faster
+  /// where most points are far from the mesh.
   ClosestPoint closest(Vec3 from,
                        float max_distance = std::numeric_limits<float>::infinity()) const;
   /// Finds the closest point, faster if `neighbour_hit` is the closest point of `neighbour`, a

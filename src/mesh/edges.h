@@ -43,15 +43,15 @@ std::vector<std::uint32_t> count_fans(std::size_t points, std::span<const Triang
                                       const std::vector<EdgeUse>& uses);
 
 /// The corner that follows `corner` within its triangle.
-inline std::uint32_t corner_after(std::uint32_t corner) {
+inline std::uint32_t next_corner(std::uint32_t corner) {
   return corner % 3 == 2 ? corner - 2 : corner + 1;
 }
 /// Corner of a use at its edge's `low` end, and at its `high` end.
 inline std::uint32_t low_corner(const EdgeUse& use) {
-  return use.forward ? use.corner : corner_after(use.corner);
+  return use.forward ? use.corner : next_corner(use.corner);
 }
 inline std::uint32_t high_corner(const EdgeUse& use) {
-  return use.forward ? corner_after(use.corner) : use.corner;
+  return use.forward ? next_corner(use.corner) : use.corner;
 }
 
 }  // namespace polymorph

@@ -55,7 +55,7 @@ void fair(Mesh& mesh, std::span<const std::uint32_t> vertices, int steps) {
   }
 }
 
-std::size_t mend_normals(Mesh& mesh) {
+std::size_t repair_normals(Mesh& mesh) {
   constexpr float kMinCosine = -0.2f;  // between a vertex normal and a triangle's normal
   std::vector<std::uint8_t> is_wrong(mesh.normals.size(), 0);
   if (mesh.normals.empty()) return 0;

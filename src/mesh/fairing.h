@@ -19,6 +19,6 @@ void fair(Mesh& mesh, std::span<const std::uint32_t> vertices, int steps);
 /// triangle, as area-weighted means. Gradients of a field give such normals where the surface is
 /// thinner than the grid's cells; the vertex would be shaded black. Returns the number of changed
 /// normals.
-std::size_t mend_normals(Mesh& mesh);
+std::size_t repair_normals(Mesh& mesh);
 
 }  // namespace polymorph

@@ -42,7 +42,7 @@ class Homology {
   }
 
   std::uint32_t from(std::uint32_t side) const { return mesh_.triangles[side / 3].v[side % 3]; }
-  std::uint32_t to(std::uint32_t side) const { return from(corner_after(side)); }
+  std::uint32_t to(std::uint32_t side) const { return from(next_corner(side)); }
   std::uint32_t mate(std::uint32_t side) const { return mate_[side]; }
   std::uint64_t bits(std::uint32_t side) const { return bits_[side]; }
   float length(std::uint32_t side) const {
@@ -233,7 +233,7 @@ void cut(Mesh& mesh, const Homology& homology, const Loop& loop) {
     // The corners at v to the left of the loop, counter-clockwise from its next side.
     for (std::uint32_t side = loop[i];;) {
       reassigned.emplace_back(side, left.back());
-      const std::uint32_t last = corner_after(corner_after(side));  // the side that ends at v
+      const std::uint32_t last = next_corner(next_corner(side));  // the side that ends at v
       if (last == previous) break;
       side = homology.mate(last);
       PM_CHECK(side != loop[i]);

@@ -204,16 +204,16 @@ Thickness measure_thickness(MeshView mesh, const TriangleBvh& bvh, std::size_t s
   return result;
 }
 
-std::vector<double> wall_thicknesses(MeshView mesh, const TriangleBvh& bvh,
-                                     const std::vector<SurfaceSample>& samples) {
+std::vector<double> measure_wall_thicknesses(MeshView mesh, const TriangleBvh& bvh,
+                                             const std::vector<SurfaceSample>& samples) {
   std::vector<double> lengths;
   for (const Hit& hit : intersect_inward(mesh, bvh, samples))
     lengths.push_back(hit.cosine > 0 ? hit.distance : INFINITY);
   return lengths;
 }
 
-std::vector<Vec3> thin_wall_middles(MeshView mesh, const TriangleBvh& bvh, double spacing,
-                                    double max_thickness, double min_cosine) {
+std::vector<Vec3> find_thin_wall_midpoints(MeshView mesh, const TriangleBvh& bvh, double spacing,
+                                           double max_thickness, double min_cosine) {
   const std::vector<SurfaceSample> samples = sample_evenly(mesh, spacing);
   const std::vector<Hit> hits = intersect_inward(mesh, bvh, samples);
   std::vector<std::optional<Vec3>> middle_of_sample(samples.size());

@@ -29,16 +29,16 @@ Thickness measure_thickness(MeshView mesh, const TriangleBvh& bvh, std::size_t s
 
 /// Computes, for each sample, the distance along its inward normal to the opposite wall; infinite
 /// if the ray hits no face, or the front of a face first.
-std::vector<double> wall_thicknesses(MeshView mesh, const TriangleBvh& bvh,
-                                     const std::vector<SurfaceSample>& samples);
+std::vector<double> measure_wall_thicknesses(MeshView mesh, const TriangleBvh& bvh,
+                                             const std::vector<SurfaceSample>& samples);
 
 /// Finds midpoints of walls that are thinner than `max_thickness` and whose faces have normals n1,
 /// n2 with dot(n1, -n2) > `min_cosine`. Walls at wider angles count if a third face is as near
 /// behind them (a wire). Rays go inward from points on every face, at most `spacing` apart; the
 /// spacing is doubled until there are at most 2^20 points plus one per face. The result is in the
 /// order of the faces.
-std::vector<Vec3> thin_wall_middles(MeshView mesh, const TriangleBvh& bvh, double spacing,
-                                    double max_thickness, double min_cosine);
+std::vector<Vec3> find_thin_wall_midpoints(MeshView mesh, const TriangleBvh& bvh, double spacing,
+                                           double max_thickness, double min_cosine);
 
 /// Tests whether the walls would take more than 1500 balls, several times the usual number.
 bool is_thin(const Thickness& thickness);

@@ -180,7 +180,7 @@ std::optional<ClusteredMesh> cluster_long_triangles(MeshView mesh) {
   }
 }
 
-std::vector<std::uint32_t> thin_long_triangles(MeshView mesh) {
+std::vector<std::uint32_t> list_representative_triangles(MeshView mesh) {
   const std::optional<ClusteredMesh> clustered = cluster_long_triangles(mesh);
   if (!clustered) return {};
   const double diagonal = static_cast<double>(mesh.box().diagonal());

@@ -43,6 +43,6 @@ std::optional<ClusteredMesh> cluster_long_triangles(MeshView mesh);
 /// with corners in the same cells, one (none if these are two cells and the edge of a listed
 /// triangle); each point of the mesh is then within a cell's diagonal of a listed triangle. If they
 /// would be half of the mesh or more, and for all other meshes, the list is empty.
-std::vector<std::uint32_t> thin_long_triangles(MeshView mesh);
+std::vector<std::uint32_t> list_representative_triangles(MeshView mesh);
 
 }  // namespace polymorph

@@ -118,7 +118,7 @@ bool crosses_border(const Nearest& nearest, std::span<const std::uint32_t> areas
 
 }  // namespace
 
-std::vector<std::uint32_t> texture_charts(const Model& model) {
+std::vector<std::uint32_t> find_texture_charts(const Model& model) {
   const std::vector<EdgeUse> uses = sorted_edge_uses(model.triangles);
   const std::vector<Vec2>& uvs = model.corner_uvs;
   const auto is_same_chart = [&](const EdgeUse& a, const EdgeUse& b) {
@@ -200,8 +200,8 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
       64);
   for (std::size_t k = 0; k < crossing.size(); ++k) {
     if (!is_visible[k]) continue;
-    result.border_of.resize(triangles.size(), TransferredMaterials::kNoBorder);
-    result.border_of[crossing[k]] = static_cast<std::uint32_t>(result.borders.size());
+    result.border_index.resize(triangles.size(), TransferredMaterials::kNoBorder);
+    result.border_index[crossing[k]] = static_cast<std::uint32_t>(result.borders.size());
     result.borders.push_back(borders[k]);
   }
   return result;

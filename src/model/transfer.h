@@ -13,7 +13,7 @@ namespace polymorph {
 
 /// Finds the charts of the texture: one number per triangle. Adjacent triangles belong to one chart
 /// if their common edge has the same texture coordinates and they have the same material.
-std::vector<std::uint32_t> texture_charts(const Model& model);
+std::vector<std::uint32_t> find_texture_charts(const Model& model);
 
 /// A triangle that crosses a border of the model's charts or materials, with different colours or
 /// materials on the two sides.
@@ -29,7 +29,7 @@ struct TransferredMaterials {
   std::vector<std::uint32_t> triangle_materials;
   std::vector<BorderTriangle> borders;
   /// Index in `borders` per triangle, or kNoBorder; empty if there are no borders.
-  std::vector<std::uint32_t> border_of;
+  std::vector<std::uint32_t> border_index;
 };
 
 /// Places of a surface's vertices on a model, or near it: the vertices themselves, or the points

@@ -136,7 +136,7 @@ Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const Transpor
                   RotationAxis axis) {
   Mat3 sum{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
   // Outward directions rotate with the object, so they count beside the positions, as in the cost.
-  for (std::size_t first = 0; first < CostSide::kTurning; first += 3)
+  for (std::size_t first = 0; first < CostSide::kRotatingAxes; first += 3)
     for (const TransportFlow& flow : flows)
       for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c)
@@ -181,8 +181,8 @@ std::optional<Mat3> rotation_of_landmarks(std::span<const Vec3> from, std::span<
   return about_vertical(exact::atan2(sine, cosine));
 }
 
-FoundRotation find_rotation(const CostSide& a, const CostSide& b, float label_cost, double gain,
-                            double tip_residual) {
+RotationResult find_rotation(const CostSide& a, const CostSide& b, float label_cost, double gain,
+                             double tip_residual) {
   const CostSide few_a = coarse(a, kRepresentatives), few_b = coarse(b, kRepresentatives);
   const double unturned = plan_between(few_a, few_b, label_cost).cost;
   constexpr int kUpright = 8;

@@ -20,7 +20,7 @@ Mat3 about_vertical(double angle);
 /// Computes the smallest rotation that takes one direction to another.
 Mat3 rotation_between(Vec3d from, Vec3d to);
 
-struct FoundRotation {
+struct RotationResult {
   Mat3 rotation;
   RotationAxis axis = RotationAxis::kVertical;  ///< pass this to later calls of fit_rotation()
 };
@@ -35,8 +35,8 @@ struct FoundRotation {
 /// or more. Of rotations with nearly the same cost, the smallest is chosen. The distances to
 /// landmarks guide the plans, but do not depend on the rotation; the costs that are compared
 /// exclude them.
-FoundRotation find_rotation(const CostSide& a, const CostSide& b, float label_cost, double gain,
-                            double tip_residual);
+RotationResult find_rotation(const CostSide& a, const CostSide& b, float label_cost, double gain,
+                             double tip_residual);
 
 /// Fits the rotation about the vertical that takes `from` to `to`, each relative to its centroid
 /// (Procrustes). Returns nullopt for fewer than three points, and for points that determine no

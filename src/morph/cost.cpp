@@ -93,7 +93,7 @@ CostSide rotate_side(const CostSide& side, const Mat3& rotation) {
       result.values[first + 1][i] = static_cast<float>(v.y);
       result.values[first + 2][i] = static_cast<float>(v.z);
     }
-  static_assert(CostSide::kTurning == kRotatingEnd);
+  static_assert(CostSide::kRotatingAxes == kRotatingEnd);
   return result;
 }
 

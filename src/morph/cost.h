@@ -18,9 +18,10 @@ constexpr std::int32_t kNoLabel = -1;
 /// One object's balls as points of a feature space. The cost of a pair of balls is their squared
 /// distance there, and a constant where their labels differ. The first axes rotate with the object.
 struct CostSide {
-  static constexpr std::size_t kTurning = 6;  ///< axes that rotate: position, outward direction
-  static constexpr std::size_t kPlain = 10;   ///< axes before the distances to landmarks
-  std::vector<double> mass;                   ///< sums to 1
+  static constexpr std::size_t kRotatingAxes =
+      6;                                     ///< axes that rotate: position, outward direction
+  static constexpr std::size_t kPlain = 10;  ///< axes before the distances to landmarks
+  std::vector<double> mass;                  ///< sums to 1
   std::vector<std::int32_t> labels;
   /// values[axis][ball]: position (unit RMS), outward direction, ln size, geodesic distance,
   /// linearity, planarity, and the distance to each landmark; each times the square root of its

@@ -172,7 +172,7 @@ std::vector<LimbSample> limb_samples(const MorphPlan& plan, float time,
   std::vector<LimbSample> samples;
   if (!has_curves(plan)) return samples;
   PM_CHECK(balls.size() == plan.pairs.size() && eased.size() == plan.pairs.size());
-  const std::vector<Vec3> roots = moved_places(plan, plan.lone_roots, time, balls);
+  const std::vector<Vec3> roots = move_points(plan, plan.lone_roots, time, balls);
   const std::vector<double> stations = pair_stations(plan);
   std::vector<PlanLandmark> line_points;
   std::vector<std::size_t> matched;
@@ -199,7 +199,7 @@ std::vector<LimbSample> limb_samples(const MorphPlan& plan, float time,
     line_points.push_back({sample.from, sample.to, e});
     samples.push_back(sample);
   }
-  const std::vector<Vec3> positions = moved_places(plan, line_points, time, balls);
+  const std::vector<Vec3> positions = move_points(plan, line_points, time, balls);
   for (std::size_t k = 0; k < matched.size(); ++k) {
     LimbSample& sample = samples[matched[k]];
     const float u = eased[sample.pair];

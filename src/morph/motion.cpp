@@ -341,11 +341,11 @@ Result<BallSet> balls_at(const MorphPlan& plan, float time, Engine& engine) {
 }
 
 std::vector<Vec3> landmark_places(const MorphPlan& plan, float time, const BallSet& balls) {
-  return moved_places(plan, plan.landmarks, time, balls);
+  return move_points(plan, plan.landmarks, time, balls);
 }
 
-std::vector<Vec3> moved_places(const MorphPlan& plan, std::span<const PlanLandmark> points,
-                               float time, const BallSet& balls) {
+std::vector<Vec3> move_points(const MorphPlan& plan, std::span<const PlanLandmark> points,
+                              float time, const BallSet& balls) {
   if (points.empty()) return {};
   // A landmark moves as a ball of its pair's part, plus the displacement of the pair's ball that
   // its path alone does not give: that of the graph and the drift.

@@ -40,8 +40,8 @@ Result<BallSet> balls_at(const MorphPlan& plan, float time, Engine& engine);
 /// At 0 (1) it is exactly at its point of the source (target). `balls`: balls_at(plan, time).
 std::vector<Vec3> landmark_places(const MorphPlan& plan, float time, const BallSet& balls);
 /// Computes the positions of `points` in the same way.
-std::vector<Vec3> moved_places(const MorphPlan& plan, std::span<const PlanLandmark> points,
-                               float time, const BallSet& balls);
+std::vector<Vec3> move_points(const MorphPlan& plan, std::span<const PlanLandmark> points,
+                              float time, const BallSet& balls);
 
 /// Continues the motion of `before`, whose balls at `until` are the plan's source. The balls start
 /// with the velocity that they had then, whatever the plan's easing; it fades out, and they arrive

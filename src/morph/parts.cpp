@@ -372,7 +372,7 @@ RigidParts rigid_parts(const MorphPlan& plan) {
   return measure_strain(plan, clusters) < measure_strain(plan, one_part) ? clusters : one_part;
 }
 
-RigidParts carried_parts(const MorphPlan& plan, const MorphPlan& reference) {
+RigidParts refit_parts(const MorphPlan& plan, const MorphPlan& reference) {
   RigidParts parts;
   for (const BallPath& path : reference.paths->balls) parts.part_of.push_back(path.part);
   if (!reference.graph) {  // one part, with the plan's alignment or a mere translation

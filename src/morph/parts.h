@@ -33,7 +33,7 @@ std::vector<std::uint32_t> parts_by_limb(const MorphPlan& plan);
 
 /// Makes the parts of a plan whose balls were moved to another pose than in `reference`. Each pair
 /// stays in its part; the alignments are fitted again.
-RigidParts carried_parts(const MorphPlan& plan, const MorphPlan& reference);
+RigidParts refit_parts(const MorphPlan& plan, const MorphPlan& reference);
 
 /// Solves for as-rigid-as-possible positions on the graph of neighbouring balls, whose edges have a
 /// target length at every time (Sorkine and Alexa 2007, "As-rigid-as-possible surface modeling").

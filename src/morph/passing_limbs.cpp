@@ -20,8 +20,8 @@ float squared_length(Vec3 v) { return dot(v, v); }
 
 }  // namespace
 
-std::vector<float> passing_shares(const MorphPlan& plan, const std::vector<float>& eased,
-                                  const BallSet& balls, float size) {
+std::vector<float> passing_weights(const MorphPlan& plan, const std::vector<float>& eased,
+                                   const BallSet& balls, float size) {
   PM_CHECK(balls.size() == plan.pairs.size() && eased.size() == plan.pairs.size() && size > 0);
   std::vector<float> shares(balls.size(), 0);
   const std::vector<std::uint32_t> limbs = parts_by_limb(plan);

@@ -13,7 +13,7 @@ namespace polymorph {
 /// another matched limb. It is 1 if that ball is near, and much nearer than at either end. It is 0
 /// at both ends and for balls in no limb. `eased`: eased_times(); `balls`: balls_at() at the same
 /// time; `size`: the objects' diagonal.
-std::vector<float> passing_shares(const MorphPlan& plan, const std::vector<float>& eased,
-                                  const BallSet& balls, float size);
+std::vector<float> passing_weights(const MorphPlan& plan, const std::vector<float>& eased,
+                                   const BallSet& balls, float size);
 
 }  // namespace polymorph

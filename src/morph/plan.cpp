@@ -197,7 +197,7 @@ Turn find_turn(const MorphPlan& plan, const PlanSide& from, const PlanSide& to,
     // The search for a rotation treats hard labels as soft ones with a high cost.
     constexpr float kHardCost = 100;
     const float label_cost = settings.label_mode == LabelMode::kHard ? kHardCost : sides.label_cost;
-    const FoundRotation found = find_rotation(
+    const RotationResult found = find_rotation(
         sides.a, sides.b, label_cost, static_cast<double>(settings.weights.align_gain),
         static_cast<double>(settings.weights.align_tip_residual));
     turn = {found.rotation, found.axis, Certainty::kFound};

@@ -10,7 +10,7 @@
 
 namespace polymorph {
 
-std::string describe_turn(const MorphPlan& plan) {
+std::string describe_rotation(const MorphPlan& plan) {
   constexpr double kDegrees = 180 / exact::kPi, kMinAngle = 5, kMinVertical = 0.999;
   if (plan.motion.path == Path::kStraight) return "";
   const double angle = length(plan.alignment.turn) * kDegrees;

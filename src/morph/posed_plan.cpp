@@ -91,7 +91,7 @@ MorphPlan posed_plan(const MorphPlan& reference, const CarriedBalls& from, const
   rotate_offsets(
       to, plan.pairs, [](const Pair& pair) { return pair.to; }, plan.to_offsets);
   pose_curves(reference, from, to, plan);
-  RigidParts parts = carried_parts(plan, reference);
+  RigidParts parts = refit_parts(plan, reference);
   if (reference.graph)
     plan.graph = std::make_shared<const BallGraph>(plan, parts, *reference.graph);
   lay_paths(plan, std::move(parts));

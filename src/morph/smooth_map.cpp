@@ -131,11 +131,12 @@ bool is_on_limb(const MorphPlan& plan, const Pair& pair) {
          plan.to_limbs[pair.to] != kNoLabel;
 }
 
-/// Computes how narrow each pair's kernel is, from 0 (wide) to 1: passing_shares(), and 1 for pairs
-/// on limbs with curves, whose samples describe their neighbourhood more accurately than balls.
+/// Computes how narrow each pair's kernel is, from 0 (wide) to 1: passing_weights(), and 1 for
+/// pairs on limbs with curves, whose samples describe their neighbourhood more accurately than
+/// balls.
 std::vector<float> kernel_narrowing(const MorphPlan& plan, const std::vector<float>& eased,
                                     const BallSet& balls, float size) {
-  std::vector<float> result = passing_shares(plan, eased, balls, size);
+  std::vector<float> result = passing_weights(plan, eased, balls, size);
   for (std::size_t e = 0; e < result.size() && has_curves(plan); ++e)
     if (is_on_limb(plan, plan.pairs[e])) result[e] = 1;
   return result;
@@ -274,11 +275,9 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
   return map;
 }
 
-Result<std::shared_ptr<const Regression>> with_shortfalls(const FrameMap& map,
-                                                          const MorphPlan& plan,
-                                                          const BallSet& balls,
-                                                          const DistanceGrid& from,
-                                                          const DistanceGrid& to, Engine& engine) {
+Result<std::shared_ptr<const Regression>> add_shortfall_weights(
+    const FrameMap& map, const MorphPlan& plan, const BallSet& balls, const DistanceGrid& from,
+    const DistanceGrid& to, Engine& engine) {
   // The regression smooths peaks; this factor makes up for it.
   constexpr float kGain = 1.2f;
   std::vector<Vec3> centers;

@@ -49,11 +49,9 @@ double regression_bytes(const Box& box, float size);
 /// the amount by which the mix of both objects' distances is smaller there than at the ball's ends.
 /// Where the walls of two objects pass each other by more than their thickness, this thickens the
 /// surface instead of tearing it. Errors: the engine's.
-Result<std::shared_ptr<const Regression>> with_shortfalls(const FrameMap& map,
-                                                          const MorphPlan& plan,
-                                                          const BallSet& balls,
-                                                          const DistanceGrid& from,
-                                                          const DistanceGrid& to, Engine& engine);
+Result<std::shared_ptr<const Regression>> add_shortfall_weights(
+    const FrameMap& map, const MorphPlan& plan, const BallSet& balls, const DistanceGrid& from,
+    const DistanceGrid& to, Engine& engine);
 
 /// Computes the lead of each pair, [-1, 1]: how much more its source ball protrudes than its target
 /// ball, by their mean geodesic distances (morph/features.h: BallFeatures::distance).

@@ -185,7 +185,7 @@ Timeline lay_out(const Scene& scene, const ActorSettings& actor) {
   timeline.start = actor.start;
   timeline.hold_start = scene.frames.hold_start + actor.start - 1;
   timeline.own_look = scene.look.kind == LookKind::kOwn;
-  if (plays_meshes(actor)) {
+  if (plays_sequence_alone(actor)) {
     timeline.steps = timeline.count - timeline.hold_start - scene.frames.hold_end - 1;
     timeline.playbacks = {make_playback(scene, actor.source)};
     return timeline;
@@ -198,7 +198,7 @@ Timeline lay_out(const Scene& scene, const ActorSettings& actor) {
     return timeline;
   }
   const auto objects = chain_objects(actor);
-  if (morphs_meshes(actor)) {
+  if (morphs_sequence(actor)) {
     for (const ObjectSettings* object : objects)
       timeline.playbacks.push_back(make_playback(scene, *object));
     // An object between two legs plays on without a hold.
@@ -289,7 +289,7 @@ int film_frame_count(const Scene& scene) {
   if (is_counted(scene)) return scene.frames.count;
   int longest = 0;
   for (const ActorSettings& actor : scene.actors) {
-    if (plays_meshes(actor)) {
+    if (plays_sequence_alone(actor)) {
       const int played = round_frames(make_playback(scene, actor.source));
       longest = std::max(longest, actor.start - 1 + played);
       continue;
@@ -405,17 +405,17 @@ int shown_mesh_number(const Timeline& timeline, std::size_t object, int frame) {
 bool shows_source(const MorphState& state) { return state.object != state.leg + 1; }
 bool shows_target(const MorphState& state) { return state.object != state.leg; }
 
-bool same_moment(const MorphState& a, const MorphState& b) {
+bool looks_same(const MorphState& a, const MorphState& b) {
   return a.leg == b.leg && a.stage == b.stage && a.progress == b.progress && a.time == b.time &&
          a.object == b.object && a.weights == b.weights && a.look == b.look &&
          a.boundary == b.boundary && a.growth == b.growth &&
          (!shows_source(a) || a.mesh == b.mesh) && (!shows_target(a) || a.to_mesh == b.to_mesh);
 }
 
-bool moves_at(const Timeline& timeline, int frame) {
+bool differs_from_neighbours(const Timeline& timeline, int frame) {
   const MorphState now = morph_state_at(timeline, frame);
-  return !(frame > 1 && same_moment(now, morph_state_at(timeline, frame - 1))) &&
-         !(frame < timeline.count && same_moment(now, morph_state_at(timeline, frame + 1)));
+  return !(frame > 1 && looks_same(now, morph_state_at(timeline, frame - 1))) &&
+         !(frame < timeline.count && looks_same(now, morph_state_at(timeline, frame + 1)));
 }
 
 }  // namespace polymorph

@@ -146,8 +146,8 @@ bool shows_source(const MorphState& state);
 bool shows_target(const MorphState& state);
 
 /// Tests whether two states of an actor look the same.
-bool same_moment(const MorphState& a, const MorphState& b);
+bool looks_same(const MorphState& a, const MorphState& b);
 /// Tests whether `frame` differs from both the frame before and the frame after.
-bool moves_at(const Timeline& timeline, int frame);
+bool differs_from_neighbours(const Timeline& timeline, int frame);
 
 }  // namespace polymorph

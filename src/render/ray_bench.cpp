@@ -198,7 +198,7 @@ Result<std::vector<RayLoop>> measure_device_rays(const RenderScene& scene, Devic
   const BareScene bare(scene.meshes.front(), RTC_BUILD_QUALITY_MEDIUM);
   const TracedScene geometry(scene.meshes, 0, length(scene.bounds.size()), scene.bounds);
   const Sky sky = make_studio_sky(make_rig(scene.camera), make_key_light({}, scene.camera), {}, 1,
-                                  SkyPart::kAll);
+                                  SkyDomain::kAll);
   const PixelFilter filter = make_pixel_filter(1);
   FrameJob job;
   job.world.geometry = &geometry;

@@ -24,11 +24,11 @@ constexpr float kFilterRadius =
 /// All inputs of a sky, which is recomputed only if one of them changes.
 struct SkyKey {
   Frame rig;
-  KeyLight key;
+  DistantLight key;
   Vec3 floor;
   float scale = 0;
   std::shared_ptr<const Image> image;
-  SkyPart part = SkyPart::kAll;
+  SkyDomain part = SkyDomain::kAll;
   SkyKind kind = SkyKind::kStudio;
   float turbidity = 3;
 };
@@ -45,10 +45,10 @@ Sky make_sky(const SkyKey& key) {
   return make_studio_sky(key.rig, key.key, key.floor, key.scale, key.part);
 }
 
-float white_level(const std::vector<KeyLight>& suns, const std::vector<Lamp>& lamps,
+float white_level(const std::vector<DistantLight>& suns, const std::vector<Lamp>& lamps,
                   const Sky& sky) {
   float sum = max_component(sky.upper_irradiance) + sky.distribution.total;
-  for (const KeyLight& sun : suns) sum += max_component(sun.irradiance);
+  for (const DistantLight& sun : suns) sum += max_component(sun.irradiance);
   for (const Lamp& lamp : lamps) sum += max_component(lamp.irradiance);
   return kInvPi * sum;
 }
@@ -138,7 +138,7 @@ struct Renderer::State {
 bool Renderer::State::trace_on_device(const FrameJob& job, DeviceFilm& film,
                                       RayStats& device_stats) {
   if (!device_tracer) return false;
-  std::string reason = why_not_on_device(job);
+  std::string reason = find_device_obstacle(job);
   RayStats traced;
   if (reason.empty()) reason = device_tracer->trace(job, film, traced);
   if (reason.empty())
@@ -175,7 +175,7 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
 
   const Camera& rig = scene.rig ? *scene.rig : scene.camera;
   const Box& stage = scene.bounds.empty() ? geometry.bounds() : scene.bounds;
-  std::vector<KeyLight> suns{make_key_light(scene.lights, rig)};
+  std::vector<DistantLight> suns{make_key_light(scene.lights, rig)};
   std::vector<Lamp> lamps;
   for (const LampSettings& lamp : scene.lights.lamps)
     if (lamp.kind == LampKind::kSun)
@@ -188,7 +188,7 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
                  outdoors ? scene.ground.color : scene.ground.color * kFarTone,
                  scene.lights.sky_intensity,
                  scene.environment,
-                 scene.ground.enabled ? SkyPart::kAboveHorizon : SkyPart::kAll,
+                 scene.ground.enabled ? SkyDomain::kAboveHorizon : SkyDomain::kAll,
                  scene.lights.sky,
                  scene.lights.turbidity};
   if (state.sky.width == 0 || !is_equal(sky_key, state.sky_key)) {
@@ -310,7 +310,7 @@ Status check_denoiser() {
   return Ok{};
 }
 
-void Renderer::trace_with(std::unique_ptr<DeviceTracer> tracer) {
+void Renderer::set_device_tracer(std::unique_ptr<DeviceTracer> tracer) {
   state_->device_tracer = std::move(tracer);
 }
 

@@ -29,7 +29,7 @@ struct MaterialBorders {
   std::span<const BorderTriangle> triangles;
   /// Per mesh triangle: its index in `triangles`, or TransferredMaterials::kNoBorder; empty: no
   /// borders.
-  std::span<const std::uint32_t> border_of;
+  std::span<const std::uint32_t> border_index;
 
   /// The model's material and texture coordinates at a point of border triangle `border`.
   TexturePoint at(std::uint32_t border, float u, float v) const;
@@ -63,7 +63,7 @@ struct RenderMesh : MaterialLayer {
   std::vector<MixedLayer> over;  ///< layers blended over this one, in this order
   /// Scene-linear, one per position, or empty: mixed over the layers' colour.
   std::span<const Vec3> vertex_colors;
-  float vertex_color_share = 0;  ///< [0, 1]
+  float vertex_color_opacity = 0;  ///< [0, 1]
   float look = 0;  ///< 0 = own materials, 1 = the common look; between: the two BSDFs mixed
   float id = 0;    ///< written to the id AOV; above 1, because 1 is the ground and 0 no hit
   std::span<const Vec3>
@@ -184,7 +184,7 @@ class Renderer {
 
   /// Lets a GPU (render/device/device_tracer.h) trace the frames that it can; the others, and those
   /// at which it fails, are traced on the CPU, with the same bits and a line in the log.
-  void trace_with(std::unique_ptr<DeviceTracer> tracer);
+  void set_device_tracer(std::unique_ptr<DeviceTracer> tracer);
   bool traced_on_cpu() const;  ///< whether the last frame was traced on the CPU
 
   struct Stats {

@@ -50,7 +50,8 @@ class ContradictionFinder {
 
   void check_actor(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
     if (value.find("blend")) return check_blend(actor, pointer, value);
-    if (plays_meshes(actor) && !value.find("target")) return check_play(actor, pointer, value);
+    if (plays_sequence_alone(actor) && !value.find("target"))
+      return check_play(actor, pointer, value);
     for (const char* key : {"source", "target"})
       if (!value.find(key))
         report(fmt::format("{}/{}", pointer, key), &value,
@@ -72,7 +73,7 @@ class ContradictionFinder {
       if (actor.intermediate[i].hold > 0)
         report(object + "/hold", &intermediate->items[i],
                "an object that is left before it is reached cannot stand still");
-      if (morphs_meshes(actor))
+      if (morphs_sequence(actor))
         report(object + "/retarget", &intermediate->items[i],
                "an actor with a mesh sequence in its morph reaches all its objects");
     }
@@ -249,7 +250,7 @@ class ContradictionFinder {
   void check_time(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
     const FrameSettings& frames = scene_.frames;
     const int moving = frames.count - frames.hold_start - frames.hold_end;
-    const int minimum = plays_meshes(actor) || !actor.blend.empty() ? 1 : 2;
+    const int minimum = plays_sequence_alone(actor) || !actor.blend.empty() ? 1 : 2;
     if (moving < minimum)
       return report("/frames/count", find_in(&document_.root, {"frames", "count"}),
                     fmt::format("leaves {} frame{} beside the holds ({} + {}) - {} needed", moving,

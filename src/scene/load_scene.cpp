@@ -72,7 +72,7 @@ Result<SceneReading> read_scene(const std::filesystem::path& path,
     const std::filesystem::path meshes = is_animated ? pose_pattern(path) : path;
     PM_TRY([[maybe_unused]] const std::vector<int> range, find_range(meshes));
     JsonValue json{{"source", {{"model", std::filesystem::absolute(meshes).string()}}}};
-    if (const auto rate = stored_rate(meshes)) json["frames"] = {{"fps", *rate}};
+    if (const auto rate = find_pose_rate(meshes)) json["frames"] = {{"fps", *rate}};
     return read_scene_text(path, format_json(json), overrides);
   }
   if (const auto named = find_named_animation(path); named && !find_pose(path))
@@ -167,7 +167,7 @@ std::vector<const ObjectSettings*> chain_objects(const ActorSettings& actor) {
   }
   std::vector<const ObjectSettings*> objects{&actor.source};
   for (const ObjectSettings& object : actor.intermediate) objects.push_back(&object);
-  if (!plays_meshes(actor)) objects.push_back(&actor.target);
+  if (!plays_sequence_alone(actor)) objects.push_back(&actor.target);
   return objects;
 }
 

@@ -44,7 +44,7 @@ Result<std::vector<int>> find_range(const std::filesystem::path& model) {
   return range;
 }
 
-std::optional<float> stored_rate(const std::filesystem::path& model) {
+std::optional<float> find_pose_rate(const std::filesystem::path& model) {
   const auto pattern = file_pattern(model);
   const auto pose =
       pattern && pattern->has_number() ? find_pose(frame_path(*pattern, 1)) : std::nullopt;
@@ -52,13 +52,13 @@ std::optional<float> stored_rate(const std::filesystem::path& model) {
   return static_cast<float>(read_animation(pose->file, pose->animation).poses_per_second);
 }
 
-bool plays_meshes(const ActorSettings& actor) {
+bool plays_sequence_alone(const ActorSettings& actor) {
   return is_mesh_sequence(actor.source) && actor.intermediate.empty() &&
          actor.target.model.empty() && actor.target.shape.empty();
 }
 
-bool morphs_meshes(const ActorSettings& actor) {
-  return !plays_meshes(actor) &&
+bool morphs_sequence(const ActorSettings& actor) {
+  return !plays_sequence_alone(actor) &&
          (is_mesh_sequence(actor.source) || is_mesh_sequence(actor.target) ||
           std::any_of(actor.intermediate.begin(), actor.intermediate.end(), is_mesh_sequence));
 }

@@ -25,16 +25,16 @@ Result<std::vector<int>> existing_meshes(const FramePattern& pattern);
 Result<std::vector<int>> find_range(const std::filesystem::path& model);
 
 /// Poses per second of an animated model; nullopt for other models.
-std::optional<float> stored_rate(const std::filesystem::path& model);
+std::optional<float> find_pose_rate(const std::filesystem::path& model);
 
 /// Tests whether the object is a mesh sequence: the scene's reader gives it a range.
 inline bool is_mesh_sequence(const ObjectSettings& object) { return !object.range.empty(); }
 
 /// Tests whether the actor plays a mesh sequence instead of a morph.
-bool plays_meshes(const ActorSettings& actor);
+bool plays_sequence_alone(const ActorSettings& actor);
 
 /// Tests whether an object of the actor's morph is a mesh sequence.
-bool morphs_meshes(const ActorSettings& actor);
+bool morphs_sequence(const ActorSettings& actor);
 
 /// Number of a sequence's meshes; 0 if its range is invalid.
 int mesh_count(const ObjectSettings& object);

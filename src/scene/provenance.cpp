@@ -161,7 +161,7 @@ std::string find_unsafe_path(const JsonValue& value, std::string_view key = {}) 
 
 }  // namespace
 
-std::string shared_identity() { return without_folders(program_identity()); }
+std::string shared_identity() { return remove_folders(program_identity()); }
 
 std::vector<InputFile> name_files(std::span<const ReadFile> files, const InputNames& names) {
   std::vector<InputFile> named;

@@ -427,7 +427,7 @@ void FieldReader::find_meshes(const JsonValue& value, const std::string& pointer
   auto range = find_range(out.model);
   if (!range) return report_key("model", range.error().message);
   if (out.range.empty()) out.range = std::move(*range);
-  if (!out.fps) out.fps = stored_rate(out.model);
+  if (!out.fps) out.fps = find_pose_rate(out.model);
   if (out.range.size() < 2 || out.range.size() > 3 || (out.range.size() == 3 && out.range[2] < 1))
     return report_key("range", "must be first and last number, and perhaps a step of 1 or more");
   if (const std::size_t count = mesh_numbers(out).size(); count > std::size_t{kMaxFrames})

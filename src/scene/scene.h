@@ -340,7 +340,7 @@ inline const std::vector<std::string> kAovNames{"Z",
                                                 "crypto_material",
                                                 "crypto_label"};
 /// Tests whether image.aovs includes a layer.
-inline bool aov_is_chosen(std::string_view aovs, std::string_view layer) {
+inline bool includes_aov(std::string_view aovs, std::string_view layer) {
   const std::vector<std::string> chosen = split(aovs, ',');
   return aovs == "all" || std::find(chosen.begin(), chosen.end(), layer) != chosen.end();
 }
@@ -406,8 +406,8 @@ struct Scene {
 
 /// Tests whether frames with these settings need the surface's motion.
 inline bool wants_flow(const Scene& scene) {
-  return scene.camera.shutter > 0 || aov_is_chosen(scene.image.aovs, "motion") ||
-         aov_is_chosen(scene.image.aovs, "morph");
+  return scene.camera.shutter > 0 || includes_aov(scene.image.aovs, "motion") ||
+         includes_aov(scene.image.aovs, "morph");
 }
 
 }  // namespace polymorph

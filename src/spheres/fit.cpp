@@ -32,8 +32,8 @@ struct Fit {
       points;  ///< three per sample (surface, outside, inside), then active free points
   std::vector<FitPoint> inactive;  ///< free points that have not been on the wrong side yet
   std::size_t sample_count = 0;
-  double length = 1;                   ///< diagonal of the model's box
-  int parameters = kEllipsoidNumbers;  ///< per ball
+  double length = 1;                      ///< diagonal of the model's box
+  int parameters = kEllipsoidParameters;  ///< per ball
   double damping = 1e-2;
   FitRows rows;
   FitRows tentative;  ///< rows of a tentative step; a member to reuse its memory
@@ -181,7 +181,7 @@ FitBall apply_step(const FitBall& ball, const double* step, int parameters, doub
   next.center +=
       Vector3d(step[1], step[2], step[3]) * (shift > max_shift ? max_shift / shift : 1.0);
   Matrix3d d;
-  if (parameters == kRoundNumbers) {
+  if (parameters == kRoundParameters) {
     d = Matrix3d::Identity() * step[4];
   } else {
     d << step[4], step[7], step[8], step[7], step[5], step[9], step[8], step[9], step[6];
@@ -454,7 +454,7 @@ Result<FitResult> refit_balls(const Model& model, const InsideTest& inside,
   PM_CHECK(!balls.empty() && !samples.empty());
   Fit fit;
   fit.length = static_cast<double>(model.box().diagonal());
-  fit.parameters = settings.ellipsoids ? kEllipsoidNumbers : kRoundNumbers;
+  fit.parameters = settings.ellipsoids ? kEllipsoidParameters : kRoundParameters;
   for (const Ball& ball : balls) {
     fit.balls.push_back(to_fit_ball(ball));
     limit_axes(fit.balls.back(), fit.length);
@@ -477,7 +477,7 @@ Result<FitResult> fit_balls(const Model& model, const InsideTest& inside,
   const Box box = model.box();
   Fit fit;
   fit.length = static_cast<double>(box.diagonal());
-  fit.parameters = settings.ellipsoids ? kEllipsoidNumbers : kRoundNumbers;
+  fit.parameters = settings.ellipsoids ? kEllipsoidParameters : kRoundParameters;
   const std::vector<SecondMoments> moments = compute_second_moments(spheres, samples);
   for (std::size_t i = 0; i < spheres.size(); ++i) {
     fit.balls.push_back(settings.ellipsoids ? make_ball(spheres[i], moments[i], fit.length)

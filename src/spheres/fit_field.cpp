@@ -263,7 +263,7 @@ void derive(const Term& term, const FitBall& ball, const PointGradient& at,
   const Vector3d rotated_direction = ball.root.transpose() * along;
   for (int i = 0; i < 3; ++i) put(2 * term.slope[i], 2 * rotated_direction[i]);
   const Vector3d& u = term.u;
-  if (derivatives.size() == std::size_t{kRoundNumbers}) {
+  if (derivatives.size() == std::size_t{kRoundParameters}) {
     put(-u.squaredNorm(), -2 * along.dot(u));
     return;
   }

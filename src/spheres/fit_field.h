@@ -18,8 +18,8 @@ struct FitBall {
 
 /// Number of parameters of a ball: w, centre (3), and the symmetric D (6) of root <- (1 + D/2)
 /// root, or the one diagonal value of D for round balls.
-inline constexpr int kEllipsoidNumbers = 10;
-inline constexpr int kRoundNumbers = 5;
+inline constexpr int kEllipsoidParameters = 10;
+inline constexpr int kRoundParameters = 5;
 
 /// A constraint at a point: psi / |grad psi| = target.
 struct FitPoint {

@@ -156,8 +156,9 @@ class Solver {
 
 std::vector<double> solve_damped_step(const FitRows& rows, std::size_t ball_count, int parameters,
                                       double damping) {
-  return parameters == kRoundNumbers ? Solver<kRoundNumbers>(rows, ball_count, damping).solve()
-                                     : Solver<kEllipsoidNumbers>(rows, ball_count, damping).solve();
+  return parameters == kRoundParameters
+             ? Solver<kRoundParameters>(rows, ball_count, damping).solve()
+             : Solver<kEllipsoidParameters>(rows, ball_count, damping).solve();
 }
 
 }  // namespace polymorph

@@ -182,7 +182,7 @@ Result<std::optional<Model>> make_solid_proxy(const Model& model, const SphereSe
   }
   if (diagnose(model).closed) return std::optional<Model>{};
   const InsideTest inside(model);
-  if (undecided_fraction(model, inside) < kMinShellFraction) return std::optional<Model>{};
+  if (measure_undecided_fraction(model, inside) < kMinShellFraction) return std::optional<Model>{};
   const std::optional<ClusteredModel> clustered = cluster_long_triangles(model);
   // If most faces were left out, the exact positions of the others do not matter.
   const bool coarse = settings.coarse || (clustered && clustered->thinned);

@@ -34,7 +34,7 @@ TEST_F(PrivatePaths, LoseTheirFolders) {
            std::pair("1/8", "1/8"),
            std::pair("/", ""),
        })
-    EXPECT_EQ(without_folders(text), wanted) << text;
+    EXPECT_EQ(remove_folders(text), wanted) << text;
 }
 
 TEST_F(PrivatePaths, KnowTheUser) {

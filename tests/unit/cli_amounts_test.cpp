@@ -6,7 +6,7 @@ namespace polymorph {
 namespace {
 
 std::string bytes_of(std::string text) {
-  const std::string problem = read_size(text);
+  const std::string problem = parse_size(text);
   return problem.empty() ? text : "bad";
 }
 

@@ -34,7 +34,7 @@ TEST(Flip, IsThatOfItsAuthors) {
     FlipSettings settings;
     settings.pixels_per_degree = want["pixels_per_degree"];
     const auto map = flip_map(actual, reference, settings);
-    const FlipFigures figures = flip_figures(map);
+    const FlipStatistics figures = flip_statistics(map);
     EXPECT_NEAR(figures.mean, want["mean"], 1e-3);
     EXPECT_NEAR(figures.p99, want["p99"], 1e-3);
     EXPECT_NEAR(figures.max, want["max"], 1e-3);
@@ -68,9 +68,9 @@ TEST(Flip, IsSymmetricAndIgnoresWhatCannotBeShown) {
   const Image a = picture("reference"), b = picture("shifted");
   EXPECT_EQ(flip_map(a, b), flip_map(b, a));
   const auto over = flip_map(flat(4, 4, 4), flat(1, 1, 1));
-  EXPECT_EQ(flip_figures(over).max, 0);
+  EXPECT_EQ(flip_statistics(over).max, 0);
   // Two stops down the same two differ.
-  EXPECT_GT(flip_figures(flip_map(flat(4, 4, 4), flat(1, 1, 1), {.exposure = -2})).mean, 0.2);
+  EXPECT_GT(flip_statistics(flip_map(flat(4, 4, 4), flat(1, 1, 1), {.exposure = -2})).mean, 0.2);
 }
 
 TEST(Flip, NotFiniteIsAsBadAsItGets) {
@@ -96,12 +96,12 @@ TEST(Flip, IsTheSameForAnyThreadCount) {
 TEST(Flip, FiguresAreThoseOfTheDefinitions) {
   std::vector<float> map(200);
   for (std::size_t i = 0; i < map.size(); ++i) map[i] = static_cast<float>((i * 7) % 200);
-  const FlipFigures figures = flip_figures(map);
+  const FlipStatistics figures = flip_statistics(map);
   EXPECT_DOUBLE_EQ(figures.mean, 99.5);
   EXPECT_EQ(figures.median, 99);
   EXPECT_EQ(figures.p99, 197);
   EXPECT_EQ(figures.max, 199);
-  EXPECT_EQ(flip_figures({}).max, 0);
+  EXPECT_EQ(flip_statistics({}).max, 0);
 }
 
 }  // namespace

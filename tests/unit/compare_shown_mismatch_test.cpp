@@ -16,26 +16,30 @@ Image with(const std::string& name, std::variant<std::string, int, float> value)
 
 TEST(ShownMismatch, NamesWhatShowsEqualPixelsDifferently) {
   const Image plain = make_image(2, 2, {"R", "G", "B"});
-  EXPECT_EQ(shown_mismatch(plain, with("polymorph/frame", 3)), "");
-  EXPECT_EQ(shown_mismatch(with(kPixelAspectAttribute, 2.0f), plain),
+  EXPECT_EQ(describe_display_mismatch(plain, with("polymorph/frame", 3)), "");
+  EXPECT_EQ(describe_display_mismatch(with(kPixelAspectAttribute, 2.0f), plain),
             "pixel aspect ratio 2 instead of 1");
-  EXPECT_EQ(shown_mismatch(plain, with(kOrientationAttribute, 6)), "orientation 1 instead of 6");
-  EXPECT_EQ(shown_mismatch(with(kGammaAttribute, 1.0f), plain), "gamma 1 instead of none");
-  EXPECT_EQ(shown_mismatch(with(kGammaAttribute, 1.0f), with(kGammaAttribute, 1.0f)), "");
+  EXPECT_EQ(describe_display_mismatch(plain, with(kOrientationAttribute, 6)),
+            "orientation 1 instead of 6");
+  EXPECT_EQ(describe_display_mismatch(with(kGammaAttribute, 1.0f), plain),
+            "gamma 1 instead of none");
+  EXPECT_EQ(describe_display_mismatch(with(kGammaAttribute, 1.0f), with(kGammaAttribute, 1.0f)),
+            "");
   const Image profile = with(kColorProfileAttribute, std::string("9 bytes, 1"));
-  EXPECT_EQ(shown_mismatch(profile, plain), "colour profile 9 bytes, 1 instead of none");
-  EXPECT_EQ(shown_mismatch(profile, profile), "");
+  EXPECT_EQ(describe_display_mismatch(profile, plain), "colour profile 9 bytes, 1 instead of none");
+  EXPECT_EQ(describe_display_mismatch(profile, profile), "");
 }
 
 TEST(ShownMismatch, TellsColourSpacesApart) {
   const Image plain = make_image(2, 2, {"R", "G", "B"});
   const Image rec709 = with(kColorInteropAttribute, std::string("lin_rec709_scene"));
   const Image acescg = with(kColorInteropAttribute, std::string("lin_ap1_scene"));
-  EXPECT_EQ(shown_mismatch(plain, rec709), "") << "files that say nothing are taken as Rec. 709";
-  EXPECT_EQ(shown_mismatch(acescg, acescg), "");
-  EXPECT_EQ(shown_mismatch(acescg, rec709),
+  EXPECT_EQ(describe_display_mismatch(plain, rec709), "")
+      << "files that say nothing are taken as Rec. 709";
+  EXPECT_EQ(describe_display_mismatch(acescg, acescg), "");
+  EXPECT_EQ(describe_display_mismatch(acescg, rec709),
             "colour space lin_ap1_scene instead of lin_rec709_scene");
-  EXPECT_EQ(shown_mismatch(plain, acescg),
+  EXPECT_EQ(describe_display_mismatch(plain, acescg),
             "colour space lin_rec709_scene instead of lin_ap1_scene");
   EXPECT_EQ(compare_images(acescg, plain, {}).verdict, Verdict::kDiffers);
 }

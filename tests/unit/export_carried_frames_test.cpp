@@ -91,7 +91,7 @@ TEST_F(CarriedFramesTest, StaysOnTheSurfaceAndShowsItsFront) {
 
 TEST_F(CarriedFramesTest, FramesAreAlikeInAllButPlaces) {
   PreparedScene prepared = prepared_of(chain("penguin", "sphere"));
-  ask_for_attributes(prepared.scene, true, true);
+  request_attributes(prepared.scene, true, true);
   const PreparedActor& actor = prepared.actors[0];
   const std::vector<int> frames = {3, 5};
   const ActorFrames shown{prepared.scene, actor, frames};
@@ -99,7 +99,7 @@ TEST_F(CarriedFramesTest, FramesAreAlikeInAllButPlaces) {
   ASSERT_TRUE(carried.ok()) << carried.error().message;
   std::vector<SurfaceFrame> made;
   for (std::size_t k = 0; k < frames.size(); ++k) {
-    auto frame = carried_frame(shown, *carried, k, *engine);
+    auto frame = make_carried_frame(shown, *carried, k, *engine);
     ASSERT_TRUE(frame.ok());
     made.push_back(std::move(*frame));
   }
@@ -131,7 +131,7 @@ TEST_F(CarriedFramesTest, AlikeActorsHaveTheirMeshesAndTheirRefusalsWhereTheySta
     const ActorFrames shown{cubes.scene, actor, frames};
     const auto carried = carry_actor(shown, *engine, go_on);
     ASSERT_TRUE(carried.ok()) << carried.error().message;
-    auto frame = carried_frame(shown, *carried, 0, *engine);
+    auto frame = make_carried_frame(shown, *carried, 0, *engine);
     ASSERT_TRUE(frame.ok());
     made.push_back(std::move(*frame));
   }

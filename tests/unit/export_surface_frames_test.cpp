@@ -17,7 +17,7 @@ class SurfaceFramesTest : public SceneTest {
                      "frames": {"count": 12, "fps": 10})") {}
   PreparedScene asking(const std::string& chain) {
     PreparedScene prepared = prepared_of(chain);
-    ask_for_attributes(prepared.scene, true, true);
+    request_attributes(prepared.scene, true, true);
     return prepared;
   }
   FrameGeometry at(const PreparedScene& prepared, int frame) {

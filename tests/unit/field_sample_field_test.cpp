@@ -36,7 +36,7 @@ TEST(SampleField, PartsGiveWhatOneCallGives) {
         0.3f, 0.12f));
   ExtractSettings settings;
   settings.field = FieldKind::kInverseSquare;
-  const std::size_t part = sampled_at_once(balls.size());
+  const std::size_t part = points_per_second(balls.size());
   std::vector<Vec3> points;
   for (std::size_t i = 0; i < 2 * part + 500; ++i)
     points.push_back(balls[13 * i % 1000].center +

@@ -165,7 +165,7 @@ TEST(RemoveCrumbs, TakesAFewAndNoHeap) {
     Mesh large = mesh;
     remove_small_components(large, 0.015);
     const double share = 1 - volume_of(large) / volume_of(mesh);
-    remove_crumbs(leg, 0.5f, mesh);
+    remove_fragments(leg, 0.5f, mesh);
     EXPECT_GT(share, count == 3 ? 0.005 : 0.06);
     EXPECT_LT(share, count == 3 ? 0.05 : 0.5);
     EXPECT_EQ(mesh.positions.size() == before, count == 30) << count;

@@ -16,10 +16,10 @@ Mesh ball() {
 TEST(Fairing, OnlyNormalsThatPointBehindATriangleAreMended) {
   const Mesh sound = ball();
   Mesh mesh = sound;
-  EXPECT_EQ(mend_normals(mesh), 0u);
+  EXPECT_EQ(repair_normals(mesh), 0u);
   EXPECT_EQ(mesh.normals, sound.normals);
   mesh.normals[7] = sound.normals[7] * -1.0f;
-  EXPECT_EQ(mend_normals(mesh), 1u);
+  EXPECT_EQ(repair_normals(mesh), 1u);
   EXPECT_GT(dot(mesh.normals[7], sound.normals[7]), 0.99f);
   EXPECT_EQ(mesh.positions, sound.positions);
   for (std::size_t v = 0; v < mesh.normals.size(); ++v)

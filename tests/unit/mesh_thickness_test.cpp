@@ -37,7 +37,7 @@ TEST(WallThicknesses, AreTheWaysStraightThroughABox) {
   const Model box = box_model({0, 0, 0}, {1, 2, 4});
   const std::vector<SurfaceSample> samples = sample_surface(box, 500);
   const std::vector<double> lengths =
-      wall_thicknesses(box, build_triangle_bvh(box.points, box.triangles), samples);
+      measure_wall_thicknesses(box, build_triangle_bvh(box.points, box.triangles), samples);
   ASSERT_EQ(lengths.size(), samples.size());
   for (std::size_t k = 0; k < samples.size(); ++k) {
     const Vec3 n = samples[k].normal;
@@ -48,8 +48,8 @@ TEST(WallThicknesses, AreTheWaysStraightThroughABox) {
   Model inverted;
   add_box(inverted, {0, 0, 0}, {1, 2, 4}, true);
   for (const double length :
-       wall_thicknesses(inverted, build_triangle_bvh(inverted.points, inverted.triangles),
-                        sample_surface(inverted, 50)))
+       measure_wall_thicknesses(inverted, build_triangle_bvh(inverted.points, inverted.triangles),
+                                sample_surface(inverted, 50)))
     EXPECT_TRUE(std::isinf(length));
 }
 
@@ -89,10 +89,10 @@ Model wire_model(int sides, float radius, float length) {
 TEST(ThinWalls, MiddlesAreHalfWayBetweenTheFacesOfAPlate) {
   const Model plate = box_model({-1, -0.05f, -1}, {1, 0.05f, 1});
   const TriangleBvh bvh = build_triangle_bvh(plate.points, plate.triangles);
-  const std::vector<Vec3> middles = thin_wall_middles(plate, bvh, 0.06, 0.2, 0.9);
+  const std::vector<Vec3> middles = find_thin_wall_midpoints(plate, bvh, 0.06, 0.2, 0.9);
   EXPECT_GT(static_cast<double>(middles.size()), 2 * 4 / (0.06 * 0.06));
   for (const Vec3 p : middles) EXPECT_NEAR(p.y, 0, 1e-5);
-  EXPECT_TRUE(thin_wall_middles(plate, bvh, 0.06, 0.08, 0.9).empty()) << "thicker than that";
+  EXPECT_TRUE(find_thin_wall_midpoints(plate, bvh, 0.06, 0.08, 0.9).empty()) << "thicker than that";
 }
 
 TEST(ThinWalls, FacesThatMeetAtASharperAngleCountAndOthersDoNot) {
@@ -101,22 +101,22 @@ TEST(ThinWalls, FacesThatMeetAtASharperAngleCountAndOthersDoNot) {
   for (Vec3& p : wedge.points)
     if (p.y > 0) p.y = p.x > 0 ? 1.0f : 1e-3f;
   const TriangleBvh bvh = build_triangle_bvh(wedge.points, wedge.triangles);
-  EXPECT_TRUE(thin_wall_middles(wedge, bvh, 0.03, 0.5, 0.9).empty());
-  EXPECT_FALSE(thin_wall_middles(wedge, bvh, 0.03, 0.5, 0.6).empty());
+  EXPECT_TRUE(find_thin_wall_midpoints(wedge, bvh, 0.03, 0.5, 0.9).empty());
+  EXPECT_FALSE(find_thin_wall_midpoints(wedge, bvh, 0.03, 0.5, 0.6).empty());
 }
 
 TEST(ThinWalls, AWireOfThreeSidesIsThin) {
   // Its faces enclose 60 degrees, and the circle in its section has the radius 0.0289.
   const Model wire = wire_model(3, 0.0577f, 2);
   const TriangleBvh bvh = build_triangle_bvh(wire.points, wire.triangles);
-  const std::vector<Vec3> middles = thin_wall_middles(wire, bvh, 0.02, 0.12, 0.9);
+  const std::vector<Vec3> middles = find_thin_wall_midpoints(wire, bvh, 0.02, 0.12, 0.9);
   std::vector<int> sections(20);
   for (const Vec3 p : middles) {
     EXPECT_LT(std::hypot(p.x, p.z), 0.03f);
     if (p.y > 0 && p.y < 2) ++sections[static_cast<std::size_t>(10 * p.y)];
   }
   for (const int count : sections) EXPECT_GT(count, 5);
-  EXPECT_TRUE(thin_wall_middles(wire, bvh, 0.02, 0.05, 0.9).size() < middles.size() / 4);
+  EXPECT_TRUE(find_thin_wall_midpoints(wire, bvh, 0.02, 0.05, 0.9).size() < middles.size() / 4);
 }
 
 TEST(Thickness, CountsWhatHasNothingBehindIt) {

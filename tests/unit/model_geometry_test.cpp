@@ -510,7 +510,7 @@ TEST(SplitBvh, PiecesAnswerForTheirTriangles) {
 
 TEST(VertexClustering, OfSliversThatShareAPointFewAnswerForTheClosest) {
   const Model cone = cone_of(60000);
-  const std::vector<std::uint32_t> few = thin_long_triangles(MeshView(cone));
+  const std::vector<std::uint32_t> few = list_representative_triangles(MeshView(cone));
   ASSERT_FALSE(few.empty());
   EXPECT_LT(few.size(), 8000u);
   EXPECT_TRUE(std::is_sorted(few.begin(), few.end()));
@@ -535,7 +535,7 @@ TEST(VertexClustering, HairsThinnerThanACellStayInQueries) {
                          {{x + off, 0, 0}, {x + off, 1e-5f, 0}, {x + off, 50, 0}});
       hair.triangles.push_back({{first, first + 1, first + 2}});
     }
-  const std::size_t few = thin_long_triangles(MeshView(hair)).size();
+  const std::size_t few = list_representative_triangles(MeshView(hair)).size();
   EXPECT_GE(few, kHairs);
   EXPECT_LT(few, 3 * kHairs);
   const ClosestPointQuery query(hair);
@@ -545,7 +545,7 @@ TEST(VertexClustering, HairsThinnerThanACellStayInQueries) {
 
 TEST(Diagnose, PartsWithoutThicknessAreSaid) {
   Model winged = box_model({-1, -1, -1}, {1, 1, 1});
-  EXPECT_EQ(diagnose_fully(winged).sheet_share, 0);
+  EXPECT_EQ(diagnose_fully(winged).sheet_fraction, 0);
   const auto says_so = [](const Model& model) {
     for (const std::string& line : describe_problems(diagnose_fully(model)))
       if (line.find("of its area has no thickness") != std::string::npos) return true;
@@ -562,7 +562,7 @@ TEST(Diagnose, PartsWithoutThicknessAreSaid) {
          {Triangle{{0, 1, 2}}, Triangle{{0, 2, 3}}, Triangle{{0, 2, 1}}, Triangle{{0, 3, 2}}})
       winged.triangles.push_back({{first + t.v[0], first + t.v[1], first + t.v[2]}});
   }
-  EXPECT_NEAR(*diagnose_fully(winged).sheet_share, 0.25, 0.01);
+  EXPECT_NEAR(*diagnose_fully(winged).sheet_fraction, 0.25, 0.01);
   EXPECT_TRUE(says_so(winged));
 }
 

@@ -7,7 +7,9 @@
 namespace polymorph {
 namespace {
 
-double undecided(const Model& model) { return undecided_fraction(model, InsideTest(model)); }
+double undecided(const Model& model) {
+  return measure_undecided_fraction(model, InsideTest(model));
+}
 
 TEST(Shell, AClosedModelIsDecided) { EXPECT_EQ(undecided(box_model({-1, 0, 2}, {1, 1, 3})), 0); }
 

@@ -46,7 +46,7 @@ Model tube(int around, int rings) {
 
 TEST(Transfer, ChartsEndAtSeamsAndMaterials) {
   const Model model = tube(12, 4);
-  const auto charts = texture_charts(model);
+  const auto charts = find_texture_charts(model);
   std::vector<std::uint32_t> all = charts;
   std::sort(all.begin(), all.end());
   all.erase(std::unique(all.begin(), all.end()), all.end());
@@ -69,7 +69,7 @@ TEST(Transfer, ASurfaceOnTheModelGetsTheModelsTexture) {
       const auto p = [&](int x, int y) { return static_cast<std::uint32_t>(y * n + x % n); };
       triangles.push_back({{p(i, r), p(i, r + 1), p(i + 1, r + 1)}});
     }
-  const auto out = transfer_materials(model, ClosestPointQuery(model), texture_charts(model),
+  const auto out = transfer_materials(model, ClosestPointQuery(model), find_texture_charts(model),
                                       {points}, triangles);
   ASSERT_EQ(out.corner_uvs.size(), 3 * triangles.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) {
@@ -114,13 +114,13 @@ TEST(Transfer, ATriangleAcrossABorderShowsItWhereTheModelHasIt) {
                                 on_tube(0.6f, 6.0f),   on_tube(0.6f, 6.1f),   on_tube(0.61f, 6.0f)};
   const std::vector<Triangle> triangles = {{{0, 1, 2}}, {{3, 4, 5}}, {{6, 7, 8}}};
   const ClosestPointQuery closest(model);
-  const auto out = transfer_materials(model, closest, texture_charts(model), {at}, triangles);
+  const auto out = transfer_materials(model, closest, find_texture_charts(model), {at}, triangles);
   const std::vector<ClosestPoint> known = closest.closest(at);
   const auto same =
-      transfer_materials(model, closest, texture_charts(model), {at, known}, triangles);
+      transfer_materials(model, closest, find_texture_charts(model), {at, known}, triangles);
   EXPECT_EQ(same.corner_uvs, out.corner_uvs);
-  EXPECT_EQ(same.border_of, out.border_of);
-  ASSERT_EQ(out.border_of, (std::vector<std::uint32_t>{0, 1, TransferredMaterials::kNoBorder}));
+  EXPECT_EQ(same.border_index, out.border_index);
+  ASSERT_EQ(out.border_index, (std::vector<std::uint32_t>{0, 1, TransferredMaterials::kNoBorder}));
   ASSERT_EQ(out.borders.size(), 2u);
   for (std::size_t t = 0; t < 2; ++t)
     for (int i = 0; i <= 10; ++i)
@@ -147,7 +147,7 @@ TEST(Transfer, ASeamThatNobodySeesIsNoBorder) {
   const std::vector<Vec3> at = {{1, 1, -0.05f}, {1, 1, 0.05f}, {1, 1.1f, 0}};
   const std::vector<Triangle> triangles = {{{0, 1, 2}}};
   const auto borders = [&] {
-    return transfer_materials(model, ClosestPointQuery(model), texture_charts(model), {at},
+    return transfer_materials(model, ClosestPointQuery(model), find_texture_charts(model), {at},
                               triangles)
         .borders.size();
   };
@@ -166,11 +166,11 @@ TEST(Transfer, WithoutATextureOnlyMaterialsGoAlong) {
   model.corner_uvs.clear();
   const std::vector<Vec3> at = {{1, 3, 0}, {0.9f, 3.2f, 0.1f}, {1, 3.4f, -0.1f}};
   const std::vector<Triangle> triangles = {{{0, 1, 2}}};
-  const auto out =
-      transfer_materials(model, ClosestPointQuery(model), texture_charts(model), {at}, triangles);
+  const auto out = transfer_materials(model, ClosestPointQuery(model), find_texture_charts(model),
+                                      {at}, triangles);
   EXPECT_TRUE(out.corner_uvs.empty());
   EXPECT_EQ(out.triangle_materials, std::vector<std::uint32_t>{1});
-  EXPECT_TRUE(out.border_of.empty());
+  EXPECT_TRUE(out.border_index.empty());
 }
 
 }  // namespace

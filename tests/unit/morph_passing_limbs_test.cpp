@@ -13,7 +13,7 @@ namespace {
 constexpr float kSize = 2;
 
 std::vector<float> shares_at(const MorphPlan& plan, float time) {
-  return passing_shares(plan, eased_times(plan, time), BallSet(balls_at(plan, time)), kSize);
+  return passing_weights(plan, eased_times(plan, time), BallSet(balls_at(plan, time)), kSize);
 }
 
 float largest_at(const MorphPlan& plan, float time) {
@@ -50,7 +50,7 @@ TEST(PassingLimbs, FarFromEachOtherAreNotMixedAnyway) {
   // Limbs 0.2 apart are beyond reach of objects a tenth as large.
   const MorphPlan plan = plan_between_columns(0.4f);
   const std::vector<float> shares =
-      passing_shares(plan, eased_times(plan, 0.5f), BallSet(balls_at(plan, 0.5f)), 0.1f * kSize);
+      passing_weights(plan, eased_times(plan, 0.5f), BallSet(balls_at(plan, 0.5f)), 0.1f * kSize);
   EXPECT_EQ(*std::max_element(shares.begin(), shares.end()), 0);
 }
 

@@ -319,7 +319,7 @@ TEST(Timeline, ManyBlendedObjectsHaveWeightsAndTheOneWithAllOfThemShows) {
   EXPECT_EQ(middle.stage, Stage::kBlend);
   EXPECT_EQ(middle.weights, (std::vector<float>{0.5f, 0, 0, 0.5f}));
   EXPECT_EQ(morph_state_at(timeline, 2.5).weights, (std::vector<float>{0.625f, 0, 0, 0.375f}));
-  EXPECT_TRUE(moves_at(timeline, 3));
+  EXPECT_TRUE(differs_from_neighbours(timeline, 3));
   EXPECT_DOUBLE_EQ(film_time(scene, 3).leg, 1.5) << "to keyframes a blend is one leg";
   Scene zero = scene;
   zero.tracks[1].keys[1].value = {};

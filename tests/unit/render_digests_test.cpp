@@ -24,7 +24,7 @@ TEST(FrameDigests, MetalWithColorsInTheStudio) {
   std::vector<Vec3> colors;
   for (const Vec3& p : studio.ball.positions) colors.push_back(p * 0.5f + Vec3{0.5f, 0.5f, 0.5f});
   studio.scene.meshes[0].vertex_colors = colors;
-  studio.scene.meshes[0].vertex_color_share = 0.7f;
+  studio.scene.meshes[0].vertex_color_opacity = 0.7f;
   EXPECT_EQ(frame(studio.scene, small_settings(8)), "354724099dd91357");
 }
 

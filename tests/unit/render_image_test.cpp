@@ -235,7 +235,7 @@ TEST(Render, BordersOfMaterialsAreTheModelsNotTheTriangles) {
   model.materials = {matte({0.5f, 0, 0}), matte({0, 0.5f, 0})};
   const ClosestPointQuery closest(model);
   TestMesh square = make_square({}, {1, 0, 0}, {0, 1, 0}, 1);
-  const TransferredMaterials taken = transfer_materials(model, closest, texture_charts(model),
+  const TransferredMaterials taken = transfer_materials(model, closest, find_texture_charts(model),
                                                         {square.positions}, square.triangles);
   RenderScene scene = furnace();
   scene.meshes = {view_of(square)};
@@ -244,7 +244,7 @@ TEST(Render, BordersOfMaterialsAreTheModelsNotTheTriangles) {
       taken.triangle_materials,
       model.materials,
       {},
-      {&model, &closest, taken.borders, taken.border_of}};
+      {&model, &closest, taken.borders, taken.border_index}};
   const Image image = render_or_fail(scene, small_settings());
   const float unit = 18 / (5 * scene.camera.tan_half_fov_y);
   for (const float y : {-0.7f, 0.1f, 0.8f})

@@ -123,9 +123,9 @@ TEST(Lamps, ASecondSunAddsItsIrradiance) {
 TEST(DaySky, IsBlueAboveBrightByTheSunAndGivesItsIrradiance) {
   LightSettings lights;
   lights.key_elevation = 35;
-  const KeyLight sun = make_key_light(lights, Camera{});
+  const DistantLight sun = make_key_light(lights, Camera{});
   for (const float turbidity : {2.0f, 3.0f, 6.0f}) {
-    const Sky sky = make_day_sky(sun, {0.4f, 0.4f, 0.4f}, turbidity, 1, SkyPart::kAboveHorizon);
+    const Sky sky = make_day_sky(sun, {0.4f, 0.4f, 0.4f}, turbidity, 1, SkyDomain::kAboveHorizon);
     EXPECT_NEAR(luminance(sky.upper_irradiance), kDayIrradiance, 0.03f);
     const Vec3 zenith = sky_radiance(sky, Vec3{0, 1, 0});
     EXPECT_GT(zenith.z, 1.2f * zenith.x) << turbidity;
@@ -137,7 +137,7 @@ TEST(DaySky, IsBlueAboveBrightByTheSunAndGivesItsIrradiance) {
         << "the ground is lit by this very sky";
   }
   lights.key_elevation = -5;
-  const Sky dusk = make_day_sky(make_key_light(lights, Camera{}), {}, 3, 1, SkyPart::kAll);
+  const Sky dusk = make_day_sky(make_key_light(lights, Camera{}), {}, 3, 1, SkyDomain::kAll);
   for (const Vec3& texel : dusk.texels) ASSERT_TRUE(finite(texel));
 }
 

@@ -39,7 +39,7 @@ TEST(Sky, ImageDirectionsAreAsDocumented) {
   image.at(0, 1, 0) = 1;  // a quarter left of the middle column's left edge: behind and to the left
   image.at(2, 1, 1) = 1;
   image.at(0, 0, 2) = image.at(1, 0, 2) = image.at(2, 0, 2) = image.at(3, 0, 2) = 1;
-  const Sky sky = make_image_sky(image, 1, SkyPart::kAll);
+  const Sky sky = make_image_sky(image, 1, SkyDomain::kAll);
   EXPECT_NEAR(sky_radiance(sky, Vec3{0, 1, 0}).z, 1, 1e-4f);  // row 0 is the zenith
   // Column 2's centre is an eighth of a turn right of -z, column 0's an eighth left of +z.
   const float h = std::sqrt(0.5f);
@@ -49,7 +49,7 @@ TEST(Sky, ImageDirectionsAreAsDocumented) {
 }
 
 TEST(Sky, DensityIsADensityAndSamplesFollowIt) {
-  const Sky sky = make_image_sky(patchy_sky(), 1, SkyPart::kAll);
+  const Sky sky = make_image_sky(patchy_sky(), 1, SkyDomain::kAll);
   EXPECT_NEAR(sphere_integral([&](Vec3 d) { return bright_sky_pdf(sky, d); }), 1, 0.01);
   constexpr int kCount = 65536;
   const FrameSampler frame = make_frame_sampler(1, 0, kCount);
@@ -70,7 +70,7 @@ TEST(Sky, DensityIsADensityAndSamplesFollowIt) {
 }
 
 TEST(Sky, SamplesStayAboveTheHorizonWhenAsked) {
-  const Sky sky = make_image_sky(patchy_sky(), 1, SkyPart::kAboveHorizon);
+  const Sky sky = make_image_sky(patchy_sky(), 1, SkyDomain::kAboveHorizon);
   const FrameSampler frame = make_frame_sampler(1, 0, 256);
   for (std::uint32_t s = 0; s < 256; ++s) {
     const Sample4 r = PathSampler(frame, 0, 0, s).get(0);
@@ -80,7 +80,7 @@ TEST(Sky, SamplesStayAboveTheHorizonWhenAsked) {
 }
 
 TEST(Sky, IrradianceIsTheCosineIntegral) {
-  const Sky sky = make_image_sky(patchy_sky(), 1, SkyPart::kAll);
+  const Sky sky = make_image_sky(patchy_sky(), 1, SkyDomain::kAll);
   for (Vec3 n : {Vec3{0, 1, 0}, Vec3{0.6f, 0, -0.8f}, normalized(Vec3{-1, -2, 0.5f})}) {
     const double expected = sphere_integral([&](Vec3 d) {
       return split_radiance(sky, sky_radiance(sky, d)).calm.y * std::max(0.0f, dot(d, n));
@@ -96,7 +96,7 @@ TEST(Sky, IrradianceIsTheCosineIntegral) {
 TEST(Sky, ConstantSkyIsExactEverywhere) {
   Image image = make_image(6, 3, {"R", "G", "B"});
   for (float& value : image.pixels) value = 0.5f;
-  const Sky sky = make_image_sky(image, 2, SkyPart::kAll);
+  const Sky sky = make_image_sky(image, 2, SkyDomain::kAll);
   for (Vec3 n : {Vec3{1, 0, 0}, Vec3{0, -1, 0}, normalized(Vec3{1, 2, 3})})
     EXPECT_NEAR(sky_irradiance(sky, n).x, kPi, 1e-4f);
 }
@@ -107,22 +107,22 @@ TEST(Sky, BadPixelsCountAsBlack) {
   image.at(1, 0, 0) = 1;
   image.at(2, 0, 1) = -5;
   image.at(3, 1, 2) = INFINITY;
-  const Sky sky = make_image_sky(image, 1, SkyPart::kAll);
+  const Sky sky = make_image_sky(image, 1, SkyDomain::kAll);
   for (Vec3 texel : sky.texels) EXPECT_TRUE(finite(texel) && texel.x >= 0 && texel.y == 0);
 }
 
-TEST(KeyLight, DiscGivesItsIrradiance) {
+TEST(DistantLight, DiscGivesItsIrradiance) {
   LightSettings settings;
   settings.key_color = {1, 1, 1};
   settings.key_intensity = 3;
   for (float size : {0.0f, 0.5f, 12.0f, 90.0f}) {
     settings.key_size = size;
-    const KeyLight key = make_key_light(settings, {});
+    const DistantLight key = make_key_light(settings, {});
     const FrameSampler frame = make_frame_sampler(2, 0, 4096);
     Vec3 facing, sum;
     for (std::uint32_t s = 0; s < 4096; ++s) {
       const Sample4 r = PathSampler(frame, 0, 0, s).get(0);
-      const Vec3 d = sample_key(key, r.a, r.b);
+      const Vec3 d = sample_distant(key, r.a, r.b);
       EXPECT_TRUE(size == 0 || dot(d, key.frame.z) >= key.cos_radius - 1e-5f);
       facing = facing + key.sample_power * (dot(d, key.frame.z) / 4096.0f);
       sum = sum + d * (1.0f / 4096);
@@ -132,7 +132,7 @@ TEST(KeyLight, DiscGivesItsIrradiance) {
   }
 }
 
-TEST(KeyLight, StandsRelativeToTheCamera) {
+TEST(DistantLight, StandsRelativeToTheCamera) {
   LightSettings settings;
   settings.key_azimuth = -90;
   settings.key_elevation = 0;
@@ -143,10 +143,10 @@ TEST(KeyLight, StandsRelativeToTheCamera) {
   EXPECT_NEAR(make_key_light(settings, camera).frame.z.z, 1, 1e-5f);
 }
 
-TEST(KeyLight, ClearMeansNoRayToItMeetsTheSphere) {
+TEST(DistantLight, ClearMeansNoRayToItMeetsTheSphere) {
   LightSettings settings;
   settings.key_size = 20;
-  const KeyLight key = make_key_light(settings, {});
+  const DistantLight key = make_key_light(settings, {});
   const FrameSampler frame = make_frame_sampler(3, 0, 256);
   int clear = 0, hidden = 0;
   for (int i = 0; i < 400; ++i) {
@@ -155,11 +155,11 @@ TEST(KeyLight, ClearMeansNoRayToItMeetsTheSphere) {
     bool meets = false;
     for (std::uint32_t s = 0; s < 256 && !meets; ++s) {
       const Sample4 r = PathSampler(frame, i, 0, s).get(0);
-      const Vec3 d = sample_key(key, r.a, r.b);
+      const Vec3 d = sample_distant(key, r.a, r.b);
       const float along = -dot(point, d);
       meets = along > 0 && dot(point, point) - along * along < 1;
     }
-    const bool says_clear = key_is_clear(key, point, {}, 1);
+    const bool says_clear = is_light_unoccluded(key, point, {}, 1);
     EXPECT_FALSE(says_clear && meets);
     clear += says_clear;
     hidden += meets;
@@ -169,9 +169,9 @@ TEST(KeyLight, ClearMeansNoRayToItMeetsTheSphere) {
 }
 
 TEST(Studio, FloorIsLitAsItsOwnSkySays) {
-  const KeyLight key = make_key_light({}, {});
+  const DistantLight key = make_key_light({}, {});
   const Vec3 floor{0.3f, 0.4f, 0.5f};
-  const Sky sky = make_studio_sky(make_rig({}), key, floor, 1, SkyPart::kAboveHorizon);
+  const Sky sky = make_studio_sky(make_rig({}), key, floor, 1, SkyDomain::kAboveHorizon);
   const Vec3 irradiance = key.irradiance * key.frame.z.y + sky.upper_irradiance;
   const Vec3 below = sky_radiance(sky, Vec3{0, -1, 0});
   EXPECT_NEAR(below.x, floor.x * kInvPi * irradiance.x, 0.01f * below.x);

@@ -35,7 +35,7 @@ void expect_same_bits(const RenderScene& scene, const RenderSettings& settings) 
   EXPECT_GT(mean_green(expected), 0.01);
   for (auto& tracer : make_tracers()) {
     Renderer renderer = *Renderer::create();
-    renderer.trace_with(std::move(tracer));
+    renderer.set_device_tracer(std::move(tracer));
     const Image image = *renderer.render(scene, settings);
     EXPECT_FALSE(renderer.traced_on_cpu());
     EXPECT_EQ(renderer.stats().paths, lanes.stats().paths);
@@ -83,7 +83,7 @@ TEST(ScalarTracer, MirrorsAndColorsOfVerticesHaveTheSameBits) {
   std::vector<Vec3> colors;
   for (const Vec3& p : studio.ball.positions) colors.push_back(p * 0.5f + Vec3{0.5f, 0.5f, 0.5f});
   studio.scene.meshes[0].vertex_colors = colors;
-  studio.scene.meshes[0].vertex_color_share = 0.7f;
+  studio.scene.meshes[0].vertex_color_opacity = 0.7f;
   expect_same_bits(studio.scene, small_settings());
 }
 
@@ -160,7 +160,7 @@ TEST(ScalarTracer, ManyRaysHaveTheSameBitsOnAGpu) {
   settings.image.height = 240;
   settings.image.aovs = "all";
   Renderer lanes = *Renderer::create(), device = *Renderer::create();
-  device.trace_with(make_cuda_tracer(0, error));
+  device.set_device_tracer(make_cuda_tracer(0, error));
   double traced = 0;
   for (settings.frame = 1; traced < rays; ++settings.frame) {
     CameraSettings camera;
@@ -190,7 +190,7 @@ TEST(ScalarTracer, AdaptiveSamplesHaveTheSameBits) {
   RenderSettings settings = small_settings(200);
   settings.image.noise = 0.1f;
   Renderer renderer = *Renderer::create();
-  renderer.trace_with(make_scalar_tracer());
+  renderer.set_device_tracer(make_scalar_tracer());
   ASSERT_TRUE(renderer.render(studio.scene, settings));
   const auto pixels = static_cast<std::uint64_t>(settings.image.width * settings.image.height);
   EXPECT_GT(renderer.stats().paths, 16 * pixels);
@@ -216,7 +216,7 @@ TEST(ScalarTracer, BareHitsAreThoseOfTheExactDecisionButForEdges) {
   BallOnFloor studio;
   const RayDevice device = *make_ray_device("");
   const TracedScene scene = *TracedScene::build(device, studio.scene.meshes, 0, 10);
-  const Sky sky = make_image_sky(*constant_sky(1), 1, SkyPart::kAll);
+  const Sky sky = make_image_sky(*constant_sky(1), 1, SkyDomain::kAll);
   const PixelFilter filter = make_pixel_filter(1);
   FrameJob job;
   job.world.geometry = &scene;
@@ -277,7 +277,7 @@ struct BorderedSquare {
     model.textures = square.textures;
     closest = std::make_unique<ClosestPointQuery>(model);
     make_grid();
-    materials = transfer_materials(model, *closest, texture_charts(model), {fine.positions},
+    materials = transfer_materials(model, *closest, find_texture_charts(model), {fine.positions},
                                    fine.triangles);
   }
   RenderMesh view() const {
@@ -286,7 +286,7 @@ struct BorderedSquare {
     mesh.triangle_materials = materials.triangle_materials;
     mesh.materials = model.materials;
     mesh.textures = model.textures;
-    mesh.borders = {&model, closest.get(), materials.borders, materials.border_of};
+    mesh.borders = {&model, closest.get(), materials.borders, materials.border_index};
     return mesh;
   }
 
@@ -342,7 +342,7 @@ TEST(ScalarTracer, BordersOfThousandsOfLongTrianglesAreLeftToTheCpu) {
   studio.scene.meshes.push_back(square.view());
   const RenderSettings settings = small_settings();
   Renderer renderer = *Renderer::create();
-  renderer.trace_with(make_scalar_tracer());
+  renderer.set_device_tracer(make_scalar_tracer());
   EXPECT_EQ(renderer.render(studio.scene, settings)->pixels,
             render_or_fail(studio.scene, settings).pixels);
   EXPECT_TRUE(renderer.traced_on_cpu());
@@ -357,9 +357,9 @@ TEST(ScalarTracer, SumsThatFillTheMemoryAreLeftToTheCpu) {
   job.image.width = 3840;
   job.image.height = 2160;
   job.samples = {0, 512, 512};
-  EXPECT_EQ(why_not_on_device(job), "");
+  EXPECT_EQ(find_device_obstacle(job), "");
   job.samples = {16, 4096, 4096};  // eight nodes a pixel
-  EXPECT_NE(why_not_on_device(job).find("so large pictures"), std::string::npos);
+  EXPECT_NE(find_device_obstacle(job).find("so large pictures"), std::string::npos);
 }
 
 TEST(ScalarTracer, MemoryIsLimitedToWhatIsAllowed) {
@@ -396,7 +396,7 @@ TEST(ScalarTracer, MemoryIsLimitedToWhatIsAllowed) {
     for (auto& tracer : make_tracers()) {
       tracer->limit_memory(limit);
       Renderer renderer = *Renderer::create();
-      renderer.trace_with(std::move(tracer));
+      renderer.set_device_tracer(std::move(tracer));
       EXPECT_EQ(renderer.render(studio.scene, settings)->pixels, expected.pixels);
       EXPECT_EQ(renderer.traced_on_cpu(), limit == 1000);
     }
@@ -411,7 +411,7 @@ TEST(ScalarTracer, ClosestHitsAreThoseOfEmbree) {
   const TracedScene scene = *TracedScene::build(device, meshes, 0, 10);
   FrameJob job;
   job.world.geometry = &scene;
-  Sky sky = make_image_sky(*constant_sky(1), 1, SkyPart::kAll);
+  Sky sky = make_image_sky(*constant_sky(1), 1, SkyDomain::kAll);
   job.world.sky = sky;
   const PixelFilter filter = make_pixel_filter(1);
   job.camera.filter = &filter;

@@ -121,11 +121,11 @@ TEST(Lanes, MaterialsScatterTheSame) {
 }
 
 TEST(Lanes, LightsShineTheSame) {
-  const Sky sky = make_image_sky(*constant_sky(1), 1, SkyPart::kAll);
+  const Sky sky = make_image_sky(*constant_sky(1), 1, SkyDomain::kAll);
   Sky spotted = sky;
   spotted.texels[9] = {50, 40, 30};
   spotted.calm_level = 4;
-  prepare_sky(spotted, SkyPart::kAll);
+  prepare_sky(spotted, SkyDomain::kAll);
   LampSettings settings[3];
   settings[0].kind = LampKind::kLamp;
   settings[0].radius = 0.3f;
@@ -133,7 +133,7 @@ TEST(Lanes, LightsShineTheSame) {
   settings[1].radius = 0;
   settings[2].kind = LampKind::kPanel;
   settings[2].width = settings[2].height = 2;
-  const KeyLight key = make_key_light({}, {});
+  const DistantLight key = make_key_light({}, {});
   for (LampSettings& lamp : settings) {
     lamp.position = {0.5f, 2, 0.3f};
     const Lamp made = make_lamp(lamp, {});
@@ -142,7 +142,7 @@ TEST(Lanes, LightsShineTheSame) {
       const Pack u = random_pack(0, 1, 2 * round), v = random_pack(0, 1, 2 * round + 1);
       const LampSampleOf<Pack3> eight = sample_lamp(made, from, u, v);
       const Pack hit = intersect_lamp(made, RayOf<Pack3>{from, way});
-      const Pack3 towards = sample_key(key, u, v), radiance = sky_radiance(spotted, way);
+      const Pack3 towards = sample_distant(key, u, v), radiance = sky_radiance(spotted, way);
       for (int l = 0; l < kLanes; ++l) {
         const LampSample one = sample_lamp(made, lane(from, l), u[l], v[l]);
         expect_same(one.power, eight.power, l);
@@ -152,7 +152,7 @@ TEST(Lanes, LightsShineTheSame) {
           expect_same(one.distance, eight.distance, l);
         }
         expect_same(intersect_lamp(made, Ray{lane(from, l), lane(way, l)}), hit, l);
-        expect_same(sample_key(key, u[l], v[l]), towards, l);
+        expect_same(sample_distant(key, u[l], v[l]), towards, l);
         expect_same(sky_radiance(spotted, lane(way, l)), radiance, l);
         expect_same(sky_irradiance(spotted, lane(way, l)), sky_irradiance(spotted, way), l);
         expect_same(bright_sky_pdf(spotted, lane(way, l)), bright_sky_pdf(spotted, way), l);

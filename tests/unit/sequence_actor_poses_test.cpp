@@ -115,7 +115,7 @@ TEST_F(MovingEndsTest, PosesGoOnThroughHoldsAndMorph) {
     from += std::to_string(moment.mesh + 1);
     to += std::to_string(moment.to_mesh + 1);
     EXPECT_EQ(moment.object, f <= 3 ? 0 : f >= 14 ? 1 : -1) << f;
-    EXPECT_EQ(moves_at(timeline, f), f < 15) << f;
+    EXPECT_EQ(differs_from_neighbours(timeline, f), f < 15) << f;
   }
   EXPECT_EQ(from, "1234567812345678");
   EXPECT_EQ(to, "1122334455667788");

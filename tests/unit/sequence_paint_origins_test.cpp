@@ -85,7 +85,7 @@ TEST_F(PaintTest, HidesTheMaterials) {
     const FrameGeometry geometry = painted(prepared, frame);
     for (const RenderMesh& mesh : render_scene(prepared, geometry).meshes) {
       EXPECT_EQ(mesh.vertex_colors.size(), mesh.positions.size());
-      EXPECT_EQ(mesh.vertex_color_share, 1);
+      EXPECT_EQ(mesh.vertex_color_opacity, 1);
       EXPECT_TRUE(mesh.over.empty() && mesh.textures.empty() && mesh.look == 0);
     }
   }

@@ -139,7 +139,7 @@ TEST(FitField, DerivativesAreThoseOfTheResiduals) {
                       i % 2 ? FitPoint::Rule::kSurface : FitPoint::Rule::kOffset});
   }
   constexpr double kLength = 200;  // Huber's border and the least steepness are then far off
-  for (const int numbers : {kRoundNumbers, kEllipsoidNumbers}) {
+  for (const int numbers : {kRoundParameters, kEllipsoidParameters}) {
     const FitRows rows = make_fit_rows(balls, points, kLength, numbers);
     for (std::size_t p = 0; p < points.size(); ++p) {
       for (std::uint32_t e = rows.begins[p]; e < rows.begins[p + 1]; ++e) {
@@ -152,8 +152,8 @@ TEST(FitField, DerivativesAreThoseOfTheResiduals) {
             const int at = k - 4;
             if (k == 0) ball.w += step;
             if (k >= 1 && k <= 3) ball.center[k - 1] += step;
-            if (numbers == kRoundNumbers && k == 4) d = Eigen::Matrix3d::Identity() * step;
-            if (numbers == kEllipsoidNumbers && at >= 0) {
+            if (numbers == kRoundParameters && k == 4) d = Eigen::Matrix3d::Identity() * step;
+            if (numbers == kEllipsoidParameters && at >= 0) {
               constexpr int kRow[] = {0, 1, 2, 0, 0, 1}, kColumn[] = {0, 1, 2, 1, 2, 2};
               d(kRow[at], kColumn[at]) = d(kColumn[at], kRow[at]) = step;
             }
@@ -183,11 +183,11 @@ TEST(FitField, PointsThatAreAddedGetTheRowsOfAllAtOnce) {
   }
   for (int i = 0; i < 110; ++i)
     points.push_back({{std::sin(0.7 * i), std::cos(1.1 * i), 2 * std::sin(2.3 * i)}, 0, 1, {}});
-  const FitRows all = make_fit_rows(balls, points, 10, kEllipsoidNumbers);
+  const FitRows all = make_fit_rows(balls, points, 10, kEllipsoidParameters);
   const std::vector<FitPoint> some(points.begin(), points.begin() + 45);  // not whole groups
-  FitRows rows = make_fit_rows(balls, some, 10, kEllipsoidNumbers);
+  FitRows rows = make_fit_rows(balls, some, 10, kEllipsoidParameters);
   EXPECT_LT(rows.cost, all.cost);
-  add_fit_rows(balls, points, 10, kEllipsoidNumbers, rows);
+  add_fit_rows(balls, points, 10, kEllipsoidParameters, rows);
   EXPECT_EQ(rows.residuals, all.residuals);
   EXPECT_EQ(rows.psi, all.psi);
   EXPECT_EQ(rows.begins, all.begins);
@@ -214,7 +214,7 @@ TEST(FitStep, SolvesTheDampedNormalEquations) {
     const double t = 0.7 * i;
     points.push_back({{std::sin(t) + 0.1, std::cos(1.3 * t), std::sin(2.1 * t + 1)}, 0, 1, {}});
   }
-  const FitRows rows = make_fit_rows(balls, points, 10, kRoundNumbers);
+  const FitRows rows = make_fit_rows(balls, points, 10, kRoundParameters);
   Eigen::MatrixXd j(200, 5);
   Eigen::VectorXd r(200);
   for (int p = 0; p < 200; ++p) {
@@ -227,7 +227,7 @@ TEST(FitStep, SolvesTheDampedNormalEquations) {
   Eigen::MatrixXd normal = j.transpose() * j;
   normal.diagonal() *= 1.5;
   const Eigen::VectorXd expected = normal.ldlt().solve(-j.transpose() * r);
-  const std::vector<double> step = solve_damped_step(rows, 1, kRoundNumbers, 0.5);
+  const std::vector<double> step = solve_damped_step(rows, 1, kRoundParameters, 0.5);
   for (int k = 0; k < 5; ++k)
     EXPECT_NEAR(step[static_cast<std::size_t>(k)], expected[k], 1e-4 * expected.norm());
 }

@@ -122,7 +122,7 @@ Result<int> collect_garbage(const CommandLine& line, const CacheOptions& options
   double bytes = INFINITY, age = INFINITY;
   if (!options.max_size.empty()) {
     std::string size = options.max_size;
-    if (const std::string problem = read_size(size); !problem.empty())
+    if (const std::string problem = parse_size(size); !problem.empty())
       return make_error(ErrorCode::kUsage, "--max-size {}", problem);
     bytes = *parse_number(size);
   }

@@ -161,7 +161,7 @@ JsonValue to_json(const CheckResult& result, bool good) {
     object.update({{"crossing_pairs", d.crossings->pairs},
                    {"thickness", d.thickness->median},
                    {"balls_needed", d.thickness->balls},
-                   {"sheet_share", *d.sheet_share},
+                   {"sheet_share", *d.sheet_fraction},
                    {"thin", is_thin(*d.thickness)}});
     json["objects"].push_back(std::move(object));
   }

@@ -57,7 +57,7 @@ std::string accept_command(const GoldenOptions& options, const std::string& suit
 /// Checks that `folder` is outside the folder of the suites, where it would be mistaken for a
 /// suite. Errors: kUsage.
 Status check_outside_suites(const GoldenOptions& options, const std::filesystem::path& folder) {
-  if (!lies_in(folder, options.root)) return Ok{};
+  if (!is_in_folder(folder, options.root)) return Ok{};
   return make_error(ErrorCode::kUsage,
                     "{}: lies in {}, where each entry is a suite - give --report or --failures "
                     "another folder",

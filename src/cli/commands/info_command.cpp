@@ -83,7 +83,7 @@ Result<int> run_info(const CommandLine& line, const InfoOptions& options) {
     if (options.timeline || !options.show.empty())
       return make_error(ErrorCode::kUsage, "{}: {} is for scenes (.json)", options.input,
                         options.timeline ? "--timeline" : "--show plan");
-    const bool model = is_model_file(options.input) || is_unread_model(options.input);
+    const bool model = is_model_file(options.input) || is_unsupported_model(options.input);
     return print_inspection(options.json,
                             model ? inspect_model(options.input) : inspect_image(options.input));
   }

@@ -274,11 +274,11 @@ bool is_model_file(const fs::path& path) {
 
 bool is_foreign_model(const fs::path& path) { return is_one_of(kForeign, path); }
 
-bool is_unread_model(const fs::path& path) { return is_one_of(kUnread, path); }
+bool is_unsupported_model(const fs::path& path) { return is_one_of(kUnread, path); }
 
 Result<LoadedModel> load_model(const fs::path& path, const LoadObjSettings& settings) {
   if (const auto mesh = find_memory_mesh(path)) return load_memory(*mesh, path, settings);
-  if (is_unread_model(path))
+  if (is_unsupported_model(path))
     return make_error(ErrorCode::kInput,
                       "{}: {} files are not read - export the model as glTF (.glb), FBX or OBJ",
                       path.string(), lower_suffix(path));

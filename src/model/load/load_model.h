@@ -27,7 +27,7 @@ bool is_model_file(const std::filesystem::path& path);
 
 /// Tests whether the name has the suffix of another program's scene, such as .blend or .usdc. The
 /// error of load_model() then says what to export.
-bool is_unread_model(const std::filesystem::path& path);
+bool is_unsupported_model(const std::filesystem::path& path);
 
 /// Tests whether load_model() would start polymorph_assimp.
 bool is_foreign_model(const std::filesystem::path& path);

@@ -199,7 +199,7 @@ Diagnosis diagnose_fully(const Model& model) {
   const std::optional<ClusteredModel> clustered = cluster_long_triangles(model);
   const Model& shape = clustered ? clustered->model : model;
   d.thickness = measure_thickness(shape, build_split_bvh(shape.points, shape.triangles));
-  d.sheet_share = estimate_sheet_fraction(shape);
+  d.sheet_fraction = estimate_sheet_fraction(shape);
   d.crossings = count_self_intersections(model, build_triangle_bvh(model.points, model.triangles));
   return d;
 }
@@ -244,12 +244,13 @@ std::vector<std::string> describe_problems(const Diagnosis& d) {
         d.thickness->median, round_to_two_digits(d.thickness->balls),
         round_to_two_digits(d.thickness->balls / kStretch)));
   // A model that is open as a whole is reported by another line.
-  if (d.sheet_share && *d.sheet_share > kMinSheetFraction && *d.sheet_share < kMaxSheetFraction)
+  if (d.sheet_fraction && *d.sheet_fraction > kMinSheetFraction &&
+      *d.sheet_fraction < kMaxSheetFraction)
     lines.push_back(
         fmt::format("{:.2g} % of its area has no thickness: distances show it (motion.interpolate "
                     "\"distance\"), balls leave it out until the model itself is shown - give it "
                     "thickness in the modeller",
-                    100 * *d.sheet_share));
+                    100 * *d.sheet_fraction));
   if (has_many_long_triangles(d.long_triangles))
     lines.push_back(fmt::format(
         "{} of its triangles are longer than a 64th of its size, so a simpler "

@@ -40,7 +40,7 @@ struct Diagnosis {
   std::optional<Thickness> thickness;          ///< diagnose_fully() only
   std::optional<SelfIntersections> crossings;  ///< diagnose_fully() only
   /// Fraction of the area with outside on both sides; diagnose_fully() only.
-  std::optional<double> sheet_share;
+  std::optional<double> sheet_fraction;
 };
 
 /// Counts topological defects and measures volume and area.

@@ -9,7 +9,7 @@
 
 namespace polymorph {
 
-double undecided_fraction(const Model& model, const InsideTest& inside) {
+double measure_undecided_fraction(const Model& model, const InsideTest& inside) {
   constexpr std::int64_t kPoints = 4096;
   constexpr double kMinMagnitude = 0.25, kDecided = 0.75;
   const Box box = model.box();

@@ -10,7 +10,7 @@ namespace polymorph {
 /// is above 1/4 in magnitude, the fraction whose winding number is below 3/4: 0 for a closed model,
 /// nearly 0 for one with small holes, 1 for loose sheets. Evaluates 4096 points of the model's box;
 /// deterministic.
-double undecided_fraction(const Model& model, const InsideTest& inside);
+double measure_undecided_fraction(const Model& model, const InsideTest& inside);
 
 /// Models with at least this fraction are treated as shells: their faces are given thickness, and
 /// they have no inside. Scanned and modelled figures with holes are below 0.25, cut or open shells

@@ -95,7 +95,7 @@ __global__ void __launch_bounds__(kThreads)
     find_ray_hits(const __grid_constant__ DeviceScene scene, const Ray* rays, int count, bool bare,
                   MeshHit* hits) {
   const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
-  if (i < count) hits[i] = bare ? scene.closest_bare(rays[i]) : scene.closest(rays[i]);
+  if (i < count) hits[i] = bare ? scene.closest_in_floats(rays[i]) : scene.closest(rays[i]);
 }
 
 class CudaTracer : public DeviceTracer {

@@ -37,7 +37,7 @@ class Packer {
 
 DeviceBorders pack_borders(const MaterialBorders& borders, Packer& packer) {
   DeviceBorders packed;
-  if (borders.border_of.empty()) return packed;
+  if (borders.border_index.empty()) return packed;
   const TriangleBvhView bvh = borders.closest->view();
   packed.bvh = {packer.put(bvh.nodes), packer.put(bvh.corners), packer.put(bvh.triangles),
                 bvh.is_split};
@@ -45,7 +45,7 @@ DeviceBorders pack_borders(const MaterialBorders& borders, Packer& packer) {
   packed.model = {packer.put(model.points), packer.put(model.triangles),
                   packer.put(model.corner_uvs), packer.put(model.triangle_materials)};
   packed.triangles = packer.put(borders.triangles);
-  packed.border_of = packer.put(borders.border_of);
+  packed.border_index = packer.put(borders.border_index);
   return packed;
 }
 
@@ -87,7 +87,7 @@ DeviceTracedMesh pack_mesh(const MeshToTrace& traced, Packer& packer) {
     over.back().share = layer.share;
   }
   mesh.over = packer.put(over);
-  mesh.vertex_color_share = from.vertex_color_share;
+  mesh.vertex_color_opacity = from.vertex_color_opacity;
   mesh.look = from.look;
   mesh.moves = from.moves;
   return {packer.put(&mesh, 1),         traced.shutter,         traced.margin2, traced.clear,
@@ -111,12 +111,12 @@ SkyTables pack_sky(const SkyTables& sky, Packer& packer) {
 /// Tests whether a layer's borders use a split hierarchy. It returns any of several equally close
 /// points, and a GPU may return another one.
 bool has_split_borders(const MaterialLayer& layer) {
-  return !layer.borders.border_of.empty() && layer.borders.closest->view().is_split;
+  return !layer.borders.border_index.empty() && layer.borders.closest->view().is_split;
 }
 
 }  // namespace
 
-std::string why_not_on_device(const FrameJob& job) {
+std::string find_device_obstacle(const FrameJob& job) {
   // Maximum size, in bytes, of the sums of all nodes, which are copied back at once.
   constexpr double kMaxSums = 2e9;
   if (static_cast<double>(job.image.width) * job.image.height *

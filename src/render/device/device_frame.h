@@ -27,7 +27,7 @@ struct DeviceFrame {
 inline constexpr std::size_t kHierarchyBytes = 192;
 
 /// Names what the frame has that a GPU does not trace, for the log; empty if a GPU can trace it.
-std::string why_not_on_device(const FrameJob& job);
+std::string find_device_obstacle(const FrameJob& job);
 
 /// Buffers of a device that traces a frame some rows at a time.
 struct DeviceBuffers {

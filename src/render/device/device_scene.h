@@ -23,7 +23,7 @@ struct DeviceBorders {
   TriangleBvhView bvh;
   TexturedTriangles model;
   std::span<const BorderTriangle> triangles;
-  std::span<const std::uint32_t> border_of;
+  std::span<const std::uint32_t> border_index;
 
   /// Not inlined, because few hits lie on borders and the search needs many registers.
   PM_HD_CALL TexturePoint at(std::uint32_t border, float u, float v) const {
@@ -54,7 +54,7 @@ struct DeviceMesh : DeviceLayer {
   std::span<const Triangle> triangles;
   std::span<const Vec3> vertex_normals, corner_normals, vertex_colors, displacement;
   std::span<const DeviceLayer> over;
-  float vertex_color_share = 0, look = 0;
+  float vertex_color_opacity = 0, look = 0;
   bool moves = false;
 };
 using DeviceTracedMesh = TracedMeshOf<DeviceMesh, std::span<const std::uint32_t>>;
@@ -87,7 +87,7 @@ struct DeviceScene {
   PM_HD_CALL MeshHit closest(const Ray& ray) const { return find_closest(ray, ExactTest{*this}); }
   /// Finds the nearest mesh with a plain test in floats (Möller and Trumbore 1997), for benchmarks.
   /// Near edges the hit may differ from that of closest().
-  PM_HD_CALL MeshHit closest_bare(const Ray& ray) const {
+  PM_HD_CALL MeshHit closest_in_floats(const Ray& ray) const {
     return find_closest(ray, BareTest{*this});
   }
   /// Tests whether there is any mesh in (0, ray.far).

@@ -33,7 +33,7 @@ class ScalarTracer : public DeviceTracer {
     const Stopwatch stopwatch;
     parallel_for(static_cast<std::int64_t>(rays.size()), [&](std::int64_t i) {
       const FlushDenormals flush;
-      hits[i] = bare ? frame.scene.closest_bare(rays[i]) : frame.scene.closest(rays[i]);
+      hits[i] = bare ? frame.scene.closest_in_floats(rays[i]) : frame.scene.closest(rays[i]);
     });
     seconds = stopwatch.seconds();
     return "";

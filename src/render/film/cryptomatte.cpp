@@ -77,7 +77,7 @@ std::array<float, 2 * kMatteRanks> MattePixel::rank(float samples) const {
 Mattes::Mattes(const std::string& layers, const RenderScene& scene) {
   for (const Kind kind : {Kind::kObject, Kind::kMaterial, Kind::kLabel}) {
     const char* layer = kLayers[static_cast<std::size_t>(kind)];
-    if (!aov_is_chosen(layers, layer)) continue;
+    if (!includes_aov(layers, layer)) continue;
     kinds_.push_back(kind);
     tables_.push_back({layer, {}});
   }

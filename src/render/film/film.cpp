@@ -44,7 +44,7 @@ PixelFilter make_pixel_filter(float radius) {
 std::vector<const Aov*> choose_aovs(const std::string& layers) {
   std::vector<const Aov*> chosen;
   for (const Aov& aov : kAovs)
-    if (aov_is_chosen(layers, aov.layer)) chosen.push_back(&aov);
+    if (includes_aov(layers, aov.layer)) chosen.push_back(&aov);
   return chosen;
 }
 

@@ -70,7 +70,8 @@ struct DayModel {
 
 }  // namespace
 
-Sky make_day_sky(const KeyLight& sun, Vec3 floor, float turbidity, float scale, SkyPart part) {
+Sky make_day_sky(const DistantLight& sun, Vec3 floor, float turbidity, float scale,
+                 SkyDomain part) {
   Sky sky;
   sky.width = 512;
   sky.height = 256;

@@ -10,7 +10,7 @@ namespace polymorph {
 /// 1999, "A practical analytic model for daylight"), without the sun's own disc, above sunlit
 /// ground of the colour `floor`. `turbidity`: 2 to 10. At `scale` 1 the irradiance of level ground
 /// by the sky is about kDayIrradiance. A sun below the horizon is moved up to it.
-Sky make_day_sky(const KeyLight& sun, Vec3 floor, float turbidity, float scale, SkyPart part);
+Sky make_day_sky(const DistantLight& sun, Vec3 floor, float turbidity, float scale, SkyDomain part);
 
 /// Irradiance by the sky: a fourth of the key light's default, as on a clear day.
 inline constexpr float kDayIrradiance = 0.9f;

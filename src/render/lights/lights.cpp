@@ -80,10 +80,10 @@ Frame make_rig(const Camera& camera) {
 
 namespace {
 
-KeyLight make_disc(float azimuth, float elevation, float size, Vec3 irradiance,
-                   const Camera& camera) {
+DistantLight make_disc(float azimuth, float elevation, float size, Vec3 irradiance,
+                       const Camera& camera) {
   const float a = radians(azimuth), e = radians(elevation);
-  KeyLight key;
+  DistantLight key;
   key.frame = make_frame(normalized(to_world(make_rig(camera), direction_at(a, e))));
   key.irradiance = irradiance;
   key.sample_power = irradiance;
@@ -102,17 +102,18 @@ KeyLight make_disc(float azimuth, float elevation, float size, Vec3 irradiance,
 
 }  // namespace
 
-KeyLight make_key_light(const LightSettings& settings, const Camera& camera) {
+DistantLight make_key_light(const LightSettings& settings, const Camera& camera) {
   return make_disc(settings.key_azimuth, settings.key_elevation, settings.key_size,
                    settings.key_color * settings.key_intensity, camera);
 }
 
-KeyLight make_sun(const LampSettings& settings, const Camera& camera) {
+DistantLight make_sun(const LampSettings& settings, const Camera& camera) {
   return make_disc(settings.azimuth, settings.elevation, settings.size,
                    settings.color * settings.intensity, camera);
 }
 
-Sky make_studio_sky(const Frame& rig, const KeyLight& key, Vec3 floor, float scale, SkyPart part) {
+Sky make_studio_sky(const Frame& rig, const DistantLight& key, Vec3 floor, float scale,
+                    SkyDomain part) {
   Sky sky;
   sky.width = 256;
   sky.height = 128;

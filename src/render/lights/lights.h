@@ -12,7 +12,7 @@
 namespace polymorph {
 
 /// A round light at infinity, like the sun.
-struct KeyLight {
+struct DistantLight {
   Frame frame;           ///< z points to the light's centre
   float cos_radius = 1;  ///< cosine of the angular radius; 1 = a point
   float sin_radius = 0;
@@ -23,24 +23,25 @@ struct KeyLight {
 };
 
 /// Makes the key light of the settings, with the irradiance key_intensity * key_color.
-KeyLight make_key_light(const LightSettings& settings, const Camera& camera);
+DistantLight make_key_light(const LightSettings& settings, const Camera& camera);
 /// Makes a lamp of kind sun, with the irradiance intensity * color.
-KeyLight make_sun(const LampSettings& settings, const Camera& camera);
+DistantLight make_sun(const LampSettings& settings, const Camera& camera);
 /// Samples a direction towards the light, uniformly in solid angle.
 template <class V>
-PM_HD inline Vec3Of<V> sample_key(const KeyLight& key, V u, V v) {
+PM_HD inline Vec3Of<V> sample_distant(const DistantLight& key, V u, V v) {
   if (!(key.pdf > 0)) return broadcast3<Vec3Of<V>>(key.frame.z);
   return to_world(key.frame, cone_direction(1 - key.cos_radius, u, v));
 }
 template <class T3>
-PM_HD inline MaskOf<T3> hits_key(const KeyLight& key, T3 direction) {
+PM_HD inline MaskOf<T3> hits_distant(const DistantLight& key, T3 direction) {
   return dot(direction, key.frame.z) >= (key.pdf > 0 ? key.cos_radius : 2.0f);
 }
 
 /// Tests whether nothing inside the sphere can occlude any part of the light from the point. The
 /// test is conservative: it may return false although nothing can.
 template <class T3>
-PM_HD inline MaskOf<T3> key_is_clear(const KeyLight& key, T3 point, Vec3 center, float radius) {
+PM_HD inline MaskOf<T3> is_light_unoccluded(const DistantLight& key, T3 point, Vec3 center,
+                                            float radius) {
   // The light's directions form a cone of half angle r around its axis. At distance d from the axis
   // the sphere's centre has the signed distance d cos r - along sin r from the cone; the sphere is
   // outside where this exceeds its radius.
@@ -58,6 +59,7 @@ Frame make_rig(const Camera& camera);
 
 /// Makes the built-in studio: a sky of soft boxes. Its lower half and horizon show a floor of the
 /// colour `floor`, lit by this sky and the key light.
-Sky make_studio_sky(const Frame& rig, const KeyLight& key, Vec3 floor, float scale, SkyPart part);
+Sky make_studio_sky(const Frame& rig, const DistantLight& key, Vec3 floor, float scale,
+                    SkyDomain part);
 
 }  // namespace polymorph

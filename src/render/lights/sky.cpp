@@ -52,7 +52,7 @@ auto compute_cell_means(const Sky& sky, int width, int height, const F& f) {
   return cells;
 }
 
-SkyDistribution make_distribution(const Sky& sky, SkyPart part) {
+SkyDistribution make_distribution(const Sky& sky, SkyDomain part) {
   SkyDistribution d;
   // One cell per texel, because with coarser cells most samples would miss a sun of half a degree.
   d.width = std::min(sky.width, kMaxDistributionWidth);
@@ -60,7 +60,7 @@ SkyDistribution make_distribution(const Sky& sky, SkyPart part) {
   const std::vector<float> cells = compute_cell_means(sky, d.width, d.height, [&](Vec3 direction) {
     return luminance(split_radiance(sky, sky_radiance(sky, direction)).bright);
   });
-  const int rows = part == SkyPart::kAboveHorizon ? (d.height + 1) / 2 : d.height;
+  const int rows = part == SkyDomain::kAboveHorizon ? (d.height + 1) / 2 : d.height;
   d.row_cdf.assign(static_cast<std::size_t>(d.height) + 1, 0);
   d.column_cdf.assign(static_cast<std::size_t>(d.height) * (d.width + 1), 0);
   d.pdf.assign(static_cast<std::size_t>(d.height) * d.width, 0);
@@ -188,7 +188,7 @@ Vec3 integrate_upper(const Sky& sky) {
 
 }  // namespace
 
-void prepare_sky(Sky& sky, SkyPart part) {
+void prepare_sky(Sky& sky, SkyDomain part) {
   PM_CHECK(sky.width >= 1 && sky.height >= 1);
   PM_CHECK(sky.texels.size() == static_cast<std::size_t>(sky.width) * sky.height);
   sky.has_bright = std::any_of(sky.texels.begin(), sky.texels.end(),
@@ -198,7 +198,7 @@ void prepare_sky(Sky& sky, SkyPart part) {
   sky.upper_irradiance = integrate_upper(sky);
 }
 
-Sky make_image_sky(const Image& image, float scale, SkyPart part) {
+Sky make_image_sky(const Image& image, float scale, SkyDomain part) {
   PM_CHECK(image.width >= 1 && image.height >= 1 && image.channel_count() >= 1);
   int channel[3] = {image.find_channel("R"), image.find_channel("G"), image.find_channel("B")};
   for (int& c : channel) c = std::max(c, 0);

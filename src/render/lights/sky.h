@@ -13,7 +13,7 @@
 namespace polymorph {
 
 /// Directions that sample_bright_sky() may return.
-enum class SkyPart : unsigned char {
+enum class SkyDomain : unsigned char {
   kAll,
   kAboveHorizon,  ///< rays find the ground below
 };
@@ -42,7 +42,7 @@ struct Sky {
 
 /// Finishes a sky whose width, height, texels and calm_level are set. Texels must be finite and >=
 /// 0.
-void prepare_sky(Sky& sky, SkyPart part);
+void prepare_sky(Sky& sky, SkyDomain part);
 
 /// Returns the direction of the point (x, y), in texels.
 Vec3 sky_direction(const Sky& sky, float x, float y);
@@ -70,7 +70,7 @@ Vec3 upper_mean(const Sky& sky, const F& value) {
 
 /// Makes a sky from a lat-long image (channels R G B, or the first one as grey) times `scale`.
 /// Negative and non-finite pixels count as black.
-Sky make_image_sky(const Image& image, float scale, SkyPart part);
+Sky make_image_sky(const Image& image, float scale, SkyDomain part);
 
 /// View of a sky's tables for lookups on the CPU or a GPU. Borrowed.
 struct SkyTables {

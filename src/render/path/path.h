@@ -10,7 +10,7 @@ namespace polymorph {
 inline constexpr int kFreeMirrors = 2;
 // Number of glass boundaries that a path may pass: enough for two balls and the surface behind
 // them, with an internal reflection. They do not count for max_depth.
-inline constexpr std::uint32_t kFreeGlass = 8;
+inline constexpr std::uint32_t kMaxGlassBoundaries = 8;
 
 // With a single bounce (previews), surfaces that occlude the sky are assumed to reflect this
 // fraction of it. This replaces all further bounces: there are fewer black pixels, and shadows are
@@ -49,7 +49,7 @@ struct PathOf {
   V unlit{};                               ///< PathLight::unlit
   V depth_left{};                          ///< surfaces at which the path may still scatter
   V mirrors = broadcast<V>(kFreeMirrors);  ///< sharp mirrors that do not yet count for the depth
-  BitsOf<V> flags = BitsOf<V>{} + (kFromCamera | (kFreeGlass << kGlassShift));
+  BitsOf<V> flags = BitsOf<V>{} + (kFromCamera | (kMaxGlassBoundaries << kGlassShift));
   BitsOf<V> sample{};  ///< SampleIndex::reversed
 };
 using PathRow = PathOf<Vec3>;
@@ -178,9 +178,9 @@ PM_HD void leave_scene(const World& world, PathOf<T3>& path, MaskOf<T3> where) {
   add_sky(world, path, broadcast<V>(1), where);
   where = where & has(path, kHitsLights);
   if (!any(where)) return;
-  for (const KeyLight& sun : world.suns)
+  for (const DistantLight& sun : world.suns)
     add_hit_light(world, path, sun.radiance, broadcast<V>(sun.pdf),
-                  where & hits_key(sun, path.ray.direction));
+                  where & hits_distant(sun, path.ray.direction));
 }
 #if defined(PM_PACKS)
 extern template Pack3 clamp_indirect(const World&, const Paths&, const Pack3&);

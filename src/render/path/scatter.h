@@ -72,10 +72,10 @@ PM_HD void add_direct(const World& world, VerticesOf<T3, Shadows>& at,
 
 /// Adds the light of one sun. `scatter(direction)` returns the BSDF times cosine and the pdf.
 template <class T3, class Shadows, class Scatter>
-PM_HD void add_sun(const World& world, VerticesOf<T3, Shadows>& at, const KeyLight& sun,
+PM_HD void add_sun(const World& world, VerticesOf<T3, Shadows>& at, const DistantLight& sun,
                    const Sample4Of<ComponentOf<T3>>& random, const Scatter& scatter) {
   using V = ComponentOf<T3>;
-  const T3 direction = sample_key(sun, random.a, random.b);
+  const T3 direction = sample_distant(sun, random.a, random.b);
   const BsdfValueOf<T3> bsdf = scatter(direction);
   const MaskOf<T3> shared = at.shared & broadcast_mask<MaskOf<T3>>(sun.pdf > 0);
   const V weight =
@@ -119,7 +119,7 @@ template <class T3, class Shadows, class Scatter>
 PM_HD void add_more_lights(const World& world, VerticesOf<T3, Shadows>& at,
                            const VertexRandomOf<ComponentOf<T3>>& random, const Scatter& scatter) {
   std::size_t light = 0;
-  for (const KeyLight& sun : world.suns.subspan(1))
+  for (const DistantLight& sun : world.suns.subspan(1))
     add_sun(world, at, sun, random.light(light++), scatter);
   for (const Lamp& lamp : world.lamps) add_lamp(world, at, lamp, random.light(light++), scatter);
   if (world.sky.has_bright) add_bright_sky(world, at, random.sky(), scatter);
@@ -200,7 +200,7 @@ PM_HD MaskOf<T3> scatter_on_floor(const World& world, VerticesOf<T3, Shadows>& a
   const MaskOf<T3> records_unlit = broadcast_mask<MaskOf<T3>>(world.shadow_only) &
                                    has(path, kFromCamera) & !has(path, kThroughGlass);
   set(path, kOnShadowFloor, has(path, kOnShadowFloor) | records_unlit);
-  const KeyLight& key = world.suns.front();
+  const DistantLight& key = world.suns.front();
   // A disc that is completely above the floor's horizon contributes its irradiance times the
   // cosine, without noise.
   const bool is_above_horizon = key.frame.z.y >= key.sin_radius;
@@ -208,7 +208,7 @@ PM_HD MaskOf<T3> scatter_on_floor(const World& world, VerticesOf<T3, Shadows>& a
   if (is_above_horizon) {
     const T3 light =
         path.throughput * albedo * ((kInvPi * max(key.frame.z.y, 0.0f)) * key.irradiance);
-    clear = key_is_clear(key, at.origin, world.center, world.radius);
+    clear = is_light_unoccluded(key, at.origin, world.center, world.radius);
     path.radiance = path.radiance + zero_unless(clear, clamp_indirect(world, path, light));
     path.unlit = path.unlit + zero_unless(records_unlit, luminance(light));
   }

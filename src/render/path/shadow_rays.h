@@ -9,7 +9,8 @@
 
 namespace polymorph {
 
-inline constexpr int kMaxBoundaries = 32;  ///< maximum number of glass boundaries per shadow ray
+inline constexpr int kMaxShadowBoundaries =
+    32;  ///< maximum number of glass boundaries per shadow ray
 
 /// Computes the fraction of light that passes all meshes along a ray: 0 if any is opaque. Glass
 /// does not bend the ray.
@@ -18,7 +19,7 @@ PM_HD_CALL Vec3 trace_transmittance(const World& world, const Scene& scene, cons
                                     RayStats& stats) {
   Vec3 transmittance{1, 1, 1};
   Ray segment = ray;
-  for (int boundary = 0; boundary < kMaxBoundaries; ++boundary) {
+  for (int boundary = 0; boundary < kMaxShadowBoundaries; ++boundary) {
     ++stats.rays;
     const MeshHit hit = scene.closest(segment);
     if (hit.mesh == kNoMesh) return transmittance;

@@ -15,8 +15,8 @@ namespace polymorph {
 template <class Layer>
 PM_HD TexturePoint find_texture_point(const Layer& layer, std::uint32_t triangle, float u,
                                       float v) {
-  if (!layer.borders.border_of.empty()) {
-    const std::uint32_t border = layer.borders.border_of[triangle];
+  if (!layer.borders.border_index.empty()) {
+    const std::uint32_t border = layer.borders.border_index[triangle];
     if (border != TransferredMaterials::kNoBorder) return layer.borders.at(border, u, v);
   }
   TexturePoint point;
@@ -53,12 +53,12 @@ PM_HD Shading mesh_shading(const Mesh& mesh, const MeshHit& hit) {
   for (const auto& layer : mesh.over)
     if (!layer.materials.empty() && layer.share > 0)
       shading = mix(shading, layer_shading(layer, hit), clamp01(layer.share));
-  if (!mesh.vertex_colors.empty() && mesh.vertex_color_share > 0) {
+  if (!mesh.vertex_colors.empty() && mesh.vertex_color_opacity > 0) {
     const Triangle& t = mesh.triangles[hit.triangle];
     const Vec3* colors = mesh.vertex_colors.data();
     const Vec3 color =
         colors[t.v[0]] * (1 - hit.u - hit.v) + colors[t.v[1]] * hit.u + colors[t.v[2]] * hit.v;
-    shading.color = lerp(shading.color, color, clamp01(mesh.vertex_color_share));
+    shading.color = lerp(shading.color, color, clamp01(mesh.vertex_color_opacity));
   }
   return shading;
 }

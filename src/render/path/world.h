@@ -19,7 +19,7 @@ struct World {
   Box bounds;                             ///< TracedScene::bounds()
   float epsilon = 0;                      ///< TracedScene::epsilon()
   SkyTables sky;
-  std::span<const KeyLight> suns;  ///< the key light first
+  std::span<const DistantLight> suns;  ///< the key light first
   std::span<const Lamp> lamps;
   Floor floor;
   Backdrop backdrop;

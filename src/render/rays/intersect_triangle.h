@@ -59,12 +59,12 @@ inline PerCorner after_next(PerCorner a) { return __builtin_shufflevector(a, a, 
 /// line passes. `at[i]` belongs to the edge PQ opposite to corner i: D . (P x Q), with the ray's
 /// direction D and P, Q relative to its origin. The edge QP gives exactly the negative, rounding
 /// included, so two triangles that share an edge always agree.
-struct EdgeSides {
+struct EdgeFunctions {
   PerCorner x, y, z;  ///< corners, seen from the ray's origin
   PerCorner at;
   double sum;  ///< twice the triangle's area as seen along the ray, with the sign of its facing
 
-  PM_HD EdgeSides(Vec3 origin, Vec3d direction, Vec3 a, Vec3 b, Vec3 c) {
+  PM_HD EdgeFunctions(Vec3 origin, Vec3d direction, Vec3 a, Vec3 b, Vec3 c) {
     const Vec3d o(origin), p(a), q(b), r(c);
     x = PerCorner{p.x, q.x, r.x, o.x} - o.x;
     y = PerCorner{p.y, q.y, r.y, o.y} - o.y;
@@ -108,7 +108,7 @@ struct TriangleIntersection {
   double u = 0, v = 0;  ///< weights of the second and the third corner
 };
 /// Computes the intersection of a line that passes through the triangle.
-PM_HD inline TriangleIntersection compute_intersection(const EdgeSides& sides, Vec3d d) {
+PM_HD inline TriangleIntersection compute_intersection(const EdgeFunctions& sides, Vec3d d) {
   const double scale = 1 / sides.sum;
   // The distance is a weighted mean of the corners' distances, so it stays near their range even
   // for grazing rays.

@@ -26,8 +26,9 @@ struct TracedMeshOf {
 };
 
 template <class Traced>
-PM_HD [[gnu::always_inline]] inline EdgeSides compute_sides(const Traced& traced, const Triangle& t,
-                                                            const Ray& ray, Vec3d direction) {
+PM_HD [[gnu::always_inline]] inline EdgeFunctions compute_sides(const Traced& traced,
+                                                                const Triangle& t, const Ray& ray,
+                                                                Vec3d direction) {
   return {ray.origin, direction, traced.at(t.v[0], ray.time), traced.at(t.v[1], ray.time),
           traced.at(t.v[2], ray.time)};
 }
@@ -49,7 +50,7 @@ class EdgeNeighborhood {
   /// Calls f(other) for all triangles that share a corner with an edge of `triangle` close to the
   /// ray.
   template <class F>
-  PM_HD void for_each_near(std::uint32_t triangle, const EdgeSides& sides, const F& f) const {
+  PM_HD void for_each_near(std::uint32_t triangle, const EdgeFunctions& sides, const F& f) const {
     const Triangle& t = traced_.mesh->triangles[triangle];
     for (int k = 0; k < 3; ++k)
       if (sides.near((k + 1) % 3, traced_.margin2) || sides.near((k + 2) % 3, traced_.margin2))
@@ -59,7 +60,7 @@ class EdgeNeighborhood {
 
   /// Tests whether the mesh continues beyond every edge close to the ray. The ray must hit
   /// `triangle`.
-  PM_HD_CALL bool is_covered(std::uint32_t triangle, const EdgeSides& sides) const {
+  PM_HD_CALL bool is_covered(std::uint32_t triangle, const EdgeFunctions& sides) const {
     const Triangle& t = traced_.mesh->triangles[triangle];
     for (int k = 0; k < 3; ++k) {
       const bool near_incoming = sides.near((k + 1) % 3, traced_.margin2);
@@ -76,7 +77,7 @@ class EdgeNeighborhood {
 
  private:
   /// Tests whether another triangle lies beyond the edge from v to w of a triangle. `front`: the
-  /// triangle's EdgeSides::sum is positive.
+  /// triangle's EdgeFunctions::sum is positive.
   PM_HD bool is_edge_covered(std::uint32_t v, std::uint32_t w, bool front) const {
     for (std::uint32_t i = traced_.fan_begin[v]; i < traced_.fan_begin[v + 1]; ++i) {
       const Triangle& t = traced_.mesh->triangles[traced_.fans[i]];
@@ -93,7 +94,7 @@ class EdgeNeighborhood {
   PM_HD bool is_corner_covered(std::uint32_t v) const {
     for (std::uint32_t i = traced_.fan_begin[v]; i < traced_.fan_begin[v + 1]; ++i) {
       const Triangle& t = traced_.mesh->triangles[traced_.fans[i]];
-      const EdgeSides sides = compute_sides(traced_, t, ray_, d_);
+      const EdgeFunctions sides = compute_sides(traced_, t, ray_, d_);
       const int k = find_corner(t, v);
       if (sides.near((k + 2) % 3, traced_.margin2) &&
           !is_edge_covered(v, t.v[(k + 1) % 3], sides.sum > 0))
@@ -119,7 +120,7 @@ template <class Traced>
 PM_HD bool intersects_triangle(const Traced& traced, std::uint32_t triangle, const Ray& ray,
                                TriangleIntersection& intersection) {
   const Vec3d d(ray.direction);
-  const EdgeSides sides = compute_sides(traced, traced.mesh->triangles[triangle], ray, d);
+  const EdgeFunctions sides = compute_sides(traced, traced.mesh->triangles[triangle], ray, d);
   if (!sides.inside()) return false;
   if (sides.closest() <= traced.clear && sides.near_any(traced.margin2) &&
       !EdgeNeighborhood(traced, ray).is_covered(triangle, sides))

@@ -162,12 +162,12 @@ Result<ActorGeometry> full_geometry(const PreparedScene& prepared, const Prepare
   const bool turntable = scene.frames.turntable > 0;  // only the camera moves
   const bool is_last = turntable || frame == prepared.frame_count;
   const bool labels =
-      aov_is_chosen(scene.image.aovs, "label") || aov_is_chosen(scene.image.aovs, "crypto_label");
+      includes_aov(scene.image.aovs, "label") || includes_aov(scene.image.aovs, "crypto_label");
   const MorphState moment = morph_state_at(actor.timeline, shown);
   PM_TRY(ActorGeometry geometry, unshifted_geometry(actor, moment, engine));
   if (wants_flow(scene_at(scene, static_cast<double>(frame))))
     PM_TRY_STATUS(add_flow(actor, is_last, engine, geometry));
-  geometry.moves = !turntable && moves_at(actor.timeline, shown);
+  geometry.moves = !turntable && differs_from_neighbours(actor.timeline, shown);
   if (labels && !geometry.surface.positions.empty()) {
     PM_TRY(geometry.surface_labels, surface_labels(geometry, engine));
   }

@@ -85,7 +85,7 @@ std::vector<Attribute> make_header(const PreparedScene& prepared, int frame,
       {kBallsAttribute, ball_counts(prepared)},
       {kPlanAttribute, plan_digest(prepared)},
       {kObjectsAttribute, object_names(prepared)}};
-  if (aov_is_chosen(prepared.scene.image.aovs, "label")) {
+  if (includes_aov(prepared.scene.image.aovs, "label")) {
     std::string names;
     int number = 0;
     for (const PreparedActor& actor : prepared.actors)
@@ -125,7 +125,7 @@ std::string picture_key(const PreparedScene& prepared, int frame) {
   Hasher key;
   key.add(frame_hash(scene, prepared.hashes, frame)).add(sequence_time(scene, frame));
   for (const PreparedActor& actor : prepared.actors) {
-    if (moves_at(actor.timeline, frame)) return "";
+    if (differs_from_neighbours(actor.timeline, frame)) return "";
     add(key, morph_state_at(actor.timeline, frame));
     if (flows) add(key, morph_state_at(actor.timeline, std::min(frame + 1, actor.timeline.count)));
   }

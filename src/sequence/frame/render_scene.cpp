@@ -14,7 +14,7 @@ MaterialLayer material_layer(const ObjectLayer& layer) {
           materials.triangle_materials,
           object.model.materials,
           object.model.textures,
-          {&object.model, object.outer.get(), materials.borders, materials.border_of}};
+          {&object.model, object.outer.get(), materials.borders, materials.border_index}};
 }
 
 /// Ids and labels of an actor's meshes in AOVs.
@@ -45,7 +45,7 @@ void apply_paint(RenderMesh& mesh, const std::vector<Vec3>& colors) {
   static_cast<MaterialLayer&>(mesh) = plain;
   mesh.over.clear();
   mesh.vertex_colors = colors;
-  mesh.vertex_color_share = 1;
+  mesh.vertex_color_opacity = 1;
   mesh.look = 0;
 }
 
@@ -60,7 +60,7 @@ RenderMesh surface_mesh(const PreparedActor& actor, const ActorGeometry& geometr
   for (std::size_t i = 1; i < layers.size(); ++i)
     mesh.over.push_back({material_layer(layers[i]), layers[i].share});
   mesh.vertex_colors = geometry.look.colors;
-  mesh.vertex_color_share = geometry.look.color_share;
+  mesh.vertex_color_opacity = geometry.look.color_share;
   mesh.look = layers.empty() ? 1.0f : 0.0f;
   mesh.id = ids.id;
   mesh.vertex_labels = geometry.surface_labels;

@@ -110,7 +110,7 @@ void add_meshes(const SceneInputs& inputs, SequenceHashes& hashes) {
     for (std::size_t i = 0; i < objects.size(); ++i) {
       std::vector<MeshHashes>& list = lists.emplace_back();
       if (const auto& sequence = inputs.sequences[first + i])
-        list = hash_meshes(*sequence, !plays_meshes(*objects[i].actor));
+        list = hash_meshes(*sequence, !plays_sequence_alone(*objects[i].actor));
     }
   }
 }

@@ -25,7 +25,7 @@ PlanSide plan_side(const PreparedObject& object, const std::vector<std::int32_t>
 
 /// Logs the overall rotation of the morph and which limb becomes which.
 void log_plan(const MorphPlan& plan, const std::string& from, const std::string& to) {
-  if (const std::string turn = describe_turn(plan); !turn.empty())
+  if (const std::string turn = describe_rotation(plan); !turn.empty())
     log_info("{} -> {}: {}", from, to, turn);
   if (const std::string limbs = describe_limbs(plan); !limbs.empty())
     log_info("{} -> {}: limbs: {}", from, to, limbs);
@@ -86,7 +86,7 @@ Status add_legs(const Preparation& preparation, const PlanSettings& settings, Pr
     if (leg->until == 1) continue;
     const bool with_distances =
         i + 1 < timings.size() && timings[i + 1].interpolation == Interpolation::kDistance;
-    PM_TRY(PreparedObject object, object_in_flight(*leg, with_distances, engine, cache));
+    PM_TRY(PreparedObject object, make_flight_object(*leg, with_distances, engine, cache));
     source = std::make_shared<const PreparedObject>(std::move(object));
     actor.objects.push_back(source);
     previous = leg;

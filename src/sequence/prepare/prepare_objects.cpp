@@ -119,7 +119,7 @@ Result<std::vector<ActorOutline>> outline_actors(const Scene& scene,
     models = models.subspan(objects.size());
     const std::size_t first = loaded.models.size() - models.size() - objects.size();
     ActorOutline& outline = outlines.emplace_back();
-    if (plays_meshes(*objects.front().actor)) outline.sequence = loaded.sequences[first];
+    if (plays_sequence_alone(*objects.front().actor)) outline.sequence = loaded.sequences[first];
     bool one_color = true;
     for (std::size_t i = first; !outline.sequence && i < first + own.size(); ++i)
       one_color &= is_one_color(loaded.fitted_model(i));
@@ -149,7 +149,7 @@ Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
   if (std::any_of(chain.begin(), chain.end(), [&](const ChainObject& object) {
         const SphereSettings& spheres = object.settings->spheres;
         return spheres.coarse && is_fitted(preparation.scene, spheres) &&
-               !plays_meshes(*object.actor);
+               !plays_sequence_alone(*object.actor);
       }))
     log_info("the balls are coarse, as previews have them: a full render fits finer ones");
   // Free copies of shared models first: the memory estimate counts them or the objects, not both.
