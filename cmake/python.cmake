@@ -8,7 +8,7 @@ find_package(nanobind CONFIG REQUIRED)
 nanobind_add_module(polymorph_python NB_STATIC
   ${CMAKE_SOURCE_DIR}/python/module.cpp ${CMAKE_SOURCE_DIR}/python/call.cpp ${CMAKE_SOURCE_DIR}/python/arrays.cpp)
 set_target_properties(polymorph_python PROPERTIES OUTPUT_NAME _polymorph EXCLUDE_FROM_ALL ON)
-target_link_libraries(polymorph_python PRIVATE pm_export)
+target_link_libraries(polymorph_python PRIVATE pm_inspect)
 
 install(TARGETS polymorph polymorph_assimp RUNTIME DESTINATION bin COMPONENT python EXCLUDE_FROM_ALL)
 install(TARGETS polymorph_python LIBRARY DESTINATION . COMPONENT python EXCLUDE_FROM_ALL)

@@ -17,6 +17,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <mutex>
 #include <new>
 #include <set>
 #include <system_error>
@@ -222,7 +223,11 @@ Status check_channels(const Image& image) {
 /// not depend on the number of threads.
 int prepare_exr_threads() {
   const int count = thread_count() > 1 ? thread_count() : 0;
-  if (Imf::globalThreadCount() < count) Imf::setGlobalThreadCount(count);
+  static std::mutex mutex;
+  const std::lock_guard lock(mutex);
+  // One thread at a time: where a later one of several cannot be started, OpenEXR 3.1 frees a new
+  // pool under the threads that already wait in it.
+  for (int n = Imf::globalThreadCount() + 1; n <= count; ++n) Imf::setGlobalThreadCount(n);
   return count;
 }
 
