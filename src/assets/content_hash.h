@@ -32,7 +32,7 @@ struct SceneInputs {
 
 /// Hashes the scene's settings, its files' contents and the program. The files' paths, the working
 /// folder and the settings `output` do not change the hash; the bits of a PNG are read from the
-/// file (run/status.h).
+/// file (sequence/run/status.h).
 std::string content_hash(const SceneInputs& inputs, std::string_view program = program_identity());
 
 /// Hashes the inputs that all frames of a film share: the contents of the scene's files, except the

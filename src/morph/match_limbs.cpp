@@ -87,7 +87,7 @@ struct Problem {
   const Limbs &from, &to;
   const LimbChoices& choices;
   std::vector<Features> a, b;
-  /// Indices of `a` in the order of the search: required limbs, then those that most others sit on,
+  /// Indices of `a` in the order of the search: chosen limbs, then those that most others sit on,
   /// then the longest.
   std::vector<std::uint32_t> order;
 };

@@ -159,8 +159,8 @@ Mat3 find_pairs_by_limbs(MorphPlan& plan, const LimbPlan& limbs, const CostPair&
   CostPair by_limbs;
   by_limbs.label_cost = sides.label_cost;
   std::tie(by_limbs.a, by_limbs.b) = limb_cost_sides(limbs, plan.from, plan.to, sides.a, sides.b);
-  // Without landmarks, the pairs alone are more reliable: a limb without a counterpart often lies
-  // on a limb of the other object if both are similar.
+  // Without the user's choices, the pairs alone are more reliable: a limb without a counterpart
+  // often lies on a limb of the other object if both are similar.
   if (limbs.match.is_chosen)
     std::tie(plan.from_curves, plan.to_curves) = find_limb_curves(limbs, plan.from, plan.to);
   plan.pairs = pair_bodies(by_limbs, mode, plan.from_curves, plan.to_curves);

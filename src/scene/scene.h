@@ -316,7 +316,7 @@ struct ImageSettings {
   int height = 480;
   int samples = 16;   ///< per pixel; with `noise`, the maximum
   float noise = 0;    ///< above 0: pixels are sampled until their error is below this
-  int max_depth = 4;  ///< surfaces at which a path may scatter; mirrors count less
+  int max_depth = 4;  ///< surfaces at which a path may scatter; mirrors count less. 0: no paths
   std::uint64_t seed = 0;
   bool steady = true;        ///< still objects have the same noise in every frame
   bool denoise = false;      ///< use Open Image Denoise if it is found

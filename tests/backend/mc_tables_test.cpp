@@ -14,7 +14,7 @@ namespace {
 using Segment = std::pair<int, int>;
 
 /// Directed edges of a case's triangles that no other triangle of the case runs backwards.
-std::vector<Segment> border_index(int key) {
+std::vector<Segment> border_segments(int key) {
   const McTable& table = mc_table();
   std::multiset<Segment> directed;
   for (int t = 0; t < table.count[key]; ++t) {
@@ -62,7 +62,7 @@ TEST(McTables, uses_exactly_the_crossed_edges) {
 TEST(McTables, polygons_are_closed_but_for_segments_on_faces) {
   for (int key = 0; key < 256; ++key) {
     std::map<int, int> balance;
-    for (const Segment& s : border_index(key)) {
+    for (const Segment& s : border_segments(key)) {
       int faces = 0;
       for (int f = 0; f < 6; ++f) faces += in_face(s, f) ? 1 : 0;
       EXPECT_EQ(faces, 1) << "key " << key << " segment " << s.first << "-" << s.second;
@@ -75,7 +75,7 @@ TEST(McTables, polygons_are_closed_but_for_segments_on_faces) {
 
 TEST(McTables, no_diagonal_lies_in_a_face) {
   for (int key = 0; key < 256; ++key) {
-    const std::vector<Segment> border = border_index(key);
+    const std::vector<Segment> border = border_segments(key);
     for (int t = 0; t < mc_table().count[key]; ++t) {
       for (int k = 0; k < 3; ++k) {
         const Segment s = {mc_table().edges[key][3 * t + k],
@@ -96,7 +96,7 @@ TEST(McTables, neighbours_draw_the_same_segments_in_opposite_directions) {
     const int upper_face = 2 * axis + 1, lower_face = 2 * axis;
     for (int a = 0; a < 256; ++a) {
       std::set<Segment> drawn;
-      for (const Segment& s : border_index(a)) {
+      for (const Segment& s : border_segments(a)) {
         if (in_face(s, upper_face)) drawn.insert(s);
       }
       for (int b = 0; b < 256; ++b) {
@@ -106,7 +106,7 @@ TEST(McTables, neighbours_draw_the_same_segments_in_opposite_directions) {
         if (!fits) continue;
         ++pairs;
         std::set<Segment> answered;
-        for (const Segment& s : border_index(b)) {
+        for (const Segment& s : border_segments(b)) {
           if (!in_face(s, lower_face)) continue;
           const auto shifted = [bit](int e) {
             return mc::edge_between(edge_low_corner(e) | bit, edge_high_corner(e) | bit);
@@ -128,9 +128,9 @@ TEST(McTables, rotating_the_corners_rotates_the_segments) {
       const auto turned = [&to](int e) {
         return mc::edge_between(to[edge_low_corner(e)], to[edge_high_corner(e)]);
       };
-      for (const Segment& s : border_index(key))
+      for (const Segment& s : border_segments(key))
         rotated.insert({turned(s.first), turned(s.second)});
-      for (const Segment& s : border_index(mc::rotated_key(key, to))) expected.insert(s);
+      for (const Segment& s : border_segments(mc::rotated_key(key, to))) expected.insert(s);
       ASSERT_EQ(rotated, expected) << "rotation " << r << " key " << key;
     }
   }
@@ -159,8 +159,8 @@ TEST(McTables, complement_reverses_the_segments_unless_a_face_is_ambiguous) {
   int ambiguous = 0;
   for (int key = 0; key < 256; ++key) {
     std::set<Segment> reversed, expected;
-    for (const Segment& s : border_index(key)) reversed.insert({s.second, s.first});
-    for (const Segment& s : border_index(255 - key)) expected.insert(s);
+    for (const Segment& s : border_segments(key)) reversed.insert({s.second, s.first});
+    for (const Segment& s : border_segments(255 - key)) expected.insert(s);
     if (mc::has_ambiguous_face(key)) {
       ++ambiguous;
       EXPECT_NE(reversed, expected) << "key " << key;

@@ -122,7 +122,7 @@ TEST_P(LegSurfaceTest, ItsFieldIsZeroOnTheMeshAndPositiveInside) {
 }
 
 /// A source of many small parts, and a target of one: near the source its parts stay, and what
-/// comes off later is a crumb.
+/// comes off later is a fragment.
 TEST(MinComponentShare, IsOfTheObjectNearEitherEnd) {
   const auto engine = make_cpu_engine();
   Leg leg = *make_test_leg(Interpolation::kDistance, *engine);
@@ -155,7 +155,7 @@ Mesh mesh_of_balls(Engine& engine, int count) {
   return std::move(mesh).value();
 }
 
-TEST(RemoveCrumbs, TakesAFewAndNoHeap) {
+TEST(RemoveFragments, TakesAFewAndNoHeap) {
   const auto engine = make_cpu_engine();
   Leg leg = *make_test_leg(Interpolation::kDistance, *engine);
   leg.settings.min_component_share = 1e-4f;
