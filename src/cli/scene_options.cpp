@@ -47,10 +47,12 @@ void make_preview(Scene& scene, const std::vector<std::string>& sets, bool draft
 void add_scene_options(Command command, SceneOptions& options) {
   command.add_flag("--preview", options.preview,
                    "half size, coarse balls and surface, direct light only, its noise smoothed");
-  command.add_flag(
-      "--draft", options.draft,
-      "a preview in half the time: a coarser surface, one sample of direct light from the "
-      "lights' centres, and a sky that nothing hides");
+  command
+      .add_flag(
+          "--draft", options.draft,
+          "a preview in half the time: a coarser surface, one sample of direct light from the "
+          "lights' centres, and a sky that nothing hides")
+      .excludes(command.option("--preview"));
   command.add_option("--spp", options.samples, "N", "samples per pixel")
       .range(1, 65536)
       .group("Scene");

@@ -156,6 +156,10 @@ AllowedLimbs allowed_limbs(const PlanSide& from, const PlanSide& to, const Limbs
   const std::size_t n = from_limbs.limbs.size(), m = to_limbs.limbs.size();
   AllowedLimbs allowed(n, std::vector<std::uint8_t>(m, 1));
   const std::vector<std::size_t> from_marks = landmark_balls(from), to_marks = landmark_balls(to);
+  std::vector<std::int32_t> from_labels, to_labels;
+  for (std::uint32_t i = 0; i < n; ++i)
+    from_labels.push_back(vote_of_limb(from, from_limbs, i).label);
+  for (std::uint32_t k = 0; k < m; ++k) to_labels.push_back(vote_of_limb(to, to_limbs, k).label);
   for (std::uint32_t i = 0; i < n; ++i)
     for (std::uint32_t k = 0; k < m; ++k) {
       bool share_a_mark = false;
@@ -166,9 +170,7 @@ AllowedLimbs allowed_limbs(const PlanSide& from, const PlanSide& to, const Limbs
         share_a_mark |= on_from && on_to;
       }
       // Landmarks say more than names that both files happen to have.
-      if (share_a_mark) continue;
-      if (vote_of_limb(from, from_limbs, i).label != vote_of_limb(to, to_limbs, k).label)
-        allowed[i][k] = 0;
+      if (!share_a_mark && from_labels[i] != to_labels[k]) allowed[i][k] = 0;
     }
   return allowed;
 }
@@ -223,11 +225,11 @@ LabelCarriers limbs_of_labels(const PlanSide& side, const Limbs& limbs) {
 
 /// The limbs of both sides that carry the same label.
 std::vector<ChosenLimbs> list_label_choices(const LabelCarriers& from_carriers,
-                                            const LabelCarriers& to_carriers) {
+                                            const LabelCarriers& to_carriers, bool are_by_name) {
   std::vector<ChosenLimbs> choices;
   for (const auto& [label, limbs] : from_carriers)
     if (const auto others = to_carriers.find(label); others != to_carriers.end())
-      choices.push_back({limbs, others->second});
+      choices.push_back({limbs, others->second, are_by_name});
   return choices;
 }
 
@@ -275,7 +277,7 @@ std::vector<ChosenLimbs> choose_limbs(const std::vector<ChosenLimbs>& by_landmar
         [&](const ChosenLimbs& p, const ChosenLimbs& q) { return length_of(p) > length_of(q); });
     for (const ChosenLimbs& choice : choices) {
       const ChosenLimbs free = {take_free(a, choice.from, from_taken),
-                                take_free(b, choice.to, to_taken)};
+                                take_free(b, choice.to, to_taken), choice.is_by_name};
       if (free.from.empty() || free.to.empty()) continue;
       from_taken.insert(from_taken.end(), free.from.begin(), free.from.end());
       to_taken.insert(to_taken.end(), free.to.begin(), free.to.end());
@@ -470,10 +472,11 @@ WarpedSides warp_sides(const LimbPlan& limbs, const std::vector<Ball>& from,
 
 }  // namespace
 
-LimbPlan find_limbs_of_sides(const PlanSide& from, const PlanSide& to, LabelMode labels) {
+LimbPlan find_limbs_of_sides(const PlanSide& from, const PlanSide& to,
+                             const PlanSettings& settings) {
   LimbPlan plan = {find_limbs(from.balls), find_limbs(to.balls)};
   PlanSide a = from, b = to;
-  if (labels == LabelMode::kOff) a.labels.clear(), b.labels.clear();
+  if (settings.label_mode == LabelMode::kOff) a.labels.clear(), b.labels.clear();
   drop_labels_of_one(a, b);
   join_labels_on_limbs(a, b, plan.from, plan.to);
   plan.choices.allowed = allowed_limbs(a, b, plan.from, plan.to);
@@ -481,9 +484,9 @@ LimbPlan find_limbs_of_sides(const PlanSide& from, const PlanSide& to, LabelMode
                       others = limbs_of_labels(b, plan.to);
   plan.from_labelled = list_labelled_alone(carriers, others);
   plan.to_labelled = list_labelled_alone(others, carriers);
-  plan.choices.chosen =
-      choose_limbs(list_landmark_choices(a, b, plan.from, plan.to, plan.choices.allowed),
-                   list_label_choices(carriers, others), plan.from, plan.to);
+  plan.choices.chosen = choose_limbs(
+      list_landmark_choices(a, b, plan.from, plan.to, plan.choices.allowed),
+      list_label_choices(carriers, others, settings.labels.empty()), plan.from, plan.to);
   for (const ChosenLimbs& choice : plan.choices.chosen)
     for (const std::uint32_t i : choice.from)
       for (const std::uint32_t k : choice.to) plan.choices.allowed[i][k] = 1;

@@ -30,8 +30,10 @@ struct LimbPlan {
 
 /// Finds the limbs of both sides. What the sides' labels (unless LabelMode::kOff) and landmarks say
 /// is heeded: limbs of other labels, or of which one alone holds a landmark, may not be matched.
-/// Two that hold the same landmarks are matched, then limbs that carry the same label.
-LimbPlan find_limbs_of_sides(const PlanSide& from, const PlanSide& to, LabelMode labels);
+/// Two that hold the same landmarks are matched, then limbs that carry the same label; if nothing
+/// but equal names in both files says so (PlanSettings::labels is empty), only in a certain match.
+LimbPlan find_limbs_of_sides(const PlanSide& from, const PlanSide& to,
+                             const PlanSettings& settings);
 
 /// Matches the limbs from a turn about the vertical, in radians; once for each turn.
 LimbMatch match_at(LimbPlan& plan, double angle);

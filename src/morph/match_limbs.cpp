@@ -347,12 +347,15 @@ LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
   measure_share();
   if (choices.chosen.empty()) return match;
   // Matches that the user has not chosen are kept only if the match is certain without the choice.
+  const auto is_users = [](const ChosenLimbs& choice) { return !choice.is_by_name; };
   if (!is_certain(match)) {
-    std::erase_if(match.limbs,
-                  [&](const MatchedLimbs& pair) { return !problem.a[pair.from].choice; });
+    std::erase_if(match.limbs, [&](const MatchedLimbs& pair) {
+      const std::optional<std::size_t> choice = problem.a[pair.from].choice;
+      return !choice || !is_users(choices.chosen[*choice]);
+    });
     measure_share();
   }
-  match.is_chosen = true;
+  match.is_chosen = std::any_of(choices.chosen.begin(), choices.chosen.end(), is_users);
   return match;
 }
 

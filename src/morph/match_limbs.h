@@ -32,6 +32,8 @@ using AllowedLimbs = std::vector<std::vector<std::uint8_t>>;
 /// with fewer has limbs, those that cost least; with other limbs none is.
 struct ChosenLimbs {
   std::vector<std::uint32_t> from, to;
+  /// Nobody but equal names in both files chose them: they count only in a certain match.
+  bool is_by_name = false;
 };
 
 /// Choices of the user about the match.

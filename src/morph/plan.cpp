@@ -206,7 +206,7 @@ Turn find_turn(const MorphPlan& plan, const PlanSide& from, const PlanSide& to,
     return turn;
   if (from.front && to.front)
     return {about_vertical(turn_between(*from.front, *to.front)), turn.axis, Certainty::kKnown};
-  LimbPlan& limbs = turn.limbs.emplace(find_limbs_of_sides(from, to, settings.label_mode));
+  LimbPlan& limbs = turn.limbs.emplace(find_limbs_of_sides(from, to, settings));
   const double plan_angle = log_rotation(turn.rotation).y;
   const auto facing = find_facing(limbs, plan_angle, from.front, to.front);
   if (!facing || *facing == plan_angle) return turn;
@@ -264,7 +264,7 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
   if (rotates && turn.certainty == Certainty::kFound) refit();
   if (!uses_structure(plan, settings, turn.axis) || are_alike(plan, turn.rotation, settings.align))
     return turn.rotation;
-  if (!turn.limbs) turn.limbs = find_limbs_of_sides(from, to, settings.label_mode);
+  if (!turn.limbs) turn.limbs = find_limbs_of_sides(from, to, settings);
   if (use_limbs(plan, *turn.limbs, turn.rotation)) {
     const Mat3 by_limbs =
         find_pairs_by_limbs(plan, *turn.limbs, {unturned, sides.b, sides.label_cost}, turn.rotation,

@@ -85,7 +85,8 @@ bool take_curves(std::string_view& bytes, std::size_t balls, LimbCurves& curves)
 std::string correspondence_key(const PlanSide& from, const PlanSide& to, FieldKind kind,
                                const PlanSettings& settings) {
   // The bindings name every setting, so that a new one does not compile until it is added here. The
-  // settings' labels and landmarks are already in the sides.
+  // settings' landmarks are already in the sides, and so are the labels; limbs also heed whether
+  // the user has named any.
   const auto& [method, seed, align, weights, label_mode, structure, labels, landmarks] = settings;
   const auto& [align_gain, align_tip_residual, size_weight, feature_weight, landmark_weight,
                label_weight] = weights;
@@ -95,6 +96,7 @@ std::string correspondence_key(const PlanSide& from, const PlanSide& to, FieldKi
   hasher.add(static_cast<std::uint8_t>(align)).add(align_gain).add(align_tip_residual);
   hasher.add(size_weight).add(feature_weight).add(landmark_weight).add(label_weight);
   hasher.add(static_cast<std::uint8_t>(label_mode)).add(static_cast<std::uint8_t>(structure));
+  hasher.add(static_cast<std::uint8_t>(labels.empty() ? 0 : 1));
   for (const PlanSide* side : {&from, &to}) {
     hasher.add(std::span<const Ball>(side->balls));
     hasher.add(std::span<const std::int32_t>(side->labels));

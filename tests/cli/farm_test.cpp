@@ -178,16 +178,16 @@ TEST_F(Farm, NoNameBecomesCodeOfAJobScript) {
 }
 
 TEST_F(Farm, PrintsJobScripts) {
-  const Ran ran = run(
-      0, {"submit", "slurm", "scene.json", "-o", "it's/f.####.exr", "--print", "--png", "--spp",
-          "2", "--frame-seconds", "70", "--cpus", "3", "--mem", "2G", "--sbatch=--partition=day"});
+  const Ran ran = run(0, {"submit", "slurm", "scene.json", "-o", "it's/f.####.exr", "--print",
+                          "--png", "--spp", "2", "--draft", "--frame-seconds", "70", "--cpus", "3",
+                          "--mem", "2G", "--sbatch=--partition=day"});
   for (const char* part :
        {"#SBATCH --job-name=scene\n", "#SBATCH --array=1-3\n", "#SBATCH --cpus-per-task=3\n",
         "#SBATCH --mem=2048M\n", "#SBATCH --time=10\n", "#SBATCH --requeue\n",
         "#SBATCH --signal=B:USR1@210\n", "#SBATCH --partition=day\n",
-        "render scene.json -o 'it'\\''s/f.####.exr' --spp 2 --png",
+        "render scene.json -o 'it'\\''s/f.####.exr' --draft --spp 2 --png",
         "--shard \"$SLURM_ARRAY_TASK_ID/3\" --skip-existing", "scontrol requeue",
-        "status 'it'\\''s/f.####.exr' scene.json --spp 2 --png\n",
+        "status 'it'\\''s/f.####.exr' scene.json --draft --spp 2 --png\n",
         "#SBATCH --job-name=scene-finish\n"})
     EXPECT_TRUE(contains(ran.out, part)) << part << "\n" << ran.out;
   EXPECT_FALSE(contains(ran.out, "gpus"));

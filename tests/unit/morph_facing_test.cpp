@@ -73,7 +73,7 @@ TEST(Facing, FiguresTurnByTheirFeet) {
 TEST(Facing, HeedsLandmarks) {
   PlanSide from{figure(0.3f), {}, {}}, to{figure(0.3f), {}, {}};
   const auto find = [&] {
-    LimbPlan limbs = find_limbs_of_sides(from, to, LabelMode::kSoft);
+    LimbPlan limbs = find_limbs_of_sides(from, to, PlanSettings{});
     return find_facing(limbs, 0).value_or(-1);
   };
   EXPECT_EQ(find(), 0);

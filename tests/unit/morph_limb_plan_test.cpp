@@ -154,7 +154,9 @@ TEST(LimbPlan, MassesOfMatchedLimbsAreEven) {
 }
 
 std::optional<LimbPlan> plan_limbs(const PlanSide& a, const PlanSide& b, LabelMode labels) {
-  LimbPlan plan = find_limbs_of_sides(a, b, labels);
+  PlanSettings settings;
+  settings.label_mode = labels;
+  LimbPlan plan = find_limbs_of_sides(a, b, settings);
   plan.match = match_at(plan, 0);
   return is_certain(plan.match) ? std::optional(plan) : std::nullopt;
 }
@@ -211,8 +213,11 @@ bool has_pair(const MorphPlan& plan, const char* from, const char* to) {
                    std::pair<std::string, std::string>(from, to)) != plan.limb_names.end();
 }
 
+/// Plans as if the user had said that labels of equal numbers correspond.
 MorphPlan plan_sides(const PlanSide& a, const PlanSide& b) {
-  return plan_morph(a, b, FieldKind::kGaussian, with(PlanStructure::kAuto));
+  PlanSettings settings = with(PlanStructure::kAuto);
+  settings.labels = {{"arm", "arm"}};
+  return plan_morph(a, b, FieldKind::kGaussian, settings);
 }
 
 TEST(LimbPlan, LabelsDecideWhichLimbsMatch) {
@@ -227,7 +232,9 @@ TEST(LimbPlan, LabelsDecideWhichLimbsMatch) {
   EXPECT_TRUE(has_pair(plan, "", "left arm"));
   EXPECT_GT(kept(plan), 0.9);
   EXPECT_EQ(plan.to_curves.lone.size(), 4u);  // as beside landmarks
+  // Equal names in both files alone do not make an uncertain match.
   PlanSettings off = with(PlanStructure::kAuto);
+  EXPECT_TRUE(plan_morph(a, b, FieldKind::kGaussian, off).limb_names.empty());
   off.label_mode = LabelMode::kOff;
   EXPECT_TRUE(plan_morph(a, b, FieldKind::kGaussian, off).limb_names.empty());
 }

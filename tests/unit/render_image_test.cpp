@@ -149,6 +149,26 @@ TEST(Render, WithoutPathsAnOpenSceneIsLitAsByMany) {
   EXPECT_LE(noisy, inside / 50);
 }
 
+TEST(Render, WithoutPathsMetalReflectsABrightSky) {
+  TestMesh ball = make_ball(96, 48, 1);
+  ball.materials = {matte({})};
+  ball.materials[0].specular = {0.9f, 0.9f, 0.9f};
+  ball.materials[0].roughness = 0.15f;
+  RenderScene scene = furnace(0);
+  scene.meshes = {view_of(ball)};
+  // A patch of a tenth of the sky, far brighter than the rest.
+  Image sky = make_image(32, 16, {"R", "G", "B"});
+  for (std::size_t i = 0; i < sky.pixels.size(); ++i) {
+    const std::size_t x = i / 3 % 32, y = i / 3 / 32;
+    sky.pixels[i] = x >= 4 && x < 12 && y >= 4 && y < 8 ? 20.0f : 0.1f;
+  }
+  scene.environment = std::make_shared<const Image>(std::move(sky));
+  RenderSettings settings = small_settings(256);
+  const double paths = mean_green(render_or_fail(scene, settings));
+  settings.image.max_depth = 0;
+  EXPECT_NEAR(mean_green(render_or_fail(scene, settings)), paths, 0.15 * paths);
+}
+
 TEST(Render, ABallHidesItsFormFactorOfTheSkyFromTheFloor) {
   TestMesh ball = make_ball(192, 96, 0.7f);
   ball.materials = {matte({})};

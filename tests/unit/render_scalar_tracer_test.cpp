@@ -47,6 +47,14 @@ void expect_same_bits(const RenderScene& scene, const RenderSettings& settings) 
   }
 }
 
+/// An image sky with a texel as bright as a sun.
+std::shared_ptr<const Image> make_bright_sky() {
+  Image sky = make_image(64, 32, {"R", "G", "B"});
+  for (std::size_t i = 0; i < sky.pixels.size(); ++i)
+    sky.pixels[i] = i / 3 == 64 * 8 + 20 ? 900.0f : 0.2f + 0.01f * static_cast<float>(i % 7);
+  return std::make_shared<const Image>(std::move(sky));
+}
+
 TEST(ScalarTracer, StudioHasTheSameBits) {
   BallOnFloor studio;
   expect_same_bits(studio.scene, small_settings(16));
@@ -71,6 +79,10 @@ TEST(ScalarTracer, LightWithoutPathsHasTheSameBits) {
     expect_same_bits(studio.scene, settings);
   }
   studio.scene.ground.shadow_only = true;
+  expect_same_bits(studio.scene, settings);
+  studio.scene.ground.shadow_only = false;
+  studio.scene.look.kind = LookKind::kMetal;
+  studio.scene.environment = make_bright_sky();
   expect_same_bits(studio.scene, settings);
 }
 
@@ -103,10 +115,7 @@ TEST(ScalarTracer, LampsSunsAndImageSkiesHaveTheSameBits) {
                                make_lamp(LampKind::kSun, {}),
                                make_lamp(LampKind::kLamp, {-1, 1, 1})};
   expect_same_bits(studio.scene, small_settings());
-  Image sky = make_image(64, 32, {"R", "G", "B"});
-  for (std::size_t i = 0; i < sky.pixels.size(); ++i)
-    sky.pixels[i] = i / 3 == 64 * 8 + 20 ? 900.0f : 0.2f + 0.01f * static_cast<float>(i % 7);
-  studio.scene.environment = std::make_shared<const Image>(std::move(sky));
+  studio.scene.environment = make_bright_sky();
   expect_same_bits(studio.scene, small_settings());
   studio.scene.environment = nullptr;
   studio.scene.lights.sky = SkyKind::kDay;

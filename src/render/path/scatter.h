@@ -171,7 +171,13 @@ PM_HD_CALL void add_mirrored_sky(const World& world, PathOf<T3>& path, const Bsd
   where = where & bsdf.has_gloss;
   if (!any(where)) return;
   const T3 direction = to_world(bsdf.frame, T3{-bsdf.view.x, -bsdf.view.y, bsdf.view.z});
-  const T3 sharp = split_radiance(world.sky, sky_radiance(world.sky, direction)).calm;
+  const SkySplitOf<T3> sky = split_radiance(world.sky, sky_radiance(world.sky, direction));
+  T3 sharp = sky.calm;
+  // add_bright_sky() leaves this part of the bright sky to the BSDF's samples.
+  if (world.sky.has_bright) {
+    const V pdf = evaluate_bsdf(bsdf, to_local(bsdf.frame, direction)).pdf;
+    sharp = sharp + sky.bright * power_heuristic(pdf, bright_sky_pdf(world.sky, direction));
+  }
   const T3 blurred = sky_irradiance(world.sky, direction) * kInvPi;
   T3 light{};
   for (int i = 0; i < bsdf.gloss_count; ++i) {
