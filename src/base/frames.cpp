@@ -66,6 +66,11 @@ Result<std::vector<int>> parse_frames(std::string_view text, int first, int last
   return frames;
 }
 
+Result<std::vector<int>> parse_frames_or_all(std::string_view text, int first, int last) {
+  if (!text.empty()) return parse_frames(text, first, last);
+  return parse_frames(fmt::format("{}-{}", first, last), first, last);
+}
+
 Result<Shard> parse_shard(std::string_view text) {
   const auto from_environment = [](const char* name) -> std::optional<long long> {
     const char* value = std::getenv(name);

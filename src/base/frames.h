@@ -15,6 +15,9 @@ namespace polymorph {
 /// Errors: kUsage for bad syntax or a frame outside [first, last].
 Result<std::vector<int>> parse_frames(std::string_view text, int first, int last);
 
+/// Parses a frame list; an empty one is all frames of [first, last].
+Result<std::vector<int>> parse_frames_or_all(std::string_view text, int first, int last);
+
 /// The files of a sequence's frames.
 struct FrameFiles {
   FramePattern exr, png;  ///< empty: no files of that format

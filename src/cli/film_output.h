@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "cli/command_line.h"
-#include "cli/scene_options.h"
+#include "cli/engine_scene.h"
 #include "image/image.h"
 #include "scene/scene.h"
 

@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <string_view>
 
-#include "base/frames.h"
-#include "base/log.h"
-#include "device/device.h"
 #include "scene/load_scene.h"
 
 namespace polymorph {
@@ -76,20 +73,6 @@ Result<Scene> load_scene_with(const std::string& file, const SceneOptions& optio
   PM_TRY(Scene scene, load_scene(file, overrides));
   apply_scene_options(scene, options);
   return scene;
-}
-
-Result<std::vector<int>> parse_frame_option(const std::string& frames, int count) {
-  return parse_frames(frames.empty() ? fmt::format("1-{}", count) : frames, 1, count);
-}
-
-Result<EngineScene> prepare_on_engine(const CommandLine& line, const Scene& scene,
-                                      std::size_t pictures, Sharing sharing) {
-  EngineScene result;
-  PM_TRY(result.engine, make_engine(line.common.device, result.device, line.common.max_memory));
-  PM_TRY(result.prepared, prepare_scene(scene, *result.engine, cache_folder(line.common),
-                                        {line.common.max_memory, pictures}, Fits::kMake, sharing));
-  for (const std::string& warning : result.prepared.warnings) log_warning("{}", warning);
-  return result;
 }
 
 std::vector<std::string> to_arguments(const SceneOptions& options) {

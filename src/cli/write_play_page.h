@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "cli/command_line.h"
-#include "cli/scene_options.h"
+#include "cli/engine_scene.h"
 #include "scene/scene.h"
 
 namespace polymorph {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/parallel.h"
+#include "base/plural.h"
 #include "base/text.h"
 #include "compare/pictures.h"
 #include "compare/shown_mismatch.h"
@@ -236,8 +237,8 @@ std::string describe_largest(const Comparison& result) {
     text = fmt::format("; largest difference {:.4g} in {} at ({}, {})", worst->max, worst->channel,
                        worst->max_x, worst->max_y);
   if (ids)
-    text += fmt::format("; another id in {} at {} pixel{}, the first at ({}, {})", ids->channel,
-                        ids->failing, ids->failing == 1 ? "" : "s", ids->max_x, ids->max_y);
+    text += fmt::format("; another id in {} at {}, the first at ({}, {})", ids->channel,
+                        plural(ids->failing, "pixel"), ids->max_x, ids->max_y);
   return text;
 }
 

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "base/activity.h"
+#include "base/plural.h"
 #include "export/surface_frames.h"
 #include "leg/leg_surface.h"
 #include "mesh/mesh_check.h"
@@ -61,8 +62,7 @@ Status find_moments(const ActorFrames& shown, CarriedActor& carried) {
 }
 
 std::string describe(const MeshReport& report) {
-  return fmt::format("{} part{} of genus {}", report.components, report.components == 1 ? "" : "s",
-                     report.genus);
+  return fmt::format("{} of genus {}", plural(report.components, "part"), report.genus);
 }
 
 /// Checks that the topology is the same in all states. Returns the index of the state with the
@@ -112,9 +112,9 @@ Status check_faults(const ActorFrames& shown, const CarriedActor& carried) {
     const CarryFault& fault = carried.mesh.faults[carried.moment_of[k]];
     if (fault.inverted > 0)
       return make_error(ErrorCode::kInput,
-                        "{}: one mesh cannot be carried to frame {}: {} triangle{} would be "
+                        "{}: one mesh cannot be carried to frame {}: {} would be "
                         "inverted, one of them at {} - {}",
-                        actor.name, frames[k], fault.inverted, fault.inverted == 1 ? "" : "s",
+                        actor.name, frames[k], plural(fault.inverted, "triangle"),
                         format_position(actor, fault.inverted_position), kAdvice);
     if (carried.errors[carried.moment_of[k]] > kCarriedError)
       return make_error(ErrorCode::kInput,

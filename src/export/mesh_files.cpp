@@ -260,14 +260,6 @@ Result<MeshFormat> parse_mesh_format(const fs::path& output) {
 }
 
 Status complete_mesh_settings(MeshFileSettings& settings) {
-  if (settings.quantize && settings.format != MeshFormat::kGlb)
-    return make_error(ErrorCode::kUsage, "--quantize is for .glb files");
-  if (settings.constant_topology &&
-      (settings.error > 0 || settings.quantize || settings.format == MeshFormat::kBalls))
-    return make_error(
-        ErrorCode::kUsage,
-        "--topology constant: a carried mesh is neither simplified nor quantized, and has no "
-        "balls - leave out --error and --quantize, and write .glb, .usda, .obj or .ply");
   if (is_one_file(settings.format) || settings.constant_topology)
     std::sort(settings.frames.begin(), settings.frames.end());
   if (is_one_file(settings.format)) return Ok{};

@@ -31,14 +31,15 @@ struct MeshFileSettings {
   std::vector<int> frames;  ///< rising where one file or one mesh holds all
   double error = 0;  ///< simplification: maximum Hausdorff distance as a fraction of the box's
                      ///< diagonal; 0: none
-  bool constant_topology = false;  ///< one mesh per actor, whose vertices move
-  bool quantize = false;           ///< glTF: 16 bits for positions, 8 for normals, no velocities
+  /// One mesh per actor, whose vertices move; neither simplified nor quantized, no balls.
+  bool constant_topology = false;
+  bool quantize = false;  ///< glTF: 16 bits for positions, 8 for normals, no velocities
   bool overwrite = false;
   std::function<void(const std::string&)> print;  ///< receives a line on each file
 };
 
 /// Sets the pattern by the output, and sorts the frames where one file or one mesh holds all.
-/// Errors (kUsage): settings that do not go together.
+/// Errors: those of parse_pattern().
 Status complete_mesh_settings(MeshFileSettings& settings);
 
 /// Checks that the files may be written, and those of the textures of `actors`. Errors: kOutput.

@@ -5,7 +5,9 @@
 #include <system_error>
 
 #include "base/file.h"
+#include "base/frames.h"
 #include "base/log.h"
+#include "base/plural.h"
 #include "base/stop.h"
 #include "base/text.h"
 #include "morph/timeline.h"
@@ -38,9 +40,7 @@ Result<Costs> measure_costs(const SlurmRequest& request, const Scene& scene,
                             const FrameFiles& files) {
   SequenceSettings settings;
   const int count = frame_count(scene);
-  PM_TRY(
-      settings.frames,
-      parse_frames(request.frames.empty() ? fmt::format("1-{}", count) : request.frames, 1, count));
+  PM_TRY(settings.frames, parse_frames_or_all(request.frames, 1, count));
   Costs costs;
   if (request.frame_seconds > 0) {
     PM_TRY(ExpectedHashes hashes, expected_hashes(scene, settings.frames));
@@ -124,8 +124,8 @@ Result<SlurmJob> make_slurm_job(const Scene& scene, SlurmRequest request) {
   if (costs.frames == 0)
     return make_error(ErrorCode::kAnswerNo, "every frame is there and current - nothing to submit");
   size_job(job, request, costs);
-  log_info("{} frames in {} task{}: {} a frame, {} to prepare, on {} processors each", costs.frames,
-           job.tasks, job.tasks == 1 ? "" : "s", format_seconds(costs.frame_seconds),
+  log_info("{} frames in {}: {} a frame, {} to prepare, on {} processors each", costs.frames,
+           plural(job.tasks, "task"), format_seconds(costs.frame_seconds),
            format_seconds(costs.prepare_seconds), job.cpus);
   return job;
 }

@@ -8,6 +8,7 @@
 #include "analyze/facing_error.h"
 #include "analyze/measure.h"
 #include "analyze/registration_error.h"
+#include "base/plural.h"
 #include "leg/boundary_surface.h"
 #include "leg/leg_surface.h"
 #include "mesh/append.h"
@@ -343,9 +344,8 @@ Result<std::vector<Analysis>> analyze_meshes(const MeshMorph& morph,
   const FramePattern& pattern = morph.frames;
   PM_TRY(const std::vector<int> numbers, existing_meshes(pattern));
   if (numbers.size() < 2)
-    return make_error(ErrorCode::kInput, "{}: {} such file{} - a morph has at least two frames",
-                      frame_path(pattern, 0).string(), numbers.size(),
-                      numbers.size() == 1 ? "" : "s");
+    return make_error(ErrorCode::kInput, "{}: {} - a morph has at least two frames",
+                      frame_path(pattern, 0).string(), plural(numbers.size(), "such file"));
   LoadObjSettings settings;
   settings.textures = false;
   std::vector<MorphFrame> frames;

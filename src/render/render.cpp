@@ -215,7 +215,8 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
                                            : 0.5f * geometry.bounds().diagonal();
   world.look = scene.look;
   world.white = white_level(suns, lamps, state.sky);
-  world.max_depth = image.max_depth;
+  world.max_depth = std::max(1, image.max_depth);
+  world.direct_only = image.max_depth == 0;
   world.has_glass = has_glass(scene);
   world.shadow_only = scene.ground.shadow_only;
   world.transparent = image.transparent || scene.ground.shadow_only;

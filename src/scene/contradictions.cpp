@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "base/plural.h"
 #include "base/text.h"
 #include "scene/blends.h"
 #include "scene/max_frames.h"
@@ -87,7 +88,7 @@ class ContradictionFinder {
   void check_per_leg(const ActorSettings& actor, const std::string& pointer,
                      const JsonValue& value) {
     const std::size_t legs = actor.intermediate.size() + 1;
-    const auto legs_text = fmt::format("{} leg{}", legs, legs == 1 ? "" : "s");
+    const auto legs_text = plural(legs, "leg");
     const bool has_own = !actor.per_leg.empty();
     const std::vector<int>& per_leg = has_own ? actor.per_leg : scene_.frames.per_leg;
     const JsonValue* frames = find_in(&document_.root, {"frames"});
@@ -105,8 +106,7 @@ class ContradictionFinder {
     if (list.kind != JsonValue::Kind::kArray) return;  // reported already
     if (actor.blend.size() < 2)
       report(pointer + "/blend", &list,
-             fmt::format("has {} object{} - a blend has two or more", actor.blend.size(),
-                         actor.blend.size() == 1 ? "" : "s"));
+             fmt::format("has {} - a blend has two or more", plural(actor.blend.size(), "object")));
     if (actor.start != 1)
       report(pointer + "/start", value.find("start"),
              "is for morphs - the keyframes of a blend's weights say when it changes");
@@ -253,8 +253,8 @@ class ContradictionFinder {
     const int minimum = plays_sequence_alone(actor) || !actor.blend.empty() ? 1 : 2;
     if (moving < minimum)
       return report("/frames/count", find_in(&document_.root, {"frames", "count"}),
-                    fmt::format("leaves {} frame{} beside the holds ({} + {}) - {} needed", moving,
-                                moving == 1 ? "" : "s", frames.hold_start, frames.hold_end,
+                    fmt::format("leaves {} beside the holds ({} + {}) - {} needed",
+                                plural(moving, "frame"), frames.hold_start, frames.hold_end,
                                 minimum == 1 ? "at least one is" : "at least two are"));
     int needed = std::accumulate(actor.per_leg.begin(), actor.per_leg.end(), 0);
     for (const ObjectSettings& object : actor.intermediate)

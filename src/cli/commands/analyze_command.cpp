@@ -5,8 +5,8 @@
 #include "base/frames.h"
 #include "base/log.h"
 #include "cli/command_line.h"
+#include "cli/engine_scene.h"
 #include "cli/report_options.h"
-#include "cli/scene_options.h"
 #include "inspect/analyze_sequence.h"
 #include "scene/animated_model.h"
 

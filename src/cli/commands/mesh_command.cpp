@@ -1,6 +1,7 @@
+#include "base/frames.h"
 #include "base/text.h"
 #include "cli/command_line.h"
-#include "cli/scene_options.h"
+#include "cli/engine_scene.h"
 #include "cli/write_play_page.h"
 #include "export/mesh_files.h"
 #include "morph/timeline.h"
@@ -27,6 +28,19 @@ Result<double> parse_mesh_error(const std::string& text) {
                     text);
 }
 
+/// Checks that the options go together. Errors: kUsage.
+Status check_options(const MeshFileSettings& settings) {
+  if (settings.quantize && settings.format != MeshFormat::kGlb)
+    return make_error(ErrorCode::kUsage, "--quantize is for .glb files");
+  if (settings.constant_topology &&
+      (settings.error > 0 || settings.quantize || settings.format == MeshFormat::kBalls))
+    return make_error(
+        ErrorCode::kUsage,
+        "--topology constant: a carried mesh is neither simplified nor quantized, and has no "
+        "balls - leave out --error and --quantize, and write .glb, .usda, .obj or .ply");
+  return Ok{};
+}
+
 Result<int> write_page(const CommandLine& line, const MeshOptions& options) {
   if (!options.frames.empty() || !options.error.empty() || options.quantize ||
       options.topology == "constant")
@@ -50,7 +64,7 @@ Result<int> run_mesh(const CommandLine& line, const MeshOptions& options) {
   PM_TRY(settings.format, parse_mesh_format(options.output));
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
   PM_TRY(Scene scene, load_scene(options.scene, overrides));
-  PM_TRY(settings.frames, parse_frame_option(options.frames, frame_count(scene)));
+  PM_TRY(settings.frames, parse_frames_or_all(options.frames, 1, frame_count(scene)));
   if (!options.error.empty()) {
     PM_TRY(settings.error, parse_mesh_error(options.error));
   }
@@ -58,6 +72,7 @@ Result<int> run_mesh(const CommandLine& line, const MeshOptions& options) {
   settings.quantize = options.quantize;
   settings.overwrite = line.common.overwrite;
   settings.print = [](const std::string& text) { print_data("{}", text); };
+  PM_TRY_STATUS(check_options(settings));
   PM_TRY_STATUS(complete_mesh_settings(settings));
   PM_TRY_STATUS(check_mesh_files(settings, {}));
   ask_for_mesh_attributes(scene, settings);

@@ -2,6 +2,7 @@
 #include <thread>
 
 #include "base/file.h"
+#include "base/frames.h"
 #include "base/input_files.h"
 #include "base/log.h"
 #include "base/plural.h"
@@ -49,7 +50,7 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
                                            const std::optional<SampleRange>& part) {
   SequenceSettings settings;
   const int count = frame_count(scene);
-  PM_TRY(settings.frames, parse_frame_option(options.frames, count));
+  PM_TRY(settings.frames, parse_frames_or_all(options.frames, 1, count));
   const bool is_sequence = settings.frames.size() > 1 || !options.shard.empty();
   if (!options.shard.empty()) {
     PM_TRY(const Shard shard, parse_shard(options.shard));

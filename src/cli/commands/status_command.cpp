@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <system_error>
 
+#include "base/frames.h"
 #include "base/json.h"
 #include "base/log.h"
 #include "cli/command_line.h"
@@ -86,7 +87,7 @@ Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
              : options.where;
   PM_TRY(const FrameFiles files, frame_files(scene, output, options.png, true));
   const int count = frame_count(scene);
-  PM_TRY(std::vector<int> frames, parse_frame_option(options.frames, count));
+  PM_TRY(std::vector<int> frames, parse_frames_or_all(options.frames, 1, count));
   std::sort(frames.begin(), frames.end());
   PM_TRY(ExpectedHashes hashes, expected_hashes(scene, frames));
   hashes.view = options.scene_options.view;

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "base/file.h"
+#include "base/frames.h"
 #include "cli/command_line.h"
 #include "cli/film_output.h"
 #include "cli/scene_options.h"
@@ -61,7 +62,7 @@ Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
   PM_TRY(Scene scene, load_scene_with(options.input, options.scene_options));
   PM_TRY(const std::optional<ViewTransform> view, open_view(options));
   const int count = frame_count(scene);
-  PM_TRY(std::vector<int> numbers, parse_frame_option(options.frames, count));
+  PM_TRY(std::vector<int> numbers, parse_frames_or_all(options.frames, 1, count));
   if (!options.is_animated() && options.frames.empty()) {
     if (options.by_change()) {
       PM_TRY(numbers, choose_frames_by_change(line, scene, numbers, options));
@@ -109,10 +110,7 @@ Result<Film> from_images(const StripOptions& options) {
   if (existing.empty()) return make_error(ErrorCode::kInput, "{}: no such frames", options.input);
   film.first = existing.front();
   film.last = existing.back();
-  PM_TRY(film.numbers,
-         parse_frames(
-             options.frames.empty() ? fmt::format("{}-{}", film.first, film.last) : options.frames,
-             film.first, film.last));
+  PM_TRY(film.numbers, parse_frames_or_all(options.frames, film.first, film.last));
   // Missing frames are errors: a sheet or movie without them would look complete.
   std::vector<int> required = film.numbers;
   if (options.frames.empty() || options.is_animated()) {

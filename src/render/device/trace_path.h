@@ -55,7 +55,7 @@ PM_HD inline PathLight trace_path(const DeviceFrame& frame, const Ray& ray, Samp
   PathRow path;
   path.ray = ray;
   path.ray.far = kInfinity;
-  path.depth_left = static_cast<float>(max(1, world.max_depth));
+  path.depth_left = static_cast<float>(world.max_depth);
   path.sample = sample.reversed;
   for (std::uint32_t depth = 1;; ++depth) {
     if (!(path.depth_left > 0)) {
@@ -68,7 +68,7 @@ PM_HD inline PathLight trace_path(const DeviceFrame& frame, const Ray& ray, Samp
     shortened.far = min(floor, path.ray.far);
     const MeshHit hit = scene.closest(shortened);
     const VertexRandomOf<float> random{
-        {frame.sampler, sample.sequence, sample.reversed}, depth, world.max_depth == 0};
+        {frame.sampler, sample.sequence, sample.reversed}, depth, world.direct_only};
     VerticesOf<Vec3, ShadowRay> vertex{path, 0, {}, true, {}, shadows};
     if (hit.mesh != kNoMesh) {
       add_hit_lamps(world, path, hit.distance, true);

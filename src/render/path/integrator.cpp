@@ -39,7 +39,7 @@ class Tracer {
       PathRow& path = paths_[i] = {};
       path.ray = wave.rays[i];
       path.ray.far = kInfinity;
-      path.depth_left = static_cast<float>(std::max(1, world.max_depth));
+      path.depth_left = static_cast<float>(world.max_depth);
       path.sample = wave.samples[i];
       active_.add(static_cast<std::uint32_t>(i));
       direct_[i] = {};
@@ -158,7 +158,7 @@ class Tracer {
   }
 
   VertexRandom make_vertex_random(const Paths& path) const {
-    return {{sampler_, wave_.sequence, path.sample}, depth_, world_.max_depth == 0};
+    return {{sampler_, wave_.sequence, path.sample}, depth_, world_.direct_only};
   }
 
   PackMask shade_floor_hits(Paths& path, PackBits rows, PackMask live) {

@@ -231,7 +231,7 @@ PM_HD MaskOf<T3> scatter_on_floor(const World& world, VerticesOf<T3, Shadows>& a
   const V variate_weight = control_variate_weight(world, at.origin);
   const T3 sky_light = path.throughput * albedo * kInvPi * world.sky.upper_irradiance;
   path.unlit = path.unlit + zero_unless(records_unlit, luminance(sky_light));
-  if (world.max_depth == 0) {
+  if (world.direct_only) {
     const V occluded = occluded_by_ball(world, at.origin);
     path.radiance = path.radiance + sky_light * (1.0f - occluded * (1 - kGuessedBounce));
     return MaskOf<T3>{};
@@ -264,7 +264,7 @@ PM_HD MaskOf<T3> scatter_on_mesh(const World& world, VerticesOf<T3, Shadows>& at
   PathOf<T3>& path = at.path;
   const Sample4Of<V> own = random.own();
   at.origin = point.lifted + point.normal * world.epsilon;
-  if (world.max_depth > 0) at.shared = bsdf.has_gloss;
+  if (!world.direct_only) at.shared = bsdf.has_gloss;
   const auto scatter = [&](const T3& d) {
     BsdfValueOf<T3> value = evaluate_bsdf(bsdf, to_local(bsdf.frame, d));
     value.value = value.value * shadow_terminator(point, d);
@@ -275,7 +275,7 @@ PM_HD MaskOf<T3> scatter_on_mesh(const World& world, VerticesOf<T3, Shadows>& at
   if (bsdf.diffuse_count > 0)
     path.radiance = path.radiance + path.throughput * bsdf.diffuse_albedo * kInvPi *
                                         sky_irradiance(world.sky, point.shading);
-  if (world.max_depth == 0) {
+  if (world.direct_only) {
     add_mirrored_sky(world, path, bsdf, at.live);
     return MaskOf<T3>{};
   }

@@ -28,8 +28,9 @@ struct World {
   LookSettings look;
   float white =
       1;  ///< radiance of a white surface under all these lights; scales the clamping limits
-  int max_depth = 4;  ///< surfaces at which a path may scatter; mirrors count less, see path.h.
-                      ///< 0: light from the lights' centres and from a sky that nothing hides
+  int max_depth = 4;  ///< surfaces at which a path may scatter; mirrors count less, see path.h
+  /// Paths end at the first surface, lit from the lights' centres and by a sky that nothing hides.
+  bool direct_only = false;
   bool has_glass = false;    ///< whether any mesh has glass
   bool transparent = false;  ///< camera rays see no backdrop
   bool shadow_only = false;  ///< camera rays see only the shadows on the floor

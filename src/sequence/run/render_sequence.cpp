@@ -12,6 +12,7 @@
 #include "base/hash.h"
 #include "base/log.h"
 #include "base/parallel.h"
+#include "base/plural.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "base/worker.h"
@@ -160,9 +161,8 @@ class SequenceRun {
     for (const std::string& warning : prepared_.warnings) log_warning("{}", warning);
     if (settings_.strict && !prepared_.warnings.empty())
       return make_error(ErrorCode::kInput,
-                        "{}: {} warning{} about its files - fix them, or render without --strict",
-                        scene.path.string(), prepared_.warnings.size(),
-                        prepared_.warnings.size() == 1 ? "" : "s");
+                        "{}: {} about its files - fix them, or render without --strict",
+                        scene.path.string(), plural(prepared_.warnings.size(), "warning"));
     if (!settings_.keep_going) PM_TRY_STATUS(check_meshes(prepared_, settings_.frames));
     // Check again: only now are all input files known, which no output may overwrite.
     if (!settings_.keep_going)
