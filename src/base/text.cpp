@@ -166,6 +166,15 @@ std::string join_quoted(std::span<const std::string> words) {
   return text;
 }
 
+std::string escape_cell(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '|') out += '\\';
+    out += c;
+  }
+  return out;
+}
+
 std::string escape_markup(std::string_view text) {
   std::string result;
   for (const char c : printable(text, Lines::kKeep)) {

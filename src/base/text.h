@@ -37,6 +37,9 @@ std::string printable_json(std::string text);
 /// Escapes `text` for a JSON string.
 std::string escape_json(std::string_view text);
 
+/// Escapes `text` for a cell of a Markdown table.
+std::string escape_cell(std::string_view text);
+
 /// Escapes printable text for HTML or XML, also for attributes: < > & and " become entities. Line
 /// breaks and tabs stay.
 std::string escape_markup(std::string_view text);

@@ -20,10 +20,10 @@
 #include "base/stop.h"
 #include "base/text.h"
 #include "base/thread_failure.h"
-#include "cli/config.h"
 #include "cli/progress.h"
 #include "farm/receipt.h"
 #include "kernels/interruption.h"
+#include "options/config.h"
 #include "spheres/spheres.h"
 
 namespace polymorph {
@@ -185,6 +185,18 @@ int finish_output(int code) {
   return static_cast<int>(ErrorCode::kOutput);
 }
 
+/// Returns the first commands to try, which the program shows if it is called without arguments.
+std::string first_steps(const CommandLine& line) {
+  const auto step = [&](const char* arguments, const char* description) {
+    return fmt::format("  {} {}\n      {}\n", line.program, arguments, description);
+  };
+  return command_table(*line.app).purpose + "\n\nStart here:\n" +
+         step("demo", "a teapot becomes a penguin: a strip, a GIF and the scene, in seconds") +
+         step("demo monkey spider --through puddle", "any of the models that come with it") +
+         step("init first.obj second.obj", "a scene for your own models, to edit and render") +
+         fmt::format("\n{} --help lists all commands.\n", line.program);
+}
+
 int run_action(CommandLine& line) {
   prefer_command_line(*line.app);
   auto status =
@@ -330,6 +342,10 @@ std::filesystem::path cache_folder(const CommonOptions& common) {
                                   : std::filesystem::path(common.cache_dir);
 }
 
+Resources resources(const CommonOptions& common) {
+  return {common.device, cache_folder(common), common.max_memory};
+}
+
 void print_error(const Error& error) {
   for (const std::string& text : split(printable(error.message, Lines::kKeep), '\n')) {
     // A message may list several findings, one per line; indented lines quote the file.
@@ -344,6 +360,10 @@ std::vector<CommandTable> command_tables(const CommandLine& line) {
     if (const auto verbs = line.verbs.find(table.name); verbs != line.verbs.end())
       table.verbs = verbs->second;
   return tables;
+}
+
+std::string help_page(const CommandLine& line, const std::string& name, bool full) {
+  return help_page(command_table(*line.app), command_tables(line), name, full);
 }
 
 int run_program(int argc, char** argv) {
@@ -390,7 +410,7 @@ int run_program(int argc, char** argv) {
     return static_cast<int>(ErrorCode::kUsage);
   }
   if (has_flag("--help") || has_flag("-h")) {
-    print_bytes(help_page(line, named_page(line, argc, argv), has_flag("--help")));
+    print_bytes(help_page(line, named_page(command_tables(line), argc, argv), has_flag("--help")));
     return finish_output(0);
   }
   if (has_flag("--version") || (argc == 2 && has_flag("-V"))) {
@@ -402,7 +422,8 @@ int run_program(int argc, char** argv) {
     log_message(LogLevel::kError, parsed.error().message);
     if (!name.empty() && argv[1][0] == '-')
       log_info("options come after the command: polymorph {} {}", name, argv[1]);
-    log_info("try: polymorph {}--help", name.empty() ? "" : named_page(line, argc, argv) + " ");
+    log_info("try: polymorph {}--help",
+             name.empty() ? "" : named_page(command_tables(line), argc, argv) + " ");
     return static_cast<int>(ErrorCode::kUsage);
   }
   try {

@@ -18,9 +18,10 @@
 #include "base/shell_quote.h"
 #include "base/stop.h"
 #include "base/text.h"
-#include "cli/option_table.h"
-#include "cli/options.h"
+#include "options/option_table.h"
+#include "options/options.h"
 #include "scene/load_scene.h"
+#include "sequence/prepare/engine_scene.h"
 
 namespace polymorph {
 
@@ -39,7 +40,7 @@ struct CommonOptions {
   std::string device = "auto";
   std::uint64_t max_memory = 0;  ///< bytes; 0 = no limit
   bool overwrite = false;        ///< existing files may be replaced
-  std::string config;            ///< file with the options' defaults (cli/config.h)
+  std::string config;            ///< file with the options' defaults (options/config.h)
 };
 
 struct CommandLine {
@@ -54,6 +55,9 @@ struct CommandLine {
 
 /// Returns the tables of all commands, with their verbs.
 std::vector<CommandTable> command_tables(const CommandLine& line);
+
+/// Formats the help page of this name (help_page()).
+std::string help_page(const CommandLine& line, const std::string& name, bool full);
 
 /// Adds a subcommand with the options that all share. Its help shows `purpose` (one line),
 /// `examples` and `exit_codes`.
@@ -97,19 +101,7 @@ void print_data(fmt::format_string<Args...> text, Args&&... args) {
 
 ProgressMode progress_mode(const CommonOptions& common);
 std::filesystem::path cache_folder(const CommonOptions& common);
-
-/// Returns the first commands to try, which the program shows if it is called without arguments.
-std::string first_steps(const CommandLine& line);
-
-/// Formats the help of a command in at most 80 columns, or of the program if `commands` are given.
-/// `full`: with the options of all groups and the exit codes; else the options of the first group.
-std::string help_text(const CommandTable& table, const std::vector<CommandTable>& commands,
-                      bool full);
-/// Returns the name of the help page that the arguments ask for: a command, a command and its verb
-/// ("golden test"), or "" for the program.
-std::string named_page(const CommandLine& line, int argc, char** argv);
-/// Formats the help page of this name, or the program's if there is no such page.
-std::string help_page(const CommandLine& line, const std::string& name, bool full);
+Resources resources(const CommonOptions& common);
 
 void add_demo(CommandLine& line);
 void add_init(CommandLine& line);

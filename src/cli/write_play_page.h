@@ -5,8 +5,8 @@
 #include <filesystem>
 
 #include "cli/command_line.h"
-#include "cli/engine_scene.h"
 #include "scene/scene.h"
+#include "sequence/prepare/engine_scene.h"
 
 namespace polymorph {
 

@@ -17,7 +17,7 @@
 #include "scene/provenance.h"
 #include "sequence/frame/frame_geometry.h"
 #include "sequence/frame/render_frame.h"
-#include "sequence/prepare/prepare.h"
+#include "sequence/prepare/engine_scene.h"
 #include "sequence/run/frame_files.h"
 
 namespace polymorph {
@@ -128,7 +128,8 @@ void compare_frames(const FrameFile& original, const Image& rendered, Reproducti
 
 }  // namespace
 
-Result<Reproduction> reproduce_frame(const fs::path& file, const ReproduceSettings& settings) {
+Result<Reproduction> reproduce_frame(const fs::path& file, const fs::path& models,
+                                     const Resources& resources) {
   PM_TRY(const FrameFile original, read_frame(file));
   const Provenance& provenance = original.provenance;
   Reproduction result;
@@ -137,10 +138,10 @@ Result<Reproduction> reproduce_frame(const fs::path& file, const ReproduceSettin
   result.same_program =
       provenance.version == program_version() && provenance.program == shared_identity();
   std::error_code error;
-  fs::path folder = fs::absolute(settings.models, error).lexically_normal();
+  fs::path folder = fs::absolute(models, error).lexically_normal();
   if (!folder.has_filename()) folder = folder.parent_path();
   if (!fs::is_directory(folder, error))
-    return make_error(ErrorCode::kInput, "{}: no such folder", settings.models.string());
+    return make_error(ErrorCode::kInput, "{}: no such folder", models.string());
   check_inputs(provenance, folder, result);
   if (!result.missing.empty() || !result.changed.empty()) return result;
   auto loaded = load_provenance_scene(provenance, folder, file.filename().string());
@@ -150,18 +151,15 @@ Result<Reproduction> reproduce_frame(const fs::path& file, const ReproduceSettin
   if (const int count = frame_count(scene); original.frame > count)
     return make_error(ErrorCode::kInput, "{}: its header says frame {}, and its scene has {}",
                       original.name, original.frame, count);
-  PM_TRY_STATUS(check_picture_memory(scene.image, 2, settings.max_memory));
-  std::string device;
-  PM_TRY(const std::unique_ptr<Engine> engine,
-         make_engine(settings.device, device, settings.max_memory));
-  PM_TRY(PreparedScene prepared,
-         prepare_scene(scene, *engine, settings.cache_folder, {settings.max_memory, 2}));
+  PM_TRY_STATUS(check_picture_memory(scene.image, 2, resources.max_memory));
+  PM_TRY(EngineScene morph, prepare_on_engine(scene, resources, 2));
+  PreparedScene& prepared = morph.prepared;
   result.changed = compare_inputs(provenance.files, name_files(prepared.inputs, {{folder}}));
   if (!result.changed.empty()) return result;
   if (original.is_png && !names_layers(original.image)) prepared.scene.image.aovs = "none";
   prepared.provenance = original.packed;
-  PM_TRY(Renderer renderer, make_renderer(device, settings.max_memory));
-  PM_TRY(result.bytes, render_again(original, prepared, *engine, renderer));
+  PM_TRY(Renderer renderer, make_renderer(morph.device, resources.max_memory));
+  PM_TRY(result.bytes, render_again(original, prepared, *morph.engine, renderer));
   PM_TRY(const Image now, decode_image(result.bytes, "the frame as rendered now", kAsStored));
   compare_frames(original, now, result);
   return result;

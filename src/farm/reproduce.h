@@ -1,21 +1,14 @@
 // Reproduction of a frame from its own header: same scene, files and program, same bits.
 #pragma once
 
-#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "base/result.h"
+#include "sequence/prepare/engine_scene.h"
 
 namespace polymorph {
-
-struct ReproduceSettings {
-  std::filesystem::path models = ".";  ///< folder to which file names in the header are relative
-  std::string device = "auto";
-  std::size_t max_memory = 0;          ///< maximum bytes of the run; 0: no limit
-  std::filesystem::path cache_folder;  ///< empty: none
-};
 
 struct Reproduction {
   int frame = 0;
@@ -30,9 +23,10 @@ struct Reproduction {
 
 /// Renders a frame again from the scene and the files in its header, and compares the pixels to the
 /// bit and the file's bytes with those that this program would write. If a file is missing or
-/// differs, nothing is rendered. Errors: kInput for no image, no usable provenance or a scene that
-/// cannot be rendered; kResource.
+/// differs, nothing is rendered. File names in the header are relative to the folder `models`.
+/// Errors: kInput for no image, no usable provenance or a scene that cannot be rendered; kResource.
 Result<Reproduction> reproduce_frame(const std::filesystem::path& file,
-                                     const ReproduceSettings& settings);
+                                     const std::filesystem::path& models,
+                                     const Resources& resources);
 
 }  // namespace polymorph

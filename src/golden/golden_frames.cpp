@@ -20,7 +20,7 @@
 #include "sequence/frame/frame_geometry.h"
 #include "sequence/frame/render_frame.h"
 #include "sequence/frame/render_scene.h"
-#include "sequence/prepare/prepare.h"
+#include "sequence/prepare/engine_scene.h"
 #include "sequence/run/frame_files.h"
 #include "sequence/run/render_sequence.h"
 #include "sequence/run/status.h"
@@ -69,9 +69,7 @@ Result<RenderedFrame> run_command(const GoldenSuite& suite, int frame) {
 
 struct SuiteRenderer::State {
   GoldenSuite suite;
-  std::string device;
-  std::unique_ptr<Engine> engine;
-  PreparedScene prepared;
+  EngineScene morph;
   std::unique_ptr<Renderer> renderer;
 };
 
@@ -87,36 +85,38 @@ Result<SuiteRenderer> SuiteRenderer::create(const GoldenSuite& suite,
   state.suite = suite;
   if (!suite.command.empty()) return result;
   PM_TRY(const Scene scene, load_golden_scene(suite));
-  PM_TRY(state.engine, make_engine(settings.device, state.device));
-  PM_TRY(state.prepared, prepare_scene(scene, *state.engine, settings.cache_folder));
-  PM_TRY(Renderer renderer, make_renderer(state.device));
+  PM_TRY(state.morph, prepare_on_engine(scene, {settings.device, settings.cache_folder}));
+  PM_TRY(Renderer renderer, make_renderer(state.morph.device));
   state.renderer = std::make_unique<Renderer>(std::move(renderer));
   for (const int frame : suite.frames)
-    if (frame < 1 || frame > state.prepared.frame_count)
+    if (frame < 1 || frame > state.morph.prepared.frame_count)
       return make_error(ErrorCode::kInput, "{}: frame {} is outside the scene's 1-{}",
-                        (suite.folder / "suite.json").string(), frame, state.prepared.frame_count);
+                        (suite.folder / "suite.json").string(), frame,
+                        state.morph.prepared.frame_count);
   return result;
 }
 
-int SuiteRenderer::frame_count() const { return state_->prepared.frame_count; }
+int SuiteRenderer::frame_count() const { return state_->morph.prepared.frame_count; }
 
 Result<RenderedFrame> SuiteRenderer::render(int frame) {
   State& state = *state_;
   if (!state.suite.command.empty()) return run_command(state.suite, frame);
-  PM_TRY(const FrameGeometry geometry, geometry_at(state.prepared, *state.engine, frame));
+  PM_TRY(const FrameGeometry geometry,
+         geometry_at(state.morph.prepared, *state.morph.engine, frame));
   PM_TRY(const Image image,
-         render_frame(state.prepared, geometry, *state.renderer, state.device, ""));
+         render_frame(state.morph.prepared, geometry, *state.renderer, state.morph.device, ""));
   const Mesh surface = join_surfaces(geometry);
   RenderedFrame rendered;
   rendered.surface = {frame, surface.positions.size(), surface.triangles.size(),
                       mesh_digest(surface)};
   for (std::size_t i = 0; i < geometry.actors.size(); ++i) {
     for (const Ball& ball : geometry.actors[i].balls) rendered.context.balls.push_back(ball.center);
-    rendered.context.cell = std::max(rendered.context.cell, state.prepared.actors[i].settings.cell);
+    rendered.context.cell =
+        std::max(rendered.context.cell, state.morph.prepared.actors[i].settings.cell);
   }
   rendered.pixels = pixel_sha256(image);
   // Goldens have half floats, so the frame must be rounded to half floats as well.
-  PM_TRY(rendered.bytes, encode_exr(image, exr_settings(state.prepared.scene)));
+  PM_TRY(rendered.bytes, encode_exr(image, exr_settings(state.morph.prepared.scene)));
   PM_TRY(rendered.image, decode_image(rendered.bytes, fmt::format("frame {}", frame)));
   return rendered;
 }
@@ -127,9 +127,10 @@ Result<std::string> SuiteRenderer::hash(int frame) {
     PM_TRY(const RenderedFrame rendered, run_command(state.suite, frame));
     return rendered.pixels;
   }
-  PM_TRY(const FrameGeometry geometry, geometry_at(state.prepared, *state.engine, frame));
+  PM_TRY(const FrameGeometry geometry,
+         geometry_at(state.morph.prepared, *state.morph.engine, frame));
   PM_TRY(const Image image,
-         render_frame(state.prepared, geometry, *state.renderer, state.device, ""));
+         render_frame(state.morph.prepared, geometry, *state.renderer, state.morph.device, ""));
   return pixel_sha256(image);
 }
 

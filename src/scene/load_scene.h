@@ -58,6 +58,9 @@ Result<Scene> turntable_of_model(const std::filesystem::path& model,
 /// scenes/scene.schema.json.
 std::string scene_schema();
 
+/// The reference of the scene format in Markdown, as committed in docs/scene.md.
+std::string scene_markdown();
+
 /// The scene with every default spelled out, as JSON; paths relative to `folder`.
 std::string scene_to_json(const Scene& scene, const std::filesystem::path& folder);
 

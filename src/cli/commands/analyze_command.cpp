@@ -5,10 +5,10 @@
 #include "base/frames.h"
 #include "base/log.h"
 #include "cli/command_line.h"
-#include "cli/engine_scene.h"
 #include "cli/report_options.h"
 #include "inspect/analyze_sequence.h"
 #include "scene/animated_model.h"
+#include "sequence/prepare/engine_scene.h"
 
 namespace polymorph {
 namespace {
@@ -86,7 +86,7 @@ Result<std::vector<Analysis>> analyze_input(const CommandLine& line,
                       "--source and --target are for meshes - a scene names its own");
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
   PM_TRY(const Scene scene, load_scene(options.input, overrides));
-  PM_TRY(const EngineScene morph, prepare_on_engine(line, scene));
+  PM_TRY(const EngineScene morph, prepare_on_engine(scene, resources(line.common)));
   PM_TRY(std::vector<Analysis> morphs,
          analyze_scene(morph.prepared, *morph.engine, options.frames, progress, truth));
   PM_TRY_STATUS(check_truth(morphs, truth));

@@ -5,8 +5,8 @@
 #include "base/log.h"
 #include "base/plural.h"
 #include "base/text.h"
-#include "cli/amounts.h"
 #include "cli/command_line.h"
+#include "options/amounts.h"
 #include "spheres/cache.h"
 
 namespace polymorph {

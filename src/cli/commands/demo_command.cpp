@@ -5,7 +5,8 @@
 #include "base/log.h"
 #include "base/stopwatch.h"
 #include "cli/command_line.h"
-#include "cli/film_output.h"
+#include "cli/progress.h"
+#include "export/film_pictures.h"
 #include "morph/timeline.h"
 #include "scene/commented_scene.h"
 #include "scene/override.h"
@@ -84,8 +85,9 @@ Result<int> run_demo(const CommandLine& line, const DemoOptions& options) {
   PM_TRY_STATUS(write_file(files.scene, text));
   std::vector<int> numbers;
   for (int frame = 1; frame <= frame_count(scene); ++frame) numbers.push_back(frame);
-  PM_TRY(const EngineScene film_scene, prepare_film(line, std::move(scene)));
-  PM_TRY(const Film film, render_film(line, film_scene, std::move(numbers), 0));
+  PM_TRY(const EngineScene film_scene, prepare_film(std::move(scene), resources(line.common)));
+  PM_TRY(const Film film, render_film(film_scene, std::move(numbers),
+                                      {.progress = make_progress(progress_mode(line.common))}));
   SheetSettings sheet;
   sheet.label = "t";
   sheet.by_change = true;

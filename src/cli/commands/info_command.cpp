@@ -2,7 +2,8 @@
 
 #include "base/text.h"
 #include "cli/command_line.h"
-#include "cli/film_output.h"
+#include "cli/progress.h"
+#include "export/film_pictures.h"
 #include "image/image_io.h"
 #include "image/strip.h"
 #include "inspect/inspection.h"
@@ -49,7 +50,9 @@ Status write_plan(const CommandLine& line, const EngineScene& film_scene,
     names.push_back(film_scene.prepared.actors.front().objects[i]->name);
   StripSettings strip;
   strip.columns = static_cast<int>(numbers.size());
-  PM_TRY(const Film film, render_film(line, film_scene, std::move(numbers), 0, FilmContent::kPlan));
+  PM_TRY(const Film film,
+         render_film(film_scene, std::move(numbers),
+                     {0, FilmContent::kPlan, make_progress(progress_mode(line.common))}));
   PM_TRY(const Image sheet, make_strip(film.images, names, strip));
   PngSettings png;
   png.effort = PngEffort::kSmall;
@@ -60,7 +63,7 @@ Status write_plan(const CommandLine& line, const EngineScene& film_scene,
 Result<int> show_plan(const CommandLine& line, const InfoOptions& options, Scene scene) {
   if (!options.output.empty()) PM_TRY_STATUS(check_sheet(options.output, line.common.overwrite));
   scene.frames.turntable = 0;  // frames of a turntable do not show the objects
-  PM_TRY(const EngineScene film_scene, prepare_film(line, std::move(scene)));
+  PM_TRY(const EngineScene film_scene, prepare_film(std::move(scene), resources(line.common)));
   PM_TRY_STATUS(check_has_plans(film_scene.prepared));
   if (!options.output.empty() && !film_scene.prepared.scene.actors.front().blend.empty())
     return make_error(ErrorCode::kInput,

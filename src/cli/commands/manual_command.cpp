@@ -1,6 +1,6 @@
 #include "base/file.h"
 #include "cli/command_line.h"
-#include "cli/option_table.h"
+#include "options/option_table.h"
 #include "scene/assignments.h"
 
 namespace polymorph {

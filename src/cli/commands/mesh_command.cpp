@@ -1,10 +1,10 @@
 #include "base/frames.h"
 #include "base/text.h"
 #include "cli/command_line.h"
-#include "cli/engine_scene.h"
 #include "cli/write_play_page.h"
 #include "export/mesh_files.h"
 #include "morph/timeline.h"
+#include "sequence/prepare/engine_scene.h"
 
 namespace polymorph {
 namespace {
@@ -76,7 +76,7 @@ Result<int> run_mesh(const CommandLine& line, const MeshOptions& options) {
   PM_TRY_STATUS(complete_mesh_settings(settings));
   PM_TRY_STATUS(check_mesh_files(settings, {}));
   ask_for_mesh_attributes(scene, settings);
-  PM_TRY(const EngineScene morph, prepare_on_engine(line, scene));
+  PM_TRY(const EngineScene morph, prepare_on_engine(scene, resources(line.common)));
   // Check again: now all input files are known, also those that models and materials name.
   PM_TRY_STATUS(check_mesh_files(settings, morph.prepared.actors));
   PM_TRY_STATUS(write_mesh_files(settings, morph.prepared, *morph.engine));

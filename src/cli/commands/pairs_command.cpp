@@ -4,7 +4,8 @@
 #include "base/json.h"
 #include "base/log.h"
 #include "cli/command_line.h"
-#include "cli/film_output.h"
+#include "cli/progress.h"
+#include "export/film_pictures.h"
 #include "image/image_io.h"
 #include "image/strip.h"
 #include "pairs/board_scene.h"
@@ -103,8 +104,9 @@ class Session {
     PM_TRY(Scene scene, load_scene_text(scene_file, text, overrides));
     std::vector<int> numbers;
     for (int frame = shown_frames_ + 1; frame <= frames; ++frame) numbers.push_back(frame);
-    PM_TRY(const EngineScene film_scene, prepare_film(line_, std::move(scene)));
-    PM_TRY(Film film, render_film(line_, film_scene, numbers, 0));
+    PM_TRY(const EngineScene film_scene, prepare_film(std::move(scene), resources(line_.common)));
+    PM_TRY(Film film, render_film(film_scene, numbers,
+                                  {.progress = make_progress(progress_mode(line_.common))}));
     for (std::size_t i = 0; i < numbers.size(); ++i) {
       Image& image = film.images[i];
       overlay(image, format_score(play_, level, numbers[i], fps));

@@ -83,12 +83,8 @@ Status check_reproduced_output(const ReproduceOptions& options, bool overwrite) 
 Result<int> run_reproduce(const CommandLine& line, const ReproduceOptions& options) {
   remember_input(options.frame);
   PM_TRY_STATUS(check_reproduced_output(options, line.common.overwrite));
-  ReproduceSettings settings;
-  settings.models = options.models;
-  settings.device = line.common.device;
-  settings.max_memory = line.common.max_memory;
-  settings.cache_folder = cache_folder(line.common);
-  PM_TRY(const Reproduction result, reproduce_frame(options.frame, settings));
+  PM_TRY(const Reproduction result,
+         reproduce_frame(options.frame, options.models, resources(line.common)));
   if (!options.output.empty() && !result.bytes.empty())
     PM_TRY_STATUS(write_file(options.output, result.bytes));
   if (options.json.enabled)

@@ -3,9 +3,10 @@
 #include "base/file.h"
 #include "base/frames.h"
 #include "cli/command_line.h"
-#include "cli/film_output.h"
+#include "cli/progress.h"
 #include "cli/scene_options.h"
 #include "cli/write_play_page.h"
+#include "export/film_pictures.h"
 #include "image/display_view.h"
 #include "image/extract_matte.h"
 #include "image/image_io.h"
@@ -34,8 +35,10 @@ Result<std::vector<int>> choose_frames_by_change(const CommandLine& line, Scene 
                                                  const StripOptions& options) {
   constexpr int kWidth = 96;
   scene.image.samples = 1;
-  PM_TRY(const EngineScene film_scene, prepare_film(line, std::move(scene)));
-  PM_TRY(const Film film, render_film(line, film_scene, numbers, kWidth));
+  PM_TRY(const EngineScene film_scene, prepare_film(std::move(scene), resources(line.common)));
+  PM_TRY(const Film film,
+         render_film(film_scene, numbers,
+                     {.width = kWidth, .progress = make_progress(progress_mode(line.common))}));
   return choose_by_change(film, options.count);
 }
 
@@ -70,9 +73,10 @@ Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
       numbers = choose_evenly(numbers, options.count);
     }
   }
-  PM_TRY(const EngineScene film_scene, prepare_film(line, std::move(scene)));
-  PM_TRY(Film film,
-         render_film(line, film_scene, std::move(numbers), options.width, options.content()));
+  PM_TRY(const EngineScene film_scene, prepare_film(std::move(scene), resources(line.common)));
+  PM_TRY(Film film, render_film(film_scene, std::move(numbers),
+                                {options.width, options.content(),
+                                 make_progress(progress_mode(line.common))}));
   PM_TRY_STATUS(apply_view(view, film));
   return film;
 }

@@ -1,4 +1,4 @@
-#include "cli/film_output.h"
+#include "export/film_pictures.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,9 @@
 #include "base/exact_math.h"
 #include "base/file.h"
 #include "base/log.h"
+#include "base/stop.h"
 #include "base/stopwatch.h"
 #include "base/worker.h"
-#include "cli/progress.h"
 #include "device/device.h"
 #include "image/image_io.h"
 #include "image/strip.h"
@@ -94,11 +94,11 @@ Image resized_colors(const Image& image, int width) {
   return resize_image(colors, width, std::max(1, width * image.height / image.width));
 }
 
-Result<EngineScene> prepare_film(const CommandLine& line, Scene scene) {
+Result<EngineScene> prepare_film(Scene scene, const Resources& resources) {
   scene.image.aovs = "none";  // PNGs, sheets and GIFs have no layers
   // Two pictures: the one that is traced, and its colours.
-  PM_TRY_STATUS(check_picture_memory(scene.image, 2, line.common.max_memory));
-  return prepare_on_engine(line, scene, 2);
+  PM_TRY_STATUS(check_picture_memory(scene.image, 2, resources.max_memory));
+  return prepare_on_engine(scene, resources, 2);
 }
 
 Status check_has_plans(const PreparedScene& prepared) {
@@ -110,15 +110,14 @@ Status check_has_plans(const PreparedScene& prepared) {
   return Ok{};
 }
 
-Result<Film> render_film(const CommandLine& line, const EngineScene& film_scene,
-                         std::vector<int> numbers, int width, FilmContent content) {
+Result<Film> render_film(const EngineScene& film_scene, std::vector<int> numbers,
+                         const FilmSettings& settings) {
   const PreparedScene& prepared = film_scene.prepared;
   Film film;
   film.last = frame_count(prepared.scene);
   film.fps = prepared.scene.frames.fps;
-  if (content == FilmContent::kPlan) PM_TRY_STATUS(check_has_plans(film_scene.prepared));
-  PM_TRY(Renderer renderer, make_renderer(film_scene.device, line.common.max_memory));
-  const ProgressCallback progress = make_progress(progress_mode(line.common));
+  if (settings.content == FilmContent::kPlan) PM_TRY_STATUS(check_has_plans(film_scene.prepared));
+  PM_TRY(Renderer renderer, make_renderer(film_scene.device, film_scene.max_memory));
   struct Traced {
     Result<Image> image;
     double seconds = 0;
@@ -132,14 +131,14 @@ Result<Film> render_film(const CommandLine& line, const EngineScene& film_scene,
     PM_TRY(Image image, std::move(traced.image));
     const int traced_number = numbers[film.images.size()];
     expose(image, scene_at(prepared.scene, static_cast<double>(traced_number)).image.exposure);
-    const Image colors = resized_colors(image, width);
+    const Image colors = resized_colors(image, settings.width);
     for (; equal_frames > 0; --equal_frames) {
       FrameRecord record;
       record.frame = numbers[film.images.size()];
       record.state = FrameRecord::State::kDone;
       record.seconds = record.frame == traced_number ? traced.seconds : 0;
       film.images.push_back(colors);
-      progress(film.images.size(), numbers.size(), record);
+      if (settings.progress) settings.progress(film.images.size(), numbers.size(), record);
     }
     return Ok{};
   };
@@ -153,7 +152,7 @@ Result<Film> render_film(const CommandLine& line, const EngineScene& film_scene,
     }
     const Stopwatch stopwatch;
     PM_TRY(FrameGeometry geometry, geometry_at(prepared, *film_scene.engine, number));
-    if (content == FilmContent::kPlan)
+    if (settings.content == FilmContent::kPlan)
       PM_TRY_STATUS(paint_origins(prepared, *film_scene.engine, geometry));
     const double surface_seconds = stopwatch.seconds();
     PM_TRY_STATUS(finish());
@@ -161,7 +160,7 @@ Result<Film> render_film(const CommandLine& line, const EngineScene& film_scene,
     equal_frames = 1;
     tracing = worker.run([&, surface_seconds, geometry = std::move(geometry)]() -> Traced {
       const Stopwatch tracing_time;
-      auto image = render_frame(prepared, geometry, renderer, film_scene.device, line.text);
+      auto image = render_frame(prepared, geometry, renderer, film_scene.device, "");
       return {std::move(image), surface_seconds + tracing_time.seconds()};
     });
   }

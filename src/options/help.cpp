@@ -1,8 +1,10 @@
 // Help texts of 80 columns: purpose, usage, examples, options in groups, exit codes.
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
-#include "cli/command_line.h"
+#include "options/option_table.h"
 
 namespace polymorph {
 namespace {
@@ -78,19 +80,7 @@ std::string verbs_text(const CommandTable& table) {
   return out + fmt::format("\n'polymorph {} VERB --help' has the options of each.\n", table.name);
 }
 
-}  // namespace
-
-std::string first_steps(const CommandLine& line) {
-  const auto step = [&](const char* arguments, const char* description) {
-    return fmt::format("  {} {}\n      {}\n", line.program, arguments, description);
-  };
-  return command_table(*line.app).purpose + "\n\nStart here:\n" +
-         step("demo", "a teapot becomes a penguin: a strip, a GIF and the scene, in seconds") +
-         step("demo monkey spider --through puddle", "any of the models that come with it") +
-         step("init first.obj second.obj", "a scene for your own models, to edit and render") +
-         fmt::format("\n{} --help lists all commands.\n", line.program);
-}
-
+/// Formats the help of a command, or of the program if `commands` are given.
 std::string help_text(const CommandTable& table, const std::vector<CommandTable>& commands,
                       bool full) {
   const bool is_program = !commands.empty();
@@ -109,6 +99,8 @@ std::string help_text(const CommandTable& table, const std::vector<CommandTable>
                        table.verbs.empty() ? "all" : "the common");
   return out;
 }
+
+}  // namespace
 
 bool is_named(const OptionRow& option, const std::vector<std::string>& names) {
   return std::any_of(option.names.begin(), option.names.end(), [&](const std::string& name) {
@@ -147,25 +139,27 @@ CommandTable verb_table(const CommandTable& command, const VerbTable& verb) {
   return table;
 }
 
-std::string named_page(const CommandLine& line, int argc, char** argv) {
-  const std::string command = named_command(*line.app, argc, argv);
-  const auto verbs = line.verbs.find(command);
-  if (verbs == line.verbs.end()) return command;
+std::string named_page(const std::vector<CommandTable>& commands, int argc, char** argv) {
   for (int i = 1; i < argc; ++i)
-    for (const VerbTable& verb : verbs->second)
-      if (argv[i] == verb.name) return command + " " + verb.name;
-  return command;
+    for (const CommandTable& command : commands) {
+      if (command.name != argv[i]) continue;
+      for (int j = 1; j < argc; ++j)
+        for (const VerbTable& verb : command.verbs)
+          if (verb.name == argv[j]) return command.name + " " + verb.name;
+      return command.name;
+    }
+  return {};
 }
 
-std::string help_page(const CommandLine& line, const std::string& name, bool full) {
-  const std::vector<CommandTable> commands = command_tables(line);
+std::string help_page(const CommandTable& program, const std::vector<CommandTable>& commands,
+                      const std::string& name, bool full) {
   for (const CommandTable& command : commands) {
     if (command.name == name) return help_text(command, {}, full);
     for (const VerbTable& verb : command.verbs)
       if (command.name + " " + verb.name == name)
         return help_text(verb_table(command, verb), {}, full);
   }
-  return help_text(command_table(*line.app), commands, true);
+  return help_text(program, commands, true);
 }
 
 }  // namespace polymorph

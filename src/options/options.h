@@ -33,7 +33,7 @@ class Option {
   Option& choices(const std::vector<std::string>& words);  ///< the allowed values
   Option& count(int low, int high);                        ///< takes from `low` to `high` values
   Option& one_value_each();                                ///< a list has one value per occurrence
-  Option& bytes();  ///< a size as parse_size() parses it (cli/amounts.h)
+  Option& bytes();  ///< a size as parse_size() parses it (options/amounts.h)
   /// Limits a number to [low, high]. It is decimal, with '.' as the point, never hexadecimal or
   /// octal; if T is an integer type it must be whole.
   template <class T>

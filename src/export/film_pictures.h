@@ -1,13 +1,15 @@
 // Films in memory: the frames of a scene, contact sheets of them and animated GIFs.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
-#include "cli/command_line.h"
-#include "cli/engine_scene.h"
+#include "base/result.h"
 #include "image/image.h"
 #include "scene/scene.h"
+#include "sequence/prepare/engine_scene.h"
+#include "sequence/run/render_sequence.h"
 
 namespace polymorph {
 
@@ -45,7 +47,7 @@ Image resized_colors(const Image& image, int width);
 
 /// Prepares a scene for pictures without layers. Errors: those of prepare_on_engine(); kResource
 /// where the pictures need too much memory.
-Result<EngineScene> prepare_film(const CommandLine& line, Scene scene);
+Result<EngineScene> prepare_film(Scene scene, const Resources& resources);
 
 /// Content of the pictures: the scene, or its surfaces in colours that show which part of one
 /// object becomes which part of the other (sequence/frame/paint_origins.h).
@@ -54,12 +56,17 @@ enum class FilmContent { kScene, kPlan };
 /// Checks that all actors have plans. Errors (kInput): an actor plays a mesh sequence.
 Status check_has_plans(const PreparedScene& prepared);
 
-/// Renders these frames of the scene, `width` pixels wide (0: as in the scene), and shows progress.
-/// Makes the surface of a frame while the previous frame is traced. Traces successive equal frames
-/// once. Errors: those of geometry_at() and render_frame(); stop_code() after a signal.
-Result<Film> render_film(const CommandLine& line, const EngineScene& film_scene,
-                         std::vector<int> numbers, int width,
-                         FilmContent content = FilmContent::kScene);
+struct FilmSettings {
+  int width = 0;  ///< pixels; 0: as in the scene
+  FilmContent content = FilmContent::kScene;
+  ProgressCallback progress;  ///< called after each frame; may be empty
+};
+
+/// Renders these frames of the scene. Makes the surface of a frame while the previous frame is
+/// traced. Traces successive equal frames once. Errors: those of geometry_at() and render_frame();
+/// stop_code() after a signal.
+Result<Film> render_film(const EngineScene& film_scene, std::vector<int> numbers,
+                         const FilmSettings& settings);
 
 /// Checks before any work that the sheet is a .png or .exr file that may be written. Errors:
 /// kUsage, kOutput.

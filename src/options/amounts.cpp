@@ -1,4 +1,4 @@
-#include "cli/amounts.h"
+#include "options/amounts.h"
 
 #include <algorithm>
 #include <cctype>

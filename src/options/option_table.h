@@ -56,6 +56,15 @@ CommandTable command_table(const CLI::App& command);
 /// Returns the tables of all commands, in the order of the help, without their verbs.
 std::vector<CommandTable> command_tables(const CLI::App& program);
 
+/// Returns the name of the help page that the arguments ask for: a command, a command and its verb
+/// ("golden test"), or "" for the program.
+std::string named_page(const std::vector<CommandTable>& commands, int argc, char** argv);
+/// Formats the help page of this name in at most 80 columns, or that of the program if no command
+/// has the name. `full`: with the options of all groups and the exit codes; else the options of the
+/// first group.
+std::string help_page(const CommandTable& program, const std::vector<CommandTable>& commands,
+                      const std::string& name, bool full);
+
 /// Scripts that complete the command line in a shell.
 std::string bash_completion(const std::vector<CommandTable>& commands);
 std::string zsh_completion(const std::vector<CommandTable>& commands);
@@ -65,8 +74,7 @@ std::string fish_completion(const std::vector<CommandTable>& commands);
 std::string program_page(const std::vector<CommandTable>& commands);
 std::string command_page(const CommandTable& command);
 
-/// Reference pages in Markdown: of the command line, and of the scene format (describe.h).
+/// Reference page of the command line in Markdown.
 std::string commands_markdown(const std::vector<CommandTable>& commands);
-std::string scene_markdown();
 
 }  // namespace polymorph

@@ -1,12 +1,12 @@
-#include "cli/options.h"
+#include "options/options.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 
 #include "base/text.h"
-#include "cli/amounts.h"
-#include "cli/option_table.h"
+#include "options/amounts.h"
+#include "options/option_table.h"
 
 namespace polymorph {
 namespace {

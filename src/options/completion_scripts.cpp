@@ -1,7 +1,7 @@
 // Completion scripts for bash, zsh and fish.
 #include <fmt/format.h>
 
-#include "cli/option_table.h"
+#include "options/option_table.h"
 
 namespace polymorph {
 namespace {

@@ -12,7 +12,7 @@
 #include <string>
 
 #include "base/result.h"
-#include "cli/options.h"
+#include "options/options.h"
 
 namespace polymorph {
 

@@ -1,4 +1,4 @@
-#include "cli/film_output.h"
+#include "export/film_pictures.h"
 
 #include <gtest/gtest.h>
 
