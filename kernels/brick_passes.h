@@ -54,8 +54,8 @@ inline std::int64_t count_roots(const TreeShape& shape) {
   return std::int64_t{shape.roots.x} * shape.roots.y * shape.roots.z;
 }
 
-/// Guesses how many bricks a surface crosses, before they are counted: those of three sides of the
-/// grid, and a few more.
+/// Guesses how many bricks a surface crosses, before they are counted: as many as three sides of
+/// the grid have, and a few more.
 inline std::int64_t guess_bricks(const Grid& grid) {
   const Int3 n =
       ceil_divide({grid.points.x + 1, grid.points.y + 1, grid.points.z + 1}, kBrickCells);
@@ -112,7 +112,7 @@ void fit_bricks(Workspace<B>& work, const Grid& grid, BrickViews& bricks) {
                               bricks.rows.size / kRows, bricks.counts.size, bricks.first.size});
 }
 
-/// Bricks, the pass that samples them, and the source of PlaceVertices.
+/// Bricks, the pass that samples them, and the Source of PlaceVertices (vertices.h).
 template <class Sample, class Source>
 struct SampledBricks {
   BrickViews bricks;
@@ -157,9 +157,9 @@ class MeshPasses {
   /// Samples the bricks, numbers their vertices and triangles, and places the vertices of marching
   /// cubes.
   ///
-  /// If the host knows the counts, bricks are processed in blocks: their values stay in the caches
-  /// from one pass to the next, and take no more memory for a finer grid. The values of all bricks
-  /// at once would dominate the memory traffic.
+  /// If the host knows the counts, bricks are processed in blocks. A block's values stay in the
+  /// caches from one pass to the next, and need no more memory for a finer grid. The values of all
+  /// bricks at once would dominate the memory traffic.
   template <class Sample, class Source>
   void place_bricks(const SampledBricks<Sample, Source>& in) {
     const BrickViews& bricks = in.bricks;
@@ -239,6 +239,7 @@ class MeshPasses {
 
   void allocate_vertices() {
     const std::int64_t* count = &work_.totals[kMaxLevels].first;
+    // The first guess is 100 vertices per brick, and 200 triangles below.
     const std::int64_t guess = guess_bricks(grid_) * 100;
     positions_ = backend_.output(mesh_.positions, work_.positions, count, guess);
     normals_ = backend_.output(mesh_.normals, work_.normals, count, guess);
