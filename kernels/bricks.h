@@ -511,7 +511,8 @@ struct SampleBricks : CountBricks {
                         field.error + field.rounding);
   }
 
-  /// Replaces values that differ from iso by at most `max_error` by sums over all balls.
+  /// Replaces values that differ from iso by at most `max_error` by sums over all balls: counts
+  /// these points per line, lists them, and evaluates them in packs.
   template <class Team>
   PM_HD void resample_uncertain_points(const Team& team, Scratch& scratch, float max_error,
                                        Int3 first) const {

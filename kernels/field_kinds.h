@@ -150,7 +150,7 @@ struct WyvillField : EllipsoidCoordinate {
   static float end(const Ball&, float) { return 1; }
   static float surface(const Ball& ball) {
     if (!(ball.w > 1)) return 0;
-    float inside = 0, outside = 1;
+    float inside = 0, outside = 1;  // bisection, because falloff() decreases
     for (int step = 0; step < 40; ++step) {
       const float middle = (inside + outside) / 2;
       (ball.w * falloff(middle) > 1 ? inside : outside) = middle;
@@ -190,6 +190,7 @@ struct InverseSquareField {
     return max(value(ball, q), broadcast<V>(0.0f));
   }
 
+  // The lower bounds in these functions keep logarithms and quotients finite.
   static float coordinate(const Ball&, Vec3 d) { return std::max(dot(d, d), 1e-20f); }
   static Vec3 coordinate_gradient(const Ball&, Vec3 d) { return d * 2.0f; }
   static float log_value(const Ball& ball, float q) { return log(std::max(ball.w, 1e-30f) / q); }

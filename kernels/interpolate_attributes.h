@@ -55,7 +55,8 @@ struct InterpolateAttributes {
   }
 
   /// Lists the balls that matter in each box, in ascending order. The boxes surround kPointsPerBox
-  /// points each, of the n points from index `begin` on.
+  /// points each, of the n points from index `begin` on. Finds the boxes first, then a threshold
+  /// for each box, and then the balls whose contribution may exceed it.
   template <class Team>
   PM_HD void list_near(const Team& team, Scratch& scratch, std::int64_t begin, int n) const {
     const std::uint32_t rank = team.group_rank();
@@ -91,6 +92,7 @@ struct InterpolateAttributes {
     std::uint32_t full_boxes = 0;
     for (std::uint32_t j0 = 0; j0 < all_balls.count; j0 += Team::kGroup) {
       const std::uint32_t j = j0 + rank;
+      // A box whose list has no room for another ball of each thread is full.
       for (int box = 0; box < kBoxes; ++box) {
         full_boxes |= (cursor[box] + Team::kGroup > end[box] ? 1u : 0u) << box;
       }
@@ -126,14 +128,14 @@ struct InterpolateAttributes {
     V sum = broadcast<V>(0.0f), value[4 * kMaps];
     for (V& v : value) v = broadcast<V>(0.0f);
     for (std::uint32_t j = 0; j < list.count; ++j) {
-      const std::uint32_t e = list.indices[j];
-      const typename F::Ball ball = balls[e];
+      const std::uint32_t ball_index = list.indices[j];
+      const typename F::Ball ball = balls[ball_index];
       const V contribution = F::Kind::share(ball, ball.q(at.x, at.y, at.z));
       const auto significant = contribution > threshold;
       if (Lanes<V>::bits(significant) == 0) continue;
       const V weight = zero_unless(significant, contribution);
       sum = sum + weight;
-      add<V>(e, weight, {at.x - ball.x, at.y - ball.y, at.z - ball.z}, value);
+      add<V>(ball_index, weight, {at.x - ball.x, at.y - ball.y, at.z - ball.z}, value);
     }
     const std::uint32_t reached = Lanes<V>::bits(sum > 0.0f);
     for (int k = 0; k < 4 * kMaps; ++k) {

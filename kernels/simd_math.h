@@ -134,7 +134,7 @@ PM_HD inline V spread(T a) {
 }
 
 #if defined(__GNUC__) && !defined(__CUDACC__)
-#define PM_PACKS
+#define PM_PACKS  // Pack exists
 /// Eight floats: one vector of AVX2. The operations below are those of float above, lane by lane.
 typedef float Pack __attribute__((vector_size(32)));
 typedef std::int32_t PackMask __attribute__((vector_size(32)));
@@ -197,7 +197,7 @@ inline Pack signed_to_float(PackBits a) {
 #endif
 
 #if defined(PM_PACKS) && defined(__AVX512F__) && defined(__AVX512DQ__)
-#define PM_WIDE_PACKS
+#define PM_WIDE_PACKS  // WidePack exists
 /// Sixteen floats: one vector of AVX-512.
 typedef float WidePack __attribute__((vector_size(64)));
 typedef std::int32_t WidePackMask __attribute__((vector_size(64)));
@@ -254,15 +254,15 @@ inline void transpose_columns(const float* from, float* to) {
       quad[3][q] = _mm512_castpd_ps(_mm512_unpackhi_pd(high[0], high[1]));
     }
     for (int c = 0; c < 4; c += 2) {
-      const __m512 a = _mm512_shuffle_f32x4(quad[c][0], quad[c][1], 0x44),
-                   b = _mm512_shuffle_f32x4(quad[c + 1][0], quad[c + 1][1], 0x44),
-                   d = _mm512_shuffle_f32x4(quad[c][0], quad[c][1], 0xee),
-                   e = _mm512_shuffle_f32x4(quad[c + 1][0], quad[c + 1][1], 0xee);
+      const __m512 low_quarters = _mm512_shuffle_f32x4(quad[c][0], quad[c][1], 0x44),
+                   next_low_quarters = _mm512_shuffle_f32x4(quad[c + 1][0], quad[c + 1][1], 0x44),
+                   high_quarters = _mm512_shuffle_f32x4(quad[c][0], quad[c][1], 0xee),
+                   next_high_quarters = _mm512_shuffle_f32x4(quad[c + 1][0], quad[c + 1][1], 0xee);
       float* out = to + 8 * (i + c);
-      _mm512_storeu_ps(out, _mm512_shuffle_f32x4(a, b, 0x88));
-      _mm512_storeu_ps(out + 32, _mm512_shuffle_f32x4(a, b, 0xdd));
-      _mm512_storeu_ps(out + 64, _mm512_shuffle_f32x4(d, e, 0x88));
-      _mm512_storeu_ps(out + 96, _mm512_shuffle_f32x4(d, e, 0xdd));
+      _mm512_storeu_ps(out, _mm512_shuffle_f32x4(low_quarters, next_low_quarters, 0x88));
+      _mm512_storeu_ps(out + 32, _mm512_shuffle_f32x4(low_quarters, next_low_quarters, 0xdd));
+      _mm512_storeu_ps(out + 64, _mm512_shuffle_f32x4(high_quarters, next_high_quarters, 0x88));
+      _mm512_storeu_ps(out + 96, _mm512_shuffle_f32x4(high_quarters, next_high_quarters, 0xdd));
     }
   }
 }

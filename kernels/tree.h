@@ -133,8 +133,8 @@ struct ChildBoxes {
       const NodeBox box = node_box(grid, level.cells, level.margin, p);
       c[0][l] = box.low.x, c[1][l] = box.high.x, c[2][l] = box.low.y;
       c[3][l] = box.high.y, c[4][l] = box.low.z, c[5][l] = box.high.z;
-      const bool in = p.x < level.nodes.x && p.y < level.nodes.y && p.z < level.nodes.z;
-      exist |= (in ? 1u : 0u) << l;
+      const bool exists = p.x < level.nodes.x && p.y < level.nodes.y && p.z < level.nodes.z;
+      exist |= (exists ? 1u : 0u) << l;
       rim |= (box.has_rim ? 1u : 0u) << l;
     }
     range = {Lanes<V>::load(c[0]), Lanes<V>::load(c[1]), Lanes<V>::load(c[2]),
@@ -298,8 +298,8 @@ struct ClassifyChildren {
   }
 };
 
-/// Writes the kept children of a node with their ball lists. Teams share a node as in
-/// ClassifyChildren.
+/// Writes the kept children of a node with their ball lists: finds where each list begins, writes
+/// the nodes, and then fills the lists. Teams share a node as in ClassifyChildren.
 template <class F>
 struct FillChildren {
   static constexpr int kThreads = 512;

@@ -171,8 +171,8 @@ struct PlaceVertices {
     constexpr int kLanes = Lanes<V>::kCount;
     const std::int64_t b = begin + brick_item;
     const auto count = static_cast<int>(counts[b].first);
-    const std::int64_t out = first[b].first;
-    if (count == 0 || out + count > positions.size) return;
+    const std::int64_t first_vertex = first[b].first;
+    if (count == 0 || first_vertex + count > positions.size) return;
     team.each(kRows, [&](int r) {
       const std::uint32_t row = rows[b * kRows + r];
       write_set_bits<V>(row_edges(row), static_cast<std::uint32_t>(line_of_row(r)) << kLineShift,
@@ -187,10 +187,10 @@ struct PlaceVertices {
     team.each((count + kLanes - 1) / kLanes, [&](int item) {
       const Edges<V> edges = edges_at<V>(brick.at, values.data + brick_item * kBrickValues,
                                          Lanes<V>::load_bits(scratch.edges + item * kLanes));
-      place<V>(edges, field, out + item * kLanes, count - item * kLanes);
+      place<V>(edges, field, first_vertex + item * kLanes, count - item * kLanes);
     });
   }
-  static constexpr int kLineShift = 5;
+  static constexpr int kLineShift = 5;  ///< bits of an edge's index in its row, which is below 21
 
   /// Unpacks edges, as in Scratch::edges, and finds their ends and the field there. `value`: the
   /// brick's values.
@@ -204,22 +204,24 @@ struct PlaceVertices {
     out.axis = bit - 3u * x;
     const auto along_x = out.axis == 0u, along_y = out.axis == 1u, along_z = out.axis == 2u;
     const auto corner = [](int at) { return static_cast<float>(at * kBrickCells - 1); };
-    const Points<V> a = {signed_to_float(x) + corner(brick.x),
-                         signed_to_float(line % kBrickPoints) + corner(brick.y),
-                         signed_to_float(line / kBrickPoints) + corner(brick.z)};
+    // The lower end in cells from the grid's origin.
+    const Points<V> lower_end = {signed_to_float(x) + corner(brick.x),
+                                 signed_to_float(line % kBrickPoints) + corner(brick.y),
+                                 signed_to_float(line / kBrickPoints) + corner(brick.z)};
     // The arithmetic is that of grid_point(), for equal bits.
-    out.from = {grid.origin.x + grid.cell * a.x, grid.origin.y + grid.cell * a.y,
-                grid.origin.z + grid.cell * a.z};
-    const Points<V> to = {grid.origin.x + grid.cell * (a.x + 1.0f),
-                          grid.origin.y + grid.cell * (a.y + 1.0f),
-                          grid.origin.z + grid.cell * (a.z + 1.0f)};
-    out.step = {zero_unless(along_x, to.x - out.from.x), zero_unless(along_y, to.y - out.from.y),
-                zero_unless(along_z, to.z - out.from.z)};
+    out.from = {grid.origin.x + grid.cell * lower_end.x, grid.origin.y + grid.cell * lower_end.y,
+                grid.origin.z + grid.cell * lower_end.z};
+    const Points<V> upper = {grid.origin.x + grid.cell * (lower_end.x + 1.0f),
+                             grid.origin.y + grid.cell * (lower_end.y + 1.0f),
+                             grid.origin.z + grid.cell * (lower_end.z + 1.0f)};
+    out.step = {zero_unless(along_x, upper.x - out.from.x),
+                zero_unless(along_y, upper.y - out.from.y),
+                zero_unless(along_z, upper.z - out.from.z)};
     const auto select_axis = [&](V x_value, V y_value, V z_value) {
       return select(along_x, x_value, select(along_y, y_value, z_value));
     };
     const auto last = [](int points) { return broadcast<V>(static_cast<float>(points - 1)); };
-    const V low = select_axis(a.x, a.y, a.z);
+    const V low = select_axis(lower_end.x, lower_end.y, lower_end.z);
     const auto below = low < 0.0f;
     const auto above =
         low == select_axis(last(grid.points.x), last(grid.points.y), last(grid.points.z));

@@ -204,12 +204,12 @@ struct DeviceScene {
         const BvhNode node = load_node(nodes.data(), next);
         const float left = enter(node.boxes[0], box_ray, far),
                     right = enter(node.boxes[1], box_ray, far);
-        const auto a = static_cast<std::uint32_t>(node.children[0]),
-                   b = static_cast<std::uint32_t>(node.children[1]);
+        const auto left_child = static_cast<std::uint32_t>(node.children[0]),
+                   right_child = static_cast<std::uint32_t>(node.children[1]);
         const bool left_first = left <= right;
-        next = left_first ? a : b;
+        next = left_first ? left_child : right_child;
         if (max(left, right) < kInfinity)
-          stack[count++] = left_first ? b : a;
+          stack[count++] = left_first ? right_child : left_child;
         else if (!(min(left, right) < kInfinity))
           next = stack[--count];
       }

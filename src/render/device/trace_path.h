@@ -70,6 +70,7 @@ PM_HD inline PathLight trace_path(const DeviceFrame& frame, const Ray& ray, Samp
     const MeshHit hit = scene.closest(shortened);
     const VertexRandomOf<float> random{
         {frame.sampler, sample.sequence, sample.reversed}, depth, world.direct_only};
+    // The packet of this vertex has one live path.
     VerticesOf<Vec3, ShadowRay> vertex{path, 0, {}, true, {}, shadows};
     if (hit.mesh != kNoMesh) {
       add_hit_lamps(world, path, hit.distance, true);
