@@ -1,12 +1,15 @@
 // BackendEngine: the Engine of any backend. It checks the input of each call and runs the passes
 // (passes.h).
 //
-// A backend provides: Team (the threads that share one item: V, kGroup, kParts, each, each_group,
-// group_rank, leads_group, group_sum, group_max, sync, scan, append, add); kManyRoots, kHostMemory;
-// for_each and for_teams; scan; Buffer<T> with resize and fit; upload, download, output;
-// start_frame, everything_fitted, finish_frame; pass_times, memory_used; with kHostMemory also grow
-// and threads. If memory runs out or a device fails, a backend throws EngineFailure or
-// std::bad_alloc; BackendEngine converts both to a status.
+// A backend provides (cpu_backend.h has the simplest one)
+//   Team: the threads that share one item, with V, kGroup, kParts, each(), each_group(),
+//     group_rank(), leads_group(), group_sum(), group_max(), sync(), scan(), append() and add();
+//   kManyRoots, kHostMemory; for_each(), for_teams(), scan();
+//   Buffer<T> with resize() and fit(); upload(), download(), output();
+//   start_frame(), everything_fitted(), finish_frame(); pass_times(), memory_used();
+//   and, if kHostMemory is true, grow() and threads().
+// If memory runs out or a device fails, a backend throws EngineFailure or std::bad_alloc;
+// BackendEngine converts both to a status.
 //
 // Only the passes know how many nodes, entries, vertices and triangles there are: the counts stay
 // in backend memory, where the next pass reads them. The CUDA backend cannot read them between

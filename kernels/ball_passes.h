@@ -41,7 +41,8 @@ View<Ball> upload_balls(Workspace<B>& work, const BallSet& set) {
 }
 
 /// Returns FieldScale::length: the smallest power of two above half the longest side of the
-/// centres' box and above the largest radius that one ball has alone, sqrt(|w|).
+/// centres' box and above the largest radius sqrt(|w|) that a single ball has. The limits 1e-15 and
+/// 1e15 keep its square within the normal floats.
 inline float field_length(const std::vector<Ball>& balls) {
   Vec3 low = balls[0].center, high = low;
   float w = 0;
@@ -64,8 +65,8 @@ class BallPasses {
       : work_(work), backend_(work.backend), set_(set), settings_(settings) {}
 
   void extract(const Grid& grid, Mesh& mesh) {
-    // With infinite support all backends start from one root: each level of polynomials rounds, so
-    // that equal bits need equal levels.
+    // With infinite support all backends start from one root: each level rounds its polynomials, so
+    // only equal levels give equal bits.
     const TreeShape shape = tree_shape(grid, B::kManyRoots && F::kCompactSupport);
     extract_bricks(work_, grid, settings_, mesh, [&] {
       prepare(shape);
@@ -103,15 +104,16 @@ class BallPasses {
     prepare({});
     const auto n = static_cast<std::int64_t>(points.size());
     const Offsets runs = {(n + Interpolate::kRun - 1) / Interpolate::kRun, 0};
-    const View<Offsets> count = work_.totals_buffer.resize(backend_, kMaxLevels + 1);
+    // for_teams() reads the number of teams from backend memory.
+    const View<Offsets> team_count = work_.totals_buffer.resize(backend_, kMaxLevels + 1);
     const View<BallAttribute> uploaded =
         work_.attributes.resize(backend_, static_cast<std::int64_t>(attributes.size()));
     const View<Vec3> at = work_.points.resize(backend_, n);
     const View<AttributeValues> out = work_.attribute_values.resize(backend_, kMaps * n);
-    backend_.upload(View<Offsets>{count.data, 1}, &runs);
+    backend_.upload(View<Offsets>{team_count.data, 1}, &runs);
     backend_.upload(uploaded, attributes.data());
     backend_.upload(at, points.data());
-    backend_.for_teams(&count[0].first, runs.first,
+    backend_.for_teams(&team_count[0].first, runs.first,
                        Interpolate{at, balls_, all_balls(), uploaded, out}, "interpolate");
     backend_.download(values.data(), out);
   }
@@ -122,7 +124,8 @@ class BallPasses {
   BallList all_balls() const {
     return {all_balls_.data, static_cast<std::uint32_t>(all_balls_.size)};
   }
-  /// Returns Level::margin: as many cells around a brick as its interpolated values depend on.
+  /// Returns Level::margin: the number of cells around a brick on which its interpolated values
+  /// depend.
   int margin() const { return settings_.sample_stride > 1 ? settings_.sample_stride : 0; }
 
   View<typename F::Ball> resize_balls(std::int64_t n) {
@@ -160,7 +163,8 @@ class BallPasses {
                       "prepare");
   }
 
-  /// Walks the tree from its roots to the bricks.
+  /// Walks the tree from its roots to the bricks. On each level it finds the children that the
+  /// surface can cross, numbers them, and writes them with their lists and far fields.
   BrickViews find_bricks(TreeShape shape, const Grid& grid) {
     std::vector<Level>& levels = shape.levels;
     for (Level& level : levels) {
@@ -174,6 +178,7 @@ class BallPasses {
     View<Counts> sums = root_sums_;
     View<FarField> far = root_far_;
     View<std::uint32_t> entries = all_balls_;
+    // The guessed number of nodes of level l; guess / 4 + 1 is that of their parents.
     std::int64_t guess = guess_top_nodes(grid, shape);
     for (std::size_t l = levels.size(); l-- > 0; guess *= 8) {
       const auto level = static_cast<std::int64_t>(l);
@@ -194,7 +199,7 @@ class BallPasses {
       const View<Node> nodes = work_.nodes[l].fit(backend_, &total->first, 1, guess);
       View<Counts> node_sums;
       if (l > 0) node_sums = work_.sums[l % 2].fit(backend_, &total->first, 1, guess);
-      // Guesses 48 balls per node.
+      // The first guess is 48 balls per node.
       const View<std::uint32_t> node_entries =
           work_.entries[l % 2].fit(backend_, &total->second, 1, 48 * guess);
       backend_.for_teams(count, capacity,
@@ -274,7 +279,7 @@ void interpolate_balls(Workspace<B>& work, const BallSet& set,
   }
 }
 
-/// Instantiates the three functions for backend B and a Field.
+/// Instantiates the three functions above for backend B and a Field.
 #define PM_BALL_PASSES(B, ...)                                                                    \
   template void extract_balls<B, __VA_ARGS__>(Workspace<B>&, const BallSet&, const Grid&,         \
                                               const ExtractSettings&, Mesh&);                     \

@@ -45,7 +45,7 @@ struct BallPath {
   Vec3d bow;        ///< offset from the straight path at u = 1/2
   Vec3d launch;     ///< launch velocity at both ends, scene units per motion (MotionState::thrown)
   Vec3d drift;      ///< velocity left over from the previous motion, scene units per motion
-  double from_volume = 1, to_volume = 1;  ///< a^-3/2
+  double from_volume = 1, to_volume = 1;  ///< a^-3/2, which is proportional to the volume
   /// Logarithms of the shapes, in the source's orientation; unused if `round`.
   Sym3d from_log, to_log;
   std::uint32_t part = 0;
@@ -84,7 +84,8 @@ PM_HD constexpr double remaining_stretch(double softness, double u) {
 PM_HD constexpr Sym3d log_shape_at(const BallPath& path, double u) {
   return path.from_log * (1 - u) + path.to_log * u;
 }
-/// Returns a^-3/2 at eased time u. An overshooting spring must not turn a small volume negative.
+/// Returns a^-3/2 at eased time u. The result is at least a tenth of the smaller end, because a
+/// spring may overshoot [0, 1] and must not turn a small volume negative.
 PM_HD constexpr double volume_at(const BallPath& path, double u) {
   const double volume = (1 - u) * path.from_volume + u * path.to_volume;
   const double min_volume =
@@ -112,20 +113,21 @@ PM_HD inline Ball ball_between(const BallPath& path, const MotionState& state, c
   const Vec3d x = path.from * (1 - u) + path.to * u + path.bow * (4 * u * (1 - u));
   Vec3d center = place.center + (place.rotation * x) * place.scale;
   if (state.thrown) {
-    const double v = u < 0 ? 0 : u > 1 ? 1 : u;
+    const double clamped_u = u < 0 ? 0 : u > 1 ? 1 : u;
     // A smoothstep from u = 0.2 to 0.8 blends one flight into the other.
-    double t = (v - 0.2) / 0.6;
+    double t = (clamped_u - 0.2) / 0.6;
     t = t < 0 ? 0 : t > 1 ? 1 : t;
     const double blend = t * t * (3 - 2 * t);
-    center = flight_position(state, part.from_center + path.from, path.launch, v) * (1 - blend) +
-             flight_position(state, part.to_center + path.to, path.launch, 1 - v) * blend;
+    center =
+        flight_position(state, part.from_center + path.from, path.launch, clamped_u) * (1 - blend) +
+        flight_position(state, part.to_center + path.to, path.launch, 1 - clamped_u) * blend;
   }
   ball.center = to_float(center);
   const double size = cube_root(volume_at(path, u));
-  const auto v = static_cast<float>(u),
+  const auto float_u = static_cast<float>(u),
              strength = static_cast<float>(1 - softness_at(state.softness, u));
   ball.a = static_cast<float>(1 / (size * size)) * strength;
-  ball.w = ((1 - v) * path.start.w + v * path.end.w) * strength;
+  ball.w = ((1 - float_u) * path.start.w + float_u * path.end.w) * strength;
   if (!path.round) {
     const Sym3d log = log_shape_at(path, u) * remaining_stretch(state.softness, u);
     ball.shape = to_sym3(place.rotation * to_mat3(exp_symmetric(log)) * transposed(place.rotation));
@@ -147,16 +149,17 @@ struct MoveBalls {
     const BallPath& path = paths[e];
     const float u = eased_times.size > 0 ? eased_times[e] : state.eased;
     Ball ball;
-    // The ends are the given balls exactly, without the rounding of powers and rotations.
+    // At its ends a path has exactly the given balls, without the rounding of powers and rotations.
     if (state.time <= 0 || u == 0) {
       ball = path.start;
     } else if (state.time >= 1 || u == 1) {
       ball = path.end;
     } else {
-      const auto v = static_cast<double>(u);
+      const auto double_u = static_cast<double>(u);
       const PathPart& part = parts[path.part];
       ball = ball_between(path, state, part,
-                          eased_times.size > 0 ? place_at(part, v) : places[path.part], v);
+                          eased_times.size > 0 ? place_at(part, double_u) : places[path.part],
+                          double_u);
     }
     ball.center = ball.center + to_float(path.drift * state.drifted + Vec3d{0, state.lift, 0});
     balls[e] = ball;

@@ -54,8 +54,8 @@ inline std::int64_t count_roots(const TreeShape& shape) {
   return std::int64_t{shape.roots.x} * shape.roots.y * shape.roots.z;
 }
 
-/// Guesses how many bricks a surface crosses, before they are counted: those of three sides of the
-/// grid, and a few more.
+/// Guesses how many bricks a surface crosses, before they are counted: as many as three sides of
+/// the grid have, and a few more.
 inline std::int64_t guess_bricks(const Grid& grid) {
   const Int3 n =
       ceil_divide({grid.points.x + 1, grid.points.y + 1, grid.points.z + 1}, kBrickCells);
@@ -112,7 +112,7 @@ void fit_bricks(Workspace<B>& work, const Grid& grid, BrickViews& bricks) {
                               bricks.rows.size / kRows, bricks.counts.size, bricks.first.size});
 }
 
-/// Bricks, the pass that samples them, and the source of PlaceVertices.
+/// Bricks, the pass that samples them, and the Source of PlaceVertices (vertices.h).
 template <class Sample, class Source>
 struct SampledBricks {
   BrickViews bricks;
@@ -157,13 +157,13 @@ class MeshPasses {
   /// Samples the bricks, numbers their vertices and triangles, and places the vertices of marching
   /// cubes.
   ///
-  /// If the host knows the counts, bricks are processed in blocks: their values stay in the caches
-  /// from one pass to the next, and take no more memory for a finer grid. The values of all bricks
-  /// at once would dominate the memory traffic.
+  /// If the host knows the counts, bricks are processed in blocks. A block's values stay in the
+  /// caches from one pass to the next, and need no more memory for a finer grid. The values of all
+  /// bricks at once would dominate the memory traffic.
   template <class Sample, class Source>
-  void place_bricks(const SampledBricks<Sample, Source>& in) {
-    const BrickViews& bricks = in.bricks;
-    Sample sample = in.sample;
+  void place_bricks(const SampledBricks<Sample, Source>& sampled) {
+    const BrickViews& bricks = sampled.bricks;
+    Sample sample = sampled.sample;
     Offsets* total = &work_.totals[kMaxLevels];
     const bool places_vertices = settings_.method == SurfaceMethod::kMarchingCubes;
     if constexpr (B::kHostMemory) {
@@ -180,7 +180,7 @@ class MeshPasses {
         const double fraction = static_cast<double>(begin + n) / static_cast<double>(*bricks.count);
         positions_ = backend_.grow(mesh_.positions, previous.first, total->first, fraction);
         normals_ = backend_.grow(mesh_.normals, previous.first, total->first, fraction);
-        backend_.for_teams(&n, n, place_vertices(in.source, bricks, begin), "vertices");
+        backend_.for_teams(&n, n, place_vertices(sampled.source, bricks, begin), "vertices");
       }
       mesh_.positions.resize(static_cast<std::size_t>(total->first));
       mesh_.normals.resize(static_cast<std::size_t>(total->first));
@@ -190,7 +190,7 @@ class MeshPasses {
                     "number");
       if (!places_vertices) return;
       allocate_vertices();
-      backend_.for_teams(bricks.count, bricks.capacity, place_vertices(in.source, bricks, 0),
+      backend_.for_teams(bricks.count, bricks.capacity, place_vertices(sampled.source, bricks, 0),
                          "vertices");
     }
   }
@@ -220,25 +220,26 @@ class MeshPasses {
   template <class Source>
   PlaceVertices<Source> place_vertices(const Source& source, const BrickViews& bricks,
                                        std::int64_t begin) const {
-    PlaceVertices<Source> place;
-    place.grid = grid_;
-    place.iso = settings_.iso;
-    place.refine_steps = settings_.sample_stride > 1 ? 0 : settings_.refine_steps;
-    place.midpoint = settings_.placement == Placement::kMidpoint;
-    place.source = source;
-    place.begin = begin;
-    place.bricks = bricks.nodes;
-    place.values = bricks.values;
-    place.rows = bricks.rows;
-    place.counts = bricks.counts;
-    place.first = bricks.first;
-    place.positions = positions_;
-    place.normals = normals_;
-    return place;
+    PlaceVertices<Source> pass;
+    pass.grid = grid_;
+    pass.iso = settings_.iso;
+    pass.refine_steps = settings_.sample_stride > 1 ? 0 : settings_.refine_steps;
+    pass.midpoint = settings_.placement == Placement::kMidpoint;
+    pass.source = source;
+    pass.begin = begin;
+    pass.bricks = bricks.nodes;
+    pass.values = bricks.values;
+    pass.rows = bricks.rows;
+    pass.counts = bricks.counts;
+    pass.first = bricks.first;
+    pass.positions = positions_;
+    pass.normals = normals_;
+    return pass;
   }
 
   void allocate_vertices() {
     const std::int64_t* count = &work_.totals[kMaxLevels].first;
+    // The first guess is 100 vertices per brick, and 200 triangles below.
     const std::int64_t guess = guess_bricks(grid_) * 100;
     positions_ = backend_.output(mesh_.positions, work_.positions, count, guess);
     normals_ = backend_.output(mesh_.normals, work_.normals, count, guess);
@@ -304,9 +305,9 @@ void extract_bricks(Workspace<B>& work, const Grid& grid, const ExtractSettings&
   Offsets totals[kMaxLevels + 1];
   MeshPasses<B> passes(work, grid, settings, mesh);
   do {
-    const auto in = find();
-    passes.place_bricks(in);
-    passes.emit(in.bricks);
+    const auto sampled = find();
+    passes.place_bricks(sampled);
+    passes.emit(sampled.bricks);
   } while (!work.backend.everything_fitted(work.totals, totals));
   passes.download(totals[kMaxLevels]);
 }

@@ -66,6 +66,7 @@ template <bool kPlane>
 struct CellFlags {
   using Word = std::conditional_t<kPlane, std::uint64_t, std::uint32_t>;
   static constexpr int kItems = kPlane ? kBrickCells : kRows;  ///< per brick
+  /// A bit for each cell of the item: 7 x 7 with kPlane, else 7.
   static constexpr Word kCells = static_cast<Word>(kPlane ? 0x007f7f7f7f7f7f7full : 0x7full);
   Word line[4] = {};  ///< inside bits at (y, z), (y + 1, z), (y, z + 1), (y + 1, z + 1)
 
@@ -105,12 +106,14 @@ struct CellFlags {
 template <class Team>
 using TeamCells = CellFlags<Team::kGroup == 1>;
 
-/// u and the factors of one ball (separable_factor) along each axis, at the eight coordinates of a
+/// u (falloff.h) and separable_factor() of one ball along each axis, at the eight coordinates of a
 /// brick's points.
 struct AxisTables {
   alignas(64) float u[3][kBrickPoints], factor[3][kBrickPoints];
-  float base, limit;
+  float base, limit;  ///< those of the ball
 
+  /// Fills as many entries of an axis as V has lanes, from index `at` on. `first`: the brick's
+  /// first grid point.
   template <class V>
   PM_HD void fill(const RoundBall& ball, const Grid& grid, Int3 first, int axis, int at) {
     const int first_index = axis == 0 ? first.x : axis == 1 ? first.y : first.z;
@@ -138,8 +141,8 @@ constexpr int kMaxCoarse = 224;
 /// Vertices and triangles of the square across a crossed edge (cubes.h).
 constexpr int kFaceVertices = 4, kFaceTriangles = 2;
 
-/// The part of sampling that all fields share: derives inside flags, crossed edges and counts from
-/// the values at a brick's points.
+/// The common base of passes that sample bricks: derives inside flags, crossed edges and counts
+/// from the values at a brick's points.
 struct CountBricks {
   struct Scratch {
     alignas(64) float values[kBrickValues];
@@ -217,6 +220,7 @@ struct CountBricks {
     team.sync();
   }
 
+  /// Returns the inside flags of a line of points, point x in bit x.
   template <class V>
   PM_HD std::uint32_t inside_bits(const float* line) const {
     std::uint32_t bits = 0;
@@ -318,6 +322,7 @@ struct SampleBricks : CountBricks {
   /// `sample_stride` apart. The 4 makes the division round down for g < 0.
   PM_HD int coarse(int g) const { return (g + sample_stride * 4) / sample_stride - 4; }
 
+  /// Samples the field at all points of the brick.
   template <class Team>
   PM_HD void sample_all(const Team& team, Scratch& scratch, std::int64_t b, Int3 first) const {
     using V = typename Team::V;
@@ -354,8 +359,8 @@ struct SampleBricks : CountBricks {
     }
   }
 
-  /// Samples with one thread whose packs hold two lines or more. Lanes run over lines, so that
-  /// terms in y and z are computed once per ball, and a point takes two multiply-adds and a
+  /// Samples all points by one thread whose packs hold two lines or more. Each lane is a line, so
+  /// that terms in y and z are computed once per ball, and a point takes two multiply-adds and a
   /// comparison.
   template <class V>
   PM_HD void sample_columns(Scratch& scratch, const Node& brick, Int3 first) const {
@@ -374,6 +379,7 @@ struct SampleBricks : CountBricks {
     }
     transpose_columns(columns, scratch.values);
   }
+  /// Fills the tables of one ball.
   template <class V>
   PM_HD void fill_lines(const RoundBall& ball, Int3 first, LineTables& out) const {
     using Half = typename Lanes<V>::Half;
@@ -419,6 +425,7 @@ struct SampleBricks : CountBricks {
     return item % kPacks * Lanes<V>::kCount +
            kBrickPoints * kLinesOfPack<V> * (item / kPacks * kRowsPerItem + r);
   }
+  /// Number of whole lines in a pack; 1 if a pack is a part of a line.
   template <class V>
   static constexpr int kLinesOfPack =
       Lanes<V>::kCount > kBrickPoints ? Lanes<V>::kCount / kBrickPoints : 1;
@@ -455,16 +462,16 @@ struct SampleBricks : CountBricks {
     using Y = std::conditional_t<(kLinesOfPack<V> > 1), V, float>;
     const int x = point_offset<V>(item, 0) % kBrickPoints,
               line = point_offset<V>(item, 0) / kBrickPoints;
-    alignas(64) float xs[kLanes], lines[kLanes];
+    alignas(64) float xs[kLanes], line_offsets[kLanes];
     for (int l = 0; l < kLanes; ++l) {
       xs[l] = static_cast<float>(first.x + x + l % kBrickPoints);
-      lines[l] = static_cast<float>(l / kBrickPoints);
+      line_offsets[l] = static_cast<float>(l / kBrickPoints);
     }
     const V px = grid.origin.x + grid.cell * Lanes<V>::load(xs);
     Y py[kRowsPerItem];
     for (int r = 0; r < kRowsPerItem; ++r) {
       const int y = first.y + (line + kLinesOfPack<V> * r) % kBrickPoints;
-      py[r] = grid.origin.y + grid.cell * (Lanes<Y>::load(lines) + static_cast<float>(y));
+      py[r] = grid.origin.y + grid.cell * (Lanes<Y>::load(line_offsets) + static_cast<float>(y));
     }
     const float pz = grid.origin.z + grid.cell * static_cast<float>(first.z + line / kBrickPoints);
     V sum[kRowsPerItem], q[kRowsPerItem];
@@ -495,16 +502,17 @@ struct SampleBricks : CountBricks {
     for (int r = 0; r < kRowsPerItem; ++r) Lanes<V>::store(to + point_offset<V>(item, r), sum[r]);
   }
 
-  /// Bounds the difference between a value near iso and the exact sum over all balls, as computed:
-  /// the polynomial's error and the rounding of both sums. The sums have at most all_balls / 4
-  /// terms. The absolute values of the terms add up to iso plus twice those of the negative terms.
+  /// Bounds the difference between a value near iso and the computed sum over all balls: the
+  /// polynomial's error and the rounding of both sums. The sums have at most all_balls / 4 terms.
+  /// The absolute values of the terms add up to iso plus twice those of the negative terms.
   PM_HD float error_bound(const FarField& field) const {
     const float rounding = 0x1p-24f * (40.0f + 0.5f * static_cast<float>(all_balls.count));
     return 1.001f * fma(rounding, iso + 2 * (field.negative_weight_bound + field.size),
                         field.error + field.rounding);
   }
 
-  /// Replaces values that differ from iso by at most `max_error` by sums over all balls.
+  /// Replaces values that differ from iso by at most `max_error` by sums over all balls: counts
+  /// these points per line, lists them, and evaluates them in packs.
   template <class Team>
   PM_HD void resample_uncertain_points(const Team& team, Scratch& scratch, float max_error,
                                        Int3 first) const {
@@ -524,10 +532,10 @@ struct SampleBricks : CountBricks {
     const auto count = static_cast<int>(team.scan(scratch.uncertain, kLines));
     if (count == 0) return;
     team.each(kLines, [&](int line) {
-      std::uint32_t to = scratch.uncertain[line];
+      std::uint32_t slot = scratch.uncertain[line];
       for (int i = kBrickPoints * line; i < kBrickPoints * (line + 1); ++i) {
         if (!is_sure(scratch.values[i]))
-          scratch.uncertain_points[to++] = static_cast<std::uint16_t>(i);
+          scratch.uncertain_points[slot++] = static_cast<std::uint16_t>(i);
       }
     });
     team.sync();

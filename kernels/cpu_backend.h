@@ -35,6 +35,7 @@ inline void advise_large_pages(void* memory, std::size_t bytes) {
 #if defined(__linux__)
   constexpr std::size_t kLarge = std::size_t{8} << 20, kPage = 4096;
   if (bytes < kLarge) return;
+  // madvise() needs the address of a page.
   const std::size_t skip = (kPage - reinterpret_cast<std::uintptr_t>(memory) % kPage) % kPage;
   // A system without large pages ignores the advice.
   (void)madvise(static_cast<char*>(memory) + skip, bytes - skip, MADV_HUGEPAGE);
@@ -47,8 +48,8 @@ inline void advise_large_pages(void* memory, std::size_t bytes) {
 template <class VectorOf>
 struct CpuTeam {
   using V = VectorOf;
-  static constexpr std::uint32_t kGroup = 1;
-  static constexpr int kParts = 1;  ///< number of teams that share a node of the tree
+  static constexpr std::uint32_t kGroup = 1;  ///< number of threads in a group
+  static constexpr int kParts = 1;            ///< number of teams that share a node of the tree
 
   template <class F>
   void each(int n, const F& f) const {
@@ -113,7 +114,7 @@ class BasicCpuBackend {
       }
       return {data_.get(), n};
     }
-    /// Makes room for `per_item` elements for each of *count items; *count is known by now.
+    /// Makes room for `per_item` elements for each of *count items. The host knows *count by now.
     View<T> fit(BasicCpuBackend& backend, const std::int64_t* count, std::int64_t per_item,
                 std::int64_t /*guess*/) {
       return resize(backend, *count * per_item);
@@ -209,7 +210,7 @@ class BasicCpuBackend {
     results_ = 0;
     max_memory_ = max_memory;
   }
-  /// Copies the totals. Always true: memory is allocated after its size is known.
+  /// Copies the totals. Returns true, because memory is allocated after its size is known.
   bool everything_fitted(View<Offsets> totals, Offsets* known) const {
     std::copy(totals.data, totals.data + totals.size, known);
     return true;
@@ -224,8 +225,8 @@ class BasicCpuBackend {
     PassTimer(BasicCpuBackend& backend, const char* name)
         : backend_(backend), name_(name), start_(std::chrono::steady_clock::now()) {}
     ~PassTimer() {
-      const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start_;
-      add_pass_time(backend_.times_, name_, spent.count());
+      const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
+      add_pass_time(backend_.times_, name_, elapsed.count());
     }
     PassTimer(const PassTimer&) = delete;
     PassTimer& operator=(const PassTimer&) = delete;
@@ -245,8 +246,8 @@ class BasicCpuBackend {
     results_ += bytes;
   }
 
-  /// Runs f(begin, end) over chunks of [0, n), of at most `max_grain` items; if n is small, they
-  /// are smaller, for 8 chunks per thread.
+  /// Runs f(begin, end) over chunks of [0, n). A chunk has at most `max_grain` items, or fewer, so
+  /// that there are about 8 chunks per thread.
   template <class F>
   static void for_ranges(std::int64_t n, std::int64_t max_grain, const F& f) {
     if (n <= 0) return;
@@ -262,6 +263,7 @@ class BasicCpuBackend {
   }
 
   std::vector<PassTime> times_;
+  /// Bytes of the buffers and of the results, and the limit of their sum (0: no limit).
   std::size_t used_ = 0, results_ = 0, max_memory_ = 0;
 };
 

@@ -50,14 +50,17 @@ struct EmitCubes {
     });
   }
 
+  /// Writes the square across the edge from grid point p along `axis`. `upward`: p is inside, so
+  /// that the normal points along the axis.
   PM_HD void emit(Int3 p, int axis, bool upward, std::int64_t vertex, std::int64_t triangle) const {
-    // Counter-clockwise seen from the upper end of the axis; reversed if that end is inside.
-    const float across[4][2] = {{-0.5f, -0.5f}, {0.5f, -0.5f}, {0.5f, 0.5f}, {-0.5f, 0.5f}};
+    // The corners are counter-clockwise as seen from the upper end of the edge. Their order is
+    // reversed if that end is inside.
+    const float corner_offsets[4][2] = {{-0.5f, -0.5f}, {0.5f, -0.5f}, {0.5f, 0.5f}, {-0.5f, 0.5f}};
     const float sign = upward ? 1.0f : -1.0f;
     const Vec3 normal = {axis == 0 ? sign : 0.0f, axis == 1 ? sign : 0.0f, axis == 2 ? sign : 0.0f};
     for (int i = 0; i < 4; ++i) {
       const int corner = upward ? i : 3 - i;
-      const float u = across[corner][0], v = across[corner][1];
+      const float u = corner_offsets[corner][0], v = corner_offsets[corner][1];
       const Vec3 shift = axis == 0   ? Vec3{0.5f, u, v}
                          : axis == 1 ? Vec3{v, 0.5f, u}
                                      : Vec3{u, v, 0.5f};

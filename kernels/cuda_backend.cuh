@@ -54,7 +54,7 @@ struct CudaTeam {
   static constexpr std::uint32_t kGroup = 32;
   /// Teams per node, so that a group of ClassifyChildren has one child.
   static constexpr int kParts = 4;
-  static constexpr unsigned kAll = 0xffffffffu;
+  static constexpr unsigned kAll = 0xffffffffu;  ///< mask of all threads of a warp
 
 #if defined(__CUDA_ARCH__)
   template <class F>
@@ -124,7 +124,8 @@ struct CudaTeam {
 #endif
 };
 
-/// Runs one block per item, for *count items, but for at most `limit`, which fit into memory.
+/// Calls f with one team (block) per item and part. There are *count items; those from `limit` on
+/// do not fit into memory and are left out.
 template <class F>
 __global__ void __launch_bounds__(F::kThreads)
     run_teams(const std::int64_t* count, std::int64_t limit, int parts, F f) {
@@ -136,7 +137,7 @@ __global__ void __launch_bounds__(F::kThreads)
   }
 }
 
-constexpr int kScanThreads = 1024, kScanEach = 4;
+constexpr int kScanThreads = 1024, kScanEach = 4;  ///< kScanEach: items per thread and step
 
 /// Computes exclusive prefix sums with one block, 4096 items at a time, which is fast enough for
 /// the bricks of a surface. Both sums of 4096 items are packed into one word: an item has at most
@@ -148,7 +149,7 @@ __global__ void __launch_bounds__(kThreads)
              Offsets* total) {
   using Word = unsigned long long;
   using Scan = cub::BlockScan<Word, kThreads, cub::BLOCK_SCAN_WARP_SCANS>;
-  constexpr int kShift = 38;
+  constexpr int kShift = 38;  // the second sum takes the other 38 bits
   // Loads and stores are striped over the threads, to be coalesced; a thread sums adjacent words.
   using Exchange = cub::BlockExchange<Word, kThreads, kScanEach>;
   __shared__ union {
@@ -242,8 +243,9 @@ class CudaBackend {
       if (n > capacity_) grow(backend, n);
       return {data_, n};
     }
-    /// Returns the present memory, or at first room for `guess` items, of `per_item` elements each:
-    /// the host does not know *count yet. everything_fitted() enlarges the buffer if need be.
+    /// Returns the present memory or, on the first call, memory for `guess` items of `per_item`
+    /// elements each, because the host does not know *count yet. everything_fitted() enlarges the
+    /// buffer if *count items do not fit.
     View<T> fit(CudaBackend& backend, const std::int64_t* count, std::int64_t per_item,
                 std::int64_t guess) {
       if (capacity_ == 0) grow(backend, guess * per_item);
@@ -292,7 +294,8 @@ class CudaBackend {
                   "a kernel is copied to the device as bytes");
     if (limit <= 0) return;
     const Scope scope(*this, name);
-    // Twice as many blocks as run at once (2048 threads per multiprocessor), to balance long ones.
+    // Twice as many blocks as run at once (2048 threads per multiprocessor), because some blocks
+    // take longer than others.
     const std::int64_t max_blocks = std::int64_t{4096} / F::kThreads * processors_;
     const auto blocks =
         static_cast<unsigned>(limit * parts < max_blocks ? limit * parts : max_blocks);
@@ -326,7 +329,7 @@ class CudaBackend {
       parallel_copy(pinned, source + done, size);
       check_cuda(cudaMemcpyAsync(target + done, pinned, size, cudaMemcpyHostToDevice, stream_),
                  "upload");
-      staged_bytes_ += (size + 63) / 64 * 64;
+      staged_bytes_ += (size + 63) / 64 * 64;  // keeps chunks aligned to 64 bytes
       done += size;
     }
   }
@@ -379,8 +382,8 @@ class CudaBackend {
     max_memory_ = max_memory;
   }
 
-  /// Waits for the passes, enlarges every buffer whose count exceeds its capacity, and returns
-  /// whether there was none. `totals` holds all counts that were given to fit(); copies it to
+  /// Waits for the passes, and enlarges every buffer whose count exceeds its capacity. Returns true
+  /// if there was none. `totals` holds all counts that were given to fit(); it is copied to
   /// `known`.
   bool everything_fitted(View<Offsets> totals, Offsets* known) {
     mark(kNoPass);
@@ -391,9 +394,9 @@ class CudaBackend {
     std::memcpy(known, staging_, bytes);
     bool fitted = true;
     for (const Fit& fit : fits_) {
-      const std::int64_t at = fit.count - &totals.data->first;
-      const Offsets& pair = known[at / 2];
-      const std::int64_t count = at % 2 == 0 ? pair.first : pair.second;
+      const std::int64_t index = fit.count - &totals.data->first;
+      const Offsets& pair = known[index / 2];
+      const std::int64_t count = index % 2 == 0 ? pair.first : pair.second;
       if (count <= fit.capacity) continue;
       fit.buffer->grow(*this, count * fit.per_item);
       fitted = false;
@@ -476,15 +479,16 @@ class CudaBackend {
     Growing* buffer;
   };
   static constexpr const char* kNoPass = "";
-  /// Bytes of pinned memory for downloads, and as many again for uploads.
+  /// Bytes of pinned memory for downloads, and the same number again for uploads.
   static constexpr std::size_t kStagingBytes = std::size_t{16} << 20;
   static constexpr std::size_t kChunks = 8, kChunkBytes = kStagingBytes / kChunks;
 
   int device_ = 0, processors_ = 1;
   cudaStream_t stream_ = nullptr;
-  char* staging_ = nullptr;
-  std::array<cudaEvent_t, kChunks> arrived_ = {};  ///< per chunk of the downloads' memory
+  char* staging_ = nullptr;  ///< pinned memory: kStagingBytes for downloads, then for uploads
+  std::array<cudaEvent_t, kChunks> arrived_ = {};  ///< per chunk of the memory for downloads
   std::vector<Fit> fits_;
+  /// Bytes of the buffers, their limit (0: none), and the bytes that uploads have staged so far.
   std::size_t used_ = 0, max_memory_ = 0, staged_bytes_ = 0;
   std::vector<Mark> marks_;
   std::size_t used_marks_ = 0;

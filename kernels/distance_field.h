@@ -12,13 +12,13 @@
 
 namespace polymorph {
 
-/// 3 t^2 - 2 t^3, with t limited to [0, 1].
+/// Returns 3 t^2 - 2 t^3, with t clamped to [0, 1].
 template <class V>
 PM_HD V smoothstep(V t) {
   const V x = min(max(t, broadcast<V>(0.0f)), broadcast<V>(1.0f));
   return x * x * (3.0f - 2.0f * x);
 }
-/// The derivative of smoothstep().
+/// Returns the derivative of smoothstep().
 PM_HD inline float smoothstep_slope(float t) {
   const float x = min(max(t, 0.0f), 1.0f);
   return 6 * x * (1 - x);
@@ -27,13 +27,16 @@ PM_HD inline float smoothstep_slope(float t) {
 /// Signed distances as a field of level_set.h, trilinear between the grid's points. At a distance b
 /// beyond the grid, where the nearest border point has the value d, the value is -sqrt(b^2 + d^2),
 /// so that the Lipschitz constant holds everywhere.
+///
+/// An object's detail is the difference between its distances and smoothed distances, which are
+/// optional. A morph fades it in and out (morph_field.h).
 struct DistanceField {
   Vec3 origin;
   float cell = 1, inv_cell = 1;
   Vec3 last;                         ///< points - 1 along each axis
   std::uint32_t row = 1, layer = 1;  ///< index steps along y and z
   const float* values = nullptr;
-  const float* smooth = nullptr;       ///< distances without detail at the same points; null: none
+  const float* smooth = nullptr;       ///< smoothed distances at the same points; null: no detail
   float fade_end = 1, fade_scale = 1;  ///< DetailFade: its end, and 1 / (end - begin)
 
   DistanceField() = default;
@@ -48,6 +51,7 @@ struct DistanceField {
               static_cast<std::uint32_t>(grid.points.y)),
         values(data) {}
 
+  /// Adds smoothed distances, and the progress at which the detail fades.
   void set_detail(const float* smoothed, const DetailFade& fade) {
     smooth = smoothed;
     fade_end = fade.end;
@@ -60,7 +64,7 @@ struct DistanceField {
     return interpolate(values, position);
   }
 
-  /// Evaluates the distances with a fraction `detail` of their detail, in [0, 1].
+  /// Evaluates the smoothed distances plus a fraction `detail` in [0, 1] of the detail.
   template <class V>
   PM_HD V value(const Points<V>& p, V detail) const {
     const CellPosition<V> position = locate(p);
@@ -69,7 +73,8 @@ struct DistanceField {
     const V smoothed = interpolate(smooth, position);
     if (Lanes<V>::bits(detail > 0.0f) == 0) return smoothed;
     const V detailed = interpolate(values, position);
-    // A lane must get the same bits as it would alone; the fma would turn -0 into +0.
+    // Each lane must get the bits that it would get alone, so lanes with no detail or with all of
+    // it skip the fma, which rounds and would turn -0 into +0.
     const V mixed = select(detail > 0.0f, fma(detail, detailed - smoothed, smoothed), smoothed);
     return select(detail < 1.0f, mixed, detailed);
   }
@@ -80,12 +85,12 @@ struct DistanceField {
   PM_HD V detail_share(V progress) const {
     return smoothstep((fade_end - progress) * fade_scale);
   }
-  /// The derivative of detail_share().
+  /// Returns the derivative of detail_share().
   PM_HD float detail_share_slope(float progress) const {
     return -fade_scale * smoothstep_slope((fade_end - progress) * fade_scale);
   }
 
-  /// Returns the part of the distances that is detail.
+  /// Returns the detail at p: the distance less the smoothed distance.
   template <class V>
   PM_HD V detail(const Points<V>& p) const {
     if (!smooth) return broadcast<V>(0.0f);
@@ -98,7 +103,7 @@ struct DistanceField {
     return value(line_points<V>(grid, start));
   }
 
-  /// The gradient of value(p, detail), by central differences over two cells.
+  /// Returns the gradient of value(p, detail), by central differences over two cells.
   template <class V>
   PM_HD Points<V> gradient(const Points<V>& p, V detail) const {
     const auto slope = [&](float dx, float dy, float dz) {
@@ -134,6 +139,7 @@ struct DistanceField {
     return position;
   }
 
+  /// Interpolates trilinearly; beyond the grid, returns -sqrt(b^2 + d^2).
   template <class V>
   PM_HD V interpolate(const float* data, const CellPosition<V>& position) const {
     const auto interpolate_x = [&](std::uint32_t offset) {

@@ -32,8 +32,8 @@ struct ExtractSettings {
   /// True: no normals, so that every triangle is flat, as in the report's marching cubes.
   bool flat = false;
   /// The field is computed at every sample_stride-th point along each axis and interpolated
-  /// linearly between (the report's influence resolution, 5.2.3.1). Above 1, vertices are not
-  /// refined. 1..16.
+  /// linearly between these points (the report's influence resolution, 5.2.3.1). Above 1, vertices
+  /// are not refined. 1..16.
   int sample_stride = 1;
   /// False: the mesh stays on the device and is lost with the next call; for measurements. The CPU
   /// backend writes directly into the mesh and ignores this.
@@ -42,7 +42,7 @@ struct ExtractSettings {
 
 enum class EngineCode : std::uint8_t {
   kOk,
-  kBuiltWithout,
+  kBuiltWithout,  ///< the program was built without CUDA
   kNoDevice,
   kOutOfMemory,
   kDeviceError,
@@ -71,15 +71,15 @@ class Engine {
   /// cell beyond the border. Vertices and triangles are ordered by brick (tree.h), within a brick
   /// by row (bricks.h); their order is the same on every backend and for any number of threads. If
   /// there are no balls or none reaches iso, the mesh is empty (kOk). kBadInput: NaN or infinite
-  /// balls, a <= 0 or a shape that is not positive definite (but for kInverseSquare), settings out
-  /// of range, more than 2^20 balls, a surface of 2^32 - 1 vertices or more, or a grid with fewer
-  /// than 2 or more than 2^20 points along an axis, or further from the origin than half a million
-  /// cells (float cannot tell its points apart).
+  /// balls, a <= 0 or a shape that is not positive definite (except for kInverseSquare), settings
+  /// out of range, more than 2^20 balls, a surface of 2^32 - 1 vertices or more, or a grid with
+  /// fewer than 2 or more than 2^20 points along an axis, or further from the origin than half a
+  /// million cells (float cannot tell its points apart).
   virtual EngineStatus extract(const BallSet& balls, const Grid& grid,
                                const ExtractSettings& settings, Mesh& mesh) = 0;
 
   /// Extracts the surface between two objects, where their mixed distance equals the level times
-  /// its weight (morph_field.h); otherwise as for balls. Ignores the settings `field`, `iso`,
+  /// its weight (morph_field.h); all else is as for balls. Ignores the settings `field`, `iso`,
   /// `cutoff` and `sample_stride`. Call with the same objects in every frame: an engine keeps them
   /// on its device. The regression's lattice must extend one node beyond the grid on every side.
   virtual EngineStatus extract(const MorphSurface& surface, const Grid& grid,
@@ -87,7 +87,7 @@ class Engine {
 
   /// Extracts the surface of one object's distances, where they are 0 (positive inside); between
   /// the points of `object` they are trilinear (distance_field.h). Other values are
-  /// allowed, too, if none on the border is positive and `lipschitz` holds. Otherwise as for a
+  /// allowed, too, if none on the border is positive and `lipschitz` holds. All else is as for a
   /// MorphSurface.
   virtual EngineStatus extract(const std::shared_ptr<const DistanceGrid>& object, const Grid& grid,
                                const ExtractSettings& settings, Mesh& mesh) = 0;
@@ -140,12 +140,12 @@ enum class CpuIsa : std::uint8_t {
   kAvx512,
 };
 
-/// Makes the CPU backend, which runs in the caller's TBB arena. Null if `isa` is kAvx512 and build
-/// or processor lacks it.
+/// Makes the CPU backend, which runs in the caller's TBB arena. Returns null if `isa` is kAvx512
+/// and build or processor lacks it.
 std::unique_ptr<Engine> make_cpu_engine(CpuIsa isa = CpuIsa::kBest);
 
-/// Makes the CUDA backend on device `index`. Null, with the reason in `status`, if polymorph was
-/// built without CUDA or no such device answers.
+/// Makes the CUDA backend on device `index`. Returns null, with the reason in `status`, if
+/// polymorph was built without CUDA or no such device answers.
 std::unique_ptr<Engine> make_cuda_engine(int index, EngineStatus& status);
 
 }  // namespace polymorph

@@ -76,7 +76,7 @@ std::unique_ptr<Engine> make_cuda_engine(int index, EngineStatus& status) {
   }
   try {
     CudaBackend backend(index);
-    // Fails where this program holds no code for the device's architecture.
+    // The next call fails if this program has no code for the device's architecture.
     cudaFuncAttributes attributes;
     error = cudaFuncGetAttributes(&attributes, run_items<MoveBalls>);
     if (error != cudaSuccess) {

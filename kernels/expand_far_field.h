@@ -30,10 +30,10 @@ struct ExpandFarField {
     /// Coordinates of the points, in the units of a FarBall.
     alignas(32) float x[kFarPoints], y[kFarPoints], z[kFarPoints];
     alignas(32) float value[kFarPoints];
-    /// Sums over the entries so far for error, second_derivative_bound, size and
-    /// negative_weight_bound, one per position in a chunk: so all backends add in the same order.
+    /// Partial sums of FarField's error, second_derivative_bound, size and negative_weight_bound:
+    /// terms[k][i] sums over entry i of each chunk, so that all backends add in the same order.
     alignas(32) float terms[4][kChunk];
-    float sum[4];
+    float sum[4];  ///< totals of `terms`
   };
   Grid grid;
   Level level;
@@ -41,9 +41,11 @@ struct ExpandFarField {
   View<const Node> nodes;
   View<const std::uint32_t> entries;  ///< the parents' lists
   View<const typename F::Ball> balls;
-  View<const FarField> above;  ///< per parent
-  View<FarField> out;          ///< per node
+  View<const FarField> parent_far;  ///< per parent
+  View<FarField> out;               ///< per node
 
+  /// Starts from the parent's polynomial and adds the distant balls of the parent's list, chunk by
+  /// chunk. Then adds up the bounds.
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t n) const {
     using V = typename Team::V;
@@ -69,7 +71,7 @@ struct ExpandFarField {
                                ball.scale * (ball.y - box.middle.y),
                                ball.scale * (ball.z - box.middle.z), ball.w};
         }
-        // Balls of strength 0 fill up the last batch.
+        // Balls of weight 0 fill up the last batch.
         if (i >= count && i / kBatch == (count - 1) / kBatch) scratch.far[i] = {};
       });
       team.sync();
@@ -85,14 +87,14 @@ struct ExpandFarField {
     team.each(kFarPoints, [&](int i) { out[n].value[i] = scratch.value[i]; });
     team.sync();
     team.each(1, [&](int) {
-      const FarField& from = above[node.parent];
-      const float size = from.size + scratch.sum[2];
+      const FarField& inherited = parent_far[node.parent];
+      const float size = inherited.size + scratch.sum[2];
       // Bounds the rounding errors of the sums at the points, of the weights, and of the weighted
       // sums; between the points each is at most 6.3 times as large.
       const float rounding = 0x1p-24f * (1200.0f + 2.0f * static_cast<float>(parent.count));
-      out[n].error = 1.0001f * (from.error + scratch.sum[0]);
-      out[n].rounding = fma(rounding, size, from.rounding);
-      out[n].second_derivative_bound = from.second_derivative_bound + 1.0001f * scratch.sum[1];
+      out[n].error = 1.0001f * (inherited.error + scratch.sum[0]);
+      out[n].rounding = fma(rounding, size, inherited.rounding);
+      out[n].second_derivative_bound = inherited.second_derivative_bound + 1.0001f * scratch.sum[1];
       out[n].size = size;
       out[n].negative_weight_bound = scratch.sum[3];
     });
@@ -104,7 +106,7 @@ struct ExpandFarField {
                         const FarBox& box) const {
     using V = typename Team::V;
     constexpr int kLanes = Lanes<V>::kCount;
-    const FarBox from = far_box(grid, kBranching * level.cells, level.margin, parent.at);
+    const FarBox parent_box = far_box(grid, kBranching * level.cells, level.margin, parent.at);
     const float scale = balls[0].scale;
     team.each(kFarPoints, [&](int i) {
       scratch.x[i] = scale * (box.half.x * far_point(i % kFarAlong));
@@ -113,15 +115,15 @@ struct ExpandFarField {
     });
     team.each(4 * kChunk, [&](int i) { scratch.terms[i / kChunk][i % kChunk] = 0; });
     team.sync();
-    const FarField& far = above[node.parent];
-    const Vec3 shift = box.middle - from.middle;
+    const FarField& far = parent_far[node.parent];
+    const Vec3 shift = box.middle - parent_box.middle;
     team.each(kFarPoints / kLanes, [&](int item) {
       const float inv_scale = 1.0f / scale;
       const auto load = [&](const float* array) { return Lanes<V>::load(array + item * kLanes); };
       const V value =
-          far_value<V>(far.value, from.inverse.x * (shift.x + inv_scale * load(scratch.x)),
-                       from.inverse.y * (shift.y + inv_scale * load(scratch.y)),
-                       from.inverse.z * (shift.z + inv_scale * load(scratch.z)));
+          far_value<V>(far.value, parent_box.inverse.x * (shift.x + inv_scale * load(scratch.x)),
+                       parent_box.inverse.y * (shift.y + inv_scale * load(scratch.y)),
+                       parent_box.inverse.z * (shift.z + inv_scale * load(scratch.z)));
       Lanes<V>::store(scratch.value + item * kLanes, value);
     });
   }

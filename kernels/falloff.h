@@ -101,7 +101,8 @@ struct alignas(32) RoundBall {
   }
 };
 
-/// An ellipsoid; also each round ball of a set that has an ellipsoid.
+/// An ellipsoid as the kernels read it. If a set has an ellipsoid, its round balls have this type,
+/// too. The functions are those of RoundBall.
 struct alignas(16) EllipsoidBall {
   float x = 0, y = 0, z = 0;
   float base = 0, limit = 0;
@@ -138,10 +139,11 @@ struct alignas(16) EllipsoidBall {
             az = p.low_z - z, bz = p.high_z - z;
     // u_k is smallest at a corner given by the signs in row k of M, and largest at the opposite
     // one.
-    const bool y1 = xy < 0, z1 = xz < 0, z2 = yz < 0;
+    const bool xy_negative = xy < 0, xz_negative = xz < 0, yz_negative = yz < 0;
     return q_range<V>(
-        {along_x(ax, y1 ? by : ay, z1 ? bz : az), along_x(bx, y1 ? ay : by, z1 ? az : bz),
-         along_y(ay, z2 ? bz : az), along_y(by, z2 ? az : bz), zz * az, zz * bz},
+        {along_x(ax, xy_negative ? by : ay, xz_negative ? bz : az),
+         along_x(bx, xy_negative ? ay : by, xz_negative ? az : bz),
+         along_y(ay, yz_negative ? bz : az), along_y(by, yz_negative ? az : bz), zz * az, zz * bz},
         base);
   }
 
@@ -159,8 +161,8 @@ struct alignas(16) EllipsoidBall {
 /// rounding error of the entries. Axes may differ by a factor of 1000.
 constexpr double kMinPivot = 1e-6;
 
-/// Computes the upper Cholesky factor M of scale * s (scale * s = M^T M). Returns false if the
-/// matrix is not positive definite.
+/// Computes the upper Cholesky factor M of scale * s (scale * s = M^T M), as xx, xy, xz, yy, yz,
+/// zz. Returns false if the matrix is not positive definite.
 PM_HD inline bool factor(const Sym3& s, double scale, double (&m)[6]) {
   const double xx = scale * static_cast<double>(s.xx), yy = scale * static_cast<double>(s.yy),
                zz = scale * static_cast<double>(s.zz);
@@ -179,8 +181,8 @@ PM_HD inline bool factor(const Sym3& s, double scale, double (&m)[6]) {
 }
 
 /// Tests whether a ball of infinite support is too near a box for a polynomial (far_field.h), i.e.
-/// whether near^3 <= reach |w|. So is a ball whose q reaches kMaxDistance2 in the box, because no
-/// polynomial follows the kink of the clamp.
+/// whether q.near^3 <= reach |w|. A ball whose q reaches kMaxDistance2 in the box is near, too,
+/// because no polynomial follows the kink of the clamp. `reach`: Level::reach.
 template <class V>
 PM_HD inline auto is_near(V w, QRange<V> q, float reach) {
   return (q.near * (q.near * q.near) <= reach * max(w, -w)) | (q.far >= kMaxDistance2);
@@ -206,8 +208,8 @@ struct Field {
   /// factors.
   static constexpr bool kSeparable = Kind::kExponential && std::is_same<Ball, RoundBall>::value;
 
-  /// Tests whether a ball belongs in the list of a node over whose box its coordinate has the range
-  /// q.
+  /// Tests whether a ball belongs in the list of a node. `q`: range of the ball's coordinate over
+  /// the node's box; `reach`: Level::reach.
   template <class V>
   PM_HD static auto reaches(const Ball& ball, QRange<V> q, float reach) {
     if constexpr (kCompactSupport) {
@@ -229,6 +231,7 @@ struct Field {
   }
 };
 
+/// Stores M of the matrix scale * shape.
 PM_HD inline void set_matrix(RoundBall& ball, const Sym3&, double scale) {
   ball.scale = static_cast<float>(sqrt(scale));
   ball.scale_squared = static_cast<float>(scale);
@@ -241,17 +244,17 @@ PM_HD inline void set_matrix(EllipsoidBall& ball, const Sym3& shape, double scal
   ball.yz = static_cast<float>(m[4]), ball.zz = static_cast<float>(m[5]);
 }
 
-/// Loads the next four balls of a list. If `remaining` < 4, balls of strength 0 follow.
+/// Loads the next four balls of a list. If `remaining` < 4, balls of weight 0 follow.
 PM_HD inline void load_batch(const RoundBall* balls, const std::uint32_t* list,
                              std::uint32_t remaining, RoundBall (&out)[kBatch]) {
   for (std::uint32_t i = 0; i < kBatch; ++i) {
-    RoundBall nothing;
-    nothing.scale = 0, nothing.base = 1;
-    out[i] = i < remaining ? balls[list[i]] : nothing;
+    RoundBall padding;
+    padding.scale = 0, padding.base = 1;  // q is 1 everywhere, so that no division is by 0
+    out[i] = i < remaining ? balls[list[i]] : padding;
   }
 }
 
-/// Returns w0 / q0 + w1 / q1 + w2 / q2 + w3 / q3 by one division.
+/// Returns w0 / q0 + w1 / q1 + w2 / q2 + w3 / q3, computed with one division.
 template <class BallType, class V>
 PM_HD inline V sum_of_batch(const BallType (&b)[kBatch], const V (&q)[kBatch]) {
   const V n01 = fma(broadcast<V>(b[0].w), q[1], b[1].w * q[0]), d01 = q[0] * q[1];
@@ -259,7 +262,8 @@ PM_HD inline V sum_of_batch(const BallType (&b)[kBatch], const V (&q)[kBatch]) {
   return fma(n01, d23, n23 * d01) / (d01 * d23);
 }
 
-/// Adds a ball's contribution in a separable field, with the bits that bricks.h computes.
+/// Returns `sum` plus a ball's contribution in a separable field, with the same bits as in
+/// bricks.h.
 template <class V>
 PM_HD inline V add_product(V sum, const RoundBall& ball, V x, V y, V z) {
   const V ux = ball.scale * (x - ball.x), uy = ball.scale * (y - ball.y),

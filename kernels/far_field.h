@@ -12,11 +12,11 @@
 // Error bound: along an axis w / q has derivatives of order n of at most
 // n! (n + 1) |w| / q^(n / 2 + 1), since the expansion of 1 / q has Chebyshev polynomials of the
 // second kind as its coefficients and |U_n| <= n + 1. Interpolation in 4 Chebyshev points over half
-// a side `a` is off by at most a^4 / 8 times the fourth derivative / 4!: 5/8 |w| a^4 / near^3, near
-// being the smallest q in the box. Along three axes the error is 1 + L + L^2 = 6.27
+// a side `a` is off by at most a^4 / 8 times the fourth derivative / 4!, which is 5/8 |w| a^4 /
+// near^3, where near is the smallest q in the box. Along three axes the error is 1 + L + L^2 = 6.27
 // times as large, with L = 1.848 the Lebesgue constant of 4 points. A ball is distant if this bound
 // is below a tolerance. FarField::error is the sum of the bounds. A value that is nearer to iso
-// than this error and the rounding together is replaced by the exact sum over all balls (bricks.h).
+// than this error plus the rounding error is replaced by the exact sum over all balls (bricks.h).
 // So all bricks agree on which points are inside.
 //
 // Why interpolation, and not a Taylor series about the middle: the 64 values are about as accurate
@@ -96,6 +96,7 @@ struct FarWeights {
   }
 };
 
+/// Returns the weighted sum of four values along an axis.
 template <class V>
 PM_HD inline V far_sum(const V (&weight)[kFarAlong], const float* value) {
   V sum = weight[0] * value[0];
@@ -119,7 +120,7 @@ PM_HD inline V far_value(const float (&value)[kFarPoints], V x, V y, V z) {
 }
 
 /// Evaluates the polynomial at N rows of points that share x and z, whose common terms are computed
-/// once. Y as for q_rows().
+/// once. Y: as for RoundBall::q_rows().
 template <class V, class Y, int N>
 PM_HD inline void far_rows(const float (&value)[kFarPoints], const FarBox& box, V x,
                            const Y (&y)[N], float z, V (&out)[N]) {

@@ -37,6 +37,7 @@ PM_HD inline Points<V> line_points(const Grid& grid, Int3 start) {
   return {grid.origin.x + grid.cell * x, broadcast<V>(corner.y), broadcast<V>(corner.z)};
 }
 
+/// Computes q of each ball of a batch, clamped to kMaxDistance2.
 template <class V>
 PM_HD inline void batch_q(const RoundBall (&batch)[kBatch], const Points<V>& p, V (&q)[kBatch]) {
   for (int i = 0; i < kBatch; ++i) {
@@ -44,6 +45,7 @@ PM_HD inline void batch_q(const RoundBall (&batch)[kBatch], const Points<V>& p, 
   }
 }
 
+/// Evaluates the field of the balls in a list.
 template <class F, class V>
 PM_HD inline V field_at(const Points<V>& p, const typename F::Ball* balls, BallList list) {
   V sum = broadcast<V>(0.0f);
@@ -64,8 +66,8 @@ PM_HD inline V field_at(const Points<V>& p, const typename F::Ball* balls, BallL
   return sum;
 }
 
-/// Evaluates the field at points of the grid: as field_at(), but in separable fields by
-/// add_product().
+/// Evaluates the field at points of the grid. The result is that of field_at(), but a separable
+/// field is summed by add_product().
 template <class F, class V>
 PM_HD inline V grid_field_at(const Points<V>& p, const typename F::Ball* balls, BallList list) {
   if constexpr (F::kSeparable) {
@@ -112,7 +114,7 @@ PM_HD inline Points<V> negated_gradient_at(const Points<V>& p, const typename F:
   return sum;
 }
 
-/// The field in a brick: its list and, with infinite support, its polynomial.
+/// The field in a brick: the sum over the brick's list and, with infinite support, its polynomial.
 template <class F>
 struct BrickField {
   const typename F::Ball* balls = nullptr;
@@ -143,7 +145,7 @@ struct BrickField {
   PM_HD Points<V> negated_gradient(const Points<V>& p) const {
     Points<V> sum = negated_gradient_at<F>(p, balls, list);
     if constexpr (!F::kCompactSupport) {
-      // Half of the gradient, as in the sum over the list.
+      // The sum over the list is of half gradients, so the polynomial's gradient is halved, too.
       const FarSlope<V> slope(far->value, box, p.x, p.y, p.z);
       sum.x = fma(broadcast<V>(-0.5f), slope.x, sum.x),
       sum.y = fma(broadcast<V>(-0.5f), slope.y, sum.y);

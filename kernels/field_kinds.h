@@ -2,17 +2,17 @@
 //
 // A ball's coordinate is q = a d^T S d, d the offset from its centre and S its shape; with infinite
 // support it is q = d^2. The kernels use the prepared coordinate (falloff.h): q times a constant,
-// plus `base`. A kind has kKind, kName, kEllipsoids, kCompactSupport, kExponential;
-// and
-//   for the kernels (V is float or a pack):
-//     prepare(ball, scale, out): sets out's base, limit and w; returns the coordinate's factor
+// plus `base`. A kind has the constants kKind, kName, kEllipsoids, kCompactSupport and
+// kExponential, and these functions:
+//   for the kernels, with the prepared coordinate (V is float or a pack):
+//     prepare(ball, scale, out): sets out's base, limit and w, and returns the constant
 //     value(ball, q): the contribution; 0 beyond ball.limit
-//     negated_derivative(ball, q): minus its derivative, up to a positive factor common to all
-//       balls; 0 beyond ball.limit
-//     share(ball, q): the value that counts for shares of the field: >= 0, without cutoff
-//   for the rest, with the plain coordinate:
+//     negated_derivative(ball, q): minus the derivative of value(), up to a positive factor common
+//       to all balls; 0 beyond ball.limit
+//     share(ball, q): the weight of the ball's attributes: value() without cutoff, but at least 0
+//   for all other code, with the plain coordinate:
 //     coordinate(ball, d), coordinate_gradient(ball, d)
-//     log_value(ball, q) and log_slope(ball, q), its derivative
+//     log_value(ball, q): the logarithm of the contribution; log_slope(ball, q): its derivative
 //     end(ball, level): q beyond which a ball adds less than `level`
 //     surface(ball): the largest q at which the value of a single ball is 1; <= 0 if it never is
 //     radius(ball): a measure of its size
@@ -34,8 +34,8 @@ namespace polymorph {
 
 /// Range of squared distances in fields of infinite support, in units of FieldScale::length^2. The
 /// minimum is added, so that the field is finite at a ball's centre; larger distances are clamped
-/// to the maximum. So products of four stay within the normal floats, and four balls share a
-/// division.
+/// to the maximum. So the product of four squared distances is a normal float, and four balls share
+/// a division.
 constexpr float kMinDistance2 = 1e-9f, kMaxDistance2 = 1e9f;
 /// Upper bound of one axis' term in the coordinate of a separable field, to which
 /// separable_factor() clamps; within a ball's support the term is smaller.
@@ -68,8 +68,8 @@ struct EllipsoidCoordinate {
 };
 
 /// exp(w - q) (Blinn 1982; report Eq. 3.1). The kernels' q has the factor log2(e), and base = -w
-/// log2(e), so that the contribution is 2^-q. It ends where it falls below cutoff iso (Blinn: r =
-/// sqrt((w - ln(cutoff iso)) / a); report 3.2.3).
+/// log2(e), so that the contribution is 2^-q. The support ends where the contribution falls below
+/// cutoff iso, at r = sqrt((w - ln(cutoff iso)) / a) (Blinn; report 3.2.3).
 struct GaussianField : EllipsoidCoordinate {
   static constexpr FieldKind kKind = FieldKind::kGaussian;
   static constexpr std::string_view kName = "gaussian";
@@ -79,10 +79,10 @@ struct GaussianField : EllipsoidCoordinate {
   template <class B>
   PM_HD static double prepare(const Ball& ball, FieldScale scale, B& out) {
     constexpr double kLog2E = 1.4426950408889634;
-    // Limits the strength so that within the support the term of each axis is in the range of
-    // exp2().
-    const float strongest = min(kMaxExponent, kMaxAxisExponent - 5 + scale.log2_floor);
-    out.base = -min(ball.w * static_cast<float>(kLog2E), strongest);
+    // Limits -base so that within the support, each axis' term in the coordinate is at most
+    // limit - base <= kMaxAxisExponent - 5, which is in the range of exp2().
+    const float max_negated_base = min(kMaxExponent, kMaxAxisExponent - 5 + scale.log2_floor);
+    out.base = -min(ball.w * static_cast<float>(kLog2E), max_negated_base);
     out.limit = -scale.log2_floor;
     return static_cast<double>(ball.a) * kLog2E;
   }
@@ -103,7 +103,8 @@ struct GaussianField : EllipsoidCoordinate {
   static float log_slope(const Ball&, float) { return -1; }
   static float end(const Ball& ball, float level) { return ball.w - log(level); }
   static float surface(const Ball& ball) { return ball.w; }
-  /// F/T = exp(B (1 - r^2/R^2)), B = |blobbiness|.
+  /// The field over the threshold is exp(B (1 - r^2 / R^2)), with B = |blobbiness| and the sphere's
+  /// radius R.
   static Ball of_sphere(Vec3 center, float radius, const BallConstants& c) {
     return {center, c.blobbiness / (radius * radius), c.blobbiness};
   }
@@ -149,7 +150,7 @@ struct WyvillField : EllipsoidCoordinate {
   static float end(const Ball&, float) { return 1; }
   static float surface(const Ball& ball) {
     if (!(ball.w > 1)) return 0;
-    float inside = 0, outside = 1;
+    float inside = 0, outside = 1;  // bisection, because falloff() decreases
     for (int step = 0; step < 40; ++step) {
       const float middle = (inside + outside) / 2;
       (ball.w * falloff(middle) > 1 ? inside : outside) = middle;
@@ -162,7 +163,7 @@ struct WyvillField : EllipsoidCoordinate {
   }
 };
 
-/// w / d^2 (report, algorithm 5.1): infinite support, round balls alone.
+/// w / d^2 (report, algorithm 5.1): infinite support, round balls only.
 struct InverseSquareField {
   static constexpr FieldKind kKind = FieldKind::kInverseSquare;
   static constexpr std::string_view kName = "inverse_square";
@@ -189,6 +190,7 @@ struct InverseSquareField {
     return max(value(ball, q), broadcast<V>(0.0f));
   }
 
+  // The lower bounds in these functions keep logarithms and quotients finite.
   static float coordinate(const Ball&, Vec3 d) { return std::max(dot(d, d), 1e-20f); }
   static Vec3 coordinate_gradient(const Ball&, Vec3 d) { return d * 2.0f; }
   static float log_value(const Ball& ball, float q) { return log(std::max(ball.w, 1e-30f) / q); }
@@ -196,7 +198,8 @@ struct InverseSquareField {
   static float end(const Ball&, float) { return kInfinity; }
   static float surface(const Ball& ball) { return ball.w; }
   static float radius(const Ball& ball) { return std::sqrt(std::max(ball.w, 1e-12f)); }
-  /// F/T = blobConstant magnitude R^2 / (d^2 threshold).
+  /// The field over the threshold is blob_constant magnitude R^2 / (d^2 threshold), with the
+  /// sphere's radius R.
   static Ball of_sphere(Vec3 center, float radius, const BallConstants& c) {
     return {center, 1, c.blob_constant * c.magnitude * (radius * radius) / c.threshold};
   }

@@ -12,7 +12,7 @@ extern "C" void __tsan_release(void* address);
 
 namespace polymorph {
 
-/// Lives around one loop; every part of the loop runs through part().
+/// Exists while one loop runs. Each chunk of the loop runs through part().
 class ForkJoin {
  public:
   ForkJoin() { release(&fork_); }

@@ -20,16 +20,17 @@ namespace polymorph {
 
 constexpr float kMinShare = 1e-4f;
 
-/// Writes the values at kRun neighbouring points; kMaps quadruples per ball. One team per run. Each
-/// ball is tested against as many boxes at once as V has lanes.
+/// Writes the interpolated values at kRun neighbouring points. A ball and a point have kMaps
+/// quadruples of values each. One team per run. The points of a run lie in as many boxes as V has
+/// lanes, and each ball is tested against all of them at once.
 template <class F, class V, int kMaps>
 struct InterpolateAttributes {
   static constexpr int kThreads = 128;
   static constexpr int kBoxes = Lanes<V>::kCount, kPointsPerBox = kBoxes > 1 ? 32 : 128;
   static constexpr int kRun = kBoxes * kPointsPerBox;
-  static constexpr std::uint32_t kMaxNear = 2048;
+  static constexpr std::uint32_t kMaxNear = 2048;  ///< maximum length of a box's list
   struct Scratch {
-    std::uint32_t near[kBoxes * kMaxNear];  ///< kMaxNear per box
+    std::uint32_t near[kBoxes * kMaxNear];  ///< lists of ball indices, kMaxNear per box
     std::uint32_t count[kBoxes];            ///< per box; more than kMaxNear: all balls may matter
   };
   View<const Vec3> points;
@@ -54,7 +55,8 @@ struct InterpolateAttributes {
   }
 
   /// Lists the balls that matter in each box, in ascending order. The boxes surround kPointsPerBox
-  /// points each, of the n points from index `begin` on.
+  /// points each, of the n points from index `begin` on. Finds the boxes first, then a threshold
+  /// for each box, and then the balls whose contribution may exceed it.
   template <class Team>
   PM_HD void list_near(const Team& team, Scratch& scratch, std::int64_t begin, int n) const {
     const std::uint32_t rank = team.group_rank();
@@ -90,6 +92,7 @@ struct InterpolateAttributes {
     std::uint32_t full_boxes = 0;
     for (std::uint32_t j0 = 0; j0 < all_balls.count; j0 += Team::kGroup) {
       const std::uint32_t j = j0 + rank;
+      // A box whose list has no room for another ball of each thread is full.
       for (int box = 0; box < kBoxes; ++box) {
         full_boxes |= (cursor[box] + Team::kGroup > end[box] ? 1u : 0u) << box;
       }
@@ -107,6 +110,7 @@ struct InterpolateAttributes {
     }
   }
 
+  /// Interpolates the attributes of the listed balls at the n points from index `first` on.
   PM_HD void interpolate(BallList list, std::int64_t first, int n) const {
     constexpr int kLanes = Lanes<V>::kCount;
     alignas(32) float p[3][kLanes];
@@ -124,14 +128,14 @@ struct InterpolateAttributes {
     V sum = broadcast<V>(0.0f), value[4 * kMaps];
     for (V& v : value) v = broadcast<V>(0.0f);
     for (std::uint32_t j = 0; j < list.count; ++j) {
-      const std::uint32_t e = list.indices[j];
-      const typename F::Ball ball = balls[e];
-      const V share = F::Kind::share(ball, ball.q(at.x, at.y, at.z));
-      const auto significant = share > threshold;
+      const std::uint32_t ball_index = list.indices[j];
+      const typename F::Ball ball = balls[ball_index];
+      const V contribution = F::Kind::share(ball, ball.q(at.x, at.y, at.z));
+      const auto significant = contribution > threshold;
       if (Lanes<V>::bits(significant) == 0) continue;
-      const V weight = zero_unless(significant, share);
+      const V weight = zero_unless(significant, contribution);
       sum = sum + weight;
-      add<V>(e, weight, {at.x - ball.x, at.y - ball.y, at.z - ball.z}, value);
+      add<V>(ball_index, weight, {at.x - ball.x, at.y - ball.y, at.z - ball.z}, value);
     }
     const std::uint32_t reached = Lanes<V>::bits(sum > 0.0f);
     for (int k = 0; k < 4 * kMaps; ++k) {

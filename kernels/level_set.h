@@ -1,11 +1,11 @@
-// Level sets of fields that can be evaluated anywhere (distances, morphs): finds the bricks that
-// the surface can cross, samples the field in them, and is a source of PlaceVertices. The surface
-// is where the field is 0; the field is positive inside.
+// Level sets of fields that can be evaluated anywhere (distances, morphs): passes that find the
+// bricks that the surface can cross and sample the field in them, and the Source of PlaceVertices.
+// The surface is where the field is 0; the field is positive inside.
 //
 // A field has, for V = float or a pack of floats,
 //   value(p), negated_gradient(p): the field and minus its gradient at Points<V>
 //   line_values<V>(grid, start): value() at as many points of a grid line as V has lanes
-// and bounds, which tell where it can be 0:
+// The bounds of a field have
 //   local(team, box): a Local, which holds the bounds that are common to a node's whole box
 //   crossing_boxes(middles, half, local, has_rim): a mask of lanes; bit l is set if the surface can
 //     cross the box of half sides `half` around middle l, or, with has_rim, if a point of that box
@@ -71,7 +71,7 @@ struct ClassifyNodes {
                               const typename Bounds::Local& local) const {
     constexpr int kSide = 4, kBlocks = kSide * kSide * kSide, kLanes = Lanes<V>::kCount;
     const Vec3 size = (1.0f / kSide) * (box.high - box.low);
-    float any = 0;
+    float any = 0;  // 0 or 1, as a float for group_max()
     for (int i = static_cast<int>(team.group_rank()); i < kBlocks / kLanes && any == 0;
          i += static_cast<int>(team.kGroup)) {
       alignas(32) float x[kLanes], y[kLanes], z[kLanes];
@@ -156,7 +156,7 @@ struct SampleLevelSet : CountBricks {
   }
 };
 
-/// A level set's field as a source of PlaceVertices, the same for every brick.
+/// Source of PlaceVertices for a level set: the same field in every brick.
 template <class Field>
 struct LevelSetVertices {
   Field field;
@@ -168,7 +168,7 @@ struct LevelSetVertices {
   PM_HD V value(const Points<V>& p) const {
     return field.value(p);
   }
-  /// The field's value in cells, which near the surface is nearly the signed distance.
+  /// Returns the field's value in cells, which near the surface is nearly the signed distance.
   template <class V>
   PM_HD V height(V value) const {
     return value * inv_cell;

@@ -24,7 +24,8 @@
 
 namespace polymorph {
 
-/// Walks the tree from its roots to the bricks.
+/// Walks the tree from its roots to the bricks. On each level it finds the children that the
+/// surface can cross, numbers them, and writes them.
 template <class B, class Bounds>
 BrickViews find_level_set_bricks(Workspace<B>& work, const TreeShape& shape, const Grid& grid,
                                  const Bounds& bounds) {
@@ -37,6 +38,7 @@ BrickViews find_level_set_bricks(Workspace<B>& work, const TreeShape& shape, con
   View<Counts> sums = work.sums[levels.size() % 2].resize(work.backend, roots);
   const View<Offsets> root_count = {&work.totals[static_cast<std::int64_t>(levels.size())], 1};
   work.backend.for_each(roots, PrepareNodes{shape.roots, parents, sums, root_count}, "bricks");
+  // The guessed number of nodes of level l; guess / 4 + 1 is that of their parents.
   std::int64_t guess = guess_top_nodes(grid, shape);
   for (std::size_t l = levels.size(); l-- > 0; guess *= 8) {
     const auto level = static_cast<std::int64_t>(l);
@@ -72,6 +74,7 @@ void extract_level_set(Workspace<B>& work, const Field& field, const Bounds& bou
     using Vertices = LevelSetVertices<Field>;
     BrickViews bricks = find_level_set_bricks(work, shape, grid, bounds);
     fit_bricks(work, grid, bricks);
+    // Points beyond the grid count as one cell outside.
     return SampledBricks<Sample, Vertices>{
         bricks, Sample{prepare_counting(work, grid, settings, bricks, -grid.cell), field},
         Vertices{field, 1 / grid.cell}};
@@ -82,7 +85,7 @@ void extract_level_set(Workspace<B>& work, const Field& field, const Bounds& bou
 inline float distance_rounding(const Grid& grid) { return 1e-4f * grid.cell; }
 
 /// Returns distances in backend memory, after uploading them unless they are there already. The
-/// last kMaxGrids grids stay there.
+/// kMaxGrids most recently used grids stay there.
 template <class B>
 DistanceField upload_distances(Workspace<B>& work,
                                const std::shared_ptr<const DistanceGrid>& object) {
@@ -92,7 +95,7 @@ DistanceField upload_distances(Workspace<B>& work,
     auto& grids = work.uploaded_distances;
     for (auto known = grids.begin(); known != grids.end(); ++known) {
       if ((*known)->object != object) continue;
-      // The most recently used grids are last, so that none that this surface needs is replaced.
+      // The most recently used grids are last, so that no grid of the present surface is replaced.
       std::rotate(known, known + 1, grids.end());
       return DistanceField(object->grid, grids.back()->values.data);
     }
@@ -144,9 +147,10 @@ UploadedSamples upload_samples(Workspace<B>& work, const Regression& regression)
   std::vector<BallAttribute> values(2 * count);
   for (std::size_t e = 0; e < count; ++e) {
     const RegressionSample& sample = regression.samples[e];
-    const float widest = 4 * sample.deviation;
+    const float widest_deviation = 4 * sample.deviation;
+    // exp(-d^2 / (2 s^2)) = 2^(-kHalfLog2E d^2 / s^2)
     constexpr float kHalfLog2E = 0.72134752f;
-    samples[e] = {sample.center, kHalfLog2E / (widest * widest), sample.mass,
+    samples[e] = {sample.center, kHalfLog2E / (widest_deviation * widest_deviation), sample.mass,
                   kSecondHeight * sample.mass, kThirdHeight * sample.mass};
     const auto maps = static_cast<std::size_t>(regression.maps);
     for (std::size_t m = 0; m < maps; ++m) values[2 * e + m] = regression.values[e * maps + m];
@@ -159,7 +163,8 @@ UploadedSamples upload_samples(Workspace<B>& work, const Regression& regression)
   return out;
 }
 
-/// Bends the map, whose nodes are `coefficients`, so that it meets the regression's landmarks.
+/// Bends the map, whose nodes are `coefficients`, so that it takes the regression's landmarks to
+/// their goals.
 template <class B>
 void meet_landmarks(Workspace<B>& work, const Regression& regression, const SmoothMap& map,
                     const View<float>& coefficients) {
@@ -190,14 +195,15 @@ SmoothMap compute_map(Workspace<B>& work, const std::shared_ptr<const Regression
   const SmoothMap map(*regression, coefficients.data);
   if (regression == work.uploaded_regression) return map;
   work.uploaded_regression.reset();
-  const UploadedSamples in = upload_samples(work, *regression);
+  const UploadedSamples uploaded = upload_samples(work, *regression);
   const Offsets runs = {(nodes + RegressNodes::kNodes - 1) / RegressNodes::kNodes, 0};
-  const View<Offsets> count = work.regress_count.resize(work.backend, 1);
-  work.backend.upload(count, &runs);
-  work.backend.for_teams(
-      &count[0].first, runs.first,
-      RegressNodes{regression->lattice, in.samples, in.values, regression->sloped, coefficients},
-      "regress");
+  // for_teams() reads the number of teams from backend memory.
+  const View<Offsets> team_count = work.regress_count.resize(work.backend, 1);
+  work.backend.upload(team_count, &runs);
+  work.backend.for_teams(&team_count[0].first, runs.first,
+                         RegressNodes{regression->lattice, uploaded.samples, uploaded.values,
+                                      regression->sloped, coefficients},
+                         "regress");
   if (!regression->landmarks.empty()) meet_landmarks(work, *regression, map, coefficients);
   if (regression->thinness[0]) {
     WeighLevel weigh;
@@ -224,6 +230,7 @@ void sample_map(Workspace<B>& work, const std::shared_ptr<const Regression>& reg
   work.backend.download(values.data(), out);
 }
 
+/// Returns the strain around each node of the map, in backend memory.
 template <class B>
 View<Strain> bound_strain(Workspace<B>& work, const MorphSurface& surface, const SmoothMap& map) {
   const Int3 n = map.lattice.points;
@@ -238,7 +245,7 @@ View<Strain> bound_strain(Workspace<B>& work, const MorphSurface& surface, const
 }
 
 /// Returns the largest factor by which an affine map stretches. The maps are rotations and
-/// scalings, so it is the length of the longest row.
+/// scalings, so this factor is the length of the longest row.
 inline float affine_norm(const AffineMap& map) {
   float largest = 0;
   for (const Vec3 row : map.rows) largest = std::max(largest, length(row));

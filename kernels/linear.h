@@ -95,13 +95,15 @@ PM_HD constexpr Sym3d commuting_product(const Sym3d& a, const Sym3d& b) {
           a.xx * b.xz + a.xy * b.yz + a.xz * b.zz, a.xy * b.xz + a.yy * b.yz + a.yz * b.zz};
 }
 
-/// Number of terms of the series of exp(), and the largest argument with an error below 2^-53.
+/// Number of terms of the exponential series, and the largest argument to which it is applied. The
+/// terms left out then add up to less than 2^-51.
 constexpr int kExpTerms = 9;
 constexpr double kMaxExpArgument = 0.125;
 
 /// Returns e^x: a series at x / 2^k, squared k times.
 PM_HD inline double exp_scalar(double x) {
   int k = 0;
+  // The limit of 64 ends the loop for an infinite x.
   for (double size = x < 0 ? -x : x; size > kMaxExpArgument && k < 64; size /= 2) ++k, x /= 2;
   double sum = 1;
   for (int i = kExpTerms; i > 0; --i) sum = 1 + x / i * sum;
@@ -109,7 +111,8 @@ PM_HD inline double exp_scalar(double x) {
   return sum;
 }
 
-/// Returns the exponential of a symmetric matrix, computed as in exp_scalar().
+/// Returns the exponential of a symmetric matrix, computed as in exp_scalar(). The matrix is halved
+/// until its largest absolute row sum is at most kMaxExpArgument.
 PM_HD inline Sym3d exp_symmetric(Sym3d a) {
   const auto absolute_sum = [](double x, double y, double z) {
     return (x < 0 ? -x : x) + (y < 0 ? -y : y) + (z < 0 ? -z : z);
@@ -129,8 +132,8 @@ PM_HD inline Sym3d exp_symmetric(Sym3d a) {
   return sum;
 }
 
-/// Returns the rotation about `axis_times_angle` (Rodrigues). Sine and cosine are series at a 16th
-/// of the angle, which is then doubled four times. Angles up to 8 radians.
+/// Returns the rotation about `axis_times_angle` (Rodrigues), for angles up to 8 radians. Sine and
+/// cosine are series at a 16th of the angle, which is then doubled four times.
 PM_HD inline Mat3 exp_rotation(Vec3d axis_times_angle) {
   const double angle = length(axis_times_angle);
   if (!(angle > 0)) return {};

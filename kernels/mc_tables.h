@@ -6,10 +6,10 @@
 // along axis e / 4 from its lower corner; edges 0-3 along x, 4-7 along y, 8-11 along z.
 //
 // The rule: on a face whose inside corners are two opposite ones, these are kept apart (the outside
-// is joined). It depends on that face's four corners alone, so the two cells at a face draw the
-// same segments there, in opposite directions. Lorensen and Cline's complement (1987) breaks this:
-// there the complement of a case with an ambiguous face leaves holes at its neighbours, so here
-// such a complement has loops of its own.
+// is joined). The rule depends on that face's four corners alone, so the two cells at a face draw
+// the same segments there, in opposite directions. Lorensen and Cline's complement (1987) breaks
+// this: there the complement of a case with an ambiguous face leaves holes at its neighbours, so
+// here such a complement has loops of its own.
 //
 // Triangles never use a diagonal between two edges of one face. Hence an edge of the mesh that lies
 // in a face of a cell is one of the rule's segments and has exactly two triangles; and three
@@ -119,7 +119,7 @@ inline std::array<int, 12> face_segments(int key) {
 }
 
 struct Triangles {
-  int count = 0;
+  int count = 0;  ///< number of edges, 3 per triangle
   int edges[16] = {};
 };
 
@@ -127,10 +127,10 @@ struct Triangles {
 inline int diagonal_length2(int a, int b) {
   int sum = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    const auto twice = [axis](int e) {
+    const auto twice_middle = [axis](int e) {
       return (edge_low_corner(e) >> axis & 1) + (edge_high_corner(e) >> axis & 1);
     };
-    sum += (twice(a) - twice(b)) * (twice(a) - twice(b));
+    sum += (twice_middle(a) - twice_middle(b)) * (twice_middle(a) - twice_middle(b));
   }
   return sum;
 }
@@ -140,6 +140,8 @@ inline int diagonal_length2(int a, int b) {
 /// cases have one.
 inline bool triangulate(const int* loop, int n, Triangles& out) {
   constexpr int kForbidden = 1000000;
+  // Dynamic programming: cost[i][j] is the smallest cost of the polygon loop[i], ..., loop[j], and
+  // middle[i][j] is the third corner of its triangle on the side from i to j.
   int cost[12][12] = {}, middle[12][12] = {};
   for (int width = 2; width < n; ++width) {
     for (int i = 0; i + width < n; ++i) {
@@ -248,7 +250,8 @@ inline int base_key(int base) {
 /// Returns the index of each key's base case, whose rotation or complement the key is.
 inline std::array<std::uint8_t, 256> base_cases() {
   std::array<std::uint8_t, 256> bases{};
-  // Goes backwards, so that each key gets the first base case that yields it, as in build_table().
+  // The loop goes backwards, so that each key gets the first base case that yields it, as in
+  // build_table().
   for (int base = kBaseCaseCount - 1; base >= 0; --base) {
     for (int r = 0; r < 24; ++r) {
       const int key = rotated_key(base_key(base), rotation(r));
@@ -288,13 +291,13 @@ inline const McTable& mc_table() {
   return table;
 }
 
-/// Number of edges that start on a line of eight points; that of point x along `axis` has the slot
-/// 3 x + axis.
+/// Number of edges that start on a line of eight points. The edge of point x along `axis` has the
+/// slot 3 x + axis.
 constexpr int kLineSlots = 24;
 
 /// The table as the passes read it. Bit i of a key is corner i. An edge is given by its slot,
-/// relative to the first slot of the cell's lowest corner; the lines of slots are ordered as the 8
-/// x 8 lines of a brick, y fastest.
+/// relative to the first slot of the cell's lowest corner. Lines of slots are in the order of the
+/// 8 x 8 lines of a brick, y fastest.
 struct BrickTable {
   std::uint8_t slots[256][16] = {};
   /// The slots as numbers of 5 bits: 8 times the index of one of the cell's four lines, plus the

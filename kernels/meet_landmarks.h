@@ -30,6 +30,7 @@ struct LandmarkTerm {
 
   PM_HD float at(Vec3 p) const {
     const Vec3 d = p - place;
+    // The limit keeps the argument in the range of exp2().
     return exp2(max(-falloff * dot(d, d), -120.0f));
   }
 };
@@ -53,7 +54,7 @@ struct AddLandmarks {
   }
 };
 
-/// Evaluates, at a point, the spline of a term's Gaussian.
+/// Evaluates, at a point, the spline whose nodes are the values of a term's Gaussian.
 inline double spline_of_term(const Grid& lattice, const LandmarkTerm& term, Vec3 p) {
   const float inv_spacing = 1 / lattice.cell;
   const SplineAxis x(p.x, lattice.origin.x, inv_spacing, lattice.points.x);
@@ -105,6 +106,7 @@ inline void solve_cholesky(const SquareMatrix& factor, std::vector<double>& b) {
 /// longer than about 100 |b|.
 inline void solve_regularized(const SquareMatrix& matrix,
                               std::vector<std::vector<double>>& right_sides) {
+  // Singular values far below kDamping count as 0; the rounds restore the accuracy of the others.
   constexpr double kDamping = 0.02;
   constexpr int kRounds = 8;
   const std::size_t n = matrix.n;
@@ -133,8 +135,8 @@ inline void solve_regularized(const SquareMatrix& matrix,
   }
 }
 
-/// Finds the terms with which the maps meet the regression's landmarks. `values`: images of the
-/// landmarks under the maps without these terms, `regression.maps` per landmark.
+/// Finds the terms with which the maps take the regression's landmarks to their goals. `values`:
+/// images of the landmarks under the maps without these terms, `regression.maps` per landmark.
 inline std::vector<LandmarkTerm> find_landmark_terms(const Regression& regression,
                                                      const std::vector<AttributeValues>& values) {
   constexpr float kHalfLog2E = 0.72134752f;

@@ -4,13 +4,13 @@
 // A point x corresponds to X_A(x) on the source and to X_B(x) on the target. The field at x is
 //   (1 - b) S(D_A(X_A)) + b S(D_B(X_B)) - c w,  b = t^2 (3 - 2 t).
 // D_A and D_B are the distances, t is the progress at x, c the level and w its weight at x. S(d)
-// has the sign of d and the magnitude s (sqrt(1 + 2 |d| / s) - 1). X_A, X_B and t are one
-// regression over the moving balls (regression.h). So is w if an object is a shell; otherwise w is
-// computed at the lattice's nodes from the thinness of both objects (WeighLevel). The surface is
-// where the field is 0.
+// has the sign of d and the magnitude s (sqrt(1 + 2 |d| / s) - 1). X_A, X_B and t are values of one
+// regression over the moving balls (regression.h). If an object is a shell, w is a value of this
+// regression, too; otherwise w is computed at the lattice's nodes from the thinness of both objects
+// (WeighLevel). The surface is where the field is 0.
 //
 // Objects may have smoothed distances, too. Then the source's detail fades out before the target's
-// fades in, because otherwise each would show as relief on the other (Hughes 1992).
+// detail fades in, because otherwise each would show as relief on the other object (Hughes 1992).
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@
 
 namespace polymorph {
 
-/// The field as the kernels read it; a field of level_set.h.
+/// The field as the kernels read it. It has the functions that level_set.h requires.
 struct MorphField {
   SmoothMap map;  ///< 0: to the source, with the progress; 1: to the target
   DistanceField from, to;
@@ -109,7 +109,7 @@ struct MorphField {
     const V detail_a = from.detail_share(map_value(3)),
             detail_b = to.detail_share(1.0f - map_value(3));
     const Points<V> gradient_a = from.gradient(a, detail_a), gradient_b = to.gradient(b, detail_b);
-    // `db_dt` holds the progress t at first.
+    // At first, `db_dt` holds the progress t.
     alignas(32) float db_dt[kLanes], slope_a[kLanes], slope_b[kLanes];
     Lanes<V>::store(db_dt, map_value(3));
     for (int l = 0; l < kLanes; ++l) {
@@ -122,7 +122,7 @@ struct MorphField {
     const V from_weight = from_scale / inv_slope(from_distance);
     const V to_weight = to_scale / inv_slope(to_distance);
     const V weight_b = smoothstep(map_value(3));  // b of the formula above
-    // The share of detail depends on the progress, too.
+    // The shares of detail depend on the progress, too.
     const V detail_a_dt = from_weight * from.detail(a) * Lanes<V>::load(slope_a);
     const V detail_b_dt = to_weight * to.detail(b) * Lanes<V>::load(slope_b);
     const V df_dt = fma(Lanes<V>::load(db_dt), compress(to_distance) - compress(from_distance),
@@ -172,6 +172,7 @@ struct MorphBounds {
   float lipschitz = 0;    ///< the largest Lipschitz constant of all distances
   float rounding = 0;     ///< a generous bound of all rounding errors, scene units
 
+  /// Returns the largest strain of the nodes that contribute to the maps in a box.
   template <class Team>
   PM_HD Strain local(const Team& team, const NodeBox& box) const {
     const Grid& lattice = field.map.lattice;
@@ -207,6 +208,8 @@ struct MorphBounds {
     return {group_max(largest.maps), {group_max(largest.fourth[0]), group_max(largest.fourth[1])}};
   }
 
+  /// Bounds the field from above and, if that bound is positive, from below. The field is linear in
+  /// b, so that the ends of b's range suffice. 1e-5 allows for rounding of progress and weight.
   template <class V>
   PM_HD std::uint32_t crossing_boxes(const Points<V>& middle, Vec3 half, const Strain& max_strain,
                                      bool has_rim) const {
@@ -220,24 +223,29 @@ struct MorphBounds {
     const float level_size = field.level < 0 ? -field.level : field.level;
     const float max_level_change =
         level_size * (radius * norm(max_strain.fourth[1]) + 1e-5f) + rounding;
-    const V begin = map_values[3] - max_progress_change, end = map_values[3] + max_progress_change;
-    const V first = smoothstep(begin), last = smoothstep(end);
+    const V min_progress = map_values[3] - max_progress_change,
+            max_progress = map_values[3] + max_progress_change;
+    const V min_blend = smoothstep(min_progress), max_blend = smoothstep(max_progress);
     const DistanceField &from = field.from, &to = field.to;
     const Range<V> range_a =
-        distance_range(from, field.from_scale, a, from.detail_share(end), from.detail_share(begin));
-    const Range<V> range_b = distance_range(to, field.to_scale, b, to.detail_share(1.0f - begin),
-                                            to.detail_share(1.0f - end));
+        distance_range(from, field.from_scale, a, from.detail_share(max_progress),
+                       from.detail_share(min_progress));
+    const Range<V> range_b =
+        distance_range(to, field.to_scale, b, to.detail_share(1.0f - min_progress),
+                       to.detail_share(1.0f - max_progress));
     const V shift = -field.level * map_values[7];
     const V high_a = field.compress(range_a.high + max_change),
-            high_step = field.compress(range_b.high + max_change) - high_a;
+            high_difference = field.compress(range_b.high + max_change) - high_a;
     const V high =
-        max(fma(first, high_step, high_a), fma(last, high_step, high_a)) + shift + max_level_change;
+        max(fma(min_blend, high_difference, high_a), fma(max_blend, high_difference, high_a)) +
+        shift + max_level_change;
     const std::uint32_t inside = Lanes<V>::bits(high > 0.0f);
     if (has_rim || inside == 0) return inside;
     const V low_a = field.compress(range_a.low - max_change),
-            low_step = field.compress(range_b.low - max_change) - low_a;
+            low_difference = field.compress(range_b.low - max_change) - low_a;
     const V low =
-        min(fma(first, low_step, low_a), fma(last, low_step, low_a)) + shift - max_level_change;
+        min(fma(min_blend, low_difference, low_a), fma(max_blend, low_difference, low_a)) + shift -
+        max_level_change;
     return inside & Lanes<V>::bits(low <= 0.0f);
   }
 

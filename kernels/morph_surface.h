@@ -66,8 +66,8 @@ struct Regression {
   std::shared_ptr<const DistanceGrid> thinness[2];
 };
 
-/// Progress at which an object begins to lose its detail, and at which it has none. The share of
-/// detail falls as 1 - smoothstep.
+/// Progress at which an object begins to lose its detail (the difference from its smoothed
+/// distances), and at which it has none. The share of detail falls as 1 - smoothstep.
 struct DetailFade {
   float begin = 0.1f, end = 0.55f;
 };
@@ -79,7 +79,7 @@ struct MorphSurface {
   std::shared_ptr<const Regression> map;
   std::shared_ptr<const DistanceGrid> from, to;
   float from_scale = 1, to_scale = 1;  ///< scene units per unit of each object's distances
-  float level = 0;                     ///< scene units; moves the surface inwards by about so much
+  float level = 0;  ///< scene units; moves the surface inwards by about this much
   /// The s of morph_field.h, scene units: a distance d much longer than s counts as sqrt(2 s d). 0:
   /// distances are not changed.
   float linear_range = 0;

@@ -10,7 +10,7 @@
 namespace polymorph {
 
 void parallel_copy(void* to, const void* from, std::size_t bytes) {
-  constexpr std::size_t kGrain = std::size_t{128} << 10;
+  constexpr std::size_t kGrain = std::size_t{128} << 10;  // bytes per chunk
   if (bytes <= kGrain) {
     std::memcpy(to, from, bytes);
     return;

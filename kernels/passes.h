@@ -26,7 +26,7 @@ template <class B, class F>
 void sample_balls(Workspace<B>& work, const BallSet& set, const std::vector<Vec3>& points,
                   const ExtractSettings& settings, std::vector<float>& values);
 
-/// `attributes`: one or two per ball; `values`: as many per point.
+/// `attributes`: one or two per ball; `values`: the same number per point.
 template <class B, class F>
 void interpolate_balls(Workspace<B>& work, const BallSet& set,
                        const std::vector<BallAttribute>& attributes,

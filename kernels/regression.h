@@ -25,7 +25,8 @@ constexpr float kSecondHeight = 0.02f, kThirdHeight = 0.0005f;
 struct KernelSample {
   Vec3 center;
   float falloff = 0;
-  float mass = 0, second = 0, third = 0;  ///< mass times each Gaussian's height
+  /// mass times the height of the narrow, the middle and the wide Gaussian
+  float mass = 0, second = 0, third = 0;
 };
 
 /// Computes the coefficients at the lattice's nodes, kNodes per team. The samples are split into
@@ -82,6 +83,7 @@ struct RegressNodes {
     });
   }
 
+  /// Sums kernel times values over the samples of a chunk, and last the kernels.
   template <class V, bool kSloped>
   PM_HD void add_chunk(const Points<V>& at, int chunk, V (&sums)[kSums]) const {
     for (int k = 0; k < kSums; ++k) sums[k] = broadcast<V>(0.0f);
@@ -92,12 +94,13 @@ struct RegressNodes {
       const KernelSample sample = samples[e];
       const V dx = at.x - sample.center.x, dy = at.y - sample.center.y, dz = at.z - sample.center.z;
       const V d2 = fma(dz, dz, fma(dy, dy, dx * dx));
+      // The limit keeps the argument in the range of exp2().
       const V wide = exp2(max(d2 * -sample.falloff, broadcast<V>(-120.0f)));
       // The narrower Gaussians are wide^4 and wide^16.
       const V wide2 = wide * wide, middle = wide2 * wide2, middle2 = middle * middle;
       const V narrow = middle2 * middle2;
-      const V k = fma(narrow, broadcast<V>(sample.mass),
-                      fma(middle, broadcast<V>(sample.second), wide * sample.third));
+      const V kernel = fma(narrow, broadcast<V>(sample.mass),
+                           fma(middle, broadcast<V>(sample.second), wide * sample.third));
       const BallAttribute* attributes = values.data + 2 * e;
       for (int i = 0; i < kRegressionValues; ++i) {
         const BallAttribute& attribute = attributes[i / 4];
@@ -105,12 +108,12 @@ struct RegressNodes {
           const Vec3 slope = attribute.slope[i % 4];
           V local_value = fma(broadcast<V>(slope.z), dz, broadcast<V>(attribute.value[i % 4]));
           local_value = fma(broadcast<V>(slope.x), dx, fma(broadcast<V>(slope.y), dy, local_value));
-          sums[i] = fma(k, local_value, sums[i]);
+          sums[i] = fma(kernel, local_value, sums[i]);
         } else {
-          sums[i] = fma(k, broadcast<V>(attribute.value[i % 4]), sums[i]);
+          sums[i] = fma(kernel, broadcast<V>(attribute.value[i % 4]), sums[i]);
         }
       }
-      sums[kRegressionValues] = sums[kRegressionValues] + k;
+      sums[kRegressionValues] = sums[kRegressionValues] + kernel;
     }
   }
 };
@@ -210,8 +213,8 @@ struct SmoothMap {
   static void interpolate_x(const Pack (&column)[3], const float* wx, float* out) {
     Lanes<Pack>::store(out, weigh_columns(column, wx));
   }
-  /// Evaluates the eight values at eight points of a line along x, without the affine maps. The
-  /// points may span eight nodes at most; returns whether they do.
+  /// Evaluates the eight values at eight points of a line along x, without the affine maps. Returns
+  /// false, without values, if more than eight nodes contribute to the points.
   bool spline_line(Pack px, float py, float pz, Pack (&values)[kRegressionValues]) const {
     const SplineAxisOf<Pack> x(px, lattice.origin.x, inv_spacing, lattice.points.x);
     const auto begin = static_cast<int>(x.middle[0]) - 1,
@@ -219,7 +222,8 @@ struct SmoothMap {
     if (count > 8) return false;
     const SplineAxis y(py, lattice.origin.y, inv_spacing, lattice.points.y);
     const SplineAxis z(pz, lattice.origin.z, inv_spacing, lattice.points.z);
-    // At first values[n] holds the values of node n; the transpose has a row per value.
+    // At first values[n] holds the values of node n. After the transpose, values[i] holds value i
+    // of all nodes.
     for (int n = 0; n < 8; ++n)
       values[n] = n < count ? reduce_yz(begin + n, y.first, z.first, y.weight, z.weight) : Pack{};
     transpose(values);
@@ -273,15 +277,14 @@ struct SmoothMap {
   }
 };
 
-/// Bounds of the derivatives around a node along each axis, per scene unit.
+/// Bounds of the spline's derivatives around a node along each axis, per scene unit.
 struct Strain {
   Vec3 maps;       ///< derivatives of the maps' first three values, without the affine maps
   Vec3 fourth[2];  ///< derivatives of each map's fourth value
 };
 
-/// Bounds the difference between the maps' derivatives and those of their affine maps, around each
-/// node and along each axis: the spline's derivatives lie between differences of neighbouring
-/// nodes. One item per node.
+/// Computes the Strain around each node. The spline's derivatives lie between the differences of
+/// neighbouring nodes. One item per node.
 struct BoundStrain {
   Grid lattice;
   View<const float> nodes;
@@ -292,7 +295,7 @@ struct BoundStrain {
     if (n >= strain.size) return;
     const std::int64_t row = lattice.points.x, layer = row * lattice.points.y;
     const float* at = nodes.data + n * kRegressionValues;
-    // The last node along an axis has no next one and takes itself, so that the difference is 0.
+    // The last node along an axis has no next node. It takes itself, so that the difference is 0.
     const float* next[3] = {
         at + kRegressionValues * (n % row + 1 < row ? 1 : 0),
         at + kRegressionValues * (n / row % lattice.points.y + 1 < lattice.points.y ? row : 0),

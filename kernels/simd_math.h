@@ -94,7 +94,7 @@ PM_HD inline int countr_zero(std::uint64_t a) {
 #endif
 }
 
-/// Returns `a` if `keep`, else +0 even for a NaN; without a branch.
+/// Returns `a` if `keep`, else +0 (even if `a` is a NaN), without a branch.
 PM_HD inline float zero_unless(bool keep, float a) {
   return float_from_bits(float_bits(a) & (0u - static_cast<std::uint32_t>(keep)));
 }
@@ -134,8 +134,8 @@ PM_HD inline V spread(T a) {
 }
 
 #if defined(__GNUC__) && !defined(__CUDACC__)
-#define PM_PACKS
-/// Eight floats: one vector of AVX2. Each operation below is that of eight floats.
+#define PM_PACKS  // Pack exists
+/// Eight floats: one vector of AVX2. The operations below are those of float above, lane by lane.
 typedef float Pack __attribute__((vector_size(32)));
 typedef std::int32_t PackMask __attribute__((vector_size(32)));
 typedef std::uint32_t PackBits __attribute__((vector_size(32)));
@@ -197,7 +197,7 @@ inline Pack signed_to_float(PackBits a) {
 #endif
 
 #if defined(PM_PACKS) && defined(__AVX512F__) && defined(__AVX512DQ__)
-#define PM_WIDE_PACKS
+#define PM_WIDE_PACKS  // WidePack exists
 /// Sixteen floats: one vector of AVX-512.
 typedef float WidePack __attribute__((vector_size(64)));
 typedef std::int32_t WidePackMask __attribute__((vector_size(64)));
@@ -229,17 +229,18 @@ inline WidePack max(WidePack a, WidePack b) { return _mm512_max_ps(a, b); }
 inline WidePack signed_to_float(WidePackBits a) {
   return _mm512_cvtepi32_ps(reinterpret_cast<__m512i>(a));
 }
-/// a * b + c where `where`, else c.
-inline WidePack fma_where(WidePackMask where, WidePack a, WidePack b, WidePack c) {
-  return _mm512_mask3_fmadd_ps(a, b, c, _mm512_movepi32_mask(reinterpret_cast<__m512i>(where)));
+/// Returns a * b + c in the lanes of `mask`, and c in the others.
+inline WidePack fma_where(WidePackMask mask, WidePack a, WidePack b, WidePack c) {
+  return _mm512_mask3_fmadd_ps(a, b, c, _mm512_movepi32_mask(reinterpret_cast<__m512i>(mask)));
 }
 inline WidePack join(Pack low, Pack high) {
   return _mm512_insertf32x8(_mm512_castps256_ps512(low), high, 1);
 }
-/// Transposes 8 rows of 64 floats.
+/// Transposes 8 rows of 64 floats, 16 columns at a time.
 inline void transpose_columns(const float* from, float* to) {
   for (int i = 0; i < 64; i += 16) {
-    __m512 row[8], quad[4][2];  // quad[c][q]: columns 4 k + c in part k, rows 4 q to 4 q + 3
+    // Quarter k of quad[c][q] has column 4 k + c of the rows 4 q to 4 q + 3.
+    __m512 row[8], quad[4][2];
     for (int r = 0; r < 8; ++r) row[r] = _mm512_loadu_ps(from + 64 * r + i);
     for (int q = 0; q < 2; ++q) {
       const __m512* r = row + 4 * q;
@@ -253,15 +254,15 @@ inline void transpose_columns(const float* from, float* to) {
       quad[3][q] = _mm512_castpd_ps(_mm512_unpackhi_pd(high[0], high[1]));
     }
     for (int c = 0; c < 4; c += 2) {
-      const __m512 a = _mm512_shuffle_f32x4(quad[c][0], quad[c][1], 0x44),
-                   b = _mm512_shuffle_f32x4(quad[c + 1][0], quad[c + 1][1], 0x44),
-                   d = _mm512_shuffle_f32x4(quad[c][0], quad[c][1], 0xee),
-                   e = _mm512_shuffle_f32x4(quad[c + 1][0], quad[c + 1][1], 0xee);
-      float* at = to + 8 * (i + c);
-      _mm512_storeu_ps(at, _mm512_shuffle_f32x4(a, b, 0x88));
-      _mm512_storeu_ps(at + 32, _mm512_shuffle_f32x4(a, b, 0xdd));
-      _mm512_storeu_ps(at + 64, _mm512_shuffle_f32x4(d, e, 0x88));
-      _mm512_storeu_ps(at + 96, _mm512_shuffle_f32x4(d, e, 0xdd));
+      const __m512 low_quarters = _mm512_shuffle_f32x4(quad[c][0], quad[c][1], 0x44),
+                   next_low_quarters = _mm512_shuffle_f32x4(quad[c + 1][0], quad[c + 1][1], 0x44),
+                   high_quarters = _mm512_shuffle_f32x4(quad[c][0], quad[c][1], 0xee),
+                   next_high_quarters = _mm512_shuffle_f32x4(quad[c + 1][0], quad[c + 1][1], 0xee);
+      float* out = to + 8 * (i + c);
+      _mm512_storeu_ps(out, _mm512_shuffle_f32x4(low_quarters, next_low_quarters, 0x88));
+      _mm512_storeu_ps(out + 32, _mm512_shuffle_f32x4(low_quarters, next_low_quarters, 0xdd));
+      _mm512_storeu_ps(out + 64, _mm512_shuffle_f32x4(high_quarters, next_high_quarters, 0x88));
+      _mm512_storeu_ps(out + 96, _mm512_shuffle_f32x4(high_quarters, next_high_quarters, 0xdd));
     }
   }
 }
@@ -271,7 +272,7 @@ PM_HD inline float signed_to_float(std::uint32_t a) {
 }
 
 /// Adding this number rounds a number in (-2^22, 2^22) to an integer, which is then in the low bits
-/// of the sum.
+/// of the sum. kRoundToInteger itself has the bits 0x4b400000.
 constexpr float kRoundToInteger = 0x1.8p23f;
 
 /// Returns the integer nearest to `a`, which must be in (-2^22, 2^22).
@@ -305,13 +306,15 @@ inline Pack gather(const float* base, PackBits index) {
 inline void gather_pairs(const float* base, PackBits index, Pack& first, Pack& second) {
 #if defined(__AVX2__)
   const auto load = [&](int a, int b) {
-    const auto at = [&](int lane) { return reinterpret_cast<const __m64*>(base + index[lane]); };
-    return _mm_loadh_pi(_mm_loadl_pi(_mm_setzero_ps(), at(a)), at(b));
+    const auto address = [&](int lane) {
+      return reinterpret_cast<const __m64*>(base + index[lane]);
+    };
+    return _mm_loadh_pi(_mm_loadl_pi(_mm_setzero_ps(), address(a)), address(b));
   };
-  const __m256 even = _mm256_set_m128(load(4, 5), load(0, 1)),
-               odd = _mm256_set_m128(load(6, 7), load(2, 3));
-  first = _mm256_shuffle_ps(even, odd, 0x88);
-  second = _mm256_shuffle_ps(even, odd, 0xdd);
+  const __m256 lanes_0145 = _mm256_set_m128(load(4, 5), load(0, 1)),
+               lanes_2367 = _mm256_set_m128(load(6, 7), load(2, 3));
+  first = _mm256_shuffle_ps(lanes_0145, lanes_2367, 0x88);
+  second = _mm256_shuffle_ps(lanes_0145, lanes_2367, 0xdd);
 #else
   first = gather(base, index), second = gather(base + 1, index);
 #endif
@@ -371,8 +374,8 @@ PM_HD inline void store_points(float* to, V x, V y, V z, int count) {
     to[3 * l] = p[0][l], to[3 * l + 1] = p[1][l], to[3 * l + 2] = p[2][l];
   }
 }
-/// Writes `base` plus the index of each set bit of 24, lowest first, and returns the number of set
-/// bits. Up to 24 elements are overwritten, whatever `bits` are.
+/// Writes `base` plus the index of each set bit, lowest first, and returns the number of set bits.
+/// `bits` has 24 bits. Any of the next 24 elements may be overwritten.
 template <class V>
 PM_HD inline int write_set_bits(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
   int n = 0;
@@ -380,8 +383,8 @@ PM_HD inline int write_set_bits(std::uint32_t bits, std::uint32_t base, std::uin
     to[n++] = base + static_cast<std::uint32_t>(countr_zero(bits));
   return n;
 }
-/// Writes, at the index of each set bit of 24, `base` plus the number of set bits below it; the
-/// other elements become undefined.
+/// Writes, at the index of each set bit, `base` plus the number of set bits below it. `bits` has 24
+/// bits; the elements at the other bits become undefined.
 template <class V>
 PM_HD inline void number_set_bits(std::uint32_t bits, std::uint32_t base, std::uint32_t* to) {
   for (; bits != 0; bits &= bits - 1) to[countr_zero(bits)] = base++;
@@ -389,7 +392,8 @@ PM_HD inline void number_set_bits(std::uint32_t bits, std::uint32_t base, std::u
 #if defined(PM_WIDE_PACKS)
 template <>
 inline void store_points(float* to, WidePack x, WidePack y, WidePack z, int count) {
-  // Lane l of part k is float 16 k + l: coordinate (16 k + l) % 3 of point (16 k + l) / 3.
+  // Lane l of vector k is float 16 k + l: coordinate (16 k + l) % 3 of point (16 k + l) / 3. kXy is
+  // its lane in x (0 to 15) or y (16 to 31), kZ its lane in z.
   for (int k = 0; k < 3; ++k) {
     alignas(64) static constexpr std::int32_t kXy[3][16] = {
         {0, 16, 0, 1, 17, 0, 2, 18, 0, 3, 19, 0, 4, 20, 0, 5},
@@ -401,12 +405,12 @@ inline void store_points(float* to, WidePack x, WidePack y, WidePack z, int coun
         {10, 0, 0, 11, 0, 0, 12, 0, 0, 13, 0, 0, 14, 0, 0, 15}};
     constexpr __mmask16 kIsZ[3] = {0x4924, 0x2492, 0x9249};
     const __m512 xy = _mm512_permutex2var_ps(x, _mm512_load_si512(kXy[k]), y);
-    const __m512 all = _mm512_mask_permutexvar_ps(xy, kIsZ[k], _mm512_load_si512(kZ[k]), z);
-    const int left = 3 * count - 16 * k;
-    if (left >= 16) {
-      _mm512_storeu_ps(to + 16 * k, all);
-    } else if (left > 0) {
-      _mm512_mask_storeu_ps(to + 16 * k, static_cast<__mmask16>((1u << left) - 1), all);
+    const __m512 xyz = _mm512_mask_permutexvar_ps(xy, kIsZ[k], _mm512_load_si512(kZ[k]), z);
+    const int remaining = 3 * count - 16 * k;
+    if (remaining >= 16) {
+      _mm512_storeu_ps(to + 16 * k, xyz);
+    } else if (remaining > 0) {
+      _mm512_mask_storeu_ps(to + 16 * k, static_cast<__mmask16>((1u << remaining) - 1), xyz);
     }
   }
 }
@@ -430,11 +434,11 @@ inline void number_set_bits<WidePack>(std::uint32_t bits, std::uint32_t base, st
   const __m512i numbers =
       _mm512_add_epi32(_mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15),
                        _mm512_set1_epi32(static_cast<int>(base)));
-  const __m256i more = _mm256_add_epi32(_mm512_castsi512_si256(numbers),
-                                        _mm256_set1_epi32(popcount(bits & 0xffffu)));
+  const __m256i high_numbers = _mm256_add_epi32(_mm512_castsi512_si256(numbers),
+                                                _mm256_set1_epi32(popcount(bits & 0xffffu)));
   _mm512_storeu_si512(to, _mm512_maskz_expand_epi32(static_cast<__mmask16>(bits), numbers));
   _mm256_storeu_si256(reinterpret_cast<__m256i*>(to + 16),
-                      _mm256_maskz_expand_epi32(static_cast<__mmask8>(bits >> 16), more));
+                      _mm256_maskz_expand_epi32(static_cast<__mmask8>(bits >> 16), high_numbers));
 }
 #endif
 

@@ -43,13 +43,14 @@ struct Level {
   Int3 nodes;
   int cells = kBrickCells;
   int margin = 0;  ///< cells around a node on whose points its values depend
-  /// Constants for infinite support: near balls have near^3 <= reach |w|, distant ones an error of
-  /// at most truncation |w| / near^3 (far_field.h).
+  /// Constants for infinite support, where q.near is the minimum of a ball's q in a node: near
+  /// balls have q.near^3 <= reach |w|, distant ones an error of at most truncation |w| / q.near^3
+  /// (far_field.h).
   float reach = 0, truncation = 0;
 };
 
-/// Sets which balls are distant on a level: those whose error is below kFarTolerance * iso * cell.
-/// `cell`: edge of a cell in units of FieldScale::length.
+/// Sets `reach` and `truncation` so that balls are distant on a level if their error is below
+/// kFarTolerance * iso * cell. `cell`: edge of a cell in units of FieldScale::length.
 inline void set_reach(Level& level, float cell, float iso) {
   const float half = cell * static_cast<float>(level.cells + 2 * level.margin) / 2;
   // Where 1e30 limits the values, boxes extend to the maximum distance, and all balls are near.
@@ -132,8 +133,8 @@ struct ChildBoxes {
       const NodeBox box = node_box(grid, level.cells, level.margin, p);
       c[0][l] = box.low.x, c[1][l] = box.high.x, c[2][l] = box.low.y;
       c[3][l] = box.high.y, c[4][l] = box.low.z, c[5][l] = box.high.z;
-      const bool in = p.x < level.nodes.x && p.y < level.nodes.y && p.z < level.nodes.z;
-      exist |= (in ? 1u : 0u) << l;
+      const bool exists = p.x < level.nodes.x && p.y < level.nodes.y && p.z < level.nodes.z;
+      exist |= (exists ? 1u : 0u) << l;
       rim |= (box.has_rim ? 1u : 0u) << l;
     }
     range = {Lanes<V>::load(c[0]), Lanes<V>::load(c[1]), Lanes<V>::load(c[2]),
@@ -141,15 +142,16 @@ struct ChildBoxes {
   }
 };
 
-/// Bounds a sum of w / q over boxes by its value and gradient in their middles c. The largest
-/// second derivative at squared distance q is 6 |w| / q^2, so by Taylor's theorem
-///   |f(x) - f(c) - f'(c) (x - c)| <= 3 |w| |x - c|^2 / near^2.
-/// If a ball's values at its nearest and furthest points of the box give tighter bounds, these are
-/// used instead.
+/// Bounds a sum of terms f = w / q over boxes by the values and gradients in their middles c. The
+/// largest second derivative at squared distance q is 6 |w| / q^2, so by Taylor's theorem
+///   |f(x) - f(c) - f'(c) (x - c)| <= 3 |w| |x - c|^2 / near^2, near being the minimum of q.
+/// If a ball's values at the box's nearest and furthest points give tighter bounds, these are used
+/// instead. Factors such as 0.500001 and 3.00001 allow for rounding.
 template <class V>
 struct GradientBounds {
-  V x, y, z, half_x, half_y, half_z;  ///< the middles, and half the sides
-  V middle, gx, gy, gz, error;        ///< sums of values and gradients there, and of error bounds
+  V x, y, z, half_x, half_y, half_z;  ///< middles of the boxes, and half their sides
+  /// Sums of the values and gradients in the middles, and of the error bounds.
+  V middle_value, gx, gy, gz, error;
 
   PM_HD explicit GradientBounds(const CoordinateRange<V>& b)
       : x(0.5f * (b.low_x + b.high_x)),
@@ -158,12 +160,14 @@ struct GradientBounds {
         half_x(0.500001f * (b.high_x - b.low_x)),
         half_y(0.500001f * (b.high_y - b.low_y)),
         half_z(0.500001f * (b.high_z - b.low_z)),
-        middle(broadcast<V>(0.0f)),
-        gx(middle),
-        gy(middle),
-        gz(middle),
-        error(middle) {}
+        middle_value(broadcast<V>(0.0f)),
+        gx(middle_value),
+        gy(middle_value),
+        gz(middle_value),
+        error(middle_value) {}
 
+  /// Adds a ball whose q is at least `near` in the box, and whose values at the nearest and
+  /// furthest points are `at_near` and `at_far`.
   PM_HD void add(const RoundBall& ball, V near, V at_near, V at_far) {
     const V dx = ball.scale * (x - ball.x), dy = ball.scale * (y - ball.y),
             dz = ball.scale * (z - ball.z);
@@ -173,10 +177,12 @@ struct GradientBounds {
         ball.scale_squared * fma(half_x, half_x, fma(half_y, half_y, half_z * half_z));
     const V curvature_bound =
         3.00001f * (ball.w < 0 ? -ball.w : ball.w) * (half_diagonal2 / (near * near));
-    const V width = 0.5f * (at_near - at_far), half = max(width, -width);
-    const auto is_taylor_tighter = curvature_bound < half;
-    middle = middle + select(is_taylor_tighter, ball.w * inverse, 0.5f * (at_near + at_far));
-    error = error + select(is_taylor_tighter, curvature_bound, half);
+    const V half_difference = 0.5f * (at_near - at_far),
+            half_range = max(half_difference, -half_difference);
+    const auto is_taylor_tighter = curvature_bound < half_range;
+    middle_value =
+        middle_value + select(is_taylor_tighter, ball.w * inverse, 0.5f * (at_near + at_far));
+    error = error + select(is_taylor_tighter, curvature_bound, half_range);
     gx = gx + zero_unless(is_taylor_tighter, derivative * dx);
     gy = gy + zero_unless(is_taylor_tighter, derivative * dy);
     gz = gz + zero_unless(is_taylor_tighter, derivative * dz);
@@ -186,19 +192,20 @@ struct GradientBounds {
   template <class Team>
   PM_HD void refine_bounds(const Team& team, const FarField& far, const FarBox& box, V& lower,
                            V& upper) {
-    middle = team.group_sum(middle), error = team.group_sum(error);
+    middle_value = team.group_sum(middle_value), error = team.group_sum(error);
     gx = team.group_sum(gx), gy = team.group_sum(gy), gz = team.group_sum(gz);
     const FarSlope<V> far_slope(far.value, box, x, y, z);
     const V half_diagonal2 = fma(half_x, half_x, fma(half_y, half_y, half_z * half_z));
     // The polynomial's slope is off by at most 8.2 error / (half a side) along each axis: Shadrin
-    // 1995 gives the error of an interpolant's slope, and the sum of all |slope| is 12.3.
+    // 1995 gives the error of an interpolant's slope, and the |slope| of the Lagrange polynomials
+    // add up to at most 12.3. Over three axes, and with the error of the value, 26 errors suffice.
     const V slack = fma(half_diagonal2, broadcast<V>(far.second_derivative_bound),
                         broadcast<V>(26 * (far.error + far.rounding)));
     const V far_change = max_change(far_slope.x, far_slope.y, far_slope.z) + slack;
     const V total_change =
         max_change(gx + far_slope.x, gy + far_slope.y, gz + far_slope.z) + (error + slack);
-    lower = far_slope.value + max(lower - far_change, middle - total_change);
-    upper = far_slope.value + min(upper + far_change, middle + total_change);
+    lower = far_slope.value + max(lower - far_change, middle_value - total_change);
+    upper = far_slope.value + min(upper + far_change, middle_value + total_change);
   }
   /// Returns the change of a linear function of the given slope from a middle to the furthest
   /// corner.
@@ -275,23 +282,24 @@ struct ClassifyChildren {
     }
     lower = team.group_sum(lower), upper = team.group_sum(upper);
     magnitude = team.group_sum(magnitude), reached = team.group_sum(count);
-    // A sum can exceed its bound by the rounding errors of both, and twice the error of exp2().
-    auto terms = static_cast<float>(parent.count);
+    // A computed sum can exceed its computed bound by the rounding errors of both, and by twice the
+    // error of exp2().
+    auto term_count = static_cast<float>(parent.count);
     if constexpr (!F::kCompactSupport) {
       const FarBox box = far_box(grid, kBranching * level.cells, level.margin, parent.at);
       gradient_bounds.refine_bounds(team, far[p], box, lower, upper);
       magnitude = magnitude + far[p].size;
-      terms = static_cast<float>(balls.size);
+      term_count = static_cast<float>(balls.size);
     }
-    const V slack = magnitude * (2e-6f + 2.5e-7f * terms);
+    const V slack = magnitude * (2e-6f + 2.5e-7f * term_count);
     const std::uint32_t outside = Lanes<V>::bits(upper + slack <= iso);
     const std::uint32_t inside = Lanes<V>::bits(lower - slack > iso) & ~boxes.rim;
     return boxes.exist & ~outside & ~inside;
   }
 };
 
-/// Writes the kept children of a node with their ball lists. Teams share a node as in
-/// ClassifyChildren.
+/// Writes the kept children of a node with their ball lists: finds where each list begins, writes
+/// the nodes, and then fills the lists. Teams share a node as in ClassifyChildren.
 template <class F>
 struct FillChildren {
   static constexpr int kThreads = 512;
@@ -322,7 +330,7 @@ struct FillChildren {
     team.each(kChildren, [&](int c) {
       scratch.begin[c] = parent.children >> c & 1u ? child_entries[p * kChildren + c] - 1 : 0;
     });
-    team.each(1, [&](int) {  // the other teams do not read it
+    team.each(1, [&](int) {  // no team of this pass reads first_child
       if (begin == 0) parents[p].first_child = static_cast<std::uint32_t>(start.first);
     });
     team.sync();
@@ -380,7 +388,8 @@ struct Tree {
   Int3 roots = {1, 1, 1};              ///< along each axis; none is dropped
   View<const Node> nodes[kMaxLevels];  ///< [0]: bricks; [levels]: the roots, x fastest
 
-  /// Returns the index of the brick at `p`, or -1 if there is none.
+  /// Returns the index of the brick at `p`, or -1 if there is none. Its ancestor on level l is at
+  /// p / 4^l, which the code writes as p >> 2 l.
   PM_HD std::int64_t find(Int3 p) const {
     const Int3 root = {p.x >> 2 * levels, p.y >> 2 * levels, p.z >> 2 * levels};
     if (p.x < 0 || p.y < 0 || p.z < 0 || root.x >= roots.x || root.y >= roots.y ||
@@ -397,17 +406,18 @@ struct Tree {
     std::int64_t index = b;
     for (int l = 1; l <= levels; ++l) {
       index = nodes[l - 1][index].parent;
-      const Int3 here = nodes[l][index].at;
-      if (p.x >> 2 * l == here.x && p.y >> 2 * l == here.y && p.z >> 2 * l == here.z)
+      const Int3 node_position = nodes[l][index].at;
+      if (p.x >> 2 * l == node_position.x && p.y >> 2 * l == node_position.y &&
+          p.z >> 2 * l == node_position.z)
         return find_below(p, l, index);
     }
     return find(p);
   }
 
  private:
-  /// Returns the index of the brick at `p` below node `index` of level `from`, or -1.
-  PM_HD std::int64_t find_below(Int3 p, int from, std::int64_t index) const {
-    for (int l = from; l > 0; --l) {
+  /// Returns the index of the brick at `p` below node `index` of level `top_level`, or -1.
+  PM_HD std::int64_t find_below(Int3 p, int top_level, std::int64_t index) const {
+    for (int l = top_level; l > 0; --l) {
       const int shift = 2 * (l - 1);
       const Int3 at = {p.x >> shift, p.y >> shift, p.z >> shift};
       const Node& node = nodes[l][index];

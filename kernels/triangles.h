@@ -12,7 +12,8 @@
 
 namespace polymorph {
 
-/// Writes the vertices of a cell's triangles. `corners`: bit i is set if corner i is inside;
+/// Writes the vertex indices of a cell's triangles. `vertex`: the indices from the first slot of
+/// the cell's lowest corner on (BrickTable). `corners`: bit i is set if corner i is inside;
 /// `count`: 3 times the number of triangles.
 template <class V>
 PM_HD inline void write_selected(const std::uint32_t* vertex, const BrickTable& table, int corners,
@@ -63,6 +64,8 @@ struct EmitTriangles {
   std::int64_t capacity = 0;  ///< bricks that the views above can hold
   View<Triangle> triangles;
 
+  /// Finds the bricks that share edges with this one, finds the vertex on each crossed edge, counts
+  /// the triangles before each item of CellFlags, and writes the triangles.
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t team_index) const {
     const std::int64_t b = begin + team_index, first_triangle = first[b].second;
@@ -88,9 +91,9 @@ struct EmitTriangles {
     });
   }
 
-  /// Writes the vertices on the edges that begin at the points of a line. Edges of the first seven
-  /// points belong to this brick, or to the next along y or z on the last lines; edges of the
-  /// eighth point belong to the next brick along x.
+  /// Stores the indices of the vertices on the edges that begin at the points of a line. Edges of
+  /// the first seven points belong to this brick or, on the last lines, to the next brick along y
+  /// or z. Edges of the eighth point belong to the next brick along x.
   template <class V>
   PM_HD void number_line(Scratch& scratch, int line) const {
     const int y = line % kBrickPoints, z = line / kBrickPoints;
@@ -105,12 +108,13 @@ struct EmitTriangles {
       const std::uint32_t row = scratch.rows[owner + 1][r];
       const std::uint32_t vertex = scratch.first_vertex[owner + 1] + vertices_before(row);
       to += kRowEdges;
-      // The row's first point: its crossed edges, in the order x, y, z, have the row's first
-      // vertices.
+      // Only the row's first point is on this line. Its crossed edges, in the order x, y, z, have
+      // the row's first vertices.
       to[0] = vertex, to[1] = vertex + (row & 1u), to[2] = to[1] + (row >> 1 & 1u);
     }
   }
 
+  /// Writes the triangles of an item's cells from `to` on.
   template <class V, class Cells>
   PM_HD void emit(const Scratch& scratch, int item, Triangle* to) const {
     const Cells flags(scratch.inside, item);

@@ -40,6 +40,7 @@ template <class V>
 struct Bracket {
   V t0, g0, t1, g1, t2, g2;
 
+  /// Returns the root of the line through the first two points.
   PM_HD V line_root() const {
     const V rise = g0 - g1;
     // If different values have equal logarithms, both are within rounding of iso.
@@ -47,8 +48,8 @@ struct Bracket {
     return fma(t1 - t0, min(max(s, broadcast<V>(0.0f)), broadcast<V>(1.0f)), t0);
   }
 
-  /// Muller's method: the root, inside the bracket, of the parabola through the three points; where
-  /// rounding leaves none there, the root of the line.
+  /// Returns the root, inside the bracket, of the parabola through the three points (Muller's
+  /// method). If rounding leaves no root there, returns that of the line.
   PM_HD V parabola_root() const {
     const V h = t1 - t0, h2 = t2 - t0;
     const V slope = (g1 - g0) / h;
@@ -79,8 +80,8 @@ template <class F>
 struct BallVertexField {
   BrickField<F> field;
   BallList all_balls;
-  float iso = 1, floor = 0;
-  bool exact = true;  ///< whether exact sums may place vertices
+  float iso = 1, floor = 0;  ///< those of BallVertices
+  bool exact = true;         ///< whether exact sums may place vertices
 
   template <class V>
   PM_HD V value(const Points<V>& p) const {
@@ -96,8 +97,8 @@ struct BallVertexField {
   PM_HD Points<V> negated_gradient(const Points<V>& p) const {
     return field.negated_gradient(p);
   }
-  /// Returns a mask whose bit l is set if the field is flat along the edge of lane l. `outward`:
-  /// minus half the gradient there.
+  /// Returns a mask whose bit l is set if the field is flat along the edge of lane l (kFlat).
+  /// `outward`: minus half the gradient at the vertex.
   template <class V>
   PM_HD std::uint32_t flat_lanes(const Edges<V>& edges, const Points<V>& outward) const {
     if constexpr (F::kCompactSupport) return 0;
@@ -120,7 +121,7 @@ struct BallVertexField {
   }
 };
 
-/// Balls as a source of PlaceVertices.
+/// Source of PlaceVertices for balls.
 template <class F>
 struct BallVertices {
   Grid grid;
@@ -170,14 +171,15 @@ struct PlaceVertices {
     constexpr int kLanes = Lanes<V>::kCount;
     const std::int64_t b = begin + brick_item;
     const auto count = static_cast<int>(counts[b].first);
-    const std::int64_t out = first[b].first;
-    if (count == 0 || out + count > positions.size) return;
+    const std::int64_t first_vertex = first[b].first;
+    if (count == 0 || first_vertex + count > positions.size) return;
     team.each(kRows, [&](int r) {
       const std::uint32_t row = rows[b * kRows + r];
       write_set_bits<V>(row_edges(row), static_cast<std::uint32_t>(line_of_row(r)) << kLineShift,
                         scratch.edges + vertices_before(row));
     });
-    // Clears the last item's lanes without a vertex. With packs, a team is one thread.
+    // Clears the lanes of the last item that have no vertex. With packs, a team is one thread, so
+    // that no other thread writes here.
     if constexpr (kLanes > 1) std::fill_n(scratch.edges + count, kLanes - 1, 0u);
     team.sync();
     const Node brick = bricks[b];
@@ -185,11 +187,13 @@ struct PlaceVertices {
     team.each((count + kLanes - 1) / kLanes, [&](int item) {
       const Edges<V> edges = edges_at<V>(brick.at, values.data + brick_item * kBrickValues,
                                          Lanes<V>::load_bits(scratch.edges + item * kLanes));
-      place<V>(edges, field, out + item * kLanes, count - item * kLanes);
+      place<V>(edges, field, first_vertex + item * kLanes, count - item * kLanes);
     });
   }
-  static constexpr int kLineShift = 5;
+  static constexpr int kLineShift = 5;  ///< bits of an edge's index in its row, which is below 21
 
+  /// Unpacks edges, as in Scratch::edges, and finds their ends and the field there. `value`: the
+  /// brick's values.
   template <class V>
   PM_HD Edges<V> edges_at(Int3 brick, const float* value,
                           typename Edges<V>::Bits packed_edges) const {
@@ -200,22 +204,24 @@ struct PlaceVertices {
     out.axis = bit - 3u * x;
     const auto along_x = out.axis == 0u, along_y = out.axis == 1u, along_z = out.axis == 2u;
     const auto corner = [](int at) { return static_cast<float>(at * kBrickCells - 1); };
-    const Points<V> a = {signed_to_float(x) + corner(brick.x),
-                         signed_to_float(line % kBrickPoints) + corner(brick.y),
-                         signed_to_float(line / kBrickPoints) + corner(brick.z)};
-    // Same arithmetic as in grid_point().
-    out.from = {grid.origin.x + grid.cell * a.x, grid.origin.y + grid.cell * a.y,
-                grid.origin.z + grid.cell * a.z};
-    const Points<V> to = {grid.origin.x + grid.cell * (a.x + 1.0f),
-                          grid.origin.y + grid.cell * (a.y + 1.0f),
-                          grid.origin.z + grid.cell * (a.z + 1.0f)};
-    out.step = {zero_unless(along_x, to.x - out.from.x), zero_unless(along_y, to.y - out.from.y),
-                zero_unless(along_z, to.z - out.from.z)};
+    // The lower end in cells from the grid's origin.
+    const Points<V> lower_end = {signed_to_float(x) + corner(brick.x),
+                                 signed_to_float(line % kBrickPoints) + corner(brick.y),
+                                 signed_to_float(line / kBrickPoints) + corner(brick.z)};
+    // The arithmetic is that of grid_point(), for equal bits.
+    out.from = {grid.origin.x + grid.cell * lower_end.x, grid.origin.y + grid.cell * lower_end.y,
+                grid.origin.z + grid.cell * lower_end.z};
+    const Points<V> upper = {grid.origin.x + grid.cell * (lower_end.x + 1.0f),
+                             grid.origin.y + grid.cell * (lower_end.y + 1.0f),
+                             grid.origin.z + grid.cell * (lower_end.z + 1.0f)};
+    out.step = {zero_unless(along_x, upper.x - out.from.x),
+                zero_unless(along_y, upper.y - out.from.y),
+                zero_unless(along_z, upper.z - out.from.z)};
     const auto select_axis = [&](V x_value, V y_value, V z_value) {
       return select(along_x, x_value, select(along_y, y_value, z_value));
     };
     const auto last = [](int points) { return broadcast<V>(static_cast<float>(points - 1)); };
-    const V low = select_axis(a.x, a.y, a.z);
+    const V low = select_axis(lower_end.x, lower_end.y, lower_end.z);
     const auto below = low < 0.0f;
     const auto above =
         low == select_axis(last(grid.points.x), last(grid.points.y), last(grid.points.z));
@@ -229,12 +235,14 @@ struct PlaceVertices {
     return out;
   }
 
+  /// Returns the point at the fraction t of each edge.
   template <class V>
   PM_HD static Points<V> along(const Edges<V>& edges, V t) {
     return {fma(t, edges.step.x, edges.from.x), fma(t, edges.step.y, edges.from.y),
             fma(t, edges.step.z, edges.from.z)};
   }
 
+  /// Writes position and normal of the vertices on `count` edges, from index `to` on.
   template <class V, class Field>
   PM_HD void place(const Edges<V>& edges, const Field& field, std::int64_t to, int count) const {
     V t = midpoint ? broadcast<V>(0.5f) : find_root<V>(edges, field, 0);
@@ -274,6 +282,7 @@ struct PlaceVertices {
       const Points<V> at = along(edges, t);
       const V value = field.exact_where(flat, field.value(at), at);
       const V g = field.height(value);
+      // The estimate replaces the end of the bracket that is on the same side of iso.
       const auto lower = (value > iso) == (value0 > iso);
       b = {select(lower, t, b.t0), select(lower, g, b.g0),    select(lower, b.t1, t),
            select(lower, b.g1, g), select(lower, b.t0, b.t1), select(lower, b.g0, b.g1)};

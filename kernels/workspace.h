@@ -1,5 +1,5 @@
-// Work buffers of an engine and the backend that they belong to. They only grow, so that frames
-// after the first allocate nothing.
+// Work buffers of an engine, and the backend that they belong to. The buffers only grow, so that
+// frames after the first rarely allocate memory.
 #pragma once
 
 #include <cstddef>
@@ -23,8 +23,8 @@
 
 namespace polymorph {
 
-/// The buffers of all passes. Passes of one call share them. Only `uploaded_...` members and
-/// `has_table` tell what stays valid between calls.
+/// The buffers of all passes. Between calls, only the contents that an `uploaded_...` member or
+/// `has_table` describes stay valid.
 template <class B>
 struct Workspace {
   template <class T>
@@ -41,7 +41,7 @@ struct Workspace {
   Buffer<float> eased_times;
   std::shared_ptr<const BallPaths> uploaded_paths;  ///< contents of `paths` and `parts`
 
-  // Balls as given and as the kernels read them.
+  // Balls as they are given, and balls as the kernels read them.
   Buffer<Ball> raw_balls;
   BallSet uploaded_balls;  ///< contents of raw_balls; empty: unknown
   Buffer<RoundBall> round_balls;
@@ -72,7 +72,8 @@ struct Workspace {
   };
   std::vector<std::unique_ptr<UploadedDistances>> uploaded_distances;
 
-  // The tree (tree.h): [level], or [level % 2] where two levels are needed at a time.
+  // The tree (tree.h). The index is the level or, where only two levels are needed at a time,
+  // level % 2.
   Buffer<Node> nodes[kMaxLevels];
   Buffer<std::uint32_t> entries[2];
   Buffer<FarField> far[2];
@@ -80,7 +81,8 @@ struct Workspace {
   Buffer<std::uint32_t> child_entries;
   Buffer<Offsets> first;  ///< prefix sums of `sums`: each node's first child and entry
 
-  /// [level]: nodes and entries; [kMaxLevels]: vertices and triangles.
+  /// Element `level`: the level's numbers of nodes and entries; element kMaxLevels: the numbers of
+  /// vertices and triangles.
   Buffer<Offsets> totals_buffer;
   View<Offsets> totals;
 

@@ -40,7 +40,7 @@ Row make_row(const Analysis& morph) {
   return row;
 }
 
-/// Means of the columns, but the sum of the first one, the number of points.
+/// Returns the means of all columns except the first one, the number of points, which is summed.
 Row make_means(const std::vector<Row>& rows) {
   Row means;
   for (std::size_t c = 0; c < std::size(kColumns); ++c) {

@@ -6,7 +6,8 @@
 namespace polymorph {
 namespace {
 
-/// Times frames of a scene, traced by the CPU or by a GPU (make_renderer()).
+/// Times frames of a scene, traced by the CPU or by a GPU (make_renderer()). Adds no row if the GPU
+/// could not trace them and the CPU did.
 Status bench_frames(Bench& bench, const RenderScene& scene, const RenderSettings& settings,
                     const std::string& device) {
   PM_TRY(Renderer renderer, make_renderer(device));
@@ -38,7 +39,7 @@ void report_loops(Bench& bench, const std::vector<RayLoop>& loops) {
   }
 }
 
-/// Rate of a loop over that of the bare loop in the same round; the median over the rounds.
+/// Returns the median, over the rounds, of the ratio of a loop's rate to the bare loop's rate.
 double rate_ratio(const RayLoop& loop, const RayLoop& bare) {
   std::vector<double> ratios;
   for (std::size_t i = 0; i < loop.seconds.size(); ++i)
@@ -61,6 +62,7 @@ Status bench_device_rays(Bench& bench, const RenderScene& scene, const std::stri
          measure_device_rays(scene, *tracer, bench.settings.width, bench.settings.height,
                              bench.settings.repeats));
   report_loops(bench, loops);
+  // The loops come in pairs: bare and exact, for camera rays and then for scattered rays.
   report_ratios(bench, "share of bare rates, GPU", rate_ratio(loops[1], loops[0]),
                 rate_ratio(loops[3], loops[2]));
   return Ok{};
@@ -90,6 +92,7 @@ Status bench_render(Bench& bench, const std::string& device, const Mesh& mesh) {
   PM_TRY(const std::vector<RayLoop> loops,
          measure_rays(scene, bench.settings.width, bench.settings.height, bench.settings.repeats));
   report_loops(bench, loops);
+  // Loops 1 and 3 are plain Embree, loops 2 and 4 the renderer (measure_rays()).
   report_ratios(bench, "share of bare rates", rate_ratio(loops[2], loops[1]),
                 rate_ratio(loops[4], loops[3]));
   if (device != "cpu") PM_TRY_STATUS(bench_device_rays(bench, scene, device));

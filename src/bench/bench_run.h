@@ -11,7 +11,7 @@
 
 namespace polymorph {
 
-/// A run: its settings, its rows so far, and the printer of its table.
+/// A run of benchmarks: its settings, the function that prints its table, and its rows so far.
 struct Bench {
   const BenchSettings& settings;
   const std::function<void(const std::string&)>& print;

@@ -29,6 +29,7 @@ std::vector<Ball> torus_balls(int n, FieldKind kind) {
                       static_cast<float>(kMinor * std::sin(v)),
                       static_cast<float>(ring * std::sin(u))};
     const Ball ball = visit(kind, [&](auto field) {
+      // Balls of infinite support add up, so that each must be weak.
       const float constant = field.kCompactSupport ? 1 : 0.02f;
       return field.of_sphere(center, radius, {.blobbiness = 2, .blob_constant = constant});
     });
@@ -79,6 +80,7 @@ Status bench_interpolation(Bench& bench, const std::string& name, const Extracte
            return to_status(
                engine.interpolate(balls, attributes, mesh.positions, surface.settings, values));
          }));
+  // Per vertex, 12 bytes of position are read and 32 bytes of values are written.
   const double bytes = static_cast<double>(mesh.positions.size()) * (12 + 32);
   auto row = report_row(bench, name + ", carry", timing,
                         fmt::format("8 values to {} vertices", mesh.positions.size()));
@@ -92,8 +94,9 @@ Status bench_interpolation(Bench& bench, const std::string& name, const Extracte
   return Ok{};
 }
 
-/// The report's Table 6.7: surfaces per second by skin and influence resolution (here a whole
-/// number of cells), and the error of the volume due to the interpolation.
+/// Measures the report's Table 6.7: surfaces per second by skin resolution (cells along an axis)
+/// and influence resolution (here a whole number of cells), and the error of the volume that
+/// interpolation causes.
 Status bench_table(Bench& bench, Engine& engine) {
   PM_TRY(const BallFile file, bench_balls(bench.settings));
   const BallSet balls = file.balls;
@@ -127,7 +130,8 @@ Status bench_table(Bench& bench, Engine& engine) {
   return Ok{};
 }
 
-/// The report's Graph 6.1: times of the same surfaces on the CPU and, if there is one, on the GPU.
+/// Measures the report's Graph 6.1: times of the same surfaces on the CPU and, if there is one, on
+/// the GPU.
 Status bench_graph(Bench& bench) {
   PM_TRY(const BallFile file, bench_balls(bench.settings));
   const BallSet balls = file.balls;
@@ -174,12 +178,13 @@ Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Me
   PM_TRY_STATUS(extract_once(engine, balls, grid, settings, mesh));
   const std::string note =
       fmt::format("{} balls, {} triangles", balls.size(), mesh.triangles.size());
-  // The least number of bytes to write: the mesh, once.
+  // A lower bound of the bytes to write: positions, normals and triangles, once.
   const double bytes = static_cast<double>(mesh.positions.size() * 24 + mesh.triangles.size() * 12);
+  // `speed`: bandwidth of the memory that receives the mesh, bytes per second.
   const auto measure = [&](const std::string& name, double speed,
                            const char* speed_name) -> Status {
-    Mesh other;
-    Mesh& target = settings.download ? mesh : other;
+    Mesh unused_mesh;  // without a download, `mesh` keeps the surface for the next benchmarks
+    Mesh& target = settings.download ? mesh : unused_mesh;
     std::map<std::string, std::vector<double>> passes;
     std::vector<std::string> order;
     PM_TRY(const Timing timing, time_it(bench.settings.repeats, [&]() -> Status {

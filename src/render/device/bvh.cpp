@@ -35,7 +35,7 @@ Bvh build_bvh(const DeviceScene& scene) {
     std::vector<BvhCluster> merged;
     for (int i = 0; i < count; ++i) {
       const int partner = merge_partner(nearest.data(), count, i, round);
-      if (partner >= 0 && partner < i) continue;
+      if (partner >= 0 && partner < i) continue;  // the partner has merged both
       merged.push_back(clusters[static_cast<std::size_t>(i)]);
       if (partner < 0) continue;
       const BvhCluster &a = merged.back(), &b = clusters[static_cast<std::size_t>(partner)];

@@ -2,7 +2,7 @@
 // support. Triangles are sorted along a space-filling curve. Then each round merges the pairs of
 // clusters that are each other's nearest among their neighbours on the curve: parallel
 // locally-ordered clustering (Meister and Bittner 2018). This file has the steps for one triangle
-// or cluster, which CPU loops and GPU threads share.
+// or cluster, which the CPU's loops and the GPU's threads share.
 #pragma once
 
 #include <cstdint>

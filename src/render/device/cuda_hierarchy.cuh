@@ -30,6 +30,7 @@ struct Arrays {
   BvhNode* nodes;
 };
 
+/// Computes the curve position of each triangle of a mesh, whose triangles begin at index `first`.
 __global__ void __launch_bounds__(kThreads)
     place_triangles(const __grid_constant__ DeviceScene scene, std::uint32_t mesh, int first,
                     int count, Arrays arrays) {
@@ -41,6 +42,7 @@ __global__ void __launch_bounds__(kThreads)
   arrays.positions[first + i] = curve_position(scene.triangle_box(triangle).center(), scene.bounds);
 }
 
+/// Makes a cluster of each triangle, in sorted order.
 __global__ void __launch_bounds__(kThreads)
     make_leaves(const __grid_constant__ DeviceScene scene, int count, Arrays arrays) {
   const int i = thread_index();
@@ -56,17 +58,19 @@ __global__ void __launch_bounds__(kThreads)
   if (i < count) nearest[i] = nearest_cluster(clusters, count, i);
 }
 
-/// Sets the addends of a prefix sum: the lower 32 bits count the clusters that stay, the upper 32
-/// bits the nodes that merging them makes.
+/// Sets the addends of a prefix sum: the lower 32 bits count the clusters that remain after the
+/// round, the upper 32 bits the nodes that merging makes.
 __global__ void __launch_bounds__(kThreads)
     count_slots(const int* nearest, int count, int round, unsigned long long* slots) {
   const int i = thread_index();
   if (i > count) return;
   const int partner = i < count ? merge_partner(nearest, count, i, round) : -1;
-  const bool stays = i < count && !(partner >= 0 && partner < i);
-  slots[i] = (stays ? 1ull : 0) | (stays && partner >= 0 ? 1ull << 32 : 0);
+  const bool remains = i < count && !(partner >= 0 && partner < i);
+  slots[i] = (remains ? 1ull : 0) | (remains && partner >= 0 ? 1ull << 32 : 0);
 }
 
+/// Merges each cluster with its partner, and writes the clusters that remain. `slots`: prefix sums
+/// of count_slots().
 __global__ void __launch_bounds__(kThreads)
     merge_clusters(const BvhCluster* clusters, const int* nearest, int count, int round,
                    const unsigned long long* slots, int node_count, BvhNode* nodes,
@@ -112,7 +116,7 @@ class CudaHierarchy {
       const int n = static_cast<int>(count);
       cub::DeviceRadixSort::SortPairs(scratch_.data(), bytes, arrays.positions,
                                       arrays.sorted_positions, arrays.order, arrays.sorted_order, n,
-                                      0, 30, stream);
+                                      0, 30, stream);  // a position has 30 bits
       hierarchy::make_leaves<<<block_count(count), kThreads, 0, stream>>>(scene, n, arrays);
       if (const cudaError_t error = merge(n, stream, arrays, node_count)) return error;
     }
@@ -128,6 +132,8 @@ class CudaHierarchy {
   }
 
  private:
+  /// Allocates memory for `count` triangles, and places the arrays in it one after the other, each
+  /// aligned to 256 bytes.
   cudaError_t reserve(std::size_t count, hierarchy::Arrays& arrays) {
     std::size_t size = 0;
     const auto assign = [&](auto*& array, std::size_t items) {
@@ -149,13 +155,13 @@ class CudaHierarchy {
       assign(arrays.slots, count + 1);
       if (const cudaError_t error = memory_.reserve(size)) return error;
     }
-    std::size_t sort = 0, scan = 0;
+    std::size_t sort_bytes = 0, scan_bytes = 0;
     const int n = static_cast<int>(count);
-    cub::DeviceRadixSort::SortPairs(nullptr, sort, arrays.positions, arrays.sorted_positions,
+    cub::DeviceRadixSort::SortPairs(nullptr, sort_bytes, arrays.positions, arrays.sorted_positions,
                                     arrays.order, arrays.sorted_order, n);
-    cub::DeviceScan::ExclusiveSum(nullptr, scan, arrays.slots, arrays.slots, n + 1);
+    cub::DeviceScan::ExclusiveSum(nullptr, scan_bytes, arrays.slots, arrays.slots, n + 1);
     if (const cudaError_t error = total_.reserve(sizeof(unsigned long long))) return error;
-    return scratch_.reserve(std::max(sort, scan));
+    return scratch_.reserve(std::max(sort_bytes, scan_bytes));
   }
 
   /// Merges clusters in rounds until one is left.

@@ -5,6 +5,7 @@
 
 namespace polymorph {
 
+/// A buffer that only grows. Kind: OnDevice or OnHost.
 template <class Kind>
 class GrowingMemory {
  public:

@@ -1,5 +1,5 @@
-// CUDA path tracer with one thread per path. Compiled without contraction and with denormals
-// flushed to zero, as the CPU's tiles are.
+// CUDA path tracer with one thread per path. This file is compiled without contraction and with
+// denormals flushed to zero, because the CPU traces in this way, too.
 #include <algorithm>
 #include <cstdlib>
 #include <string>
@@ -13,8 +13,8 @@
 namespace polymorph {
 namespace {
 
-/// Minimum number of resident blocks per multiprocessor. It limits the registers per thread, but
-/// more blocks hide the latency of memory.
+/// Minimum number of resident blocks per multiprocessor: more blocks hide the latency of memory,
+/// but leave fewer registers per thread.
 constexpr int kBlocks = 5;
 
 /// Rows of the picture that one kernel launch traces.
@@ -53,6 +53,8 @@ __global__ void __launch_bounds__(kThreads)
   count_rays(stats, tally);
 }
 
+/// Traces the samples of a band's pixels, one sample per thread: lights[path] has all samples of
+/// the first pixel, then those of the next.
 __global__ void __launch_bounds__(kThreads, kBlocks)
     trace_paths(const __grid_constant__ DeviceFrame frame, Band band, Film film, PathLight* lights,
                 Tally* tally) {
@@ -72,6 +74,7 @@ __global__ void __launch_bounds__(kThreads, kBlocks)
   count_rays(stats, tally);
 }
 
+/// Sums the lights of each pixel of a band into its nodes.
 __global__ void __launch_bounds__(kThreads)
     sum_pixels(int first_sample, int end_sample, int width, Band band, int node_count, Film film,
                const PathLight* lights) {
@@ -84,6 +87,7 @@ __global__ void __launch_bounds__(kThreads)
               film.sums + static_cast<std::size_t>(pixel) * node_count);
 }
 
+/// Marks converged pixels, one tile per thread, and counts the tiles with other pixels.
 __global__ void __launch_bounds__(kThreads)
     mark_tiles(const __grid_constant__ DeviceFrame frame, Film film, Tally* tally) {
   const int tile = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
@@ -152,6 +156,7 @@ class CudaTracer : public DeviceTracer {
     DeviceFrame frame;
     if (const cudaError_t error = upload(job, pack_frame(job, nullptr, nullptr, frame), frame))
       return error;
+    // The rays take the memory of the lights, and the hits that of the film.
     if (const cudaError_t error = lights_.reserve(rays.size_bytes())) return error;
     if (const cudaError_t error = film_.reserve(hits.size_bytes())) return error;
     cudaMemcpyAsync(lights_.data(), rays.data(), rays.size_bytes(), cudaMemcpyHostToDevice,
@@ -165,6 +170,8 @@ class CudaTracer : public DeviceTracer {
     return cudaMemcpy(hits.data(), film_.data(), hits.size_bytes(), cudaMemcpyDeviceToHost);
   }
 
+  /// Traces a frame in rounds of samples (round_end()). With adaptive sampling, each round marks
+  /// the pixels that have converged, and tracing ends when none is left.
   cudaError_t trace_frame(const FrameJob& job, std::size_t bytes, const DeviceBuffers& buffers,
                           DeviceFilm& film, RayStats& stats) {
     DeviceFrame frame;
@@ -181,14 +188,15 @@ class CudaTracer : public DeviceTracer {
     // this order. All but the marks are copied back.
     const std::size_t film_size =
         kFilmStart + sum_count * sizeof(PixelSum) + center_count * sizeof(MeshHit);
-    const std::size_t marks = frame.noise > 0 ? width * height * sizeof(bool) : 0;
-    if (const cudaError_t error = film_.reserve(film_size + marks)) return error;
+    const std::size_t mark_bytes = frame.noise > 0 ? width * height * sizeof(bool) : 0;
+    if (const cudaError_t error = film_.reserve(film_size + mark_bytes)) return error;
     if (const cudaError_t error = host_film_.reserve(film_size)) return error;
     auto* tally = film_.as<Tally>();
     auto* sums = reinterpret_cast<PixelSum*>(film_.data() + kFilmStart);
-    const Film on_device{sums, reinterpret_cast<MeshHit*>(sums + sum_count),
-                         marks > 0 ? reinterpret_cast<bool*>(film_.data() + film_size) : nullptr};
-    cudaMemsetAsync(film_.data(), 0, film_size + marks, stream_);
+    const Film on_device{
+        sums, reinterpret_cast<MeshHit*>(sums + sum_count),
+        mark_bytes > 0 ? reinterpret_cast<bool*>(film_.data() + film_size) : nullptr};
+    cudaMemsetAsync(film_.data(), 0, film_size + mark_bytes, stream_);
     if (frame.finds_centers)
       find_centers<<<block_count(width * height), kThreads, 0, stream_>>>(frame, on_device.centers,
                                                                           tally);
@@ -197,16 +205,17 @@ class CudaTracer : public DeviceTracer {
       frame.first_sample = first;
       frame.end_sample = end;
       const auto samples = static_cast<std::size_t>(end - first);
+      // A launch of a shorter round traces more rows.
       trace_round(frame, buffers.rows * buffers.samples / samples, on_device, tally);
       if (const cudaError_t error = cudaGetLastError()) return error;
       if (end == job.samples.end) break;
       mark_tiles<<<block_count(count_tiles(frame)), kThreads, 0, stream_>>>(frame, on_device,
                                                                             tally);
-      auto& so_far = *host_film_.as<Tally>();
-      cudaMemcpyAsync(&so_far, tally, sizeof so_far, cudaMemcpyDeviceToHost, stream_);
+      auto& host_tally = *host_film_.as<Tally>();
+      cudaMemcpyAsync(&host_tally, tally, sizeof host_tally, cudaMemcpyDeviceToHost, stream_);
       cudaMemsetAsync(&tally->remaining, 0, sizeof tally->remaining, stream_);
       if (const cudaError_t error = cudaStreamSynchronize(stream_)) return error;
-      if (so_far.remaining == 0) break;
+      if (host_tally.remaining == 0) break;
     }
     cudaMemcpyAsync(host_film_.data(), film_.data(), film_size, cudaMemcpyDeviceToHost, stream_);
     if (const cudaError_t error = cudaStreamSynchronize(stream_)) return error;
@@ -227,7 +236,7 @@ class CudaTracer : public DeviceTracer {
     return count;
   }
 
-  /// Traces the samples of a round, `rows` rows per launch, and sums them.
+  /// Traces the samples of a round, `rows` rows of the picture per launch, and sums them.
   void trace_round(const DeviceFrame& frame, std::size_t rows, Film film, Tally* tally) {
     const auto width = static_cast<std::size_t>(frame.camera.size.width),
                height = static_cast<std::size_t>(frame.camera.size.height),
@@ -243,7 +252,7 @@ class CudaTracer : public DeviceTracer {
     }
   }
 
-  static constexpr std::size_t kFilmStart = 256;
+  static constexpr std::size_t kFilmStart = 256;  ///< offset of the sums in `film_`, bytes
 
   int index_;
   cudaStream_t stream_ = nullptr;

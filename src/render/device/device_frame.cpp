@@ -8,7 +8,8 @@
 namespace polymorph {
 namespace {
 
-/// Copies arrays to one block of memory, one after the other.
+/// Copies arrays to one block of memory, one after the other. put() returns addresses in the block
+/// that will begin at `address`; the contents are written to `bytes`, unless it is null.
 class Packer {
  public:
   Packer(const void* address, std::byte* bytes)
@@ -108,8 +109,8 @@ SkyTables pack_sky(const SkyTables& sky, Packer& packer) {
   return packed;
 }
 
-/// Tests whether a layer's borders use a split hierarchy. It returns any of several equally close
-/// points, and a GPU may return another one.
+/// Tests whether a layer's borders use a split hierarchy. A search in it returns any of several
+/// equally close points, and a GPU may return another one than the CPU.
 bool has_split_borders(const MaterialLayer& layer) {
   return !layer.borders.border_index.empty() && layer.borders.closest->view().is_split;
 }
@@ -140,20 +141,21 @@ DeviceBuffers size_buffers(const FrameJob& job, const DeviceFrame& frame, std::s
     end = round_end(frame.noise, first, frame.end_sample);
     samples = std::max(samples, static_cast<std::size_t>(end - first));
   }
-  const std::size_t pixel = static_cast<std::size_t>(frame.node_count) * sizeof(PixelSum) +
-                            (frame.finds_centers ? sizeof(MeshHit) : 0) + sizeof(bool);
+  const std::size_t pixel_bytes = static_cast<std::size_t>(frame.node_count) * sizeof(PixelSum) +
+                                  (frame.finds_centers ? sizeof(MeshHit) : 0) + sizeof(bool);
   std::size_t triangles = 0;
   for (std::uint32_t m = 0; m < job.world.geometry->mesh_count(); ++m)
     triangles += job.world.geometry->mesh(m).triangles.size();
-  const std::size_t fixed = frame_bytes + triangles * kHierarchyBytes + width * height * pixel;
-  const std::size_t row = width * samples * sizeof(PathLight);
+  const std::size_t fixed_bytes =
+      frame_bytes + triangles * kHierarchyBytes + width * height * pixel_bytes;
+  const std::size_t row_bytes = width * samples * sizeof(PathLight);
   std::size_t rows = std::clamp<std::size_t>(kMaxPaths / (width * samples), 1, height);
   if (max_memory == 0) return {rows, samples, ""};
-  rows = std::min(rows, max_memory > fixed ? (max_memory - fixed) / row : 0);
+  rows = std::min(rows, max_memory > fixed_bytes ? (max_memory - fixed_bytes) / row_bytes : 0);
   if (rows > 0) return {rows, samples, ""};
   return {0, 0,
           fmt::format("a frame that takes {} of the GPU's memory, above --max-memory",
-                      format_bytes(static_cast<double>(fixed + row)))};
+                      format_bytes(static_cast<double>(fixed_bytes + row_bytes)))};
 }
 
 std::size_t pack_frame(const FrameJob& job, const void* address, std::byte* bytes,
@@ -161,7 +163,7 @@ std::size_t pack_frame(const FrameJob& job, const void* address, std::byte* byte
   Packer packer(address, bytes);
   const TracedScene& geometry = *job.world.geometry;
   frame.world = job.world;
-  frame.world.geometry = nullptr;
+  frame.world.geometry = nullptr;  // frame.scene takes its place
   frame.world.sky = pack_sky(job.world.sky, packer);
   frame.world.suns = packer.put(job.world.suns);
   frame.world.lamps = packer.put(job.world.lamps);

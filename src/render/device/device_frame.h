@@ -11,13 +11,14 @@
 
 namespace polymorph {
 
+/// A frame to trace. Its pointers refer to the block of memory (pack_frame()).
 struct DeviceFrame {
   World world;
   DeviceScene scene;
   CameraSetup camera;
   FrameSampler sampler;
   int first_sample = 0, end_sample = 0;
-  int node_count = 0;             ///< nodes that sum these samples
+  int node_count = 0;             ///< number of nodes that sum the frame's samples (list_nodes())
   bool finds_centers = false;     ///< whether the rays through pixels' centres are traced
   bool looks_for_motion = false;  ///< FrameJob::looks_for_motion()
   float noise = 0;                ///< ImageSettings::noise: above 0 pixels stop when they converge
@@ -26,7 +27,7 @@ struct DeviceFrame {
 /// Bytes of device memory per triangle for the hierarchy and its construction.
 inline constexpr std::size_t kHierarchyBytes = 192;
 
-/// Names what the frame has that a GPU does not trace, for the log; empty if a GPU can trace it.
+/// Names a feature of the frame that a GPU does not trace, for the log; empty if there is none.
 std::string find_device_obstacle(const FrameJob& job);
 
 /// Buffers of a device that traces a frame some rows at a time.
@@ -36,15 +37,15 @@ struct DeviceBuffers {
   std::string error;        ///< why not even one row fits, for the log; else empty
 };
 
-/// Chooses the rows of a launch: at most 4 million paths (a row may have more), and no more than
-/// fit into `max_memory` bytes (0: no limit) beside the packed frame of `frame_bytes`, the
-/// hierarchy and the film.
+/// Chooses the rows of a launch. They have at most 4 million paths (unless a single row has more).
+/// They fit into `max_memory` bytes (0: no limit), together with the packed frame of `frame_bytes`,
+/// the hierarchy and the film.
 DeviceBuffers size_buffers(const FrameJob& job, const DeviceFrame& frame, std::size_t frame_bytes,
                            std::size_t max_memory);
 
 /// Packs a frame for memory that begins at `address`, and returns its size in bytes. Writes the
-/// contents of that memory to `bytes` unless it is null. `frame` then refers to memory at
-/// `address`; its scene does not yet have a hierarchy.
+/// contents of that memory to `bytes`; with null, only the size counts. `frame` then refers to
+/// memory at `address`; its scene does not yet have a hierarchy.
 std::size_t pack_frame(const FrameJob& job, const void* address, std::byte* bytes,
                        DeviceFrame& frame);
 

@@ -118,7 +118,7 @@ struct DeviceScene {
     return {inverse, -(ray.origin * inverse)};
   }
   /// Computes the distance at which a ray enters a box, or infinity for a miss. The result may
-  /// differ between processors; the margin of the boxes is larger than its error.
+  /// differ between processors; the boxes' margin is larger than its error.
   PM_HD static float enter(const Box& box, const BoxRay& ray, float far) {
 #if defined(__CUDA_ARCH__)
     const auto at = [](float p, float inverse, float shift) {
@@ -153,18 +153,20 @@ struct DeviceScene {
     const DeviceScene& scene;
     PM_HD bool operator()(BvhTriangle t, const Ray& ray, TriangleIntersection& at) const {
       const DeviceTracedMesh& traced = scene.meshes[t.mesh];
-      const std::uint32_t* v = traced.mesh->triangles[t.triangle].v;
-      const Vec3 a = traced.at(v[0], ray.time), e = traced.at(v[1], ray.time) - a,
-                 f = traced.at(v[2], ray.time) - a;
-      const Vec3 p = cross(ray.direction, f), s = ray.origin - a, q = cross(s, e);
-      const float scale = 1 / dot(e, p);
-      const float u = dot(s, p) * scale, v2 = dot(ray.direction, q) * scale,
-                  distance = dot(f, q) * scale;
-      if (!(u >= 0 && v2 >= 0 && u + v2 <= 1 && distance > 0 && distance < ray.far)) return false;
-      at = {static_cast<double>(distance), static_cast<double>(u), static_cast<double>(v2)};
+      const std::uint32_t* corners = traced.mesh->triangles[t.triangle].v;
+      const Vec3 a = traced.at(corners[0], ray.time), edge1 = traced.at(corners[1], ray.time) - a,
+                 edge2 = traced.at(corners[2], ray.time) - a;
+      const Vec3 p = cross(ray.direction, edge2), s = ray.origin - a, q = cross(s, edge1);
+      const float scale = 1 / dot(edge1, p);
+      const float u = dot(s, p) * scale, v = dot(ray.direction, q) * scale,
+                  distance = dot(edge2, q) * scale;
+      if (!(u >= 0 && v >= 0 && u + v <= 1 && distance > 0 && distance < ray.far)) return false;
+      at = {static_cast<double>(distance), static_cast<double>(u), static_cast<double>(v)};
       return true;
     }
   };
+  /// Finds the nearest hit. Among equally near hits, the one with the lowest mesh and then the
+  /// lowest triangle counts, whatever the order of the search.
   template <class Test>
   PM_HD MeshHit find_closest(const Ray& ray, const Test& intersects) const {
     MeshHit best;
@@ -184,7 +186,7 @@ struct DeviceScene {
     return best;
   }
   /// Calls f(triangle, intersection) for the triangles that the ray hits, in nearer nodes first. f
-  /// returns the maximum distance of further hits.
+  /// returns the maximum distance of further hits; if it is negative, the search ends.
   template <class Test, class F>
   PM_HD void for_each_intersected(const Ray& ray, const Test& intersects, const F& f) const {
     if (misses_box(bounds, ray)) return;
@@ -202,12 +204,12 @@ struct DeviceScene {
         const BvhNode node = load_node(nodes.data(), next);
         const float left = enter(node.boxes[0], box_ray, far),
                     right = enter(node.boxes[1], box_ray, far);
-        const auto a = static_cast<std::uint32_t>(node.children[0]),
-                   b = static_cast<std::uint32_t>(node.children[1]);
+        const auto left_child = static_cast<std::uint32_t>(node.children[0]),
+                   right_child = static_cast<std::uint32_t>(node.children[1]);
         const bool left_first = left <= right;
-        next = left_first ? a : b;
+        next = left_first ? left_child : right_child;
         if (max(left, right) < kInfinity)
-          stack[count++] = left_first ? b : a;
+          stack[count++] = left_first ? right_child : left_child;
         else if (!(min(left, right) < kInfinity))
           next = stack[--count];
       }

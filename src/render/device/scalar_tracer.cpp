@@ -9,7 +9,7 @@
 namespace polymorph {
 namespace {
 
-/// Memory of a packed frame, and its hierarchy.
+/// Memory of a packed frame and of its hierarchy, to which `frame` then refers.
 struct PackedFrame {
   std::vector<std::byte> memory;
   Bvh bvh;
@@ -24,6 +24,7 @@ struct PackedFrame {
   }
 };
 
+/// Runs the GPU's code on the CPU; rows of the picture run in parallel.
 class ScalarTracer : public DeviceTracer {
  public:
   std::string find_hits(const FrameJob& job, std::span<const Ray> rays, bool bare,
@@ -49,9 +50,9 @@ class ScalarTracer : public DeviceTracer {
                nodes = static_cast<std::size_t>(frame.node_count);
     sums_.assign(width * height * nodes, {});
     centers_.resize(width * height);
-    std::vector<char> done(width * height);
+    std::vector<char> done(width * height);  // vector<bool> has no array of bool
     auto* is_done = reinterpret_cast<bool*>(done.data());
-    std::vector<RayStats> rows(height);
+    std::vector<RayStats> row_stats(height);
     for (int first = job.samples.first, end; first < job.samples.end; first = end) {
       end = round_end(frame.noise, first, job.samples.end);
       frame.first_sample = first;
@@ -63,7 +64,7 @@ class ScalarTracer : public DeviceTracer {
           const std::size_t pixel = row * width + static_cast<std::size_t>(x);
           if (!is_done[pixel])
             trace_pixel(frame, x, static_cast<int>(y), &sums_[pixel * nodes], centers_[pixel],
-                        rows[row]);
+                        row_stats[row]);
         }
       });
       if (end == job.samples.end) break;
@@ -73,7 +74,7 @@ class ScalarTracer : public DeviceTracer {
         any_left = mark_tile(frame, tile, sums_.data(), is_done) || any_left;
       if (!any_left) break;
     }
-    for (const RayStats& row : rows) {
+    for (const RayStats& row : row_stats) {
       stats.rays += row.rays;
       stats.paths += row.paths;
     }

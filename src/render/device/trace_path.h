@@ -45,7 +45,8 @@ PM_HD inline void trace_final_ray(const World& world, const DeviceScene& scene, 
   leave_scene(world, path, true);
 }
 
-/// Traces the light along a camera ray.
+/// Traces the light along a camera ray. Each round of the loop ends in a hit on a mesh, a hit on
+/// the floor, or the sky.
 PM_HD inline PathLight trace_path(const DeviceFrame& frame, const Ray& ray, SampleIndex sample,
                                   RayStats& stats) {
   const World& world = frame.world;
@@ -69,6 +70,7 @@ PM_HD inline PathLight trace_path(const DeviceFrame& frame, const Ray& ray, Samp
     const MeshHit hit = scene.closest(shortened);
     const VertexRandomOf<float> random{
         {frame.sampler, sample.sequence, sample.reversed}, depth, world.direct_only};
+    // The packet of this vertex has one live path.
     VerticesOf<Vec3, ShadowRay> vertex{path, 0, {}, true, {}, shadows};
     if (hit.mesh != kNoMesh) {
       add_hit_lamps(world, path, hit.distance, true);
@@ -133,10 +135,10 @@ PM_HD inline PathLight trace_sample(const DeviceFrame& frame, int x, int y, std:
 }
 
 /// Sums the lights of the samples [first, end) of a pixel into their nodes, as SampleSums does.
-/// `continues`: nodes[0] is the sum of all earlier samples.
+/// `continues`: at first, nodes[0] is the sum of all earlier samples.
 PM_HD inline void sum_samples(const PathLight* lights, int first, int end, bool continues,
                               PixelSum* nodes) {
-  // A range has at most 2^12 blocks (kMaxSamples), and at most two nodes of each of 13 sizes.
+  // A range has at most 2^12 blocks (kMaxSamples). Its nodes have 13 sizes, at most two nodes each.
   constexpr int kMaxNodes = 26;
   BlockSpan spans[kMaxNodes];
   PixelSum sums[kMaxNodes];
@@ -151,6 +153,7 @@ PM_HD inline void sum_samples(const PathLight* lights, int first, int end, bool 
     for (int s = start; s < end && s < start + kSampleBlock; ++s)
       add_sample(sum, *lights++, s % 2 == 1);
     BlockSpan span{start / kSampleBlock, 1};
+    // Merges the node with its sibling, the result with its sibling, and so on.
     for (; count > 0 && are_siblings(spans[count - 1], span); --count) {
       sums[count - 1].add(sum);
       sum = sums[count - 1];
@@ -162,7 +165,7 @@ PM_HD inline void sum_samples(const PathLight* lights, int first, int end, bool 
   for (int i = 0; i < count; ++i) nodes[i] = sums[i];
 }
 
-/// Number of tiles that are sampled together.
+/// Returns the number of tiles of the picture.
 PM_HD inline int count_tiles(const DeviceFrame& frame) {
   const auto tiles = [](int pixels) { return (pixels + kTile - 1) / kTile; };
   return tiles(frame.camera.size.width) * tiles(frame.camera.size.height);
