@@ -90,7 +90,7 @@ def wrong_paths(word: str):
         yield f"`{word}`: no such file"
 
 
-found = []
+all_problems = []
 for page in PAGES:
     text = page.read_text(encoding="utf-8")
     problems = list(wrong_links(page, text))
@@ -100,29 +100,31 @@ for page in PAGES:
             problems += wrong_command(line)
             if inline:
                 problems += wrong_paths(line)
-    found += [f"{page.relative_to(ROOT)}: {problem}" for problem in problems]
+    all_problems += [f"{page.relative_to(ROOT)}: {problem}" for problem in problems]
+# Environment variables: docs/settings.md describes each, and a test of the program uses it.
 variables = set(re.findall(r'"(POLYMORPH_[A-Z_]+)"', "".join(p.read_text(encoding="utf-8") for p in (ROOT / "src").rglob("*.cpp"))))
 tested = "".join(p.read_text(encoding="utf-8") for p in (ROOT / "tests/cli").glob("*.cpp"))
 for name in sorted(variables):
     if f"`{name}`" not in (ROOT / "docs/settings.md").read_text(encoding="utf-8"):
-        found.append(f"docs/settings.md: says nothing of {name}")
+        all_problems.append(f"docs/settings.md: says nothing of {name}")
     if f'"{name}"' not in tested:
-        found.append(f"tests/cli: nothing tests {name}")
+        all_problems.append(f"tests/cli: nothing tests {name}")
+# Rooms: CONTRIBUTING.md lists them in order, and docs/architecture.md describes each.
 rooms = re.findall(r'"(\w+)"', re.search(r"^ROOMS = \[(.*?)\]", (ROOT / "scripts/check_layers.py").read_text(encoding="utf-8"), re.M | re.S)[1])
 if ", ".join(rooms) not in " ".join((ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").split()):
-    found.append("CONTRIBUTING.md: the list of rooms is not that of scripts/check_layers.py")
+    all_problems.append("CONTRIBUTING.md: the list of rooms is not that of scripts/check_layers.py")
 for room in rooms:
     if f"`{room}`" not in (ROOT / "docs/architecture.md").read_text(encoding="utf-8"):
-        found.append(f"docs/architecture.md: says nothing of the room {room}")
+        all_problems.append(f"docs/architecture.md: says nothing of the room {room}")
 for page, limit in MAX_LINES.items():
     if (count := len((ROOT / page).read_text(encoding="utf-8").splitlines())) > limit:
-        found.append(f"{page}: {count} lines, more than {limit}")
-found += [f"docs/method.md: a sentence of {count} words: {start} ..." for count, start in long_sentences((ROOT / "docs/method.md").read_text(encoding="utf-8"))]
+        all_problems.append(f"{page}: {count} lines, more than {limit}")
+all_problems += [f"docs/method.md: a sentence of {count} words: {start} ..." for count, start in long_sentences((ROOT / "docs/method.md").read_text(encoding="utf-8"))]
 version = re.search(r"project\(polymorph VERSION ([\d.]+)", (ROOT / "CMakeLists.txt").read_text(encoding="utf-8"))[1]
 for page, version_line in (("CHANGELOG.md", r"^## (?:Unreleased \()?([\d.]+)"), ("CITATION.cff", r"^version: (.*)")):
     if re.search(version_line, (ROOT / page).read_text(encoding="utf-8"), re.M)[1] != version:
-        found.append(f"{page}: its newest version is not {version}, that of CMakeLists.txt")
+        all_problems.append(f"{page}: its newest version is not {version}, that of CMakeLists.txt")
 if len(options) < 10 or len(variables) < 10:
-    found.append("found too few subcommands or variables in src: the pattern of this script is out of date")
-print("\n".join(found) if found else f"docs: ok ({len(PAGES)} pages)")
-sys.exit(1 if found else 0)
+    all_problems.append("found too few subcommands or variables in src: the pattern of this script is out of date")
+print("\n".join(all_problems) if all_problems else f"docs: ok ({len(PAGES)} pages)")
+sys.exit(1 if all_problems else 0)
