@@ -16,7 +16,7 @@ Result<FramePattern> parse_pattern(const std::string& text) {
                       "{}: the frame number (####) must stand in the file name, not in a folder's",
                       text);
   FramePattern pattern;
-  std::string* target = &pattern.before;
+  std::string* target = &pattern.before;  // `after`, once the number has been read
   *target = text.substr(0, name_at);
   const auto set_digits = [&](int digits) -> Status {
     if (pattern.digits > 0)

@@ -21,6 +21,7 @@ volatile std::sig_atomic_t stop_signal = 0;
 timer_t end_timer;
 bool has_end_timer = false;
 constexpr double kGraceSeconds = 0.8;  ///< processor time to complete frames in progress
+/// The timer's 1.7 seconds are the sum of these two.
 constexpr time_t kMaxGraceSeconds = 1;
 constexpr long kMaxGraceNanoseconds = 700000000;
 
