@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""check_words.py [PATH...]: holds the words of the sources to the rules of CONTRIBUTING.md, "Style".
+"""check_words.py [PATH...]: checks names and comments of the sources by the rules of CONTRIBUTING.md, "Style".
 
 Doc comments begin with a verb or the noun that they define; a comment after a member is no prepositional phrase; locals are nouns;
 constants are kMax and kMin; functions are verbs, with few exceptions; help texts are sentences with a subject; no two files share a

@@ -22,13 +22,13 @@ class Run:
     forge: str = ""  # "github", "gitlab", or "" for any other place
     branch: str = ""  # accepted frames are pushed to it
     commit: str = ""  # the branch's head, which is tested
-    number: int = 0  # of the pull or merge request; 0: none
+    number: int = 0  # number of the pull or merge request; 0: none
     refusal: str = ""  # why nothing may be accepted in this run; "": frames may be accepted
     reason: str = ""  # entered by the person who pressed the button
     counts_message: bool = True  # a line "Golden-Accept:" in the commit's message counts
     person: str = ""
-    page: str = ""  # of this run
-    button: str = ""  # the page with the button
+    page: str = ""  # the address of the run's page
+    button: str = ""  # the address of the page with the button
     api: str = ""
     token: str = ""
     project: str = ""  # its path in the API

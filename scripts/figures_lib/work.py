@@ -59,7 +59,7 @@ class FigureRun:
         self.program_digest = registry.digest(*(p.read_bytes() for p in [self.program, *modules]))
         self.version = self.run("--version").strip()
         self.machine = None
-        self.analyses = {}  # of scenes; Figures 6.1 to 6.4 and Table 6.4 need the same ones
+        self.analyses = {}  # by scene and number of frames; Figures 6.1 to 6.4 and Table 6.4 need the same ones
 
     def run(self, *arguments, cwd=None):
         done = subprocess.run(
