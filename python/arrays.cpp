@@ -70,7 +70,7 @@ std::vector<Ball> to_balls(const Rows<3>& centers, const Column& a, const Column
   const std::vector<Vec3> points = to_points(centers);
   std::vector<Ball> balls(points.size());
   for (std::size_t i = 0; i < balls.size(); ++i) {
-    const float* s = shapes.data() + 9 * i;
+    const float* s = shapes.data() + 9 * i;  // a symmetric 3 x 3 matrix
     balls[i].center = points[i];
     balls[i].a = a.data()[i];
     balls[i].w = w.data()[i];

@@ -1,4 +1,4 @@
-// Converts numpy arrays, which polymorph/_inputs.py has checked, to the rooms' types, and back.
+// Converts numpy arrays, which polymorph/_inputs.py has checked, to C++ types, and back.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -46,7 +46,7 @@ MemoryMesh to_memory_mesh(const Rows<3>& vertices, const Indices& corners, const
 /// image, or, with `bytes`, uint8 as in a PNG: sRGB, not premultiplied, R, G and B times 2^`stops`.
 nanobind::object to_color_array(const Image& image, bool bytes, float stops);
 
-/// Balls whose field is 1 at the surface. `levels`: for each ball, the field there before
+/// Balls whose field is 1 at the surface. `levels`: for each ball, the field at the surface before
 /// rescaling.
 struct LeveledBalls {
   std::vector<Ball> balls;

@@ -181,6 +181,7 @@ class PythonScene {
       check_frame(frame);
       const Activity activity(fmt::format("extracting the surfaces of frame {:g}", frame));
       const FrameSettings& frames = prepared_.scene.frames;
+      // All frames of a turntable show the same time of the morph.
       const double morph_frame = frames.turntable > 0 ? frames.still : frame;
       for (const PreparedActor& actor : prepared_.actors)
         append(
@@ -264,7 +265,7 @@ class PythonScene {
     return report;
   }
 
-  /// Returns a dict per leg, actor by actor.
+  /// Returns a dict per leg, actor by actor, with balls in the scene's coordinates.
   nb::list plans() const {
     nb::list plans;
     for (const PreparedActor& actor : prepared_.actors)

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Checks that links, files, scripts, subcommands and options that README, CONTRIBUTING and docs/ name exist, and the length of some pages."""
+"""Checks that all links, files, scripts, subcommands and options in README, CONTRIBUTING and docs/ exist; that docs/ describes every
+environment variable and room; and that some pages and sentences are short enough."""
 import pathlib
 import re
 import sys
@@ -11,9 +12,9 @@ CODE = re.compile(r"```(?:sh|bash|console)?\n(.*?)```|`([^`\n]+)`", re.S)
 PATH = re.compile(r"^(?:src|kernels|tests|scripts|docs|scenes|golden_frames|cmake)/[\w./*#-]+$")
 FOLDERS = ["", "src/", "src/cli/commands/", "kernels/"]
 
-# Limits in lines: these pages hold no history, which belongs in commit messages.
+# Limits in lines, to keep history out of these pages: it belongs in commit messages.
 MAX_LINES = {"docs/performance.md": 120, "docs/reliability.md": 90}
-MAX_WORDS = 30  # of a sentence of docs/method.md
+MAX_WORDS = 30  # per sentence of docs/method.md
 
 sources = {path.stem: path.read_text(encoding="utf-8") for path in (ROOT / "src/cli").glob("**/*.cpp")}
 shared = sources["command_line"] + sources["report_options"] + sources["scene_options"]
@@ -26,11 +27,13 @@ scripts = {path.name: path.read_text(encoding="utf-8", errors="replace") for pat
 
 
 def anchors(page: pathlib.Path) -> set[str]:
-    heads = re.findall(r"^#+ (.+)$", page.read_text(encoding="utf-8"), re.M)
-    return {re.sub(r"[^\w -]", "", head.lower()).strip().replace(" ", "-") for head in heads}
+    """Returns the anchors that GitHub makes of a page's headings."""
+    headings = re.findall(r"^#+ (.+)$", page.read_text(encoding="utf-8"), re.M)
+    return {re.sub(r"[^\w -]", "", heading.lower()).strip().replace(" ", "-") for heading in headings}
 
 
 def wrong_links(page: pathlib.Path, text: str):
+    """Yields what is wrong with the links of a page. Links to other sites are not checked."""
     for target in LINK.findall(text):
         if "://" in target or target.startswith("mailto:"):
             continue
@@ -45,7 +48,7 @@ def wrong_links(page: pathlib.Path, text: str):
 def wrong_command(line: str):
     """Yields what is wrong with a command line of polymorph or of scripts/."""
     words = line.split("#")[0].split()
-    while words and re.match(r"^[A-Z_]+=", words[0]):
+    while words and re.match(r"^[A-Z_]+=", words[0]):  # environment variables
         words = words[1:]
     if not words:
         return
@@ -80,13 +83,14 @@ def pattern(word: str) -> str:
 
 
 def wrong_paths(word: str):
+    """Yields a message if the word looks like a path of the repository that does not exist."""
     if PATH.match(word) and word != "scripts/" and not any(ROOT.glob(pattern(word))):
         yield f"`{word}`: no such file"
     elif re.match(r"^[a-z_]+(/[a-z_]+)+\.(h|cpp|cu|cuh)$", word) and not any((ROOT / folder / word).exists() for folder in FOLDERS):
         yield f"`{word}`: no such file"
 
 
-found = []
+all_problems = []
 for page in PAGES:
     text = page.read_text(encoding="utf-8")
     problems = list(wrong_links(page, text))
@@ -96,29 +100,31 @@ for page in PAGES:
             problems += wrong_command(line)
             if inline:
                 problems += wrong_paths(line)
-    found += [f"{page.relative_to(ROOT)}: {problem}" for problem in problems]
+    all_problems += [f"{page.relative_to(ROOT)}: {problem}" for problem in problems]
+# Environment variables: docs/settings.md describes each, and a test of the program uses it.
 variables = set(re.findall(r'"(POLYMORPH_[A-Z_]+)"', "".join(p.read_text(encoding="utf-8") for p in (ROOT / "src").rglob("*.cpp"))))
 tested = "".join(p.read_text(encoding="utf-8") for p in (ROOT / "tests/cli").glob("*.cpp"))
 for name in sorted(variables):
     if f"`{name}`" not in (ROOT / "docs/settings.md").read_text(encoding="utf-8"):
-        found.append(f"docs/settings.md: says nothing of {name}")
+        all_problems.append(f"docs/settings.md: says nothing of {name}")
     if f'"{name}"' not in tested:
-        found.append(f"tests/cli: nothing tests {name}")
+        all_problems.append(f"tests/cli: nothing tests {name}")
+# Rooms: CONTRIBUTING.md lists them in order, and docs/architecture.md describes each.
 rooms = re.findall(r'"(\w+)"', re.search(r"^ROOMS = \[(.*?)\]", (ROOT / "scripts/check_layers.py").read_text(encoding="utf-8"), re.M | re.S)[1])
 if ", ".join(rooms) not in " ".join((ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").split()):
-    found.append("CONTRIBUTING.md: the list of rooms is not that of scripts/check_layers.py")
+    all_problems.append("CONTRIBUTING.md: the list of rooms is not that of scripts/check_layers.py")
 for room in rooms:
     if f"`{room}`" not in (ROOT / "docs/architecture.md").read_text(encoding="utf-8"):
-        found.append(f"docs/architecture.md: says nothing of the room {room}")
+        all_problems.append(f"docs/architecture.md: says nothing of the room {room}")
 for page, limit in MAX_LINES.items():
     if (count := len((ROOT / page).read_text(encoding="utf-8").splitlines())) > limit:
-        found.append(f"{page}: {count} lines, more than {limit}")
-found += [f"docs/method.md: a sentence of {count} words: {start} ..." for count, start in long_sentences((ROOT / "docs/method.md").read_text(encoding="utf-8"))]
+        all_problems.append(f"{page}: {count} lines, more than {limit}")
+all_problems += [f"docs/method.md: a sentence of {count} words: {start} ..." for count, start in long_sentences((ROOT / "docs/method.md").read_text(encoding="utf-8"))]
 version = re.search(r"project\(polymorph VERSION ([\d.]+)", (ROOT / "CMakeLists.txt").read_text(encoding="utf-8"))[1]
-for page, said in (("CHANGELOG.md", r"^## (?:Unreleased \()?([\d.]+)"), ("CITATION.cff", r"^version: (.*)")):
-    if re.search(said, (ROOT / page).read_text(encoding="utf-8"), re.M)[1] != version:
-        found.append(f"{page}: its newest version is not {version}, that of CMakeLists.txt")
+for page, version_line in (("CHANGELOG.md", r"^## (?:Unreleased \()?([\d.]+)"), ("CITATION.cff", r"^version: (.*)")):
+    if re.search(version_line, (ROOT / page).read_text(encoding="utf-8"), re.M)[1] != version:
+        all_problems.append(f"{page}: its newest version is not {version}, that of CMakeLists.txt")
 if len(options) < 10 or len(variables) < 10:
-    found.append("found too few subcommands or variables in src: the pattern of this script is out of date")
-print("\n".join(found) if found else f"docs: ok ({len(PAGES)} pages)")
-sys.exit(1 if found else 0)
+    all_problems.append("found too few subcommands or variables in src: the pattern of this script is out of date")
+print("\n".join(all_problems) if all_problems else f"docs: ok ({len(PAGES)} pages)")
+sys.exit(1 if all_problems else 0)

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Checks that a room of src/ includes only rooms above it in ROOMS, a subfolder only those above it in SUBFOLDERS, and kernels/ only
-itself; that the files of WITHOUT_CIRCLES do not include each other in a circle; that each library is included only by its folder
-(ONLY_IN); and that pictures do not depend on the C library's sines and powers, which differ between machines. Prints every breach;
-exit code 1 if there is one."""
+"""Checks the includes of src/ and kernels/. A room (a folder of src/) may include only itself and the rooms before it in ROOMS; a
+subfolder of a room only those before it in SUBFOLDERS; kernels/ no room. The files of each folder in WITHOUT_CIRCLES must not include
+each other in a circle. ONLY_IN names the folder that may include a library. Rooms that pictures depend on must not call the C library's
+sines and powers, which differ between machines. Prints every breach; exit code 1 if there is one."""
 import pathlib
 import re
 import sys
@@ -20,12 +20,13 @@ ONLY_IN = {"embree3/": "src/render", "OpenImageIO/": "src/image/oiio", "OpenColo
            "nlohmann/": "src/base", "nettle/": "src/base"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.M)
 
-# base/exact_math.h has these with the same bits everywhere. The rooms of EXEMPT measure, or write for other programs.
+# base/exact_math.h has these functions with equal bits on all machines. The rooms of EXEMPT only measure, or write for other programs.
 LIBRARY_MATH = re.compile(r"\bstd::(a?sin|a?cos|a?tan|atan2|sinh|cosh|tanh|exp2?|expm1|log|log2|log10|log1p|pow|cbrt|hypot)f?\(")
 EXEMPT = {"compare", "interchange", "analyze", "bench", "options", "cli"}
 
 
 def breaches(root: pathlib.Path):
+    """Yields a message per breach, except for circles."""
     for path in sorted(root.glob("src/**/*.[ch]*")) + sorted(root.glob("kernels/*.*")):
         name = path.relative_to(root).as_posix()
         parts = name.split("/")

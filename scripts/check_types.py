@@ -25,6 +25,7 @@ def types_of(path: pathlib.Path):
                 scopes.pop()
             continue
         if match["type"] and all(scope == "namespace" for scope in scopes):
+            # Skip specializations of templates.
             before = text[: match.start()].rstrip()
             if not before.endswith("template <>") and "<" not in text[match.start() : match.end()].split("{")[0].split(":")[0]:
                 yield match["type"]

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""check_words.py [PATH...]: holds the words of the sources to the rules of CONTRIBUTING.md, "Style".
+"""check_words.py [PATH...]: checks names and comments of the sources by the rules of CONTRIBUTING.md, "Style".
 
 Doc comments begin with a verb or the noun that they define; a comment after a member is no prepositional phrase; locals are nouns;
 constants are kMax and kMin; functions are verbs, with few exceptions; help texts are sentences with a subject; no two files share a
-name. Prints every breach (only below each PATH, if some are given); with --count, only their number of each kind. Exit code 1
+name. Prints every breach (only those below each PATH, if some are given), or, with --count, the number of breaches of each kind. Exit code 1
 if there is one."""
 import collections
 import pathlib
@@ -18,13 +18,13 @@ LOCAL = (r"(ways?|of|by|rest|off|apart|aside|straight|made|wanted|whole|these|wh
          r"most|least|two|three|some|only|given|said|mine|theirs|many|few|away|again|alike|with|without)")
 TYPE = r"(?:auto|bool|char|int|float|double|std::[\w:]+(?:<[^;=(){}]*>)?|[A-Z]\w*(?:<[^;=(){}]*>)?)"
 VARIABLE = re.compile(rf"\b{TYPE}\s*[&*]*\s+[&*]?{LOCAL}\s*(?=[;=,){{(\[:])")
-# CONTRIBUTING.md: kMax and kMin.
+# Constants that should be called kMax or kMin.
 CONSTANT = re.compile(r"\bk(?:Least|Most|Fewest|Few)(?![a-z])\w*")
 FUNCTION = re.compile(rf"^\s*(?:(?:PM_HD|inline|static|constexpr|virtual|template\s*<[^>]*>|\[\[nodiscard\]\])\s+)*(?:const\s+)?{TYPE}[&*]*\s+[&*]?(?:\w+::)*([a-z]\w*)\(", re.M)
 # Participles that the field uses as names of functions (std::clamp is a verb; "normalized" and "transposed" are Eigen's).
 ESTABLISHED = {"clamped", "normalized", "transposed", "interpolated", "transformed", "inverted", "sorted", "rotated", "reflected", "refracted",
                "unpacked", "embed", "feed", "need", "seed", "speed", "exceed", "proceed", "read", "spread", "shed", "add", "reversed"}
-MAX_GENITIVES, MAX_PARTICIPLES = 40, 15
+MAX_GENITIVES, MAX_PARTICIPLES = 40, 15  # functions called *_of, and functions that are a participle alone
 PREPOSITION = r'"(?:of|by|in|from|which|as|with|at|to|on|for|where|how|what)\b[^"]* [^"]*"'
 # The text of an option of the command line, and any text of the table of keys.
 HELP = {"src/cli/": re.compile(r'\badd_(?:option|flag|argument|command)\(\s*(?:[^",()]+,\s*)?"[^"]*",\s*(?:[^",()]+,\s*)?(?:"[^"]*",\s*)?(?:fmt::format\(\s*)?(' + PREPOSITION + ")"),
@@ -71,10 +71,10 @@ def main():
                 genitives.setdefault(function, where)
             elif "_" not in function and function.endswith("ed") and function not in ESTABLISHED:
                 participles.setdefault(function, where)
-        for place, pattern in HELP.items():
-            for match in pattern.finditer(code) if name.startswith(place) else ():
+        for prefix, pattern in HELP.items():
+            for match in pattern.finditer(code) if name.startswith(prefix) else ():
                 found["help text"].append(f"{name}:{code[:match.start(1)].count(chr(10)) + 1}: {match[1]}")
-    found["file name"] += [", ".join(same) for same in files.values() if len(same) > 1]
+    found["file name"] += [", ".join(paths_of_name) for paths_of_name in files.values() if len(paths_of_name) > 1]
     for kind, named, limit in (("genitive", genitives, MAX_GENITIVES), ("participle", participles, MAX_PARTICIPLES)):
         if len(named) > (0 if paths else limit):
             found[kind] += sorted(named.values())

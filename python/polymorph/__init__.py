@@ -20,7 +20,7 @@ from typing import Any, Callable, Optional, Union
 import numpy
 
 _HERE = _pathlib.Path(__file__).resolve().parent
-# glTF, FBX and other formats are read by a program of its own.
+# A separate program reads glTF, FBX and other formats.
 _os.environ.setdefault("POLYMORPH_ASSIMP", str(_HERE / "bin" / "polymorph_assimp"))
 
 from . import _polymorph  # noqa: E402
@@ -34,7 +34,7 @@ __all__ = ["Approximation", "Balls", "Error", "Mesh", "Plan", "Scene", "analyze"
            "morph", "render", "schema", "set_thread_count"]
 __version__: str = _polymorph.version
 
-# In characters. Larger pages would make notebooks slow to open and to save.
+# Limit in characters: larger pages would make notebooks slow to open and to save.
 _MAX_NOTEBOOK_PAGE = 16 << 20
 
 Progress = Union[None, bool, Callable[[str, float], Any]]
@@ -46,7 +46,7 @@ def approximate(model, *, cache=None, progress: Progress = None, **settings) -> 
 
     model: a path (OBJ, glTF, FBX, PLY, STL, DAE, OFF, 3DS), a Mesh, or "sphere", "cube", "torus", "puddle", "drops".
     cache, progress: as for Scene. settings: those of "spheres" in a scene, such as balls=128 (1 to 4096), method="medial",
-    "hubbard", "octree" or "active", fit="ellipsoid", "round" or "none", error=0.005 (a share of the diagonal).
+    "hubbard", "octree" or "active", fit="ellipsoid", "round" or "none", error=0.005 (relative to the diagonal).
     Raises Error: a setting is unknown or out of its range, the model cannot be read, or has no inside.
     """
     models = _Models()
@@ -61,7 +61,7 @@ def approximate(model, *, cache=None, progress: Progress = None, **settings) -> 
 
 
 class Scene:
-    """A scene, loaded and prepared: models read, balls fitted, legs planned. That takes seconds, less if the cache has it."""
+    """A scene, loaded and prepared: models read, balls fitted, legs planned. This takes seconds, or less with a cache."""
 
     def __init__(self, scene, *, set: Optional[dict] = None, device: str = "auto", cache=None, progress: Progress = None):
         """scene: the path of a scene file, or its JSON as a dict, whose paths are relative to the current folder. A model of a
@@ -104,12 +104,12 @@ class Scene:
         return self._scene.warnings
 
     def balls(self, frame: int) -> Balls:
-        """The balls of all actors in a frame; none if the frame shows only models. Raises Error: no such frame, no memory."""
+        """Returns the balls of all actors in a frame; none if the frame shows only models. Raises Error: no such frame, no memory."""
         with _reporting(self._progress) as report:
             return Balls(**self._scene.balls(frame, report))
 
     def mesh(self, frame: float) -> Mesh:
-        """What is visible of all actors in a frame, or between two frames, as 2.5: surfaces, models, or both.
+        """Returns the visible surfaces and models of all actors in a frame. 2.5 is half way between frames 2 and 3.
 
         Raises Error: no such frame, no memory.
         """
@@ -119,8 +119,8 @@ class Scene:
     def field(self, frame: int, points, actor: int = 0) -> numpy.ndarray:
         """Evaluates the field that is 0 on the surface of a frame, at points, (m, 3) in scene units: (m,) float32.
 
-        It is positive inside. With motion.interpolate "distance", it is the mixture of both objects' distances in scene units:
-        a distance near the objects, compressed further away. With "balls" it is their field divided by its level, minus 1.
+        It is positive inside. With motion.interpolate "distance", it mixes the signed distances to both objects, in scene units;
+        large distances are compressed. With "balls" it is the field of the balls divided by its level, minus 1.
         The field includes small components and superfluous handles, which the mesh leaves out. In a frame that shows a model,
         it is the field at that end of the leg. Raises Error: no such frame or actor; points with NaN.
         """
@@ -128,11 +128,10 @@ class Scene:
             return self._scene.field(frame, _to_points(points, "points"), actor, report)
 
     def frame(self, frame: int) -> tuple[numpy.ndarray, list[str]]:
-        """A rendered frame: float32 (height, width, channels), row 0 on top, and the channels' names.
+        """Renders a frame. Returns float32 (height, width, channels), row 0 on top, and the channels' names.
 
-        R, G, B and A come first: linear Rec. 709, alpha premultiplied. Then the layers that the scene asks for
-        (image.aovs; docs/rendering.md has their units), such as Z. These are the values before they become the half floats of
-        an EXR. Raises Error: no such frame, no memory.
+        R, G, B and A come first: linear Rec. 709, alpha premultiplied. The layers of image.aovs follow, such as Z;
+        docs/rendering.md has their units. An EXR file has these values rounded to half floats. Raises Error: no such frame, no memory.
         """
         with _reporting(self._progress) as report:
             return self._scene.frame(frame, report)
@@ -162,7 +161,7 @@ class Scene:
         return pictures
 
     def page(self) -> str:
-        """The HTML of a page that shows the morph in a browser, to turn and play, as `polymorph mesh --html` writes it.
+        """Returns the HTML of a page that shows the morph in a browser, to turn and play, as `polymorph mesh --html` writes it.
 
         The page loads no other files. Raises Error: the scene has a mesh sequence, no memory.
         """
@@ -170,7 +169,7 @@ class Scene:
             return self._scene.page(report)
 
     def _repr_html_(self):
-        """The page for a notebook, or None, so that it shows repr(): page() fails, or its page is too large."""
+        """Returns the page for a notebook. None, if page() fails or the page is too large: the notebook then shows repr()."""
         try:
             page = self.page()
         except Error:
@@ -181,8 +180,9 @@ class Scene:
                 'style="width: 100%; height: 480px; border: 0"></iframe>')
 
     def analyze(self, frames: int = 0) -> list[dict]:
-        """Measures the quality of each leg as `polymorph analyze` does, at `frames` even times: 2 or more; 0: as many as it has frames.
+        """Measures the quality of each leg as `polymorph analyze` does.
 
+        frames: number of evenly spaced times, 2 or more; 0: as many as the leg has frames.
         Returns a dict per leg: "actor", "from", "to"; "metrics": {name: {"value", "goal", "principle", "what"}}, value None if
         it cannot be measured; "frames": {name of a measure: array (frames,)}, of numbers, NaN where it cannot be measured,
         or of strings for the surfaces' digests.
@@ -197,7 +197,7 @@ class Scene:
             return _read_morphs(self._scene.analyze(frames, report))
 
     def plans(self) -> list[Plan]:
-        """The plan of each leg, actor by actor: which ball becomes which."""
+        """Returns the plan of each leg, actor by actor: which ball becomes which."""
         return [Plan(**{**plan, "source_balls": Balls(**plan["source_balls"]), "target_balls": Balls(**plan["target_balls"])})
                 for plan in self._scene.plans()]
 
@@ -211,9 +211,9 @@ def morph(vertices0, faces0, vertices1, faces1, u, *, set: Optional[dict] = None
         constant with "linear".
     settings: the scene's other keys, as surface={"resolution": 64}, plan={"method": "index"}; set: single keys by their paths,
         as {"surface.resolution": 64}. schema() has all. device, cache, progress: as for Scene.
-    Each pair: vertices (n, 3) float32 in the meshes' units, and faces (m, 3) uint32, counter-clockwise seen from outside. They
-    are those of Scene.mesh(). At u 0 and 1 they are the given mesh itself, vertex by vertex and face by face;
-    polygons are cut into triangles there, and equal vertices merged.
+    Each pair: vertices (n, 3) float32 in the meshes' units, and faces (m, 3) uint32, counter-clockwise seen from outside, as
+    from Scene.mesh(). At u = 0 and u = 1 the pair is the given mesh itself, vertex by vertex and face by face; if the given
+    mesh has polygons, they are cut into triangles, and equal vertices are merged.
     Raises Error: arrays that are no mesh, u outside of 0 to 1, bad settings, not enough memory.
     """
     times = numpy.asarray(u)
@@ -249,8 +249,8 @@ def render(vertices, faces=None, *, colors=None, width: int = 640, height: int =
     dtype: "float32": linear Rec. 709, alpha premultiplied. "uint8": as a PNG has them: sRGB, not premultiplied, no dither.
     width, height: pixels. samples: per pixel. settings: the scene's other keys, as camera={"azimuth": 60}. set, device, cache,
         progress: as for Scene.
-    A single mesh has several pictures if settings ask for frames, as frames={"turntable": 36}, a camera turn around it.
-    A sequence is framed once, over all its meshes, and stands on the ground once, as `polymorph render 'seq.####.obj'` does.
+    A single mesh has several pictures if settings ask for frames, as frames={"turntable": 36}, which turns the camera around it.
+    The camera's view and the height of the ground fit all meshes of a sequence, as in `polymorph render 'seq.####.obj'`.
     Raises Error: arrays that are no mesh, bad settings, not enough memory.
     """
     meshes = _to_sequence(vertices, faces, colors)
@@ -265,8 +265,8 @@ def render(vertices, faces=None, *, colors=None, width: int = 640, height: int =
 def analyze(scene, faces=None, *, frames: int = 0, source=None, target=None, progress: Progress = None) -> dict:
     """Measures the quality of morphs as `polymorph analyze` does: {"morphs": [a dict as Scene.analyze() has it, ...]}.
 
-    scene: a Scene, whose legs are measured at `frames` even times, 0: as many as each has frames. Or a sequence of two or more
-        meshes from any program, at even times: vertices with `faces` as in render(), or the meshes.
+    scene: a Scene, whose legs are measured at `frames` evenly spaced times; 0: as many as each leg has frames. Or a sequence of
+        two or more meshes from any program, evenly spaced in time: vertices with `faces` as in render(), or the meshes.
     source, target: the objects of a sequence, as (vertices, faces); None: the first and the last mesh.
     progress: as for Scene. Raises Error: arrays that are no meshes, fewer than two, no morph in the scene.
     """
@@ -289,7 +289,7 @@ def analyze(scene, faces=None, *, frames: int = 0, source=None, target=None, pro
 
 
 def schema() -> dict:
-    """The JSON Schema of scenes."""
+    """Returns the JSON Schema of scenes."""
     return _json.loads(_polymorph.schema())
 
 
@@ -304,12 +304,12 @@ def set_thread_count(count: int) -> None:
 
 
 def data_folder() -> _pathlib.Path:
-    """The models, effects and scenes that come with the program."""
+    """Returns the folder of the models, effects and scenes that come with the program."""
     return _HERE / "share" / "polymorph"
 
 
 def _triangles(mesh):
-    """A copy of a mesh (vertices, faces); None if it has faces that are no triangles."""
+    """Returns a copy of a mesh (vertices, faces); None if not all faces are triangles."""
     vertices = _to_points(mesh[0], "vertices")
     corners, sizes = _to_polygons(mesh[1], len(vertices))
     return (vertices.copy(), corners.reshape(-1, 3).copy()) if (sizes == 3).all() else None
@@ -325,6 +325,7 @@ def _read_morphs(report):
 
 
 def _column(values) -> numpy.ndarray:
+    """Makes an array of numbers, with NaN for None, or of strings."""
     return numpy.array([float("nan") if value is None else value for value in values])
 
 

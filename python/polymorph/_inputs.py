@@ -6,6 +6,7 @@ from .error import Error
 
 
 def _array(values, name, shape, kinds, expected):
+    """Returns values as an array. Raises Error unless its shape (-1: any size) and its dtype.kind, one of `kinds`, fit."""
     if numpy.ma.is_masked(values):
         raise Error(f"{name}: has masked values - fill them or leave them out", 3)
     try:
@@ -94,7 +95,7 @@ def _check_corners(array, name, vertex_count):
 
 
 def to_memory_mesh(mesh):
-    """Converts a mesh (see is_mesh) to the C++ module's."""
+    """Converts a mesh (see is_mesh) to a MemoryMesh of the C++ module."""
     vertices, faces, colors = mesh_arrays(mesh)
     vertices = to_points(vertices, "vertices")
     corners, sizes = to_polygons(faces, len(vertices))
@@ -140,7 +141,7 @@ def _convert_numbered(number, mesh):
 
 
 def is_mesh(value):
-    """Is this a Mesh, an object with vertices and faces (as in trimesh), or a tuple (vertices, faces[, colors])?"""
+    """Tests for a Mesh, an object with vertices and faces (as in trimesh), or a tuple (vertices, faces[, colors])."""
     return mesh_arrays(value) is not None
 
 
@@ -159,7 +160,7 @@ def _is_array(value):
 
 
 def to_sequence(vertices, faces=None, colors=None):
-    """Returns what Models.add() takes: one mesh, or a list of meshes if vertices are a list or have a dimension more.
+    """Returns one mesh, or a list of meshes if vertices are a list or have one more dimension, for Models.add().
 
     vertices: (n, 3) of one mesh; (k, n, 3) or a list of (n, 3) of a sequence; without faces, a mesh or a list of meshes.
     faces, colors: the same for all meshes, or a list with one for each.
@@ -178,11 +179,11 @@ def to_sequence(vertices, faces=None, colors=None):
         return (vertices, faces, colors)
     if not len(vertices):
         raise Error("vertices: the list is empty - give one mesh or more", 3)
-    return list(zip(vertices, _each(faces, "faces", len(vertices)), _each(colors, "colors", len(vertices))))
+    return list(zip(vertices, _per_mesh(faces, "faces", len(vertices)), _per_mesh(colors, "colors", len(vertices))))
 
 
-def _each(values, name, count):
-    """Returns a list of `count` values: those of each mesh, or the one value of all."""
+def _per_mesh(values, name, count):
+    """Returns a list of one value per mesh. A single value is repeated for all `count` meshes."""
     if values is None or _depth(values) < 3:
         return [values] * count
     if len(values) != count:

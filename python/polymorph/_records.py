@@ -30,15 +30,15 @@ class Balls(_Record):
     """n balls, the sources of a field. The field is 1 at the surface and larger inside.
 
     In the default field a ball adds exp(w - a d^T S d) at the offset d from its centre (docs/method.md, Field). By default, the
-    surface of a morph is made of both objects' distances, and the balls only move it: Scene.field() has its field.
+    surface of a morph comes from both objects' distances, which move with the balls; Scene.field() evaluates them.
     """
 
     __slots__ = {
         "centers": "(n, 3) float32, in the units of the model or scene.",
-        "a": "(n,) float32, > 0, 1 / length^2: how fast the ball's share falls.",
-        "w": "(n,) float32: the ball's strength; exp(w) is its share of the field at its centre.",
+        "a": "(n,) float32, > 0, 1 / length^2: how fast the ball's contribution falls with distance.",
+        "w": "(n,) float32: the ball's strength; exp(w) is its contribution to the field at its centre.",
         "shapes": "(n, 3, 3) float32: S, symmetric, positive definite, determinant 1; the identity is a round ball.",
-        "level": "(n,) float32: the field's level at the surface before w was made to have it at 1; 1 if it was there.",
+        "level": "(n,) float32: the field at the surface before w was changed so that it is 1 there.",
         "kind": "The field's name, as field.kind of a scene: \"gaussian\" by default.",
     }
     centers: numpy.ndarray
@@ -102,11 +102,11 @@ class Plan(_Record):
 
     __slots__ = {
         "actor": "The actor's name.",
-        "source": "The name of the object that it starts from.",
-        "target": "The name of the object that it leads to.",
+        "source": "The name of the object that the leg starts from.",
+        "target": "The name of the object that the leg leads to.",
         "pairs": "(k, 2) uint32: the source's ball that becomes the target's ball.",
         "shares": "(k, 2) float32, in (0, 1]: the share of either ball; all shares of one ball sum to 1.",
-        "masses": "(k,) float64: the pair's share of the whole.",
+        "masses": "(k,) float64: the pair's fraction of the total mass.",
         "source_balls": "Balls of the source.",
         "target_balls": "Balls of the target.",
     }

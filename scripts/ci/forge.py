@@ -1,4 +1,4 @@
-"""Reads the description of a CI run on GitHub or GitLab, and writes comments and commit states there, and pushes.
+"""The run of a CI on GitHub or GitLab (a forge): its description, comments, commit states and pushes.
 
 Commit messages, branch names and events are foreign data: they never become part of a shell command."""
 import base64
@@ -22,13 +22,13 @@ class Run:
     forge: str = ""  # "github", "gitlab", or "" for any other place
     branch: str = ""  # accepted frames are pushed to it
     commit: str = ""  # the branch's head, which is tested
-    number: int = 0  # of the pull or merge request; 0: none
-    refusal: str = ""  # why nothing may be accepted in this run; "": it may
+    number: int = 0  # number of the pull or merge request; 0: none
+    refusal: str = ""  # why nothing may be accepted in this run; "": frames may be accepted
     reason: str = ""  # entered by the person who pressed the button
-    by_word: bool = True  # does "Golden-Accept:" in the commit's message count?
+    counts_message: bool = True  # a line "Golden-Accept:" in the commit's message counts
     person: str = ""
-    page: str = ""  # of this run
-    button: str = ""  # the page with the button
+    page: str = ""  # the address of the run's page
+    button: str = ""  # the address of the page with the button
     api: str = ""
     token: str = ""
     project: str = ""  # its path in the API
@@ -75,7 +75,7 @@ def read_github(environment):
     elif event_name in ("push", "workflow_dispatch") and ref.startswith("refs/heads/"):
         run.branch, run.commit = ref.removeprefix("refs/heads/"), environment["GITHUB_SHA"]
         # The message of a squashed merge contains those of all its commits.
-        run.by_word = event_name == "push" and run.branch != event["repository"]["default_branch"]
+        run.counts_message = event_name == "push" and run.branch != event["repository"]["default_branch"]
         if event_name == "workflow_dispatch":
             run.reason = environment.get("GOLDEN_ACCEPT", "")
     else:
@@ -97,7 +97,7 @@ def read_gitlab(environment):
             run.refusal = "it is a merge request of a fork"
     elif get("CI_COMMIT_BRANCH"):
         run.branch, run.commit = environment["CI_COMMIT_BRANCH"], environment["CI_COMMIT_SHA"]
-        run.by_word = run.branch != get("CI_DEFAULT_BRANCH")
+        run.counts_message = run.branch != get("CI_DEFAULT_BRANCH")
     else:
         run.refusal = "the pipeline belongs to no branch"
     return run
@@ -140,7 +140,7 @@ def find_own_comment(run, comments):
 
 
 def put_comment(run, text, only_update):
-    """Writes the run's one comment on its pull or merge request: updates it where it exists, else makes it unless `only_update`."""
+    """Updates the comment of earlier runs on the pull or merge request. Without one, writes a new comment unless `only_update`."""
     number = find_request(run)
     if not number:
         return
@@ -153,14 +153,14 @@ def put_comment(run, text, only_update):
 
 
 def report_state(run, commit, description):
-    """Marks a commit as tested on GitHub, which starts no run for what a run pushes; GitLab starts one."""
+    """Marks a commit as tested on GitHub, which starts no run for a commit that a run has pushed. GitLab starts one."""
     if run.forge == "github":
         request(run, "POST", f"{run.project}/statuses/{commit}",
                 {"state": "success", "context": "golden frames", "description": description[:140], "target_url": run.page})
 
 
 def push(run, commit, ref, force=False):
-    """Pushes a commit with the checkout's credentials on GitHub, and with the token, through the environment, on GitLab."""
+    """Pushes a commit. Uses the credentials of the checkout on GitHub, and the token on GitLab, passed to git by the environment."""
     remote, environment = "origin", {}
     if run.forge == "gitlab":
         remote = os.environ["CI_PROJECT_URL"] + ".git"

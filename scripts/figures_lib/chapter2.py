@@ -8,7 +8,7 @@ from matplotlib.collections import LineCollection
 
 from . import draw, geometry
 from .registry import figure
-from .work import draw_only_models
+from .work import models_only_settings
 
 
 def obj_with_normals(points, triangles, normals):
@@ -52,7 +52,7 @@ def fig2_1(w):
     for ax, normals in ((axes[1], np.repeat(face[:, None], 3, axis=1)), (axes[3], vertex[triangles])):
         path = w.file(".obj")
         path.write_text(obj_with_normals(points, triangles, normals))
-        scene = w.scene([{"model": path, "color": [0.45, 0.5, 0.55]}, {"shape": "sphere"}], draw_only_models())
+        scene = w.scene([{"model": path, "color": [0.45, 0.5, 0.55]}, {"shape": "sphere"}], models_only_settings())
         [image] = w.render(scene, [1], 240, 240, samples=64)
         ax.imshow(image)
         draw.plain(ax, "as polymorph renders it")

@@ -41,6 +41,7 @@ def fig3_2(w):
     x = np.linspace(-1.5, 1.5, n)
     values = curve(*np.meshgrid(x, x))
     fine = np.linspace(-1.5, 1.5, 1501)
+    # The square has an area of 9.
     truth = float((curve(*np.meshgrid(fine, fine)) > 0).mean() * 9)
     rows = []
     for column, (midpoint, name, color) in enumerate(

@@ -26,7 +26,7 @@ def winding(outline, gap, points):
 
 
 def remove_faces(model, share, path):
-    """Writes a copy of an OBJ without about this share of its faces, always the same ones."""
+    """Writes a copy of an OBJ file without this fraction of its faces, chosen by multiples of the golden ratio."""
     lines, count = [], 0
     for line in open(model, encoding="utf-8"):
         if line.startswith(("mtllib", "usemtl")):
@@ -143,7 +143,7 @@ def fig5_3(w):
 
 
 def read_tree(w, model, method, resolution):
-    """Returns the nodes of the sphere tree, with low corner and side of their cells."""
+    """Returns the nodes of a model's sphere tree, and adds the low corner and the side of each node's cell."""
     file = w.file(".json")
     options = ["--method", method, "--resolution", resolution, "--no-fit", "--grid", 16, "--write-spheres", file]
     w.spheres(model, *options)
@@ -199,8 +199,8 @@ def fig5_4(w):
     )
 
 
-# The report does not say how large its octree's root is. Of the margins tried, with cells chosen by centres or by corners, this
-# one's counts for Blender's Suzanne come nearest to the report's: 42, 326 and 2664 spheres at resolutions 4, 5 and 6.
+# The report does not say how large the root of its octree is. Several margins were tried, with cells chosen by centres or by corners.
+# With this margin, the counts for Blender's Suzanne are nearest to the report's: 42, 326 and 2664 spheres at resolutions 4, 5 and 6.
 REPORT_ROOT = ["--root-margin", 0.092]
 
 

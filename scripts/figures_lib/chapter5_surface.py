@@ -35,8 +35,8 @@ def cube(ax, table, key, labels=False):
         if labels:
             side = np.where(p[:2] > seen.mean(axis=0)[:2], 1, -1)
             text = f"V{i + 1} = {table['corners'][i]['weight']}"
-            place = {"xytext": (10 * side[0], 11 * side[1]), "textcoords": "offset points", "va": "center"}
-            ax.annotate(text, p[:2], ha="left" if side[0] > 0 else "right", fontsize=9, zorder=4, **place)
+            label_style = {"xytext": (10 * side[0], 11 * side[1]), "textcoords": "offset points", "va": "center"}
+            ax.annotate(text, p[:2], ha="left" if side[0] > 0 else "right", fontsize=9, zorder=4, **label_style)
     span = 1.2 if labels else 0.9
     center = seen.mean(axis=0)
     ax.set(xlim=(center[0] - span, center[0] + span), ylim=(center[1] - span, center[1] + span))
@@ -110,7 +110,7 @@ def fig5_8(w):
     def scene(*layers):
         return w.scene([{"model": "suzanne", "meta": True}, {"model": "suzanne", "meta": True}], *layers)
 
-    report = w.report()
+    report = w.report_settings()
     matte = {"look": {"kind": "matte", "color": [0.62, 0.6, 0.56]}, "frames": {"count": 2}}
     matte["camera"] = {"azimuth": 20, "elevation": 8, "margin": 0.2}  # surfaces of high constants are larger
     # All use our surface, so that only the field differs.
@@ -139,6 +139,7 @@ def fig5_8(w):
 
 
 def bricks_of(cells, side=7):
+    """Returns the bricks of side^3 cells that contain these cells."""
     return np.unique(cells // side, axis=0)
 
 
@@ -151,7 +152,7 @@ def bricks_of(cells, side=7):
 )
 def graph5_1(w):
     rows = []
-    settings = w.report()
+    settings = w.report_settings()
     for n in (8, 10, 15, 20, 25, 50, 100, 200):
         layer = {"surface": {"resolution": n}, "report": {"flat": False}, "frames": {"count": 2}}
         path = w.scene([{"model": "torus", "meta": True}, {"model": "torus", "meta": True}], settings, layer)
@@ -329,7 +330,7 @@ def fig5_11(w):
 )
 def fig5_13(w):
     report = {
-        **w.report(),
+        **w.report_settings(),
         "frames": {"count": 49},
         "surface": {"resolution": 40},
         "report": {"placement": "midpoint", "flat": True},
@@ -337,6 +338,7 @@ def fig5_13(w):
     objects = ["penguin", "suzanne"]
     path = w.scene(objects, report)
     stages = [f["stage"] for f in w.json("info", path, "--timeline")["actors"][0]["frames"]]
+    # Frame numbers, which start at 1.
     last_look = len(stages) - 1 - stages[::-1].index("look-out") + 1
     first_volume = stages.index("volume") + 2
     top = w.render(path, [1, last_look // 2 + 1, last_look, first_volume], 230, 230)

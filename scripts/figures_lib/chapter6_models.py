@@ -2,7 +2,7 @@
 
 from . import draw, geometry
 from .registry import figure
-from .work import REPORT_SCENE, draw_only_models
+from .work import REPORT_SCENE, models_only_settings
 
 STANDARD = ("suzanne", "penguin", "torus", "teapot")
 
@@ -21,7 +21,7 @@ def balls_scene(w, model, *layers):
 def table6_1(w):
     images, rows = [], []
     for model in STANDARD:
-        images += w.render(w.scene([model, model], draw_only_models()), [1], 230, 220)
+        images += w.render(w.scene([model, model], models_only_settings()), [1], 230, 220)
         info = w.json("info", w.model(model))
         rows.append(
             [
@@ -89,7 +89,7 @@ def table6_3(w):
     midpoint = {"surface": {"resolution": 27}, "report": {"placement": "midpoint", "flat": True}}
     rows, report_row, coarse_row, ours_row = [], [], [], []
     for model in STANDARD:
-        report, coarse, ours = balls_scene(w, model, w.report()), balls_scene(w, model, midpoint, metal), balls_scene(w, model, metal)
+        report, coarse, ours = balls_scene(w, model, w.report_settings()), balls_scene(w, model, midpoint, metal), balls_scene(w, model, metal)
         counts = []
         for path in (report, coarse):
             cells, _ = geometry.crossed_cells(*w.mesh(path, 1))

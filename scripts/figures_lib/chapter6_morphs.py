@@ -25,15 +25,15 @@ METHODS = [
 def three_scenes(w, objects, count, *layers):
     """Writes three scenes: by the report's method, by our balls with the report's plan, and by ours."""
     settings = {"frames": {"count": count}, **w.coarse()}
-    return [w.scene(objects, settings, *layers, layer) for layer in (w.report(), INDEX_PLAN, {})]
+    return [w.scene(objects, settings, *layers, layer) for layer in (w.report_settings(), INDEX_PLAN, {})]
 
 
 def strip(w, objects, count=24, columns=8, layers=(), report_objects=None):
-    """Adds a picture of the same frames by three methods, in rows, and a table of their metrics, whose rows it returns."""
+    """Adds a picture with a row of frames for each of the three METHODS, and a table of metrics. Returns the rows of the table."""
     frames = [1 + round(k * (count - 1) / (columns - 1)) for k in range(columns)]
     scenes = three_scenes(w, objects, count, *layers)
     if report_objects:
-        scenes[0] = w.scene(report_objects, {"frames": {"count": count}}, *layers, w.report())
+        scenes[0] = w.scene(report_objects, {"frames": {"count": count}}, *layers, w.report_settings())
     rows = [w.render(scene, frames, 168, 140) for scene in scenes]
     w.picture(draw.sheet(rows, [label for label, _ in METHODS], [f"t = {(f - 1) / (count - 1):.2f}" for f in frames]))
     table, marks = metrics_of(w, [(name, scene) for (_, name), scene in zip(METHODS, scenes)])
@@ -42,7 +42,7 @@ def strip(w, objects, count=24, columns=8, layers=(), report_objects=None):
 
 
 def metrics_of(w, scenes):
-    """Returns a row per scene and leg, and the mark of each value by the program's goals."""
+    """Returns table rows, one per scene and leg, and for each value whether it meets the program's goal (see mark)."""
     rows, marks = [], []
     for name, scene in scenes:
         for morph in w.analyze(scene):
@@ -227,7 +227,7 @@ def fig6_7(w):
     objects, count = ["teapot", "penguin"], 97
     rows, heads, table = [], None, []
     # Ours interpolates balls here, so that it has all stages, too.
-    for name, layers in (("report", [w.report()]), ("ours", [{"motion": {"interpolate": "balls"}}])):
+    for name, layers in (("report", [w.report_settings()]), ("ours", [{"motion": {"interpolate": "balls"}}])):
         scene = w.scene(objects, {"frames": {"count": count}}, *layers)
         timeline = w.json("info", scene, "--timeline")["actors"][0]
         frame_numbers = [f["frame"] for f in timeline["frames"]]

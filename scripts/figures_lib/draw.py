@@ -72,7 +72,7 @@ def view(azimuth, elevation):
 
 
 def solid(ax, points, triangles, camera, color=LIGHT, edge="none", alpha=1.0, light=(0.3, 0.7, 0.65), lw=0.4):
-    """Draws a shaded mesh, far faces first. More than 1000 triangles become pixels in SVG files."""
+    """Draws a shaded mesh, far faces first. A mesh of more than 1000 triangles is rasterized in SVG files."""
     in_view = points @ camera.T
     corners = in_view[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -96,6 +96,7 @@ def solid(ax, points, triangles, camera, color=LIGHT, edge="none", alpha=1.0, li
     ax.autoscale_view()
 
 
+# Bit k of a corner's number is its coordinate k.
 BOX_EDGES = [(a, a | 1 << k) for a in range(8) for k in range(3) if not a >> k & 1]
 BOX_CORNERS = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)], float)
 
@@ -108,7 +109,7 @@ def box(ax, low, side, camera, **style):
 
 
 def sheet(rows, labels, heads=(), gap=6, scale=1):
-    """Returns a figure of renders in rows, pixel for pixel, labels above the rows and heads above the columns. None: an empty cell."""
+    """Returns a figure of renders in rows, in their own pixels, with labels above rows and heads above columns. None is an empty cell."""
     height, width = rows[0][0].shape[:2]
     heights = [next(picture for picture in row if picture is not None).shape[0] for row in rows]
     columns = max(len(row) for row in rows)

@@ -26,12 +26,13 @@ def read_mesh(path):
 
 
 def volume(points, triangles):
+    """Returns the volume of a closed mesh that faces outward."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
 
 
 def components(points, triangles):
-    """Counts connected components: the least label of each triangle is passed to its corners until nothing changes."""
+    """Counts connected components. Each triangle passes the least label of its corners to all of them, until nothing changes."""
     labels = np.arange(len(points))
     while True:
         least = labels[triangles].min(axis=1)
@@ -47,8 +48,9 @@ def components(points, triangles):
 def crossed_cells(points, triangles):
     """Returns the cells (integer triples) that a marching cubes surface with vertices at edge midpoints crosses, and their size.
 
-    A triangle lies in one cell, and its centroid inside it. Along an axis, vertices are multiples of half a cell apart. Two
-    thirds of them lie on planes of the grid, as the axis is not that of their edge; their parity tells where the planes are.
+    The centroid of a triangle lies inside the triangle's cell. Coordinates along an axis differ by multiples of half a cell: a
+    vertex lies half way between two grid planes along its own edge, and on a grid plane along the two other axes. So the more
+    frequent parity of these multiples is that of the grid planes.
     """
     cells = np.empty((len(triangles), 3), int)
     coordinates = np.unique(np.round(points[:, 0], 5))
@@ -56,7 +58,7 @@ def crossed_cells(points, triangles):
     half = np.median(steps[steps > 0.2 * np.median(steps)])
     for k in range(3):
         index = np.round((points[:, k] - points[0, k]) / half).astype(int)
-        parity = np.bincount(index % 2, minlength=2).argmax()  # of grid planes
+        parity = np.bincount(index % 2, minlength=2).argmax()
         cells[:, k] = np.floor((index[triangles].mean(axis=1) - parity) / 2)
     return np.unique(cells, axis=0), 2 * half
 
@@ -79,9 +81,11 @@ def slice_at(points, triangles, z):
 
 
 def icosphere(subdivisions):
+    """Returns points and triangles of a unit icosahedron whose faces are divided into four, several times."""
     g = (1 + math.sqrt(5)) / 2
     points = [np.array(p, float) for a in (-1, 1) for b in (-g, g) for p in ((0, a, b), (b, 0, a), (a, b, 0))]
     points = [p / np.linalg.norm(p) for p in points]
+    # Edges of a unit icosahedron are 1.05 long, other distances of vertices at least 1.7.
     near = [[np.linalg.norm(p - q) < 1.1 for q in points] for p in points]
     triangles = []
     for i in range(12):
@@ -126,9 +130,9 @@ def sample_outline(outline, count):
     lengths = np.linalg.norm(ends - outline, axis=1)
     starts = np.concatenate([[0], np.cumsum(lengths)])
     out = []
-    for at in (np.arange(count) + 0.5) * starts[-1] / count:
-        i = min(np.searchsorted(starts, at, side="right") - 1, len(outline) - 1)
-        out.append(outline[i] + (at - starts[i]) / lengths[i] * (ends[i] - outline[i]))
+    for distance in (np.arange(count) + 0.5) * starts[-1] / count:
+        i = min(np.searchsorted(starts, distance, side="right") - 1, len(outline) - 1)
+        out.append(outline[i] + (distance - starts[i]) / lengths[i] * (ends[i] - outline[i]))
     return np.array(out)
 
 
@@ -140,12 +144,13 @@ def inside(outline, points):
     for (x0, y0), (x1, y1) in zip(outline, ends):
         crosses = (y0 > points[:, 1]) != (y1 > points[:, 1])
         with np.errstate(divide="ignore", invalid="ignore"):
-            at = x0 + (points[:, 1] - y0) / (y1 - y0) * (x1 - x0)
-        odd ^= crosses & (points[:, 0] < at)
+            crossing_x = x0 + (points[:, 1] - y0) / (y1 - y0) * (x1 - x0)
+        odd ^= crosses & (points[:, 0] < crossing_x)
     return odd
 
 
 def polygon_area(outline):
+    """Returns the area, positive if the outline is counter-clockwise."""
     x, y = np.asarray(outline, float).T
     return float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))) / 2
 

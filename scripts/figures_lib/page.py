@@ -1,4 +1,4 @@
-"""Writes index.html: all figures that were made, with the report's words beside ours. It links to the files of pictures."""
+"""Writes index.html: all figures that were made, with the report's words beside ours, and links to their files."""
 
 import html
 import re
@@ -59,6 +59,7 @@ def to_html(text):
 
 
 def label(name):
+    """Returns "Figure 6.1" for "fig6.1"."""
     kind, number = re.match(r"([a-z]+)(.*)", name).groups()
     return {"fig": "Figure", "table": "Table", "graph": "Graph"}[kind] + " " + number
 
@@ -91,6 +92,7 @@ def picture(block, alt):
 
 
 def section(figure, stamp):
+    """Returns the HTML of a figure from its stamp."""
     out = [f'<section id="{figure.name}"><h3>{label(figure.name)}. {to_html(figure.title)}</h3><div class="sides">']
     out.append(f'<div class="report"><b>The report</b>{to_html(figure.report)}</div>')
     out.append(f'<div class="ours"><b>Here</b>{to_html(stamp["ours"])}</div></div>')
@@ -111,6 +113,7 @@ def section(figure, stamp):
 
 
 def write(figure_run):
+    """Writes the page and returns its path."""
     made = [(f, stamp) for f in registry.FIGURES if (stamp := figure_run.stamp_of(f)) is not None]
     chapter_of = {f.name: re.search(r"(\d+)\.", f.name).group(1) for f, _ in made}
     monkey = (

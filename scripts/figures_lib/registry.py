@@ -10,7 +10,7 @@ import typing
 
 HERE = pathlib.Path(__file__).resolve().parent
 FIGURES = []
-# Code that every picture depends on. page.py is not among it, because index.html is written on every run.
+# Files that every picture depends on. page.py is left out, because index.html is written on every run.
 SHARED = ["draw.py", "geometry.py", "work.py"]
 
 
@@ -22,7 +22,7 @@ class Figure:
     make: typing.Callable
     models: tuple = ()  # of scenes/models, without .obj; "suzanne" is Blender's or our monkey
     scenes: tuple = ()  # below scenes/
-    machine: bool = False  # measures this machine; made again on another one
+    machine: bool = False  # measures the machine, so it is made again on another one
 
 
 def figure(name, title, report, models=(), scenes=(), machine=False):
@@ -40,13 +40,14 @@ def names():
 
 
 def is_figure(node):
+    """Tests whether a syntax node is a function with the decorator figure()."""
     return isinstance(node, ast.FunctionDef) and any(
         isinstance(d, ast.Call) and getattr(d.func, "id", "") == "figure" for d in node.decorator_list
     )
 
 
 def code_of(chosen):
-    """Returns the figure's module without its other figures, and the shared code, without comments and layout."""
+    """Returns the code of a figure without comments and layout: its module except for other figures, and SHARED."""
     module = ast.parse(inspect.getsource(sys.modules[chosen.make.__module__]))
     module.body = [n for n in module.body if not is_figure(n) or n.name == chosen.make.__name__]
     shared = [ast.unparse(ast.parse((HERE / file).read_text(encoding="utf-8"))) for file in SHARED]
@@ -54,6 +55,7 @@ def code_of(chosen):
 
 
 def digest(*parts):
+    """Returns the SHA-256 of bytes and of values as text, each with its length."""
     hasher = hashlib.sha256()
     for part in parts:
         data = part if isinstance(part, bytes) else str(part).encode()

@@ -1,4 +1,4 @@
-"""Runs the program for figures, writes their files, and tells whether these are up to date."""
+"""Runs the program for figures, writes their files, and tests whether these are up to date."""
 
 import csv
 import datetime
@@ -22,7 +22,7 @@ from . import registry
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 MODELS = ROOT / "scenes/models"
 REPORT_SCENE = "golden/report-method.json"
-# Exports Suzanne unchanged, +Z to the front and Y up. Blender before 3.3 has only the second operator.
+# Exports Blender's monkey Suzanne, which looks along +Z, with Y up. Blender before 3.3 has only the second operator.
 EXPORT_SUZANNE = """
 import bpy, sys
 bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -43,7 +43,10 @@ def write_atomically(path, data):
 
 
 class FigureRun:
-    """The output folder, the program and the quality of all figures of a run."""
+    """The output folder, the program and the quality of all figures of a run.
+
+    The stamp of a figure, stamps/NAME.json, holds the digest of its inputs, its files and its texts.
+    """
 
     def __init__(self, options):
         self.folder = pathlib.Path(options.dir).resolve()
@@ -56,7 +59,7 @@ class FigureRun:
         self.program_digest = registry.digest(*(p.read_bytes() for p in [self.program, *modules]))
         self.version = self.run("--version").strip()
         self.machine = None
-        self.analyses = {}  # Figures 6.1 to 6.4 and Table 6.4 need the same ones
+        self.analyses = {}  # by scene and number of frames; Figures 6.1 to 6.4 and Table 6.4 need the same ones
 
     def run(self, *arguments, cwd=None):
         done = subprocess.run(
@@ -74,6 +77,7 @@ class FigureRun:
         return self.suzanne() if self.blender else MODELS / "monkey.obj"
 
     def suzanne(self):
+        """Returns the OBJ file of Suzanne, which Blender exports once."""
         path = self.folder / "models/suzanne.obj"
         if not path.exists():
             path.parent.mkdir(exist_ok=True)
@@ -94,6 +98,7 @@ class FigureRun:
         return files
 
     def digest(self, figure):
+        """Returns the digest of all that a figure depends on."""
         parts = [self.program_digest, self.quality, matplotlib.__version__, figure.title, registry.code_of(figure)]
         for path in self.input_files(figure):
             parts += [path.name, path.read_bytes()]
@@ -117,7 +122,7 @@ class FigureRun:
         )
 
     def make(self, figure):
-        """Makes a figure; returns None, or the traceback of a failure. Its stamp is written last; without one it is made again."""
+        """Makes a figure; returns None, or the traceback of a failure. The stamp is written last, so a failed figure is made again."""
         digest = self.digest(figure)
         start = time.monotonic()
         with tempfile.TemporaryDirectory(prefix="polymorph-figures-") as scratch:
@@ -143,7 +148,7 @@ class FigureRun:
         return None
 
 
-def draw_only_models():
+def models_only_settings():
     """Returns the cheapest settings for scenes that show only models, never balls."""
     cheap = {"method": "octree", "resolution": 3, "fit": "none"}
     still = {"frames": {"count": 2}, "motion": {"interpolate": "balls"}}  # distances take seconds to compute
@@ -160,7 +165,7 @@ class Work:
         self.blocks, self.files, self.commands = [], [], []
         self.count = 0
 
-    # Inputs: only those that the figure declares, as its digest depends on no others.
+    # Inputs. A figure may use only those that it declares, because its digest depends on no others.
 
     def model(self, name):
         if name not in self.figure.models:
@@ -178,7 +183,7 @@ class Work:
             raise KeyError(f"{self.figure.name} does not declare the scene {name}")
         return json.loads((ROOT / "scenes" / name).read_text(encoding="utf-8"))
 
-    # The program.
+    # Runs of the program.
 
     def short(self, text):
         """Returns a command with paths relative to the repository's root, as the page shows it."""
@@ -198,15 +203,15 @@ class Work:
         return self.scratch / f"{self.count}{suffix}"
 
     def scene(self, objects, *layers):
-        """Writes a scene file of these objects (names of models, or dicts with "model" or "shape") and settings."""
+        """Writes a scene file of these objects (names of models, or dicts with "model" or "shape"). Later layers override settings."""
 
-        def full(entry):
+        def with_path(entry):
             entry = {"model": entry} if isinstance(entry, str) else dict(entry)
             if "model" in entry and not isinstance(entry["model"], pathlib.Path):
                 entry["model"] = self.model(entry["model"])
             return {k: str(v) if isinstance(v, pathlib.Path) else v for k, v in entry.items()}
 
-        first, *between, last = [full(o) for o in objects]
+        first, *between, last = [with_path(o) for o in objects]
         scene = {"source": first, "target": last}
         if between:
             scene["intermediate"] = between
@@ -219,10 +224,10 @@ class Work:
         return path
 
     def coarse(self):
-        """Returns coarse settings in a draft, fine enough for its small pictures; none else."""
+        """Returns coarse settings for the small pictures of a draft, and no settings for a final."""
         return {"spheres": {"balls": 64}, "surface": {"resolution": 48}} if self.draft else {}
 
-    def report(self):
+    def report_settings(self):
         """Returns the settings of the report's own method, with its 27 cells and its angular surface."""
         scene = self.scene_json(REPORT_SCENE)
         keep = {k: scene[k] for k in ("spheres", "field", "plan", "motion", "boundary", "look")}
@@ -230,7 +235,7 @@ class Work:
         return {**keep, "report": variant, "surface": {"resolution": 27, "min_component_share": 0}}
 
     def render(self, scene, frames, width=200, height=150, samples=None):
-        """Renders frames of a scene to arrays. width, height: pixels in a draft, two thirds of those of a final."""
+        """Renders frames of a scene to arrays. width, height: pixels in a draft; a final has 1.5 times as many."""
         if not self.draft:
             width, height = width * 3 // 2, height * 3 // 2
         self.count += 1
@@ -266,22 +271,22 @@ class Work:
         width = picture if self.draft else picture * 3 // 2
         report = self.json("spheres", path, *options, "-o", file, "--width", width)
         sheet = read_picture(file)
-        gap = (sheet.shape[1] - 3 * width) // 4  # around the three pictures, which have labels below
+        gap = (sheet.shape[1] - 3 * width) // 4  # beside and between the three pictures, which have labels below
         return report, [sheet[gap : gap + width, gap + k * (width + gap) :][:, :width] for k in range(3)]
 
     # Results.
 
-    def keep(self, name, data):
+    def save(self, name, data):
         write_atomically(self.figure_run.folder / name, data)
         self.files.append(name)
 
     def picture(self, fig, caption="", part=""):
-        """Saves a figure: sheets of renders as PNG, drawings as PNG and SVG."""
+        """Saves a matplotlib figure: a sheet of renders as PNG, a drawing as PNG and SVG."""
         stem = self.figure.name + (f"-{part}" if part else "")
         exact = getattr(fig, "pixel_exact", False)
         block = {"kind": "picture", "png": f"{stem}.png", "caption": caption}
         block["width"] = round(fig.get_figwidth() * fig.dpi)
-        if exact:  # boxes of its pictures, in pixels from the upper left
+        if exact:  # the boxes of the renders, in pixels from the upper left
             height = round(fig.get_figheight() * fig.dpi)
             boxes = [axes.get_window_extent() for axes in fig.axes]
             block["panels"] = [[round(v) for v in (b.x0, height - b.y1, b.x1, height - b.y0)] for b in boxes]
@@ -290,16 +295,16 @@ class Work:
             options = {"dpi": fig.dpi} if exact else {}
             metadata = {"Date": None} if format == "svg" else {"Software": None}
             fig.savefig(buffer, format=format, metadata=metadata, facecolor="white", **options)
-            self.keep(f"{stem}.{format}", buffer.getvalue())
+            self.save(f"{stem}.{format}", buffer.getvalue())
             block[format] = f"{stem}.{format}"
         self.blocks.append(block)
 
     def table(self, head, rows, caption="", part="", show=True, marks=None):
-        """Saves a CSV; shows it as a table unless it is only data behind a picture. marks(row, column) -> css class."""
+        """Saves a CSV file. show: whether the page has it as a table. marks(row, column): the CSS class of a cell."""
         stem = self.figure.name + (f"-{part}" if part else "")
         text = io.StringIO()
         csv.writer(text, lineterminator="\n").writerows([head, *rows])
-        self.keep(f"{stem}.csv", text.getvalue())
+        self.save(f"{stem}.csv", text.getvalue())
         block = {"kind": "table", "csv": f"{stem}.csv", "caption": caption, "show": show}
         if show:
             block["head"], block["rows"] = list(head), [[format_cell(c) for c in row] for row in rows]
@@ -308,12 +313,12 @@ class Work:
         self.blocks.append(block)
 
     def say(self, ours, why=""):
-        """Sets the page's texts: what ours shows, and what differs from the report and why."""
+        """Sets the texts of the page: what our picture shows, and what differs from the report and why."""
         self.ours, self.why = ours, why
 
 
 def read_picture(path):
-    """Returns RGB, 0 to 1."""
+    """Returns the RGB values of a picture, 0 to 1: (height, width, 3)."""
     return np.asarray(matplotlib.image.imread(path), float)[:, :, :3]
 
 

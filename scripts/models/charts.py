@@ -42,6 +42,7 @@ def components(key, nb):
 
 
 def facing(v, faces):
+    """Returns the unit normals of the faces."""
     p = v[faces]
     n = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
     return n / np.linalg.norm(n, axis=1)[:, None]
@@ -49,7 +50,7 @@ def facing(v, faces):
 
 def overlapping(uv, faces_uv, comp, cell):
     """Returns pairs (lower index, higher index) of faces of one chart that
-    cover the same sample point of a grid of size `cell`."""
+    cover the same point of a grid with spacing `cell`."""
     pairs = set()
     order = np.argsort(comp, kind="stable")
     for ids in np.split(order, np.nonzero(np.diff(comp[order]))[0] + 1):
@@ -77,37 +78,40 @@ def overlapping(uv, faces_uv, comp, cell):
 
 def cut_charts(v, faces, normals, label):
     """Returns chart and axis of every face, and the number of overlaps that are left (0: success)."""
+    # 1. Each face gets the axis that is nearest to its normal; borders are smoothed by votes.
     nb = neighbours(faces)
-    fn = facing(v, faces)
-    sn = normals[faces].mean(1) + fn
-    score = sn @ AXES.T
+    face_normals = facing(v, faces)
+    mean_normals = normals[faces].mean(1) + face_normals
+    score = mean_normals @ AXES.T
     axis = score.argmax(1)
     for _ in range(4):
         for a in range(6):
             votes = ((axis[nb] == a) & (label[nb] == label[:, None])).sum(1)
-            axis = np.where((votes >= 2) & (axis != a) & (fn @ AXES[a] > 0.4), a, axis)
-    side = np.zeros(len(faces), int)
-    for turn in range(16):
-        comp = components((side * 64 + label) * 8 + axis, nb)
-        # Very small charts join the neighbouring chart that they share most edges with.
+            axis = np.where((votes >= 2) & (axis != a) & (face_normals @ AXES[a] > 0.4), a, axis)
+    # 2. A chart is a connected set of faces with equal part, axis and layer. Faces that cover others
+    # move to the next layer, until no chart overlaps itself.
+    layer = np.zeros(len(faces), int)
+    for round_number in range(16):
+        comp = components((layer * 64 + label) * 8 + axis, nb)
+        # In the first round, charts below 14 faces join the neighbouring chart that they share most edges with.
         sizes = np.bincount(comp)
-        for c in np.nonzero(sizes < (14 if turn == 0 else 0))[0]:
+        for c in np.nonzero(sizes < (14 if round_number == 0 else 0))[0]:
             ids = np.nonzero(comp == c)[0]
-            out = [(axis[g], label[g], side[g]) for f in ids for g in nb[f] if comp[g] != c]
+            out = [(axis[g], label[g], layer[g]) for f in ids for g in nb[f] if comp[g] != c]
             for a, l, s in sorted(set(out), key=lambda o: (-out.count(o), o)):
-                if (fn[ids] @ AXES[a] > 0.22).all():
-                    axis[ids], label[ids], side[ids] = a, l, s
+                if (face_normals[ids] @ AXES[a] > 0.22).all():
+                    axis[ids], label[ids], layer[ids] = a, l, s
                     break
-        comp = components((side * 64 + label) * 8 + axis, nb)
+        comp = components((layer * 64 + label) * 8 + axis, nb)
         corner = np.stack([(v[faces] * UDIR[axis][:, None]).sum(2),
                            (v[faces] * VDIR[axis][:, None]).sum(2)], 2)
         clash = overlapping(None, corner, comp, 0.004)
         if not clash:
             break
-        # Of two overlapping faces, the lower one goes to another chart.
+        # Of two overlapping faces, the lower one moves.
         depth = (v[faces].mean(1) * AXES[axis]).sum(1)
         low = np.array([f if depth[f] < depth[g] else g for f, g in clash])
-        side[np.unique(low)] += 1
+        layer[np.unique(low)] += 1
     return comp, axis, len(clash)
 
 
@@ -130,7 +134,9 @@ class Skyline:
 
 
 def pack(extent, size, pad):
-    """Returns the largest scale at which all charts fit, their positions, and which are rotated by 90 degrees."""
+    """Returns the largest scale at which all charts fit, their positions, and which are rotated by 90 degrees.
+
+    extent: size of each chart; size, pad: side of the texture and margin around a chart, in texels."""
     is_rotated = extent[:, 0] > extent[:, 1]
     upright = np.where(is_rotated[:, None], extent[:, ::-1], extent)
     order = np.lexsort((np.arange(len(upright)), -upright[:, 0], -upright[:, 1]))
@@ -144,6 +150,7 @@ def pack(extent, size, pad):
                 return None
             at[c] = spot
         return at
+    # Bisect the scale.
     lo, hi = 1.0, 4.0 * size
     for _ in range(24):
         mid = (lo + hi) / 2
@@ -172,7 +179,7 @@ def unwrap(v, faces, normals, label, size, density, pad=5):
     np.maximum.at(hi, comp, uv.max(1))
     scale, at, is_rotated = pack(hi - lo, size, pad)
     q = (uv - lo[comp][:, None]) * scale
-    # A turned chart is rotated by 90 degrees, not mirrored.
+    # Rotate charts by 90 degrees, without mirroring them.
     width = ((hi - lo)[:, 1] * scale)[comp]
     rotated = np.stack([width[:, None] - q[:, :, 1], q[:, :, 0]], 2)
     q = np.where(is_rotated[comp][:, None, None], rotated, q) + at[comp][:, None] + pad
@@ -201,6 +208,7 @@ def bake(v, faces, corner, size, paint, over=2, margin=4):
         det = e1[0] * e2[1] - e1[1] * e2[0]
         if abs(det) < 1e-9:
             continue
+        # Barycentric coordinates of the samples, and their distances from the triangle.
         qx, qy = gx - t[0, 0], gy - t[0, 1]
         b1 = (qx * e2[1] - qy * e2[0]) / det
         b2 = (qy * e1[0] - qx * e1[1]) / det

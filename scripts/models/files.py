@@ -5,6 +5,7 @@ import numpy as np
 
 
 def number(x, digits):
+    """Formats a number without trailing zeros."""
     s = "%.*f" % (digits, x)
     if "." in s:
         s = s.rstrip("0").rstrip(".")
@@ -45,7 +46,7 @@ def write_mtl(path, materials):
 
 
 def write_png(path, rgb):
-    """8-bit RGB image; each row takes the PNG filter with the smallest sum."""
+    """Writes an 8-bit RGB image.  Each row uses the PNG filter with the smallest sum of absolute differences."""
     h, w, _ = rgb.shape
     x = rgb.astype(np.int32)
     left = np.zeros_like(x)
@@ -56,6 +57,7 @@ def write_png(path, rgb):
     corner[1:, 1:] = x[:-1, :-1]
     pa, pb, pc = np.abs(up - corner), np.abs(left - corner), np.abs(left + up - 2 * corner)
     paeth = np.where((pa <= pb) & (pa <= pc), left, np.where(pb <= pc, up, corner))
+    # The five filters of PNG: none, sub, up, average, Paeth.
     kinds = [(x - y) & 255 for y in (0 * x, left, up, (left + up) // 2, paeth)]
     cost = np.array([np.where(k > 127, 256 - k, k).sum((1, 2)) for k in kinds])
     best = cost.argmin(0)

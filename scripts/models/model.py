@@ -24,26 +24,28 @@ class Model:
         self.v = np.round(v - mid, 5) + 0.0
 
     def hard_normals(self, crease_deg):
+        """Gives the model normals that differ across edges sharper than the crease angle."""
         self.normals, self.normal_of = topology.corner_normals(self.v, self.faces, crease_deg)
 
     def write(self, folder):
         """Writes the files; returns counts and measures for SOURCES.md."""
         facts = topology.check(self.v, self.faces)
         assert all(g == self.genus for g in facts["genus"]), "%s: genus %s" % (self.name, facts["genus"])
-        at = os.path.join(folder, self.name)
+        stem = os.path.join(folder, self.name)
         title = ["%s - %s" % (self.name, self.about),
                  "Made by scripts/make_models; see SOURCES.md.  SPDX-License-Identifier: Apache-2.0"]
-        files.write_obj(at + ".obj", title, self.name + ".mtl", self.v, self.faces, self.groups,
+        files.write_obj(stem + ".obj", title, self.name + ".mtl", self.v, self.faces, self.groups,
                         self.normals, self.normal_of, self.uv, self.uv_of)
-        files.write_mtl(at + ".mtl", self.materials)
+        files.write_mtl(stem + ".mtl", self.materials)
         if self.image is not None:
-            files.write_png(at + ".png", self.image)
+            files.write_png(stem + ".png", self.image)
         facts["groups"] = [g for g, _, ids in self.groups if len(ids)]
         facts["extent"] = (self.v.max(0) - self.v.min(0)).tolist()
         return facts
 
 
 def material(kd, ks=0.05, ns=20, texture=None):
+    """Returns the MTL statements of a material: diffuse colour, specular strength and exponent."""
     m = {"Ka": "0 0 0", "Kd": "%g %g %g" % tuple(kd), "Ks": "%g %g %g" % (ks, ks, ks),
          "Ns": "%g" % ns, "illum": "2"}
     if texture:
@@ -85,8 +87,10 @@ def organic(model, field, parts, paint, lo, hi, h, triangles, weight=None, densi
             texture=1024, shine=(0.08, 24), flat=0.05):
     """Makes mesh, groups, texture coordinates and texture of a model from a distance field.
 
-    parts(p): list of (name, distance); a face belongs to the nearest part.
-    lo, hi, h: corners of the grid and size of its cells.  density: see charts.unwrap()."""
+    parts(p): list of (name, distance); a face belongs to the nearest part.  Some distances are
+    shifted by some thousandths, to move the borders of the parts.  paint(p): colours.
+    lo, hi, h: corners of the grid and size of its cells.  weight, flat: see polygonise.
+    density: see charts.unwrap().  shine: specular strength and exponent."""
     v, faces, normals = polygonise.build(field, lo, hi, h, triangles, weight, flat)
     nb = charts.neighbours(faces)
     mid = v[faces].mean(1)

@@ -18,6 +18,7 @@ def sample(field, lo, dims, h):
     ids = np.stack(np.meshgrid(*[np.arange(n) for n in nb], indexing="ij"), -1).reshape(-1, 3)
     mid = lo + (ids * BLOCK + (BLOCK - 1) / 2) * h
     d = field(mid)
+    # Half the diagonal of a block is 0.87 of its side; 1.7 is a margin, as distances are approximate.
     near = np.abs(d) < BLOCK * h * 0.87 * 1.7
     full = np.empty([n * BLOCK for n in nb])
     view = full.reshape(nb[0], BLOCK, nb[1], BLOCK, nb[2], BLOCK).transpose(0, 2, 4, 1, 3, 5)
@@ -37,6 +38,8 @@ def close_crevices(val):
     would not be a manifold there, so the outside node nearest to the surface
     becomes inside."""
     def corner(a, shift):
+        """Returns the values at one corner of all squares or cubes.  shift: 0 or 1 along each axis;
+        None along the normal of a square."""
         return a[tuple(slice(None) if s is None else slice(1, None) if s else slice(0, -1) for s in shift)]
     squares = []
     for axis in range(3):
@@ -50,7 +53,7 @@ def close_crevices(val):
     eight = [(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)]
 
     def fill(at, corners):
-        """Makes inside the outside node with the least distance among each place's corners."""
+        """Makes the outside corner that is nearest to the surface an inside node, at each place."""
         pts = at[:, None, :] + np.array([[s or 0 for s in c] for c in corners])[None]
         d = val[tuple(np.moveaxis(pts, 2, 0))]
         best = np.where(d < 0, np.inf, d).argmin(1)
@@ -80,6 +83,9 @@ def close_crevices(val):
 
 
 def surface_nets(field, lo, hi, h):
+    """Returns vertices and triangles of the surface net in a box.  A cell that the surface crosses
+    gets a vertex, the mean of the crossings of its edges; a crossed edge gets a quad of the four
+    cells around it."""
     lo = np.asarray(lo, float)
     dims = np.ceil((np.asarray(hi, float) - lo) / h).astype(int) + 1
     val = sample(field, lo, dims, h)
@@ -87,8 +93,8 @@ def surface_nets(field, lo, hi, h):
     shape = np.array(val.shape)
     inside = val < 0
     total = int(shape.prod())
-    acc = np.zeros((total, 3))
-    cnt = np.zeros(total)
+    crossing_sum = np.zeros((total, 3))
+    crossing_count = np.zeros(total)
     quads = []
     stride = np.array([shape[1] * shape[2], shape[2], 1])
     for axis in range(3):
@@ -103,15 +109,15 @@ def surface_nets(field, lo, hi, h):
         u, w = (axis + 1) % 3, (axis + 2) % 3
         cells = np.stack([i0 - stride[u] - stride[w], i0 - stride[w], i0, i0 - stride[u]], 1)
         for c in cells.T:
-            np.add.at(acc, c, p)
-            np.add.at(cnt, c, 1)
+            np.add.at(crossing_sum, c, p)
+            np.add.at(crossing_count, c, 1)
         outward = v0 < 0
         quads.append(np.where(outward[:, None], cells, cells[:, ::-1]))
     q = np.concatenate(quads)
-    used = np.nonzero(cnt)[0]
+    used = np.nonzero(crossing_count)[0]
     index = np.full(total, -1)
     index[used] = np.arange(len(used))
-    v = lo + acc[used] / cnt[used][:, None] * h
+    v = lo + crossing_sum[used] / crossing_count[used][:, None] * h
     q = index[q]
     # Split each quad along its shorter diagonal.
     d02 = ((v[q[:, 0]] - v[q[:, 2]]) ** 2).sum(1)
@@ -123,7 +129,9 @@ def surface_nets(field, lo, hi, h):
 
 
 def project(field, v, e, steps=4, limit=None):
-    """Moves points onto the zero set by Newton steps along the gradient, each at most `limit` long."""
+    """Moves points onto the zero set by Newton steps along the gradient, each at most `limit` long.
+
+    e: size of a cell; gradients are differences over a tenth of it."""
     limit = e if limit is None else limit
     for _ in range(steps):
         g = gradient(field, v, e * 0.1)
@@ -141,7 +149,7 @@ def unit_normals(field, v, e):
 
 def relax(field, v, faces, e, rounds, amount=0.5):
     """Moves vertices along the surface toward the mean of their neighbours."""
-    a = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    a = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])  # directed edges
     for _ in range(rounds):
         s = np.zeros_like(v)
         np.add.at(s, a[:, 0], v[a[:, 1]])
@@ -180,7 +188,7 @@ def decimate(v, faces, normals, target, weight, flat=0.05):
     for i, f in enumerate(tri):
         for c in f:
             around[c].add(i)
-    stamp = [0] * len(pos)
+    stamp = [0] * len(pos)  # changes of each vertex: a heap entry with other stamps is outdated
     alive = len(tri)
 
     def ring(i):
@@ -208,40 +216,42 @@ def decimate(v, faces, normals, target, weight, flat=0.05):
             continue
         ri, rj = ring(i), ring(j)
         both = ri & rj
+        # The mesh must stay a manifold, and the new vertex have at most 9 neighbours.
         if len(both) != 2 or len(ri) + len(rj) - 4 > 9:
             continue
-        if any(len(around[k]) <= 4 for k in both):
+        if any(len(around[k]) <= 4 for k in both):  # each would keep fewer than 4 faces
             continue
         n = (nor[i][0] + nor[j][0], nor[i][1] + nor[j][1], nor[i][2] + nor[j][2])
-        ln = dot(n, n) ** 0.5
-        if ln < 0.8:
+        n_length = dot(n, n) ** 0.5
+        if n_length < 0.8:  # the normals are more than 133 degrees apart
             continue
-        n = (n[0] / ln, n[1] / ln, n[2] / ln)
+        n = (n[0] / n_length, n[1] / n_length, n[2] / n_length)
         d = sub(pos[j], pos[i])
         # The new vertex is the middle of the arc through both ends, not of the chord.
         lift = (dot(d, nor[j]) - dot(d, nor[i])) / 8
         p = tuple((pos[i][k] + pos[j][k]) / 2 + lift * n[k] for k in range(3))
         shared = around[i] & around[j]
-        ok = True
+        is_valid = True
         for f in (around[i] | around[j]) - shared:
             q = [p if c == i or c == j else pos[c] for c in tri[f]]
             e1, e2 = sub(q[1], q[0]), sub(q[2], q[0])
             c = cross(e1, e2)
-            lc = dot(c, c) ** 0.5
+            c_length = dot(c, c) ** 0.5
             e3 = sub(q[2], q[1])
             longest = max(dot(e1, e1), dot(e2, e2), dot(e3, e3))
-            if lc < 0.22 * longest:
-                ok = False
+            if c_length < 0.22 * longest:  # a sliver: its height is below 0.22 of its longest edge
+                is_valid = False
                 break
             for k in tri[f]:
                 m = n if k == i or k == j else nor[k]
-                if dot(c, m) < 0.35 * lc:
-                    ok = False
+                if dot(c, m) < 0.35 * c_length:  # the face would turn 70 degrees from a normal
+                    is_valid = False
                     break
-            if not ok:
+            if not is_valid:
                 break
-        if not ok:
+        if not is_valid:
             continue
+        # Remove the two faces at the edge, and move the others from j to i.
         for f in shared:
             for c in tri[f]:
                 around[c].discard(f)
@@ -264,12 +274,12 @@ def decimate(v, faces, normals, target, weight, flat=0.05):
 
 
 def flip_edges(v, faces, normals, rounds=3):
-    """Flips edges whose two opposite angles sum to more than 180 degrees,
-    where the surface is flat enough."""
+    """Flips edges whose two opposite angles sum to more than 180 degrees (as for a Delaunay
+    triangulation), unless a new face would turn more than 53 degrees from a vertex normal."""
     tri = [list(f) for f in faces.tolist()]
     pos = [tuple(p) for p in v.tolist()]
     nor = [tuple(p) for p in normals.tolist()]
-    val = np.bincount(faces.ravel(), minlength=len(v)).tolist()
+    degree = np.bincount(faces.ravel(), minlength=len(v)).tolist()
     for _ in range(rounds):
         owner = {}
         for i, f in enumerate(tri):
@@ -282,30 +292,30 @@ def flip_edges(v, faces, normals, rounds=3):
                 continue
             c = next(x for x in tri[f] if x != a and x != b)
             d = next(x for x in tri[g] if x != a and x != b)
-            if (c, d) in owner or (d, c) in owner or val[a] <= 4 or val[b] <= 4:
+            if (c, d) in owner or (d, c) in owner or degree[a] <= 4 or degree[b] <= 4:
                 continue
 
             def cot(o, p, q):
                 x, y = sub(pos[p], pos[o]), sub(pos[q], pos[o])
                 m = cross(x, y)
                 return dot(x, y) / max(dot(m, m) ** 0.5, 1e-12)
-            if cot(c, a, b) + cot(d, a, b) > -0.05:
+            if cot(c, a, b) + cot(d, a, b) > -0.05:  # the sum is 0 where the angles sum to 180 degrees
                 continue
-            ok = True
+            is_valid = True
             for t in ((a, d, c), (b, c, d)):
                 m = cross(sub(pos[t[1]], pos[t[0]]), sub(pos[t[2]], pos[t[0]]))
-                lm = dot(m, m) ** 0.5
-                if lm < 1e-9 or any(dot(m, nor[k]) < 0.6 * lm for k in t):
-                    ok = False
-            if not ok:
+                m_length = dot(m, m) ** 0.5
+                if m_length < 1e-9 or any(dot(m, nor[k]) < 0.6 * m_length for k in t):
+                    is_valid = False
+            if not is_valid:
                 continue
             tri[f], tri[g] = [a, d, c], [b, c, d]
             owner[(c, d)] = owner[(d, c)] = -1
             dirty.update((f, g))
-            val[a] -= 1
-            val[b] -= 1
-            val[c] += 1
-            val[d] += 1
+            degree[a] -= 1
+            degree[b] -= 1
+            degree[c] += 1
+            degree[d] += 1
             changed += 1
         if not changed:
             break
@@ -313,8 +323,9 @@ def flip_edges(v, faces, normals, rounds=3):
 
 
 def build(field, lo, hi, h, target, weight=None, flat=0.05):
-    """Returns (vertices, faces, normals) of the zero set.
+    """Returns (vertices, faces, normals) of the zero set, with about `target` faces.
 
+    lo, hi, h: corners of the grid and size of its cells.
     weight(p): factor on the cost of edges at p, for more detail there."""
     v, f = surface_nets(field, lo, hi, h)
     v = project(field, v, h, 3, 0.5 * h)

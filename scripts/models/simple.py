@@ -15,6 +15,7 @@ def grid_faces(ids):
 
 
 def finish(m, group, colour, ks=0.35, ns=60):
+    """Gives a model one group and one material."""
     m.groups = [(group, m.name, np.arange(len(m.faces)))]
     m.materials = [(m.name, material(colour, ks, ns))]
     return m
@@ -51,6 +52,7 @@ def sphere(level=4):
 
 
 def torus(R=0.9, r=0.36, nu=76, nv=32):
+    """Torus about y with nu x nv vertices."""
     u = np.arange(nu) * 2 * np.pi / nu
     w = np.arange(nv) * 2 * np.pi / nv
     U, W = np.meshgrid(u, w, indexing="ij")

@@ -4,15 +4,16 @@ from .implicit import (ellipsoid, mirrored, mix, paint_eye, ripple, rotation, sm
                        sphere, step01, tube)
 from .model import Model, organic
 
-# direction (degrees from straight ahead), length in the plane, height of the knee
+# Legs of the left side: direction (degrees from +z), length in the ground plane, height of the knee.
 LEGS = [(32, 1.10, 0.74), (68, 0.98, 0.71), (106, 0.97, 0.71), (141, 1.16, 0.77)]
-# centre and radius of the four eyes of the left side
+# Eyes of the left side: centre and radius.  GAZES: the directions that they look in.
 EYES = [((0.082, 0.452, 0.520), 0.076), ((0.185, 0.470, 0.430), 0.046),
         ((0.150, 0.545, 0.330), 0.030), ((0.160, 0.545, 0.200), 0.034)]
-LOOK = [(0.10, 0.06, 1.0), (0.62, 0.12, 0.78), (0.6, 0.6, 0.5), (0.7, 0.6, -0.1)]
+GAZES = [(0.10, 0.06, 1.0), (0.62, 0.12, 0.78), (0.6, 0.6, 0.5), (0.7, 0.6, -0.1)]
 
 
 def leg_rows(deg, length, knee):
+    """Returns rows (x, y, z, radius) of a leg for tube(), from the body to the tip."""
     a = np.radians(deg)
     s, c = np.sin(a), np.cos(a)
     base = np.array([0.13 * s, 0.0, 0.20 + 0.16 * c])
@@ -30,6 +31,7 @@ def leg(q, i):
 
 
 def prosoma(p):
+    """Front part of the body, with a dent in its back."""
     d = ellipsoid(p, (0, 0.40, 0.20), (0.245, 0.165, 0.31))
     d = smin(d, ellipsoid(p, (0, 0.440, 0.36), (0.205, 0.150, 0.180)), 0.10)
     dent = ellipsoid(p, (0, 0.585, 0.10), (0.020, 0.05, 0.09))
@@ -51,6 +53,7 @@ def jaws(p):
 
 
 def palp(q):
+    """Feeler beside the jaws."""
     return tube(q, [(0.130, 0.350, 0.44, 0.045), (0.215, 0.420, 0.590, 0.042), (0.240, 0.400, 0.665, 0.042),
                     (0.215, 0.255, 0.745, 0.037), (0.200, 0.180, 0.760, 0.040)], 4)
 
@@ -136,7 +139,7 @@ def paint(p):
     c = mix(c, mix(warm * 0.8, (0.07, 0.05, 0.05), step01(0.21, 0.17, y)), on_jaw)
     c *= (1 + 0.10 * fuzz)[:, None]
     face = smin(prosoma(p), j, 0.03)
-    for (centre, r), gaze in zip(EYES, LOOK):
+    for (centre, r), gaze in zip(EYES, GAZES):
         c = paint_eye(c, p, face, centre, gaze, r, (0.17, 0.09, 0.06), 74, 50, white=(0.06, 0.045, 0.045),
                       glint=(-0.30, 0.42), rim=(0.84, 0.48, 0.20), rim_width=0.16 * r)
     return c

@@ -33,6 +33,7 @@ def ring(ks, row, cols):
 
 
 def scaled(r, s, move=(0, 0, 0)):
+    """Returns a ring scaled about its centre, then moved."""
     mid = r[:-1].mean(0)
     return mid + (r - mid) * s + np.asarray(move)
 

@@ -7,7 +7,7 @@ def directed_edges(faces):
 
 
 def shells(nverts, faces):
-    """Returns the number of the connected component of every face."""
+    """Returns for every face the number of its connected component."""
     lab = np.arange(nverts)
     e = directed_edges(faces)
     while True:

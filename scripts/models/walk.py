@@ -14,7 +14,7 @@ def rotate_about(p, joint, degrees, weight):
 
 
 def round_weight(weight):
-    """Rounds weights to 1/400, so that rotate_about() needs few matrices."""
+    """Rounds weights to multiples of 1/400, because rotate_about() makes a matrix for each weight."""
     return np.round(weight * 400) / 400
 
 
@@ -45,7 +45,7 @@ def walking_humanoid(p, groups, phase):
 def walking_spider(p, groups, phase):
     """Returns the vertices at `phase`, 0 to 1, of a cycle. Neighbouring legs are half a cycle apart."""
     out = p.copy()
-    for number, (degrees, reach, _) in enumerate(spider.LEGS):
+    for number, (degrees, _length, _) in enumerate(spider.LEGS):
         for side, side_name in ((1, "left"), (-1, "right")):
             is_leg = groups == "%s_leg_%d" % (side_name, number + 1)
             angle = 2 * np.pi * (phase + 0.5 * ((number + (side < 0)) % 2))

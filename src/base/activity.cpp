@@ -60,6 +60,8 @@ class Watcher {
     bool is_reported = false;
   };
 
+  /// Runs on the thread. Reports the innermost stage once, as soon as it has lasted long enough,
+  /// then waits for the next change.
   void report_stages() {
     using namespace std::chrono_literals;
     std::unique_lock lock(mutex_);
@@ -102,7 +104,7 @@ class Watcher {
   std::thread thread_;
   ActivityDisplay display_ = ActivityDisplay::kNone;
   unsigned long long last_id_ = 0;
-  bool ended_ = false, is_drawn_ = false;
+  bool ended_ = false, is_drawn_ = false;  ///< is_drawn_: the status line shows a stage
 };
 
 // Constructs the log first, so that the log outlives the thread.

@@ -8,8 +8,8 @@
 
 namespace polymorph {
 
-/// put() appends a value's bytes to a string; take() removes and returns a value at the front of
-/// one.
+/// put() appends a value's bytes to a string; take() removes a value from the front of a string,
+/// which must be long enough, and returns it.
 template <class T>
 void put(std::string& bytes, T value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
@@ -22,7 +22,7 @@ T take(std::string_view& bytes) {
   return value;
 }
 
-/// put_all() and take_all() do it for many values; `bytes` must contain at least `count` of them.
+/// put_all() and take_all() do the same for several values.
 template <class T>
 void put_all(std::string& bytes, const std::vector<T>& values) {
   bytes.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));

@@ -21,7 +21,7 @@ static_assert(std::endian::native == std::endian::little, "cache files are littl
 // checksum of everything before it.
 constexpr std::size_t kHashSize = kCacheKeySize;
 constexpr std::size_t kMaxOrigin = 255;
-constexpr std::uint64_t kMaxBytes = 4ull << 30;
+constexpr std::uint64_t kMaxBytes = 4ull << 30;  // larger files are not loaded
 
 /// Tests whether a name is one that this program gives to cache files.
 bool is_key(std::string_view name) {
@@ -60,6 +60,7 @@ fs::path cache_path(const fs::path& folder, const std::string& key, const CacheK
 std::optional<std::string_view> cached_content(std::string_view bytes, const std::string& key,
                                                const CacheKind& kind, const char*& problem) {
   const std::size_t header_size = kind.magic.size() + 4 + kHashSize + 1;
+  // Before each test, `problem` is set to what a failure means.
   problem = "is no cache file of this program";
   if (!bytes.starts_with(kind.magic) || bytes.size() < header_size + kHashSize) {
     if (kind.magic.starts_with(bytes.substr(0, kind.magic.size()))) problem = "is cut short";

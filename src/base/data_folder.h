@@ -9,8 +9,8 @@
 namespace polymorph {
 
 /// Finds the absolute path of the folder that contains models/ and effects/: POLYMORPH_DATA_DIR if
-/// set, else share/polymorph in the program's folder or in its parent. Errors (kResource): none
-/// exists; the message lists the candidates.
+/// set, else share/polymorph in the program's folder or in its parent. Errors: kResource if
+/// none exists; the message lists the candidates.
 Result<std::filesystem::path> find_data_folder();
 
 }  // namespace polymorph

@@ -1,8 +1,8 @@
 // Elementary functions whose results are equal to the bit on all machines. They use only + - * /,
 // sqrt and integer operations, which IEEE 754 rounds in exactly one way, in a fixed order. The
-// functions of the C library differ between its versions and between processors. Double precision,
-// errors of a few units in the last place. Meant for values that a frame computes once or a few
-// thousand times; inner loops use kernels/simd_math.h.
+// functions of the C library differ between its versions and between processors. Results have
+// errors of a few units in the last place. The functions are for values that a frame computes once
+// or a few thousand times; inner loops use kernels/simd_math.h.
 #pragma once
 
 #include <cmath>
@@ -27,7 +27,7 @@ inline double from_bits(std::uint64_t bits) {
   std::memcpy(&a, &bits, sizeof a);
   return a;
 }
-/// Rounds |a| < 2^51 to the nearest integer: at 2^52 a double has no fraction.
+/// Rounds |a| < 2^51 to the nearest integer: a double has no fraction bits from 2^52 on.
 inline double round_to_nearest(double a) { return (a + 0x1.8p52) - 0x1.8p52; }
 
 struct SinCos {
@@ -70,32 +70,34 @@ inline double tan(double x) {
   return a.sine / a.cosine;
 }
 
-/// The exponential function, reduced as in sin_cos(); 0 for x <= -700, infinite above 700.
+/// The exponential function; 0 for x <= -700, infinite above 700.
 inline double exp(double x) {
   if (!(x > -700)) return x != x ? x : 0;
   if (x > 700) return std::numeric_limits<double>::infinity();
   const double n = detail::round_to_nearest(x / kLn2);
+  // Cody-Waite reduction with ln 2 in two parts.
   const double r = (x - n * 0x1.62e42feep-1) - n * 0x1.a39ef35793c76p-33;
   double sum = 0;
   for (int k = 14; k >= 1; --k) sum = (1 + sum) * (r / k);
-  const auto power = static_cast<std::uint64_t>(static_cast<std::int64_t>(n) + 1023) << 52;
-  return (1 + sum) * detail::from_bits(power);
+  const auto power_bits = static_cast<std::uint64_t>(static_cast<std::int64_t>(n) + 1023) << 52;
+  return (1 + sum) * detail::from_bits(power_bits);
 }
 inline double exp2(double x) {
   const double n = detail::round_to_nearest(x);
   if (!(n > -1000 && n < 1000)) return exp(x * kLn2);
-  const auto power = static_cast<std::uint64_t>(static_cast<std::int64_t>(n) + 1023) << 52;
-  return exp((x - n) * kLn2) * detail::from_bits(power);
+  const auto power_bits = static_cast<std::uint64_t>(static_cast<std::int64_t>(n) + 1023) << 52;
+  return exp((x - n) * kLn2) * detail::from_bits(power_bits);
 }
 
 /// Natural logarithm of a normal x > 0; -infinity for 0 and below.
 inline double log(double x) {
   if (!(x > 0)) return x != x ? x : -std::numeric_limits<double>::infinity();
   if (x > std::numeric_limits<double>::max()) return x;
-  // x = 2^n m with m in [sqrt(1/2), sqrt(2)); log(m) = 2 atanh(s), as a series.
+  // x = 2^n m with m in [sqrt(1/2), sqrt(2)). Subtracting the bits of sqrt(1/2) makes the exponent
+  // change there instead of at 1. log(m) = 2 atanh(s) with s = (m - 1) / (m + 1), as a series.
   const std::uint64_t bits = detail::to_bits(x);
-  const std::uint64_t half_root = 0x3fe6a09e667f3bcdull;  // the bits of sqrt(1/2)
-  const auto n = static_cast<std::int64_t>(bits - half_root) >> 52;
+  const std::uint64_t sqrt_half_bits = 0x3fe6a09e667f3bcdull;
+  const auto n = static_cast<std::int64_t>(bits - sqrt_half_bits) >> 52;
   const double m = detail::from_bits(bits - (static_cast<std::uint64_t>(n) << 52));
   const double s = (m - 1) / (m + 1), q = s * s;
   double sum = 0;
@@ -111,6 +113,7 @@ inline double log1p(double x) {
 inline double expm1(double x) {
   const double u = exp(x);
   if (u == 1) return x;
+  // Beyond 40 there is no cancellation.
   return x < -40 || x > 40 ? u - 1 : (u - 1) * (x / log(u));
 }
 

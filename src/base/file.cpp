@@ -220,7 +220,7 @@ Status write_all(int fd, std::string_view bytes, const fs::path& path) {
     const ssize_t n = ::write(fd, bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR) continue;
     if (n < 0 && errno == EAGAIN) {           // the pipe is full
-      constexpr int kPollMilliseconds = 100;  // another thread may receive a signal meanwhile
+      constexpr int kPollMilliseconds = 100;  // a signal may reach another thread, not poll()
       pollfd wait{fd, POLLOUT, 0};
       if (::poll(&wait, 1, kPollMilliseconds) >= 0 && !stop_waiting_for_readers) continue;
       return make_error(ErrorCode::kOutput, "{}: stopped by a signal while its reader waited",
@@ -258,10 +258,11 @@ Status write_temporary(const fs::path& path, const ByteSource& next, Temporary& 
       ::open(temporary.path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
   if (file.fd < 0) {
     const int errno_value = errno;
-    temporary.keep = true;  // it was not created
+    temporary.keep = true;  // the file was not created, so do not remove it
     return write_error(path, errno_value, suggest_remedy(errno_value));
   }
   PM_TRY_STATUS(write_all(file.fd, next, path));
+  // EINVAL and EROFS mean that the file cannot be synchronized.
   if (::fsync(file.fd) != 0 && errno != EINVAL && errno != EROFS)
     return write_error(path, errno, suggest_remedy(errno));
   return Ok{};

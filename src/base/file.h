@@ -55,8 +55,8 @@ Status write_files(const std::vector<NewFile>& files);
 /// this run reads the file.
 Status check_writable(const std::filesystem::path& path);
 
-/// Checks an output path before any work is done: an existing file is an error without `overwrite`;
-/// then check_writable(). Every output uses this rule. Errors: kOutput.
+/// Checks an output path before any work is done, by check_writable(). Without `overwrite`, an
+/// existing file is an error. Every output uses this function. Errors: kOutput.
 Status check_output(const std::filesystem::path& path, bool overwrite);
 
 /// Registers a file that this run reads. During the lifetime of an InputGuard, no function of this
@@ -64,8 +64,8 @@ Status check_output(const std::filesystem::path& path, bool overwrite);
 /// device and inode. Anything but a regular file is ignored.
 void remember_input(const std::filesystem::path& path);
 
-/// Marks the duration of a run by its lifetime; a process has one run at a time. Outside a run,
-/// remember_input() protects nothing.
+/// Marks a run: it lasts as long as this object lives. A process has one run at a time. Outside a
+/// run, remember_input() protects nothing.
 class InputGuard {
  public:
   InputGuard();

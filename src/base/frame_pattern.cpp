@@ -16,7 +16,7 @@ Result<FramePattern> parse_pattern(const std::string& text) {
                       "{}: the frame number (####) must stand in the file name, not in a folder's",
                       text);
   FramePattern pattern;
-  std::string* target = &pattern.before;
+  std::string* target = &pattern.before;  // `after`, once the number has been read
   *target = text.substr(0, name_at);
   const auto set_digits = [&](int digits) -> Status {
     if (pattern.digits > 0)
@@ -90,19 +90,21 @@ Result<std::vector<int>> existing_frames(const FramePattern& pattern) {
   namespace fs = std::filesystem;
   const fs::path sample(pattern.before + "0" + pattern.after);
   const fs::path folder = sample.has_parent_path() ? sample.parent_path() : fs::path(".");
-  const std::string head = fs::path(pattern.before + "x").filename().string();  // never empty
-  const std::string before = head.substr(0, head.size() - 1);
+  // The "x" keeps filename() from being empty where the number begins the file name.
+  const std::string prefix_x = fs::path(pattern.before + "x").filename().string();
+  const std::string prefix = prefix_x.substr(0, prefix_x.size() - 1);
   std::error_code error;
   std::vector<int> frames;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     const std::string name = entry.path().filename().string();
-    if (name.size() <= before.size() + pattern.after.size() || !name.starts_with(before) ||
+    if (name.size() <= prefix.size() + pattern.after.size() || !name.starts_with(prefix) ||
         !name.ends_with(pattern.after))
       continue;
     const std::string number =
-        name.substr(before.size(), name.size() - before.size() - pattern.after.size());
+        name.substr(prefix.size(), name.size() - prefix.size() - pattern.after.size());
     const auto frame = parse_integer(number);
-    // Only names that frame_path() would return: "frame.7.exr" is not frame 7 of "frame.####.exr".
+    // Accept only names that frame_path() returns: "frame.7.exr" is not frame 7 of
+    // "frame.####.exr".
     if (frame && *frame >= 0 && *frame <= 100000000 &&
         frame_path(pattern, static_cast<int>(*frame)).filename() == name)
       frames.push_back(static_cast<int>(*frame));

@@ -12,16 +12,17 @@ namespace polymorph {
 /// A path with a place for the frame number in its file name: "out/frame.####.exr" (n hashes = n
 /// digits) or "out/frame.%04d.exr"; "%%" is a percent sign.
 struct FramePattern {
-  std::string before, after;
-  int digits = 0;  ///< 0 = no place for a number
+  std::string before, after;  ///< the path before and after the number
+  int digits = 0;             ///< 0 = no place for a number
   bool has_number() const { return digits > 0; }
 };
 
-/// Parses a pattern. Errors (kUsage): a lone '#', two places for a number or one in a folder, no
-/// name.
+/// Parses a pattern. Errors (kUsage): a single '#', two places for the number, a place in a
+/// folder's name, or no file name.
 Result<FramePattern> parse_pattern(const std::string& text);
 
-/// Parses the file name only; the folder's name is taken literally. Errors: as above.
+/// Parses the file name only; the folder's name is taken literally. Errors: those of
+/// parse_pattern().
 Result<FramePattern> file_pattern(const std::filesystem::path& file);
 
 /// Inserts ".####" before the extension if the pattern has no place for a number, so that it can

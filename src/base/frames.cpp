@@ -9,7 +9,8 @@
 namespace polymorph {
 namespace {
 
-/// Frames `from`, `from` +- step, ... up to `to`; or, as `complement`, all others in between.
+/// Frames `from`, `from` +- step, ... up to `to`; with `complement`, all other frames between the
+/// two.
 struct Range {
   long long from = 0, to = 0, step = 1;
   bool complement = false;
@@ -33,7 +34,8 @@ Result<Range> parse_range(std::string_view part, std::string_view list) {
   std::string_view left = ends, right = ends;
   if (const auto dots = ends.find(".."); dots != std::string_view::npos) {
     left = ends.substr(0, dots), right = ends.substr(dots + 2);
-  } else if (const auto dash = ends.find('-', 1); dash != std::string_view::npos) {
+  } else if (const auto dash = ends.find('-', 1);  // the first character may be a sign
+             dash != std::string_view::npos) {
     left = ends.substr(0, dash), right = ends.substr(dash + 1);
   }
   const auto from = parse_integer(left), to = parse_integer(right);

@@ -1,5 +1,5 @@
-// Content hashes: cache keys, mesh digests, decoded-pixel digests. XXH3-128, 32 hex digits; not
-// cryptographic.
+// Content hashes: cache keys, mesh digests, decoded-pixel digests. They are XXH3-128 as 32 hex
+// digits, and not cryptographic.
 #pragma once
 
 #include <cstddef>

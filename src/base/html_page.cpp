@@ -16,6 +16,7 @@ std::string base64(std::string_view bytes) {
       return k < bytes.size() ? static_cast<unsigned char>(bytes[k]) : 0u;
     };
     const unsigned value = byte_at(i) << 16 | byte_at(i + 1) << 8 | byte_at(i + 2);
+    // 1, 2 or 3 bytes give 2, 3 or 4 digits; '=' fills the group of four.
     for (unsigned digit = 0; digit < 4; ++digit)
       text += i + digit <= bytes.size() ? kDigits[value >> (18 - 6 * digit) & 63] : '=';
   }

@@ -15,9 +15,9 @@ struct ReadFile {
   std::string sha256;          ///< 64 hex digits
 };
 
-/// Records the files that any thread reads during its lifetime, with their digests: those of
-/// read_file(), by the bytes that it returned, and those that other code reads and registers with
-/// remember_input() (base/file.h). files() reads the latter once more for their digests.
+/// Records the files that any thread reads during the recorder's lifetime, with their digests. A
+/// file read by read_file() (base/file.h) has the digest of the bytes that read_file() returned.
+/// Other code registers its files with remember_input(); files() reads those again to digest them.
 class InputRecorder {
  public:
   InputRecorder();
@@ -28,7 +28,7 @@ class InputRecorder {
   /// Lists each file once, sorted by path. Files that cannot be read are left out.
   std::vector<ReadFile> files();
 
-  // For base/file.cpp.
+  // Called by record_input().
   void add(const std::filesystem::path& path, const std::string& sha256);
   void add(const std::filesystem::path& path);
 
@@ -37,7 +37,8 @@ class InputRecorder {
   std::map<std::filesystem::path, std::string> digests_;  ///< empty = not known yet
 };
 
-/// Reports a file that was read, or registered, to all recorders.
+/// Adds a file to all recorders: one that was read, with its bytes, or one that was registered.
+/// Called by base/file.cpp.
 void record_input(const std::filesystem::path& path, std::string_view bytes);
 void record_input(const std::filesystem::path& path);
 

@@ -22,7 +22,7 @@ struct JsonMember;
 /// object: `JsonValue{{"name", "torus"}, {"genus", 1}}`.
 struct JsonValue {
   enum class Kind : std::uint8_t { kNull, kBoolean, kNumber, kString, kArray, kObject };
-  static constexpr std::size_t kNowhere = static_cast<std::size_t>(-1);
+  static constexpr std::size_t kNowhere = static_cast<std::size_t>(-1);  ///< not parsed from text
 
   Kind kind = Kind::kNull;
   bool boolean = false;
@@ -81,8 +81,8 @@ struct JsonValue {
 
   /// The member called `key`, appended if it is missing; a null value becomes an object first.
   JsonValue& operator[](std::string_view key);
-  /// Sets all members of another object and appends those that are new; a null value becomes an
-  /// object first.
+  /// Copies all members of `object` into this one, in place of members with the same keys. A null
+  /// value becomes an object first.
   void update(const JsonValue& object);
   /// Appends an item to an array; a null value becomes an array first.
   void push_back(JsonValue item);

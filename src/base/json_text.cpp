@@ -102,28 +102,32 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
   }
   bool parse_error(std::size_t position, const std::string&,
                    const nlohmann::detail::exception& e) override {
-    std::string what = e.what();
+    std::string message = e.what();
+    // Remove the prefix of messages such as:
     // "[json.exception.parse_error.101] parse error at line 3, column 5: syntax error ..."
-    if (const auto colon = what.find(": "); colon != std::string::npos)
-      what = what.substr(colon + 2);
+    if (const auto colon = message.find(": "); colon != std::string::npos)
+      message = message.substr(colon + 2);
     // "[json.exception.out_of_range.406] number overflow parsing '1e999'"
-    if (what.starts_with('[')) what = what.substr(std::min(what.find("] "), what.size() - 2) + 2);
+    if (message.starts_with('['))
+      message = message.substr(std::min(message.find("] "), message.size() - 2) + 2);
     std::size_t offset = position > 0 ? position - 1 : 0;
-    // Point at the token's start: the lexer reports the position after the token.
-    if (const auto read = what.find("last read: '");
-        read != std::string::npos && what.find("unexpected") != std::string::npos) {
-      const auto close = what.rfind('\'');
-      const std::size_t size = close > read + 12 ? close - read - 12 : 0;  // 12: "last read: '"
-      if (size > 1 && offset + 1 >= size && what.find("<U+") == std::string::npos)
+    // Point at the token's start: the lexer reports the position after the token. A message that
+    // spells control characters as <U+0000> does not show the token's size.
+    if (const auto token_at = message.find("last read: '");
+        token_at != std::string::npos && message.find("unexpected") != std::string::npos) {
+      const auto close = message.rfind('\'');
+      const std::size_t size =
+          close > token_at + 12 ? close - token_at - 12 : 0;  // 12: "last read: '"
+      if (size > 1 && offset + 1 >= size && message.find("<U+") == std::string::npos)
         offset -= size - 1;
     }
     const char character = offset < document_.text.size() ? document_.text[offset] : '\0';
     const char* hint = "";
     if (character == '#') hint = " - a comment starts with //";
     if (character == '\'') hint = " - strings need double quotes";
-    if ((character == '}' || character == ']') && what.find("unexpected") != std::string::npos)
+    if ((character == '}' || character == ']') && message.find("unexpected") != std::string::npos)
       hint = " - remove the comma before it, or add what is missing";
-    return fail(offset, what + hint);
+    return fail(offset, message + hint);
   }
 
  private:

@@ -97,7 +97,8 @@ spdlog::level::level_enum to_spdlog(LogLevel level) {
   return spdlog::level::info;
 }
 
-/// Patterns of a log file's lines (spdlog's syntax), and their beginnings with 0 for any digit.
+/// Patterns of a log file's lines (spdlog's syntax), and the beginnings of such lines, in which 0
+/// stands for any digit.
 constexpr const char* kTextPattern = "%Y-%m-%dT%H:%M:%S.%e %l %v";
 constexpr const char* kJsonPattern =
     R"({"time":"%Y-%m-%dT%H:%M:%S.%e","level":"%l","message":"%v"})";
@@ -125,7 +126,8 @@ bool looks_like_log(const std::filesystem::path& path) {
 
 std::atomic<bool> file_is_incomplete{false};
 
-/// Sink for a log file. The first line that cannot be written closes it, with an error on stderr.
+/// Sink for a log file. After the first line that cannot be written, it reports an error on
+/// standard error and writes no more.
 class FileSink : public spdlog::sinks::base_sink<std::mutex> {
  public:
   FileSink(std::filesystem::path path, int fd, bool json)

@@ -55,7 +55,7 @@ Vec3d log_rotation(const Mat3& r) {
 Vec3d log_rotation_near(const Mat3& r, Vec3d preferred) {
   const Vec3d shortest = log_rotation(r);
   const double angle = length(shortest);
-  if (!(angle > 1e-6)) return shortest;
+  if (!(angle > 1e-6)) return shortest;  // the axis is not well defined
   const Vec3d other = shortest * ((angle - 2 * std::numbers::pi) / angle);
   return length(other - preferred) < length(shortest - preferred) ? other : shortest;
 }

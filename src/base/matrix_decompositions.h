@@ -11,7 +11,8 @@ namespace polymorph {
 Mat3 from_columns(Vec3d x, Vec3d y, Vec3d z);
 
 /// Computes the rotation nearest to `a` (U V^T of its singular value decomposition, without
-/// reflection): the R that maximizes sum w (R p) . q for a = sum w q p^T. The identity if `a` is 0.
+/// reflection): the R that maximizes sum w (R p) . q for a = sum w q p^T. Returns the identity if
+/// `a` is 0.
 Mat3 nearest_rotation(const Mat3& a);
 
 /// Logarithm of a rotation: its axis times its angle (0..pi); the inverse of exp_rotation().

@@ -74,6 +74,7 @@ Status raise_stack_limit() {
                       "the stack is limited to {} - raise that to {} or more (ulimit -s {})",
                       format_bytes(static_cast<double>(stack.rlim_max)),
                       format_bytes(static_cast<double>(kNeeded)), kNeeded >> 10);
+  // Threads that start later take their stack size from this attribute, not from the limit.
   pthread_attr_t attributes;
   if (pthread_getattr_default_np(&attributes) == 0) {
     pthread_attr_setstacksize(&attributes, raised.rlim_cur);

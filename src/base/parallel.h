@@ -28,7 +28,7 @@ int thread_count();
 /// not depend on how [0, n) is divided: write by index, then reduce in a fixed order.
 template <class F>
 void parallel_ranges(std::int64_t n, std::int64_t grain, const F& f) {
-  ForkJoin loop;
+  ForkJoin loop;  // ends the loop early on request
   tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, n, grain),
                     [&](const tbb::blocked_range<std::int64_t>& r) {
                       loop.part([&] { f(r.begin(), r.end()); });

@@ -16,8 +16,8 @@ std::string home_name() {
   return (home.has_filename() ? home : home.parent_path()).filename().string();
 }
 
-/// Characters that may precede an absolute path within a word, and those that end the path.
-constexpr std::string_view kBefore = "=,:;\"'([{<>| ", kBehind = "=,:;\"')]}<>|";
+/// Characters that may precede an absolute path within a word, and characters that end the path.
+constexpr std::string_view kPathOpeners = "=,:;\"'([{<>| ", kPathClosers = "=,:;\"')]}<>|";
 
 }  // namespace
 
@@ -34,14 +34,14 @@ std::string remove_folders(std::string_view text) {
     const bool is_path_start =
         text[at] == '/' &&
         (at == 0 || (at == 2 && text[0] == '-' && text[1] != '-' && text[1] != '/') ||
-         kBefore.find(text[at - 1]) != std::string_view::npos);
+         kPathOpeners.find(text[at - 1]) != std::string_view::npos);
     if (!is_path_start) {
       result += text[at++];
       continue;
     }
     std::string_view path = text.substr(at);
     // A space does not end a path, because names may contain spaces.
-    path = path.substr(0, path.find_first_of(kBehind));
+    path = path.substr(0, path.find_first_of(kPathClosers));
     at += path.size();
     while (path.size() > 1 && path.ends_with('/')) path.remove_suffix(1);
     const std::string_view name = path.substr(path.find_last_of('/') + 1);

@@ -1,5 +1,5 @@
-// Removal of private parts of paths: folders that reveal whose machine a file comes from. Files
-// that users pass on, such as frames, contain none.
+// Removal of private parts of paths: folders that reveal whose machine a file comes from. They must
+// not get into files that users pass on, such as frames.
 #pragma once
 
 #include <string>

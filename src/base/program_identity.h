@@ -9,7 +9,7 @@ namespace polymorph {
 /// modified; then compiler, build type and flags. cmake/identity.cmake updates it in every build.
 std::string_view program_identity();
 
-/// The version of the program, as "1.2.3": that of project() in CMakeLists.txt.
+/// The version of the program, as "1.2.3", from project() in CMakeLists.txt.
 std::string_view program_version();
 
 }  // namespace polymorph

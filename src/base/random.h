@@ -30,13 +30,13 @@ constexpr std::uint32_t random_below(std::uint32_t n, std::uint64_t seed, std::u
       ((random_u64(seed, stream, counter) >> 32) * static_cast<std::uint64_t>(n)) >> 32);
 }
 
-/// Uniform in [0, 1).
+/// Uniform random number in [0, 1).
 constexpr float random_float(std::uint64_t seed, std::uint64_t stream, std::uint64_t counter) {
   return static_cast<float>(random_u64(seed, stream, counter) >> 40) * 0x1p-24f;
 }
 
 /// Point i of the R3 sequence (Roberts 2018, "The unreasonable effectiveness of quasirandom
-/// sequences"), a low-discrepancy lattice in [0, 1)^3: even, without visible rows.
+/// sequences"), an evenly spread low-discrepancy sequence in [0, 1)^3.
 inline std::array<double, 3> r3_point(std::size_t i) {
   // 1 / g, 1 / g^2 and 1 / g^3, where g^4 = g + 1.
   constexpr std::array<double, 3> kStep = {0.8191725133961645, 0.6710436067037893,

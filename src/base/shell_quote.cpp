@@ -8,7 +8,7 @@ namespace polymorph {
 
 std::string quote_for_shell(const std::string& word) {
   const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
-    return std::isalnum(c) || c >= 0x80 ||
+    return std::isalnum(c) || c >= 0x80 ||  // UTF-8 needs no quotes
            std::string_view("_-./=+:,@%").find(static_cast<char>(c)) != std::string_view::npos;
   });
   if (plain) return word;

@@ -16,10 +16,12 @@ namespace {
 std::atomic<bool> stop{false};
 volatile std::sig_atomic_t stop_signal = 0;
 
-/// Timer that ends the process 1.7 processor seconds after a signal, even inside a library.
+/// Timer that ends the process 1.7 processor seconds after a signal, even inside a library function
+/// that does not check for interruption.
 timer_t end_timer;
 bool has_end_timer = false;
 constexpr double kGraceSeconds = 0.8;  ///< processor time to complete frames in progress
+/// The timer's 1.7 seconds are the sum of these two.
 constexpr time_t kMaxGraceSeconds = 1;
 constexpr long kMaxGraceNanoseconds = 700000000;
 

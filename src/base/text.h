@@ -31,7 +31,8 @@ enum class Lines { kKeep, kReplace };
 /// of writing by '?'.
 std::string printable(std::string_view text, Lines lines = Lines::kReplace);
 
-/// Replaces control characters from DEL on in JSON text by \\u escapes, which keep its meaning.
+/// Replaces the control characters from DEL (U+007F) on in JSON text by \\u escapes, which do not
+/// change the parsed values.
 std::string printable_json(std::string text);
 
 /// Escapes `text` for a JSON string.

@@ -5,8 +5,8 @@
 
 namespace polymorph {
 
-/// Tests whether the standard library or TBB threw this because a thread could not be started.
-/// make_thread_error() (base/parallel.h) makes an Error of it.
+/// Tests whether the standard library or TBB threw this exception because a thread could not be
+/// started. make_thread_error() (base/parallel.h) makes an Error from its text.
 bool is_thread_failure(const std::exception& thrown);
 
 }  // namespace polymorph
