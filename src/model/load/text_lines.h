@@ -22,7 +22,7 @@ Result<std::string_view> check_text(std::string_view bytes, const std::string& f
 class LineReader {
  public:
   explicit LineReader(std::string_view text) : remaining_(text) {}
-  bool next();
+  bool next();                                      ///< reads a line; false at the end of the text
   std::string_view line() const { return line_; }   ///< valid until next()
   std::uint32_t number() const { return number_; }  ///< number of its first physical line, from 1
 
@@ -47,7 +47,7 @@ struct ParsedReal {
 /// range become 0; values beyond +-1e15, NaN and infinity in any spelling are problems.
 ParsedReal parse_real(std::string_view word);
 
-/// Errors of one file in line order, up to a limit.
+/// Collects the errors of one file, up to a limit; error() sorts them by line.
 class ErrorList {
  public:
   static constexpr std::size_t kLimit = 20;
@@ -66,7 +66,7 @@ class ErrorList {
   std::vector<Item> items_;
 };
 
-/// Counts a frequent event, reported once with the line of its first occurrence.
+/// Counts an event that is reported once, with the line of its first occurrence.
 struct Occurrences {
   std::uint64_t count = 0;
   std::uint32_t first_line = 0;
