@@ -19,7 +19,7 @@ namespace polymorph {
 /// Transform of an object from its file's coordinates to those of the scene.
 struct ObjectPlacing {
   Transform to_scene;            ///< transform from the file's coordinates to the scene's
-  std::vector<Transform> steps;  ///< factors of `to_scene` in order, without upright()
+  std::vector<Transform> steps;  ///< transforms that follow upright(), in order of application
   Box box;                       ///< box in the file's coordinates
   std::vector<Vec3> vertices;    ///< vertices as in the file; empty unless a landmark names one
 };

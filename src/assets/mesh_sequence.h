@@ -37,9 +37,9 @@ struct MeshStep {
   float fps = 24;  ///< frames per second
 };
 /// Computes the displacement of each point of `shown`, which is load_mesh() of `step.mesh`. If both
-/// meshes have the same faces, it is to the point of the same index in the next mesh; else it is
-/// the velocity that the file stores times 1 / fps. Empty if the mesh stays the same or no motion
-/// is known. Errors: as load_mesh().
+/// meshes have the same faces, the displacement is that to the point of the same index in the next
+/// mesh; else it is the velocity that the file stores, divided by fps. Empty if the mesh stays the
+/// same or no motion is known. Errors: as load_mesh().
 Result<std::vector<Vec3>> mesh_motion(const MeshSequence& sequence, const Model& shown,
                                       const MeshStep& step);
 

@@ -104,10 +104,10 @@ const aiNode* find_joint(const Pose& pose, const aiNode& node, const aiBone& bon
   return root->FindNode(bone.mName);
 }
 
-/// Moves vertices by their bones (linear blend skinning).
+/// Moves vertices by their bones (linear blend skinning). Vertices without bones stay.
 void skin(const Pose& pose, const aiNode& node, const aiMesh& mesh, PosedMesh& posed) {
   const std::vector<aiVector3D> points = posed.points, normals = posed.normals;
-  std::vector<ai_real> sums(points.size());
+  std::vector<ai_real> weight_sums(points.size());
   for (aiVector3D& p : posed.points) p = {};
   for (aiVector3D& n : posed.normals) n = {};
   for (unsigned b = 0; b < mesh.mNumBones; ++b) {
@@ -121,12 +121,12 @@ void skin(const Pose& pose, const aiNode& node, const aiMesh& mesh, PosedMesh& p
       if (vertex >= points.size()) continue;
       posed.points[vertex] += transform * points[vertex] * weight;
       if (!normals.empty()) posed.normals[vertex] += rotation * normals[vertex] * weight;
-      sums[vertex] += weight;
+      weight_sums[vertex] += weight;
     }
   }
-  for (std::size_t i = 0; i < sums.size(); ++i) {
-    if (sums[i] > 0)
-      posed.points[i] *= 1 / sums[i];
+  for (std::size_t i = 0; i < weight_sums.size(); ++i) {
+    if (weight_sums[i] > 0)
+      posed.points[i] *= 1 / weight_sums[i];
     else
       posed.points[i] = points[i];
   }

@@ -329,6 +329,7 @@ void Builder::add_triangle(const ObjFace& face, const std::array<std::size_t, 3>
   model_.triangle_materials.push_back(find_color_material(face, material));
 }
 
+/// Removes each triangle t >= `first` for which is_dropped[t - first] is set.
 void Builder::remove_triangles(std::size_t first, const std::vector<std::uint8_t>& is_dropped) {
   std::size_t to = first;
   for (std::size_t t = first; t < model_.triangles.size(); ++t) {
@@ -388,8 +389,8 @@ std::vector<std::uint8_t> find_unpaired(std::span<const Triangle> triangles, std
     const bool is_paired = end - begin == 2 && uses[begin].forward != uses[begin + 1].forward;
     for (std::size_t i = begin; i < end; ++i) {
       if (uses[i].corner < 3 * first) continue;
-      if (!is_paired)
-        stack.push_back(uses[i].corner / 3 - first);
+      if (!is_paired) stack.push_back(uses[i].corner / 3 - first);
+      // Of the two uses, begin + end - 1 - i is the other one.
       else if (const std::uint32_t other = uses[begin + end - 1 - i].corner; other >= 3 * first)
         partners[uses[i].corner - 3 * first] = other / 3 - first;
     }

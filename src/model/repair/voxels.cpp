@@ -18,6 +18,7 @@ class LineTransform {
  public:
   explicit LineTransform(std::size_t n) : values_(n), vertices_(n), starts_(n + 1) {}
   void apply(float* line, std::size_t n, std::size_t stride) {
+    // First builds the envelope from left to right, then evaluates it.
     std::size_t count = 0;
     for (std::size_t i = 0; i < n; ++i) {
       const double f = static_cast<double>(line[i * stride]);
@@ -173,6 +174,7 @@ std::vector<std::uint8_t> mark_wall_points(const Grid& grid, const ClosestPointQ
                    static_cast<int>(b / bx / by) * kBlock};
     const Vec3 middle =
         grid_point(grid, {low.x + kBlock / 2, low.y + kBlock / 2, low.z + kBlock / 2});
+    // No point of this block can be a wall point.
     if (surface.closest(middle, max_block_distance).triangle == ClosestPoint::kNoTriangle) return;
     for (int z = low.z; z < std::min(low.z + kBlock, grid.points.z); ++z)
       for (int y = low.y; y < std::min(low.y + kBlock, grid.points.y); ++y)
