@@ -118,14 +118,15 @@ struct Readings {
     reading.object = std::move(survey->stand_in);
     reading.meshes = std::make_shared<MeshSequence>(std::move(survey->sequence));
   }
-  /// Returns the object's mesh sequence with its transforms set; null if it is none.
+  /// Returns the object's mesh sequence with its transforms set; null if the object is no sequence.
   std::shared_ptr<const MeshSequence> place_meshes(std::size_t object,
                                                    const ObjectPlacing& placing) {
     const std::shared_ptr<MeshSequence>& meshes = readings[object].meshes;
     if (meshes) meshes->steps = placing.steps;
     return meshes;
   }
-  /// Returns an object as it was read, and adds its warnings if it is the first of its file.
+  /// Returns an object as it was read. Adds the warnings of its reading if it is the first object
+  /// that takes it.
   Result<ReadObject> take(std::size_t object, std::vector<std::string>& warnings) {
     Reading& reading = readings[first[object]];
     if (first[object] == object)
@@ -152,7 +153,7 @@ void arrange(ReadObject& read, const ObjectSettings& object, bool stand, float s
         transform_by(compose(actor, make_transform(object.translate, object.rotate, object.scale)));
     return;
   }
-  const float diagonal = model.box().diagonal();  // a rotation must not change the size
+  const float diagonal = model.box().diagonal();  // before the rotation, which must not change it
   model = transform_by(make_transform({}, object.rotate, {1, 1, 1}));
   const Box box = model.box();
   const float factor = size > 0 && diagonal > 0 ? size / diagonal : 1;

@@ -64,10 +64,10 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
   // Each thread reads one mesh of a sequence, and each frame in progress holds one.
   for (const auto& sequence : loaded.sequences) {
     if (!sequence) continue;
-    const auto count = static_cast<double>(
+    const auto meshes_held = static_cast<double>(
         std::max<std::size_t>(static_cast<std::size_t>(thread_count()), pictures / 2 + 2));
-    models_bytes += count * static_cast<double>(sequence->max_bytes);
-    trees += count * kTreeBytesPerTriangle * static_cast<double>(sequence->max_triangles);
+    models_bytes += meshes_held * static_cast<double>(sequence->max_bytes);
+    trees += meshes_held * kTreeBytesPerTriangle * static_cast<double>(sequence->max_triangles);
   }
   for (const ChainObject& object : chain)
     if (is_fitted(scene, object.settings->spheres) && !plays_sequence_alone(*object.actor))
@@ -107,10 +107,11 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
     const double cell = static_cast<double>(std::max({size.x, size.y, size.z})) /
                         static_cast<double>(scene.surface.resolution);
     if (!(cell > 0)) continue;
-    float smallest = box.diagonal();
+    float smallest_diagonal = box.diagonal();
     for (const Model& model : actor_models)
-      if (!model.triangles.empty()) smallest = std::min(smallest, model.box().diagonal());
-    maps = std::max(maps, regression_bytes(box, smallest));
+      if (!model.triangles.empty())
+        smallest_diagonal = std::min(smallest_diagonal, model.box().diagonal());
+    maps = std::max(maps, regression_bytes(box, smallest_diagonal));
     surfaces += triangles_between;
     const Timeline timeline = make_timeline(scene, *objects.front().actor);
     if (mixes_many(timeline))

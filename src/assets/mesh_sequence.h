@@ -17,9 +17,10 @@ struct MeshSurvey {
   MeshSequence sequence;  ///< still without `steps`
 };
 
-/// Reads all meshes of a sequence, one per thread at a time, and keeps only what decides its place,
-/// the camera and the frames' hashes. Adds the warnings of the first mesh that has any. A mesh that
-/// cannot be read is reported in MeshFile::problem. Errors: kInput if no mesh can be read.
+/// Reads all meshes of a sequence, one per thread at a time, and keeps only what decides the
+/// sequence's placement, the camera and the frames' hashes. Adds the warnings of the first mesh
+/// that has any. A mesh that cannot be read is reported in MeshFile::problem. Errors: kInput if no
+/// mesh can be read.
 Result<MeshSurvey> survey_meshes(const Scene& scene, const ChainObject& object, bool textures,
                                  std::vector<std::string>& warnings);
 

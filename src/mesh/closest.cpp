@@ -11,9 +11,9 @@ namespace {
 struct Leaf {
   static constexpr int kWidth = TriangleBvh::kLeafTriangles;
   float a[3][kWidth], ab[3][kWidth], ac[3][kWidth];
-  /// Gradients of the barycentric weights: that of b is dot(gradient_b, p - a), that of c
-  /// dot(gradient_c, p - a).
-  float gradient_b[3][kWidth], gradient_c[3][kWidth];
+  /// Gradients of the barycentric weights: that of b is dot(gradients_b, p - a), that of c
+  /// dot(gradients_c, p - a).
+  float gradients_b[3][kWidth], gradients_c[3][kWidth];
 
   explicit Leaf(const TriangleBvh::Corners* corners) {
     for (int k = 0; k < kWidth; ++k) {
@@ -23,13 +23,13 @@ struct Leaf {
       const double n2 = dot(n, n);
       // The gradients of a triangle without area are 0. All points then count as outside its
       // interior, so only its edges are tested.
-      const Vec3d b_gradient = n2 > 0 ? cross(f, n) * (1 / n2) : Vec3d{},
-                  c_gradient = n2 > 0 ? cross(n, e) * (1 / n2) : Vec3d{};
+      const Vec3d gradient_b = n2 > 0 ? cross(f, n) * (1 / n2) : Vec3d{},
+                  gradient_c = n2 > 0 ? cross(n, e) * (1 / n2) : Vec3d{};
       set(a, k, p);
       set(ab, k, e);
       set(ac, k, f);
-      set(gradient_b, k, b_gradient);
-      set(gradient_c, k, c_gradient);
+      set(gradients_b, k, gradient_b);
+      set(gradients_c, k, gradient_c);
     }
   }
 
@@ -56,8 +56,8 @@ struct Leaf {
       const float edge_distance2 =
           min(min(distance2(clamped_ratio(pb, bb), 0), distance2(0, clamped_ratio(pc, cc))),
               distance2(1 - on_bc, on_bc));
-      const float s = x * gradient_b[0][k] + y * gradient_b[1][k] + z * gradient_b[2][k];
-      const float t = x * gradient_c[0][k] + y * gradient_c[1][k] + z * gradient_c[2][k];
+      const float s = x * gradients_b[0][k] + y * gradients_b[1][k] + z * gradients_b[2][k];
+      const float t = x * gradients_c[0][k] + y * gradients_c[1][k] + z * gradients_c[2][k];
       const float face_distance2 = min(min(s, t), 1 - s - t) > 0 ? distance2(s, t) : edge_distance2;
       min_distance2[k] = min(edge_distance2, face_distance2) - 4e-6f * (pp + bb + cc);
     }

@@ -235,7 +235,8 @@ bool InsideTest::Tree::ray_crosses(const Triangle& t, Vec3d q) const {
   }
   if (!is_in_projection) return false;
   const Vec3d a = points[t.v[0]], n = cross(points[t.v[1]] - a, points[t.v[2]] - a);
-  // Tests whether the plane lies above q; n.z is not 0, or the projection would be empty.
+  // Test whether the plane lies above q. n.z is not 0, because the triangle's projection contains
+  // q.
   return n.z > 0 ? dot(a - q, n) > 0 : dot(a - q, n) < 0;
 }
 

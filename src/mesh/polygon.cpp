@@ -154,8 +154,8 @@ class EarClipper {
 
   /// Appends the triangles; returns false if the outline crosses itself.
   bool clip(std::vector<std::array<std::uint32_t, 3>>& triangles) {
-    // Simple outlines need far fewer steps; outlines that cross themselves everywhere would need
-    // more than the square of the number of corners.
+    // Simple outlines stay far below the limit. Without it, outlines that cross themselves
+    // everywhere would need more steps than the square of the number of corners.
     constexpr std::size_t kMinSteps = 4096;
     std::size_t work_limit = kMinSteps + 2048 * points_.size();
     bool simple = true;

@@ -14,7 +14,7 @@
 namespace polymorph {
 namespace {
 
-constexpr double kManyBalls = 1500;  // of is_thin()
+constexpr double kManyBalls = 1500;  // walls that take more balls are thin
 // Maximum number of triangles tested per ray, reached only where many faces coincide.
 constexpr std::size_t kMaxTests = 16384;
 

@@ -183,19 +183,22 @@ std::vector<Piece> split_long_triangles(std::span<const Vec3> points,
   const bool is_crowded = sizes.size() > kSomeLong && volume_sum > kCrowded * volume(box);
   if (sizes.size() <= kManyLong && !is_crowded) return {};
   // Upper bound of the number of pieces, in addition to one per triangle.
-  const auto count_pieces = [&](double piece) {
+  const auto count_pieces = [&](double piece_size) {
     double sum = 0;
-    for (const Size s : sizes) sum += (s.length / piece + 1) * (s.height / piece + 1) - 1;
+    for (const Size s : sizes) sum += (s.length / piece_size + 1) * (s.height / piece_size + 1) - 1;
     return sum;
   };
-  double piece = kPiece * diagonal;
-  while (count_pieces(piece) > kMaxPieces) piece *= 2;
+  double piece_size = kPiece * diagonal;
+  while (count_pieces(piece_size) > kMaxPieces) piece_size *= 2;
   std::vector<Piece> pieces;
-  const Vec3 extent = max(box.high, -box.low);
-  const float slack = 1e-6f * (box.diagonal() + std::max({extent.x, extent.y, extent.z, 0.0f}));
+  const Vec3 max_coordinates = max(box.high, -box.low);
+  const float slack =
+      1e-6f *
+      (box.diagonal() + std::max({max_coordinates.x, max_coordinates.y, max_coordinates.z, 0.0f}));
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     const auto& v = triangles[t].v;
-    split({Vec3d(points[v[0]]), Vec3d(points[v[1]]), Vec3d(points[v[2]])}, t, piece, slack, pieces);
+    split({Vec3d(points[v[0]]), Vec3d(points[v[1]]), Vec3d(points[v[2]])}, t, piece_size, slack,
+          pieces);
   }
   return pieces;
 }

@@ -112,8 +112,8 @@ void close_seams(Model& model) {
 }
 
 // Projects the sides of a cube, as grids of rows x rows quads, onto a sphere. Unlike a grid of
-// longitude and latitude, it has nearly equal triangles and no degenerate poles. tan() equalizes
-// the angles between grid lines.
+// longitude and latitude, this gives nearly equal triangles and no degenerate poles. tan()
+// equalizes the angles between grid lines.
 void add_sphere(Model& model, Vec3d center, double radius, int rows) {
   PointSet points(model);
   add_cube_sides(model, rows, [&](std::array<int, 3> key, Vec3d p, Vec3d, Vec2) {

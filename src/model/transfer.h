@@ -12,15 +12,15 @@
 namespace polymorph {
 
 /// Returns the chart of the texture to which each triangle belongs, as a number per triangle.
-/// Adjacent triangles belong to one chart if their common edge has the same texture coordinates and
-/// they have the same material.
+/// Adjacent triangles belong to one chart if they have the same material, and the same texture
+/// coordinates along their common edge.
 std::vector<std::uint32_t> find_texture_charts(const Model& model);
 
 /// A triangle that crosses a border of the model's charts or materials, with different colours or
 /// materials on the two sides.
 struct BorderTriangle {
   std::array<Vec3, 3> at;  ///< its corners on the model, or near it
-  ClosestPoint middle;     ///< the closest point to their mean
+  ClosestPoint middle;     ///< the model's point closest to the mean of `at`
 };
 
 /// Materials and texture coordinates of a surface, in the form that Model has them.

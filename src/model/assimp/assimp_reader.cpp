@@ -475,7 +475,8 @@ int main(int argc, char** argv) {
   std::error_code error;
   const auto bytes = static_cast<rlim_t>(fs::file_size(path, error));
   const rlim_t memory = std::strtoull(argv[2], nullptr, 10);
-  // The limit is one of address space, of which shared libraries take this much, but little memory.
+  // RLIMIT_AS limits the address space, of which shared libraries take this much, but little
+  // memory.
   constexpr rlim_t kLibraries = rlim_t{256} << 20;
   const rlim_t seconds = 3 + bytes / 1000000;
   // A memory limit of a TiB or more means that there is none; adding to it might overflow.

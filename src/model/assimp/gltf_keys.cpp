@@ -163,8 +163,7 @@ std::optional<GltfKeys> read_keys(Accessors& accessors, const JsonValue& sampler
   if (interpolation == "STEP") keys.interpolation = GltfKeys::Interpolation::kStep;
   if (interpolation == "CUBICSPLINE") keys.interpolation = GltfKeys::Interpolation::kCubicSpline;
   keys.is_rotation = property == "rotation";
-  // The accessor of weights has a number per element; each key then has as many as there are
-  // targets.
+  // An element of the weights' accessor is one number; each key has as many as there are targets.
   const std::size_t element_width = keys.is_rotation ? 4 : property == "weights" ? 1 : 3;
   auto seconds = accessors.numbers(sampler.get("input"), 1);
   auto numbers = accessors.numbers(sampler.get("output"), element_width);
@@ -181,8 +180,7 @@ std::optional<GltfKeys> read_keys(Accessors& accessors, const JsonValue& sampler
   return keys;
 }
 
-/// Reads a list of as many numbers as `numbers` has; leaves `numbers` unchanged if there are
-/// others.
+/// Replaces `numbers` by a list of the same length; ignores a list of another length.
 void read_numbers(const JsonValue& list, std::vector<double>& numbers) {
   if (list.items.size() != numbers.size()) return;
   for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = list.items[i].number;

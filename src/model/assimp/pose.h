@@ -29,4 +29,5 @@ struct PosedMesh {
   std::vector<aiVector3D> points, normals;  ///< `normals`: empty where the mesh has none
   bool in_scene = false;                    ///< a skin has transformed them to scene coordinates
 };
+/// Applies the morph targets and the skin of a node's mesh.
 PosedMesh posed_mesh(const Pose& pose, const aiNode& node, const aiMesh& mesh);

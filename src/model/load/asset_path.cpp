@@ -62,7 +62,7 @@ const std::map<std::string, std::string>& AssetFinder::names_in(const fs::path& 
   for (const fs::directory_iterator end; !error && it != end; it.increment(error)) {
     const std::string name = it->path().filename().string();
     std::string& first = entry->second.try_emplace(lower_case(name), name).first->second;
-    first = std::min(first, name);  // of names that differ only in case, always the same one
+    first = std::min(first, name);  // if names differ only in case, the same one on any machine
   }
   return entry->second;
 }

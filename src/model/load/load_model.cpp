@@ -228,7 +228,7 @@ Result<LoadedModel> run_and_parse(const fs::path& path, const LoadObjSettings& s
   }());
   PM_TRY(const fs::path reader, find_reader());
   const std::uint64_t available_memory = remaining_memory();
-  // The OBJ text of a model is longer than a binary file, hence the factor.
+  // The OBJ text of a model is longer than a binary file, hence the factor 8.
   PM_TRY(ReaderRun run,
          run_reader(reader, animated, available_memory,
                     std::min<std::uint64_t>(8 * settings.max_bytes, available_memory)));

@@ -15,10 +15,10 @@ namespace polymorph {
 /// triangulated and oriented outward. Node transforms are applied, FBX is converted to metres with
 /// y up; mesh names become labels; base colour, roughness, metallic and the base colour's texture
 /// are kept, also embedded textures. Vertex colours without a texture become materials of faces.
-/// Errors: kInput, also if the reader crashes, takes more than 16 GiB, or more than 3 s of
-/// processor time plus a second per megabyte of file and per 20 MB of output; kResource if
-/// polymorph_assimp is missing, or if the model, with its instances counted, takes more memory than
-/// the process may (base/memory.h).
+/// Errors: kInput, also if the reader crashes or exceeds its limits (16 GiB; 3 s of processor time
+/// plus a second per megabyte of file and per 20 MB of output); kResource if polymorph_assimp is
+/// missing, or if the model, with its instances counted, takes more memory than the process may
+/// (base/memory.h).
 Result<LoadedModel> load_model(const std::filesystem::path& path,
                                const LoadObjSettings& settings = {});
 

@@ -15,7 +15,7 @@ enum class FaceSide : std::uint8_t {
   kBoundary,  ///< inside on exactly one side
   kMixed,     ///< different classes at the tested points of the face
   kSheet,     ///< outside on both sides, or undecided
-  kHidden,    ///< inside on both sides, e.g. of a head under a helmet
+  kHidden,    ///< inside on both sides, e.g. a head under a helmet
 };
 
 /// Points with at least this winding number are certainly inside. Behind a loose sheet, the winding

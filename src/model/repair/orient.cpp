@@ -19,9 +19,10 @@ namespace {
 
 constexpr std::size_t kSamplesPerComponent = 8;  ///< faces at which winding numbers are evaluated
 constexpr std::size_t kMaxCandidates = 64;  ///< components that are examined for being inside out
-/// Mean winding numbers at a component's own faces, below which it is inside out, or flipped after
-/// its faces were made consistent. The mean is 1/2 on a closed outward surface, -1/2 on an inward
-/// one and 0 on a sheet.
+/// Bounds of the mean winding number at a component's own faces: a consistent component below
+/// kInsideOut may be inside out, and one whose faces were just made consistent is flipped below
+/// kMostlyInward. The mean is 1/2 on a closed outward surface, -1/2 on an inward one and 0 on a
+/// sheet.
 constexpr double kInsideOut = -0.25, kMostlyInward = -0.05;
 
 /// Faces that are connected by edges with exactly two faces. Edges are counted from each of their
@@ -32,7 +33,8 @@ struct Component {
   std::size_t inconsistent_edges = 0;  ///< edges that two faces traverse in the same direction
   /// Edges that stay inconsistent whichever faces are flipped.
   std::size_t nonorientable_edges = 0;
-  double flipped_area = 0, area = 0;  ///< area of the faces marked in Components::flip; all
+  /// Areas of the faces marked in Components::flip, and of all faces.
+  double flipped_area = 0, area = 0;
 };
 
 struct Components {
@@ -146,8 +148,8 @@ double own_winding_number(const Model& model, const Components& components,
           if (t == self) continue;
           const HalfAngle angle = half_solid_angle(
               corner(model, t, 0) - eye, corner(model, t, 1) - eye, corner(model, t, 2) - eye);
-          const double half = exact::atan2(angle.num, angle.den);
-          sum += components.flip[t] ? -half : half;
+          const double half_angle = exact::atan2(angle.num, angle.den);
+          sum += components.flip[t] ? -half_angle : half_angle;
         }
         sums[i] = sum / (2 * std::numbers::pi);
       },
@@ -194,11 +196,11 @@ void flip_faces(Model& model, const Components& components) {
   const std::vector<Vec3> normals = face_normals(model);
   for (const Component& component : components.all) {
     double agreement = 0;  // of the corner normals with the normals of the old orientation
-    bool any = false;
+    bool has_flips = false;
     for (std::size_t i = component.begin; i < component.end; ++i) {
       const std::uint32_t t = components.order[i];
       if (!components.flip[t]) continue;
-      any = true;
+      has_flips = true;
       std::swap(model.triangles[t].v[1], model.triangles[t].v[2]);
       const std::size_t c = 3 * std::size_t{t};
       if (!model.corner_uvs.empty()) std::swap(model.corner_uvs[c + 1], model.corner_uvs[c + 2]);
@@ -208,7 +210,7 @@ void flip_faces(Model& model, const Components& components) {
         agreement += static_cast<double>(dot(model.corner_normals[c + k], normals[t]));
     }
     // Some exporters flip the faces but leave the normals correct; those stay.
-    if (!any || agreement <= 0) continue;
+    if (!has_flips || agreement <= 0) continue;
     for (std::size_t i = component.begin; i < component.end; ++i) {
       const std::size_t c = 3 * std::size_t{components.order[i]};
       if (!components.flip[components.order[i]]) continue;
@@ -237,7 +239,7 @@ double winding_around(const Model& model, const InsideTest& inside, const Compon
 
 /// Marks components that are consistently oriented, face inward and are no cavities.
 void mark_inside_out(const Model& model, Components& components) {
-  constexpr std::size_t kMinFaces = 4;  // a tetrahedron
+  constexpr std::size_t kMinFaces = 4;  // of a closed surface
   std::vector<const Component*> candidates;
   for (const Component& component : components.all) {
     if (component.end - component.begin < kMinFaces || candidates.size() >= kMaxCandidates)

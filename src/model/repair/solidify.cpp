@@ -71,7 +71,7 @@ void relax_to_minimal_surface(VoxelSurface& surface, const Neighbors& neighbors,
   for (int round = 0; round < kRounds; ++round)
     for (const std::uint32_t i : free_vertices)
       surface.points[i] = lerp(surface.points[i], mean_neighbor(surface, neighbors[i]),
-                               // The last rounds do not over-relax, which would leave ripples.
+                               // Over-relaxation in the last rounds would leave ripples.
                                round + 20 < kRounds ? kOverRelaxation : 1.0f);
 }
 

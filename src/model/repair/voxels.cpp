@@ -86,7 +86,7 @@ void for_each_neighbor(const Grid& grid, std::size_t i, const F& f) {
 /// Tests whether the corners in `set` (bit x + 2 y + 4 z) are connected along the cube's edges.
 bool is_connected(unsigned set) {
   if (set == 0) return true;
-  unsigned reached = set & (0u - set);  // its lowest corner
+  unsigned reached = set & (0u - set);  // the lowest corner
   for (unsigned previous = 0; reached != previous;) {
     previous = reached;
     // Neighbours along x, y and z; 0x55, 0x33 and 0x0f are the corners with x, y or z = 0.
@@ -203,7 +203,8 @@ Voxels find_unreachable(const Grid& grid, const std::vector<float>& wall_distanc
       stack.push_back(n);
     });
   }
-  // The ball around a reached point covers all points within the radius.
+  // The ball around a reached point covers all points within the radius. The extra cell erodes the
+  // solid.
   voxels.level = compute_distances(grid, is_reached);
   voxels.solid.resize(voxels.level.size());
   for (std::size_t i = 0; i < voxels.level.size(); ++i) {
