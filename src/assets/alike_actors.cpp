@@ -11,7 +11,7 @@
 namespace polymorph {
 namespace {
 
-/// Writes the settings of an actor that decide its shape and motion, but not its place, as text.
+/// Writes the settings of an actor that decide its shape and motion, but not its position, as text.
 /// `scene` has the settings that all actors share.
 std::string shared_settings(const Scene& scene, const ActorSettings& actor) {
   Scene alone;
@@ -23,9 +23,9 @@ std::string shared_settings(const Scene& scene, const ActorSettings& actor) {
   copy.translate = {};
   copy.start = 1;
   std::string text = scene_to_json(alone, {});
-  // The scene's text has file names; files in different folders may have the same name.
+  // The text has file names without folders, so paths are added.
   for_each_object(copy, [&](ObjectSettings& object) { text += "\n" + object.model.string(); });
-  // An actor that starts later may have fewer frames.
+  // An actor that starts later may have fewer frames, so the times of its legs are added.
   for (const LegTiming& leg : make_timeline(scene, actor).legs) {
     text += fmt::format("\n{} {} {} {} {} {}", leg.first_step, leg.steps, leg.from_full,
                         leg.to_full, leg.until, static_cast<int>(leg.interpolation));
@@ -35,13 +35,14 @@ std::string shared_settings(const Scene& scene, const ActorSettings& actor) {
 }
 
 /// Tests whether `model` is `from` translated by `offset`. Two models of one file may differ in
-/// size: all objects but the scene's first are scaled to the size of that one.
+/// size, because all objects are scaled to the size of the scene's first object, except that object
+/// itself.
 bool is_shifted(const Model& model, const Model& from, Vec3 offset) {
-  constexpr float kTolerance = 1e-5f;  // relative to the box around both models and the origin
+  constexpr float kTolerance = 1e-5f;  // relative to the diagonal of `bounds`
   if (model.points.size() != from.points.size() || model.triangles.size() != from.triangles.size())
     return false;
-  const Box both = unite(unite(model.box(), from.box()), Box{{}, {}});
-  const float tolerance = kTolerance * both.diagonal();
+  const Box bounds = unite(unite(model.box(), from.box()), Box{{}, {}});
+  const float tolerance = kTolerance * bounds.diagonal();
   for (std::size_t i = 0; i < model.points.size(); ++i)
     if (!(length(model.points[i] - from.points[i] - offset) <= tolerance)) return false;
   return true;
@@ -79,9 +80,9 @@ std::vector<SharedActor> find_shared_actors(const Scene& scene, std::span<const 
 }
 
 std::vector<SharedActor> unshared_actors(const Scene& scene) {
-  std::vector<SharedActor> each;
-  for (std::size_t a = 0; a < scene.actors.size(); ++a) each.push_back({a, {}});
-  return each;
+  std::vector<SharedActor> unshared;
+  for (std::size_t a = 0; a < scene.actors.size(); ++a) unshared.push_back({a, {}});
+  return unshared;
 }
 
 }  // namespace polymorph

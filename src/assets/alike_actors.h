@@ -1,4 +1,5 @@
-// Alike actors differ only in their places, names and starts. They share their objects and legs.
+// Alike actors: actors that differ only in position, name and first frame. They share their objects
+// and legs (the morphs from one object to the next).
 #pragma once
 
 #include <cstddef>
@@ -17,10 +18,10 @@ struct SharedActor {
 };
 
 /// Finds for each actor the first alike one. Actors with mesh sequences or blends share nothing.
-/// `chain`: chain_objects(scene); `loaded`: its models.
+/// `chain`: chain_objects(scene); `loaded`: the models of the chain.
 std::vector<SharedActor> find_shared_actors(const Scene& scene, std::span<const ChainObject> chain,
                                             const LoadedScene& loaded);
-/// Returns for each actor that it shares nothing.
+/// Returns the result for actors that share nothing: each is its own first actor.
 std::vector<SharedActor> unshared_actors(const Scene& scene);
 
 }  // namespace polymorph

@@ -5,14 +5,15 @@
 namespace polymorph {
 namespace {
 
+/// Checks the labels of one actor; `chain` and `models`: its objects.
 void check_actor(std::span<const ChainObject> chain, std::span<const Model> models,
                  std::vector<std::string>& problems) {
   const ActorSettings& actor = *chain.front().actor;
   std::vector<LabelledObject> labels;
   for (std::size_t i = 0; i < chain.size(); ++i)
     labels.push_back({chain[i].settings->name, models[i].label_names});
-  if (const Status known = check_label_map(labels, actor.plan.labels); !known)
-    problems.push_back(known.error().message);
+  if (const Status result = check_label_map(labels, actor.plan.labels); !result)
+    problems.push_back(result.error().message);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// Content hash of everything that decides a frame's pixels; files with this hash are up to date.
+// Content hash of everything that decides a frame's pixels: frame files that carry the scene's hash
+// are up to date.
 #pragma once
 
 #include <memory>
@@ -31,8 +32,8 @@ struct SceneInputs {
 };
 
 /// Hashes the scene's settings, its files' contents and the program. The files' paths, the working
-/// folder and the settings `output` do not change the hash; the bits of a PNG are read from the
-/// file (sequence/run/status.h).
+/// folder and the settings `output` do not change the hash. Of `output`, the bit depth of PNG
+/// frames also decides pixels; it is compared with the frame's file (sequence/run/status.h).
 std::string content_hash(const SceneInputs& inputs, std::string_view program = program_identity());
 
 /// Hashes the inputs that all frames of a film share: the contents of the scene's files, except the

@@ -29,12 +29,12 @@ bool names_vertices(const ChainObject& object) {
                                   [](const auto& entry) { return !entry.second.point; });
 }
 
-/// Key of an object's file or built-in shape, as it is read.
+/// Key of an object's file or built-in shape, and of the settings that decide how it is read.
 std::string file_key(const ObjectSettings& object) {
   return fmt::format("{}\n{}\n{}\n{}", object.model.string(), object.shape,
                      static_cast<int>(object.up), fmt::join(object.range, " "));
 }
-/// Key of an object's reading. A mesh sequence is read separately for each object, because its
+/// Key of an entry of Readings. A mesh sequence is read separately for each object, because its
 /// outermost points depend on the object's transform.
 std::string reading_key(const ChainObject& object) {
   return is_mesh_sequence(*object.settings) ? fmt::format("{}", fmt::ptr(object.settings))
@@ -57,16 +57,17 @@ std::string placed_key(const ChainObject& chained) {
   return shape_key(object, {object.rotate, object.scale, actor.rotate, actor.scale});
 }
 /// Key that objects of any rotation and uniform scale share. Spheres made of cells, which are
-/// aligned with the axes, depend on both, so their objects have placed_key().
+/// aligned with the axes, depend on rotation and scale; objects with such spheres have
+/// placed_key().
 std::string similarity_key(const ChainObject& chained) {
   const ObjectSettings& object = *chained.settings;
-  const auto is_even = [](Vec3 scale) {
+  const auto is_uniform = [](Vec3 scale) {
     return scale.x > 0 && scale == Vec3{scale.x, scale.x, scale.x};
   };
   const bool has_cells = object.spheres.method == SphereMethod::kOctree ||
                          object.spheres.method == SphereMethod::kActive;
-  if (is_mesh_sequence(object) || has_cells || !is_even(object.scale) ||
-      !is_even(chained.actor->scale))
+  if (is_mesh_sequence(object) || has_cells || !is_uniform(object.scale) ||
+      !is_uniform(chained.actor->scale))
     return placed_key(chained);
   return shape_key(object, {});
 }
@@ -117,14 +118,15 @@ struct Readings {
     reading.object = std::move(survey->stand_in);
     reading.meshes = std::make_shared<MeshSequence>(std::move(survey->sequence));
   }
-  /// Returns the object's mesh sequence with its transforms set; null if it is none.
+  /// Returns the object's mesh sequence with its transforms set; null if the object is no sequence.
   std::shared_ptr<const MeshSequence> place_meshes(std::size_t object,
                                                    const ObjectPlacing& placing) {
     const std::shared_ptr<MeshSequence>& meshes = readings[object].meshes;
     if (meshes) meshes->steps = placing.steps;
     return meshes;
   }
-  /// Returns an object as it was read, and adds its warnings if it is the first of its file.
+  /// Returns an object as it was read. Adds the warnings of its reading if it is the first object
+  /// that takes it.
   Result<ReadObject> take(std::size_t object, std::vector<std::string>& warnings) {
     Reading& reading = readings[first[object]];
     if (first[object] == object)
@@ -135,8 +137,9 @@ struct Readings {
 };
 
 /// Transforms an object into the scene. If `stand`, it is rotated, scaled to the diagonal `size`
-/// (<= 0: not scaled), centred on the y axis and put with its lowest point on y = 0; the user's
-/// scale then works about that point. `actor`: transform of the actor, applied last.
+/// (<= 0: not scaled), centred on the y axis and put with its lowest point on y = 0. The user's
+/// scale and translation follow, so that it is scaled about the origin. `actor`: transform of the
+/// actor, applied last.
 void arrange(ReadObject& read, const ObjectSettings& object, bool stand, float size,
              const Transform& actor) {
   Model& model = read.model;
@@ -150,32 +153,34 @@ void arrange(ReadObject& read, const ObjectSettings& object, bool stand, float s
         transform_by(compose(actor, make_transform(object.translate, object.rotate, object.scale)));
     return;
   }
-  const float diagonal = model.box().diagonal();  // a rotation must not change the size
+  const float diagonal = model.box().diagonal();  // before the rotation, which must not change it
   model = transform_by(make_transform({}, object.rotate, {1, 1, 1}));
   const Box box = model.box();
   const float factor = size > 0 && diagonal > 0 ? size / diagonal : 1;
   const Vec3 foot{box.center().x, box.low.y, box.center().z};
   const Transform to_origin = make_transform(-factor * foot, {}, {factor, factor, factor});
-  const Transform by_user = make_transform(object.translate, {}, object.scale);
-  model = transform_by(compose(actor, compose(by_user, to_origin)));
+  const Transform user_transform = make_transform(object.translate, {}, object.scale);
+  model = transform_by(compose(actor, compose(user_transform, to_origin)));
 }
 
 /// Applies the scene's materials and transforms to an object as it was read. `size`: diagonal of
-/// the scene's first object, to which others are scaled; 0 for the first object, which sets it.
+/// the scene's first object, to which the others are scaled. It is 0 before the first object, whose
+/// diagonal it is set to.
 void place_object(const Scene& scene, const ChainObject& chained, ReadObject& read, float& size) {
   const ObjectSettings& object = *chained.settings;
   const ActorSettings& actor = *chained.actor;
   Model& model = read.model;
   restyle(model, object);
-  const bool is_source = size == 0;
-  if (is_source) size = model.box().diagonal();
+  const bool is_first = size == 0;
+  if (is_first) size = model.box().diagonal();
   const bool stand = scene.arrange == Arrange::kStand && object.arrange;
-  arrange(read, object, stand, is_source ? 0 : size,
+  arrange(read, object, stand, is_first ? 0 : size,
           make_transform(actor.translate, actor.rotate, actor.scale));
 }
 
-/// Reads the mesh of a sequence in a morph to which the balls are fitted; empty for other objects.
-/// Sets placing.vertices if landmarks name any. Errors: as load_mesh().
+/// Reads the reference mesh of a sequence that takes part in a morph; returns an empty model for
+/// all other objects. The balls are fitted to this mesh. Sets placing.vertices if landmarks name
+/// vertices. Errors: as load_mesh().
 Result<Model> load_reference(const ChainObject& chained, const MeshSequence* sequence,
                              ObjectPlacing& placing) {
   if (!sequence || plays_sequence_alone(*chained.actor)) return Model{};
@@ -215,20 +220,20 @@ Result<std::shared_ptr<const Image>> load_environment(const Scene& scene) {
 
 Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject> chain,
                                 bool textures) {
-  Readings read(chain);
+  Readings readings(chain);
   parallel_for(
       static_cast<std::int64_t>(chain.size()),
       [&](std::int64_t index) {
         const auto i = static_cast<std::size_t>(index);
-        if (read.first[i] == i) read.read(scene, chain, i, textures);
+        if (readings.first[i] == i) readings.read(scene, chain, i, textures);
       },
       1);
   LoadedScene loaded;
   float size = 0;
   for (std::size_t i = 0; i < chain.size(); ++i) {
-    PM_TRY(ReadObject object, read.take(i, loaded.warnings));
+    PM_TRY(ReadObject object, readings.take(i, loaded.warnings));
     place_object(scene, chain[i], object, size);
-    loaded.sequences.push_back(read.place_meshes(i, object.placing));
+    loaded.sequences.push_back(readings.place_meshes(i, object.placing));
     PM_TRY(Model reference, load_reference(chain[i], loaded.sequences[i].get(), object.placing));
     loaded.references.push_back(std::move(reference));
     loaded.models.push_back(std::move(object.model));
@@ -238,6 +243,7 @@ Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject>
 }
 
 std::optional<double> front_azimuth(const ChainObject& object) {
+  // In the order of the values of ObjectSettings::front.
   static constexpr Vec3 kDirections[] = {{},         {1, 0, 0}, {-1, 0, 0}, {0, 1, 0},
                                          {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
   const ObjectSettings& settings = *object.settings;
@@ -264,14 +270,14 @@ std::vector<std::string> find_problems(const Scene& scene, std::span<const Chain
                                        const std::filesystem::path& cache, LoadedScene& loaded) {
   std::vector<std::string> problems;
   float size = 0;
-  Readings read(chain);
+  Readings readings(chain);
   const std::vector<std::size_t> first_similar = find_similar(chain);
   for (std::size_t i = 0; i < chain.size(); ++i) {
     const ObjectSettings& object = *chain[i].settings;
-    if (read.first[i] == i) read.read(scene, chain, i, true);
-    auto taken = read.take(i, loaded.warnings);
+    if (readings.first[i] == i) readings.read(scene, chain, i, true);
+    auto taken = readings.take(i, loaded.warnings);
     if (taken) place_object(scene, chain[i], *taken, size);
-    loaded.sequences.push_back(read.place_meshes(i, taken ? taken->placing : ObjectPlacing{}));
+    loaded.sequences.push_back(readings.place_meshes(i, taken ? taken->placing : ObjectPlacing{}));
     loaded.models.push_back(taken ? std::move(taken->model) : Model{});
     loaded.placings.push_back(taken ? std::move(taken->placing) : ObjectPlacing{});
     const MeshSequence* meshes = loaded.sequences.back().get();
@@ -282,7 +288,7 @@ std::vector<std::string> find_problems(const Scene& scene, std::span<const Chain
       if (loaded.references.back().triangles.empty()) continue;
     }
     if (first_similar[i] != i) continue;
-    // Unfitted spheres suffice: a fit takes seconds and fails only where they fail, too.
+    // Unfitted spheres suffice: a fit takes seconds, and fails only if they fail, too.
     const Activity activity("looking at " + object.name);
     SphereSettings unfitted = object.spheres;
     unfitted.fit = FitKind::kNone;
@@ -295,6 +301,7 @@ std::vector<std::string> find_problems(const Scene& scene, std::span<const Chain
       problems.push_back(fmt::format("{}: {}", object.name, spheres.error().message));
     }
   }
+  // Labels and landmarks can be checked only if all models were read.
   if (problems.empty()) {
     problems = plan_problems(chain, loaded.models);
     place_landmarks(scene, chain, loaded, problems);

@@ -15,7 +15,8 @@
 
 namespace polymorph {
 
-/// Reads the models and places them in the scene. `chain`: chain_objects(scene). Errors: kInput.
+/// Reads the models, with their textures if `textures`, and places them in the scene. `chain`:
+/// chain_objects(scene). Errors: kInput.
 Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject> chain,
                                 bool textures);
 
@@ -23,7 +24,7 @@ Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject>
 /// scene does not set the front or it faces straight up or down.
 std::optional<double> front_azimuth(const ChainObject& object);
 
-/// Turns a model, as it was read, so that its axis `up` becomes +y. Its points keep their order.
+/// Rotates a model, as it was read, so that its axis `up` becomes +y. Its points keep their order.
 Model turned_upright(Model model, UpAxis up);
 
 /// Returns for each object the index of the first one of the same shape, size, rotation and
@@ -31,12 +32,12 @@ Model turned_upright(Model model, UpAxis up);
 /// holds for all.
 std::vector<std::size_t> find_alike(std::span<const ChainObject> chain);
 /// Returns for each object the index of the first one of the same shape and spheres, of any size
-/// and rotation. A problem of one is a problem of all.
+/// and rotation. A problem of one such object is a problem of all.
 std::vector<std::size_t> find_similar(std::span<const ChainObject> chain);
 
-/// Finds the problems of the models, their spheres and the environment, one line each: everything
-/// in the inputs that could make prepare_scene() fail. `loaded` gets the models, empty ones where
-/// loading failed.
+/// Finds everything in the inputs (models, their spheres, landmarks, the environment, ...) that
+/// could make prepare_scene() fail, and describes each problem in one line. Adds the models to
+/// `loaded`, empty ones where loading failed.
 std::vector<std::string> find_problems(const Scene& scene, std::span<const ChainObject> chain,
                                        const std::filesystem::path& cache_folder,
                                        LoadedScene& loaded);

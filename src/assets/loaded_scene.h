@@ -19,18 +19,19 @@ namespace polymorph {
 /// Transform of an object from its file's coordinates to those of the scene.
 struct ObjectPlacing {
   Transform to_scene;            ///< transform from the file's coordinates to the scene's
-  std::vector<Transform> steps;  ///< factors of `to_scene` in order, without upright()
+  std::vector<Transform> steps;  ///< transforms that follow upright(), in order of application
   Box box;                       ///< box in the file's coordinates
   std::vector<Vec3> vertices;    ///< vertices as in the file; empty unless a landmark names one
 };
 
-/// Maximum number of poses of one object of a morph that are in memory besides the reference.
+/// Maximum number of poses (meshes of a sequence that takes part in a morph) per object that are in
+/// memory besides the reference mesh.
 inline constexpr int kKeptPoses = 2;
 
 /// A mesh of a sequence.
 struct MeshFile {
   std::filesystem::path file;
-  int number = 0;
+  int number = 0;          ///< number in the sequence (ObjectSettings::range)
   std::string digest;      ///< model_digest() of the mesh as it was read
   std::string velocities;  ///< hash of the velocities that the file stores; empty: none
   std::string topology;  ///< hash of its faces; vertices correspond between meshes of one topology

@@ -17,16 +17,19 @@
 namespace polymorph {
 namespace {
 
-// In bytes, from VmHWM of runs that differ in one quantity (docs/reliability.md).
-constexpr double kProgram = 25e6;
-constexpr double kTreesPerTriangle = 270;
+// Bytes, measured as the VmHWM of runs that differ in one quantity (docs/reliability.md).
+constexpr double kProgramBytes = 25e6;
+constexpr double kTreeBytesPerTriangle = 270;
 constexpr double kBytesPerFittedBall = 250e3;
 constexpr double kMinFitBytes = 40e6;  ///< the surface that a fit examines, for any number of balls
-constexpr double kBytesPerPointMade = 7;    ///< a smoothed copy, and squares of distances to ridges
-constexpr double kBytesPerPointMixed = 12;  ///< values of a mixture, and points near its surface
-constexpr double kTrianglesPerSquare = 8;   ///< triangles of a surface / resolution^2 (a count)
+/// A smoothed copy and squared distances to ridges, while a grid is made.
+constexpr double kMakingBytesPerPoint = 7;
+/// Values of a mixture of several objects, and points near its surface.
+constexpr double kMixtureBytesPerPoint = 12;
+/// Triangles of a surface / resolution^2 (a count, not bytes).
+constexpr double kTrianglesPerSquare = 8;
 constexpr double kBytesPerSurfaceTriangle = 450;
-constexpr double kBytesPerTracedTriangle = 165;  ///< memory per triangle and further traced picture
+constexpr double kBytesPerTracedTriangle = 165;  ///< per traced picture beyond the first
 
 template <class T>
 double bytes_of(const std::vector<T>& values) {
@@ -61,10 +64,10 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
   // Each thread reads one mesh of a sequence, and each frame in progress holds one.
   for (const auto& sequence : loaded.sequences) {
     if (!sequence) continue;
-    const auto count = static_cast<double>(
+    const auto meshes_held = static_cast<double>(
         std::max<std::size_t>(static_cast<std::size_t>(thread_count()), pictures / 2 + 2));
-    models_bytes += count * static_cast<double>(sequence->max_bytes);
-    trees += count * kTreesPerTriangle * static_cast<double>(sequence->max_triangles);
+    models_bytes += meshes_held * static_cast<double>(sequence->max_bytes);
+    trees += meshes_held * kTreeBytesPerTriangle * static_cast<double>(sequence->max_triangles);
   }
   for (const ChainObject& object : chain)
     if (is_fitted(scene, object.settings->spheres) && !plays_sequence_alone(*object.actor))
@@ -73,57 +76,63 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
   std::size_t next = 0;
   for (const std::span<const ChainObject> objects : actor_chains(chain)) {
     const std::size_t actor = next++;
-    const std::span<const Model> own = models.first(objects.size());
+    const std::span<const Model> actor_models = models.first(objects.size());
     models = models.subspan(objects.size());
-    const double between = kTrianglesPerSquare * static_cast<double>(scene.surface.resolution) *
-                           scene.surface.resolution;
+    // Triangles of the actor's surface while it morphs.
+    const double triangles_between = kTrianglesPerSquare *
+                                     static_cast<double>(scene.surface.resolution) *
+                                     scene.surface.resolution;
+    // An actor that shares objects has copies of the models while they are read, and later only its
+    // surface.
     if (shared[actor].first != actor) {
-      double shown = between;
-      for (const Model& model : own) {
+      double max_triangles = triangles_between;
+      for (const Model& model : actor_models) {
         copies += bytes_of(model);
-        shown = std::max(shown, static_cast<double>(model.triangles.size()));
+        max_triangles = std::max(max_triangles, static_cast<double>(model.triangles.size()));
       }
-      surfaces += shown;
+      surfaces += max_triangles;
       continue;
     }
-    for (const Model& model : own) {
+    for (const Model& model : actor_models) {
       models_bytes += bytes_of(model);
-      trees += kTreesPerTriangle * static_cast<double>(model.triangles.size());
+      trees += kTreeBytesPerTriangle * static_cast<double>(model.triangles.size());
       for (const auto& texture : model.textures)
         if (texture && textures.insert(texture.get()).second)
           models_bytes += bytes_of(texture->pixels);
     }
     if (plays_sequence_alone(*objects.front().actor)) continue;
     Box box;
-    for (const Model& model : own) box = unite(box, model.box());
+    for (const Model& model : actor_models) box = unite(box, model.box());
     const Vec3 size = box.size();
     const double cell = static_cast<double>(std::max({size.x, size.y, size.z})) /
                         static_cast<double>(scene.surface.resolution);
     if (!(cell > 0)) continue;
-    float smallest = box.diagonal();
-    for (const Model& model : own)
-      if (!model.triangles.empty()) smallest = std::min(smallest, model.box().diagonal());
-    maps = std::max(maps, regression_bytes(box, smallest));
-    surfaces += between;
+    float smallest_diagonal = box.diagonal();
+    for (const Model& model : actor_models)
+      if (!model.triangles.empty())
+        smallest_diagonal = std::min(smallest_diagonal, model.box().diagonal());
+    maps = std::max(maps, regression_bytes(box, smallest_diagonal));
+    surfaces += triangles_between;
     const Timeline timeline = make_timeline(scene, *objects.front().actor);
     if (mixes_many(timeline))
       mixtures +=
-          kBytesPerPointMixed * point_count(make_distance_grid(box, static_cast<float>(cell)));
+          kMixtureBytesPerPoint * point_count(make_distance_grid(box, static_cast<float>(cell)));
     for (std::size_t i = 0; i < objects.size(); ++i) {
-      const bool moves = is_mesh_sequence(*objects[i].settings);
-      if (!leg_kinds(timeline, i).distances || (own[i].triangles.empty() && !moves)) continue;
+      const bool is_sequence = is_mesh_sequence(*objects[i].settings);
+      if (!leg_kinds(timeline, i).distances || (actor_models[i].triangles.empty() && !is_sequence))
+        continue;
       const double points =
-          point_count(make_distance_grid(own[i].box(), 0.5f * static_cast<float>(cell)));
+          point_count(make_distance_grid(actor_models[i].box(), 0.5f * static_cast<float>(cell)));
       // Two grids, with and without detail, for the reference and for each cached pose.
-      distances += 2 * sizeof(float) * points * (moves ? 1 + kKeptPoses : 1);
-      making = std::max(making, kBytesPerPointMade * points);
+      distances += 2 * sizeof(float) * points * (is_sequence ? 1 + kKeptPoses : 1);
+      making = std::max(making, kMakingBytesPerPoint * points);
     }
   }
   // Half of the pictures are being traced and the others written.
   const auto extra_pictures = static_cast<double>((std::max<std::size_t>(pictures, 1) - 1) / 2);
   const auto to_bytes = [](double bytes) { return static_cast<std::uint64_t>(bytes); };
   MemoryEstimate estimate;
-  estimate.program = to_bytes(kProgram);
+  estimate.program = to_bytes(kProgramBytes);
   estimate.models = to_bytes(models_bytes);
   estimate.copies = to_bytes(copies);
   estimate.trees = to_bytes(trees);

@@ -24,8 +24,8 @@ struct MemoryEstimate {
   std::uint64_t making = 0;     ///< temporary memory while the largest grid is made
   std::uint64_t surfaces = 0;   ///< surfaces between the models, with their hierarchies for rays
   std::uint64_t pictures = 0;   ///< pictures that are traced or written at once
-  /// Sums the parts. Copies are freed before objects are made, and grids are made before surfaces;
-  /// of each two the maximum counts.
+  /// Returns the peak. `copies` are freed before any of trees, fits, distances and so on are made,
+  /// and `making` is freed before surfaces and pictures; the larger of each two counts.
   std::uint64_t total() const {
     const std::uint64_t objects = trees + fits + distances + std::max(making, surfaces + pictures);
     return program + models + std::max(copies, objects);

@@ -21,8 +21,8 @@
 namespace polymorph {
 namespace {
 
-/// Lists directions in all of space, at most 15 degrees apart: the points of a grid of 8^3 cells
-/// that lie on the surface of its cube.
+/// Lists directions in all of space, neighbours at most 15 degrees apart: from the centre of a
+/// cubic grid of 8^3 cells to the grid points on the cube's surface. They are not normalized.
 std::vector<Vec3> cube_directions() {
   constexpr int kHalf = 4;
   std::vector<Vec3> directions;
@@ -83,7 +83,7 @@ std::vector<Vec3> outermost_points(const std::vector<Vec3>& points,
 }
 
 /// Returns the settings of a single mesh of the sequence.
-ObjectSettings mesh_object(const ObjectSettings& sequence, const std::filesystem::path& file) {
+ObjectSettings mesh_settings(const ObjectSettings& sequence, const std::filesystem::path& file) {
   ObjectSettings object = sequence;
   object.model = file;
   return object;
@@ -109,7 +109,7 @@ std::string velocity_digest(const std::vector<PointVelocity>& velocities) {
   return hasher.hex();
 }
 
-/// Logs between which meshes no motion is known, if the scene needs motion.
+/// If the scene needs motion, logs between how many meshes no motion is known.
 void log_unknown_motion(const Scene& scene, const MeshSequence& sequence) {
   if (!wants_flow(scene)) return;
   const std::vector<MeshFile>& files = sequence.files;
@@ -133,6 +133,8 @@ struct MeshFacts {
   std::size_t triangles = 0, textures = 0;
 };
 
+/// Reads a mesh, fills in `file`, and returns the facts. Sets file.problem if the mesh cannot be
+/// shown.
 MeshFacts inspect_mesh(const ObjectSettings& object, const std::vector<Vec3>& directions,
                        bool textures, MeshFile& file) {
   MeshFacts mesh_facts;
@@ -143,7 +145,7 @@ MeshFacts inspect_mesh(const ObjectSettings& object, const std::vector<Vec3>& di
     return mesh_facts;
   }
   const auto read =
-      load_object(mesh_object(object, file.file), textures, false, mesh_facts.warnings);
+      load_object(mesh_settings(object, file.file), textures, false, mesh_facts.warnings);
   if (!read) {
     file.problem = fmt::format("mesh {}: {}", file.number, read.error().message);
     return mesh_facts;
@@ -187,20 +189,20 @@ void add_warnings(const MeshSequence& sequence, const std::vector<MeshFacts>& fa
 
 /// Returns the index of the first mesh that can be shown; 0 if none can.
 int first_usable_mesh(const std::vector<MeshFile>& files) {
-  const auto sound = std::find_if(files.begin(), files.end(),
-                                  [](const MeshFile& file) { return file.problem.empty(); });
-  return sound == files.end() ? 0 : static_cast<int>(sound - files.begin());
+  const auto usable = std::find_if(files.begin(), files.end(),
+                                   [](const MeshFile& file) { return file.problem.empty(); });
+  return usable == files.end() ? 0 : static_cast<int>(usable - files.begin());
 }
 
 /// Replaces the model's textures by equal ones that other meshes still use.
 void share_textures(TexturePool& pool, Model& model) {
   const std::lock_guard lock(pool.mutex);
   for (std::shared_ptr<const Image>& texture : model.textures) {
-    std::weak_ptr<const Image>& known = pool.images[pixel_digest(*texture)];
-    if (const std::shared_ptr<const Image> shared = known.lock())
+    std::weak_ptr<const Image>& pooled = pool.images[pixel_digest(*texture)];
+    if (const std::shared_ptr<const Image> shared = pooled.lock())
       texture = shared;
     else
-      known = texture;
+      pooled = texture;
   }
 }
 
@@ -224,6 +226,7 @@ Result<MeshSurvey> survey_meshes(const Scene& scene, const ChainObject& object, 
     const auto i = static_cast<std::size_t>(index);
     facts[i] = inspect_mesh(settings, directions, textures, sequence.files[i]);
   });
+  // Merge the facts in the order of the files.
   sequence.reference = first_usable_mesh(sequence.files);
   Model& model = survey.stand_in.model;
   survey.stand_in.placing.to_scene = upright(settings.up);
@@ -256,7 +259,7 @@ Result<Model> load_mesh(const MeshSequence& sequence, int mesh) {
   if (!file.problem.empty()) return make_error(ErrorCode::kInput, "{}", file.problem);
   std::vector<std::string> warnings;  // the survey has reported them
   PM_TRY(ReadObject read,
-         load_object(mesh_object(sequence.object, file.file), true, false, warnings));
+         load_object(mesh_settings(sequence.object, file.file), true, false, warnings));
   if (model_digest(read.model) != file.digest)
     return make_error(ErrorCode::kInput, "mesh {}: {}: was changed while it was used", file.number,
                       file.file.string());
@@ -271,7 +274,7 @@ Result<std::vector<Vec3>> mesh_vertices(const MeshSequence& sequence, int mesh) 
   if (!file.problem.empty()) return make_error(ErrorCode::kInput, "{}", file.problem);
   std::vector<std::string> warnings;  // the survey has reported them
   PM_TRY(ReadObject read,
-         load_object(mesh_object(sequence.object, file.file), false, true, warnings));
+         load_object(mesh_settings(sequence.object, file.file), false, true, warnings));
   return std::move(read.placing.vertices);
 }
 
@@ -289,10 +292,12 @@ Result<std::vector<Vec3>> mesh_motion(const MeshSequence& sequence, const Model&
   }
   if (file.velocities.empty()) return motion;
   std::vector<std::string> warnings;  // the survey has reported them
-  ObjectSettings as_stored = mesh_object(sequence.object, file.file);
+  // The mesh is read once more, in the coordinates of its file.
+  ObjectSettings as_stored = mesh_settings(sequence.object, file.file);
   as_stored.up = UpAxis::kY;
   PM_TRY(const ReadObject stored, load_object(as_stored, false, true, warnings));
-  // Keys are the vertices of the model's own reader; another may round the same digits differently.
+  // The keys are vertices as the model's reader has rounded them, because load_ply_velocities() may
+  // round the same digits differently.
   const std::vector<PointVelocity> velocities = load_ply_velocities(file.file);
   const std::vector<Vec3>& vertices = stored.placing.vertices;
   std::map<std::array<float, 3>, Vec3> velocity_at;
@@ -309,9 +314,9 @@ Result<std::vector<Vec3>> mesh_motion(const MeshSequence& sequence, const Model&
   for (const Transform& transform : sequence.steps) to_scene = compose(transform, to_scene);
   const Vec3 origin = apply(to_scene, {});
   for (const Vec3 p : stored.model.points) {
-    const auto found = velocity_at.find({p.x, p.y, p.z});
-    Vec3 velocity = found == velocity_at.end() ? Vec3{} : found->second;
-    constexpr float kMaxSpeed = 1e15f;  // the limit of coordinates; the test is false for NaN, too
+    const auto entry = velocity_at.find({p.x, p.y, p.z});
+    Vec3 velocity = entry == velocity_at.end() ? Vec3{} : entry->second;
+    constexpr float kMaxSpeed = 1e15f;  // the limit of coordinates; the test also fails for NaN
     if (!(length(velocity) < kMaxSpeed)) velocity = {};
     motion.push_back((apply(to_scene, velocity) - origin) * (direction / step.fps));
   }

@@ -17,9 +17,10 @@ struct MeshSurvey {
   MeshSequence sequence;  ///< still without `steps`
 };
 
-/// Reads all meshes of a sequence, one per thread at a time, and keeps only what decides its place,
-/// the camera and the frames' hashes. Adds the warnings of the first mesh that has any. A mesh that
-/// cannot be read is reported in MeshFile::problem. Errors: kInput if no mesh can be read.
+/// Reads all meshes of a sequence, one per thread at a time, and keeps only what decides the
+/// sequence's placement, the camera and the frames' hashes. Adds the warnings of the first mesh
+/// that has any. A mesh that cannot be read is reported in MeshFile::problem. Errors: kInput if no
+/// mesh can be read.
 Result<MeshSurvey> survey_meshes(const Scene& scene, const ChainObject& object, bool textures,
                                  std::vector<std::string>& warnings);
 
@@ -37,9 +38,9 @@ struct MeshStep {
   float fps = 24;  ///< frames per second
 };
 /// Computes the displacement of each point of `shown`, which is load_mesh() of `step.mesh`. If both
-/// meshes have the same faces, it is to the point of the same index in the next mesh; else it is
-/// the velocity that the file stores times 1 / fps. Empty if the mesh stays the same or no motion
-/// is known. Errors: as load_mesh().
+/// meshes have the same faces, the displacement is that to the point of the same index in the next
+/// mesh; else it is the velocity that the file stores, divided by fps. Empty if the mesh stays the
+/// same or no motion is known. Errors: as load_mesh().
 Result<std::vector<Vec3>> mesh_motion(const MeshSequence& sequence, const Model& shown,
                                       const MeshStep& step);
 

@@ -36,8 +36,8 @@ struct LoadedObject {
   const ObjectPlacing& placing;
 };
 
-/// Returns the landmark in the file's coordinates; empty, with a problem, if there is no such
-/// vertex.
+/// Returns the landmark in the file's coordinates. If there is no such vertex, adds a problem and
+/// returns nothing.
 std::optional<Vec3> point_in_file(const LoadedObject& object, const LandmarkPoint& landmark,
                                   LandmarkProblems& problems) {
   if (landmark.point) return landmark.point;

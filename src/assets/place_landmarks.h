@@ -18,7 +18,7 @@ using PlacedLandmarks = std::map<std::string, Vec3>;
 /// Places the landmarks of each object of the chain. For each landmark that cannot be used, adds a
 /// line with its position in the scene file to `problems`: if the model has no such vertex, if the
 /// point is farther from the surface than a tenth of the object's size, or if another landmark is
-/// at the same place.
+/// at the same point.
 std::vector<PlacedLandmarks> place_landmarks(const Scene& scene, std::span<const ChainObject> chain,
                                              const LoadedScene& loaded,
                                              std::vector<std::string>& problems);

@@ -8,6 +8,7 @@
 namespace polymorph {
 namespace {
 
+/// Gives all faces one material of this colour.
 void paint(Model& model, Vec3 color) {
   Material material;
   material.name = "color";

@@ -16,7 +16,7 @@ Transform upright(UpAxis up);
 /// An object as it was read, turned upright.
 struct ReadObject {
   Model model;
-  ObjectPlacing placing;  ///< placing of `model`, not yet of the object in the scene
+  ObjectPlacing placing;  ///< transform from the file to `model`, not yet to the scene
 };
 
 /// Reads an object. `vertices`: sets placing.vertices. Errors: as load_model().

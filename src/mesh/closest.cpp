@@ -11,7 +11,9 @@ namespace {
 struct Leaf {
   static constexpr int kWidth = TriangleBvh::kLeafTriangles;
   float a[3][kWidth], ab[3][kWidth], ac[3][kWidth];
-  float u[3][kWidth], v[3][kWidth];  ///< weights in the plane: of b u . (p - a), of c v . (p - a)
+  /// Gradients of the barycentric weights: that of b is dot(gradients_b, p - a), that of c
+  /// dot(gradients_c, p - a).
+  float gradients_b[3][kWidth], gradients_c[3][kWidth];
 
   explicit Leaf(const TriangleBvh::Corners* corners) {
     for (int k = 0; k < kWidth; ++k) {
@@ -19,22 +21,22 @@ struct Leaf {
                                       f = Vec3d(corners[k].p[2]) - p;
       const Vec3d n = cross(e, f);
       const double n2 = dot(n, n);
-      // A triangle without area keeps the weights 0, which count as outside: only its edges are
-      // tested.
-      const Vec3d to_b = n2 > 0 ? cross(f, n) * (1 / n2) : Vec3d{},
-                  to_c = n2 > 0 ? cross(n, e) * (1 / n2) : Vec3d{};
+      // The gradients of a triangle without area are 0. All points then count as outside its
+      // interior, so only its edges are tested.
+      const Vec3d gradient_b = n2 > 0 ? cross(f, n) * (1 / n2) : Vec3d{},
+                  gradient_c = n2 > 0 ? cross(n, e) * (1 / n2) : Vec3d{};
       set(a, k, p);
       set(ab, k, e);
       set(ac, k, f);
-      set(u, k, to_b);
-      set(v, k, to_c);
+      set(gradients_b, k, gradient_b);
+      set(gradients_c, k, gradient_c);
     }
   }
 
   /// Returns a mask: bit k is set if, within the accuracy of floats, triangle k is no further from
   /// p than sqrt(limit).
   unsigned candidates(Vec3 p, float limit) const {
-    float excess[kWidth];
+    float min_distance2[kWidth];  // squared distances less a bound of their rounding
     for (int k = 0; k < kWidth; ++k) {
       const float x = p.x - a[0][k], y = p.y - a[1][k], z = p.z - a[2][k];
       const float bx = ab[0][k], by = ab[1][k], bz = ab[2][k];
@@ -51,16 +53,16 @@ struct Leaf {
         return min(max(along / max(total, 1e-37f), 0.0f), 1.0f);
       };
       const float on_bc = clamped_ratio(pc - pb + bb - bc, bb - 2 * bc + cc);
-      const float on_edges =
+      const float edge_distance2 =
           min(min(distance2(clamped_ratio(pb, bb), 0), distance2(0, clamped_ratio(pc, cc))),
               distance2(1 - on_bc, on_bc));
-      const float s = x * u[0][k] + y * u[1][k] + z * u[2][k];
-      const float t = x * v[0][k] + y * v[1][k] + z * v[2][k];
-      const float on_face = min(min(s, t), 1 - s - t) > 0 ? distance2(s, t) : on_edges;
-      excess[k] = min(on_edges, on_face) - 4e-6f * (pp + bb + cc);
+      const float s = x * gradients_b[0][k] + y * gradients_b[1][k] + z * gradients_b[2][k];
+      const float t = x * gradients_c[0][k] + y * gradients_c[1][k] + z * gradients_c[2][k];
+      const float face_distance2 = min(min(s, t), 1 - s - t) > 0 ? distance2(s, t) : edge_distance2;
+      min_distance2[k] = min(edge_distance2, face_distance2) - 4e-6f * (pp + bb + cc);
     }
     unsigned mask = 0;
-    for (int k = 0; k < kWidth; ++k) mask |= (excess[k] > limit ? 0u : 1u) << k;
+    for (int k = 0; k < kWidth; ++k) mask |= (min_distance2[k] > limit ? 0u : 1u) << k;
     return mask;
   }
 
@@ -99,15 +101,17 @@ ClosestPointQuery::ClosestPointQuery(MeshView mesh) : tree_(std::make_unique<Tre
   // Where thousands of long triangles are scattered or share a point, nearly all are about as close
   // as the closest one, so some of them suffice. Long triangles of a coarse surface have boxes that
   // overlap little; their hierarchy is not split, and they all stay.
-  const std::vector<std::uint32_t> thinned =
+  const std::vector<std::uint32_t> representatives =
       tree_->bvh.is_split ? list_representative_triangles(mesh) : std::vector<std::uint32_t>();
-  if (!thinned.empty()) tree_->bvh = build_split_bvh(mesh.points, select_triangles(mesh, thinned));
+  if (!representatives.empty())
+    tree_->bvh = build_split_bvh(mesh.points, select_triangles(mesh, representatives));
   const std::vector<TriangleBvh::Corners>& corners = tree_->bvh.corners;
   tree_->leaves.reserve(corners.size() / TriangleBvh::kLeafTriangles);
   for (std::size_t slot = 0; slot < corners.size(); slot += TriangleBvh::kLeafTriangles)
     tree_->leaves.emplace_back(&corners[slot]);
+  // Indices become those of the mesh; kNone stays.
   for (std::uint32_t& triangle : tree_->bvh.triangles)
-    if (triangle < thinned.size()) triangle = thinned[triangle];
+    if (triangle < representatives.size()) triangle = representatives[triangle];
 }
 ClosestPointQuery::ClosestPointQuery(MeshView mesh, std::span<const std::uint32_t> faces)
     : ClosestPointQuery(MeshView(mesh.points, select_triangles(mesh, faces))) {
@@ -137,7 +141,7 @@ ClosestPoint ClosestPointQuery::closest(Vec3 from, Vec3 neighbour,
 std::vector<ClosestPoint> ClosestPointQuery::closest(std::span<const Vec3> from,
                                                      float max_distance) const {
   std::vector<ClosestPoint> hits(from.size());
-  // Consecutive points are usually close to each other.
+  // Consecutive points are usually close to each other, so the last hit bounds the next distance.
   parallel_ranges(
       static_cast<std::int64_t>(from.size()), 256, [&](std::int64_t begin, std::int64_t end) {
         for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k)

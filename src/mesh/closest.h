@@ -25,13 +25,13 @@ class ClosestPointQuery {
   ClosestPointQuery(ClosestPointQuery&&) noexcept;
   ClosestPointQuery& operator=(ClosestPointQuery&&) noexcept;
 
-  /// Finds the closest point no further than `max_distance`; of several, the one on the triangle of
-  /// lowest index. Two cases are approximate: where thousands of triangles are long
+  /// Finds the closest point no further than `max_distance`; of several equally close ones, that on
+  /// the triangle of lowest index. Two cases are approximate: where thousands of triangles are long
   /// (build_split_bvh()), the distance exceeds the smallest by at most a ten-thousandth; where
   /// list_representative_triangles() keeps only some of the triangles, the point is the closest on
-  /// those. If there is no such point (no triangles, all further away, a NaN in `from`): point =
-  /// from, distance = max_distance, triangle = kNoTriangle. A small `max_distance` is much faster
-  /// where most points are far from the mesh.
+  /// those. If no point is found (no triangles, all further away, a NaN in `from`): point = from,
+  /// distance = max_distance, triangle = kNoTriangle. A small `max_distance` is much faster where
+  /// most points are far from the mesh.
   ClosestPoint closest(Vec3 from,
                        float max_distance = std::numeric_limits<float>::infinity()) const;
   /// Finds the closest point, faster if `neighbour_hit` is the closest point of `neighbour`, a
@@ -60,7 +60,7 @@ inline Vec3 interpolate(std::span<const Vec3> values, const Triangle& t, const T
          values[t.v[2]] * static_cast<float>(w.c);
 }
 
-/// Interpolates normals that are given per corner (3 per triangle); not of unit length.
+/// Interpolates normals that are given per corner (3 per triangle). The result is not normalized.
 Vec3 interpolate_normal(MeshView mesh, std::span<const Vec3> corner_normals,
                         const ClosestPoint& hit);
 

@@ -53,6 +53,7 @@ PM_HD inline TriangleWeights weights_on_triangle(Vec3d ap, Vec3d ab, Vec3d ac) {
   const double d1 = dot(ab, ap), d2 = dot(ac, ap);
   if (d1 <= 0 && d2 <= 0) return {1, 0, 0};
   const double bb = dot(ab, ab), bc = dot(ab, ac), cc = dot(ac, ac);
+  // The squared sine of the angle at a is at most 1e-12: rounding would decide the plane.
   if (bb * cc - bc * bc <= 1e-12 * bb * cc) return weights_on_edges(ap, ab, ac);
   const double d3 = d1 - bb, d4 = d2 - bc;
   if (d3 >= 0 && d4 <= d3) return {0, 1, 0};
@@ -103,14 +104,14 @@ PM_HD ClosestPoint find_closest(const TriangleBvhView& bvh, Vec3 from, float max
                                 const Candidates& candidates) {
   struct Entry {
     float distance2;
-    std::uint32_t child, count;
+    std::uint32_t child, count;  // as in TriangleBvh::Node
   };
   double best2 = static_cast<double>(max_distance) * static_cast<double>(max_distance);
   std::uint32_t best_slot = TriangleBvh::kNone, best_triangle = TriangleBvh::kNone;
   TriangleWeights best_weights;
-  // Distances to boxes are rounded, so the slack keeps boxes of triangles that are as close as the
-  // best one. In a split hierarchy thousands of triangles may share their closest point; as any of
-  // them will do, the slack is below 1 and skips them.
+  // Distances to boxes are rounded, so the slack keeps the boxes of triangles that are as close as
+  // the best one. In a split hierarchy, thousands of triangles may share their closest point. Any
+  // of them will do, so the slack is below 1 and skips the others.
   const double slack = bvh.is_split ? 1 - 1e-4 : 1 + 1e-6;
   Entry stack[TriangleBvh::kStackSize];
   int stack_size = 0;
@@ -119,7 +120,7 @@ PM_HD ClosestPoint find_closest(const TriangleBvhView& bvh, Vec3 from, float max
     const Entry entry = stack[--stack_size];
     const auto limit = static_cast<float>(best2 * slack);
     if (entry.distance2 > limit) continue;
-    if (entry.count > 0) {
+    if (entry.count > 0) {  // a leaf
       unsigned leaf_mask = candidates(entry.child, limit) & ((1u << entry.count) - 1);
       for (; leaf_mask != 0; leaf_mask &= leaf_mask - 1) {
         const std::uint32_t slot = entry.child + static_cast<std::uint32_t>(countr_zero(leaf_mask));
@@ -166,8 +167,8 @@ PM_HD ClosestPoint find_closest(const TriangleBvhView& bvh, Vec3 from, float max
           static_cast<float>(std::sqrt(best2)), best_triangle};
 }
 
-/// Finds the closest point to `from`, faster if `neighbour_hit` is the closest point of
-/// `neighbour`, a point near `from`.
+/// Finds the closest point to `from` as find_closest() does, but faster if `neighbour_hit` is the
+/// closest point of `neighbour`, a point near `from`.
 template <class Candidates>
 PM_HD ClosestPoint find_closest_near(const TriangleBvhView& bvh, Vec3 from, Vec3 neighbour,
                                      const ClosestPoint& neighbour_hit, float max_distance,

@@ -36,7 +36,8 @@ struct Components {
   }
 
   double total() const { return std::accumulate(volume.begin(), volume.end(), 0.0); }
-  /// Fraction, in [0, 1], of the total that is enclosed by components below `fraction` of it.
+  /// Fraction, in [0, 1], of the total volume that components below `fraction` of the total volume
+  /// enclose together.
   double small_share(double fraction) const {
     const double total_volume = total();
     double small_volume = 0;

@@ -7,17 +7,17 @@
 
 namespace polymorph {
 
-/// Exception for meshes that are a heap of small objects: if small components together enclose more
-/// than `share` of the volume, only those below `fraction` of it are removed. By default there is
-/// no exception.
+/// Exception of remove_small_components() for meshes that consist of many small objects: if the
+/// components to be removed together enclose more than `share` of the mesh's volume, only those
+/// below `fraction` of the volume are removed. By default there is no exception.
 struct HeapLimit {
   double share = 1, fraction = 0;
 };
 
-/// Removes the connected components that enclose less than `fraction` of the mesh's volume, except
-/// in heaps (HeapLimit). Cavities count as components. The other components keep their order, and
-/// the largest always stays. An implicit surface of balls has such small components where two balls
-/// separate. Returns the number of removed components.
+/// Removes the connected components that enclose less than `fraction` of the mesh's volume; `heap`
+/// may lower that fraction. Cavities count as components. The other components keep their order,
+/// and the largest always stays. An implicit surface of balls has such small components where two
+/// balls separate. Returns the number of removed components.
 std::size_t remove_small_components(Mesh& mesh, double fraction, HeapLimit heap = {});
 
 /// Counts the connected components; a point without triangles is one.

@@ -18,7 +18,7 @@ std::vector<EdgeUse> sorted_edge_uses(std::span<const Triangle> triangles) {
       }
   };
   // A counting sort by `low` comes first; then the few uses of each vertex are sorted.
-  std::vector<std::size_t> begin;
+  std::vector<std::size_t> begin;  // first use per vertex `low`
   for_each_use([&](const EdgeUse& use) {
     if (use.low + std::size_t{2} > begin.size()) begin.resize(use.low + std::size_t{2});
     ++begin[use.low + 1];

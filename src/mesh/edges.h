@@ -9,18 +9,19 @@
 
 namespace polymorph {
 
-/// One side of one triangle, as a use of the edge between its points.
+/// One side of one triangle. The sides of all triangles between the same two points are the uses of
+/// one edge.
 struct EdgeUse {
   std::uint32_t low = 0, high = 0;  ///< indices of its end points, low < high
   std::uint32_t corner = 0;  ///< 3 * triangle + k: the side runs from corner k to k + 1 (mod 3)
   bool forward = true;       ///< the side runs from `low` to `high`
 };
 
-/// Lists the sides of all triangles, sorted by (low, high, corner), so that those of one edge are
-/// adjacent. Sides of length 0 (a repeated point) are left out.
+/// Lists the sides of all triangles, sorted by (low, high, corner), so that the uses of one edge
+/// are adjacent. Sides of length 0 (a repeated point) are left out.
 std::vector<EdgeUse> sorted_edge_uses(std::span<const Triangle> triangles);
 
-/// Calls f(first, last) for each edge; its uses are those with indices first to last - 1.
+/// Calls f(first, last) for each edge, whose uses are uses[first] to uses[last - 1].
 template <class F>
 void for_each_edge(const std::vector<EdgeUse>& uses, const F& f) {
   for (std::size_t first = 0; first < uses.size();) {
@@ -46,7 +47,7 @@ std::vector<std::uint32_t> count_fans(std::size_t points, std::span<const Triang
 inline std::uint32_t next_corner(std::uint32_t corner) {
   return corner % 3 == 2 ? corner - 2 : corner + 1;
 }
-/// Corner of a use at its edge's `low` end, and at its `high` end.
+/// The triangle's corner at the `low` end of the edge, and that at the `high` end.
 inline std::uint32_t low_corner(const EdgeUse& use) {
   return use.forward ? use.corner : next_corner(use.corner);
 }

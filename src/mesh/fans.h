@@ -29,6 +29,7 @@ class Fans {
   std::size_t size() const { return first_.empty() ? 0 : first_.size() - 1; }
 
  private:
+  /// The triangles around point p are triangles_[first_[p]] to triangles_[first_[p + 1] - 1].
   std::vector<std::uint32_t> first_, triangles_;
 };
 

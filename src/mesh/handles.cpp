@@ -21,7 +21,7 @@ constexpr std::uint32_t kNone = 0xffffffffu;
 /// First homology of the surface modulo 2. Each side (3 * triangle + k: from corner k to corner k +
 /// 1 mod 3) has a bit vector. Along a loop that bounds a region of the surface, these vectors add
 /// up to 0 modulo 2. A surface of genus g needs 2 g bits. Bits beyond 64 are left out; then the sum
-/// is also 0 for some loops that bound nothing.
+/// is also 0 for some loops that bound no region.
 class Homology {
  public:
   explicit Homology(const Mesh& mesh)
@@ -41,8 +41,10 @@ class Homology {
     span_triangles(in_tree);
   }
 
+  /// Vertices at which the side begins and ends.
   std::uint32_t from(std::uint32_t side) const { return mesh_.triangles[side / 3].v[side % 3]; }
   std::uint32_t to(std::uint32_t side) const { return from(next_corner(side)); }
+  /// Returns the same edge's side of the adjacent triangle.
   std::uint32_t mate(std::uint32_t side) const { return mate_[side]; }
   std::uint64_t bits(std::uint32_t side) const { return bits_[side]; }
   float length(std::uint32_t side) const {
@@ -81,7 +83,7 @@ class Homology {
   /// surface if it crosses each of these loops an even number of times.
   void span_triangles(std::vector<std::uint8_t>& in_tree) {
     const std::size_t count = mesh_.triangles.size();
-    // The side across which each triangle was reached.
+    // The side of the parent across which each triangle was reached.
     std::vector<std::uint32_t> entered_by(count, kNone);
     std::vector<std::uint8_t> is_visited(count, 0);
     std::vector<std::uint32_t> queue;
@@ -191,8 +193,8 @@ class LoopSearch {
     touched_.clear();
   }
 
-  /// Makes the loop of the side and the paths to its two ends, from the vertex at which these paths
-  /// separate.
+  /// Makes the loop that consists of the side and of the paths from the seed to its two ends,
+  /// without the part that these paths share.
   Loop loop_through(std::uint32_t side) const {
     const auto path_to = [&](std::uint32_t v) {
       Loop path;
@@ -211,14 +213,15 @@ class LoopSearch {
 
   const Homology& homology_;
   std::vector<Label> labels_;
-  std::vector<std::uint8_t> finished_;
-  std::vector<std::uint32_t> touched_;
-  float best_;
+  std::vector<std::uint8_t> finished_;  ///< per vertex: all loops through it have been tried
+  std::vector<std::uint32_t> touched_;  ///< vertices whose labels are set
+  float best_;  ///< length of the shortest loop found, at first `max_length`
   std::int64_t& steps_;
   Loop loop_;
 };
 
-/// Cuts the surface along the loop and closes both sides.
+/// Cuts the surface along the loop and closes both sides by fans. The triangles to the right of the
+/// loop keep its vertices; those to the left get copies of them.
 void cut(Mesh& mesh, const Homology& homology, const Loop& loop) {
   // Corners and their new vertices.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> reassigned;
@@ -233,9 +236,9 @@ void cut(Mesh& mesh, const Homology& homology, const Loop& loop) {
     // The corners at v to the left of the loop, counter-clockwise from its next side.
     for (std::uint32_t side = loop[i];;) {
       reassigned.emplace_back(side, left.back());
-      const std::uint32_t last = next_corner(next_corner(side));  // the side that ends at v
-      if (last == previous) break;
-      side = homology.mate(last);
+      const std::uint32_t side_to_v = next_corner(next_corner(side));
+      if (side_to_v == previous) break;
+      side = homology.mate(side_to_v);
       PM_CHECK(side != loop[i]);
     }
     mesh.positions.push_back(mesh.positions[v]);

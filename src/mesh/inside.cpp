@@ -22,20 +22,20 @@ constexpr std::uint32_t kLeafTriangles = AngleSums::kLanes;
 // Points further than beta times a node's radius use its expansion (Barill et al. 2018, section 4,
 // which advises 2).
 constexpr double kBeta = 2;
-/// Multiplicities have at most 20 binary digits.
+/// Multiplicities of triangles (ClusteredMesh) are limited to 20 binary digits.
 constexpr std::uint32_t kMaxDigits = 20, kMaxMultiplicity = (1u << kMaxDigits) - 1;
 
 struct Node {
   Vec3d center;              ///< area-weighted centroid
   double far_distance2 = 0;  ///< (beta * radius)^2
   Vec3d dipole;              ///< sum of area vectors
-  Vec3d diagonal,
-      off_diagonal;  ///< xx yy zz and yz zx xy of the symmetric second moment of area vectors
-  Vec3d low, high;   ///< box
+  /// Components xx, yy, zz and yz, zx, xy of the symmetrized second moment of the area vectors.
+  Vec3d diagonal, off_diagonal;
+  Vec3d low, high;                     ///< box
   std::uint32_t first = 0, count = 0;  ///< range of Tree::triangles, if count > 0
   std::uint32_t leaf = 0;              ///< index in Tree::leaves, if count > 0
   std::uint32_t mask = 0;    ///< first index in Tree::masks, if triangles have multiplicities
-  std::uint32_t digits = 0;  ///< binary digits of their multiplicities; one mask per digit
+  std::uint32_t digits = 0;  ///< binary digits of the multiplicities; one mask per digit
   std::uint32_t skip = 0;    ///< the node that follows this node's subtree
 };
 
@@ -53,7 +53,7 @@ struct InsideTest::Tree {
   /// Corners per leaf, in model coordinates: solid angles do not depend on the frame.
   std::vector<AngleSums::Triangles> leaves;
   std::vector<std::uint32_t> multiplicities;  ///< one per model triangle; empty: all 1
-  /// Per leaf and binary digit, lowest first: a mask of the triangles whose multiplicity has that
+  /// Masks per leaf and binary digit, lowest digit first: the triangles whose multiplicity has that
   /// digit.
   std::vector<std::uint8_t> masks;
   std::uint32_t digits = 1;  ///< maximum of Node::digits
@@ -66,9 +66,13 @@ struct InsideTest::Tree {
     return multiplicities.empty() ? 1 : multiplicities[triangle];
   }
   void build(MeshView mesh);
+  /// Adds the subtree of the triangles `order`, which become `triangles[first]` and so on.
+  /// `centers`: centroids of all triangles.
   void build_node(std::span<std::uint32_t> order, std::uint32_t first,
                   const std::vector<Vec3d>& centers, MeshView mesh);
+  /// Computes the node's box, centre, radius and moments.
   void compute_moments(Node& node, std::span<const std::uint32_t> order, MeshView mesh) const;
+  /// Adds the node's triangles to `leaves` and `masks`.
   void add_leaf(Node& node, std::span<const std::uint32_t> order, MeshView mesh);
   double winding(Vec3 point) const;
   bool parity(Vec3d q) const;
@@ -159,7 +163,7 @@ void InsideTest::Tree::add_leaf(Node& node, std::span<const std::uint32_t> order
   AngleSums::Triangles& leaf = leaves.emplace_back();
   for (std::size_t k = 0; k < AngleSums::kLanes; ++k)
     for (std::size_t i = 0; i < 3; ++i) {
-      // Unused lanes repeat the first triangle's first point: no area, no angle.
+      // Unused lanes repeat the first triangle's first point, so their solid angle is 0.
       const Vec3 p = mesh.points[k < order.size() ? mesh.triangles[order[k]].v[i]
                                                   : mesh.triangles[order[0]].v[0]];
       leaf.corner[3 * i][k] = p.x;
@@ -192,7 +196,7 @@ double InsideTest::Tree::winding(Vec3 point) const {
     const double r2 = dot(r, r);
     if (r2 > node.far_distance2) {
       // The first two terms of the Taylor series of n . r / |r|^3 around the node's centre (Barill
-      // et al. 2018, equation 9). Without the second one the sum is off by up to 0.14 on flat
+      // et al. 2018, equation 9). Without the second term the sum is off by up to 0.14 on flat
       // models.
       const Vec3d squares(r.x * r.x, r.y * r.y, r.z * r.z), mixed(r.y * r.z, r.z * r.x, r.x * r.y);
       const double trace = node.diagonal.x + node.diagonal.y + node.diagonal.z;
@@ -221,22 +225,23 @@ double InsideTest::Tree::winding(Vec3 point) const {
 // (from its lower point index) and is half-open in y, so a point on the common edge of two
 // triangles lies in exactly one of them: no crossing at an edge or corner is counted twice or lost.
 bool InsideTest::Tree::ray_crosses(const Triangle& t, Vec3d q) const {
-  bool within = false;
+  bool is_in_projection = false;
   for (int k = 0; k < 3; ++k) {
     const std::uint32_t i = t.v[k], j = t.v[(k + 1) % 3];
     const Vec3d &a = points[std::min(i, j)], &b = points[std::max(i, j)];
     if ((a.y > q.y) == (b.y > q.y)) continue;
     const double side = (b.x - a.x) * (q.y - a.y) - (b.y - a.y) * (q.x - a.x);
-    if ((side > 0) == (b.y > a.y)) within = !within;
+    if ((side > 0) == (b.y > a.y)) is_in_projection = !is_in_projection;
   }
-  if (!within) return false;
+  if (!is_in_projection) return false;
   const Vec3d a = points[t.v[0]], n = cross(points[t.v[1]] - a, points[t.v[2]] - a);
-  // Tests whether the plane lies above q; n.z is not 0, or the projection would be empty.
+  // Test whether the plane lies above q. n.z is not 0, because the triangle's projection contains
+  // q.
   return n.z > 0 ? dot(a - q, n) > 0 : dot(a - q, n) < 0;
 }
 
 bool InsideTest::Tree::parity(Vec3d q) const {
-  bool odd = false;
+  bool is_odd = false;
   for (std::uint32_t i = 0; i < nodes.size();) {
     const Node& node = nodes[i];
     if (q.x < node.low.x || q.x > node.high.x || q.y < node.low.y || q.y > node.high.y ||
@@ -245,10 +250,10 @@ bool InsideTest::Tree::parity(Vec3d q) const {
       continue;
     }
     for (std::uint32_t t = node.first; t < node.first + node.count; ++t)
-      if (ray_crosses(triangles[t], q)) odd = !odd;
+      if (ray_crosses(triangles[t], q)) is_odd = !is_odd;
     ++i;
   }
-  return odd;
+  return is_odd;
 }
 
 InsideTest::InsideTest(MeshView mesh, InsideRule rule)

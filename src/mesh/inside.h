@@ -11,9 +11,9 @@
 namespace polymorph {
 
 enum class InsideRule : std::uint8_t {
-  kWinding,  ///< generalized winding number >= 0.5 (Jacobson 2013): tolerates holes and doubled
-             ///< faces
-  /// Odd number of crossings along one ray (report 5.1.2.1). Exact for closed models; where
+  /// Generalized winding number >= 0.5 (Jacobson et al. 2013); tolerates holes and doubled faces.
+  kWinding,
+  /// Odd number of crossings along one ray (Gilbert 2010, 5.1.2.1). Exact for closed models; where
   /// components overlap, their overlap counts as outside. The ray is fixed, oblique to axes and
   /// diagonals, and counts a crossing at an edge or corner once.
   kParity,

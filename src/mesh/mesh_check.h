@@ -29,9 +29,9 @@ MeshReport check_mesh(const Mesh& mesh);
 /// Signed volume enclosed by a closed mesh, and its area.
 double volume_of(const Mesh& mesh);
 double area_of(const Mesh& mesh);
-/// Estimates the volume between the facets and the smooth surface through their vertices that has
-/// the mesh's normals there. Added to volume_of(), it gives the volume below the smooth surface. It
-/// is positive where the surface is convex, and 0 without normals.
+/// Estimates the volume between the facets and a smooth surface through their vertices with the
+/// mesh's normals. Added to volume_of(), it gives the volume below the smooth surface. It is
+/// positive where the surface is convex, and 0 without normals.
 double faceting_loss(const Mesh& mesh);
 /// Hash of positions, normals and indices, in hexadecimal digits.
 std::string mesh_digest(const Mesh& mesh);

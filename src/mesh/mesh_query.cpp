@@ -10,7 +10,7 @@ float MeshQuery::distance_to(Vec3 from, std::uint32_t triangle) const {
   const Triangle& t = triangles[triangle];
   const Vec3 a = points[t.v[0]], b = points[t.v[1]], c = points[t.v[2]];
   const TriangleWeights w = closest_on_triangle(from, a, b, c);
-  // The terms are differences from corner a. They are small, so single precision suffices.
+  // All terms are differences between points. They are small, so single precision suffices.
   return length((a - from) + (b - a) * static_cast<float>(w.b) + (c - a) * static_cast<float>(w.c));
 }
 

@@ -17,8 +17,8 @@ Vec3d point(MeshView mesh, std::size_t triangle, std::size_t k) {
   return Vec3d(mesh.points[mesh.triangles[triangle].v[k]]);
 }
 
-/// Twice the area, along the normal.
-Vec3d area_vector(MeshView mesh, std::size_t t) {
+/// A vector along the triangle's normal whose length is twice the area.
+Vec3d doubled_area_vector(MeshView mesh, std::size_t t) {
   const Vec3d a = point(mesh, t, 0);
   return cross(point(mesh, t, 1) - a, point(mesh, t, 2) - a);
 }
@@ -35,7 +35,7 @@ template <class F>
 std::vector<Vec3d> weighted_sums(MeshView mesh, std::size_t slots, const F& slot_at) {
   std::vector<Vec3d> sums(slots);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Vec3d area = area_vector(mesh, t);
+    const Vec3d area = doubled_area_vector(mesh, t);
     for (std::size_t k = 0; k < 3; ++k) {
       Vec3d& sum = sums[slot_at(t, k)];
       sum = sum + area * angle_at(mesh, t, k);
@@ -49,7 +49,7 @@ std::vector<Vec3d> weighted_sums(MeshView mesh, std::size_t slots, const F& slot
 std::vector<Vec3> face_normals(MeshView mesh) {
   std::vector<Vec3> normals(mesh.triangles.size());
   for (std::size_t t = 0; t < normals.size(); ++t)
-    normals[t] = to_float(normalized(area_vector(mesh, t)));
+    normals[t] = to_float(normalized(doubled_area_vector(mesh, t)));
   return normals;
 }
 
@@ -88,7 +88,7 @@ std::vector<Vec3> creased_normals(MeshView mesh, float crease_degrees) {
         if (fallback.empty()) fallback = point_normals(mesh);
         n = fallback[mesh.triangles[t].v[k]];
       }
-      normals[3 * t + k] = n == Vec3{} ? Vec3{0, 1, 0} : n;
+      normals[3 * t + k] = n == Vec3{} ? Vec3{0, 1, 0} : n;  // any unit vector will do
     }
   return normals;
 }
@@ -105,7 +105,8 @@ double volume_of(MeshView mesh) {
 
 double area_of(MeshView mesh) {
   double sum = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) sum += length(area_vector(mesh, t));
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    sum += length(doubled_area_vector(mesh, t));
   return sum / 2;
 }
 

@@ -133,11 +133,12 @@ class CornerTree {
   }
 
   const std::vector<Point2>& points_;
-  std::vector<std::uint32_t> order_, rank_;
+  std::vector<std::uint32_t> order_, rank_;  ///< corners in the order of leaves; its inverse
   std::vector<std::uint8_t> removed_ = std::vector<std::uint8_t>(points_.size(), 0);
   std::vector<Node> nodes_;
 };
 
+/// Clips the ears of a polygon in the plane one by one. Signed areas up to `slack` count as 0.
 class EarClipper {
  public:
   EarClipper(std::vector<Point2> points, double slack)
@@ -151,21 +152,22 @@ class EarClipper {
     }
   }
 
+  /// Appends the triangles; returns false if the outline crosses itself.
   bool clip(std::vector<std::array<std::uint32_t, 3>>& triangles) {
-    // Simple outlines need far fewer steps; outlines that cross themselves everywhere would need
-    // more than the square of the number of corners.
+    // Simple outlines stay far below the limit. Without it, outlines that cross themselves
+    // everywhere would need more steps than the square of the number of corners.
     constexpr std::size_t kMinSteps = 4096;
     std::size_t work_limit = kMinSteps + 2048 * points_.size();
     bool simple = true;
-    std::vector<std::uint8_t> ear(points_.size());
-    for (std::uint32_t i = 0; i < ear.size(); ++i) ear[i] = is_ear(i);
+    std::vector<std::uint8_t> ears(points_.size());
+    for (std::uint32_t i = 0; i < ears.size(); ++i) ears[i] = is_ear(i);
     std::uint32_t corner = 1;
     for (std::size_t remaining = points_.size(); remaining > 3; --remaining) {
       if (work_ < work_limit) {
-        corner = find_next_ear(corner, remaining, ear);
-        if (!ear[corner]) {
-          // No ear is left: the outline crosses itself, or its corners are collinear. Clip the most
-          // convex corner.
+        corner = find_next_ear(corner, remaining, ears);
+        if (!ears[corner]) {
+          // No ear is left: the outline crosses itself, or its corners are collinear. Clip the
+          // most convex corner.
           if (simple && !all_collinear(corner, remaining)) {
             simple = false;
             work_limit = std::min(work_limit, work_ + kMinSteps + 64 * points_.size());
@@ -173,7 +175,7 @@ class EarClipper {
           corner = find_most_convex(corner, remaining);
         }
       } else {
-        simple = false;
+        simple = false;  // the limit is reached: clip the corner, whatever it is
       }
       const std::uint32_t before = previous_[corner], after = next_[corner];
       triangles.push_back({before, corner, after});
@@ -181,8 +183,8 @@ class EarClipper {
       previous_[after] = before;
       corners_.remove(corner);
       if (work_ < work_limit) {
-        ear[before] = is_ear(before);
-        ear[after] = is_ear(after);
+        ears[before] = is_ear(before);
+        ears[after] = is_ear(after);
       }
       // Skipping a corner distributes the clipped ears and avoids long fans.
       corner = next_[after];
@@ -202,13 +204,13 @@ class EarClipper {
   }
   /// Finds the next ear from `corner` on; returns any corner if there is none.
   std::uint32_t find_next_ear(std::uint32_t corner, std::size_t remaining,
-                              std::vector<std::uint8_t>& ear) {
-    for (std::size_t k = 0; k < remaining && !ear[corner]; ++k, ++work_) corner = next_[corner];
-    if (ear[corner]) return corner;
+                              std::vector<std::uint8_t>& ears) {
+    for (std::size_t k = 0; k < remaining && !ears[corner]; ++k, ++work_) corner = next_[corner];
+    if (ears[corner]) return corner;
     // Corners that touched the outline and blocked an ear may have been clipped since.
     for (std::size_t k = 0; k < remaining; ++k, corner = next_[corner])
-      ear[corner] = is_ear(corner);
-    for (std::size_t k = 0; k < remaining && !ear[corner]; ++k) corner = next_[corner];
+      ears[corner] = is_ear(corner);
+    for (std::size_t k = 0; k < remaining && !ears[corner]; ++k) corner = next_[corner];
     return corner;
   }
   bool all_collinear(std::uint32_t corner, std::size_t remaining) {
@@ -229,7 +231,7 @@ class EarClipper {
   double slack_;
   CornerTree corners_;
   std::vector<std::uint32_t> next_, previous_;
-  std::size_t work_ = 0;
+  std::size_t work_ = 0;  ///< steps so far
 };
 
 }  // namespace

@@ -32,7 +32,7 @@ std::vector<std::uint32_t> morton_order(MeshView mesh) {
 std::vector<SurfaceSample> sample_surface(MeshView mesh, std::size_t count, std::uint64_t seed) {
   const std::vector<std::uint32_t> order = morton_order(mesh);
   std::vector<Vec3d> area_vectors(order.size());
-  double area = 0;
+  double area = 0;  // doubled, like all areas below
   for (std::size_t i = 0; i < order.size(); ++i) {
     const auto& v = mesh.triangles[order[i]].v;
     const Vec3d a(mesh.points[v[0]]), b(mesh.points[v[1]]), c(mesh.points[v[2]]);

@@ -33,7 +33,8 @@ class AngleSums {
     float corner[9][kLanes];
   };
 
-  /// Half angles of eight triangles, for several sums that add some of them.
+  /// Half solid angles of eight triangles. They can be added to several sums, each with its own
+  /// mask.
   struct Angles {
     double num[kLanes], den[kLanes];
   };

@@ -14,8 +14,8 @@
 namespace polymorph {
 namespace {
 
-constexpr double kManyBalls = 1500;
-// Triangles tested per ray; reached only where many faces coincide.
+constexpr double kManyBalls = 1500;  // walls that take more balls are thin
+// Maximum number of triangles tested per ray, reached only where many faces coincide.
 constexpr std::size_t kMaxTests = 16384;
 
 /// Distance along the ray at which it hits the triangle, or infinity (Moeller and Trumbore 1997,
@@ -37,8 +37,8 @@ struct Hit {
   Vec3d normal;        ///< unit normal of the face
 };
 
-/// Finds the nearest hit beyond `min_distance` that is not on triangle `self`; no hit after
-/// kMaxTests tests.
+/// Finds the nearest hit beyond `min_distance` that is not on triangle `self`. Returns no hit if
+/// that takes more than kMaxTests tests.
 Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double min_distance,
               std::uint32_t self) {
   Hit hit;
@@ -52,6 +52,7 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double min_
   if (!bvh.nodes.empty()) stack[stack_size++] = {min_distance, 0};
   const double o[3] = {origin.x, origin.y, origin.z},
                d[3] = {direction.x, direction.y, direction.z};
+  // The factor 1 + 1e-12 covers the rounding of distances.
   while (stack_size > 0 && tested < kMaxTests) {
     const Entry entry = stack[--stack_size];
     if (entry.enter > hit.distance * (1 + 1e-12)) continue;
@@ -73,7 +74,7 @@ Hit first_hit(const TriangleBvh& bvh, Vec3d origin, Vec3d direction, double min_
       }
       if (enter > leave * (1 + 1e-12)) continue;
       if (node.count[k] == 0) {
-        // Nearer children come first, so that most of the others are never opened.
+        // Nearer children are visited first, so that most of the others are skipped.
         int top = stack_size++;
         for (; top > bottom && stack[top - 1].enter < enter; --top) stack[top] = stack[top - 1];
         stack[top] = {enter, node.child[k]};
@@ -128,8 +129,8 @@ double coarsen_spacing(MeshView mesh, double spacing) {
   }
 }
 
-/// Places samples in columns perpendicular to each face's longest edge. With random sampling by
-/// area, a wire would get fewer samples the thinner it is.
+/// Places samples on each face in columns perpendicular to its longest edge. With random sampling
+/// by area, a wire would get fewer samples the thinner it is.
 std::vector<SurfaceSample> sample_evenly(MeshView mesh, double requested_spacing) {
   const double spacing = coarsen_spacing(mesh, requested_spacing);
   const auto count_steps = [&](double extent) {
@@ -142,23 +143,26 @@ std::vector<SurfaceSample> sample_evenly(MeshView mesh, double requested_spacing
     const Vec3d normal = cross(p[1] - p[0], p[2] - p[0]);
     const double twice_area = std::sqrt(dot(normal, normal));
     if (!(twice_area > 0)) continue;
-    const auto edge_square = [&](int k) {
+    const auto edge_length2 = [&](int k) {
       const Vec3d edge = p[(k + 1) % 3] - p[k];
       return dot(edge, edge);
     };
+    // The longest edge, from corner `first` on, is the base. `apex` is the fraction of the base at
+    // which the height of the triangle stands.
     int first = 0;
     for (int k = 1; k < 3; ++k)
-      if (edge_square(k) > edge_square(first)) first = k;
-    const Vec3d a = p[first], along = p[(first + 1) % 3] - a, to_apex = p[(first + 2) % 3] - a;
-    const double apex = dot(to_apex, along) / dot(along, along);
-    const Vec3d height = to_apex - along * apex;
-    const int columns = count_steps(std::sqrt(dot(along, along)));
+      if (edge_length2(k) > edge_length2(first)) first = k;
+    const Vec3d a = p[first], base = p[(first + 1) % 3] - a, to_apex = p[(first + 2) % 3] - a;
+    const double apex = dot(to_apex, base) / dot(base, base);
+    const Vec3d height = to_apex - base * apex;
+    const int columns = count_steps(std::sqrt(dot(base, base)));
     for (int i = 0; i < columns; ++i) {
       const double u = (i + 0.5) / columns;
+      // Fraction of `height` at the fraction u of the base.
       const double column_height = u < apex ? u / apex : (1 - u) / (1 - apex);
       const int rows = count_steps(column_height * std::sqrt(dot(height, height)));
       for (int j = 0; j < rows; ++j)
-        samples.push_back({to_float(a + along * u + height * (column_height * (j + 0.5) / rows)),
+        samples.push_back({to_float(a + base * u + height * (column_height * (j + 0.5) / rows)),
                            to_float(normal * (1 / twice_area)), t});
     }
   }
@@ -166,10 +170,10 @@ std::vector<SurfaceSample> sample_evenly(MeshView mesh, double requested_spacing
 }
 
 /// Finds the midpoint between a sample and the face opposite to it, if the wall is thin there. Two
-/// faces at a wide angle may be the edge of something thick: they count only if a third face lies
-/// near behind them, as in a wire of three sides.
-std::optional<Vec3> thin_middle(const TriangleBvh& bvh, const SurfaceSample& sample, const Hit& hit,
-                                double max_thickness, double min_cosine) {
+/// faces at a wide angle may form an edge of something thick. They count only if a third face lies
+/// near behind them, as in a wire with a triangular cross-section.
+std::optional<Vec3> find_wall_midpoint(const TriangleBvh& bvh, const SurfaceSample& sample,
+                                       const Hit& hit, double max_thickness, double min_cosine) {
   if (!(hit.distance < max_thickness) || !(hit.cosine > 0)) return std::nullopt;
   const Vec3 middle = sample.point - sample.normal * static_cast<float>(0.5 * hit.distance);
   if (hit.cosine > min_cosine) return middle;
@@ -184,14 +188,15 @@ std::optional<Vec3> thin_middle(const TriangleBvh& bvh, const SurfaceSample& sam
 }  // namespace
 
 Thickness measure_thickness(MeshView mesh, const TriangleBvh& bvh, std::size_t samples) {
-  const std::vector<SurfaceSample> from = sample_surface(mesh, samples);
+  const std::vector<SurfaceSample> surface_samples = sample_surface(mesh, samples);
   std::vector<double> lengths;
-  for (const Hit& hit : intersect_inward(mesh, bvh, from))
+  for (const Hit& hit : intersect_inward(mesh, bvh, surface_samples))
     if (hit.cosine > 0 && !std::isinf(hit.distance)) lengths.push_back(hit.distance);
   Thickness result;
   result.rays = lengths.size();
-  if (!from.empty())
-    result.open = 1 - static_cast<double>(lengths.size()) / static_cast<double>(from.size());
+  if (!surface_samples.empty())
+    result.open =
+        1 - static_cast<double>(lengths.size()) / static_cast<double>(surface_samples.size());
   if (lengths.empty()) return result;
   std::sort(lengths.begin(), lengths.end());
   const auto at = [&](double fraction) {
@@ -216,16 +221,17 @@ std::vector<Vec3> find_thin_wall_midpoints(MeshView mesh, const TriangleBvh& bvh
                                            double max_thickness, double min_cosine) {
   const std::vector<SurfaceSample> samples = sample_evenly(mesh, spacing);
   const std::vector<Hit> hits = intersect_inward(mesh, bvh, samples);
-  std::vector<std::optional<Vec3>> middle_of_sample(samples.size());
+  std::vector<std::optional<Vec3>> midpoint_of_sample(samples.size());
   parallel_for(
       static_cast<std::int64_t>(samples.size()),
       [&](std::int64_t i) {
         const auto k = static_cast<std::size_t>(i);
-        middle_of_sample[k] = thin_middle(bvh, samples[k], hits[k], max_thickness, min_cosine);
+        midpoint_of_sample[k] =
+            find_wall_midpoint(bvh, samples[k], hits[k], max_thickness, min_cosine);
       },
       64);
   std::vector<Vec3> middles;
-  for (const std::optional<Vec3>& middle : middle_of_sample)
+  for (const std::optional<Vec3>& middle : midpoint_of_sample)
     if (middle) middles.push_back(*middle);
   return middles;
 }

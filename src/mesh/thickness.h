@@ -19,7 +19,7 @@ struct Thickness {
   double median = 0;     ///< median: the wall thickness of a shell
   double high = 0;       ///< 95th percentile
   double open = 0;       ///< fraction of the area without an opposite wall
-  double balls = 0;      ///< area / median^2: roughly the number of balls that represents the walls
+  double balls = 0;      ///< area / median^2: roughly the number of balls that the walls take
   std::size_t rays = 0;  ///< rays that hit a wall; if 0, the lengths are 0
 };
 
@@ -33,10 +33,10 @@ std::vector<double> measure_wall_thicknesses(MeshView mesh, const TriangleBvh& b
                                              const std::vector<SurfaceSample>& samples);
 
 /// Finds midpoints of walls that are thinner than `max_thickness` and whose faces have normals n1,
-/// n2 with dot(n1, -n2) > `min_cosine`. Walls at wider angles count if a third face is as near
-/// behind them (a wire). Rays go inward from points on every face, at most `spacing` apart; the
-/// spacing is doubled until there are at most 2^20 points plus one per face. The result is in the
-/// order of the faces.
+/// n2 with dot(n1, -n2) > `min_cosine`. Two faces at a wider angle count only if a third face is as
+/// near behind them, as in a wire. Rays go inward from points on every face, at most `spacing`
+/// apart. The spacing is doubled until there are at most 2^20 points plus one per face. The result
+/// is in the order of the faces.
 std::vector<Vec3> find_thin_wall_midpoints(MeshView mesh, const TriangleBvh& bvh, double spacing,
                                            double max_thickness, double min_cosine);
 

@@ -13,15 +13,18 @@ namespace {
 
 constexpr std::size_t kLeafTriangles = TriangleBvh::kLeafTriangles;
 
+/// A piece of a triangle, which has a slot and a box of its own.
 struct Piece {
   Box box;
   std::uint32_t triangle = 0;
 };
 
+/// Builds a hierarchy over items: the pieces of split triangles or, if there are none, the
+/// triangles.
 struct Builder {
   std::span<const Vec3> points;
   std::span<const Triangle> triangles;
-  std::vector<Vec3> centers;
+  std::vector<Vec3> centers;  ///< centre of each item
   /// Pieces of the triangles if these are split; else empty.
   std::vector<Piece> pieces;
   TriangleBvh bvh;
@@ -56,6 +59,7 @@ struct Builder {
     return half;
   }
 
+  /// Adds a leaf, padded to kLeafTriangles slots; returns its first slot.
   std::uint32_t add_leaf(std::span<const std::uint32_t> range) {
     const auto first = static_cast<std::uint32_t>(bvh.triangles.size());
     for (const std::uint32_t i : range) {
@@ -69,10 +73,13 @@ struct Builder {
     return first;
   }
 
+  /// Adds a node and its subtree; returns the node's index.
   std::uint32_t add_node(std::span<std::uint32_t> range) {
     const std::size_t self = bvh.nodes.size();
     bvh.nodes.emplace_back();
     std::array<std::span<std::uint32_t>, TriangleBvh::kWidth> ranges{range};
+    // Halve the ranges three times, in place and therefore from the last one. The second half of a
+    // range that fits into a leaf is empty.
     for (std::size_t count = 1; count < ranges.size(); count *= 2)
       for (std::size_t i = count; i-- > 0;) {
         const std::span<std::uint32_t> subrange = ranges[i];
@@ -143,13 +150,13 @@ void split(const Polygon& polygon, std::uint32_t triangle, double max_size, floa
   split(clip(polygon, axis, middle, true), triangle, max_size, slack, pieces);
 }
 
-/// Splits long triangles into pieces. Returns none unless there are many, or fewer whose boxes
-/// overlap heavily (build_split_bvh()).
+/// Splits the triangles into pieces if many of them are long, or fewer whose boxes overlap heavily
+/// (build_split_bvh()). Otherwise returns no pieces.
 std::vector<Piece> split_long_triangles(std::span<const Vec3> points,
                                         std::span<const Triangle> triangles) {
   constexpr double kLong = 1.0 / 16, kPiece = 1.0 / 64;  // fractions of the diagonal
   constexpr std::size_t kSomeLong = 1024, kManyLong = 4096;
-  constexpr double kCrowded = 16;  // boxes of long triangles that overlap at a point, on average
+  constexpr double kCrowded = 16;  // mean number of long triangles' boxes that a point lies in
   constexpr double kMaxPieces = 1 << 19;  // in addition to one per triangle
   if (triangles.size() <= kSomeLong) return {};
   Box box;
@@ -160,7 +167,7 @@ std::vector<Piece> split_long_triangles(std::span<const Vec3> points,
     return size.x * size.y * size.z;
   };
   double volume_sum = 0;
-  struct Size {
+  struct Size {  // of a long triangle
     double length, height;
   };
   std::vector<Size> sizes;
@@ -175,19 +182,23 @@ std::vector<Piece> split_long_triangles(std::span<const Vec3> points,
   }
   const bool is_crowded = sizes.size() > kSomeLong && volume_sum > kCrowded * volume(box);
   if (sizes.size() <= kManyLong && !is_crowded) return {};
-  const auto count_pieces = [&](double piece) {
+  // Upper bound of the number of pieces, in addition to one per triangle.
+  const auto count_pieces = [&](double piece_size) {
     double sum = 0;
-    for (const Size s : sizes) sum += (s.length / piece + 1) * (s.height / piece + 1) - 1;
+    for (const Size s : sizes) sum += (s.length / piece_size + 1) * (s.height / piece_size + 1) - 1;
     return sum;
   };
-  double piece = kPiece * diagonal;
-  while (count_pieces(piece) > kMaxPieces) piece *= 2;
+  double piece_size = kPiece * diagonal;
+  while (count_pieces(piece_size) > kMaxPieces) piece_size *= 2;
   std::vector<Piece> pieces;
-  const Vec3 extent = max(box.high, -box.low);
-  const float slack = 1e-6f * (box.diagonal() + std::max({extent.x, extent.y, extent.z, 0.0f}));
+  const Vec3 max_coordinates = max(box.high, -box.low);
+  const float slack =
+      1e-6f *
+      (box.diagonal() + std::max({max_coordinates.x, max_coordinates.y, max_coordinates.z, 0.0f}));
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
     const auto& v = triangles[t].v;
-    split({Vec3d(points[v[0]]), Vec3d(points[v[1]]), Vec3d(points[v[2]])}, t, piece, slack, pieces);
+    split({Vec3d(points[v[0]]), Vec3d(points[v[1]]), Vec3d(points[v[2]])}, t, piece_size, slack,
+          pieces);
   }
   return pieces;
 }

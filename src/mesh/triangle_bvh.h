@@ -43,11 +43,11 @@ struct TriangleBvh {
 TriangleBvh build_triangle_bvh(std::span<const Vec3> points, std::span<const Triangle> triangles);
 
 /// Builds a hierarchy with spatial splits if many triangles are long: more than 4096 are longer
-/// than a 16th of the box's diagonal, or more than 1024 are and their boxes lie 16 deep on average.
-/// Triangles are then cut into pieces of a 64th of the diagonal or more, and each piece has a slot
-/// and a box of its own. Without splits, the boxes of thin triangles that share a point all
-/// overlap, and every ray would hit most of them. Other meshes get the hierarchy of
-/// build_triangle_bvh().
+/// than a 16th of the box's diagonal, or more than 1024 are and a point of the box lies in 16 of
+/// their boxes on average. Triangles are then cut into pieces of a 64th of the diagonal or more,
+/// and each piece has a slot and a box of its own. Without splits, the boxes of thin triangles that
+/// share a point all overlap, and every ray would hit most of them. Other meshes get the hierarchy
+/// of build_triangle_bvh().
 TriangleBvh build_split_bvh(std::span<const Vec3> points, std::span<const Triangle> triangles);
 
 /// Tests which children of a node the box touches; bit k stands for child k.

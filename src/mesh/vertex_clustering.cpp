@@ -16,8 +16,8 @@ namespace polymorph {
 namespace {
 
 constexpr double kLong = 1.0 / 64;  // fraction of the diagonal
-// Numbers of long triangles: the minimum of "many", and the maxima that remain of scattered ones
-// and of nested shells.
+// Meshes with more than kManyLong long triangles are clustered. At most kMaxScattered scattered
+// ones, or kMaxNested ones of nested shells, should remain.
 constexpr std::size_t kManyLong = 16384, kMaxScattered = 2048, kMaxNested = 1024;
 constexpr double kFineCells = 2048, kCoarseCells = 256;  // cells along the diagonal
 
@@ -39,6 +39,7 @@ std::vector<std::uint32_t> first_points_in_cells(MeshView mesh, double cell) {
   std::vector<std::uint32_t> representative(mesh.points.size());
   for (std::uint32_t i = 0; i < representative.size(); ++i) {
     const Vec3d cell_position = (Vec3d(mesh.points[i]) - low) * (1 / cell);
+    // There are at most 2048 cells along an axis, and 20 bits for each index.
     const std::uint64_t key = static_cast<std::uint64_t>(cell_position.x) << 40 |
                               static_cast<std::uint64_t>(cell_position.y) << 20 |
                               static_cast<std::uint64_t>(cell_position.z);
@@ -47,13 +48,14 @@ std::vector<std::uint32_t> first_points_in_cells(MeshView mesh, double cell) {
   return representative;
 }
 
+/// Moves each point to the first point in its cell, and merges the triangles that then coincide.
 ClusteredMesh cluster(MeshView mesh, double cell) {
   const std::vector<std::uint32_t> representative = first_points_in_cells(mesh, cell);
-  struct Corners {
+  struct OrientedCorners {
     std::array<std::uint32_t, 3> corners;  // ascending
-    int times = 1;                         // occurrences, minus those of the reversed triangle
+    int signed_count = 1;                  // occurrences, minus those of the reversed triangle
   };
-  std::vector<Corners> keyed_triangles;
+  std::vector<OrientedCorners> keyed_triangles;
   for (const Triangle& t : mesh.triangles) {
     std::array<std::uint32_t, 3> c{representative[t.v[0]], representative[t.v[1]],
                                    representative[t.v[2]]};
@@ -63,26 +65,27 @@ ClusteredMesh cluster(MeshView mesh, double cell) {
     if (reverse) std::swap(c[1], c[2]);
     keyed_triangles.push_back({c, reverse ? -1 : 1});
   }
-  std::sort(keyed_triangles.begin(), keyed_triangles.end(),
-            [](const Corners& a, const Corners& b) { return a.corners < b.corners; });
+  std::sort(
+      keyed_triangles.begin(), keyed_triangles.end(),
+      [](const OrientedCorners& a, const OrientedCorners& b) { return a.corners < b.corners; });
   ClusteredMesh result;
   result.mesh.positions.assign(mesh.points.begin(), mesh.points.end());
   for (std::size_t i = 0; i < keyed_triangles.size();) {
     const std::array<std::uint32_t, 3> c = keyed_triangles[i].corners;
-    int times = 0;
+    int signed_count = 0;
     for (; i < keyed_triangles.size() && keyed_triangles[i].corners == c; ++i)
-      times += keyed_triangles[i].times;
-    if (times == 0) continue;
-    result.mesh.triangles.push_back(times > 0 ? Triangle{{c[0], c[1], c[2]}}
-                                              : Triangle{{c[0], c[2], c[1]}});
-    result.multiplicity.push_back(std::abs(times));
+      signed_count += keyed_triangles[i].signed_count;
+    if (signed_count == 0) continue;
+    result.mesh.triangles.push_back(signed_count > 0 ? Triangle{{c[0], c[1], c[2]}}
+                                                     : Triangle{{c[0], c[2], c[1]}});
+    result.multiplicity.push_back(std::abs(signed_count));
   }
   return result;
 }
 
-/// Lists all short triangles and, of the long ones whose corners lie in the same cells, one;
-/// nothing if that is half of the mesh or more. A long triangle with two corners in one cell counts
-/// as an edge, and is left out if a listed triangle has that edge.
+/// Lists all short triangles and, of the long ones whose corners lie in the same cells, one.
+/// Returns nothing if the list has half of the triangles or more. A long triangle with two corners
+/// in one cell counts as an edge, and is left out if a listed triangle has that edge.
 std::vector<std::uint32_t> list_one_per_cells(MeshView mesh, double cell, double diagonal) {
   const std::vector<std::uint32_t> representative = first_points_in_cells(mesh, cell);
   struct Cells {
@@ -126,7 +129,7 @@ std::vector<std::uint32_t> list_one_per_cells(MeshView mesh, double cell, double
   return listed;
 }
 
-/// Copies the mesh unchanged.
+/// Copies the mesh unchanged, with multiplicities of 1.
 ClusteredMesh copy_mesh(MeshView mesh) {
   ClusteredMesh copy;
   copy.mesh.positions.assign(mesh.points.begin(), mesh.points.end());
@@ -169,11 +172,13 @@ std::optional<ClusteredMesh> cluster_long_triangles(MeshView mesh) {
     ClusteredMesh result = cluster(mesh, diagonal / cells);
     if (result.mesh.triangles.empty()) result = copy_mesh(mesh);  // walls thinner than a cell
     const std::size_t count = count_long(result.mesh, diagonal);
-    // The number of nested shells matters more than their exact positions.
-    const long long times =
+    // A mean multiplicity above 4 means nested shells. Their number matters more than their exact
+    // positions, so coarser cells are tried.
+    const long long multiplicity_sum =
         std::accumulate(result.multiplicity.begin(), result.multiplicity.end(), 0LL);
-    const bool nested = times > 4 * static_cast<long long>(result.multiplicity.size());
-    if (count > (nested ? kMaxNested : kManyLong) && cells > kCoarseCells) continue;
+    const bool is_nested =
+        multiplicity_sum > 4 * static_cast<long long>(result.multiplicity.size());
+    if (count > (is_nested ? kMaxNested : kManyLong) && cells > kCoarseCells) continue;
     if (count > kManyLong) thin_out(result, count, diagonal);
     result.cell = diagonal / cells;
     return result;

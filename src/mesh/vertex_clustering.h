@@ -11,9 +11,8 @@
 
 namespace polymorph {
 
-/// A simplified mesh without normals that contains each triangle once. Its triangles have the
-/// original's winding number if each counts `multiplicity` times, and its shape if each counts
-/// once.
+/// A simplified mesh without normals that contains each triangle once. If each triangle counts
+/// `multiplicity` times, the winding number is the original's.
 struct ClusteredMesh {
   Mesh mesh;
   std::vector<int> multiplicity;  ///< per triangle, 1 or more
@@ -23,26 +22,26 @@ struct ClusteredMesh {
 
 /// Counts the triangles that are longer than a 64th of the box's diagonal.
 std::size_t count_long_triangles(MeshView mesh);
-/// Tests for more than 16384 (usual models have some thousands at most). Every local query then
-/// touches nearly all of them, and n queries take n^2 steps.
+/// Tests whether the number of long triangles is above 16384 (usual models have some thousands at
+/// most). Every local query then visits nearly all long triangles, and n queries take n^2 steps.
 bool has_many_long_triangles(std::size_t count);
 
-/// Clusters the points of a mesh with many long triangles in cubic cells. Their edge is a 2048th of
-/// the diagonal; it is doubled, at most three times, until few long triangles remain. Triangles
-/// that collapse are removed, as are pairs that coincide with opposite orientation; others that
-/// coincide become one of that multiplicity. No point moves further than across its cell, so the
-/// winding number of closed components stays the same at all points further away than that. Where
-/// clustering does not help, as with randomly scattered triangles, every n-th long one represents
-/// n. Returns nothing for all other meshes.
+/// Clusters the points of a mesh that has_many_long_triangles() in cubic cells; returns nothing for
+/// all other meshes. The edge of a cell is a 2048th of the diagonal and is doubled, at most three
+/// times, until few long triangles remain. Triangles that collapse are removed, as are pairs that
+/// coincide with opposite orientation; n triangles that coincide become one of multiplicity n. No
+/// point leaves its cell, so the winding number of closed components does not change at points
+/// further from them than a cell's diagonal. If too many long triangles remain, as with randomly
+/// scattered ones, every n-th of them stays, with its multiplicity times n.
 std::optional<ClusteredMesh> cluster_long_triangles(MeshView mesh);
 
-/// Lists, ascending, triangles that represent a mesh of many long ones in closest-point queries. If
-/// cluster_long_triangles() leaves most of the long ones out, these are every n-th long triangle
-/// and all others.
-/// Else, as with slivers that share a point, they are all short triangles and, of the long ones
-/// with corners in the same cells, one (none if these are two cells and the edge of a listed
-/// triangle); each point of the mesh is then within a cell's diagonal of a listed triangle. If they
-/// would be half of the mesh or more, and for all other meshes, the list is empty.
+/// Lists, ascending, triangles that represent a mesh of many long triangles in closest-point
+/// queries. If cluster_long_triangles() leaves out most of the long triangles, the list has every
+/// n-th long triangle and all short ones. Else the list has all short triangles and, of all long
+/// triangles with corners in the same three cells, one. Of those with corners in the same two
+/// cells, it has one, or none if the two cells are an edge of a listed long triangle. Each point of
+/// the mesh is then within a cell's diagonal of a listed triangle. The list is empty if it would
+/// have half of the mesh's triangles or more, and for all other meshes.
 std::vector<std::uint32_t> list_representative_triangles(MeshView mesh);
 
 }  // namespace polymorph

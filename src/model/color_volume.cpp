@@ -16,25 +16,26 @@
 namespace polymorph {
 namespace {
 
-constexpr std::size_t kSamples = 1 << 16;
-constexpr int kCells = 64;  ///< cells per box diagonal
+constexpr std::size_t kSamples = 1 << 16;  ///< points on the model's surface
+constexpr int kCells = 64;                 ///< cells per box diagonal
+/// Standard deviations, in cells, and weights of the three Gaussians.
 constexpr float kNarrowDeviation = 0.015f * kCells;
 constexpr std::array<float, 3> kDeviations = {kNarrowDeviation, 3 * kNarrowDeviation,
-                                              9 * kNarrowDeviation};  ///< cells
-constexpr std::array<float, 3> kWeights = {1, 1e-3f, 1e-6f};  ///< weights of the three Gaussians
+                                              9 * kNarrowDeviation};
+constexpr std::array<float, 3> kGaussianWeights = {1, 1e-3f, 1e-6f};
 
 /// Sum of weighted colours, and sum of the weights.
-struct Weighted {
+struct WeightedColor {
   Vec3 color;
   float weight = 0;
 };
 
 /// The cell around a point, clamped to the grid, and the trilinear weights of its eight corners.
-struct Corners {
+struct CellCorners {
   std::size_t index[8];
   float weight[8];
 
-  Corners(const Grid& grid, Vec3 p) {
+  CellCorners(const Grid& grid, Vec3 p) {
     int low[3];
     float t[3];
     const Vec3 q = (p - grid.origin) / grid.cell;
@@ -54,6 +55,7 @@ struct Corners {
   }
 };
 
+/// Looks up the texture times the material's colour at a sample, without shading.
 Vec3 sample_color(const Model& model, const SurfaceSample& sample) {
   const Material& material = model.materials[model.triangle_materials[sample.triangle]];
   if (material.texture < 0 || model.corner_uvs.empty()) return material.color;
@@ -61,17 +63,20 @@ Vec3 sample_color(const Model& model, const SurfaceSample& sample) {
   const Vec3 a = model.points[v[0]], ab = model.points[v[1]] - a, ac = model.points[v[2]] - a,
              ap = sample.point - a;
   const float bb = dot(ab, ab), bc = dot(ab, ac), cc = dot(ac, ac), pb = dot(ap, ab),
-              pc = dot(ap, ac), area = bb * cc - bc * bc;
-  if (!(area > 0)) return material.color;
-  const float s = (cc * pb - bc * pc) / area, t = (bb * pc - bc * pb) / area;
+              pc = dot(ap, ac), determinant = bb * cc - bc * bc;
+  if (!(determinant > 0)) return material.color;
+  // Barycentric weights of corners b and c.
+  const float s = (cc * pb - bc * pc) / determinant, t = (bb * pc - bc * pb) / determinant;
   const Vec2* uv = &model.corner_uvs[std::size_t{sample.triangle} * 3];
   const auto texture = static_cast<std::size_t>(material.texture);
   return material.color *
          sample_texture(*model.textures[texture], uv[0] * (1 - s - t) + uv[1] * s + uv[2] * t);
 }
 
-std::vector<Weighted> splat_samples(const Model& model, std::span<const FaceSide> sides,
-                                    const Grid& grid) {
+/// Distributes the colours of samples to the grid points around them, by trilinear weights. Samples
+/// of hidden faces are left out.
+std::vector<WeightedColor> splat_samples(const Model& model, std::span<const FaceSide> sides,
+                                         const Grid& grid) {
   const std::vector<SurfaceSample> samples = sample_surface(model, kSamples);
   std::vector<Vec3> colors(samples.size());
   parallel_for(
@@ -81,12 +86,12 @@ std::vector<Weighted> splat_samples(const Model& model, std::span<const FaceSide
         colors[k] = sample_color(model, samples[k]);
       },
       1024);
-  std::vector<Weighted> sums(array3_count(grid.points));
+  std::vector<WeightedColor> sums(array3_count(grid.points));
   for (std::size_t k = 0; k < samples.size(); ++k) {
     if (sides[samples[k].triangle] == FaceSide::kHidden) continue;
-    const Corners corners(grid, samples[k].point);
+    const CellCorners corners(grid, samples[k].point);
     for (int i = 0; i < 8; ++i) {
-      Weighted& sum = sums[corners.index[i]];
+      WeightedColor& sum = sums[corners.index[i]];
       sum.color = sum.color + colors[k] * corners.weight[i];
       sum.weight += corners.weight[i];
     }
@@ -94,13 +99,14 @@ std::vector<Weighted> splat_samples(const Model& model, std::span<const FaceSide
   return sums;
 }
 
-/// Applies a Gaussian blur along each axis in turn; `deviation` in cells.
-std::vector<Weighted> blur(std::vector<Weighted> v, Int3 points, float deviation) {
+/// Applies a Gaussian blur along each axis in turn; `deviation` in cells. The Gaussian is cut off
+/// at three deviations.
+std::vector<WeightedColor> blur(std::vector<WeightedColor> v, Int3 points, float deviation) {
   const int radius = static_cast<int>(std::ceil(3 * deviation));
   std::vector<float> weights;
   for (int i = 0; i <= radius; ++i) {
     const float t = static_cast<float>(i) / deviation;
-    constexpr float kHalfLog2E = 0.72134752f;
+    constexpr float kHalfLog2E = 0.72134752f;  // exp(-t^2 / 2) = 2^(-kHalfLog2E t^2)
     weights.push_back(exp2(-kHalfLog2E * t * t));
   }
   const std::array<std::int64_t, 3> n = {points.x, points.y, points.z};
@@ -110,25 +116,27 @@ std::vector<Weighted> blur(std::vector<Weighted> v, Int3 points, float deviation
     const auto count = static_cast<int>(n[axis]);
     parallel_ranges(
         static_cast<std::int64_t>(v.size()) / count, 32, [&](std::int64_t begin, std::int64_t end) {
-          std::vector<Weighted> from(static_cast<std::size_t>(count));
+          std::vector<WeightedColor> original(static_cast<std::size_t>(count));
           for (std::int64_t line = begin; line < end; ++line) {
-            Weighted* const first =
+            // Of the lines along the axis, `step` consecutive ones begin side by side; the next
+            // ones begin step * count elements further on.
+            WeightedColor* const first =
                 &v[static_cast<std::size_t>(line / step * step * count + line % step)];
             // Most of the box is empty, so process only the range between a line's outermost
             // samples.
             int low = count, high = -1;
             for (int i = 0; i < count; ++i) {
-              from[static_cast<std::size_t>(i)] = first[i * step];
+              original[static_cast<std::size_t>(i)] = first[i * step];
               if (!(first[i * step].weight > 0)) continue;
               low = std::min(low, i);
               high = i;
             }
             for (int i = 0; high >= 0 && i < count; ++i) {
-              Weighted sum;
+              WeightedColor sum;
               for (int k = std::max(i - radius, low); k <= std::min(i + radius, high); ++k) {
                 const float w = weights[static_cast<std::size_t>(std::abs(k - i))];
-                sum.color = sum.color + from[static_cast<std::size_t>(k)].color * w;
-                sum.weight += from[static_cast<std::size_t>(k)].weight * w;
+                sum.color = sum.color + original[static_cast<std::size_t>(k)].color * w;
+                sum.weight += original[static_cast<std::size_t>(k)].weight * w;
               }
               first[i * step] = sum;
             }
@@ -141,7 +149,7 @@ std::vector<Weighted> blur(std::vector<Weighted> v, Int3 points, float deviation
 }  // namespace
 
 Vec3 ColorVolume::at(Vec3 p) const {
-  const Corners corners(grid, p);
+  const CellCorners corners(grid, p);
   Vec3 sum;
   for (int i = 0; i < 8; ++i) sum = sum + colors[corners.index[i]] * corners.weight[i];
   return sum;
@@ -163,29 +171,29 @@ ColorVolume make_color_volume(const Model& model, std::span<const FaceSide> side
   ColorVolume volume;
   volume.grid.cell = box.diagonal() / kCells;
   volume.grid.origin = box.low - Vec3{kMargin, kMargin, kMargin} * volume.grid.cell;
-  const auto points = [&](float extent) {
+  const auto count_points = [&](float extent) {
     return static_cast<int>(std::ceil(extent / volume.grid.cell)) + 2 * kMargin + 1;
   };
   const Vec3 size = box.size();
-  volume.grid.points = {points(size.x), points(size.y), points(size.z)};
-  std::vector<Weighted> sums(array3_count(volume.grid.points));
-  const std::vector<Weighted> samples = splat_samples(model, sides, volume.grid);
-  Weighted total;
-  for (const Weighted& sample : samples) {
+  volume.grid.points = {count_points(size.x), count_points(size.y), count_points(size.z)};
+  std::vector<WeightedColor> sums(array3_count(volume.grid.points));
+  const std::vector<WeightedColor> samples = splat_samples(model, sides, volume.grid);
+  WeightedColor total;
+  for (const WeightedColor& sample : samples) {
     total.color = total.color + sample.color;
     total.weight += sample.weight;
   }
   for (std::size_t k = 0; k < kDeviations.size(); ++k) {
-    const std::vector<Weighted> blurred = blur(samples, volume.grid.points, kDeviations[k]);
+    const std::vector<WeightedColor> blurred = blur(samples, volume.grid.points, kDeviations[k]);
     for (std::size_t i = 0; i < sums.size(); ++i) {
-      sums[i].color = sums[i].color + blurred[i].color * kWeights[k];
-      sums[i].weight += blurred[i].weight * kWeights[k];
+      sums[i].color = sums[i].color + blurred[i].color * kGaussianWeights[k];
+      sums[i].weight += blurred[i].weight * kGaussianWeights[k];
     }
   }
-  // Use the overall mean where no Gaussian reaches the surface.
+  // The overall mean has a tiny weight, so it decides only where no Gaussian reaches the surface.
   constexpr float kEpsilon = 1e-9f;
   const Vec3 mean = total.weight > 0 ? total.color / total.weight : model.materials.front().color;
-  for (const Weighted& sum : sums)
+  for (const WeightedColor& sum : sums)
     volume.colors.push_back((sum.color + mean * kEpsilon) / (sum.weight + kEpsilon));
   return volume;
 }

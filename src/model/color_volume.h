@@ -10,11 +10,11 @@
 
 namespace polymorph {
 
-/// Scene-linear colours on a grid, interpolated trilinearly between its points and constant beyond
-/// it.
+/// Scene-linear colours at the points of a grid. They are interpolated trilinearly within the grid
+/// and constant beyond it.
 struct ColorVolume {
   Grid grid;
-  std::vector<Vec3> colors;  ///< x fastest
+  std::vector<Vec3> colors;  ///< one per grid point, x fastest
 
   Vec3 at(Vec3 p) const;
 };
@@ -23,9 +23,10 @@ struct ColorVolume {
 bool is_one_color(const Model& model);
 
 /// Computes, at each grid point, a weighted mean of the colours (texture times material) of the
-/// model's surface, without hidden faces. The weights are three Gaussians with standard deviations
-/// of 1.5, 4.5 and 13.5 % of the box's diagonal; the wider ones matter where the narrower ones do
-/// not reach the surface. The texture's charts and seams do not matter. Deterministic.
+/// model's surface. Hidden faces (FaceSide::kHidden in `sides`, one per triangle) are left out. The
+/// weights are three Gaussians with standard deviations of 1.5, 4.5 and 13.5 % of the box's
+/// diagonal; the wider ones matter only where the narrower ones do not reach the surface. Seams
+/// between texture charts leave no trace, because the mean is taken in space. Deterministic.
 ColorVolume make_color_volume(const Model& model, std::span<const FaceSide> sides);
 
 }  // namespace polymorph

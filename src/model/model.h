@@ -12,7 +12,7 @@
 
 namespace polymorph {
 
-/// Stands for no index in lists of indices.
+/// Marks a missing index in lists of indices.
 constexpr std::uint32_t kNoIndex = 0xffffffffu;
 
 struct Material {

@@ -55,7 +55,7 @@ class PointSet {
 };
 
 /// Adds the six sides of the cube [-1, 1]^3 as n x n quads; `corner(key, p, normal, uv)` makes each
-/// corner.
+/// corner. `key` is n p, whose components are whole numbers.
 void add_cube_sides(
     Model& model, int n,
     const std::function<ShapeCorner(std::array<int, 3>, Vec3d, Vec3d, Vec2)>& corner) {
@@ -111,7 +111,8 @@ void close_seams(Model& model) {
   }
 }
 
-// Projects a cube onto the sphere, which gives even triangles and no degenerate poles. tan()
+// Projects the sides of a cube, as grids of rows x rows quads, onto a sphere. Unlike a grid of
+// longitude and latitude, this gives nearly equal triangles and no degenerate poles. tan()
 // equalizes the angles between grid lines.
 void add_sphere(Model& model, Vec3d center, double radius, int rows) {
   PointSet points(model);
@@ -133,7 +134,8 @@ Model make_sphere() {
   return model;
 }
 
-// Small drops distributed evenly in a ball (a Fibonacci spiral through shells of equal volume).
+// Small drops distributed evenly in a ball: drop i lies in the i-th of 48 shells of equal volume.
+// Its height runs through 13 cycles, and its azimuth advances by the golden angle.
 Model make_drops() {
   constexpr int kDrops = 48;
   constexpr double kRadius = 0.05, kMaxOffset = 1 - kRadius;
@@ -156,7 +158,8 @@ Model make_torus() {
   constexpr int kSegments = 96, kTubeSegments = 40;
   constexpr double kRingRadius = 1, kTubeRadius = 0.4;
   Model model;
-  const auto position = [&](int i, int j, double tube_radius) {
+  // Offset from the tube's centre line; with radius 1, the normal.
+  const auto tube_offset = [&](int i, int j, double tube_radius) {
     const double a = 2 * kPi * (i % kSegments) / kSegments,
                  b = 2 * kPi * (j % kTubeSegments) / kTubeSegments;
     const double outward = exact::cos(b) * tube_radius;
@@ -165,13 +168,14 @@ Model make_torus() {
   for (int i = 0; i < kSegments; ++i)
     for (int j = 0; j < kTubeSegments; ++j) {
       const double a = 2 * kPi * i / kSegments;
-      const Vec3d ring(exact::sin(a) * kRingRadius, kTubeRadius, exact::cos(a) * kRingRadius);
-      model.points.push_back(to_float(ring + position(i, j, kTubeRadius)));
+      const Vec3d ring_center(exact::sin(a) * kRingRadius, kTubeRadius,
+                              exact::cos(a) * kRingRadius);
+      model.points.push_back(to_float(ring_center + tube_offset(i, j, kTubeRadius)));
     }
   const auto corner_at = [&](int i, int j) {
     return ShapeCorner{
         static_cast<std::uint32_t>((i % kSegments) * kTubeSegments + j % kTubeSegments),
-        to_float(position(i, j, 1)),
+        to_float(tube_offset(i, j, 1)),
         {static_cast<float>(i) / kSegments, static_cast<float>(j) / kTubeSegments}};
   };
   for (int i = 0; i < kSegments; ++i)
@@ -189,7 +193,8 @@ struct ProfilePoint {
 Model make_puddle() {
   constexpr int kSegments = 96, kRimSegments = 8, kRings = 5;
   constexpr double kRadius = 1.3, kHeight = 0.12, kRimRadius = kHeight / 2;
-  // From the bottom's centre outward, around the rim, to the top's centre.
+  // The profile leads from the bottom's centre outward, around the rim, to the top's centre. The
+  // centres themselves are points 0 and 1.
   std::vector<ProfilePoint> profile;
   for (int i = 1; i < kRings; ++i)
     profile.push_back({(kRadius - kRimRadius) * i / kRings, 0, 0, -1});

@@ -13,15 +13,16 @@
 namespace polymorph {
 namespace {
 
-/// Barycentric coordinates of p's projection onto the triangle's plane, also outside the triangle.
-TriangleWeights weights_in_plane(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
+/// Barycentric coordinates of the projection of p onto the triangle's plane; p may lie outside the
+/// triangle.
+TriangleWeights barycentric_in_plane(Vec3 p, Vec3 a, Vec3 b, Vec3 c) {
   const Vec3 e = b - a, f = c - a, d = p - a;
   const double ee = static_cast<double>(dot(e, e)), ef = static_cast<double>(dot(e, f)),
                ff = static_cast<double>(dot(f, f)), de = static_cast<double>(dot(d, e)),
                df = static_cast<double>(dot(d, f));
-  const double area = ee * ff - ef * ef;
-  if (!(area > 0)) return {};
-  const double v = (ff * de - ef * df) / area, w = (ee * df - ef * de) / area;
+  const double determinant = ee * ff - ef * ef;
+  if (!(determinant > 0)) return {};
+  const double v = (ff * de - ef * df) / determinant, w = (ee * df - ef * de) / determinant;
   return {1 - v - w, v, w};
 }
 
@@ -35,6 +36,7 @@ float uv_extent(const std::array<Vec2, 3>& uv) {
   return largest;
 }
 
+/// Index of a triangle's material; 0 for a model without materials.
 std::uint32_t material_at(const Model& model, std::uint32_t triangle) {
   return model.triangle_materials.empty() ? 0 : model.triangle_materials[triangle];
 }
@@ -56,16 +58,18 @@ Vec3 texel(const Model& model, std::uint32_t material, Vec2 uv) {
   return sample_texture(*model.textures[texture], uv);
 }
 
-/// Tests whether two colours are indistinguishable side by side: within about five steps of 255.
+/// Tests whether two scene-linear colours are indistinguishable side by side: with the square root
+/// as an approximation of the sRGB curve, all components differ by less than about five steps of
+/// 255.
 bool look_alike(Vec3 a, Vec3 b) {
-  constexpr float kStep = 0.02f;
-  const auto near = [](float x, float y) {
-    return std::abs(std::sqrt(std::max(x, 0.0f)) - std::sqrt(std::max(y, 0.0f))) < kStep;
+  constexpr float kTolerance = 0.02f;
+  const auto is_near = [](float x, float y) {
+    return std::abs(std::sqrt(std::max(x, 0.0f)) - std::sqrt(std::max(y, 0.0f))) < kTolerance;
   };
-  return near(a.x, b.x) && near(a.y, b.y) && near(a.z, b.z);
+  return is_near(a.x, b.x) && is_near(a.y, b.y) && is_near(a.z, b.z);
 }
 
-/// Extrapolates the texture coordinates of the chart at the triangle's centroid to its corners.
+/// Extrapolates the texture coordinates of the model's triangle at `middle` to the given corners.
 std::array<Vec2, 3> continue_chart(const Model& model, const ClosestPoint& middle,
                                    const std::array<Vec3, 3>& corners) {
   const auto& v = model.triangles[middle.triangle].v;
@@ -73,16 +77,16 @@ std::array<Vec2, 3> continue_chart(const Model& model, const ClosestPoint& middl
   std::array<Vec2, 3> uv;
   uv.fill(uv_at(model, middle));
   for (std::size_t k = 0; k < 3; ++k) {
-    const TriangleWeights w = weights_in_plane(corners[k], a, b, c);
-    // Far outside a small triangle the extrapolation is meaningless.
+    const TriangleWeights w = barycentric_in_plane(corners[k], a, b, c);
+    // An extrapolation by several triangle widths is meaningless; such a corner keeps the
+    // coordinates at `middle`.
     if (std::max({std::abs(w.a), std::abs(w.b), std::abs(w.c)}) < 4)
       uv[k] = interpolate_uv(model.corner_uvs, middle.triangle, w);
   }
   return uv;
 }
 
-/// Closest point and texture coordinates per vertex: computed once per vertex, not for each of its
-/// about six corners.
+/// Closest point and texture coordinates of each vertex, which about six corners share.
 struct Nearest {
   std::vector<ClosestPoint> hits;
   std::vector<Vec2> uvs;  ///< empty if the model has no texture coordinates
@@ -104,10 +108,11 @@ Nearest find_nearest(const Model& model, const ClosestPointQuery& closest, const
 }
 
 /// Tests whether the triangle's corners fall into several areas (charts or materials), or so far
-/// apart in the texture that a small triangle cannot lie in one chart.
+/// apart in the texture that a small triangle cannot lie in one chart. `areas`: one per model
+/// triangle.
 bool crosses_border(const Nearest& nearest, std::span<const std::uint32_t> areas,
                     const Triangle& triangle) {
-  constexpr float kFarApart = 0.1f;
+  constexpr float kFarApart = 0.1f;  // fraction of the texture's size
   const auto& [a, b, c] = triangle.v;
   const std::uint32_t area = areas[nearest.hits[a].triangle];
   if (area != areas[nearest.hits[b].triangle] || area != areas[nearest.hits[c].triangle])
@@ -156,8 +161,9 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
   }
   const Nearest nearest = find_nearest(model, closest, origins);
   if (textured) result.corner_uvs.resize(triangles.size() * 3);
-  // Without a texture only materials have borders.
+  // Without texture coordinates there are no charts, only areas of equal material.
   const std::span<const std::uint32_t> areas = textured ? charts : std::span(materials);
+  // First, each corner takes the attributes of its closest point.
   std::vector<std::uint8_t> is_crossing(triangles.size());
   parallel_for(
       static_cast<std::int64_t>(triangles.size()),
@@ -173,6 +179,8 @@ TransferredMaterials transfer_materials(const Model& model, const ClosestPointQu
   std::vector<std::uint32_t> crossing;
   for (std::uint32_t t = 0; t < triangles.size(); ++t)
     if (is_crossing[t]) crossing.push_back(t);
+  // Then each triangle that crosses a border takes the chart and material at its centroid. The
+  // border is visible if that changes the material or colour of a corner.
   std::vector<BorderTriangle> borders(crossing.size());
   std::vector<std::uint8_t> is_visible(crossing.size());
   parallel_for(

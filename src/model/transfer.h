@@ -1,4 +1,4 @@
-// Attribute transfer: a model's materials and texture coordinates on another surface near it.
+// Attribute transfer: gives a surface the materials and texture coordinates of a model near it.
 #pragma once
 
 #include <array>
@@ -11,15 +11,16 @@
 
 namespace polymorph {
 
-/// Finds the charts of the texture: one number per triangle. Adjacent triangles belong to one chart
-/// if their common edge has the same texture coordinates and they have the same material.
+/// Returns the chart of the texture to which each triangle belongs, as a number per triangle.
+/// Adjacent triangles belong to one chart if they have the same material, and the same texture
+/// coordinates along their common edge.
 std::vector<std::uint32_t> find_texture_charts(const Model& model);
 
 /// A triangle that crosses a border of the model's charts or materials, with different colours or
 /// materials on the two sides.
 struct BorderTriangle {
   std::array<Vec3, 3> at;  ///< its corners on the model, or near it
-  ClosestPoint middle;     ///< the closest point to their mean
+  ClosestPoint middle;     ///< the model's point closest to the mean of `at`
 };
 
 /// Materials and texture coordinates of a surface, in the form that Model has them.
@@ -32,18 +33,19 @@ struct TransferredMaterials {
   std::vector<std::uint32_t> border_index;
 };
 
-/// Places of a surface's vertices on a model, or near it: the vertices themselves, or the points
-/// that they were pulled back to.
+/// Points, one per vertex of a surface, at which a model's attributes are looked up: the vertices
+/// themselves or, if the surface has moved away from the model, the points to which they are mapped
+/// back.
 struct Origins {
   std::span<const Vec3> places;
-  /// The model's points closest to them; empty where they are not known yet.
+  /// The model's closest point for each of `places`; empty if not yet computed.
   std::span<const ClosestPoint> closest = {};
 };
 
 /// Gives each vertex of a surface the attributes of the model at the point closest to its origin.
-/// A triangle whose corners fall into several charts, or far apart in the texture, takes the chart
-/// at its centroid, extrapolated to its corners, so that no texture is smeared across a seam. The
-/// border between charts then runs along triangle edges; texture_point() finds the exact one.
+/// If the corners of a triangle fall into several charts, or far apart in the texture, the chart at
+/// its centroid is extrapolated to its corners, so that no texture is smeared across a seam. The
+/// border between charts then runs along triangle edges; texture_point() finds its exact course.
 TransferredMaterials transfer_materials(const Model& model, const ClosestPointQuery& closest,
                                         std::span<const std::uint32_t> charts,
                                         const Origins& origins,
@@ -73,27 +75,29 @@ PM_HD inline Vec2 interpolate_uv(std::span<const Vec2> corner_uvs, std::uint32_t
 }
 
 /// Looks up the material and texture coordinates of the model at a closest point.
-PM_HD inline TexturePoint texture_point(const TexturedTriangles& from, const ClosestPoint& hit) {
+PM_HD inline TexturePoint texture_point(const TexturedTriangles& source, const ClosestPoint& hit) {
   TexturePoint point;
-  if (!from.triangle_materials.empty()) point.material = from.triangle_materials[hit.triangle];
-  if (from.corner_uvs.empty()) return point;
-  const std::uint32_t* v = from.triangles[hit.triangle].v;
-  point.uv = interpolate_uv(
-      from.corner_uvs, hit.triangle,
-      closest_on_triangle(hit.point, from.points[v[0]], from.points[v[1]], from.points[v[2]]));
+  if (!source.triangle_materials.empty()) point.material = source.triangle_materials[hit.triangle];
+  if (source.corner_uvs.empty()) return point;
+  const std::uint32_t* v = source.triangles[hit.triangle].v;
+  point.uv = interpolate_uv(source.corner_uvs, hit.triangle,
+                            closest_on_triangle(hit.point, source.points[v[0]], source.points[v[1]],
+                                                source.points[v[2]]));
   return point;
 }
 
 /// Looks up the material and texture coordinates of the model at the point closest to a point of a
 /// border triangle. `u` and `v` are the barycentric weights of its second and third corner.
-/// `closest(point, neighbour, neighbour_hit)` finds closest points.
+/// `closest(point, neighbour, neighbour_hit)` finds the model's point closest to `point`, as
+/// ClosestPointQuery::closest() does.
 template <class Closest>
-PM_HD TexturePoint texture_point(const TexturedTriangles& from, const BorderTriangle& border,
+PM_HD TexturePoint texture_point(const TexturedTriangles& source, const BorderTriangle& border,
                                  float u, float v, const Closest& closest) {
   const Vec3 a = border.at[0], b = border.at[1], c = border.at[2];
-  return texture_point(from,
+  return texture_point(source,
                        closest(a * (1 - u - v) + b * u + c * v, (a + b + c) / 3.0f, border.middle));
 }
+/// Looks up the point in a Model with its ClosestPointQuery.
 TexturePoint texture_point(const Model& model, const ClosestPointQuery& closest,
                            const BorderTriangle& border, float u, float v);
 

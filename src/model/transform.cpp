@@ -44,16 +44,18 @@ std::optional<Transform> inverse(const Transform& t) {
   const Vec3d row[3] = {{t.m[0][0], t.m[0][1], t.m[0][2]},
                         {t.m[1][0], t.m[1][1], t.m[1][2]},
                         {t.m[2][0], t.m[2][1], t.m[2][2]}};
+  // The inverse is the adjugate divided by the determinant.
   const Vec3d column[3] = {cross(row[1], row[2]) * (1 / volume),
                            cross(row[2], row[0]) * (1 / volume),
                            cross(row[0], row[1]) * (1 / volume)};
-  const Vec3d shift(t.m[0][3], t.m[1][3], t.m[2][3]);
+  const Vec3d translation(t.m[0][3], t.m[1][3], t.m[2][3]);
   const auto set_row = [&](double Vec3d::*axis, float(&out)[4]) {
     out[0] = static_cast<float>(column[0].*axis);
     out[1] = static_cast<float>(column[1].*axis);
     out[2] = static_cast<float>(column[2].*axis);
-    out[3] = static_cast<float>(
-        -(column[0].*axis * shift.x + column[1].*axis * shift.y + column[2].*axis * shift.z));
+    out[3] =
+        static_cast<float>(-(column[0].*axis * translation.x + column[1].*axis * translation.y +
+                             column[2].*axis * translation.z));
   };
   Transform result;
   set_row(&Vec3d::x, result.m[0]);

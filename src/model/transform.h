@@ -13,7 +13,7 @@ struct Transform {
 };
 /// Transforms a point.
 Vec3 apply(const Transform& t, Vec3 p);
-/// The transform that applies `first`, then `second`.
+/// Returns the transform that applies `first`, then `second`.
 Transform compose(const Transform& second, const Transform& first);
 /// Computes the inverse; nothing if the determinant is 0.
 std::optional<Transform> inverse(const Transform& t);

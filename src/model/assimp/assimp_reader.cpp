@@ -88,7 +88,8 @@ class FolderIO : public Assimp::DefaultIOSystem {
   std::set<std::string> opened_;
 };
 
-/// Replaces spaces and control characters of a name; returns `fallback` if it is empty.
+/// Makes a word of a name: spaces, control characters and '#' become '_'. Returns `fallback` if the
+/// name is empty or begins with '<'.
 std::string make_word(const aiString& name, const char* fallback) {
   std::string text;
   for (const char* c = name.C_Str(); *c; ++c)
@@ -116,7 +117,7 @@ double to_srgb(double linear) {
                              : 1.055 * polymorph::exact::pow(linear, 1 / 2.4) - 0.055;
 }
 
-/// Numbers of points and faces of a scene, with every instance.
+/// Numbers of points and faces of a scene; a mesh counts once per node that shows it.
 struct Counts {
   double points = 0, faces = 0, text = 0;  ///< `text`: an upper bound of the bytes written
 };
@@ -127,7 +128,7 @@ void count_nodes(const aiScene& scene, const aiNode& node, Counts& counts) {
     const bool uvs = mesh.HasTextureCoords(0), normals = mesh.HasNormals();
     counts.points += mesh.mNumVertices;
     counts.faces += mesh.mNumFaces;
-    constexpr double kNumber = 12, kIndex = 8;  // "-1.2345678 ", " 1234567"
+    constexpr double kNumber = 12, kIndex = 8;  // bytes, as of "-1.2345678 " and " 1234567"
     counts.text += mesh.mNumVertices * kNumber * (3 + (uvs ? 2 : 0) + (normals ? 3 : 0)) +
                    mesh.mNumFaces * kIndex * 3 * (1 + (uvs ? 1 : 0) + (normals ? 1 : 0));
   }
@@ -139,9 +140,10 @@ struct Vertices {
   const aiVector3D *points, *normals;
 };
 
-/// A material's colour texture: the mesh's texture coordinates that it uses, and their transform.
+/// Texture coordinates of a material's colour texture: which of the mesh's it uses, and their
+/// transform.
 struct ColorTexture {
-  unsigned channel = 0;  ///< index of the mesh's texture coordinates
+  unsigned channel = 0;  ///< index in aiMesh::mTextureCoords
   aiVector2D scale{1, 1}, offset;
   ai_real rotation = 0;
 
@@ -164,8 +166,8 @@ ColorTexture read_color_texture(const aiMaterial& material, aiTextureType type) 
     texture.channel = static_cast<unsigned>(channel);
   aiUVTransform stored;
   if (material.Get(AI_MATKEY_UVTRANSFORM(type, 0), stored) != aiReturn_SUCCESS) return texture;
-  // Assimp has changed the offset to that of a rotation about the picture's centre; this restores
-  // it.
+  // Assimp converts the offset to that of a rotation about the picture's centre; this converts it
+  // back.
   texture.scale = stored.mScaling;
   texture.rotation = -stored.mRotation;
   const auto sine =
@@ -178,18 +180,19 @@ ColorTexture read_color_texture(const aiMaterial& material, aiTextureType type) 
   return texture;
 }
 
+/// Writes a scene as the records of OBJ text, MTL text, textures and warnings.
 class Writer {
  public:
   /// `pose`: pose of an animated model; nothing for the pose at rest.
   Writer(const aiScene& scene, const std::string& suffix, std::optional<Pose> pose)
       : scene_(scene), suffix_(suffix), pose_(std::move(pose)) {}
 
-  /// Writes all records. `counts`: the numbers of the scene.
+  /// Writes all records. `counts`: result of count_nodes() for the scene.
   void write(const Counts& counts) {
     obj_.reserve(static_cast<std::size_t>(counts.text));
     for (unsigned i = 0; i < scene_.mNumMaterials; ++i) add_material(*scene_.mMaterials[i]);
-    to_y_up_ = make_y_up_transform();
-    add_node(*scene_.mRootNode, to_y_up_);
+    y_up_transform_ = make_y_up_transform();
+    add_node(*scene_.mRootNode, y_up_transform_);
     write_record("obj", "", obj_);
     write_record("mtl", "", mtl_);
     for (unsigned i = 0; i < scene_.mNumTextures; ++i) add_texture(i);
@@ -220,18 +223,21 @@ class Writer {
                 const std::string& label);
   std::string add_color_material(const aiMesh& mesh, const aiFace& face);
   void add_texture(unsigned index);
-  bool is_srgb() const { return suffix_ == ".ply" || suffix_ == ".off" || suffix_ == ".stl"; }
+  /// Tests whether the format stores colours of points in sRGB.
+  bool has_srgb_colors() const {
+    return suffix_ == ".ply" || suffix_ == ".off" || suffix_ == ".stl";
+  }
 
   const aiScene& scene_;
   std::string suffix_;
   std::optional<Pose> pose_;
-  aiMatrix4x4 to_y_up_;
+  aiMatrix4x4 y_up_transform_;
   std::string obj_ = "mtllib m\n", mtl_;
   std::vector<std::string> materials_;
-  std::vector<std::optional<ColorTexture>> textures_;  ///< texture per material
-  std::set<std::string> names_;
-  std::string emitting_, transparent_;  ///< the first such materials
-  std::set<unsigned> colors_;           ///< codes of the colour materials written
+  std::vector<std::optional<ColorTexture>> textures_;  ///< colour texture per material
+  std::set<std::string> material_names_;
+  std::string emitting_, transparent_;  ///< first material that emits light, or is transparent
+  std::set<unsigned> colors_;           ///< 0xRRGGBB of the colour materials written
   std::size_t points_ = 0, uvs_ = 0, normals_ = 0, points_or_lines_ = 0;
   bool has_unused_colors_ = false, animated_ = false;
 };
@@ -263,7 +269,7 @@ void Writer::add_material(const aiMaterial& material) {
   aiString text;
   material.Get(AI_MATKEY_NAME, text);
   std::string name = make_word(text, "material");
-  for (int i = 2; !names_.insert(name).second; ++i)
+  for (int i = 2; !material_names_.insert(name).second; ++i)
     name = make_word(text, "material") + "_" + std::to_string(i);
   materials_.push_back(name);
   mtl_ += "newmtl " + name + "\n";
@@ -310,12 +316,12 @@ void Writer::add_node(const aiNode& node, const aiMatrix4x4& parent) {
     }
     const PosedMesh posed = posed_mesh(*pose_, node, mesh);
     add_mesh(mesh, {posed.points.data(), posed.normals.empty() ? nullptr : posed.normals.data()},
-             posed.in_scene ? to_y_up_ : transform, label);
+             posed.in_scene ? y_up_transform_ : transform, label);
   }
   for (unsigned i = 0; i < node.mNumChildren; ++i) add_node(*node.mChildren[i], transform);
 }
 
-/// Remembers a glTF material that emits light or is transparent.
+/// Remembers the first glTF material that emits light, and the first that is transparent.
 void Writer::note_ignored_properties(const aiMaterial& material, const std::string& name) {
   aiColor3D light;
   aiString mode;
@@ -327,8 +333,8 @@ void Writer::note_ignored_properties(const aiMaterial& material, const std::stri
     transparent_ = "material " + name;
 }
 
-/// Adds a material of the mean colour of a face's corners, in steps of 4/255, unless there is one.
-/// Returns its name.
+/// Returns the name of a material of the mean colour of a face's corners, in steps of 4/255. Writes
+/// the material on first use.
 std::string Writer::add_color_material(const aiMesh& mesh, const aiFace& face) {
   double sum[3] = {};
   for (unsigned k = 0; k < face.mNumIndices; ++k) {
@@ -340,7 +346,7 @@ std::string Writer::add_color_material(const aiMesh& mesh, const aiFace& face) {
   unsigned code = 0;
   for (double& v : sum) {
     v = std::clamp(v / face.mNumIndices, 0.0, 1.0);
-    const double step = std::round((is_srgb() ? v : to_srgb(v)) * 255 / 4);
+    const double step = std::round((has_srgb_colors() ? v : to_srgb(v)) * 255 / 4);
     code = code << 8 | static_cast<unsigned>(std::min(4 * step, 255.0));
   }
   char name[40];
@@ -355,27 +361,28 @@ std::string Writer::add_color_material(const aiMesh& mesh, const aiFace& face) {
 
 void Writer::add_mesh(const aiMesh& mesh, const Vertices& vertices, const aiMatrix4x4& transform,
                       const std::string& label) {
-  aiMatrix3x3 rotation(transform);
-  const bool mirrored = rotation.Determinant() < 0;
-  const bool normals = vertices.normals && suffix_ != ".stl" && rotation.Determinant() != 0;
+  aiMatrix3x3 linear(transform);
+  const bool mirrored = linear.Determinant() < 0;
+  const bool has_normals = vertices.normals && suffix_ != ".stl" && linear.Determinant() != 0;
   const ColorTexture* const texture =
       mesh.mMaterialIndex < textures_.size() && textures_[mesh.mMaterialIndex]
           ? &*textures_[mesh.mMaterialIndex]
           : nullptr;
+  // A mesh without the texture's channel uses its first one.
   const unsigned channel =
       texture && mesh.HasTextureCoords(texture->channel) ? texture->channel : 0;
-  const bool uvs = mesh.HasTextureCoords(channel);
-  rotation.Inverse().Transpose();
+  const bool has_uvs = mesh.HasTextureCoords(channel);
+  linear.Inverse().Transpose();  // transforms normals
   for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
     const aiVector3D p = transform * vertices.points[i];
     obj_ += 'v' + format_numbers({p.x, p.y, p.z}) + '\n';
-    if (uvs) {
+    if (has_uvs) {
       const aiVector3D& stored = mesh.mTextureCoords[channel][i];
       const aiVector2D uv = texture ? texture->apply(stored) : aiVector2D(stored.x, stored.y);
       obj_ += "vt" + format_numbers({uv.x, uv.y}) + '\n';
     }
-    if (normals) {
-      const aiVector3D n = rotation * vertices.normals[i];
+    if (has_normals) {
+      const aiVector3D n = linear * vertices.normals[i];
       obj_ += "vn" + format_numbers({n.x, n.y, n.z}) + '\n';
     }
   }
@@ -389,24 +396,24 @@ void Writer::add_mesh(const aiMesh& mesh, const Vertices& vertices, const aiMatr
       ++points_or_lines_;
       continue;
     }
-    std::string required = colored ? add_color_material(mesh, face)
+    std::string material = colored ? add_color_material(mesh, face)
                            : mesh.mMaterialIndex < materials_.size()
                                ? materials_[mesh.mMaterialIndex]
                                : std::string();
-    if (!required.empty() && required != current_material) obj_ += "usemtl " + required + '\n';
-    current_material = std::move(required);
+    if (!material.empty() && material != current_material) obj_ += "usemtl " + material + '\n';
+    current_material = std::move(material);
     obj_ += 'f';
     for (unsigned k = 0; k < face.mNumIndices; ++k) {
       const std::size_t i = face.mIndices[mirrored ? face.mNumIndices - 1 - k : k];
       obj_ += ' ' + std::to_string(points_ + i + 1);
-      if (uvs) obj_ += '/' + std::to_string(uvs_ + i + 1);
-      if (normals) obj_ += (uvs ? "/" : "//") + std::to_string(normals_ + i + 1);
+      if (has_uvs) obj_ += '/' + std::to_string(uvs_ + i + 1);
+      if (has_normals) obj_ += (has_uvs ? "/" : "//") + std::to_string(normals_ + i + 1);
     }
     obj_ += '\n';
   }
   points_ += mesh.mNumVertices;
-  if (uvs) uvs_ += mesh.mNumVertices;
-  if (normals) normals_ += mesh.mNumVertices;
+  if (has_uvs) uvs_ += mesh.mNumVertices;
+  if (has_normals) normals_ += mesh.mNumVertices;
 }
 
 /// Writes a texture as in the file or, if Assimp has decoded it, as a Targa file.
@@ -417,13 +424,13 @@ void Writer::add_texture(unsigned index) {
     return write_record("texture", name,
                         std::string(reinterpret_cast<const char*>(texture.pcData), texture.mWidth));
   if (texture.mWidth > 65535 || texture.mHeight > 65535) return;
-  std::string bytes(18, '\0');
-  bytes[2] = 2;  // uncompressed true colour
+  std::string bytes(18, '\0');  // header
+  bytes[2] = 2;                 // uncompressed true colour
   bytes[12] = static_cast<char>(texture.mWidth & 255);
   bytes[13] = static_cast<char>(texture.mWidth >> 8);
   bytes[14] = static_cast<char>(texture.mHeight & 255);
   bytes[15] = static_cast<char>(texture.mHeight >> 8);
-  bytes[16] = 32;
+  bytes[16] = 32;    // bits per pixel
   bytes[17] = 0x28;  // eight bits of alpha, the first row on top
   bytes.append(reinterpret_cast<const char*>(texture.pcData),
                std::size_t{4} * texture.mWidth * texture.mHeight);
@@ -450,7 +457,7 @@ Pose parse_pose(const aiScene& scene, const GltfFile& file, const char* words) {
   return pose_at(scene, file, playing, seconds);
 }
 
-/// Limits CPU time or memory to a value that suffices for any model the program accepts.
+/// Lowers the soft limit of a resource of this process to `maximum`.
 void limit_resource(int resource, rlim_t maximum) {
   rlimit current{};
   if (getrlimit(resource, &current) != 0) return;
@@ -468,9 +475,11 @@ int main(int argc, char** argv) {
   std::error_code error;
   const auto bytes = static_cast<rlim_t>(fs::file_size(path, error));
   const rlim_t memory = std::strtoull(argv[2], nullptr, 10);
-  // Shared libraries take address space, but little memory.
+  // RLIMIT_AS limits the address space, of which shared libraries take this much, but little
+  // memory.
   constexpr rlim_t kLibraries = rlim_t{256} << 20;
   const rlim_t seconds = 3 + bytes / 1000000;
+  // A memory limit of a TiB or more means that there is none; adding to it might overflow.
   limit_resource(RLIMIT_AS, std::min({(rlim_t{2} << 30) + 100 * bytes, rlim_t{16} << 30,
                                       memory < (rlim_t{1} << 40) ? kLibraries + memory : memory}));
   limit_resource(RLIMIT_CPU, seconds);
@@ -480,7 +489,7 @@ int main(int argc, char** argv) {
   try {
     Assimp::Importer importer;
     importer.SetIOHandler(new FolderIO(path));
-    // Make one node per mesh instead of a chain of pivots.
+    // FBX: one node per mesh instead of a chain of pivots.
     importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);
     const aiScene* scene = importer.ReadFile(argv[1], aiProcess_ValidateDataStructure);
     if (!scene || !scene->mRootNode || scene->mNumMeshes == 0) {

@@ -28,20 +28,20 @@ std::string read_bytes(Assimp::IOSystem& system, const std::string& path) {
   return bytes;
 }
 
-/// Chunks of a .glb file. A .gltf file is all JSON.
+/// The two chunks of a .glb file; of a .gltf file, `json` is the whole file.
 struct Chunks {
   std::string json, bytes;
 };
 
 Chunks split_chunks(std::string file) {
-  constexpr std::size_t kHeader = 12, kChunk = 8;
-  if (file.size() < kHeader || file.compare(0, 4, "glTF") != 0) return {std::move(file), {}};
+  constexpr std::size_t kFileHeader = 12, kChunkHeader = 8;  // bytes
+  if (file.size() < kFileHeader || file.compare(0, 4, "glTF") != 0) return {std::move(file), {}};
   Chunks chunks;
-  for (std::size_t offset = kHeader; offset + kChunk <= file.size();) {
+  for (std::size_t offset = kFileHeader; offset + kChunkHeader <= file.size();) {
     std::uint32_t length = 0;
     std::memcpy(&length, file.data() + offset, sizeof length);
     const std::string_view kind(file.data() + offset + 4, 4);
-    offset += kChunk;
+    offset += kChunkHeader;
     const std::size_t size = std::min<std::size_t>(length, file.size() - offset);
     if (kind == "JSON") chunks.json = file.substr(offset, size);
     if (kind == std::string_view("BIN\0", 4)) chunks.bytes = file.substr(offset, size);
@@ -74,6 +74,7 @@ class Accessors {
  public:
   Accessors(Assimp::IOSystem& system, std::string path, const JsonValue& root, std::string bytes)
       : system_(system), path_(std::move(path)), root_(root) {
+    // Buffer 0 is the .glb file's binary chunk, unless it names a file of its own.
     buffers_[0] = std::move(bytes);
     const JsonValue& first = find_item(root.get("buffers"), JsonValue(0));
     if (first.contains("uri")) buffers_.clear();
@@ -83,6 +84,7 @@ class Accessors {
   std::optional<std::vector<double>> numbers(const JsonValue& index, std::size_t width);
 
  private:
+  /// Reads a buffer on first use; empty if it cannot be read.
   const std::string& buffer(std::size_t index);
 
   Assimp::IOSystem& system_;
@@ -107,7 +109,8 @@ const std::string& Accessors::buffer(std::size_t index) {
   return entry->second;
 }
 
-/// Reads a number. Normalized integers (scale < 1) are clamped to -1, as the format requires.
+/// Reads a number times `scale`. Normalized integers (scale < 1) are at least -1, as the format
+/// requires.
 template <class T>
 double read_number(const char* bytes, double scale) {
   T value;
@@ -119,7 +122,7 @@ std::optional<std::vector<double>> Accessors::numbers(const JsonValue& index, st
   struct Kind {
     std::int64_t code;  ///< componentType in the file
     std::size_t size;
-    double largest;
+    double max_value;
     double (*read)(const char*, double);
   };
   static constexpr Kind kKinds[] = {{5120, 1, 127, read_number<std::int8_t>},
@@ -129,19 +132,21 @@ std::optional<std::vector<double>> Accessors::numbers(const JsonValue& index, st
                                     {5126, 4, 1, read_number<float>}};
   const JsonValue& accessor = find_item(root_.get("accessors"), index);
   const JsonValue& view = find_item(root_.get("bufferViews"), accessor.get("bufferView"));
-  const auto count = read_index(accessor.get("count")), source = read_index(view.get("buffer"));
+  const auto count = read_index(accessor.get("count")),
+             buffer_index = read_index(view.get("buffer"));
   const auto* const kind = std::find_if(
       std::begin(kKinds), std::end(kKinds),
       [code = accessor.get("componentType").integer](const Kind& k) { return k.code == code; });
-  if (!count || !source || kind == std::end(kKinds) || accessor.contains("sparse"))
+  if (!count || !buffer_index || kind == std::end(kKinds) || accessor.contains("sparse"))
     return std::nullopt;
-  const std::string& bytes = buffer(*source);
-  const std::size_t first = read_index(view.get("byteOffset")).value_or(0),
-                    within = read_index(accessor.get("byteOffset")).value_or(0);
-  if (first > bytes.size() || within > bytes.size() - first) return std::nullopt;
-  const std::size_t start = first + within;
+  const std::string& bytes = buffer(*buffer_index);
+  const std::size_t view_offset = read_index(view.get("byteOffset")).value_or(0),
+                    offset_in_view = read_index(accessor.get("byteOffset")).value_or(0);
+  if (view_offset > bytes.size() || offset_in_view > bytes.size() - view_offset)
+    return std::nullopt;
+  const std::size_t start = view_offset + offset_in_view;
   if (*count > (bytes.size() - start) / (width * kind->size)) return std::nullopt;
-  const double scale = accessor.get("normalized").boolean ? 1 / kind->largest : 1;
+  const double scale = accessor.get("normalized").boolean ? 1 / kind->max_value : 1;
   std::vector<double> values(*count * width);
   for (std::size_t i = 0; i < values.size(); ++i) {
     values[i] = kind->read(bytes.data() + start + i * kind->size, scale);
@@ -158,22 +163,24 @@ std::optional<GltfKeys> read_keys(Accessors& accessors, const JsonValue& sampler
   if (interpolation == "STEP") keys.interpolation = GltfKeys::Interpolation::kStep;
   if (interpolation == "CUBICSPLINE") keys.interpolation = GltfKeys::Interpolation::kCubicSpline;
   keys.is_rotation = property == "rotation";
-  const std::size_t element = keys.is_rotation ? 4 : property == "weights" ? 1 : 3;
+  // An element of the weights' accessor is one number; each key has as many as there are targets.
+  const std::size_t element_width = keys.is_rotation ? 4 : property == "weights" ? 1 : 3;
   auto seconds = accessors.numbers(sampler.get("input"), 1);
-  auto numbers = accessors.numbers(sampler.get("output"), element);
+  auto numbers = accessors.numbers(sampler.get("output"), element_width);
   if (!seconds || !numbers || seconds->empty() || !std::is_sorted(seconds->begin(), seconds->end()))
     return std::nullopt;
-  const std::size_t values =
+  const std::size_t value_count =
       seconds->size() * (keys.interpolation == GltfKeys::Interpolation::kCubicSpline ? 3 : 1);
-  keys.width = numbers->size() / values;
-  if (keys.width == 0 || keys.width * values != numbers->size() ||
-      (property != "weights" && keys.width != element))
+  keys.width = numbers->size() / value_count;
+  if (keys.width == 0 || keys.width * value_count != numbers->size() ||
+      (property != "weights" && keys.width != element_width))
     return std::nullopt;
   keys.seconds = std::move(*seconds);
   keys.numbers = std::move(*numbers);
   return keys;
 }
 
+/// Replaces `numbers` by a list of the same length; ignores a list of another length.
 void read_numbers(const JsonValue& list, std::vector<double>& numbers) {
   if (list.items.size() != numbers.size()) return;
   for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = list.items[i].number;
@@ -198,7 +205,7 @@ std::vector<double> slerp(const double* a, const double* b, double t) {
   const double sign = cosine < 0 ? -1 : 1;
   cosine *= sign;
   double first = 1 - t, second = t;
-  constexpr double kNearlyEqual = 0.9999995;
+  constexpr double kNearlyEqual = 0.9999995;  // above it, sin(angle) is too near 0 to divide by
   if (cosine < kNearlyEqual) {
     const double angle = polymorph::exact::acos(cosine), sine = polymorph::exact::sin(angle);
     first = polymorph::exact::sin(first * angle) / sine;
@@ -210,13 +217,13 @@ std::vector<double> slerp(const double* a, const double* b, double t) {
 }
 
 void normalize(std::vector<double>& quaternion) {
-  double square = 0;
-  for (const double v : quaternion) square += v * v;
-  if (!(square > 0)) {
+  double length2 = 0;
+  for (const double v : quaternion) length2 += v * v;
+  if (!(length2 > 0)) {
     quaternion = {0, 0, 0, 1};
     return;
   }
-  for (double& v : quaternion) v /= std::sqrt(square);
+  for (double& v : quaternion) v /= std::sqrt(length2);
 }
 
 }  // namespace
@@ -232,17 +239,18 @@ std::vector<double> GltfKeys::value_at(double time) const {
   const std::size_t key = next == 0 ? 0 : next - 1;
   const double* const first = numbers_at(key, 1);
   std::vector<double> value(first, first + width);
-  const double length = next == 0 || next == seconds.size() ? 0 : seconds[next] - seconds[key];
-  if (length > 0 && interpolation != Interpolation::kStep) {
-    const double u = (time - seconds[key]) / length;
+  const double interval = next == 0 || next == seconds.size() ? 0 : seconds[next] - seconds[key];
+  if (interval > 0 && interpolation != Interpolation::kStep) {
+    const double u = (time - seconds[key]) / interval;
     const double* const second = numbers_at(next, 1);
     if (is_cubic) {
+      // Cubic Hermite spline.
       const double *const out_tangent = numbers_at(key, 2), *const in_tangent = numbers_at(next, 0);
-      const double square = u * u, cube = square * u;
+      const double u2 = u * u, u3 = u2 * u;
       for (std::size_t i = 0; i < width; ++i)
-        value[i] = (2 * cube - 3 * square + 1) * first[i] +
-                   length * (cube - 2 * square + u) * out_tangent[i] +
-                   (3 * square - 2 * cube) * second[i] + length * (cube - square) * in_tangent[i];
+        value[i] = (2 * u3 - 3 * u2 + 1) * first[i] +
+                   interval * (u3 - 2 * u2 + u) * out_tangent[i] + (3 * u2 - 2 * u3) * second[i] +
+                   interval * (u3 - u2) * in_tangent[i];
     } else if (is_rotation) {
       std::vector<double> a(first, first + width), b(second, second + width);
       normalize(a);

@@ -14,13 +14,12 @@ struct GltfKeys {
   enum class Interpolation : std::uint8_t { kLinear, kStep, kCubicSpline };
   Interpolation interpolation = Interpolation::kLinear;
   bool is_rotation = false;     ///< whether values are quaternions x, y, z, w
-  std::size_t width = 0;        ///< numbers per value
+  std::size_t width = 0;        ///< numbers per value, e.g. 3 for a translation
   std::vector<double> seconds;  ///< time of each key, ascending
-  /// A value per key; for a cubic spline three: in-tangent, value and out-tangent.
+  /// The values of the keys. A key of a cubic spline has three: in-tangent, value and out-tangent.
   std::vector<double> numbers;
 
-  /// Interpolates the value at a time. Before the first key and after the last one, it is that
-  /// key's.
+  /// Interpolates the value at a time; constant before the first key and after the last one.
   std::vector<double> value_at(double time) const;
 };
 
@@ -28,7 +27,7 @@ struct GltfNode {
   std::vector<std::size_t> children;
   std::vector<std::size_t> joints;  ///< joint nodes of its skin, in the order of its bones
   std::vector<double> translation{0, 0, 0}, rotation{0, 0, 0, 1}, scale{1, 1, 1};
-  std::vector<double> weights;  ///< morph target weights; empty: those of the mesh
+  std::vector<double> weights;  ///< morph target weights; empty: the mesh's own apply
 };
 
 /// Keys by node index and by name of the property: "translation", "weights" and so on.
@@ -42,6 +41,6 @@ struct GltfFile {
 };
 
 /// Reads nodes and animations of a .glb or .gltf file that Assimp has read. Keys that cannot be
-/// read are left out, with a warning. Unless `is_posed`, neither is read, and only extensions cause
-/// warnings.
+/// read are left out, with a warning. If `is_posed` is false, only `warnings` is filled, with the
+/// extensions that are not supported.
 GltfFile read_gltf(Assimp::IOSystem& system, const std::string& path, bool is_posed);

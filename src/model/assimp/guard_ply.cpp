@@ -72,7 +72,7 @@ std::string guard_ply(std::string file) {
   copy += "property uchar guard\n";
   copy += bytes.substr(element->properties_offset, offset - element->properties_offset);
   for (std::size_t i = 0; i < element->count; ++i, offset += element->stride) {
-    copy += '\1';
+    copy += '\1';  // any value but a line feed
     copy += bytes.substr(offset, element->stride);
   }
   return copy += bytes.substr(offset);

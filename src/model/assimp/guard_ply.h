@@ -8,10 +8,11 @@
 #include <string>
 #include <string_view>
 
-/// Finds the offset of the data of a PLY file, if its first byte is a line feed; else nothing.
-/// `bytes`: the file, or enough of it to contain its header.
+/// Finds the offset of the data of a PLY file if the first byte of the data is a line feed; else
+/// nothing. `bytes`: the file, or enough of it to contain its header.
 std::optional<std::size_t> find_mistaken_data(std::string_view bytes);
 
-/// Inserts a property of one byte before the others of the first element of a binary PLY file whose
-/// data begins with a line feed. Returns other files unchanged.
+/// Makes the data of a binary PLY file begin with another byte than a line feed, by a property of
+/// one byte that it inserts before the others of the first element. Returns files whose data does
+/// not begin with a line feed unchanged.
 std::string guard_ply(std::string file);

@@ -6,7 +6,8 @@
 
 namespace {
 
-/// Pairs each node of the file with Assimp's; both trees have the same order.
+/// Sets `nodes[i]` to Assimp's node for node i of the file, for a whole subtree. Both trees have
+/// the same order of children.
 void pair_nodes(const aiNode& node, std::size_t index, const GltfFile& file,
                 std::vector<const aiNode*>& nodes) {
   if (index >= nodes.size()) return;
@@ -30,12 +31,14 @@ std::vector<const aiNode*> list_nodes(const aiScene& scene, const GltfFile& file
   return nodes;
 }
 
-using KeysByPath = std::map<std::string, GltfKeys>;
+using KeysByProperty = std::map<std::string, GltfKeys>;
 
-aiMatrix4x4 transform_at(const GltfNode& node, const KeysByPath& keys_by_path, double seconds) {
+/// Transform of a node relative to its parent at a time.
+aiMatrix4x4 transform_at(const GltfNode& node, const KeysByProperty& keys_by_property,
+                         double seconds) {
   const auto value = [&](const char* property, const std::vector<double>& default_value) {
-    const auto keys = keys_by_path.find(property);
-    return keys == keys_by_path.end() ? default_value : keys->second.value_at(seconds);
+    const auto keys = keys_by_property.find(property);
+    return keys == keys_by_property.end() ? default_value : keys->second.value_at(seconds);
   };
   const auto vector = [](const std::vector<double>& v) {
     return aiVector3D(static_cast<ai_real>(v[0]), static_cast<ai_real>(v[1]),
@@ -48,7 +51,7 @@ aiMatrix4x4 transform_at(const GltfNode& node, const KeysByPath& keys_by_path, d
   aiMatrix4x4 scaling, translation;
   aiMatrix4x4::Scaling(vector(value("scale", node.scale)), scaling);
   aiMatrix4x4::Translation(vector(value("translation", node.translation)), translation);
-  // Assimp's constructor of all three would scale after the rotation.
+  // The constructor of aiMatrix4x4 that takes all three would scale after the rotation.
   return translation * rotation * scaling;
 }
 
@@ -65,12 +68,13 @@ void apply_animation(const GltfAnimation& animation, const GltfFile& file,
     if (!node) continue;
     const auto weights = keys.find("weights");
     if (weights != keys.end()) pose.weights[node] = weights->second.value_at(seconds);
+    // The transform is animated if there are keys other than those of weights.
     if (keys.size() > (weights != keys.end() ? 1u : 0u))
       pose.locals[node] = transform_at(file.nodes[index], keys, seconds);
   }
 }
 
-/// Adds the offsets of the morph targets, each times its weight, to a mesh at rest.
+/// Adds the weighted offsets of the morph targets to a mesh at rest.
 void add_targets(const Pose& pose, const aiNode& node, const aiMesh& mesh, PosedMesh& posed) {
   const auto own_weights = pose.weights.find(&node);
   for (unsigned t = 0; t < mesh.mNumAnimMeshes; ++t) {
@@ -88,7 +92,8 @@ void add_targets(const Pose& pose, const aiNode& node, const aiMesh& mesh, Posed
   }
 }
 
-/// Finds the node that moves a bone: the skin's joint, or else the first node of the bone's name.
+/// Finds the node that moves a bone: the skin's joint or, if that has another name, the first node
+/// with the bone's name.
 const aiNode* find_joint(const Pose& pose, const aiNode& node, const aiBone& bone, unsigned index) {
   const auto skin = pose.joints.find(&node);
   if (skin != pose.joints.end() && index < skin->second.size() && skin->second[index] &&
@@ -99,10 +104,10 @@ const aiNode* find_joint(const Pose& pose, const aiNode& node, const aiBone& bon
   return root->FindNode(bone.mName);
 }
 
-/// Moves vertices by their bones (linear blend skinning).
+/// Moves vertices by their bones (linear blend skinning). Vertices without bones stay.
 void skin(const Pose& pose, const aiNode& node, const aiMesh& mesh, PosedMesh& posed) {
   const std::vector<aiVector3D> points = posed.points, normals = posed.normals;
-  std::vector<ai_real> sums(points.size());
+  std::vector<ai_real> weight_sums(points.size());
   for (aiVector3D& p : posed.points) p = {};
   for (aiVector3D& n : posed.normals) n = {};
   for (unsigned b = 0; b < mesh.mNumBones; ++b) {
@@ -116,12 +121,12 @@ void skin(const Pose& pose, const aiNode& node, const aiMesh& mesh, PosedMesh& p
       if (vertex >= points.size()) continue;
       posed.points[vertex] += transform * points[vertex] * weight;
       if (!normals.empty()) posed.normals[vertex] += rotation * normals[vertex] * weight;
-      sums[vertex] += weight;
+      weight_sums[vertex] += weight;
     }
   }
-  for (std::size_t i = 0; i < sums.size(); ++i) {
-    if (sums[i] > 0)
-      posed.points[i] *= 1 / sums[i];
+  for (std::size_t i = 0; i < weight_sums.size(); ++i) {
+    if (weight_sums[i] > 0)
+      posed.points[i] *= 1 / weight_sums[i];
     else
       posed.points[i] = points[i];
   }

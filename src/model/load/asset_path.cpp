@@ -14,6 +14,7 @@ bool is_file(const fs::path& path) {
   return fs::is_regular_file(path, error);
 }
 
+/// Tests whether a path lies in a folder, without following links.
 bool is_inside(const fs::path& root, const fs::path& path) {
   const fs::path relative = path.lexically_normal().lexically_relative(root.lexically_normal());
   return !relative.empty() && *relative.begin() != "..";
@@ -37,21 +38,20 @@ bool AssetFinder::is_usable(const fs::path& path) const {
   return is_inside(root, target) || (!linked_.empty() && is_inside(linked_, target));
 }
 
-/// Resolves `relative` below `folder` regardless of case; empty if there is no such file.
 fs::path AssetFinder::find_any_case(const fs::path& folder, const fs::path& relative) {
-  fs::path found = folder;
+  fs::path resolved = folder;
   for (const fs::path& component : relative) {
     std::error_code error;
-    if (component == "." || component == ".." || fs::exists(found / component, error)) {
-      found /= component;
+    if (component == "." || component == ".." || fs::exists(resolved / component, error)) {
+      resolved /= component;
       continue;
     }
-    const auto& names = names_in(found);
+    const auto& names = names_in(resolved);
     const auto name = names.find(lower_case(component.string()));
     if (name == names.end()) return {};
-    found /= name->second;
+    resolved /= name->second;
   }
-  return is_usable(found) ? found : fs::path{};
+  return is_usable(resolved) ? resolved : fs::path{};
 }
 
 const std::map<std::string, std::string>& AssetFinder::names_in(const fs::path& folder) {
@@ -62,7 +62,7 @@ const std::map<std::string, std::string>& AssetFinder::names_in(const fs::path& 
   for (const fs::directory_iterator end; !error && it != end; it.increment(error)) {
     const std::string name = it->path().filename().string();
     std::string& first = entry->second.try_emplace(lower_case(name), name).first->second;
-    first = std::min(first, name);  // independent of the directory's order
+    first = std::min(first, name);  // if names differ only in case, the same one on any machine
   }
   return entry->second;
 }
@@ -70,14 +70,14 @@ const std::map<std::string, std::string>& AssetFinder::names_in(const fs::path& 
 Result<AssetPath> AssetFinder::find(const fs::path& folder, std::string_view name) {
   std::string text(name);
   std::replace(text.begin(), text.end(), '\\', '/');
-  const bool drive =
+  const bool has_drive =
       text.size() > 1 && text[1] == ':' && std::isalpha(static_cast<unsigned char>(text[0]));
   const fs::path named(text);
   // An empty path is the current folder; lexically_relative needs the same form on both sides.
   const fs::path base = folder.empty() ? fs::path(".") : folder;
   const fs::path root = root_.empty() ? fs::path(".") : root_;
-  const bool outside = drive || named.is_absolute() || !is_inside(root, base / named);
-  if (!outside) {
+  const bool is_outside = has_drive || named.is_absolute() || !is_inside(root, base / named);
+  if (!is_outside) {
     if (is_usable(base / named)) return AssetPath{base / named, {}};
     if (is_file(base / named))
       return make_error(ErrorCode::kInput,
@@ -96,10 +96,10 @@ Result<AssetPath> AssetFinder::find(const fs::path& folder, std::string_view nam
     if (!substitute.empty())
       return AssetPath{substitute,
                        fmt::format("\"{}\" {} - {} is used", name,
-                                   outside ? "lies outside the model's folder" : "is not there",
+                                   is_outside ? "lies outside the model's folder" : "is not there",
                                    substitute.string())};
   }
-  if (outside)
+  if (is_outside)
     return make_error(
         ErrorCode::kInput,
         "\"{}\" lies outside the model's folder and is not opened - copy {} beside the model", name,

@@ -53,7 +53,7 @@ std::vector<std::uint32_t> find_first_equal(const ObjScan& scan) {
 bool has_area(std::span<const Vec3> p, const std::array<std::uint32_t, 3>& t) {
   const Vec3d a = Vec3d(p[t[1]]) - Vec3d(p[t[0]]), b = Vec3d(p[t[2]]) - Vec3d(p[t[0]]);
   const double longest2 = std::max({dot(a, a), dot(b, b), dot(b - a, b - a)});
-  return length(cross(a, b)) > 1e-9 * longest2;  // well below the rounding of floats
+  return length(cross(a, b)) > 1e-9 * longest2;  // far below the rounding of floats
 }
 
 /// Removes the elements of `names` that no index in `used` refers to, keeps the order, and
@@ -108,7 +108,7 @@ class Builder {
       return make_error(ErrorCode::kInput, "{}: no faces: {} no area{}", file_,
                         scan_.faces.size() == 1 ? "the only one has"
                                                 : fmt::format("all {} have", scan_.faces.size()),
-                        far_from_origin());
+                        describe_distance_problem());
     remove_unused_names();
     orient_outward();
     fill_normals();
@@ -117,10 +117,10 @@ class Builder {
   }
 
  private:
-  /// Advice if points lie so far from the origin that they coincide in single precision; else
-  /// empty.
-  std::string far_from_origin() const {
-    constexpr float kFar = 1e4f, kDigits = 1e6f;
+  /// Returns advice if the points lie so far from the origin that they coincide in single
+  /// precision; else an empty string.
+  std::string describe_distance_problem() const {
+    constexpr float kMinDistance = 1e4f, kMinRatio = 1e6f;  // coordinate, and coordinate / size
     float max_coordinate = 0;
     Box box;
     for (std::uint32_t i = 0; i < scan_.point_count(); ++i) {
@@ -129,7 +129,8 @@ class Builder {
       box = extend(box, p);
     }
     const Vec3 size = box.size();
-    if (max_coordinate < kFar || std::max({size.x, size.y, size.z}) * kDigits > max_coordinate)
+    if (max_coordinate < kMinDistance ||
+        std::max({size.x, size.y, size.z}) * kMinRatio > max_coordinate)
       return "";
     return fmt::format(
         "; the points lie {:.0g} from the origin, too far for the seven digits of a coordinate - "
@@ -137,7 +138,7 @@ class Builder {
         max_coordinate);
   }
 
-  /// Representative of the vertices at the position of a corner's vertex.
+  /// Returns the representative of a corner's vertex: the first vertex at the same position.
   std::uint32_t point_at(std::size_t corner) const {
     return representative_[static_cast<std::size_t>(scan_.corners[corner].v)];
   }
@@ -161,10 +162,10 @@ class Builder {
   void fill_normals();
   void orient_outward();
   void check_distance_from_origin();
-  void report(const Occurrences& what, const char* singular, const char* plural) {
-    if (what.count > 0)
-      warnings_.push_back(fmt::format("{}:{}: {} {}", file_, what.first_line, what.count,
-                                      what.count == 1 ? singular : plural));
+  void report(const Occurrences& events, const char* singular, const char* plural) {
+    if (events.count > 0)
+      warnings_.push_back(fmt::format("{}:{}: {} {}", file_, events.first_line, events.count,
+                                      events.count == 1 ? singular : plural));
   }
 
   ObjScan& scan_;
@@ -172,13 +173,15 @@ class Builder {
   std::string file_;
   std::vector<std::string>& warnings_;
   Model model_;
+  /// Per vertex: its representative, and (for representatives) its index in model_.points.
   std::vector<std::uint32_t> representative_, point_index_;
-  /// Material per usemtl name; the last one is the default.
+  /// Index in model_.materials per usemtl name; the last one is the default material.
   std::vector<std::uint32_t> material_index_;
-  std::vector<const MtlMaterial*> mtls_by_material_;
+  std::vector<const MtlMaterial*> mtls_by_material_;  ///< per usemtl name; null if in no MTL
+  /// Materials made of point colours, by usemtl name's index and colour (ObjFace::color).
   std::map<std::pair<std::size_t, std::int32_t>, std::uint32_t> color_materials_;
   bool has_uvs_ = false;
-  /// Faces without area whose corners are distinct.
+  /// A face without area whose corners are distinct.
   struct FlatFace {
     const ObjFace* face;
     std::vector<std::size_t> corners;
@@ -210,7 +213,8 @@ void Builder::map_materials() {
   model_.materials.emplace_back().name = "default";
 }
 
-/// Finds the face's material, with the colour of its points unless a texture gives the colour.
+/// Returns the index of the face's material, with the colour of its points unless a texture gives
+/// the colour. `material`: index of its usemtl name.
 std::uint32_t Builder::find_color_material(const ObjFace& face, std::size_t material) {
   const MtlMaterial* mtl = mtls_by_material_[material];
   if (face.color == ObjFace::kNoColor || (mtl && !mtl->texture.empty()))
@@ -245,22 +249,23 @@ Builder::Outline Builder::make_outline(const ObjFace& face, std::size_t first) c
   return outline;
 }
 
+// Outlines are made in parallel, and their triangles are added in order.
 void Builder::add_faces() {
   constexpr std::size_t kBatch = 4096;
   std::size_t corner = 0;
-  std::vector<std::size_t> firsts(kBatch);
+  std::vector<std::size_t> first_corners(kBatch);
   std::vector<Outline> outlines(kBatch);
   for (std::size_t begin = 0; begin < scan_.faces.size(); begin += kBatch) {
     const std::size_t count = std::min(kBatch, scan_.faces.size() - begin);
     for (std::size_t i = 0; i < count; ++i) {
-      firsts[i] = corner;
+      first_corners[i] = corner;
       corner += scan_.faces[begin + i].corners;
     }
     parallel_for(
         static_cast<std::int64_t>(count),
         [&](std::int64_t index) {
           const auto i = static_cast<std::size_t>(index);
-          outlines[i] = make_outline(scan_.faces[begin + i], firsts[i]);
+          outlines[i] = make_outline(scan_.faces[begin + i], first_corners[i]);
         },
         16);
     for (std::size_t i = 0; i < count; ++i)
@@ -324,6 +329,7 @@ void Builder::add_triangle(const ObjFace& face, const std::array<std::size_t, 3>
   model_.triangle_materials.push_back(find_color_material(face, material));
 }
 
+/// Removes each triangle t >= `first` for which is_dropped[t - first] is set.
 void Builder::remove_triangles(std::size_t first, const std::vector<std::uint8_t>& is_dropped) {
   std::size_t to = first;
   for (std::size_t t = first; t < model_.triangles.size(); ++t) {
@@ -370,9 +376,9 @@ void Builder::drop_duplicates() {
   remove_triangles(0, is_dropped);
 }
 
-/// Finds the triangles from `first` on that are not fully paired. A triangle is paired if along
-/// each of its sides there is exactly one other triangle, which runs in the opposite direction and
-/// is paired itself.
+/// Tests for each triangle from `first` on whether it is unpaired. A triangle is paired if along
+/// each of its sides there is exactly one other triangle, which runs in the opposite direction and,
+/// if it is one of those from `first` on, is paired itself.
 std::vector<std::uint8_t> find_unpaired(std::span<const Triangle> triangles, std::size_t first) {
   std::vector<std::uint8_t> is_unpaired(triangles.size() - first, 0);
   if (is_unpaired.empty()) return is_unpaired;
@@ -383,12 +389,13 @@ std::vector<std::uint8_t> find_unpaired(std::span<const Triangle> triangles, std
     const bool is_paired = end - begin == 2 && uses[begin].forward != uses[begin + 1].forward;
     for (std::size_t i = begin; i < end; ++i) {
       if (uses[i].corner < 3 * first) continue;
-      if (!is_paired)
-        stack.push_back(uses[i].corner / 3 - first);
+      if (!is_paired) stack.push_back(uses[i].corner / 3 - first);
+      // Of the two uses, begin + end - 1 - i is the other one.
       else if (const std::uint32_t other = uses[begin + end - 1 - i].corner; other >= 3 * first)
         partners[uses[i].corner - 3 * first] = other / 3 - first;
     }
   });
+  // Partners of an unpaired triangle are unpaired, too.
   while (!stack.empty()) {
     const std::size_t k = stack.back();
     stack.pop_back();
@@ -399,8 +406,8 @@ std::vector<std::uint8_t> find_unpaired(std::span<const Triangle> triangles, std
   return is_unpaired;
 }
 
-// Drops faces without area, except those that close a T-junction: such a face has a partner along
-// each of its edges and keeps the model closed.
+// Adds the faces without area that close a T-junction, and drops the others. A face that closes a
+// T-junction has a partner along each of its edges; without it, the model would be open.
 void Builder::add_flat_faces() {
   const std::size_t first = model_.triangles.size();
   std::vector<std::uint32_t> face_lines;
@@ -412,7 +419,7 @@ void Builder::add_flat_faces() {
   const std::vector<std::uint8_t> is_dropped = find_unpaired(model_.triangles, first);
   for (std::size_t i = 0; i < is_dropped.size(); ++i)
     if (is_dropped[i] && (i == 0 || !is_dropped[i - 1] || face_lines[i] != face_lines[i - 1]))
-      flat_count_.note(face_lines[i]);  // once per face
+      flat_count_.note(face_lines[i]);  // count a face once, not each of its triangles
   remove_triangles(first, is_dropped);
   remove_unused_points();
 }

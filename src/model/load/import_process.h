@@ -1,9 +1,10 @@
-// Protocol between polymorph and polymorph_assimp, the only program that links Assimp. Its
-// arguments are the model, the bytes of memory that both may take for it, and, for a pose of an
-// animated model, its time in seconds and the indices of the active animations. Its output:
-// kImportHello, then records, each "KIND NAME_SIZE SIZE\n", its name and its bytes; the last is
-// "end". Kinds: obj, mtl (once each); texture (embedded, named as in map_Kd); input (a file that
-// was read); warning, error (the name is the message); large, an error because of memory.
+// Protocol between polymorph and polymorph_assimp, the only program that links Assimp. The
+// arguments of polymorph_assimp are the model, the bytes of memory that both programs may take for
+// it, and, for a pose of an animated model, the time in seconds and the indices of the active
+// animations. Its output is kImportHello, followed by records. Each record is a line "KIND
+// NAME_SIZE SIZE\n", a name and SIZE bytes; the last record is "end". Kinds: obj, mtl (once each);
+// texture (embedded, named as in map_Kd); input (a file that was read); warning, error (the name is
+// the message); large (an error: the model needs too much memory).
 #pragma once
 
 #include <string>

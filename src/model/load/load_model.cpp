@@ -57,7 +57,7 @@ Result<fs::path> find_reader() {
                     tried);
 }
 
-/// Standard output and exit status of a program.
+/// Standard output and exit status of the reader.
 struct ReaderRun {
   std::string bytes;
   int status = 0;
@@ -67,7 +67,7 @@ struct ReaderRun {
 /// A model's file, and the pose that its path names.
 struct AnimatedPath {
   fs::path file;
-  std::string pose;  ///< its time, and indices of the active animations; empty: at rest
+  std::string pose;  ///< time in seconds, then indices of the active animations; empty: rest pose
 };
 
 AnimatedPath resolve_pose(const fs::path& path) {
@@ -78,8 +78,8 @@ AnimatedPath resolve_pose(const fs::path& path) {
           fmt::format("{} {}", animation.seconds(pose->number), fmt::join(animation.playing, " "))};
 }
 
-/// Runs the reader. `memory`: bytes that it and the model made of its output may take; `limit`:
-/// maximum bytes of its output.
+/// Runs the reader until its output ends. `memory`: bytes that the reader and the model made of its
+/// output may take; `limit`: maximum bytes of its output.
 Result<ReaderRun> run_reader(const fs::path& reader, const AnimatedPath& model,
                              std::uint64_t memory, std::uint64_t limit) {
   int pipe_ends[2];
@@ -90,9 +90,9 @@ Result<ReaderRun> run_reader(const fs::path& reader, const AnimatedPath& model,
   posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
   posix_spawn_file_actions_adddup2(&actions, pipe_ends[1], 1);
   posix_spawn_file_actions_addopen(&actions, 2, "/dev/null", O_WRONLY, 0);
-  std::string words[4] = {reader.string(), model.file.string(), std::to_string(memory), model.pose};
-  char* arguments[5] = {words[0].data(), words[1].data(), words[2].data(),
-                        model.pose.empty() ? nullptr : words[3].data(), nullptr};
+  std::string texts[4] = {reader.string(), model.file.string(), std::to_string(memory), model.pose};
+  char* arguments[5] = {texts[0].data(), texts[1].data(), texts[2].data(),
+                        model.pose.empty() ? nullptr : texts[3].data(), nullptr};
   pid_t id = 0;
   const int spawn_error = ::posix_spawn(&id, reader.c_str(), &actions, nullptr, arguments, environ);
   posix_spawn_file_actions_destroy(&actions);
@@ -103,10 +103,10 @@ Result<ReaderRun> run_reader(const fs::path& reader, const AnimatedPath& model,
                       std::strerror(spawn_error));
   }
   ReaderRun run;
-  std::string piece(1 << 16, '\0');
+  std::string buffer(1 << 16, '\0');
   for (;;) {
     pollfd ready{pipe_ends[0], POLLIN, 0};
-    constexpr int kMilliseconds = 50;
+    constexpr int kMilliseconds = 50;  // time between tests for an interruption
     const int count = ::poll(&ready, 1, kMilliseconds);
     if (interruption_requested) {
       run.is_interrupted = true;
@@ -114,10 +114,10 @@ Result<ReaderRun> run_reader(const fs::path& reader, const AnimatedPath& model,
       break;
     }
     if (count == 0 || (count < 0 && errno == EINTR)) continue;
-    const ssize_t n = ::read(pipe_ends[0], piece.data(), piece.size());
+    const ssize_t n = ::read(pipe_ends[0], buffer.data(), buffer.size());
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) break;
-    run.bytes.append(piece.data(), static_cast<std::size_t>(n));
+    run.bytes.append(buffer.data(), static_cast<std::size_t>(n));
     if (run.bytes.size() > limit) {
       run.is_too_large = true;
       ::kill(id, SIGKILL);
@@ -131,7 +131,7 @@ Result<ReaderRun> run_reader(const fs::path& reader, const AnimatedPath& model,
   return run;
 }
 
-/// The parsed output of the reader, to which obj and mtl refer.
+/// Parsed output of the reader; `obj` and `mtl` are views of that output.
 struct Imported {
   std::string_view obj, mtl;
   std::string error, too_large;
@@ -170,7 +170,7 @@ Imported parse(std::string_view bytes) {
   return imported;
 }
 
-/// The first line of a message, safe to print.
+/// Returns the first line of a message, safe to print.
 std::string first_line(const std::string& text) {
   const std::string line = text.substr(0, text.find('\n'));
   return printable(line);
@@ -203,13 +203,14 @@ Error make_reader_error(const std::string& file, const ReaderRun& run) {
 
 std::string lower_suffix(const fs::path& path) { return lower_case(path.extension().string()); }
 
-constexpr const char* kForeign[] = {".glb", ".gltf", ".ply", ".stl",
-                                    ".fbx", ".dae",  ".off", ".3ds"};
+/// Suffixes of the formats that Assimp reads.
+constexpr const char* kAssimpSuffixes[] = {".glb", ".gltf", ".ply", ".stl",
+                                           ".fbx", ".dae",  ".off", ".3ds"};
 
-/// Suffixes of other programs' scenes.
-constexpr const char* kUnread[] = {".blend", ".usd", ".usda", ".usdc", ".usdz", ".abc", ".ma",
-                                   ".mb",    ".max", ".c4d",  ".ztl",  ".3dm",  ".hip", ".lwo",
-                                   ".step",  ".stp", ".iges", ".igs",  ".skp"};
+/// Suffixes of scenes and CAD models of other programs, which cannot be read.
+constexpr const char* kUnsupportedSuffixes[] = {
+    ".blend", ".usd", ".usda", ".usdc", ".usdz", ".abc", ".ma",   ".mb",  ".max", ".c4d",
+    ".ztl",   ".3dm", ".hip",  ".lwo",  ".step", ".stp", ".iges", ".igs", ".skp"};
 
 bool is_one_of(std::span<const char* const> suffixes, const fs::path& path) {
   return std::find(suffixes.begin(), suffixes.end(), lower_suffix(path)) != suffixes.end();
@@ -219,7 +220,7 @@ Result<LoadedModel> run_and_parse(const fs::path& path, const LoadObjSettings& s
   const std::string file = path.string();
   const AnimatedPath animated = resolve_pose(path);
   remember_input(animated.file);
-  // Report unreadable or too large files as for any other format.
+  // Unreadable, too large and empty files are reported as for any other format.
   PM_TRY_STATUS([&]() -> Status {
     PM_TRY(const std::string bytes, read_file(animated.file, settings.max_bytes));
     if (bytes.empty()) return make_error(ErrorCode::kInput, "{}: is empty", file);
@@ -227,6 +228,7 @@ Result<LoadedModel> run_and_parse(const fs::path& path, const LoadObjSettings& s
   }());
   PM_TRY(const fs::path reader, find_reader());
   const std::uint64_t available_memory = remaining_memory();
+  // The OBJ text of a model is longer than a binary file, hence the factor 8.
   PM_TRY(ReaderRun run,
          run_reader(reader, animated, available_memory,
                     std::min<std::uint64_t>(8 * settings.max_bytes, available_memory)));
@@ -272,9 +274,9 @@ bool is_model_file(const fs::path& path) {
   return lower_suffix(path) == ".obj" || is_foreign_model(path);
 }
 
-bool is_foreign_model(const fs::path& path) { return is_one_of(kForeign, path); }
+bool is_foreign_model(const fs::path& path) { return is_one_of(kAssimpSuffixes, path); }
 
-bool is_unsupported_model(const fs::path& path) { return is_one_of(kUnread, path); }
+bool is_unsupported_model(const fs::path& path) { return is_one_of(kUnsupportedSuffixes, path); }
 
 Result<LoadedModel> load_model(const fs::path& path, const LoadObjSettings& settings) {
   if (const auto mesh = find_memory_mesh(path)) return load_memory(*mesh, path, settings);

@@ -11,10 +11,11 @@
 namespace polymorph {
 namespace {
 
-/// Checks that a model of that many bytes of text fits into the remaining memory.
+/// Checks that a model of `bytes` bytes of text fits into the remaining memory. Small files are not
+/// checked.
 Status check_text_memory(const std::filesystem::path& path, std::size_t bytes) {
-  constexpr std::size_t kSmall = 1 << 20;
-  if (bytes < kSmall) return Ok{};
+  constexpr std::size_t kMinChecked = 1 << 20;
+  if (bytes < kMinChecked) return Ok{};
   const double needed = kModelBytesPerTextByte * static_cast<double>(bytes);
   const auto available = static_cast<double>(remaining_memory());
   if (needed <= available) return Ok{};

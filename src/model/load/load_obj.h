@@ -12,9 +12,9 @@
 namespace polymorph {
 
 struct LoadObjSettings {
-  std::uint64_t max_bytes = 2ull << 30;
-  bool textures = true;  ///< false: geometry and materials only (check, spheres)
-  bool strict = false;   ///< a missing MTL and a missing or broken texture are errors, not warnings
+  std::uint64_t max_bytes = 2ull << 30;  ///< maximum size of the model's file
+  bool textures = true;                  ///< false: geometry and materials only (check, spheres)
+  bool strict = false;  ///< a missing MTL and a missing or broken texture are errors, not warnings
   bool vertices = false;  ///< return the file's own vertices, too
 };
 

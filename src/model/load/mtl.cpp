@@ -19,20 +19,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kMaxBytes = 64u << 20;
-constexpr float kMaxDielectricSpecular = 0.2f;  // above diamond's 0.17
+constexpr std::uint64_t kMaxMtlBytes = 64u << 20;  // of one file
+constexpr float kMaxDielectricSpecular = 0.2f;     // above diamond's 0.17
 
-/// Properties that one newmtl defines; tinyobjloader does not distinguish a given value from its
-/// default.
-struct Entry {
+/// The properties that one newmtl block sets. tinyobjloader does not tell whether a value was given
+/// or is the default.
+struct MtlBlock {
   bool kd = false, ks = false, ns = false, pr = false, pm = false;
   std::uint32_t line = 0, texture_line = 0;
-  std::size_t begin = 0;  ///< offset of its statements in Scan::text
+  std::size_t begin = 0;  ///< offset of the block in MtlScan::text
 };
 
-struct Scan {
+/// Result of scanning one MTL.
+struct MtlScan {
   std::string text;  ///< the supported statements, checked
-  std::vector<Entry> entries;
+  std::vector<MtlBlock> blocks;
   std::vector<std::string> warnings;
 };
 
@@ -41,7 +42,7 @@ class MtlScanner {
   MtlScanner(std::string_view text, const std::string& file)
       : lines_(text), file_(file), errors_(file) {}
 
-  Result<Scan> scan() {
+  Result<MtlScan> scan() {
     while (lines_.next() && !errors_.full()) scan_line(lines_.line());
     if (!errors_.empty()) return errors_.error();
     report(spectral_, "colours are spectral curves - the default colour is used");
@@ -53,16 +54,16 @@ class MtlScanner {
   void scan_line(std::string_view line);
   /// Checks 1 to 3 numbers and copies the line; one number is repeated where three are required.
   void scan_numbers(std::string_view word, std::string_view values, std::size_t count);
-  void report(const Occurrences& what, const char* text) {
-    if (what.count > 0)
+  void report(const Occurrences& events, const char* text) {
+    if (events.count > 0)
       result_.warnings.push_back(
-          fmt::format("{}:{}: {} {}", file_, what.first_line, what.count, text));
+          fmt::format("{}:{}: {} {}", file_, events.first_line, events.count, text));
   }
 
   LineReader lines_;
   std::string file_;
   ErrorList errors_;
-  Scan result_;
+  MtlScan result_;
   std::set<std::string> names_;
   Occurrences spectral_, before_first_material_;
 };
@@ -81,9 +82,9 @@ void MtlScanner::scan_line(std::string_view line) {
       result_.warnings.push_back(
           fmt::format("{}:{}: material \"{}\" is defined twice - the first one counts", file_,
                       lines_.number(), printable(arguments)));
-    result_.entries.push_back({});
-    result_.entries.back().line = lines_.number();
-    result_.entries.back().begin = result_.text.size();
+    result_.blocks.push_back({});
+    result_.blocks.back().line = lines_.number();
+    result_.blocks.back().begin = result_.text.size();
     result_.text += fmt::format("newmtl {}\n", arguments);
     return;
   }
@@ -91,7 +92,7 @@ void MtlScanner::scan_line(std::string_view line) {
   const bool number = word == "Ns" || word == "Pr" || word == "Pm";
   const bool texture = word == "map_Kd";
   if (!color && !number && !texture) return;
-  if (result_.entries.empty()) {
+  if (result_.blocks.empty()) {
     before_first_material_.note(lines_.number());
     return;
   }
@@ -103,7 +104,7 @@ void MtlScanner::scan_line(std::string_view line) {
     scan_numbers(word, arguments, color ? 3 : 1);
     return;
   }
-  result_.entries.back().texture_line = lines_.number();
+  result_.blocks.back().texture_line = lines_.number();
   result_.text += fmt::format("map_Kd {}\n", arguments);
 }
 
@@ -126,12 +127,12 @@ void MtlScanner::scan_numbers(std::string_view word, std::string_view text, std:
                 fmt::format("{} has {} of {} numbers", word, values.size(), count));
     return;
   }
-  Entry& entry = result_.entries.back();
-  (word == "Kd"   ? entry.kd
-   : word == "Ks" ? entry.ks
-   : word == "Ns" ? entry.ns
-   : word == "Pr" ? entry.pr
-                  : entry.pm) = true;
+  MtlBlock& block = result_.blocks.back();
+  (word == "Kd"   ? block.kd
+   : word == "Ks" ? block.ks
+   : word == "Ns" ? block.ns
+   : word == "Pr" ? block.pr
+                  : block.pm) = true;
   result_.text += word;
   for (std::size_t i = 0; i < count; ++i) result_.text += fmt::format(" {}", values[i]);
   result_.text += '\n';
@@ -141,24 +142,25 @@ Vec3 clamp_color(const tinyobj::real_t (&c)[3], float high) {
   return {std::clamp(c[0], 0.0f, high), std::clamp(c[1], 0.0f, high), std::clamp(c[2], 0.0f, high)};
 }
 
-MtlMaterial map_material(const tinyobj::material_t& from, const Entry& entry) {
+MtlMaterial map_material(const tinyobj::material_t& from, const MtlBlock& block) {
   MtlMaterial to;
   Material& m = to.material;
   m.name = from.name;
   to.texture = std::string(trim(from.diffuse_texname));
-  to.texture_line = entry.texture_line;
+  to.texture_line = block.texture_line;
   if (!to.texture.empty()) {
     to.uv_scale = {from.diffuse_texopt.scale[0], from.diffuse_texopt.scale[1]};
     to.uv_offset = {from.diffuse_texopt.origin_offset[0], from.diffuse_texopt.origin_offset[1]};
   }
-  if (entry.kd) m.color = clamp_color(from.diffuse, 1);
-  // Without Kd, the texture alone gives the colour; also with a black Kd, which would hide it.
-  if (!to.texture.empty() && (!entry.kd || m.color == Vec3{})) m.color = {1, 1, 1};
-  if (entry.pm) m.metallic = std::clamp(from.metallic, 0.0f, 1.0f);
-  if (entry.ks)
+  if (block.kd) m.color = clamp_color(from.diffuse, 1);
+  // If Kd is missing, the texture alone gives the colour. A black Kd is ignored, too, because it
+  // would hide the texture.
+  if (!to.texture.empty() && (!block.kd || m.color == Vec3{})) m.color = {1, 1, 1};
+  if (block.pm) m.metallic = std::clamp(from.metallic, 0.0f, 1.0f);
+  if (block.ks)
     m.specular = clamp_color(from.specular, m.metallic > 0.5f ? 1.0f : kMaxDielectricSpecular);
-  if (entry.ns) m.roughness = std::sqrt(2.0f / (std::max(from.shininess, 0.0f) + 2.0f));
-  if (entry.pr) m.roughness = std::clamp(from.roughness, 0.0f, 1.0f);
+  if (block.ns) m.roughness = std::sqrt(2.0f / (std::max(from.shininess, 0.0f) + 2.0f));
+  if (block.pr) m.roughness = std::clamp(from.roughness, 0.0f, 1.0f);
   return to;
 }
 
@@ -170,7 +172,7 @@ std::vector<std::string> list_library_names(AssetFinder& finder, const fs::path&
     const auto asset = finder.find(folder, name);
     return asset && !asset->path.empty();
   };
-  if (line.size() < 4096 && exists(line)) return {line};  // PATH_MAX
+  if (line.size() < 4096 && exists(line)) return {line};  // longer paths do not exist (PATH_MAX)
   std::vector<std::string> words;
   std::string_view arguments = line;
   for (std::string_view word = take_word(arguments); !word.empty() && words.size() <= kMaxLibraries;
@@ -185,17 +187,16 @@ std::vector<std::string> list_library_names(AssetFinder& finder, const fs::path&
 
 Result<MtlSet> parse_mtl(std::string_view bytes, const std::string& file) {
   PM_TRY(const std::string_view text, check_text(bytes, file));
-  PM_TRY(Scan scan, MtlScanner(text, file).scan());
+  PM_TRY(MtlScan scan, MtlScanner(text, file).scan());
   MtlSet set;
   set.warnings = std::move(scan.warnings);
-  if (scan.entries.empty()) return set;
+  if (scan.blocks.empty()) return set;
   // Parse in batches, because tinyobjloader takes more than 2 KB per material.
   constexpr std::size_t kBatch = 1024;
-  for (std::size_t first = 0; first < scan.entries.size(); first += kBatch) {
-    const std::size_t last = std::min(first + kBatch, scan.entries.size());
-    const std::size_t begin = scan.entries[first].begin;
-    const std::size_t end =
-        last < scan.entries.size() ? scan.entries[last].begin : scan.text.size();
+  for (std::size_t first = 0; first < scan.blocks.size(); first += kBatch) {
+    const std::size_t last = std::min(first + kBatch, scan.blocks.size());
+    const std::size_t begin = scan.blocks[first].begin;
+    const std::size_t end = last < scan.blocks.size() ? scan.blocks[last].begin : scan.text.size();
     std::map<std::string, int> ignored_map;
     std::vector<tinyobj::material_t> parsed;
     std::string warning, error;
@@ -203,7 +204,7 @@ Result<MtlSet> parse_mtl(std::string_view bytes, const std::string& file) {
     tinyobj::LoadMtl(&ignored_map, &parsed, &stream, &warning, &error);
     PM_CHECK(parsed.size() == last - first);
     for (std::size_t i = first; i < last; ++i) {
-      set.materials.push_back(map_material(parsed[i - first], scan.entries[i]));
+      set.materials.push_back(map_material(parsed[i - first], scan.blocks[i]));
       set.materials.back().file = file;
     }
   }
@@ -223,33 +224,33 @@ const MtlMaterial* MtlNames::find(const std::string& name) const {
 Result<MtlSet> load_mtls(const fs::path& obj, const std::vector<NamedLine>& libraries,
                          bool strict) {
   MtlSet all;
-  std::set<fs::path> loaded;  // some exporters repeat the line for every object
+  std::set<fs::path> loaded;  // some exporters repeat the mtllib line for every object
   std::set<std::string> lines, names;
   const fs::path folder = obj.parent_path();
   AssetFinder finder(folder, obj);
   for (const NamedLine& library : libraries) {
     if (!lines.insert(library.name).second) continue;
-    const std::string where = fmt::format("{}:{}: mtllib", obj.string(), library.line);
+    const std::string location = fmt::format("{}:{}: mtllib", obj.string(), library.line);
     for (const std::string& name : list_library_names(finder, folder, library.name)) {
       if (!names.insert(name).second) continue;
       if (names.size() > kMaxLibraries)
         return make_error(ErrorCode::kInput,
                           "{} names more than {} material libraries - is this a Wavefront OBJ?",
-                          where, kMaxLibraries);
+                          location, kMaxLibraries);
       auto asset = finder.find(folder, name);
-      if (!asset) return make_error(ErrorCode::kInput, "{} {}", where, asset.error().message);
+      if (!asset) return make_error(ErrorCode::kInput, "{} {}", location, asset.error().message);
       if (asset->path.empty()) {
         if (strict)
           return make_error(ErrorCode::kInput, "{} \"{}\" is not there - put it beside the model",
-                            where, printable(name));
-        all.warnings.push_back(
-            fmt::format("{} \"{}\" is not there - a default grey is used", where, printable(name)));
+                            location, printable(name));
+        all.warnings.push_back(fmt::format("{} \"{}\" is not there - a default grey is used",
+                                           location, printable(name)));
         continue;
       }
       if (!loaded.insert(asset->path).second) continue;
-      if (!asset->note.empty()) all.warnings.push_back(fmt::format("{} {}", where, asset->note));
+      if (!asset->note.empty()) all.warnings.push_back(fmt::format("{} {}", location, asset->note));
       remember_input(asset->path);
-      PM_TRY(const std::string bytes, read_file(asset->path, kMaxBytes));
+      PM_TRY(const std::string bytes, read_file(asset->path, kMaxMtlBytes));
       PM_TRY(MtlSet file_set, parse_mtl(bytes, asset->path.string()));
       std::move(file_set.materials.begin(), file_set.materials.end(),
                 std::back_inserter(all.materials));

@@ -33,7 +33,7 @@ struct MtlSet {
   std::vector<std::string> warnings;
 };
 
-/// Finds the entry of a set that a usemtl name refers to. The set must outlive it.
+/// Finds the material of a set that a usemtl name refers to. The set must outlive the MtlNames.
 class MtlNames {
  public:
   explicit MtlNames(const MtlSet& set);

@@ -25,31 +25,34 @@ class Scanner {
     if (!errors_.empty()) return errors_.error();
     if (result_.point_count() == 0 || result_.faces.empty()) return make_no_faces_error();
     report_occurrences();
-    color_known_faces();
+    apply_point_colors();
     return std::move(result_);
   }
 
  private:
   void scan_line(std::string_view line);
-  /// Counts of numbers on a line: those stored, required and allowed.
+  /// Numbers per line: `used` are stored, at least `min` are required, at most `max` are allowed.
   struct RealCounts {
     int used, min, max;
   };
   int scan_reals(std::string_view text, std::vector<float>& values, RealCounts counts,
-                 const char* what);
+                 const char* element);
   void scan_point(std::string_view text);
-  void color_known_faces();
+  void apply_point_colors();
   void scan_face(std::string_view text);
   std::optional<ObjCorner> scan_corner(std::string_view word);
-  std::optional<std::int64_t> resolve(std::string_view digits, std::uint32_t count,
-                                      const char* what);
+  /// Parses an index of a face corner; returns it counted from 0, or -1 for the index 0. Negative
+  /// indices count back from the last of the `count` elements read so far.
+  std::optional<std::int64_t> parse_index(std::string_view digits, std::uint32_t count,
+                                          const char* element);
   void check_ranges();
   bool check_corner(const ObjCorner& corner, std::uint32_t line);
-  void report(const Occurrences& what, const char* singular, const char* plural);
+  void report(const Occurrences& events, const char* singular, const char* plural);
   void report_occurrences();
   Error make_no_faces_error() const;
   std::uint32_t label_index();
   std::int32_t material_index();
+  /// Number of vectors in a flat list of their components.
   std::uint32_t count(const std::vector<float>& values, unsigned dimension) const {
     return static_cast<std::uint32_t>(values.size() / dimension);
   }
@@ -59,15 +62,16 @@ class Scanner {
   std::string file_;
   ErrorList errors_;
   ObjScan result_;
-  std::vector<float> point_numbers_;
-  std::string object_, group_;
-  NamedLine material_;
+  std::vector<float> point_numbers_;  ///< numbers of the current v line
+  std::string object_, group_;        ///< current names
+  NamedLine material_;                ///< current usemtl
   std::map<std::string, std::uint32_t> label_indices_;
   std::map<std::string, std::int32_t> material_indices_;
-  std::optional<std::uint32_t> label_;
-  std::optional<std::int32_t> material_id_ = -1;
+  /// Indices of the current label and material; unset until the next face needs them.
+  std::optional<std::uint32_t> current_label_;
+  std::optional<std::int32_t> current_material_ = -1;
   Occurrences lines_and_points_, curves_, unknown_, few_corners_, zero_normals_, zero_uvs_,
-      odd_numbers_;
+      odd_vertex_sizes_;
   std::vector<float> colors_;  ///< 3 per point, kUnknownColor where the line has none; or empty
 };
 
@@ -85,14 +89,14 @@ void Scanner::scan_line(std::string_view line) {
     scan_face(text);
   } else if (word == "g") {
     group_ = printable(trim(text));
-    label_.reset();
+    current_label_.reset();
   } else if (word == "o") {
     object_ = printable(trim(text));
     group_.clear();
-    label_.reset();
+    current_label_.reset();
   } else if (word == "usemtl") {
     material_ = {std::string(trim(text)), lines_.number()};
-    material_id_.reset();
+    current_material_.reset();
   } else if (word == "mtllib") {
     if (!trim(text).empty())
       result_.libraries.push_back({std::string(trim(text)), lines_.number()});
@@ -117,7 +121,7 @@ void Scanner::scan_point(std::string_view text) {
   const int count = scan_reals(text, numbers, {7, 3, 8}, "vertex");
   result_.positions.insert(result_.positions.end(), numbers.begin(), numbers.begin() + 3);
   const bool is_colored = count == 6 || count == 7;
-  if (!is_colored && count > 4) odd_numbers_.note(lines_.number());
+  if (!is_colored && count > 4) odd_vertex_sizes_.note(lines_.number());
   if (!is_colored && colors_.empty()) return;
   colors_.resize(result_.positions.size(), kUnknownColor);
   if (is_colored) std::copy_n(numbers.begin() + 3, 3, colors_.end() - 3);
@@ -126,7 +130,7 @@ void Scanner::scan_point(std::string_view text) {
 /// Appends `counts.used` numbers to `values` whatever the line holds, so that later indices stay
 /// valid after a bad line. Returns how many numbers the line has.
 int Scanner::scan_reals(std::string_view text, std::vector<float>& values, RealCounts counts,
-                        const char* what) {
+                        const char* element) {
   const auto [used_count, min_count, max_count] = counts;
   const std::size_t size = values.size();
   int count_read = 0;
@@ -135,47 +139,48 @@ int Scanner::scan_reals(std::string_view text, std::vector<float>& values, RealC
        word = take_word(text)) {
     const ParsedReal real = parse_real(word);
     if (real.problem) {
-      fail(fmt::format("{} number {} \"{}\" {}", what, count_read + 1, printable(word),
+      fail(fmt::format("{} number {} \"{}\" {}", element, count_read + 1, printable(word),
                        real.problem));
-      count_read = min_count;  // one error per line is enough
+      count_read = min_count;  // suppresses the error below: one per line is enough
       break;
     }
     if (count_read < used_count) values.push_back(real.value);
     if (++count_read > max_count) {
-      fail(fmt::format("{} has more than {} numbers", what, max_count));
+      fail(fmt::format("{} has more than {} numbers", element, max_count));
       break;
     }
   }
   if (count_read < min_count)
-    fail(fmt::format("{} has {} of {} numbers - the file is damaged or cut short", what, count_read,
-                     min_count));
+    fail(fmt::format("{} has {} of {} numbers - the file is damaged or cut short", element,
+                     count_read, min_count));
   values.resize(size + static_cast<std::size_t>(used_count));
   return count_read;
 }
 
-std::optional<std::int64_t> Scanner::resolve(std::string_view digits, std::uint32_t count,
-                                             const char* what) {
+std::optional<std::int64_t> Scanner::parse_index(std::string_view digits, std::uint32_t count,
+                                                 const char* element) {
   if (digits.starts_with('+')) digits.remove_prefix(1);
   std::int64_t index = 0;
   const auto [stop, error] = std::from_chars(digits.data(), digits.data() + digits.size(), index);
   constexpr std::int64_t kMax = std::numeric_limits<std::int32_t>::max();
   if (error == std::errc::result_out_of_range || index > kMax || index < -kMax) {
-    fail(fmt::format("{} index {} is beyond the 32-bit range", what, digits));
+    fail(fmt::format("{} index {} is beyond the 32-bit range", element, digits));
     return std::nullopt;
   }
   if (error != std::errc{} || stop != digits.data() + digits.size()) {
-    fail(fmt::format("{} index \"{}\" is not a whole number", what, printable(digits)));
+    fail(fmt::format("{} index \"{}\" is not a whole number", element, printable(digits)));
     return std::nullopt;
   }
   if (index >= 0) return index - 1;
   if (-index > count) {
-    fail(fmt::format("relative {} index {} reaches before the start ({} given so far)", what, index,
-                     count));
+    fail(fmt::format("relative {} index {} reaches before the start ({} given so far)", element,
+                     index, count));
     return std::nullopt;
   }
   return count + index;
 }
 
+/// Scans "v", "v/vt", "v//vn" or "v/vt/vn".
 std::optional<ObjCorner> Scanner::scan_corner(std::string_view word) {
   std::array<std::string_view, 3> fields;
   std::size_t field_count = 0;
@@ -193,7 +198,7 @@ std::optional<ObjCorner> Scanner::scan_corner(std::string_view word) {
     }
   }
   ObjCorner corner;
-  const auto v = resolve(fields[0], result_.point_count(), "vertex");
+  const auto v = parse_index(fields[0], result_.point_count(), "vertex");
   if (!v) return std::nullopt;
   corner.v = static_cast<std::int32_t>(*v);
   if (corner.v < 0) {
@@ -201,13 +206,13 @@ std::optional<ObjCorner> Scanner::scan_corner(std::string_view word) {
     return std::nullopt;
   }
   if (field_count > 1 && !fields[1].empty()) {
-    const auto vt = resolve(fields[1], count(result_.uvs, 2), "texture coordinate");
+    const auto vt = parse_index(fields[1], count(result_.uvs, 2), "texture coordinate");
     if (!vt) return std::nullopt;
     corner.vt = static_cast<std::int32_t>(*vt);
     if (corner.vt < 0) zero_uvs_.note(lines_.number());
   }
   if (field_count > 2 && !fields[2].empty()) {
-    const auto vn = resolve(fields[2], count(result_.normals, 3), "normal");
+    const auto vn = parse_index(fields[2], count(result_.normals, 3), "normal");
     if (!vn) return std::nullopt;
     corner.vn = static_cast<std::int32_t>(*vn);
     if (corner.vn < 0) zero_normals_.note(lines_.number());
@@ -244,32 +249,32 @@ void Scanner::scan_face(std::string_view text) {
 }
 
 std::uint32_t Scanner::label_index() {
-  if (!label_) {
+  if (!current_label_) {
     const std::string& name = !group_.empty() ? group_ : object_;
     const auto [it, added] = label_indices_.try_emplace(
         name.empty() ? "default" : name, static_cast<std::uint32_t>(result_.labels.size()));
     if (added) result_.labels.push_back(it->first);
-    label_ = it->second;
+    current_label_ = it->second;
   }
-  return *label_;
+  return *current_label_;
 }
 
 std::int32_t Scanner::material_index() {
-  if (!material_id_ && material_.name.empty()) material_id_ = -1;
-  if (!material_id_) {
+  if (!current_material_ && material_.name.empty()) current_material_ = -1;
+  if (!current_material_) {
     const auto [it, added] = material_indices_.try_emplace(
         material_.name, static_cast<std::int32_t>(result_.materials.size()));
     if (added) result_.materials.push_back(material_);
-    material_id_ = it->second;
+    current_material_ = it->second;
   }
-  return *material_id_;
+  return *current_material_;
 }
 
 bool Scanner::check_corner(const ObjCorner& corner, std::uint32_t line) {
-  const auto check = [&](std::int64_t index, std::uint32_t limit, const char* what) {
+  const auto check = [&](std::int64_t index, std::uint32_t limit, const char* element) {
     if (index < static_cast<std::int64_t>(limit)) return true;
     errors_.add(line,
-                fmt::format("{} index {} is beyond the {} of the file", what, index + 1, limit));
+                fmt::format("{} index {} is beyond the {} of the file", element, index + 1, limit));
     return false;
   };
   return check(corner.v, result_.point_count(), "vertex") &&
@@ -308,10 +313,10 @@ Error Scanner::make_no_faces_error() const {
                     file_, result_.point_count(), result_.point_count() == 1 ? "ex" : "ices");
 }
 
-void Scanner::report(const Occurrences& what, const char* singular, const char* plural) {
-  if (what.count == 0) return;
-  result_.warnings.push_back(fmt::format("{}:{}: {} {}", file_, what.first_line, what.count,
-                                         what.count == 1 ? singular : plural));
+void Scanner::report(const Occurrences& events, const char* singular, const char* plural) {
+  if (events.count == 0) return;
+  result_.warnings.push_back(fmt::format("{}:{}: {} {}", file_, events.first_line, events.count,
+                                         events.count == 1 ? singular : plural));
 }
 
 void Scanner::report_occurrences() {
@@ -323,14 +328,15 @@ void Scanner::report_occurrences() {
          "texture coordinate indices are 0 - dropped");
   report(lines_and_points_, "line or point element - ignored", "line or point elements - ignored");
   report(curves_, "free-form element - ignored", "free-form elements - ignored");
-  report(odd_numbers_, "vertex with 5 or 8 numbers - what follows the position is ignored",
+  report(odd_vertex_sizes_, "vertex with 5 or 8 numbers - what follows the position is ignored",
          "vertices with 5 or 8 numbers - what follows the position is ignored");
   report(unknown_, "line starts with an unknown word - ignored",
          "lines start with an unknown word - ignored");
 }
 
-/// Ignores colours that are white everywhere: many programs write them beside a material.
-void Scanner::color_known_faces() {
+/// Colours the faces by their points. Colours that are white everywhere are ignored, because many
+/// programs write them beside a material.
+void Scanner::apply_point_colors() {
   colors_.resize(colors_.empty() ? 0 : result_.positions.size(), kUnknownColor);
   if (std::any_of(colors_.begin(), colors_.end(),
                   [](float c) { return c != kUnknownColor && c < 1; }))

@@ -12,17 +12,17 @@
 
 namespace polymorph {
 
-/// Indices of a face's corner, from 0; -1: not given.
+/// Indices of a corner's position, texture coordinates and normal, from 0; -1: not given.
 struct ObjCorner {
   std::int32_t v = -1, vt = -1, vn = -1;
 };
 
 struct ObjFace {
-  std::uint32_t corners = 0;
+  std::uint32_t corners = 0;  ///< number of corners
   std::uint32_t line = 0;
   std::uint32_t label = 0;        ///< index into ObjScan::labels
   std::int32_t material = -1;     ///< index into ObjScan::materials, -1 = none
-  std::int32_t color = kNoColor;  ///< 0xRRGGBB in sRGB: mean of its points' colours, in steps of 4
+  std::int32_t color = kNoColor;  ///< 0xRRGGBB in sRGB: mean colour of its points, in steps of 4
   static constexpr std::int32_t kNoColor = -1;
 };
 
@@ -36,7 +36,7 @@ struct NamedLine {
 struct ObjScan {
   std::vector<float> positions, uvs, normals;  ///< 3, 2 and 3 per v, vt and vn line
   std::vector<ObjFace> faces;
-  std::vector<ObjCorner> corners;  ///< those of the faces, one face after the other; all in range
+  std::vector<ObjCorner> corners;  ///< corners of all faces, face by face; their indices are valid
   /// Names of groups (or of objects, where there is no group) that have faces.
   std::vector<std::string> labels;
   std::vector<NamedLine> materials;   ///< usemtl names that have faces, as written
@@ -49,7 +49,7 @@ struct ObjScan {
 /// Maximum number of corners of a face.
 inline constexpr std::uint32_t kMaxFaceCorners = 4096;
 
-/// Component of the colour of a point without colour.
+/// Value of the colour components of a point without colour.
 inline constexpr float kUnknownColor = -1;
 
 /// Gives faces the mean colour of their points, in steps of 4/255, as other formats' readers do.

@@ -15,7 +15,7 @@ namespace {
 
 enum class Encoding : std::uint8_t { kText, kLittle, kBig };
 
-/// A number of a vertex: its size in bytes and whether it is a float.
+/// A property of the vertices: its size in bytes, and whether it is a floating-point number.
 struct Property {
   std::size_t size = 0;
   bool is_float = false;
@@ -27,9 +27,10 @@ struct VertexTable {
   long long count = 0;
   std::vector<Property> properties;
   std::array<std::size_t, 6> columns{};  ///< columns of x, y, z, vx, vy, vz
-  std::string_view body;
+  std::string_view body;                 ///< all bytes after the header
 };
 
+/// Parses the type of a property; nothing if it is unknown or a list.
 std::optional<Property> parse_property(std::string_view type) {
   if (type == "char" || type == "uchar" || type == "int8" || type == "uint8")
     return Property{1, false};
@@ -42,8 +43,8 @@ std::optional<Property> parse_property(std::string_view type) {
   return std::nullopt;
 }
 
-/// Parses the header; nothing if there are no velocities, or the vertices are not the first
-/// element.
+/// Parses the header; nothing if there are no velocities, or the vertices are not the first element
+/// or have a list.
 std::optional<VertexTable> parse_header(std::string_view bytes) {
   constexpr std::string_view kEnd = "end_header";
   constexpr std::array<std::string_view, 6> kNames{"x", "y", "z", "vx", "vy", "vz"};
@@ -148,7 +149,7 @@ std::vector<PointVelocity> read_binary(const VertexTable& table) {
 
 std::vector<PointVelocity> load_ply_velocities(const std::filesystem::path& path) {
   if (lower_case(path.extension().string()) != ".ply") return {};
-  const auto bytes = read_file(path, 2ull << 30);
+  const auto bytes = read_file(path, 2ull << 30);  // the limit of LoadObjSettings::max_bytes
   if (!bytes) return {};
   const std::optional<VertexTable> table = parse_header(*bytes);
   if (!table) return {};

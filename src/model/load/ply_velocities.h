@@ -8,13 +8,13 @@
 
 namespace polymorph {
 
-/// A vertex in the file's coordinates, and its velocity in their unit per second.
+/// A vertex in the file's coordinates, and its velocity in the same units per second.
 struct PointVelocity {
   Vec3 point, velocity;
 };
 
 /// Loads all vertices in the file's order. The list is empty if the file is no PLY, has no such
-/// properties, or is broken, which load_model() reports.
+/// properties, or is broken (load_model() reports that).
 std::vector<PointVelocity> load_ply_velocities(const std::filesystem::path& path);
 
 }  // namespace polymorph

@@ -9,13 +9,14 @@
 namespace polymorph {
 namespace {
 
-constexpr double kMaxCoordinate = 1e15;  // areas stay finite as floats, their squares as doubles
+// At this limit, areas are finite as floats, and squares of areas are finite as doubles.
+constexpr double kMaxCoordinate = 1e15;
 
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\f' || c == '\v'; }
 
 bool is_utf16(std::string_view bytes) {
   if (bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff")) return true;
-  // Without a byte order mark: ASCII text as UTF-16 has a NUL in every second byte.
+  // There is no byte order mark, but ASCII text in UTF-16 has a NUL in every second byte.
   const std::size_t n = std::min<std::size_t>(bytes.size(), 64) & ~std::size_t{1};
   std::size_t zeros[2] = {0, 0};
   for (std::size_t i = 0; i < n; ++i)
@@ -39,8 +40,8 @@ const char* guess_format(std::string_view bytes) {
   return nullptr;
 }
 
-/// Tests whether a number that is out of range for a double underflows. std::from_chars does not
-/// say, so the text decides.
+/// Tests whether a number that is out of range for a double is too small. std::from_chars reports
+/// overflow and underflow alike, so the text decides.
 bool underflows(std::string_view word) {
   const std::size_t e = word.find_first_of("eE");
   if (e != std::string_view::npos) return e + 1 < word.size() && word[e + 1] == '-';
@@ -49,6 +50,7 @@ bool underflows(std::string_view word) {
   return dot != std::string_view::npos && dot < digit;
 }
 
+/// Returns the reason why a word is no number, with what to do.
 const char* describe_problem(std::string_view word) {
   std::string lower(word);
   for (char& c : lower) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);

@@ -16,15 +16,17 @@ namespace polymorph {
 /// control bytes, UTF-16, another known format. Each says what to do.
 Result<std::string_view> check_text(std::string_view bytes, const std::string& file);
 
-/// Reads logical lines. LF, CRLF and a lone CR end a line; a backslash at its end joins it with the
-/// next one, except in a comment (`# saved in C:\dir\` must not swallow a vertex). White space at
-/// both ends is removed.
+/// Reads logical lines. LF, CRLF and a lone CR end a line; a backslash at the end of a line joins
+/// it with the next one, except in a comment (`# saved in C:\dir\` must not swallow a vertex).
+/// White space at both ends is removed.
 class LineReader {
  public:
   explicit LineReader(std::string_view text) : remaining_(text) {}
-  bool next();
-  std::string_view line() const { return line_; }   ///< valid until next()
-  std::uint32_t number() const { return number_; }  ///< number of its first physical line, from 1
+  bool next();                                     ///< reads a line; false at the end of the text
+  std::string_view line() const { return line_; }  ///< valid until next()
+  std::uint32_t number() const {
+    return number_;
+  }  ///< number of the line's first physical line, from 1
 
  private:
   std::string_view physical_line();
@@ -47,7 +49,7 @@ struct ParsedReal {
 /// range become 0; values beyond +-1e15, NaN and infinity in any spelling are problems.
 ParsedReal parse_real(std::string_view word);
 
-/// Errors of one file in line order, up to a limit.
+/// Collects the errors of one file, up to a limit; error() sorts them by line.
 class ErrorList {
  public:
   static constexpr std::size_t kLimit = 20;
@@ -66,7 +68,7 @@ class ErrorList {
   std::vector<Item> items_;
 };
 
-/// Counts a frequent event, reported once with the line of its first occurrence.
+/// Counts an event that is reported once, with the line of its first occurrence.
 struct Occurrences {
   std::uint64_t count = 0;
   std::uint32_t first_line = 0;

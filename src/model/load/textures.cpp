@@ -15,17 +15,17 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Converts grey to R = G = B. Errors (kInput): no colour channels, pixels that are not finite.
-Result<Image> make_rgb(Image image, const std::string& where) {
+Result<Image> make_rgb(Image image, const std::string& location) {
   if (!std::all_of(image.pixels.begin(), image.pixels.end(),
                    [](float v) { return std::isfinite(v); }))
     return make_error(ErrorCode::kInput, "{}: the texture has NaN or infinite pixels - repair it",
-                      where);
+                      location);
   if (image.find_channel("R") >= 0 && image.find_channel("G") >= 0 && image.find_channel("B") >= 0)
     return image;
   const int grey = image.find_channel("Y") >= 0 ? image.find_channel("Y") : image.find_channel("R");
   if (grey < 0)
     return make_error(ErrorCode::kInput,
-                      "{}: the texture has no colour channels - use an RGB image", where);
+                      "{}: the texture has no colour channels - use an RGB image", location);
   Image rgb = make_image(image.width, image.height, {"R", "G", "B"});
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x)
@@ -41,27 +41,27 @@ class TextureReader {
       : finder_(obj.parent_path(), obj), model_(model), warnings_(warnings), embedded_(embedded) {}
 
   /// Returns the index of the material's texture in the model.
-  Result<int> read(const MtlMaterial& mtl, const std::string& where) {
+  Result<int> read(const MtlMaterial& mtl, const std::string& location) {
     if (const auto embedded = embedded_.find(mtl.texture); embedded != embedded_.end()) {
       const auto known = indices_.find(embedded->first);
       if (known != indices_.end()) return known->second;
       const Result<int> index =
           add(decode_image(embedded->second, mtl.file + " (" + embedded->first + ")", kSettings),
-              where);
+              location);
       indices_.emplace(embedded->first, index);
       return index;
     }
     auto asset = finder_.find(fs::path(mtl.file).parent_path(), mtl.texture);
-    if (!asset) return make_error(ErrorCode::kInput, "{} {}", where, asset.error().message);
+    if (!asset) return make_error(ErrorCode::kInput, "{} {}", location, asset.error().message);
     if (asset->path.empty())
       return make_error(ErrorCode::kInput,
                         "{} \"{}\" is not there - put it beside the model or remove the line",
-                        where, mtl.texture);
-    if (!asset->note.empty()) warnings_.push_back(fmt::format("{} {}", where, asset->note));
+                        location, mtl.texture);
+    if (!asset->note.empty()) warnings_.push_back(fmt::format("{} {}", location, asset->note));
     const auto known = indices_.find(asset->path);
     if (known != indices_.end()) return known->second;
     remember_input(asset->path);
-    const Result<int> index = add(read_image(asset->path, kSettings), where);
+    const Result<int> index = add(read_image(asset->path, kSettings), location);
     indices_.emplace(asset->path, index);
     return index;
   }
@@ -70,9 +70,9 @@ class TextureReader {
   // The renderer ignores alpha.
   static constexpr ReadImageSettings kSettings{TransferCurve::kSrgb, AlphaMode::kStraight};
 
-  Result<int> add(Result<Image> read, const std::string& where) {
-    if (!read) return make_error(read.error().code, "{}: {}", where, read.error().message);
-    PM_TRY(Image image, make_rgb(std::move(read).value(), where));
+  Result<int> add(Result<Image> read, const std::string& location) {
+    if (!read) return make_error(read.error().code, "{}: {}", location, read.error().message);
+    PM_TRY(Image image, make_rgb(std::move(read).value(), location));
     model_.textures.push_back(std::make_shared<const Image>(std::move(image)));
     return static_cast<int>(model_.textures.size()) - 1;
   }
@@ -92,28 +92,28 @@ Status load_textures(const TextureNames& textures, bool strict, Model& model,
   TextureReader reader(obj, model, warnings, embedded);
   std::vector<std::string> problems;
   const MtlNames names(mtls);
-  std::unordered_map<std::string, std::size_t> to_index;
+  std::unordered_map<std::string, std::size_t> index_by_name;
   for (std::size_t i = 0; i < model.materials.size(); ++i)
-    to_index.try_emplace(model.materials[i].name, i);
+    index_by_name.try_emplace(model.materials[i].name, i);
   for (const NamedLine& used : scan.materials) {
     const MtlMaterial* mtl = names.find(used.name);
     if (!mtl || mtl->texture.empty()) continue;
-    const auto entry = to_index.find(mtl->material.name);
-    if (entry == to_index.end()) continue;  // its triangles were all dropped
+    const auto entry = index_by_name.find(mtl->material.name);
+    if (entry == index_by_name.end()) continue;  // all triangles of the material were dropped
     Material& material = model.materials[entry->second];
-    const std::string where = fmt::format("{}:{}: map_Kd", mtl->file, mtl->texture_line);
+    const std::string location = fmt::format("{}:{}: map_Kd", mtl->file, mtl->texture_line);
     if (model.corner_uvs.empty()) {
       warnings.push_back(
-          fmt::format("{} \"{}\" - the model has no texture coordinates, so it is not used", where,
-                      mtl->texture));
+          fmt::format("{} \"{}\" - the model has no texture coordinates, so it is not used",
+                      location, mtl->texture));
       continue;
     }
-    const auto texture = reader.read(*mtl, where);
+    const auto texture = reader.read(*mtl, location);
     if (texture) {
       material.texture = *texture;
       continue;
     }
-    // The image reader is missing, so no texture at all can be read.
+    // kResource: the image reader is missing, so no texture can be read.
     if (texture.error().code == ErrorCode::kResource) return texture.error();
     problems.push_back(texture.error().message);
     material.color = Material{}.color;  // Kd is often white or black if there is a texture

@@ -12,7 +12,7 @@
 
 namespace polymorph {
 
-/// The sources of a model's textures.
+/// Inputs of load_textures(): they name the textures of a model.
 struct TextureNames {
   const std::filesystem::path& obj;
   const ObjScan& scan;
@@ -21,10 +21,10 @@ struct TextureNames {
   const std::map<std::string, std::string>& embedded;
 };
 
-/// Reads each texture that a triangle uses, once, and sets Material::texture. One that is missing,
-/// broken, outside the model's folder or contains NaN causes a warning, and the material becomes a
-/// default grey; with `strict` all of these form one error (kInput). Each message names the MTL and
-/// its line. Other errors (kResource): no image reader.
+/// Reads each texture that a triangle uses, once, and sets Material::texture. A texture that is
+/// missing, broken, outside the model's folder or contains NaN causes a warning, and its material
+/// becomes a default grey; with `strict`, all these warnings form one error (kInput) instead. Each
+/// message names the MTL and its line. Other errors (kResource): no image reader.
 Status load_textures(const TextureNames& textures, bool strict, Model& model,
                      std::vector<std::string>& warnings);
 

@@ -19,16 +19,17 @@
 namespace polymorph {
 namespace {
 
-constexpr std::size_t kMaxExaminedShells = 64;
+constexpr std::size_t kMaxInwardShells = 64;
 
-/// Number of round balls of a wall that one ellipsoid replaces, as flat as the fit permits: 512
-/// ellipsoids show nine tenths of a cup that would take 54 000 balls.
-constexpr double kStretch = 100;
+/// Number of round balls of a wall that one ellipsoid replaces if it is as flat as the fit permits.
+/// Measured: 512 ellipsoids show nine tenths of a cup that would take 54 000 balls.
+constexpr double kBallsPerEllipsoid = 100;
 
-/// Parts without thickness are reported if their fraction of the area is within these bounds.
+/// Sheets (faces with outside on both sides) are reported if their fraction of the area is within
+/// these bounds. A model above the maximum is open as a whole, which another line reports.
 constexpr double kMinSheetFraction = 0.01, kMaxSheetFraction = 0.5;
 
-/// Rounds to two significant digits.
+/// Rounds to two significant digits, but not finer than 0.1.
 double round_to_two_digits(double value) {
   double unit = 0.1;
   for (int i = 0; i < 300 && value >= 100 * unit; ++i) unit *= 10;
@@ -37,8 +38,8 @@ double round_to_two_digits(double value) {
 
 struct Shell {
   bool open = false;
-  bool manifold = true;
-  double volume = 0;  ///< about the box's centre; meaningful when closed
+  bool manifold = true;  ///< every edge has two faces that traverse it in opposite directions
+  double volume = 0;     ///< signed; meaningful if `manifold`
   std::size_t first_triangle = 0;
 };
 
@@ -47,6 +48,7 @@ struct Topology {
   std::vector<std::uint32_t> shell_index;  ///< per triangle
 };
 
+/// Counts all edges, and in `d` the boundary, non-manifold and flipped ones.
 void count_edges(const std::vector<EdgeUse>& uses, const Model& model, Diagnosis& d,
                  std::size_t& edges) {
   for_each_edge(uses, [&](std::size_t first, std::size_t last) {
@@ -65,9 +67,9 @@ void count_edges(const std::vector<EdgeUse>& uses, const Model& model, Diagnosis
 }
 
 /// Computes the Euler characteristic with points counted once per fan of faces around them, so that
-/// shells that touch at a point do not change the genus. Also counts such points.
-long long fan_euler(const std::vector<EdgeUse>& uses, const Model& model, std::size_t edges,
-                    Diagnosis& d) {
+/// shells that touch at a point do not change the genus. Counts points with several fans in `d`.
+long long compute_fan_euler(const std::vector<EdgeUse>& uses, const Model& model, std::size_t edges,
+                            Diagnosis& d) {
   const std::vector<std::uint32_t> fans = count_fans(model.points.size(), model.triangles, uses);
   d.touching_points += static_cast<std::size_t>(
       std::count_if(fans.begin(), fans.end(), [](std::uint32_t n) { return n > 1; }));
@@ -101,6 +103,7 @@ Topology find_shells(const std::vector<EdgeUse>& uses, const Model& model) {
   return topology;
 }
 
+/// Computes Shell::volume. Points are taken relative to `center`, for precision.
 void sum_shell_volumes(const Model& model, Vec3d center, Topology& topology) {
   for (std::size_t t = 0; t < model.triangles.size(); ++t) {
     const auto& v = model.triangles[t].v;
@@ -128,9 +131,10 @@ double winding_number_of_others(const Model& model, const Topology& topology, st
   return sum / (2 * std::numbers::pi);
 }
 
+/// Counts the shells that face inward and are not inside another shell.
 std::size_t count_inverted(const Model& model, const Topology& topology) {
   std::size_t inverted = 0, examined = 0;
-  for (std::size_t s = 0; s < topology.shells.size() && examined < kMaxExaminedShells; ++s) {
+  for (std::size_t s = 0; s < topology.shells.size() && examined < kMaxInwardShells; ++s) {
     const Shell& shell = topology.shells[s];
     if (!shell.manifold || shell.volume >= 0) continue;
     ++examined;
@@ -143,7 +147,7 @@ std::size_t count_inverted(const Model& model, const Topology& topology) {
 double estimate_sheet_fraction(const Model& model) {
   constexpr std::size_t kSamples = 4000;
   const std::vector<SurfaceSample> samples = sample_surface(model, kSamples);
-  const float step = 2e-4f * model.box().diagonal();
+  const float step = 2e-4f * model.box().diagonal();  // distance of the tested points from a face
   std::vector<Vec3> positions;
   for (const SurfaceSample& s : samples) {
     positions.push_back(s.point + s.normal * step);
@@ -178,13 +182,14 @@ Diagnosis diagnose(const Model& model) {
     for (const std::uint32_t v : t.v) is_used[v] = 1;
   d.euler = static_cast<long long>(std::count(is_used.begin(), is_used.end(), 1)) -
             static_cast<long long>(edges) + static_cast<long long>(d.triangles);
-  const long long euler_by_fans = fan_euler(uses, model, edges, d);
+  const long long euler_by_fans = compute_fan_euler(uses, model, edges, d);
   Topology topology = find_shells(uses, model);
   d.shells = topology.shells.size();
   d.open_shells = static_cast<std::size_t>(std::count_if(
       topology.shells.begin(), topology.shells.end(), [](const Shell& s) { return s.open; }));
   d.closed =
       d.triangles > 0 && d.boundary_edges == 0 && d.non_manifold_edges == 0 && d.flipped_edges == 0;
+  // euler = 2 shells - 2 genus
   if (d.closed)
     d.genus = static_cast<int>((2 * static_cast<long long>(d.shells) - euler_by_fans) / 2);
   if (d.triangles > 0) {
@@ -242,8 +247,7 @@ std::vector<std::string> describe_problems(const Diagnosis& d) {
         "to show them, or {:.0f} stretched ones - raise the number of balls, or thicken it in the "
         "modeller",
         d.thickness->median, round_to_two_digits(d.thickness->balls),
-        round_to_two_digits(d.thickness->balls / kStretch)));
-  // A model that is open as a whole is reported by another line.
+        round_to_two_digits(d.thickness->balls / kBallsPerEllipsoid)));
   if (d.sheet_fraction && *d.sheet_fraction > kMinSheetFraction &&
       *d.sheet_fraction < kMaxSheetFraction)
     lines.push_back(

@@ -16,20 +16,20 @@ namespace polymorph {
 
 struct Diagnosis {
   std::size_t points = 0, triangles = 0;
-  std::size_t shells = 0;       ///< components connected by edges; a common point does not connect
-  std::size_t open_shells = 0;  ///< shells with boundary edges
-  std::size_t boundary_edges = 0;        ///< edges with one face
+  std::size_t shells = 0;          ///< components of faces connected by edges (not just by points)
+  std::size_t open_shells = 0;     ///< shells with boundary edges
+  std::size_t boundary_edges = 0;  ///< edges with one face
   std::size_t non_manifold_edges = 0;    ///< edges with three or more faces
   std::size_t flipped_edges = 0;         ///< edges that two faces traverse in the same direction
   std::size_t degenerate_triangles = 0;  ///< triangles without area
   std::size_t long_triangles = 0;        ///< triangles longer than a 64th of the box's diagonal
-  /// Points shared by faces that are not connected by edges there.
+  /// Points at which several fans of faces meet without a common edge.
   std::size_t touching_points = 0;
   /// Closed shells that face inward without being a cavity of another shell. At most 64
   /// inward-facing shells are examined.
   std::size_t inverted_shells = 0;
   long long euler = 0;  ///< V - E + F over used points
-  int genus = -1;       ///< sum over shells, touching points separated; -1 if not closed
+  int genus = -1;       ///< sum over shells, split at touching points; -1 if not closed
   bool closed = false;  ///< true if every edge has exactly two faces, oppositely oriented
   double volume = 0, area = 0;
   Box box;
@@ -57,8 +57,8 @@ Diagnosis transfer_diagnosis(Diagnosis diagnosis, const Model& similar);
 std::vector<std::string> describe_problems(const Diagnosis& diagnosis);
 /// Describes, in one line each, what is unusual about a model but has no effect.
 std::vector<std::string> describe_oddities(const Diagnosis& diagnosis);
-/// Describes self-intersections in one line, or returns "". They are a problem for the parity rule,
-/// none for the winding number.
+/// Describes self-intersections in one line, or returns "". They change the result of the parity
+/// rule, but not of the winding number (mesh/inside.h).
 std::string describe_crossings(const Diagnosis& diagnosis);
 
 }  // namespace polymorph

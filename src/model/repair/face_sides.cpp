@@ -18,9 +18,10 @@ FaceSide classify_face(const Model& model, const Triangle& triangle, const Insid
              c = model.points[triangle.v[2]];
   const Vec3 normal = normalized(cross(b - a, c - a));
   int boundary = 0, sheet = 0, hidden = 0;
-  constexpr std::array<Vec3, 4> kWeights{
+  // The centroid, and three points near the corners.
+  constexpr std::array<Vec3, 4> kBarycentric{
       {{1.f / 3, 1.f / 3, 1.f / 3}, {.8f, .1f, .1f}, {.1f, .8f, .1f}, {.1f, .1f, .8f}}};
-  for (const Vec3 w : kWeights) {
+  for (const Vec3 w : kBarycentric) {
     const Vec3 p = a * w.x + b * w.y + c * w.z;
     const double front = inside.winding_number(p + normal * step),
                  back = inside.winding_number(p - normal * step);
@@ -51,7 +52,7 @@ std::vector<FaceSide> classify_each(const Model& model, const InsideTest& inside
 std::vector<FaceSide> classify_faces(const Model& model, const InsideTest& inside, float step) {
   const std::optional<ClusteredModel> clustered = cluster_long_triangles(model);
   if (!clustered) return classify_each(model, inside, step);
-  // Each winding number visits nearly all long triangles, so winding numbers are evaluated only for
+  // Each evaluation of the winding number visits nearly all long triangles, so it is made only for
   // the triangles of the simpler model.
   const std::vector<FaceSide> clustered_sides = classify_each(clustered->model, inside, step);
   const ClosestPointQuery closest(clustered->model);

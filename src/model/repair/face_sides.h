@@ -1,4 +1,5 @@
-// Boundary faces: those of a model that bound its solid, and those that the solid hides.
+// Face classification: separates the faces that bound a model's solid from loose sheets and from
+// faces hidden inside the solid.
 #pragma once
 
 #include <cstdint>
@@ -12,19 +13,19 @@ namespace polymorph {
 /// Classes of faces by whether their two sides are inside the solid.
 enum class FaceSide : std::uint8_t {
   kBoundary,  ///< inside on exactly one side
-  kMixed,     ///< varies over the face
+  kMixed,     ///< different classes at the tested points of the face
   kSheet,     ///< outside on both sides, or undecided
-  kHidden,    ///< inside on both sides, as a head in a helmet
+  kHidden,    ///< inside on both sides, e.g. a head under a helmet
 };
 
-/// Points with at least this winding number are certainly inside; behind a loose sheet it is only
-/// 1/2.
+/// Points with at least this winding number are certainly inside. Behind a loose sheet, the winding
+/// number is only 1/2.
 inline constexpr double kDecidedWinding = 0.75;
 
 /// Classifies each triangle by the winding numbers at the distance `step` on both sides of its
-/// centroid and of three points near its corners. Where thousands of triangles are long, those of a
-/// simpler model (cluster_long_triangles()) are classified instead, and each triangle takes the
-/// class of the one closest to its centroid.
+/// centroid and of three points near its corners. If thousands of triangles are long, the triangles
+/// of a simpler model (cluster_long_triangles()) are classified instead. Each original triangle
+/// then takes the class of the simpler model's triangle closest to its centroid.
 std::vector<FaceSide> classify_faces(const Model& model, const InsideTest& inside, float step);
 
 /// Lists the triangles that are not hidden, ascending; all of them if every one is hidden.

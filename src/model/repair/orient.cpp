@@ -17,25 +17,30 @@
 namespace polymorph {
 namespace {
 
-constexpr std::size_t kSamplesPerComponent = 8;
-constexpr std::size_t kMaxCandidates = 64;
-/// Bounds of the mean winding number of a component's faces at their own centroids: 1/2 on a closed
-/// outward surface, -1/2 on an inward one and 0 on a sheet.
+constexpr std::size_t kSamplesPerComponent = 8;  ///< faces at which winding numbers are evaluated
+constexpr std::size_t kMaxCandidates = 64;  ///< components that are examined for being inside out
+/// Bounds of the mean winding number at a component's own faces: a consistent component below
+/// kInsideOut may be inside out, and one whose faces were just made consistent is flipped below
+/// kMostlyInward. The mean is 1/2 on a closed outward surface, -1/2 on an inward one and 0 on a
+/// sheet.
 constexpr double kInsideOut = -0.25, kMostlyInward = -0.05;
 
+/// Faces that are connected by edges with exactly two faces. Edges are counted from each of their
+/// two faces, i.e. twice.
 struct Component {
-  std::size_t begin = 0, end = 0;  ///< range of Components::order
-  bool closed = true;
-  std::size_t inconsistent_edges = 0;  ///< edges whose two faces are inconsistent
+  std::size_t begin = 0, end = 0;      ///< range of Components::order
+  bool closed = true;                  ///< all edges have exactly two faces
+  std::size_t inconsistent_edges = 0;  ///< edges that two faces traverse in the same direction
   /// Edges that stay inconsistent whichever faces are flipped.
   std::size_t nonorientable_edges = 0;
+  /// Areas of the faces marked in Components::flip, and of all faces.
   double flipped_area = 0, area = 0;
 };
 
 struct Components {
   std::vector<Component> all;
   std::vector<std::uint32_t> order;  ///< triangles, component by component
-  std::vector<std::uint8_t> flip;    ///< per triangle
+  std::vector<std::uint8_t> flip;    ///< 1 per triangle that is to be flipped
 };
 
 Vec3d corner(const Model& model, std::uint32_t triangle, int k) {
@@ -47,22 +52,25 @@ Vec3d area_vector(const Model& model, std::uint32_t t) {
   return cross(corner(model, t, 1) - a, corner(model, t, 2) - a) * 0.5;
 }
 
-/// Top bit of a side: its triangle and the one across it are inconsistent.
-constexpr std::uint32_t kFlipped = 0x80000000u;
-/// Finds, for each side, the side of the other triangle; kNoIndex unless the edge has two.
+/// Bit of a result of find_sides_across(): the two triangles at the edge are inconsistent.
+constexpr std::uint32_t kInconsistent = 0x80000000u;
+/// Finds, for each side k of each triangle t (index 3 t + k), the same edge's side of the other
+/// triangle; kNoIndex unless the edge has exactly two triangles.
 std::vector<std::uint32_t> find_sides_across(const Model& model) {
   std::vector<std::uint32_t> across(3 * model.triangles.size(), kNoIndex);
   const std::vector<EdgeUse> uses = sorted_edge_uses(model.triangles);
   for_each_edge(uses, [&](std::size_t first, std::size_t last) {
     if (last - first != 2) return;
     const EdgeUse &a = uses[first], &b = uses[first + 1];
-    const std::uint32_t flipped = a.forward == b.forward ? kFlipped : 0;
-    across[a.corner] = b.corner | flipped;
-    across[b.corner] = a.corner | flipped;
+    const std::uint32_t inconsistent_bit = a.forward == b.forward ? kInconsistent : 0;
+    across[a.corner] = b.corner | inconsistent_bit;
+    across[b.corner] = a.corner | inconsistent_bit;
   });
   return across;
 }
 
+/// Finds the components, and marks the faces whose flips make each component consistent with its
+/// first face. Breadth first, from the face of lowest index of each component.
 Components find_components(const Model& model) {
   const std::vector<std::uint32_t> across = find_sides_across(model);
   const std::size_t n = model.triangles.size();
@@ -87,10 +95,10 @@ Components find_components(const Model& model) {
           component.closed = false;
           continue;
         }
-        const std::uint32_t next = (side & ~kFlipped) / 3;
-        const bool is_flipped = (side & kFlipped) != 0;
-        component.inconsistent_edges += is_flipped;
-        const auto flip = static_cast<std::uint8_t>(result.flip[t] != is_flipped);
+        const std::uint32_t next = (side & ~kInconsistent) / 3;
+        const bool is_inconsistent = (side & kInconsistent) != 0;
+        component.inconsistent_edges += is_inconsistent;
+        const auto flip = static_cast<std::uint8_t>(result.flip[t] != is_inconsistent);
         if (!is_visited[next]) {
           is_visited[next] = 1;
           result.flip[next] = flip;
@@ -120,8 +128,8 @@ std::vector<std::uint32_t> sample_faces(const Model& model, const Component& com
   return samples;
 }
 
-/// Computes the mean winding number of the component's own faces at some of their centroids, each
-/// face excluding itself.
+/// Computes the mean winding number of the component's own faces at the centroids of some of them.
+/// A face does not count at its own centroid.
 double own_winding_number(const Model& model, const Components& components,
                           const Component& component) {
   const std::span faces(components.order.data() + component.begin, component.end - component.begin);
@@ -140,12 +148,12 @@ double own_winding_number(const Model& model, const Components& components,
           if (t == self) continue;
           const HalfAngle angle = half_solid_angle(
               corner(model, t, 0) - eye, corner(model, t, 1) - eye, corner(model, t, 2) - eye);
-          const double half = exact::atan2(angle.num, angle.den);
-          sum += components.flip[t] ? -half : half;
+          const double half_angle = exact::atan2(angle.num, angle.den);
+          sum += components.flip[t] ? -half_angle : half_angle;
         }
         sums[i] = sum / (2 * std::numbers::pi);
       },
-      1 + 20000 / static_cast<std::int64_t>(faces.size()));
+      1 + 20000 / static_cast<std::int64_t>(faces.size()));  // some 20 000 angles per task
   double sum = 0;
   for (const double s : sums) sum += s;
   return sum / static_cast<double>(sums.size());
@@ -170,6 +178,7 @@ void flip_component(Components& components, const Component& component) {
 
 /// Decides which faces of an inconsistent component are flipped.
 void choose_orientation(const Model& model, Components& components, Component& component) {
+  // The marked flips would not reduce the number of inconsistent edges.
   if (component.nonorientable_edges >= component.inconsistent_edges) {
     for (std::size_t i = component.begin; i < component.end; ++i)
       components.flip[components.order[i]] = 0;
@@ -182,15 +191,16 @@ void choose_orientation(const Model& model, Components& components, Component& c
     flip_component(components, component);
 }
 
+/// Flips the marked faces, and negates their corner normals if those fit the old orientation.
 void flip_faces(Model& model, const Components& components) {
   const std::vector<Vec3> normals = face_normals(model);
   for (const Component& component : components.all) {
-    double agreement = 0;
-    bool any = false;
+    double agreement = 0;  // of the corner normals with the normals of the old orientation
+    bool has_flips = false;
     for (std::size_t i = component.begin; i < component.end; ++i) {
       const std::uint32_t t = components.order[i];
       if (!components.flip[t]) continue;
-      any = true;
+      has_flips = true;
       std::swap(model.triangles[t].v[1], model.triangles[t].v[2]);
       const std::size_t c = 3 * std::size_t{t};
       if (!model.corner_uvs.empty()) std::swap(model.corner_uvs[c + 1], model.corner_uvs[c + 2]);
@@ -199,8 +209,8 @@ void flip_faces(Model& model, const Components& components) {
       for (std::size_t k = 0; k < 3; ++k)
         agreement += static_cast<double>(dot(model.corner_normals[c + k], normals[t]));
     }
-    // Some exporters flip the faces but leave the normals correct.
-    if (!any || agreement <= 0) continue;
+    // Some exporters flip the faces but leave the normals correct; those stay.
+    if (!has_flips || agreement <= 0) continue;
     for (std::size_t i = component.begin; i < component.end; ++i) {
       const std::size_t c = 3 * std::size_t{components.order[i]};
       if (!components.flip[components.order[i]]) continue;
@@ -210,7 +220,8 @@ void flip_faces(Model& model, const Components& components) {
   }
 }
 
-/// Mean winding number of the whole model just in front of and behind some of the faces.
+/// Computes the mean winding number of the whole model just in front of and behind some of the
+/// component's faces. An inside-out component has -1/2, a cavity of another component 1/2.
 double winding_around(const Model& model, const InsideTest& inside, const Component& component,
                       std::span<const std::uint32_t> faces) {
   const double step = 1e-4 * static_cast<double>(model.box().diagonal());
@@ -227,8 +238,8 @@ double winding_around(const Model& model, const InsideTest& inside, const Compon
 }
 
 /// Marks components that are consistently oriented, face inward and are no cavities.
-void find_inside_out(const Model& model, Components& components) {
-  constexpr std::size_t kMinFaces = 4;
+void mark_inside_out(const Model& model, Components& components) {
+  constexpr std::size_t kMinFaces = 4;  // of a closed surface
   std::vector<const Component*> candidates;
   for (const Component& component : components.all) {
     if (component.end - component.begin < kMinFaces || candidates.size() >= kMaxCandidates)
@@ -263,15 +274,16 @@ Orientation orient_faces(Model& model) {
     if (component.inconsistent_edges > 0) choose_orientation(model, components, component);
     solid = solid && component.closed && component.inconsistent_edges == 0;
   }
-  // A closed model that is inside out as a whole keeps its cavities.
+  // A closed model of negative volume is inside out as a whole: flipping all faces keeps its
+  // cavities.
   if (solid && volume_of(model) < 0) std::fill(components.flip.begin(), components.flip.end(), 1);
   flip_marked_faces(model, components);
   if (!solid || components.all.size() > 1) {
     std::fill(components.flip.begin(), components.flip.end(), 0);
-    // Only these edges are still inconsistent.
+    // After the flips, only the nonorientable edges are still inconsistent.
     for (Component& component : components.all)
       component.inconsistent_edges = component.nonorientable_edges;
-    find_inside_out(model, components);
+    mark_inside_out(model, components);
     flip_marked_faces(model, components);
   }
   Orientation result{0, model.triangles.size()};

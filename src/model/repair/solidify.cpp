@@ -15,9 +15,10 @@ namespace {
 constexpr int kMinResolution = 16, kMaxResolution = 512;
 /// Cells along the longest side in find_gap(), whose candidates differ by a factor of 1.4.
 constexpr int kSearchResolution = 48;
-/// Fraction of the longest side: a bowl may be open along all of it.
+/// Largest gap, as a fraction of the longest side. The opening of a bowl may be as wide as that
+/// side.
 constexpr float kMaxGap = 1.05f;
-constexpr float kMaxProjection = 2;  // cells: vertices nearer to the model are projected onto it
+constexpr float kMaxProjection = 2;  // cells; vertices nearer to the model are projected onto it
 constexpr int kSmoothingRounds = 12;
 
 float longest_side(const Box& box) {
@@ -25,7 +26,7 @@ float longest_side(const Box& box) {
   return std::max({size.x, size.y, size.z});
 }
 
-/// Finds the smallest gap such that no larger one would double the volume.
+/// Finds the smallest gap such that no larger one more than doubles the enclosed volume.
 float find_gap(const Box& box, const ClosestPointQuery& surface) {
   const float longest = longest_side(box), cell = longest / kSearchResolution;
   std::vector<float> gaps;
@@ -37,7 +38,8 @@ float find_gap(const Box& box, const ClosestPointQuery& surface) {
   std::vector<double> volumes;
   for (const float gap : gaps) {
     const Voxels voxels = find_unreachable(grid, wall_distances, gap / 2);
-    // find_unreachable() erodes by a cell, so thin walls alone count as nearly nothing.
+    // find_unreachable() erodes by a cell, so thin walls that enclose nothing have hardly any
+    // volume.
     const double volume =
         static_cast<double>(std::count(voxels.solid.begin(), voxels.solid.end(), 1));
     volumes.push_back(volume);
@@ -45,7 +47,7 @@ float find_gap(const Box& box, const ClosestPointQuery& surface) {
   std::size_t best = 0;
   for (std::size_t k = 0; k < gaps.size(); ++k)
     if (volumes[k] > 2 * volumes[best]) best = k;
-  // Take the smallest gap that encloses about the same volume.
+  // A smaller gap that encloses about the same volume is better.
   while (best > 0 && volumes[best] <= 1.05 * volumes[best - 1]) --best;
   // Walls are thicker on the coarse grid, so a fine grid needs a slightly larger gap.
   return gaps[best] + 2 * cell;
@@ -59,9 +61,9 @@ Vec3 mean_neighbor(const VoxelSurface& surface, const std::vector<std::uint32_t>
   return sum / static_cast<float>(neighbors.size());
 }
 
-/// Relaxes `free_vertices`, which are not on the model, to a minimal surface: without this,
-/// caps over openings would bulge inward as the rolling ball does. Successive over-relaxation, in
-/// order of index.
+/// Relaxes `free_vertices`, which are not on the model, to a minimal surface by successive
+/// over-relaxation in order of index. Otherwise caps over openings would bulge inward like the ball
+/// that is rolled over them.
 void relax_to_minimal_surface(VoxelSurface& surface, const Neighbors& neighbors,
                               const std::vector<std::uint32_t>& free_vertices) {
   constexpr int kRounds = 400;
@@ -69,7 +71,7 @@ void relax_to_minimal_surface(VoxelSurface& surface, const Neighbors& neighbors,
   for (int round = 0; round < kRounds; ++round)
     for (const std::uint32_t i : free_vertices)
       surface.points[i] = lerp(surface.points[i], mean_neighbor(surface, neighbors[i]),
-                               // The last rounds do not over-relax, which would leave ripples.
+                               // Over-relaxation in the last rounds would leave ripples.
                                round + 20 < kRounds ? kOverRelaxation : 1.0f);
 }
 
@@ -85,15 +87,16 @@ void fit_to_model(VoxelSurface& surface, float cell, const ClosestPointQuery& mo
   relax_to_minimal_surface(surface, neighbors, free_vertices);
   std::vector<Vec3> next(surface.points.size());
   for (int round = 0; round <= kSmoothingRounds; ++round) {
-    const bool last = round == kSmoothingRounds;
+    const bool is_last = round == kSmoothingRounds;
     parallel_for(
         static_cast<std::int64_t>(surface.points.size()),
         [&](std::int64_t i) {
           const auto k = static_cast<std::size_t>(i);
-          // Half way to the mean makes the triangles even; then project onto the model.
+          // Moving half way to the neighbours' mean evens out the triangles. Then the vertex is
+          // projected onto the model. The last round only projects.
           const Vec3 target =
-              last ? surface.points[k]
-                   : lerp(surface.points[k], mean_neighbor(surface, neighbors[k]), 0.5f);
+              is_last ? surface.points[k]
+                      : lerp(surface.points[k], mean_neighbor(surface, neighbors[k]), 0.5f);
           const ClosestPoint hit = model.closest(target, kMaxProjection * cell);
           next[k] = hit.triangle == ClosestPoint::kNoTriangle ? target : hit.point;
         },

@@ -25,7 +25,8 @@ std::vector<Loop> find_boundary_loops(const Model& model) {
     const EdgeUse& use = uses[first];
     edges.emplace_back(use.forward ? use.low : use.high, use.forward ? use.high : use.low);
   });
-  // Several boundary edges begin at a point where loops touch; loops through it are dropped.
+  // Where loops touch at a point, several boundary edges begin there. Loops through such a point
+  // are dropped.
   std::unordered_map<std::uint32_t, std::uint32_t> next;
   std::unordered_map<std::uint32_t, int> counts;
   for (const auto& [from, to] : edges) next[from] = to, ++counts[from];
@@ -43,13 +44,15 @@ std::vector<Loop> find_boundary_loops(const Model& model) {
   return loops;
 }
 
+/// Mean of the loop's points.
 Vec3 find_center(const Model& model, const Loop& loop) {
   Vec3d sum;
   for (const std::uint32_t i : loop) sum = sum + Vec3d(model.points[i]);
   return to_float(sum * (1.0 / static_cast<double>(loop.size())));
 }
 
-/// Computes the length of the fan's area vector, so that folds cancel.
+/// Computes the area that a fan around `center` spans, as the length of its area vector, so that
+/// folds cancel.
 double spanned_area(const Model& model, const Loop& loop, Vec3 center) {
   Vec3d sum;
   for (std::size_t i = 0; i < loop.size(); ++i)
@@ -70,10 +73,11 @@ double compute_compactness(const Mesh& faces) {
   const double volume = std::max(volume_of(faces), 0.0);
   return cube_root(volume * volume) / area_of(faces);
 }
-constexpr double kMinCompactness = 0.1;
+constexpr double kMinCompactness = 0.1;  ///< minimum of a filled vessel; a plate is below it
 
 Mesh copy_faces(const Model& model) { return {model.points, {}, model.triangles}; }
 
+/// Fills a vessel whose walls are single faces, as fill_vessel() describes.
 std::optional<FilledVessel> fill_openings(const Model& model, const InsideTest& inside) {
   constexpr double kMinSpan = 0.05, kMinWinding = 0.2, kMaxWinding = 0.8;
   const double area = area_of(copy_faces(model));
@@ -94,8 +98,8 @@ std::optional<FilledVessel> fill_openings(const Model& model, const InsideTest& 
 }  // namespace
 
 std::optional<FilledVessel> fill_vessel(const Model& model, const InsideTest& inside) {
-  // A sheet of area A (both sides) and thickness h has the volume A h / 2. At this bound, A / h^2
-  // is above 2500: the number of balls of diameter h that it takes.
+  // A sheet of area A (both sides) and thickness h has the volume A h / 2. If its compactness is
+  // below this bound, it takes A / h^2 > 2500 balls of diameter h.
   constexpr double kMaxWallCompactness = 0.045, kMinGain = 2;
   const Mesh faces = copy_faces(model);
   const double volume = volume_of(faces);

@@ -18,6 +18,7 @@ class LineTransform {
  public:
   explicit LineTransform(std::size_t n) : values_(n), vertices_(n), starts_(n + 1) {}
   void apply(float* line, std::size_t n, std::size_t stride) {
+    // First builds the envelope from left to right, then evaluates it.
     std::size_t count = 0;
     for (std::size_t i = 0; i < n; ++i) {
       const double f = static_cast<double>(line[i * stride]);
@@ -43,13 +44,14 @@ class LineTransform {
   }
 
  private:
+  /// Position at which the parabolas of a and b intersect.
   double intersection(std::size_t a, std::size_t b) const {
     const double x = static_cast<double>(a), y = static_cast<double>(b);
     return ((values_[b] + y * y) - (values_[a] + x * x)) / (2 * (y - x));
   }
-  std::vector<double> values_;
-  std::vector<std::size_t> vertices_;
-  std::vector<double> starts_;
+  std::vector<double> values_;         ///< f
+  std::vector<std::size_t> vertices_;  ///< j of the parabolas of the envelope
+  std::vector<double> starts_;         ///< position from which on each of them is the lowest
 };
 
 void transform_axis(const Grid& grid, int axis, std::vector<float>& distance2) {
@@ -84,9 +86,10 @@ void for_each_neighbor(const Grid& grid, std::size_t i, const F& f) {
 /// Tests whether the corners in `set` (bit x + 2 y + 4 z) are connected along the cube's edges.
 bool is_connected(unsigned set) {
   if (set == 0) return true;
-  unsigned reached = set & (0u - set);
-  for (unsigned before = 0; reached != before;) {
-    before = reached;
+  unsigned reached = set & (0u - set);  // the lowest corner
+  for (unsigned previous = 0; reached != previous;) {
+    previous = reached;
+    // Neighbours along x, y and z; 0x55, 0x33 and 0x0f are the corners with x, y or z = 0.
     reached |= ((reached & 0x55u) << 1) | ((reached & 0xaau) >> 1) | ((reached & 0x33u) << 2) |
                ((reached & 0xccu) >> 2) | ((reached & 0x0fu) << 4) | ((reached & 0xf0u) >> 4);
     reached &= set;
@@ -147,8 +150,8 @@ std::vector<float> compute_distances(const Grid& grid, const std::vector<std::ui
 }
 
 Grid make_grid_around(const Box& box, float cell, float radius) {
-  // Points next to the border are further from the model than the radius plus the 0.87 cells of a
-  // wall.
+  // The border must be free: its points must be further from the model than the radius plus the
+  // 0.87 cells of a wall.
   const float margin = radius + 4 * cell;
   const auto count = [&](float size) {
     return static_cast<int>(std::ceil((size + 2 * margin) / cell)) + 1;
@@ -164,12 +167,14 @@ std::vector<std::uint8_t> mark_wall_points(const Grid& grid, const ClosestPointQ
   const auto blocks = [](int n) { return (n + kBlock - 1) / kBlock; };
   const int bx = blocks(grid.points.x), by = blocks(grid.points.y), bz = blocks(grid.points.z);
   const float max_distance = 0.87f * grid.cell;
+  // Half the diagonal of a block is 0.87 of its edge.
   const float max_block_distance = max_distance + 0.87f * grid.cell * kBlock;
   parallel_for(static_cast<std::int64_t>(bx) * by * bz, [&](std::int64_t b) {
     const Int3 low{static_cast<int>(b % bx) * kBlock, static_cast<int>(b / bx % by) * kBlock,
                    static_cast<int>(b / bx / by) * kBlock};
     const Vec3 middle =
         grid_point(grid, {low.x + kBlock / 2, low.y + kBlock / 2, low.z + kBlock / 2});
+    // No point of this block can be a wall point.
     if (surface.closest(middle, max_block_distance).triangle == ClosestPoint::kNoTriangle) return;
     for (int z = low.z; z < std::min(low.z + kBlock, grid.points.z); ++z)
       for (int y = low.y; y < std::min(low.y + kBlock, grid.points.y); ++y)
@@ -184,7 +189,7 @@ std::vector<std::uint8_t> mark_wall_points(const Grid& grid, const ClosestPointQ
 
 Voxels find_unreachable(const Grid& grid, const std::vector<float>& wall_distances, float radius) {
   Voxels voxels{grid, {}, {}};
-  const float cells = radius / grid.cell;
+  const float radius_cells = radius / grid.cell;
   std::vector<std::uint8_t> is_reached(wall_distances.size(), 0);
   // The border is free (make_grid_around), so all of it can be reached from its first point.
   std::vector<std::size_t> stack{0};
@@ -193,15 +198,17 @@ Voxels find_unreachable(const Grid& grid, const std::vector<float>& wall_distanc
     const std::size_t current = stack.back();
     stack.pop_back();
     for_each_neighbor(grid, current, [&](std::size_t n) {
-      if (is_reached[n] || wall_distances[n] <= cells) return;
+      if (is_reached[n] || wall_distances[n] <= radius_cells) return;
       is_reached[n] = 1;
       stack.push_back(n);
     });
   }
+  // The ball around a reached point covers all points within the radius. The extra cell erodes the
+  // solid.
   voxels.level = compute_distances(grid, is_reached);
   voxels.solid.resize(voxels.level.size());
   for (std::size_t i = 0; i < voxels.level.size(); ++i) {
-    voxels.level[i] -= cells + 1;
+    voxels.level[i] -= radius_cells + 1;
     voxels.solid[i] = voxels.level[i] > 0 ? 1 : 0;
   }
   return voxels;
@@ -240,7 +247,7 @@ VoxelSurface make_surface_nets(const Voxels& voxels) {
   const Cells cells{voxels};
   const Int3 n = voxels.grid.points;
   VoxelSurface surface;
-  std::vector<std::uint32_t> vertex(voxels.count(), kNoIndex);
+  std::vector<std::uint32_t> vertex(voxels.count(), kNoIndex);  // per cell, by its lowest corner
   const auto level = [&](std::size_t i) {  // clamped, so that its sign agrees with `solid`
     return voxels.solid[i] ? std::max(voxels.level[i], 0.01f) : std::min(voxels.level[i], -0.01f);
   };
@@ -270,6 +277,7 @@ VoxelSurface make_surface_nets(const Voxels& voxels) {
         surface.points.push_back(grid_point(voxels.grid, {x, y, z}) +
                                  (sum / count) * voxels.grid.cell);
       }
+  // A quad joins the vertices of the four cells around an edge.
   const std::array<std::size_t, 3> stride{1, cells.nx, cells.nx * cells.ny};
   for (int z = 1; z + 1 < n.z; ++z)
     for (int y = 1; y + 1 < n.y; ++y)
@@ -278,7 +286,7 @@ VoxelSurface make_surface_nets(const Voxels& voxels) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
           if (voxels.solid[i] == voxels.solid[i + stride[axis]]) continue;
           const std::size_t u = stride[(axis + 1) % 3], v = stride[(axis + 2) % 3];
-          // Counter-clockwise around the axis.
+          // The quad is counter-clockwise around the axis if its lower end is solid.
           std::array<std::uint32_t, 4> q{vertex[i - u - v], vertex[i - v], vertex[i],
                                          vertex[i - u]};
           if (!voxels.solid[i]) std::swap(q[1], q[3]);

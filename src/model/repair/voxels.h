@@ -1,5 +1,5 @@
-// Voxelization, exact distance transform and surface nets: the voxels that a ball cannot reach from
-// outside, and a surface around them.
+// Voxelization, exact distance transform and surface nets: finds the voxels that a ball cannot
+// reach from outside, and makes a surface around them.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,8 @@
 
 namespace polymorph {
 
-/// Grid points marked as solid or empty; `level` is 0 at the boundary of the original solid and
-/// increases inward, in cells.
+/// Grid points marked as solid or empty. `level` is in cells, increases inward and is 0 at the
+/// boundary of the solid before make_manifold().
 struct Voxels {
   Grid grid;
   std::vector<float> level;
@@ -38,8 +38,8 @@ std::vector<std::uint8_t> mark_wall_points(const Grid& grid, const ClosestPointQ
 Voxels find_unreachable(const Grid& grid, const std::vector<float>& wall_distances, float radius);
 
 /// Removes components smaller than a thousandth of the largest; then fills voxels until in each
-/// cell of eight the solid and the empty corners are both connected, which makes the surface around
-/// them manifold.
+/// cell (of eight grid points) the solid corners are connected, and the empty ones, too. This makes
+/// the surface around them manifold.
 void make_manifold(Voxels& voxels);
 
 struct VoxelSurface {
@@ -47,8 +47,9 @@ struct VoxelSurface {
   std::vector<Triangle> triangles;
 };
 
-/// Makes surface nets (Gibson 1998): a vertex per mixed cell and a quad, split in two, per mixed
-/// edge. Closed and outward if the border is empty; manifold after make_manifold().
+/// Makes surface nets (Gibson 1998): a vertex for each cell, and a quad of two triangles for each
+/// edge, that has both solid and empty grid points. The surface is closed and faces outward if the
+/// border of the grid is empty; it is manifold after make_manifold().
 VoxelSurface make_surface_nets(const Voxels& voxels);
 
 }  // namespace polymorph
