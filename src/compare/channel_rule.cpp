@@ -12,13 +12,14 @@ namespace {
 
 bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 
+/// Tests for id channels of Cryptomatte ranks, such as "crypto_object00.R".
 bool is_cryptomatte_id(std::string name) {
   name = lower_case(std::move(name));
   const auto dot = name.rfind('.');
   if (dot == std::string::npos || dot < 2) return false;
   const std::string channel = name.substr(dot + 1);
-  const bool ranked = is_digit(name[dot - 1]) && is_digit(name[dot - 2]);
-  return ranked && name.find("crypto") < dot &&
+  const bool has_rank = is_digit(name[dot - 1]) && is_digit(name[dot - 2]);
+  return has_rank && name.find("crypto") < dot &&
          (channel == "r" || channel == "b" || channel == "red" || channel == "blue");
 }
 
@@ -58,7 +59,7 @@ ChannelRule channel_rule(const std::string& name) {
   if (name == "Z") return ChannelRule::kDepth;
   if (name.starts_with("N.")) return ChannelRule::kNormal;
   if (is_cryptomatte_id(name)) return ChannelRule::kId;
-  // The other channels of a Cryptomatte are coverages and a preview.
+  // Other channels whose names begin with "crypto" are coverages or a preview.
   if (split_words(name).front() != "crypto" && contains_id_word(name)) return ChannelRule::kId;
   return ChannelRule::kOther;
 }

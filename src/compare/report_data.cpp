@@ -9,11 +9,11 @@
 namespace polymorph {
 namespace {
 
-/// A limit of at least this value means that there is no limit.
-constexpr float kOff = 1e29f;
+/// Limits of at least this value limit nothing.
+constexpr float kNoLimit = 1e29f;
 
 std::optional<double> limit_or_none(float limit) {
-  return limit < kOff ? std::optional<double>(static_cast<double>(limit)) : std::nullopt;
+  return limit < kNoLimit ? std::optional<double>(static_cast<double>(limit)) : std::nullopt;
 }
 
 JsonValue to_json(double value) { return std::isfinite(value) ? JsonValue(value) : JsonValue(); }
@@ -87,7 +87,7 @@ std::vector<CaseMetric> case_metrics(const ReportCase& result) {
   };
   add("fail_percent", "pixels over their limits, %",
       100 * static_cast<double>(c.failing_pixels) / all, static_cast<double>(limits.fail_percent));
-  if (limits.hard_fail < kOff)
+  if (limits.hard_fail < kNoLimit)
     add("hard_failing_pixels", "pixels beyond the hard limit",
         static_cast<double>(c.hard_failing_pixels), 0);
   add("not_finite_pixels", "NaN or infinite pixels", static_cast<double>(c.not_finite_pixels), 0);
