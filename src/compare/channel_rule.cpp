@@ -26,17 +26,19 @@ bool is_cryptomatte_id(std::string name) {
 /// Splits a name into words in lower case: "ViewLayer.objectID" is "view", "layer", "object", "id".
 std::vector<std::string> split_words(const std::string& name) {
   std::vector<std::string> words(1);
-  const auto is = [&](std::size_t i, int (*kind)(int)) {
+  const auto is_class = [&](std::size_t i, int (*kind)(int)) {
     return i < name.size() && kind(static_cast<unsigned char>(name[i])) != 0;
   };
   for (std::size_t i = 0; i < name.size(); ++i) {
     // A capital begins a word after a lower-case letter. The last of several capitals begins one
     // before a lower-case letter, as in "IDMask", but not before a plural s, as in "IDs".
-    const bool plural = name.compare(i + 1, 1, "s") == 0 && !is(i + 2, std::isalpha);
-    const bool ends_capitals = is(i - 1, std::isupper) && is(i + 1, std::islower) && !plural;
-    const bool begins = i > 0 && is(i, std::isupper) && (is(i - 1, std::islower) || ends_capitals);
-    if (begins || !is(i, std::isalpha)) words.emplace_back();
-    if (is(i, std::isalpha))
+    const bool plural = name.compare(i + 1, 1, "s") == 0 && !is_class(i + 2, std::isalpha);
+    const bool ends_capitals =
+        is_class(i - 1, std::isupper) && is_class(i + 1, std::islower) && !plural;
+    const bool begins =
+        i > 0 && is_class(i, std::isupper) && (is_class(i - 1, std::islower) || ends_capitals);
+    if (begins || !is_class(i, std::isalpha)) words.emplace_back();
+    if (is_class(i, std::isalpha))
       words.back() += static_cast<char>(std::tolower(static_cast<unsigned char>(name[i])));
   }
   return words;

@@ -142,6 +142,7 @@ Status add_pictures(ReportCase& result, const Image& actual, const Image* refere
   result.height = std::max(actual.height, reference ? reference->height : 0);
   if (result.width < 1 || result.height < 1) return Ok{};
   Image shown = place_on_canvas(visible_colors(actual), result.width, result.height);
+  // Without room for full pictures, or if these are much larger, the list shows a thumbnail.
   const bool has_room = budget.used < (result.passed() ? budget.passing : budget.failing);
   if (!has_room || result.width > 2 * kThumbnailWidth)
     PM_TRY_STATUS(encode_into(result.thumbnail_png, shown, kThumbnailWidth, budget));

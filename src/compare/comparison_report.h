@@ -20,7 +20,7 @@ struct ReportCase {
   std::string group;  ///< suite; "" = none
   std::string name;   ///< "frame 12", "a.exr"
   std::filesystem::path actual, reference;
-  std::string message;  ///< why it failed; "" = it passed
+  std::string message;  ///< reason of the failure; "" = the case passed
   std::string cause;    ///< one sentence about the change (explain.h); "" = unknown
   bool error = false;   ///< the case could not be tested; the message says why
   std::string detail;   ///< remark on a case that passed without a comparison

@@ -86,7 +86,8 @@ std::string explain_camera(const ImagePair& pair, const PinholeView& now,
   return fmt::format("camera moved by {:.2g} px", count > 0 ? sum / count : 0.0);
 }
 
-/// Describes moved surfaces: how many of their pixels changed, and the largest shift.
+/// Describes moved surfaces: how many of their pixels changed, the largest shift, and how many
+/// pixels of the outline show another object.
 std::string explain_surface(const ImagePair& pair, const std::optional<PinholeView>& view,
                             const ChangeContext& context) {
   int visible = 0, moved = 0, outline = 0;
@@ -298,8 +299,8 @@ std::string explain_change(const Image& actual, const Image& reference,
     else if (plan && plan->first != plan->second)
       causes = "plan: other balls become other balls";
     const std::string surface = explain_surface(pair, view, context);
-    for (const std::string& more : {camera, surface})
-      if (!more.empty()) causes += (causes.empty() ? "" : "; ") + more;
+    for (const std::string& cause : {camera, surface})
+      if (!cause.empty()) causes += (causes.empty() ? "" : "; ") + cause;
     return causes;
   }
   if (pair.has("albedo.R") && !pair.equal({"albedo.R", "albedo.G", "albedo.B"}))

@@ -203,9 +203,9 @@ Result<Shard> read_shard(const fs::path& path) {
   return shard;
 }
 
-/// Appends the list `key` of `added` to that of `all`.
-void append(JsonValue& all, const JsonValue& added, const char* key) {
-  for (const JsonValue& entry : list_at(added, key)) all[key].push_back(entry);
+/// Appends the list `key` of `source` to that of `target`.
+void append(JsonValue& target, const JsonValue& source, const char* key) {
+  for (const JsonValue& entry : list_at(source, key)) target[key].push_back(entry);
 }
 
 /// Adds a report to the merged one. `case_names` holds the names of all cases added so far.

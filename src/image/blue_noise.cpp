@@ -24,10 +24,10 @@ struct Pattern {
     // Beyond 6 pixels the weight is below 4e-4.
     constexpr int kRadius = 6;
     static const std::vector<float> weights = [] {
-      std::vector<float> all;
+      std::vector<float> table;
       for (int distance2 = 0; distance2 <= 2 * kRadius * kRadius; ++distance2)
-        all.push_back(static_cast<float>(exact::exp(-distance2 / 4.5)));
-      return all;
+        table.push_back(static_cast<float>(exact::exp(-distance2 / 4.5)));
+      return table;
     }();
     const float sign = set[pixel] ? -1.0f : 1.0f;
     set[pixel] = !set[pixel];
@@ -43,6 +43,7 @@ struct Pattern {
   std::size_t find_largest_void() const { return find_extreme(0); }
 
  private:
+  /// Finds the member (1) of largest energy, or the other pixel (0) of smallest energy.
   std::size_t find_extreme(char member) const {
     std::size_t best = kCount;
     for (std::size_t i = 0; i < kCount; ++i) {

@@ -18,7 +18,8 @@ constexpr std::size_t kBlockSize = std::size_t{1} << 18;  // bytes
 /// Maximum lengths in bits. Four literals of 12 bits fit into the 56 bits that BitWriter buffers; 7
 /// is Deflate's limit for the codes of the code lengths.
 constexpr int kMaxCodeBits = 12, kMaxCodeLengthBits = 7;
-constexpr std::size_t kMinRun = 4, kMaxRun = 258;  // bytes; the latter is Deflate's limit
+/// Lengths of runs in bytes: find_runs() compares words of 4 bytes; 258 is Deflate's limit.
+constexpr std::size_t kMinRun = 4, kMaxRun = 258;
 
 /// Computes the lengths of Huffman codes, at most `limit` bits; 0 for symbols that do not occur.
 /// While the longest code exceeds `limit`, halves all counts (rounded up), which brings the lengths

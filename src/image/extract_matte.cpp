@@ -103,11 +103,11 @@ Error make_unknown_name_error(const std::vector<ManifestEntry>& entries, const s
   for (const ManifestEntry& entry : entries) known.insert(printable(entry.name));
   std::vector<std::string> names(known.begin(), known.end());
   const std::string guess = did_you_mean(name, names);
-  const std::size_t more = names.size() > kMaxListed ? names.size() - kMaxListed : 0;
-  names.resize(names.size() - more);
+  const std::size_t unlisted = names.size() > kMaxListed ? names.size() - kMaxListed : 0;
+  names.resize(names.size() - unlisted);
   return make_error(ErrorCode::kUsage, "{}: no matte is called \"{}\"{} (known: {}{})", file,
                     printable(name), guess, join_quoted(names),
-                    more > 0 ? fmt::format(" and {} more", more) : "");
+                    unlisted > 0 ? fmt::format(" and {} more", unlisted) : "");
 }
 
 }  // namespace

@@ -47,10 +47,10 @@ class Child {
   ~Child() { finish(); }
 
   bool write(const std::string& bytes) {
-    for (std::size_t done = 0; done < bytes.size();) {
-      const ssize_t n = ::write(to_child_, bytes.data() + done, bytes.size() - done);
+    for (std::size_t written = 0; written < bytes.size();) {
+      const ssize_t n = ::write(to_child_, bytes.data() + written, bytes.size() - written);
       if (n <= 0 && errno != EINTR) return false;
-      done += static_cast<std::size_t>(std::max<ssize_t>(n, 0));
+      written += static_cast<std::size_t>(std::max<ssize_t>(n, 0));
     }
     return true;
   }

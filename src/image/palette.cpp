@@ -32,6 +32,7 @@ struct ColorBox {
   double mean = 0;       ///< mean of this channel
 };
 
+/// Computes the members of the box of the samples [begin, end).
 ColorBox measure_box(const std::vector<Sample>& samples, std::size_t begin, std::size_t end) {
   ColorBox box{begin, end};
   double max_variance = -1;

@@ -204,7 +204,7 @@ Status check_targa(std::string_view bytes) {
                     "the Targa file's colour map is damaged or unusual - save it as true colour");
 }
 
-/// Tests whether a name ends in `suffix` (lower case), in any case.
+/// Tests whether a name ends in `suffix`, which is in lower case. Ignores the case of the name.
 bool has_suffix(std::string_view name, std::string_view suffix) {
   return name.size() >= suffix.size() &&
          std::equal(

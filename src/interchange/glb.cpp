@@ -91,6 +91,7 @@ class GlbWriter : public SurfaceWriter {
 
   Status add(int frame, std::span<const SurfaceFrame> frames) override {
     if (sequence_.constant_topology) return add_targets(frame, frames);
+    // A mesh is visible until the surface of its actor changes.
     for (std::size_t a = 0; a < frames.size(); ++a) {
       const std::string digest = frames[a].triangles.empty() ? "" : compute_digest(frames[a]);
       std::optional<std::size_t>& current = current_[a];

@@ -164,8 +164,8 @@ JsonValue object_json(const PlayObject& object, float cell, Packer& packer) {
 }
 
 /// Lower triangular factor L of a shape L L^T (Cholesky). The page gets the logarithms of its
-/// diagonal and its columns divided by the diagonal, because thin ellipsoids would not survive the
-/// rounding of their shape.
+/// diagonal and its columns divided by the diagonal, because rounding the shape itself
+/// would distort thin ellipsoids.
 struct Factor {
   float xx, xy, xz, yy, yz, zz;
 };
@@ -237,8 +237,8 @@ JsonValue landmarks_json(const PlayLeg& leg) {
   }
   for (const PlayKey& key : leg.keys) {
     JsonValue numbers = JsonValue::array();
-    for (const auto& [place, deviation, goal] : key.between.map->landmarks)
-      for (const float v : {place.x, place.y, place.z, deviation}) numbers.push_back(v);
+    for (const auto& [position, deviation, goal] : key.between.map->landmarks)
+      for (const float v : {position.x, position.y, position.z, deviation}) numbers.push_back(v);
     places.push_back(numbers);
   }
   return {{"goals", goals}, {"places", places}};
@@ -299,7 +299,7 @@ JsonValue space_json(const PlaySpace& space, Packer& packer) {
                     {"log_scale", object.log_scale}};
     for (float Vec3::*c : {&Vec3::x, &Vec3::y, &Vec3::z}) {
       std::vector<float> axis;
-      for (const Vec3& place : object.balls) axis.push_back(place.*c);
+      for (const Vec3& position : object.balls) axis.push_back(position.*c);
       entry["places"].push_back(ball_json(axis, packer));
     }
     json["objects"].push_back(std::move(entry));

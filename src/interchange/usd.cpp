@@ -132,17 +132,17 @@ std::string format_rounded(const std::vector<Vec3>& values) {
 
 /// Quotes a string for USD; control characters become spaces.
 std::string quote(const std::string& text) {
-  std::string all = "\"";
+  std::string quoted = "\"";
   for (const char c : text) {
-    if (c == '"' || c == '\\') all += '\\';
-    all += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
   }
-  return all + '"';
+  return quoted + '"';
 }
 std::string quote(const std::vector<std::string>& texts) {
-  std::vector<std::string> all;
-  for (const std::string& text : texts) all.push_back(quote(text));
-  return fmt::format("[{}]", fmt::join(all, ", "));
+  std::vector<std::string> quoted;
+  for (const std::string& text : texts) quoted.push_back(quote(text));
+  return fmt::format("[{}]", fmt::join(quoted, ", "));
 }
 
 /// Samples of a Mesh prim. A look is a set of materials. Each look of an actor has a prim of its

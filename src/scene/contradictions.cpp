@@ -101,8 +101,8 @@ class ContradictionFinder {
   }
   void check_blend(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
     for (const char* key : {"source", "intermediate", "target"})
-      if (const JsonValue* other = value.find(key))
-        report(fmt::format("{}/{}", pointer, key), other,
+      if (const JsonValue* member = value.find(key))
+        report(fmt::format("{}/{}", pointer, key), member,
                "contradicts \"blend\" - an actor mixes objects, or goes from one to the next");
     const JsonValue& list = *value.find("blend");
     if (list.kind != JsonValue::Kind::kArray) return;  // reported already
@@ -197,11 +197,11 @@ class ContradictionFinder {
           if (!is_named(*chain.objects[i], member.key)) continue;
           is_known = true;
           add_neighbours_landmarks(chain, i, plan, partner_names);
-          for (std::size_t before = 0; before < k; ++before)
-            if (is_named(*chain.objects[i], landmarks.members[before].key))
+          for (std::size_t earlier_key = 0; earlier_key < k; ++earlier_key)
+            if (is_named(*chain.objects[i], landmarks.members[earlier_key].key))
               return report_at(object_pointer, member.key_offset,
                                fmt::format("is the same object as \"{}\" - name it once",
-                                           printable(landmarks.members[before].key)));
+                                           printable(landmarks.members[earlier_key].key)));
         }
       if (known_points)
         for (const JsonMember& point : known_points->members) partner_names.push_back(point.key);

@@ -33,12 +33,12 @@ double secant(const KeyframeTrack& track, std::size_t i, int c) {
 /// if these have different signs and at the first and the last key (value_at()).
 double slope(const KeyframeTrack& track, std::size_t i, int c) {
   if (i == 0 || i + 1 == track.keys.size()) return 0;
-  const double before = secant(track, i - 1, c), after = secant(track, i, c);
-  if (before * after <= 0) return 0;
+  const double slope_before = secant(track, i - 1, c), slope_after = secant(track, i, c);
+  if (slope_before * slope_after <= 0) return 0;
   const double h0 = track.keys[i].at - track.keys[i - 1].at;
   const double h1 = track.keys[i + 1].at - track.keys[i].at;
   const double w0 = 2 * h1 + h0, w1 = h1 + 2 * h0;
-  return (w0 + w1) / (w0 / before + w1 / after);
+  return (w0 + w1) / (w0 / slope_before + w1 / slope_after);
 }
 
 /// Interpolates between keys i and i + 1 at t in [0, 1].

@@ -319,8 +319,9 @@ struct ImageSettings {
   int height = 480;
   int samples = 16;  ///< per pixel; with `noise`, the maximum
   float noise = 0;   ///< above 0: pixels are sampled until their error is below this
-  int max_depth =
-      4;  ///< surfaces at which a path may scatter, free mirrors not counted. 0: no paths
+  /// Surfaces at which a path may scatter, not counting the first two sharp mirrors and glass
+  /// (render/path/path.h); 0: no paths.
+  int max_depth = 4;
   std::uint64_t seed = 0;
   bool steady = true;        ///< still objects have the same noise in every frame
   bool denoise = false;      ///< use Open Image Denoise if it is found
@@ -367,7 +368,7 @@ struct ActorSettings {
   /// the actor goes from object to object.
   std::vector<ObjectSettings> blend;
   int start = 1;             ///< first frame of its motion, not counting frames.hold_start
-  std::vector<int> per_leg;  ///< frames of each leg; empty: as FrameSettings say
+  std::vector<int> per_leg;  ///< frames of each leg; empty: those of FrameSettings
   /// Placement in the scene: rotation and scale about the origin, then translation.
   Vec3 translate;
   Vec3 rotate;  ///< degrees about x, then y, then z

@@ -103,12 +103,12 @@ void add_display_entries(const OIIO::ImageSpec& spec, Decoded& image) {
 /// Adds the header entries of a part, except those whose names an earlier part has. The first part
 /// also adds the display entries.
 void add_attributes(const OIIO::ImageSpec& spec, Decoded& image) {
-  std::set<std::string> known;
-  for (const PmOiioAttribute& attribute : image.attribute_store) known.insert(attribute.name);
+  std::set<std::string> known_names;
+  for (const PmOiioAttribute& attribute : image.attribute_store) known_names.insert(attribute.name);
   if (image.attribute_store.empty()) add_display_entries(spec, image);
   for (const OIIO::ParamValue& entry : spec.extra_attribs) {
     const std::string name = entry.name().string();
-    if (is_structural(name) || entry.nvalues() != 1 || known.count(name)) continue;
+    if (is_structural(name) || entry.nvalues() != 1 || known_names.count(name)) continue;
     image.texts.push_back(std::make_unique<std::string>(name));
     PmOiioAttribute attribute{image.texts.back()->c_str(), PM_OIIO_INT, nullptr, 0, 0};
     if (entry.type() == OIIO::TypeString) {
@@ -292,14 +292,14 @@ double needed_bytes(const Part& part) {
 /// Interleaves the channels of all parts in the returned image. A channel whose name an earlier
 /// part has gets the prefix "PART." and, if this name exists too, "NUMBER.".
 void join_parts(std::vector<Part> parts, Decoded& image) {
-  std::set<std::string> known;
+  std::set<std::string> known_names;
   for (const Part& part : parts) {
     const std::string label = part.spec.get_string_attribute("oiio:subimagename");
     for (int c = 0; c < part.spec.nchannels; ++c) {
       std::string name = part.spec.channelnames[static_cast<std::size_t>(c)];
-      if (known.count(name) && !label.empty()) name = label + "." + name;
-      if (known.count(name)) name = std::to_string(part.index + 1) + "." + name;
-      known.insert(name);
+      if (known_names.count(name) && !label.empty()) name = label + "." + name;
+      if (known_names.count(name)) name = std::to_string(part.index + 1) + "." + name;
+      known_names.insert(name);
       image.names.push_back(std::move(name));
     }
     image.id_store.insert(image.id_store.end(), part.ids.begin(), part.ids.end());
@@ -338,6 +338,7 @@ void decode(const PmOiioRequest& request, Decoded& image) {
   const bool exr = std::strcmp(request.format, "openexr") == 0;
   std::vector<Part> parts{{0, spec, {}, {}}};
   if (exr) parts = list_joined_parts(*input, spec);
+  // Check the size of all parts before any pixels are read.
   double needed = 0;
   int channels = 0;
   for (Part& part : parts) {
