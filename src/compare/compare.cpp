@@ -31,7 +31,8 @@ float allowed_difference(ChannelRule rule, float a, float b, const Tolerance& to
   return tolerance.fail + tolerance.relative * std::abs(b);
 }
 
-/// Histogram bin of a pixel that differs; `ratio` is the largest |a - b| / limit of its channels.
+/// Finds the LimitHistogram bin of a pixel that differs. `ratio` is the largest |a - b| / limit of
+/// its channels; `over` says whether the pixel fails.
 std::size_t histogram_bin(float ratio, bool over) {
   constexpr int kAt = LimitHistogram::kAtLimit, kLast = LimitHistogram::kBins - 1;
   const float offset = std::floor(6 * std::log10(std::clamp(ratio, 1e-6f, 1e6f)));
@@ -46,6 +47,7 @@ struct ChannelPair {
   bool visible;  ///< R, G or B: part of the PSNR
 };
 
+/// Differences in one channel.
 struct Sums {
   double max = 0, sum = 0, squares = 0;
   int max_x = 0;
@@ -55,7 +57,7 @@ struct Sums {
 /// Sums over one row. Rows are added in order, so that the totals do not depend on threads.
 struct RowSums {
   std::vector<Sums> channels;
-  double clipped_squares = 0;
+  double clipped_squares = 0;  ///< sum over R, G and B clipped to [0, 1], for the PSNR
   bool equal = true;
   std::uint64_t failing = 0, hard_failing = 0, not_finite = 0, negative_alpha = 0, warning = 0;
   LimitHistogram histogram;
@@ -132,7 +134,8 @@ class Comparer {
     return equal ? PixelState::kEqual : PixelState::kWithin;
   }
 
-  /// Adds to the sums of a channel. Returns false, without adding, if one of the rays hit nothing.
+  /// Adds a difference to the sums of its channel. Returns false, without adding, if the channel is
+  /// a depth and one of the rays hit nothing.
   static bool add_difference(const ChannelPair& pair, float u, float v, int x, Sums& sums) {
     // The depth of a ray that hit nothing would dominate the sums.
     if (pair.rule == ChannelRule::kDepth && (u >= kNothingHit || v >= kNothingHit)) return false;
@@ -166,7 +169,7 @@ class Comparer {
 };
 
 bool holds_ids(const Image& image, const std::string& channel) {
-  // The reader appends its own entry; the file may have another one of that name.
+  // The last entry of this name is that of read_image(); the file may have another one.
   const auto attribute =
       std::find_if(image.attributes.rbegin(), image.attributes.rend(),
                    [](const Attribute& a) { return a.name == kIdChannelsAttribute; });
@@ -177,8 +180,8 @@ bool holds_ids(const Image& image, const std::string& channel) {
   return std::find(ids.begin(), ids.end(), channel) != ids.end();
 }
 
-/// Splits the ids of `image` like those of `other`: where the file of `other` has large ids, the
-/// reader puts their low bytes into a channel NAME.low.
+/// Splits the ids of `image` like those of `other`. If the file of `other` had large ids,
+/// read_image() put their low bytes into a channel NAME.low.
 Image split_ids(const Image& image, const Image& other) {
   constexpr std::string_view kLow = ".low";
   Image split = image;
@@ -220,8 +223,8 @@ std::string channel_mismatch(const Image& actual, const Image& reference) {
   return text;
 }
 
-/// Describes the largest difference in the channel with most failing pixels (if none fails, in a
-/// colour channel), and the id channel with most changed ids.
+/// Describes the largest difference in the channel with most failing pixels (if no pixel fails, in
+/// a colour channel), and the id channel with most changed ids.
 std::string describe_largest(const Comparison& result) {
   const ChannelDifference *worst = nullptr, *ids = nullptr;
   for (const ChannelDifference& channel : result.channels) {
@@ -259,6 +262,8 @@ std::string flip_text(const Comparison& result) {
                      result.flip->p99, result.flip->max);
 }
 
+/// Sets the verdict and its reason by the first condition that holds, in descending order of
+/// severity. `mismatch` is from describe_display_mismatch().
 void set_verdict(const Tolerance& tolerance, bool equal, const std::string& mismatch,
                  Comparison& result) {
   const double percent = 100.0 * static_cast<double>(result.failing_pixels) /
@@ -313,7 +318,8 @@ std::vector<ChannelPair> pair_channels(const Image& actual, const Image& referen
   return pairs;
 }
 
-/// Adds the sums of the rows to the result, in order. Returns whether all values are equal.
+/// Adds the sums of the rows to the result, in order. `colors` is the number of channels in the
+/// PSNR. Returns whether all values are equal.
 bool add_rows(const std::vector<RowSums>& rows, double colors, Comparison& result) {
   bool equal = true;
   double clipped_squares = 0;
@@ -330,7 +336,7 @@ bool add_rows(const std::vector<RowSums>& rows, double colors, Comparison& resul
       result.histogram.pixels[bin] += row.histogram.pixels[bin];
     for (std::size_t c = 0; c < result.channels.size(); ++c) {
       ChannelDifference& channel = result.channels[c];
-      channel.mean += row.channels[c].sum;
+      channel.mean += row.channels[c].sum;  // mean and rms are divided below
       channel.rms += row.channels[c].squares;
       channel.failing += row.channels[c].failing;
       if (row.channels[c].max <= channel.max) continue;
@@ -381,6 +387,7 @@ Comparison compare_images(const Image& actual, const Image& reference, const Tol
       static_cast<std::uint64_t>(reference.width) * static_cast<std::uint64_t>(reference.height);
   result.reason = channel_mismatch(actual, reference);
   if (!result.reason.empty()) {
+    // Ids that were split in one image only are no mismatch.
     const Image split = split_ids(actual, reference),
                 split_reference = split_ids(reference, actual);
     if (channel_mismatch(split, split_reference).empty())

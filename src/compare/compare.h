@@ -24,8 +24,8 @@ struct Tolerance {
   float relative = 0.01f;
   float fail_percent = 0.1f;  ///< share of failing pixels allowed, %
   /// Largest difference of a colour (R, G, B, A), except at silhouettes, which may move by a
-  /// fraction of a pixel: where the reference's id changes within 3 x 3 pixels. Without ids, the
-  /// limit holds everywhere.
+  /// fraction of a pixel. A silhouette is where the reference's id changes within 3 x 3 pixels.
+  /// Without ids, the limit holds everywhere.
   float hard_fail = 1e30f;
   float depth = 1e-3f;   ///< relative
   float normal = 0.05f;  ///< absolute
@@ -49,8 +49,8 @@ inline bool is_exact(const Tolerance& t) {
 enum class Verdict : std::uint8_t {
   kSame,     ///< all values are equal
   kWithin,   ///< differences within the limits
-  kDiffers,  ///< too many failing pixels, one beyond hard_fail, FLIP over its limits, a negative
-             ///< alpha, or headers that show pixels differently (describe_display_mismatch.h)
+  kDiffers,  ///< too many failing pixels, a pixel beyond hard_fail, FLIP over its limits, a
+             ///< negative alpha, or headers that show pixels differently (shown_mismatch.h)
   kSizeMismatch,
   kChannelMismatch,  ///< the sets of names differ; their order does not matter
   kNotFinite,        ///< NaN or infinity in either image
@@ -82,11 +82,11 @@ struct Comparison {
   double psnr = 0;                     ///< dB over R, G, B clipped to [0, 1]; infinity when equal
   std::optional<FlipStatistics> flip;  ///< absent without R, G, B
   LimitHistogram histogram;
-  std::string reason;  ///< why the verdict was given, in one line
+  std::string reason;  ///< reason of the verdict, in one line
   bool passed() const { return verdict == Verdict::kSame || verdict == Verdict::kWithin; }
 };
 
-/// Largest deviation of a pixel, in ascending order.
+/// State of a pixel, in ascending order of severity. Its worst channel decides.
 enum class PixelState : std::uint8_t { kEqual, kWithin, kOver, kHard, kNotFinite };
 
 /// Results of compare_images() per pixel; empty on a mismatch.

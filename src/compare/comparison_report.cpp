@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kThumbnailWidth = 168;  // pixels; twice the width of a picture in the list
-constexpr int kMaxWidth = 2048;
+constexpr int kMaxWidth = 2048;       // pixels; pictures in the page are shrunk to this width
 
 Image shrink_to_width(const Image& image, int width) {
   if (image.width <= width) return image;
@@ -31,6 +31,7 @@ Image shrink_to_width(const Image& image, int width) {
   return resize_image(image, width, std::max(1, height));
 }
 
+/// Encodes an image, shrunk to at most `width`, as PNG, and counts its bytes.
 Status encode_into(std::string& png, const Image& image, int width, PictureBudget& budget) {
   PM_TRY(png, encode_png(shrink_to_width(image, width)));
   budget.used += png.size();
@@ -41,8 +42,8 @@ bool same_size(const Image& a, const Image& b) {
   return a.width == b.width && a.height == b.height;
 }
 
-/// Places an image in the top left corner of a black canvas: swiping and flipping need two pictures
-/// of one size.
+/// Places an image in the top left corner of a black canvas, because swiping and flipping need two
+/// pictures of one size.
 Image place_on_canvas(const Image& image, int width, int height) {
   Image canvas = make_image(width, height, {"R", "G", "B"});
   for (int y = 0; y < image.height; ++y)
@@ -67,6 +68,7 @@ std::string picture_name(const ReportCase& result) {
   return picture_name(result.group, result.name);
 }
 
+/// Makes the JSON of a case for the page, with its pictures.
 JsonValue page_case(const ReportCase& result) {
   auto entry = case_json(result);
   entry["width"] = result.width;
@@ -92,8 +94,8 @@ JsonValue page_case(const ReportCase& result) {
   return entry;
 }
 
-/// Lists the files that a report.json names and that a report of its cases can have. None if it is
-/// not one of polymorph's.
+/// Lists the files that a report.json names, if a report of its cases can have files of these
+/// names. Empty if the report.json is not polymorph's.
 std::vector<std::string> listed_files(const fs::path& report_json) {
   const auto text = read_file(report_json, 256 << 20);
   if (!text) return {};
@@ -140,6 +142,7 @@ Status add_pictures(ReportCase& result, const Image& actual, const Image* refere
   result.height = std::max(actual.height, reference ? reference->height : 0);
   if (result.width < 1 || result.height < 1) return Ok{};
   Image shown = place_on_canvas(visible_colors(actual), result.width, result.height);
+  // Without room for full pictures, or if these are much larger, the list shows a thumbnail.
   const bool has_room = budget.used < (result.passed() ? budget.passing : budget.failing);
   if (!has_room || result.width > 2 * kThumbnailWidth)
     PM_TRY_STATUS(encode_into(result.thumbnail_png, shown, kThumbnailWidth, budget));
@@ -208,7 +211,7 @@ Status remove_report(const fs::path& folder) {
                       file.string(), error.message());
   };
   for (const std::string& name : names) {
-    // The list goes last, so that an interrupted removal can be repeated.
+    // report.json is removed last, so that an interrupted removal can be repeated.
     const fs::path file = folder / name;
     if (name != "report.json" && fs::is_regular_file(fs::symlink_status(file, error)) &&
         is_written_by_report(file))

@@ -20,11 +20,11 @@ struct ReportCase {
   std::string group;  ///< suite; "" = none
   std::string name;   ///< "frame 12", "a.exr"
   std::filesystem::path actual, reference;
-  std::string message;  ///< why it failed; "" = it passed
+  std::string message;  ///< reason of the failure; "" = the case passed
   std::string cause;    ///< one sentence about the change (explain.h); "" = unknown
   bool error = false;   ///< the case could not be tested; the message says why
   std::string detail;   ///< remark on a case that passed without a comparison
-  std::string verdict;  ///< "" = that of the comparison; without one "error" or "missing"
+  std::string verdict;  ///< "" = that of `comparison`; if absent, "error" or "missing"
   std::optional<Comparison> comparison;  ///< absent without a reference
   Tolerance tolerance;
   double seconds = 0;
@@ -91,10 +91,10 @@ std::string report_junit(const Report& report);
 /// "polymorph_report".
 JsonValue report_json(const Report& report, const std::vector<std::string>& files = {});
 
-/// Removes the files of an earlier report from `folder`: those that its report.json lists, if a
-/// report of its cases can have their names and their contents are of that kind. Other files stay,
-/// also those beside the report.json of another program. Errors: kOutput; if a file is an input of
-/// this run, nothing is removed.
+/// Removes the files of an earlier report from `folder`. These are the files listed in its
+/// report.json, if their names are possible for its cases and their contents are those of a report.
+/// Other files stay, also those beside the report.json of another program. Errors: kOutput; if a
+/// file is an input of this run, nothing is removed.
 Status remove_report(const std::filesystem::path& folder);
 
 /// Writes index.html, junit.xml, report.json and a PNG per failure (reference | new | heat) to

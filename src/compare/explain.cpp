@@ -15,7 +15,8 @@
 namespace polymorph {
 namespace {
 
-const std::variant<std::string, int, float>* attribute(const Image& image, const char* name) {
+/// Finds the value of a header entry; null if there is none.
+const std::variant<std::string, int, float>* find_value(const Image& image, const char* name) {
   for (const Attribute& a : image.attributes)
     if (a.name == name) return &a.value;
   return nullptr;
@@ -24,16 +25,17 @@ const std::variant<std::string, int, float>* attribute(const Image& image, const
 template <class T>
 std::optional<std::pair<T, T>> attribute_pair(const Image& actual, const Image& reference,
                                               const char* name) {
-  const auto *a = attribute(actual, name), *b = attribute(reference, name);
+  const auto *a = find_value(actual, name), *b = find_value(reference, name);
   const T* u = a ? std::get_if<T>(a) : nullptr;
   const T* v = b ? std::get_if<T>(b) : nullptr;
   if (!u || !v) return std::nullopt;
   return std::pair(*u, *v);
 }
 
+/// Parses kObjectsAttribute: names of objects by id.
 std::map<int, std::string> object_names(const Image& image) {
   std::map<int, std::string> names;
-  const auto* value = attribute(image, kObjectsAttribute);
+  const auto* value = find_value(image, kObjectsAttribute);
   const auto* text = value ? std::get_if<std::string>(value) : nullptr;
   if (!text) return names;
   for (std::string entry : split(*text, ',')) {
@@ -58,6 +60,7 @@ Vec3 unproject(const PinholeView& view, int width, int height, int pixel, float 
       (0.5f * static_cast<float>(height) - static_cast<float>(pixel / width) - 0.5f) * scale;
   return view.position + (view.forward + right * x + view.up * y) * z;
 }
+/// Pixel coordinates of a point.
 Vec2 project(const PinholeView& view, int width, int height, Vec3 p) {
   const Vec3 offset = p - view.position, right = cross(view.forward, view.up);
   const float depth = dot(offset, view.forward);
@@ -83,13 +86,15 @@ std::string explain_camera(const ImagePair& pair, const PinholeView& now,
   return fmt::format("camera moved by {:.2g} px", count > 0 ? sum / count : 0.0);
 }
 
-/// Describes moved surfaces: how many of their pixels changed, and the largest shift.
+/// Describes moved surfaces: how many of their pixels changed, the largest shift, and how many
+/// pixels of the outline show another object.
 std::string explain_surface(const ImagePair& pair, const std::optional<PinholeView>& view,
                             const ChangeContext& context) {
   int visible = 0, moved = 0, outline = 0;
   double max_shift = 0;
   std::optional<Vec3> max_point;  // where the shift is largest
   for (int i = 0; i < pair.pixels(); ++i) {
+    // Ids above 1 are objects; 0 is the background, 1 the floor.
     const bool in_reference = !pair.has("id") || pair.reference(i, "id") > 1;
     const bool in_actual = !pair.has("id") || pair.actual(i, "id") > 1;
     if (!in_reference && !in_actual) continue;
@@ -141,7 +146,8 @@ std::string explain_surface(const ImagePair& pair, const std::optional<PinholeVi
   return text;
 }
 
-/// Describes changed albedo per object: a colour if all changed by one factor, else a texture.
+/// Describes changed albedo per object. If nearly all pixels changed by one factor, the cause is a
+/// colour, else a texture.
 std::string explain_albedo(const ImagePair& pair) {
   struct Object {
     int visible = 0, changed = 0;
@@ -188,7 +194,8 @@ std::string explain_light(const ImagePair& pair) {
   if (!has_geometry)
     return edges_stay(pair) ? "the edges stay: light or colours differ"
                             : "the edges moved: shapes, shadows or textures differ";
-  // A light changes floor and background everywhere, a material at most 4 % of their pixels.
+  // A light changes floor and background everywhere. A material changes at most 4 % of their pixels
+  // by more than 1 %.
   std::map<int, double> changes;  // by id
   int background = 0, changed = 0;
   for (int i = 0; i < pair.pixels(); ++i) {
@@ -264,6 +271,9 @@ bool parse_view(const std::string& text, PinholeView& view) {
 
 std::string explain_change(const Image& actual, const Image& reference,
                            const ChangeContext& context) {
+  // Test the possible causes in order, and return the first that fits: camera, geometry, albedo,
+  // layers beside the colours, brightness or gamma, rounding, noise, light. Images that are equal
+  // may still have different surfaces.
   const ImagePair pair(actual, reference);
   if (!pair.comparable() || actual.pixels == reference.pixels) {
     if (!pair.comparable() || !context.surfaces_known || context.surfaces_equal) return "";
@@ -282,16 +292,16 @@ std::string explain_change(const Image& actual, const Image& reference,
   const bool geometry_equal = pair.equal({"Z", "N.X", "N.Y", "N.Z", "id", "P.X", "P.Y", "P.Z"}) &&
                               (!context.surfaces_known || context.surfaces_equal);
   if (!geometry_equal) {
-    std::string why;
+    std::string causes;
     const auto plan = attribute_pair<std::string>(actual, reference, kPlanAttribute);
     if (const std::string balls = explain_balls(actual, reference); !balls.empty())
-      why = balls;
+      causes = balls;
     else if (plan && plan->first != plan->second)
-      why = "plan: other balls become other balls";
+      causes = "plan: other balls become other balls";
     const std::string surface = explain_surface(pair, view, context);
-    for (const std::string& more : {camera, surface})
-      if (!more.empty()) why += (why.empty() ? "" : "; ") + more;
-    return why;
+    for (const std::string& cause : {camera, surface})
+      if (!cause.empty()) causes += (causes.empty() ? "" : "; ") + cause;
+    return causes;
   }
   if (pair.has("albedo.R") && !pair.equal({"albedo.R", "albedo.G", "albedo.B"}))
     return "geometry equal, " + explain_albedo(pair);

@@ -43,6 +43,7 @@ std::vector<double> relative_gradients(const ImagePair& pair, bool of_actual) {
 }  // namespace
 
 std::string explain_curve(const ImagePair& pair) {
+  // Fit log(new) = slope log(old) + offset by least squares.
   double count = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
   std::vector<std::pair<double, double>> points;
   for (int i = 0; i < pair.pixels(); ++i)
@@ -61,7 +62,8 @@ std::string explain_curve(const ImagePair& pair) {
   const double determinant = count * sxx - sx * sx;
   if (points.size() < 16 || !(determinant > 1e-9 * count * count)) return "";
   const double slope = (count * sxy - sx * sy) / determinant, offset = (sy - slope * sx) / count;
-  // Require 1 %, or 1.5 steps of 8 bits, since a picture may be rounded to 8 bits.
+  // Each colour must be within 1 % of the fit, or within 1.5 steps of 8 bits, since a picture may
+  // be rounded to 8 bits.
   const auto code = [](double log_value) {
     return 255 * static_cast<double>(linear_to_srgb(static_cast<float>(std::exp(log_value))));
   };
@@ -86,7 +88,7 @@ bool only_rounding(const ImagePair& pair) {
         return 255 * static_cast<double>(linear_to_srgb(std::clamp(v, 0.0f, 1.0f)));
       };
       const double difference = code(pair.actual(i, c)) - code(pair.reference(i, c));
-      if (std::fabs(difference) > 1.05) return false;
+      if (std::fabs(difference) > 1.05) return false;  // one step, and rounding of floats
       changed += std::fabs(difference) > 0.02;
       sum += difference;
       magnitude += std::fabs(difference);
@@ -120,6 +122,8 @@ bool only_noise(const ImagePair& pair) {
 }
 
 bool edges_stay(const ImagePair& pair) {
+  // Relative gradients of edges and of areas without an edge; fraction of edge pixels that may
+  // vanish.
   constexpr double kStrong = 0.25, kWeak = 0.08, kMaxVanished = 0.03;
   const std::vector<double> a = relative_gradients(pair, true), b = relative_gradients(pair, false);
   for (const auto& [one, other] : {std::pair(&a, &b), std::pair(&b, &a)}) {

@@ -30,7 +30,8 @@ Color multiply(const float (&m)[3][3], const Color& v) {
   return result;
 }
 
-/// Converts to lightness, red-green and blue-yellow that are linear in the colour, for blurring.
+/// Converts to opponent colours (lightness, red-green, blue-yellow) that are linear in the colour,
+/// for blurring.
 Color to_opponent(const Color& rgb) {
   const Color xyz = multiply(kToXyz, rgb);
   return {116 * xyz[1] - 16, 500 * (xyz[0] - xyz[1]), 200 * (xyz[1] - xyz[2])};
@@ -41,8 +42,8 @@ Color from_opponent(const Color& opponent) {
   return multiply(kFromXyz, {y + opponent[1] / 500, y, y - opponent[2] / 200});
 }
 
-/// Converts to CIE L*a*b* with a and b scaled by L / 100: an equal step in colour is less visible
-/// in the dark (Hunt effect).
+/// Converts to CIE L*a*b* with a and b scaled by L / 100, because an equal step in colour is less
+/// visible in the dark (Hunt effect).
 Color to_hunt_lab(const Color& rgb) {
   constexpr float kDelta = 6.0f / 29;
   Color xyz = multiply(kToXyz, rgb);
@@ -53,6 +54,7 @@ Color to_hunt_lab(const Color& rgb) {
           0.01f * lightness * 200 * (xyz[1] - xyz[2])};
 }
 
+/// HyAB distance of two colours: |difference of L| + Euclidean distance of (a, b).
 float hyab(const Color& a, const Color& b) {
   return std::abs(a[0] - b[0]) + std::hypot(a[1] - b[1], a[2] - b[2]);
 }
@@ -88,8 +90,8 @@ Kernel balance(Kernel kernel) {
 
 struct Filters {
   Kernel sharp[2];     ///< one Gaussian each for lightness and red-green
-  Kernel blue[2];      ///< two Gaussians for blue-yellow ...
-  float weight[2];     ///< ... and their weights
+  Kernel blue[2];      ///< two Gaussians for blue-yellow
+  float weight[2];     ///< weights of the Gaussians in `blue`
   Kernel smooth;       ///< Gaussian of the feature detectors
   Kernel edge, point;  ///< first and second derivative of `smooth`
 };
@@ -179,9 +181,10 @@ struct Perceived {
   Plane edges, points;
 };
 
+/// An image in opponent colours.
 struct Picture {
   Plane opponent[3];
-  std::vector<bool> not_finite;
+  std::vector<bool> not_finite;  ///< per pixel
 };
 
 Picture read_picture(const Image& image, Size size, float exposure) {
@@ -239,8 +242,8 @@ Perceived perceive(const Picture& picture, Size size, const Filters& filters) {
   return perceived;
 }
 
-/// Maps a colour difference to 0 .. 1, relative to `largest`, that of pure green and pure blue.
-/// Differences below 0.4 of it take 0.95 of the range.
+/// Maps the difference of two colours to 0 .. 1. `largest` is the difference of pure green and pure
+/// blue. Differences below 0.4 of `largest` are mapped to 0 .. 0.95.
 float color_difference(const Color& a, const Color& b, float largest) {
   constexpr float kPower = 0.7f, kSplit = 0.4f, kSplitValue = 0.95f;
   const float value = std::pow(hyab(a, b), kPower), split = kSplit * largest;
@@ -266,6 +269,7 @@ std::vector<float> flip_map(const Image& actual, const Image& reference,
   parallel_ranges(
       static_cast<std::int64_t>(map.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+          // (colour difference)^(1 - feature difference)
           const float feature =
               std::max(std::abs(a.edges[i] - b.edges[i]), std::abs(a.points[i] - b.points[i]));
           const float strength = std::min(1.0f, std::sqrt(feature / std::numbers::sqrt2_v<float>));
@@ -280,8 +284,8 @@ FlipStatistics flip_statistics(const std::vector<float>& map) {
   if (map.empty()) return {};
   std::vector<float> sorted = map;
   std::sort(sorted.begin(), sorted.end());
-  const auto at = [&](double share) {
-    const double rank = std::ceil(share * static_cast<double>(sorted.size()));
+  const auto at = [&](double fraction) {
+    const double rank = std::ceil(fraction * static_cast<double>(sorted.size()));
     return static_cast<double>(sorted[static_cast<std::size_t>(std::max(rank, 1.0)) - 1]);
   };
   double sum = 0;

@@ -15,11 +15,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Throws a FormatError.
 template <class... Args>
 [[noreturn]] void fail(fmt::format_string<Args...> text, Args&&... args) {
   throw FormatError(fmt::format(text, std::forward<Args>(args)...));
 }
 
+/// Checks that `object` is an object with known keys. `where` names it in messages.
 void check_keys(const JsonValue& object, const std::string& where,
                 const std::vector<std::string>& known) {
   if (!object.is_object()) fail("{} must be an object", where);
@@ -207,7 +209,7 @@ Error unknown_suite(const fs::path& root, const std::string& name) {
   return make_error(ErrorCode::kInput, "{}: no golden suite '{}' - {}", root.string(), name, hint);
 }
 
-/// Checks that the suite's folder and its suite.json exist; the error says what is there instead.
+/// Checks that the suite's folder and its suite.json exist. The error says what is wrong with them.
 Status check_suite_files(const fs::path& root, const std::string& name) {
   const fs::path folder = root / name, file = folder / "suite.json";
   std::error_code error, ignored;

@@ -41,7 +41,7 @@ struct GoldenSuite {
 /// Reads `root`/NAME/suite.json, {"scene": "../../scenes/x/scene.json", "frames": [1, 12, 24]} or
 /// {"command": "blender -b x.blend -o {out} -f {frame}", "format": "png", "frames": [1]}. Optional
 /// are "masks": [{"file": "mask.png", "why": "..."}, {"ids": [3], "why": "..."}] with
-/// "max_masked_percent": 5, and limits, in tolerance.json beside it, each with its reason:
+/// "max_masked_percent": 5. A tolerance.json beside suite.json may state limits and their reasons:
 ///   {"fail": {"value": 0.004, "why": "..."}, "fail_percent": {...}, "hard_fail", "relative",
 ///   "depth", "normal", "flip_mean", "flip_p99", "warn", "warn_percent"}
 /// Instead of that file, suite.json may contain "tolerance": {"fail": 0.004, ..., "why": "..."}
@@ -63,6 +63,7 @@ std::filesystem::path golden_image_path(const GoldenSuite& suite, int frame);
 
 /// Reads "frame,vertices,triangles,digest" and a line per frame, ascending. Errors: kInput.
 Result<std::vector<SurfaceRecord>> read_surface_records(const std::filesystem::path& csv);
+/// Writes the text that read_surface_records() reads.
 std::string surface_records_text(const std::vector<SurfaceRecord>& records);
 
 }  // namespace polymorph

@@ -12,7 +12,7 @@
 
 namespace polymorph {
 
-/// The images must outlive the pair.
+/// An image and its reference, which must outlive the pair. A missing channel has value 0.
 class ImagePair {
  public:
   ImagePair(const Image& actual, const Image& reference) : a_(actual), b_(reference) {}
@@ -48,6 +48,7 @@ class ImagePair {
       if (!equal(i, channels)) return false;
     return true;
   }
+  /// Returns the channels PREFIX + R, G, B of the actual image or of the reference.
   Vec3 color(bool of_actual, int pixel, const char* prefix) const {
     const std::string p(prefix);
     const Image& image = of_actual ? a_ : b_;

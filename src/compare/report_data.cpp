@@ -9,11 +9,11 @@
 namespace polymorph {
 namespace {
 
-/// A limit of at least this value means that there is no limit.
-constexpr float kOff = 1e29f;
+/// Limits of at least this value limit nothing.
+constexpr float kNoLimit = 1e29f;
 
 std::optional<double> limit_or_none(float limit) {
-  return limit < kOff ? std::optional<double>(static_cast<double>(limit)) : std::nullopt;
+  return limit < kNoLimit ? std::optional<double>(static_cast<double>(limit)) : std::nullopt;
 }
 
 JsonValue to_json(double value) { return std::isfinite(value) ? JsonValue(value) : JsonValue(); }
@@ -46,21 +46,21 @@ std::string to_text(double value) {
 std::string junit_case(const ReportCase& result, const std::string& suite) {
   std::string text = fmt::format("    <testcase classname=\"{}\" name=\"{}\" time=\"{:.3f}\">\n",
                                  xml(suite), xml(result.name), result.seconds);
-  const std::vector<CaseMetric> figures = case_metrics(result);
-  if (!figures.empty()) {
+  const std::vector<CaseMetric> metrics = case_metrics(result);
+  if (!metrics.empty()) {
     text += "      <properties>\n";
-    for (const CaseMetric& figure : figures)
-      text += fmt::format("        <property name=\"{}\" value=\"{}\"/>\n", figure.name,
-                          to_text(figure.value));
+    for (const CaseMetric& metric : metrics)
+      text += fmt::format("        <property name=\"{}\" value=\"{}\"/>\n", metric.name,
+                          to_text(metric.value));
     text += "      </properties>\n";
   }
   if (!result.passed()) {
     std::string details = result.message + "\n";
     if (!result.cause.empty()) details += "seen: " + result.cause + "\n";
-    for (const CaseMetric& figure : figures)
-      if (figure.limit)
-        details += fmt::format("{}{}: {} (limit {})\n", figure.over() ? "OVER " : "", figure.label,
-                               to_text(figure.value), to_text(*figure.limit));
+    for (const CaseMetric& metric : metrics)
+      if (metric.limit)
+        details += fmt::format("{}{}: {} (limit {})\n", metric.over() ? "OVER " : "", metric.label,
+                               to_text(metric.value), to_text(*metric.limit));
     if (!result.accept.empty()) details += "to accept: " + result.accept + "\n";
     const char* const element = result.error ? "error" : "failure";
     text += fmt::format("      <{0} message=\"{1}\">{2}</{0}>\n", element, xml(result.message),
@@ -76,18 +76,19 @@ std::string junit_case(const ReportCase& result, const std::string& suite) {
 }  // namespace
 
 std::vector<CaseMetric> case_metrics(const ReportCase& result) {
-  std::vector<CaseMetric> figures;
-  if (!result.comparison || result.comparison->channels.empty()) return figures;
+  std::vector<CaseMetric> metrics;
+  if (!result.comparison || result.comparison->channels.empty()) return metrics;
   const Comparison& c = *result.comparison;
   const Tolerance& limits = result.tolerance;
-  const double all = std::max(1.0, static_cast<double>(c.pixels));
+  const double pixels = std::max(1.0, static_cast<double>(c.pixels));
   const auto add = [&](const char* name, const char* label, double value,
                        std::optional<double> limit) {
-    figures.push_back({name, label, value, limit});
+    metrics.push_back({name, label, value, limit});
   };
   add("fail_percent", "pixels over their limits, %",
-      100 * static_cast<double>(c.failing_pixels) / all, static_cast<double>(limits.fail_percent));
-  if (limits.hard_fail < kOff)
+      100 * static_cast<double>(c.failing_pixels) / pixels,
+      static_cast<double>(limits.fail_percent));
+  if (limits.hard_fail < kNoLimit)
     add("hard_failing_pixels", "pixels beyond the hard limit",
         static_cast<double>(c.hard_failing_pixels), 0);
   add("not_finite_pixels", "NaN or infinite pixels", static_cast<double>(c.not_finite_pixels), 0);
@@ -104,7 +105,7 @@ std::vector<CaseMetric> case_metrics(const ReportCase& result) {
     if (result.reference_flicker)
       add("reference_flicker", "the reference's", *result.reference_flicker, std::nullopt);
   }
-  return figures;
+  return metrics;
 }
 
 JsonValue case_json(const ReportCase& result) {
@@ -134,11 +135,11 @@ JsonValue case_json(const ReportCase& result) {
                        {"digest", result.surface.digest}};
   }
   json["figures"] = JsonValue::array();
-  for (const CaseMetric& figure : case_metrics(result)) {
+  for (const CaseMetric& metric : case_metrics(result)) {
     JsonValue entry{
-        {"name", figure.name}, {"label", figure.label}, {"value", to_json(figure.value)}};
-    if (figure.limit) entry["limit"] = *figure.limit;
-    entry["over"] = figure.over();
+        {"name", metric.name}, {"label", metric.label}, {"value", to_json(metric.value)}};
+    if (metric.limit) entry["limit"] = *metric.limit;
+    entry["over"] = metric.over();
     json["figures"].push_back(std::move(entry));
   }
   if (!result.comparison) return json;

@@ -107,8 +107,8 @@ std::string find_contradiction(const JsonValue& entry) {
   return "";
 }
 
-/// Checks types, and that the report, its page and its JUnit agree on each case. Throws
-/// FormatError. Errors: kInput.
+/// Checks that the report, its page and its JUnit agree on each case. Throws FormatError if a value
+/// is missing or has the wrong type. Errors: kInput.
 Status check_shard(const fs::path& path, const Shard& shard) {
   const auto error = [&](const std::string& text) {
     return make_error(ErrorCode::kInput, "{}: {} - give reports as they were written",
@@ -146,7 +146,7 @@ Status check_shard(const fs::path& path, const Shard& shard) {
   return Ok{};
 }
 
-/// Tests for the name of a failed frame that was kept, which is in a folder of its own.
+/// Tests for the path of a kept picture of a failed frame, which is in a folder below the report's.
 bool is_kept_frame(const std::string& name) {
   for (const char* infix : {".actual.", ".reference.", ".difference."})
     if (name.find('/') != std::string::npos && name.find(infix) != std::string::npos) return true;
@@ -203,12 +203,14 @@ Result<Shard> read_shard(const fs::path& path) {
   return shard;
 }
 
-/// Appends a list of one report to that of another.
-void append(JsonValue& all, const JsonValue& added, const char* key) {
-  for (const JsonValue& entry : list_at(added, key)) all[key].push_back(entry);
+/// Appends the list `key` of `source` to that of `target`.
+void append(JsonValue& target, const JsonValue& source, const char* key) {
+  for (const JsonValue& entry : list_at(source, key)) target[key].push_back(entry);
 }
 
-Status add_shard(const fs::path& path, Shard shard, Shard& merged, std::set<std::string>& names) {
+/// Adds a report to the merged one. `case_names` holds the names of all cases added so far.
+Status add_shard(const fs::path& path, Shard shard, Shard& merged,
+                 std::set<std::string>& case_names) {
   if (merged.report.is_null()) {
     merged.report = shard.report;
     merged.page = shard.page;
@@ -220,7 +222,7 @@ Status add_shard(const fs::path& path, Shard shard, Shard& merged, std::set<std:
                       path.string());
   }
   for (const JsonValue& entry : shard.report.get("cases").items)
-    if (!names.insert(case_name(entry)).second)
+    if (!case_names.insert(case_name(entry)).second)
       return make_error(ErrorCode::kInput, "{}: {} stands in another report, too", path.string(),
                         printable(case_name(entry)));
   for (const char* key : {"cases", "notes"}) {
@@ -277,12 +279,12 @@ Result<std::size_t> merge_reports(const std::vector<fs::path>& reports, const fs
                                   bool overwrite) {
   PM_TRY_STATUS(check_merge_output(reports, folder));
   Shard merged;
-  std::set<std::string> names;
+  std::set<std::string> case_names;
   for (const fs::path& report : reports) {
     const fs::path path = report_folder(report);
     try {
       PM_TRY(Shard shard, read_shard(path));
-      PM_TRY_STATUS(add_shard(path, std::move(shard), merged, names));
+      PM_TRY_STATUS(add_shard(path, std::move(shard), merged, case_names));
     } catch (const FormatError& e) {
       return make_error(ErrorCode::kInput, "{}: not a report of polymorph: {}", path.string(),
                         e.what());

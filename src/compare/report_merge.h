@@ -17,9 +17,9 @@ Status check_merge_output(const std::vector<std::filesystem::path>& reports,
 /// or .tar) into `folder`, in place of an earlier report there: report.json, junit.xml, one page,
 /// the pictures and the frames that were kept, so that `golden accept` takes it. Other files of
 /// these names are replaced only with `overwrite`. Each case may be in one report only, and all
-/// reports must be of the same program. Refused are reports without cases, those whose page, JUnit
-/// or counts contradict their cases, and those with a case that passed although its verdict or one
-/// of its metrics failed. Returns the number of failed cases. Errors: those of
+/// reports must be of the same program. A report is refused if it has no cases, if its page,
+/// JUnit or counts contradict its cases, or if a case passed although its verdict or one of its
+/// metrics failed. Returns the number of failed cases. Errors: those of
 /// check_merge_output(), kInput, kOutput.
 Result<std::size_t> merge_reports(const std::vector<std::filesystem::path>& reports,
                                   const std::filesystem::path& folder, bool overwrite);

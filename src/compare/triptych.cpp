@@ -7,8 +7,9 @@
 namespace polymorph {
 namespace {
 
-constexpr float kGain = 8;
+constexpr float kGain = 8;  // factor of the differences
 
+/// An image in Rec. 709 and its channels R, G and B. The first channel stands for missing ones.
 struct Colors {
   Image image;
   int channel[3];

@@ -9,11 +9,12 @@
 
 namespace polymorph {
 
-/// Returns the text of the entry; "" if there is no such entry or its value is a number.
+/// Returns the text of the entry called `name`; "" if there is no such entry or its value is a
+/// number.
 std::string find_text(const Image& image, std::string_view name);
 
-/// Formats the value of the entry as text, as encode_png() writes it; nullopt if there is no such
-/// entry.
+/// Formats the value of the entry called `name` as encode_png() writes it; nullopt if there is no
+/// such entry.
 std::optional<std::string> format_entry(const Image& image, std::string_view name);
 
 }  // namespace polymorph

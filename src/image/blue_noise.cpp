@@ -15,21 +15,23 @@ constexpr std::size_t kCount = std::size_t{kSize} * kSize;
 
 /// A set of pixels on a torus, and the density of the set around each pixel.
 struct Pattern {
-  std::vector<char> set = std::vector<char>(kCount);
-  std::vector<float> energy = std::vector<float>(kCount);
+  std::vector<char> set = std::vector<char>(kCount);       ///< 1: the pixel is a member
+  std::vector<float> energy = std::vector<float>(kCount);  ///< sum of Gaussians at the members
 
-  void flip(std::size_t at) {
-    // Ulichney's sigma of 1.5 pixels; beyond 6 pixels the weight is below 4e-4.
+  /// Adds a pixel to the set, or removes it if it is a member, and updates the energies around it.
+  void flip(std::size_t pixel) {
+    // exp(-distance^2 / (2 sigma^2)) by squared distance, with Ulichney's sigma of 1.5 pixels.
+    // Beyond 6 pixels the weight is below 4e-4.
     constexpr int kRadius = 6;
     static const std::vector<float> weights = [] {
-      std::vector<float> all;
+      std::vector<float> table;
       for (int distance2 = 0; distance2 <= 2 * kRadius * kRadius; ++distance2)
-        all.push_back(static_cast<float>(exact::exp(-distance2 / 4.5)));
-      return all;
+        table.push_back(static_cast<float>(exact::exp(-distance2 / 4.5)));
+      return table;
     }();
-    const float sign = set[at] ? -1.0f : 1.0f;
-    set[at] = !set[at];
-    const int x = static_cast<int>(at) % kSize, y = static_cast<int>(at) / kSize;
+    const float sign = set[pixel] ? -1.0f : 1.0f;
+    set[pixel] = !set[pixel];
+    const int x = static_cast<int>(pixel) % kSize, y = static_cast<int>(pixel) / kSize;
     for (int dy = -kRadius; dy <= kRadius; ++dy)
       for (int dx = -kRadius; dx <= kRadius; ++dx) {
         const auto u = static_cast<std::size_t>((x + dx + kSize) % kSize);
@@ -41,6 +43,7 @@ struct Pattern {
   std::size_t find_largest_void() const { return find_extreme(0); }
 
  private:
+  /// Finds the member (1) of largest energy, or the other pixel (0) of smallest energy.
   std::size_t find_extreme(char member) const {
     std::size_t best = kCount;
     for (std::size_t i = 0; i < kCount; ++i) {
@@ -52,13 +55,15 @@ struct Pattern {
   }
 };
 
+/// Makes a set of a tenth of all pixels that are evenly distributed.
 Pattern make_initial_pattern() {
   Pattern pattern;
   for (std::size_t n = 0; n < kCount / 10; ++n) {
-    const std::size_t at = random_below(kCount, 1, 0, n);
-    pattern.flip(pattern.set[at] ? pattern.find_largest_void() : at);
+    const std::size_t pixel = random_below(kCount, 1, 0, n);
+    pattern.flip(pattern.set[pixel] ? pattern.find_largest_void() : pixel);
   }
-  // Move the pixel of the tightest cluster into the largest void, until it returns to its position.
+  // Move the pixel of the tightest cluster into the largest void, until that void is where the
+  // pixel was.
   for (std::size_t step = 0; step < kCount; ++step) {
     const std::size_t from = pattern.find_tightest_cluster();
     pattern.flip(from);
@@ -69,21 +74,23 @@ Pattern make_initial_pattern() {
   return pattern;
 }
 
+/// Ranks the members of the initial set by removing the tightest clusters, which get the highest
+/// ranks, and all other pixels by filling the largest voids.
 std::vector<std::uint16_t> compute_ranks() {
   std::vector<std::uint16_t> ranks(kCount);
   const Pattern start = make_initial_pattern();
   const auto members = static_cast<std::size_t>(std::count(start.set.begin(), start.set.end(), 1));
   Pattern shrinking = start;
   for (std::size_t rank = members; rank-- > 0;) {
-    const std::size_t at = shrinking.find_tightest_cluster();
-    ranks[at] = static_cast<std::uint16_t>(rank);
-    shrinking.flip(at);
+    const std::size_t pixel = shrinking.find_tightest_cluster();
+    ranks[pixel] = static_cast<std::uint16_t>(rank);
+    shrinking.flip(pixel);
   }
   Pattern growing = start;
   for (std::size_t rank = members; rank < kCount; ++rank) {
-    const std::size_t at = growing.find_largest_void();
-    ranks[at] = static_cast<std::uint16_t>(rank);
-    growing.flip(at);
+    const std::size_t pixel = growing.find_largest_void();
+    ranks[pixel] = static_cast<std::uint16_t>(rank);
+    growing.flip(pixel);
   }
   return ranks;
 }

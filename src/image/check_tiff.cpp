@@ -14,13 +14,13 @@ constexpr std::uint64_t kWidthTag = 256, kHeightTag = 257, kChannelsTag = 277, k
                         kTileHeightTag = 323;
 constexpr std::uint64_t kStripOffsetsTag = 273, kStripByteCountsTag = 279, kTileOffsetsTag = 324,
                         kTileByteCountsTag = 325;
-/// Bytes per value, by type.
+/// Bytes per value, indexed by the type's code; 0 for codes without a type.
 constexpr std::array<std::uint64_t, 19> kTypeSizes{0, 1, 1, 2, 4, 8, 1, 1, 2, 4,
                                                    8, 4, 8, 4, 0, 0, 8, 8, 8};
 
+/// A directory entry: `count` values of `item_size` bytes at `offset` in the file.
 struct TiffEntry {
-  std::uint64_t tag = 0, item_size = 0, count = 0,
-                offset = 0;  ///< `offset`: position of the values in the file
+  std::uint64_t tag = 0, item_size = 0, count = 0, offset = 0;
 };
 
 class TiffReader {
@@ -28,7 +28,7 @@ class TiffReader {
   explicit TiffReader(std::string_view bytes)
       : bytes_(bytes),
         is_little_endian_(bytes[0] == 'I'),
-        is_big_tiff_(bytes[is_little_endian_ ? 2 : 3] == 43) {}
+        is_big_tiff_(bytes[is_little_endian_ ? 2 : 3] == 43) {}  // version 42 is TIFF, 43 BigTIFF
 
   TiffSize size() const {
     TiffSize size;
@@ -48,21 +48,22 @@ class TiffReader {
 
   /// Tests that the first directory, its entries and the picture lie within the file.
   bool is_complete() const {
-    const std::uint64_t directory = first_directory(), head = count_size(), size = entry_size();
-    if (!is_within_file(directory, head)) return false;
-    const std::uint64_t count = read_integer(directory, head);
-    if (count > bytes_.size() / size || !is_within_file(directory + head, count * size))
+    const std::uint64_t directory = first_directory(), count_bytes = count_size(),
+                        size = entry_size();
+    if (!is_within_file(directory, count_bytes)) return false;
+    const std::uint64_t count = read_integer(directory, count_bytes);
+    if (count > bytes_.size() / size || !is_within_file(directory + count_bytes, count * size))
       return false;
-    std::optional<TiffEntry> offsets, lengths;
+    std::optional<TiffEntry> offsets, byte_counts;
     for (std::uint64_t i = 0; i < count; ++i) {
-      const TiffEntry entry = read_entry(directory + head + i * size);
+      const TiffEntry entry = read_entry(directory + count_bytes + i * size);
       if (entry.count > bytes_.size() ||
           !is_within_file(entry.offset, entry.count * entry.item_size))
         return false;
       if (entry.tag == kStripOffsetsTag || entry.tag == kTileOffsetsTag) offsets = entry;
-      if (entry.tag == kStripByteCountsTag || entry.tag == kTileByteCountsTag) lengths = entry;
+      if (entry.tag == kStripByteCountsTag || entry.tag == kTileByteCountsTag) byte_counts = entry;
     }
-    return !offsets || !lengths || strips_are_within_file(*offsets, *lengths);
+    return !offsets || !byte_counts || strips_are_within_file(*offsets, *byte_counts);
   }
 
  private:
@@ -89,14 +90,16 @@ class TiffReader {
     const std::uint64_t type = read_integer(offset + 2, 2), field_size = is_big_tiff_ ? 8 : 4;
     TiffEntry entry{read_integer(offset, 2), type < kTypeSizes.size() ? kTypeSizes[type] : 0,
                     read_integer(offset + 4, field_size), offset + 4 + field_size};
+    // Values that fit into the field stand there; otherwise the field holds their offset.
     if (entry.count > field_size || entry.count * entry.item_size > field_size)
       entry.offset = read_integer(entry.offset, field_size);
     return entry;
   }
-  bool strips_are_within_file(const TiffEntry& offsets, const TiffEntry& lengths) const {
-    for (std::uint64_t i = 0; i < offsets.count && i < lengths.count; ++i)
-      if (!is_within_file(read_integer(offsets.offset + i * offsets.item_size, offsets.item_size),
-                          read_integer(lengths.offset + i * lengths.item_size, lengths.item_size)))
+  bool strips_are_within_file(const TiffEntry& offsets, const TiffEntry& byte_counts) const {
+    for (std::uint64_t i = 0; i < offsets.count && i < byte_counts.count; ++i)
+      if (!is_within_file(
+              read_integer(offsets.offset + i * offsets.item_size, offsets.item_size),
+              read_integer(byte_counts.offset + i * byte_counts.item_size, byte_counts.item_size)))
         return false;
     return true;
   }

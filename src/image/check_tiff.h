@@ -12,8 +12,8 @@ namespace polymorph {
 /// a TIFF's magic.
 Status check_tiff(std::string_view bytes);
 
-/// Size of the first image of such a file in pixels, or of its tiles if they are larger; 0 for what
-/// the directory does not state.
+/// Size in pixels of the first image of a TIFF or BigTIFF, or of its tiles if they are larger. A
+/// width or height that the directory does not state is 0.
 struct TiffSize {
   double width = 0, height = 0, channels = 1;
 };

@@ -21,9 +21,9 @@ using Matrix = std::array<std::array<float, 3>, 3>;
 
 // The primaries of kLabels give the matrices to XYZ (SMPTE RP 177); D65 is adapted to the white of
 // ACES, and back, by Bradford's transform (Lam 1985; rows 0.8951 0.2664 -0.1614, -0.7502 1.7135
-// 0.0367, 0.0389 -0.0685 1.0296). Computed with fractions and rounded to float: these are the
-// matrices of OpenColorIO's built-in transform "UTILITY - ACES-AP1_to_LINEAR-REC709_BFD", forwards
-// and backwards. Their rows add up to 1 as floats too, so that greys do not change.
+// 0.0367, 0.0389 -0.0685 1.0296). The matrices were computed with fractions and rounded to float.
+// They equal those of OpenColorIO's built-in transform "UTILITY - ACES-AP1_to_LINEAR-REC709_BFD",
+// forwards and backwards. Their rows add up to 1 as floats too, so that greys do not change.
 constexpr Matrix kRec709ToAcesCg{{{0.613097402f, 0.339523146f, 0.0473794514f},
                                   {0.0701937225f, 0.916353879f, 0.0134523985f},
                                   {0.0206155929f, 0.109569773f, 0.869814634f}}};
@@ -45,6 +45,7 @@ std::optional<Channels> find_colors(const Image& image, const std::string& prefi
                   static_cast<std::size_t>(blue)};
 }
 
+/// Lists the colour channels of every layer that has colours.
 std::vector<Channels> find_color_layers(const Image& image) {
   std::vector<Channels> layers;
   for (const std::string& name : image.channels) {
@@ -70,7 +71,7 @@ void multiply_colors(const Matrix& m, Image& image) {
               pixel[layer[c]] = (m[c][0] * r + m[c][1] * g) + m[c][2] * b;
           }
       },
-      16);
+      16);  // rows per task
 }
 
 }  // namespace

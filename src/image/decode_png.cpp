@@ -22,10 +22,10 @@ namespace {
 struct PngImage : PmOiioImage {
   PngImage() : PmOiioImage{} {}
   std::string error_text;
-  std::vector<png_byte> codes;
-  std::vector<png_bytep> rows;
-  std::unique_ptr<float[]> values;
-  std::vector<std::string> texts;  ///< keywords and texts, alternating
+  std::vector<png_byte> codes;      ///< samples as libpng delivers them
+  std::vector<png_bytep> rows;      ///< the first code of each row
+  std::unique_ptr<float[]> values;  ///< samples in [0, 1]
+  std::vector<std::string> texts;   ///< keywords and texts, alternating
   std::vector<PmOiioAttribute> entries;
 };
 
@@ -43,11 +43,11 @@ void read_bytes(png_structp png, png_bytep to, std::size_t size) {
 }
 
 /// Reads the header and sets up the conversion to grey, grey and alpha, RGB or RGBA, with 8 bits
-/// per sample or with 16 in this machine's byte order.
+/// per sample or with 16 in this machine's byte order. Sets `bits` to that read_integer.
 void read_header(png_structp png, png_infop info, PngImage& image, int& bits) {
   // The size is checked against the caller's limit instead.
   png_set_user_limits(png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
-  static const png_byte kCodingChunk[] = "cICP";  // libpng knows it from 1.6.45 on
+  static const png_byte kCodingChunk[] = "cICP";  // libpng before 1.6.45 does not know this chunk
   png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_ALWAYS, kCodingChunk, 1);
   png_read_info(png, info);
   png_set_expand(png);
@@ -74,17 +74,18 @@ void copy_texts(png_structp png, png_infop info, PngImage& image) {
 int exif_orientation(std::span<const png_byte> exif) {
   if (exif.size() < 8) return 1;
   const bool little = exif[0] == 'I';
-  const auto number = [&](std::size_t at, std::size_t bytes) {
+  const auto read_integer = [&](std::size_t at, std::size_t bytes) {
     std::size_t value = 0;
     for (std::size_t i = 0; i < bytes; ++i)
       value = value << 8 | (at + i < exif.size() ? exif[little ? at + bytes - 1 - i : at + i] : 0);
     return value;
   };
-  const std::size_t directory = number(4, 4), count = number(directory, 2);
+  const std::size_t directory = read_integer(4, 4), count = read_integer(directory, 2);
   for (std::size_t i = 0; i < count && directory + 12 * i + 14 <= exif.size(); ++i) {
     constexpr std::size_t kOrientationTag = 0x0112;
-    const std::size_t entry = directory + 2 + 12 * i;
-    if (number(entry, 2) == kOrientationTag) return static_cast<int>(number(entry + 8, 2));
+    const std::size_t entry = directory + 2 + 12 * i;  // tag, type, count and value: 12 bytes
+    if (read_integer(entry, 2) == kOrientationTag)
+      return static_cast<int>(read_integer(entry + 8, 2));
   }
   return 1;
 }
@@ -162,8 +163,9 @@ struct Handles {
   ~Handles() { png_destroy_read_struct(&png, &info, nullptr); }
 };
 
-/// On an error libpng calls longjmp(), which skips destructors: so these two functions and all that
-/// they call own nothing. The caller allocates the pixels between the two.
+/// On an error libpng calls longjmp(), which skips destructors. Therefore no local variable of
+/// read_until_pixels(), of read_pixels() or of the functions that they call owns memory. The caller
+/// allocates the pixels between the two calls.
 bool read_until_pixels(Handles& h, PngImage& image, int& bits) {
   if (setjmp(png_jmpbuf(h.png)) != 0) return false;
   read_header(h.png, h.info, image, bits);
@@ -193,7 +195,7 @@ void convert_codes(PngImage& image, std::size_t count, float max_code) {
 }
 
 void decode(const std::string& bytes, std::uint64_t max_bytes, PngImage& image) {
-  image.failure = PM_OIIO_BROKEN;
+  image.failure = PM_OIIO_BROKEN;  // until all is decoded
   PngSource reader{bytes, 0, image};
   Handles h;
   h.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &image.error_text, keep_png_error,

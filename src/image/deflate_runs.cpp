@@ -12,15 +12,18 @@
 namespace polymorph {
 namespace {
 
-constexpr int kEndOfBlock = 256, kSymbols = 286;  // of literals and lengths
-constexpr std::size_t kBlockSize = std::size_t{1} << 18;
-/// Limits in bits: four literals of 12 bits fit into the 56 bits that BitWriter buffers.
+/// The alphabet of literals and lengths: 256 bytes, the end of the block, and 29 lengths.
+constexpr int kEndOfBlock = 256, kSymbols = 286;
+constexpr std::size_t kBlockSize = std::size_t{1} << 18;  // bytes
+/// Maximum lengths in bits. Four literals of 12 bits fit into the 56 bits that BitWriter buffers; 7
+/// is Deflate's limit for the codes of the code lengths.
 constexpr int kMaxCodeBits = 12, kMaxCodeLengthBits = 7;
-constexpr std::size_t kMinRun = 4, kMaxRun = 258;  // bytes; the latter is Deflate's limit
+/// Lengths of runs in bytes: find_runs() compares words of 4 bytes; 258 is Deflate's limit.
+constexpr std::size_t kMinRun = 4, kMaxRun = 258;
 
-/// Computes the lengths in bits, at most `limit`, of Huffman codes; 0 for symbols that do not
-/// occur. While the longest code exceeds `limit`, halves all counts (rounded up), which evens out
-/// the lengths.
+/// Computes the lengths of Huffman codes, at most `limit` bits; 0 for symbols that do not occur.
+/// While the longest code exceeds `limit`, halves all counts (rounded up), which brings the lengths
+/// closer together.
 void find_code_lengths(std::span<const std::uint32_t> counts, int limit,
                        std::span<std::uint8_t> lengths) {
   std::vector<std::pair<std::uint32_t, int>> leaves;  // (count, symbol)
@@ -88,6 +91,7 @@ class BitWriter {
     pending_bits_ += length;
   }
   void put(const Code& code) { put(code.bits, code.length); }
+  /// Writes the whole bytes among the pending bits; at most 7 bits stay pending.
   void flush() {
     static_assert(std::endian::native == std::endian::little);
     std::memcpy(out_, &pending_, sizeof pending_);
@@ -108,13 +112,13 @@ class BitWriter {
   int pending_bits_ = 0;
 };
 
-/// The symbol of a run's length, and its extra bits.
+/// A run's length as Deflate writes it: a symbol, followed by the extra bits.
 struct LengthCode {
-  int symbol = 0, extra_bits = 0;
+  int symbol = 0, extra_bits = 0;  ///< `extra_bits`: number of bits of `extra`
   std::uint32_t extra = 0;
 };
 
-/// Returns the symbols of the lengths 3 to 258 (RFC 1951, section 3.2.5).
+/// Returns the codes of the lengths 3 to 258, indexed by length (RFC 1951, section 3.2.5).
 const std::array<LengthCode, kMaxRun + 1>& length_codes() {
   static const auto codes = [] {
     std::array<LengthCode, kMaxRun + 1> table{};
@@ -130,12 +134,13 @@ const std::array<LengthCode, kMaxRun + 1>& length_codes() {
   return codes;
 }
 
-/// Bytes that equal the byte before them.
+/// A sequence of bytes that all equal the byte before the sequence.
 struct Run {
   std::size_t first, size;
 };
 
-/// Finds the runs in [first, end). The first run may repeat the last byte of the previous block.
+/// Finds the runs of kMinRun to kMaxRun bytes in [first, end). The first run may repeat the last
+/// byte of the previous block.
 std::vector<Run> find_runs(std::span<const std::uint8_t> bytes, std::size_t first,
                            std::size_t end) {
   const auto load = [&](std::size_t i) {
@@ -145,6 +150,7 @@ std::vector<Run> find_runs(std::span<const std::uint8_t> bytes, std::size_t firs
   };
   std::vector<Run> runs;
   for (std::size_t i = std::max<std::size_t>(first, 1); i + kMinRun <= end;) {
+    // Byte k is 0 if bytes[i + k] equals the byte before it.
     const std::uint32_t differences = load(i) ^ load(i - 1);
     if (differences != 0) {
       // A run can begin only after the last of the four bytes that differs.
@@ -159,9 +165,10 @@ std::vector<Run> find_runs(std::span<const std::uint8_t> bytes, std::size_t firs
   return runs;
 }
 
+/// Counts of each symbol, in four parts. Successive bytes are counted in different parts, so that
+/// equal bytes do not wait for each other's increments.
 struct Histogram {
-  std::array<std::array<std::uint32_t, kSymbols>, 4>
-      lanes{};  ///< counts of every fourth byte: equal bytes in a row have different counters
+  std::array<std::array<std::uint32_t, kSymbols>, 4> lanes{};
 };
 
 void count_literals(std::span<const std::uint8_t> bytes, Histogram& histogram) {
@@ -174,20 +181,21 @@ void count_literals(std::span<const std::uint8_t> bytes, Histogram& histogram) {
 /// Writes the code lengths of both alphabets (RFC 1951, section 3.2.7). The alphabet of distances
 /// has one symbol, the distance 1, with a code of one bit.
 void put_lengths(std::span<const std::uint8_t> lengths, BitWriter& writer) {
+  // The order in which a block states the lengths of the codes of code lengths.
   constexpr int kOrder[] = {16, 17, 18, 0, 8, 7, 9, 6, 10, 5, 11, 4, 12, 3, 13, 2, 14, 1, 15};
   std::array<std::uint32_t, 19> counts{};
-  std::array<std::uint8_t, 19> own_lengths{};
+  std::array<std::uint8_t, 19> code_length_lengths{};
   std::array<Code, 19> codes{};
   for (const std::uint8_t length : lengths) ++counts[length];
-  ++counts[1];
-  find_code_lengths(counts, kMaxCodeLengthBits, own_lengths);
-  assign_codes(own_lengths, codes);
+  ++counts[1];  // the length of the distance's code
+  find_code_lengths(counts, kMaxCodeLengthBits, code_length_lengths);
+  assign_codes(code_length_lengths, codes);
   writer.put(static_cast<std::uint64_t>(lengths.size() - 257), 5);
-  writer.put(0, 5);
+  writer.put(0, 5);  // one distance code
   writer.put(std::size(kOrder) - 4, 4);
   writer.flush();
   for (const int symbol : kOrder) {
-    writer.put(own_lengths[static_cast<std::size_t>(symbol)], 3);
+    writer.put(code_length_lengths[static_cast<std::size_t>(symbol)], 3);
     writer.flush();
   }
   for (const std::uint8_t length : lengths) {
@@ -198,6 +206,8 @@ void put_lengths(std::span<const std::uint8_t> lengths, BitWriter& writer) {
   writer.flush();
 }
 
+/// Writes a block: finds its runs, counts its symbols, computes the codes, then writes the header,
+/// the literals and the runs.
 void put_block(std::span<const std::uint8_t> bytes, std::size_t first, std::size_t end,
                BitWriter& writer) {
   const std::vector<Run> runs = find_runs(bytes, first, end);
@@ -219,8 +229,8 @@ void put_block(std::span<const std::uint8_t> bytes, std::size_t first, std::size
   find_code_lengths(counts, kMaxCodeBits, lengths);
   assign_codes(lengths, codes);
 
-  writer.put(end == bytes.size() ? 1 : 0, 1);
-  writer.put(2, 2);  // block type 2: dynamic Huffman codes
+  writer.put(end == bytes.size() ? 1 : 0, 1);  // 1: the last block
+  writer.put(2, 2);                            // block type 2: dynamic Huffman codes
   put_lengths(lengths, writer);
   const auto put_literals = [&](std::size_t from, std::size_t to) {
     for (; from + 4 <= to; from += 4) {
@@ -235,7 +245,8 @@ void put_block(std::span<const std::uint8_t> bytes, std::size_t first, std::size
     put_literals(at, run.first);
     const LengthCode& code = run_codes[run.size];
     writer.put(codes[static_cast<std::size_t>(code.symbol)]);
-    writer.put(code.extra, code.extra_bits + 1);  // and a 0, the code of the distance 1
+    // The additional bit 0 is the code of the distance 1.
+    writer.put(code.extra, code.extra_bits + 1);
     writer.flush();
     at = run.first + run.size;
   }
@@ -251,15 +262,15 @@ std::string deflate_runs(std::span<const std::uint8_t> bytes) {
   const std::size_t blocks = std::max<std::size_t>(1, (bytes.size() + kBlockSize - 1) / kBlockSize);
   std::string out;
   out.resize(bytes.size() / 8 * kMaxCodeBits + 64 + blocks * kMaxBlockHeader);
-  out[0] = 0x78;
-  out[1] = 0x01;
+  out[0] = 0x78;  // zlib's header: Deflate with a window of 32 kB,
+  out[1] = 0x01;  // the fastest level, no dictionary
   BitWriter writer(&out[2]);
   for (std::size_t b = 0; b < blocks; ++b)
     put_block(bytes, b * kBlockSize, std::min((b + 1) * kBlockSize, bytes.size()), writer);
   char* end = writer.finish();
-  const auto sum =
+  const auto checksum =
       static_cast<std::uint32_t>(adler32_z(adler32_z(0, nullptr, 0), bytes.data(), bytes.size()));
-  for (int shift = 24; shift >= 0; shift -= 8) *end++ = static_cast<char>(sum >> shift);
+  for (int shift = 24; shift >= 0; shift -= 8) *end++ = static_cast<char>(checksum >> shift);
   out.resize(static_cast<std::size_t>(end - out.data()));
   return out;
 }

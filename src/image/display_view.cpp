@@ -14,13 +14,13 @@
 namespace polymorph {
 namespace {
 
-struct Module {
+struct OcioFunctions {
   PmOcioOpenFunction* open = nullptr;
   PmOcioApplyFunction* apply = nullptr;
   PmOcioCloseFunction* close = nullptr;
 };
 
-Module find_ocio_functions(void* handle) {
+OcioFunctions find_ocio_functions(void* handle) {
   return {reinterpret_cast<PmOcioOpenFunction*>(dlsym(handle, "polymorph_ocio_open")),
           reinterpret_cast<PmOcioApplyFunction*>(dlsym(handle, "polymorph_ocio_apply")),
           reinterpret_cast<PmOcioCloseFunction*>(dlsym(handle, "polymorph_ocio_close"))};
@@ -29,11 +29,12 @@ Module find_ocio_functions(void* handle) {
 bool is_current_ocio(void* handle) {
   auto* version =
       reinterpret_cast<PmOcioInterfaceFunction*>(dlsym(handle, "polymorph_ocio_interface"));
-  const Module module = find_ocio_functions(handle);
-  return version && module.open && module.apply && module.close && version() == PM_OCIO_INTERFACE;
+  const OcioFunctions functions = find_ocio_functions(handle);
+  return version && functions.open && functions.apply && functions.close &&
+         version() == PM_OCIO_INTERFACE;
 }
 
-/// Converts a display's code to the linear colour that the sRGB curve maps to this code.
+/// Converts a code that the view computed to the linear colour that the sRGB curve maps to it.
 float decode_display_code(float code) {
   return srgb_to_linear(code > 0 ? std::min(code, 1.0f) : 0.0f);  // NaN is 0
 }
@@ -41,10 +42,10 @@ float decode_display_code(float code) {
 }  // namespace
 
 struct ViewTransform::State {
-  Module module;
+  OcioFunctions functions;
   PmOcioView* view = nullptr;
   ~State() {
-    if (view) module.close(view);
+    if (view) functions.close(view);
   }
 };
 
@@ -68,8 +69,8 @@ Result<ViewTransform> ViewTransform::open(const DisplayView& view) {
                       "display and view need an OpenColorIO config - name it in the environment, "
                       "as in OCIO=/studio/config.ocio");
   auto state = std::make_shared<State>();
-  state->module = find_ocio_functions(*handle);
-  state->view = state->module.open(config, view.display.c_str(), view.view.c_str());
+  state->functions = find_ocio_functions(*handle);
+  state->view = state->functions.open(config, view.display.c_str(), view.view.c_str());
   if (state->view->error)
     return make_error(ErrorCode::kInput, "{}: {}", config, state->view->error);
   return ViewTransform(std::move(state));
@@ -88,17 +89,17 @@ Status ViewTransform::apply(Image& image, float exposure) const {
     return a > 0 ? a : 1.0f;
   };
   const auto gain = static_cast<float>(exact::exp2(static_cast<double>(exposure)));
-  std::vector<float> row(3 * pixels);
+  std::vector<float> rgb(3 * pixels);
   for (std::size_t i = 0; i < pixels; ++i)
     for (std::size_t c = 0; c < 3; ++c)
-      row[3 * i + c] =
+      rgb[3 * i + c] =
           gain * image.pixels[i * count + static_cast<std::size_t>(colors[c])] / alpha_at(i);
-  if (const char* reason = state_->module.apply(state_->view, row.data(), pixels))
+  if (const char* reason = state_->functions.apply(state_->view, rgb.data(), pixels))
     return make_error(ErrorCode::kResource, "{}", reason);
   for (std::size_t i = 0; i < pixels; ++i)
     for (std::size_t c = 0; c < 3; ++c)
       image.pixels[i * count + static_cast<std::size_t>(colors[c])] =
-          decode_display_code(row[3 * i + c]) * alpha_at(i);
+          decode_display_code(rgb[3 * i + c]) * alpha_at(i);
   return Ok{};
 }
 

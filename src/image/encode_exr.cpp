@@ -62,20 +62,22 @@ Imf::Compression to_openexr(ExrCompression compression) {
   return Imf::ZIP_COMPRESSION;
 }
 
+/// Tests whether a channel is stored as half: colours and alpha. All others are stored as float.
 bool is_half(const std::string& channel) {
   return channel == "R" || channel == "G" || channel == "B" || channel == "A";
 }
 
-/// Converts to half; a highlight beyond half's range stays finite, because an infinity would fail
-/// every comparison.
+/// Converts a sample to half. A highlight beyond half's range is clamped, because an infinity would
+/// fail every comparison.
 half to_half(float value) {
   return half(std::isfinite(value) ? std::clamp(value, -65504.0f, 65504.0f) : value);
 }
 
 Status add_attributes(const std::vector<Attribute>& attributes, Imf::Header& header) {
   for (const Attribute& attribute : attributes) {
+    // make_header() and the settings provide these two.
     if (attribute.name == kPixelAspectAttribute && std::get_if<float>(&attribute.value)) continue;
-    if (attribute.name == kColorInteropAttribute) continue;  // the settings name the space
+    if (attribute.name == kColorInteropAttribute) continue;
     const char* name = attribute.name.c_str();
     if (attribute.name.empty() || attribute.name.size() > 255 ||
         header.find(name) != header.end() || attribute.name == "channels")
@@ -93,8 +95,8 @@ Status add_attributes(const std::vector<Attribute>& attributes, Imf::Header& hea
   return Ok{};
 }
 
-/// Makes a header with the entries that OpenEXR requires to be equal in all parts of a file, and
-/// with the compression.
+/// Makes a header with the compression and with the entries that OpenEXR requires to be equal in
+/// all parts of a file.
 Imf::Header make_header(const Image& image, const ExrSettings& settings) {
   Imf::Header header(image.width, image.height);
   header.compression() = to_openexr(settings.compression);
@@ -114,7 +116,8 @@ void add_channel(const std::string& name, Imf::Header& header) {
   header.channels().insert(name, Imf::Channel(is_half(name) ? Imf::HALF : Imf::FLOAT));
 }
 
-/// Names of each layer's channels, by the layer's name: a channel's name up to the last dot.
+/// The channel names of each layer, by the layer's name, which is the channel's name up to the last
+/// dot. The channels R, G, B and A are the layer kColorPart.
 using Layers = std::map<std::string, std::vector<std::string>>;
 constexpr const char* kColorPart = "rgba";
 
@@ -129,19 +132,20 @@ Layers list_layers(const Image& image) {
 /// layer's name begins with that of the Cryptomatte.
 std::vector<Attribute> list_cryptomatte_entries(const Image& image, const std::string& layer) {
   std::vector<Attribute> entries;
-  for (const Attribute& name : image.attributes) {
-    const auto* text = std::get_if<std::string>(&name.value);
-    if (!text || !name.name.starts_with("cryptomatte/") || !name.name.ends_with("/name") ||
+  for (const Attribute& entry : image.attributes) {
+    const auto* text = std::get_if<std::string>(&entry.value);
+    if (!text || !entry.name.starts_with("cryptomatte/") || !entry.name.ends_with("/name") ||
         !layer.starts_with(*text))
       continue;
-    const std::string prefix = name.name.substr(0, name.name.rfind('/') + 1);
+    const std::string prefix = entry.name.substr(0, entry.name.rfind('/') + 1);
     for (const Attribute& attribute : image.attributes)
       if (attribute.name.starts_with(prefix)) entries.push_back(attribute);
   }
   return entries;
 }
 
-/// Makes a header for each part. The part of the colours is the first.
+/// Makes a header for each part, one part per layer. The first part has the colours and, except for
+/// those of Cryptomattes, the only copy of the image's entries.
 Result<std::vector<Imf::Header>> make_part_headers(const Image& image, const Layers& layers,
                                                    const ExrSettings& settings) {
   std::vector<std::string> order;
@@ -169,12 +173,14 @@ Image convert_copy(Image image, ColorSpace space) {
   return image;
 }
 
-/// One plane per channel: OpenEXR copies planes faster than interleaved samples.
+/// One plane per channel, in `halves` or in `floats`; the other is empty. OpenEXR copies planes
+/// faster than interleaved samples.
 struct Planes {
   std::vector<std::vector<half>> halves;
   std::vector<std::vector<float>> floats;
 };
 
+/// Copies the channels into planes. Returns OpenEXR's description of these planes.
 Imf::FrameBuffer fill_planes(const Image& image, Planes& planes) {
   const std::size_t pixels =
       static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
@@ -225,8 +231,8 @@ int prepare_exr_threads() {
   const int count = thread_count() > 1 ? thread_count() : 0;
   static std::mutex mutex;
   const std::lock_guard lock(mutex);
-  // One thread at a time: where a later one of several cannot be started, OpenEXR 3.1 frees a new
-  // pool under the threads that already wait in it.
+  // Add one thread at a time. If several are requested and one of them cannot be started, OpenEXR
+  // 3.1 frees the new pool while the threads started before wait in it.
   for (int n = Imf::globalThreadCount() + 1; n <= count; ++n) Imf::setGlobalThreadCount(n);
   return count;
 }

@@ -13,11 +13,12 @@
 namespace polymorph {
 namespace {
 
-constexpr int kMaxUnchanged = 3;  // maximum difference, in codes of 255, of an unchanged pixel
+/// A pixel counts as unchanged if no channel differs by more than this, in 8-bit codes.
+constexpr int kMaxUnchanged = 3;
 
 struct Frame {
   int left = 0, top = 0, width = 0, height = 0;  ///< rectangle that changed
-  std::vector<std::uint8_t> indices;
+  std::vector<std::uint8_t> indices;             ///< palette indices of its pixels, row by row
 };
 
 Status check_frames(std::span<const Image> frames) {
@@ -39,6 +40,7 @@ Status check_frames(std::span<const Image> frames) {
   return Ok{};
 }
 
+/// Encodes the colours of an image by the sRGB curve, with 8 bits.
 std::vector<Rgb8> encode_colors(const Image& image) {
   const SrgbQuantizer& quantize = SrgbQuantizer::instance();
   const int channels[3] = {image.find_channel("R"), image.find_channel("G"),
@@ -60,16 +62,16 @@ bool differs(Rgb8 a, Rgb8 b) {
          std::abs(a[2] - b[2]) > kMaxUnchanged;
 }
 
-/// The screen's content: for each pixel the colour requested when the pixel was last drawn, and its
-/// palette index.
+/// A viewer's screen while it plays the GIF. `colors` holds the colour of each pixel before
+/// dithering, from the frame that drew the pixel last; `indices` holds its palette index.
 struct Screen {
   int width, height;
-  std::uint8_t transparent;
+  std::uint8_t transparent;  ///< palette index
   std::vector<Rgb8> colors;
   std::vector<std::uint8_t> indices;
 };
 
-/// Draws a frame, which covers the bounding box of the changed pixels; other pixels are
+/// Draws the bounding box of the changed pixels as a frame, in which unchanged pixels are
 /// transparent. Updates the screen.
 Frame draw_changes(const std::vector<Rgb8>& colors, const PaletteMap& map, bool is_first,
                    Screen& screen) {
@@ -102,7 +104,7 @@ Frame draw_changes(const std::vector<Rgb8>& colors, const PaletteMap& map, bool 
         top = std::min(top, y);
         bottom = std::max(bottom, y + 1);
       }
-  // A frame without changes still needs a duration: one transparent pixel.
+  // A frame without changes becomes one transparent pixel, because its duration must be stored.
   if (left >= right) return {0, 0, 1, 1, {screen.transparent}};
   Frame frame{left, top, right - left, bottom - top, {}};
   for (int y = top; y < bottom; ++y) {
@@ -118,7 +120,7 @@ int append(GifFileType* gif, const GifByteType* data, int size) {
   return size;
 }
 
-/// giflib's encoder. Every call returns GIF_ERROR or GIF_OK; the first failure is kept.
+/// giflib's encoder. It keeps the first error of giflib; close() returns it.
 class GifWriter {
  public:
   GifWriter(std::string& bytes, int width, int height, const std::vector<Rgb8>& palette) {
@@ -194,11 +196,11 @@ Result<std::string> encode_gif(std::span<const Image> frames, float frames_per_s
   {
     GifWriter writer(bytes, screen.width, screen.height, palette);
     // Viewers show frames shorter than 2/100 s more slowly.
-    const double period = std::max(100.0 / static_cast<double>(frames_per_second), 2.0);
+    const double centiseconds = std::max(100.0 / static_cast<double>(frames_per_second), 2.0);
     for (std::size_t i = 0; i < frames.size(); ++i) {
       Frame frame = draw_changes(encode_colors(frames[i]), map, i == 0, screen);
-      const auto start_time = [&](std::size_t n) {
-        return std::lround(period * static_cast<double>(n));
+      const auto start_time = [&](std::size_t n) {  // in 1/100 s
+        return std::lround(centiseconds * static_cast<double>(n));
       };
       writer.add_frame(frame, static_cast<int>(start_time(i + 1) - start_time(i)), transparent);
     }

@@ -17,7 +17,7 @@
 namespace polymorph {
 namespace {
 
-/// Keywords and texts of tEXt chunks, which hold the attributes that an EXR has in its header.
+/// Keywords and texts of tEXt chunks, in which a PNG holds the image's attributes.
 using Texts = std::vector<std::pair<std::string, std::string>>;
 Texts make_texts(const std::vector<Attribute>& attributes) {
   constexpr std::size_t kMaxKeyword = 79;  // bytes; PNG's limit
@@ -29,24 +29,26 @@ Texts make_texts(const std::vector<Attribute>& attributes) {
   return texts;
 }
 
-/// Settings of libpng and zlib for small files. Searching for repeated strings (zlib's default)
-/// costs time and does not compress noise, for which run lengths after the average filter give the
-/// smallest files. Flat pictures (text) are smallest with repeated strings.
+/// Settings of libpng and zlib for small files; the smallest result is used. Z_RLE with the average
+/// filter is best for noise and fast. Flat pictures, such as text, become smallest by zlib's
+/// default strategy, which searches for repeated strings.
 struct Effort {
-  int level;
-  int strategy;
-  int filters;
+  int level;     ///< zlib's compression level, 0 to 9
+  int strategy;  ///< zlib's strategy
+  int filters;   ///< mask of the row filters that libpng tries
 };
 constexpr Effort kSmallEfforts[] = {{1, Z_RLE, PNG_FILTER_AVG},
                                     {9, Z_RLE, PNG_ALL_FILTERS},
                                     {9, Z_DEFAULT_STRATEGY, PNG_ALL_FILTERS}};
 
+/// Indices of the image's channels that the PNG stores.
 struct Layout {
-  int color[3];
-  int alpha = -1;  ///< index of the channel; -1: the PNG has no alpha
+  int color[3];    ///< red, green and blue
+  int alpha = -1;  ///< -1: the PNG has no alpha
   int samples() const { return alpha >= 0 ? 4 : 3; }
 };
 
+/// Finds the channels. The PNG has alpha only if a pixel is not opaque.
 Result<Layout> find_layout(const Image& image) {
   Layout layout{{image.find_channel("R"), image.find_channel("G"), image.find_channel("B")}, -1};
   if (image.width < 1 || image.height < 1 ||
@@ -60,6 +62,7 @@ Result<Layout> find_layout(const Image& image) {
   return layout;
 }
 
+/// Conversion of an image's floats to the PNG's bytes.
 struct Encoder {
   const Image& image;
   const Layout& layout;
@@ -67,16 +70,20 @@ struct Encoder {
   float gain;                      ///< factor of the exposure
   const SrgbQuantizer& quantizer;  ///< used for 8 bits
 
-  unsigned color(float value, std::uint64_t key) const {
+  /// Encodes a linear colour. `key` is the index of the sample; it seeds the dither.
+  unsigned encode_color(float value, std::uint64_t key) const {
     if (settings.bits == 8 && !settings.dither) return quantizer(value);
-    // Random rounding, keyed by the sample: the same in each run and for any number of threads.
+    // The dither depends only on seed and sample, so that each run gives the same picture with any
+    // number of threads.
     const float offset = settings.dither ? random_float(settings.seed, 0, key) : 0.5f;
     if (settings.bits == 8) return quantizer(value, offset);
     const float clamped = value > 0 ? std::min(value, 1.0f) : 0.0f;
     return static_cast<unsigned>(std::min(linear_to_srgb(clamped) * 65535.0f + offset, 65535.0f));
   }
 
-  void row(std::int64_t y, std::uint8_t* out) const {
+  /// Encodes row `y`, with colours that are not multiplied by alpha. Opaque pixels of 8 bits
+  /// without dither, the common case, have a loop of their own.
+  void encode_row(std::int64_t y, std::uint8_t* out) const {
     const std::size_t count = image.channel_count();
     const std::size_t first = static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width);
     if (settings.bits == 8 && !settings.dither && layout.alpha < 0) {
@@ -97,19 +104,20 @@ struct Encoder {
     for (std::size_t i = first; i < first + static_cast<std::size_t>(image.width); ++i) {
       const float* pixel = &image.pixels[i * count];
       const float alpha = layout.alpha >= 0 ? clamp_coverage(pixel[layout.alpha]) : 1.0f;
-      // PNG keeps straight colours (PNG specification 1.2, section 2.4).
+      // PNG stores straight colours (PNG specification 1.2, section 2.4).
       const float scale = alpha > 0 ? gain / alpha : 0.0f;
       for (int c = 0; c < 3; ++c)
-        put(color(pixel[layout.color[c]] * scale, 3 * i + static_cast<std::size_t>(c)));
+        put(encode_color(pixel[layout.color[c]] * scale, 3 * i + static_cast<std::size_t>(c)));
       if (layout.alpha >= 0)
         put(static_cast<unsigned>(alpha * (settings.bits == 16 ? 65535.0f : 255.0f) + 0.5f));
     }
   }
 };
 
+/// The output of libpng.
 struct Writer {
   std::string bytes;
-  std::string error;
+  std::string error;  ///< empty: no error
 };
 
 void append(png_structp png, png_bytep data, std::size_t size) {
@@ -122,14 +130,14 @@ struct Codes {
   int bits, samples;  ///< bits per sample; samples per pixel
   std::vector<png_bytep> rows;
   Texts texts;
-  std::string packed;  ///< the rows, packed by deflate_runs(); if empty, libpng packs them
+  std::string packed;  ///< rows compressed by deflate_runs(); if empty, libpng compresses them
   std::size_t pixel_bytes() const { return static_cast<std::size_t>(samples * bits / 8); }
   std::size_t stride() const { return static_cast<std::size_t>(width) * pixel_bytes(); }
 };
 
 /// Filters a row: writes the filter's number, then each byte minus the average of its left and
-/// upper neighbours (PNG specification 1.2, section 6.6). The first row has no upper neighbours, so
-/// its bytes are written minus the left neighbour.
+/// upper neighbours (PNG specification 1.2, section 6.6). In the first row, where `above` is null,
+/// writes each byte minus its left neighbour.
 void filter_row(const std::uint8_t* __restrict row, const std::uint8_t* __restrict above,
                 std::size_t pixel_bytes, std::span<std::uint8_t> filtered) {
   constexpr std::uint8_t kLeft = 1, kAverage = 3;
@@ -147,7 +155,7 @@ void filter_row(const std::uint8_t* __restrict row, const std::uint8_t* __restri
   }
 }
 
-/// Filters all rows, then packs them.
+/// Filters all rows, then compresses them into `codes.packed`.
 void pack_rows(Codes& codes) {
   const std::size_t row_size = codes.stride() + 1;
   std::vector<std::uint8_t> filtered(row_size * static_cast<std::size_t>(codes.height));
@@ -162,7 +170,8 @@ void pack_rows(Codes& codes) {
   codes.packed = deflate_runs(filtered);
 }
 
-/// Writes the packed rows as IDAT chunks, of which the specification allows 2^31 - 1 bytes each.
+/// Writes the compressed rows as IDAT chunks (of at most 2^30 bytes; the specification allows
+/// 2^31 - 1), then the end of the file.
 void write_packed(png_structp png, const std::string& packed) {
   constexpr std::size_t kMaxChunk = std::size_t{1} << 30;
   for (std::size_t i = 0; i < packed.size(); i += kMaxChunk)
@@ -185,7 +194,7 @@ void write_png(Writer& writer, const Effort& effort, Codes& codes) {
   }
   if (setjmp(png_jmpbuf(png)) == 0) {
     png_set_write_fn(png, &writer, append, nullptr);
-    // A picture may be wider than libpng's default limit for what it reads.
+    // The picture may be wider than libpng's default limit.
     png_set_user_limits(png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
     png_set_IHDR(png, info, static_cast<png_uint_32>(codes.width),
                  static_cast<png_uint_32>(codes.height), codes.bits,
@@ -202,7 +211,7 @@ void write_png(Writer& writer, const Effort& effort, Codes& codes) {
       text.key = keyword.data();
       text.text = value.data();
       text.text_length = value.size();
-      png_set_text(png, info, &text, 1);  // copies both
+      png_set_text(png, info, &text, 1);  // copies keyword and value
     }
     png_write_info(png, info);
     if (!codes.packed.empty()) {
@@ -232,6 +241,7 @@ Result<std::string> encode_png(const Image& image, const PngSettings& settings) 
                              static_cast<std::size_t>(layout.samples()) *
                              static_cast<std::size_t>(settings.bits / 8);
   std::vector<std::uint8_t> bytes(stride * static_cast<std::size_t>(image.height));
+  // kFast compresses the rows by deflate_runs(). Otherwise libpng also tries kSmallEfforts.
   Codes codes{
       image.width, image.height, settings.bits, layout.samples(), {}, make_texts(image.attributes),
       {}};
@@ -242,7 +252,7 @@ Result<std::string> encode_png(const Image& image, const PngSettings& settings) 
                         SrgbQuantizer::instance()};
   parallel_for(
       image.height,
-      [&](std::int64_t y) { encoder.row(y, codes.rows[static_cast<std::size_t>(y)]); }, 16);
+      [&](std::int64_t y) { encoder.encode_row(y, codes.rows[static_cast<std::size_t>(y)]); }, 16);
   pack_rows(codes);
   PM_TRY(std::string best, encode_rows(kSmallEfforts[0], codes));
   if (settings.effort == PngEffort::kFast) return best;

@@ -14,8 +14,8 @@ namespace {
 using namespace std::string_view_literals;
 
 constexpr std::string_view kSignature = "\x76\x2f\x31\x01"sv;
-constexpr std::size_t kHeaderBegin = 8;  // after signature and version
-constexpr std::size_t kMaxHeader = std::size_t{64} << 20;
+constexpr std::size_t kHeaderBegin = 8;                    // after signature and version
+constexpr std::size_t kMaxHeader = std::size_t{64} << 20;  // bytes
 
 std::uint32_t read_uint32(std::string_view bytes) {
   std::uint32_t number = 0;
@@ -23,6 +23,7 @@ std::uint32_t read_uint32(std::string_view bytes) {
   return number;
 }
 
+/// Tests whether an encoder writes this entry itself.
 bool is_encoders_own(std::string_view name) {
   return name == "pixelAspectRatio" || name == "screenWindowWidth";
 }
@@ -33,7 +34,7 @@ std::optional<std::vector<Attribute>> parse_header(std::string_view bytes) {
   std::vector<Attribute> attributes;
   for (std::size_t at = kHeaderBegin; at < bytes.size();) {
     const std::size_t name_end = bytes.find('\0', at);
-    if (name_end == at) return attributes;
+    if (name_end == at) return attributes;  // an empty name ends the header
     if (name_end == std::string_view::npos) return {};
     const std::size_t type_end = bytes.find('\0', name_end + 1);
     if (type_end == std::string_view::npos || bytes.size() - type_end < 5) return {};
@@ -61,6 +62,7 @@ Result<std::vector<Attribute>> read_exr_attributes(const std::filesystem::path& 
     return make_error(ErrorCode::kInput, "{}: is no file", path.string());
   std::ifstream file(path, std::ios::binary);
   std::string bytes;
+  // Read a growing beginning of the file until it contains the whole header.
   for (std::size_t size = std::size_t{1} << 14; size <= kMaxHeader; size *= 4) {
     const std::size_t old_size = bytes.size();
     bytes.resize(size);

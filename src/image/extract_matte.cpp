@@ -17,9 +17,10 @@ namespace {
 /// A name in a layer's manifest.
 struct ManifestEntry {
   std::string layer, name;
-  std::uint32_t id;  ///< bits of the float that the image's id channels hold for it
+  std::uint32_t id;  ///< bits of the float that stands for the name in the id channels
 };
 
+/// Parses a manifest, a JSON object of names and hexadecimal ids, and appends its entries.
 Status add_manifest(const std::string& layer, const std::string& text, const std::string& file,
                     std::vector<ManifestEntry>& entries) {
   PM_TRY(const JsonDocument document, parse_json(fmt::format("{}: manifest", file), text));
@@ -55,13 +56,13 @@ Result<std::vector<ManifestEntry>> list_entries(const Image& image, const std::s
   return entries;
 }
 
-/// Channel indices of a Cryptomatte rank: its ids and their coverages.
+/// Channel indices of a Cryptomatte rank. In each pixel the rank states an id and its coverage.
 struct Rank {
   std::size_t id, coverage;
 };
 
 std::vector<Rank> find_ranks(const Image& image, const std::string& layer) {
-  // Ranks are pairs of channels of LAYER00, LAYER01 and so on.
+  // LAYER00, LAYER01 and so on have two ranks each: (R, G) and (B, A).
   struct Spelling {
     const char *id[2], *coverage[2];
   };
@@ -80,6 +81,7 @@ std::vector<Rank> find_ranks(const Image& image, const std::string& layer) {
   return ranks;
 }
 
+/// Draws the coverage of an entry: in each pixel the sum over the ranks that state its id.
 Image sum_coverage(const Image& image, const ManifestEntry& entry) {
   const std::vector<Rank> ranks = find_ranks(image, entry.layer);
   Image matte = make_image(image.width, image.height, {"R", "G", "B"});
@@ -96,16 +98,16 @@ Image sum_coverage(const Image& image, const ManifestEntry& entry) {
 
 Error make_unknown_name_error(const std::vector<ManifestEntry>& entries, const std::string& name,
                               const std::string& file) {
-  constexpr std::size_t kMaxListed = 60;
+  constexpr std::size_t kMaxListed = 60;  // names
   std::set<std::string> known;
   for (const ManifestEntry& entry : entries) known.insert(printable(entry.name));
   std::vector<std::string> names(known.begin(), known.end());
   const std::string guess = did_you_mean(name, names);
-  const std::size_t more = names.size() > kMaxListed ? names.size() - kMaxListed : 0;
-  names.resize(names.size() - more);
+  const std::size_t unlisted = names.size() > kMaxListed ? names.size() - kMaxListed : 0;
+  names.resize(names.size() - unlisted);
   return make_error(ErrorCode::kUsage, "{}: no matte is called \"{}\"{} (known: {}{})", file,
                     printable(name), guess, join_quoted(names),
-                    more > 0 ? fmt::format(" and {} more", more) : "");
+                    unlisted > 0 ? fmt::format(" and {} more", unlisted) : "");
 }
 
 }  // namespace

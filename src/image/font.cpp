@@ -6,7 +6,8 @@
 namespace polymorph {
 namespace {
 
-/// Drawings of the codes 32 to 126, rows from the top, '/' between rows; missing rows are empty.
+/// Drawings of the characters 32 to 126, row by row from the top, separated by '/'. Rows missing at
+/// the end are empty.
 constexpr std::string_view kDrawings[] = {
     "...",                                               // space
     "#/#/#/#/#/./#",                                     // !
@@ -106,7 +107,7 @@ constexpr std::string_view kDrawings[] = {
     "#####/#...#/#...#/#...#/#...#/#...#/#####",         // not printable
 };
 
-constexpr std::size_t kGlyphs = 127 - 32 + 1;
+constexpr std::size_t kGlyphs = 127 - 32 + 1;  // the last is for all other characters
 static_assert(std::size(kDrawings) == kGlyphs);
 
 constexpr Glyph draw(std::string_view drawing) {

@@ -6,8 +6,8 @@
 
 namespace polymorph {
 
-inline constexpr int kFontHeight = 9;  ///< 7 above the baseline, 2 below
-inline constexpr int kFontGap = 1;     ///< between two glyphs
+inline constexpr int kFontHeight = 9;  ///< pixels: 7 above the baseline, 2 below
+inline constexpr int kFontGap = 1;     ///< pixels between two glyphs
 
 struct Glyph {
   int width = 0;

@@ -11,7 +11,7 @@ namespace {
 
 using namespace std::string_view_literals;
 
-/// Reads unsigned and signed integers; 0 beyond the end.
+/// Reads integers of a file; a value beyond its end is 0.
 struct Numbers {
   std::string_view bytes;
 
@@ -34,7 +34,7 @@ struct Numbers {
   }
 };
 
-/// Reads the IHDR chunk, which is the first (PNG 11.2.1).
+/// Reads the IHDR chunk, which is the first (PNG 11.2.1). Palettes are expanded to 4 channels.
 std::optional<HeaderSize> png_size(Numbers in) {
   const double color_type = in.big_endian(25, 1);
   const bool grey = color_type == 0, grey_alpha = color_type == 4, rgb = color_type == 2;
@@ -56,6 +56,7 @@ std::optional<HeaderSize> jpeg_size(Numbers in) {
       continue;
     }
     if (marker == 0xda) return largest;  // the start of a scan
+    // Markers 0xc0 to 0xcf begin frames, except those of tables (c4, cc) and the reserved c8.
     const bool is_frame =
         marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
     if (is_frame) {
@@ -68,8 +69,9 @@ std::optional<HeaderSize> jpeg_size(Numbers in) {
   return largest;
 }
 
-/// Reads the largest width and height of windows and tiles, and the sum of the channels of all
-/// parts, because decoding joins them (OpenEXR file layout: name, type, size, value).
+/// Reads the largest width and height of windows and tiles. Sums the channels of all parts, because
+/// decoding joins the parts. Attributes consist of name, type, size and value (OpenEXR file
+/// layout).
 std::optional<HeaderSize> exr_size(Numbers in) {
   const bool multipart = (static_cast<unsigned>(in.little_endian(5, 1)) & 0x10u) != 0;
   HeaderSize size{0, 0, 1};
@@ -77,7 +79,8 @@ std::optional<HeaderSize> exr_size(Numbers in) {
   for (std::size_t at = 8; at < in.bytes.size();) {
     const std::size_t name_end = in.bytes.find('\0', at);
     if (name_end == std::string_view::npos) break;
-    if (name_end == at) {  // ends a part's header; a second empty name ends the last one
+    // An empty name ends a part's header; a second empty name ends the header of the file.
+    if (name_end == at) {
       at = name_end + 1;
       if (!multipart || (at < in.bytes.size() && in.bytes[at] == '\0')) break;
       continue;
@@ -114,7 +117,7 @@ std::optional<HeaderSize> exr_size(Numbers in) {
   return size;
 }
 
-/// Reads the size of the canvas or of the picture in the first chunk (WebP container).
+/// Reads the first chunk (WebP container): the size of the canvas (VP8X) or of the picture.
 std::optional<HeaderSize> webp_size(Numbers in) {
   const std::string_view chunk = in.bytes.substr(std::min<std::size_t>(12, in.bytes.size()), 4);
   if (chunk == "VP8X") return HeaderSize{in.little_endian(24, 3) + 1, in.little_endian(27, 3) + 1};

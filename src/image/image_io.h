@@ -18,7 +18,7 @@ namespace polymorph {
 
 /// Transfer curve of encoded colours.
 enum class TransferCurve { kLinear, kSrgb };
-/// Relation of colours to alpha: multiplied by it, or not.
+/// Convention for colours with alpha: multiplied by alpha, or not.
 enum class AlphaMode { kPremultiplied, kStraight };
 
 /// Header entries that change how viewers display the pixels; this program does not apply them. An
@@ -74,8 +74,8 @@ struct ReadImageSettings {
 /// Numbers of OpenEXR's UINT channels are not scaled. If one exceeds 2^24, which a float would
 /// round, an additional channel NAME.low holds the low bytes, and NAME the rest. The parts of an
 /// OpenEXR file are joined if all are flat and have the same display window. A channel whose name
-/// an earlier part has is then called PART.NAME; of header entries with the same name, the first
-/// part's is kept.
+/// an earlier part has is then called PART.NAME. Of header entries with the same name, only that of
+/// the first part is kept.
 Result<Image> read_image(const std::filesystem::path& path, const ReadImageSettings& settings = {});
 /// Decodes an image in memory; `name` is used in messages.
 Result<Image> decode_image(const std::string& bytes, const std::string& name,
@@ -125,8 +125,8 @@ Result<std::string> encode_png(const Image& image, const PngSettings& settings =
 /// 65535.
 Result<std::string> encode_gif(std::span<const Image> frames, float frames_per_second);
 
-/// Writes by extension: .exr or .png. Errors: kUsage for another extension, kOutput when writing
-/// fails.
+/// Writes an EXR or PNG, chosen by the extension of `path`. Errors: kUsage for another extension,
+/// kOutput when writing fails.
 Status write_image(const std::filesystem::path& path, const Image& image,
                    const PngSettings& png = {}, const ExrSettings& exr = {});
 

@@ -9,8 +9,8 @@ namespace polymorph {
 /// Opens the module `file` ("polymorph_oiio.so") from the executable's folder, else from
 /// ../LIBDIR/polymorph. If the environment variable `variable` is set, it names the only file that
 /// is tried. `is_current` tests whether an opened module belongs to this version of the program.
-/// The module stays open. Errors: kResource; the message has each path tried and the reason on its
-/// own line, or " nothing" and the reason.
+/// The module stays open. Errors: kResource; the message lists each path that was tried and the
+/// reason, one per line. It continues the text "tried:", so it is " nothing" if there was no path.
 Result<void*> open_module(const char* file, const char* variable, bool (*is_current)(void* handle));
 
 }  // namespace polymorph

@@ -25,11 +25,11 @@ namespace fs = std::filesystem;
 class Child {
  public:
   Child(const fs::path& program, std::vector<std::string> arguments, const fs::path& messages) {
-    int ends[2];
-    if (pipe2(ends, O_CLOEXEC) != 0) return;
+    int pipe_ends[2];
+    if (pipe2(pipe_ends, O_CLOEXEC) != 0) return;
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, ends[0], 0);
+    posix_spawn_file_actions_adddup2(&actions, pipe_ends[0], 0);
     posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
     posix_spawn_file_actions_addopen(&actions, 2, messages.c_str(), O_WRONLY | O_CREAT | O_TRUNC,
                                      0600);
@@ -39,18 +39,18 @@ class Child {
     if (posix_spawn(&pid_, program.c_str(), &actions, nullptr, argv.data(), environ) != 0)
       pid_ = -1;
     posix_spawn_file_actions_destroy(&actions);
-    close(ends[0]);
-    to_child_ = ends[1];
+    close(pipe_ends[0]);
+    to_child_ = pipe_ends[1];
   }
   Child(const Child&) = delete;
   Child& operator=(const Child&) = delete;
   ~Child() { finish(); }
 
   bool write(const std::string& bytes) {
-    for (std::size_t done = 0; done < bytes.size();) {
-      const ssize_t n = ::write(to_child_, bytes.data() + done, bytes.size() - done);
+    for (std::size_t written = 0; written < bytes.size();) {
+      const ssize_t n = ::write(to_child_, bytes.data() + written, bytes.size() - written);
       if (n <= 0 && errno != EINTR) return false;
-      done += static_cast<std::size_t>(std::max<ssize_t>(n, 0));
+      written += static_cast<std::size_t>(std::max<ssize_t>(n, 0));
     }
     return true;
   }
@@ -71,6 +71,7 @@ class Child {
   int to_child_ = -1;
 };
 
+/// Encodes a frame as ffmpeg's rgb24: three bytes per pixel, with the sRGB curve.
 std::string to_rgb_bytes(const Image& image) {
   const SrgbQuantizer& quantizer = SrgbQuantizer::instance();
   const int color[3] = {image.find_channel("R"), image.find_channel("G"), image.find_channel("B")};
@@ -109,7 +110,8 @@ Status write_mp4(const fs::path& path, std::span<const Image> frames, float fram
   if (program.empty()) return make_error(ErrorCode::kResource, "ffmpeg is not installed");
   const fs::path temporary = path.string() + fmt::format(".{}.part", getpid());
   const fs::path messages = path.string() + fmt::format(".{}.log.part", getpid());
-  // Writing to a child that has ended must be an error, not end this program.
+  // SIGPIPE is ignored, so that writing to a child that has ended returns an error instead of
+  // ending this program.
   struct sigaction ignore = {}, previous = {};
   ignore.sa_handler = SIG_IGN;
   sigaction(SIGPIPE, &ignore, &previous);

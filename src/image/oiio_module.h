@@ -47,8 +47,8 @@ struct PmOiioImage {
   /// request's max_bytes.
   int picture_count;
   int count_is_cut;          ///< 1: the file may have more than picture_count
-  int part_count;            ///< number of parts of an OpenEXR file of several, else 0
-  const char* const* parts;  ///< name, size and channels of each
+  int part_count;            ///< number of parts of a multi-part OpenEXR file, else 0
+  const char* const* parts;  ///< name, size and channels of each part
   const unsigned char*
       ids;  ///< flags, one per channel; 1: whole numbers that are not scaled (UINT)
   int attribute_count;

@@ -9,7 +9,7 @@
 namespace polymorph {
 namespace {
 
-constexpr std::size_t kCells = std::size_t{64} * 64 * 64;
+constexpr std::size_t kCells = std::size_t{64} * 64 * 64;  // 4 of 256 codes per side of a cell
 
 std::size_t find_cell(Rgb8 c) {
   return static_cast<std::size_t>(c[0] >> 2) << 12 | static_cast<std::size_t>(c[1] >> 2) << 6 |
@@ -18,19 +18,21 @@ std::size_t find_cell(Rgb8 c) {
 
 using Color = std::array<double, 3>;
 
+/// The colours of a cell of the histogram.
 struct Sample {
-  Color color;
+  Color color;  ///< mean
   double weight;
 };
 
 /// A range of samples that get a common palette entry.
 struct ColorBox {
   std::size_t begin, end;
-  double error = 0;      ///< weighted squared distance from the mean
-  std::size_t axis = 0;  ///< the axis with the largest part of the error
-  double mean = 0;       ///< mean along that axis
+  double error = 0;      ///< sum of the weighted squared distances from the mean
+  std::size_t axis = 0;  ///< the channel with the largest part of the error
+  double mean = 0;       ///< mean of this channel
 };
 
+/// Computes the members of the box of the samples [begin, end).
 ColorBox measure_box(const std::vector<Sample>& samples, std::size_t begin, std::size_t end) {
   ColorBox box{begin, end};
   double max_variance = -1;
@@ -69,6 +71,8 @@ Color compute_mean(const std::vector<Sample>& samples, const ColorBox& box) {
   return sum;
 }
 
+/// Divides the box with the largest error at its mean until there are `size` boxes. Returns the
+/// mean colours of the boxes.
 std::vector<Color> median_cut(std::vector<Sample>& samples, std::size_t size) {
   std::vector<ColorBox> boxes;
   if (!samples.empty()) boxes.push_back(measure_box(samples, 0, samples.size()));
@@ -190,7 +194,7 @@ std::uint8_t PaletteMap::nearest(std::array<int, 3> color) const {
 std::uint8_t PaletteMap::dither(Rgb8 color, float threshold) const {
   const std::uint8_t first = nearest({color[0], color[1], color[2]});
   const Rgb8 first_color = palette_[first];
-  // The second colour is near the reflection of the nearest entry about the pixel's colour.
+  // The second entry is that nearest to the reflection of the first about the pixel's colour.
   const std::uint8_t second = nearest({2 * color[0] - first_color[0], 2 * color[1] - first_color[1],
                                        2 * color[2] - first_color[2]});
   if (first == second) return first;

@@ -11,7 +11,7 @@ namespace polymorph {
 
 using Rgb8 = std::array<std::uint8_t, 3>;
 
-/// Histogram of colours in cells of 4 codes per side.
+/// Histogram of colours in cubic cells of 4 x 4 x 4 codes.
 class ColorHistogram {
  public:
   ColorHistogram();
@@ -21,29 +21,31 @@ class ColorHistogram {
   friend std::vector<Rgb8> choose_palette(const ColorHistogram& histogram, std::size_t size);
   struct Cell {
     std::uint64_t count = 0;
-    std::array<std::uint64_t, 3> sum{};
+    std::array<std::uint64_t, 3> sum{};  ///< sum of the codes per channel
   };
   std::vector<Cell> cells_;
 };
 
-/// Chooses at most `size` colours by median cut (Heckbert 1982), refined by Lloyd's iteration. A
-/// colour's weight is the square root of its number of pixels, so that a large background does not
-/// take all entries.
+/// Chooses at most `size` colours by median cut (Heckbert 1982), which here cuts at means, refined
+/// by Lloyd's iteration. A colour's weight is the square root of its number of pixels, so that a
+/// large background does not take all entries.
 std::vector<Rgb8> choose_palette(const ColorHistogram& histogram, std::size_t size);
 
-/// Maps pixels to a palette. The palette must outlive it; 1 to 256 colours.
+/// Maps pixels to a palette of 1 to 256 colours, which must outlive the map.
 class PaletteMap {
  public:
   explicit PaletteMap(const std::vector<Rgb8>& palette);
-  /// Returns the nearest entry or the entry on the other side of `color`: the latter if `color`
-  /// lies further than the fraction `threshold` (0..1) of the way from the former to the latter.
-  /// With the thresholds of a dither pattern the results average to `color`.
+  /// Returns the first or the second of two entries: the entry nearest to `color`, and one on the
+  /// other side of `color`. Returns the second if the projection of `color` onto the line from the
+  /// first (0) to the second (1) exceeds `threshold` (0..1). With the thresholds of a dither
+  /// pattern the results average to `color`.
   std::uint8_t dither(Rgb8 color, float threshold) const;
 
  private:
+  /// Returns the entry nearest to the middle of the cell of `color`, whose codes are clamped.
   std::uint8_t nearest(std::array<int, 3> color) const;
   const std::vector<Rgb8>& palette_;
-  std::vector<std::uint8_t> table_;  ///< nearest entry per cell of 4 codes per side
+  std::vector<std::uint8_t> table_;  ///< nearest entry per cell of 4 x 4 x 4 codes
 };
 
 }  // namespace polymorph

@@ -16,12 +16,13 @@
 namespace polymorph {
 namespace {
 
-/// A channel's name in the result, and its index in the decoded image.
+/// A channel of the result: its name, and the index of the decoded channel that it copies.
 struct Source {
   std::string name;
   std::size_t channel;
 };
 
+/// Returns the position of a channel in the order of the result; 8 for channels sorted by name.
 std::size_t channel_rank(const std::string& name) {
   static const char* const kOrder[] = {"R", "G", "B", "A", "Z", "N.X", "N.Y", "N.Z"};
   return static_cast<std::size_t>(std::find(std::begin(kOrder), std::end(kOrder), name) -
@@ -47,14 +48,14 @@ std::vector<Source> list_channel_sources(const PmOiioImage& decoded) {
   return sources;
 }
 
-/// Decodes a sample by the sRGB curve if `curved`. All readers deliver k / 255 or k / 65535, so
-/// tables are exact.
+/// Decodes a sample by the sRGB curve if `curved`. Such samples come from integers as k / 255 or
+/// k / 65535, so tables are exact.
 float decode_sample(float sample, bool curved) {
   if (!curved) return sample;
   const auto code = static_cast<std::uint32_t>(std::clamp(sample, 0.0f, 1.0f) * 65535.0f + 0.5f);
-  // 65535 / 255. Computing the large table takes as long as reading a small picture, so it is
-  // computed only if a sample needs 16 bits.
-  constexpr std::uint32_t kStep = 257;
+  // Computing the large table takes as long as reading a small picture, so it is computed only if a
+  // sample needs 16 bits.
+  constexpr std::uint32_t kStep = 257;  // 65535 / 255
   return code % kStep == 0 ? srgb_decode_table8()[code / kStep] : srgb_decode_table16()[code];
 }
 
@@ -73,22 +74,23 @@ void convert_row(const PmOiioImage& decoded, const std::vector<Source>& sources,
   for (int x = 0; x < image.width; ++x) {
     const std::size_t pixel = static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
                               static_cast<std::size_t>(x);
-    const float* in = decoded.pixels + pixel * in_count;
-    float* out = &image.pixels[pixel * out_count];
-    for (std::size_t c = 0; c < out_count; ++c) out[c] = in[sources[c].channel];
-    const float a = rule.alpha >= 0 ? out[rule.alpha] : 1.0f;
+    const float* source_pixel = decoded.pixels + pixel * in_count;
+    float* target_pixel = &image.pixels[pixel * out_count];
+    for (std::size_t c = 0; c < out_count; ++c) target_pixel[c] = source_pixel[sources[c].channel];
+    const float a = rule.alpha >= 0 ? target_pixel[rule.alpha] : 1.0f;
     for (std::size_t c = 0; c < rule.colors; ++c) {
-      // The curve applies to straight colours, so premultiplied ones are divided by alpha before
-      // and multiplied after.
-      const bool is_straight = rule.straight_in || !(rule.curved || rule.straight_out) || a == 0;
-      float value = is_straight ? out[c] : out[c] / a;
+      // The curve applies to straight colours. Premultiplied colours that have the curve, or that
+      // must become straight, are divided by alpha first.
+      const bool is_undivided = rule.straight_in || !(rule.curved || rule.straight_out) || a == 0;
+      float value = is_undivided ? target_pixel[c] : target_pixel[c] / a;
       value = decode_sample(value, rule.curved);
-      const bool multiply = !rule.straight_out && (rule.straight_in || !is_straight);
-      out[c] = multiply ? value * a : value;
+      const bool multiply = !rule.straight_out && (rule.straight_in || !is_undivided);
+      target_pixel[c] = multiply ? value * a : value;
     }
   }
 }
 
+/// Converts the module's image to an Image with the channels in the order of the result.
 Image to_image(const PmOiioImage& decoded, const ReadImageSettings& settings) {
   const std::vector<Source> sources = list_channel_sources(decoded);
   Image image;
@@ -130,7 +132,8 @@ Image to_image(const PmOiioImage& decoded, const ReadImageSettings& settings) {
   return image;
 }
 
-/// Peak memory of reading, in sizes of the result: codes of up to 16 bits, decoded floats, result.
+/// Peak memory of reading, in sizes of the result: codes of up to 16 bits (0.5), decoded floats (1)
+/// and the result (1).
 constexpr double kCopies = 2.5;
 
 /// Checks the size of an image against the limits.
@@ -179,7 +182,8 @@ Result<Image> decode_image(const std::string& bytes, const std::string& name,
                            const ReadImageSettings& settings) {
   const Result<std::string> format = sniff_image_format(bytes, name);
   if (!format) return make_error(ErrorCode::kInput, "{}: {}", name, format.error().message);
-  // Decoders allocate for the size that the header states before any pixel is read.
+  // Check the size in the header first, because decoders allocate memory for it before they read
+  // any pixel.
   if (const auto size = header_size(bytes, *format))
     PM_TRY_STATUS(check_size(name, *size, settings.max_bytes));
   const auto max_bytes = static_cast<std::size_t>(std::min(

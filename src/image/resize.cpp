@@ -17,16 +17,16 @@ struct Span {
 /// Computes the weights of a box filter for each target sample.
 std::vector<Span> make_box_filter(int source_size, int target_size) {
   std::vector<Span> spans;
-  const double step = static_cast<double>(source_size) / target_size;
+  const double scale = static_cast<double>(source_size) / target_size;
   for (int i = 0; i < target_size; ++i) {
-    const double begin = i * step, end = std::min<double>((i + 1) * step, source_size);
+    const double begin = i * scale, end = std::min<double>((i + 1) * scale, source_size);
     const int first = std::min(static_cast<int>(begin), source_size - 1);
     Span span{static_cast<std::size_t>(first), {}};
     for (int s = first; s < source_size && s < end; ++s) {
       const double covered = std::min<double>(end, s + 1) - std::max<double>(begin, s);
-      // Rounding may leave tiny weights of samples that are not covered at all.
-      if (covered > 1e-9 * step || span.weights.empty())
-        span.weights.push_back(static_cast<float>(covered / step));
+      // By rounding, a sample that is not covered may get a tiny weight. It is left out.
+      if (covered > 1e-9 * scale || span.weights.empty())
+        span.weights.push_back(static_cast<float>(covered / scale));
     }
     spans.push_back(std::move(span));
   }
@@ -49,7 +49,7 @@ Image resize_image(const Image& image, int width, int height) {
       height,
       [&](std::int64_t y) {
         const Span& row = rows[static_cast<std::size_t>(y)];
-        std::vector<float> line(from_width * count);
+        std::vector<float> line(from_width * count);  // source columns, rows averaged
         for (std::size_t r = 0; r < row.weights.size(); ++r) {
           const float* source = &image.pixels[(row.first + r) * from_width * count];
           for (std::size_t i = 0; i < line.size(); ++i) line[i] += row.weights[r] * source[i];

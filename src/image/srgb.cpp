@@ -15,7 +15,8 @@ double decode(double encoded) {
   return encoded <= 0.04045 ? encoded / 12.92 : exact::pow((encoded + 0.055) / 1.055, 2.4);
 }
 
-// Within buckets of relative width 1/128 the curve is linear to 5e-4 of a code.
+// Buckets of SrgbQuantizer::curve_. Within a bucket, which has a relative width of 1/128, the curve
+// is linear to 5e-4 of a code; kCurveError is the tolerance.
 constexpr std::uint32_t kCurveShift = 16;
 constexpr float kCurveFirst = 0x1p-8f, kCurveError = 1e-3f;
 constexpr std::uint32_t kCurveStart = std::bit_cast<std::uint32_t>(kCurveFirst) >> kCurveShift;
@@ -35,6 +36,7 @@ SrgbQuantizer::SrgbQuantizer() {
   start_.resize((std::bit_cast<std::uint32_t>(1.0f) >> kShift) - kFirstBucket + 1);
   lowest_[0] = -std::numeric_limits<float>::infinity();
   for (std::size_t k = 1; k < 256; ++k) {
+    // The smallest float that is not below the edge between two codes.
     const double edge = decode((static_cast<double>(k) - 0.5) / 255);
     lowest_[k] = static_cast<float>(edge);
     if (static_cast<double>(lowest_[k]) < edge)
@@ -66,6 +68,7 @@ std::uint8_t SrgbQuantizer::operator()(float linear, float offset) const {
         static_cast<float>(bits & kFractionMask) / static_cast<float>(kFractionMask + 1);
     const float code = curve_[bucket] + (curve_[bucket + 1] - curve_[bucket]) * fraction + offset;
     const float whole_code = std::floor(code);
+    // Closer to a whole number, interpolation cannot decide, and the curve itself is evaluated.
     if (code - whole_code > kCurveError && code - whole_code < 1 - kCurveError)
       return static_cast<std::uint8_t>(std::min(whole_code, 255.0f));
   }

@@ -21,7 +21,7 @@ class SrgbQuantizer {
  public:
   static const SrgbQuantizer& instance();
   std::uint8_t operator()(float linear) const {
-    // This has no branches, because mispredictions would dominate. Below kFirst the code is 0.
+    // There are no branches, because mispredictions would take most of the time.
     const float value = linear >= kFirst ? (linear < 1.0f ? linear : 1.0f) : kFirst;
     constexpr std::uint32_t kFirstBucket = std::bit_cast<std::uint32_t>(kFirst) >> kShift;
     const std::uint8_t code =
@@ -36,12 +36,11 @@ class SrgbQuantizer {
   /// A bucket holds the floats of equal leading bits. The code changes at most once per bucket: the
   /// relative width of a bucket is 1/512, that of a code at least 1/110.
   static constexpr std::uint32_t kShift = 14;
-  static constexpr float kFirst = 0x1p-13f;
+  static constexpr float kFirst = 0x1p-13f;  ///< start of the table; smaller values have code 0
   SrgbQuantizer();
-  std::array<float, 257>
-      lowest_;  ///< the smallest linear value that rounds to each code; infinity after 255
+  std::array<float, 257> lowest_;    ///< the smallest linear value of each code; infinity after 255
   std::vector<std::uint8_t> start_;  ///< code of the smallest value of each bucket
-  std::vector<float> curve_;         ///< 255 linear_to_srgb() at values of equal leading bits
+  std::vector<float> curve_;  ///< 255 linear_to_srgb() at the beginnings of buckets (srgb.cpp)
 };
 
 /// Tables of srgb_to_linear(i / 255) and srgb_to_linear(i / 65535).

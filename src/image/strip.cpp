@@ -54,9 +54,9 @@ void draw_frame(const Image& frame, int left, int top, float background, Image& 
   const int alpha = frame.find_channel("A");
   for (int y = 0; y < frame.height; ++y)
     for (int x = 0; x < frame.width; ++x) {
-      const float behind = alpha >= 0 ? background * (1 - frame.at(x, y, alpha)) : 0.0f;
+      const float visible_background = alpha >= 0 ? background * (1 - frame.at(x, y, alpha)) : 0.0f;
       for (int c = 0; c < 3; ++c)
-        sheet.at(left + x, top + y, c) = frame.at(x, y, colors[c]) + behind;
+        sheet.at(left + x, top + y, c) = frame.at(x, y, colors[c]) + visible_background;
     }
 }
 

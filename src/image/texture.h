@@ -9,28 +9,31 @@
 
 namespace polymorph {
 
-/// The pixels of an image, on the CPU or a GPU. Borrowed.
+/// View of an image's pixels, in the memory of the CPU or of a GPU. It does not own them.
 struct TextureView {
   int width = 0, height = 0;
   std::size_t channels = 0;
   const float* pixels = nullptr;
 };
 
-/// The two texels around a texture coordinate and the weight of the second.
+/// Indices, along one axis, of the two texels around a texture coordinate; weight of the second.
 struct TextureTaps {
   std::size_t first, second;
   float fraction;
 };
+/// Finds the texels for the coordinate `t` of an axis with `size` texels. `t` repeats with
+/// period 1.
 PM_HD inline TextureTaps texture_taps(float t, int size) {
   const float n = static_cast<float>(size);
-  const float wrapped = std::isfinite(t) ? (t - std::floor(t)) * n - 0.5f : 0.0f;
-  const float base = std::floor(wrapped);
-  const int first = static_cast<int>(base);
-  // `first` is in [-1, size]; conditions, because integer divisions took half of a lookup's time.
+  const float position = std::isfinite(t) ? (t - std::floor(t)) * n - 0.5f : 0.0f;
+  const float lower = std::floor(position);
+  const int first = static_cast<int>(lower);
+  // `first` is in [-1, size]. Conditions wrap it, because integer divisions took half of the time
+  // of a lookup.
   const int wrapped_first = first < 0 ? size - 1 : first < size ? first : 0;
   const int second = wrapped_first + 1 < size ? wrapped_first + 1 : 0;
   return {static_cast<std::size_t>(wrapped_first), static_cast<std::size_t>(second),
-          wrapped - base};
+          position - lower};
 }
 
 /// Samples R, G, B at `uv`; an image with fewer than three channels counts as grey. White for an

@@ -51,10 +51,11 @@ double field_of_view(const FrameCamera& camera) {
 /// A unit quaternion x, y, z, w.
 using Rotation = std::array<float, 4>;
 
-/// Rotation from the axes of glTF's cameras, which look along -z, to the camera's own.
+/// Computes the rotation of a glTF camera, which looks along -z, to the camera's axes.
 Rotation camera_rotation(const FrameCamera& camera) {
   const Vec3d x(camera.right), y(camera.up), z(-camera.forward);
-  // Shepperd's method divides by the largest component, here the root of four times its square.
+  // Shepperd's method: row k of `products` is 4 q_k (q_x, q_y, q_z, q_w), and squares[k] is 4
+  // q_k^2. The row of the largest component is divided by 4 q_k, for accuracy.
   const std::array<double, 4> squares{1 + x.x - y.y - z.z, 1 - x.x + y.y - z.z, 1 - x.x - y.y + z.z,
                                       1 + x.x + y.y + z.z};
   const std::array<std::array<double, 4>, 4> products{
@@ -90,6 +91,7 @@ class GlbWriter : public SurfaceWriter {
 
   Status add(int frame, std::span<const SurfaceFrame> frames) override {
     if (sequence_.constant_topology) return add_targets(frame, frames);
+    // A mesh is visible until the surface of its actor changes.
     for (std::size_t a = 0; a < frames.size(); ++a) {
       const std::string digest = frames[a].triangles.empty() ? "" : compute_digest(frames[a]);
       std::optional<std::size_t>& current = current_[a];
@@ -122,7 +124,7 @@ class GlbWriter : public SurfaceWriter {
     const char* type;
     std::size_t count;
     bool normalized = false;
-    std::size_t stride = 0;
+    std::size_t stride = 0;  ///< bytes; 0: packed
   };
   Result<std::size_t> add_accessor(const std::string& bytes, int target, const Elements& elements);
   Status add_vertices(const SurfaceFrame& frame, const SplitSurface& split, JsonValue& attributes,
@@ -178,6 +180,8 @@ std::string GlbWriter::compute_digest(const SurfaceFrame& frame) {
   return hasher.hex();
 }
 
+/// Adds a buffer view, padded to a multiple of 4 bytes. A target or stride of 0 is left out.
+/// Returns its index.
 Result<std::size_t> GlbWriter::add_view(const std::string& bytes, int target, std::size_t stride) {
   JsonValue view = {{"buffer", 0}, {"byteOffset", spool_.size()}, {"byteLength", bytes.size()}};
   if (target != 0) view["target"] = target;
@@ -218,6 +222,7 @@ Vec2 uv_at(const SurfaceFrame& frame, const SplitSurface& split, std::size_t ver
   return {uv.x, 1 - uv.y};
 }
 
+/// Adds the vertex attributes as floats.
 Status GlbWriter::add_vertices(const SurfaceFrame& frame, const SplitSurface& split,
                                JsonValue& attributes, MeshSpan&) {
   const std::size_t count = split.position_of.size();
@@ -261,6 +266,8 @@ Status GlbWriter::add_vertices(const SurfaceFrame& frame, const SplitSurface& sp
   return Ok{};
 }
 
+/// Adds the vertex attributes as integers. Sets `span.origin` and `span.scale`, which undo the
+/// quantization of positions. Elements are padded to multiples of 4 bytes, as glTF requires.
 Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& split,
                                 JsonValue& attributes, MeshSpan& span) {
   const std::size_t count = split.position_of.size();
@@ -327,6 +334,7 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
   return Ok{};
 }
 
+/// Adds a mesh with a primitive per material.
 Status GlbWriter::add_mesh(const SurfaceFrame& frame, const std::string& name, MeshSpan& span) {
   SplitSettings split_settings;
   split_settings.uvs = !frame.is_mixed || sequence_.constant_topology;
@@ -342,7 +350,7 @@ Status GlbWriter::add_mesh(const SurfaceFrame& frame, const std::string& name, M
     return frame.is_mixed ? materials[0] : materials[frame.triangle_materials[t]];
   };
   JsonValue primitives = JsonValue::array();
-  const bool is_short = split.position_of.size() < 65535;  // index 65535 restarts strips
+  const bool is_short = split.position_of.size() < 65535;  // index 65535 means primitive restart
   for (const std::size_t material : distinct) {
     std::string bytes;
     std::size_t count = 0;
@@ -364,8 +372,8 @@ Status GlbWriter::add_mesh(const SurfaceFrame& frame, const std::string& name, M
   return Ok{};
 }
 
-/// Adds morph targets: the first frame is the mesh. Each further frame is a target, which holds the
-/// differences of positions, normals and colours from the first.
+/// Adds a frame of a constant topology. The first frame is the mesh. Each further frame is a morph
+/// target, which holds the differences of positions, normals and colours from the first.
 Status GlbWriter::add_targets(int frame, std::span<const SurfaceFrame> frames) {
   frames_.push_back(frame);
   if (base_.empty()) {
@@ -464,7 +472,7 @@ Status GlbWriter::add_images() {
   return Ok{};
 }
 
-/// Adds a node per mesh below one per actor, and the camera last.
+/// Adds a node per mesh, then their parents, one per actor, then the camera.
 void GlbWriter::add_nodes() {
   std::vector<JsonValue> children(sequence_.actors.size(), JsonValue::array());
   for (const MeshSpan& span : spans_) {
@@ -516,7 +524,7 @@ Status GlbWriter::add_camera_motion() {
     Rotation rotation = camera_rotation(cameras[i]);
     float product = 0;
     for (std::size_t k = 0; k < 4; ++k) product += rotation[k] * previous[k];
-    if (product < 0)  // q and -q are the same rotation: take the one nearer to the previous
+    if (product < 0)  // q and -q are the same rotation: take that nearer to the previous rotation
       for (float& value : rotation) value = -value;
     put(rotations, rotation);
     previous = rotation;
@@ -544,6 +552,7 @@ Status GlbWriter::add_camera_motion() {
        {"extensions", {{"KHR_animation_pointer", {{"pointer", "/cameras/0/perspective/yfov"}}}}}});
 }
 
+/// Animates the scale and the visibility of each mesh, so that it shows only in its frames.
 Status GlbWriter::add_animation() {
   JsonValue samplers = JsonValue::array(), channels = JsonValue::array();
   const auto seconds = [&](int frame) {
@@ -592,6 +601,7 @@ Status GlbWriter::add_animation() {
   return Ok{};
 }
 
+/// Adds the animation and the nodes, builds the JSON, and writes header, JSON and binary data.
 Status GlbWriter::finish() {
   PM_TRY_STATUS(add_images());
   const bool has_targets = frames_.size() > 1;
@@ -602,7 +612,7 @@ Status GlbWriter::finish() {
   }
   add_nodes();
   PM_TRY_STATUS(add_camera_motion());
-  JsonValue roots = JsonValue::array();
+  JsonValue roots = JsonValue::array();  // actors and camera, which follow the meshes
   for (std::size_t n = spans_.size(); n < nodes_.size(); ++n) roots.push_back(n);
   JsonValue extensions = JsonValue::array();
   if (!sequence_.constant_topology)
@@ -655,7 +665,8 @@ Status GlbWriter::finish() {
   sort_members(file);
   std::string text = format_json(file);
   text.resize((text.size() + 3) / 4 * 4, ' ');
-  const std::uint64_t total = 12 + 8 + text.size() + 8 + spool_.size();  // with headers
+  // The file's header has 12 bytes, that of a chunk 8.
+  const std::uint64_t total = 12 + 8 + text.size() + 8 + spool_.size();
   if (total > 0xffffffffull)
     return make_error(ErrorCode::kOutput,
                       "{}: glTF's binary form ends at 4 GiB, and this is {:.1f} GiB - write fewer "

@@ -23,6 +23,7 @@ namespace {
 /// Concatenated arrays, each aligned to four bytes.
 class Blob {
  public:
+  /// Appends an array. Returns {"at": offset in bytes, "count": number of scalars}.
   template <class T>
   JsonValue add(std::span<const T> values) {
     const std::size_t at = bytes_.size();
@@ -42,6 +43,7 @@ class Blob {
   }
 
  private:
+  /// The scalar type of which T consists.
   template <class T>
   struct Scalar {
     using type = T;
@@ -79,7 +81,7 @@ JsonValue colors_json(const std::vector<Vec3>& colors, Blob& blob) {
   return blob.add(std::span<const std::uint8_t>(bytes));
 }
 
-/// The text of the script with an id in play.html.
+/// Returns the text of the script in play.html that has this id.
 std::string find_play_script(std::string_view id) {
   const std::string begin = "<script id=\"" + std::string(id) + "\">";
   const std::size_t first = play_page.find(begin);

@@ -18,9 +18,9 @@ struct NamedPair {
 };
 
 struct LandmarksObject {
-  std::string key;  ///< name in plan.landmarks
-  Mesh mesh;        ///< surface in scene coordinates
-  Transform to_scene, to_file;
+  std::string key;              ///< name in plan.landmarks
+  Mesh mesh;                    ///< surface in scene coordinates
+  Transform to_scene, to_file;  ///< file coordinates to scene coordinates, and the inverse
 };
 
 struct LandmarksLeg {

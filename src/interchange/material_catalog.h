@@ -14,7 +14,7 @@ struct MaterialCatalog {
   std::vector<SurfaceMaterial> materials;  ///< names are unique identifiers
   std::vector<std::shared_ptr<const Image>> textures;
 
-  /// Returns the index of a material; a new one is added.
+  /// Returns the index of a material. Adds the material if it is new.
   std::size_t add(const SurfaceMaterial& material);
   /// Returns the indices of all of a frame's materials, in order.
   std::vector<std::size_t> add(const std::vector<SurfaceMaterial>& all);
@@ -22,8 +22,8 @@ struct MaterialCatalog {
   int find_texture(const SurfaceMaterial& material) const;
 };
 
-/// Makes an identifier of letters, digits and underscores that does not begin with a digit: valid
-/// in every format.
+/// Makes an identifier that is valid in every format: letters, digits and underscores, without a
+/// digit at the beginning.
 std::string identifier(const std::string& text);
 
 /// Encodes a texture as an 8-bit PNG. Errors: kInput if it has no colours.

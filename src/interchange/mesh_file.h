@@ -8,8 +8,8 @@
 
 namespace polymorph {
 
-/// Writes positions, normals (none if the mesh is flat) and triangles, by extension: .obj or .ply.
-/// Errors: kUsage for another extension, kOutput if writing fails.
+/// Writes positions, normals (none if the mesh is flat) and triangles as OBJ or PLY, chosen by the
+/// extension of `path`. Errors: kUsage for another extension, kOutput if writing fails.
 Status write_mesh(const std::filesystem::path& path, const Mesh& mesh);
 
 }  // namespace polymorph

@@ -20,7 +20,7 @@ using Text = std::back_insert_iterator<std::string>;
 class Numbering {
  public:
   explicit Numbering(std::uint32_t first) : next_(first) {}
-  /// Returns the number of a value, given by its bits, and whether the value is new.
+  /// Returns the number of a value, given by up to 96 bits, and whether the value is new.
   std::pair<std::uint32_t, bool> number(std::uint64_t low, std::uint32_t high = 0) {
     const auto [at, is_new] = numbers_[high].try_emplace(low, next_);
     if (is_new) ++next_;
@@ -37,8 +37,8 @@ std::uint64_t pair_bits(float a, float b) {
   return std::uint64_t{std::bit_cast<std::uint32_t>(a)} << 32 | std::bit_cast<std::uint32_t>(b);
 }
 
-/// Writes distinct texture coordinates. Returns for each corner the index of its coordinates in the
-/// file; `next_index` is the first unused index.
+/// Writes distinct texture coordinates. Returns, for each corner, the index of its coordinates in
+/// the file. `next_index` is the first unused index, before and after the call.
 std::vector<std::uint32_t> write_uvs(const SurfaceFrame& frame, std::uint32_t& next_index,
                                      Text out) {
   Numbering numbering(next_index);
@@ -52,6 +52,8 @@ std::vector<std::uint32_t> write_uvs(const SurfaceFrame& frame, std::uint32_t& n
   return numbers;
 }
 
+/// Writes the normals of the points or, if they exist, distinct normals of corners. Returns indices
+/// as write_uvs() does; none for a flat surface.
 std::vector<std::uint32_t> write_normals(const SurfaceFrame& frame, std::uint32_t& next_index,
                                          Text out) {
   std::vector<std::uint32_t> numbers;
@@ -104,13 +106,13 @@ std::string encode_obj(std::span<const SurfaceFrame> frames, const SurfaceSequen
     const std::vector<std::uint32_t> normals = write_normals(frame, next_normal, out);
     std::vector<std::size_t> materials;
     if (!library.empty()) materials = catalog.add(frame.materials);
-    std::size_t current = SIZE_MAX;
+    std::size_t current_material = SIZE_MAX;
     for (std::size_t t = 0; t < frame.triangles.size(); ++t) {
       if (!materials.empty()) {
         const std::size_t material = materials[frame.triangle_materials[t]];
-        if (material != current)
+        if (material != current_material)
           fmt::format_to(out, "usemtl {}\n", catalog.materials[material].name);
-        current = material;
+        current_material = material;
       }
       text += 'f';
       for (std::size_t k = 0; k < 3; ++k) {
@@ -131,12 +133,13 @@ std::string encode_mtl(const MaterialCatalog& catalog,
   std::string text = "# polymorph materials\n";
   const Text out = std::back_inserter(text);
   for (const SurfaceMaterial& m : catalog.materials) {
-    const float shine = std::max(2 / std::max(m.roughness * m.roughness, 0.002f) - 2, 0.0f);
+    // Exponent of Blinn and Phong for this roughness.
+    const float exponent = std::max(2 / std::max(m.roughness * m.roughness, 0.002f) - 2, 0.0f);
     fmt::format_to(out, "\nnewmtl {}\nKd {:.6g} {:.6g} {:.6g}\n", m.name, m.color.x, m.color.y,
                    m.color.z);
     const Vec3 specular = lerp(Vec3{0.04f, 0.04f, 0.04f}, m.color, m.metallic);
     fmt::format_to(out, "Ks {:.6g} {:.6g} {:.6g}\nNs {:.6g}\nPr {:.6g}\nPm {:.6g}\n", specular.x,
-                   specular.y, specular.z, shine, m.roughness, m.metallic);
+                   specular.y, specular.z, exponent, m.roughness, m.metallic);
     if (m.transmission > 0) fmt::format_to(out, "d {:.6g}\nNi {:.6g}\n", 1 - m.transmission, m.ior);
     if (const int texture = catalog.find_texture(m); texture >= 0)
       fmt::format_to(out, "map_Kd {}\n", texture_names[static_cast<std::size_t>(texture)]);

@@ -11,8 +11,9 @@
 namespace polymorph {
 
 /// Encodes OBJ text: an `o` line per actor, `v` followed by the point's colour (sRGB, 0..1, as most
-/// programs read it), vt, vn and f. Numbers read back to the same floats. With `library` the faces
-/// name their materials, which are added to the catalogue, and the file names that MTL.
+/// programs read it), vt, vn and f. Numbers read back to the same floats. If `library` is not
+/// empty, the file refers to the MTL file of this name and its faces to materials, which are added
+/// to the catalogue.
 std::string encode_obj(std::span<const SurfaceFrame> frames, const SurfaceSequence& sequence,
                        const std::string& library, MaterialCatalog& catalog);
 

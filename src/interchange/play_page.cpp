@@ -23,8 +23,8 @@ extern const std::string_view play_page;  // play.html
 
 namespace {
 
-/// Quantization steps of distances, in cells of the surface, and of thinness. Errors are at most
-/// half a step.
+/// Quantization steps of distances, in cells of the surface, and of thinness, which is in [0, 1].
+/// Errors are at most half a step.
 constexpr float kDistanceStep = 1.0f / 40;
 constexpr float kThinnessStep = 1.0f / 256;
 /// Numbers of steps over the range of moving values: for distance legs; for ball legs, whose field
@@ -46,9 +46,9 @@ JsonValue grid_json(const Grid& grid) {
       {"origin", to_array(grid.origin)}, {"cell", grid.cell}, {"points", to_array(grid.points)}};
 }
 
-/// Visits all elements from coarse to fine. Along a smooth axis, it predicts an element halfway
-/// between two visited ones by the cubic through four (interpolating subdivision, Dubuc 1986).
-/// `visit(index, prediction)` sets values[index]. play.html does the same.
+/// Visits all elements from coarse to fine: calls `visit(index, prediction)`, which sets
+/// values[index]. Along a smooth axis, the prediction of an element halfway between two visited
+/// ones is the cubic through four (interpolating subdivision, Dubuc 1986). play.html does the same.
 template <class F>
 void refine(const Shape& shape, const std::vector<double>& values, const F& visit) {
   const std::int64_t stride[3] = {1, shape.n[0], std::int64_t{shape.n[0]} * shape.n[1]};
@@ -88,11 +88,11 @@ void refine(const Shape& shape, const std::vector<double>& values, const F& visi
     }
 }
 
-/// Packs arrays as 16-bit differences from predictions by neighbours: first all low bytes, then all
-/// high ones, so that deflate finds them similar.
+/// Packs arrays as 16-bit differences from predictions by neighbours (refine()). All low bytes of
+/// an array come before its high bytes, so that deflate finds similar bytes together.
 class Packer {
  public:
-  /// Adds an array with an error of at most half of `step`. Values over more than 65535 steps are
+  /// Adds an array with an error of at most half of `step`. Differences of more than 16 bits are
   /// clamped.
   JsonValue add(std::span<const float> values, const Shape& shape, float step) {
     PM_CHECK(values.size() == shape.size());
@@ -133,7 +133,7 @@ class Packer {
   std::string bytes_;
 };
 
-/// Step that divides the range of the values into `steps`; 0 if all values are equal.
+/// Computes the step that divides the range of the values into `steps`; 0 if all are equal.
 float range_step(std::span<const float> values, float steps) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
   return (*high - *low) / steps;
@@ -164,8 +164,8 @@ JsonValue object_json(const PlayObject& object, float cell, Packer& packer) {
 }
 
 /// Lower triangular factor L of a shape L L^T (Cholesky). The page gets the logarithms of its
-/// diagonal and its columns divided by the diagonal, because thin ellipsoids would not survive the
-/// rounding of their shape.
+/// diagonal and its columns divided by the diagonal, because rounding the shape itself
+/// would distort thin ellipsoids.
 struct Factor {
   float xx, xy, xz, yy, yz, zz;
 };
@@ -204,7 +204,7 @@ std::vector<float> list_channels(const PlayKey& key, std::size_t pair) {
   return v;
 }
 
-/// Values that are common to all pairs of a key.
+/// Lists the values that are common to all pairs of a key, in the order of play.html.
 JsonValue common_json(const PlayKey& key) {
   JsonValue numbers = JsonValue::array();
   const auto add = [&](Vec3 v) {
@@ -222,7 +222,7 @@ JsonValue common_json(const PlayKey& key) {
   return numbers;
 }
 
-/// Writes when an object's detail fades; null if it does not.
+/// Writes the progress at which an object's detail begins and ends to fade; null if it does not.
 JsonValue fade_json(const std::shared_ptr<const DistanceGrid>& smooth, const DetailFade& fade) {
   return smooth ? JsonValue::array({fade.begin, fade.end}) : JsonValue();
 }
@@ -237,8 +237,8 @@ JsonValue landmarks_json(const PlayLeg& leg) {
   }
   for (const PlayKey& key : leg.keys) {
     JsonValue numbers = JsonValue::array();
-    for (const auto& [place, deviation, goal] : key.between.map->landmarks)
-      for (const float v : {place.x, place.y, place.z, deviation}) numbers.push_back(v);
+    for (const auto& [position, deviation, goal] : key.between.map->landmarks)
+      for (const float v : {position.x, position.y, position.z, deviation}) numbers.push_back(v);
     places.push_back(numbers);
   }
   return {{"goals", goals}, {"places", places}};
@@ -299,7 +299,7 @@ JsonValue space_json(const PlaySpace& space, Packer& packer) {
                     {"log_scale", object.log_scale}};
     for (float Vec3::*c : {&Vec3::x, &Vec3::y, &Vec3::z}) {
       std::vector<float> axis;
-      for (const Vec3& place : object.balls) axis.push_back(place.*c);
+      for (const Vec3& position : object.balls) axis.push_back(position.*c);
       entry["places"].push_back(ball_json(axis, packer));
     }
     json["objects"].push_back(std::move(entry));
@@ -321,7 +321,7 @@ JsonValue actor_json(const PlayActor& actor, Packer& packer) {
   return json;
 }
 
-/// Triangles of each case of marching cubes, one digit of base 12 per edge.
+/// Lists the triangles of each case of marching cubes, as digits of base 12, one per edge.
 JsonValue cases_json() {
   constexpr const char* kDigits = "0123456789ab";
   const McTable& table = mc_table();

@@ -18,7 +18,7 @@ namespace polymorph {
 struct PlayObject {
   std::string name;
   std::shared_ptr<const DistanceGrid> distances;  ///< null if its legs are ball legs
-  std::shared_ptr<const DistanceGrid> smooth;     ///< without fine detail; null unless a solid
+  std::shared_ptr<const DistanceGrid> smooth;     ///< distances without detail; null unless a solid
   std::shared_ptr<const DistanceGrid> thinness;   ///< null unless a solid with distances
   Vec3 color{1, 1, 1};                            ///< scene-linear; used if `colors` is empty
   Grid color_grid;
@@ -32,8 +32,8 @@ struct PlayKey {
   float min_part = 0;  ///< components with a smaller fraction of the volume are removed
   /// Balls with their surface at field = 1, one per pair.
   std::vector<Ball> balls;
-  /// Field of a distance leg. Of a ball leg, only `samples[].center` and `values` of its map are
-  /// used: the points on both objects that correspond to each ball's centre.
+  /// Field of a distance leg. A ball leg uses only `samples[].center` and `values` of its map: the
+  /// points on both objects that correspond to each ball's centre.
   MorphSurface between;
   Box box;  ///< bounds of the surface
 };
@@ -44,7 +44,7 @@ struct PlayLeg {
   std::vector<PlayKey> keys;  ///< two or more, ascending times
 };
 
-/// An object of a PlaySpace, and the similarity transform of the reference to it (PathPart).
+/// An object of a PlaySpace, and the similarity transform from the reference to it (PathPart).
 struct PlaySpaceObject {
   Box box;
   double volume = 0;
@@ -63,7 +63,7 @@ struct PlaySpace {
   std::vector<float> deviations;         ///< ball_deviation() of the reference's balls
   Vec3 middle;                           ///< centre of the reference's box
   bool keeps_volume = true;
-  bool contact = true;  ///< mixtures of objects that stand equally low stand as low
+  bool contact = true;  ///< the lowest point stays where those of all objects are equally high
   float look = 0;       ///< weight of the common look
 };
 
@@ -72,7 +72,7 @@ struct PlayFrame {
   int leg = 0;
   float time = 0;
   float look = 0;              ///< weight of the common look
-  std::vector<float> weights;  ///< PlaySpace only: weights of its objects; replace the others
+  std::vector<float> weights;  ///< PlaySpace only: weights of its objects; the rest is not used
 };
 
 struct PlayActor {

@@ -11,8 +11,9 @@
 namespace polymorph {
 namespace {
 
-/// Collapses edges and returns the remaining triangles as vertices of the split surface. Triangles
-/// of `is_fixed`, and the points that they share with others, do not change.
+/// Collapses edges and returns the remaining triangles, which index vertices of the split surface.
+/// `error` is the limit of meshoptimizer's error, relative to the surface's extent. Triangles of
+/// `is_fixed`, and the points that they share with others, do not change.
 std::vector<Triangle> collapse_edges(const SurfaceFrame& frame, const SplitSurface& split,
                                      float error, const std::vector<std::uint8_t>& is_fixed) {
   std::vector<Vec3> positions;
@@ -30,6 +31,7 @@ std::vector<Triangle> collapse_edges(const SurfaceFrame& frame, const SplitSurfa
   return remaining;
 }
 
+/// Converts triangles of the split surface to indices of positions.
 std::vector<Triangle> to_positions(const SplitSurface& split,
                                    const std::vector<Triangle>& remaining) {
   std::vector<Triangle> triangles;
@@ -52,13 +54,13 @@ std::vector<Vec3> list_midpoints(const SurfaceFrame& frame,
 }
 
 /// Measures the Hausdorff distance at points and midpoints: the larger of both one-sided distances.
-/// Marks triangles of the frame as fixed where it exceeds `limit`, and those around them.
+/// Marks the frame's triangles around points that are further than `limit` away as fixed.
 float measure_distance(const SurfaceFrame& frame, const ClosestPointQuery& before,
                        const std::vector<Triangle>& remaining, float limit,
                        std::vector<std::uint8_t>& is_fixed) {
   const ClosestPointQuery after(frame.positions, remaining);
   float farthest = 0;
-  std::vector<std::uint8_t> is_near(frame.positions.size(), 0);  // to a point beyond `limit`
+  std::vector<std::uint8_t> is_near(frame.positions.size(), 0);  // 1: near an excessive distance
   const std::vector<ClosestPoint> nearest = after.closest(frame.positions);
   for (std::size_t i = 0; i < nearest.size(); ++i) {
     farthest = std::max(farthest, nearest[i].distance);
@@ -129,16 +131,16 @@ float simplify(SurfaceFrame& frame, float distance) {
   const SplitSurface split = split_corners(frame, {true, true});
   const ClosestPointQuery before(frame.positions, frame.triangles);
   std::vector<std::uint8_t> is_fixed(frame.triangles.size(), 0);
-  // The library measures a mean distance from planes, so regions where the true distance is too
-  // large are fixed and the simplification is repeated.
+  // meshoptimizer bounds a mean distance from planes, not the Hausdorff distance. Regions where the
+  // latter is too large are fixed, and the simplification is repeated with a smaller error.
   float error = 0.5f * distance / extent;
   for (int i = 0; i < kMaxAttempts; ++i) {
     const std::vector<Triangle> remaining = collapse_edges(frame, split, error, is_fixed);
-    const float reached =
+    const float hausdorff =
         measure_distance(frame, before, to_positions(split, remaining), distance, is_fixed);
-    if (reached <= distance) {
+    if (hausdorff <= distance) {
       reduce_to(split, remaining, frame);
-      return reached;
+      return hausdorff;
     }
     error *= 0.95f;
   }

@@ -26,7 +26,7 @@ SplitSurface split_corners(const SurfaceFrame& frame, const SplitSettings& setti
   };
   SplitSurface split;
   split.triangles.resize(frame.triangles.size());
-  // The vertices of each point form a list.
+  // The vertices of each point form a linked list: `first` by point, `next` by vertex.
   std::vector<std::uint32_t> first(frame.positions.size(), kNoVertex), next;
   for (std::size_t c = 0; c < 3 * frame.triangles.size(); ++c) {
     const std::uint32_t point = frame.triangles[c / 3].v[c % 3];

@@ -15,7 +15,7 @@ struct SplitSurface {
   std::vector<Triangle> triangles;
 };
 
-/// Attributes that split corners at one point, in addition to corner normals.
+/// Attributes by which the corners at a point are split, in addition to corner normals.
 struct SplitSettings {
   bool uvs = true;
   bool materials = false;

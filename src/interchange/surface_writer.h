@@ -29,16 +29,17 @@ Result<std::unique_ptr<SurfaceWriter>> make_usd_writer(const std::filesystem::pa
                                                        bool overwrite);
 
 struct GlbSettings {
-  /// Quantizes positions to 16 bits over the box of actor and frame, normals to 8, colours to 16,
-  /// texture coordinates to 16 where they lie in [0, 1] (KHR_mesh_quantization); omits velocities.
+  /// Quantizes positions to 16 bits over the box of actor and frame, normals to 8 bits, colours to
+  /// 16 bits, and texture coordinates in [0, 1] to 16 bits (KHR_mesh_quantization). Omits
+  /// velocities.
   bool quantize = false;
 };
 
 /// Makes a writer of binary glTF 2.0 with a node per actor and frame; equal consecutive frames
-/// share one. An animation shows the nodes in turn by a scale of 0 or 1, which every viewer plays,
-/// and by KHR_node_visibility with KHR_animation_pointer. With a constant topology, there is one
-/// node per actor with a morph target per frame. Includes materials, textures and _VELOCITY (units
-/// per second).
+/// share a node. An animation shows the nodes in turn by a scale of 0 or 1, which every viewer
+/// plays, and by KHR_node_visibility with KHR_animation_pointer. With a constant topology, there is
+/// one node per actor with a morph target per frame. Includes materials, textures and _VELOCITY
+/// (units per second).
 Result<std::unique_ptr<SurfaceWriter>> make_glb_writer(const std::filesystem::path& path,
                                                        const SurfaceSequence& sequence,
                                                        const GlbSettings& settings);

@@ -15,8 +15,8 @@ namespace polymorph {
 namespace {
 
 /// Text of an attribute's values at all times, stored on disk. A value that stays the same is
-/// written only at the first and last of its frames, since interpolation between the two changes
-/// nothing.
+/// written only at the first and last of its frames, since interpolation between equal values gives
+/// the same value.
 class TimeSamples {
  public:
   Status add(int frame, std::string value, Spool& spool) {
@@ -50,9 +50,9 @@ class TimeSamples {
     return Ok{};
   }
   std::vector<Spool::Range> ranges_;
-  std::string value_;
-  std::optional<int> frame_;
-  bool repeats_ = false;
+  std::string value_;         ///< the value at `frame_`
+  std::optional<int> frame_;  ///< the latest frame
+  bool repeats_ = false;      ///< `frame_` is not written yet, because the value stays the same
 };
 
 // Each put() writes a number as text at `to`, which has room for it, and returns the end.
@@ -69,7 +69,8 @@ char* put(char* to, Rounded r) {
   const double size = std::abs(static_cast<double>(r.value));
   if (!(size >= 1e-4 && size < 9.99999))
     return std::to_chars(to, to + 24, r.value, std::chars_format::general, 6).ptr;
-  // Fast path: one multiplication and the digits of an integer.
+  // Fast path: one multiplication and the digits of an integer. 1 / `unit` is the place value of
+  // the sixth significant digit.
   std::uint32_t unit = 100000;
   while (size * unit < 99999.5) unit *= 10;
   auto digits = static_cast<std::uint32_t>(std::lrint(size * unit));
@@ -129,22 +130,24 @@ std::string format_rounded(const std::vector<Vec3>& values) {
   return format_list(values, [](Vec3 v) { return RoundedVec3{v}; });
 }
 
+/// Quotes a string for USD; control characters become spaces.
 std::string quote(const std::string& text) {
-  std::string all = "\"";
+  std::string quoted = "\"";
   for (const char c : text) {
-    if (c == '"' || c == '\\') all += '\\';
-    all += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
   }
-  return all + '"';
+  return quoted + '"';
 }
 std::string quote(const std::vector<std::string>& texts) {
-  std::vector<std::string> all;
-  for (const std::string& text : texts) all.push_back(quote(text));
-  return fmt::format("[{}]", fmt::join(all, ", "));
+  std::vector<std::string> quoted;
+  for (const std::string& text : texts) quoted.push_back(quote(text));
+  return fmt::format("[{}]", fmt::join(quoted, ", "));
 }
 
-/// Samples of a Mesh prim: an actor's surface in the frames with one look, and an empty mesh in all
-/// others. So programs that read material bindings only once, like Blender, show each look.
+/// Samples of a Mesh prim. A look is a set of materials. Each look of an actor has a prim of its
+/// own, with the surface in the frames that have this look and an empty mesh in all others.
+/// Programs that read material bindings only once, such as Blender, then show each look.
 struct LookSamples {
   std::string name;
   bool is_mixed = false;               ///< shows vertex colours
@@ -194,9 +197,9 @@ class UsdWriter : public SurfaceWriter {
   Status add_surface(int frame, const SurfaceFrame& surface, LookSamples& look);
   Status add_hidden(int frame, LookSamples& look);
   Status add_subsets(int frame, const SurfaceFrame& surface, LookSamples& look);
-  std::string header() const;
-  std::string camera() const;
-  std::string material(const std::string& name, const SurfaceMaterial& m) const;
+  std::string format_header() const;
+  std::string format_camera() const;
+  std::string format_material(const std::string& name, const SurfaceMaterial& m) const;
   void add_mesh(const ActorSamples& actor, const LookSamples& look,
                 const std::vector<std::string>& label_names, std::vector<ByteSource>& out);
   void add_mixed_material(const ActorSamples& actor, const LookSamples& look,
@@ -206,6 +209,7 @@ class UsdWriter : public SurfaceWriter {
   std::string texture_name(std::size_t index) const {
     return fmt::format("{}.texture{}.png", path_.stem().string(), index + 1);
   }
+  /// Stores a text in `texts_` and returns its source.
   ByteSource text(std::string bytes) {
     texts_.push_back(std::make_unique<std::string>(std::move(bytes)));
     return make_source(*texts_.back());
@@ -226,6 +230,7 @@ template <class T>
 void index_corners(const SurfaceFrame& surface, const std::vector<T>& corners,
                    std::vector<T>& values, std::vector<std::uint32_t>& indices) {
   constexpr std::uint32_t kNone = 0xffffffffu;
+  // The values of each point form a linked list: `first` by point, `next` by value.
   std::vector<std::uint32_t> first(surface.positions.size(), kNone), next;
   for (std::size_t c = 0; c < corners.size(); ++c) {
     const std::uint32_t point = surface.triangles[c / 3].v[c % 3];
@@ -282,7 +287,7 @@ Status UsdWriter::choose_look(const SurfaceFrame& surface, ActorSamples& actor) 
   return Ok{};
 }
 
-/// Adds a mesh that is invisible and empty, since not every program reads animated visibility.
+/// Adds an empty, invisible mesh. It is empty because not every program reads animated visibility.
 Status UsdWriter::add_hidden(int frame, LookSamples& look) {
   return add_surface(frame, SurfaceFrame{}, look);
 }
@@ -324,7 +329,8 @@ Status UsdWriter::add_surface(int frame, const SurfaceFrame& surface, LookSample
   std::vector<Vec2> uvs;
   std::vector<std::uint32_t> uv_indices;
   index_corners(surface, surface.corner_uvs, uvs, uv_indices);
-  // Faces without texture coordinates get a dummy: a primvar must fit its faces at all times.
+  // Faces without texture coordinates get dummies, because a primvar must fit its faces at all
+  // times.
   if (uvs.empty()) {
     uvs.emplace_back();
     uv_indices.assign(3 * surface.triangles.size(), 0);
@@ -353,7 +359,7 @@ Status UsdWriter::add_subsets(int frame, const SurfaceFrame& surface, LookSample
   return look.metallic.add(frame, fmt::format("{:.6g}", mixture.metallic), spool_);
 }
 
-std::string UsdWriter::header() const {
+std::string UsdWriter::format_header() const {
   return fmt::format(
       "#usda 1.0\n(\n    defaultPrim = \"morph\"\n    doc = \"polymorph {}\"\n"
       "    upAxis = \"Y\"\n    metersPerUnit = 1\n    startTimeCode = {}\n"
@@ -362,7 +368,7 @@ std::string UsdWriter::header() const {
       program_version(), sequence_.first_frame, sequence_.last_frame, sequence_.fps, sequence_.fps);
 }
 
-std::string UsdWriter::camera() const {
+std::string UsdWriter::format_camera() const {
   constexpr float kAperture = 24;  // tenths of a scene unit, like the focal length
   const std::vector<FrameCamera>& cameras = sequence_.cameras;
   const float height = kAperture / cameras.front().aspect;
@@ -403,7 +409,7 @@ std::string UsdWriter::camera() const {
          "        uniform token[] xformOpOrder = [\"xformOp:transform\"]\n    }\n\n";
 }
 
-std::string UsdWriter::material(const std::string& name, const SurfaceMaterial& m) const {
+std::string UsdWriter::format_material(const std::string& name, const SurfaceMaterial& m) const {
   const std::string path = "/morph/materials/" + name;
   std::string text = fmt::format(
       "        def Material \"{}\"\n        {{\n"
@@ -444,6 +450,7 @@ std::string UsdWriter::material(const std::string& name, const SurfaceMaterial& 
   return text + "        }\n\n";
 }
 
+/// Adds the material of mixed surfaces, whose colours are those of the points.
 void UsdWriter::add_mixed_material(const ActorSamples& actor, const LookSamples& look,
                                    std::vector<ByteSource>& out) {
   const std::string name = "points_of_" + actor.name, path = "/morph/materials/" + name;
@@ -469,7 +476,7 @@ void UsdWriter::add_mixed_material(const ActorSamples& actor, const LookSamples&
 void UsdWriter::add_mesh(const ActorSamples& actor, const LookSamples& look,
                          const std::vector<std::string>& label_names,
                          std::vector<ByteSource>& out) {
-  // Several materials are assigned to subsets of the faces.
+  // If there are several materials, they are assigned to subsets of the faces below.
   const std::string material = look.is_mixed ? "points_of_" + actor.name
                                : look.materials.size() == 1
                                    ? catalog_.materials[look.materials.front()].name
@@ -543,6 +550,7 @@ void UsdWriter::add_mesh(const ActorSamples& actor, const LookSamples& look,
   out.push_back(text("        }\n\n"));
 }
 
+/// Ends the runs of equal values of all attributes.
 Status UsdWriter::end_runs() {
   for (ActorSamples& actor : actors_)
     for (LookSamples& a : actor.looks) {
@@ -569,18 +577,19 @@ Status UsdWriter::finish() {
   PM_TRY_STATUS(end_runs());
   PM_TRY_STATUS(write_textures());
   std::vector<ByteSource> out;
-  out.push_back(text(header()));
+  out.push_back(text(format_header()));
   for (std::size_t a = 0; a < actors_.size(); ++a) {
     out.push_back(text(fmt::format("    def Xform \"{}\"\n    {{\n", actors_[a].name)));
     for (const LookSamples& look : actors_[a].looks)
       add_mesh(actors_[a], look, sequence_.label_names[a], out);
     out.push_back(text("    }\n\n"));
   }
-  out.push_back(text(camera() + "    def Scope \"materials\"\n    {\n"));
+  out.push_back(text(format_camera() + "    def Scope \"materials\"\n    {\n"));
   for (const ActorSamples& actor : actors_)
     for (const LookSamples& look : actor.looks)
       if (look.is_mixed) add_mixed_material(actor, look, out);
-  for (const SurfaceMaterial& m : catalog_.materials) out.push_back(text(material(m.name, m)));
+  for (const SurfaceMaterial& m : catalog_.materials)
+    out.push_back(text(format_material(m.name, m)));
   out.push_back(text("    }\n}\n"));
   return write_file(path_, concatenate(std::move(out)));
 }

@@ -17,16 +17,16 @@
 namespace polymorph {
 namespace {
 
-constexpr char kSeparator = '@';  // before an animation's name and before a pose's number
-constexpr std::size_t kMaxBytes = std::size_t{1} << 32;  // of a .gltf file
+constexpr char kSeparator = '@';  // precedes an animation's name and a pose's number
+constexpr std::size_t kMaxBytes = std::size_t{1} << 32;  // size of a .gltf file
 
 bool is_gltf(const std::filesystem::path& file) {
   const std::string suffix = lower_case(file.extension().string());
   return suffix == ".glb" || suffix == ".gltf";
 }
 
-/// Reads the JSON of a glTF file; empty on an error. Of a .glb only the first chunk is read,
-/// because the binary chunk may be large.
+/// Reads the JSON of a glTF file; "" on an error. Reads only the first chunk of a .glb, because the
+/// binary chunk may be large.
 std::string read_gltf_json(const std::filesystem::path& file) {
   if (lower_case(file.extension().string()) == ".gltf") {
     const auto text = read_file(file, kMaxBytes);
@@ -63,8 +63,8 @@ bool is_file(const std::filesystem::path& path) {
   return std::filesystem::is_regular_file(path, error);
 }
 
-/// An animation's name in paths: characters with a meaning there become '_'. An unnamed animation
-/// has its number, from 1.
+/// Returns the name of an animation in paths. Characters that have a meaning in paths become '_'.
+/// An unnamed animation gets its number, from 1.
 std::string path_name(const JsonValue& animation, std::size_t index) {
   std::string name = animation.get("name").string;
   for (char& c : name)
@@ -80,7 +80,8 @@ const JsonValue& find_item(const JsonValue& list, const JsonValue& index) {
              : none;
 }
 
-/// Targets of an animation: a node, and whether its morph weights move (else its transform).
+/// Lists what an animation moves, as pairs (index of a node, whether its morph weights move). If
+/// false, the node's transform moves.
 std::set<std::pair<std::int64_t, bool>> list_targets(const JsonValue& animation) {
   std::set<std::pair<std::int64_t, bool>> targets;
   for (const JsonValue& channel : animation.get("channels").items) {
@@ -91,12 +92,14 @@ std::set<std::pair<std::int64_t, bool>> list_targets(const JsonValue& animation)
   return targets;
 }
 
-/// Key times of a sampler in seconds, from the minimum and maximum of its accessor.
+/// Key times of an animation sampler in seconds.
 struct KeyTimes {
   double first = 0, last = 0;
   std::int64_t count = 0;
 };
 
+/// Reads key times from the minimum and maximum that glTF requires in their accessor; nullopt if
+/// one is missing.
 std::optional<KeyTimes> read_key_times(const JsonValue& accessor) {
   const JsonValue &low = accessor.get("min"), &high = accessor.get("max");
   if (low.items.empty() || high.items.empty() || !low.items[0].is_number() ||
@@ -105,8 +108,8 @@ std::optional<KeyTimes> read_key_times(const JsonValue& accessor) {
   return KeyTimes{low.items[0].number, high.items[0].number, accessor.get("count").integer};
 }
 
-/// The film rate, per second, at which keys are evenly spaced; 0 if there is none, or if there are
-/// fewer than kMinKeys.
+/// Finds the film rate, in keys per second, of evenly spaced keys; 0 if the keys have no such rate
+/// or are fewer than kMinKeys.
 int find_film_rate(const KeyTimes& times) {
   constexpr int kMinKeys = 6, kMinRate = 24, kMaxRate = 120;
   constexpr double kRounding = 0.05;  // allows rates such as 23.976
@@ -122,7 +125,7 @@ int find_film_rate(const KeyTimes& times) {
 }  // namespace
 
 int Animation::pose_count() const {
-  constexpr double kMaxSeconds = 3600;
+  constexpr double kMaxSeconds = 3600;  // bounds the number of poses of a damaged file
   if (playing.empty() || !(end > start)) return 0;
   return 1 + static_cast<int>(std::lround(std::min(end - start, kMaxSeconds) * poses_per_second));
 }
@@ -164,19 +167,20 @@ Animation read_animation(const std::filesystem::path& file, const std::string& n
     if (named == animation.names.end()) return animation;
     chosen = static_cast<std::size_t>(named - animation.names.begin());
   }
-  std::set<std::pair<std::int64_t, bool>> moving;
+  std::set<std::pair<std::int64_t, bool>> moving;  // targets of the animations that play
   bool has_times = false;
   int rate = 0;
   for (std::size_t k = 0; k < animations.size(); ++k) {
     // Visit the chosen animation, then the others in order.
     const std::size_t i = k == 0 ? chosen : k <= chosen ? k - 1 : k;
     const auto targets = list_targets(animations[i]);
+    // An animation plays if no earlier one moves any of its targets.
     if (targets.empty() || std::any_of(targets.begin(), targets.end(),
                                        [&](const auto& target) { return moving.contains(target); }))
       continue;
     animation.playing.push_back(i);
     moving.insert(targets.begin(), targets.end());
-    if (!name.empty() && k > 0) continue;
+    if (!name.empty() && k > 0) continue;  // only the named animation sets duration and rate
     for (const JsonValue& channel : animations[i].get("channels").items) {
       const JsonValue& sampler = find_item(animations[i].get("samplers"), channel.get("sampler"));
       const auto times =
@@ -210,16 +214,16 @@ std::string describe_missing_poses(const AnimatedPose& pose) {
 std::string describe_other_animations(const AnimatedPose& pose) {
   const Animation animation = read_animation(pose.file, pose.animation);
   if (!pose.animation.empty() || animation.names.size() <= animation.playing.size()) return {};
-  std::string playing, others, other;
+  std::string playing, others, first_other;
   for (std::size_t i = 0; i < animation.names.size(); ++i) {
     const bool plays =
         std::find(animation.playing.begin(), animation.playing.end(), i) != animation.playing.end();
     std::string& list = plays ? playing : others;
     list += fmt::format("{}\"{}\"", list.empty() ? "" : ", ", animation.names[i]);
-    if (!plays && other.empty()) other = animation.names[i];
+    if (!plays && first_other.empty()) first_other = animation.names[i];
   }
   const std::filesystem::path named =
-      pose.file.stem().string() + kSeparator + other + pose.file.extension().string();
+      pose.file.stem().string() + kSeparator + first_other + pose.file.extension().string();
   return fmt::format("{}: plays {}, not {} - {}, or {} in a scene, plays that one",
                      pose.file.string(), playing, others, named.string(),
                      pose_pattern(named).string());

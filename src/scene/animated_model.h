@@ -12,7 +12,7 @@ namespace polymorph {
 
 struct AnimatedPose {
   std::filesystem::path file;  ///< the model
-  std::string animation;       ///< name of its animation in the path; empty: none
+  std::string animation;       ///< its animation that the path names; empty: the path names none
   int number = 1;              ///< number of the pose, from 1
 };
 
@@ -31,14 +31,14 @@ struct Animation {
   }
 };
 
-/// Parses the path of a pose. Returns nullopt if it is none, if a file of this name exists, or if
-/// the model does not.
+/// Parses the path of a pose. Returns nullopt if `path` does not have this form, if a file of this
+/// name exists, or if the model does not exist.
 std::optional<AnimatedPose> find_pose(const std::filesystem::path& path);
 
 /// Reads the motion of a model. The animation `name` plays, or the first one if `name` is empty.
 /// Others play along if they move different nodes: an armature and its morph targets often have an
-/// animation each. A named animation alone sets the duration. Nothing plays if the file is not
-/// glTF, cannot be read, or has no such animation.
+/// animation each. The duration is that of the named animation or, without a name, of all that
+/// play. Nothing plays if the file is not glTF, cannot be read, or has no such animation.
 Animation read_animation(const std::filesystem::path& file, const std::string& name = {});
 
 /// Number of poses of walk.glb or hero@run.glb; 0 if nothing moves.
@@ -47,15 +47,15 @@ int pose_count(const std::filesystem::path& model);
 /// Explains why a model has no poses.
 std::string describe_missing_poses(const AnimatedPose& pose);
 
-/// Explains which animations of a model do not play and how to play them. Empty if all play, or if
-/// the path names one.
+/// Explains which animations of a model do not play and how to play them. Returns "" if all play,
+/// or if the path names one.
 std::string describe_other_animations(const AnimatedPose& pose);
 
 /// Returns the path pattern of a model's poses: walk@####.glb.
 std::filesystem::path pose_pattern(const std::filesystem::path& model);
 
-/// Parses hero@run.glb into model and animation. Returns nullopt if a file of this name exists, or
-/// if the model does not.
+/// Parses hero@run.glb into model and animation. Returns nullopt if `path` does not have this form,
+/// if a file of this name exists, or if the model does not exist.
 std::optional<AnimatedPose> find_named_animation(const std::filesystem::path& path);
 
 }  // namespace polymorph

@@ -15,6 +15,7 @@ std::string weight_pointer(std::size_t actor, std::size_t object) {
   return fmt::format("/actors/{}/blend/{}/weight", actor, object);
 }
 
+/// Sorts the blend of one actor and adapts the indices in the pointers of its weights' tracks.
 void sort_blend(Scene& scene, std::size_t actor) {
   std::vector<ObjectSettings>& blend = scene.actors[actor].blend;
   std::vector<std::tuple<std::string, std::string, std::string, std::size_t>> keys;
@@ -32,7 +33,7 @@ void sort_blend(Scene& scene, std::size_t actor) {
       if (scene.tracks[t].pointer == weight_pointer(actor, old_index))
         tracks[t].pointer = weight_pointer(actor, i);
   }
-  // Frames are identified by the scene's text, which contains the tracks in order.
+  // Sort the tracks, because frames are identified by the scene's text, which has them in order.
   std::stable_sort(tracks.begin(), tracks.end(),
                    [](const auto& a, const auto& b) { return a.pointer < b.pointer; });
   blend = std::move(sorted);
@@ -42,6 +43,7 @@ void sort_blend(Scene& scene, std::size_t actor) {
 }  // namespace
 
 void sort_blends(Scene& scene) {
+  // A scene without a list of actors has the blend at the top level.
   for (KeyframeTrack& track : scene.tracks)
     if (track.pointer.starts_with("/blend/"))
       track.pointer = fmt::format("/actors/0{}", track.pointer);
@@ -58,7 +60,7 @@ std::vector<float> blend_weights(const Scene& scene, std::size_t actor, const Fi
       if (track.pointer == weight_pointer(actor, i)) weight = value_at(track, time).x;
     weights.push_back(std::max(weight, 0.0f));
   }
-  // Smooth curves leave tiny weights near keys that are 0.
+  // Smooth curves give tiny weights near keys of value 0. Remove them.
   constexpr double kMinFraction = 1e-6;
   const double total = std::accumulate(weights.begin(), weights.end(), 0.0);
   for (float& weight : weights)

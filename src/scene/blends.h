@@ -12,13 +12,13 @@
 namespace polymorph {
 
 /// Sorts the objects of each blend by name, then file, then settings, so that the order in the
-/// scene file changes nothing. Adapts the pointers of their weights' tracks:
-/// "/actors/0/blend/1/weight", also for a scene without a list of actors. All objects must have
+/// scene file changes nothing. Adapts the pointers of the tracks of their weights to the form
+/// "/actors/0/blend/1/weight", even if the scene file has no list of actors. All objects must have
 /// names.
 void sort_blends(Scene& scene);
 
-/// Weights of an actor's blend at a time, in [0, 1] with sum 1. Weights below a millionth of the
-/// sum become 0. All are 0 if all weights of the scene are.
+/// Computes the weights of an actor's blend at a time, in [0, 1] with sum 1. Weights below a
+/// millionth of the sum become 0. If all weights are 0 at this time, the result is all 0.
 std::vector<float> blend_weights(const Scene& scene, std::size_t actor, const FilmTime& time);
 
 /// Tests whether the actor mixes three objects or more. A blend of two is a morph whose time is the

@@ -9,13 +9,13 @@ namespace {
 
 constexpr std::size_t kWidth = 96;  // columns
 
-/// Wraps `text` into lines that begin with `lead`, at most kWidth wide where words allow it.
-std::string wrap_comment(const std::string& lead, const std::string& text) {
-  std::string out, line = lead;
+/// Wraps `text` into lines that begin with `prefix`, at most kWidth wide where words allow it.
+std::string wrap_comment(const std::string& prefix, const std::string& text) {
+  std::string out, line = prefix;
   for (const std::string& word : split(text, ' ')) {
-    if (line.size() > lead.size() && line.size() + 1 + word.size() > kWidth) {
+    if (line.size() > prefix.size() && line.size() + 1 + word.size() > kWidth) {
       out += line + "\n";
-      line = lead;
+      line = prefix;
     }
     line += " " + word;
   }
@@ -37,7 +37,8 @@ std::string describe_key(const JsonValue& schema) {
   return text;
 }
 
-/// Properties of a key that is an object or may be one: the ends of a chain may also be strings.
+/// Returns the properties of a key that is an object, or may be one: the ends of a chain are
+/// objects or strings.
 JsonValue find_properties(const JsonValue& schema) {
   if (schema.contains("properties")) return schema.get("properties");
   for (const JsonValue& choice : schema.get("oneOf").items)
@@ -45,6 +46,7 @@ JsonValue find_properties(const JsonValue& schema) {
   return JsonValue::object();
 }
 
+/// Formats JSON on one line.
 std::string inline_json(const JsonValue& value) {
   if (!value.is_object() && !value.is_array()) return printable_json(format_json(value));
   std::string text;

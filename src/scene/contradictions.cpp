@@ -17,6 +17,8 @@
 namespace polymorph {
 namespace {
 
+/// Visits all parts of a scene and reports contradictions between them. JSON values give the
+/// positions of the errors in the file; the settings are those of `scene`.
 class ContradictionFinder {
  public:
   ContradictionFinder(const JsonDocument& document, const Scene& scene,
@@ -99,8 +101,8 @@ class ContradictionFinder {
   }
   void check_blend(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
     for (const char* key : {"source", "intermediate", "target"})
-      if (const JsonValue* other = value.find(key))
-        report(fmt::format("{}/{}", pointer, key), other,
+      if (const JsonValue* member = value.find(key))
+        report(fmt::format("{}/{}", pointer, key), member,
                "contradicts \"blend\" - an actor mixes objects, or goes from one to the next");
     const JsonValue& list = *value.find("blend");
     if (list.kind != JsonValue::Kind::kArray) return;  // reported already
@@ -115,7 +117,7 @@ class ContradictionFinder {
     for (std::size_t i = 0; i < actor.blend.size(); ++i)
       check_blend_object(actor, actor.blend[i], fmt::format("{}/blend/{}", pointer, i),
                          list.items[i]);
-    const auto is_zero = [&](const ObjectSettings& object) {
+    const auto is_zero = [&](const ObjectSettings& object) {  // weight 0 and no keyframes
       const auto index = static_cast<std::size_t>(&object - actor.blend.data());
       const std::string track = fmt::format("{}/blend/{}/weight", pointer, index);
       return object.weight == 0.0f &&
@@ -180,14 +182,14 @@ class ContradictionFinder {
     if (shared) check_landmarks(*shared, "/plan/landmarks", scene_.plan, chains, nullptr);
   }
   /// Checks that each key names an object that no other key names, and that each landmark exists on
-  /// a neighbour, too. Objects and landmarks of `known` (may be null) count as existing.
+  /// a neighbour, too. Objects and landmarks of `shared` (may be null) count as existing.
   void check_landmarks(const JsonValue& landmarks, const std::string& pointer,
                        const PlanSettings& plan, const std::vector<Chain>& chains,
-                       const JsonValue* known) {
+                       const JsonValue* shared) {
     for (std::size_t k = 0; k < landmarks.members.size(); ++k) {
       const JsonMember& member = landmarks.members[k];
       const std::string object_pointer = pointer + "/" + member.key;
-      const JsonValue* known_points = known ? known->find(member.key) : nullptr;
+      const JsonValue* known_points = shared ? shared->find(member.key) : nullptr;
       bool is_known = known_points != nullptr;
       std::vector<std::string> partner_names;  // landmarks of the object's neighbours
       for (const Chain& chain : chains)
@@ -195,11 +197,11 @@ class ContradictionFinder {
           if (!is_named(*chain.objects[i], member.key)) continue;
           is_known = true;
           add_neighbours_landmarks(chain, i, plan, partner_names);
-          for (std::size_t before = 0; before < k; ++before)
-            if (is_named(*chain.objects[i], landmarks.members[before].key))
+          for (std::size_t earlier_key = 0; earlier_key < k; ++earlier_key)
+            if (is_named(*chain.objects[i], landmarks.members[earlier_key].key))
               return report_at(object_pointer, member.key_offset,
                                fmt::format("is the same object as \"{}\" - name it once",
-                                           printable(landmarks.members[before].key)));
+                                           printable(landmarks.members[earlier_key].key)));
         }
       if (known_points)
         for (const JsonMember& point : known_points->members) partner_names.push_back(point.key);
@@ -209,6 +211,7 @@ class ContradictionFinder {
         report_unknown_object(member, object_pointer, chains);
     }
   }
+  /// Adds the names of the landmarks of the neighbours of object `i`.
   static void add_neighbours_landmarks(const Chain& chain, std::size_t i, const PlanSettings& plan,
                                        std::vector<std::string>& names) {
     for (std::size_t j = 0; j < chain.objects.size(); ++j) {
@@ -219,6 +222,7 @@ class ContradictionFinder {
       for (const auto& [name, point] : *other) names.push_back(name);
     }
   }
+  /// Checks that each landmark of an object is among `partner_names`.
   void check_partners(const JsonMember& object, const std::string& pointer,
                       const PlanSettings& plan, const std::vector<std::string>& partner_names) {
     const auto landmarks = plan.landmarks.find(object.key);
@@ -249,21 +253,21 @@ class ContradictionFinder {
   /// Checks that the actor's chain fits into the scene's frames.
   void check_time(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
     const FrameSettings& frames = scene_.frames;
-    const int moving = frames.count - frames.hold_start - frames.hold_end;
-    const int minimum = plays_sequence_alone(actor) || !actor.blend.empty() ? 1 : 2;
-    if (moving < minimum)
+    const int moving_frames = frames.count - frames.hold_start - frames.hold_end;
+    const int min_frames = plays_sequence_alone(actor) || !actor.blend.empty() ? 1 : 2;
+    if (moving_frames < min_frames)
       return report("/frames/count", find_in(&document_.root, {"frames", "count"}),
                     fmt::format("leaves {} beside the holds ({} + {}) - {} needed",
-                                plural(moving, "frame"), frames.hold_start, frames.hold_end,
-                                minimum == 1 ? "at least one is" : "at least two are"));
+                                plural(moving_frames, "frame"), frames.hold_start, frames.hold_end,
+                                min_frames == 1 ? "at least one is" : "at least two are"));
     int needed = std::accumulate(actor.per_leg.begin(), actor.per_leg.end(), 0);
     for (const ObjectSettings& object : actor.intermediate)
       needed += actor.per_leg.empty() ? 0 : object.hold;
-    needed = std::max(needed, minimum);
-    if (actor.start - 1 + needed > moving)
+    needed = std::max(needed, min_frames);
+    if (actor.start - 1 + needed > moving_frames)
       report(pointer + "/start", value.find("start"),
              fmt::format("leaves {} of the scene's {} frames, and the actor needs {}",
-                         std::max(moving - actor.start + 1, 0), frames.count, needed));
+                         std::max(moving_frames - actor.start + 1, 0), frames.count, needed));
   }
   /// Checks a setting's keyframes against the whole scene.
   void check_track(const KeyframeTrack& track) {
@@ -298,6 +302,7 @@ class ContradictionFinder {
       report("/output/png_bits", find_in(&document_.root, {"output", "png_bits"}),
              fmt::format("must be 8 or 16 (is {})", scene_.output.png_bits));
   }
+  /// Finds the value at a JSON pointer; null if there is none.
   const JsonValue* find_value(std::string_view pointer) const {
     const JsonValue* value = &document_.root;
     for (const std::string& key : split(pointer.substr(1), '/')) {
@@ -311,6 +316,7 @@ class ContradictionFinder {
     }
     return value;
   }
+  /// Finds the value below `value` (may be null) along a path of keys; null if there is none.
   static const JsonValue* find_in(const JsonValue* value, std::initializer_list<const char*> keys) {
     for (const char* key : keys) value = value ? value->find(key) : nullptr;
     return value;
@@ -321,8 +327,8 @@ class ContradictionFinder {
   void report_at(const std::string& pointer, std::size_t offset, const std::string& message) {
     const TextPosition position = document_.position(offset);
     // Several actors may inherit the same error from the scene: report it once.
-    for (const SceneFinding& known : findings_)
-      if (known.pointer == pointer && known.message == message) return;
+    for (const SceneFinding& earlier : findings_)
+      if (earlier.pointer == pointer && earlier.message == message) return;
     findings_.push_back({position.line, position.column, pointer, message});
   }
 

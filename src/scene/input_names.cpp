@@ -18,7 +18,7 @@ bool is_below(const fs::path& folder, const fs::path& file) {
          folder.end();
 }
 
-/// The path of a file relative to a folder above it.
+/// Returns the path of a file relative to a folder above it.
 fs::path relative_to(const fs::path& folder, const fs::path& file) {
   fs::path relative;
   for (auto component = std::next(file.begin(), std::distance(folder.begin(), folder.end()));
@@ -34,7 +34,8 @@ fs::path common_folder(std::span<const fs::path> files) {
   return common;
 }
 
-/// Tests whether the files' names relative to `root` may be published.
+/// Tests whether the files' names relative to `root` may be published: `root` is not that of the
+/// file system, and the names contain no private folder.
 bool is_publishable(const fs::path& root, std::span<const fs::path> files) {
   if (root == root.root_path()) return false;
   return std::none_of(files.begin(), files.end(), [&](const fs::path& file) {
@@ -44,6 +45,8 @@ bool is_publishable(const fs::path& root, std::span<const fs::path> files) {
   });
 }
 
+/// Adds the files' common folder to the roots. If names relative to it may not be published,
+/// divides the files by the folders below it and adds roots for each group.
 void add_roots(std::span<const fs::path> files, std::vector<fs::path>& roots) {
   const fs::path root = common_folder(files);
   if (is_publishable(root, files)) {

@@ -29,15 +29,16 @@ double secant(const KeyframeTrack& track, std::size_t i, int c) {
   return (component(b.value, c) - component(a.value, c)) / (b.at - a.at);
 }
 
-/// Slope of kSmooth's curve at key i.
+/// Slope of kSmooth's curve at key i: the weighted harmonic mean of the slopes of both lines, or 0
+/// if these have different signs and at the first and the last key (value_at()).
 double slope(const KeyframeTrack& track, std::size_t i, int c) {
   if (i == 0 || i + 1 == track.keys.size()) return 0;
-  const double before = secant(track, i - 1, c), after = secant(track, i, c);
-  if (before * after <= 0) return 0;
+  const double slope_before = secant(track, i - 1, c), slope_after = secant(track, i, c);
+  if (slope_before * slope_after <= 0) return 0;
   const double h0 = track.keys[i].at - track.keys[i - 1].at;
   const double h1 = track.keys[i + 1].at - track.keys[i].at;
   const double w0 = 2 * h1 + h0, w1 = h1 + 2 * h0;
-  return (w0 + w1) / (w0 / before + w1 / after);
+  return (w0 + w1) / (w0 / slope_before + w1 / slope_after);
 }
 
 /// Interpolates between keys i and i + 1 at t in [0, 1].
@@ -45,7 +46,7 @@ double interpolate(const KeyframeTrack& track, std::size_t i, int c, double t) {
   const Keyframe &a = track.keys[i], &b = track.keys[i + 1];
   const double from = component(a.value, c), to = component(b.value, c);
   if (track.easing == KeyEasing::kSmooth) {
-    const double h = b.at - a.at, r = 1 - t;
+    const double h = b.at - a.at, r = 1 - t;  // cubic Hermite interpolation
     return from * (1 + 2 * t) * r * r + to * t * t * (3 - 2 * t) +
            h * slope(track, i, c) * t * r * r - h * slope(track, i + 1, c) * t * t * r;
   }
@@ -117,6 +118,7 @@ class KeyframeApplier {
   void retired(const char*, const char*) {}
   void before_actors(Scene&) {}
   void actors(const char* key, std::vector<ActorSettings>& values, const char* doc) {
+    // Only weights of blends have keyframes below actors. Skip the actors if there are none.
     const auto is_weight = [](const KeyframeTrack& track) {
       return track.pointer.starts_with("/actors/");
     };
@@ -136,8 +138,9 @@ class KeyframeApplier {
   std::string pointer_;
 };
 
-/// Orbit angle of the camera in degrees, linear over the film. After whole turns, the frame that
-/// would follow the last is the first, so that the film loops.
+/// Orbit angle of the camera in degrees, linear over the film. If `orbit` is a number of whole
+/// turns, the angle is complete one frame after the last, so that the film loops without a repeated
+/// frame.
 float orbit_at(const Scene& scene, const FilmTime& time) {
   const auto orbit = static_cast<double>(scene.camera.orbit);
   return static_cast<float>(orbit * (std::fmod(orbit, 360.0) == 0 ? time.turn : time.share));

@@ -16,8 +16,10 @@
 namespace polymorph {
 namespace {
 
-constexpr std::size_t kMaxFindings = 20;  // shown in one error
+constexpr std::size_t kMaxFindings = 20;  // listed in one error
 
+/// Gives default names to objects and actors, and makes the actors' names unique. All names become
+/// printable.
 void name_objects(Scene& scene) {
   const auto set_name = [](ObjectSettings& object) {
     if (object.name.empty())
@@ -68,6 +70,7 @@ Result<SceneReading> read_scene(const std::filesystem::path& path,
   const bool is_model =
       std::find(std::begin(kModels), std::end(kModels), suffix) != std::end(kModels);
   const bool is_animated = is_model && !is_numbered(path) && pose_count(path) > 0;
+  // Make a scene that plays the mesh sequence or the animated model.
   if (is_model && (is_animated || is_numbered(path))) {
     const std::filesystem::path meshes = is_animated ? pose_pattern(path) : path;
     PM_TRY([[maybe_unused]] const std::vector<int> range, find_range(meshes));

@@ -22,7 +22,7 @@ struct SceneFinding {
   std::string message;
 };
 
-/// "FILE:LINE:COL: /pointer: message".
+/// Formats a finding as "FILE:LINE:COL: /pointer: message".
 std::string to_string(const SceneFinding& finding, const std::string& file);
 
 /// A scene and all errors in it: unknown keys, wrong types, values out of range, missing models and
@@ -80,7 +80,7 @@ struct ChainObject {
 };
 /// Lists the objects of all actors, actor by actor in chain order. Pointers are into the scene.
 std::vector<ChainObject> chain_objects(const Scene& scene);
-/// Splits the list into one span per actor.
+/// Splits a list of chain_objects(scene) into one span per actor.
 std::vector<std::span<const ChainObject>> actor_chains(std::span<const ChainObject> chain);
 
 /// Tests whether a key of plan.landmarks names the object: by its file's name or stem, or by its

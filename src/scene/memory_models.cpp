@@ -41,7 +41,7 @@ Meshes& all_meshes() {
   return meshes;
 }
 
-/// Suffix of all paths. In messages, a colon and the index of a face may follow it.
+/// Suffix of the paths of all meshes. In messages, a colon and the index of a face may follow it.
 constexpr const char* kSuffix = ".faces";
 
 }  // namespace

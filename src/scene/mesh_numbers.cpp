@@ -37,7 +37,7 @@ Result<std::vector<int>> find_range(const std::filesystem::path& model) {
       return make_error(ErrorCode::kInput, "{}", describe_missing_poses(*pose));
     return make_error(ErrorCode::kInput, "no such files: {}", model.string());
   }
-  int step = 0;
+  int step = 0;  // stays 0 for a single number
   for (const int number : numbers) step = std::gcd(step, number - numbers.front());
   std::vector<int> range{numbers.front(), numbers.back()};
   if (step > 1) range.push_back(step);
@@ -98,7 +98,7 @@ std::string describe_files(const ObjectSettings& object) {
 std::string sequence_name(const std::filesystem::path& model) {
   const auto pattern = file_pattern(model);
   if (!pattern) return model.stem().string();
-  // "x" stands for the number: without it, a path that ends with '/' would have no filename().
+  // "x" replaces the number. Without it, a path that ends in '/' would have no filename().
   const std::string before = std::filesystem::path(pattern->before + "x").filename().string(),
                     after = std::filesystem::path(pattern->after).stem().string();
   std::string name = before.substr(0, before.size() - 1);

@@ -16,8 +16,8 @@ namespace polymorph {
 /// Tests whether a model's name is a pattern with a number, and not an existing model.
 bool is_numbered(const std::filesystem::path& model);
 
-/// Lists the numbers of a sequence's existing meshes, ascending: in memory, poses or files. Errors:
-/// those of existing_frames().
+/// Lists the numbers of a sequence's existing meshes, which are meshes in memory, poses or files,
+/// in ascending order. Errors: those of existing_frames().
 Result<std::vector<int>> existing_meshes(const FramePattern& pattern);
 
 /// Finds the range of a sequence's existing meshes: first and last number and, if it is above 1,
@@ -27,7 +27,7 @@ Result<std::vector<int>> find_range(const std::filesystem::path& model);
 /// Poses per second of an animated model; nullopt for other models.
 std::optional<float> find_pose_rate(const std::filesystem::path& model);
 
-/// Tests whether the object is a mesh sequence: the scene's reader gives it a range.
+/// Tests whether the object is a mesh sequence. The scene's reader gives all of these a range.
 inline bool is_mesh_sequence(const ObjectSettings& object) { return !object.range.empty(); }
 
 /// Tests whether the actor plays a mesh sequence instead of a morph.

@@ -10,7 +10,7 @@ Result<JsonValue> parse_value(std::string_view text) {
   return std::move(document.root);
 }
 
-/// Marks a value as not being in the file.
+/// Marks a value, and all values in it, as not being in the file.
 void forget_offsets(JsonValue& value) {
   value.offset = JsonValue::kNowhere;
   for (JsonValue& item : value.items) forget_offsets(item);
@@ -34,7 +34,7 @@ Status set_json_value(JsonDocument& document, std::string_view path, std::string
       node = &node->items[static_cast<std::size_t>(*index)];
       continue;
     }
-    if (node->is_string()) {
+    if (node->is_string()) {  // the short form of an object, which key "" keeps
       JsonValue word = std::move(*node);
       *node = JsonValue::object();
       (*node)[""] = std::move(word);

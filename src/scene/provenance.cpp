@@ -16,8 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kFormat = 1;
-constexpr std::size_t kMaxText = 4u << 20;  // bytes, unpacked; 1000 objects take half
+constexpr int kFormat = 1;                  // version of the JSON
+constexpr std::size_t kMaxText = 4u << 20;  // bytes of unpacked JSON; 1000 objects take half
 
 /// Calls `change` with the path of every file that the scene names.
 template <class Change>
@@ -36,7 +36,8 @@ bool is_coarse(const Scene& scene) {
                      [](const ChainObject& object) { return object.settings->spheres.coarse; });
 }
 
-/// The scene as one line of JSON, with the files' names in a header.
+/// Writes the scene as one line of JSON in which the files have the names that headers give them.
+/// Leaves out description, output.file and output.png.
 std::string canonical_scene(const Scene& scene, const InputNames& names) {
   Scene canonical = scene;
   canonical.description.clear();
@@ -65,9 +66,13 @@ void sort_by_name(std::vector<InputFile>& files) {
             [](const InputFile& a, const InputFile& b) { return a.name < b.name; });
 }
 
-enum class Joining { kNone, kNumbered, kAll };
+enum class Joining {
+  kNone,      ///< one entry per file
+  kNumbered,  ///< one entry per group of files whose names differ only in digits
+  kAll        ///< one entry for all files
+};
 
-/// Joins files whose names differ only in digits, or all files.
+/// Joins the entries of files.
 std::vector<InputFile> join_files(std::span<const InputFile> files, Joining joining) {
   if (joining == Joining::kNone) return {files.begin(), files.end()};
   std::map<std::string, std::vector<InputFile>> groups;
@@ -98,6 +103,7 @@ Joining find_joining(std::span<const InputFile> files) {
   return joined ? Joining::kNumbered : Joining::kNone;
 }
 
+/// Writes the provenance as JSON.
 std::string write_provenance(const Provenance& provenance) {
   JsonValue files = JsonValue::object();
   for (const InputFile& file : provenance.files) {
@@ -111,7 +117,7 @@ std::string write_provenance(const Provenance& provenance) {
                  {"program", provenance.program},
                  {"files", files}};
   if (provenance.coarse) json["coarse"] = true;
-  // The text of the scene is JSON already.
+  // Append the text of the scene, which is JSON already.
   std::string text = format_json(json);
   text.pop_back();
   return text + (provenance.scene.empty() ? "}" : ",\"scene\":" + provenance.scene + "}");
@@ -143,8 +149,9 @@ Result<InputFile> read_file_entry(const JsonMember& member) {
   return file;
 }
 
-/// Returns the first path in a scene's JSON that does not stay below its folder, and a space, so
-/// that it is never empty; "" if all do. A string in place of an object is a path, too.
+/// Finds the first path in a scene's JSON that does not stay below its folder. Returns it followed
+/// by a space, so that even an empty path gives a result; "" if there is none. A string in place of
+/// an object is a path, too.
 std::string find_unsafe_path(const JsonValue& value, std::string_view key = {}) {
   if (key == "labels") return "";  // its strings are no paths
   const bool is_path = key == "model" || key == "environment" || key == "source" ||

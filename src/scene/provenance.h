@@ -31,7 +31,7 @@ struct InputFile {
 };
 
 struct Provenance {
-  std::string version, program;  ///< release, and program_identity() without folders
+  std::string version, program;  ///< program_version(), and program_identity() without folders
   std::string scene;             ///< all settings, as JSON; empty if it was too large
   bool coarse = false;           ///< balls are fitted as for previews
   std::vector<InputFile> files;  ///< ascending by name
@@ -40,8 +40,9 @@ struct Provenance {
 /// Names the files that were read. Returns them in ascending order of names.
 std::vector<InputFile> name_files(std::span<const ReadFile> files, const InputNames& names);
 
-/// Makes the provenance of a scene's frames from the files that were read. Its `scene` has the
-/// names of these, and all settings except description, output.file and output.png.
+/// Makes the provenance of a scene's frames from the files that were read. Its `scene` refers
+/// to files by their names in `files` and has all settings except description, output.file and
+/// output.png.
 Provenance make_provenance(const Scene& scene, std::span<const ReadFile> files);
 
 /// Encodes a provenance as one line of printable ASCII of at most kMaxProvenance bytes. To fit, it
@@ -53,8 +54,8 @@ std::string encode_provenance(Provenance provenance);
 /// format.
 Result<Provenance> decode_provenance(std::string_view text);
 
-/// Loads the scene, with its files below `folder`; messages call it `name`. Errors: those of
-/// load_scene_text(); kInput if it was omitted.
+/// Loads the scene of a provenance, with its files below `folder`; messages call the scene `name`.
+/// Errors: those of load_scene_text(); kInput if the provenance has no scene.
 Result<Scene> load_provenance_scene(const Provenance& provenance,
                                     const std::filesystem::path& folder, const std::string& name);
 

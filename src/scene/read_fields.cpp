@@ -14,8 +14,9 @@
 namespace polymorph {
 namespace {
 
-constexpr std::size_t kMaxCollectedFindings = 200;  // each costs a search for its line
+constexpr std::size_t kMaxCollectedFindings = 200;  // each takes a search for its line
 
+/// Converts a value to the form that Keyframe holds.
 Vec3 as_vector(float value) { return {value, 0, 0}; }
 Vec3 as_vector(Vec3 value) { return value; }
 
@@ -286,7 +287,7 @@ void FieldReader::landmarks(const char* key, LandmarkSettings& out, const char*)
 
 void FieldReader::read_landmarks(const JsonValue& value, const std::string& pointer,
                                  ObjectLandmarks& out) {
-  constexpr double kLimit = 1e9;
+  constexpr double kLimit = 1e9;  // of coordinates
   if (value.members.size() > kMaxLandmarks)
     report_at(value.offset, pointer,
               fmt::format("has {} landmarks - an object may have at most {}", value.members.size(),
@@ -459,7 +460,7 @@ bool FieldReader::read_hex(const std::string& text, Vec3& out) {
       const char c = text[2 * i + k];
       const std::size_t digit = std::string_view("0123456789abcdefABCDEF").find(c);
       if (digit == std::string_view::npos) return false;
-      byte = byte * 16 + static_cast<int>(digit > 15 ? digit - 6 : digit);
+      byte = byte * 16 + static_cast<int>(digit > 15 ? digit - 6 : digit);  // 16 to 21 are A to F
     }
     channel[i] = srgb_to_linear(static_cast<float>(byte) / 255.0f);
   }

@@ -132,12 +132,15 @@ class FieldReader {
   static constexpr std::size_t kMaxItems = 1000;  ///< per list
 
   void add_known(const char* key) { known_.emplace_back(key); }
-  /// The string in place of an object, or under its key "" (override.h); null if there is none.
+  /// Finds the string that stands for an object, or that its key "" has (override.h); null if there
+  /// is none.
   static const JsonValue* find_word(const JsonValue& value) {
     const JsonValue* word = value.kind == JsonValue::Kind::kObject ? value.find("") : &value;
     return word && word->kind == JsonValue::Kind::kString ? word : nullptr;
   }
+  /// Finds the value of a key and marks the key as known; null if there is none.
   const JsonValue* find(const char* key);
+  /// Finds a value as find() does. Reports a value of another kind, and returns null for it.
   const JsonValue* expect(const char* key, JsonValue::Kind kind);
   bool takes_keyframes(Keyframes keyframes) const;
   template <class T>
@@ -167,8 +170,8 @@ class FieldReader {
     }
     inner.finish();
   }
-  /// Reads a setting's keyframes into a track, and the first key's value into `out`. Returns false
-  /// if it has none. `read(fields, value)` reads the "value" of one key.
+  /// Reads a setting's keyframes into a track, and the value of the first key into `out`. Returns
+  /// false if the setting has no keyframes. `read(fields, value)` reads the "value" of one key.
   template <class T, class F>
   bool read_keyframes(const char* key, T& out, const F& read,
                       Keyframes keyframes = Keyframes::kAsObject);
@@ -176,14 +179,19 @@ class FieldReader {
   template <class F>
   bool read_key(const JsonValue& item, const std::string& pointer, KeyframeTrack& track,
                 const F& read);
-  /// "source": "teapot.obj" is short for {"model": "teapot.obj"}; "sphere" for {"shape": "sphere"}.
+  /// Reads the short form of an object: "teapot.obj" stands for {"model": "teapot.obj"}, "sphere"
+  /// for
+  /// {"shape": "sphere"}.
   void read_name(const JsonValue& value, const std::string& pointer, ObjectSettings& out);
   void check_object(const ObjectSettings& object, const JsonValue& value);
-  /// Finds the range of a mesh sequence, unless it is given.
+  /// Finds range and rate of a mesh sequence, unless they are given, and checks the range. Reports
+  /// settings of sequences in other objects.
   void find_meshes(const JsonValue& value, const std::string& pointer, ObjectSettings& out);
   void read_landmarks(const JsonValue& value, const std::string& pointer, ObjectLandmarks& out);
   bool read_vector(const JsonValue& value, const char* key, Vec3& out, double low, double high);
+  /// Reads an sRGB colour "#rrggbb"; false if `text` is none.
   static bool read_hex(const std::string& text, Vec3& out);
+  /// Returns the path of a file name in the scene, which may be relative to `folder_`.
   std::filesystem::path resolve(const std::string& file) const;
   void check_file(const JsonValue& value, const char* key, const std::filesystem::path& file);
   void check_file_at(std::size_t offset, const std::string& pointer,
@@ -199,10 +207,9 @@ class FieldReader {
   bool keyed_;                        ///< numbers, vectors and colours here may have keyframes
   std::vector<std::string> known_;    ///< keys that describe() has visited
   std::vector<std::string> retired_;  ///< further keys that finish() accepts
-  /// T::kShort, the key whose value alone may replace the object, and that value if it does.
-  const char* short_key_ = nullptr;
-  const JsonValue* word_ = nullptr;
-  ActorSettings actor_prototype_;  ///< defaults of actors; its source is that of objects
+  const char* short_key_ = nullptr;   ///< T::kShort, the key whose value may replace the object
+  const JsonValue* word_ = nullptr;   ///< the value that replaces the object; null if none does
+  ActorSettings actor_prototype_;     ///< defaults of actors; its `source` has those of objects
 };
 
 }  // namespace polymorph

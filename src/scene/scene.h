@@ -104,15 +104,15 @@ struct ObjectSettings {
   Vec3 rotate;  ///< degrees about x, then y, then z
   Vec3 scale{1, 1, 1};
   std::optional<Vec3> color;                        ///< replaces the model's colours and textures
-  std::optional<float> roughness, metallic, glass;  ///< override those of all its materials
+  std::optional<float> roughness, metallic, glass;  ///< override the values of all its materials
   /// Edges whose faces meet at more than this angle, in degrees, are shown sharp. If given, it
   /// replaces the file's normals; else kCreaseDegrees applies to files without normals.
   std::optional<float> crease;
   SphereSettings spheres;
   MotionSettings motion;  ///< motion of the leg that ends at this object
   int hold = 0;  ///< frames for which it stands still between its legs, or on its last mesh
-  /// Time of the motion to this object at which the morph turns to the next one; 1: when it is
-  /// reached.
+  /// Fraction of the motion to this object after which the morph goes on to the next one; 1: this
+  /// object is reached.
   float retarget = 1;
   std::optional<float> weight;  ///< weight in its actor's blend; empty in a chain
 };
@@ -130,7 +130,7 @@ struct FieldSettings {
   float blobbiness = 0;  ///< |B| of Blinn 1982, for balls without a fit; 0 = a default per method
   bool even = true;      ///< kOctree, kActive: strengths that equalize the field at all centres
   float blob_constant = 1.0f;  ///< the report's blobConstant; inverse-square only
-  float magnitude = 1.0f;    ///< the report's metaball magnitude; a ball's strength is it times R^2
+  float magnitude = 1.0f;    ///< the report's metaball magnitude; a ball has strength magnitude R^2
   float threshold = 1.0f;    ///< the report's threshold
   bool match_volume = true;  ///< choose the level so that each model's surface encloses its volume
 };
@@ -156,7 +156,7 @@ enum class LabelMode : std::uint8_t {
 
 /// A named point of an object in its file's coordinates, before any transform.
 struct LandmarkPoint {
-  std::optional<Vec3> point;  ///< empty: `vertex`
+  std::optional<Vec3> point;  ///< if empty, `vertex` gives the position
   long long vertex = 0;       ///< number of a vertex, from 1
   /// Position in the scene file, for messages; 0 if it came from the command line.
   int line = 0, column = 0;
@@ -172,7 +172,7 @@ inline constexpr std::size_t kMaxLandmarks = 64;  ///< per object
 struct PlanWeights {
   float align_gain = 0.5f;  ///< a rotation is kept only if it lowers the cost by this fraction
   /// A rotation that tips the object over is kept only if (mean squared distance of paired balls) /
-  /// (their mean squared radius) is at most this. Copies are below 0.15. 0 = never.
+  /// (their mean squared radius) is at most this. Copies of an object are below 0.15. 0 keeps none.
   float align_tip_residual = 0.15f;
   /// Weights of the cost's terms beside the squared distance in unit-RMS coordinates.
   float size = 0.1f;      ///< (ln R / R')^2
@@ -181,7 +181,8 @@ struct PlanWeights {
   float label = 1.0f;     ///< 1 if the labels differ, with LabelMode::kSoft
 };
 
-/// Use of limbs in a plan: never, or to pair each with its counterpart if all match for certain.
+/// Use of limbs in a plan. kAuto pairs each limb with its counterpart if both objects' limbs match
+/// for certain.
 enum class PlanStructure : std::uint8_t { kOff, kAuto };
 
 struct PlanSettings {
@@ -239,11 +240,11 @@ struct CameraSettings {
   float fov = 30;        ///< vertical, degrees
   float azimuth = 28;    ///< degrees from +z towards +x
   float elevation = 16;  ///< degrees above the horizon
-  float orbit = 0;       ///< degrees around its target during the film
-  float dolly = 1;       ///< factor on its distance from the target
+  float orbit = 0;       ///< degrees around the target during the film
+  float dolly = 1;       ///< factor on the distance from the target
   float margin = 0.05f;  ///< automatic framing: free border per side, a fraction of the picture
   float aperture = 0;    ///< diameter of the lens; 0 = a pinhole
-  std::optional<float> focus;  ///< distance along the view axis; default: the target's
+  std::optional<float> focus;  ///< distance along the view axis; default: that of the target
   float shutter = 0;           ///< open time in frames, centred on the frame's time
 };
 
@@ -293,7 +294,9 @@ struct GroundSettings {
   std::optional<float> height;  ///< default: just below everything
   Vec3 color{0.42f, 0.42f, 0.44f};
   bool shadow_only = false;  ///< the picture shows only its shadows, in alpha
-  bool contact = true;       ///< keep the lowest point between two objects that stand equally low
+  /// Between two objects whose lowest points are equally high, move the surface up or down so that
+  /// its lowest point stays at this height.
+  bool contact = true;
 };
 
 enum class LookKind : std::uint8_t {
@@ -314,9 +317,11 @@ struct LookSettings {
 struct ImageSettings {
   int width = 640;
   int height = 480;
-  int samples = 16;   ///< per pixel; with `noise`, the maximum
-  float noise = 0;    ///< above 0: pixels are sampled until their error is below this
-  int max_depth = 4;  ///< surfaces at which a path may scatter; mirrors count less. 0: no paths
+  int samples = 16;  ///< per pixel; with `noise`, the maximum
+  float noise = 0;   ///< above 0: pixels are sampled until their error is below this
+  /// Surfaces at which a path may scatter, not counting the first two sharp mirrors and glass
+  /// (render/path/path.h); 0: no paths.
+  int max_depth = 4;
   std::uint64_t seed = 0;
   bool steady = true;        ///< still objects have the same noise in every frame
   bool denoise = false;      ///< use Open Image Denoise if it is found
@@ -355,7 +360,7 @@ struct OutputSettings {
 
 /// One chain of objects, its place in the scene and the frame at which it starts.
 struct ActorSettings {
-  std::string name;  ///< default: the source's
+  std::string name;  ///< default: the source's name
   ObjectSettings source;
   std::vector<ObjectSettings> intermediate;
   ObjectSettings target;
@@ -363,7 +368,7 @@ struct ActorSettings {
   /// the actor goes from object to object.
   std::vector<ObjectSettings> blend;
   int start = 1;             ///< first frame of its motion, not counting frames.hold_start
-  std::vector<int> per_leg;  ///< frames of each leg; empty: the scene's
+  std::vector<int> per_leg;  ///< frames of each leg; empty: those of FrameSettings
   /// Placement in the scene: rotation and scale about the origin, then translation.
   Vec3 translate;
   Vec3 rotate;  ///< degrees about x, then y, then z
@@ -371,6 +376,7 @@ struct ActorSettings {
   PlanSettings plan;
 };
 
+/// Calls `function` with each object, including a target that the actor does not use.
 template <class Function>
 void for_each_object(ActorSettings& actor, const Function& function) {
   function(actor.source);

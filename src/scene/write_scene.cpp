@@ -13,6 +13,7 @@ namespace {
 double shorten(float value) { return parse_number(fmt::format("{}", value)).value_or(value); }
 JsonValue shorten(Vec3 v) { return JsonValue::array({shorten(v.x), shorten(v.y), shorten(v.z)}); }
 
+/// Visitor that writes the JSON Schema of a struct into `properties`.
 class SchemaWriter {
  public:
   explicit SchemaWriter(bool keyed = false) : keyed_(keyed) {}
@@ -185,7 +186,7 @@ class SchemaWriter {
     if (!initial.is_null()) json["default"] = initial;
     add(key, doc, json);
   }
-  bool keyed_;
+  bool keyed_;  ///< numbers, vectors and colours may have keyframes
   void add(const char* key, const char* doc, const JsonValue& json) {
     JsonValue entry = JsonValue::object();
     if (*doc) entry["description"] = doc;
@@ -204,6 +205,7 @@ class SchemaWriter {
   }
 };
 
+/// Visitor that writes the settings of a struct into `json`. Paths are relative to `folder`.
 class FieldWriter {
  public:
   FieldWriter(std::filesystem::path folder, const std::vector<KeyframeTrack>& tracks,
@@ -277,7 +279,7 @@ class FieldWriter {
     if constexpr (std::is_same_v<T, ObjectSettings>) {
       if (blends_) return;
       if (std::string_view(key) == "source") plays_ = is_mesh_sequence(value);
-      // A target without a name is none: the sequence plays alone.
+      // A target without a name does not exist: the sequence plays alone.
       if (std::string_view(key) == "target" && plays_ && value.name.empty()) return;
     }
     json[key] = write_object(value, pointer_ + "/" + key);
@@ -309,7 +311,7 @@ class FieldWriter {
     describe(inner, value);
     return inner.json;
   }
-  /// Writes the keyframes of a setting, if it has a track. Returns whether it has.
+  /// Writes the keyframes of a setting. Returns false if it has no track.
   template <class F>
   bool write_keyframes(const char* key, const F& format_value) {
     const std::string pointer = pointer_ + "/" + key;

@@ -9,26 +9,27 @@ namespace {
 
 namespace OCIO = OCIO_NAMESPACE;
 
-/// Names of linear Rec. 709 in configs: the Color Interop Forum's, those of the ACES configs from
-/// version 2 on, of ACES 1.2 and of Blender.
+/// Names of linear Rec. 709 in configs: that of the Color Interop Forum, and those in the ACES
+/// configs from version 2 on, in ACES 1.2 and in Blender.
 constexpr const char* kRec709Names[] = {
     "lin_rec709_scene",       "lin_rec709",     "lin_srgb",
     "Linear Rec.709 (sRGB)",  "Linear Rec.709", "Utility - Linear - Rec.709",
     "Utility - Linear - sRGB"};
 
+/// The returned view, with the storage that its pointer refers to.
 struct View : PmOcioView {
   View() : PmOcioView{} {}
-  std::string text;
+  std::string error_text;
   OCIO::ConstCPUProcessorRcPtr processor;
 };
 
 void fail(View& view, std::string reason) {
-  view.text = std::move(reason);
-  view.error = view.text.c_str();
+  view.error_text = std::move(reason);
+  view.error = view.error_text.c_str();
 }
 
 /// Checks that `name` is one of the `count` names that `name_at` returns; an empty `name` becomes
-/// the default. `kind` is "display" or "view".
+/// the default. Otherwise sets the view's error and returns false. `kind` is "display" or "view".
 template <class NameAt>
 bool choose(View& view, const char* kind, std::string& name, const char* default_name, int count,
             NameAt name_at) {
@@ -42,6 +43,8 @@ bool choose(View& view, const char* kind, std::string& name, const char* default
   return false;
 }
 
+/// Makes the transform from linear Rec. 709 to the display; null if the config has neither a name
+/// of kRec709Names nor the role aces_interchange.
 OCIO::ConstTransformRcPtr make_transform(const OCIO::ConstConfigRcPtr& config,
                                          const std::string& display, const std::string& view) {
   const auto to_display = OCIO::DisplayViewTransform::Create();
@@ -53,7 +56,7 @@ OCIO::ConstTransformRcPtr make_transform(const OCIO::ConstConfigRcPtr& config,
       return to_display;
     }
   if (!config->hasRole(OCIO::ROLE_INTERCHANGE_SCENE)) return nullptr;
-  // Converts to ACES2065-1 first, which every config with this role has.
+  // Convert to ACES2065-1, the space that this role stands for, by way of ACEScg.
   const auto group = OCIO::GroupTransform::Create();
   const auto to_ap1 = OCIO::BuiltinTransform::Create();
   to_ap1->setStyle("UTILITY - ACES-AP1_to_LINEAR-REC709_BFD");
@@ -67,16 +70,16 @@ OCIO::ConstTransformRcPtr make_transform(const OCIO::ConstConfigRcPtr& config,
   return group;
 }
 
-void open(const char* file, std::string display, std::string name, View& view) {
+void open(const char* file, std::string display, std::string view_name, View& view) {
   const OCIO::ConstConfigRcPtr config = OCIO::Config::CreateFromFile(file);
   if (!choose(view, "display", display, config->getDefaultDisplay(), config->getNumDisplays(),
               [&](int i) { return config->getDisplay(i); }))
     return;
-  if (!choose(view, "view", name, config->getDefaultView(display.c_str()),
+  if (!choose(view, "view", view_name, config->getDefaultView(display.c_str()),
               config->getNumViews(display.c_str()),
               [&](int i) { return config->getView(display.c_str(), i); }))
     return;
-  const OCIO::ConstTransformRcPtr transform = make_transform(config, display, name);
+  const OCIO::ConstTransformRcPtr transform = make_transform(config, display, view_name);
   if (!transform)
     return fail(
         view,

@@ -31,8 +31,8 @@ struct Decoded : PmOiioImage {
 struct Part {
   int index = 0;
   OIIO::ImageSpec spec;  ///< layout, with an additional channel for each channel of large ids
-  std::vector<unsigned char> ids;
-  std::vector<float> pixels;  ///< those of the data window, finally of the display window
+  std::vector<unsigned char> ids;  ///< PmOiioImage::ids of the part's channels
+  std::vector<float> pixels;       ///< first of the data window; to_display_window() extends them
 };
 
 void fail(Decoded& image, PmOiioFailure failure, std::string reason) {
@@ -53,7 +53,8 @@ void set_up_once() {
   (void)done;
 }
 
-/// Tests for entries that describe the encoding, not the picture: encoders write their own.
+/// Tests for entries that describe the encoding, not the picture. They are not copied, because
+/// encoders write their own.
 bool is_structural(const std::string& name) {
   static const char* const kNames[] = {"compression",
                                        "PixelAspectRatio",
@@ -99,14 +100,15 @@ void add_display_entries(const OIIO::ImageSpec& spec, Decoded& image) {
     add("colorPrimaries", std::move(text));
 }
 
-/// Adds the header entries whose names no earlier part has.
+/// Adds the header entries of a part, except those whose names an earlier part has. The first part
+/// also adds the display entries.
 void add_attributes(const OIIO::ImageSpec& spec, Decoded& image) {
-  std::set<std::string> known;
-  for (const PmOiioAttribute& attribute : image.attribute_store) known.insert(attribute.name);
+  std::set<std::string> known_names;
+  for (const PmOiioAttribute& attribute : image.attribute_store) known_names.insert(attribute.name);
   if (image.attribute_store.empty()) add_display_entries(spec, image);
   for (const OIIO::ParamValue& entry : spec.extra_attribs) {
     const std::string name = entry.name().string();
-    if (is_structural(name) || entry.nvalues() != 1 || known.count(name)) continue;
+    if (is_structural(name) || entry.nvalues() != 1 || known_names.count(name)) continue;
     image.texts.push_back(std::make_unique<std::string>(name));
     PmOiioAttribute attribute{image.texts.back()->c_str(), PM_OIIO_INT, nullptr, 0, 0};
     if (entry.type() == OIIO::TypeString) {
@@ -131,9 +133,9 @@ bool is_id(const OIIO::ImageSpec& spec, int channel) {
   return spec.channelformat(channel) == OIIO::TypeDesc::UINT;
 }
 
-/// Finds the channels with ids above 2^24, which a float would round. For each such channel NAME it
-/// adds a channel NAME.low to `spec`, which will hold the ids' low byte; NAME will hold the rest.
-/// Returns the indices of the channels NAME.
+/// Finds the channels with ids above 2^24, which a float would round; `native` has the pixels in
+/// the file's types. For each such channel NAME adds a channel NAME.low to `spec`. It will hold the
+/// low byte of the ids, and NAME the rest. Returns the indices of the channels NAME.
 std::vector<int> split_large_ids(const std::vector<unsigned char>& native, OIIO::ImageSpec& spec) {
   constexpr std::uint32_t kMaxExact = 1u << 24;
   const std::size_t bytes = spec.pixel_bytes(true);
@@ -162,34 +164,35 @@ std::vector<int> split_large_ids(const std::vector<unsigned char>& native, OIIO:
 bool read_pixels(OIIO::ImageInput& input, Part& part) {
   OIIO::ImageSpec& spec = part.spec;
   const auto count = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
-  const int stored = spec.nchannels;
+  const int file_channels = spec.nchannels;
   if (std::count(part.ids.begin(), part.ids.end(), 1) == 0) {
-    part.pixels.resize(count * static_cast<std::size_t>(stored));
-    return input.read_image(part.index, 0, 0, stored, OIIO::TypeFloat, part.pixels.data());
+    part.pixels.resize(count * static_cast<std::size_t>(file_channels));
+    return input.read_image(part.index, 0, 0, file_channels, OIIO::TypeFloat, part.pixels.data());
   }
   const std::size_t bytes = spec.pixel_bytes(true);
   std::vector<unsigned char> native(count * bytes);
-  if (!input.read_image(part.index, 0, 0, stored, OIIO::TypeUnknown, native.data())) return false;
-  const OIIO::ImageSpec file = spec;
+  if (!input.read_image(part.index, 0, 0, file_channels, OIIO::TypeUnknown, native.data()))
+    return false;
+  const OIIO::ImageSpec file_spec = spec;
   const std::vector<int> split_channels = split_large_ids(native, spec);
-  part.ids.resize(static_cast<std::size_t>(spec.nchannels), 1);
+  part.ids.resize(static_cast<std::size_t>(spec.nchannels), 1);  // the added channels hold ids too
   const auto channels = static_cast<std::size_t>(spec.nchannels);
   part.pixels.resize(count * channels);
   std::size_t offset = 0;
-  for (int c = 0; c < stored; ++c) {
-    const OIIO::TypeDesc type = file.channelformat(c);
-    const auto low = std::find(split_channels.begin(), split_channels.end(), c);
+  for (int c = 0; c < file_channels; ++c) {
+    const OIIO::TypeDesc type = file_spec.channelformat(c);
+    const auto split = std::find(split_channels.begin(), split_channels.end(), c);
     for (std::size_t i = 0; i < count; ++i) {
       const unsigned char* from = &native[i * bytes + offset];
       float* to = &part.pixels[i * channels];
-      if (!is_id(file, c)) {
+      if (!is_id(file_spec, c)) {
         OIIO::convert_pixel_values(type, from, OIIO::TypeFloat, to + c, 1);
         continue;
       }
       std::uint32_t value = 0;
       std::memcpy(&value, from, sizeof value);
-      if (low != split_channels.end()) {
-        to[stored + (low - split_channels.begin())] = static_cast<float>(value & 0xff);
+      if (split != split_channels.end()) {
+        to[file_channels + (split - split_channels.begin())] = static_cast<float>(value & 0xff);
         value &= ~0xffu;
       }
       to[c] = static_cast<float>(value);
@@ -207,6 +210,7 @@ std::vector<float> to_display_window(const OIIO::ImageSpec& spec, std::vector<fl
   const auto channels = static_cast<std::int64_t>(spec.nchannels);
   const std::int64_t dx = std::int64_t{spec.x} - spec.full_x,
                      dy = std::int64_t{spec.y} - spec.full_y;
+  // Columns of the display window that the data window covers.
   const std::int64_t begin = std::clamp<std::int64_t>(dx, 0, spec.full_width);
   const std::int64_t end = std::clamp<std::int64_t>(dx + spec.width, begin, spec.full_width);
   std::vector<float> full(
@@ -234,8 +238,8 @@ void list_parts(OIIO::ImageInput& input, Decoded& image) {
   image.parts = image.part_pointers.data();
 }
 
-/// Counts the pictures of a file. Seeking a picture of a GIF decodes all pictures before it, so the
-/// number of pixels is bounded.
+/// Counts the pictures of a file, up to limits of their number and of their bytes. These bound the
+/// time, because seeking a picture of a GIF decodes all pictures before it.
 void count_pictures(OIIO::ImageInput& input, double max_bytes, Decoded& image) {
   constexpr int kMaxPictures = 1000;
   OIIO::ImageSpec next;
@@ -275,7 +279,8 @@ std::vector<Part> list_joined_parts(OIIO::ImageInput& input, const OIIO::ImageSp
   return parts;
 }
 
-/// Returns the bytes of the larger of the data and the display window.
+/// Returns the bytes of the data or the display window, whichever is larger. Each channel of ids
+/// counts twice, because it may be split.
 double needed_bytes(const Part& part) {
   const OIIO::ImageSpec& spec = part.spec;
   const auto channels =
@@ -284,17 +289,17 @@ double needed_bytes(const Part& part) {
          std::max(1.0 * spec.width * spec.height, 1.0 * spec.full_width * spec.full_height);
 }
 
-/// Interleaves the channels of all parts. A channel whose name an earlier part has gets the prefix
-/// "PART." and, if this name exists too, "NUMBER.".
+/// Interleaves the channels of all parts in the returned image. A channel whose name an earlier
+/// part has gets the prefix "PART." and, if this name exists too, "NUMBER.".
 void join_parts(std::vector<Part> parts, Decoded& image) {
-  std::set<std::string> known;
+  std::set<std::string> known_names;
   for (const Part& part : parts) {
     const std::string label = part.spec.get_string_attribute("oiio:subimagename");
     for (int c = 0; c < part.spec.nchannels; ++c) {
       std::string name = part.spec.channelnames[static_cast<std::size_t>(c)];
-      if (known.count(name) && !label.empty()) name = label + "." + name;
-      if (known.count(name)) name = std::to_string(part.index + 1) + "." + name;
-      known.insert(name);
+      if (known_names.count(name) && !label.empty()) name = label + "." + name;
+      if (known_names.count(name)) name = std::to_string(part.index + 1) + "." + name;
+      known_names.insert(name);
       image.names.push_back(std::move(name));
     }
     image.id_store.insert(image.id_store.end(), part.ids.begin(), part.ids.end());
@@ -333,6 +338,7 @@ void decode(const PmOiioRequest& request, Decoded& image) {
   const bool exr = std::strcmp(request.format, "openexr") == 0;
   std::vector<Part> parts{{0, spec, {}, {}}};
   if (exr) parts = list_joined_parts(*input, spec);
+  // Check the size of all parts before any pixels are read.
   double needed = 0;
   int channels = 0;
   for (Part& part : parts) {
