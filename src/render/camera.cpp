@@ -44,11 +44,11 @@ float smallest_centered_distance(const CornerList& corners, float t) {
   return distance;
 }
 
-/// Computes the shift that centres the projection at distance d: the only possible one at the
-/// smallest t with which the camera sees all corners.
+/// Computes the shift that centres the projection at distance d. It finds the smallest t with which
+/// the camera sees all corners by bisection; at this t only one shift is possible.
 float centering_shift(const CornerList& corners, float d, float t) {
   float low = 0, high = t;
-  for (int i = 0; i < 40; ++i) {
+  for (int i = 0; i < 40; ++i) {  // more steps than a float has bits
     const float middle = 0.5f * (low + high);
     const ShiftRange range = shift_range(corners, middle);
     (range.low - range.high <= 2 * middle * d ? high : low) = middle;
@@ -67,6 +67,7 @@ void set_axes(Camera& camera, Vec3 forward, Vec3 up) {
   camera.up = cross(camera.right, camera.forward);
 }
 
+/// Replaces an empty box by a cube of edge length 2 around 0, and a point by one around it.
 Box make_usable_box(const Box& box) {
   if (box.empty()) return {{-1, -1, -1}, {1, 1, 1}};
   if (box.diagonal() > 0) return box;
@@ -106,9 +107,10 @@ void set_lens(Camera& camera, const CameraSettings& settings, Vec3 target) {
   camera.shutter = settings.shutter;
 }
 
+/// Fraction of the picture's half height or width that the margins leave.
 float usable_fraction(float margin) { return std::max(0.1f, 1 - 2 * margin); }
 
-/// Points relative to the target, along the picture's x and y axis.
+/// Coordinates of points relative to the target, for the picture's x and y axis.
 struct ProjectedPoints {
   CornerList x, y;
 };
@@ -133,6 +135,7 @@ Camera frame_points(const CameraSettings& settings, std::span<const Vec3> points
     return camera;
   }
   const auto [x, y] = project_points(camera, points, target);
+  // Tangents of the half angles within which the points must lie.
   const float ty = camera.tan_half_fov_y * usable_fraction(settings.margin);
   const float tx = ty * static_cast<float>(width) / static_cast<float>(height);
   if (settings.target) {
@@ -178,7 +181,7 @@ Framing make_framing(std::span<const CameraSettings> poses, std::span<const Vec3
     framing.margin = std::min(framing.margin, pose.margin);
     fov = std::max(fov, pose.fov);
   }
-  const auto widen = [&](const CameraSettings& pose) {
+  const auto with_common_lens = [&](const CameraSettings& pose) {
     CameraSettings wide = pose;
     wide.fov = fov;
     wide.margin = framing.margin;
@@ -191,15 +194,16 @@ Framing make_framing(std::span<const CameraSettings> poses, std::span<const Vec3
            pose.elevation == first.elevation && pose.up == first.up && pose.target == first.target;
   };
   if (std::all_of(poses.begin(), poses.end(), has_first_direction)) {
-    const Camera camera = make_camera(widen(poses.front()), points, width, height);
+    const Camera camera = make_camera(with_common_lens(poses.front()), points, width, height);
     const Vec3 target = poses.front().target.value_or(framing.middle);
     framing.distance = dot(target - camera.position, camera.forward);
     framing.anchor = camera.position + camera.forward * framing.distance;
     return framing;
   }
+  // Otherwise the camera looks at the middle, from the largest distance that a pose needs.
   framing.distance = 0;
   for (const CameraSettings& pose : poses) {
-    CameraSettings centered = widen(pose);
+    CameraSettings centered = with_common_lens(pose);
     if (!centered.target) centered.target = framing.middle;
     const Camera camera = make_camera(centered, points, width, height);
     framing.distance =

@@ -49,8 +49,8 @@ float matte_id(std::string_view name) {
 
 void MattePixel::add(float id, float weight) {
   if (!(weight > 0)) return;
-  for (auto& [known, sum] : sums_)
-    if (known == id) {
+  for (auto& [known_id, sum] : sums_)
+    if (known_id == id) {
       sum += weight;
       return;
     }
@@ -151,7 +151,7 @@ std::vector<Attribute> Mattes::attributes() const {
 
 void Mattes::add_material(const RenderMesh& mesh, const MeshIds& ids, const MeshHit& hit,
                           MattePixel& pixel) const {
-  const auto id_in = [&](const MaterialLayer& layer, std::size_t index) {
+  const auto find_id = [&](const MaterialLayer& layer, std::size_t index) {
     return ids.materials[index][texture_point(layer, hit.triangle, hit.u, hit.v).material];
   };
   float look = mesh.materials.empty() ? 1 : std::clamp(mesh.look, 0.0f, 1.0f);
@@ -162,10 +162,10 @@ void Mattes::add_material(const RenderMesh& mesh, const MeshIds& ids, const Mesh
     const MixedLayer& layer = mesh.over[i];
     if (layer.materials.empty()) continue;
     const float opacity = std::clamp(layer.share, 0.0f, 1.0f);
-    pixel.add(id_in(layer, i + 1), remaining * opacity);
+    pixel.add(find_id(layer, i + 1), remaining * opacity);
     remaining *= 1 - opacity;
   }
-  if (!mesh.materials.empty()) pixel.add(id_in(mesh, 0), remaining);
+  if (!mesh.materials.empty()) pixel.add(find_id(mesh, 0), remaining);
 }
 
 float Mattes::find_label(const RenderMesh& mesh, const MeshIds& ids, const MeshHit& hit) const {

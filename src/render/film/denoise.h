@@ -17,10 +17,11 @@ struct Guide {
   Vec3 albedo;  ///< [0, 1]
   Vec3 normal;  ///< world space; 0 if nothing is hit
 };
-/// Follows a camera ray whose first intersection is given.
+/// Computes the guide of a camera ray with this first intersection.
 Guide trace_guide(const World& world, Ray ray, Intersection intersection, RayStats& stats);
 
-/// Lists the channels of the guides, the last channels of a film. denoise() removes them.
+/// Lists the channels of the guides. They are the last channels of a film, until denoise() removes
+/// them.
 std::vector<std::string> list_guide_channels();
 
 /// The loaded library and its device. Not thread-safe.

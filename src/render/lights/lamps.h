@@ -16,7 +16,7 @@ struct Lamp {
   Frame frame;  ///< panel: z is the normal of the emitting side
   float half_width = 0, half_height = 0;
   Vec3 radiance;    ///< surface radiance; 0 for a point
-  Vec3 intensity;   ///< intensity of a point, per solid angle
+  Vec3 intensity;   ///< radiant intensity of a point (power per solid angle)
   Vec3 irradiance;  ///< irradiance at its target
 };
 
@@ -33,7 +33,7 @@ struct LampSampleOf {
 };
 using LampSample = LampSampleOf<Vec3>;
 
-/// 1 - cos of the half angle of the cone in which a sphere is seen from outside.
+/// Returns 1 - cos(half angle) of the cone in which a sphere is seen from outside.
 template <class V>
 PM_HD V cap_height(float radius, V distance2) {
   const V sin2 = radius * radius / distance2;
@@ -41,7 +41,7 @@ PM_HD V cap_height(float radius, V distance2) {
   return sin2 / (1.0f + sqrt(max(1.0f - sin2, 0.0f)));
 }
 
-/// Distance at which a ray hits the emitting side, or infinity. Points are never hit.
+/// Returns the distance at which a ray hits the emitting side, or infinity. Points are never hit.
 template <class T3>
 PM_HD ComponentOf<T3> intersect_lamp(const Lamp& lamp, const RayOf<T3>& ray) {
   using V = ComponentOf<T3>;

@@ -93,7 +93,7 @@ class Tracer {
     Pack columns[kPathWidth];
     load_rows<kPathWidth>(starts, columns);
     Paths path;
-    std::memcpy(&path, columns, sizeof path);
+    std::memcpy(&path, columns, sizeof path);  // Paths consists of kPathWidth packs
     return path;
   }
   void store(const Paths& path, PackBits rows, PackMask where) {
@@ -116,7 +116,8 @@ class Tracer {
     return intersection;
   }
 
-  /// Calls f(paths, rows, live lanes), which returns the lanes that continue.
+  /// Calls f(paths, rows, live lanes) for eight paths of a list at a time. f returns the lanes
+  /// whose paths continue.
   template <class F>
   void for_each_packet(const PathList& list, const F& f) {
     for (int first = 0; first < list.count; first += kLanes) {
@@ -161,15 +162,18 @@ class Tracer {
     return {{sampler_, wave_.sequence, path.sample}, depth_, world_.direct_only};
   }
 
+  // The shade functions add light and scatter the paths. They return the lanes whose paths
+  // continue.
+
   PackMask shade_floor_hits(Paths& path, PackBits rows, PackMask live) {
     const Pack distance = load_intersection(rows).floor;
     add_hit_lamps(world_, path, distance, live);
     const FloorPointOf<Pack3> point = floor_point(world_.floor, path.ray, distance);
     add_sky(world_, path, point.fade, live);
     path.throughput = path.throughput * (1.0f - point.fade);
-    Vertices at{path, rows, {}, live, {}, shadows_};
+    Vertices vertices{path, rows, {}, live, {}, shadows_};
     const PackMask continues =
-        scatter_on_floor(world_, at, point, make_vertex_random(path), stats_);
+        scatter_on_floor(world_, vertices, point, make_vertex_random(path), stats_);
     path.depth_left = path.depth_left - 1.0f;
     return continues;
   }
@@ -191,8 +195,8 @@ class Tracer {
     }
     const BsdfOf<Pack3> bsdf =
         make_bsdf_at(world_, hit, point.shading, -path.ray.direction, has(path, kScattered));
-    Vertices at{path, rows, {}, live, {}, shadows_};
-    return scatter_on_mesh(world_, at, point, bsdf, random);
+    Vertices vertices{path, rows, {}, live, {}, shadows_};
+    return scatter_on_mesh(world_, vertices, point, bsdf, random);
   }
 
   /// Continues the stored paths that hit glass, one by one.

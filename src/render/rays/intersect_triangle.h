@@ -107,7 +107,7 @@ struct TriangleIntersection {
   double distance = 0;  ///< along the direction; may be negative
   double u = 0, v = 0;  ///< weights of the second and the third corner
 };
-/// Computes the intersection of a line that passes through the triangle.
+/// Computes the intersection of a line with direction d that passes through the triangle.
 PM_HD inline TriangleIntersection compute_intersection(const EdgeFunctions& sides, Vec3d d) {
   const double scale = 1 / sides.sum;
   // The distance is a weighted mean of the corners' distances, so it stays near their range even

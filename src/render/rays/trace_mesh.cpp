@@ -8,13 +8,13 @@
 namespace polymorph {
 namespace {
 
-/// The rays of one call and their hits so far. Embree passes it to the callbacks as their context;
-/// a ray's `id` is its index in it.
+/// The rays of one call and their hits so far. Embree passes the query to the callbacks as their
+/// context. A ray's `id` is its index in the arrays.
 struct Query {
   RTCIntersectContext context;  // must be the first member, because Embree passes its address
   float slack;
   const RayOf<Pack3>* rays;
-  // The nearest hit so far; without a hit the distance is the ray's `far`.
+  // Per ray: the nearest hit so far; without a hit, `distance` is the ray's `far`.
   alignas(32) std::array<double, kPacket> distance;
   alignas(32) std::array<float, kPacket> u, v;
   alignas(32) std::array<std::uint32_t, kPacket> mesh, triangle;

@@ -13,7 +13,7 @@ struct TracedMeshOf {
   const Mesh* mesh = nullptr;
   float shutter = 0;
   double margin2 = 0;  ///< square of the maximum error of Embree's floats, in scene units squared
-  double clear = 0;    ///< a ray is near no edge whose edge function exceeds this in magnitude
+  double clear = 0;    ///< no ray is near an edge whose edge function exceeds this in magnitude
   /// The triangles around vertex v are fans[fan_begin[v]] ... fans[fan_begin[v + 1] - 1].
   Indices fan_begin, fans;
 
@@ -85,12 +85,13 @@ class EdgeNeighborhood {
       if (b < 0) continue;
       const bool is_same_direction = b == (a + 1) % 3;
       const double sum = compute_sides(traced_, t, ray_, d_).sum;
-      // The projection of `t` along the ray lies on the other side of the edge.
+      // Along the ray, `t` appears on the other side of the edge.
       if (is_same_direction ? (front ? sum < 0 : sum > 0) : (front ? sum > 0 : sum < 0))
         return true;
     }
     return false;
   }
+  /// Tests whether other triangles lie beyond all edges close to the ray that meet at vertex v.
   PM_HD bool is_corner_covered(std::uint32_t v) const {
     for (std::uint32_t i = traced_.fan_begin[v]; i < traced_.fan_begin[v + 1]; ++i) {
       const Triangle& t = traced_.mesh->triangles[traced_.fans[i]];
