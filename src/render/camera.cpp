@@ -10,50 +10,50 @@ namespace {
 
 /// Coordinates of a point relative to the target: along one axis of the picture, and along the view
 /// axis.
-struct Corner {
+struct AxisPoint {
   float across, along;
 };
-using CornerList = std::vector<Corner>;
+using AxisPoints = std::vector<AxisPoint>;
 
-/// Bounds of the shifts c with which a camera at distance d sees all corners. They follow from
+/// Bounds of the shifts c with which a camera at distance d sees all points. They follow from
 /// |across - c| <= t (d + along), where t is the tangent of half the field of view: low - t d <= c
 /// <= high + t d, with low = max(across - t along) and high = min(across + t along).
 struct ShiftRange {
   float low, high;
 };
-ShiftRange shift_range(const CornerList& corners, float t) {
+ShiftRange shift_range(const AxisPoints& points, float t) {
   ShiftRange range{-std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity()};
-  for (Corner corner : corners) {
-    range.low = std::max(range.low, corner.across - t * corner.along);
-    range.high = std::min(range.high, corner.across + t * corner.along);
+  for (AxisPoint point : points) {
+    range.low = std::max(range.low, point.across - t * point.along);
+    range.high = std::min(range.high, point.across + t * point.along);
   }
   return range;
 }
 
-/// Computes the smallest distance at which some shift lets the camera see all corners.
-float smallest_distance(const CornerList& corners, float t) {
-  const ShiftRange range = shift_range(corners, t);
+/// Computes the smallest distance at which some shift lets the camera see all points.
+float smallest_distance(const AxisPoints& points, float t) {
+  const ShiftRange range = shift_range(points, t);
   return (range.low - range.high) / (2 * t);
 }
 
 /// Computes the smallest distance without a shift, that is with the view axis through the target.
-float smallest_centered_distance(const CornerList& corners, float t) {
+float smallest_centered_distance(const AxisPoints& points, float t) {
   float distance = 0;
-  for (Corner corner : corners)
-    distance = std::max(distance, std::fabs(corner.across) / t - corner.along);
+  for (AxisPoint point : points)
+    distance = std::max(distance, std::fabs(point.across) / t - point.along);
   return distance;
 }
 
 /// Computes the shift that centres the projection at distance d. It finds the smallest t with which
-/// the camera sees all corners by bisection; at this t only one shift is possible.
-float centering_shift(const CornerList& corners, float d, float t) {
+/// the camera sees all points by bisection; at this t only one shift is possible.
+float centering_shift(const AxisPoints& points, float d, float t) {
   float low = 0, high = t;
   for (int i = 0; i < 40; ++i) {  // more steps than a float has bits
     const float middle = 0.5f * (low + high);
-    const ShiftRange range = shift_range(corners, middle);
+    const ShiftRange range = shift_range(points, middle);
     (range.low - range.high <= 2 * middle * d ? high : low) = middle;
   }
-  const ShiftRange range = shift_range(corners, high);
+  const ShiftRange range = shift_range(points, high);
   return 0.5f * (range.low + range.high);
 }
 
@@ -95,6 +95,7 @@ void set_direction(Camera& camera, const CameraSettings& settings, Vec3 target) 
   set_axes(camera, -to_camera, settings.up);
 }
 
+/// Returns the given position after orbit and dolly.
 Vec3 get_position(const CameraSettings& settings, Vec3 target) {
   if (settings.orbit == 0 && settings.dolly == 1) return *settings.position;
   return target + rotate_about_y(*settings.position - target, settings.orbit) * settings.dolly;
@@ -112,7 +113,7 @@ float usable_fraction(float margin) { return std::max(0.1f, 1 - 2 * margin); }
 
 /// Coordinates of points relative to the target, for the picture's x and y axis.
 struct ProjectedPoints {
-  CornerList x, y;
+  AxisPoints x, y;
 };
 ProjectedPoints project_points(const Camera& camera, std::span<const Vec3> points, Vec3 target) {
   ProjectedPoints result;

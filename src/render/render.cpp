@@ -142,7 +142,7 @@ bool Renderer::State::trace_on_device(const FrameJob& job, DeviceFilm& film,
                                       RayStats& device_stats) {
   if (!device_tracer) return false;
   std::string reason = find_device_obstacle(job);
-  RayStats traced_stats;
+  RayStats traced_stats;  // counts only if the GPU traces the whole frame
   if (reason.empty()) reason = device_tracer->trace(job, film, traced_stats);
   if (reason.empty())
     device_stats = traced_stats;
@@ -178,18 +178,19 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
 
   // Lights and sky.
   const Camera& rig = scene.rig ? *scene.rig : scene.camera;
-  const Box& stage = scene.bounds.empty() ? geometry.bounds() : scene.bounds;
+  const Box& sequence_bounds = scene.bounds.empty() ? geometry.bounds() : scene.bounds;
   std::vector<DistantLight> suns{make_key_light(scene.lights, rig)};
   std::vector<Lamp> lamps;
   for (const LampSettings& lamp : scene.lights.lamps)
     if (lamp.kind == LampKind::kSun)
       suns.push_back(make_sun(lamp, rig));
     else
-      lamps.push_back(make_lamp(lamp, stage.empty() ? Vec3{} : stage.center()));
-  const bool outdoors = scene.environment || scene.lights.sky == SkyKind::kDay;
+      lamps.push_back(make_lamp(lamp, sequence_bounds.empty() ? Vec3{} : sequence_bounds.center()));
+  const bool shows_sky = scene.environment || scene.lights.sky == SkyKind::kDay;
+  // The studio's sky shows the distant floor, which is darker.
   SkyKey sky_key{make_rig(rig),
                  suns.front(),
-                 outdoors ? scene.ground.color : scene.ground.color * kFarTone,
+                 shows_sky ? scene.ground.color : scene.ground.color * kFarTone,
                  scene.lights.sky_intensity,
                  scene.environment,
                  scene.ground.enabled ? SkyDomain::kAboveHorizon : SkyDomain::kAll,
@@ -209,9 +210,10 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   world.sky = state.sky;
   world.suns = suns;
   world.lamps = lamps;
-  world.floor = make_floor(scene.ground, stage);
-  if (outdoors) world.floor.far_tone = 1;
-  world.backdrop = {outdoors,
+  world.floor = make_floor(scene.ground, sequence_bounds);
+  if (shows_sky) world.floor.far_tone = 1;
+  // Straight down, the studio's sky shows the lit floor, whose colour the paper has.
+  world.backdrop = {shows_sky,
                     sky_radiance(state.sky, Vec3{0, -1, 0}),
                     {scene.camera.right, scene.camera.up, scene.camera.forward},
                     1 / scene.camera.tan_half_fov_y};
@@ -249,7 +251,8 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   state.stats = {};
   state.stats.build_seconds = build_watch.seconds();
 
-  // Trace the samples, on the GPU if it can, and the rest on the CPU.
+  // Trace the samples on the GPU if it can. The CPU does the rest: mattes and guides, or
+  // everything.
   const Stopwatch trace_watch;
   Image film = make_image(image.width, image.height, list_traced_channels(job, part));
   film.attributes = mattes.attributes();

@@ -9,10 +9,10 @@
 namespace polymorph {
 
 inline constexpr int kTile = 16;  ///< pixels along a side of the tiles that are sampled together
-inline constexpr int kFirstSamples =
-    16;  ///< samples of the first round; each further round doubles the total
-inline constexpr int kConvergenceBlock =
-    4;  ///< side of the blocks of pixels that continue or stop together
+/// Samples of the first round; each further round doubles the total.
+inline constexpr int kFirstSamples = 16;
+/// Side of the blocks of pixels that continue or stop together.
+inline constexpr int kConvergenceBlock = 4;
 
 /// Returns the end of the round that begins with sample `first`, at most `end`. Without adaptive
 /// sampling (`noise` 0) there is only one round.

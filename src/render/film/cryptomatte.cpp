@@ -11,6 +11,7 @@
 namespace polymorph {
 namespace {
 
+// Names of the layers, in the order of Mattes::Kind.
 constexpr const char* kLayers[] = {"crypto_object", "crypto_material", "crypto_label"};
 
 /// Makes the key of a layer in the header: the first 7 hexadecimal digits of the hash of its name.

@@ -1,5 +1,5 @@
-// Denoising by Intel's Open Image Denoise, an optional library that is loaded at run time: it is
-// not in Debian 12.
+// Denoising by Intel's Open Image Denoise, an optional library that is loaded at run time, because
+// Debian 12 lacks it.
 #pragma once
 
 #include <memory>
@@ -27,9 +27,9 @@ std::vector<std::string> list_guide_channels();
 /// The loaded library and its device. Not thread-safe.
 class Denoiser {
  public:
-  /// Loads libOpenImageDenoise.so.2 from the system's library path; the environment variable
-  /// POLYMORPH_OIDN names another file, and then only that is tried. Errors: kResource, with how to
-  /// get it.
+  /// Loads libOpenImageDenoise.so.2 from the system's library path, or the file that the
+  /// environment variable POLYMORPH_OIDN names. Errors: kResource; the message says how to get the
+  /// library.
   static Result<Denoiser> open();
   ~Denoiser();
   Denoiser(Denoiser&&) noexcept;

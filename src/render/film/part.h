@@ -70,7 +70,8 @@ struct Part {
 
 /// Merges parts of one picture, in ascending order; only a draft may have gaps. The result is the
 /// picture if the parts have all of its samples, or if `is_draft`; otherwise it is a larger part.
-/// It has the attributes of the first part; a picture lacks those that begin with kPartPrefix.
+/// The result has the attributes of the first part; a picture lacks those that begin with
+/// kPartPrefix.
 /// Errors (kInput): a channel is missing, sizes or layers differ.
 Result<Image> merge_parts(std::span<const Part> parts, bool is_draft = false);
 

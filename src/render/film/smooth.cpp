@@ -63,6 +63,7 @@ class Smoother {
   std::size_t row_begin(int y) const {
     return static_cast<std::size_t>(y + kMargin) * static_cast<std::size_t>(stride_) + kMargin;
   }
+  /// Calls f(first pixel of a row) for each row of the picture, in parallel.
   template <class F>
   void for_rows(const F& f) const {
     parallel_for(
@@ -293,6 +294,7 @@ class Smoother {
   /// light at most two pixels away, times the extremes of albedo. Takes the extremes along rows,
   /// then along columns.
   void find_bounds() {
+    // `next_` is free here. Its planes hold the extremes of one channel.
     Plane &low = next_[0], &high = next_[1], &low_before = next_[2];
     Plane high_before;
     std::fill(low.begin(), low.end(), kUnbounded);
@@ -374,8 +376,8 @@ class Smoother {
   void find_residuals() {
     for_pixels([&](std::size_t i, int x, int y) {
       for (std::size_t c = 0; c < 3 && silhouette_[i] != 0; ++c) {
-        const float own = clamp_to_bounds(i, c, film_.at(x, y, channels_[c]));
-        const float difference = own - tent(next_[c], x, y);
+        const float clamped = clamp_to_bounds(i, c, film_.at(x, y, channels_[c]));
+        const float difference = clamped - tent(next_[c], x, y);
         light_[c][i] = std::isfinite(difference) ? difference : 0;
       }
     });
@@ -389,6 +391,7 @@ class Smoother {
         for (std::size_t c = 0; c < 3; ++c) film_.at(x, y, channels_[c]) = next_[c][i];
         return;
       }
+      // The mean exists, because it includes the pixel itself.
       const auto residual =
           mean_near(x, y, [&](std::size_t q) { return silhouette_[q] != 0 && id_[q] == id_[i]; });
       for (std::size_t c = 0; c < 3; ++c) {

@@ -60,6 +60,7 @@ PM_HD inline FloorPointOf<T3> floor_point(const Floor& floor, const RayOf<T3>& r
   const V x = point.position.x - floor.center.x, z = point.position.z - floor.center.z;
   const V distance_to_center = sqrt(x * x + z * z);
   point.fade = smoothstep(floor.fade_start, floor.fade_end, distance_to_center);
+  // The tone changes closer to the centre than the fade.
   const V far_weight =
       smoothstep(0.2f * floor.fade_start, 0.8f * floor.fade_end, distance_to_center);
   point.tone = 1.0f + (floor.far_tone - 1.0f) * far_weight;

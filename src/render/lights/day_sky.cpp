@@ -92,13 +92,13 @@ Sky make_day_sky(const DistantLight& sun, Vec3 floor, float turbidity, float sca
     }
   });
   const Vec3 mean = upper_mean(sky, [&](std::size_t i) { return sky.texels[i]; });
-  const float level = scale * kDayIrradiance * kInvPi / std::max(luminance(mean), 1e-6f);
+  const float gain = scale * kDayIrradiance * kInvPi / std::max(luminance(mean), 1e-6f);
   const Vec3 ground =
-      floor * (sun.irradiance * (kInvPi * std::max(0.0f, sun.frame.z.y)) + mean * level);
+      floor * (sun.irradiance * (kInvPi * std::max(0.0f, sun.frame.z.y)) + mean * gain);
   for (int y = 0; y < sky.height; ++y)
     for (std::size_t x = 0; x < width; ++x) {
       Vec3& texel = sky.texels[static_cast<std::size_t>(y) * width + x];
-      texel = y < horizon ? texel * level : ground;
+      texel = y < horizon ? texel * gain : ground;
     }
   // Haze: distant ground blends into the colour of the sky above it.
   constexpr int kHazeRows = 10;  // 7 degrees

@@ -14,8 +14,8 @@ namespace {
 struct SoftBox {
   /// Direction of the centre, degrees; azimuth 0 is towards the camera, 90 to its right.
   float azimuth, elevation;
-  float width, height;  ///< half sizes on the tangent plane at distance 1
-  float edge;           ///< width of the soft edge on that plane
+  float half_width, half_height;  ///< half sizes on the tangent plane at distance 1
+  float edge;                     ///< width of the soft edge on that plane
   Vec3 radiance;
 };
 
@@ -35,7 +35,7 @@ constexpr float kStudioIrradiance = 1.6f;
 
 /// Computes the relative brightness of a box in a direction: 1 at its centre, 0 outside, with
 /// smooth edges and rounded corners.
-float soft_box_cover(const SoftBox& box, Vec3 d) {
+float soft_box_brightness(const SoftBox& box, Vec3 d) {
   const float a = radians(box.azimuth), e = radians(box.elevation);
   const Vec3 center = direction_at(a, e);
   const Vec3 sideways{cosine(a), 0, -sine(a)};
@@ -43,10 +43,11 @@ float soft_box_cover(const SoftBox& box, Vec3 d) {
   const float facing = dot(d, center);
   if (facing <= 0.01f) return 0;
   const float x = std::fabs(dot(d, sideways) / facing), y = std::fabs(dot(d, upward) / facing);
-  const float edge_distance = std::sqrt(square(std::max(x - box.width + box.edge, 0.0f)) +
-                                        square(std::max(y - box.height + box.edge, 0.0f)));
+  const float edge_distance = std::sqrt(square(std::max(x - box.half_width + box.edge, 0.0f)) +
+                                        square(std::max(y - box.half_height + box.edge, 0.0f)));
   const float coverage = 1 - smoothstep(0, box.edge, edge_distance);
-  const float center_gain = 1 - 0.3f * clamp01(square(x / box.width) + square(y / box.height));
+  const float center_gain =
+      1 - 0.3f * clamp01(square(x / box.half_width) + square(y / box.half_height));
   return coverage * center_gain;
 }
 
@@ -60,7 +61,7 @@ Vec3 studio_radiance(Vec3 d) {
   // The dark room is slightly lighter at the top.
   Vec3 sum = lerp(Vec3{0.16f, 0.165f, 0.175f}, Vec3{0.36f, 0.365f, 0.38f}, smoothstep(0, 1, d.y)) *
              smoothstep(0, 0.35f, d.y);
-  for (const SoftBox& box : kSoftBoxes) sum = sum + box.radiance * soft_box_cover(box, d);
+  for (const SoftBox& box : kSoftBoxes) sum = sum + box.radiance * soft_box_brightness(box, d);
   return sum;
 }
 
@@ -131,18 +132,18 @@ Sky make_studio_sky(const Frame& rig, const DistantLight& key, Vec3 floor, float
     }
   });
   // The floor's radiance L includes light from the sweep, which shows the floor itself:
-  // L = floor (key / pi + level mean + L sweep_mean). The means are cosine-weighted.
+  // L = floor (key / pi + gain mean + L sweep_mean). The means are cosine-weighted.
   const Vec3 mean = upper_mean(sky, [&](std::size_t i) { return sky.texels[i]; });
   const float sweep_mean = upper_mean(sky, [&](std::size_t i) { return Vec3{sweep[i], 0, 0}; }).x;
-  const float level = scale * kStudioIrradiance * kInvPi / mean.y;
+  const float gain = scale * kStudioIrradiance * kInvPi / mean.y;
   const Vec3 direct =
-      floor * (key.irradiance * (kInvPi * std::max(0.0f, key.frame.z.y)) + mean * level);
+      floor * (key.irradiance * (kInvPi * std::max(0.0f, key.frame.z.y)) + mean * gain);
   const Vec3 returned_fraction = floor * sweep_mean;
   const Vec3 floor_radiance{direct.x / (1 - returned_fraction.x),
                             direct.y / (1 - returned_fraction.y),
                             direct.z / (1 - returned_fraction.z)};
   for (std::size_t i = 0; i < count; ++i)
-    sky.texels[i] = sky.texels[i] * level + floor_radiance * sweep[i];
+    sky.texels[i] = sky.texels[i] * gain + floor_radiance * sweep[i];
   sky.calm_level = std::numeric_limits<float>::infinity();
   prepare_sky(sky, domain);
   return sky;

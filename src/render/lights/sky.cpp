@@ -30,8 +30,8 @@ float cell_solid_angle(int y, int width, int height) {
   return 2 * kPi / static_cast<float>(width) * (top - bottom);
 }
 
-/// Computes the mean of f(direction) over each cell of another lat-long grid, with at least one
-/// sample per texel, up to 64 x 64 per cell.
+/// Computes the mean of f(direction) over each cell of a lat-long grid of `width` x `height` cells.
+/// It takes at least one sample per texel of the sky, up to 64 x 64 per cell.
 template <class F>
 auto compute_cell_means(const Sky& sky, int width, int height, const F& f) {
   using Value = decltype(f(Vec3{}));
@@ -66,6 +66,7 @@ SkyDistribution make_distribution(const Sky& sky, SkyDomain domain) {
   d.row_cdf.assign(static_cast<std::size_t>(d.height) + 1, 0);
   d.column_cdf.assign(static_cast<std::size_t>(d.height) * (d.width + 1), 0);
   d.pdf.assign(static_cast<std::size_t>(d.height) * d.width, 0);
+  // The CDF of the columns of each row.
   double total = 0;
   std::vector<double> row_sum(static_cast<std::size_t>(d.height), 0.0);
   for (int y = 0; y < rows; ++y) {
@@ -82,6 +83,7 @@ SkyDistribution make_distribution(const Sky& sky, SkyDomain domain) {
   }
   d.total = static_cast<float>(total);
   if (!(total > 0)) return d;
+  // The CDF of the rows, and the pdf.
   double cumulative = 0;
   for (int y = 0; y < d.height; ++y) {
     cumulative += row_sum[y];

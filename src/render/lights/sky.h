@@ -54,6 +54,7 @@ Vec3 upper_mean(const Sky& sky, const F& value) {
   double sum[3] = {0, 0, 0}, cosines = 0;
   for (int y = 0; y < sky.height / 2; ++y) {
     const Vec3 d = sky_direction(sky, 0.5f, static_cast<float>(y) + 0.5f);
+    // The cosine times the solid angle of a texel, up to a constant.
     const double weight = d.y * std::sqrt(std::max(0.0f, 1 - d.y * d.y));
     for (int x = 0; x < sky.width; ++x) {
       const Vec3 v = value(static_cast<std::size_t>(y) * static_cast<std::size_t>(sky.width) +
@@ -161,7 +162,7 @@ PM_HD_CALL T3 sky_irradiance(const SkyTables& sky, const T3& normal) {
                       x - to_float(column), y - to_float(row));
 }
 
-/// Calm and bright part of a radiance, which is their sum.
+/// A radiance as the sum of its calm and its bright part.
 template <class T3>
 struct SkySplitOf {
   T3 calm, bright;

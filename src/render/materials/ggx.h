@@ -6,7 +6,8 @@
 
 namespace polymorph {
 
-inline constexpr float kMinAlpha = 1e-3f;  // a mirror within the precision of float
+// Smallest alpha that is used; its lobe is a mirror within the precision of float.
+inline constexpr float kMinAlpha = 1e-3f;
 
 /// Normal distribution function D (Trowbridge-Reitz).
 template <class T3>

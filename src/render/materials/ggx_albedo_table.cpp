@@ -8,6 +8,7 @@
 namespace polymorph {
 namespace {
 
+/// Returns the alpha or cosine of node i.
 float node_value(int i) { return square(static_cast<float>(i) / (kAlbedoNodes - 1)); }
 
 /// Integrates the albedo with 256 samples of a Hammersley sequence.
@@ -22,6 +23,7 @@ SplitAlbedo integrate(float alpha, float cosine) {
     const float facing = dot(view, half);
     const float reflected_z = 2 * facing * half.z - view.z;
     if (reflected_z <= 0) continue;
+    // BSDF times cosine divided by the pdf, without the Fresnel term: G2 / G1.
     const float weight = ggx_visibility(cosine, reflected_z, alpha) * 4 * cosine * reflected_z /
                          ggx_masking(cosine, alpha);
     const float fresnel = schlick(facing);

@@ -151,10 +151,10 @@ PM_HD void add_material(BsdfOf<T3>& bsdf, const ShadingOf<T3>& material, Compone
     if (!any(diffuse)) return;
     transmittance = select(glossy, max(white<T3>() - energy.albedo, T3{}), transmittance);
     const SplitAlbedoOf<V> mean = mean_split_albedo(alpha);
-    const T3 coat = f0 * mean.scale + white<T3>() * mean.bias;
+    const T3 mean_coat_albedo = f0 * mean.scale + white<T3>() * mean.bias;
     lobe.coat_f0 = zero_unless(glossy, f0);
     lobe.coat_alpha = alpha;
-    lobe.coat_normalization = reciprocal(white<T3>() - min(coat, white<T3>() * 0.99f));
+    lobe.coat_normalization = reciprocal(white<T3>() - min(mean_coat_albedo, white<T3>() * 0.99f));
   }
   if (!any(diffuse)) return;
   lobe.albedo = zero_unless(diffuse, base * transmittance * weight);
@@ -189,7 +189,8 @@ PM_HD_CALL BsdfValueOf<T3> evaluate_bsdf(const BsdfOf<T3>& bsdf, const T3& direc
   using V = ComponentOf<T3>;
   BsdfValueOf<T3> result;
   const MaskOf<T3> above = direction.z > 0.0f;
-  // Transmittance of the coat on entry and exit, normalized (Kelemen and Szirmay-Kalos 2001).
+  // The coat's transmittance from `direction`, normalized (Kelemen and Szirmay-Kalos 2001). That
+  // towards the viewer is part of `albedo`.
   for (int i = 0; i < bsdf.diffuse_count; ++i) {
     const DiffuseLobeOf<T3>& lobe = bsdf.diffuse[i];
     T3 transmittance = white<T3>();

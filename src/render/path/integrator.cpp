@@ -272,7 +272,7 @@ FirstHit first_hit(const World& world, const Ray& ray, const Intersection& first
     const RenderMesh& mesh = world.geometry->mesh(hit.mesh);
     const SurfacePoint point = world.geometry->surface_point(ray, hit);
     const Triangle& t = mesh.triangles[hit.triangle];
-    const auto at = [&](const auto& values) {
+    const auto at_hit = [&](const auto& values) {
       return values[t.v[0]] * (1 - hit.u - hit.v) + values[t.v[1]] * hit.u + values[t.v[2]] * hit.v;
     };
     result.depth = hit.distance;
@@ -280,10 +280,10 @@ FirstHit first_hit(const World& world, const Ray& ray, const Intersection& first
     result.id = mesh.id;
     result.position = point.position;
     result.next =
-        mesh.displacement.empty() ? point.position : point.position + at(mesh.displacement);
+        mesh.displacement.empty() ? point.position : point.position + at_hit(mesh.displacement);
     result.albedo = mixed_shading(world, hit).color;
     result.uv = texture_point(mesh, hit.triangle, hit.u, hit.v).uv;
-    result.progress = mesh.vertex_progress.empty() ? mesh.progress : at(mesh.vertex_progress);
+    result.progress = mesh.vertex_progress.empty() ? mesh.progress : at_hit(mesh.vertex_progress);
     result.t = world.time;
     if (!mesh.vertex_labels.empty())
       result.label = static_cast<float>(mesh.first_label + nearest_label(mesh, hit));

@@ -19,6 +19,7 @@ inline constexpr float kGuessedBounce = 0.4f;
 
 // Flags of a path, one bit each. The bits from kGlassShift on are the number of glass boundaries
 // that the path may still pass.
+
 /// The light of suns and lamps that the ray hits is added.
 inline constexpr std::uint32_t kHitsLights = 1;
 /// The path has only been refracted by glass since the camera.
@@ -33,7 +34,7 @@ inline constexpr std::uint32_t kOnShadowFloor = 8;
 inline constexpr std::uint32_t kScattered = 16;
 inline constexpr std::uint32_t kGlassShift = 8;
 
-/// State of one path, 24 values in a row, or of eight paths, with a column per value.
+/// State of one path (a row of 24 values), or of eight paths (24 columns of eight values).
 template <class T3>
 struct PathOf {
   using V = ComponentOf<T3>;
@@ -46,8 +47,8 @@ struct PathOf {
   /// have no noise from the sky. This member is the throughput of the contribution that has been
   /// added.
   T3 control_variate{};
-  V pdf{};  ///< pdf of the ray's direction, per solid angle
-  V alpha = broadcast<V>(1);
+  V pdf{};                                 ///< pdf of the ray's direction, per solid angle
+  V alpha = broadcast<V>(1);               ///< PathLight::alpha
   V unlit{};                               ///< PathLight::unlit
   V depth_left{};                          ///< surfaces at which the path may still scatter
   V mirrors = broadcast<V>(kFreeMirrors);  ///< sharp mirrors that do not yet count for the depth

@@ -205,7 +205,7 @@ Status take_device_error(const RayDevice& device) {
 }
 
 TracedScene::TracedScene(const std::vector<RenderMesh>& meshes, float shutter,
-                         float max_start_distance, const Box& stage) {
+                         float max_start_distance, const Box& sequence_bounds) {
   for (const RenderMesh& mesh : meshes) {
     check_mesh(mesh);
     meshes_.push_back({&mesh, shutter, 0, 0, {}, {}});
@@ -216,7 +216,7 @@ TracedScene::TracedScene(const std::vector<RenderMesh>& meshes, float shutter,
   // Positions have an error of about 2^-23 of the largest coordinate; epsilon is at least 32 times
   // as large.
   const Vec3 low = bounds_.low, high = bounds_.high;
-  const Box all = stage.empty() ? bounds_ : unite(stage, bounds_);
+  const Box all = sequence_bounds.empty() ? bounds_ : unite(sequence_bounds, bounds_);
   const float size = std::max(max_component(max(all.high, -all.low)), all.diagonal());
   epsilon_ = size * 0x1p-18f;
   max_length_ = size + std::max(size, max_start_distance);
@@ -248,8 +248,8 @@ Status TracedScene::build_hierarchy(const RayDevice& device) {
 
 Result<TracedScene> TracedScene::build(const RayDevice& device,
                                        const std::vector<RenderMesh>& meshes, float shutter,
-                                       float max_start_distance, const Box& stage) {
-  TracedScene scene(meshes, shutter, max_start_distance, stage);
+                                       float max_start_distance, const Box& sequence_bounds) {
+  TracedScene scene(meshes, shutter, max_start_distance, sequence_bounds);
   PM_TRY_STATUS(scene.build_hierarchy(device));
   return scene;
 }

@@ -63,22 +63,22 @@ void set_filters(RTCGeometry geometry);
 /// triangle that a ray may hit, and a callback tests each candidate exactly (intersect_triangle.h).
 /// The result is the nearest hit; of equally near hits, that with the lowest mesh index, then
 /// triangle index. So hits have the same bits with any instruction set, packet width and order of
-/// traversal. Borrows the spans of the RenderMeshes for its lifetime.
+/// traversal. The scene borrows the spans of the RenderMeshes.
 class TracedScene {
  public:
   /// Makes a scene without Embree's hierarchy, which suffices for a GPU. `shutter`: time that the
   /// shutter is open, in frames; per frame, meshes move by their displacement.
   /// `max_start_distance`: maximum distance from the meshes at which rays start; rays from farther
-  /// away may miss edges. `stage`: bounds of all frames, so that the offsets of rays are the same
-  /// in all frames; empty: the meshes' own bounds.
+  /// away may miss edges. `sequence_bounds`: bounds of all frames, so that the offsets of rays are
+  /// the same in all frames; empty: the meshes' own bounds.
   TracedScene(const std::vector<RenderMesh>& meshes, float shutter, float max_start_distance,
-              const Box& stage);
+              const Box& sequence_bounds);
   /// Builds Embree's hierarchy, which the functions below need. Errors: kResource (memory).
   Status build_hierarchy(const RayDevice& device);
   /// Makes a scene and builds its hierarchy.
   static Result<TracedScene> build(const RayDevice& device, const std::vector<RenderMesh>& meshes,
                                    float shutter = 0, float max_start_distance = 0,
-                                   const Box& stage = {});
+                                   const Box& sequence_bounds = {});
 
   /// Finds the nearest hit of a mesh in (0, ray.far).
   MeshHit closest(const Ray& ray) const;

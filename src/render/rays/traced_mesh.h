@@ -52,6 +52,7 @@ class EdgeNeighborhood {
   template <class F>
   PM_HD void for_each_near(std::uint32_t triangle, const EdgeFunctions& sides, const F& f) const {
     const Triangle& t = traced_.mesh->triangles[triangle];
+    // Edge i is opposite to corner i, so the edges at corner k are k + 1 and k + 2.
     for (int k = 0; k < 3; ++k)
       if (sides.near((k + 1) % 3, traced_.margin2) || sides.near((k + 2) % 3, traced_.margin2))
         for (std::uint32_t i = traced_.fan_begin[t.v[k]]; i < traced_.fan_begin[t.v[k] + 1]; ++i)
@@ -115,7 +116,7 @@ class EdgeNeighborhood {
 /// Tests whether the line of a ray hits a triangle of the mesh, and computes the intersection. The
 /// line must pass through the triangle. Where it passes an edge or corner so closely that floats
 /// cannot decide the side, the mesh must also continue beyond it. So a mesh's outline shrinks by
-/// about a millionth of the stage's size, to where Embree finds the mesh with any instruction set,
+/// about a millionth of the scene's size, to where Embree finds the mesh with any instruction set,
 /// and there are no gaps between triangles.
 template <class Traced>
 PM_HD bool intersects_triangle(const Traced& traced, std::uint32_t triangle, const Ray& ray,

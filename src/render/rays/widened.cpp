@@ -12,8 +12,8 @@ namespace {
 
 using TriangleCorners = std::array<Vec3d, 3>;
 
-// Maximum distance of a corner from the centre of the inscribed circle, in radii of that circle. An
-// angle of 7 degrees reaches it.
+// Maximum distance of a corner from the centre of the inscribed circle, in radii of that circle. A
+// corner with an angle of 7 degrees has this distance.
 constexpr double kMaxCornerDistance = 16;
 // Width w and height h of a right triangle that contains a unit square in the corner of its right
 // angle: 1 / w + 1 / h <= 1.
