@@ -177,14 +177,14 @@ float Mattes::find_label(const RenderMesh& mesh, const MeshIds& ids, const MeshH
 
 void Mattes::add_sample(const World& world, const Ray& ray, const Intersection& intersection,
                         SampleSums<MattePixel>* pixel) const {
-  const float backdrop = world.transparent ? 0.0f : 1.0f;
+  const float backdrop_weight = world.transparent ? 0.0f : 1.0f;
   if (intersection.mesh.mesh == kNoMesh) {
-    float floor = 0;
+    float floor_coverage = 0;
     if (intersection.floor < std::numeric_limits<float>::infinity() && !world.shadow_only)
-      floor = 1 - floor_point(world.floor, ray, intersection.floor).fade;
+      floor_coverage = 1 - floor_point(world.floor, ray, intersection.floor).fade;
     for (std::size_t i = 0; i < kinds_.size(); ++i) {
-      pixel[i].block().add(ground_[i], floor);
-      pixel[i].block().add(backdrop_[i], (1 - floor) * backdrop);
+      pixel[i].block().add(ground_[i], floor_coverage);
+      pixel[i].block().add(backdrop_[i], (1 - floor_coverage) * backdrop_weight);
     }
     return;
   }

@@ -82,7 +82,8 @@ class Mattes {
   float add_id(Kind kind, std::string_view name);
   void add_material(const RenderMesh& mesh, const MeshIds& ids, const MeshHit& hit,
                     MattePixel& pixel) const;
-  /// Finds the label's id at a hit. It is the object's id if the mesh has no labels.
+  /// Finds the id of the label at a hit. It is the object's id if the mesh has no labels, and that
+  /// of the first label if its vertices have none.
   float find_label(const RenderMesh& mesh, const MeshIds& ids, const MeshHit& hit) const;
 
   std::vector<Kind> kinds_;         ///< the layers that the image has

@@ -93,6 +93,7 @@ Guide trace_guide(const World& world, Ray ray, Intersection intersection, RaySta
       return {tint * min(shading.color, {1, 1, 1}), point.shading};
     const float cosine = -dot(ray.direction, point.shading);
     const float eta = point.inside ? shading.ior : 1 / shading.ior;
+    // Follow the stronger of reflection and refraction.
     const bool is_refracted = glass && dielectric_fresnel(cosine, eta) < 0.5f;
     if (glass && is_refracted && !point.inside) tint = tint * glass_tint(shading);
     if (mirror && !glass) tint = tint * min(shading.color, {1, 1, 1});

@@ -193,8 +193,8 @@ class Merger {
       for (std::size_t n = 0; n < nodes.size(); ++n)
         write_node(nodes[n].sum, pixel + n * kNodeChannels);
     }
-    float* other = pixel + first_other_;
-    for (const int channel : other_channels_) *other++ = find_pixel(0, i)[channel];
+    float* next_channel = pixel + first_other_;
+    for (const int channel : other_channels_) *next_channel++ = find_pixel(0, i)[channel];
     for (std::size_t layer = 0; layer < mattes_.layers.size(); ++layer) {
       SampleSums<MattePixel> matte;
       for (std::size_t p = 0; p < parts_.size(); ++p)
@@ -202,7 +202,7 @@ class Merger {
           matte.add({node.blocks, read_mattes(find_pixel(p, i), node.mattes[layer])});
       if (is_picture_) {
         const auto rank = matte.total().rank(static_cast<float>(samples_));
-        other = std::copy(rank.begin(), rank.end(), other);
+        next_channel = std::copy(rank.begin(), rank.end(), next_channel);
         continue;
       }
       const auto nodes = matte.nodes();

@@ -161,6 +161,7 @@ inline Pack copysign(Pack a, Pack sign) {
 }
 inline Pack abs(Pack a) { return float_from_bits(float_bits(a) & 0x7fffffffu); }
 
+// PackMask also serves as a vector of eight 32-bit integers.
 inline PackMask truncate(Pack a) { return __builtin_convertvector(a, PackMask); }
 inline Pack to_float(PackMask a) { return __builtin_convertvector(a, Pack); }
 inline PackMask min(PackMask a, std::int32_t b) {

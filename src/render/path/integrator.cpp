@@ -99,7 +99,7 @@ class Tracer {
   void store(const Paths& path, PackBits rows, PackMask where) {
     Pack columns[kPathWidth];
     std::memcpy(columns, &path, sizeof path);
-    PathRow unused;
+    PathRow unused;  // receives the lanes that are not stored
     float* starts[kLanes];
     for (int l = 0; l < kLanes; ++l)
       starts[l] = &(where[l] ? paths_[rows[l]] : unused).ray.origin.x;
@@ -226,7 +226,7 @@ class Tracer {
           set_lane(transmittance, l,
                    trace_transmittance(world_, *world_.geometry, paths_[rows[l]].ray, stats_));
     } else {
-      const int count = popcount(Lanes<Pack>::bits(live));
+      const int count = popcount(Lanes<Pack>::bits(live));  // the live lanes are the first ones
       stats_.rays += static_cast<std::uint64_t>(count);
       const std::uint32_t occluded = world_.geometry->test_occlusion(&path.ray, count);
       for (int l = 0; l < count; ++l)
@@ -236,7 +236,8 @@ class Tracer {
     if (any(hidden))
       add_sky(world_, path, broadcast<Pack>(world_.max_depth == 1 ? kGuessedBounce : 0), hidden);
     const PackMask visible = live & !hidden;
-    // For unoccluded rays the control variate is exact.
+    // For unoccluded rays the control variate is exact. For rays through glass it is subtracted,
+    // and the attenuated sky is added below.
     const PackMask attenuated = visible & (min_component(transmittance) < 1.0f);
     if (any(attenuated)) add_sky(world_, path, Pack{}, attenuated);
     path.throughput = path.throughput * transmittance;

@@ -246,7 +246,7 @@ PM_HD MaskOf<T3> scatter_on_floor(const World& world, VerticesOf<T3, Shadows>& v
   path.radiance = path.radiance + sky_light * variate_weight;
 
   const T3 local = cosine_direction(sample.c, sample.d);
-  const T3 direction{local.x, local.z, -local.y};
+  const T3 direction{local.x, local.z, -local.y};  // from z up to y up
   path.ray = {vertices.origin, direction, path.ray.time};
   path.pdf = kInvPi * direction.y;
   path.throughput = path.throughput * albedo;

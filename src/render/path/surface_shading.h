@@ -10,8 +10,8 @@
 
 namespace polymorph {
 
-/// Looks up material and texture coordinates at a point of a triangle, on borders in the model from
-/// which the layer's materials were transferred.
+/// Looks up material and texture coordinates at a point of a triangle. On a border, they are looked
+/// up in the model from which the layer's materials were transferred.
 template <class Layer>
 PM_HD TexturePoint find_texture_point(const Layer& layer, std::uint32_t triangle, float u,
                                       float v) {

@@ -26,10 +26,10 @@ PM_HD T3 bend_to_valid_reflection(T3 shading, T3 normal, T3 view) {
   const T3 mirrored = shading * (2.0f * dot(shading, view)) - view;
   const V above = dot(mirrored, normal);
   const V min_above = min(0.9f * dot(view, normal), 0.01f);
-  const MaskOf<T3> low = above < min_above;
-  if (!any(low)) return shading;
+  const MaskOf<T3> too_low = above < min_above;
+  if (!any(too_low)) return shading;
   const T3 bent = normalized(normalized(mirrored + normal * (min_above - above)) + view);
-  return select(low, select(dot(bent, normal) > 0.0f, bent, normal), shading);
+  return select(too_low, select(dot(bent, normal) > 0.0f, bent, normal), shading);
 }
 
 /// Moves a point of a flat triangle onto the smooth surface that its vertex normals describe
