@@ -23,8 +23,8 @@ double measure_seconds(const F& run) {
   return stopwatch.seconds();
 }
 
-/// An Embree scene with default flags, as a plain loop would use it. Rays begin 1e-4 from
-/// their origin, so that they miss the surface that they leave.
+/// An Embree scene with default flags, as a plain loop would use it. Rays begin 1e-4 from their
+/// origin, so that they miss the surface that they leave.
 class BareScene {
  public:
   BareScene(const RenderMesh& mesh, RTCBuildQuality quality) {

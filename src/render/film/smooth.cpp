@@ -371,8 +371,8 @@ class Smoother {
     });
   }
 
-  /// Sets `light_` on silhouettes to the residual: the sampled colour minus tent(next_),
-  /// which blends the filtered colours of both sides.
+  /// Sets `light_` on silhouettes to the residual: the sampled colour minus tent(next_), which
+  /// blends the filtered colours of both sides.
   void find_residuals() {
     for_pixels([&](std::size_t i, int x, int y) {
       for (std::size_t c = 0; c < 3 && silhouette_[i] != 0; ++c) {

@@ -162,8 +162,7 @@ class Tracer {
     return {{sampler_, wave_.sequence, path.sample}, depth_, world_.direct_only};
   }
 
-  // The shade functions add light and scatter the paths. They return the lanes whose paths
-  // continue.
+  // The shade functions add light and scatter the paths. They return the lanes whose paths go on.
 
   PackMask shade_floor_hits(Paths& path, PackBits rows, PackMask live) {
     const Pack distance = load_intersection(rows).floor;

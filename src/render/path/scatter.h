@@ -342,8 +342,8 @@ PM_HD_CALL inline void pass_glass(const World& world, PathRow& path, const Surfa
     normal = to_world(frame, sample_ggx_normal(local, alpha, random.c, random.d));
   }
   const float reflected = dielectric_fresnel(dot(view, normal), eta);
-  // Reflections at the first boundary are weak but often show bright lights, so they
-  // are sampled more often.
+  // Reflections at the first boundary are weak but often show bright lights, so they are sampled
+  // more often.
   const float probability =
       is_first_boundary && reflected > 0 && reflected < 0.25f ? 0.25f : reflected;
   Vec3 direction;
