@@ -12,9 +12,9 @@
 
 namespace polymorph {
 
-Result<std::vector<std::string>> list_devices(const std::string& asked) {
+Result<std::vector<std::string>> list_devices(const std::string& option) {
   std::vector<std::string> devices;
-  if (asked == "cuda:all") {
+  if (option == "cuda:all") {
     for (const DeviceInfo& device : list_cuda_devices().devices)
       devices.push_back(fmt::format("cuda:{}", device.index));
     if (devices.empty())
@@ -22,30 +22,31 @@ Result<std::vector<std::string>> list_devices(const std::string& asked) {
                         "--device cuda:all: there is no GPU - use --device cpu or auto");
     return devices;
   }
-  devices = split(asked, ',');
+  devices = split(option, ',');
   if (devices.empty() || std::find(devices.begin(), devices.end(), "") != devices.end())
     return make_error(ErrorCode::kUsage,
-                      "--device \"{}\": a device has no name - write cuda:0,cuda:1", asked);
+                      "--device \"{}\": a device has no name - write cuda:0,cuda:1", option);
   return devices;
 }
 
-Result<std::unique_ptr<Engine>> make_engine(const std::string& asked, std::string& chosen,
+Result<std::unique_ptr<Engine>> make_engine(const std::string& option, std::string& chosen,
                                             std::size_t max_memory) {
-  PM_TRY(const std::vector<std::string> devices, list_devices(asked));
+  PM_TRY(const std::vector<std::string> devices, list_devices(option));
   const std::string& device = devices.front();
   chosen = "cpu";
-  const auto cpu = [&] {
+  const auto make_cpu = [&] {
     auto engine = make_cpu_engine();
     engine->limit_memory(max_memory);
     return engine;
   };
-  if (device == "cpu") return cpu();
+  if (device == "cpu") return make_cpu();
   const bool automatic = device == "auto";
   int index = 0;
   if (!automatic) {
     const auto number = device == "cuda"              ? std::optional<long long>(0)
                         : device.starts_with("cuda:") ? parse_integer(device.substr(5))
                                                       : std::nullopt;
+    // 1023 is more than any machine has, and keeps the cast below in range.
     if (!number || *number < 0 || *number > 1023)
       return make_error(ErrorCode::kUsage, "--device {}: write cpu, cuda, cuda:1, cuda:all or auto",
                         device);
@@ -62,13 +63,13 @@ Result<std::unique_ptr<Engine>> make_engine(const std::string& asked, std::strin
   if (!automatic)
     return make_error(ErrorCode::kResource, "--device {}: {} - use --device cpu or auto", device,
                       status.message);
-  // Logged once, not for every scene of a command.
+  // Log this once per command, not for each of its scenes.
   static std::atomic_flag is_logged;
   if (!is_logged.test_and_set()) {
     log_info("device: cpu (no GPU is needed; -v says why none is used)");
     log_debug("no GPU: {}", status.message);
   }
-  return cpu();
+  return make_cpu();
 }
 
 std::unique_ptr<DeviceTracer> open_tracer(const std::string& device, std::string& error) {

@@ -13,24 +13,25 @@
 
 namespace polymorph {
 
-/// Lists the devices that share a film: those of a list ("cuda:0,cuda:1"), every GPU of the machine
-/// for "cuda:all", and any other word as it is. Errors: kUsage for an empty word in a list;
-/// kResource for "cuda:all" without a GPU.
-Result<std::vector<std::string>> list_devices(const std::string& asked);
+/// Lists the devices that share a film, from the text of --device: the entries of a list
+/// ("cuda:0,cuda:1"), or every GPU of the machine for "cuda:all". The entries are not checked.
+/// Errors: kUsage for an empty entry; kResource for "cuda:all" without a GPU.
+Result<std::vector<std::string>> list_devices(const std::string& option);
 
-/// Makes the engine of `device`: "cpu", "cuda", "cuda:1" or "auto" (a GPU if one works, else the
-/// CPU, which is logged once); of a list, the first. Sets `chosen` to "cpu" or "cuda:N".
+/// Makes the engine for the first device of `option`: "cpu", "cuda", "cuda:1" or "auto" (a GPU if
+/// one works, else the CPU, which is logged once). Sets `chosen` to "cpu" or "cuda:N".
 /// `max_memory`: bytes for the surface's buffers and mesh; 0: no limit. Errors: as list_devices();
-/// kUsage for another word; kResource if a device that is named is not there.
-Result<std::unique_ptr<Engine>> make_engine(const std::string& device, std::string& chosen,
+/// kUsage for another name; kResource if the named GPU does not work.
+Result<std::unique_ptr<Engine>> make_engine(const std::string& option, std::string& chosen,
                                             std::size_t max_memory = 0);
 
 /// Opens the tracer of a GPU ("cuda:1"). If it fails, returns null and sets `error` to the reason.
 std::unique_ptr<DeviceTracer> open_tracer(const std::string& device, std::string& error);
 
 /// Creates a renderer that traces on `device` ("cpu", "cuda:1"), as chosen by make_engine(). If the
-/// GPU cannot trace, which is logged once, the CPU traces. It also traces frames that would take
-/// more than `max_memory` bytes of the device (0: no limit). Errors: as Renderer::create().
+/// GPU cannot trace, the CPU does, and the reason is logged once. The CPU also traces frames for
+/// which the GPU would need more than `max_memory` bytes (0: no limit). Errors: as
+/// Renderer::create().
 Result<Renderer> make_renderer(const std::string& device, std::size_t max_memory = 0);
 
 }  // namespace polymorph

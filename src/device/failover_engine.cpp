@@ -16,9 +16,9 @@ class FailoverEngine : public Engine {
                        Mesh& mesh) override {
     return call([&](Engine& engine) { return engine.extract(balls, grid, settings, mesh); });
   }
-  EngineStatus extract(const MorphSurface& between, const Grid& grid,
+  EngineStatus extract(const MorphSurface& surface, const Grid& grid,
                        const ExtractSettings& settings, Mesh& mesh) override {
-    return call([&](Engine& engine) { return engine.extract(between, grid, settings, mesh); });
+    return call([&](Engine& engine) { return engine.extract(surface, grid, settings, mesh); });
   }
   EngineStatus extract(const std::shared_ptr<const DistanceGrid>& object, const Grid& grid,
                        const ExtractSettings& settings, Mesh& mesh) override {
@@ -28,16 +28,16 @@ class FailoverEngine : public Engine {
                       const ExtractSettings& settings, std::vector<float>& values) override {
     return call([&](Engine& engine) { return engine.sample(balls, points, settings, values); });
   }
-  EngineStatus move_balls(const std::shared_ptr<const BallPaths>& paths, const MotionState& moment,
+  EngineStatus move_balls(const std::shared_ptr<const BallPaths>& paths, const MotionState& state,
                           const std::vector<float>& eased_times, BallSet& balls) override {
     return call(
-        [&](Engine& engine) { return engine.move_balls(paths, moment, eased_times, balls); });
+        [&](Engine& engine) { return engine.move_balls(paths, state, eased_times, balls); });
   }
-  EngineStatus interpolate(const BallSet& balls, const std::vector<BallAttribute>& carried,
+  EngineStatus interpolate(const BallSet& balls, const std::vector<BallAttribute>& attributes,
                            const std::vector<Vec3>& points, const ExtractSettings& settings,
                            std::vector<AttributeValues>& values) override {
     return call([&](Engine& engine) {
-      return engine.interpolate(balls, carried, points, settings, values);
+      return engine.interpolate(balls, attributes, points, settings, values);
     });
   }
   EngineStatus regress(const std::shared_ptr<const Regression>& regression,
@@ -50,8 +50,8 @@ class FailoverEngine : public Engine {
     device_->limit_memory(bytes);
     if (cpu_) cpu_->limit_memory(bytes);
   }
-  std::vector<PassTime> pass_times() const override { return last().pass_times(); }
-  std::size_t memory_used() const override { return last().memory_used(); }
+  std::vector<PassTime> pass_times() const override { return last_used().pass_times(); }
+  std::size_t memory_used() const override { return last_used().memory_used(); }
 
  private:
   /// Calls the function with the device and, if that fails, with the CPU.
@@ -62,9 +62,9 @@ class FailoverEngine : public Engine {
       EngineStatus status = f(*device_);
       has_failed_ = status.code == EngineCode::kDeviceError;
       if (!has_failed_ && status.code != EngineCode::kOutOfMemory) return status;
-      if (status.message != logged_)
+      if (status.message != logged_reason_)
         log_info("the CPU makes the surfaces that the GPU does not: {}", status.message);
-      logged_ = status.message;
+      logged_reason_ = status.message;
     }
     if (!cpu_) {
       cpu_ = make_cpu_engine();
@@ -73,13 +73,14 @@ class FailoverEngine : public Engine {
     called_cpu_ = true;
     return f(*cpu_);
   }
-  const Engine& last() const { return called_cpu_ ? *cpu_ : *device_; }
+  /// The engine that ran the last call.
+  const Engine& last_used() const { return called_cpu_ ? *cpu_ : *device_; }
 
   std::unique_ptr<Engine> device_, cpu_;
   std::size_t max_memory_ = 0;
-  std::string logged_;       ///< the last reason that was logged
-  bool has_failed_ = false;  ///< the device had an error and is no longer used
-  bool called_cpu_ = false;  ///< the last call used the CPU
+  std::string logged_reason_;  ///< the reason that was logged last
+  bool has_failed_ = false;    ///< the device had an error and is no longer used
+  bool called_cpu_ = false;    ///< the last call used the CPU
 };
 
 }  // namespace

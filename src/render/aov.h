@@ -12,17 +12,17 @@ namespace polymorph {
 /// The first intersection of the ray through the pixel's centre; by default there is none. Values
 /// are those of one surface, never averages over an edge.
 struct FirstHit {
-  float depth = 1e10f;  ///< distance along the view axis
+  float depth = 1e10f;  ///< distance along the view axis; 1e10 = no hit
   Vec3 normal;          ///< shading normal, world space
-  float id = 0;
-  Vec3 position;       ///< world space
-  Vec3 next;           ///< position in the next frame
-  Vec3 albedo;         ///< base colour with its texture
-  Vec2 uv;             ///< texture coordinates
-  Vec2 motion;         ///< pixels to the next frame, x to the right, y down; 0 on the last
-  float progress = 0;  ///< progress of the leg, [0, 1]
-  float t = 0;         ///< time within the sequence, [0, 1]
-  float label = 0;     ///< label of the nearest vertex, from 1; 0 = none
+  float id = 0;         ///< RenderMesh::id; 1 = the floor, 0 = no hit
+  Vec3 position;        ///< world space
+  Vec3 next;            ///< position in the next frame
+  Vec3 albedo;          ///< base colour with its texture
+  Vec2 uv;              ///< texture coordinates
+  Vec2 motion;          ///< pixels to the next frame, x to the right, y down; 0 in the last frame
+  float progress = 0;   ///< progress of the leg, [0, 1]
+  float t = 0;          ///< time within the sequence, [0, 1]
+  float label = 0;      ///< label of the nearest vertex, from 1; 0 = none
 };
 
 /// A channel of an AOV.
@@ -53,7 +53,8 @@ inline constexpr Aov kAovs[] = {
     {"uv", "uv.V", [](const FirstHit& hit) { return hit.uv.y; }},
 };
 
-/// Selects the rows whose layers `layers` names ("Z,N,id", "all", "none"), in the table's order.
+/// Selects the rows of kAovs whose layers the text `layers` lists ("Z,N,id", "all", "none"), in the
+/// table's order.
 std::vector<const Aov*> choose_aovs(const std::string& layers);
 
 }  // namespace polymorph

@@ -10,50 +10,50 @@ namespace {
 
 /// Coordinates of a point relative to the target: along one axis of the picture, and along the view
 /// axis.
-struct Corner {
+struct AxisPoint {
   float across, along;
 };
-using CornerList = std::vector<Corner>;
+using AxisPoints = std::vector<AxisPoint>;
 
-/// Bounds of the shifts c with which a camera at distance d sees all corners. They follow from
+/// Bounds of the shifts c with which a camera at distance d sees all points. They follow from
 /// |across - c| <= t (d + along), where t is the tangent of half the field of view: low - t d <= c
 /// <= high + t d, with low = max(across - t along) and high = min(across + t along).
 struct ShiftRange {
   float low, high;
 };
-ShiftRange shift_range(const CornerList& corners, float t) {
+ShiftRange shift_range(const AxisPoints& points, float t) {
   ShiftRange range{-std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity()};
-  for (Corner corner : corners) {
-    range.low = std::max(range.low, corner.across - t * corner.along);
-    range.high = std::min(range.high, corner.across + t * corner.along);
+  for (AxisPoint point : points) {
+    range.low = std::max(range.low, point.across - t * point.along);
+    range.high = std::min(range.high, point.across + t * point.along);
   }
   return range;
 }
 
-/// Computes the smallest distance at which some shift lets the camera see all corners.
-float smallest_distance(const CornerList& corners, float t) {
-  const ShiftRange range = shift_range(corners, t);
+/// Computes the smallest distance at which some shift lets the camera see all points.
+float smallest_distance(const AxisPoints& points, float t) {
+  const ShiftRange range = shift_range(points, t);
   return (range.low - range.high) / (2 * t);
 }
 
 /// Computes the smallest distance without a shift, that is with the view axis through the target.
-float smallest_centered_distance(const CornerList& corners, float t) {
+float smallest_centered_distance(const AxisPoints& points, float t) {
   float distance = 0;
-  for (Corner corner : corners)
-    distance = std::max(distance, std::fabs(corner.across) / t - corner.along);
+  for (AxisPoint point : points)
+    distance = std::max(distance, std::fabs(point.across) / t - point.along);
   return distance;
 }
 
-/// Computes the shift that centres the projection at distance d: the only possible one at the
-/// smallest t with which the camera sees all corners.
-float centering_shift(const CornerList& corners, float d, float t) {
+/// Computes the shift that centres the projection at distance d. It finds the smallest t with which
+/// the camera sees all points by bisection; at this t only one shift is possible.
+float centering_shift(const AxisPoints& points, float d, float t) {
   float low = 0, high = t;
-  for (int i = 0; i < 40; ++i) {
+  for (int i = 0; i < 40; ++i) {  // more steps than a float has bits
     const float middle = 0.5f * (low + high);
-    const ShiftRange range = shift_range(corners, middle);
+    const ShiftRange range = shift_range(points, middle);
     (range.low - range.high <= 2 * middle * d ? high : low) = middle;
   }
-  const ShiftRange range = shift_range(corners, high);
+  const ShiftRange range = shift_range(points, high);
   return 0.5f * (range.low + range.high);
 }
 
@@ -67,6 +67,7 @@ void set_axes(Camera& camera, Vec3 forward, Vec3 up) {
   camera.up = cross(camera.right, camera.forward);
 }
 
+/// Replaces an empty box by a cube of edge length 2 around 0, and a point by one around it.
 Box make_usable_box(const Box& box) {
   if (box.empty()) return {{-1, -1, -1}, {1, 1, 1}};
   if (box.diagonal() > 0) return box;
@@ -94,6 +95,7 @@ void set_direction(Camera& camera, const CameraSettings& settings, Vec3 target) 
   set_axes(camera, -to_camera, settings.up);
 }
 
+/// Returns the given position after orbit and dolly.
 Vec3 get_position(const CameraSettings& settings, Vec3 target) {
   if (settings.orbit == 0 && settings.dolly == 1) return *settings.position;
   return target + rotate_about_y(*settings.position - target, settings.orbit) * settings.dolly;
@@ -106,11 +108,12 @@ void set_lens(Camera& camera, const CameraSettings& settings, Vec3 target) {
   camera.shutter = settings.shutter;
 }
 
+/// Fraction of the picture's half height or width that the margins leave.
 float usable_fraction(float margin) { return std::max(0.1f, 1 - 2 * margin); }
 
-/// Points relative to the target, along the picture's x and y axis.
+/// Coordinates of points relative to the target, for the picture's x and y axis.
 struct ProjectedPoints {
-  CornerList x, y;
+  AxisPoints x, y;
 };
 ProjectedPoints project_points(const Camera& camera, std::span<const Vec3> points, Vec3 target) {
   ProjectedPoints result;
@@ -133,6 +136,7 @@ Camera frame_points(const CameraSettings& settings, std::span<const Vec3> points
     return camera;
   }
   const auto [x, y] = project_points(camera, points, target);
+  // Tangents of the half angles within which the points must lie.
   const float ty = camera.tan_half_fov_y * usable_fraction(settings.margin);
   const float tx = ty * static_cast<float>(width) / static_cast<float>(height);
   if (settings.target) {
@@ -178,7 +182,7 @@ Framing make_framing(std::span<const CameraSettings> poses, std::span<const Vec3
     framing.margin = std::min(framing.margin, pose.margin);
     fov = std::max(fov, pose.fov);
   }
-  const auto widen = [&](const CameraSettings& pose) {
+  const auto with_common_lens = [&](const CameraSettings& pose) {
     CameraSettings wide = pose;
     wide.fov = fov;
     wide.margin = framing.margin;
@@ -191,15 +195,16 @@ Framing make_framing(std::span<const CameraSettings> poses, std::span<const Vec3
            pose.elevation == first.elevation && pose.up == first.up && pose.target == first.target;
   };
   if (std::all_of(poses.begin(), poses.end(), has_first_direction)) {
-    const Camera camera = make_camera(widen(poses.front()), points, width, height);
+    const Camera camera = make_camera(with_common_lens(poses.front()), points, width, height);
     const Vec3 target = poses.front().target.value_or(framing.middle);
     framing.distance = dot(target - camera.position, camera.forward);
     framing.anchor = camera.position + camera.forward * framing.distance;
     return framing;
   }
+  // Otherwise the camera looks at the middle, from the largest distance that a pose needs.
   framing.distance = 0;
   for (const CameraSettings& pose : poses) {
-    CameraSettings centered = widen(pose);
+    CameraSettings centered = with_common_lens(pose);
     if (!centered.target) centered.target = framing.middle;
     const Camera camera = make_camera(centered, points, width, height);
     framing.distance =

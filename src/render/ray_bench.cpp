@@ -23,7 +23,8 @@ double measure_seconds(const F& run) {
   return stopwatch.seconds();
 }
 
-/// An Embree scene with default flags, as a plain loop would use it.
+/// An Embree scene with default flags, as a plain loop would use it. Rays begin 1e-4 from their
+/// origin, so that they miss the surface that they leave.
 class BareScene {
  public:
   BareScene(const RenderMesh& mesh, RTCBuildQuality quality) {
@@ -46,7 +47,7 @@ class BareScene {
     rtcReleaseScene(scene_);
     rtcReleaseDevice(device_);
   }
-  RTCRayHit shoot(const Ray& ray) const {
+  RTCRayHit intersect(const Ray& ray) const {
     RTCRayHit query{};
     query.ray = {ray.origin.x,
                  ray.origin.y,
@@ -66,7 +67,7 @@ class BareScene {
     rtcIntersect1(scene_, &context, &query);
     return query;
   }
-  void shoot16(const Ray* rays, float* distances) const {
+  void intersect_packet(const Ray* rays, float* distances) const {
     alignas(64) int valid[kPacket];
     alignas(64) RTCRayHit16 query{};
     for (int i = 0; i < kPacket; ++i) {
@@ -113,7 +114,7 @@ std::vector<Ray> make_camera_rays(const Camera& camera, int width, int height) {
 std::vector<Ray> make_scattered_rays(const BareScene& bare, const std::vector<Ray>& camera) {
   std::vector<Ray> rays;
   for (std::size_t i = 0; i < camera.size(); ++i) {
-    const RTCRayHit first = bare.shoot(camera[i]);
+    const RTCRayHit first = bare.intersect(camera[i]);
     if (first.hit.geomID == RTC_INVALID_GEOMETRY_ID) continue;
     Vec3 normal = normalized(Vec3{first.hit.Ng_x, first.hit.Ng_y, first.hit.Ng_z});
     if (dot(normal, camera[i].direction) > 0) normal = -normal;
@@ -159,23 +160,24 @@ Result<std::vector<RayLoop>> measure_rays(const RenderScene& scene, int width, i
   world.geometry = &geometry;
   const std::vector<Ray> camera = make_camera_rays(scene.camera, width, height);
   const std::vector<Ray> scattered = make_scattered_rays(bare, camera);
-  // The rays as packs, as the renderer uses them.
   const std::vector<RayOf<Pack3>> packed[] = {pack_rays(camera), pack_rays(scattered)};
   std::vector<float> distances(camera.size());
   std::vector<IntersectionOf<Pack>> intersections(packed[0].size());
+  // Runs the loop of this index in `loops`: 0 to 2 trace camera rays, 3 and 4 scattered rays.
   const auto run = [&](std::size_t loop) {
     const bool coherent = loop < 3;
     const std::vector<Ray>& rays = coherent ? camera : scattered;
     for_each_chunk(rays, [&](std::size_t begin, std::size_t n) {
       RayStats stats;
       for (std::size_t k = begin; k < begin + n; ++k) {
-        const bool packet = (k - begin) % kPacket == 0;
+        const bool begins_packet = (k - begin) % kPacket == 0;
         const int count = static_cast<int>(std::min<std::size_t>(kPacket, begin + n - k));
-        if (loop == 1 && count == kPacket && packet) bare.shoot16(&rays[k], &distances[k]);
-        if ((loop == 2 || loop == 4) && packet)
+        if (loop == 1 && count == kPacket && begins_packet)
+          bare.intersect_packet(&rays[k], &distances[k]);
+        if ((loop == 2 || loop == 4) && begins_packet)
           intersect_closest(world, &packed[coherent ? 0 : 1][k / kLanes],
                             &intersections[k / kLanes], count, coherent, stats);
-        if (loop == 0 || loop == 3) distances[k] = bare.shoot(rays[k]).ray.tfar;
+        if (loop == 0 || loop == 3) distances[k] = bare.intersect(rays[k]).ray.tfar;
       }
     });
   };
@@ -232,7 +234,7 @@ Result<std::vector<BuildQuality>> measure_builds(const RenderScene& scene) {
         std::pair{"high", RTC_BUILD_QUALITY_HIGH}}) {
     BuildQuality result{name};
     std::unique_ptr<BareScene> bare;
-    // clang 14 captures no structured binding by reference.
+    // clang 14 cannot capture a structured binding by reference.
     result.build_seconds = measure_seconds([&, build_quality = quality] {
       bare = std::make_unique<BareScene>(scene.meshes.front(), build_quality);
     });
@@ -241,7 +243,7 @@ Result<std::vector<BuildQuality>> measure_builds(const RenderScene& scene) {
     const double seconds = measure_seconds([&] {
       for_each_chunk(rays, [&](std::size_t begin, std::size_t n) {
         for (std::size_t k = begin; k < begin + n; ++k)
-          distances[k] = bare->shoot(rays[k]).ray.tfar;
+          distances[k] = bare->intersect(rays[k]).ray.tfar;
       });
     });
     result.trace_seconds = rays.empty() ? 0 : seconds * 1e6 / static_cast<double>(rays.size());

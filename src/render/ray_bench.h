@@ -17,10 +17,10 @@ struct RayLoop {
   std::vector<double> seconds;
 };
 
-/// Runs every loop `repeats` times, in turn, so that noise of the machine affects all. The loops
-/// are: camera rays in plain Embree singly and in packets of 16, camera rays in the renderer, and
-/// rays that leave the surface in random directions in plain Embree and in the renderer. `scene`
-/// must have one mesh. Errors: kResource.
+/// Runs every loop `repeats` times, in turn, so that noise of the machine affects all alike. The
+/// loops are: camera rays in plain Embree singly and in packets of 16, camera rays in the renderer,
+/// and rays that leave the surface in random directions in plain Embree and in the renderer.
+/// `scene` must have one mesh. Errors: kResource.
 Result<std::vector<RayLoop>> measure_rays(const RenderScene& scene, int width, int height,
                                           int repeats);
 
@@ -30,8 +30,8 @@ Result<std::vector<RayLoop>> measure_rays(const RenderScene& scene, int width, i
 Result<std::vector<RayLoop>> measure_device_rays(const RenderScene& scene, DeviceTracer& tracer,
                                                  int width, int height, int repeats);
 
-/// Seconds to build the BVH of the scene's mesh at one of Embree's qualities, and to trace a
-/// million random rays.
+/// Cost of one of Embree's build qualities: seconds to build the BVH of the scene's mesh, and to
+/// trace a million rays that leave the mesh in random directions.
 struct BuildQuality {
   const char* name;
   double build_seconds = 0, trace_seconds = 0;

@@ -18,8 +18,9 @@
 namespace polymorph {
 namespace {
 
-constexpr float kFilterRadius =
-    1.35f;  // pixels; chosen by eye as a compromise between sharpness and aliasing
+// Radius of the pixel filter, in pixels. It was chosen by eye, as a compromise between sharpness
+// and aliasing.
+constexpr float kFilterRadius = 1.35f;
 
 /// All inputs of a sky, which is recomputed only if one of them changes.
 struct SkyKey {
@@ -28,23 +29,25 @@ struct SkyKey {
   Vec3 floor;
   float scale = 0;
   std::shared_ptr<const Image> image;
-  SkyDomain part = SkyDomain::kAll;
+  SkyDomain domain = SkyDomain::kAll;
   SkyKind kind = SkyKind::kStudio;
   float turbidity = 3;
 };
 bool is_equal(const SkyKey& a, const SkyKey& b) {
   return a.rig.z == b.rig.z && a.key.frame.z == b.key.frame.z &&
          a.key.irradiance == b.key.irradiance && a.floor == b.floor && a.scale == b.scale &&
-         a.image == b.image && a.part == b.part && a.kind == b.kind && a.turbidity == b.turbidity;
+         a.image == b.image && a.domain == b.domain && a.kind == b.kind &&
+         a.turbidity == b.turbidity;
 }
 
 Sky make_sky(const SkyKey& key) {
-  if (key.image) return make_image_sky(*key.image, key.scale, key.part);
+  if (key.image) return make_image_sky(*key.image, key.scale, key.domain);
   if (key.kind == SkyKind::kDay)
-    return make_day_sky(key.key, key.floor, key.turbidity, key.scale, key.part);
-  return make_studio_sky(key.rig, key.key, key.floor, key.scale, key.part);
+    return make_day_sky(key.key, key.floor, key.turbidity, key.scale, key.domain);
+  return make_studio_sky(key.rig, key.key, key.floor, key.scale, key.domain);
 }
 
+/// Radiance of a white surface that receives the light of the sky and of all suns and lamps.
 float white_level(const std::vector<DistantLight>& suns, const std::vector<Lamp>& lamps,
                   const Sky& sky) {
   float sum = max_component(sky.upper_irradiance) + sky.distribution.total;
@@ -64,8 +67,8 @@ bool has_glass(const RenderScene& scene) {
   });
 }
 
-/// Computes an upper bound of the distance from the centre of the meshes at which rays start: at
-/// the camera or on the floor.
+/// Computes an upper bound of the distance between the centre of the meshes and the start of any
+/// ray, which may be the camera or a point of the floor.
 float max_start_distance(const RenderScene& scene) {
   Box box = scene.bounds;
   for (const RenderMesh& mesh : scene.meshes)
@@ -75,20 +78,20 @@ float max_start_distance(const RenderScene& scene) {
   return std::max(length(scene.camera.position - box.center()), floor) + box.diagonal();
 }
 
-/// Tests whether the noise is smoothed. It is not if lens or shutter blur textures, because the
-/// guides show them sharp.
+/// Tests whether smooth_noise() applies. It does not if lens or shutter blur the picture, because
+/// the AOVs that guide the filter are sharp.
 bool is_smoothed(const ImageSettings& image, const Camera& camera) {
   return image.smooth && !image.denoise && !(camera.lens_radius > 0) && !(camera.shutter > 0);
 }
 
-/// Lists the layers that a film needs for smoothing an image with `layers`.
+/// Lists the AOVs that a film needs for smooth_noise() if the image has the AOVs `layers`.
 std::string layers_to_smooth(const std::string& layers) {
   if (layers == "all") return layers;
   return layers == "none" ? kSmoothLayers : fmt::format("{},{}", layers, kSmoothLayers);
 }
 
-/// Lists the channels of the film that is traced: colours or, for a part, sums; AOVs, mattes,
-/// guides.
+/// Lists the channels of the film that is traced: colours (or the sums of a part), AOVs,
+/// mattes and guides.
 std::vector<std::string> list_traced_channels(const FrameJob& job,
                                               const std::optional<SampleRange>& part) {
   std::vector<std::string> channels{"R", "G", "B", "A"};
@@ -111,7 +114,7 @@ MatteSums make_matte_sums(const SampleRange& part, const ImageSettings& image,
   return sums;
 }
 
-/// Adds the header attributes with which parts are merged to a picture with these channels.
+/// Adds the header attributes that merge_parts() needs to make a picture with these channels.
 void add_part_attributes(const SampleRange& part, const std::vector<std::string>& channels,
                          bool smooth, Image& film) {
   film.attributes.push_back({kPartSamplesAttribute, format_sample_range(part)});
@@ -128,7 +131,7 @@ struct Renderer::State {
   Sky sky;
   std::optional<Denoiser> denoiser;  ///< opened for the first image that uses it
   std::unique_ptr<DeviceTracer> device_tracer;
-  std::string device_refusal;  ///< why the device did not trace the last frame; empty if it did
+  std::string device_obstacle;  ///< why the device did not trace the last frame; empty if it did
   Stats stats;
 
   /// Traces the frame's samples with the device tracer, if it can. Returns whether it did.
@@ -139,13 +142,13 @@ bool Renderer::State::trace_on_device(const FrameJob& job, DeviceFilm& film,
                                       RayStats& device_stats) {
   if (!device_tracer) return false;
   std::string reason = find_device_obstacle(job);
-  RayStats traced;
-  if (reason.empty()) reason = device_tracer->trace(job, film, traced);
+  RayStats traced_stats;  // counts only if the GPU traces the whole frame
+  if (reason.empty()) reason = device_tracer->trace(job, film, traced_stats);
   if (reason.empty())
-    device_stats = traced;
-  else if (reason != device_refusal)
+    device_stats = traced_stats;
+  else if (reason != device_obstacle)
     log_info("the CPU traces what the GPU does not: {}", reason);
-  device_refusal = reason;
+  device_obstacle = reason;
   return reason.empty();
 }
 
@@ -173,19 +176,21 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   const Stopwatch build_watch;
   TracedScene geometry(scene.meshes, scene.camera.shutter, max_start_distance(scene), scene.bounds);
 
+  // Lights and sky.
   const Camera& rig = scene.rig ? *scene.rig : scene.camera;
-  const Box& stage = scene.bounds.empty() ? geometry.bounds() : scene.bounds;
+  const Box& sequence_bounds = scene.bounds.empty() ? geometry.bounds() : scene.bounds;
   std::vector<DistantLight> suns{make_key_light(scene.lights, rig)};
   std::vector<Lamp> lamps;
   for (const LampSettings& lamp : scene.lights.lamps)
     if (lamp.kind == LampKind::kSun)
       suns.push_back(make_sun(lamp, rig));
     else
-      lamps.push_back(make_lamp(lamp, stage.empty() ? Vec3{} : stage.center()));
-  const bool outdoors = scene.environment || scene.lights.sky == SkyKind::kDay;
+      lamps.push_back(make_lamp(lamp, sequence_bounds.empty() ? Vec3{} : sequence_bounds.center()));
+  const bool shows_sky = scene.environment || scene.lights.sky == SkyKind::kDay;
+  // The studio's sky shows the distant floor, which is darker.
   SkyKey sky_key{make_rig(rig),
                  suns.front(),
-                 outdoors ? scene.ground.color : scene.ground.color * kFarTone,
+                 shows_sky ? scene.ground.color : scene.ground.color * kFarTone,
                  scene.lights.sky_intensity,
                  scene.environment,
                  scene.ground.enabled ? SkyDomain::kAboveHorizon : SkyDomain::kAll,
@@ -196,6 +201,7 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
     state.sky_key = sky_key;
   }
 
+  // Everything that the tiles of the film share.
   FrameJob job;
   World& world = job.world;
   world.geometry = &geometry;
@@ -204,9 +210,10 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   world.sky = state.sky;
   world.suns = suns;
   world.lamps = lamps;
-  world.floor = make_floor(scene.ground, stage);
-  if (outdoors) world.floor.far_tone = 1;
-  world.backdrop = {outdoors,
+  world.floor = make_floor(scene.ground, sequence_bounds);
+  if (shows_sky) world.floor.far_tone = 1;
+  // Straight down, the studio's sky shows the lit floor, whose colour the paper has.
+  world.backdrop = {shows_sky,
                     sky_radiance(state.sky, Vec3{0, -1, 0}),
                     {scene.camera.right, scene.camera.up, scene.camera.forward},
                     1 / scene.camera.tan_half_fov_y};
@@ -244,13 +251,16 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   state.stats = {};
   state.stats.build_seconds = build_watch.seconds();
 
+  // Trace the samples on the GPU if it can. The CPU does the rest: mattes and guides, or
+  // everything.
   const Stopwatch trace_watch;
   Image film = make_image(image.width, image.height, list_traced_channels(job, part));
   film.attributes = mattes.attributes();
   const int columns = (image.width + kTile - 1) / kTile, rows = (image.height + kTile - 1) / kTile;
-  std::vector<RayStats> tallies(static_cast<std::size_t>(columns) * rows + 1);
+  // One per tile, and the last one for the GPU.
+  std::vector<RayStats> tile_stats(static_cast<std::size_t>(columns) * rows + 1);
   DeviceFilm device_film;
-  if (state.trace_on_device(job, device_film, tallies.back())) job.device_film = &device_film;
+  if (state.trace_on_device(job, device_film, tile_stats.back())) job.device_film = &device_film;
   double hierarchy_seconds = 0;
   if (!job.device_film || needs_first_hits(job)) {
     const Stopwatch hierarchy_watch;
@@ -259,15 +269,16 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
   }
   parallel_for(columns * rows, [&](std::int64_t i) {
     const int tile = static_cast<int>(i);
-    render_tile(job, tile % columns, tile / columns, film, tallies[i]);
+    render_tile(job, tile % columns, tile / columns, film, tile_stats[i]);
   });
   PM_TRY_STATUS(take_device_error(state.device));
-  for (const RayStats& stats : tallies) {
+  for (const RayStats& stats : tile_stats) {
     state.stats.rays += stats.rays;
     state.stats.paths += stats.paths;
   }
   state.stats.build_seconds += hierarchy_seconds;
   state.stats.trace_seconds = trace_watch.seconds() - hierarchy_seconds;
+  // Make the picture or part from the film.
   std::vector<std::string> channels = list_film_channels(choose_aovs(image.aovs));
   for (std::string& channel : mattes.channels()) channels.push_back(std::move(channel));
   if (part) {
@@ -287,20 +298,21 @@ Result<Image> Renderer::render(const RenderScene& scene, const RenderSettings& s
 
 std::uint64_t picture_bytes(const ImageSettings& image, const std::optional<SampleRange>& part) {
   std::size_t channels = list_film_channels(choose_aovs(image.aovs)).size();
-  const Mattes layers(image.aovs, RenderScene{});
-  channels += layers.channels().size();
+  const Mattes matte_layers(image.aovs, RenderScene{});
+  channels += matte_layers.channels().size();
   if (image.denoise) channels += list_guide_channels().size();
   // Estimated bytes per pixel, layer and node: sums of a few ids, and their channels.
   constexpr std::size_t kMatteSumBytes = 128;
-  std::uint64_t mattes = 0;
+  std::uint64_t matte_bytes = 0;
   if (part) {
     channels += list_node_channels(*part).size();
-    mattes = kMatteSumBytes * layers.layer_count() * list_nodes(*part).size() *
-             static_cast<std::uint64_t>(image.width) * static_cast<std::uint64_t>(image.height);
+    matte_bytes = kMatteSumBytes * matte_layers.layer_count() * list_nodes(*part).size() *
+                  static_cast<std::uint64_t>(image.width) *
+                  static_cast<std::uint64_t>(image.height);
   }
   const bool smooth = image.smooth && !image.denoise;
   if (smooth) channels += 2 * choose_aovs(kSmoothLayers).size();
-  return mattes + (smooth ? smooth_bytes(image.width, image.height) : 0) +
+  return matte_bytes + (smooth ? smooth_bytes(image.width, image.height) : 0) +
          sizeof(float) * channels * static_cast<std::uint64_t>(image.width) *
              static_cast<std::uint64_t>(image.height);
 }
@@ -316,7 +328,7 @@ void Renderer::set_device_tracer(std::unique_ptr<DeviceTracer> tracer) {
 }
 
 bool Renderer::traced_on_cpu() const {
-  return !state_->device_tracer || !state_->device_refusal.empty();
+  return !state_->device_tracer || !state_->device_obstacle.empty();
 }
 
 Renderer::Stats Renderer::stats() const { return state_->stats; }

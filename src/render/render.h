@@ -1,5 +1,5 @@
-// Renderer: ray traces one frame of meshes, camera and lights into an image with AOVs. The only
-// folder of sources that includes Embree.
+// Renderer: ray traces one frame of meshes, camera and lights into an image with AOVs. Only the
+// folder src/render includes Embree.
 #pragma once
 
 #include <algorithm>
@@ -20,15 +20,15 @@
 
 namespace polymorph {
 
-/// Borders of the model's charts or materials on a mesh that took its materials from the model.
-/// Hits on triangles that cross a border look up the model itself, so that borders do not follow
-/// the triangles. Borrowed.
+/// Borders between texture charts or materials, for a mesh whose materials were transferred from a
+/// model. Hits on triangles that cross a border look up the model itself, so that borders do not
+/// follow the mesh's triangles. All members are borrowed.
 struct MaterialBorders {
   const Model* model = nullptr;
   const ClosestPointQuery* closest = nullptr;
   std::span<const BorderTriangle> triangles;
-  /// Per mesh triangle: its index in `triangles`, or TransferredMaterials::kNoBorder; empty: no
-  /// borders.
+  /// Per mesh triangle: its index in `triangles`, or TransferredMaterials::kNoBorder. Empty: there
+  /// are no borders.
   std::span<const std::uint32_t> border_index;
 
   /// The model's material and texture coordinates at a point of border triangle `border`.
@@ -39,7 +39,7 @@ struct MaterialBorders {
 struct MaterialLayer {
   std::span<const Vec2> corner_uvs;                   ///< 3 per triangle, or empty
   std::span<const std::uint32_t> triangle_materials;  ///< one per triangle, or empty = material 0
-  std::span<const Material> materials;                ///< empty = only the common look
+  std::span<const Material> materials;                ///< empty = RenderScene::look instead
   std::span<const std::shared_ptr<const Image>> textures;
   MaterialBorders borders = {};
 };
@@ -53,7 +53,7 @@ struct MixedLayer : MaterialLayer {
   float share = 0;  ///< [0, 1]
 };
 
-/// One surface to trace, with its own materials. Spans are borrowed for the length of the call.
+/// One surface to trace, with its own materials. Spans are borrowed while a frame is rendered.
 struct RenderMesh : MaterialLayer {
   std::span<const Vec3> positions;
   std::span<const Triangle> triangles;
@@ -61,10 +61,10 @@ struct RenderMesh : MaterialLayer {
   std::span<const Vec3>
       corner_normals;            ///< 3 per triangle, or empty; used when vertex_normals is empty
   std::vector<MixedLayer> over;  ///< layers blended over this one, in this order
-  /// Scene-linear, one per position, or empty: mixed over the layers' colour.
+  /// Scene-linear colours, one per position, or empty. They are blended over the layers' colours.
   std::span<const Vec3> vertex_colors;
   float vertex_color_opacity = 0;  ///< [0, 1]
-  float look = 0;  ///< 0 = own materials, 1 = the common look; between: the two BSDFs mixed
+  float look = 0;  ///< weight of RenderScene::look, [0, 1]; the mesh's materials have the rest
   float id = 0;    ///< written to the id AOV; above 1, because 1 is the ground and 0 no hit
   std::span<const Vec3>
       displacement;  ///< displacement to the next frame, one per position, or empty
@@ -74,13 +74,12 @@ struct RenderMesh : MaterialLayer {
       vertex_labels;              ///< values of the label AOV, one per position, or empty
   std::uint32_t first_label = 1;  ///< value that is written for label 0
   float progress = 0;             ///< progress of the leg, [0, 1]
-  bool moves = true;              ///< changes between frames; its noise is re-seeded
-  /// Cryptomatte names: of the mesh in crypto_object, of vertex_labels in crypto_label.
-  std::string name;
-  std::vector<std::string> label_names;
+  bool moves = true;  ///< changes between frames; with image.steady only such meshes get new noise
+  std::string name;   ///< name in the layer crypto_object
+  std::vector<std::string> label_names;  ///< names of vertex_labels in the layer crypto_label
 };
 
-/// Tests whether any of the mesh's layers, its own or one over it, fulfils the predicate.
+/// Tests whether the predicate holds for the mesh's own layer or for one blended over it.
 template <class Predicate>
 bool any_layer(const RenderMesh& mesh, const Predicate& predicate) {
   return predicate(mesh) || std::any_of(mesh.over.begin(), mesh.over.end(), predicate);
@@ -92,14 +91,15 @@ struct Camera {
   Vec3 right{1, 0, 0}, up{0, 1, 0}, forward{0, 0, -1};  ///< orthonormal
   float tan_half_fov_y = 0.27f;
   float lens_radius = 0;  ///< radius of a thin lens; 0 = a pinhole
-  float focus = 1;        ///< distance along `forward` that is sharp; for lens_radius > 0
+  float focus = 1;        ///< distance of sharp points along `forward`; used if lens_radius > 0
   float shutter = 0;      ///< time that the shutter is open, in frames, centred at the frame's time
 };
 
-/// Frames a box: selects the smallest distance at which the box's 8 corners keep the margin, unless
-/// the settings fix the position. `settings.orbit`: angle by which the camera has orbited.
+/// Makes a camera that frames a box. Its distance is the smallest at which the box's 8 corners keep
+/// settings.margin, unless the settings fix the position. settings.orbit is the angle by which the
+/// camera has orbited so far.
 Camera make_camera(const CameraSettings& settings, const Box& box, int width, int height);
-/// Frames points, more tightly than their box.
+/// Makes a camera that frames points, more tightly than their box.
 Camera make_camera(const CameraSettings& settings, std::span<const Vec3> points, int width,
                    int height);
 
@@ -110,12 +110,12 @@ struct Framing {
   float distance = 1;  ///< distance from the anchor, for the margin `margin` and dolly 1
   float margin = 0;
 };
-/// Computes a framing at which the points keep the smallest margin of all poses, with the largest
-/// field of view of all, from the direction of every pose. Poses with a common direction are framed
-/// as tightly as a static camera.
+/// Computes a framing at which the points keep the margin when seen from every pose's direction. It
+/// uses the smallest margin and the largest field of view of all poses. If all poses have the same
+/// direction, the framing is as tight as for a static camera.
 Framing make_framing(std::span<const CameraSettings> poses, std::span<const Vec3> points, int width,
                      int height);
-/// Makes a camera of a film with the common framing.
+/// Makes the camera of one frame of a film with this framing.
 Camera make_camera(const CameraSettings& settings, const Framing& framing);
 
 /// Cameras at other times than the frame's, if the camera moves.
@@ -137,20 +137,20 @@ struct RenderScene {
   /// Latitude-longitude image: row 0 is the zenith, the middle column -z, a quarter of the width to
   /// its right +x. It is also the backdrop, and the floor fades into it. Null = the sky that
   /// `lights` chooses. The studio's sky is visible in reflections only; the camera sees a seamless
-  /// paper of the floor's colour.
+  /// backdrop paper of the floor's colour.
   std::shared_ptr<const Image> environment;
-  Box bounds;      ///< bounds of the whole sequence: determine the ground's fade and ray offsets
+  Box bounds;  ///< bounds of all frames; the floor's fade and the offsets of rays depend on them
   float time = 0;  ///< time within the sequence, [0, 1], written to the morph AOV
 };
 
 /// Settings of one frame.
 struct RenderSettings {
   ImageSettings image;
-  /// Frame number, part of the random keys. Noise differs between frames; with image.steady only
-  /// where something moves (RenderMesh::moves) or if the camera moves.
+  /// Frame number, part of the random keys. Noise differs between frames. With image.steady it does
+  /// so only where something moves (RenderMesh::moves), or everywhere if the camera moves.
   int frame = 0;
-  /// If set, only these of image.samples samples are rendered, as a part (render/film/part.h). Not
-  /// allowed with image.noise or image.denoise.
+  /// If set, only this range of the image.samples samples is rendered, as a part
+  /// (render/film/part.h). Not allowed with image.noise or image.denoise.
   std::optional<SampleRange> part;
 };
 
@@ -168,9 +168,9 @@ class DeviceTracer;
 /// (render/film/denoise.h).
 class Renderer {
  public:
-  /// Creates a renderer. `isa`: instruction set of Embree, such as "avx2" (golden tests pin it); ""
-  /// = that of the environment variable POLYMORPH_ISA, or else the machine's best. Errors: kUsage,
-  /// kResource.
+  /// Creates a renderer. `isa`: instruction set of Embree, such as "avx2" (golden tests pin it). If
+  /// it is empty, the environment variable POLYMORPH_ISA names it; without that it is the machine's
+  /// best. Errors: kUsage, kResource.
   static Result<Renderer> create(const std::string& isa = "");
   ~Renderer();
   Renderer(Renderer&&) noexcept;
@@ -182,8 +182,8 @@ class Renderer {
   /// of threads.
   Result<Image> render(const RenderScene& scene, const RenderSettings& settings);
 
-  /// Lets a GPU (render/device/device_tracer.h) trace the frames that it can; the others, and those
-  /// at which it fails, are traced on the CPU, with the same bits and a line in the log.
+  /// Lets a GPU (render/device/device_tracer.h) trace frames. The CPU traces the frames that the
+  /// GPU does not support or at which it fails, with the same bits, and the reason is logged.
   void set_device_tracer(std::unique_ptr<DeviceTracer> tracer);
   bool traced_on_cpu() const;  ///< whether the last frame was traced on the CPU
 

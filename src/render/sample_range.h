@@ -1,4 +1,5 @@
-// Sample ranges, such as "0-15/64": those of a picture's samples that are rendered as a part.
+// Sample ranges: "0-15/64" are the first 16 of a picture's 64 samples per pixel, rendered as a
+// part.
 #pragma once
 
 #include <string>
@@ -22,8 +23,8 @@ struct SampleRange {
   int block_count() const { return (end + kSampleBlock - 1) / kSampleBlock - first_block(); }
 };
 
-/// Parses "FIRST-LAST/TOTAL". Errors (kUsage): wrong syntax, or a range that does not begin and end
-/// at borders of blocks.
+/// Parses "FIRST-LAST/TOTAL". Errors (kUsage): wrong syntax, or a range that is not made of whole
+/// blocks.
 Result<SampleRange> parse_sample_range(std::string_view text);
 
 /// Formats the numbers of the first and last sample, such as "0-15".
@@ -31,7 +32,7 @@ std::string format_samples(int first, int end);
 /// Formats a range, such as "0-15/64".
 std::string format_sample_range(const SampleRange& range);
 
-/// Lists the nodes that sum the range (SampleSums), in ascending order.
+/// Lists the tree nodes in which SampleSums holds the sums over the range, in ascending order.
 std::vector<BlockSpan> list_nodes(const SampleRange& range);
 
 /// Counts the samples of a node in a picture of `total` samples per pixel.

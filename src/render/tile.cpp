@@ -34,6 +34,7 @@ struct GuideSum {
   }
 };
 
+/// Samples the pixels of one tile and writes the results to the film.
 class Tile {
  public:
   Tile(const FrameJob& job, int tile_x, int tile_y, RayStats& stats)
@@ -46,6 +47,7 @@ class Tile {
         mattes_(job.mattes->layer_count() * kPixels),
         guides_(job.image.denoise ? kPixels : 0) {}
 
+  /// Takes all samples, in rounds; after each round only pixels that have not converged continue.
   void sample() {
     if (job_.device_film) copy_device_sums();
     if (!casts_rays()) return;
@@ -56,6 +58,7 @@ class Tile {
     }
   }
 
+  /// Writes colours or, for a part of the picture's samples, the sums of all nodes.
   void write(Image& film) {
     for (int i = 0; i < width_ * height_; ++i) {
       float* pixel = &film.at(left_ + i % width_, top_ + i / width_, 0);
@@ -113,7 +116,7 @@ class Tile {
     const std::size_t layers = job_.mattes->layer_count();
     for (std::size_t i = 0; i < mattes_.size(); ++i) {
       const auto pixel = static_cast<int>(i / layers);
-      if (pixel >= width_ * height_) break;
+      if (pixel >= width_ * height_) break;  // the tile reaches beyond the picture
       const auto x = static_cast<std::size_t>(left_ + pixel % width_),
                  y = static_cast<std::size_t>(top_ + pixel / width_);
       const auto& nodes = mattes_[i].nodes();
@@ -144,6 +147,7 @@ class Tile {
       for (int x = 0; x < width_; ++x) {
         const Ray ray = lane(row.rays[x / kLanes], x % kLanes);
         FirstHit hit = first_hit(job_.world, ray, lane(row.intersections[x / kLanes], x % kLanes));
+        // From the distance along the ray to that along the view axis.
         if (hit.id > 0) hit.depth *= dot(ray.direction, job_.camera.camera.forward);
         hit.motion = compute_motion(hit, ray.direction);
         float* pixel = &film.at(left_ + x, top_ + y, job_.first_aov);
@@ -191,10 +195,10 @@ class Tile {
     }
   }
 
-  /// Takes the samples [from, to) of the pixels that are not done. They are whole blocks, except
-  /// for the picture's last block.
+  /// Takes the samples [from, to) of the pixels that are not done. The range consists of whole
+  /// blocks, except for the picture's last block.
   void sample_round(int from, int to) {
-    last_ = static_cast<std::uint32_t>(to - 1);
+    last_sample_ = static_cast<std::uint32_t>(to - 1);
     for (int pixel = 0; pixel < width_ * height_; ++pixel) {
       if (done_[pixel]) continue;
       for (int s = from; s < to; ++s) {
@@ -227,7 +231,7 @@ class Tile {
   /// Tests whether the path's sample is the last of its block.
   bool ends_block(int path) const {
     const std::uint32_t sample = sample_indices_[path];
-    return sample % kSampleBlock == kSampleBlock - 1 || sample == last_;
+    return sample % kSampleBlock == kSampleBlock - 1 || sample == last_sample_;
   }
 
   /// Adds mattes and guides from the first intersections of the wave's camera rays. The rays are
@@ -252,21 +256,21 @@ class Tile {
   void add_matte_and_guide(int path, const Intersection& intersection) {
     const Ray& ray = wave_.rays[path];
     const auto pixel = static_cast<std::size_t>(pixels_[path]);
-    const bool ends = ends_block(path);
+    const bool is_last_of_block = ends_block(path);
     if (!mattes_.empty()) {
       const std::size_t layers = job_.mattes->layer_count();
       SampleSums<MattePixel>* sums = &mattes_[pixel * layers];
       job_.mattes->add_sample(job_.world, ray, intersection, sums);
-      for (std::size_t layer = 0; ends && layer < layers; ++layer)
+      for (std::size_t layer = 0; is_last_of_block && layer < layers; ++layer)
         sums[layer].end_block(block_index(path));
     }
     if (!job_.image.denoise) return;
     const Guide guide = trace_guide(job_.world, ray, intersection, stats_);
     guides_[pixel].block().add({guide.albedo, guide.normal});
-    if (ends) guides_[pixel].end_block(block_index(path));
+    if (is_last_of_block) guides_[pixel].end_block(block_index(path));
   }
 
-  /// Makes the camera rays of the samples [first, first + 8).
+  /// Makes the camera rays of the wave's paths [first, first + 8).
   void make_camera_rays(int first) {
     const int end = std::min(first + kLanes, wave_.count);
     Pack x{}, y{};
@@ -285,8 +289,8 @@ class Tile {
     for (int i = first; i < end; ++i) wave_.rays[i] = lane(rays, i - first);
   }
 
-  /// Marks the pixels that take no more than the first `samples` samples; returns whether any are
-  /// left.
+  /// Marks the pixels that are done after their first `samples` samples. Returns whether any pixels
+  /// are left.
   bool mark_done(int samples) {
     if (!job_.device_film)
       return mark_converged(
@@ -331,8 +335,8 @@ class Tile {
   Wavefront wave_;
   std::array<int, Wavefront::kMax> pixels_;  ///< pixel per path of the wave
   std::array<std::uint32_t, Wavefront::kMax>
-      sample_indices_;      ///< index of the sample within the pixel, per path
-  std::uint32_t last_ = 0;  ///< last sample of the round
+      sample_indices_;             ///< index of the sample within the pixel, per path
+  std::uint32_t last_sample_ = 0;  ///< last sample of the round
 };
 
 }  // namespace

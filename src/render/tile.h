@@ -22,7 +22,8 @@ namespace polymorph {
 /// Borrowed.
 struct DeviceFilm {
   std::vector<BlockSpan> nodes;  ///< nodes that sum the frame's samples
-  /// Sums of each pixel's nodes. Nodes after a pixel's convergence have no samples.
+  /// One sum per pixel and node. A pixel that has converged early has fewer samples, and no samples
+  /// in the remaining sums.
   std::span<const PixelSum> sums;
   std::span<const MeshHit> centers;  ///< hits of the rays through pixels' centres, or empty
 };
@@ -39,12 +40,13 @@ struct FrameJob {
   const Mattes* mattes = nullptr;
   SampleRange samples;  ///< samples to take
   int first_aov = 4;    ///< index of the first AOV's channel in the film
-  /// Sums of mattes (MatteSums) if the film gets only a part of the frame's samples, else null.
+  /// MatteSums::sums if the film gets only a part of the frame's samples, else null.
   std::vector<MattePixel>* part_mattes = nullptr;
-  const DeviceFilm* device_film =
-      nullptr;  ///< results of a GPU that has traced the samples, or null
+  /// Results of a GPU that has traced the samples, or null.
+  const DeviceFilm* device_film = nullptr;
 
-  /// Tests whether pixels that show motion draw other samples than static pixels (steady noise).
+  /// Tests whether each pixel's samples depend on whether it shows motion (steady noise,
+  /// sampler.h).
   bool looks_for_motion() const { return image.steady && meshes_move && !camera.moves; }
 };
 

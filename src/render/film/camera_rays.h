@@ -1,4 +1,4 @@
-// Camera rays: from random numbers to rays through the pixels, for one or for eight.
+// Camera rays from random numbers, for one ray or for eight.
 #pragma once
 
 #include "render/film/film.h"
@@ -9,8 +9,8 @@
 
 namespace polymorph {
 
-inline constexpr std::uint32_t kTimeSet =
-    4096;  ///< PathSampler set of the ray's time; no vertex uses it
+/// PathSampler set of the ray's time. Path vertices do not use it (VertexRandomOf).
+inline constexpr std::uint32_t kTimeSet = 4096;
 
 /// Size of the whole picture in pixels.
 struct FilmSize {
@@ -37,21 +37,21 @@ PM_HD CamerasOf<T3> broadcast_camera(const Camera& camera) {
 template <class T3>
 PM_HD CamerasOf<T3> interpolate_cameras(const Camera& opening, const Camera& closing,
                                         ComponentOf<T3> time) {
-  const auto between = [&](Vec3 from, Vec3 to) {
+  const auto lerp_vectors = [&](Vec3 from, Vec3 to) {
     return broadcast3<T3>(from) + broadcast3<T3>(to - from) * time;
   };
-  const auto at = [&](float from, float to) { return from + time * (to - from); };
-  return {between(opening.position, closing.position),
-          normalized(between(opening.right, closing.right)),
-          normalized(between(opening.up, closing.up)),
-          normalized(between(opening.forward, closing.forward)),
-          at(opening.tan_half_fov_y, closing.tan_half_fov_y),
-          at(opening.lens_radius, closing.lens_radius),
-          at(opening.focus, closing.focus)};
+  const auto lerp_numbers = [&](float from, float to) { return from + time * (to - from); };
+  return {lerp_vectors(opening.position, closing.position),
+          normalized(lerp_vectors(opening.right, closing.right)),
+          normalized(lerp_vectors(opening.up, closing.up)),
+          normalized(lerp_vectors(opening.forward, closing.forward)),
+          lerp_numbers(opening.tan_half_fov_y, closing.tan_half_fov_y),
+          lerp_numbers(opening.lens_radius, closing.lens_radius),
+          lerp_numbers(opening.focus, closing.focus)};
 }
 
-/// Makes rays through points of the film, in pixels from the image's upper left corner, and points
-/// of the lens, given as random numbers in [0, 1)^2. Pixels are square.
+/// Makes rays through points of the film and of the lens. `film`: pixels from the image's upper
+/// left corner; pixels are square. `lens`: random numbers in [0, 1)^2, unused if `pinhole`.
 template <class T3>
 PM_HD RayOf<T3> camera_rays(const CamerasOf<T3>& camera, FilmSize image,
                             Vec2Of<ComponentOf<T3>> film, Vec2Of<ComponentOf<T3>> lens,
@@ -62,8 +62,8 @@ PM_HD RayOf<T3> camera_rays(const CamerasOf<T3>& camera, FilmSize image,
   const V up = (0.5f * static_cast<float>(image.height) - film.y) * scale;
   const T3 direction = camera.forward + camera.right * right + camera.up * up;
   if (pinhole) return {camera.position, normalized(direction)};
-  const Vec2Of<V> at = concentric_disc(lens.x, lens.y) * camera.lens_radius;
-  const T3 shift = camera.right * at.x + camera.up * at.y;
+  const Vec2Of<V> offset = concentric_disc(lens.x, lens.y) * camera.lens_radius;
+  const T3 shift = camera.right * offset.x + camera.up * offset.y;
   return {camera.position + shift, normalized(direction * camera.focus - shift)};
 }
 

@@ -9,10 +9,10 @@
 namespace polymorph {
 
 inline constexpr int kTile = 16;  ///< pixels along a side of the tiles that are sampled together
-inline constexpr int kFirstSamples =
-    16;  ///< samples of the first round; each further round doubles the total
-inline constexpr int kConvergenceBlock =
-    4;  ///< side of the blocks of pixels that continue or stop together
+/// Samples of the first round; each further round doubles the total.
+inline constexpr int kFirstSamples = 16;
+/// Side of the blocks of pixels that continue or stop together.
+inline constexpr int kConvergenceBlock = 4;
 
 /// Returns the end of the round that begins with sample `first`, at most `end`. Without adaptive
 /// sampling (`noise` 0) there is only one round.
@@ -21,13 +21,13 @@ PM_HD inline int round_end(float noise, int first, int end) {
   return std::min(first == 0 ? kFirstSamples : 2 * first, end);
 }
 
-/// Estimates the error of the mean, divided by the square root of its brightness, which
-/// approximates perception (Dammertz et al. 2010, "A hierarchical automatic stopping condition for
-/// Monte Carlo global illumination").
+/// Estimates the error of the mean as its difference from the mean of the samples of odd index. The
+/// result is divided by the square root of the brightness, which approximates perception (Dammertz
+/// et al. 2010, "A hierarchical automatic stopping condition for Monte Carlo global illumination").
 PM_HD inline float estimate_error(const PixelSum& sum) {
   const float n = static_cast<float>(sum.samples);
-  const Vec3 mean = sum.light / n, half = sum.odd * (2 / n);
-  const Vec3 difference = mean - half;
+  const Vec3 mean = sum.light / n, odd_mean = sum.odd * (2 / n);
+  const Vec3 difference = mean - odd_mean;
   return (std::fabs(difference.x) + std::fabs(difference.y) + std::fabs(difference.z)) /
          (0.01f + std::sqrt(std::max(0.0f, mean.x + mean.y + mean.z)));
 }
@@ -40,7 +40,7 @@ PM_HD bool mark_converged(int width, int height, float noise, const Total& total
                           const Done& done) {
   constexpr int kBlock = kConvergenceBlock, kBlocks = kTile / kBlock;
   const int columns = (width + kBlock - 1) / kBlock, rows = (height + kBlock - 1) / kBlock;
-  const auto for_block = [&](int row, int column, const auto& f) {
+  const auto for_pixels_of_block = [&](int row, int column, const auto& f) {
     for (int y = row * kBlock; y < std::min((row + 1) * kBlock, height); ++y)
       for (int x = column * kBlock; x < std::min((column + 1) * kBlock, width); ++x) f(x, y);
   };
@@ -49,7 +49,7 @@ PM_HD bool mark_converged(int width, int height, float noise, const Total& total
     for (int column = 0; column < columns; ++column) {
       float sum = 0;
       int count = 0;
-      for_block(row, column, [&](int x, int y) {
+      for_pixels_of_block(row, column, [&](int x, int y) {
         sum += estimate_error(total(x, y));
         ++count;
       });
@@ -62,7 +62,7 @@ PM_HD bool mark_converged(int width, int height, float noise, const Total& total
       for (int r = std::max(row - 1, 0); r < std::min(row + 2, rows); ++r)
         for (int c = std::max(column - 1, 0); c < std::min(column + 2, columns); ++c)
           continues = continues || noisy[r][c];
-      for_block(row, column, [&](int x, int y) {
+      for_pixels_of_block(row, column, [&](int x, int y) {
         // A stopped pixel never continues, because its samples must be the sequence's first 2^k.
         if (!continues) done(x, y) = true;
         any_left = any_left || !done(x, y);

@@ -11,6 +11,7 @@
 namespace polymorph {
 namespace {
 
+// Names of the layers, in the order of Mattes::Kind.
 constexpr const char* kLayers[] = {"crypto_object", "crypto_material", "crypto_label"};
 
 /// Makes the key of a layer in the header: the first 7 hexadecimal digits of the hash of its name.
@@ -49,8 +50,8 @@ float matte_id(std::string_view name) {
 
 void MattePixel::add(float id, float weight) {
   if (!(weight > 0)) return;
-  for (auto& [known, sum] : sums_)
-    if (known == id) {
+  for (auto& [known_id, sum] : sums_)
+    if (known_id == id) {
       sum += weight;
       return;
     }
@@ -151,7 +152,7 @@ std::vector<Attribute> Mattes::attributes() const {
 
 void Mattes::add_material(const RenderMesh& mesh, const MeshIds& ids, const MeshHit& hit,
                           MattePixel& pixel) const {
-  const auto id_in = [&](const MaterialLayer& layer, std::size_t index) {
+  const auto find_id = [&](const MaterialLayer& layer, std::size_t index) {
     return ids.materials[index][texture_point(layer, hit.triangle, hit.u, hit.v).material];
   };
   float look = mesh.materials.empty() ? 1 : std::clamp(mesh.look, 0.0f, 1.0f);
@@ -162,10 +163,10 @@ void Mattes::add_material(const RenderMesh& mesh, const MeshIds& ids, const Mesh
     const MixedLayer& layer = mesh.over[i];
     if (layer.materials.empty()) continue;
     const float opacity = std::clamp(layer.share, 0.0f, 1.0f);
-    pixel.add(id_in(layer, i + 1), remaining * opacity);
+    pixel.add(find_id(layer, i + 1), remaining * opacity);
     remaining *= 1 - opacity;
   }
-  if (!mesh.materials.empty()) pixel.add(id_in(mesh, 0), remaining);
+  if (!mesh.materials.empty()) pixel.add(find_id(mesh, 0), remaining);
 }
 
 float Mattes::find_label(const RenderMesh& mesh, const MeshIds& ids, const MeshHit& hit) const {
@@ -176,14 +177,14 @@ float Mattes::find_label(const RenderMesh& mesh, const MeshIds& ids, const MeshH
 
 void Mattes::add_sample(const World& world, const Ray& ray, const Intersection& intersection,
                         SampleSums<MattePixel>* pixel) const {
-  const float backdrop = world.transparent ? 0.0f : 1.0f;
+  const float backdrop_weight = world.transparent ? 0.0f : 1.0f;
   if (intersection.mesh.mesh == kNoMesh) {
-    float floor = 0;
+    float floor_coverage = 0;
     if (intersection.floor < std::numeric_limits<float>::infinity() && !world.shadow_only)
-      floor = 1 - floor_point(world.floor, ray, intersection.floor).fade;
+      floor_coverage = 1 - floor_point(world.floor, ray, intersection.floor).fade;
     for (std::size_t i = 0; i < kinds_.size(); ++i) {
-      pixel[i].block().add(ground_[i], floor);
-      pixel[i].block().add(backdrop_[i], (1 - floor) * backdrop);
+      pixel[i].block().add(ground_[i], floor_coverage);
+      pixel[i].block().add(backdrop_[i], (1 - floor_coverage) * backdrop_weight);
     }
     return;
   }

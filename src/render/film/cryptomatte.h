@@ -30,10 +30,10 @@ inline constexpr int kMatteRanks = 6;
 /// Lists the channels of a layer: "crypto_object00.R", ...
 std::vector<std::string> list_matte_channels(const std::string& layer);
 
-/// The names of one layer.
+/// A matte layer and the ids of its names.
 struct MatteTable {
   std::string layer;                      ///< "crypto_object"
-  std::map<std::string, float> manifest;  ///< names and ids
+  std::map<std::string, float> manifest;  ///< ids by name
 };
 
 /// Coverages of the ids that the samples of a pixel hit in one layer.
@@ -74,20 +74,23 @@ class Mattes {
   enum class Kind : std::uint8_t { kObject, kMaterial, kLabel };
   struct MeshIds {
     float object = 0;
-    std::vector<std::vector<float>>
-        materials;  ///< ids per layer: the mesh's own, then RenderMesh::over
+    /// Ids of materials: those of the mesh's own layer, then those of each layer of
+    /// RenderMesh::over.
+    std::vector<std::vector<float>> materials;
     std::vector<float> labels;
   };
   float add_id(Kind kind, std::string_view name);
   void add_material(const RenderMesh& mesh, const MeshIds& ids, const MeshHit& hit,
                     MattePixel& pixel) const;
+  /// Finds the id of the label at a hit. It is the object's id if the mesh has no labels, and that
+  /// of the first label if its vertices have none.
   float find_label(const RenderMesh& mesh, const MeshIds& ids, const MeshHit& hit) const;
 
-  std::vector<Kind> kinds_;
-  std::vector<MatteTable> tables_;  ///< one per kind chosen
+  std::vector<Kind> kinds_;         ///< the layers that the image has
+  std::vector<MatteTable> tables_;  ///< one per entry of kinds_
   std::vector<MeshIds> meshes_;
-  std::array<float, 3> ground_{}, backdrop_{};  ///< one per layer
-  float look_ = 0;
+  std::array<float, 3> ground_{}, backdrop_{};  ///< ids, one per entry of kinds_
+  float look_ = 0;                              ///< id of RenderScene::look
 };
 
 }  // namespace polymorph

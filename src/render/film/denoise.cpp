@@ -93,6 +93,7 @@ Guide trace_guide(const World& world, Ray ray, Intersection intersection, RaySta
       return {tint * min(shading.color, {1, 1, 1}), point.shading};
     const float cosine = -dot(ray.direction, point.shading);
     const float eta = point.inside ? shading.ior : 1 / shading.ior;
+    // Follow the stronger of reflection and refraction.
     const bool is_refracted = glass && dielectric_fresnel(cosine, eta) < 0.5f;
     if (glass && is_refracted && !point.inside) tint = tint * glass_tint(shading);
     if (mirror && !glass) tint = tint * min(shading.color, {1, 1, 1});
@@ -177,18 +178,18 @@ Result<Denoiser> Denoiser::open() {
 }
 
 Status Denoiser::denoise(Image& film) {
-  const std::size_t channels = film.channel_count(), kept_channels = channels - kGuideChannels;
+  const std::size_t channels = film.channel_count(), result_channels = channels - kGuideChannels;
   PM_CHECK(channels > kGuideChannels &&
-           film.channels[kept_channels] == list_guide_channels().front());
+           film.channels[result_channels] == list_guide_channels().front());
   // Denoise the guides first: lens, shutter and few samples leave noise in them too.
-  PM_TRY_STATUS(state_->filter_channels(film, "albedo", kept_channels, false));
-  PM_TRY_STATUS(state_->filter_channels(film, "normal", kept_channels + 3, false));
+  PM_TRY_STATUS(state_->filter_channels(film, "albedo", result_channels, false));
+  PM_TRY_STATUS(state_->filter_channels(film, "normal", result_channels + 3, false));
   PM_TRY_STATUS(state_->filter_channels(film, "color", 0, true));
-  Image result =
-      make_image(film.width, film.height,
-                 {film.channels.begin(), film.channels.begin() + static_cast<long>(kept_channels)});
-  for (std::size_t i = 0, k = 0; i < result.pixels.size(); i += kept_channels, k += channels)
-    for (std::size_t c = 0; c < kept_channels; ++c) result.pixels[i + c] = film.pixels[k + c];
+  Image result = make_image(
+      film.width, film.height,
+      {film.channels.begin(), film.channels.begin() + static_cast<long>(result_channels)});
+  for (std::size_t i = 0, k = 0; i < result.pixels.size(); i += result_channels, k += channels)
+    for (std::size_t c = 0; c < result_channels; ++c) result.pixels[i + c] = film.pixels[k + c];
   result.attributes = std::move(film.attributes);
   film = std::move(result);
   return Ok{};

@@ -1,5 +1,5 @@
-// Denoising by Intel's Open Image Denoise, an optional library that is loaded at run time: it is
-// not in Debian 12.
+// Denoising by Intel's Open Image Denoise, an optional library that is loaded at run time, because
+// Debian 12 lacks it.
 #pragma once
 
 #include <memory>
@@ -17,18 +17,19 @@ struct Guide {
   Vec3 albedo;  ///< [0, 1]
   Vec3 normal;  ///< world space; 0 if nothing is hit
 };
-/// Follows a camera ray whose first intersection is given.
+/// Computes the guide of a camera ray with this first intersection.
 Guide trace_guide(const World& world, Ray ray, Intersection intersection, RayStats& stats);
 
-/// Lists the channels of the guides, the last channels of a film. denoise() removes them.
+/// Lists the channels of the guides. They are the last channels of a film, until denoise() removes
+/// them.
 std::vector<std::string> list_guide_channels();
 
 /// The loaded library and its device. Not thread-safe.
 class Denoiser {
  public:
-  /// Loads libOpenImageDenoise.so.2 from the system's library path; the environment variable
-  /// POLYMORPH_OIDN names another file, and then only that is tried. Errors: kResource, with how to
-  /// get it.
+  /// Loads libOpenImageDenoise.so.2 from the system's library path, or the file that the
+  /// environment variable POLYMORPH_OIDN names. Errors: kResource; the message says how to get the
+  /// library.
   static Result<Denoiser> open();
   ~Denoiser();
   Denoiser(Denoiser&&) noexcept;

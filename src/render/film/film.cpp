@@ -23,6 +23,7 @@ PixelFilter make_pixel_filter(float radius) {
   std::vector<double> cdf(kSteps + 1, 0.0);
   for (int i = 0; i < kSteps; ++i)
     cdf[i + 1] = cdf[i] + blackman_harris((i + 0.5) / kSteps * 2 - 1);
+  // Invert the CDF at equally spaced values.
   PixelFilter filter;
   int step = 0;
   for (int i = 0; i <= PixelFilter::kCells; ++i) {

@@ -1,6 +1,6 @@
 // Film and pixel reconstruction filter. The filter is importance-sampled, not splatted: each pixel
-// draws its own samples with the filter's pdf. So one task owns each pixel and sums in a fixed
-// order.
+// draws its own samples with the filter's pdf. So a pixel belongs to one task, which sums its
+// samples in a fixed order.
 #pragma once
 
 #include <array>

@@ -24,9 +24,9 @@ std::string node_prefix(BlockSpan node, int total) {
   const int first = node.first * kSampleBlock;
   return fmt::format("s{}.", format_samples(first, first + count_samples(node, total)));
 }
-std::string matte_channel(const std::string& prefix, const std::string& layer, std::size_t number,
+std::string matte_channel(const std::string& prefix, const std::string& layer, std::size_t index,
                           const char* suffix) {
-  return fmt::format("{}{}.{}.{}", prefix, layer, number, suffix);
+  return fmt::format("{}{}.{}.{}", prefix, layer, index, suffix);
 }
 
 PixelSum read_node(const float* pixel, std::span<const int> channels, int samples) {
@@ -41,62 +41,65 @@ PixelSum read_node(const float* pixel, std::span<const int> channels, int sample
   return sum;
 }
 
-/// Indices of the channels of a part that contain the sums of a node.
-struct NodeView {
+/// Indices of the channels of a part's image that contain the sums of one node.
+struct NodeChannels {
   BlockSpan blocks;
   int samples = 0;
-  std::vector<int> sums;  ///< those of kNodeNames
+  std::vector<int> sums;  ///< channels of kNodeNames
   struct Pair {
     int id = 0, sum = 0;
   };
-  std::vector<std::vector<Pair>> mattes;  ///< one list of pairs per layer
+  std::vector<std::vector<Pair>> mattes;  ///< per matte layer: one pair of channels per id
 };
 
-MattePixel read_mattes(const float* pixel, const std::vector<NodeView::Pair>& pairs) {
+MattePixel read_mattes(const float* pixel, const std::vector<NodeChannels::Pair>& pairs) {
   MattePixel sum;
-  for (const NodeView::Pair& pair : pairs) sum.add(pixel[pair.id], pixel[pair.sum]);
+  for (const NodeChannels::Pair& pair : pairs) sum.add(pixel[pair.id], pixel[pair.sum]);
   return sum;
 }
 
-Result<std::vector<NodeView>> view_nodes(const Part& part, const std::vector<std::string>& layers) {
-  std::vector<NodeView> views;
+/// Finds the channels of each node of a part. Errors (kInput): a channel is missing.
+Result<std::vector<NodeChannels>> find_node_channels(const Part& part,
+                                                     const std::vector<std::string>& layers) {
+  std::vector<NodeChannels> nodes;
   for (const BlockSpan node : list_nodes(part.samples)) {
-    NodeView view{node, count_samples(node, part.samples.total), {}, {}};
+    NodeChannels channels{node, count_samples(node, part.samples.total), {}, {}};
     const std::string prefix = node_prefix(node, part.samples.total);
     for (const char* name : kNodeNames) {
       const int channel = part.image.find_channel(prefix + name);
       if (channel < 0)
         return make_error(ErrorCode::kInput, "{}: is no whole part: the channel {}{} is missing",
                           part.name, prefix, name);
-      view.sums.push_back(channel);
+      channels.sums.push_back(channel);
     }
     for (const std::string& layer : layers) {
-      std::vector<NodeView::Pair>& pairs = view.mattes.emplace_back();
-      for (std::size_t number = 0;; ++number) {
-        const int id = part.image.find_channel(matte_channel(prefix, layer, number, "id")),
-                  sum = part.image.find_channel(matte_channel(prefix, layer, number, "sum"));
+      std::vector<NodeChannels::Pair>& pairs = channels.mattes.emplace_back();
+      for (std::size_t index = 0;; ++index) {
+        const int id = part.image.find_channel(matte_channel(prefix, layer, index, "id")),
+                  sum = part.image.find_channel(matte_channel(prefix, layer, index, "sum"));
         if (id < 0 && sum < 0) break;
         if (id < 0 || sum < 0)
           return make_error(ErrorCode::kInput, "{}: is no whole part: half of {}{}.{} is missing",
-                            part.name, prefix, layer, number);
+                            part.name, prefix, layer, index);
         pairs.push_back({id, sum});
       }
       if (pairs.empty())
         return make_error(ErrorCode::kInput, "{}: is no whole part: the layer {} is missing",
                           part.name, layer);
     }
-    views.push_back(std::move(view));
+    nodes.push_back(std::move(channels));
   }
-  return views;
+  return nodes;
 }
 
 /// Lists the channels that are not sums of samples.
-std::vector<std::string> other_channels(const Image& image, const std::vector<NodeView>& nodes) {
+std::vector<std::string> other_channels(const Image& image,
+                                        const std::vector<NodeChannels>& nodes) {
   std::vector<bool> is_sum(image.channel_count(), false);
-  for (const NodeView& node : nodes) {
+  for (const NodeChannels& node : nodes) {
     for (const int channel : node.sums) is_sum[static_cast<std::size_t>(channel)] = true;
     for (const auto& pairs : node.mattes)
-      for (const NodeView::Pair& pair : pairs)
+      for (const NodeChannels::Pair& pair : pairs)
         is_sum[static_cast<std::size_t>(pair.id)] = is_sum[static_cast<std::size_t>(pair.sum)] =
             true;
   }
@@ -136,10 +139,10 @@ Status check_equal(const Part& a, const Part& b, const std::vector<std::string>&
 /// Merges parts that have been checked.
 class Merger {
  public:
-  Merger(std::span<const Part> parts, const std::vector<std::vector<NodeView>>& views,
-         const std::vector<std::string>& others, MatteSums& mattes, bool is_picture)
+  Merger(std::span<const Part> parts, const std::vector<std::vector<NodeChannels>>& part_nodes,
+         const std::vector<std::string>& other_names, MatteSums& mattes, bool is_picture)
       : parts_(parts),
-        views_(views),
+        part_nodes_(part_nodes),
         mattes_(mattes),
         range_{parts.front().samples.first, parts.back().samples.end, parts.front().samples.total},
         is_picture_(is_picture) {
@@ -147,8 +150,8 @@ class Merger {
     std::vector<std::string> channels{"R", "G", "B", "A"};
     if (!is_picture_) channels = list_node_channels(range_);
     first_other_ = channels.size();
-    for (const std::string& channel : others) {
-      others_.push_back(parts.front().image.find_channel(channel));
+    for (const std::string& channel : other_names) {
+      other_channels_.push_back(parts.front().image.find_channel(channel));
       channels.push_back(channel);
     }
     if (is_picture_)
@@ -181,7 +184,7 @@ class Merger {
     float* pixel = &film_.pixels[i * film_.channel_count()];
     SampleSums<PixelSum> sums;
     for (std::size_t p = 0; p < parts_.size(); ++p)
-      for (const NodeView& node : views_[p])
+      for (const NodeChannels& node : part_nodes_[p])
         sums.add({node.blocks, read_node(find_pixel(p, i), node.sums, node.samples)});
     if (is_picture_) {
       write_colors(sums.total(), pixel);
@@ -190,16 +193,16 @@ class Merger {
       for (std::size_t n = 0; n < nodes.size(); ++n)
         write_node(nodes[n].sum, pixel + n * kNodeChannels);
     }
-    float* other = pixel + first_other_;
-    for (const int channel : others_) *other++ = find_pixel(0, i)[channel];
+    float* next_channel = pixel + first_other_;
+    for (const int channel : other_channels_) *next_channel++ = find_pixel(0, i)[channel];
     for (std::size_t layer = 0; layer < mattes_.layers.size(); ++layer) {
       SampleSums<MattePixel> matte;
       for (std::size_t p = 0; p < parts_.size(); ++p)
-        for (const NodeView& node : views_[p])
+        for (const NodeChannels& node : part_nodes_[p])
           matte.add({node.blocks, read_mattes(find_pixel(p, i), node.mattes[layer])});
       if (is_picture_) {
         const auto rank = matte.total().rank(static_cast<float>(samples_));
-        other = std::copy(rank.begin(), rank.end(), other);
+        next_channel = std::copy(rank.begin(), rank.end(), next_channel);
         continue;
       }
       const auto nodes = matte.nodes();
@@ -209,16 +212,18 @@ class Merger {
   }
 
   std::span<const Part> parts_;
-  const std::vector<std::vector<NodeView>>& views_;
+  const std::vector<std::vector<NodeChannels>>& part_nodes_;
   MatteSums& mattes_;
   SampleRange range_;
   bool is_picture_ = false;
   int samples_ = 0;  ///< samples of all parts
   std::size_t first_other_ = 0;
-  std::vector<int> others_;  ///< channels of the first part
+  std::vector<int> other_channels_;  ///< indices in the first part
   Image film_;
 };
 
+/// Makes the attributes of the merged image: a picture has none that begin with kPartPrefix, and a
+/// larger part has its own range.
 std::vector<Attribute> merge_attributes(const Image& first, const SampleRange& range,
                                         bool is_picture) {
   std::vector<Attribute> attributes;
@@ -276,10 +281,10 @@ Image append_matte_sums(Image part, const SampleRange& range, const MatteSums& m
     counts[i % columns] = std::max(counts[i % columns], mattes.sums[i].sums().size());
   std::vector<std::string> channels = part.channels;
   for (std::size_t c = 0; c < columns; ++c)
-    for (std::size_t number = 0; number < counts[c]; ++number)
+    for (std::size_t index = 0; index < counts[c]; ++index)
       for (const char* suffix : {"id", "sum"})
         channels.push_back(matte_channel(node_prefix(nodes[c % nodes.size()], range.total),
-                                         mattes.layers[c / nodes.size()], number, suffix));
+                                         mattes.layers[c / nodes.size()], index, suffix));
   Image image = make_image(part.width, part.height, std::move(channels));
   image.attributes = std::move(part.attributes);
   const std::size_t part_channels = part.channel_count(), image_channels = image.channel_count();
@@ -289,9 +294,9 @@ Image append_matte_sums(Image part, const SampleRange& range, const MatteSums& m
     for (std::size_t c = 0; c < columns; ++c) {
       auto sums = mattes.sums[i * columns + c].sums();
       std::sort(sums.begin(), sums.end());
-      for (std::size_t number = 0; number < sums.size(); ++number) {
-        pixel[2 * number] = sums[number].first;
-        pixel[2 * number + 1] = sums[number].second;
+      for (std::size_t index = 0; index < sums.size(); ++index) {
+        pixel[2 * index] = sums[index].first;
+        pixel[2 * index + 1] = sums[index].second;
       }
       pixel += 2 * counts[c];
     }
@@ -314,30 +319,33 @@ Image select_channels(Image film, std::vector<std::string> channels) {
 Result<Image> merge_parts(std::span<const Part> parts, bool is_draft) {
   PM_CHECK(!parts.empty());
   const Part& first = parts.front();
+  // The channels of the finished picture name the matte layers, too.
   const std::vector<std::string> channels =
       split(find_text(first.image, kPartChannelsAttribute), ',');
   MatteSums mattes;
   for (const std::string& channel : channels)
     if (channel.starts_with("crypto_") && channel.ends_with(kFirstRank))
       mattes.layers.push_back(channel.substr(0, channel.find(kFirstRank)));
-  std::vector<std::vector<NodeView>> views;
-  std::vector<std::string> others;
+  // Find the channels of all parts, and check that the parts belong to one picture.
+  std::vector<std::vector<NodeChannels>> part_nodes;
+  std::vector<std::string> other_names;
   for (const Part& part : parts) {
-    PM_TRY(std::vector<NodeView> nodes, view_nodes(part, mattes.layers));
-    if (views.empty()) others = other_channels(part.image, nodes);
-    views.push_back(std::move(nodes));
-    PM_TRY_STATUS(check_equal(first, part, others));
+    PM_TRY(std::vector<NodeChannels> nodes, find_node_channels(part, mattes.layers));
+    if (part_nodes.empty()) other_names = other_channels(part.image, nodes);
+    part_nodes.push_back(std::move(nodes));
+    PM_TRY_STATUS(check_equal(first, part, other_names));
   }
   const SampleRange range{first.samples.first, parts.back().samples.end, first.samples.total};
   const bool is_picture = is_draft || range.is_whole();
-  Image film = Merger(parts, views, others, mattes, is_picture).run();
+  Image film = Merger(parts, part_nodes, other_names, mattes, is_picture).run();
   film.attributes = merge_attributes(first.image, range, is_picture);
   if (!is_picture) return append_matte_sums(std::move(film), range, mattes);
+  // Finish the picture: smooth it, and drop the channels that only smoothing needs.
   const bool smooth = format_entry(first.image, kPartSmoothAttribute) == "1";
   std::vector<std::string> needed = channels;
   if (smooth)
-    for (std::string& guide : list_film_channels(choose_aovs(kSmoothLayers)))
-      needed.push_back(std::move(guide));
+    for (std::string& channel : list_film_channels(choose_aovs(kSmoothLayers)))
+      needed.push_back(std::move(channel));
   for (const std::string& channel : needed)
     if (film.find_channel(channel) < 0)
       return make_error(ErrorCode::kInput, "{}: is no whole part: the channel {} is missing",

@@ -2,9 +2,9 @@
 // all parts gives the same bits as rendering the picture at once.
 //
 // For each node of the sums of its samples (sample_sums.h) a part has the channels "s0-15.R", ".G",
-// ".B", ".A", ".floor", ".lit" and ".unlit", and for each id of a matte the pair
-// "s0-15.crypto_object.0.id" and ".sum". Its other layers do not depend on samples and equal the
-// picture's.
+// ".B", ".A", ".floor", ".lit" and ".unlit" (PixelSum), and for each id of a matte the pair
+// "s0-15.crypto_object.0.id" and ".sum". A part's other layers do not depend on the samples and
+// equal those of the picture.
 #pragma once
 
 #include <span>
@@ -26,13 +26,13 @@ inline constexpr const char* kPartPrefix = "polymorph/part/";
 inline constexpr const char* kPartSamplesAttribute = "polymorph/part/samples";  ///< "0-15/64"
 /// The channels of the merged picture, in order, separated by commas.
 inline constexpr const char* kPartChannelsAttribute = "polymorph/part/channels";
-inline constexpr const char* kPartSmoothAttribute =
-    "polymorph/part/smooth";  ///< int: 1 if the merged picture is smoothed (film/smooth.h)
+/// Int attribute: 1 if the merged picture is smoothed (film/smooth.h).
+inline constexpr const char* kPartSmoothAttribute = "polymorph/part/smooth";
 /// Colour space of the merged picture (a value of kColorInteropAttribute) if it is not Rec. 709.
 /// The colours of a part are always in Rec. 709.
 inline constexpr const char* kPartColorSpaceAttribute = "polymorph/part/colorspace";
-
-/// int: 1 if the file of the merged picture has a part for each layer (ExrSettings::multipart).
+/// Int attribute: 1 if the merged picture's file has an EXR part per layer
+/// (ExrSettings::multipart).
 inline constexpr const char* kPartMultipartAttribute = "polymorph/part/multipart";
 
 /// Returns the file settings of the picture to which a part is merged.
@@ -70,7 +70,8 @@ struct Part {
 
 /// Merges parts of one picture, in ascending order; only a draft may have gaps. The result is the
 /// picture if the parts have all of its samples, or if `is_draft`; otherwise it is a larger part.
-/// It has the attributes of the first part; a picture lacks those that begin with kPartPrefix.
+/// The result has the attributes of the first part; a picture lacks those that begin with
+/// kPartPrefix.
 /// Errors (kInput): a channel is missing, sizes or layers differ.
 Result<Image> merge_parts(std::span<const Part> parts, bool is_draft = false);
 

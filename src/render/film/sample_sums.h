@@ -3,7 +3,7 @@
 //
 // Samples are summed one after the other in blocks of 16, and blocks in a binary tree: two nodes
 // with a common parent are added as soon as both are known. So every range of blocks has a unique
-// list of nodes, and merging those of adjacent ranges gives the list of their union.
+// list of nodes, and merging the lists of adjacent ranges gives the list of their union.
 #pragma once
 
 #include <utility>
@@ -41,7 +41,7 @@ class SampleSums {
   Sum& block() { return block_; }
   /// Ends the current block, whose index is `index`.
   void end_block(int index) { add({{index, 1}, std::exchange(block_, Sum{})}); }
-  /// Adds a node. Nodes must come in ascending order; only those of a draft may have gaps.
+  /// Adds a node. Nodes must come in ascending order; only a draft (merge_parts()) may have gaps.
   void add(Node node) {
     while (has_last_ && are_siblings(last_.blocks, node.blocks)) {
       last_.sum.add(node.sum);

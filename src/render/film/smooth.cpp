@@ -16,12 +16,12 @@ namespace {
 
 constexpr int kPasses = 4;                    // taps are 1, 2, 4, 8 pixels apart
 constexpr int kMargin = 1 << (kPasses - 1);   // pixels; distance of the farthest tap
-constexpr float kMinAlbedo = 0.02f;           // less would amplify specular light
-constexpr float kMinCosine = 0.8f;            // of the angle between adjacent normals
-constexpr float kMaxAlbedoDifference = 0.2f;  // relative, of adjacent pixels
-constexpr float kDepthJump = 0.05f;           // relative, between two surfaces
-constexpr float kDepthFalloff = 0.02f;        // relative, per pixel: a tap's weight falls to 0
-constexpr float kDeviations = 4;              // standard deviations at which a weight is halved
+constexpr float kMinAlbedo = 0.02f;           // a smaller divisor would amplify specular light
+constexpr float kMinCosine = 0.8f;            // cosine between the normals of adjacent pixels
+constexpr float kMaxAlbedoDifference = 0.2f;  // relative difference between adjacent pixels
+constexpr float kDepthJump = 0.05f;           // relative difference that separates two surfaces
+constexpr float kDepthFalloff = 0.02f;  // relative change per pixel at which a tap's weight is 0
+constexpr float kDeviations = 4;        // standard deviations at which a weight is halved
 constexpr float kUnbounded = std::numeric_limits<float>::infinity();
 /// Key of all pixels that are not interior. NaN equals no key, not even itself.
 constexpr float kNoKey = std::numeric_limits<float>::quiet_NaN();
@@ -63,6 +63,7 @@ class Smoother {
   std::size_t row_begin(int y) const {
     return static_cast<std::size_t>(y + kMargin) * static_cast<std::size_t>(stride_) + kMargin;
   }
+  /// Calls f(first pixel of a row) for each row of the picture, in parallel.
   template <class F>
   void for_rows(const F& f) const {
     parallel_for(
@@ -107,8 +108,7 @@ class Smoother {
     for (float& value : sum) value = value / count;
     return sum;
   }
-  /// Tests whether the light of a pixel has been smoothed, or needs no smoothing because nothing is
-  /// hit.
+  /// Tests whether the light of a pixel is free of noise: it has been smoothed, or nothing is hit.
   bool has_smooth_light(std::size_t i) const { return key_[i] >= 0 || !(id_[i] > 0); }
 
   /// Copies a layer to a plane, whose margin repeats the outermost pixels.
@@ -133,8 +133,8 @@ class Smoother {
   void load_layers() {
     id_ = load_layer("id");
     depth_ = load_layer("Z");
-    steepness_.resize(size_);
-    for (std::size_t i = 0; i < size_; ++i) steepness_[i] = 1 / (kDepthFalloff * depth_[i]);
+    inv_depth_range_.resize(size_);
+    for (std::size_t i = 0; i < size_; ++i) inv_depth_range_[i] = 1 / (kDepthFalloff * depth_[i]);
     constexpr std::array<const char*, 3> kColors{"R", "G", "B"};
     constexpr std::array<const char*, 3> kNormal{"N.X", "N.Y", "N.Z"};
     constexpr std::array<const char*, 3> kAlbedo{"albedo.R", "albedo.G", "albedo.B"};
@@ -185,10 +185,10 @@ class Smoother {
     });
   }
 
-  /// Sets `guide_` to the mean brightness around each interior pixel, and `variance_` to its
-  /// variance.
+  /// Sets `guide_` to the mean brightness around each interior pixel, and `variance_` to the
+  /// brightness's variance there. Means are over 3 x 3 pixels.
   void estimate_variance() {
-    Plane count(size_, 1.0f), bright(size_), mean;
+    Plane count(size_, 1.0f), bright(size_), variance;
     for_neighbours([&](std::size_t first, std::ptrdiff_t offset) {
       const float* key = &key_[first];
       float* to = &count[first];
@@ -199,16 +199,17 @@ class Smoother {
     measure_brightness(bright);
     guide_ = mean_around(bright, count);
     for (float& value : bright) value = value * value;
-    mean = mean_around(bright, count);
+    variance = mean_around(bright, count);
     for (std::size_t i = 0; i < size_; ++i)
-      mean[i] = std::max(0.0f, mean[i] - guide_[i] * guide_[i]);  // 0 for NaN, too
-    variance_ = mean_around(mean, count);
+      variance[i] = std::max(0.0f, variance[i] - guide_[i] * guide_[i]);  // 0 for NaN, too
+    variance_ = mean_around(variance, count);
   }
   void measure_brightness(Plane& to) const {
     for (std::size_t i = 0; i < size_; ++i)
       to[i] = (light_[0][i] + light_[1][i] + light_[2][i]) * (1 / 3.0f);
   }
-  /// Computes means over those of 3 x 3 pixels that have the same key; `count`: their number.
+  /// Computes means over the 3 x 3 pixels around each pixel, counting only those with its key.
+  /// `count`: number of pixels that count.
   Plane mean_around(const Plane& plane, const Plane& count) const {
     Plane sum = plane;
     for_neighbours([&](std::size_t first, std::ptrdiff_t offset) {
@@ -250,6 +251,10 @@ class Smoother {
     std::swap(light_, next_);
   }
 
+  /// One of the eight taps of a filter pass, for the pixels of a row. The first pixel of the row
+  /// has the index `first`, and its tap first + offset. `kernel` is the weight without edges. A
+  /// squared change of brightness of `noise` times the variance halves it. `depth_scale` is 1 /
+  /// distance of the tap in pixels.
   struct Tap {
     std::size_t first;
     std::ptrdiff_t offset;
@@ -263,16 +268,18 @@ class Smoother {
     const float *x0 = own(normal_[0]), *y0 = own(normal_[1]), *z0 = own(normal_[2]),
                 *x1 = other(normal_[0]), *y1 = other(normal_[1]), *z1 = other(normal_[2]),
                 *key0 = own(key_), *key1 = other(key_), *depth0 = own(depth_),
-                *depth1 = other(depth_), *steepness = own(steepness_), *guide0 = own(guide_),
-                *guide1 = other(guide_), *variance = own(variance_);
+                *depth1 = other(depth_), *inv_depth_range = own(inv_depth_range_),
+                *guide0 = own(guide_), *guide1 = other(guide_), *variance = own(variance_);
     for (int x = 0; x < width_; ++x) {
       const float cosine = positive_part(x0[x] * x1[x] + y0[x] * y1[x] + z0[x] * z1[x]);
       const float c4 = cosine * cosine * cosine * cosine, c16 = c4 * c4 * c4 * c4;
-      const float distance = std::fabs(depth1[x] - depth0[x]) * steepness[x] * tap.depth_scale;
+      const float distance =
+          std::fabs(depth1[x] - depth0[x]) * inv_depth_range[x] * tap.depth_scale;
       const float depth_weight = positive_part(1 - distance);
       const float change = guide1[x] - guide0[x];
       // The brightness weight is 1 / (1 + change^2 / noise).
       const float noise = variance[x] * tap.noise + 1e-6f;
+      // The normals' weight is cosine^32.
       weights[x] = tap.kernel * (c16 * c16) * depth_weight * noise / (noise + change * change);
     }
     for (int x = 0; x < width_; ++x) weights[x] = key0[x] == key1[x] ? weights[x] : 0;
@@ -284,8 +291,10 @@ class Smoother {
   }
 
   /// Sets `low_` and `high_` to bounds for pixels that are not interior: the extremes of smoothed
-  /// light at most two pixels away, times the extremes of albedo.
+  /// light at most two pixels away, times the extremes of albedo. Takes the extremes along rows,
+  /// then along columns.
   void find_bounds() {
+    // `next_` is free here. Its planes hold the extremes of one channel.
     Plane &low = next_[0], &high = next_[1], &low_before = next_[2];
     Plane high_before;
     std::fill(low.begin(), low.end(), kUnbounded);
@@ -362,13 +371,13 @@ class Smoother {
     });
   }
 
-  /// Sets `light_` on silhouettes to the residual: the sampled colour minus tent(next_), the
-  /// filtered colours of both sides.
+  /// Sets `light_` on silhouettes to the residual: the sampled colour minus tent(next_), which
+  /// blends the filtered colours of both sides.
   void find_residuals() {
     for_pixels([&](std::size_t i, int x, int y) {
       for (std::size_t c = 0; c < 3 && silhouette_[i] != 0; ++c) {
-        const float own = clamp_to_bounds(i, c, film_.at(x, y, channels_[c]));
-        const float difference = own - tent(next_[c], x, y);
+        const float clamped = clamp_to_bounds(i, c, film_.at(x, y, channels_[c]));
+        const float difference = clamped - tent(next_[c], x, y);
         light_[c][i] = std::isfinite(difference) ? difference : 0;
       }
     });
@@ -382,6 +391,7 @@ class Smoother {
         for (std::size_t c = 0; c < 3; ++c) film_.at(x, y, channels_[c]) = next_[c][i];
         return;
       }
+      // The mean exists, because it includes the pixel itself.
       const auto residual =
           mean_near(x, y, [&](std::size_t q) { return silhouette_[q] != 0 && id_[q] == id_[i]; });
       for (std::size_t c = 0; c < 3; ++c) {
@@ -408,7 +418,9 @@ class Smoother {
   int width_, height_, stride_;
   std::array<int, 3> channels_;  ///< R, G and B in the film
   std::size_t size_;
-  Plane id_, depth_, steepness_, key_, guide_, variance_;
+  // inv_depth_range_: 1 / (kDepthFalloff * depth); key_: surface of an interior pixel, or kNoKey;
+  // guide_: mean brightness; variance_: variance of the brightness.
+  Plane id_, depth_, inv_depth_range_, key_, guide_, variance_;
   std::vector<std::uint8_t> silhouette_;
   Colors light_, next_, normal_, albedo_, low_, high_;
 };
@@ -418,7 +430,7 @@ class Smoother {
 void smooth_noise(Image& film) { Smoother(film).run(); }
 
 std::uint64_t smooth_bytes(int width, int height) {
-  constexpr std::uint64_t kPlanes = 27;  // of Smoother, and three temporary ones
+  constexpr std::uint64_t kPlanes = 27;  // 24 of Smoother, and three temporary ones
   return kPlanes * sizeof(float) * static_cast<std::uint64_t>(width + 2 * kMargin) *
          static_cast<std::uint64_t>(height + 2 * kMargin);
 }

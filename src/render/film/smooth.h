@@ -16,7 +16,8 @@ inline constexpr const char* kSmoothLayers = "Z,N,albedo,id";
 /// albedo before filtering and multiplied by it afterwards, so that only light is smoothed. Pixels
 /// at an edge of a surface, of its normals or of its texture are only clamped to the range of their
 /// neighbours' light. A pixel on a silhouette, whose few samples fall on either side by chance,
-/// gets the filtered colours of both sides plus the mean of its neighbours' differences from them.
+/// gets the filtered colours of both sides, plus the mean difference between the sampled and the
+/// filtered colours of its neighbours on the silhouette.
 /// All other channels are unchanged. The result has the same bits for any number of threads and on
 /// every processor.
 void smooth_noise(Image& film);

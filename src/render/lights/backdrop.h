@@ -9,8 +9,8 @@
 
 namespace polymorph {
 
-/// Brightness of the distant floor and paper relative to the centre of the stage. The falloff keeps
-/// the sides of mirrors from reflecting a uniform grey.
+/// Brightness of the distant floor and backdrop relative to the centre of the scene. The falloff
+/// keeps the sides of mirrors from reflecting a uniform grey.
 inline constexpr float kFarTone = 0.74f;
 
 /// A horizontal, diffuse floor that fades into the background, so that there is no horizon line.
@@ -21,12 +21,15 @@ struct Floor {
   Vec3 center;           ///< centre of the fade
   float fade_start = 1;  ///< horizontal distances from `center` at which the fade begins and ends
   float fade_end = 2;
-  float far_tone = kFarTone;  ///< 1 under an image or day sky, which contains its own ground
+  /// Brightness of the distant floor relative to the centre; 1 under a sky that shows its own
+  /// ground (an image or the day sky).
+  float far_tone = kFarTone;
 };
+/// Makes the floor below objects with these bounds.
 Floor make_floor(const GroundSettings& settings, const Box& bounds);
 
-/// Distance at which a ray from above hits the visible part of the floor, or infinity if it does
-/// not before ray.far.
+/// Returns the distance at which a ray from above hits the visible part of the floor, or infinity
+/// if that is not in (0, ray.far).
 template <class T3>
 PM_HD inline ComponentOf<T3> intersect_floor(const Floor& floor, const RayOf<T3>& ray) {
   using V = ComponentOf<T3>;
@@ -57,6 +60,7 @@ PM_HD inline FloorPointOf<T3> floor_point(const Floor& floor, const RayOf<T3>& r
   const V x = point.position.x - floor.center.x, z = point.position.z - floor.center.z;
   const V distance_to_center = sqrt(x * x + z * z);
   point.fade = smoothstep(floor.fade_start, floor.fade_end, distance_to_center);
+  // The tone changes closer to the centre than the fade.
   const V far_weight =
       smoothstep(0.2f * floor.fade_start, 0.8f * floor.fade_end, distance_to_center);
   point.tone = 1.0f + (floor.far_tone - 1.0f) * far_weight;
@@ -65,9 +69,9 @@ PM_HD inline FloorPointOf<T3> floor_point(const Floor& floor, const RayOf<T3>& r
 
 /// Background of camera rays that hit nothing.
 struct Backdrop {
-  bool shows_sky =
-      false;        ///< true: the backdrop is the sky (image or day); false: the studio's paper
-  Vec3 paper;       ///< colour of the paper in the middle of the picture
+  /// True if the backdrop is the sky (an image or the day sky), false if it is the studio's paper.
+  bool shows_sky = false;
+  Vec3 paper;       ///< radiance of the paper in the middle of the picture
   Frame camera;     ///< x right, y up, z forward
   float scale = 1;  ///< 1 / tan(half the vertical field of view)
 };

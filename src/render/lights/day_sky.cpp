@@ -27,10 +27,12 @@ struct Perez {
   }
 };
 
+/// Coefficients of the model for a turbidity and an elevation of the sun (Preetham et al., appendix
+/// A.2).
 struct DayModel {
   Perez luminance, x, y;
-  float zenith_x, zenith_y;
-  float sun_angle, sun_cosine;
+  float zenith_x, zenith_y;     ///< chromaticity of the zenith
+  float sun_angle, sun_cosine;  ///< angle of the sun from the zenith, in radians, and its cosine
 
   DayModel(float turbidity, float cos_sun) {
     const float t = turbidity;
@@ -71,7 +73,7 @@ struct DayModel {
 }  // namespace
 
 Sky make_day_sky(const DistantLight& sun, Vec3 floor, float turbidity, float scale,
-                 SkyDomain part) {
+                 SkyDomain domain) {
   Sky sky;
   sky.width = 512;
   sky.height = 256;
@@ -90,13 +92,13 @@ Sky make_day_sky(const DistantLight& sun, Vec3 floor, float turbidity, float sca
     }
   });
   const Vec3 mean = upper_mean(sky, [&](std::size_t i) { return sky.texels[i]; });
-  const float level = scale * kDayIrradiance * kInvPi / std::max(luminance(mean), 1e-6f);
+  const float gain = scale * kDayIrradiance * kInvPi / std::max(luminance(mean), 1e-6f);
   const Vec3 ground =
-      floor * (sun.irradiance * (kInvPi * std::max(0.0f, sun.frame.z.y)) + mean * level);
+      floor * (sun.irradiance * (kInvPi * std::max(0.0f, sun.frame.z.y)) + mean * gain);
   for (int y = 0; y < sky.height; ++y)
     for (std::size_t x = 0; x < width; ++x) {
       Vec3& texel = sky.texels[static_cast<std::size_t>(y) * width + x];
-      texel = y < horizon ? texel * level : ground;
+      texel = y < horizon ? texel * gain : ground;
     }
   // Haze: distant ground blends into the colour of the sky above it.
   constexpr int kHazeRows = 10;  // 7 degrees
@@ -109,7 +111,7 @@ Sky make_day_sky(const DistantLight& sun, Vec3 floor, float turbidity, float sca
     }
   }
   sky.calm_level = std::numeric_limits<float>::infinity();
-  prepare_sky(sky, part);
+  prepare_sky(sky, domain);
   return sky;
 }
 

@@ -12,16 +12,16 @@ Lamp make_lamp(const LampSettings& settings, Vec3 middle) {
   lamp.panel = settings.kind == LampKind::kPanel;
   const Vec3 forward = normalized(to_target);
   lamp.frame = make_frame(dot(forward, forward) > 0.5f ? forward : Vec3{0, -1, 0});
-  // Makes the panel upright if possible, so that its width is horizontal.
-  const Vec3 level = cross(Vec3{0, 1, 0}, lamp.frame.z);
-  if (dot(level, level) > 1e-6f) {
-    lamp.frame.x = normalized(level);
+  // Turn the panel upright if possible, so that its width is horizontal.
+  const Vec3 horizontal = cross(Vec3{0, 1, 0}, lamp.frame.z);
+  if (dot(horizontal, horizontal) > 1e-6f) {
+    lamp.frame.x = normalized(horizontal);
     lamp.frame.y = cross(lamp.frame.z, lamp.frame.x);
   }
   if (lamp.panel) {
     lamp.half_width = 0.5f * settings.width;
     lamp.half_height = 0.5f * settings.height;
-    // This is exact for a small panel. Near, large panels give less irradiance than `intensity`.
+    // This is exact for a small panel. A large one near its target gives less irradiance there.
     lamp.radiance = lamp.irradiance * (distance2 / (settings.width * settings.height));
     return lamp;
   }

@@ -16,11 +16,11 @@ struct Lamp {
   Frame frame;  ///< panel: z is the normal of the emitting side
   float half_width = 0, half_height = 0;
   Vec3 radiance;    ///< surface radiance; 0 for a point
-  Vec3 intensity;   ///< intensity of a point, per solid angle
-  Vec3 irradiance;  ///< irradiance at its target
+  Vec3 intensity;   ///< radiant intensity of a point (power per solid angle)
+  Vec3 irradiance;  ///< irradiance at the target
 };
 
-/// Makes a lamp or panel (not a sun). `middle` is its target if the settings have none.
+/// Makes a lamp or panel (not a sun). `middle`: the target of a lamp whose settings have none.
 Lamp make_lamp(const LampSettings& settings, Vec3 middle);
 
 /// A direction sampled from a point to a lamp, or eight such directions.
@@ -33,7 +33,7 @@ struct LampSampleOf {
 };
 using LampSample = LampSampleOf<Vec3>;
 
-/// 1 - cos of the half angle of the cone in which a sphere is seen from outside.
+/// Returns 1 - cos(half angle) of the cone in which a sphere is seen from outside.
 template <class V>
 PM_HD V cap_height(float radius, V distance2) {
   const V sin2 = radius * radius / distance2;
@@ -41,7 +41,7 @@ PM_HD V cap_height(float radius, V distance2) {
   return sin2 / (1.0f + sqrt(max(1.0f - sin2, 0.0f)));
 }
 
-/// Distance at which a ray hits the emitting side, or infinity. Points are never hit.
+/// Returns the distance at which a ray hits the emitting side, or infinity. Points are never hit.
 template <class T3>
 PM_HD ComponentOf<T3> intersect_lamp(const Lamp& lamp, const RayOf<T3>& ray) {
   using V = ComponentOf<T3>;
@@ -59,9 +59,9 @@ PM_HD ComponentOf<T3> intersect_lamp(const Lamp& lamp, const RayOf<T3>& ray) {
   if (!(lamp.radius > 0)) return no_hit;
   const V along = dot(to_lamp, ray.direction);
   const T3 perpendicular = to_lamp - ray.direction * along;
-  const V inside2 = lamp.radius * lamp.radius - dot(perpendicular, perpendicular);
-  const V distance = along - sqrt(max(inside2, 0.0f));
-  return select((inside2 >= 0.0f) & (distance > 0.0f) & (distance < ray.far), distance, no_hit);
+  const V half_chord2 = lamp.radius * lamp.radius - dot(perpendicular, perpendicular);
+  const V distance = along - sqrt(max(half_chord2, 0.0f));
+  return select((half_chord2 >= 0.0f) & (distance > 0.0f) & (distance < ray.far), distance, no_hit);
 }
 
 /// The pdf of sample_lamp(), from the ray's origin, for the ray's direction. The ray hits the lamp

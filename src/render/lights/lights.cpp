@@ -12,11 +12,10 @@ namespace {
 
 /// A distant rectangular light with soft edges, a little brighter in the middle.
 struct SoftBox {
-  float azimuth,
-      elevation;  ///< direction of the centre, degrees; azimuth 0 is towards the camera, 90 to its
-                  ///< right
-  float width, height;  ///< half sizes on the tangent plane at distance 1
-  float edge;           ///< width of the soft edge on that plane
+  /// Direction of the centre, degrees; azimuth 0 is towards the camera, 90 to its right.
+  float azimuth, elevation;
+  float half_width, half_height;  ///< half sizes on the tangent plane at distance 1
+  float edge;                     ///< width of the soft edge on that plane
   Vec3 radiance;
 };
 
@@ -36,7 +35,7 @@ constexpr float kStudioIrradiance = 1.6f;
 
 /// Computes the relative brightness of a box in a direction: 1 at its centre, 0 outside, with
 /// smooth edges and rounded corners.
-float soft_box_cover(const SoftBox& box, Vec3 d) {
+float soft_box_brightness(const SoftBox& box, Vec3 d) {
   const float a = radians(box.azimuth), e = radians(box.elevation);
   const Vec3 center = direction_at(a, e);
   const Vec3 sideways{cosine(a), 0, -sine(a)};
@@ -44,15 +43,16 @@ float soft_box_cover(const SoftBox& box, Vec3 d) {
   const float facing = dot(d, center);
   if (facing <= 0.01f) return 0;
   const float x = std::fabs(dot(d, sideways) / facing), y = std::fabs(dot(d, upward) / facing);
-  const float edge_distance = std::sqrt(square(std::max(x - box.width + box.edge, 0.0f)) +
-                                        square(std::max(y - box.height + box.edge, 0.0f)));
+  const float edge_distance = std::sqrt(square(std::max(x - box.half_width + box.edge, 0.0f)) +
+                                        square(std::max(y - box.half_height + box.edge, 0.0f)));
   const float coverage = 1 - smoothstep(0, box.edge, edge_distance);
-  const float center_gain = 1 - 0.3f * clamp01(square(x / box.width) + square(y / box.height));
+  const float center_gain =
+      1 - 0.3f * clamp01(square(x / box.half_width) + square(y / box.half_height));
   return coverage * center_gain;
 }
 
-/// Weight of the floor's radiance in this direction. It falls off smoothly above the horizon, like
-/// a paper sweep, so no horizon line shows.
+/// Weight of the floor's radiance in this direction. It falls off smoothly above the horizon, as if
+/// the floor were a sweep (a paper that curves upwards), so no horizon line shows.
 float sweep_weight(Vec3 d) { return 1 - smoothstep(0, 0.30f, d.y); }
 
 /// Computes the radiance of the studio without the sweep. `d` is in the rig's frame.
@@ -61,7 +61,7 @@ Vec3 studio_radiance(Vec3 d) {
   // The dark room is slightly lighter at the top.
   Vec3 sum = lerp(Vec3{0.16f, 0.165f, 0.175f}, Vec3{0.36f, 0.365f, 0.38f}, smoothstep(0, 1, d.y)) *
              smoothstep(0, 0.35f, d.y);
-  for (const SoftBox& box : kSoftBoxes) sum = sum + box.radiance * soft_box_cover(box, d);
+  for (const SoftBox& box : kSoftBoxes) sum = sum + box.radiance * soft_box_brightness(box, d);
   return sum;
 }
 
@@ -80,24 +80,26 @@ Frame make_rig(const Camera& camera) {
 
 namespace {
 
+/// Makes a round light in a direction relative to the camera. `size`: its angular diameter; angles
+/// are in degrees.
 DistantLight make_disc(float azimuth, float elevation, float size, Vec3 irradiance,
                        const Camera& camera) {
   const float a = radians(azimuth), e = radians(elevation);
-  DistantLight key;
-  key.frame = make_frame(normalized(to_world(make_rig(camera), direction_at(a, e))));
-  key.irradiance = irradiance;
-  key.sample_power = irradiance;
+  DistantLight light;
+  light.frame = make_frame(normalized(to_world(make_rig(camera), direction_at(a, e))));
+  light.irradiance = irradiance;
+  light.sample_power = irradiance;
   if (size > 0) {
     const float radius = std::clamp(0.5f * radians(size), 1e-3f, 0.5f * kPi);
     const float sin_radius = sine(radius);
-    key.cos_radius = cosine(radius);
-    key.sin_radius = sin_radius;
+    light.cos_radius = cosine(radius);
+    light.sin_radius = sin_radius;
     // 1 / solid angle; 1 - cos(radius) would cancel for small discs.
-    key.pdf = 1 / (4 * kPi * square(sine(0.5f * radius)));
-    key.radiance = irradiance / (kPi * sin_radius * sin_radius);
-    key.sample_power = key.radiance / key.pdf;
+    light.pdf = 1 / (4 * kPi * square(sine(0.5f * radius)));
+    light.radiance = irradiance / (kPi * sin_radius * sin_radius);
+    light.sample_power = light.radiance / light.pdf;
   }
-  return key;
+  return light;
 }
 
 }  // namespace
@@ -113,7 +115,7 @@ DistantLight make_sun(const LampSettings& settings, const Camera& camera) {
 }
 
 Sky make_studio_sky(const Frame& rig, const DistantLight& key, Vec3 floor, float scale,
-                    SkyDomain part) {
+                    SkyDomain domain) {
   Sky sky;
   sky.width = 256;
   sky.height = 128;
@@ -129,19 +131,21 @@ Sky make_studio_sky(const Frame& rig, const DistantLight& key, Vec3 floor, float
       sweep[i] = sweep_weight(d);
     }
   });
-  // The floor of radiance L also lights itself by the sweep: L = floor (key / pi + level mean + L
-  // sweep_mean), where the means are cosine-weighted.
+  // The floor's radiance L includes light from the sweep, which shows the floor itself:
+  // L = floor (key / pi + gain mean + L sweep_mean). The means are cosine-weighted.
   const Vec3 mean = upper_mean(sky, [&](std::size_t i) { return sky.texels[i]; });
   const float sweep_mean = upper_mean(sky, [&](std::size_t i) { return Vec3{sweep[i], 0, 0}; }).x;
-  const float level = scale * kStudioIrradiance * kInvPi / mean.y;
+  const float gain = scale * kStudioIrradiance * kInvPi / mean.y;
   const Vec3 direct =
-      floor * (key.irradiance * (kInvPi * std::max(0.0f, key.frame.z.y)) + mean * level);
+      floor * (key.irradiance * (kInvPi * std::max(0.0f, key.frame.z.y)) + mean * gain);
   const Vec3 returned_fraction = floor * sweep_mean;
-  const Vec3 lit{direct.x / (1 - returned_fraction.x), direct.y / (1 - returned_fraction.y),
-                 direct.z / (1 - returned_fraction.z)};
-  for (std::size_t i = 0; i < count; ++i) sky.texels[i] = sky.texels[i] * level + lit * sweep[i];
+  const Vec3 floor_radiance{direct.x / (1 - returned_fraction.x),
+                            direct.y / (1 - returned_fraction.y),
+                            direct.z / (1 - returned_fraction.z)};
+  for (std::size_t i = 0; i < count; ++i)
+    sky.texels[i] = sky.texels[i] * gain + floor_radiance * sweep[i];
   sky.calm_level = std::numeric_limits<float>::infinity();
-  prepare_sky(sky, part);
+  prepare_sky(sky, domain);
   return sky;
 }
 

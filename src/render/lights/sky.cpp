@@ -11,12 +11,13 @@
 namespace polymorph {
 namespace {
 
-constexpr int kCoarseWidth = 128, kCoarseHeight = 64;  // for the irradiance integral
+constexpr int kCoarseWidth = 128, kCoarseHeight = 64;  // cells of the irradiance integral
 constexpr int kMaxDistributionWidth = 2048;
 // Radiance of an image above this multiple of its mean luminance belongs to the bright part. Clouds
 // and windows are usually below it.
 constexpr float kCalmMultiple = 4;
 
+/// Inverts lat_long().
 Vec3 from_lat_long(float u, float v) {
   const Vec2 azimuth = cos_sin_turns(u - 0.5f), polar = cos_sin_turns(0.5f * v);
   return {azimuth.y * polar.y, polar.x, -azimuth.x * polar.y};
@@ -29,8 +30,8 @@ float cell_solid_angle(int y, int width, int height) {
   return 2 * kPi / static_cast<float>(width) * (top - bottom);
 }
 
-/// Computes the mean of f(direction) over each cell of another lat-long grid, with at least one
-/// sample per texel, up to 64 x 64 per cell.
+/// Computes the mean of f(direction) over each cell of a lat-long grid of `width` x `height` cells.
+/// It takes at least one sample per texel of the sky, up to 64 x 64 per cell.
 template <class F>
 auto compute_cell_means(const Sky& sky, int width, int height, const F& f) {
   using Value = decltype(f(Vec3{}));
@@ -52,7 +53,8 @@ auto compute_cell_means(const Sky& sky, int width, int height, const F& f) {
   return cells;
 }
 
-SkyDistribution make_distribution(const Sky& sky, SkyDomain part) {
+/// Makes the distribution of the bright part's luminance.
+SkyDistribution make_distribution(const Sky& sky, SkyDomain domain) {
   SkyDistribution d;
   // One cell per texel, because with coarser cells most samples would miss a sun of half a degree.
   d.width = std::min(sky.width, kMaxDistributionWidth);
@@ -60,18 +62,19 @@ SkyDistribution make_distribution(const Sky& sky, SkyDomain part) {
   const std::vector<float> cells = compute_cell_means(sky, d.width, d.height, [&](Vec3 direction) {
     return luminance(split_radiance(sky, sky_radiance(sky, direction)).bright);
   });
-  const int rows = part == SkyDomain::kAboveHorizon ? (d.height + 1) / 2 : d.height;
+  const int rows = domain == SkyDomain::kAboveHorizon ? (d.height + 1) / 2 : d.height;
   d.row_cdf.assign(static_cast<std::size_t>(d.height) + 1, 0);
   d.column_cdf.assign(static_cast<std::size_t>(d.height) * (d.width + 1), 0);
   d.pdf.assign(static_cast<std::size_t>(d.height) * d.width, 0);
+  // The CDF of the columns of each row.
   double total = 0;
   std::vector<double> row_sum(static_cast<std::size_t>(d.height), 0.0);
   for (int y = 0; y < rows; ++y) {
-    const double area = cell_solid_angle(y, d.width, d.height);
+    const double solid_angle = cell_solid_angle(y, d.width, d.height);
     float* cdf = &d.column_cdf[static_cast<std::size_t>(y) * (d.width + 1)];
     double sum = 0;
     for (int x = 0; x < d.width; ++x) {
-      sum += cells[static_cast<std::size_t>(y) * d.width + x] * area;
+      sum += cells[static_cast<std::size_t>(y) * d.width + x] * solid_angle;
       cdf[x + 1] = static_cast<float>(sum);
     }
     for (int x = 1; x <= d.width; ++x) cdf[x] = sum > 0 ? static_cast<float>(cdf[x] / sum) : 0.0f;
@@ -80,10 +83,11 @@ SkyDistribution make_distribution(const Sky& sky, SkyDomain part) {
   }
   d.total = static_cast<float>(total);
   if (!(total > 0)) return d;
-  double running = 0;
+  // The CDF of the rows, and the pdf.
+  double cumulative = 0;
   for (int y = 0; y < d.height; ++y) {
-    running += row_sum[y];
-    d.row_cdf[static_cast<std::size_t>(y) + 1] = static_cast<float>(running / total);
+    cumulative += row_sum[y];
+    d.row_cdf[static_cast<std::size_t>(y) + 1] = static_cast<float>(cumulative / total);
     if (y >= rows) continue;
     for (int x = 0; x < d.width; ++x) {
       const std::size_t i = static_cast<std::size_t>(y) * d.width + x;
@@ -102,6 +106,7 @@ Vec3 decode_octahedral(float x, float y) {
   }
   return normalized(d);
 }
+/// Tabulates the irradiance of the calm part: for eight normals at a time, sums over all cells.
 std::vector<Vec3> make_irradiance(const Sky& sky) {
   const std::vector<Vec3> cells = compute_cell_means(
       sky, kCoarseWidth, kCoarseHeight,
@@ -112,11 +117,12 @@ std::vector<Vec3> make_irradiance(const Sky& sky) {
   };
   std::vector<Source> sources;
   for (int y = 0; y < kCoarseHeight; ++y) {
-    const float area = cell_solid_angle(y, kCoarseWidth, kCoarseHeight);
+    const float solid_angle = cell_solid_angle(y, kCoarseWidth, kCoarseHeight);
     for (int x = 0; x < kCoarseWidth; ++x)
       sources.push_back({from_lat_long((static_cast<float>(x) + 0.5f) / kCoarseWidth,
                                        (static_cast<float>(y) + 0.5f) / kCoarseHeight),
-                         cells[static_cast<std::size_t>(y) * kCoarseWidth + x] * area, area});
+                         cells[static_cast<std::size_t>(y) * kCoarseWidth + x] * solid_angle,
+                         solid_angle});
   }
   constexpr int kNodes = kIrradianceCells + 1;
   std::vector<Vec3> nodes(kNodes * kNodes);
@@ -158,6 +164,7 @@ float mean_luminance(const Sky& sky) {
   return static_cast<float>(sum / (4 * std::numbers::pi));
 }
 
+/// Computes the irradiance of a floor by the calm part of the upper half.
 Vec3 integrate_upper(const Sky& sky) {
   constexpr int kWidth = 256, kHeight = 64;  // over the upper half only
   const auto direction = [](std::int64_t x, std::int64_t y) {
@@ -172,10 +179,10 @@ Vec3 integrate_upper(const Sky& sky) {
   });
   double r = 0, g = 0, b = 0, cosines = 0;
   for (int y = 0; y < kHeight; ++y) {
-    const double area = cell_solid_angle(y, kWidth, 2 * kHeight);
+    const double solid_angle = cell_solid_angle(y, kWidth, 2 * kHeight);
     for (int x = 0; x < kWidth; ++x) {
       const Vec3 incoming = radiance[static_cast<std::size_t>(y) * kWidth + x];
-      const double weight = area * direction(x, y).y;
+      const double weight = solid_angle * direction(x, y).y;
       r += weight * incoming.x;
       g += weight * incoming.y;
       b += weight * incoming.z;
@@ -188,17 +195,17 @@ Vec3 integrate_upper(const Sky& sky) {
 
 }  // namespace
 
-void prepare_sky(Sky& sky, SkyDomain part) {
+void prepare_sky(Sky& sky, SkyDomain domain) {
   PM_CHECK(sky.width >= 1 && sky.height >= 1);
   PM_CHECK(sky.texels.size() == static_cast<std::size_t>(sky.width) * sky.height);
   sky.has_bright = std::any_of(sky.texels.begin(), sky.texels.end(),
                                [&](Vec3 texel) { return luminance(texel) > sky.calm_level; });
-  if (sky.has_bright) sky.distribution = make_distribution(sky, part);
+  if (sky.has_bright) sky.distribution = make_distribution(sky, domain);
   sky.irradiance = make_irradiance(sky);
   sky.upper_irradiance = integrate_upper(sky);
 }
 
-Sky make_image_sky(const Image& image, float scale, SkyDomain part) {
+Sky make_image_sky(const Image& image, float scale, SkyDomain domain) {
   PM_CHECK(image.width >= 1 && image.height >= 1 && image.channel_count() >= 1);
   int channel[3] = {image.find_channel("R"), image.find_channel("G"), image.find_channel("B")};
   for (int& c : channel) c = std::max(c, 0);
@@ -215,7 +222,7 @@ Sky make_image_sky(const Image& image, float scale, SkyDomain part) {
           scale_or_zero(image.at(x, y, channel[0])), scale_or_zero(image.at(x, y, channel[1])),
           scale_or_zero(image.at(x, y, channel[2]))};
   sky.calm_level = kCalmMultiple * mean_luminance(sky);
-  prepare_sky(sky, part);
+  prepare_sky(sky, domain);
   return sky;
 }
 

@@ -15,7 +15,7 @@ namespace polymorph {
 /// Directions that sample_bright_sky() may return.
 enum class SkyDomain : unsigned char {
   kAll,
-  kAboveHorizon,  ///< rays find the ground below
+  kAboveHorizon,  ///< rays below the horizon hit the floor
 };
 
 /// A pdf over directions, constant in each cell of a lat-long grid.
@@ -42,18 +42,19 @@ struct Sky {
 
 /// Finishes a sky whose width, height, texels and calm_level are set. Texels must be finite and >=
 /// 0.
-void prepare_sky(Sky& sky, SkyDomain part);
+void prepare_sky(Sky& sky, SkyDomain domain);
 
 /// Returns the direction of the point (x, y), in texels.
 Vec3 sky_direction(const Sky& sky, float x, float y);
 
-/// Computes the cosine-weighted mean of value(index of the texel) over the upper half, which is
-/// irradiance / pi.
+/// Computes the cosine-weighted mean of value(index of the texel) over the upper half. For radiance
+/// this is irradiance / pi.
 template <class F>
 Vec3 upper_mean(const Sky& sky, const F& value) {
   double sum[3] = {0, 0, 0}, cosines = 0;
   for (int y = 0; y < sky.height / 2; ++y) {
     const Vec3 d = sky_direction(sky, 0.5f, static_cast<float>(y) + 0.5f);
+    // The cosine times the solid angle of a texel, up to a constant.
     const double weight = d.y * std::sqrt(std::max(0.0f, 1 - d.y * d.y));
     for (int x = 0; x < sky.width; ++x) {
       const Vec3 v = value(static_cast<std::size_t>(y) * static_cast<std::size_t>(sky.width) +
@@ -70,7 +71,7 @@ Vec3 upper_mean(const Sky& sky, const F& value) {
 
 /// Makes a sky from a lat-long image (channels R G B, or the first one as grey) times `scale`.
 /// Negative and non-finite pixels count as black.
-Sky make_image_sky(const Image& image, float scale, SkyDomain part);
+Sky make_image_sky(const Image& image, float scale, SkyDomain domain);
 
 /// View of a sky's tables for lookups on the CPU or a GPU. Borrowed.
 struct SkyTables {
@@ -125,7 +126,7 @@ PM_HD_CALL T3 sky_radiance(const SkyTables& sky, const T3& direction) {
   const V y = min(max(p.y * static_cast<float>(sky.height) - 0.5f, 0.0f),
                   static_cast<float>(sky.height - 1));
   const auto row = truncate(y), next_row = min(row + 1, sky.height - 1);
-  // `right` is in [0, width], because the first column follows the last one.
+  // The columns left and right of x wrap around: the first one follows the last one.
   const auto right = min(truncate(x + 1.0f), sky.width);
   const auto left = right - 1;
   const auto column = left + zero_unless(left < 0, sky.width),
@@ -135,7 +136,7 @@ PM_HD_CALL T3 sky_radiance(const SkyTables& sky, const T3& direction) {
                       x - to_float(left), y - to_float(row));
 }
 
-/// The pdf of sample_bright_sky(), per solid angle.
+/// Returns the pdf of sample_bright_sky(), per solid angle.
 template <class T3>
 PM_HD ComponentOf<T3> bright_sky_pdf(const SkyTables& sky, const T3& direction) {
   if (!sky.has_bright) return broadcast<ComponentOf<T3>>(0);
@@ -161,7 +162,7 @@ PM_HD_CALL T3 sky_irradiance(const SkyTables& sky, const T3& normal) {
                       x - to_float(column), y - to_float(row));
 }
 
-/// Calm and bright part of a radiance, which is their sum.
+/// A radiance as the sum of its calm and its bright part.
 template <class T3>
 struct SkySplitOf {
   T3 calm, bright;
@@ -181,15 +182,15 @@ struct SkySampleOf {
   ComponentOf<T3> pdf;  ///< per solid angle; 0 = nothing to sample
 };
 using SkySample = SkySampleOf<Vec3>;
-/// Interval of a cumulative table [0 .. count] that contains a number u, and the position of u in
-/// it.
+/// Interval [index, index + 1] of a table of count + 1 increasing values that contains a number u,
+/// and the fraction of the interval below u.
 struct CdfPick {
   int index;
   float fraction;
 };
 PM_HD inline CdfPick pick_from_cdf(const float* cdf, int count, float u) {
-  // This replaces std::upper_bound(), which returns another entry on a device without a warning of
-  // nvcc.
+  // This binary search replaces std::upper_bound(), which nvcc compiles without a warning but which
+  // returns another entry on a GPU.
   int above = 0;
   for (int size = count + 1; size > 0;) {
     const int half = size / 2;
@@ -207,7 +208,7 @@ PM_HD inline SkySample sample_bright_sky(const SkyTables& sky, float u, float v)
   const CdfPick row = pick_from_cdf(sky.row_cdf, sky.rows, v);
   const CdfPick column = pick_from_cdf(
       &sky.column_cdf[static_cast<std::size_t>(row.index) * (sky.columns + 1)], sky.columns, u);
-  // Uniform in cos(theta) within a cell, that is in solid angle.
+  // Within a cell the direction is uniform in cos(theta), that is in solid angle.
   const auto cosine = [&](int y) {
     return cos_sin_turns(0.5f * static_cast<float>(y) / static_cast<float>(sky.rows)).x;
   };

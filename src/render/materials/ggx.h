@@ -6,7 +6,8 @@
 
 namespace polymorph {
 
-inline constexpr float kMinAlpha = 1e-3f;  // a mirror within the precision of float
+// Smallest alpha that is used; its lobe is a mirror within the precision of float.
+inline constexpr float kMinAlpha = 1e-3f;
 
 /// Normal distribution function D (Trowbridge-Reitz).
 template <class T3>
@@ -23,17 +24,19 @@ PM_HD inline V ggx_root(V cosine, V alpha) {
   const V a2 = alpha * alpha;
   return sqrt(a2 + (1.0f - a2) * cosine * cosine);
 }
-/// Smith's masking function G1: fraction of microfacets that are visible from a direction.
+/// Smith's masking function G1: the fraction of microfacets that are visible from a direction.
 template <class V>
 PM_HD inline V ggx_masking(V cosine, V alpha) {
   return 2.0f * cosine / (cosine + ggx_root(cosine, alpha));
 }
-/// G2 / (4 a b) for directions of cosines a and b, height-correlated (Heitz 2014).
+/// Returns G2 / (4 a b) for directions of cosines a and b, where G2 is Smith's height-correlated
+/// masking and shadowing (Heitz 2014).
 template <class V>
 PM_HD inline V ggx_visibility(V a, V b, V alpha) {
   return 0.5f / (a * ggx_root(b, alpha) + b * ggx_root(a, alpha));
 }
-/// The pdf, per solid angle, of `view` reflected about a normal of sample_ggx_normal().
+/// Returns the pdf, per solid angle, of the reflection of `view` at a normal that
+/// sample_ggx_normal() draws. `half`: that normal.
 template <class T3>
 PM_HD inline ComponentOf<T3> ggx_direction_pdf(T3 view, T3 half, ComponentOf<T3> alpha) {
   return ggx_normal_density(half, alpha) / (2.0f * (view.z + ggx_root(view.z, alpha)));

@@ -8,8 +8,10 @@
 namespace polymorph {
 namespace {
 
+/// Returns the alpha or cosine of node i.
 float node_value(int i) { return square(static_cast<float>(i) / (kAlbedoNodes - 1)); }
 
+/// Integrates the albedo with 256 samples of a Hammersley sequence.
 SplitAlbedo integrate(float alpha, float cosine) {
   constexpr int kSamples = 256;
   const Vec3 view{std::sqrt(std::max(0.0f, 1 - cosine * cosine)), 0, cosine};
@@ -19,10 +21,11 @@ SplitAlbedo integrate(float alpha, float cosine) {
     const float v = static_cast<float>(reverse_bits(i) >> 8) * 0x1p-24f + 0.5f / kSamples;
     const Vec3 half = sample_ggx_normal(view, alpha, u, v);
     const float facing = dot(view, half);
-    const float height = 2 * facing * half.z - view.z;
-    if (height <= 0) continue;
-    const float weight =
-        ggx_visibility(cosine, height, alpha) * 4 * cosine * height / ggx_masking(cosine, alpha);
+    const float reflected_z = 2 * facing * half.z - view.z;
+    if (reflected_z <= 0) continue;
+    // BSDF times cosine divided by the pdf, without the Fresnel term: G2 / G1.
+    const float weight = ggx_visibility(cosine, reflected_z, alpha) * 4 * cosine * reflected_z /
+                         ggx_masking(cosine, alpha);
     const float fresnel = schlick(facing);
     scale += weight * (1 - fresnel);
     bias += weight * fresnel;
@@ -37,7 +40,7 @@ AlbedoTables make_tables() {
     for (int c = 0; c < kAlbedoNodes; ++c)
       tables.directional[a * kAlbedoNodes + c] = integrate(alpha, std::max(node_value(c), 1e-3f));
     // The mean 2 int E(c) c dc with c = s^2 is 4 int E s^3 ds. The trapezoidal sums over s are
-    // divided by that of s^3, so a constant albedo is exact.
+    // divided by the sum of s^3, so the mean of a constant albedo is exact.
     double scale = 0, bias = 0, sum = 0;
     for (int c = 0; c < kAlbedoNodes; ++c) {
       const double s = static_cast<double>(c) / (kAlbedoNodes - 1);

@@ -16,6 +16,7 @@ using SplitAlbedo = SplitAlbedoOf<float>;
 /// denser near 0.
 inline constexpr int kAlbedoNodes = 32;
 
+/// Albedos per alpha and cosine (rows of equal alpha), and their cosine-weighted means per alpha.
 struct AlbedoTables {
   SplitAlbedo directional[kAlbedoNodes * kAlbedoNodes];
   SplitAlbedo mean[kAlbedoNodes];
@@ -55,7 +56,7 @@ PM_HD SplitAlbedoOf<V> interpolate(const SplitAlbedo* nodes, I index, V fraction
           lerp(gather(numbers + 1, at), gather(numbers + 3, at), fraction)};
 }
 
-/// Looks up the albedo of a lobe for a direction of this cosine.
+/// Looks up the albedo of a lobe for a direction of this cosine, interpolated bilinearly.
 template <class V>
 PM_HD SplitAlbedoOf<V> split_albedo(V alpha, V cosine) {
   const AlbedoCellOf<V> a = find_albedo_cell(alpha), c = find_albedo_cell(cosine);
@@ -65,7 +66,7 @@ PM_HD SplitAlbedoOf<V> split_albedo(V alpha, V cosine) {
   const SplitAlbedoOf<V> high = interpolate(nodes + kAlbedoNodes, index, c.fraction);
   return {lerp(low.scale, high.scale, a.fraction), lerp(low.bias, high.bias, a.fraction)};
 }
-/// Cosine-weighted mean of the split albedo over all directions.
+/// Looks up the cosine-weighted mean of the split albedo over all directions.
 template <class V>
 PM_HD SplitAlbedoOf<V> mean_split_albedo(V alpha) {
   const AlbedoCellOf<V> a = find_albedo_cell(alpha);

@@ -20,9 +20,9 @@ PM_HD inline float dielectric_fresnel(float cosine, float eta) {
   return 0.5f * (parallel * parallel + perpendicular * perpendicular);
 }
 
-/// Direction of light that arrives along `direction` (unit) after refraction at a boundary whose
-/// normal points to the incident side. `eta` is that of dielectric_fresnel(). The angle of
-/// incidence must be below the critical angle.
+/// Returns the direction of light that arrives along `direction` (unit) after refraction at a
+/// boundary whose normal points to the incident side. `eta`: as in dielectric_fresnel(). The
+/// angle of incidence must be below the critical angle.
 PM_HD inline Vec3 refracted(Vec3 direction, Vec3 normal, float eta) {
   const float c = -dot(direction, normal);
   const float t = std::sqrt(std::max(0.0f, 1 - eta * eta * (1 - c * c)));

@@ -19,7 +19,7 @@ struct GlossLobeOf {
   T3 f0;                   ///< reflectance at normal incidence
   ComponentOf<T3> alpha;   ///< roughness squared
   ComponentOf<T3> weight;  ///< 0 = absent
-  T3 compensation;
+  T3 compensation;         ///< factor for the energy of multiple scattering
 };
 
 /// A Lambertian base under a coat.
@@ -32,7 +32,7 @@ struct DiffuseLobeOf {
   T3 coat_normalization;  ///< 1 / (1 - mean albedo of the coat)
 };
 
-/// Scattering at one point for one view direction, or at eight points.
+/// BSDF at one point for one view direction, or at eight points.
 template <class T3>
 struct BsdfOf {
   FrameOf<T3> frame;  ///< z = shading normal
@@ -41,24 +41,24 @@ struct BsdfOf {
   GlossLobeOf<T3> gloss[2];
   int diffuse_count = 0, gloss_count = 0;
   T3 diffuse_albedo{};  ///< sum over all diffuse lobes
-  ComponentOf<T3>
-      choose_diffuse{};  ///< probabilities of sampling each lobe; their sum is 1, or 0 for black
+  /// Probabilities of sampling each lobe; their sum is 1, or 0 for black.
+  ComponentOf<T3> choose_diffuse{};
   ComponentOf<T3> choose_gloss[2] = {};
   MaskOf<T3> has_diffuse{}, has_gloss{};
-  ComponentOf<T3> sharpest_alpha =
-      broadcast<ComponentOf<T3>>(1);  ///< smallest alpha of the gloss lobes; 1 without gloss
+  /// Smallest alpha of the gloss lobes; 1 without gloss.
+  ComponentOf<T3> sharpest_alpha = broadcast<ComponentOf<T3>>(1);
 };
 using Bsdf = BsdfOf<Vec3>;
 
-/// A uniform, texture-resolved material.
+/// Parameters of a material at a point, after texture lookup.
 template <class T3>
 struct ShadingOf {
   T3 color;
   T3 specular;
   ComponentOf<T3> roughness;
   ComponentOf<T3> metallic;
-  ComponentOf<T3> transmission =
-      broadcast<ComponentOf<T3>>(0);  ///< fraction that is clear glass of this colour
+  /// Fraction that is glass of this colour.
+  ComponentOf<T3> transmission = broadcast<ComponentOf<T3>>(0);
   ComponentOf<T3> ior = broadcast<ComponentOf<T3>>(1.5f);
 };
 using Shading = ShadingOf<Vec3>;
@@ -78,12 +78,13 @@ PM_HD inline Shading mix(const Shading& a, const Shading& b, float t) {
           lerp(a.transmission, b.transmission, t),
           lerp(a.ior, b.ior, t)};
 }
+/// Makes the shading parameters of RenderScene::look.
 PM_HD inline Shading look_shading(const LookSettings& look) {
   if (look.kind == LookKind::kMatte) return {look.color, {}, 1, 0};
   if (look.kind == LookKind::kGlass) return {look.color, {}, look.roughness, 0, 1, look.ior};
   return {look.color, look.color, look.roughness, 1};
 }
-/// Makes the material diffuse where `matte`, with the same colour.
+/// Makes the material diffuse in the lanes `matte`, with the same colour.
 template <class T3>
 PM_HD inline ShadingOf<T3> make_matte_where(MaskOf<T3> matte, ShadingOf<T3> s) {
   s.specular = zero_unless(!matte, s.specular);
@@ -107,8 +108,8 @@ PM_HD T3 reciprocal(T3 a) {
   return {1.0f / a.x, 1.0f / a.y, 1.0f / a.z};
 }
 
-/// Albedo including multiple scattering, and the factor by which multiple scattering increases
-/// single scattering.
+/// Albedo of a gloss lobe including multiple scattering, and the factor by which multiple
+/// scattering exceeds single scattering.
 template <class T3>
 struct GlossEnergy {
   T3 albedo, compensation;
@@ -139,7 +140,7 @@ PM_HD void add_material(BsdfOf<T3>& bsdf, const ShadingOf<T3>& material, Compone
   const MaskOf<T3> is_present = weight > 0.0f;
   const MaskOf<T3> glossy = (!is_black(f0)) & is_present;
   const MaskOf<T3> diffuse = (!is_black(base)) & is_present;
-  DiffuseLobeOf<T3> lobe{{}, {}, broadcast<V>(1), white<T3>()};
+  DiffuseLobeOf<T3> lobe{{}, {}, broadcast<V>(1), white<T3>()};  // without a coat
   T3 transmittance = white<T3>();
   if (any(glossy)) {
     const GlossEnergy<T3> energy = compute_gloss_energy(f0, alpha, bsdf.view.z);
@@ -150,10 +151,10 @@ PM_HD void add_material(BsdfOf<T3>& bsdf, const ShadingOf<T3>& material, Compone
     if (!any(diffuse)) return;
     transmittance = select(glossy, max(white<T3>() - energy.albedo, T3{}), transmittance);
     const SplitAlbedoOf<V> mean = mean_split_albedo(alpha);
-    const T3 coat = f0 * mean.scale + white<T3>() * mean.bias;
+    const T3 mean_coat_albedo = f0 * mean.scale + white<T3>() * mean.bias;
     lobe.coat_f0 = zero_unless(glossy, f0);
     lobe.coat_alpha = alpha;
-    lobe.coat_normalization = reciprocal(white<T3>() - min(coat, white<T3>() * 0.99f));
+    lobe.coat_normalization = reciprocal(white<T3>() - min(mean_coat_albedo, white<T3>() * 0.99f));
   }
   if (!any(diffuse)) return;
   lobe.albedo = zero_unless(diffuse, base * transmittance * weight);
@@ -188,7 +189,8 @@ PM_HD_CALL BsdfValueOf<T3> evaluate_bsdf(const BsdfOf<T3>& bsdf, const T3& direc
   using V = ComponentOf<T3>;
   BsdfValueOf<T3> result;
   const MaskOf<T3> above = direction.z > 0.0f;
-  // Transmittance of the coat on entry and exit, normalized (Kelemen and Szirmay-Kalos 2001).
+  // The coat's transmittance from `direction`, normalized (Kelemen and Szirmay-Kalos 2001). That
+  // towards the viewer is part of `albedo`.
   for (int i = 0; i < bsdf.diffuse_count; ++i) {
     const DiffuseLobeOf<T3>& lobe = bsdf.diffuse[i];
     T3 transmittance = white<T3>();
@@ -226,6 +228,7 @@ PM_HD T3 sample_bsdf(const BsdfOf<T3>& bsdf, ComponentOf<T3> u, ComponentOf<T3> 
     direction = select(diffuse, cosine_direction(zero_unless(diffuse, u / bsdf.choose_diffuse), v),
                        direction);
   if (bsdf.gloss_count == 0) return direction;
+  // Choose a gloss lobe, and map u to [0, 1) within its interval.
   u = u - bsdf.choose_diffuse;
   V probability = bsdf.choose_gloss[0], alpha = bsdf.gloss[0].alpha;
   if (bsdf.gloss_count == 2) {

@@ -7,9 +7,9 @@
 // 4, ... pixels. The remaining noise is therefore fine-grained (blue).
 //
 // Steady noise: all frames share one sequence. A pixel that shows only static surfaces draws the
-// same part of it in every frame. A pixel that shows motion draws the part of another pixel, whose
-// coordinates are its own XOR a number of the frame. The XOR keeps the hierarchy of blocks, and so
-// the fine grain.
+// same part of it in every frame. A pixel that shows motion draws the part of another pixel: the
+// pixel's Z-order index is combined by XOR with a number that differs between frames. XOR keeps the
+// hierarchy of blocks, so the noise stays fine-grained.
 #pragma once
 
 #include <cstdint>
@@ -71,8 +71,8 @@ constexpr B sobol_second(B index) {
 struct FrameSampler {
   std::uint64_t key = 0;  ///< hash of (seed, frame), or of the seed only with steady noise
   int sample_bits = 0;    ///< 2^sample_bits >= samples per pixel
-  std::uint64_t fresh =
-      0;  ///< XORed to the Z-order index of pixels that show motion; 0 without steady noise
+  /// Combined by XOR with the Z-order index of pixels that show motion; 0 without steady noise.
+  std::uint64_t fresh = 0;
 };
 FrameSampler make_frame_sampler(std::uint64_t seed, int frame, int samples, bool steady = false);
 
@@ -83,7 +83,7 @@ struct SampleIndex {
   std::uint32_t sequence = 0;
   std::uint32_t reversed = 0;  ///< bit-reversed index in the sequence
 };
-/// `moving`: the pixel shows something that moves, or the camera moves.
+/// Finds the position of a pixel's sample. `moving`: the pixel shows motion, or the camera moves.
 PM_HD inline SampleIndex sample_index(const FrameSampler& frame, int x, int y, std::uint32_t sample,
                                       bool moving = false) {
   std::uint64_t order = interleave_zeros(static_cast<std::uint32_t>(x)) |
@@ -110,20 +110,22 @@ class PathSamplerOf {
   /// Returns the numbers of `set`: 0 for the camera, 1 + v for vertex v of the path.
   PM_HD_CALL Sample4Of<V> get(std::uint32_t set) const {
     Sample4Of<V> numbers;
-    pair(mix64(key_ ^ (2 * set)), numbers.a, numbers.b);
-    pair(mix64(key_ ^ (2 * set + 1)), numbers.c, numbers.d);
+    draw_pair(mix64(key_ ^ (2 * set)), numbers.a, numbers.b);
+    draw_pair(mix64(key_ ^ (2 * set + 1)), numbers.c, numbers.d);
     return numbers;
   }
 
  private:
-  PM_HD void pair(std::uint64_t seed, V& a, V& b) const {
-    const auto scramble = static_cast<std::uint32_t>(seed);
+  /// Draws two dimensions: shuffles the index, then scrambles both Sobol numbers.
+  PM_HD void draw_pair(std::uint64_t seed, V& a, V& b) const {
+    const auto value_seed = static_cast<std::uint32_t>(seed);
     const BitsOf<V> index =
         reverse_bits(owen_hash(reversed_index_, static_cast<std::uint32_t>(seed >> 32)));
-    a = unit(index, scramble);
-    b = unit(sobol_second(index), scramble * 0x9e3779b9u + 0x7f4a7c15u);
+    a = to_unit_float(index, value_seed);
+    b = to_unit_float(sobol_second(index), value_seed * 0x9e3779b9u + 0x7f4a7c15u);
   }
-  PM_HD static V unit(BitsOf<V> x, std::uint32_t seed) {
+  /// Scrambles a bit-reversed number, and scales its upper 24 bits to [0, 1).
+  PM_HD static V to_unit_float(BitsOf<V> x, std::uint32_t seed) {
     return signed_to_float(reverse_bits(owen_hash(x, seed)) >> 8) * 0x1p-24f;
   }
 

@@ -62,7 +62,7 @@ template <>
 PM_HD inline bool broadcast_mask<bool>(bool holds) {
   return holds;
 }
-/// The number of lanes in which the mask holds.
+/// Counts the lanes in which the mask holds.
 template <class V>
 PM_HD inline int count_lanes(MaskOf<V> mask) {
   return popcount(Lanes<V>::bits(mask));
@@ -72,12 +72,12 @@ PM_HD inline float xor_sign(std::uint32_t sign_bit, float a) {
 }
 PM_HD inline float copysign(float a, float sign) { return std::copysign(a, sign); }
 PM_HD inline float abs(float a) { return std::fabs(a); }
-/// Rounds |a| < 2^31 towards zero: an index into a table.
+/// Rounds |a| < 2^31 towards zero, to index a table.
 PM_HD inline std::int32_t truncate(float a) { return static_cast<std::int32_t>(a); }
 PM_HD inline float to_float(std::int32_t a) { return static_cast<float>(a); }
 PM_HD inline std::int32_t min(std::int32_t a, std::int32_t b) { return a < b ? a : b; }
 PM_HD inline std::int32_t zero_unless(bool keep, std::int32_t a) { return keep ? a : 0; }
-/// base[index], index >= 0.
+/// Returns base[index], index >= 0.
 PM_HD inline float gather(const float* base, std::int32_t index) { return base[index]; }
 
 #if defined(PM_PACKS)
@@ -161,6 +161,7 @@ inline Pack copysign(Pack a, Pack sign) {
 }
 inline Pack abs(Pack a) { return float_from_bits(float_bits(a) & 0x7fffffffu); }
 
+// PackMask also serves as a vector of eight 32-bit integers.
 inline PackMask truncate(Pack a) { return __builtin_convertvector(a, PackMask); }
 inline Pack to_float(PackMask a) { return __builtin_convertvector(a, Pack); }
 inline PackMask min(PackMask a, std::int32_t b) {
@@ -187,9 +188,9 @@ template <class I>
 PM_HD inline auto gather(const Vec3* base, I index) {
   static_assert(sizeof(Vec3) == 3 * sizeof(float));
   const float* numbers = &base->x;
-  const I at = index * 3;
-  using T3 = Vec3Of<decltype(gather(numbers, at))>;
-  return T3{gather(numbers, at), gather(numbers + 1, at), gather(numbers + 2, at)};
+  const I offset = index * 3;
+  using T3 = Vec3Of<decltype(gather(numbers, offset))>;
+  return T3{gather(numbers, offset), gather(numbers + 1, offset), gather(numbers + 2, offset)};
 }
 
 #if defined(PM_PACKS)
@@ -219,8 +220,8 @@ inline void transpose(const Pack (&r)[kLanes], Pack* columns) {
   }
 }
 
-/// Transposes eight rows of kWidth numbers (a multiple of 8) to columns. store_rows() is the
-/// inverse.
+/// Loads eight rows of kWidth numbers (a multiple of 8) as kWidth columns, with row l in lane l.
+/// store_rows() is the inverse.
 template <int kWidth>
 inline void load_rows(const float* const (&rows)[kLanes], Pack* columns) {
   static_assert(kWidth % kLanes == 0);

@@ -19,7 +19,7 @@ template <class V>
 PM_HD inline V square(V x) {
   return x * x;
 }
-/// Clamps to [0, 1]; NaN becomes 0, so that table lookups stay in range.
+/// Clamps to [0, 1]. NaN becomes 0, so that table lookups stay in range.
 template <class V>
 PM_HD inline V clamp01(V x) {
   return min(max(x, 0.0f), 1.0f);
@@ -35,7 +35,7 @@ inline float cosine(float angle) {
 inline float tangent(float angle) {
   return static_cast<float>(exact::tan(static_cast<double>(angle)));
 }
-/// The direction at this azimuth (around y, from z) and elevation, in radians.
+/// Returns the direction at this azimuth (around y, from z) and elevation, in radians.
 inline Vec3 direction_at(float azimuth, float elevation) {
   return {sine(azimuth) * cosine(elevation), sine(elevation), cosine(azimuth) * cosine(elevation)};
 }
@@ -81,7 +81,7 @@ PM_HD inline FrameOf<T3> make_frame(T3 n) {
   const V b = n.x * n.y * a;
   return {{1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x}, {b, sign + n.y * n.y * a, -n.y}, n};
 }
-/// Transforms to world coordinates. All lanes may share one frame.
+/// Transforms to world coordinates, with one frame per lane or one for all lanes.
 template <class F3, class T3>
 PM_HD inline T3 to_world(const FrameOf<F3>& f, T3 v) {
   return f.x * v.x + f.y * v.y + f.z * v.z;
@@ -91,7 +91,7 @@ PM_HD inline T3 to_local(const FrameOf<F3>& f, T3 v) {
   return {dot(v, f.x), dot(v, f.y), dot(v, f.z)};
 }
 
-/// Cosine and sine of `turns` full turns, |turns| < 2^20; error below 1e-6.
+/// Computes cosine and sine of `turns` full turns, |turns| < 2^20; error below 1e-6.
 template <class V>
 PM_HD inline Vec2Of<V> cos_sin_turns(V turns) {
   // Subtracts the nearest multiple of a quarter turn, then evaluates Taylor polynomials on [-pi/4,
@@ -109,7 +109,7 @@ PM_HD inline Vec2Of<V> cos_sin_turns(V turns) {
           xor_sign((quarter & 2u) << 30, select(odd, c, s))};
 }
 
-/// atan2(y, x) in turns, (-0.5, 0.5]; error below 1e-5 turns. 0 where both are 0.
+/// Computes atan2(y, x) in turns, (-0.5, 0.5], or 0 if both are 0; error below 1e-5 turns.
 template <class V>
 PM_HD inline V atan2_turns(V y, V x) {
   const V ax = abs(x), ay = abs(y);
@@ -135,15 +135,15 @@ PM_HD inline Vec2Of<V> concentric_disc(V u, V v) {
   return cos_sin_turns<V>(select(wide, 0.125f * ratio, 0.25f - 0.125f * ratio)) * radius;
 }
 
-/// Direction about +z with pdf cos / pi.
+/// Maps the unit square to directions about +z with the pdf cos / pi.
 template <class V>
 PM_HD inline Vec3Of<V> cosine_direction(V u, V v) {
   const Vec2Of<V> d = concentric_disc(u, v);
   return {d.x, d.y, sqrt(max(1.0f - d.x * d.x - d.y * d.y, 0.0f))};
 }
 
-/// Direction in the cone about +z of half angle acos(1 - height), uniform in solid angle. The map
-/// from the disc is continuous, so well-distributed samples stay well distributed.
+/// Maps the unit square to directions in the cone about +z of half angle acos(1 - height), uniform
+/// in solid angle. The map is continuous, so well-distributed samples stay well distributed.
 template <class V, class H>
 PM_HD inline Vec3Of<V> cone_direction(H height, V u, V v) {
   const Vec2Of<V> disc = concentric_disc(u, v);

@@ -93,13 +93,13 @@ class Tracer {
     Pack columns[kPathWidth];
     load_rows<kPathWidth>(starts, columns);
     Paths path;
-    std::memcpy(&path, columns, sizeof path);
+    std::memcpy(&path, columns, sizeof path);  // Paths consists of kPathWidth packs
     return path;
   }
   void store(const Paths& path, PackBits rows, PackMask where) {
     Pack columns[kPathWidth];
     std::memcpy(columns, &path, sizeof path);
-    PathRow unused;
+    PathRow unused;  // receives the lanes that are not stored
     float* starts[kLanes];
     for (int l = 0; l < kLanes; ++l)
       starts[l] = &(where[l] ? paths_[rows[l]] : unused).ray.origin.x;
@@ -116,7 +116,8 @@ class Tracer {
     return intersection;
   }
 
-  /// Calls f(paths, rows, live lanes), which returns the lanes that continue.
+  /// Calls f(paths, rows, live lanes) for eight paths of a list at a time. f returns the lanes
+  /// whose paths continue.
   template <class F>
   void for_each_packet(const PathList& list, const F& f) {
     for (int first = 0; first < list.count; first += kLanes) {
@@ -161,15 +162,17 @@ class Tracer {
     return {{sampler_, wave_.sequence, path.sample}, depth_, world_.direct_only};
   }
 
+  // The shade functions add light and scatter the paths. They return the lanes whose paths go on.
+
   PackMask shade_floor_hits(Paths& path, PackBits rows, PackMask live) {
     const Pack distance = load_intersection(rows).floor;
     add_hit_lamps(world_, path, distance, live);
     const FloorPointOf<Pack3> point = floor_point(world_.floor, path.ray, distance);
     add_sky(world_, path, point.fade, live);
     path.throughput = path.throughput * (1.0f - point.fade);
-    Vertices at{path, rows, {}, live, {}, shadows_};
+    Vertices vertices{path, rows, {}, live, {}, shadows_};
     const PackMask continues =
-        scatter_on_floor(world_, at, point, make_vertex_random(path), stats_);
+        scatter_on_floor(world_, vertices, point, make_vertex_random(path), stats_);
     path.depth_left = path.depth_left - 1.0f;
     return continues;
   }
@@ -191,8 +194,8 @@ class Tracer {
     }
     const BsdfOf<Pack3> bsdf =
         make_bsdf_at(world_, hit, point.shading, -path.ray.direction, has(path, kScattered));
-    Vertices at{path, rows, {}, live, {}, shadows_};
-    return scatter_on_mesh(world_, at, point, bsdf, random);
+    Vertices vertices{path, rows, {}, live, {}, shadows_};
+    return scatter_on_mesh(world_, vertices, point, bsdf, random);
   }
 
   /// Continues the stored paths that hit glass, one by one.
@@ -222,7 +225,7 @@ class Tracer {
           set_lane(transmittance, l,
                    trace_transmittance(world_, *world_.geometry, paths_[rows[l]].ray, stats_));
     } else {
-      const int count = popcount(Lanes<Pack>::bits(live));
+      const int count = popcount(Lanes<Pack>::bits(live));  // the live lanes are the first ones
       stats_.rays += static_cast<std::uint64_t>(count);
       const std::uint32_t occluded = world_.geometry->test_occlusion(&path.ray, count);
       for (int l = 0; l < count; ++l)
@@ -232,7 +235,8 @@ class Tracer {
     if (any(hidden))
       add_sky(world_, path, broadcast<Pack>(world_.max_depth == 1 ? kGuessedBounce : 0), hidden);
     const PackMask visible = live & !hidden;
-    // For unoccluded rays the control variate is exact.
+    // For unoccluded rays the control variate is exact. For rays through glass it is subtracted,
+    // and the attenuated sky is added below.
     const PackMask attenuated = visible & (min_component(transmittance) < 1.0f);
     if (any(attenuated)) add_sky(world_, path, Pack{}, attenuated);
     path.throughput = path.throughput * transmittance;
@@ -268,7 +272,7 @@ FirstHit first_hit(const World& world, const Ray& ray, const Intersection& first
     const RenderMesh& mesh = world.geometry->mesh(hit.mesh);
     const SurfacePoint point = world.geometry->surface_point(ray, hit);
     const Triangle& t = mesh.triangles[hit.triangle];
-    const auto at = [&](const auto& values) {
+    const auto at_hit = [&](const auto& values) {
       return values[t.v[0]] * (1 - hit.u - hit.v) + values[t.v[1]] * hit.u + values[t.v[2]] * hit.v;
     };
     result.depth = hit.distance;
@@ -276,10 +280,10 @@ FirstHit first_hit(const World& world, const Ray& ray, const Intersection& first
     result.id = mesh.id;
     result.position = point.position;
     result.next =
-        mesh.displacement.empty() ? point.position : point.position + at(mesh.displacement);
+        mesh.displacement.empty() ? point.position : point.position + at_hit(mesh.displacement);
     result.albedo = mixed_shading(world, hit).color;
     result.uv = texture_point(mesh, hit.triangle, hit.u, hit.v).uv;
-    result.progress = mesh.vertex_progress.empty() ? mesh.progress : at(mesh.vertex_progress);
+    result.progress = mesh.vertex_progress.empty() ? mesh.progress : at_hit(mesh.vertex_progress);
     result.t = world.time;
     if (!mesh.vertex_labels.empty())
       result.label = static_cast<float>(mesh.first_label + nearest_label(mesh, hit));

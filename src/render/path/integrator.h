@@ -14,29 +14,29 @@ namespace polymorph {
 struct PathLight {
   Vec3 radiance;
   float alpha = 1;
-  /// For a floor of which only shadows are kept: the fraction of the ray that sees the floor (not
-  /// part of alpha), the luminance that the floor reflects, and the luminance that it would reflect
-  /// without shadows.
+  /// For a shadow catcher, a floor of which only the shadows are kept: the fraction of the ray that
+  /// sees the floor (not part of alpha), the luminance that the floor reflects, and the luminance
+  /// that it would reflect without shadows.
   float floor = 0, lit = 0, unlit = 0;
 };
 
-/// Computes the light of a path that has ended. `direct`: light of its shadow rays.
+/// Computes the light of a path that has ended. `direct`: the light that its shadow rays brought.
 PM_HD inline PathLight make_result(const PathRow& path, Vec3 direct) {
   const Vec3 radiance = path.radiance + direct;
   const PathLight light{radiance, std::max(path.alpha, 0.0f), 0, 0, 0};
   if (!has(path, kOnShadowFloor)) return light;
-  // alpha is the visible fraction of the faded floor; write_colors() computes how much of it is
-  // shadow.
+  // Here alpha is the fraction of the ray that sees the faded floor. write_colors() computes how
+  // much of it is shadow.
   return {{}, 0, light.alpha, luminance(radiance), path.unlit};
 }
 
-/// Camera rays that are followed together.
+/// Camera rays whose paths are traced together, and their light.
 struct Wavefront {
   static constexpr int kMax = 512;
   int count = 0;
   std::array<Ray, kMax> rays;               ///< `far` is ignored
-  std::array<std::uint32_t, kMax> samples;  ///< SampleIndex::reversed of each
-  std::uint32_t sequence = 0;               ///< SampleIndex::sequence of all
+  std::array<std::uint32_t, kMax> samples;  ///< SampleIndex::reversed of each ray
+  std::uint32_t sequence = 0;               ///< SampleIndex::sequence of all rays
   std::array<PathLight, kMax> lights;       ///< filled by trace()
 };
 
@@ -44,12 +44,12 @@ struct Wavefront {
 /// The light along a ray does not depend on the other rays.
 void trace(const World& world, const FrameSampler& sampler, Wavefront& wave, RayStats& stats);
 
-/// Computes the AOVs of a camera ray with the first intersection `first`, except two that need the
-/// camera: `depth` is the distance along the ray, and `motion` is not set (the caller projects
-/// `next`).
+/// Computes the AOVs of a camera ray with the first intersection `first`. Two of them need the
+/// camera, so the caller finishes them: `depth` is the distance along the ray, and `motion` is not
+/// set.
 FirstHit first_hit(const World& world, const Ray& ray, const Intersection& first);
 
-/// The label of the vertex nearest to a hit of a mesh that has labels.
+/// Finds the label of the vertex nearest to a hit of a mesh that has labels.
 std::uint32_t nearest_label(const RenderMesh& mesh, const MeshHit& hit);
 
 }  // namespace polymorph

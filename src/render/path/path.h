@@ -13,26 +13,28 @@ inline constexpr int kFreeMirrors = 2;
 inline constexpr std::uint32_t kMaxGlassBoundaries = 8;
 
 // With a single bounce (previews), surfaces that occlude the sky are assumed to reflect this
-// fraction of it. This replaces all further bounces: there are fewer black pixels, and shadows are
-// about as dark as they should be.
+// fraction of its light. This replaces all further bounces: there are fewer black pixels, and
+// shadows are about as dark as with them.
 inline constexpr float kGuessedBounce = 0.4f;
 
 // Flags of a path, one bit each. The bits from kGlassShift on are the number of glass boundaries
 // that the path may still pass.
-inline constexpr std::uint32_t kHitsLights =
-    1;  ///< the light of suns and lamps that the ray hits is added
-inline constexpr std::uint32_t kFromCamera =
-    2;  ///< the path has only passed clear glass since the camera
-inline constexpr std::uint32_t kThroughGlass = 4;  ///< the path has hit glass
-inline constexpr std::uint32_t kOnShadowFloor =
-    8;  ///< the first vertex is on a floor of which only shadows are kept
+
+/// The light of suns and lamps that the ray hits is added.
+inline constexpr std::uint32_t kHitsLights = 1;
+/// The path has only been refracted by glass since the camera.
+inline constexpr std::uint32_t kFromCamera = 2;
+/// The path has hit glass.
+inline constexpr std::uint32_t kThroughGlass = 4;
+/// The first vertex is on a shadow catcher (PathLight).
+inline constexpr std::uint32_t kOnShadowFloor = 8;
 /// The path has been scattered by a diffuse or rough surface. From then on glossy lobes are treated
 /// as diffuse ones of the same colour. This keeps their energy; their caustics would be noise at
 /// any practical sample count.
 inline constexpr std::uint32_t kScattered = 16;
 inline constexpr std::uint32_t kGlassShift = 8;
 
-/// State of one path, 24 values in a row, or of eight paths, with a column per value.
+/// State of one path (a row of 24 values), or of eight paths (24 columns of eight values).
 template <class T3>
 struct PathOf {
   using V = ComponentOf<T3>;
@@ -42,10 +44,11 @@ struct PathOf {
   /// Control variate. Every diffuse vertex immediately adds all the light that it would receive
   /// from an unoccluded calm sky (known exactly), and the next ray corrects this: if it sees the
   /// sky, nothing is added; if not, the sky's contribution is subtracted. So unshadowed surfaces
-  /// have no noise from the sky. The member is the throughput of the known contribution.
+  /// have no noise from the sky. This member is the throughput of the contribution that has been
+  /// added.
   T3 control_variate{};
-  V pdf{};  ///< pdf of the ray's direction, per solid angle
-  V alpha = broadcast<V>(1);
+  V pdf{};                                 ///< pdf of the ray's direction, per solid angle
+  V alpha = broadcast<V>(1);               ///< PathLight::alpha
   V unlit{};                               ///< PathLight::unlit
   V depth_left{};                          ///< surfaces at which the path may still scatter
   V mirrors = broadcast<V>(kFreeMirrors);  ///< sharp mirrors that do not yet count for the depth
@@ -73,8 +76,8 @@ inline void set(Paths& path, std::uint32_t flag, PackMask on) {
 }
 #endif
 
-/// Multiple importance sampling weights of the strategy with the pdf `own`, when another one
-/// samples the same light with the pdf `other` (Veach 1997).
+/// Returns the multiple importance sampling weight of a strategy with the pdf `own`, when another
+/// strategy samples the same light with the pdf `other` (Veach 1997).
 template <class V>
 PM_HD inline V power_heuristic(V own, V other) {
   const V ratio = other / own;
@@ -98,8 +101,8 @@ PM_HD T3 clamp_light(T3 light, float limit) {
   return select(max_light > limit, light * (limit / max_light), light);
 }
 
-/// Adds the light of a sun or lamp in the lanes `hit`, whose rays hit it. `pdf`: pdf of sampling
-/// the ray's direction from the light.
+/// Adds the light of a sun or lamp in the lanes `hit`, whose rays hit it. `pdf`: the pdf with which
+/// sampling the light draws the ray's direction.
 template <class T3>
 PM_HD void add_hit_light(const World& world, PathOf<T3>& path, Vec3 radiance, ComponentOf<T3> pdf,
                          MaskOf<T3> hit) {
@@ -117,8 +120,9 @@ PM_HD T3 clamp_indirect(const World& world, const PathOf<T3>& path, const T3& li
 
 // The following functions change only the lanes `where`.
 
-/// Adds the sky, of which the ray sees `fraction`: 1 if the ray leaves the scene, what a faded
-/// floor transmits, or 0 if the ray hits a mesh.
+/// Adds the sky, of which the ray sees `fraction`: 1 if the ray leaves the scene, the fade of the
+/// floor (FloorPointOf) if it hits that, or 0 if it hits a mesh. Camera rays see the backdrop. For
+/// other rays the calm part replaces what the control variate has added.
 template <class T3>
 PM_HD_CALL void add_sky(const World& world, PathOf<T3>& path, ComponentOf<T3> fraction,
                         MaskOf<T3> where) {

@@ -13,14 +13,14 @@ namespace polymorph {
 /// Random numbers of path vertices, from disjoint sets of the sampler.
 template <class V>
 struct VertexRandomOf {
-  static constexpr std::uint32_t kSkySets = 1024, kGlassSets = 2048,
-                                 kLightSets = 8192;  ///< offsets of the sets; larger than any depth
+  /// Offsets of the sets, larger than any depth. kTimeSet lies between them.
+  static constexpr std::uint32_t kSkySets = 1024, kGlassSets = 2048, kLightSets = 8192;
   static constexpr std::uint32_t kMaxLights = 32;
   PathSamplerOf<V> sampler;
   std::uint32_t set;  ///< 1 + v at vertex v
   bool centered;      ///< lights are sampled at their centres
-  /// Random numbers for the key light and the next direction.
-  PM_HD Sample4Of<V> own() const { return centered ? center() : sampler.get(set); }
+  /// Returns the random numbers for the key light (a, b) and the next direction (c, d).
+  PM_HD Sample4Of<V> vertex() const { return centered ? center() : sampler.get(set); }
   PM_HD Sample4Of<V> sky() const { return sampler.get(kSkySets + set); }
   PM_HD Sample4Of<V> glass() const { return sampler.get(kGlassSets + set); }
   PM_HD Sample4Of<V> light(std::size_t i) const {
@@ -39,15 +39,15 @@ struct VerticesOf {
   PathOf<T3>& path;
   BitsOf<ComponentOf<T3>> rows;  ///< indices of the paths in the wave
   T3 origin;                     ///< origin of the shadow rays and of the next ray
-  MaskOf<T3> live;
-  MaskOf<T3> shared{};  ///< lanes whose next ray may hit suns and lamps, too
+  MaskOf<T3> live;               ///< lanes that hold a path
+  MaskOf<T3> uses_mis{};         ///< lanes whose next ray also adds suns and lamps that it hits
   Shadows& shadows;
   MaskOf<T3> records_unlit{};  ///< lanes whose unoccluded light is recorded as well (PathOf::unlit)
 };
 
 // Lobes sharper than this count as mirrors, which do not set kScattered.
 inline constexpr float kMirrorAlpha = 0.1f;
-// Stands for the infinite pdf of a smooth mirror or glass.
+// Replaces the infinite pdf of a smooth mirror or glass.
 inline constexpr float kDeltaPdf = 1e30f;
 
 /// Light that arrives from one direction unless it is occluded.
@@ -59,70 +59,76 @@ struct DirectLightOf {
   MaskOf<T3> lanes;
 };
 
-/// Adds a shadow ray towards a light. Where at.records_unlit, the unoccluded light is recorded as
-/// well.
+/// Adds a shadow ray towards a light. Where vertices.records_unlit, the unoccluded light is
+/// recorded as well.
 template <class T3, class Shadows>
-PM_HD void add_direct(const World& world, VerticesOf<T3, Shadows>& at,
+PM_HD void add_direct(const World& world, VerticesOf<T3, Shadows>& vertices,
                       const DirectLightOf<T3>& light) {
   const auto& [direction, distance, radiance, lanes] = light;
-  at.path.unlit = at.path.unlit + zero_unless(at.records_unlit & lanes, luminance(radiance));
-  at.shadows.add({at.origin, direction, at.path.ray.time, distance},
-                 clamp_indirect(world, at.path, radiance), at.rows, lanes);
+  vertices.path.unlit =
+      vertices.path.unlit + zero_unless(vertices.records_unlit & lanes, luminance(radiance));
+  vertices.shadows.add({vertices.origin, direction, vertices.path.ray.time, distance},
+                       clamp_indirect(world, vertices.path, radiance), vertices.rows, lanes);
 }
 
-/// Adds the light of one sun. `scatter(direction)` returns the BSDF times cosine and the pdf.
+/// Adds the light of one sun. `scatter(direction)` returns the BSDF times cosine, and the pdf with
+/// which the next ray takes this direction.
 template <class T3, class Shadows, class Scatter>
-PM_HD void add_sun(const World& world, VerticesOf<T3, Shadows>& at, const DistantLight& sun,
+PM_HD void add_sun(const World& world, VerticesOf<T3, Shadows>& vertices, const DistantLight& sun,
                    const Sample4Of<ComponentOf<T3>>& random, const Scatter& scatter) {
   using V = ComponentOf<T3>;
   const T3 direction = sample_distant(sun, random.a, random.b);
   const BsdfValueOf<T3> bsdf = scatter(direction);
-  const MaskOf<T3> shared = at.shared & broadcast_mask<MaskOf<T3>>(sun.pdf > 0);
+  const MaskOf<T3> uses_mis = vertices.uses_mis & broadcast_mask<MaskOf<T3>>(sun.pdf > 0);
   const V weight =
-      select(shared, balance_heuristic(broadcast<V>(sun.pdf), bsdf.pdf), broadcast<V>(1));
-  add_direct<T3, Shadows>(world, at,
-                          {direction, broadcast<V>(kInfinity),
-                           at.path.throughput * bsdf.value * sun.sample_power * weight, at.live});
+      select(uses_mis, balance_heuristic(broadcast<V>(sun.pdf), bsdf.pdf), broadcast<V>(1));
+  add_direct<T3, Shadows>(
+      world, vertices,
+      {direction, broadcast<V>(kInfinity),
+       vertices.path.throughput * bsdf.value * sun.sample_power * weight, vertices.live});
 }
 
+/// Adds the light of one lamp, as add_sun() does.
 template <class T3, class Shadows, class Scatter>
-PM_HD void add_lamp(const World& world, VerticesOf<T3, Shadows>& at, const Lamp& lamp,
+PM_HD void add_lamp(const World& world, VerticesOf<T3, Shadows>& vertices, const Lamp& lamp,
                     const Sample4Of<ComponentOf<T3>>& random, const Scatter& scatter) {
   using V = ComponentOf<T3>;
-  const LampSampleOf<T3> sample = sample_lamp(lamp, at.origin, random.a, random.b);
+  const LampSampleOf<T3> sample = sample_lamp(lamp, vertices.origin, random.a, random.b);
   const BsdfValueOf<T3> bsdf = scatter(sample.direction);
-  const MaskOf<T3> lit = at.live & !is_black(sample.power);
-  const V weight = select(at.shared & (sample.pdf > 0.0f), balance_heuristic(sample.pdf, bsdf.pdf),
-                          broadcast<V>(1));
-  add_direct<T3, Shadows>(world, at,
+  const MaskOf<T3> lit = vertices.live & !is_black(sample.power);
+  const V weight = select(vertices.uses_mis & (sample.pdf > 0.0f),
+                          balance_heuristic(sample.pdf, bsdf.pdf), broadcast<V>(1));
+  add_direct<T3, Shadows>(world, vertices,
                           {sample.direction, sample.distance,
-                           at.path.throughput * bsdf.value * sample.power * weight, lit});
+                           vertices.path.throughput * bsdf.value * sample.power * weight, lit});
 }
 
 /// Adds light from the bright part of the sky.
 template <class T3, class Shadows, class Scatter>
-PM_HD void add_bright_sky(const World& world, VerticesOf<T3, Shadows>& at,
+PM_HD void add_bright_sky(const World& world, VerticesOf<T3, Shadows>& vertices,
                           const Sample4Of<ComponentOf<T3>>& random, const Scatter& scatter) {
   using V = ComponentOf<T3>;
   const auto [direction, pdf] = sample_bright_sky(world.sky, random.a, random.b);
   const BsdfValueOf<T3> bsdf = scatter(direction);
-  const MaskOf<T3> lit = at.live & (pdf > 0.0f);
+  const MaskOf<T3> lit = vertices.live & (pdf > 0.0f);
   const T3 bright = split_radiance(world.sky, sky_radiance(world.sky, direction)).bright;
   add_direct<T3, Shadows>(
-      world, at,
+      world, vertices,
       {direction, broadcast<V>(kInfinity),
-       at.path.throughput * bsdf.value * bright * (power_heuristic(pdf, bsdf.pdf) / pdf), lit});
+       vertices.path.throughput * bsdf.value * bright * (power_heuristic(pdf, bsdf.pdf) / pdf),
+       lit});
 }
 
 /// Adds all lights except the key light.
 template <class T3, class Shadows, class Scatter>
-PM_HD void add_more_lights(const World& world, VerticesOf<T3, Shadows>& at,
+PM_HD void add_more_lights(const World& world, VerticesOf<T3, Shadows>& vertices,
                            const VertexRandomOf<ComponentOf<T3>>& random, const Scatter& scatter) {
   std::size_t light = 0;
   for (const DistantLight& sun : world.suns.subspan(1))
-    add_sun(world, at, sun, random.light(light++), scatter);
-  for (const Lamp& lamp : world.lamps) add_lamp(world, at, lamp, random.light(light++), scatter);
-  if (world.sky.has_bright) add_bright_sky(world, at, random.sky(), scatter);
+    add_sun(world, vertices, sun, random.light(light++), scatter);
+  for (const Lamp& lamp : world.lamps)
+    add_lamp(world, vertices, lamp, random.light(light++), scatter);
+  if (world.sky.has_bright) add_bright_sky(world, vertices, random.sky(), scatter);
 }
 
 /// Fraction of the calm sky's light on the floor that a ball of 0.6 times the objects' radius
@@ -139,8 +145,8 @@ PM_HD ComponentOf<T3> occluded_by_ball(const World& world, const T3& point) {
 
 /// Weight of the control variate on the floor: the fraction of the calm sky's light that the ball
 /// does not occlude. Any weight gives the same mean; where most of the sky is occluded, a weight of
-/// 1 would only add noise. Measured on a knot and a cow, compared with 1 everywhere: 25 to 29 %
-/// less variance.
+/// 1 would only add noise. On a knot and a cow this weight gives 25 to 29 % less variance than 1
+/// everywhere (measured).
 template <class T3>
 PM_HD ComponentOf<T3> control_variate_weight(const World& world, const T3& point) {
   using V = ComponentOf<T3>;
@@ -162,8 +168,9 @@ PM_HD ComponentOf<T3> shadow_terminator(const SurfacePointOf<T3>& point, const T
                                                 smoothstep(0, 0.5f, flat_cosine / smooth_cosine)));
 }
 
-/// Adds the sky that gloss reflects if nothing occludes it: that of a mirror where the gloss is
-/// sharp, that of the hemisphere around the mirror's direction where it is rough.
+/// Adds the sky that gloss reflects, as if nothing occluded it. A sharp lobe reflects the radiance
+/// in the mirror direction, a rough one the mean radiance of the hemisphere around that direction;
+/// the roughness interpolates between both.
 template <class T3>
 PM_HD_CALL void add_mirrored_sky(const World& world, PathOf<T3>& path, const BsdfOf<T3>& bsdf,
                                  MaskOf<T3> where) {
@@ -173,7 +180,7 @@ PM_HD_CALL void add_mirrored_sky(const World& world, PathOf<T3>& path, const Bsd
   const T3 direction = to_world(bsdf.frame, T3{-bsdf.view.x, -bsdf.view.y, bsdf.view.z});
   const SkySplitOf<T3> sky = split_radiance(world.sky, sky_radiance(world.sky, direction));
   T3 sharp = sky.calm;
-  // add_bright_sky() leaves this part of the bright sky to the BSDF's samples.
+  // This is the light that BSDF sampling would add; add_bright_sky() adds the rest.
   if (world.sky.has_bright) {
     const V pdf = evaluate_bsdf(bsdf, to_local(bsdf.frame, direction)).pdf;
     sharp = sharp + sky.bright * power_heuristic(pdf, bright_sky_pdf(world.sky, direction));
@@ -189,16 +196,17 @@ PM_HD_CALL void add_mirrored_sky(const World& world, PathOf<T3>& path, const Bsd
   path.radiance = path.radiance + zero_unless(where, path.throughput * light);
 }
 
-/// Scatters paths on the floor; returns the lanes whose paths continue.
+/// Scatters paths on the floor: adds all lights and the calm sky, then samples the next direction.
+/// Returns the lanes whose paths continue.
 template <class T3, class Shadows>
-PM_HD MaskOf<T3> scatter_on_floor(const World& world, VerticesOf<T3, Shadows>& at,
+PM_HD MaskOf<T3> scatter_on_floor(const World& world, VerticesOf<T3, Shadows>& vertices,
                                   const FloorPointOf<T3>& point,
                                   const VertexRandomOf<ComponentOf<T3>>& random, RayStats& stats) {
   using V = ComponentOf<T3>;
-  PathOf<T3>& path = at.path;
-  const Sample4Of<V> own = random.own();
+  PathOf<T3>& path = vertices.path;
+  const Sample4Of<V> sample = random.vertex();
   const T3 albedo = world.floor.color * point.tone;
-  at.origin = point.position + Vec3{0, world.epsilon, 0};
+  vertices.origin = point.position + Vec3{0, world.epsilon, 0};
   const auto lambert = [&](const T3& d) {
     const V cosine = kInvPi * max(d.y, 0.0f);
     return BsdfValueOf<T3>{albedo * cosine, cosine};
@@ -210,87 +218,89 @@ PM_HD MaskOf<T3> scatter_on_floor(const World& world, VerticesOf<T3, Shadows>& a
   // A disc that is completely above the floor's horizon contributes its irradiance times the
   // cosine, without noise.
   const bool is_above_horizon = key.frame.z.y >= key.sin_radius;
-  MaskOf<T3> clear{};
+  MaskOf<T3> unoccluded{};
   if (is_above_horizon) {
     const T3 light =
         path.throughput * albedo * ((kInvPi * max(key.frame.z.y, 0.0f)) * key.irradiance);
-    clear = is_light_unoccluded(key, at.origin, world.center, world.radius);
-    path.radiance = path.radiance + zero_unless(clear, clamp_indirect(world, path, light));
+    unoccluded = is_light_unoccluded(key, vertices.origin, world.center, world.radius);
+    path.radiance = path.radiance + zero_unless(unoccluded, clamp_indirect(world, path, light));
     path.unlit = path.unlit + zero_unless(records_unlit, luminance(light));
   }
-  const MaskOf<T3> uncertain = at.live & !clear;
-  if (any(uncertain)) {
-    VerticesOf<T3, Shadows> uncertain_vertices = at;
-    uncertain_vertices.live = uncertain;
-    uncertain_vertices.records_unlit =
-        records_unlit & broadcast_mask<MaskOf<T3>>(!is_above_horizon);
-    add_sun(world, uncertain_vertices, key, own, lambert);
+  const MaskOf<T3> needs_shadow_ray = vertices.live & !unoccluded;
+  if (any(needs_shadow_ray)) {
+    VerticesOf<T3, Shadows> shadow_vertices = vertices;
+    shadow_vertices.live = needs_shadow_ray;
+    shadow_vertices.records_unlit = records_unlit & broadcast_mask<MaskOf<T3>>(!is_above_horizon);
+    add_sun(world, shadow_vertices, key, sample, lambert);
   }
-  at.records_unlit = records_unlit;
-  add_more_lights(world, at, random, lambert);
-  const V variate_weight = control_variate_weight(world, at.origin);
+  vertices.records_unlit = records_unlit;
+  add_more_lights(world, vertices, random, lambert);
+  const V variate_weight = control_variate_weight(world, vertices.origin);
   const T3 sky_light = path.throughput * albedo * kInvPi * world.sky.upper_irradiance;
   path.unlit = path.unlit + zero_unless(records_unlit, luminance(sky_light));
   if (world.direct_only) {
-    const V occluded = occluded_by_ball(world, at.origin);
+    const V occluded = occluded_by_ball(world, vertices.origin);
     path.radiance = path.radiance + sky_light * (1.0f - occluded * (1 - kGuessedBounce));
     return MaskOf<T3>{};
   }
   path.radiance = path.radiance + sky_light * variate_weight;
 
-  const T3 local = cosine_direction(own.c, own.d);
-  const T3 direction{local.x, local.z, -local.y};
-  path.ray = {at.origin, direction, path.ray.time};
+  const T3 local = cosine_direction(sample.c, sample.d);
+  const T3 direction{local.x, local.z, -local.y};  // from z up to y up
+  path.ray = {vertices.origin, direction, path.ray.time};
   path.pdf = kInvPi * direction.y;
   path.throughput = path.throughput * albedo;
   path.control_variate = path.throughput * variate_weight;
   set(path, kHitsLights | kFromCamera, MaskOf<T3>{});
   set(path, kScattered, broadcast_mask<MaskOf<T3>>(true));
-  const MaskOf<T3> upward = at.live & (direction.y > 0.0f);
+  const MaskOf<T3> upward = vertices.live & (direction.y > 0.0f);
   if (world.sky.has_bright) return upward;
-  // For rays that miss all meshes the control variate is exact, so they are not traced.
+  // For rays that miss all meshes the control variate is exact. They need not be traced, but are
+  // counted.
   const MaskOf<T3> escaping =
       upward & (variate_weight == 1.0f) & misses_box(world.bounds, path.ray);
   stats.rays += static_cast<std::uint64_t>(count_lanes<V>(escaping));
   return upward & !escaping;
 }
 
-/// Scatters paths at a mesh; returns the lanes whose paths continue.
+/// Scatters paths at a mesh: adds all lights and the calm sky, then samples the next direction.
+/// Returns the lanes whose paths continue.
 template <class T3, class Shadows>
-PM_HD MaskOf<T3> scatter_on_mesh(const World& world, VerticesOf<T3, Shadows>& at,
+PM_HD MaskOf<T3> scatter_on_mesh(const World& world, VerticesOf<T3, Shadows>& vertices,
                                  const SurfacePointOf<T3>& point, const BsdfOf<T3>& bsdf,
                                  const VertexRandomOf<ComponentOf<T3>>& random) {
   using V = ComponentOf<T3>;
-  PathOf<T3>& path = at.path;
-  const Sample4Of<V> own = random.own();
-  at.origin = point.lifted + point.normal * world.epsilon;
-  if (!world.direct_only) at.shared = bsdf.has_gloss;
+  PathOf<T3>& path = vertices.path;
+  const Sample4Of<V> sample = random.vertex();
+  vertices.origin = point.lifted + point.normal * world.epsilon;
+  if (!world.direct_only) vertices.uses_mis = bsdf.has_gloss;
   const auto scatter = [&](const T3& d) {
     BsdfValueOf<T3> value = evaluate_bsdf(bsdf, to_local(bsdf.frame, d));
     value.value = value.value * shadow_terminator(point, d);
     return value;
   };
-  add_sun(world, at, world.suns.front(), own, scatter);
-  add_more_lights(world, at, random, scatter);
+  add_sun(world, vertices, world.suns.front(), sample, scatter);
+  add_more_lights(world, vertices, random, scatter);
   if (bsdf.diffuse_count > 0)
     path.radiance = path.radiance + path.throughput * bsdf.diffuse_albedo * kInvPi *
                                         sky_irradiance(world.sky, point.shading);
   if (world.direct_only) {
-    add_mirrored_sky(world, path, bsdf, at.live);
+    add_mirrored_sky(world, path, bsdf, vertices.live);
     return MaskOf<T3>{};
   }
 
-  const T3 local = sample_bsdf(bsdf, own.c, own.d);
+  const T3 local = sample_bsdf(bsdf, sample.c, sample.d);
   const BsdfValueOf<T3> value = evaluate_bsdf(bsdf, local);
-  const MaskOf<T3> scattered = at.live & (value.pdf > 0.0f);
+  const MaskOf<T3> scattered = vertices.live & (value.pdf > 0.0f);
   const T3 direction = to_world(bsdf.frame, local);
   path.control_variate = path.throughput * bsdf.diffuse_albedo * (kInvPi * local.z / value.pdf);
   path.throughput = path.throughput * value.value / value.pdf;
-  path.ray = {at.origin, direction, path.ray.time};
+  path.ray = {vertices.origin, direction, path.ray.time};
   path.pdf = value.pdf;
   set(path, kHitsLights, bsdf.has_gloss);
   set(path, kScattered,
-      has(path, kScattered) | (bsdf.sharpest_alpha > kMirrorAlpha) | (own.c < bsdf.choose_diffuse));
+      has(path, kScattered) | (bsdf.sharpest_alpha > kMirrorAlpha) |
+          (sample.c < bsdf.choose_diffuse));
   set(path, kFromCamera, MaskOf<T3>{});
   const MaskOf<T3> mirror =
       (!bsdf.has_diffuse) & (bsdf.sharpest_alpha < kMirrorAlpha) & (path.mirrors > 0.0f);
@@ -299,8 +309,8 @@ PM_HD MaskOf<T3> scatter_on_mesh(const World& world, VerticesOf<T3, Shadows>& at
   // A direction below the triangle but above the shading normal's horizon carries no light, so the
   // control variate is subtracted again.
   const MaskOf<T3> above = dot(direction, point.normal) > 0.0f;
-  const MaskOf<T3> lost = scattered & !above;
-  if (any(lost)) add_sky(world, path, V{}, lost);
+  const MaskOf<T3> below_triangle = scattered & !above;
+  if (any(below_triangle)) add_sky(world, path, V{}, below_triangle);
   return scattered & above;
 }
 
@@ -309,8 +319,9 @@ PM_HD_CALL inline void pass_glass(const World& world, PathRow& path, const Surfa
                                   const Shading& glass, const Sample4& random) {
   const float eta = point.inside ? glass.ior : 1 / glass.ior;
   const float epsilon = world.epsilon;
+  // Divides by the probability with which the caller has chosen glass.
   const Vec3 tint = glass_tint(glass) / std::max(glass.transmission, 1e-6f);
-  const bool first = has(path, kFromCamera) && !has(path, kThroughGlass);
+  const bool is_first_boundary = has(path, kFromCamera) && !has(path, kThroughGlass);
   path.flags |= kThroughGlass | kHitsLights;
   path.pdf = kDeltaPdf;
   if (has(path, kScattered)) {
@@ -333,7 +344,8 @@ PM_HD_CALL inline void pass_glass(const World& world, PathRow& path, const Surfa
   const float reflected = dielectric_fresnel(dot(view, normal), eta);
   // Reflections at the first boundary are weak but often show bright lights, so they are sampled
   // more often.
-  const float probability = first && reflected > 0 && reflected < 0.25f ? 0.25f : reflected;
+  const float probability =
+      is_first_boundary && reflected > 0 && reflected < 0.25f ? 0.25f : reflected;
   Vec3 direction;
   if (random.a < probability) {
     path.throughput = path.throughput * (reflected / probability);

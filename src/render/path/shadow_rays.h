@@ -9,8 +9,8 @@
 
 namespace polymorph {
 
-inline constexpr int kMaxShadowBoundaries =
-    32;  ///< maximum number of glass boundaries per shadow ray
+/// Maximum number of glass boundaries per shadow ray.
+inline constexpr int kMaxShadowBoundaries = 32;
 
 /// Computes the fraction of light that passes all meshes along a ray: 0 if any is opaque. Glass
 /// does not bend the ray.
@@ -45,11 +45,11 @@ class ShadowRays {
   ShadowRays(const World& world, RayStats& stats, Vec3* direct)
       : world_(world), stats_(stats), direct_(direct) {}
 
-  /// Adds rays and the light that arrives along them if nothing occludes them. Rays that the floor
-  /// occludes or that carry no light are omitted. direct[path[l]] receives the light of lane l, for
-  /// the lanes `lanes`.
+  /// Adds the rays of the lanes `lanes`. If no mesh occludes the ray of lane l, direct[path[l]]
+  /// receives the light of that lane. Rays that the floor occludes or that carry no light are
+  /// omitted.
   void add(const RayOf<Pack3>& ray, const Pack3& light, PackBits path, PackMask lanes);
-  /// Traces the rays that are left.
+  /// Traces the rays that are still collected.
   void flush();
 
  private:

@@ -29,9 +29,9 @@ ShadingOf<Pack3> broadcast_shading(const Shading& s) {
 template <class F>
 ShadingOf<Pack3> gather_shading(const World& world, const MeshHitOf<Pack>& hit,
                                 const F& compute_shading) {
-  const std::uint32_t first = hit.mesh[0];
-  const RenderMesh& mesh = world.geometry->mesh(first);
-  if (!any(hit.mesh != first) && (mesh.materials.empty() || is_uniform(mesh)))
+  const std::uint32_t first_mesh = hit.mesh[0];
+  const RenderMesh& mesh = world.geometry->mesh(first_mesh);
+  if (!any(hit.mesh != first_mesh) && (mesh.materials.empty() || is_uniform(mesh)))
     return broadcast_shading(compute_shading(lane(hit, 0)));
   struct Row {
     Shading shading;

@@ -10,8 +10,8 @@
 
 namespace polymorph {
 
-/// Looks up material and texture coordinates at a point of a triangle: from the layer's own
-/// triangles, or on borders from the model that its materials come from.
+/// Looks up material and texture coordinates at a point of a triangle. On a border, they are looked
+/// up in the model from which the layer's materials were transferred.
 template <class Layer>
 PM_HD TexturePoint find_texture_point(const Layer& layer, std::uint32_t triangle, float u,
                                       float v) {
@@ -28,7 +28,7 @@ PM_HD TexturePoint find_texture_point(const Layer& layer, std::uint32_t triangle
   return point;
 }
 
-/// Returns the weight of the common look.
+/// Returns the weight of RenderScene::look.
 template <class Mesh>
 PM_HD float look_weight(const Mesh& mesh) {
   return mesh.materials.empty() ? 1.0f : clamp01(mesh.look);
@@ -37,13 +37,13 @@ PM_HD float look_weight(const Mesh& mesh) {
 /// Looks up the shading parameters of a layer.
 template <class Layer>
 PM_HD_CALL Shading layer_shading(const Layer& layer, const MeshHit& hit) {
-  const TexturePoint at = texture_point(layer, hit.triangle, hit.u, hit.v);
-  const auto& material = layer.materials[at.material];
+  const TexturePoint point = texture_point(layer, hit.triangle, hit.u, hit.v);
+  const auto& material = layer.materials[point.material];
   const auto texture = static_cast<std::size_t>(std::max(material.texture, 0));
   if (material.texture < 0 || layer.corner_uvs.empty() || texture >= layer.textures.size() ||
       !layer.textures[texture])
     return own_shading(material, {1, 1, 1});
-  return own_shading(material, sample_texture(*layer.textures[texture], at.uv));
+  return own_shading(material, sample_texture(*layer.textures[texture], point.uv));
 }
 
 /// Looks up the mesh's own materials, mixed with the layers over them and with the vertex colours.
@@ -63,7 +63,7 @@ PM_HD Shading mesh_shading(const Mesh& mesh, const MeshHit& hit) {
   return shading;
 }
 
-/// Mixes mesh_shading() with the common look to one material, for glass and the AOVs.
+/// Mixes mesh_shading() with RenderScene::look to one material, for glass and the AOVs.
 template <class Mesh>
 PM_HD_CALL Shading mixed_shading(const World& world, const Mesh& mesh, const MeshHit& hit) {
   const float weight = look_weight(mesh);
@@ -72,8 +72,8 @@ PM_HD_CALL Shading mixed_shading(const World& world, const Mesh& mesh, const Mes
   return weight > 0 ? mix(own, look_shading(world.look), weight) : own;
 }
 
-/// Makes the BSDF at a hit, with lobes of both mesh_shading() and the common look. Gloss is omitted
-/// where `matte`.
+/// Makes the BSDF at a hit, with lobes of both mesh_shading() and RenderScene::look. If `matte`,
+/// gloss is replaced by diffuse reflection of the same colour.
 template <class Mesh>
 PM_HD_CALL Bsdf make_bsdf_at(const World& world, const Mesh& mesh, const MeshHit& hit, Vec3 normal,
                              Vec3 view, bool matte) {
@@ -84,8 +84,8 @@ PM_HD_CALL Bsdf make_bsdf_at(const World& world, const Mesh& mesh, const MeshHit
   return make_bsdf(make_matte_where<Vec3>(matte, own), look, weight, normal, view);
 }
 
-/// Fraction of light that glass transmits at one boundary, without Fresnel reflection. Two
-/// boundaries give the full colour.
+/// Returns the fraction of light that glass transmits at one boundary, without Fresnel reflection.
+/// Two boundaries give the full colour.
 PM_HD inline Vec3 glass_tint(const Shading& shading) {
   const Vec3 c = min(shading.color, {1, 1, 1});
   return Vec3{std::sqrt(c.x), std::sqrt(c.y), std::sqrt(c.z)} * shading.transmission;

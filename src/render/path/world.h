@@ -23,17 +23,19 @@ struct World {
   std::span<const Lamp> lamps;
   Floor floor;
   Backdrop backdrop;
-  Vec3 center;  ///< centre of a sphere around all meshes
-  float radius = 0;
+  Vec3 center;       ///< centre of a sphere around all meshes
+  float radius = 0;  ///< its radius; -infinity without meshes
   LookSettings look;
-  float white =
-      1;  ///< radiance of a white surface under all these lights; scales the clamping limits
-  int max_depth = 4;  ///< surfaces at which a path may scatter; mirrors count less, see path.h
-  /// Paths end at the first surface, lit from the lights' centres and by a sky that nothing hides.
+  /// Radiance of a white surface under all these lights; unit of the limits of firefly clamping.
+  float white = 1;
+  /// Number of surfaces at which a path may scatter. The first mirrors do not count (kFreeMirrors).
+  int max_depth = 4;
+  /// Paths end at the first surface. Lights are sampled at their centres. The sky's occlusion is
+  /// ignored on meshes and only estimated on the floor.
   bool direct_only = false;
   bool has_glass = false;    ///< whether any mesh has glass
   bool transparent = false;  ///< camera rays see no backdrop
-  bool shadow_only = false;  ///< camera rays see only the shadows on the floor
+  bool shadow_only = false;  ///< the floor is a shadow catcher (PathLight)
   float time = 0;            ///< time within the sequence, shown by an AOV
 };
 
@@ -60,7 +62,7 @@ inline Intersection lane(const IntersectionOf<Pack>& packs, int l) {
           packs.floor[l]};
 }
 
-/// Intersects up to kPacket rays, the first `count` lanes of one or two packs; `coherent` if their
+/// Intersects up to kPacket rays, the first `count` lanes of one or two packs. `coherent`: their
 /// directions are similar.
 inline void intersect_closest(const World& world, const RayOf<Pack3>* rays,
                               IntersectionOf<Pack>* intersections, int count, bool coherent,

@@ -83,8 +83,8 @@ struct EdgeFunctions {
            sum != 0;
   }
   /// Tests whether the line passes edge i so closely that Embree's floats cannot decide the side.
-  /// Their error is proportional to the edge's length in space, not to its projection. `margin2`:
-  /// the square of their maximum error. The direction must have length 1.
+  /// The error of these floats is proportional to the edge's length in space, not in projection.
+  /// `margin2`: the square of the maximum error. The direction must have length 1.
   PM_HD bool near(int i, double margin2) const { return near_edges(margin2)[i] != 0; }
   PM_HD bool near_any(double margin2) const {
     const PerCornerMask near = near_edges(margin2);
@@ -107,7 +107,7 @@ struct TriangleIntersection {
   double distance = 0;  ///< along the direction; may be negative
   double u = 0, v = 0;  ///< weights of the second and the third corner
 };
-/// Computes the intersection of a line that passes through the triangle.
+/// Computes the intersection of a line with direction d that passes through the triangle.
 PM_HD inline TriangleIntersection compute_intersection(const EdgeFunctions& sides, Vec3d d) {
   const double scale = 1 / sides.sum;
   // The distance is a weighted mean of the corners' distances, so it stays near their range even

@@ -14,14 +14,16 @@ template <class T3>
 struct RayOf {
   T3 origin;
   T3 direction;  ///< unit
-  ComponentOf<T3> time =
-      broadcast<ComponentOf<T3>>(0.5f);  ///< time while the shutter is open, [0, 1]
+  /// Time while the shutter is open, [0, 1].
+  ComponentOf<T3> time = broadcast<ComponentOf<T3>>(0.5f);
+  /// Distance at which the ray ends.
   ComponentOf<T3> far = broadcast<ComponentOf<T3>>(std::numeric_limits<float>::infinity());
 };
 using Ray = RayOf<Vec3>;
 
 inline constexpr std::uint32_t kNoMesh = 0xffffffffu;
 
+/// Intersection of a ray with a mesh; by default there is none.
 template <class V>
 struct MeshHitOf {
   BitsOf<V> mesh = BitsOf<V>{} + kNoMesh;
@@ -37,8 +39,8 @@ struct SurfacePointOf {
   T3 position;
   T3 normal;   ///< the triangle's normal, on the side of the ray's origin; unit
   T3 shading;  ///< interpolated normal, on the same side and facing the ray; unit
-  T3 lifted;   ///< position on the smooth surface that the shading normals describe, the origin of
-               ///< further rays
+  T3 lifted;   ///< position on the smooth surface that the shading normals describe; further rays
+               ///< start there
   MaskOf<T3> inside{};  ///< the ray came from behind the triangle
 };
 using SurfacePoint = SurfacePointOf<Vec3>;
@@ -47,7 +49,7 @@ using SurfacePoint = SurfacePointOf<Vec3>;
 template <class T3>
 PM_HD inline MaskOf<T3> misses_box(const Box& box, const RayOf<T3>& ray) {
   using V = ComponentOf<T3>;
-  // Box::empty(), which GPU code cannot call.
+  // This is Box::empty(), which GPU code cannot call.
   if (!(box.low.x <= box.high.x && box.low.y <= box.high.y && box.low.z <= box.high.z))
     return broadcast_mask<MaskOf<T3>>(true);
   V near = broadcast<V>(0), far = ray.far;

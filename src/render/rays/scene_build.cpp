@@ -72,8 +72,8 @@ void check_mesh(const RenderMesh& mesh) {
 
 /// Upper bound of Embree's error relative to a ray's length: about four times 2^-22.
 constexpr float kMaxError = 0x1p-20f;
-/// Relative margin of Embree's triangles, with which adjacent triangles overlap unless a ray grazes
-/// both.
+/// Margin by which Embree's triangles are widened, relative to a ray's length. Along a ray,
+/// adjacent triangles then overlap, unless the ray grazes both.
 constexpr float kWidening = 8 * kMaxError;
 
 /// Computes the length of the longest edge while the shutter is open. Edges change linearly, so the
@@ -92,20 +92,24 @@ double longest_edge(const MeshToTrace& traced) {
   return std::sqrt(longest2);
 }
 
+/// Lists the triangles around each vertex.
 void collect_fans(MeshToTrace& traced) {
   const RenderMesh& mesh = *traced.mesh;
   traced.fan_begin.assign(mesh.positions.size() + 1, 0);
   for (const Triangle& t : mesh.triangles)
     for (const std::uint32_t v : t.v) ++traced.fan_begin[v];
+  // Set each entry to the end of its fan. Filling the fans backwards moves it to the begin, and
+  // makes each fan ascending, because triangles come in descending order.
   std::uint32_t end = 0;
   for (std::uint32_t& begin : traced.fan_begin) begin = end += begin;
   traced.fans.resize(end);
-  // The order is descending, so that each fan is ascending and each begin is correct in the end.
   for (std::size_t i = mesh.triangles.size(); i-- > 0;)
     for (const std::uint32_t v : mesh.triangles[i].v)
       traced.fans[--traced.fan_begin[v]] = static_cast<std::uint32_t>(i);
 }
 
+/// Adds a mesh to Embree's scene as widened triangles. If Embree fails, returns false, and
+/// note_error() has its reason.
 bool attach_mesh(RTCDevice device, RTCScene scene, MeshToTrace& traced, unsigned id, float margin) {
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   if (!geometry) return false;
@@ -201,7 +205,7 @@ Status take_device_error(const RayDevice& device) {
 }
 
 TracedScene::TracedScene(const std::vector<RenderMesh>& meshes, float shutter,
-                         float max_start_distance, const Box& stage) {
+                         float max_start_distance, const Box& sequence_bounds) {
   for (const RenderMesh& mesh : meshes) {
     check_mesh(mesh);
     meshes_.push_back({&mesh, shutter, 0, 0, {}, {}});
@@ -212,13 +216,14 @@ TracedScene::TracedScene(const std::vector<RenderMesh>& meshes, float shutter,
   // Positions have an error of about 2^-23 of the largest coordinate; epsilon is at least 32 times
   // as large.
   const Vec3 low = bounds_.low, high = bounds_.high;
-  const Box all = stage.empty() ? bounds_ : unite(stage, bounds_);
+  const Box all = sequence_bounds.empty() ? bounds_ : unite(sequence_bounds, bounds_);
   const float size = std::max(max_component(max(all.high, -all.low)), all.diagonal());
   epsilon_ = size * 0x1p-18f;
   max_length_ = size + std::max(size, max_start_distance);
   const auto margin = static_cast<double>(max_length_ * kMaxError);
   for (MeshToTrace& mesh : meshes_) {
     mesh.margin2 = margin * margin;
+    // The factor covers rounding.
     mesh.clear = 1.000001 * margin * longest_edge(mesh);
   }
   const Vec3 pad = Vec3{1, 1, 1} * epsilon_;
@@ -243,8 +248,8 @@ Status TracedScene::build_hierarchy(const RayDevice& device) {
 
 Result<TracedScene> TracedScene::build(const RayDevice& device,
                                        const std::vector<RenderMesh>& meshes, float shutter,
-                                       float max_start_distance, const Box& stage) {
-  TracedScene scene(meshes, shutter, max_start_distance, stage);
+                                       float max_start_distance, const Box& sequence_bounds) {
+  TracedScene scene(meshes, shutter, max_start_distance, sequence_bounds);
   PM_TRY_STATUS(scene.build_hierarchy(device));
   return scene;
 }

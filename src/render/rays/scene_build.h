@@ -20,6 +20,7 @@
 
 namespace polymorph {
 
+/// Embree device with its instruction set.
 struct RayDevice {
   struct Release {
     void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
@@ -37,8 +38,9 @@ struct RayDevice {
 };
 
 /// Creates a device. `chosen`: instruction set, one of sse2, sse4.2, avx, avx2, avx512 (x86-64) or
-/// neon (others); "" = that of the environment variable POLYMORPH_ISA, or else the machine's best.
-/// Errors: kUsage for another name; kResource if the machine lacks it or Embree creates no device.
+/// neon (others). If it is empty, the environment variable POLYMORPH_ISA names it; without that it
+/// is the machine's best. Errors: kUsage for another name; kResource if the machine lacks it or
+/// Embree creates no device.
 Result<RayDevice> make_ray_device(const std::string& chosen);
 
 /// Returns and clears the first error since the device was created or last checked (kResource), or
@@ -48,7 +50,7 @@ Status take_device_error(const RayDevice& device);
 /// Number of rays in an Embree packet.
 inline constexpr int kPacket = 16;
 
-/// A mesh with what exact tests on the CPU need.
+/// A mesh prepared for exact tests on the CPU.
 using MeshToTrace = TracedMeshOf<RenderMesh, std::vector<std::uint32_t>>;
 
 /// Installs the callbacks that test every triangle that Embree finds, for closest() and
@@ -59,27 +61,28 @@ void set_filters(RTCGeometry geometry);
 ///
 /// Embree only finds candidates: its triangles are slightly widened, so that it finds every
 /// triangle that a ray may hit, and a callback tests each candidate exactly (intersect_triangle.h).
-/// The result is the nearest hit, and of equally near ones that of the lowest mesh and triangle
-/// index. So hits have the same bits with any instruction set, packet width and order of traversal.
-/// Borrows the spans of the RenderMeshes for its lifetime.
+/// The result is the nearest hit; of equally near hits, that with the lowest mesh index, then
+/// triangle index. So hits have the same bits with any instruction set, packet width and order of
+/// traversal. The scene borrows the spans of the RenderMeshes.
 class TracedScene {
  public:
-  /// Makes a scene without Embree's hierarchy, as a GPU needs it. `shutter`: frames that the
-  /// shutter is open, while meshes move by their displacement. `max_start_distance`: maximum
-  /// distance from the meshes at which rays start; rays from farther away may miss edges. `stage`:
-  /// bounds of all frames, so that the offsets of rays are the same in all frames; empty: the
-  /// meshes' own bounds.
+  /// Makes a scene without Embree's hierarchy, which suffices for a GPU. `shutter`: time that the
+  /// shutter is open, in frames; per frame, meshes move by their displacement.
+  /// `max_start_distance`: maximum distance from the meshes at which rays start; rays from farther
+  /// away may miss edges. `sequence_bounds`: bounds of all frames, so that the offsets of rays are
+  /// the same in all frames; empty: the meshes' own bounds.
   TracedScene(const std::vector<RenderMesh>& meshes, float shutter, float max_start_distance,
-              const Box& stage);
+              const Box& sequence_bounds);
   /// Builds Embree's hierarchy, which the functions below need. Errors: kResource (memory).
   Status build_hierarchy(const RayDevice& device);
   /// Makes a scene and builds its hierarchy.
   static Result<TracedScene> build(const RayDevice& device, const std::vector<RenderMesh>& meshes,
                                    float shutter = 0, float max_start_distance = 0,
-                                   const Box& stage = {});
+                                   const Box& sequence_bounds = {});
 
   /// Finds the nearest hit of a mesh in (0, ray.far).
   MeshHit closest(const Ray& ray) const;
+  /// Computes position and normals of a hit.
   SurfacePoint surface_point(const Ray& ray, const MeshHit& hit) const;
 #if defined(PM_PACKS)
   /// Finds the nearest hits for up to kPacket rays, the first `count` lanes of one or two packs.
@@ -101,9 +104,8 @@ class TracedScene {
   std::uint32_t mesh_count() const { return static_cast<std::uint32_t>(meshes_.size()); }
   const RenderMesh& mesh(std::uint32_t index) const { return *meshes_[index].mesh; }
   const MeshToTrace& mesh_to_trace(std::uint32_t index) const { return meshes_[index]; }
-  const Box& bounds() const {
-    return bounds_;
-  }                                           ///< bounds of all triangles; empty without triangles
+  /// Bounds of all triangles; empty without triangles.
+  const Box& bounds() const { return bounds_; }
   float epsilon() const { return epsilon_; }  ///< offset of rays from the surface that they leave
   /// Maximum error of Embree's distances, except for grazing rays.
   float slack() const { return max_length_ * 0x1p-14f; }

@@ -6,7 +6,7 @@
 
 namespace polymorph {
 
-/// A value per corner of a triangle: its positions, or its shading normals.
+/// Positions or shading normals of a triangle's corners.
 template <class T3>
 struct CornersOf {
   T3 a, b, c;
@@ -26,24 +26,25 @@ PM_HD T3 bend_to_valid_reflection(T3 shading, T3 normal, T3 view) {
   const T3 mirrored = shading * (2.0f * dot(shading, view)) - view;
   const V above = dot(mirrored, normal);
   const V min_above = min(0.9f * dot(view, normal), 0.01f);
-  const MaskOf<T3> low = above < min_above;
-  if (!any(low)) return shading;
+  const MaskOf<T3> too_low = above < min_above;
+  if (!any(too_low)) return shading;
   const T3 bent = normalized(normalized(mirrored + normal * (min_above - above)) + view);
-  return select(low, select(dot(bent, normal) > 0.0f, bent, normal), shading);
+  return select(too_low, select(dot(bent, normal) > 0.0f, bent, normal), shading);
 }
 
 /// Moves a point of a flat triangle onto the smooth surface that its vertex normals describe
 /// (Hanika 2021, "Hacking the shadow terminator"); this avoids a faceted terminator on coarse
-/// meshes.
+/// meshes. `side`: 1 or -1, the sign that turns the normals `n` to the ray's side.
 template <class T3>
 PM_HD T3 lift(T3 position, const CornersOf<T3>& p, const CornersOf<T3>& n, ComponentOf<T3> u,
               ComponentOf<T3> v, ComponentOf<T3> side) {
   using V = ComponentOf<T3>;
-  const auto above = [&](T3 vertex, T3 normal, V weight) {
+  const auto displacement = [&](T3 vertex, T3 normal, V weight) {
     const V below = min(side * dot(position - vertex, normal), 0.0f);
     return normal * (-below * side * weight);
   };
-  return position + above(p.a, n.a, 1.0f - u - v) + above(p.b, n.b, u) + above(p.c, n.c, v);
+  return position + displacement(p.a, n.a, 1.0f - u - v) + displacement(p.b, n.b, u) +
+         displacement(p.c, n.c, v);
 }
 
 /// Makes the surface point of a hit. `p`: corners; `n`: shading normals, 0 if the triangle has

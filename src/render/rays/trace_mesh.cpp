@@ -8,13 +8,13 @@
 namespace polymorph {
 namespace {
 
-/// The rays of one call and their hits so far. Embree passes it to the callbacks as their context;
-/// a ray's `id` is its index in it.
+/// The rays of one call and their hits so far. Embree passes the query to the callbacks as their
+/// context. A ray's `id` is its index in the arrays.
 struct Query {
   RTCIntersectContext context;  // must be the first member, because Embree passes its address
   float slack;
   const RayOf<Pack3>* rays;
-  // The nearest hit so far; without a hit the distance is the ray's `far`.
+  // Per ray: the nearest hit so far; without a hit, `distance` is the ray's `far`.
   alignas(32) std::array<double, kPacket> distance;
   alignas(32) std::array<float, kPacket> u, v;
   alignas(32) std::array<std::uint32_t, kPacket> mesh, triangle;
@@ -90,7 +90,7 @@ void accept_nearest(const RTCFilterFunctionNArguments* args) {
     query.v[i] = static_cast<float>(intersection.v);
     query.mesh[i] = mesh;
     query.triangle[i] = triangle;
-    // Embree's own distances are inexact, so it must search slightly beyond the hit.
+    // Embree's own distances are inexact, so Embree must search slightly beyond the hit.
     RTCRayN_tfar(args->ray, args->N, lane) =
         static_cast<float>(intersection.distance) + query.slack;
     return true;
@@ -106,8 +106,8 @@ void accept_any(const RTCFilterFunctionNArguments* args) {
 /// there are none.
 bool fill_packet(const TracedScene& scene, const RayOf<Pack3>* rays, int count, RTCRay16& packet,
                  int* valid) {
-  // Debian's Embree asserts that inactive lanes hold finite numbers too. Without AVX-512 it ignores
-  // `valid` for packets of 16 and tests whether [tnear, tfar] is empty.
+  // Debian's Embree asserts that inactive lanes hold finite numbers, too. Without AVX-512, Embree
+  // ignores `valid` for packets of 16 and tests whether [tnear, tfar] is empty.
   if (count <= kLanes) std::memset(&packet, 0, sizeof packet);
   std::memset(valid, 0, kPacket * sizeof(int));
   bool any_active = false;

@@ -13,7 +13,7 @@ struct TracedMeshOf {
   const Mesh* mesh = nullptr;
   float shutter = 0;
   double margin2 = 0;  ///< square of the maximum error of Embree's floats, in scene units squared
-  double clear = 0;    ///< a ray is near no edge whose edge function exceeds this in magnitude
+  double clear = 0;    ///< no ray is near an edge whose edge function exceeds this in magnitude
   /// The triangles around vertex v are fans[fan_begin[v]] ... fans[fan_begin[v + 1] - 1].
   Indices fan_begin, fans;
 
@@ -52,6 +52,7 @@ class EdgeNeighborhood {
   template <class F>
   PM_HD void for_each_near(std::uint32_t triangle, const EdgeFunctions& sides, const F& f) const {
     const Triangle& t = traced_.mesh->triangles[triangle];
+    // Edge i is opposite to corner i, so the edges at corner k are k + 1 and k + 2.
     for (int k = 0; k < 3; ++k)
       if (sides.near((k + 1) % 3, traced_.margin2) || sides.near((k + 2) % 3, traced_.margin2))
         for (std::uint32_t i = traced_.fan_begin[t.v[k]]; i < traced_.fan_begin[t.v[k] + 1]; ++i)
@@ -85,12 +86,13 @@ class EdgeNeighborhood {
       if (b < 0) continue;
       const bool is_same_direction = b == (a + 1) % 3;
       const double sum = compute_sides(traced_, t, ray_, d_).sum;
-      // The projection of `t` along the ray lies on the other side of the edge.
+      // Along the ray, `t` appears on the other side of the edge.
       if (is_same_direction ? (front ? sum < 0 : sum > 0) : (front ? sum > 0 : sum < 0))
         return true;
     }
     return false;
   }
+  /// Tests whether other triangles lie beyond all edges close to the ray that meet at vertex v.
   PM_HD bool is_corner_covered(std::uint32_t v) const {
     for (std::uint32_t i = traced_.fan_begin[v]; i < traced_.fan_begin[v + 1]; ++i) {
       const Triangle& t = traced_.mesh->triangles[traced_.fans[i]];
@@ -114,7 +116,7 @@ class EdgeNeighborhood {
 /// Tests whether the line of a ray hits a triangle of the mesh, and computes the intersection. The
 /// line must pass through the triangle. Where it passes an edge or corner so closely that floats
 /// cannot decide the side, the mesh must also continue beyond it. So a mesh's outline shrinks by
-/// about a millionth of the stage's size, to where Embree finds the mesh with any instruction set,
+/// about a millionth of the scene's size, to where Embree finds the mesh with any instruction set,
 /// and there are no gaps between triangles.
 template <class Traced>
 PM_HD bool intersects_triangle(const Traced& traced, std::uint32_t triangle, const Ray& ray,

@@ -12,8 +12,8 @@ namespace {
 
 using TriangleCorners = std::array<Vec3d, 3>;
 
-// Maximum distance of a corner from the centre of the inscribed circle, in radii of that circle. An
-// angle of 7 degrees reaches it.
+// Maximum distance of a corner from the centre of the inscribed circle, in radii of that circle. A
+// corner with an angle of 7 degrees has this distance.
 constexpr double kMaxCornerDistance = 16;
 // Width w and height h of a right triangle that contains a unit square in the corner of its right
 // angle: 1 / w + 1 / h <= 1.
@@ -38,6 +38,7 @@ Circle make_inscribed_circle(const TriangleCorners& c) {
           norm(cross(c[1] - c[0], c[2] - c[0])) / weight_sum};
 }
 
+/// Tests whether widening would move a corner too far.
 bool is_sliver(const TriangleCorners& c) {
   const Circle circle = make_inscribed_circle(c);
   double max_distance = 0;
@@ -45,6 +46,7 @@ bool is_sliver(const TriangleCorners& c) {
   return !(max_distance <= kMaxCornerDistance * circle.radius);
 }
 
+/// Scales a triangle about the centre of its inscribed circle, whose radius grows by `margin`.
 TriangleCorners widen(const TriangleCorners& c, double margin) {
   const Circle circle = make_inscribed_circle(c);
   TriangleCorners result;
@@ -71,6 +73,7 @@ TriangleCorners make_cover(const TriangleCorners& c, int first, double margin) {
           corner + up * (kCoverHeight * (height + 2 * margin))};
 }
 
+/// Returns the corner at which the longest side begins.
 int longest_side(const TriangleCorners& c) {
   const Vec3d s = side_lengths(c);
   return s.z >= s.x && s.z >= s.y ? 0 : s.x >= s.y ? 1 : 2;

@@ -14,9 +14,9 @@ inline Vec3 displace(const RenderMesh& mesh, std::size_t vertex, float fraction)
 
 /// Moves every edge of every triangle outward by at least `margin` within the triangle's plane, and
 /// returns the corners, three per triangle. A sliver, whose corners would move very far, is
-/// replaced by a triangle that covers it. `fractions`: for a moving mesh, the fractions of its
-/// displacement; the result has one set of corners per fraction. It is empty for a static mesh,
-/// whose result has one set.
+/// replaced by a triangle that covers it. `fractions`: the fractions of a moving mesh's
+/// displacement; the result has one set of corners per fraction. For a static mesh `fractions` is
+/// empty, and the result has one set.
 std::vector<std::vector<Vec3>> widen_triangles(const RenderMesh& mesh, float margin,
                                                const std::vector<float>& fractions);
 
