@@ -21,20 +21,20 @@ struct PathPart {
 };
 
 /// Position, scaling and rotation of a part at an eased time.
-struct PartPlace {
+struct PartPose {
   Vec3d center;
   double scale = 1;
   Mat3 rotation;
 };
-PM_HD inline PartPlace place_at(const PathPart& part, double u) {
+PM_HD inline PartPose part_pose_at(const PathPart& part, double u) {
   return {part.from_center * (1 - u) + part.to_center * u, exp_scalar(part.log_scale * u),
           exp_rotation(part.turn * u)};
 }
 
-/// Returns place_at() of all parts.
-inline std::vector<PartPlace> places_at(const std::vector<PathPart>& parts, float u) {
-  std::vector<PartPlace> places;
-  for (const PathPart& part : parts) places.push_back(place_at(part, static_cast<double>(u)));
+/// Returns part_pose_at() of all parts.
+inline std::vector<PartPose> part_poses_at(const std::vector<PathPart>& parts, float u) {
+  std::vector<PartPose> places;
+  for (const PathPart& part : parts) places.push_back(part_pose_at(part, static_cast<double>(u)));
   return places;
 }
 
@@ -108,7 +108,7 @@ PM_HD inline Vec3d flight_position(const MotionState& state, Vec3d start, Vec3d 
 
 /// Returns the ball between its ends, at its eased time u.
 PM_HD inline Ball ball_between(const BallPath& path, const MotionState& state, const PathPart& part,
-                               const PartPlace& place, double u) {
+                               const PartPose& place, double u) {
   Ball ball;
   const Vec3d x = path.from * (1 - u) + path.to * u + path.bow * (4 * u * (1 - u));
   Vec3d center = place.center + (place.rotation * x) * place.scale;
@@ -139,7 +139,7 @@ PM_HD inline Ball ball_between(const BallPath& path, const MotionState& state, c
 struct MoveBalls {
   View<const BallPath> paths;
   View<const PathPart> parts;
-  View<const PartPlace> places;   ///< per part, if all balls share the eased time
+  View<const PartPose> places;    ///< per part, if all balls share the eased time
   View<const float> eased_times;  ///< per ball; empty if all balls share one
   MotionState state;
   View<Ball> balls;
@@ -158,7 +158,7 @@ struct MoveBalls {
       const auto double_u = static_cast<double>(u);
       const PathPart& part = parts[path.part];
       ball = ball_between(path, state, part,
-                          eased_times.size > 0 ? place_at(part, double_u) : places[path.part],
+                          eased_times.size > 0 ? part_pose_at(part, double_u) : places[path.part],
                           double_u);
     }
     ball.center = ball.center + to_float(path.drift * state.drifted + Vec3d{0, state.lift, 0});

@@ -42,7 +42,7 @@ struct ExtractSettings {
 
 enum class EngineCode : std::uint8_t {
   kOk,
-  kBuiltWithout,  ///< the program was built without CUDA
+  kBuiltWithoutCuda,  ///< the program was built without CUDA
   kNoDevice,
   kOutOfMemory,
   kDeviceError,

@@ -5,7 +5,7 @@
 namespace polymorph {
 
 std::unique_ptr<Engine> make_cuda_engine(int, EngineStatus& status) {
-  status = {EngineCode::kBuiltWithout,
+  status = {EngineCode::kBuiltWithoutCuda,
             "this polymorph was built without CUDA (no nvcc was found or POLYMORPH_CUDA=OFF)"};
   return nullptr;
 }

@@ -16,7 +16,7 @@
 //     end(ball, level): q beyond which a ball adds less than `level`
 //     surface(ball): the largest q at which the value of a single ball is 1; <= 0 if it never is
 //     radius(ball): a measure of its size
-//     of_sphere(center, radius, constants): a ball for a sphere
+//     from_sphere(center, radius, constants): a ball for a sphere
 //     rescale(ball, level): moves the surface at `level` to the level 1
 //     share_of_weight(w, share): the weight at which a ball's values are `share` times as large
 // A new kind is a struct here, an enumerator in types.h and its name in visit() and kFieldKinds.
@@ -105,7 +105,7 @@ struct GaussianField : EllipsoidCoordinate {
   static float surface(const Ball& ball) { return ball.w; }
   /// The field over the threshold is exp(B (1 - r^2 / R^2)), with B = |blobbiness| and the sphere's
   /// radius R.
-  static Ball of_sphere(Vec3 center, float radius, const BallConstants& c) {
+  static Ball from_sphere(Vec3 center, float radius, const BallConstants& c) {
     return {center, c.blobbiness / (radius * radius), c.blobbiness};
   }
   static void rescale(Ball& ball, float level) { ball.w = ball.w - log(level); }
@@ -158,7 +158,7 @@ struct WyvillField : EllipsoidCoordinate {
     return inside;
   }
   /// A ball of w = 2 has the value 1 at half the support's radius, which is the sphere's radius.
-  static Ball of_sphere(Vec3 center, float radius, const BallConstants& c) {
+  static Ball from_sphere(Vec3 center, float radius, const BallConstants& c) {
     return {center, 0.25f / (radius * radius), 2 * c.magnitude / c.threshold};
   }
 };
@@ -200,7 +200,7 @@ struct InverseSquareField {
   static float radius(const Ball& ball) { return std::sqrt(std::max(ball.w, 1e-12f)); }
   /// The field over the threshold is blob_constant magnitude R^2 / (d^2 threshold), with the
   /// sphere's radius R.
-  static Ball of_sphere(Vec3 center, float radius, const BallConstants& c) {
+  static Ball from_sphere(Vec3 center, float radius, const BallConstants& c) {
     return {center, 1, c.blob_constant * c.magnitude * (radius * radius) / c.threshold};
   }
   static void rescale(Ball& ball, float level) { ball.w = ball.w / level; }

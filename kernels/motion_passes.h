@@ -28,8 +28,8 @@ BallSet move_balls(Workspace<B>& work, const std::shared_ptr<const BallPaths>& p
     work.backend.upload(parts, paths->parts.data());
     work.uploaded_paths = paths;
   }
-  const std::vector<PartPlace> part_places = places_at(paths->parts, state.eased);
-  const View<PartPlace> places = resize(work.places, part_places);
+  const std::vector<PartPose> part_places = part_poses_at(paths->parts, state.eased);
+  const View<PartPose> places = resize(work.places, part_places);
   work.backend.upload(places, part_places.data());
   const View<float> eased = resize(work.eased_times, eased_times);
   if (!eased_times.empty()) work.backend.upload(eased, eased_times.data());

@@ -37,7 +37,7 @@ struct Workspace {
   // Moving balls (ball_paths.h).
   Buffer<BallPath> paths;
   Buffer<PathPart> parts;
-  Buffer<PartPlace> places;
+  Buffer<PartPose> places;
   Buffer<float> eased_times;
   std::shared_ptr<const BallPaths> uploaded_paths;  ///< contents of `paths` and `parts`
 

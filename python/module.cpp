@@ -126,7 +126,7 @@ std::string analyze_sequence(const std::string& meshes, const std::string& sourc
   std::string report;
   run_call(progress, [&] {
     MeasuringActivity activity;
-    const MeshMorph morph{take(file_pattern(meshes)), source, target, {}};
+    const MeshMorph morph{take(parse_file_pattern(meshes)), source, target, {}};
     report = dump_json(analysis_json(take(analyze_meshes(morph, [&](int done, int count) {
       activity.show(done, count);
       return true;

@@ -103,7 +103,7 @@ struct EndErrors {
 
 /// Measures a frame by itself.
 FrameMeasures measure_frame(const MorphFrame& frame) {
-  const Box box = box_of(frame.surface.positions);
+  const Box box = bounding_box(frame.surface.positions);
   FrameMeasures row;
   row.time = frame.time;
   row.u = frame.u;
@@ -120,8 +120,8 @@ EndErrors measure_frames(const Subject& subject, Analysis& analysis) {
   constexpr double kHullMargin = 0.02;
   const DilatedHull hull(object_points(subject.ends), kHullMargin * subject.size);
   const RoughnessScale scale =
-      roughness_scale(unite(box_of(subject.frames.front().surface.positions),
-                            box_of(subject.frames.back().surface.positions)));
+      roughness_scale(unite(bounding_box(subject.frames.front().surface.positions),
+                            bounding_box(subject.frames.back().surface.positions)));
   const Mesh& first = subject.frames.front().surface;
   const bool has_distortion =
       std::all_of(subject.frames.begin(), subject.frames.end(),
@@ -260,7 +260,7 @@ void add_transformations(const Subject& subject, Analysis& analysis) {
               kDegreesPerRadian;
       scale = std::abs(subject.ends.recovered->scale / subject.ends.truth->scale - 1);
       // The two shifts are compared at the center of the source.
-      const Vec3d center(box_of(subject.ends.source.positions).center());
+      const Vec3d center(bounding_box(subject.ends.source.positions).center());
       const auto transform_center = [&](const Similarity& s) {
         return s.rotation * center * s.scale + s.shift;
       };
@@ -332,7 +332,7 @@ std::string morph_name(const Analysis& morph) {
 Analysis analyze_morph(const MorphEnds& ends, const std::vector<MorphFrame>& frames) {
   PM_CHECK(frames.size() >= 2);
   const Subject subject = {
-      ends, frames, static_cast<double>(box_of(object_points(ends)).diagonal()),
+      ends, frames, static_cast<double>(bounding_box(object_points(ends)).diagonal()),
       std::any_of(frames.begin(), frames.end(),
                   [](const MorphFrame& frame) { return !frame.centers.empty(); })};
   Analysis analysis;

@@ -134,7 +134,7 @@ double DilatedHull::leakage(const Mesh& mesh) const {
   if (std::all_of(mesh.positions.begin(), mesh.positions.end(),
                   [&](Vec3 p) { return contains(p); }))
     return 0;
-  const Box box = box_of(mesh.positions);
+  const Box box = bounding_box(mesh.positions);
   const Vec3 size = box.size();
   constexpr double kPoints = 50000;
   const double cell = std::cbrt(static_cast<double>(size.x) * static_cast<double>(size.y) *

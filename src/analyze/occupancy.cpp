@@ -175,7 +175,7 @@ void convolve(const CellValues& from, CellValues& to, int axis, const std::vecto
 CellValues compute_occupancy(const Mesh& mesh, double cell, double margin) {
   CellValues result;
   result.cell = cell;
-  const Box box = box_of(mesh.positions);
+  const Box box = bounding_box(mesh.positions);
   if (box.empty()) return result;
   const Vec3d origin = Vec3d(box.low) - Vec3d(margin, margin, margin);
   const Vec3d size = Vec3d(box.high) - Vec3d(box.low) + Vec3d(margin, margin, margin) * 2;

@@ -250,7 +250,7 @@ RoughnessScale roughness_scale(const Box& ends, int resolution) {
 
 Roughness measure_roughness(const Mesh& mesh, const RoughnessScale& scale) {
   Roughness result;
-  const Vec3 extent = box_of(mesh.positions).size();
+  const Vec3 extent = bounding_box(mesh.positions).size();
   constexpr double kMaxCells = 256, kMinMargin = 6;  // per side; in cells
   const double cell = std::max(
       scale.cell, static_cast<double>(std::max({extent.x, extent.y, extent.z})) / kMaxCells);

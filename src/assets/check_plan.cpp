@@ -18,8 +18,8 @@ void check_actor(std::span<const ChainObject> chain, std::span<const Model> mode
 
 }  // namespace
 
-std::vector<std::string> plan_problems(std::span<const ChainObject> chain,
-                                       std::span<const Model> models) {
+std::vector<std::string> find_plan_problems(std::span<const ChainObject> chain,
+                                            std::span<const Model> models) {
   std::vector<std::string> problems;
   for (const std::span<const ChainObject> objects : actor_chains(chain)) {
     check_actor(objects, models.first(objects.size()), problems);

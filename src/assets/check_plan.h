@@ -12,7 +12,7 @@ namespace polymorph {
 
 /// Returns one line for each actor whose plan.labels names labels that no object has. `models`: one
 /// per object of the chain, as from load_models().
-std::vector<std::string> plan_problems(std::span<const ChainObject> chain,
-                                       std::span<const Model> models);
+std::vector<std::string> find_plan_problems(std::span<const ChainObject> chain,
+                                            std::span<const Model> models);
 
 }  // namespace polymorph

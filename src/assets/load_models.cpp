@@ -185,24 +185,24 @@ Result<Model> load_reference(const ChainObject& chained, const MeshSequence* seq
                              ObjectPlacing& placing) {
   if (!sequence || plays_sequence_alone(*chained.actor)) return Model{};
   if (names_vertices(chained)) {
-    PM_TRY(placing.vertices, mesh_vertices(*sequence, sequence->reference));
+    PM_TRY(placing.vertices, read_mesh_vertices(*sequence, sequence->reference));
   }
   return load_mesh(*sequence, sequence->reference);
 }
 
 }  // namespace
 
-Model turned_upright(Model model, UpAxis up) {
+Model rotate_upright(Model model, UpAxis up) {
   return up == UpAxis::kY ? model : transformed(model, upright(up));
 }
 
-std::string turntable_problem(const Scene& scene) {
+std::string find_turntable_problem(const Scene& scene) {
   const int count = film_frame_count(scene);
   if (scene.frames.turntable == 0 || scene.frames.still <= count) return "";
   return fmt::format("/frames/still: is {}, but the film has {} frames", scene.frames.still, count);
 }
 
-std::vector<std::string> weight_problems(const Scene& scene) {
+std::vector<std::string> find_weight_problems(const Scene& scene) {
   std::vector<std::string> problems;
   for (const ActorSettings& actor : scene.actors)
     if (const auto frame = find_weightless_frame(make_timeline(scene, actor)))
@@ -303,12 +303,12 @@ std::vector<std::string> find_problems(const Scene& scene, std::span<const Chain
   }
   // Labels and landmarks can be checked only if all models were read.
   if (problems.empty()) {
-    problems = plan_problems(chain, loaded.models);
+    problems = find_plan_problems(chain, loaded.models);
     place_landmarks(scene, chain, loaded, problems);
   }
-  if (const std::string problem = turntable_problem(scene); !problem.empty())
+  if (const std::string problem = find_turntable_problem(scene); !problem.empty())
     problems.push_back(problem);
-  for (std::string& problem : weight_problems(scene)) problems.push_back(std::move(problem));
+  for (std::string& problem : find_weight_problems(scene)) problems.push_back(std::move(problem));
   if (!scene.lights.environment.empty())
     if (const auto image = read_image(scene.lights.environment); !image)
       problems.push_back(image.error().message);

@@ -25,7 +25,7 @@ Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject>
 std::optional<double> front_azimuth(const ChainObject& object);
 
 /// Rotates a model, as it was read, so that its axis `up` becomes +y. Its points keep their order.
-Model turned_upright(Model model, UpAxis up);
+Model rotate_upright(Model model, UpAxis up);
 
 /// Returns for each object the index of the first one of the same shape, size, rotation and
 /// spheres. Such objects differ at most in position, colour and motion, so a report on one shape
@@ -46,9 +46,9 @@ std::vector<std::string> find_problems(const Scene& scene, std::span<const Chain
 Result<std::shared_ptr<const Image>> load_environment(const Scene& scene);
 
 /// Reports the blends that have a frame in which all weights are 0.
-std::vector<std::string> weight_problems(const Scene& scene);
+std::vector<std::string> find_weight_problems(const Scene& scene);
 
 /// Returns the reason why a turntable cannot show its scene; empty if it can.
-std::string turntable_problem(const Scene& scene);
+std::string find_turntable_problem(const Scene& scene);
 
 }  // namespace polymorph

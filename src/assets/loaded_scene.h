@@ -26,7 +26,7 @@ struct ObjectPlacing {
 
 /// Maximum number of poses (meshes of a sequence that takes part in a morph) per object that are in
 /// memory besides the reference mesh.
-inline constexpr int kKeptPoses = 2;
+inline constexpr int kMaxCachedPoses = 2;
 
 /// A mesh of a sequence.
 struct MeshFile {

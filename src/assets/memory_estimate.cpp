@@ -124,7 +124,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
       const double points =
           point_count(make_distance_grid(actor_models[i].box(), 0.5f * static_cast<float>(cell)));
       // Two grids, with and without detail, for the reference and for each cached pose.
-      distances += 2 * sizeof(float) * points * (is_sequence ? 1 + kKeptPoses : 1);
+      distances += 2 * sizeof(float) * points * (is_sequence ? 1 + kMaxCachedPoses : 1);
       making = std::max(making, kMakingBytesPerPoint * points);
     }
   }

@@ -138,7 +138,7 @@ struct MeshFacts {
 MeshFacts inspect_mesh(const ObjectSettings& object, const std::vector<Vec3>& directions,
                        bool textures, MeshFile& file) {
   MeshFacts mesh_facts;
-  const std::optional<AnimatedPose> pose = find_pose(file.file);
+  const std::optional<AnimatedPose> pose = parse_pose_path(file.file);
   remember_input(pose ? pose->file : file.file);
   if (!model_exists(file.file)) {
     file.problem = fmt::format("mesh {}: {}: no such file", file.number, file.file.string());
@@ -168,7 +168,7 @@ MeshFacts inspect_mesh(const ObjectSettings& object, const std::vector<Vec3>& di
 void add_warnings(const MeshSequence& sequence, const std::vector<MeshFacts>& facts,
                   std::vector<std::string>& warnings) {
   const std::string model = sequence.object.model.string();
-  const bool are_poses = find_pose(sequence.files.front().file).has_value();
+  const bool are_poses = parse_pose_path(sequence.files.front().file).has_value();
   std::vector<std::string> first;
   std::size_t others = 0;
   for (std::size_t i = 0; i < facts.size(); ++i) {
@@ -245,7 +245,7 @@ Result<MeshSurvey> survey_meshes(const Scene& scene, const ChainObject& object, 
     sequence.max_textures = std::max(sequence.max_textures, mesh_facts.textures);
   }
   add_warnings(sequence, facts, warnings);
-  if (const auto pose = find_pose(sequence.files.front().file))
+  if (const auto pose = parse_pose_path(sequence.files.front().file))
     if (std::string others = describe_other_animations(*pose); !others.empty())
       warnings.push_back(std::move(others));
   log_unknown_motion(scene, sequence);
@@ -269,7 +269,7 @@ Result<Model> load_mesh(const MeshSequence& sequence, int mesh) {
   return std::move(read.model);
 }
 
-Result<std::vector<Vec3>> mesh_vertices(const MeshSequence& sequence, int mesh) {
+Result<std::vector<Vec3>> read_mesh_vertices(const MeshSequence& sequence, int mesh) {
   const MeshFile& file = sequence.files[static_cast<std::size_t>(mesh)];
   if (!file.problem.empty()) return make_error(ErrorCode::kInput, "{}", file.problem);
   std::vector<std::string> warnings;  // the survey has reported them
@@ -278,8 +278,8 @@ Result<std::vector<Vec3>> mesh_vertices(const MeshSequence& sequence, int mesh) 
   return std::move(read.placing.vertices);
 }
 
-Result<std::vector<Vec3>> mesh_motion(const MeshSequence& sequence, const Model& shown,
-                                      const MeshStep& step) {
+Result<std::vector<Vec3>> compute_mesh_motion(const MeshSequence& sequence, const Model& shown,
+                                              const MeshStep& step) {
   std::vector<Vec3> motion;
   if (step.mesh == step.next) return motion;
   const MeshFile &file = sequence.files[static_cast<std::size_t>(step.mesh)],
@@ -338,7 +338,7 @@ std::string describe_meshes(const MeshSequence& sequence) {
   for (const MeshFile& file : sequence.files) {
     if (!file.problem.empty() && model_exists(file.file)) ++broken;
   }
-  std::string text = sequence.object.name + ": " + describe_files(sequence.object);
+  std::string text = sequence.object.name + ": " + describe_sequence(sequence.object);
   if (broken > 0) text += fmt::format(", {} broken", broken);
   return text + fmt::format(", at most {} triangles", sequence.max_triangles);
 }

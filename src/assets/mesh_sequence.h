@@ -30,7 +30,7 @@ Result<Model> load_mesh(const MeshSequence& sequence, int mesh);
 
 /// Reads the vertices of a mesh as its file has them, in the file's coordinates. Errors: as
 /// load_mesh().
-Result<std::vector<Vec3>> mesh_vertices(const MeshSequence& sequence, int mesh);
+Result<std::vector<Vec3>> read_mesh_vertices(const MeshSequence& sequence, int mesh);
 
 /// A step from one mesh to another.
 struct MeshStep {
@@ -41,8 +41,8 @@ struct MeshStep {
 /// meshes have the same faces, the displacement is that to the point of the same index in the next
 /// mesh; else it is the velocity that the file stores, divided by fps. Empty if the mesh stays the
 /// same or no motion is known. Errors: as load_mesh().
-Result<std::vector<Vec3>> mesh_motion(const MeshSequence& sequence, const Model& shown,
-                                      const MeshStep& step);
+Result<std::vector<Vec3>> compute_mesh_motion(const MeshSequence& sequence, const Model& shown,
+                                              const MeshStep& step);
 
 /// Returns one line for each mesh that cannot be shown.
 std::vector<std::string> mesh_problems(const MeshSequence& sequence);

@@ -91,6 +91,7 @@ Result<Files> read_tree(const fs::path& path,
       bytes.append(buffer, static_cast<std::size_t>(count));
     }
     if (count < 0) return make_read_error(reader.get());
+    remember_name(name);
     files[std::move(name)] = std::move(bytes);
   }
   if (code != ARCHIVE_EOF) return make_read_error(reader.get());

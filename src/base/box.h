@@ -23,7 +23,7 @@ struct Box {
 
 PM_HD inline Box extend(Box box, Vec3 p) { return {min(box.low, p), max(box.high, p)}; }
 PM_HD inline Box unite(Box a, Box b) { return {min(a.low, b.low), max(a.high, b.high)}; }
-inline Box box_of(std::span<const Vec3> points) {
+inline Box bounding_box(std::span<const Vec3> points) {
   Box box;
   for (Vec3 p : points) box = extend(box, p);
   return box;

@@ -57,7 +57,7 @@ Result<FramePattern> parse_pattern(const std::string& text) {
   return pattern;
 }
 
-Result<FramePattern> file_pattern(const std::filesystem::path& file) {
+Result<FramePattern> parse_file_pattern(const std::filesystem::path& file) {
   PM_TRY(FramePattern pattern, parse_pattern(file.filename().string()));
   pattern.before = (file.parent_path() / pattern.before).string();
   return pattern;

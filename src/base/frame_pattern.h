@@ -23,7 +23,7 @@ Result<FramePattern> parse_pattern(const std::string& text);
 
 /// Parses the file name only; the folder's name is taken literally. Errors: those of
 /// parse_pattern().
-Result<FramePattern> file_pattern(const std::filesystem::path& file);
+Result<FramePattern> parse_file_pattern(const std::filesystem::path& file);
 
 /// Inserts ".####" before the extension if the pattern has no place for a number, so that it can
 /// name several frames.

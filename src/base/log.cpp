@@ -222,7 +222,7 @@ std::string shorten_lines(const std::string& text) {
     begin = end + 1;
   }
   // The cut may have split a UTF-8 sequence.
-  return printable(result, Lines::kKeep);
+  return printable(result, LineBreaks::kKeep);
 }
 
 }  // namespace
@@ -242,12 +242,12 @@ Status set_log(const LogSettings& settings) {
 bool log_file_is_incomplete() { return file_is_incomplete; }
 
 void log_message(LogLevel level, const std::string& message) {
-  logger().log(to_spdlog(level), "{}", shorten_lines(printable(message, Lines::kKeep)));
+  logger().log(to_spdlog(level), "{}", shorten_lines(printable(message, LineBreaks::kKeep)));
 }
 
 void log_answer(const std::string& message) {
   // Log to the sinks directly: only the logger filters by level.
-  const std::string text = printable(message, Lines::kKeep);
+  const std::string text = printable(message, LineBreaks::kKeep);
   for (const auto& sink : logger().sinks())
     sink->log(spdlog::details::log_msg("polymorph", spdlog::level::info, text));
 }

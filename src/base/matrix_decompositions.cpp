@@ -65,9 +65,9 @@ double rotation_angle(const Mat3& r) {
   return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
 }
 
-Axes principal_axes(const Mat3& symmetric) {
+EigenDecomposition principal_axes(const Mat3& symmetric) {
   const Eigen::SelfAdjointEigenSolver<Matrix> solver(to_eigen(symmetric));  // ascending
-  Axes axes;
+  EigenDecomposition axes;
   for (int k = 0; k < 3; ++k) {
     axes.values[static_cast<std::size_t>(k)] = solver.eigenvalues()(2 - k);
     for (int i = 0; i < 3; ++i) axes.directions.at(i, k) = solver.eigenvectors()(i, 2 - k);

@@ -24,11 +24,11 @@ Vec3d log_rotation_near(const Mat3& r, Vec3d preferred);
 double rotation_angle(const Mat3& r);
 
 /// Eigenvalues of a symmetric matrix in descending order, and its eigenvectors as columns.
-struct Axes {
+struct EigenDecomposition {
   std::array<double, 3> values{};
   Mat3 directions;
 };
-Axes principal_axes(const Mat3& symmetric);
+EigenDecomposition principal_axes(const Mat3& symmetric);
 
 /// Matrix logarithm of a positive definite matrix (eigenvalues >= 1e-12); inverts exp_symmetric().
 Mat3 log_symmetric(const Mat3& a);

@@ -77,17 +77,17 @@ bool is_control(std::uint32_t code) {
 
 }  // namespace
 
-std::string printable(std::string_view raw_text, Lines lines) {
+std::string printable(std::string_view raw_text, LineBreaks line_breaks) {
   const std::string cleaned =
-      lines == Lines::kKeep ? replace_breaks_of_names(raw_text) : std::string(raw_text);
+      line_breaks == LineBreaks::kKeep ? replace_breaks_of_names(raw_text) : std::string(raw_text);
   const std::string_view text = cleaned;
   std::string result;
   result.reserve(text.size());
   for (std::size_t i = 0; i < text.size();) {
     const std::size_t size = character_size(text, i);
     const std::string_view character = text.substr(i, std::max<std::size_t>(size, 1));
-    const bool is_layout =
-        lines == Lines::kKeep && (character.front() == '\n' || character.front() == '\t');
+    const bool is_layout = line_breaks == LineBreaks::kKeep &&
+                           (character.front() == '\n' || character.front() == '\t');
     if (size > 0 && (is_layout || !is_control(code_point(character))))
       result += character;
     else
@@ -177,7 +177,7 @@ std::string escape_cell(std::string_view text) {
 
 std::string escape_markup(std::string_view text) {
   std::string result;
-  for (const char c : printable(text, Lines::kKeep)) {
+  for (const char c : printable(text, LineBreaks::kKeep)) {
     if (c == '<')
       result += "&lt;";
     else if (c == '>')

@@ -25,11 +25,11 @@ std::string did_you_mean(std::string_view word, std::span<const std::string> can
 std::string join_quoted(std::span<const std::string> words);
 
 /// Treatment of line breaks and tabs in printable().
-enum class Lines { kKeep, kReplace };
+enum class LineBreaks { kKeep, kReplace };
 /// Makes `text` safe for display and for file headers: replaces invalid UTF-8, control characters
 /// (they move a terminal's cursor and end a header's line) and characters that change the direction
 /// of writing by '?'.
-std::string printable(std::string_view text, Lines lines = Lines::kReplace);
+std::string printable(std::string_view text, LineBreaks line_breaks = LineBreaks::kReplace);
 
 /// Replaces the control characters from DEL (U+007F) on in JSON text by \\u escapes, which do not
 /// change the parsed values.

@@ -79,7 +79,7 @@ Status bench_render(Bench& bench, const std::string& device, const Mesh& mesh) {
   surface.look = 1;
   surface.id = 2;
   scene.meshes.push_back(surface);
-  scene.bounds = box_of(mesh.positions);
+  scene.bounds = bounding_box(mesh.positions);
   scene.camera =
       make_camera(CameraSettings{}, scene.bounds, bench.settings.width, bench.settings.height);
   scene.ground.height = scene.bounds.low.y;

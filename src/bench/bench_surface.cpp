@@ -31,7 +31,7 @@ std::vector<Ball> torus_balls(int n, FieldKind kind) {
     const Ball ball = visit(kind, [&](auto field) {
       // Balls of infinite support add up, so that each must be weak.
       const float constant = field.kCompactSupport ? 1 : 0.02f;
-      return field.of_sphere(center, radius, {.blobbiness = 2, .blob_constant = constant});
+      return field.from_sphere(center, radius, {.blobbiness = 2, .blob_constant = constant});
     });
     balls.push_back(ball);
   }

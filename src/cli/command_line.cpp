@@ -347,7 +347,7 @@ Resources resources(const CommonOptions& common) {
 }
 
 void print_error(const Error& error) {
-  for (const std::string& text : split(printable(error.message, Lines::kKeep), '\n')) {
+  for (const std::string& text : split(printable(error.message, LineBreaks::kKeep), '\n')) {
     // A message may list several findings, one per line; indented lines quote the file.
     const bool is_quote = text.starts_with("  ");
     log_message(is_quote ? LogLevel::kInfo : LogLevel::kError, text);

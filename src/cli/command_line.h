@@ -96,7 +96,7 @@ void print_bytes(std::string_view bytes);
 /// reader has closed the pipe; run_program() fails if the disk is full.
 template <class... Args>
 void print_data(fmt::format_string<Args...> text, Args&&... args) {
-  print_bytes(printable(fmt::format(text, std::forward<Args>(args)...), Lines::kKeep));
+  print_bytes(printable(fmt::format(text, std::forward<Args>(args)...), LineBreaks::kKeep));
 }
 
 ProgressMode progress_mode(const CommonOptions& common);

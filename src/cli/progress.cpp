@@ -80,7 +80,7 @@ void print_openjd(std::size_t done, std::size_t count, const FrameRecord& record
 }  // namespace
 
 void print_openjd_failure(const Error& error) {
-  const std::string text = printable(error.message, Lines::kKeep);
+  const std::string text = printable(error.message, LineBreaks::kKeep);
   const std::string line = fmt::format("openjd_fail: {}\n", text.substr(0, text.find('\n')));
   std::fwrite(line.data(), 1, line.size(), stderr);
 }

@@ -237,6 +237,13 @@ Status check_suite_files(const fs::path& root, const std::string& name) {
   return make_error(ErrorCode::kInput, "{}: no suite.json in it - {}", folder.string(), rule);
 }
 
+/// Tests for files that people and their programs put beside suites. Any other entry is a suite,
+/// perhaps a broken one.
+bool is_note(const std::string& name) {
+  return name.starts_with(".") || name.starts_with("README") || name.starts_with("LICENSE") ||
+         name.ends_with(".md") || name.ends_with(".txt");
+}
+
 }  // namespace
 
 Result<GoldenSuite> load_golden_suite(const fs::path& root, const std::string& name) {
@@ -270,13 +277,6 @@ Result<GoldenSuite> load_golden_suite(const fs::path& root, const std::string& n
       suite.tolerance = parse_limits(json, defaults);
     }));
   return suite;
-}
-
-/// Tests for files that people and their programs put beside suites. Any other entry is a suite,
-/// perhaps a broken one.
-bool is_note(const std::string& name) {
-  return name.starts_with(".") || name.starts_with("README") || name.starts_with("LICENSE") ||
-         name.ends_with(".md") || name.ends_with(".txt");
 }
 
 Result<std::vector<std::string>> list_golden_suites(const fs::path& root) {

@@ -47,7 +47,7 @@ Result<Costs> measure_costs(const SlurmRequest& request, const Scene& scene,
     hashes.view = request.view;
     const auto states = frame_states(files, settings.frames, hashes);
     costs.frames = settings.frames.size() - static_cast<std::size_t>(std::count(
-                                                states.begin(), states.end(), FileState::kWhole));
+                                                states.begin(), states.end(), FileState::kCurrent));
     costs.frame_seconds = request.frame_seconds;
     return costs;
   }

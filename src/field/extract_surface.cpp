@@ -77,7 +77,7 @@ Result<Grid> fit_grid(const Box& box, float cell) {
               {static_cast<int>(nx), static_cast<int>(ny), static_cast<int>(nz)}};
 }
 
-Box box_of(const Grid& grid) {
+Box bounding_box(const Grid& grid) {
   return {grid.origin, grid_point(grid, {grid.points.x - 1, grid.points.y - 1, grid.points.z - 1})};
 }
 
@@ -102,7 +102,7 @@ Result<Mesh> extract_surface(Engine& engine, const MorphSurface& surface, const 
 Result<Mesh> extract_distances(Engine& engine, const std::shared_ptr<const DistanceGrid>& object,
                                float cell, const ExtractSettings& settings) {
   Mesh mesh;
-  PM_TRY(const Grid grid, fit_grid(box_of(object->grid), cell));
+  PM_TRY(const Grid grid, fit_grid(bounding_box(object->grid), cell));
   PM_TRY_STATUS(to_status(engine.extract(object, grid, settings, mesh)));
   return mesh;
 }

@@ -23,7 +23,7 @@ Box surface_bounds(const std::vector<Ball>& balls, const ExtractSettings& settin
 /// (kResource): more than 2^40 points, or 65536 along an axis.
 Result<Grid> fit_grid(const Box& box, float cell);
 
-Box box_of(const Grid& grid);
+Box bounding_box(const Grid& grid);
 
 /// Extracts the surface field = iso of the balls on cells of edge `cell`. If no ball is visible,
 /// the mesh is empty. Errors: kResource (device or memory), kInput (NaN in the balls).

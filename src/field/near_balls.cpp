@@ -106,7 +106,7 @@ void for_each_near(
   parallel_for(static_cast<std::int64_t>(chunks), [&](std::int64_t r) {
     const std::size_t begin = static_cast<std::size_t>(r) * kChunk;
     const std::size_t end = std::min(begin + kChunk, points.size());
-    const Box box = box_of(points.subspan(begin, end - begin));
+    const Box box = bounding_box(points.subspan(begin, end - begin));
     const Vec3 margin{max_distance, max_distance, max_distance};
     f(begin, end, balls.within({box.low - margin, box.high + margin}));
   });

@@ -107,7 +107,7 @@ Result<std::vector<float>> sample_field(Engine& engine, const BallSet& balls,
   if (balls.size() * points.size() > kMinPairs && have_round_support(balls, settings.field)) {
     std::vector<float> none;
     PM_TRY_STATUS(to_status(engine.sample(balls, {}, settings, none)));  // checks the balls
-    const Box box = box_of(points);
+    const Box box = bounding_box(points);
     std::vector<std::uint64_t> keys;
     for (const Vec3& point : points) keys.push_back(morton_key(point, box));
     std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {

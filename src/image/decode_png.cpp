@@ -32,7 +32,6 @@ struct PngImage : PmOiioImage {
 struct PngSource {
   const std::string& bytes;
   std::size_t at = 0;
-  PngImage& image;
 };
 
 void read_bytes(png_structp png, png_bytep to, std::size_t size) {
@@ -196,7 +195,7 @@ void convert_codes(PngImage& image, std::size_t count, float max_code) {
 
 void decode(const std::string& bytes, std::uint64_t max_bytes, PngImage& image) {
   image.failure = PM_OIIO_BROKEN;  // until all is decoded
-  PngSource reader{bytes, 0, image};
+  PngSource reader{bytes};
   Handles h;
   h.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &image.error_text, keep_png_error,
                                  ignore_png_warning);

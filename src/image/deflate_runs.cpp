@@ -160,7 +160,6 @@ std::vector<Run> find_runs(std::span<const std::uint8_t> bytes, std::size_t firs
     std::size_t to = i + kMinRun;
     while (to < end && bytes[to] == bytes[i - 1]) ++to;
     for (; to - i >= kMinRun; i += runs.back().size) runs.push_back({i, std::min(to - i, kMaxRun)});
-    i = std::max(i, to - (kMinRun - 1));
   }
   return runs;
 }

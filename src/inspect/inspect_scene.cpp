@@ -90,7 +90,7 @@ void add_actor(Inspection& out, const Scene& scene, const ActorSettings& actor) 
         fmt::format("  {}{} {}\n", objects[i]->name, objects[i]->meta ? " (meta)" : "",
                     objects[i]->shape.empty() ? objects[i]->model.string() : "built-in shape");
   if (plays_sequence_alone(actor)) {
-    out.text += fmt::format("  {}\n  frames {:>4} - {:<4} {}\n", describe_files(actor.source), 1,
+    out.text += fmt::format("  {}\n  frames {:>4} - {:<4} {}\n", describe_sequence(actor.source), 1,
                             timeline.count, stage_name(Stage::kPlay));
     return;
   }

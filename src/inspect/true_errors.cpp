@@ -104,8 +104,8 @@ std::optional<double> missing_rotation(const std::vector<Vec3>& from, const std:
 Result<std::vector<Vec3>> fit_to_mesh(const TrueModel& entry, const std::vector<Vec3>& points,
                                       const Mesh& mesh, Model& model) {
   PM_TRY(const Model file, read_model(entry.model));
-  model = turned_upright(file, entry.up);
-  const Box own = model.box(), box = box_of(mesh.positions);
+  model = rotate_upright(file, entry.up);
+  const Box own = model.box(), box = bounding_box(mesh.positions);
   const float scale = own.diagonal() > 0 ? box.diagonal() / own.diagonal() : 1;
   for (Vec3& p : model.points) p = box.center() + (p - own.center()) * scale;
   return place_points(points, file, model.points);

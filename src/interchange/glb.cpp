@@ -127,8 +127,7 @@ class GlbWriter : public SurfaceWriter {
     std::size_t stride = 0;  ///< bytes; 0: packed
   };
   Result<std::size_t> add_accessor(const std::string& bytes, int target, const Elements& elements);
-  Status add_vertices(const SurfaceFrame& frame, const SplitSurface& split, JsonValue& attributes,
-                      MeshSpan& span);
+  Status add_vertices(const SurfaceFrame& frame, const SplitSurface& split, JsonValue& attributes);
   Status add_quantized(const SurfaceFrame& frame, const SplitSurface& split, JsonValue& attributes,
                        MeshSpan& span);
   Status add_targets(int frame, std::span<const SurfaceFrame> frames);
@@ -224,7 +223,7 @@ Vec2 uv_at(const SurfaceFrame& frame, const SplitSurface& split, std::size_t ver
 
 /// Adds the vertex attributes as floats.
 Status GlbWriter::add_vertices(const SurfaceFrame& frame, const SplitSurface& split,
-                               JsonValue& attributes, MeshSpan&) {
+                               JsonValue& attributes) {
   const std::size_t count = split.position_of.size();
   const auto add_attribute = [&](const char* name, const char* type,
                                  const std::string& bytes) -> Status {
@@ -341,7 +340,7 @@ Status GlbWriter::add_mesh(const SurfaceFrame& frame, const std::string& name, M
   const SplitSurface split = split_corners(frame, split_settings);
   JsonValue attributes = JsonValue::object();
   PM_TRY_STATUS(settings_.quantize ? add_quantized(frame, split, attributes, span)
-                                   : add_vertices(frame, split, attributes, span));
+                                   : add_vertices(frame, split, attributes));
   const std::vector<std::size_t> materials = add_materials(frame);
   std::vector<std::size_t> distinct = materials;
   std::sort(distinct.begin(), distinct.end());

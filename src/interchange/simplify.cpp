@@ -72,15 +72,9 @@ float measure_distance(const SurfaceFrame& frame, const ClosestPointQuery& befor
       for (const std::uint32_t v : frame.triangles[hit.triangle].v) is_near[v] = 1;
   }
   if (farthest <= limit) return farthest;
-  for (int ring = 0; ring < 1; ++ring) {
-    std::vector<std::uint8_t> dilated = is_near;
-    for (std::size_t t = 0; t < frame.triangles.size(); ++t) {
-      const auto& v = frame.triangles[t].v;
-      if (!is_near[v[0]] && !is_near[v[1]] && !is_near[v[2]]) continue;
-      is_fixed[t] = 1;
-      for (const std::uint32_t p : v) dilated[p] = 1;
-    }
-    is_near = std::move(dilated);
+  for (std::size_t t = 0; t < frame.triangles.size(); ++t) {
+    const auto& v = frame.triangles[t].v;
+    if (is_near[v[0]] || is_near[v[1]] || is_near[v[2]]) is_fixed[t] = 1;
   }
   return farthest;
 }
@@ -124,7 +118,7 @@ float simplify(SurfaceFrame& frame, float distance) {
   constexpr int kMaxAttempts = 12;
   if (frame.triangles.empty()) return 0;
   const float extent = [&] {
-    const Vec3 size = box_of(frame.positions).size();
+    const Vec3 size = bounding_box(frame.positions).size();
     return std::max({size.x, size.y, size.z});
   }();
   if (!(extent > 0)) return 0;

@@ -160,7 +160,7 @@ Result<BlendField> make_blend_field(const Model& model, const InsideTest& inside
                                     Mesh surface, float cell, const ExtractSettings& settings,
                                     Engine& engine) {
   PM_CHECK(!surface.triangles.empty());
-  const Box box = unite(model.box(), box_of(surface.positions));
+  const Box box = unite(model.box(), bounding_box(surface.positions));
   const Vec3 size = box.size();
   PM_TRY(const Grid grid,
          fit_grid(box, std::max(cell, std::max({size.x, size.y, size.z}) / kMaxDistanceCells)));
@@ -187,7 +187,7 @@ Result<Mesh> blend_surface(const BlendField& field, const Model& model,
   const Grid& grid = field.model->grid;
   // One DistanceGrid of mixed distances has the same surface but rounds differently: half of the
   // vertices would move, by some 1e-4 of a cell.
-  const MorphSurface between = {identity_map(box_of(grid), invert_smoothstep(progress)),
+  const MorphSurface between = {identity_map(bounding_box(grid), invert_smoothstep(progress)),
                                 field.model, field.balls};
   Mesh mesh;
   PM_TRY_STATUS(to_status(engine.extract(between, grid, settings, mesh)));

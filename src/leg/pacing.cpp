@@ -228,7 +228,7 @@ Result<Moment> measure_moment(const Leg& linear, float time, std::optional<float
          measured_surface(linear, time, {cell, settings.measured, near, kTolerance}, engine));
   // As in frames: a component that separates changes the surface when it is removed.
   remove_fragments(linear, time, surface.mesh);
-  const float low = box_of(surface.mesh.positions).low.y;
+  const float low = bounding_box(surface.mesh.positions).low.y;
   return Moment{time, surface.field.level, low, std::move(surface.mesh), 0};
 }
 

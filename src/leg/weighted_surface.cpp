@@ -299,7 +299,7 @@ void clean_up(const Mixture& mixture, Mesh& mesh) {
 /// Moves a surface vertically so that its lowest point is at `floor`, and returns the offset.
 float move_to_floor(float floor, Mesh& mesh) {
   if (mesh.positions.empty()) return 0;
-  const float lift = floor - box_of(mesh.positions).low.y;
+  const float lift = floor - bounding_box(mesh.positions).low.y;
   for (Vec3& p : mesh.positions) p.y += lift;
   return lift;
 }

@@ -66,7 +66,7 @@ double smallest_component_share(const Mesh& mesh) {
   return total > 0 ? std::min(smallest / total, 1.0) : 0;
 }
 
-std::size_t remove_small_components(Mesh& mesh, double fraction, HeapLimit heap) {
+std::size_t remove_small_components(Mesh& mesh, double fraction, ManyComponentsLimit heap) {
   if (mesh.triangles.empty() || !(fraction > 0)) return 0;
   Components components(mesh);
   const std::vector<double>& volume = components.volume;

@@ -10,7 +10,7 @@ namespace polymorph {
 /// Exception of remove_small_components() for meshes that consist of many small objects: if the
 /// components to be removed together enclose more than `share` of the mesh's volume, only those
 /// below `fraction` of the volume are removed. By default there is no exception.
-struct HeapLimit {
+struct ManyComponentsLimit {
   double share = 1, fraction = 0;
 };
 
@@ -18,7 +18,7 @@ struct HeapLimit {
 /// may lower that fraction. Cavities count as components. The other components keep their order,
 /// and the largest always stays. An implicit surface of balls has such small components where two
 /// balls separate. Returns the number of removed components.
-std::size_t remove_small_components(Mesh& mesh, double fraction, HeapLimit heap = {});
+std::size_t remove_small_components(Mesh& mesh, double fraction, ManyComponentsLimit heap = {});
 
 /// Counts the connected components; a point without triangles is one.
 std::size_t count_components(const Mesh& mesh);

@@ -19,7 +19,7 @@ struct MeshView {
       : points(points_), triangles(triangles_) {}
   MeshView(const Mesh& mesh) : points(mesh.positions), triangles(mesh.triangles) {}
 
-  Box box() const { return box_of(points); }
+  Box box() const { return bounding_box(points); }
 };
 
 }  // namespace polymorph

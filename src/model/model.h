@@ -42,7 +42,7 @@ struct Model {
   std::vector<Material> materials;  ///< one or more; none in an object made of moving balls
   std::vector<std::shared_ptr<const Image>> textures;  ///< scene-linear RGB(A)
 
-  Box box() const { return box_of(points); }
+  Box box() const { return bounding_box(points); }
   operator MeshView() const { return {points, triangles}; }
 };
 

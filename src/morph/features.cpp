@@ -153,7 +153,7 @@ BallFeatures ball_features(const std::vector<Ball>& balls, std::span<const doubl
     };
     add_ball(i);
     for (const std::uint32_t j : neighbors[i]) add_ball(j);
-    const Axes axes = principal_axes(covariance);
+    const EigenDecomposition axes = principal_axes(covariance);
     if (!(axes.values[0] > 0)) return;
     features.linearity[i] = static_cast<float>((axes.values[0] - axes.values[1]) / axes.values[0]);
     features.planarity[i] = static_cast<float>((axes.values[1] - axes.values[2]) / axes.values[0]);

@@ -199,7 +199,7 @@ std::vector<Ball> move_on_host(const std::vector<BallPath>& paths,
                                const std::vector<PathPart>& parts, const std::vector<float>& own,
                                const MotionState& state) {
   std::vector<Ball> balls(paths.size());
-  const std::vector<PartPlace> places = places_at(parts, state.eased);
+  const std::vector<PartPose> places = part_poses_at(parts, state.eased);
   const auto view = [](const auto& array) {
     return View(array.data(), static_cast<std::int64_t>(array.size()));
   };
@@ -442,7 +442,7 @@ Mat3 minus(Mat3 a, const Mat3& b) {
 }
 
 PartMotion part_motion(const PathPart& part, double u) {
-  const PartPlace place = place_at(part, u);
+  const PartPose place = part_pose_at(part, u);
   return {place, transposed(place.rotation), exp_rotation(part.turn), exp_scalar(part.log_scale)};
 }
 

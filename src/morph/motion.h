@@ -64,7 +64,7 @@ Mat3 minus(Mat3 a, const Mat3& b);
 
 /// Rotation and scaling of a part: up to an eased time, and from source to target.
 struct PartMotion {
-  PartPlace place;
+  PartPose place;
   Mat3 inv_rotation, total_rotation;  ///< inverse of the rotation so far; rotation to the target
   double total_scale = 1;
   /// The maps that take an offset from that time back to the source, and on to the target.

@@ -347,9 +347,10 @@ Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls, floa
   }
   for (std::size_t e = 0; e < balls.size(); ++e) {
     const std::uint32_t number = plan.paths->balls[e].part;
-    const PartPlace a = place_at(plan.paths->parts[number], static_cast<double>(sampled.eased[e])),
-                    b = place_at(next.plan.paths->parts[number],
-                                 static_cast<double>(next_eased[e]));
+    const PartPose a = part_pose_at(plan.paths->parts[number],
+                                    static_cast<double>(sampled.eased[e])),
+                   b = part_pose_at(next.plan.paths->parts[number],
+                                    static_cast<double>(next_eased[e]));
     const Mat3 motion = scaled(b.rotation * transposed(a.rotation), b.scale / a.scale);
     BallAttribute& attribute = regression.values.emplace_back();
     set_values(attribute, displacements[e], minus(motion, Mat3{}), regression);

@@ -164,7 +164,7 @@ Camera make_camera(const CameraSettings& settings, const Box& scene_box, int wid
 
 Camera make_camera(const CameraSettings& settings, std::span<const Vec3> points, int width,
                    int height) {
-  const Box box = box_of(points);
+  const Box box = bounding_box(points);
   if (!(box.diagonal() > 0)) return make_camera(settings, box, width, height);
   const Vec3 target = settings.target.value_or(box.center());
   Camera camera = frame_points(settings, points, target, width, height);
@@ -175,7 +175,7 @@ Camera make_camera(const CameraSettings& settings, std::span<const Vec3> points,
 Framing make_framing(std::span<const CameraSettings> poses, std::span<const Vec3> points, int width,
                      int height) {
   Framing framing;
-  framing.middle = framing.anchor = make_usable_box(box_of(points)).center();
+  framing.middle = framing.anchor = make_usable_box(bounding_box(points)).center();
   framing.margin = poses.front().margin;
   float fov = poses.front().fov;
   for (const CameraSettings& pose : poses) {

@@ -75,7 +75,7 @@ class Tile {
 
   /// Intersects the rays through the pixels' centres, if AOVs or steady noise need them.
   void intersect_centers() {
-    const bool steady = casts_rays() && job_.looks_for_motion();
+    const bool steady = casts_rays() && job_.needs_motion_test();
     moving_.fill(job_.camera.moves);
     if (job_.aovs.empty() && !steady) return;
     for (int y = 0; y < height_; ++y) {

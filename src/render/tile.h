@@ -47,7 +47,7 @@ struct FrameJob {
 
   /// Tests whether each pixel's samples depend on whether it shows motion (steady noise,
   /// sampler.h).
-  bool looks_for_motion() const { return image.steady && meshes_move && !camera.moves; }
+  bool needs_motion_test() const { return image.steady && meshes_move && !camera.moves; }
 };
 
 /// Tests whether the picture has mattes or guides, for which the CPU traces camera rays even if a

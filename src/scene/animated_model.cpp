@@ -130,13 +130,13 @@ int Animation::pose_count() const {
   return 1 + static_cast<int>(std::lround(std::min(end - start, kMaxSeconds) * poses_per_second));
 }
 
-std::optional<AnimatedPose> find_named_animation(const std::filesystem::path& path) {
+std::optional<AnimatedPose> parse_animation_path(const std::filesystem::path& path) {
   const auto named = is_gltf(path) && !is_file(path) ? split_at_separator(path) : std::nullopt;
   if (!named || named->second.empty() || !is_file(named->first)) return std::nullopt;
   return AnimatedPose{named->first, named->second, 1};
 }
 
-std::optional<AnimatedPose> find_pose(const std::filesystem::path& path) {
+std::optional<AnimatedPose> parse_pose_path(const std::filesystem::path& path) {
   const auto numbered = is_gltf(path) ? split_at_separator(path) : std::nullopt;
   std::error_code error;
   if (!numbered || std::filesystem::exists(path, error)) return std::nullopt;
@@ -145,7 +145,7 @@ std::optional<AnimatedPose> find_pose(const std::filesystem::path& path) {
   AnimatedPose pose;
   if (is_file(numbered->first))
     pose.file = numbered->first;
-  else if (const auto named = find_named_animation(numbered->first))
+  else if (const auto named = parse_animation_path(numbered->first))
     pose = *named;
   else
     return std::nullopt;
@@ -197,7 +197,7 @@ Animation read_animation(const std::filesystem::path& file, const std::string& n
 }
 
 int pose_count(const std::filesystem::path& model) {
-  const auto named = find_named_animation(model);
+  const auto named = parse_animation_path(model);
   return read_animation(named ? named->file : model, named ? named->animation : std::string())
       .pose_count();
 }

@@ -33,7 +33,7 @@ struct Animation {
 
 /// Parses the path of a pose. Returns nullopt if `path` does not have this form, if a file of this
 /// name exists, or if the model does not exist.
-std::optional<AnimatedPose> find_pose(const std::filesystem::path& path);
+std::optional<AnimatedPose> parse_pose_path(const std::filesystem::path& path);
 
 /// Reads the motion of a model. The animation `name` plays, or the first one if `name` is empty.
 /// Others play along if they move different nodes: an armature and its morph targets often have an
@@ -56,6 +56,6 @@ std::filesystem::path pose_pattern(const std::filesystem::path& model);
 
 /// Parses hero@run.glb into model and animation. Returns nullopt if `path` does not have this form,
 /// if a file of this name exists, or if the model does not exist.
-std::optional<AnimatedPose> find_named_animation(const std::filesystem::path& path);
+std::optional<AnimatedPose> parse_animation_path(const std::filesystem::path& path);
 
 }  // namespace polymorph

@@ -73,12 +73,12 @@ Result<SceneReading> read_scene(const std::filesystem::path& path,
   // Make a scene that plays the mesh sequence or the animated model.
   if (is_model && (is_animated || is_numbered(path))) {
     const std::filesystem::path meshes = is_animated ? pose_pattern(path) : path;
-    PM_TRY([[maybe_unused]] const std::vector<int> range, find_range(meshes));
+    PM_TRY([[maybe_unused]] const std::vector<int> range, find_mesh_range(meshes));
     JsonValue json{{"source", {{"model", std::filesystem::absolute(meshes).string()}}}};
     if (const auto rate = find_pose_rate(meshes)) json["frames"] = {{"fps", *rate}};
     return read_scene_text(path, format_json(json), overrides);
   }
-  if (const auto named = find_named_animation(path); named && !find_pose(path))
+  if (const auto named = parse_animation_path(path); named && !parse_pose_path(path))
     return make_error(ErrorCode::kInput, "{}", describe_missing_poses(*named));
   if (is_model)
     return make_error(ErrorCode::kInput,
@@ -97,7 +97,7 @@ Result<SceneReading> read_scene_text(const std::filesystem::path& path, std::str
                       "{}: is empty - a scene needs at least {{\"source\": ..., \"target\": ...}}",
                       path.string());
   PM_TRY(JsonDocument document, parse_json(path.string(), std::move(text)));
-  for (const auto& [key, value] : overrides) PM_TRY_STATUS(set_json_value(document, key, value));
+  for (const auto& [key, value] : overrides) PM_TRY_STATUS(apply_override(document, key, value));
   if (document.root.kind != JsonValue::Kind::kObject)
     return make_error(ErrorCode::kInput, "{}:1:1: a scene must be an object {{...}} (is {})",
                       path.string(), kind_name(document.root.kind));

@@ -61,7 +61,7 @@ std::filesystem::path MemoryModels::add(const std::string& name, MemoryMesh mesh
 
 std::filesystem::path MemoryModels::add(const std::string& name, std::vector<MemoryMesh> meshes) {
   std::filesystem::path path = folder_ / (name + ".####" + kSuffix);
-  const auto pattern = file_pattern(path);
+  const auto pattern = parse_file_pattern(path);
   PM_CHECK(pattern);
   for (std::size_t i = 0; i < meshes.size(); ++i)
     all_meshes().put(frame_path(*pattern, static_cast<int>(i) + 1), std::move(meshes[i]));
@@ -74,7 +74,7 @@ std::shared_ptr<const MemoryMesh> find_memory_mesh(const std::filesystem::path& 
 
 bool model_exists(const std::filesystem::path& path) {
   std::error_code error;
-  return find_memory_mesh(path) || std::filesystem::exists(path, error) || find_pose(path);
+  return find_memory_mesh(path) || std::filesystem::exists(path, error) || parse_pose_path(path);
 }
 
 }  // namespace polymorph

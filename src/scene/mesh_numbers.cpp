@@ -11,7 +11,7 @@ namespace polymorph {
 
 bool is_numbered(const std::filesystem::path& model) {
   if (model_exists(model)) return false;
-  const auto pattern = file_pattern(model);
+  const auto pattern = parse_file_pattern(model);
   return pattern ? pattern->has_number() : model.filename().string().find('#') != std::string::npos;
 }
 
@@ -21,7 +21,7 @@ Result<std::vector<int>> existing_meshes(const FramePattern& pattern) {
     in_memory.push_back(number);
   if (!in_memory.empty()) return in_memory;
   if (!pattern.has_number()) return existing_frames(pattern);
-  const auto pose = find_pose(frame_path(pattern, 1));
+  const auto pose = parse_pose_path(frame_path(pattern, 1));
   if (!pose) return existing_frames(pattern);
   std::vector<int> poses(
       static_cast<std::size_t>(read_animation(pose->file, pose->animation).pose_count()));
@@ -29,11 +29,11 @@ Result<std::vector<int>> existing_meshes(const FramePattern& pattern) {
   return poses;
 }
 
-Result<std::vector<int>> find_range(const std::filesystem::path& model) {
-  PM_TRY(const FramePattern pattern, file_pattern(model));
+Result<std::vector<int>> find_mesh_range(const std::filesystem::path& model) {
+  PM_TRY(const FramePattern pattern, parse_file_pattern(model));
   PM_TRY(const std::vector<int> numbers, existing_meshes(pattern));
   if (numbers.empty()) {
-    if (const auto pose = find_pose(frame_path(pattern, 1)))
+    if (const auto pose = parse_pose_path(frame_path(pattern, 1)))
       return make_error(ErrorCode::kInput, "{}", describe_missing_poses(*pose));
     return make_error(ErrorCode::kInput, "no such files: {}", model.string());
   }
@@ -45,9 +45,9 @@ Result<std::vector<int>> find_range(const std::filesystem::path& model) {
 }
 
 std::optional<float> find_pose_rate(const std::filesystem::path& model) {
-  const auto pattern = file_pattern(model);
+  const auto pattern = parse_file_pattern(model);
   const auto pose =
-      pattern && pattern->has_number() ? find_pose(frame_path(*pattern, 1)) : std::nullopt;
+      pattern && pattern->has_number() ? parse_pose_path(frame_path(*pattern, 1)) : std::nullopt;
   if (!pose) return std::nullopt;
   return static_cast<float>(read_animation(pose->file, pose->animation).poses_per_second);
 }
@@ -79,12 +79,12 @@ std::vector<int> mesh_numbers(const ObjectSettings& object) {
 }
 
 std::filesystem::path mesh_file(const ObjectSettings& object, int number) {
-  const auto pattern = file_pattern(object.model);
+  const auto pattern = parse_file_pattern(object.model);
   PM_CHECK(pattern);
   return frame_path(*pattern, number);
 }
 
-std::string describe_files(const ObjectSettings& object) {
+std::string describe_sequence(const ObjectSettings& object) {
   const std::vector<int> numbers = mesh_numbers(object);
   std::size_t missing = 0;
   for (const int number : numbers)
@@ -96,7 +96,7 @@ std::string describe_files(const ObjectSettings& object) {
 }
 
 std::string sequence_name(const std::filesystem::path& model) {
-  const auto pattern = file_pattern(model);
+  const auto pattern = parse_file_pattern(model);
   if (!pattern) return model.stem().string();
   // "x" replaces the number. Without it, a path that ends in '/' would have no filename().
   const std::string before = std::filesystem::path(pattern->before + "x").filename().string(),

@@ -22,7 +22,7 @@ Result<std::vector<int>> existing_meshes(const FramePattern& pattern);
 
 /// Finds the range of a sequence's existing meshes: first and last number and, if it is above 1,
 /// the step. Errors: kInput (no mesh, or an unreadable folder), kUsage (a bad name).
-Result<std::vector<int>> find_range(const std::filesystem::path& model);
+Result<std::vector<int>> find_mesh_range(const std::filesystem::path& model);
 
 /// Poses per second of an animated model; nullopt for other models.
 std::optional<float> find_pose_rate(const std::filesystem::path& model);
@@ -46,7 +46,7 @@ std::vector<int> mesh_numbers(const ObjectSettings& object);
 std::filesystem::path mesh_file(const ObjectSettings& object, int number);
 
 /// Describes a sequence without reading its files: "240 meshes, frames 1 to 240, 1 missing".
-std::string describe_files(const ObjectSettings& object);
+std::string describe_sequence(const ObjectSettings& object);
 
 /// Name of a sequence: its file name without number and suffix.
 std::string sequence_name(const std::filesystem::path& model);

@@ -22,7 +22,7 @@ void forget_offsets(JsonValue& value) {
 
 }  // namespace
 
-Status set_json_value(JsonDocument& document, std::string_view path, std::string_view text) {
+Status apply_override(JsonDocument& document, std::string_view path, std::string_view text) {
   JsonValue* node = &document.root;
   for (const std::string& key : split(path, '.')) {
     if (key.empty()) return make_error(ErrorCode::kUsage, "--set {}: empty name in the path", path);

@@ -12,6 +12,6 @@ namespace polymorph {
 /// or, failing that, a plain string. Missing objects along the path are created. A string along the
 /// path becomes an object with the string at key "" ("target": "b.obj" and target.scale). Errors:
 /// kUsage.
-Status set_json_value(JsonDocument& document, std::string_view path, std::string_view value);
+Status apply_override(JsonDocument& document, std::string_view path, std::string_view value);
 
 }  // namespace polymorph

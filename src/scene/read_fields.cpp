@@ -425,7 +425,7 @@ void FieldReader::find_meshes(const JsonValue& value, const std::string& pointer
     out.range.clear();
     return;
   }
-  auto range = find_range(out.model);
+  auto range = find_mesh_range(out.model);
   if (!range) return report_key("model", range.error().message);
   if (out.range.empty()) out.range = std::move(*range);
   if (!out.fps) out.fps = find_pose_rate(out.model);

@@ -283,7 +283,7 @@ std::vector<Ball> convert_to_balls(const std::vector<Sphere>& spheres, const Fie
   for (const Sphere& sphere : spheres) {
     PM_CHECK(sphere.radius > 0);
     balls.push_back(visit(field.kind, [&](auto kind) {
-      return kind.of_sphere(sphere.center, sphere.radius, constants);
+      return kind.from_sphere(sphere.center, sphere.radius, constants);
     }));
   }
   return balls;

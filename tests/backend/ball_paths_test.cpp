@@ -121,7 +121,7 @@ class MotionTest : public SurfaceTest {
 /// The functor itself, one ball after the other, on this machine.
 std::vector<Ball> stepped_here(const BallPaths& paths, const MotionState& moment,
                                const std::vector<float>& own) {
-  const std::vector<PartPlace> places = places_at(paths.parts, moment.eased);
+  const std::vector<PartPose> places = part_poses_at(paths.parts, moment.eased);
   std::vector<Ball> balls(paths.balls.size());
   const auto size = [](const auto& of) { return static_cast<std::int64_t>(of.size()); };
   const MoveBalls step = {{paths.balls.data(), size(paths.balls)},

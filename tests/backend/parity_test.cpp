@@ -320,7 +320,7 @@ TEST(Devices, the_list_agrees_with_what_can_be_made) {
   const DeviceList list = list_cuda_devices();
   EngineStatus status;
   EXPECT_EQ(make_cuda_engine(0, status) != nullptr, !list.devices.empty()) << status.message;
-  EXPECT_EQ(status.code == EngineCode::kBuiltWithout, !list.built_with_cuda);
+  EXPECT_EQ(status.code == EngineCode::kBuiltWithoutCuda, !list.built_with_cuda);
   EXPECT_EQ(list.runtime.empty(), !list.built_with_cuda);
   EXPECT_EQ(list.driver.empty(), !list.built_with_cuda);
 }

@@ -166,7 +166,7 @@ TEST(FieldKinds, a_ball_of_a_sphere_is_at_its_radius_and_all_forms_agree) {
     visit(kind, [&](auto field) {
       EXPECT_EQ(decltype(field)::kKind, kind);
       EXPECT_EQ(field_name(kind), decltype(field)::kName);
-      const Ball ball = field.of_sphere({1, 2, 3}, 0.7f, {});
+      const Ball ball = field.from_sphere({1, 2, 3}, 0.7f, {});
       const auto at = [&](float r) { return field.coordinate(ball, {0, r, 0}); };
       EXPECT_NEAR(to_double(field.log_value(ball, at(0.7f))), 0, 2e-6) << field.kName;
       EXPECT_NEAR(to_double(field.surface(ball)), to_double(at(0.7f)), 1e-5) << field.kName;

@@ -126,7 +126,7 @@ Result<int> run(const std::vector<std::string>& models, std::int64_t rays, bool 
     const std::vector<RenderMesh> meshes{mesh};
     std::vector<TracedScene> scenes;
     std::vector<Plain> plain;
-    const float reach = 3 * box_of(mesh.positions).diagonal();
+    const float reach = 3 * bounding_box(mesh.positions).diagonal();
     for (const RayDevice& device : devices) {
       PM_TRY(TracedScene scene, TracedScene::build(device, meshes, 0, reach));
       scenes.push_back(std::move(scene));

@@ -239,7 +239,7 @@ TEST(Gates, BackwardsTheSurfacesAreTheSame) {
   const auto surface = [&](const MorphPlan& plan, float time) {
     const Mesh mesh = extract_surface(*engine, balls_at(plan, time), kCell, {}).value();
     return std::pair(MeasuredSurface(mesh.positions, mesh.triangles),
-                     static_cast<double>(box_of(mesh.positions).diagonal()));
+                     static_cast<double>(bounding_box(mesh.positions).diagonal()));
   };
   for (int k = 0; k <= 8; ++k) {
     const float time = static_cast<float>(k) / 8;

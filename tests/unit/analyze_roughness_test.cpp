@@ -73,7 +73,7 @@ Mesh bumpy_sphere(int bumps, double height = 0.35) {
 }
 
 RoughnessScale own_scale(const Mesh& mesh, int resolution = 104) {
-  return roughness_scale(box_of(mesh.positions), resolution);
+  return roughness_scale(bounding_box(mesh.positions), resolution);
 }
 Roughness roughness(const Mesh& mesh, int resolution = 104) {
   return measure_roughness(mesh, own_scale(mesh, resolution));
@@ -231,8 +231,8 @@ TEST(Roughness, AgreesWithThePrototype) {
                              {9.8880, 7, 10.8994, 0.30308}};
   std::vector<Mesh> frames;
   for (int k = 0; k < 5; ++k) frames.push_back(lumps_at(k / 4.0));
-  const RoughnessScale scale =
-      roughness_scale(unite(box_of(frames.front().positions), box_of(frames.back().positions)));
+  const RoughnessScale scale = roughness_scale(
+      unite(bounding_box(frames.front().positions), bounding_box(frames.back().positions)));
   for (std::size_t k = 0; k < frames.size(); ++k) {
     const Roughness r = measure_roughness(frames[k], scale);
     EXPECT_NEAR(r.tac, known[k].tac, 0.01 * known[k].tac) << k;

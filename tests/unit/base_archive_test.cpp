@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "base/file.h"
+#include "base/text.h"
 #include "testing/temporary_folder.h"
 
 namespace polymorph {
@@ -45,6 +46,17 @@ TEST_F(Archive, FoldersAndArchivesHaveTheSameFiles) {
     ASSERT_TRUE(files.ok()) << files.error().message;
     EXPECT_EQ(*files, wanted) << name;
   }
+}
+
+TEST_F(Archive, LineBreaksInItsNamesEndNoLineOfAMessage) {
+  ASSERT_TRUE(write_file(folder / "tree/c\nd.exr", "third").ok());
+  ASSERT_EQ(std::system(("tar -czf '" + (folder / "odd.tgz").string() + "' -C '" +
+                         (folder / "tree").string() + "' 'c\nd.exr'")
+                            .c_str()),
+            0);
+  fs::remove(folder / "tree/c\nd.exr");
+  ASSERT_TRUE(read_tree(folder / "odd.tgz", is_exr).ok());
+  EXPECT_EQ(printable("c\nd.exr: cannot be read", LineBreaks::kKeep), "c?d.exr: cannot be read");
 }
 
 TEST_F(Archive, WhatIsTooLargeOrBrokenIsRefused) {

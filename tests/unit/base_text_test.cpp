@@ -40,7 +40,7 @@ TEST(Printable, ReplacesWhatIsNoTextToShow) {
   EXPECT_EQ(printable("a\xe2\x9c"), "a??");     // cut short
   EXPECT_EQ(printable("\x1b[31mred\x7f"), "?[31mred?");
   EXPECT_EQ(printable("a\nb\tc\r"), "a?b?c?");
-  EXPECT_EQ(printable("a\nb\tc\r", Lines::kKeep), "a\nb\tc?");
+  EXPECT_EQ(printable("a\nb\tc\r", LineBreaks::kKeep), "a\nb\tc?");
   EXPECT_EQ(printable("\xc2\x9b"
                       "31m \xc2\xa0"),
             "?31m \xc2\xa0");  // C1, and a blank beside it

@@ -48,7 +48,7 @@ TEST_F(SurfaceFramesTest, VelocitiesEndOnTheNextSurface) {
         sum += distance * distance;
       }
       const double rms = std::sqrt(sum / static_cast<double>(surface.positions.size()));
-      EXPECT_LE(rms, 1e-3 * static_cast<double>(box_of(goal.positions).diagonal())) << frame;
+      EXPECT_LE(rms, 1e-3 * static_cast<double>(bounding_box(goal.positions).diagonal())) << frame;
       ++checked;
     }
     EXPECT_GE(checked, 6);

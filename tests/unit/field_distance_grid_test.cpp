@@ -97,7 +97,7 @@ TEST(DistanceGrid, AWireThinnerThanACellIsWhole) {
   Mesh mesh = extract_distances(*engine, distances, 0.5f * cell, {}).value();
   ASSERT_FALSE(mesh.triangles.empty());
   EXPECT_EQ(smallest_component_share(mesh), 1);
-  const Box box = box_of(mesh.positions);
+  const Box box = bounding_box(mesh.positions);
   EXPECT_NEAR(box.low.x, -1, cell);
   EXPECT_NEAR(box.high.x, 1, cell);
 }

@@ -137,7 +137,7 @@ double hausdorff(const SurfaceFrame& a, const SurfaceFrame& b) {
 
 TEST(Simplify, KeepsTheDistanceTheSeamsAndTheBorders) {
   const SurfaceFrame whole = seamed_sphere();
-  const float diagonal = box_of(whole.positions).diagonal();
+  const float diagonal = bounding_box(whole.positions).diagonal();
   for (const float share : {0.002f, 0.01f}) {
     SurfaceFrame frame = whole;
     const float reached = simplify(frame, share * diagonal);

@@ -35,12 +35,12 @@ TEST(Pacing, TheVersionBelongsToThisPace) {
 TEST(Pacing, ExtremesHoldEverySurface) {
   const auto engine = make_cpu_engine();
   const auto leg = make_test_leg(Interpolation::kDistance, *engine);
-  const Box all = box_of(std::get<DistanceLeg>(leg->kind).extremes);
+  const Box all = bounding_box(std::get<DistanceLeg>(leg->kind).extremes);
   const float margin = 0.02f * object_size(*leg, 0.5f);
   for (const float time : {0.0f, 0.3f, 0.45f, 0.55f, 0.8f, 1.0f}) {
     const auto surface = leg_surface(*leg, time, *engine);
     ASSERT_TRUE(surface.ok());
-    const Box box = box_of(surface->mesh.positions);
+    const Box box = bounding_box(surface->mesh.positions);
     for (float Vec3::*axis : {&Vec3::x, &Vec3::y, &Vec3::z}) {
       EXPECT_GT(box.low.*axis, all.low.*axis - margin) << time;
       EXPECT_LT(box.high.*axis, all.high.*axis + margin) << time;

@@ -27,7 +27,7 @@ struct PackedMesh {
     mesh.triangles = from.triangles;
     traced.mesh = &mesh;
     scene.meshes = {&traced, 1};
-    scene.bounds = box_of(from.positions);
+    scene.bounds = bounding_box(from.positions);
     scene.slack = 0.001f;
   }
 };

@@ -175,5 +175,20 @@ TEST(Cryptomatte, TheHeaderSaysHowToReadIt) {
   EXPECT_TRUE(manifest.contains("ground"));
 }
 
+TEST(Cryptomatte, AMeshWithoutLabelsIsOneLabelOfItsName) {
+  const MatteStage stage;
+  const Image image = render_or_fail(stage.scene, stage.settings);
+  EXPECT_GT(sum_of(coverage(image, "crypto_label", "ball")), 1);
+  const std::string prefix =
+      "cryptomatte/" + fmt::format("{:08x}", murmur_hash("crypto_label")).substr(0, 7) + "/";
+  for (const Attribute& attribute : image.attributes)
+    if (attribute.name == prefix + "manifest") {
+      const auto manifest = nlohmann::json::parse(std::get<std::string>(attribute.value));
+      EXPECT_TRUE(manifest.contains("ball"));
+      return;
+    }
+  FAIL() << "no manifest";
+}
+
 }  // namespace
 }  // namespace polymorph

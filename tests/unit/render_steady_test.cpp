@@ -92,7 +92,7 @@ TEST(SteadyNoise, NewNoiseIsAsEvenAsTheOld) {
   // The 16 samples of 4 neighbours fill their square evenly, in whatever frame.
   for (const int frame : {1, 2, 77}) {
     const FrameSampler sampler = make_frame_sampler(3, frame, 4, true);
-    EXPECT_NE(sampler.fresh, 0u);
+    EXPECT_NE(sampler.motion_xor, 0u);
     std::set<int> cells;
     for (int pixel = 0; pixel < 4; ++pixel)
       for (std::uint32_t s = 0; s < 4; ++s) {

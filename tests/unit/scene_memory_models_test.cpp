@@ -48,7 +48,7 @@ TEST(MemoryModels, StandForFilesInAScene) {
   EXPECT_EQ(actor.target.name, "mesh2");
   EXPECT_EQ(mesh_numbers(actor.target), (std::vector<int>{1, 2, 3}));
   EXPECT_EQ(find_memory_mesh(mesh_file(actor.target, 3))->vertices.front().x, 4);
-  EXPECT_EQ(describe_files(actor.target), "3 meshes, frames 1 to 3");
+  EXPECT_EQ(describe_sequence(actor.target), "3 meshes, frames 1 to 3");
 }
 
 TEST(MemoryModels, ThatAreGoneAreMissingFiles) {

@@ -180,7 +180,7 @@ TEST_F(MovingEndsTest, FewPosesAreKeptAtATime) {
   const PreparedScene prepared = prepared_of(kMoving);
   for (int f = 4; f < 14; ++f) {
     ASSERT_TRUE(geometry_at(prepared, *engine, f).ok());
-    EXPECT_LE(prepared.actors[0].poses->cached.size(), 2u * kKeptPoses);
+    EXPECT_LE(prepared.actors[0].poses->cached.size(), 2u * kMaxCachedPoses);
   }
   const auto leg = leg_of(prepared, 13), again = leg_of(prepared, 13);
   EXPECT_EQ(leg->from, again->from) << "the same pose is not made twice";

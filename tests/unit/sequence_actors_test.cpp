@@ -113,7 +113,7 @@ TEST_F(ActorsTest, AlikeActorsShareObjectsAndLegs) {
       for (std::size_t i = 0; i < own.points.size(); ++i)
         ASSERT_NEAR(length(got.points[i] - own.points[i]), 0, 1e-5) << frame << " " << a;
       // The fit of a model elsewhere is not the same to the last bit.
-      const Box box = box_of(got.surface.positions), at = box_of(own.surface.positions);
+      const Box box = bounding_box(got.surface.positions), at = bounding_box(own.surface.positions);
       if (!at.empty()) {
         EXPECT_NEAR(length(box.center() - at.center()), 0, 0.02) << frame << " " << a;
         EXPECT_NEAR(box.diagonal(), at.diagonal(), 0.02) << frame << " " << a;

@@ -148,7 +148,7 @@ TEST_F(FilmTest, FramesAreKnownWithoutPreparingThem) {
     files.exr = s.exr;
     const auto same = expected_hashes(one, numbers), changed = expected_hashes(other, numbers);
     ASSERT_TRUE(same.ok() && changed.ok());
-    EXPECT_EQ(frame_states(files, numbers, *same), std::vector<FileState>(4, FileState::kWhole));
+    EXPECT_EQ(frame_states(files, numbers, *same), std::vector<FileState>(4, FileState::kCurrent));
     // What status calls stale is what a render does again.
     const auto states = frame_states(files, numbers, *changed);
     s.existing = Existing::kSkip;

@@ -149,8 +149,8 @@ TEST_F(MeshesTest, ItStandsOnTheGroundOnce) {
   EXPECT_EQ(prepared.box.low.y, 0);
   EXPECT_EQ(prepared.box.high.y, 4);
   const auto first = geometry_at(prepared, *engine, 1), second = geometry_at(prepared, *engine, 2);
-  EXPECT_EQ(box_of(first->actors[0].points).low.y, 2);
-  EXPECT_EQ(box_of(second->actors[0].points).low.y, 0);
+  EXPECT_EQ(bounding_box(first->actors[0].points).low.y, 2);
+  EXPECT_EQ(bounding_box(second->actors[0].points).low.y, 0);
 }
 
 TEST_F(MeshesTest, AFrameIsTheRenderOfItsMesh) {
@@ -210,9 +210,9 @@ TEST_F(MeshesTest, OnlyTheFrameOfAChangedMeshIsRenderedAgain) {
   const auto hashes = expected_hashes(scene, numbers);
   ASSERT_TRUE(hashes.ok());
   const FrameFiles files{resumed.exr, {}};
-  EXPECT_EQ(
-      frame_states(files, numbers, *hashes),
-      (std::vector{FileState::kWhole, FileState::kWhole, FileState::kStale, FileState::kWhole}));
+  EXPECT_EQ(frame_states(files, numbers, *hashes),
+            (std::vector{FileState::kCurrent, FileState::kCurrent, FileState::kStale,
+                         FileState::kCurrent}));
   const RunReport report = rendered(scene, resumed);
   EXPECT_EQ(report.count(FrameRecord::State::kDone), 1u);
   EXPECT_EQ(report.frames[2].state, FrameRecord::State::kDone);

@@ -49,7 +49,7 @@ TEST_F(RetargetTest, TheSurfaceAtTheChangeIsOneAndTheSame) {
   EXPECT_EQ(actor.legs[1]->before, actor.legs[0]);
   EXPECT_EQ(actor.legs[1]->to, actor.objects[2]);
   const Mesh before = surface_of(prepared, 0, 0.45f), after = surface_of(prepared, 1, 0);
-  const double size = static_cast<double>(box_of(before.positions).diagonal());
+  const double size = static_cast<double>(bounding_box(before.positions).diagonal());
   expect_same_surface(before, after, actor.settings.cell);
   EXPECT_NEAR(check_mesh(before).volume / check_mesh(after).volume, 1, 3e-3);
   // It is neither of the objects that it lies between.

@@ -362,7 +362,7 @@ TEST(Fit, StaysWithinTheBoxOfModelsWhoseFacesDisagree) {
       ASSERT_TRUE(mesh) << name;
       ASSERT_FALSE(mesh->positions.empty()) << name;
       const float beyond = 0.1f * box.diagonal();
-      const Box found = box_of(mesh->positions);
+      const Box found = bounding_box(mesh->positions);
       for (const float excess :
            {box.low.x - found.low.x, box.low.y - found.low.y, box.low.z - found.low.z,
             found.high.x - box.high.x, found.high.y - box.high.y, found.high.z - box.high.z})

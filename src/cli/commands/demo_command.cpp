@@ -75,7 +75,7 @@ Result<int> run_demo(const CommandLine& line, const DemoOptions& options) {
          demo_scene(data, options.from, options.to, options.through, files.scene.parent_path()));
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
   JsonDocument document{files.scene.string(), "", std::move(json)};
-  for (const auto& [path, value] : overrides) PM_TRY_STATUS(set_json_value(document, path, value));
+  for (const auto& [path, value] : overrides) PM_TRY_STATUS(apply_override(document, path, value));
   for (const fs::path& file : {files.scene, files.strip, files.gif})
     PM_TRY_STATUS(check_output(file, line.common.overwrite));
   const std::string text = commented_scene(

@@ -28,7 +28,7 @@ struct StateName {
   FileState state;
   const char* name;
 };
-constexpr StateName kStates[]{{FileState::kWhole, "whole"},
+constexpr StateName kStates[]{{FileState::kCurrent, "whole"},
                               {FileState::kMissing, "missing"},
                               {FileState::kStale, "stale"},
                               {FileState::kUnreadable, "unreadable"},
@@ -40,7 +40,7 @@ JsonValue to_json(const std::vector<int>& frames, const std::vector<FileState>& 
   for (const StateName& state : kStates) json[state.name] = JsonValue::array();
   for (std::size_t i = 0; i < frames.size(); ++i) {
     json[kStates[static_cast<std::size_t>(states[i])].name].push_back(frames[i]);
-    if (states[i] != FileState::kWhole) json["ok"] = false;
+    if (states[i] != FileState::kCurrent) json["ok"] = false;
   }
   json["samples"] = JsonValue::array();
   for (const SampleRow& row : samples)
@@ -101,9 +101,9 @@ Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
     std::vector<int> matching;
     for (std::size_t i = 0; i < frames.size(); ++i)
       if (states[i] == state.state) matching.push_back(frames[i]);
-    if (state.state != FileState::kWhole)
+    if (state.state != FileState::kCurrent)
       incomplete.insert(incomplete.end(), matching.begin(), matching.end());
-    if (!options.json.enabled && !(matching.empty() && state.state != FileState::kWhole))
+    if (!options.json.enabled && !(matching.empty() && state.state != FileState::kCurrent))
       print_data("{:<10} {:>6}  {}\n", state.name, matching.size(), frame_list(matching));
   }
   if (incomplete.empty()) return 0;

@@ -68,7 +68,7 @@ class FolderIO : public Assimp::DefaultIOSystem {
     std::string bytes(std::min(stream->FileSize(), kMaxHeader), '\0');
     bytes.resize(stream->Read(bytes.data(), 1, bytes.size()));
     stream->Seek(0, aiOrigin_SET);
-    if (!find_mistaken_data(bytes)) return stream;
+    if (!find_line_feed_data(bytes)) return stream;
     bytes.resize(stream->FileSize());
     bytes.resize(stream->Read(bytes.data(), 1, bytes.size()));
     Close(stream);

@@ -51,7 +51,7 @@ std::optional<FirstElement> find_first_element(const std::string& header) {
 
 }  // namespace
 
-std::optional<std::size_t> find_mistaken_data(std::string_view bytes) {
+std::optional<std::size_t> find_line_feed_data(std::string_view bytes) {
   constexpr std::string_view kEnd = "\nend_header";
   const std::size_t end = bytes.starts_with("ply") ? bytes.find(kEnd) : std::string_view::npos;
   if (end == std::string_view::npos) return std::nullopt;
@@ -62,7 +62,7 @@ std::optional<std::size_t> find_mistaken_data(std::string_view bytes) {
 
 std::string guard_ply(std::string file) {
   const std::string_view bytes = file;
-  const auto data_offset = find_mistaken_data(bytes);
+  const auto data_offset = find_line_feed_data(bytes);
   if (!data_offset) return file;
   std::size_t offset = *data_offset;
   const auto element = find_first_element(file.substr(0, offset));

@@ -10,7 +10,7 @@
 
 /// Finds the offset of the data of a PLY file if the first byte of the data is a line feed; else
 /// nothing. `bytes`: the file, or enough of it to contain its header.
-std::optional<std::size_t> find_mistaken_data(std::string_view bytes);
+std::optional<std::size_t> find_line_feed_data(std::string_view bytes);
 
 /// Makes the data of a binary PLY file begin with another byte than a line feed, by a property of
 /// one byte that it inserts before the others of the first element. Returns files whose data does

@@ -71,7 +71,7 @@ struct AnimatedPath {
 };
 
 AnimatedPath resolve_pose(const fs::path& path) {
-  const auto pose = find_pose(path);
+  const auto pose = parse_pose_path(path);
   if (!pose) return {path, {}};
   const Animation animation = read_animation(pose->file, pose->animation);
   return {pose->file,
@@ -271,10 +271,10 @@ Result<LoadedModel> load_foreign(const fs::path& path, const LoadObjSettings& se
 }  // namespace
 
 bool is_model_file(const fs::path& path) {
-  return lower_suffix(path) == ".obj" || is_foreign_model(path);
+  return lower_suffix(path) == ".obj" || is_assimp_model(path);
 }
 
-bool is_foreign_model(const fs::path& path) { return is_one_of(kAssimpSuffixes, path); }
+bool is_assimp_model(const fs::path& path) { return is_one_of(kAssimpSuffixes, path); }
 
 bool is_unsupported_model(const fs::path& path) { return is_one_of(kUnsupportedSuffixes, path); }
 
@@ -284,7 +284,7 @@ Result<LoadedModel> load_model(const fs::path& path, const LoadObjSettings& sett
     return make_error(ErrorCode::kInput,
                       "{}: {} files are not read - export the model as glTF (.glb), FBX or OBJ",
                       path.string(), lower_suffix(path));
-  return is_foreign_model(path) ? load_foreign(path, settings) : load_obj(path, settings);
+  return is_assimp_model(path) ? load_foreign(path, settings) : load_obj(path, settings);
 }
 
 }  // namespace polymorph

@@ -30,6 +30,6 @@ bool is_model_file(const std::filesystem::path& path);
 bool is_unsupported_model(const std::filesystem::path& path);
 
 /// Tests whether load_model() would start polymorph_assimp.
-bool is_foreign_model(const std::filesystem::path& path);
+bool is_assimp_model(const std::filesystem::path& path);
 
 }  // namespace polymorph

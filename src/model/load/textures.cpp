@@ -86,7 +86,7 @@ class TextureReader {
 
 }  // namespace
 
-Status load_textures(const TextureNames& textures, bool strict, Model& model,
+Status load_textures(const TextureSources& textures, bool strict, Model& model,
                      std::vector<std::string>& warnings) {
   const auto& [obj, scan, mtls, embedded] = textures;
   TextureReader reader(obj, model, warnings, embedded);

@@ -13,7 +13,7 @@
 namespace polymorph {
 
 /// Inputs of load_textures(): they name the textures of a model.
-struct TextureNames {
+struct TextureSources {
   const std::filesystem::path& obj;
   const ObjScan& scan;
   const MtlSet& mtls;
@@ -25,7 +25,7 @@ struct TextureNames {
 /// missing, broken, outside the model's folder or contains NaN causes a warning, and its material
 /// becomes a default grey; with `strict`, all these warnings form one error (kInput) instead. Each
 /// message names the MTL and its line. Other errors (kResource): no image reader.
-Status load_textures(const TextureNames& textures, bool strict, Model& model,
+Status load_textures(const TextureSources& textures, bool strict, Model& model,
                      std::vector<std::string>& warnings);
 
 }  // namespace polymorph

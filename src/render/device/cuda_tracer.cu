@@ -65,7 +65,7 @@ __global__ void __launch_bounds__(kThreads, kBlocks)
     const int pixel = band.first_row * width + static_cast<int>(path / samples);
     const int sample = frame.first_sample + static_cast<int>(path % samples);
     if (!film.done || !film.done[pixel]) {
-      const MeshHit center = frame.looks_for_motion ? film.centers[pixel] : MeshHit{};
+      const MeshHit center = frame.needs_motion_test ? film.centers[pixel] : MeshHit{};
       lights[path] =
           trace_sample(frame, pixel % width, pixel / width, static_cast<std::uint32_t>(sample),
                        shows_motion(frame, center), stats);
@@ -128,7 +128,7 @@ class CudaTracer : public DeviceTracer {
   }
   std::string find_hits(const FrameJob& job, std::span<const Ray> rays, bool bare,
                         std::span<MeshHit> hits, double& seconds) override {
-    return describe(find_ray_hits_of(job, rays, bare, hits, seconds));
+    return describe(run_ray_queries(job, rays, bare, hits, seconds));
   }
 
  private:
@@ -151,8 +151,8 @@ class CudaTracer : public DeviceTracer {
     return hierarchy_.build(triangle_counts, stream_, frame.scene);
   }
 
-  cudaError_t find_ray_hits_of(const FrameJob& job, std::span<const Ray> rays, bool bare,
-                               std::span<MeshHit> hits, double& seconds) {
+  cudaError_t run_ray_queries(const FrameJob& job, std::span<const Ray> rays, bool bare,
+                              std::span<MeshHit> hits, double& seconds) {
     DeviceFrame frame;
     if (const cudaError_t error = upload(job, pack_frame(job, nullptr, nullptr, frame), frame))
       return error;

@@ -177,9 +177,9 @@ std::size_t pack_frame(const FrameJob& job, const void* address, std::byte* byte
   frame.first_sample = job.samples.first;
   frame.end_sample = job.samples.end;
   frame.node_count = static_cast<int>(list_nodes(job.samples).size());
-  frame.looks_for_motion = job.looks_for_motion();
+  frame.needs_motion_test = job.needs_motion_test();
   frame.noise = job.image.noise;
-  frame.finds_centers = !job.aovs.empty() || frame.looks_for_motion;
+  frame.finds_centers = !job.aovs.empty() || frame.needs_motion_test;
   return packer.size();
 }
 

@@ -18,10 +18,10 @@ struct DeviceFrame {
   CameraSetup camera;
   FrameSampler sampler;
   int first_sample = 0, end_sample = 0;
-  int node_count = 0;             ///< number of nodes that sum the frame's samples (list_nodes())
-  bool finds_centers = false;     ///< whether the rays through pixels' centres are traced
-  bool looks_for_motion = false;  ///< FrameJob::looks_for_motion()
-  float noise = 0;                ///< ImageSettings::noise: above 0 pixels stop when they converge
+  int node_count = 0;              ///< number of nodes that sum the frame's samples (list_nodes())
+  bool finds_centers = false;      ///< whether the rays through pixels' centres are traced
+  bool needs_motion_test = false;  ///< FrameJob::needs_motion_test()
+  float noise = 0;                 ///< ImageSettings::noise: above 0 pixels stop when they converge
 };
 
 /// Bytes of device memory per triangle for the hierarchy and its construction.

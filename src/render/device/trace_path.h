@@ -120,7 +120,7 @@ PM_HD inline MeshHit find_center(const DeviceFrame& frame, int x, int y, RayStat
 
 /// Tests whether a pixel counts as moving (sample_index()). `center`: hit at the pixel's centre.
 PM_HD inline bool shows_motion(const DeviceFrame& frame, const MeshHit& center) {
-  if (!frame.looks_for_motion) return frame.camera.moves;
+  if (!frame.needs_motion_test) return frame.camera.moves;
   return center.mesh != kNoMesh && frame.scene.mesh(center.mesh).moves;
 }
 

@@ -101,6 +101,8 @@ Mattes::Mattes(const std::string& layers, const RenderScene& scene) {
     if (mesh.look > 0 || mesh.materials.empty()) look_ = add_id(Kind::kMaterial, "look");
     for (const std::string& label : mesh.label_names)
       ids.labels.push_back(add_id(Kind::kLabel, label));
+    // A mesh without labels is one label of its own name.
+    if (ids.labels.empty()) ids.labels.push_back(add_id(Kind::kLabel, mesh.name));
     meshes_.push_back(std::move(ids));
   }
 }
@@ -170,8 +172,7 @@ void Mattes::add_material(const RenderMesh& mesh, const MeshIds& ids, const Mesh
 }
 
 float Mattes::find_label(const RenderMesh& mesh, const MeshIds& ids, const MeshHit& hit) const {
-  if (mesh.vertex_labels.empty() || ids.labels.empty())
-    return ids.labels.empty() ? ids.object : ids.labels.front();
+  if (mesh.vertex_labels.empty() || mesh.label_names.empty()) return ids.labels.front();
   return ids.labels[nearest_label(mesh, hit)];
 }
 

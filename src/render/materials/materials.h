@@ -42,8 +42,8 @@ struct BsdfOf {
   int diffuse_count = 0, gloss_count = 0;
   T3 diffuse_albedo{};  ///< sum over all diffuse lobes
   /// Probabilities of sampling each lobe; their sum is 1, or 0 for black.
-  ComponentOf<T3> choose_diffuse{};
-  ComponentOf<T3> choose_gloss[2] = {};
+  ComponentOf<T3> diffuse_probability{};
+  ComponentOf<T3> gloss_probability[2] = {};
   MaskOf<T3> has_diffuse{}, has_gloss{};
   /// Smallest alpha of the gloss lobes; 1 without gloss.
   ComponentOf<T3> sharpest_alpha = broadcast<ComponentOf<T3>>(1);
@@ -145,7 +145,8 @@ PM_HD void add_material(BsdfOf<T3>& bsdf, const ShadingOf<T3>& material, Compone
   if (any(glossy)) {
     const GlossEnergy<T3> energy = compute_gloss_energy(f0, alpha, bsdf.view.z);
     bsdf.gloss[bsdf.gloss_count] = {f0, alpha, zero_unless(glossy, weight), energy.compensation};
-    bsdf.choose_gloss[bsdf.gloss_count++] = zero_unless(glossy, weight * luminance(energy.albedo));
+    bsdf.gloss_probability[bsdf.gloss_count++] =
+        zero_unless(glossy, weight * luminance(energy.albedo));
     bsdf.has_gloss = bsdf.has_gloss | glossy;
     bsdf.sharpest_alpha = select(glossy, min(alpha, bsdf.sharpest_alpha), bsdf.sharpest_alpha);
     if (!any(diffuse)) return;
@@ -176,10 +177,10 @@ PM_HD BsdfOf<T3> make_bsdf(const ShadingOf<T3>& a, const ShadingOf<T3>& b, Compo
   if (any(t < 1.0f)) add_material(bsdf, a, 1.0f - t);
   if (any(t > 0.0f)) add_material(bsdf, b, t);
   const V diffuse = luminance(bsdf.diffuse_albedo);
-  const V sum = diffuse + bsdf.choose_gloss[0] + bsdf.choose_gloss[1];
+  const V sum = diffuse + bsdf.gloss_probability[0] + bsdf.gloss_probability[1];
   const V scale = zero_unless(sum > 0.0f, 1.0f / sum);
-  bsdf.choose_diffuse = diffuse * scale;
-  for (V& choose : bsdf.choose_gloss) choose = choose * scale;
+  bsdf.diffuse_probability = diffuse * scale;
+  for (V& choose : bsdf.gloss_probability) choose = choose * scale;
   return bsdf;
 }
 
@@ -202,7 +203,7 @@ PM_HD_CALL BsdfValueOf<T3> evaluate_bsdf(const BsdfOf<T3>& bsdf, const T3& direc
     }
     result.value = result.value + lobe.albedo * transmittance * (kInvPi * direction.z);
   }
-  result.pdf = bsdf.choose_diffuse * kInvPi * direction.z;
+  result.pdf = bsdf.diffuse_probability * kInvPi * direction.z;
   if (bsdf.gloss_count > 0) {
     const T3 half = normalized(direction + bsdf.view);
     const V facing = dot(half, direction);
@@ -212,7 +213,7 @@ PM_HD_CALL BsdfValueOf<T3> evaluate_bsdf(const BsdfOf<T3>& bsdf, const T3& direc
                          ggx_visibility(bsdf.view.z, direction.z, lobe.alpha);
       result.value = result.value + fresnel(lobe.f0, facing) * lobe.compensation * strength;
       result.pdf =
-          result.pdf + bsdf.choose_gloss[i] * ggx_direction_pdf(bsdf.view, half, lobe.alpha);
+          result.pdf + bsdf.gloss_probability[i] * ggx_direction_pdf(bsdf.view, half, lobe.alpha);
     }
   }
   return {zero_unless(above, result.value), zero_unless(above, result.pdf)};
@@ -222,19 +223,20 @@ PM_HD_CALL BsdfValueOf<T3> evaluate_bsdf(const BsdfOf<T3>& bsdf, const T3& direc
 template <class T3>
 PM_HD T3 sample_bsdf(const BsdfOf<T3>& bsdf, ComponentOf<T3> u, ComponentOf<T3> v) {
   using V = ComponentOf<T3>;
-  const MaskOf<T3> diffuse = u < bsdf.choose_diffuse;
+  const MaskOf<T3> diffuse = u < bsdf.diffuse_probability;
   T3 direction = broadcast3<T3>({0, 0, -1});
   if (bsdf.diffuse_count > 0)
-    direction = select(diffuse, cosine_direction(zero_unless(diffuse, u / bsdf.choose_diffuse), v),
-                       direction);
+    direction =
+        select(diffuse, cosine_direction(zero_unless(diffuse, u / bsdf.diffuse_probability), v),
+               direction);
   if (bsdf.gloss_count == 0) return direction;
   // Choose a gloss lobe, and map u to [0, 1) within its interval.
-  u = u - bsdf.choose_diffuse;
-  V probability = bsdf.choose_gloss[0], alpha = bsdf.gloss[0].alpha;
+  u = u - bsdf.diffuse_probability;
+  V probability = bsdf.gloss_probability[0], alpha = bsdf.gloss[0].alpha;
   if (bsdf.gloss_count == 2) {
     const MaskOf<T3> second = u >= probability;
     u = select(second, u - probability, u);
-    probability = select(second, bsdf.choose_gloss[1], probability);
+    probability = select(second, bsdf.gloss_probability[1], probability);
     alpha = select(second, bsdf.gloss[1].alpha, alpha);
   }
   const MaskOf<T3> glossy = (!diffuse) & (probability > 0.0f);

@@ -72,7 +72,7 @@ struct FrameSampler {
   std::uint64_t key = 0;  ///< hash of (seed, frame), or of the seed only with steady noise
   int sample_bits = 0;    ///< 2^sample_bits >= samples per pixel
   /// Combined by XOR with the Z-order index of pixels that show motion; 0 without steady noise.
-  std::uint64_t fresh = 0;
+  std::uint64_t motion_xor = 0;
 };
 FrameSampler make_frame_sampler(std::uint64_t seed, int frame, int samples, bool steady = false);
 
@@ -88,7 +88,7 @@ PM_HD inline SampleIndex sample_index(const FrameSampler& frame, int x, int y, s
                                       bool moving = false) {
   std::uint64_t order = interleave_zeros(static_cast<std::uint32_t>(x)) |
                         (interleave_zeros(static_cast<std::uint32_t>(y)) << 1);
-  if (moving) order ^= frame.fresh;
+  if (moving) order ^= frame.motion_xor;
   const std::uint64_t index = (order << frame.sample_bits) | sample;
   return {static_cast<std::uint32_t>(index >> 32), reverse_bits(static_cast<std::uint32_t>(index))};
 }

@@ -300,7 +300,7 @@ PM_HD MaskOf<T3> scatter_on_mesh(const World& world, VerticesOf<T3, Shadows>& ve
   set(path, kHitsLights, bsdf.has_gloss);
   set(path, kScattered,
       has(path, kScattered) | (bsdf.sharpest_alpha > kMirrorAlpha) |
-          (sample.c < bsdf.choose_diffuse));
+          (sample.c < bsdf.diffuse_probability));
   set(path, kFromCamera, MaskOf<T3>{});
   const MaskOf<T3> mirror =
       (!bsdf.has_diffuse) & (bsdf.sharpest_alpha < kMirrorAlpha) & (path.mirrors > 0.0f);

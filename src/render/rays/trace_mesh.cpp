@@ -60,7 +60,8 @@ void for_intersected(const RTCFilterFunctionNArguments* args, const F& f) {
              f(lane, i, triangle, intersection);
     };
     const std::uint32_t triangle = RTCHitN_primID(args->hit, n, lane);
-    const EdgeFunctions sides = compute_sides(traced, traced.mesh->triangles[triangle], ray, d);
+    const EdgeFunctions sides =
+        compute_edge_functions(traced, traced.mesh->triangles[triangle], ray, d);
     bool any_hit = false;
     if (sides.closest() > traced.clear || !sides.near_any(traced.margin2)) {
       any_hit = sides.inside() && accept(triangle, compute_intersection(sides, d));

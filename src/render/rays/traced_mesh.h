@@ -26,9 +26,10 @@ struct TracedMeshOf {
 };
 
 template <class Traced>
-PM_HD [[gnu::always_inline]] inline EdgeFunctions compute_sides(const Traced& traced,
-                                                                const Triangle& t, const Ray& ray,
-                                                                Vec3d direction) {
+PM_HD [[gnu::always_inline]] inline EdgeFunctions compute_edge_functions(const Traced& traced,
+                                                                         const Triangle& t,
+                                                                         const Ray& ray,
+                                                                         Vec3d direction) {
   return {ray.origin, direction, traced.at(t.v[0], ray.time), traced.at(t.v[1], ray.time),
           traced.at(t.v[2], ray.time)};
 }
@@ -85,7 +86,7 @@ class EdgeNeighborhood {
       const int a = find_corner(t, v), b = find_corner(t, w);
       if (b < 0) continue;
       const bool is_same_direction = b == (a + 1) % 3;
-      const double sum = compute_sides(traced_, t, ray_, d_).sum;
+      const double sum = compute_edge_functions(traced_, t, ray_, d_).sum;
       // Along the ray, `t` appears on the other side of the edge.
       if (is_same_direction ? (front ? sum < 0 : sum > 0) : (front ? sum > 0 : sum < 0))
         return true;
@@ -96,7 +97,7 @@ class EdgeNeighborhood {
   PM_HD bool is_corner_covered(std::uint32_t v) const {
     for (std::uint32_t i = traced_.fan_begin[v]; i < traced_.fan_begin[v + 1]; ++i) {
       const Triangle& t = traced_.mesh->triangles[traced_.fans[i]];
-      const EdgeFunctions sides = compute_sides(traced_, t, ray_, d_);
+      const EdgeFunctions sides = compute_edge_functions(traced_, t, ray_, d_);
       const int k = find_corner(t, v);
       if (sides.near((k + 2) % 3, traced_.margin2) &&
           !is_edge_covered(v, t.v[(k + 1) % 3], sides.sum > 0))
@@ -122,7 +123,8 @@ template <class Traced>
 PM_HD bool intersects_triangle(const Traced& traced, std::uint32_t triangle, const Ray& ray,
                                TriangleIntersection& intersection) {
   const Vec3d d(ray.direction);
-  const EdgeFunctions sides = compute_sides(traced, traced.mesh->triangles[triangle], ray, d);
+  const EdgeFunctions sides =
+      compute_edge_functions(traced, traced.mesh->triangles[triangle], ray, d);
   if (!sides.inside()) return false;
   if (sides.closest() <= traced.clear && sides.near_any(traced.margin2) &&
       !EdgeNeighborhood(traced, ray).is_covered(triangle, sides))

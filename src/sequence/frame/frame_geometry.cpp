@@ -90,8 +90,8 @@ Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorG
   const MorphState next = is_last ? now : morph_state_at(actor.timeline, now.frame + 1);
   if (actor.sequence) {
     PM_TRY(geometry.displacement,
-           mesh_motion(*actor.sequence, *geometry.mesh,
-                       {now.mesh, next.mesh, actor.timeline.playbacks.front().fps}));
+           compute_mesh_motion(*actor.sequence, *geometry.mesh,
+                               {now.mesh, next.mesh, actor.timeline.playbacks.front().fps}));
     return Ok{};
   }
   if (actor.space) {
@@ -124,7 +124,7 @@ Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorG
     const MeshStep step = {shown_mesh_number(actor.timeline, index, now.frame),
                            shown_mesh_number(actor.timeline, index, next.frame),
                            actor.timeline.playbacks[index].fps};
-    PM_TRY(geometry.displacement, mesh_motion(*sequence, *geometry.mesh, step));
+    PM_TRY(geometry.displacement, compute_mesh_motion(*sequence, *geometry.mesh, step));
     return Ok{};
   }
   if (next.object >= 0 && next.object != now.object) return Ok{};

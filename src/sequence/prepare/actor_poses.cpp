@@ -219,10 +219,11 @@ Result<std::shared_ptr<const PreparedObject>> object_at(const PreparedActor& act
     poses.cached.splice(poses.cached.begin(), poses.cached, found);
     return poses.cached.front().pose;
   }
-  // Entries are removed before the pose is made, so that memory never holds kKeptPoses + 1.
+  // Entries are removed before the pose is made, so that memory never holds kMaxCachedPoses + 1.
   int count = 0;
-  std::erase_if(poses.cached,
-                [&](const auto& entry) { return entry.object == index && ++count >= kKeptPoses; });
+  std::erase_if(poses.cached, [&](const auto& entry) {
+    return entry.object == index && ++count >= kMaxCachedPoses;
+  });
   PM_TRY(std::shared_ptr<const PreparedObject> pose, make_pose(poses, index, mesh, engine));
   poses.cached.push_front({index, mesh, pose});
   return pose;

@@ -194,7 +194,7 @@ SequenceHashes hash_sequence(const SceneInputs& inputs) {
   }
   if (!plays) return hashes;
   Hasher hasher;
-  const Box box = box_of(points);
+  const Box box = bounding_box(points);
   for (const Vec3 v : {box.low, box.high}) hasher.add(v.x).add(v.y).add(v.z);
   if (!moves) add(hasher, make_camera(scene.camera, points, scene.image.width, scene.image.height));
   // Different transforms of the meshes may give the same box.

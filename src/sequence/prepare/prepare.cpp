@@ -18,11 +18,11 @@ namespace {
 Result<std::vector<PlacedLandmarks>> check_scene(const Scene& scene,
                                                  std::span<const ChainObject> chain,
                                                  const LoadedScene& loaded) {
-  std::vector<std::string> problems = plan_problems(chain, loaded.models);
+  std::vector<std::string> problems = find_plan_problems(chain, loaded.models);
   std::vector<PlacedLandmarks> landmarks = place_landmarks(scene, chain, loaded, problems);
-  for (std::string& problem : weight_problems(scene)) problems.push_back(std::move(problem));
+  for (std::string& problem : find_weight_problems(scene)) problems.push_back(std::move(problem));
   if (!problems.empty()) return make_error(ErrorCode::kInput, "{}", fmt::join(problems, "\n"));
-  if (const std::string problem = turntable_problem(scene); !problem.empty())
+  if (const std::string problem = find_turntable_problem(scene); !problem.empty())
     return make_error(ErrorCode::kInput, "{}: {}", scene.path.string(), problem);
   return landmarks;
 }
@@ -41,7 +41,7 @@ void place_camera(PreparedScene& prepared) {
     }
   // A surface between two objects may be larger than both. Points outside the models' box by less
   // than the picture's margin do not change the camera.
-  const Box models = box_of(points);
+  const Box models = bounding_box(points);
   const float border = scene.camera.margin * models.diagonal();
   const Box widened{models.low - Vec3{border, border, border},
                     models.high + Vec3{border, border, border}};

@@ -470,7 +470,7 @@ class SequenceRun {
     for (const fs::path& file : record.files) {
       std::error_code error;
       if (!fs::exists(file, error)) return false;
-      if (file_state(file, expected) == FileState::kWhole) continue;
+      if (file_state(file, expected) == FileState::kCurrent) continue;
       if (!check_no_samples_lost(record)) return false;
       log_info("{}: is of another scene or settings - {}", file.string(),
                settings_.dry_run ? "it would be rendered again" : "rendering it again");

@@ -14,7 +14,7 @@ std::vector<SampleRow> find_samples(const std::filesystem::path& folder,
   for (const PartFile& part : find_parts(folder)) {
     const auto at = std::lower_bound(frames.begin(), frames.end(), part.header.frame);
     const auto i = static_cast<std::size_t>(at - frames.begin());
-    if (at == frames.end() || *at != part.header.frame || states[i] == FileState::kWhole ||
+    if (at == frames.end() || *at != part.header.frame || states[i] == FileState::kCurrent ||
         part.header.identity != hashes.frames[i])
       continue;
     SampleRow& row = rows_by_frame[*at];

@@ -56,7 +56,7 @@ Result<std::string> source_hash(const Scene& scene) {
 }
 
 Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> frames) {
-  if (const std::string problem = turntable_problem(scene); !problem.empty())
+  if (const std::string problem = find_turntable_problem(scene); !problem.empty())
     return make_error(ErrorCode::kInput, "{}: {}", scene.path.string(), problem);
   const std::vector<ChainObject> chain = chain_objects(scene);
   PM_TRY(const LoadedScene loaded, load_models(scene, chain, /*textures=*/true));
@@ -90,7 +90,7 @@ FileState file_state(const std::filesystem::path& file, const ExpectedFrame& exp
                                  says(kPartSamplesAttribute, format_sample_range(*expected.part))
                            : says(kFrameHashAttribute, expected.hash);
   if (!says(kFrameAttribute, fmt::format("{}", expected.frame))) return FileState::kStale;
-  if (matches) return FileState::kWhole;
+  if (matches) return FileState::kCurrent;
   return says(kPartOfAttribute, expected.hash) ? FileState::kPart : FileState::kStale;
 }
 
@@ -104,7 +104,7 @@ std::vector<FileState> frame_states(const FrameFiles& files, std::span<const int
       const FileState state = file_state(
           frame_path(*pattern, frames[at]),
           {expected.frames[at], frames[at], expected.output, expected.view, std::nullopt});
-      if (state != FileState::kWhole) states[at] = state;
+      if (state != FileState::kCurrent) states[at] = state;
     }
   });
   return states;

@@ -19,7 +19,7 @@ namespace polymorph {
 
 /// State of a frame's file.
 enum class FileState {
-  kWhole,       ///< current: its header names this frame of this scene
+  kCurrent,     ///< current: its header names this frame of this scene
   kMissing,     ///< there is no such file
   kStale,       ///< made from another scene, with other settings or by another build
   kUnreadable,  ///< no complete image

@@ -50,7 +50,7 @@ std::vector<Ball> torus_balls(int n) {
     const double u = 2 * kPi * i / n, v = 2 * kPi * std::fmod(i * 0.6180339887498949, 1.0);
     const double ring = 1 + kMinor * std::cos(v);
     const double random = static_cast<double>(random_float(1, 0, static_cast<std::uint64_t>(i)));
-    balls.push_back(GaussianField::of_sphere(
+    balls.push_back(GaussianField::from_sphere(
         {static_cast<float>(ring * std::cos(u)), static_cast<float>(kMinor * std::sin(v)),
          static_cast<float>(ring * std::sin(u))},
         static_cast<float>(spacing * (0.85 + 0.3 * random)), {}));
