@@ -16,8 +16,9 @@ void add_smoothness_metrics(const MorphEnds& ends, const std::vector<MorphFrame>
 /// Appends curvature, least_curvature, bumps, groove and detail, from the roughness of the frames.
 void add_roughness_metrics(Analysis& analysis);
 
-/// Appends first_step, last_step, source_step and target_step, from the steps between the frames
-/// (which `analysis` already contains) and those from and to the objects themselves. `size` is L.
+/// Appends first_step, last_step, source_step and target_step, from the steps between the frames,
+/// which `analysis` already contains, and from the steps between the objects themselves and the end
+/// frames. `size` is L.
 void add_step_metrics(const MorphEnds& ends, const std::vector<MorphFrame>& frames, double size,
                       Analysis& analysis);
 

@@ -41,7 +41,7 @@ Result<LandmarksPage> make_landmarks_page(const PreparedScene& prepared, Engine&
         "{}: no leg begins at an object that is reached, so there is nothing to click",
         prepared.scene.path.string());
   LandmarksPage page;
-  std::map<std::pair<int, int>, int> indices;  // of the page's objects, by actor and object
+  std::map<std::pair<int, int>, int> indices;  // of the page's objects, keyed by actor and object
   const auto find_or_add_object = [&](int actor, int object, const std::string& key) {
     const auto [entry, is_new] =
         indices.try_emplace({actor, object}, static_cast<int>(page.objects.size()));

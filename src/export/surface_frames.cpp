@@ -68,11 +68,11 @@ SurfaceMaterial make_surface_material(const Shading& shading, std::string name) 
 std::vector<Shading> compute_mean_shadings(const SurfaceFrame& frame, std::span<const Layer> layers,
                                            float look_weight, const Shading& look) {
   const std::size_t corners = 3 * frame.triangles.size();
-  std::vector<std::uint32_t> first(frame.positions.size() + 1, 0), corners_around(corners);
+  std::vector<std::uint32_t> first_corner(frame.positions.size() + 1, 0), corners_around(corners);
   for (const Triangle& t : frame.triangles)
-    for (const std::uint32_t v : t.v) ++first[v + 1];
-  std::partial_sum(first.begin(), first.end(), first.begin());
-  std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+    for (const std::uint32_t v : t.v) ++first_corner[v + 1];
+  std::partial_sum(first_corner.begin(), first_corner.end(), first_corner.begin());
+  std::vector<std::uint32_t> next(first_corner.begin(), first_corner.end() - 1);
   for (std::size_t c = 0; c < corners; ++c)
     corners_around[next[frame.triangles[c / 3].v[c % 3]]++] = static_cast<std::uint32_t>(c);
   std::vector<Shading> shadings(frame.positions.size());
@@ -81,11 +81,11 @@ std::vector<Shading> compute_mean_shadings(const SurfaceFrame& frame, std::span<
       [&](std::int64_t index) {
         const auto i = static_cast<std::size_t>(index);
         Shading sum = scale(look, 0);
-        for (std::uint32_t k = first[i]; k < first[i + 1]; ++k)
+        for (std::uint32_t k = first_corner[i]; k < first_corner[i + 1]; ++k)
           for (const Layer& layer : layers)
             if (layer.weight > 0)
               add(sum, scale(shading_at(layer, corners_around[k]), layer.weight));
-        const auto count = static_cast<float>(first[i + 1] - first[i]);
+        const auto count = static_cast<float>(first_corner[i + 1] - first_corner[i]);
         shadings[i] = count > 0 ? mix(scale(sum, 1 / count), look, look_weight) : look;
       },
       256);
@@ -134,7 +134,7 @@ void add_looks(const PreparedActor& actor, std::span<const Layer> layers, float 
 
 /// Tests whether any edge of the model is sharp.
 bool has_creases(const Model& model, std::span<const Vec3> smooth) {
-  constexpr float kMinCosine = 0.9998f;  // about that of a degree
+  constexpr float kMinCosine = 0.9998f;  // cosine of about one degree
   for (std::size_t c = 0; c < model.corner_normals.size(); ++c)
     if (dot(model.corner_normals[c], smooth[model.triangles[c / 3].v[c % 3]]) < kMinCosine)
       return true;
@@ -160,7 +160,8 @@ SurfaceFrame model_frame(const PreparedActor& actor, const ActorGeometry& geomet
   return frame;
 }
 
-/// Changes the displacements so that they end on the surface of the next frame.
+/// Changes the velocities, which are displacements per frame here, so that they end on the surface
+/// of the next frame.
 void move_ends_onto(const Mesh& next, SurfaceFrame& frame) {
   if (next.triangles.empty()) return;
   std::vector<Vec3> ends(frame.positions.size());

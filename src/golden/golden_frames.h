@@ -24,7 +24,7 @@ struct RenderedFrame {
 /// Renderer for the frames of a suite, which prepares the scene once.
 class SuiteRenderer {
  public:
-  /// Errors: kInput (scene, a frame outside of it), kResource.
+  /// Errors: kInput (a bad scene, or a frame outside its range), kResource.
   static Result<SuiteRenderer> create(const GoldenSuite& suite, const GoldenSettings& settings);
   SuiteRenderer(SuiteRenderer&&) noexcept;
   SuiteRenderer& operator=(SuiteRenderer&&) noexcept;

@@ -18,6 +18,7 @@ void add_frames(Inspection& out, const Scene& scene, const ActorSettings& actor)
     JsonValue shares;
     for (const StageInfo& stage : stage_table())
       shares[stage.name] = leg.shares[static_cast<std::size_t>(stage.stage)];
+    // All legs of a blend begin at the first object.
     json["legs"].push_back({{"from", name(mixes_many(timeline) ? 0 : static_cast<int>(i))},
                             {"to", name(static_cast<int>(i) + 1)},
                             {"from_meta", !leg.from_full},

@@ -32,7 +32,7 @@ Result<Model> load_model_or_shape(const std::string& name) {
 
 /// Quality of an approximation, and the time that it took.
 struct Measurements {
-  std::optional<ApproximationQuality> quality;  ///< if `measure` is set
+  std::optional<ApproximationQuality> quality;  ///< empty unless SpheresRequest::measure is set
   double seconds = 0;
   std::vector<std::string> problems;
 };

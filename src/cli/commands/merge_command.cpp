@@ -17,7 +17,7 @@ struct MergeOptions {
   JsonOutput json;
 };
 
-/// Formats the samples that the parts have, as in "0-15, 32-47/64".
+/// Formats the samples that a frame's parts have, as in "0-15, 32-47/64".
 std::string describe_samples(const FrameMerge& merge) {
   return fmt::format("{}/{}", format_samples(merge.ranges), merge.samples.total);
 }
