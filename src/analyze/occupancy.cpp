@@ -191,6 +191,7 @@ CellValues compute_occupancy(const Mesh& mesh, double cell, double margin) {
                ? Range{}
                : Range{lines.first / kScanlinesPerCell, lines.last / kScanlinesPerCell};
   };
+  // Sort the triangles into the layers that they cross. The layers are then independent.
   std::vector<std::vector<std::uint32_t>> layer_triangles(static_cast<std::size_t>(layers));
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const Range range = find_layers(mesh.triangles[t]);

@@ -145,16 +145,17 @@ HandoverSteps measure_handover(const Handover& handover, const Mesh& surface, do
 void add_smoothness_metrics(const MorphEnds& ends, const std::vector<MorphFrame>& frames,
                             double size, Analysis& analysis) {
   const std::vector<FrameMeasures>& rows = analysis.frames;
-  double largest = 0;
-  for (const FrameMeasures& row : rows) largest = std::max(largest, row.bending);
+  double largest_bending = 0;
+  for (const FrameMeasures& row : rows) largest_bending = std::max(largest_bending, row.bending);
   const double larger_end = std::max(rows.front().bending, rows.back().bending);
   const auto add = [&](const char* name, std::optional<double> value, const char* goal,
                        const char* definition) {
     analysis.metrics.push_back({name, "5 smoothness", value, goal, definition});
   };
-  add("bending", larger_end > 0 ? std::optional(largest / larger_end) : std::nullopt, "<= 1",
-      "largest bending energy over the larger one of the ends");
-  // Where u hardly changes, the rate is a quotient of two numbers near 0.
+  add("bending", larger_end > 0 ? std::optional(largest_bending / larger_end) : std::nullopt,
+      "<= 1", "largest bending energy over the larger one of the ends");
+  // Where u hardly changes, the rate is a quotient of two numbers near 0. These intervals are left
+  // out.
   constexpr double kSlow = 0.1;  // of the largest change of u
   double max_change = 0;
   for (std::size_t k = 0; k + 1 < rows.size(); ++k)
@@ -162,13 +163,13 @@ void add_smoothness_metrics(const MorphEnds& ends, const std::vector<MorphFrame>
   const auto is_long_enough = [&](std::size_t k) {
     return rows[k + 1].u - rows[k].u > kSlow * max_change;
   };
-  double pop = 0, mean = 0;
-  for (const FrameMeasures& row : rows) mean += row.rate / static_cast<double>(rows.size());
+  double pop = 0, mean_rate = 0;
+  for (const FrameMeasures& row : rows) mean_rate += row.rate / static_cast<double>(rows.size());
   for (std::size_t k = 1; k + 2 < rows.size(); ++k) {
     if (!is_long_enough(k - 1) || !is_long_enough(k) || !is_long_enough(k + 1)) continue;
     const double neighbour_sum = rows[k - 1].rate + rows[k + 1].rate;
     // Surfaces at rest differ by the sampling, so rates below 1/1000 of the mean are noise.
-    if (neighbour_sum > 1e-3 * mean && rows[k].rate > 1e-6 * size)
+    if (neighbour_sum > 1e-3 * mean_rate && rows[k].rate > 1e-6 * size)
       pop = std::max(pop, 2 * rows[k].rate / neighbour_sum);
   }
   // A hand-over is compared with the step that the volumetric stage would make beside it at uniform

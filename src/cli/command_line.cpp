@@ -378,7 +378,7 @@ int run_program(int argc, char** argv) {
   const InputGuard input_guard;
   remember_names(argc, argv);
   CommandLine line;
-  for (int i = 1; i < argc; ++i) line.text += (i > 1 ? " " : "") + remove_folders(argv[i]);
+  for (int i = 1; i < argc; ++i) line.arguments += (i > 1 ? " " : "") + remove_folders(argv[i]);
   if (argc > 0 && std::string_view(argv[0]).find('/') != std::string_view::npos)
     line.program = quote_for_shell(argv[0]);
   line.app =

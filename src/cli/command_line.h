@@ -48,7 +48,7 @@ struct CommonOptions {
 struct CommandLine {
   std::shared_ptr<CLI::App> app;
   CommonOptions common;
-  std::string text;  ///< argv joined, file names without folders, for image headers
+  std::string arguments;  ///< argv joined by spaces, file names without folders, for image headers
   std::string program = "polymorph";    ///< name in suggested commands; argv[0] if it is a path
   std::function<Result<int>()> action;  ///< set by the chosen subcommand; the int is the exit code
   /// Verbs of each command that has any, by the command's name.

@@ -12,6 +12,8 @@
 namespace polymorph {
 namespace {
 
+/// Makes the colours, candidates and landmarks of a leg. The caller sets the indices of its
+/// objects.
 Result<LandmarksLeg> make_landmarks_leg(const std::shared_ptr<const Leg>& shared,
                                         const LegCandidates& candidates, Engine& engine) {
   const Leg& leg = *shared;

@@ -70,6 +70,7 @@ std::shared_ptr<const Regression> make_ball_map(const MorphPlan& plan, float tim
   return map;
 }
 
+/// Makes the key of a leg at a time: its balls, maps and level.
 Result<PlayKey> make_key(const Leg& leg, float time, Engine& engine) {
   PlayKey key;
   key.time = time;
@@ -111,6 +112,7 @@ void unify_levels(std::vector<PlayKey>& keys) {
   }
 }
 
+/// Returns the index of one of the actor's objects.
 int object_index(const PreparedActor& actor, const PreparedObject& object) {
   for (std::size_t i = 0; i < actor.objects.size(); ++i)
     if (actor.objects[i].get() == &object) return static_cast<int>(i);
@@ -133,7 +135,7 @@ Result<PlayLeg> make_play_leg(const PreparedActor& actor, int number, Engine& en
   return play;
 }
 
-/// Makes the shape space of an actor that mixes many objects.
+/// Makes the shape space of an actor that mixes three objects or more.
 PlaySpace make_play_space(const PreparedActor& actor) {
   const ShapeSpace& shapes = *actor.space;
   const MorphPlan& plan = shapes.legs.front()->plan;

@@ -92,7 +92,8 @@ std::vector<Shading> compute_mean_shadings(const SurfaceFrame& frame, std::span<
   return shadings;
 }
 
-/// Fills colours, materials and texture coordinates.
+/// Sets colours, materials and texture coordinates of a frame. `look_weight` is the weight of the
+/// common look `look`.
 void add_looks(const PreparedActor& actor, std::span<const Layer> layers, float look_weight,
                const LookSettings& look, SurfaceFrame& frame) {
   const Shading common = look_shading(look);
@@ -109,7 +110,7 @@ void add_looks(const PreparedActor& actor, std::span<const Layer> layers, float 
     }
     const auto count = static_cast<float>(std::max<std::size_t>(shadings.size(), 1));
     frame.mixture = make_surface_material(scale(sum, 1 / count), actor.name);
-    frame.mixture.color = {1, 1, 1};
+    frame.mixture.color = {1, 1, 1};  // the points have the colours
     frame.is_mixed =
         look_weight > 0 || std::count_if(layers.begin(), layers.end(),
                                          [](const Layer& l) { return l.weight > 0; }) > 1;
@@ -141,6 +142,7 @@ bool has_creases(const Model& model, std::span<const Vec3> smooth) {
   return false;
 }
 
+/// Makes the frame of the model that an actor shows, in the pose of this frame.
 SurfaceFrame model_frame(const PreparedActor& actor, const ActorGeometry& geometry,
                          const LookSettings& look) {
   const Model& shown = shown_model(actor, geometry);
@@ -183,6 +185,7 @@ SurfaceFrame extracted_frame(const PreparedActor& actor, const ActorGeometry& ge
   frame.velocities = geometry.flow.displacement;
   frame.labels = geometry.surface_labels;
   std::vector<Layer> layers;
+  // Each layer covers the layers below it by its share.
   for (const ObjectLayer& over : geometry.look.layers) {
     const Model& model = over.object->model;
     if (model.materials.empty()) continue;  // balls in flight

@@ -116,12 +116,14 @@ Result<std::vector<FrameMerge>> plan_merge(const MergeSettings& settings) {
     return make_error(ErrorCode::kUsage,
                       "{}: frames are merged to EXR files - end the name in .exr", settings.output);
   PM_TRY(const std::vector<PartFile> files, collect_parts(settings.inputs));
+  // Group the parts by frame.
   std::map<int, std::vector<PartFile>> frames;
   for (const PartFile& file : files) {
     remember_input(file.path);
     frames[file.header.frame].push_back(file);
   }
   if (frames.size() > 1) output = add_number(output);
+  // Check the parts of each frame. One message then lists what all frames lack.
   std::vector<FrameMerge> merges;
   std::vector<std::string> gaps;
   for (auto& [frame, parts] : frames) {

@@ -143,6 +143,7 @@ Result<std::vector<fs::path>> accept_report(const fs::path& report,
     if (!parsed.failed.contains(name))
       return make_error(ErrorCode::kInput, "{}: no frame of {} failed in it", report.string(),
                         printable(name));
+  // Check and collect the chosen frames of every suite, then write all of them or none.
   std::vector<NewFile> files_to_write;
   std::vector<fs::path> paths;
   std::size_t chosen = 0;

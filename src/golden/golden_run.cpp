@@ -166,7 +166,7 @@ Result<GoldenFrame> test_frame(const GoldenSuite& suite, const GoldenSettings& s
   if (suite.command.empty()) result.message = compare_surface(rendered.surface, records);
   result.surface_passed = result.message.empty();
   result.report.surface = rendered.surface;
-  result.report.pixels = rendered.pixels;
+  result.report.pixels = rendered.pixel_hash;
   FrameTest test{suite, settings, rendered, nullptr, rendered.image};
   const fs::path golden = golden_image_path(suite, result.frame);
   if (!fs::exists(golden)) {

@@ -193,7 +193,8 @@ Result<int> test_all(const CommandLine& line, const GoldenOptions& options) {
   return code;
 }
 
-/// Prints "SHA256  SUITE/frame.0012" as sha256sum would, for comparing machines.
+/// Prints "SHA256  SUITE/frame.0012" per frame, as sha256sum does, so that machines can be
+/// compared.
 Result<int> print_hashes(const CommandLine& line, const GoldenOptions& options) {
   const GoldenSettings settings = golden_settings(line, options);
   std::vector<std::string> names = options.suites;

@@ -39,7 +39,7 @@ Result<int> run_merge(const CommandLine& line, const MergeOptions& options) {
   const Stopwatch stopwatch;
   MergeSettings settings = options.settings;
   settings.overwrite = line.common.overwrite;
-  settings.command = line.text;
+  settings.command = line.arguments;
   PM_TRY(const std::vector<FrameMerge> merges, plan_merge(settings));
   const ProgressCallback progress = make_progress(progress_mode(line.common));
   std::size_t done = 0, parts = 0;

@@ -73,7 +73,7 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
   settings.device = line.common.device;
   settings.max_memory = line.common.max_memory;
   settings.cache_folder = cache_folder(line.common);
-  settings.command = line.text;
+  settings.command = line.arguments;
   settings.stop = &stop_requested();
   return settings;
 }
