@@ -28,8 +28,8 @@ std::optional<Similarity> fit_similarity(const std::vector<Vec3>& from,
                                          const std::vector<Vec3>& to);
 
 /// The boundary stage between an object's own mesh and the surface of the first or last frame: its
-/// meshes at uniform steps. The first is the object's mesh; after the last one the surface of the
-/// balls is shown. At the target this order is the reverse of the order in time.
+/// meshes at uniform steps. They lead from the object's mesh to the mesh that the surface of the
+/// balls replaces. At the target they are in reverse order of time.
 struct Handover {
   std::vector<Mesh> shown;
 };

@@ -95,9 +95,9 @@ Result<PlayKey> make_key(const Leg& leg, float time, Engine& engine) {
   return key;
 }
 
-/// Gives all keys of a leg between shells the level -1. The weight of this level in the map is how
-/// far the surface must be thickened. The keys at the ends of the leg have no level: they get the
-/// level -1 with the weight 0.
+/// Gives all keys of a leg between shells the level -1. Its weight in the map is the amount by
+/// which the surface is thickened (add_shortfall_weights(), morph/smooth_map.h). The keys at the
+/// ends of the leg have no level: they get the level -1 with the weight 0.
 void unify_levels(std::vector<PlayKey>& keys) {
   const bool has_shell = std::any_of(keys.begin(), keys.end(),
                                      [](const PlayKey& key) { return key.between.level == -1; });

@@ -156,7 +156,7 @@ Result<Reproduction> reproduce_frame(const fs::path& file, const fs::path& model
   PM_TRY_STATUS(check_picture_memory(scene.image, 2, resources.max_memory));
   PM_TRY(EngineScene morph, prepare_on_engine(scene, resources, 2));
   PreparedScene& prepared = morph.prepared;
-  // The preparation has read all files, so joined entries can be compared, too.
+  // The preparation has read all files, so entries of several files can be compared, too.
   result.changed = compare_inputs(provenance.files, name_files(prepared.inputs, {{folder}}));
   if (!result.changed.empty()) return result;
   if (original.is_png && !names_layers(original.image)) prepared.scene.image.aovs = "none";

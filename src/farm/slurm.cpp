@@ -14,7 +14,8 @@ namespace polymorph {
 namespace {
 
 /// Computes how many seconds before the time limit a task gets the signal to stop. The three frames
-/// that may be in progress must have time to finish, but it is at most half of the limit.
+/// that may be in progress need time to finish. The result is at least 90 seconds, but at most half
+/// of the limit.
 int signal_seconds(const SlurmJob& job) {
   constexpr double kMinSeconds = 90, kFramesInProgress = 3;
   const double frames = std::ceil(kFramesInProgress * job.frame_seconds);

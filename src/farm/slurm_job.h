@@ -15,9 +15,8 @@ namespace polymorph {
 
 /// A job as the user requests it. Values of 0 are chosen from the measured costs.
 struct SlurmRequest {
-  std::string scene,
-      output;          ///< file of the scene, and frame pattern; an empty one means the scene's own
-  std::string frames;  ///< value of --frames; empty: all
+  std::string scene, output;  ///< `output` is a frame pattern; empty: the scene's own
+  std::string frames;         ///< value of --frames; empty: all
   bool png = false;
   DisplayView view;  ///< display view of the PNGs
   int tasks = 0, max_tasks = 1000, cpus = 4, gpus = 0, minutes = 0;

@@ -81,7 +81,8 @@ Status measure_landmarks(const Leg& leg, Engine& engine, MorphEnds& ends) {
   return Ok{};
 }
 
-/// Measures the degrees about the vertical between the plan's rotation and the pairs' best fit.
+/// Measures the angle about the vertical, in degrees, between the plan's rotation and the best fit
+/// of its pairs.
 std::optional<double> measure_facing(const MorphPlan& plan) {
   std::vector<Vec3d> from, to;
   std::vector<double> masses;
@@ -203,8 +204,9 @@ Result<MorphEnds> measure_ends(const PreparedActor& actor, std::size_t number, c
   return ends;
 }
 
-/// Samples the boundary stage at an end of a leg, in steps as long as those of `count` frames of
-/// the volumetric stage, but at least four. The result is empty if the end shows no model.
+/// Samples the boundary stage at an end of a leg. Its steps are as long as those between `count`
+/// frames of the volumetric stage, but there are at least four; one mesh if the stage takes no
+/// time. The result is empty if the end shows no model.
 Result<Handover> measure_handover(const Leg& leg, const LegTiming& timing, bool leaving, int count,
                                   Engine& engine) {
   Handover handover;
@@ -273,7 +275,8 @@ Result<Analysis> analyze_blend(const PreparedActor& actor, int count, Engine& en
 Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engine& engine,
                                             int frames, const AnalyzeProgress& progress,
                                             const Truth* truth) {
-  // Count the samples of all morphs, for the progress: a blend is one morph, else each leg is one.
+  // Count the samples of all morphs for the progress. An actor that blends is one morph; of other
+  // actors each leg is one.
   int total = 0, done = 0;
   const auto sample_count = [&](const LegTiming& timing) {
     return std::max(2, frames > 0 ? frames : timing.steps + 1);

@@ -79,11 +79,11 @@ std::optional<CycleError> actor_cycle(const PreparedActor& actor) {
 }
 
 /// Errors of two cycles from a blend's reference object to one object, on to another, and back.
-/// They differ in the way from the one object to the other.
+/// The cycles differ in their step from the one object to the other.
 struct BlendCycle {
   std::string from, to;        ///< names of the two objects
-  CycleError by_reference;     ///< the way leads over the reference, as in the blend
-  CycleError by_plan_between;  ///< the way is a plan between the two objects
+  CycleError by_reference;     ///< the plans to and from the reference make it, as in the blend
+  CycleError by_plan_between;  ///< a plan between the two objects makes it
 };
 
 MorphPlan reverse_plan(const MorphPlan& plan) {
