@@ -69,6 +69,7 @@ class Layer {
         const double wb = ((c.x - x) * (a.y - y) - (c.y - y) * (a.x - x)) / twice_area;
         const double wc = 1 - wa - wb;
         if (!(wa >= 0 && wb >= 0 && wc >= 0)) continue;
+        // The triangle is an entry if its normal points to -z, else an exit.
         add_crossing(x - kScanlinesPerCell * x_, y, wa * a.z + wb * b.z + wc * c.z,
                      twice_area < 0 ? 1.0f : -1.0f);
       }

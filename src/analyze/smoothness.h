@@ -1,6 +1,7 @@
 // Smoothness metrics of a morph that need no balls: bending, pops and hand-overs, roughness of the
-// frames relative to the end models, and uniformity of the steps. Formulas: docs/method.md,
-// Quality.
+// frames relative to the end models, and uniformity of the steps. A pop is a step much larger than
+// the steps before and after it. A hand-over is the change from the last mesh of a boundary stage
+// to the surface of the balls. Formulas: docs/method.md, Quality.
 #pragma once
 
 #include <vector>

@@ -175,6 +175,7 @@ Status merge_frame(const FrameMerge& merge, const std::string& command) {
   PM_TRY(Image image, merge_parts(parts, merge.is_draft));
   parts.clear();
   const bool is_whole = merge.samples.is_whole() && !merge.is_draft;
+  // The identity that all parts share is the hash of the whole frame.
   for (Attribute& attribute : image.attributes) {
     if (attribute.name == kCommandAttribute) attribute.value = printable(command);
     if (attribute.name == kPartOfAttribute && is_whole) attribute.name = kFrameHashAttribute;

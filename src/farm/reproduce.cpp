@@ -153,6 +153,7 @@ Result<Reproduction> reproduce_frame(const fs::path& file, const fs::path& model
   if (const int count = frame_count(scene); original.frame > count)
     return make_error(ErrorCode::kInput, "{}: its header says frame {}, and its scene has {}",
                       original.name, original.frame, count);
+  // Two pictures: the original and the rendered one.
   PM_TRY_STATUS(check_picture_memory(scene.image, 2, resources.max_memory));
   PM_TRY(EngineScene morph, prepare_on_engine(scene, resources, 2));
   PreparedScene& prepared = morph.prepared;
