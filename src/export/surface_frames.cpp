@@ -120,7 +120,7 @@ void add_looks(const PreparedActor& actor, std::span<const Layer> layers, float 
       *std::max_element(layers.begin(), layers.end(),
                         [](const Layer& a, const Layer& b) { return a.weight < b.weight; });
   frame.corner_uvs.assign(strongest.corner_uvs.begin(), strongest.corner_uvs.end());
-  if (!frame.materials.empty()) return;
+  if (!frame.materials.empty()) return;  // only the common look shows
   frame.triangle_materials.assign(strongest.triangle_materials.begin(),
                                   strongest.triangle_materials.end());
   frame.triangle_materials.resize(frame.triangles.size(), 0);
@@ -134,10 +134,10 @@ void add_looks(const PreparedActor& actor, std::span<const Layer> layers, float 
 }
 
 /// Tests whether any edge of the model is sharp.
-bool has_creases(const Model& model, std::span<const Vec3> smooth) {
+bool has_creases(const Model& model, std::span<const Vec3> smooth_normals) {
   constexpr float kMinCosine = 0.9998f;  // cosine of about one degree
   for (std::size_t c = 0; c < model.corner_normals.size(); ++c)
-    if (dot(model.corner_normals[c], smooth[model.triangles[c / 3].v[c % 3]]) < kMinCosine)
+    if (dot(model.corner_normals[c], smooth_normals[model.triangles[c / 3].v[c % 3]]) < kMinCosine)
       return true;
   return false;
 }
@@ -150,11 +150,11 @@ SurfaceFrame model_frame(const PreparedActor& actor, const ActorGeometry& geomet
   frame.is_model = true;
   frame.positions = geometry.points;
   frame.triangles = shown.triangles;
-  Model model = shown;
-  model.points = geometry.points;
-  if (!geometry.corner_normals.empty()) model.corner_normals = geometry.corner_normals;
-  frame.normals = point_normals(model);
-  if (has_creases(model, frame.normals)) frame.corner_normals = model.corner_normals;
+  Model posed_model = shown;
+  posed_model.points = geometry.points;
+  if (!geometry.corner_normals.empty()) posed_model.corner_normals = geometry.corner_normals;
+  frame.normals = point_normals(posed_model);
+  if (has_creases(posed_model, frame.normals)) frame.corner_normals = posed_model.corner_normals;
   frame.labels = geometry.point_labels;
   if (!geometry.displacement.empty()) frame.velocities = geometry.displacement;
   const Layer layer{&shown, shown.corner_uvs, shown.triangle_materials, 1};

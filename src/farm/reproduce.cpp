@@ -34,11 +34,12 @@ struct FrameFile {
   std::string bytes;
   bool is_png = false;
   Image image;
-  std::string packed;  ///< value of kProvenanceAttribute
+  std::string encoded_provenance;  ///< value of kProvenanceAttribute
   Provenance provenance;
   int frame = 0;
 };
 
+/// Reads a frame and its header. Errors (kInput): the header lacks what a reproduction needs.
 Result<FrameFile> read_frame(const fs::path& file) {
   FrameFile out;
   out.name = file.string();
@@ -57,14 +58,14 @@ Result<FrameFile> read_frame(const fs::path& file) {
         "{}: it was made by a view of $OCIO, whose config no header holds - reproduce "
         "the EXR of the frame",
         out.name);
-  const auto packed = format_entry(out.image, kProvenanceAttribute);
-  if (!packed)
+  const auto encoded_provenance = format_entry(out.image, kProvenanceAttribute);
+  if (!encoded_provenance)
     return make_error(ErrorCode::kInput,
                       "{}: its header has no {} - render and golden write it; it is lost where "
                       "another program writes the frame anew",
                       out.name, kProvenanceAttribute);
-  out.packed = *packed;
-  auto provenance = decode_provenance(out.packed);
+  out.encoded_provenance = *encoded_provenance;
+  auto provenance = decode_provenance(out.encoded_provenance);
   if (!provenance)
     return make_error(ErrorCode::kInput, "{}: {}", out.name, provenance.error().message);
   out.provenance = std::move(*provenance);
@@ -161,7 +162,7 @@ Result<Reproduction> reproduce_frame(const fs::path& file, const fs::path& model
   result.changed = compare_inputs(provenance.files, name_files(prepared.inputs, {{folder}}));
   if (!result.changed.empty()) return result;
   if (original.is_png && !names_layers(original.image)) prepared.scene.image.aovs = "none";
-  prepared.provenance = original.packed;
+  prepared.provenance = original.encoded_provenance;
   PM_TRY(Renderer renderer, make_renderer(morph.device, resources.max_memory));
   PM_TRY(result.bytes, render_again(original, prepared, *morph.engine, renderer));
   PM_TRY(const Image rendered, decode_image(result.bytes, "the frame as rendered now", kAsStored));

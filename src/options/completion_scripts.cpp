@@ -76,7 +76,7 @@ std::string bash_completion(const std::vector<CommandTable>& commands) {
       if (choices.empty()) continue;
       if (row.positional) words = choices, ++arguments;
       if (row.names.empty()) continue;
-      std::string patterns;
+      std::string patterns;  // "COMMAND OPTION" for each name of the option
       for (const std::string& name : row.names)
         patterns +=
             fmt::format("{}{} {}", patterns.empty() ? "" : "|", "\"" + command.name, name + "\"");

@@ -24,7 +24,7 @@ std::vector<std::string> command_names(const CLI::App& program) {
 }
 
 /// Parses a number, checks its range, and replaces the text by its canonical form. Returns an error
-/// message, or "" on success: the form of CLI11's validators.
+/// message, or "" on success, as CLI11's validators do.
 template <class T, class Parse>
 std::string read_number(std::string& text, T low, T high, const char* kind, const Parse& parse) {
   const auto value = parse(text);
