@@ -98,8 +98,8 @@ std::string draw_curve(const Analysis& morph, const Column& column) {
     high = std::max(high, *value);
   }
   if (points.empty()) return {};
-  // The axis of positive values begins at 0 unless they differ by less than 20 %. A constant curve
-  // lies in the middle.
+  // If all values are positive, the axis begins at 0, unless the values differ by less than 20 %. A
+  // constant curve lies in the middle.
   if (low > 0 && low < 0.8 * high) low = 0;
   const double span = high > low ? high - low : 1, base = high > low ? low : low - 0.5;
   std::string path, dots;
@@ -138,13 +138,13 @@ std::string format_metric_rows(const Analysis& morph) {
   std::string text;
   for (const Metric& metric : morph.metrics) {
     const bool known = metric.value.has_value();
-    const char* mark = !known || metric.goal.empty()         ? ""
-                       : reaches(*metric.value, metric.goal) ? " good"
-                                                             : " bad";
+    const char* css_class = !known || metric.goal.empty()         ? ""
+                            : reaches(*metric.value, metric.goal) ? " good"
+                                                                  : " bad";
     text += fmt::format(
         "<tr><td>{}</td><td>{}</td><td class=\"n{}\">{}</td><td>{}</td><td "
         "class=\"soft\">{}</td></tr>\n",
-        escape_markup(metric.principle), metric.name, mark,
+        escape_markup(metric.principle), metric.name, css_class,
         known ? fmt::format("{:.4g}", *metric.value) : "-", escape_markup(metric.goal),
         escape_markup(metric.definition));
   }

@@ -30,7 +30,8 @@ Mesh ground_truth_at(const Mesh& source, const Similarity& truth,
   center = center * (1 / static_cast<double>(source.positions.size()));
   const Vec3d end = truth.rotation * center * truth.scale + truth.shift;
   Vec3d axis_angle = log_rotation(truth.rotation);
-  // A rotation by nearly 180 degrees has two equally short axis-angle vectors; take the plan's.
+  // A rotation by nearly 180 degrees has two axis-angle vectors of nearly equal length. Use the one
+  // on the side of the plan's rotation.
   constexpr double kNearlyPi = 179 / kDegreesPerRadian;
   if (recovered && length(axis_angle) > kNearlyPi &&
       dot(axis_angle, log_rotation(recovered->rotation)) < 0)
@@ -54,8 +55,8 @@ double rms_step(const MorphFrame& a, const MorphFrame& b, const std::vector<doub
   return mass > 0 ? std::sqrt(sum / mass) : 0;
 }
 
-/// Computes the RMS logarithm of the distances between neighbouring balls over the distances
-/// interpolated between the ends (principle 4).
+/// Computes the strain of each frame (FrameMeasures::strain, principle 4): distances between
+/// neighbouring balls are compared with distances interpolated between the ends. `size` is L.
 std::vector<double> compute_strains(const std::vector<MorphFrame>& frames, double size) {
   std::vector<double> result(frames.size(), 0);
   const std::vector<Vec3>& first = frames.front().centers;
@@ -69,7 +70,7 @@ std::vector<double> compute_strains(const std::vector<MorphFrame>& frames, doubl
         const auto distance = [&](const std::vector<Vec3>& centers) {
           return length(Vec3d(centers[e]) - Vec3d(centers[f]));
         };
-        // The parts of a split ball start at one point; a ratio of their distances is undefined.
+        // Pairs made of one ball start at one point, so the ratio of their distances is undefined.
         const double expected = (1 - frames[k].u) * distance(first) + frames[k].u * distance(last);
         const double actual = distance(frames[k].centers);
         if (expected < 1e-3 * size || actual < 1e-6 * size) continue;
@@ -89,7 +90,7 @@ std::vector<Vec3> object_points(const MorphEnds& ends) {
 }
 
 /// A morph with the values that several metrics need.
-struct Subject {
+struct MeasuredMorph {
   const MorphEnds& ends;
   const std::vector<MorphFrame>& frames;
   double size = 1;  ///< L: diagonal of the bounding box of both objects
@@ -101,7 +102,7 @@ struct EndErrors {
   double source = 0, target = 0;
 };
 
-/// Measures a frame by itself.
+/// Computes the measures that depend on this frame alone.
 FrameMeasures measure_frame(const MorphFrame& frame) {
   const Box box = bounding_box(frame.surface.positions);
   FrameMeasures row;
@@ -115,29 +116,30 @@ FrameMeasures measure_frame(const MorphFrame& frame) {
   return row;
 }
 
-/// Fills in the measures of every frame.
-EndErrors measure_frames(const Subject& subject, Analysis& analysis) {
-  constexpr double kHullMargin = 0.02;
-  const DilatedHull hull(object_points(subject.ends), kHullMargin * subject.size);
+/// Fills in the measures of every frame: of its surface, of the step from the previous frame, and
+/// finally of its balls. Returns the errors at the ends.
+EndErrors measure_frames(const MeasuredMorph& morph, Analysis& analysis) {
+  constexpr double kHullMargin = 0.02;  // over L
+  const DilatedHull hull(object_points(morph.ends), kHullMargin * morph.size);
   const RoughnessScale scale =
-      roughness_scale(unite(bounding_box(subject.frames.front().surface.positions),
-                            bounding_box(subject.frames.back().surface.positions)));
-  const Mesh& first = subject.frames.front().surface;
+      roughness_scale(unite(bounding_box(morph.frames.front().surface.positions),
+                            bounding_box(morph.frames.back().surface.positions)));
+  const Mesh& first = morph.frames.front().surface;
   const bool has_distortion =
-      std::all_of(subject.frames.begin(), subject.frames.end(),
+      std::all_of(morph.frames.begin(), morph.frames.end(),
                   [&](const MorphFrame& frame) { return corresponds(first, frame.surface); });
   EndErrors errors;
   std::optional<MeasuredSurface> previous;
-  for (const MorphFrame& frame : subject.frames) {
+  for (const MorphFrame& frame : morph.frames) {
     FrameMeasures row = measure_frame(frame);
     if (has_distortion) row.distortion = conformal_distortion(first, frame.surface);
     row.roughness = measure_roughness(frame.surface, scale);
     row.leakage = hull.leakage(frame.surface);
     MeasuredSurface current(frame.surface);
-    if (subject.ends.truth) {
-      const MeasuredSurface reference(ground_truth_at(
-          subject.frames[0].surface, *subject.ends.truth, subject.ends.recovered, frame.u));
-      row.off_similarity = current.distance_to(reference).largest / subject.size;
+    if (morph.ends.truth) {
+      const MeasuredSurface reference(ground_truth_at(morph.frames[0].surface, *morph.ends.truth,
+                                                      morph.ends.recovered, frame.u));
+      row.off_similarity = current.distance_to(reference).largest / morph.size;
     }
     if (previous) {
       FrameMeasures& previous_row = analysis.frames.back();
@@ -147,28 +149,26 @@ EndErrors measure_frames(const Subject& subject, Analysis& analysis) {
       previous_row.rate =
           row.u - previous_row.u > 0 ? previous_row.step / (row.u - previous_row.u) : 0;
     } else {
-      errors.source =
-          current.distance_to(MeasuredSurface(subject.ends.source)).largest / subject.size;
+      errors.source = current.distance_to(MeasuredSurface(morph.ends.source)).largest / morph.size;
     }
     previous = std::move(current);
     analysis.frames.push_back(std::move(row));
   }
-  errors.target =
-      previous->distance_to(MeasuredSurface(subject.ends.target)).largest / subject.size;
-  for (std::size_t k = 0; k + 1 < subject.frames.size(); ++k)
+  errors.target = previous->distance_to(MeasuredSurface(morph.ends.target)).largest / morph.size;
+  for (std::size_t k = 0; k + 1 < morph.frames.size(); ++k)
     analysis.frames[k].speed =
-        subject.has_balls ? rms_step(subject.frames[k], subject.frames[k + 1], subject.ends.masses)
-                          : analysis.frames[k].step;
-  if (!subject.has_balls) return errors;
-  const std::vector<double> strain = compute_strains(subject.frames, subject.size);
+        morph.has_balls ? rms_step(morph.frames[k], morph.frames[k + 1], morph.ends.masses)
+                        : analysis.frames[k].step;
+  if (!morph.has_balls) return errors;
+  const std::vector<double> strain = compute_strains(morph.frames, morph.size);
   for (std::size_t k = 0; k < strain.size(); ++k) analysis.frames[k].strain = strain[k];
   return errors;
 }
 
-void add_attributes(const Subject& subject, Analysis& analysis) {
+void add_attributes(const MeasuredMorph& morph, Analysis& analysis) {
   std::optional<double> value;
-  if (subject.ends.purity && subject.ends.chance && *subject.ends.chance < 1)
-    value = (*subject.ends.purity - *subject.ends.chance) / (1 - *subject.ends.chance);
+  if (morph.ends.purity && morph.ends.chance && *morph.ends.chance < 1)
+    value = (*morph.ends.purity - *morph.ends.chance) / (1 - *morph.ends.chance);
   analysis.metrics.push_back({"attributes", "1 attributes", value, ">= 0.95",
                               "share of the volume that keeps its label, beyond chance"});
 }
@@ -197,10 +197,10 @@ void add_topology(Analysis& analysis) {
        "largest number of parts at once; goal: as many as the larger end has"});
 }
 
-void add_features(const Subject& subject, const EndErrors& errors, Analysis& analysis) {
+void add_features(const MeasuredMorph& morph, const EndErrors& errors, Analysis& analysis) {
   std::optional<double> landmarks;
-  for (const double error : subject.ends.landmark_errors)
-    landmarks = std::max(landmarks.value_or(0), error / subject.size);
+  for (const double error : morph.ends.landmark_errors)
+    landmarks = std::max(landmarks.value_or(0), error / morph.size);
   analysis.metrics.push_back(
       {"landmarks", "3 features", landmarks, "<= 0.05", "largest error of a landmark, over L"});
   analysis.metrics.push_back({"source_error", "3 features", errors.source, "<= 0.02",
@@ -209,10 +209,10 @@ void add_features(const Subject& subject, const EndErrors& errors, Analysis& ana
                               "Hausdorff distance of the last frame from the target, over L"});
 }
 
-void add_rigidity(const Subject& subject, Analysis& analysis) {
+void add_rigidity(const MeasuredMorph& morph, Analysis& analysis) {
   const std::vector<FrameMeasures>& rows = analysis.frames;
   std::optional<double> value;
-  if (subject.has_balls) {
+  if (morph.has_balls) {
     double sum = 0;
     for (const FrameMeasures& row : rows) sum += row.strain * row.strain;
     value = std::sqrt(sum / static_cast<double>(rows.size()));
@@ -222,51 +222,56 @@ void add_rigidity(const Subject& subject, Analysis& analysis) {
        "RMS of ln(distance of neighbouring balls / the distance interpolated between the ends)"});
 }
 
+/// Appends backtrack and dip of the volume, and area_backtrack and area_dip of the area. A
+/// backtrack is the sum of all steps against the direction from the first to the last frame.
 void add_monotonicity(Analysis& analysis) {
   const std::vector<FrameMeasures>& rows = analysis.frames;
-  const auto add_direction = [&](const char* backtrack, const char* dip, const auto& value,
-                                 const char* backtrack_definition, const char* dip_definition) {
+  const auto add_backtrack_and_dip = [&](const char* backtrack, const char* dip, const auto& value,
+                                         const char* backtrack_definition,
+                                         const char* dip_definition) {
     const double first = value(rows.front()), last = value(rows.back());
-    double lost = 0, lowest = first;
+    double backtrack_sum = 0, lowest = first;
     for (std::size_t k = 0; k + 1 < rows.size(); ++k) {
       const double step = value(rows[k + 1]) - value(rows[k]);
       const double sign = last > first ? 1 : last < first ? -1 : 0;
-      lost += std::max(0.0, -sign * step);
+      backtrack_sum += std::max(0.0, -sign * step);
       lowest = std::min(lowest, value(rows[k + 1]));
     }
-    analysis.metrics.push_back({backtrack, "6 monotonicity", lost / std::max(first, last),
+    analysis.metrics.push_back({backtrack, "6 monotonicity", backtrack_sum / std::max(first, last),
                                 "<= 0.005", backtrack_definition});
     analysis.metrics.push_back(
         {dip, "6 monotonicity", lowest / std::min(first, last), ">= 0.98", dip_definition});
   };
-  add_direction(
+  add_backtrack_and_dip(
       "backtrack", "dip", [](const FrameMeasures& row) { return row.surface.volume; },
       "volume lost against the trend, over the larger end's",
       "smallest volume over the smaller end's");
-  add_direction(
+  add_backtrack_and_dip(
       "area_backtrack", "area_dip", [](const FrameMeasures& row) { return row.surface.area; },
       "area lost against the trend, over the larger end's", "smallest area over the smaller end's");
 }
 
-void add_transformations(const Subject& subject, Analysis& analysis) {
+/// Appends nonlinearity and the errors of the plan's similarity. They have no values unless the
+/// target is the source moved by a similarity.
+void add_transformations(const MeasuredMorph& morph, Analysis& analysis) {
   const std::vector<FrameMeasures>& rows = analysis.frames;
   std::optional<double> error, angle, scale, shift;
-  if (subject.ends.truth) {
+  if (morph.ends.truth) {
     error = 0;
     for (const FrameMeasures& row : rows) error = std::max(*error, *row.off_similarity);
-    if (subject.ends.recovered) {
-      angle = rotation_angle(transposed(subject.ends.truth->rotation) *
-                             subject.ends.recovered->rotation) *
-              kDegreesPerRadian;
-      scale = std::abs(subject.ends.recovered->scale / subject.ends.truth->scale - 1);
+    if (morph.ends.recovered) {
+      angle =
+          rotation_angle(transposed(morph.ends.truth->rotation) * morph.ends.recovered->rotation) *
+          kDegreesPerRadian;
+      scale = std::abs(morph.ends.recovered->scale / morph.ends.truth->scale - 1);
       // The two shifts are compared at the center of the source.
-      const Vec3d center(bounding_box(subject.ends.source.positions).center());
+      const Vec3d center(bounding_box(morph.ends.source.positions).center());
       const auto transform_center = [&](const Similarity& s) {
         return s.rotation * center * s.scale + s.shift;
       };
-      shift = length(transform_center(*subject.ends.recovered) -
-                     transform_center(*subject.ends.truth)) /
-              subject.size;
+      shift =
+          length(transform_center(*morph.ends.recovered) - transform_center(*morph.ends.truth)) /
+          morph.size;
     }
   }
   analysis.metrics.push_back(
@@ -331,7 +336,7 @@ std::string morph_name(const Analysis& morph) {
 
 Analysis analyze_morph(const MorphEnds& ends, const std::vector<MorphFrame>& frames) {
   PM_CHECK(frames.size() >= 2);
-  const Subject subject = {
+  const MeasuredMorph morph = {
       ends, frames, static_cast<double>(bounding_box(object_points(ends)).diagonal()),
       std::any_of(frames.begin(), frames.end(),
                   [](const MorphFrame& frame) { return !frame.centers.empty(); })};
@@ -339,18 +344,18 @@ Analysis analyze_morph(const MorphEnds& ends, const std::vector<MorphFrame>& fra
   analysis.actor = ends.actor;
   analysis.from = ends.from;
   analysis.to = ends.to;
-  const EndErrors errors = measure_frames(subject, analysis);
-  add_attributes(subject, analysis);
+  const EndErrors errors = measure_frames(morph, analysis);
+  add_attributes(morph, analysis);
   add_topology(analysis);
-  add_features(subject, errors, analysis);
+  add_features(morph, errors, analysis);
   add_correspondence_metrics(ends, analysis);
-  add_rigidity(subject, analysis);
-  add_smoothness_metrics(ends, frames, subject.size, analysis);
+  add_rigidity(morph, analysis);
+  add_smoothness_metrics(ends, frames, morph.size, analysis);
   add_roughness_metrics(analysis);
-  add_step_metrics(ends, frames, subject.size, analysis);
+  add_step_metrics(ends, frames, morph.size, analysis);
   add_monotonicity(analysis);
   add_body_metrics(analysis);
-  add_transformations(subject, analysis);
+  add_transformations(morph, analysis);
   add_slow_in_out(analysis);
   add_certificates(analysis);
   return analysis;
@@ -360,24 +365,24 @@ std::optional<Similarity> fit_similarity(const std::vector<Vec3>& from,
                                          const std::vector<Vec3>& to) {
   if (from.size() != to.size() || from.size() < 4) return std::nullopt;
   const auto count = static_cast<double>(from.size());
-  Vec3d p0, q0;
+  Vec3d from_center, to_center;
   for (std::size_t i = 0; i < from.size(); ++i) {
-    p0 = p0 + Vec3d(from[i]) * (1 / count);
-    q0 = q0 + Vec3d(to[i]) * (1 / count);
+    from_center = from_center + Vec3d(from[i]) * (1 / count);
+    to_center = to_center + Vec3d(to[i]) * (1 / count);
   }
-  Mat3 sum{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
+  Mat3 covariance{{0, 0, 0, 0, 0, 0, 0, 0, 0}};  // not divided by the number of points
   double from_length2 = 0, to_length2 = 0;
   for (std::size_t i = 0; i < from.size(); ++i) {
-    const Vec3d p = Vec3d(from[i]) - p0, q = Vec3d(to[i]) - q0;
+    const Vec3d p = Vec3d(from[i]) - from_center, q = Vec3d(to[i]) - to_center;
     const double a[3] = {p.x, p.y, p.z}, b[3] = {q.x, q.y, q.z};
     for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) sum.at(r, c) += b[r] * a[c];
+      for (int c = 0; c < 3; ++c) covariance.at(r, c) += b[r] * a[c];
     from_length2 += dot(p, p);
     to_length2 += dot(q, q);
   }
   if (!(from_length2 > 0 && to_length2 > 0)) return std::nullopt;
-  Similarity fit{nearest_rotation(sum), std::sqrt(to_length2 / from_length2), {}};
-  fit.shift = q0 - fit.rotation * p0 * fit.scale;
+  Similarity fit{nearest_rotation(covariance), std::sqrt(to_length2 / from_length2), {}};
+  fit.shift = to_center - fit.rotation * from_center * fit.scale;
   double max_error = 0;
   for (std::size_t i = 0; i < from.size(); ++i) {
     const Vec3d d = fit.rotation * Vec3d(from[i]) * fit.scale + fit.shift - Vec3d(to[i]);

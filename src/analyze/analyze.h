@@ -27,9 +27,9 @@ struct Similarity {
 std::optional<Similarity> fit_similarity(const std::vector<Vec3>& from,
                                          const std::vector<Vec3>& to);
 
-/// The boundary stage between an object's own mesh and the surface of the first or last frame:
-/// the meshes shown at uniform steps, from the object's mesh to the one that is replaced by the
-/// surface of the balls. At the target the order is reversed in time.
+/// The boundary stage between an object's own mesh and the surface of the first or last frame: its
+/// meshes at uniform steps. They lead from the object's mesh to the mesh that the surface of the
+/// balls replaces. At the target they are in reverse order of time.
 struct Handover {
   std::vector<Mesh> shown;
 };
@@ -37,16 +37,16 @@ struct Handover {
 /// Errors of pairs of points that are known to correspond (analyze/true_points.h).
 struct TrueErrors {
   std::size_t points = 0;  ///< number of pairs
-  /// Distance of each point, of both objects, from the position to which its partner is moved, over
-  /// the diagonal of the point's object. `plan` moves points with the nearest balls, `map` by the
-  /// map of the surface.
+  /// For each point of both objects: its distance from the position to which its partner is moved,
+  /// over the diagonal of the point's object. `plan` moves points with the nearest balls, `map` by
+  /// the map of the surface.
   std::vector<double> plan, map;
   /// Distance along the target's edges from the position to which the map moves each source point
   /// to the point's partner, over the square root of the target's area; infinite between
   /// components.
   std::vector<double> geodesic;
-  /// Degrees about the vertical between the morph's rotation and that of the points; empty if the
-  /// points do not determine one.
+  /// Angle about the vertical, in degrees, between the morph's rotation and the rotation that fits
+  /// the points; empty if no rotation fits them.
   std::optional<double> facing;
 };
 
@@ -58,17 +58,17 @@ struct MorphEnds {
   std::vector<double> masses;             ///< masses of the moving balls
   std::optional<double> purity, chance;   ///< label purity of the plan and of a random plan
   std::vector<double> landmark_errors;    ///< distance of each landmark from its target
-  std::optional<Similarity> truth;        ///< set if the target is the source moved by it
-  std::optional<Similarity> recovered;    ///< the plan's estimate of `truth`
+  std::optional<Similarity> truth;        ///< moves the source to the target, if a similarity does
+  std::optional<Similarity> recovered;    ///< estimate of `truth` by the plan
   std::optional<TrueErrors> true_errors;  ///< errors of points whose partners are known
-  std::optional<double>
-      facing;  ///< degrees between the rotations of the morph and of the plan's pairs
-  std::optional<double> registration;  ///< larger fraction_off() of both objects' surfaces
-  std::optional<double>
-      pose_step;               ///< largest step by a change of poses alone, over the ends' own step
-  Handover leaving, arriving;  ///< boundary stages of both ends; empty if not shown
-  bool source_shown = true;    ///< the object itself is shown before the first frame
-  bool target_shown = true;    ///< the object itself is shown after the last frame
+  std::optional<double> facing;  ///< degrees about the vertical between the plan's rotation and the
+                                 ///< best fit of its pairs
+  std::optional<double> registration;  ///< larger fraction_off() of the two objects' surfaces
+  std::optional<double> pose_step;     ///< moving ends: largest step of the surface by a change of
+                                       ///< poses alone, over the step of the ends
+  Handover leaving, arriving;          ///< boundary stages of both ends; empty if not shown
+  bool source_shown = true;            ///< the object itself is shown before the first frame
+  bool target_shown = true;            ///< the object itself is shown after the last frame
 };
 
 /// One frame of the morph.
@@ -79,18 +79,19 @@ struct MorphFrame {
   std::vector<Vec3> centers;  ///< moving balls, in the same order in all frames; may be empty
 };
 
-/// Measures of one frame; lengths, areas and volumes are in scene units.
+/// Measures of one frame; lengths, areas and volumes are in scene units. L is the diagonal of the
+/// bounding box of both objects.
 struct FrameMeasures {
   double time = 0, u = 0;
   MeshReport surface;
   double bending = 0;   ///< integral of the squared mean curvature
-  Roughness roughness;  ///< relative to L of the box around the first and last frame
+  Roughness roughness;  ///< relative to the box of the first and last frame (RoughnessScale)
   double step = 0;      ///< chamfer distance to the next frame; 0 at the last
   double farthest = 0;  ///< Hausdorff distance to the next frame; 0 at the last
   double rate = 0;      ///< step / change of u
   double speed = 0;     ///< RMS step of the balls to the next frame; `step` without balls
   double leakage = 0;   ///< volume outside the hull of both objects, dilated by 2 %
-  double strain = 0;    ///< RMS ln of neighbour distances over the interpolated ones
+  double strain = 0;    ///< RMS of ln(distance of neighbouring balls / interpolated distance)
   double hull = 0;      ///< volume of the convex hull
   double lowest = 0;    ///< y of the lowest point
   double height = 0;    ///< height of the surface

@@ -11,21 +11,22 @@
 namespace polymorph {
 namespace {
 
-/// Two sides of a triangle: their dot products and twice its area.
-struct Metric2 {
+/// Dot products of two sides of a triangle (the metric tensor), and twice its area.
+struct TriangleMetric {
   double aa = 0, ab = 0, bb = 0, twice_area = 0;
 };
-Metric2 measure_triangle(MeshView mesh, const Triangle& t) {
+TriangleMetric measure_triangle(MeshView mesh, const Triangle& t) {
   const Vec3d p(mesh.points[t.v[0]]);
   const Vec3d a = Vec3d(mesh.points[t.v[1]]) - p, b = Vec3d(mesh.points[t.v[2]]) - p;
   return {dot(a, a), dot(a, b), dot(b, b), length(cross(a, b))};
 }
 
-double compute_dilatation(const Metric2& before, const Metric2& after) {
+/// Returns the quotient K of the singular values of the map between two triangles.
+double compute_dilatation(const TriangleMetric& before, const TriangleMetric& after) {
   constexpr double kMaxDilatation = 100;
   const double areas = before.twice_area * after.twice_area;
   if (!(areas > 0)) return kMaxDilatation;
-  // The trace of inverse(before) * after over twice the root of its determinant: (K + 1 / K) / 2.
+  // trace(M) / (2 sqrt(det(M))) with M = inverse(before) * after. It equals (K + 1 / K) / 2.
   const double mean =
       (before.bb * after.aa - 2 * before.ab * after.ab + before.aa * after.bb) / (2 * areas);
   const double excess = std::max(mean * mean - 1, 0.0);
@@ -47,19 +48,20 @@ bool corresponds(MeshView a, MeshView b) {
 
 double conformal_distortion(MeshView before, MeshView after) {
   PM_CHECK(corresponds(before, after));
-  std::vector<Metric2> first, last;
+  std::vector<TriangleMetric> before_metrics, after_metrics;
   double before_area = 0, after_area = 0;
   for (std::size_t t = 0; t < before.triangles.size(); ++t) {
-    first.push_back(measure_triangle(before, before.triangles[t]));
-    last.push_back(measure_triangle(after, before.triangles[t]));
-    before_area += first.back().twice_area;
-    after_area += last.back().twice_area;
+    before_metrics.push_back(measure_triangle(before, before.triangles[t]));
+    after_metrics.push_back(measure_triangle(after, before.triangles[t]));
+    before_area += before_metrics.back().twice_area;
+    after_area += after_metrics.back().twice_area;
   }
   if (!(before_area > 0 && after_area > 0)) return 0;
   double sum = 0;
-  for (std::size_t t = 0; t < first.size(); ++t)
-    sum += compute_dilatation(first[t], last[t]) *
-           (first[t].twice_area / before_area + last[t].twice_area / after_area) / 2;
+  for (std::size_t t = 0; t < before_metrics.size(); ++t)
+    sum += compute_dilatation(before_metrics[t], after_metrics[t]) *
+           (before_metrics[t].twice_area / before_area + after_metrics[t].twice_area / after_area) /
+           2;
   return sum;
 }
 

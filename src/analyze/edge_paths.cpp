@@ -50,14 +50,14 @@ double shortest_path_length(const EdgeGraph& graph, std::uint32_t from, std::uin
   distance[from] = 0;
   queue.emplace(0, from);
   while (!queue.empty()) {
-    const auto [reached, v] = queue.top();
+    const auto [distance_to_v, v] = queue.top();
     queue.pop();
-    if (v == to) return reached;
-    if (reached > distance[v]) continue;
+    if (v == to) return distance_to_v;
+    if (distance_to_v > distance[v]) continue;  // a shorter path to v was found since
     for (std::size_t k = graph.first[v]; k < graph.first[v + 1]; ++k) {
       const Link& link = graph.links[k];
-      if (!(reached + link.length < distance[link.to])) continue;
-      distance[link.to] = reached + link.length;
+      if (!(distance_to_v + link.length < distance[link.to])) continue;
+      distance[link.to] = distance_to_v + link.length;
       queue.emplace(distance[link.to], link.to);
     }
   }

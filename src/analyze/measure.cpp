@@ -68,8 +68,8 @@ struct MeasuredSurface::Data {
   std::vector<Vec3> normals;  ///< one per triangle
   ClosestPointQuery query;
 
-  /// Measures the distances of `points` to this surface, without those of points that lie deeper
-  /// than `hidden` inside it.
+  /// Measures the distances of `points` to this surface. Points that lie deeper than `hidden`
+  /// inside it are left out.
   OneSidedDistance distance_from(const std::vector<Vec3>& points, double hidden) const {
     OneSidedDistance result;
     const std::vector<ClosestPoint> closest = query.closest(points);

@@ -21,9 +21,9 @@ MeshDifference mesh_difference(const Model& actual, const Model& reference) {
   MeshDifference difference;
   difference.is_same = are_equal(actual, reference);
   if (difference.is_same) return difference;
-  const MeasuredSurface one(actual.points, actual.triangles),
-      other(reference.points, reference.triangles);
-  const MeasuredSurface::Distance distance = one.distance_to(other);
+  const MeasuredSurface actual_surface(actual.points, actual.triangles),
+      reference_surface(reference.points, reference.triangles);
+  const MeasuredSurface::Distance distance = actual_surface.distance_to(reference_surface);
   const auto size = static_cast<double>(reference.box().diagonal());
   difference.mean = distance.mean / size;
   difference.largest = distance.largest / size;

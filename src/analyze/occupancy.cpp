@@ -60,15 +60,16 @@ class Layer {
     const double twice_area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
     constexpr double kMinProjectedArea = 1e-12;  // triangles with less are parallel to z
     if (!(std::abs(twice_area) > kMinProjectedArea)) return;
-    const Range across = lines_between(a.x, b.x, c.x, kScanlinesPerCell * cells_.x);
-    const Range along = lines_between(a.y, b.y, c.y, kScanlinesPerCell * cells_.y);
-    for (int x = std::max(across.first, kScanlinesPerCell * x_);
-         x <= std::min(across.last, kScanlinesPerCell * (x_ + 1) - 1); ++x)
-      for (int y = along.first; y <= along.last; ++y) {
+    const Range x_range = lines_between(a.x, b.x, c.x, kScanlinesPerCell * cells_.x);
+    const Range y_range = lines_between(a.y, b.y, c.y, kScanlinesPerCell * cells_.y);
+    for (int x = std::max(x_range.first, kScanlinesPerCell * x_);
+         x <= std::min(x_range.last, kScanlinesPerCell * (x_ + 1) - 1); ++x)
+      for (int y = y_range.first; y <= y_range.last; ++y) {
         const double wa = ((b.x - x) * (c.y - y) - (b.y - y) * (c.x - x)) / twice_area;
         const double wb = ((c.x - x) * (a.y - y) - (c.y - y) * (a.x - x)) / twice_area;
         const double wc = 1 - wa - wb;
         if (!(wa >= 0 && wb >= 0 && wc >= 0)) continue;
+        // The triangle is an entry if its normal points to -z, else an exit.
         add_crossing(x - kScanlinesPerCell * x_, y, wa * a.z + wb * b.z + wc * c.z,
                      twice_area < 0 ? 1.0f : -1.0f);
       }
@@ -121,7 +122,7 @@ class Layer {
   std::vector<float> change_;  ///< change of the fraction inside, from cell to cell
 };
 
-/// Returns the weights of the offsets -n to n, n being the cutoff in cells; they sum to 1.
+/// Returns the weights of the offsets -n to n, where n is the cutoff in cells. They sum to 1.
 std::vector<float> gaussian_weights(double sigma, double cutoff) {
   const int n = static_cast<int>(cutoff * sigma + 0.5);
   std::vector<double> weights;
@@ -191,6 +192,7 @@ CellValues compute_occupancy(const Mesh& mesh, double cell, double margin) {
                ? Range{}
                : Range{lines.first / kScanlinesPerCell, lines.last / kScanlinesPerCell};
   };
+  // Sort the triangles into the layers that they cross. The layers are then independent.
   std::vector<std::vector<std::uint32_t>> layer_triangles(static_cast<std::size_t>(layers));
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const Range range = find_layers(mesh.triangles[t]);
@@ -236,8 +238,8 @@ float find_level_of_volume(const CellValues& values, double count) {
 }
 
 IsoSurface extract_iso_surface(const CellValues& values, float level) {
-  // The engine's x runs fastest, here z does: its axes are swapped, and with them the triangles'
-  // orientation.
+  // In the engine's grid x runs fastest, in CellValues z does. So x and z are swapped here, and the
+  // orientation of the triangles with them.
   auto field = std::make_shared<DistanceGrid>();
   field->grid = {{0, 0, 0}, 1, {values.cells.z, values.cells.y, values.cells.x}};
   field->values.reserve(values.values.size());

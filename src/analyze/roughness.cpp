@@ -34,6 +34,7 @@ Derivatives operator+(const Derivatives& a, const Derivatives& b) {
   return {a.gradient + b.gradient, a.hessian + b.hessian};
 }
 
+/// Computes the derivatives at the center of cell `p`. Cells beyond the border repeat the border.
 Derivatives derivatives_at(const CellValues& field, Int3 p) {
   const Int3 n = field.cells;
   const auto value = [&](int x, int y, int z) {
@@ -139,8 +140,9 @@ void measure_curvature(const CellValues& occupancy, double volume, double size, 
   result.bumps = count_patches(surface, is_dome, areas, kMinDomeArea * size * size);
 }
 
-/// Approximate distances to a surface as fine as its grid: to the tangent plane at the nearest
-/// vertex, or to the vertex itself if it is more than two cells away.
+/// Approximate distances to a surface whose triangles are about as large as a cell: the distance to
+/// the tangent plane at the nearest vertex, or to the vertex itself if it is more than two cells
+/// away.
 class VertexPlanes {
  public:
   /// `grid` is the grid that the surface was extracted from; both must outlive this.
@@ -193,7 +195,8 @@ class VertexPlanes {
     for (int x = std::max(p.x - r, 0); x <= std::min(p.x + r, cells.x - 1); ++x)
       for (int y = std::max(p.y - r, 0); y <= std::min(p.y + r, cells.y - 1); ++y) {
         const bool is_lateral = std::abs(x - p.x) == r || std::abs(y - p.y) == r;
-        const int step = is_lateral || r == 0 ? 1 : 2 * r;
+        const int step =
+            is_lateral || r == 0 ? 1 : 2 * r;  // else only the first and last cell of the column
         for (int z = p.z - r; z <= p.z + r; z += step)
           if (z >= 0 && z < cells.z) search_cell(index({x, y, z}), point, nearest);
       }

@@ -24,12 +24,13 @@ struct Roughness {
   /// a convex solid and at least 1 + genus otherwise; every bump adds about 1. Finite differences
   /// on 104 cells give 0.95 for a sphere, on 208 cells 0.985.
   double tac = 0;
-  /// Number of connected domes of that surface; both radii of curvature are below 6 % of L.
+  /// Number of connected domes of the smoothed surface. On a dome both radii of curvature are below
+  /// 6 % of L.
   int bumps = 0;
-  /// Fraction of its area, in per cent, that is concave with a radius below 6 % of L.
+  /// Percentage of the smoothed surface's area that is concave with a radius below 6 % of L.
   double groove = 0;
-  /// RMS distance, in per cent of L, of the surface from that of the solid smoothed with 2 % of L;
-  /// distances above 2 % of L count as these.
+  /// RMS distance, in per cent of L, of the surface from the surface of the solid smoothed with a
+  /// Gaussian of 2 % of L. Larger distances are clamped to 2 % of L.
   double rho = 0;
 };
 

@@ -16,7 +16,7 @@ namespace {
 /// Points deeper than this, over L, inside a surface are not visible.
 constexpr double kHiddenDepth = 0.01;
 
-/// A measure of an inner frame with the values that the two ends suggest for it.
+/// A measure of an inner frame, and the values of both ends to compare it with.
 struct InnerValue {
   double u = 0, value = 0;
   double interpolated = 0;  ///< between the ends' values, at u
@@ -42,8 +42,8 @@ template <class Value>
 std::optional<double> find_largest_excess(const std::vector<FrameMeasures>& rows,
                                           const Value& value) {
   std::optional<double> largest;
-  for (const InnerValue& b : list_inner_values(rows, value)) {
-    const double ratio = (b.value + 1) / (b.larger_end + 1);
+  for (const InnerValue& inner : list_inner_values(rows, value)) {
+    const double ratio = (inner.value + 1) / (inner.larger_end + 1);
     largest = std::max(largest.value_or(ratio), ratio);
   }
   return largest;
@@ -67,10 +67,10 @@ double pace_at_end(const std::vector<FrameMeasures>& rows, bool first) {
   return change > 0 ? distance / change : 0;
 }
 
-/// Returns the distance from the object to the frame over the mean step between frames, by the
-/// chamfer or by the Hausdorff distance, whichever gives more: the chamfer distance hardly notices
-/// a small limb that appears at once. Samples of the object that lie deeper than `hidden` inside
-/// the frame are left out.
+/// Returns the distance from the object to the frame over the mean step between frames. Computes it
+/// with the chamfer and with the Hausdorff distance, and returns the larger ratio: a small limb
+/// that appears at once hardly changes the chamfer distance. Samples of the object that lie deeper
+/// than `hidden` inside the frame are left out.
 std::optional<double> steps_from_object(const Mesh& object, const Mesh& frame, double hidden,
                                         const std::vector<FrameMeasures>& rows) {
   double mean = 0, farthest = 0;
@@ -106,7 +106,8 @@ Mesh remove_hidden_faces(Mesh mesh, const Mesh& surface, double depth) {
   return mesh;
 }
 
-/// Steps of a boundary stage, as chamfer distances.
+/// Steps of a boundary stage, as chamfer distances. The pop of a step is its ratio to the mean of
+/// the step before and the step after it.
 struct HandoverSteps {
   double pop = 0;                ///< largest pop among the steps of the boundary stage
   std::optional<double> before;  ///< last step of the boundary stage
@@ -144,33 +145,35 @@ HandoverSteps measure_handover(const Handover& handover, const Mesh& surface, do
 void add_smoothness_metrics(const MorphEnds& ends, const std::vector<MorphFrame>& frames,
                             double size, Analysis& analysis) {
   const std::vector<FrameMeasures>& rows = analysis.frames;
-  double largest = 0;
-  for (const FrameMeasures& row : rows) largest = std::max(largest, row.bending);
+  double largest_bending = 0;
+  for (const FrameMeasures& row : rows) largest_bending = std::max(largest_bending, row.bending);
   const double larger_end = std::max(rows.front().bending, rows.back().bending);
   const auto add = [&](const char* name, std::optional<double> value, const char* goal,
                        const char* definition) {
     analysis.metrics.push_back({name, "5 smoothness", value, goal, definition});
   };
-  add("bending", larger_end > 0 ? std::optional(largest / larger_end) : std::nullopt, "<= 1",
-      "largest bending energy over the larger one of the ends");
-  // Where u hardly changes, the rate is a quotient of two numbers near 0.
+  add("bending", larger_end > 0 ? std::optional(largest_bending / larger_end) : std::nullopt,
+      "<= 1", "largest bending energy over the larger one of the ends");
+  // Where u hardly changes, the rate is a quotient of two numbers near 0. These intervals are left
+  // out.
   constexpr double kSlow = 0.1;  // of the largest change of u
-  double fastest = 0;
+  double max_change = 0;
   for (std::size_t k = 0; k + 1 < rows.size(); ++k)
-    fastest = std::max(fastest, rows[k + 1].u - rows[k].u);
+    max_change = std::max(max_change, rows[k + 1].u - rows[k].u);
   const auto is_long_enough = [&](std::size_t k) {
-    return rows[k + 1].u - rows[k].u > kSlow * fastest;
+    return rows[k + 1].u - rows[k].u > kSlow * max_change;
   };
-  double pop = 0, mean = 0;
-  for (const FrameMeasures& row : rows) mean += row.rate / static_cast<double>(rows.size());
+  double pop = 0, mean_rate = 0;
+  for (const FrameMeasures& row : rows) mean_rate += row.rate / static_cast<double>(rows.size());
   for (std::size_t k = 1; k + 2 < rows.size(); ++k) {
     if (!is_long_enough(k - 1) || !is_long_enough(k) || !is_long_enough(k + 1)) continue;
     const double neighbour_sum = rows[k - 1].rate + rows[k + 1].rate;
-    // Surfaces at rest only differ by the sampling: below 1/1000 of the mean rate is noise.
-    if (neighbour_sum > 1e-3 * mean && rows[k].rate > 1e-6 * size)
+    // Surfaces at rest differ by the sampling, so rates below 1/1000 of the mean are noise.
+    if (neighbour_sum > 1e-3 * mean_rate && rows[k].rate > 1e-6 * size)
       pop = std::max(pop, 2 * rows[k].rate / neighbour_sum);
   }
-  // The step that a hand-over is compared with: that of the volumetric stage at uniform pace.
+  // A hand-over is compared with the step that the volumetric stage would make beside it at uniform
+  // pace.
   const std::size_t intervals = rows.size() - 1;
   const auto uniform_step = [&](bool first) {
     for (std::size_t i = 0; i < intervals; ++i) {
@@ -196,19 +199,19 @@ void add_smoothness_metrics(const MorphEnds& ends, const std::vector<MorphFrame>
 void add_roughness_metrics(Analysis& analysis) {
   const std::vector<FrameMeasures>& rows = analysis.frames;
   std::optional<double> curvature, least_curvature, detail;
-  for (const InnerValue& b :
+  for (const InnerValue& inner :
        list_inner_values(rows, [](const auto& row) { return row.roughness.tac; })) {
-    if (!(b.interpolated > 0)) continue;
-    const double ratio = b.value / b.interpolated;
+    if (!(inner.interpolated > 0)) continue;
+    const double ratio = inner.value / inner.interpolated;
     curvature = std::max(curvature.value_or(ratio), ratio);
     least_curvature = std::min(least_curvature.value_or(ratio), ratio);
   }
   double sum = 0, count = 0;
   constexpr double kEndFraction = 0.2 - 1e-6;  // of u, left out at either end
-  for (const InnerValue& b :
+  for (const InnerValue& inner :
        list_inner_values(rows, [](const auto& row) { return row.roughness.rho; })) {
-    if (b.u < kEndFraction || b.u > 1 - kEndFraction || !(b.interpolated > 0)) continue;
-    sum += b.value / b.interpolated;
+    if (inner.u < kEndFraction || inner.u > 1 - kEndFraction || !(inner.interpolated > 0)) continue;
+    sum += inner.value / inner.interpolated;
     ++count;
   }
   if (count > 0) detail = sum / count;

@@ -40,6 +40,8 @@ class TruthReader {
   }
 
  private:
+  /// Makes an error at the position of a value, or at the beginning of the file if the value is
+  /// absent.
   Error make_error_at(const JsonValue& value, const std::string& what) const {
     const TextPosition at =
         value.offset == JsonValue::kNowhere ? TextPosition{1, 1} : document_.position(value.offset);

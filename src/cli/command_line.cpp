@@ -34,33 +34,33 @@ void set_signals() {
   std::signal(SIGXFSZ, SIG_IGN);  // write() fails with EFBIG, and the error names the file
 }
 
-/// Commands that compute nothing. They accept the options of work (--device, --cache-dir, ...), but
-/// their help does not list them.
+/// Commands that compute nothing. They accept the options for computations (--device, --cache-dir,
+/// ...), but their help does not list these.
 constexpr std::string_view kPrintingCommands[] = {"cubes",      "devices", "help",
                                                   "completion", "schema",  "version"};
 
-/// Returns the group of the options of work in a command's help; "" hides them.
-const char* work_option_group(std::string_view command) {
+/// Returns the group in a command's help for the options for computations; "" hides them.
+const char* compute_option_group(std::string_view command) {
   const bool computes_nothing =
       std::find(std::begin(kPrintingCommands), std::end(kPrintingCommands), command) !=
       std::end(kPrintingCommands);
   return computes_nothing ? "" : "Common";
 }
 
-void add_common(Command command, CommonOptions& common, const char* work_group) {
+void add_common(Command command, CommonOptions& common, const char* compute_group) {
   const auto add = [](Option option) { option.group("Common"); };
-  const auto add_work_option = [&](Option option) { option.group(work_group); };
+  const auto add_compute_option = [&](Option option) { option.group(compute_group); };
   add(command
           .add_option("-t,--threads", common.threads, "N",
                       "threads; 0 = all this process may use (env POLYMORPH_THREADS)")
           .environment("POLYMORPH_THREADS")
           .range(0, 4096));
-  add_work_option(command
-                      .add_option("--device", common.device, "DEVICE",
-                                  "cpu, cuda, cuda:1 or auto; for films also several, as "
-                                  "cuda:0,cuda:1, or cuda:all (env POLYMORPH_DEVICE)")
-                      .environment("POLYMORPH_DEVICE"));
-  add_work_option(
+  add_compute_option(command
+                         .add_option("--device", common.device, "DEVICE",
+                                     "cpu, cuda, cuda:1 or auto; for films also several, as "
+                                     "cuda:0,cuda:1, or cuda:all (env POLYMORPH_DEVICE)")
+                         .environment("POLYMORPH_DEVICE"));
+  add_compute_option(
       command
           .add_option(
               "--max-memory", common.max_memory, "SIZE",
@@ -68,11 +68,11 @@ void add_common(Command command, CommonOptions& common, const char* work_group) 
               "what the machine, the cgroup or Slurm gives")
           .environment("POLYMORPH_MAX_MEMORY")
           .bytes());
-  add_work_option(command
-                      .add_option("--cache-dir", common.cache_dir, "DIR",
-                                  "folder of the cache (env POLYMORPH_CACHE_DIR)")
-                      .environment("POLYMORPH_CACHE_DIR"));
-  add_work_option(
+  add_compute_option(command
+                         .add_option("--cache-dir", common.cache_dir, "DIR",
+                                     "folder of the cache (env POLYMORPH_CACHE_DIR)")
+                         .environment("POLYMORPH_CACHE_DIR"));
+  add_compute_option(
       command.add_flag("--no-cache", common.no_cache, "neither read nor write the cache"));
   add(command.add_flag("-q,--quiet", common.quiet, "only warnings and errors"));
   add(command.add_flag("-v,--verbose", common.verbose, "say more"));
@@ -106,29 +106,29 @@ void add_common(Command command, CommonOptions& common, const char* work_group) 
           .environment("POLYMORPH_CONFIG"));
 }
 
-/// Tests whether the file is a JSON report of `render`. A run that is resumed replaces the report
-/// of its earlier part.
+/// Tests whether the file is a JSON report of `render`, which a resumed run may replace.
 bool is_run_report(const std::string& file) {
   const auto text = read_file(file, 1u << 30);
   return text && text->starts_with("{\n  \"version\":") &&
          text->find("\"scene_hash\":") != std::string::npos;
 }
 
-/// Tests whether the file is a receipt, which a resumed run replaces likewise.
+/// Tests whether the file is a receipt of `render`, which a resumed run may replace.
 bool is_receipt_file(const std::string& file) {
   const auto text = read_file(file, 1u << 30);
   return text && is_receipt(*text);
 }
 
-/// Tests whether the file is a JUnit report. Each run of a CI job replaces the one before.
+/// Tests whether the file is a JUnit report, which the next run of a CI job may replace.
 bool is_junit(const std::string& file) {
   const auto text = read_file(file, 1u << 30);
   return text && text->starts_with("<?xml") &&
          text->substr(0, 1024).find("<testsuites") != std::string::npos;
 }
 
-/// Checks the files that a command writes beside its main output. Not those of --log-file, for
-/// which base/log.h has a rule, and not those of -o and --diff, whose names depend on the frames.
+/// Checks that the files that a command writes beside its main output may be written. The file of
+/// --log-file follows the rule in base/log.h; names of -o and --diff depend on the frames, so the
+/// commands check them.
 Status check_side_outputs(const CLI::App& program, bool overwrite) {
   for (const std::string& word : positional_values(program)) remember_input(word);
   const bool resumes = is_given(program, "--skip-existing");
@@ -143,6 +143,7 @@ Status check_side_outputs(const CLI::App& program, bool overwrite) {
   return Ok{};
 }
 
+/// Applies the common options to the process: its log, threads, memory budget and progress display.
 Status start_up(const CommonOptions& common) {
   LogSettings log;
   log.level = common.quiet         ? LogLevel::kWarning
@@ -173,8 +174,8 @@ void report_bug(const char* what) {
       program_version());
 }
 
-/// Flushes standard output and returns the exit code: kOutput if output was lost, else `code`. It
-/// is no failure if the reader has closed the pipe.
+/// Flushes standard output and returns the exit code: kOutput if output was lost, else `code`. A
+/// pipe that its reader has closed is no failure.
 int finish_output(int code) {
   if (code == 0 && log_file_is_incomplete()) code = static_cast<int>(ErrorCode::kOutput);
   if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return code;
@@ -197,6 +198,8 @@ std::string first_steps(const CommandLine& line) {
          fmt::format("\n{} --help lists all commands.\n", line.program);
 }
 
+/// Runs the chosen command: applies --config and the common options, checks the side outputs, runs
+/// the action and prints its error. Returns the exit code.
 int run_action(CommandLine& line) {
   prefer_command_line(*line.app);
   auto status =
@@ -258,7 +261,7 @@ void remember_names(int argc, char** argv) {
 Command add_command(CommandLine& line, const std::string& name, const std::string& purpose,
                     const std::string& examples, const std::string& exit_codes) {
   const Command command = add_subcommand(*line.app, name, purpose, examples, exit_codes);
-  add_common(command, line.common, work_option_group(name));
+  add_common(command, line.common, compute_option_group(name));
   return command;
 }
 
@@ -375,7 +378,7 @@ int run_program(int argc, char** argv) {
   const InputGuard input_guard;
   remember_names(argc, argv);
   CommandLine line;
-  for (int i = 1; i < argc; ++i) line.text += (i > 1 ? " " : "") + remove_folders(argv[i]);
+  for (int i = 1; i < argc; ++i) line.arguments += (i > 1 ? " " : "") + remove_folders(argv[i]);
   if (argc > 0 && std::string_view(argv[0]).find('/') != std::string_view::npos)
     line.program = quote_for_shell(argv[0]);
   line.app =
@@ -386,7 +389,7 @@ int run_program(int argc, char** argv) {
                    "  polymorph render scene.json -o 'out/frame.####.exr' --png\n"
                    "  polymorph strip 'out/frame.####.exr' -o strip.png --gif morph.gif");
   const Command program = root_of(*line.app);
-  bool ignored = false;  // both are answered before parsing
+  bool ignored = false;  // -V and -h are answered before parsing
   program.add_flag("-V,--version", ignored, "print the version").group("Options");
   program.add_flag("-h,--help", ignored, "this help; -h after a command is short, --help is full")
       .group("Options");
@@ -396,9 +399,10 @@ int run_program(int argc, char** argv) {
         add_analyze, add_landmarks,  add_bench,  add_cache, add_cubes,   add_devices, add_schema,
         add_pairs,   add_completion, add_manual, add_help,  add_version})
     add(line);
+  // Commands without an --overwrite of their own get it among the common options.
   for (const Command command : subcommands_of(*line.app))
     if (!command.has_option("--overwrite"))
-      add_overwrite(command, line.common).group(work_option_group(command.name()));
+      add_overwrite(command, line.common).group(compute_option_group(command.name()));
 
   // -h, --help and --version are answered before parsing, at any place in argv.
   const auto has_flag = [&](const char* flag) {
@@ -439,7 +443,7 @@ int run_program(int argc, char** argv) {
   } catch (const std::exception& error) {
     if (is_thread_failure(error)) {
       print_error(make_thread_error(error.what()));
-      // A library may have a pool that misses a thread, so that its destructors must not run.
+      // A library's thread pool may lack a thread; its destructor must not run.
       std::fflush(nullptr);
       std::_Exit(static_cast<int>(ErrorCode::kResource));
     }

@@ -27,6 +27,7 @@ namespace polymorph {
 
 enum class ProgressMode { kAuto, kBar, kLines, kJson, kOpenJd, kNone };
 
+/// Options that every command has.
 struct CommonOptions {
   int threads = 0;
   int verbose = 0;
@@ -43,23 +44,24 @@ struct CommonOptions {
   std::string config;            ///< file with the options' defaults (options/config.h)
 };
 
+/// The parsed command line, and the tables from which help is made.
 struct CommandLine {
   std::shared_ptr<CLI::App> app;
   CommonOptions common;
-  std::string text;  ///< argv joined, file names without folders, for image headers
+  std::string arguments;  ///< argv joined by spaces, file names without folders, for image headers
   std::string program = "polymorph";    ///< name in suggested commands; argv[0] if it is a path
   std::function<Result<int>()> action;  ///< set by the chosen subcommand; the int is the exit code
-  /// Verbs by the name of their command; only commands that have verbs.
+  /// Verbs of each command that has any, by the command's name.
   std::map<std::string, std::vector<VerbTable>> verbs;
 };
 
 /// Returns the tables of all commands, with their verbs.
 std::vector<CommandTable> command_tables(const CommandLine& line);
 
-/// Formats the help page of this name (help_page()).
+/// Formats the help page of this name (options/option_table.h).
 std::string help_page(const CommandLine& line, const std::string& name, bool full);
 
-/// Adds a subcommand with the options that all share. Its help shows `purpose` (one line),
+/// Adds a subcommand with the options that all commands share. Its help shows `purpose` (one line),
 /// `examples` and `exit_codes`.
 Command add_command(CommandLine& line, const std::string& name, const std::string& purpose,
                     const std::string& examples, const std::string& exit_codes);
@@ -78,7 +80,7 @@ Option add_overwrite(Command command, CommonOptions& common);
 void add_overrides(Command command, std::vector<std::string>& texts);
 Result<std::vector<Override>> parse_overrides(const std::vector<std::string>& texts);
 
-/// Options of --json [FILE]: a report for programs, to standard output or a file.
+/// Value of --json [FILE]: whether and where a command writes its report as JSON.
 struct JsonOutput {
   bool enabled = false;
   std::string file;  ///< empty: standard output
@@ -86,7 +88,7 @@ struct JsonOutput {
 void add_json(Command command, JsonOutput& json);
 /// Writes a report. If it is an object, the program's version becomes its first key.
 Status write_json(const JsonOutput& json, const JsonValue& report);
-/// Writes a text that is no report, such as a scene or a schema, to the same place.
+/// Writes a text that is no report, such as a scene or a schema, to the place that `json` names.
 Status write_text(const JsonOutput& json, const std::string& text);
 
 /// Writes bytes to standard output unchanged.
@@ -99,7 +101,9 @@ void print_data(fmt::format_string<Args...> text, Args&&... args) {
   print_bytes(printable(fmt::format(text, std::forward<Args>(args)...), LineBreaks::kKeep));
 }
 
+/// Resolves kAuto: a bar on a terminal, lines elsewhere, nothing with --quiet.
 ProgressMode progress_mode(const CommonOptions& common);
+/// Returns the folder of the cache; empty: there is none, or --no-cache is given.
 std::filesystem::path cache_folder(const CommonOptions& common);
 Resources resources(const CommonOptions& common);
 

@@ -41,6 +41,7 @@ std::string first_file(const FrameRecord& record) {
   return record.files.empty() ? "" : record.files.front().string();
 }
 
+/// Draws the bar in the width of the terminal, with the estimated time that is left.
 std::string bar_line(std::size_t done, std::size_t count, double elapsed) {
   struct winsize size {};
   const int columns = ioctl(2, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
@@ -50,8 +51,8 @@ std::string bar_line(std::size_t done, std::size_t count, double elapsed) {
           done > 0 ? elapsed / static_cast<double>(done) * static_cast<double>(count - done) : 0));
   const auto width =
       static_cast<std::size_t>(std::clamp(columns - static_cast<int>(tail.size()) - 3, 8, 40));
-  const std::size_t full = width * done / std::max<std::size_t>(count, 1);
-  return "[" + std::string(full, '=') + std::string(width - full, ' ') + "]" + tail;
+  const std::size_t filled = width * done / std::max<std::size_t>(count, 1);
+  return "[" + std::string(filled, '=') + std::string(width - filled, ' ') + "]" + tail;
 }
 
 void print_json(std::size_t done, std::size_t count, const FrameRecord& record) {

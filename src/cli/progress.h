@@ -11,10 +11,11 @@
 
 namespace polymorph {
 
+/// Makes a callback that shows each finished frame in this mode.
 ProgressCallback make_progress(ProgressMode mode);
 
-/// Prints the reason for a failure to standard error, in the line that a session of Open Job
-/// Description reads.
+/// Prints the reason for a failure to standard error as an `openjd_fail` line, which sessions of
+/// Open Job Description read.
 void print_openjd_failure(const Error& error);
 
 /// Logs the progress at regular intervals while no frame is finished, so that programs that watch

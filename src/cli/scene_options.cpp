@@ -8,7 +8,8 @@
 namespace polymorph {
 namespace {
 
-/// Makes the fit of an object's balls about ten times as fast, if it has one.
+/// Makes the fit of an object's balls about ten times as fast. Objects without a fit stay as they
+/// are.
 void make_coarse(const Scene& scene, SphereSettings& spheres) {
   constexpr int kBalls = 64;
   if (!is_fitted(scene, spheres)) return;
@@ -18,9 +19,10 @@ void make_coarse(const Scene& scene, SphereSettings& spheres) {
   spheres.resolution = 0;
 }
 
-/// Applies --preview: half the size, a coarser surface and fewer balls, direct light and one
-/// ambient-occlusion ray only, with smoothing. `draft` applies --draft: a still coarser surface and
-/// one sample of light without noise. Image settings that --set names keep their values.
+/// Applies --preview: half the size, a coarser surface and fewer balls; only direct light and one
+/// ambient-occlusion ray, smoothed. `draft` applies --draft: a still coarser surface, and one
+/// sample of direct light without noise. Samples, noise, max_depth, smooth and denoise keep their
+/// values if --set names them.
 void make_preview(Scene& scene, const std::vector<std::string>& sets, bool draft) {
   for (ActorSettings& actor : scene.actors)
     for_each_object(actor, [&](ObjectSettings& object) { make_coarse(scene, object.spheres); });

@@ -1,5 +1,5 @@
-// HTML pages of a scene: their preparation, and the page that plays a morph in a browser (`mesh
-// --html`, `strip --html`).
+// The HTML page that plays a morph in a browser (`mesh --html`, `strip --html`), and the
+// preparation of a scene for HTML pages.
 #pragma once
 
 #include <filesystem>

@@ -123,9 +123,10 @@ Result<Film> render_film(const EngineScene& film_scene, std::vector<int> numbers
     double seconds = 0;
   };
   std::string traced_key;  // picture_key() of the frame that is traced
-  int equal_frames = 0;    // number of successive frames with this key
+  int equal_frames = 0;    // number of successive frames with this key, which are not added yet
   std::future<Traced> tracing;
-  const auto finish = [&]() -> Status {
+  // Waits for the frame that is traced, and adds its image to the film, once per equal frame.
+  const auto add_traced_frames = [&]() -> Status {
     if (!tracing.valid()) return Ok{};
     Traced traced = tracing.get();
     PM_TRY(Image image, std::move(traced.image));
@@ -155,7 +156,7 @@ Result<Film> render_film(const EngineScene& film_scene, std::vector<int> numbers
     if (settings.content == FilmContent::kPlan)
       PM_TRY_STATUS(paint_origins(prepared, *film_scene.engine, geometry));
     const double surface_seconds = stopwatch.seconds();
-    PM_TRY_STATUS(finish());
+    PM_TRY_STATUS(add_traced_frames());
     traced_key = std::move(key);
     equal_frames = 1;
     tracing = worker.run([&, surface_seconds, geometry = std::move(geometry)]() -> Traced {
@@ -164,7 +165,7 @@ Result<Film> render_film(const EngineScene& film_scene, std::vector<int> numbers
       return {std::move(image), surface_seconds + tracing_time.seconds()};
     });
   }
-  PM_TRY_STATUS(finish());
+  PM_TRY_STATUS(add_traced_frames());
   film.numbers = std::move(numbers);
   return film;
 }

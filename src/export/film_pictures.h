@@ -22,7 +22,7 @@ struct Film {
 };
 
 struct SheetSettings {
-  int count = 8;           ///< number of cells, at equal distances in the film
+  int count = 8;           ///< number of cells, at equal distances in time or in change
   bool all = false;        ///< every frame of the film is a cell
   bool by_change = false;  ///< choose_by_change() instead of choose_evenly()
   int columns = 4;
@@ -45,8 +45,8 @@ void expose(Image& image, float stops);
 /// long sequence fits in memory.
 Image resized_colors(const Image& image, int width);
 
-/// Prepares a scene for pictures without layers. Errors: those of prepare_on_engine(); kResource
-/// where the pictures need too much memory.
+/// Prepares a scene for pictures without layers. Errors: those of prepare_on_engine(); kResource if
+/// the pictures need too much memory.
 Result<EngineScene> prepare_film(Scene scene, const Resources& resources);
 
 /// Content of the pictures: the scene, or its surfaces in colours that show which part of one
@@ -63,8 +63,8 @@ struct FilmSettings {
 };
 
 /// Renders these frames of the scene. Makes the surface of a frame while the previous frame is
-/// traced. Traces successive equal frames once. Errors: those of geometry_at() and render_frame();
-/// stop_code() after a signal.
+/// traced. Of successive equal frames only the first is traced. Errors: those of geometry_at() and
+/// render_frame(); stop_code() after a signal.
 Result<Film> render_film(const EngineScene& film_scene, std::vector<int> numbers,
                          const FilmSettings& settings);
 

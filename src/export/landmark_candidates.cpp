@@ -21,9 +21,9 @@ struct NamedLimbs {
 Vec3 find_tip(const Limb& limb, const ClosestPointQuery& surface) {
   // Length of the extension over that of the line's last segment; short limbs end bluntly.
   constexpr double kExtension = 1.5;
-  const Vec3d last = limb.line[kLimbStations - 1];
-  const Vec3d ahead = (last - limb.line[kLimbStations - 2]) * kExtension;
-  return surface.closest(to_float(last + ahead)).point;
+  const Vec3d line_end = limb.line[kLimbStations - 1];
+  const Vec3d extension = (line_end - limb.line[kLimbStations - 2]) * kExtension;
+  return surface.closest(to_float(line_end + extension)).point;
 }
 
 Result<NamedLimbs> name_limbs(const PreparedObject& object) {
@@ -49,7 +49,7 @@ void rename_limb(NamedLimbs& limbs, std::size_t k, const std::string& name) {
 }
 
 /// Gives the target's limbs the names of the source's limbs that they are matched with, and lists
-/// the tips.
+/// the tips. `angle`: rotation of the plan about the vertical, in radians.
 std::vector<LegCandidates::Tip> list_tips(const NamedLimbs& from, NamedLimbs& to, double angle) {
   std::vector<LegCandidates::Tip> tips;
   std::vector<bool> from_matched(from.names.size()), to_matched(to.names.size());
@@ -84,8 +84,8 @@ Result<std::vector<LegCandidates>> landmark_candidates(const PreparedScene& prep
     const std::vector<const ObjectSettings*> chain = chain_objects(prepared.scene.actors[a]);
     std::vector<NamedLimbs> limbs;
     for (std::size_t i = 0; i < chain.size(); ++i) {
-      PM_TRY(NamedLimbs named, name_limbs(*actor.objects[i]));
-      limbs.push_back(std::move(named));
+      PM_TRY(NamedLimbs object_limbs, name_limbs(*actor.objects[i]));
+      limbs.push_back(std::move(object_limbs));
     }
     for (std::size_t i = 0; i + 1 < chain.size(); ++i) {
       const std::size_t from = actor.space ? 0 : i;  // all legs of a blend have one source

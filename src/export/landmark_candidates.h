@@ -21,15 +21,15 @@ struct LegCandidates {
     std::optional<Vec3> from, to;  ///< points of the surface, in each file's coordinates
   };
   std::vector<Tip>
-      tips;  ///< matched tips first; an object between two legs has the same names in both
+      tips;  ///< matched tips first; the limbs of an object have the same names in both of its legs
 };
 
-/// Returns the name of an object in plan.landmarks: its file's name or, if another object of the
-/// scene has a file of that name, its own.
+/// Returns the name of an object in plan.landmarks: the name of its file, or the object's own name
+/// if another file of the scene has the same name.
 std::string landmark_key(const Scene& scene, const ObjectSettings& object);
 
-/// Lists the legs between objects that are reached, in order, with the tips that find_limbs()
-/// finds. Errors (kInput): an object is flattened by its scale.
+/// Lists the legs that begin at an object rather than at balls in flight, in order, with the tips
+/// of the limbs that find_limbs() finds. Errors (kInput): an object is flattened by its scale.
 Result<std::vector<LegCandidates>> landmark_candidates(const PreparedScene& prepared);
 
 /// Returns the matched tips.

@@ -12,6 +12,8 @@
 namespace polymorph {
 namespace {
 
+/// Makes the colours, candidates and landmarks of a leg. The caller sets the indices of its
+/// objects.
 Result<LandmarksLeg> make_landmarks_leg(const std::shared_ptr<const Leg>& shared,
                                         const LegCandidates& candidates, Engine& engine) {
   const Leg& leg = *shared;
@@ -41,7 +43,7 @@ Result<LandmarksPage> make_landmarks_page(const PreparedScene& prepared, Engine&
         "{}: no leg begins at an object that is reached, so there is nothing to click",
         prepared.scene.path.string());
   LandmarksPage page;
-  std::map<std::pair<int, int>, int> indices;  // of the page's objects, by actor and object
+  std::map<std::pair<int, int>, int> indices;  // of the page's objects, keyed by actor and object
   const auto find_or_add_object = [&](int actor, int object, const std::string& key) {
     const auto [entry, is_new] =
         indices.try_emplace({actor, object}, static_cast<int>(page.objects.size()));

@@ -26,14 +26,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Files that are being written.
+/// Inputs and state of the writing of mesh files.
 struct MeshRun {
   const MeshFileSettings& settings;
   const PreparedScene& prepared;
   Engine& engine;
   SurfaceSequence sequence;
   std::unique_ptr<SurfaceWriter> writer = nullptr;  ///< null: a file per frame
-  /// Made ahead for the previous frame's velocities.
+  /// Geometry of the frame after the present one, which the present velocities need.
   std::optional<FrameGeometry> next_geometry = std::nullopt;
   MaterialCatalog catalog = {};
   std::size_t written_materials = 0;
@@ -117,6 +117,7 @@ Status check_stop(const MeshRun& run) {
                                        : "stopped - the files named so far are whole"};
 }
 
+/// Returns the frame's geometry, which may have been made for the velocities of the frame before.
 Result<FrameGeometry> make_geometry(MeshRun& run, int frame) {
   if (run.next_geometry && run.next_geometry->frame == frame) {
     FrameGeometry geometry = std::move(*run.next_geometry);
@@ -126,12 +127,13 @@ Result<FrameGeometry> make_geometry(MeshRun& run, int frame) {
   return geometry_at(run.prepared, run.engine, frame);
 }
 
+/// Makes the surfaces of all actors, with velocities if the format has them, and simplifies them.
 Result<std::vector<SurfaceFrame>> make_surfaces(MeshRun& run, const FrameGeometry& geometry) {
-  const bool moves =
+  const bool has_motion =
       std::any_of(geometry.actors.begin(), geometry.actors.end(), [](const ActorGeometry& a) {
         return !a.flow.displacement.empty() || !a.displacement.empty();
       });
-  if (has_velocities(run.settings) && moves && geometry.frame < run.prepared.frame_count) {
+  if (has_velocities(run.settings) && has_motion && geometry.frame < run.prepared.frame_count) {
     PM_TRY(run.next_geometry, geometry_at(run.prepared, run.engine, geometry.frame + 1));
   }
   std::vector<SurfaceFrame> frames =
@@ -149,8 +151,8 @@ Result<std::vector<SurfaceFrame>> make_surfaces(MeshRun& run, const FrameGeometr
   return frames;
 }
 
-/// Encodes the MTL and its textures; nothing if the frame has no new material since they were
-/// written.
+/// Encodes the MTL file and its textures. Returns no files if there is no new material since the
+/// last call.
 Result<std::vector<NewFile>> make_library(MeshRun& run) {
   std::vector<NewFile> files;
   if (run.written_materials == run.catalog.materials.size()) return files;
@@ -166,6 +168,7 @@ Result<std::vector<NewFile>> make_library(MeshRun& run) {
   return files;
 }
 
+/// Adds the frame to the one file, or writes its own file and prints a line about it.
 Status write_surfaces(MeshRun& run, int frame, const std::string& stage,
                       std::span<const SurfaceFrame> frames) {
   const fs::path path = output_path(run.settings, frame);
@@ -208,19 +211,19 @@ Status write_frames(MeshRun& run) {
 
 /// Writes all frames with one mesh per actor, whose vertices move (--topology constant).
 Status write_carried(MeshRun& run) {
-  const auto stopped = [&]() -> Status {
+  const auto check_stopped = [&]() -> Status {
     if (stop_requested()) return Error{stop_code(), "stopped - nothing is written"};
     return Ok{};
   };
   std::vector<CarriedActor> actors;
   for (const PreparedActor& actor : run.prepared.actors) {
-    PM_TRY(CarriedActor carried,
-           carry_actor({run.prepared.scene, actor, run.settings.frames}, run.engine, stopped));
-    const auto worst = static_cast<std::size_t>(
+    PM_TRY(CarriedActor carried, carry_actor({run.prepared.scene, actor, run.settings.frames},
+                                             run.engine, check_stopped));
+    const auto worst_frame = static_cast<std::size_t>(
         std::max_element(carried.errors.begin(), carried.errors.end()) - carried.errors.begin());
     log_info("{}: {} triangles through {} frames, at most {:.2f} % of the diagonal off the surface",
              actor.name, carried.mesh.triangles.size(), run.settings.frames.size(),
-             100 * static_cast<double>(carried.errors[worst]));
+             100 * static_cast<double>(carried.errors[worst_frame]));
     actors.push_back(std::move(carried));
   }
   for (std::size_t k = 0; k < run.settings.frames.size(); ++k) {

@@ -28,7 +28,7 @@ struct MeshFileSettings {
   std::filesystem::path output;  ///< a file, or a pattern with a place for the frame's number
   MeshFormat format = MeshFormat::kObj;
   FramePattern pattern;     ///< `output` of a format with a file per frame
-  std::vector<int> frames;  ///< rising where one file or one mesh holds all
+  std::vector<int> frames;  ///< ascending if one file or one mesh holds all frames
   double error = 0;  ///< simplification: maximum Hausdorff distance as a fraction of the box's
                      ///< diagonal; 0: none
   /// One mesh per actor, whose vertices move; neither simplified nor quantized, no balls.
@@ -38,14 +38,15 @@ struct MeshFileSettings {
   std::function<void(const std::string&)> print;  ///< receives a line on each file
 };
 
-/// Sets the pattern by the output, and sorts the frames where one file or one mesh holds all.
-/// Errors: those of parse_pattern().
+/// Sets the pattern from the output, and sorts the frames if one file or one mesh holds all of
+/// them. Errors: those of parse_pattern().
 Status complete_mesh_settings(MeshFileSettings& settings);
 
-/// Checks that the files may be written, and those of the textures of `actors`. Errors: kOutput.
+/// Checks that the mesh files and the texture files of `actors` may be written. Errors: kOutput.
 Status check_mesh_files(const MeshFileSettings& settings, std::span<const PreparedActor> actors);
 
-/// Makes the scene ask for what the files hold, before it is prepared.
+/// Sets the scene's AOVs to the attributes that the files hold. Must be called before the scene is
+/// prepared.
 void ask_for_mesh_attributes(Scene& scene, const MeshFileSettings& settings);
 
 /// Makes the surfaces and writes them. Errors: those of geometry_at(), carry_actor() and

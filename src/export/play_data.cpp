@@ -15,7 +15,7 @@
 namespace polymorph {
 namespace {
 
-/// Limits of the number of keys of a leg. Within them there is a key per frame; the page
+/// Limits of the number of keys of a leg. Within these limits there is a key per frame. The page
 /// interpolates between keys.
 constexpr int kMinKeys = 17, kMaxKeys = 49;
 
@@ -46,8 +46,9 @@ std::vector<float> list_key_times(const Timeline& timeline, int leg, float until
   return keys;
 }
 
-/// Makes the maps of each ball's neighbourhood to source and target, as a regression that is
-/// evaluated with the balls' fractions of the field as weights.
+/// Makes a regression that maps points to the source and to the target. Each ball is a sample with
+/// the affine map of its neighbourhood. The page weights the samples by the balls' fractions of the
+/// field.
 std::shared_ptr<const Regression> make_ball_map(const MorphPlan& plan, float time,
                                                 const BallSet& balls) {
   auto map = std::make_shared<Regression>();
@@ -69,12 +70,13 @@ std::shared_ptr<const Regression> make_ball_map(const MorphPlan& plan, float tim
   return map;
 }
 
+/// Makes the key of a leg at a time: its balls, maps and level.
 Result<PlayKey> make_key(const Leg& leg, float time, Engine& engine) {
   PlayKey key;
   key.time = time;
   key.progress = std::clamp(progress_at(leg.plan, time), 0.0f, 1.0f);
   key.min_part = static_cast<float>(min_component_share(leg, key.progress));
-  const auto on_balls = [&]() -> Status {
+  const auto set_from_balls = [&]() -> Status {
     PM_TRY(const LegState state, leg_state(leg, time, engine));
     PM_TRY(const float iso, volume_iso(leg, state, engine));
     key.balls = rescale_balls(state.balls.balls(), leg.plan.kind, iso);
@@ -82,33 +84,35 @@ Result<PlayKey> make_key(const Leg& leg, float time, Engine& engine) {
     key.box = surface_bounds(key.balls, leg.settings.measured);
     return Ok{};
   };
-  const auto on_distances = [&](const DistanceLeg&) -> Status {
+  const auto set_from_distances = [&](const DistanceLeg&) -> Status {
     PM_TRY(LegSurface surface, leg_surface(leg, time, engine));
     key.balls = rescale_balls(surface.state.balls.balls(), leg.plan.kind, surface.iso);
     key.between = std::move(surface.field);
     key.box = surface.state.map.box;
     return Ok{};
   };
-  PM_TRY_STATUS(visit(leg, on_balls, on_distances));
+  PM_TRY_STATUS(visit(leg, set_from_balls, set_from_distances));
   return key;
 }
 
-/// Gives all keys of a leg between shells the same level. It is -1, and its weight in the map is
-/// how much of the surface is missing. The keys at the ends have no level; they get this one with
-/// the weight 0.
-void join_ends(std::vector<PlayKey>& keys) {
+/// Gives all keys of a leg between shells the level -1. Its weight in the map is the amount by
+/// which the surface is thickened (add_shortfall_weights(), morph/smooth_map.h). The keys at the
+/// ends of the leg have no level: they get the level -1 with the weight 0.
+void unify_levels(std::vector<PlayKey>& keys) {
   const bool has_shell = std::any_of(keys.begin(), keys.end(),
                                      [](const PlayKey& key) { return key.between.level == -1; });
   if (!has_shell) return;
   for (PlayKey& key : keys) {
     if (key.between.level == -1) continue;
     auto map = std::make_shared<Regression>(*key.between.map);
+    // The level's weight is the fourth value of the second map.
     for (std::size_t i = 1; i < map->values.size(); i += 2) map->values[i].value[3] = 0;
     key.between.map = std::move(map);
     key.between.level = -1;
   }
 }
 
+/// Returns the index of one of the actor's objects.
 int object_index(const PreparedActor& actor, const PreparedObject& object) {
   for (std::size_t i = 0; i < actor.objects.size(); ++i)
     if (actor.objects[i].get() == &object) return static_cast<int>(i);
@@ -127,11 +131,11 @@ Result<PlayLeg> make_play_leg(const PreparedActor& actor, int number, Engine& en
     PM_TRY(PlayKey key, make_key(leg, time, engine));
     play.keys.push_back(std::move(key));
   }
-  join_ends(play.keys);
+  unify_levels(play.keys);
   return play;
 }
 
-/// Makes the shape space of an actor that mixes many objects.
+/// Makes the shape space of an actor that mixes three objects or more.
 PlaySpace make_play_space(const PreparedActor& actor) {
   const ShapeSpace& shapes = *actor.space;
   const MorphPlan& plan = shapes.legs.front()->plan;
@@ -167,8 +171,8 @@ Vec3 color_at(const PlayObject& object, Vec3 p) {
   return object.colors.empty() ? object.color : ColorVolume{object.color_grid, object.colors}.at(p);
 }
 
-/// Sets the colours of an object that is balls in flight: those of the leg that was left with these
-/// balls, at the time when it was left.
+/// Colours an object that consists of balls in flight like the leg that was left with these balls,
+/// at the time when it was left.
 Status color_in_flight(const PreparedActor& actor, const Leg& leg, Engine& engine,
                        std::vector<PlayObject>& objects, PlayObject& object) {
   constexpr float kCellsAlongDiagonal = 64;

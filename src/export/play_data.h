@@ -14,9 +14,9 @@ inline constexpr int kPlayResolution = 64;
 /// Checks that no actor has a mesh sequence, which pages cannot play. Errors: kInput.
 Status check_has_no_mesh_sequence(const PreparedScene& prepared);
 
-/// Makes the page's data. The surface's cells are those that the scene was prepared with. An object
-/// that is an unfinished morph (balls in flight) gets the colours of the time when the morph is
-/// left. Errors: kResource.
+/// Makes the page's data. Surfaces have the cells that the scene was prepared with. An object that
+/// is an unfinished morph (balls in flight) gets the colours that the morph has when it is left.
+/// Errors: kResource.
 Result<PlayPage> make_play_page(const PreparedScene& prepared, Engine& engine);
 
 }  // namespace polymorph

@@ -79,13 +79,14 @@ std::vector<Material> make_color_wheel() {
 Mesh copy_to_spheres(const std::vector<Sphere>& spheres, const Mesh& unit) {
   Mesh mesh;
   for (const Sphere& sphere : spheres) {
-    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    const auto first_vertex = static_cast<std::uint32_t>(mesh.positions.size());
     for (const Vec3 p : unit.positions) {
       mesh.positions.push_back(sphere.center + p * sphere.radius);
       mesh.normals.push_back(p);
     }
     for (const Triangle& t : unit.triangles)
-      mesh.triangles.push_back({{first + t.v[0], first + t.v[1], first + t.v[2]}});
+      mesh.triangles.push_back(
+          {{first_vertex + t.v[0], first_vertex + t.v[1], first_vertex + t.v[2]}});
   }
   return mesh;
 }
@@ -140,7 +141,7 @@ Status write_spheres_picture(const std::filesystem::path& path, const Model& mod
   PM_TRY(Renderer renderer, Renderer::create());
   std::vector<Image> pictures;
   for (RenderMesh& mesh : meshes) {
-    mesh.id = 2;
+    mesh.id = 2;  // the smallest id of a mesh (render/render.h)
     scene.meshes = {mesh};
     PM_TRY(Image picture, renderer.render(scene, settings));
     pictures.push_back(std::move(picture));

@@ -68,11 +68,11 @@ SurfaceMaterial make_surface_material(const Shading& shading, std::string name) 
 std::vector<Shading> compute_mean_shadings(const SurfaceFrame& frame, std::span<const Layer> layers,
                                            float look_weight, const Shading& look) {
   const std::size_t corners = 3 * frame.triangles.size();
-  std::vector<std::uint32_t> first(frame.positions.size() + 1, 0), corners_around(corners);
+  std::vector<std::uint32_t> first_corner(frame.positions.size() + 1, 0), corners_around(corners);
   for (const Triangle& t : frame.triangles)
-    for (const std::uint32_t v : t.v) ++first[v + 1];
-  std::partial_sum(first.begin(), first.end(), first.begin());
-  std::vector<std::uint32_t> next(first.begin(), first.end() - 1);
+    for (const std::uint32_t v : t.v) ++first_corner[v + 1];
+  std::partial_sum(first_corner.begin(), first_corner.end(), first_corner.begin());
+  std::vector<std::uint32_t> next(first_corner.begin(), first_corner.end() - 1);
   for (std::size_t c = 0; c < corners; ++c)
     corners_around[next[frame.triangles[c / 3].v[c % 3]]++] = static_cast<std::uint32_t>(c);
   std::vector<Shading> shadings(frame.positions.size());
@@ -81,18 +81,19 @@ std::vector<Shading> compute_mean_shadings(const SurfaceFrame& frame, std::span<
       [&](std::int64_t index) {
         const auto i = static_cast<std::size_t>(index);
         Shading sum = scale(look, 0);
-        for (std::uint32_t k = first[i]; k < first[i + 1]; ++k)
+        for (std::uint32_t k = first_corner[i]; k < first_corner[i + 1]; ++k)
           for (const Layer& layer : layers)
             if (layer.weight > 0)
               add(sum, scale(shading_at(layer, corners_around[k]), layer.weight));
-        const auto count = static_cast<float>(first[i + 1] - first[i]);
+        const auto count = static_cast<float>(first_corner[i + 1] - first_corner[i]);
         shadings[i] = count > 0 ? mix(scale(sum, 1 / count), look, look_weight) : look;
       },
       256);
   return shadings;
 }
 
-/// Fills colours, materials and texture coordinates.
+/// Sets colours, materials and texture coordinates of a frame. `look_weight` is the weight of the
+/// common look `look`.
 void add_looks(const PreparedActor& actor, std::span<const Layer> layers, float look_weight,
                const LookSettings& look, SurfaceFrame& frame) {
   const Shading common = look_shading(look);
@@ -109,7 +110,7 @@ void add_looks(const PreparedActor& actor, std::span<const Layer> layers, float 
     }
     const auto count = static_cast<float>(std::max<std::size_t>(shadings.size(), 1));
     frame.mixture = make_surface_material(scale(sum, 1 / count), actor.name);
-    frame.mixture.color = {1, 1, 1};
+    frame.mixture.color = {1, 1, 1};  // the points have the colours
     frame.is_mixed =
         look_weight > 0 || std::count_if(layers.begin(), layers.end(),
                                          [](const Layer& l) { return l.weight > 0; }) > 1;
@@ -119,7 +120,7 @@ void add_looks(const PreparedActor& actor, std::span<const Layer> layers, float 
       *std::max_element(layers.begin(), layers.end(),
                         [](const Layer& a, const Layer& b) { return a.weight < b.weight; });
   frame.corner_uvs.assign(strongest.corner_uvs.begin(), strongest.corner_uvs.end());
-  if (!frame.materials.empty()) return;
+  if (!frame.materials.empty()) return;  // only the common look shows
   frame.triangle_materials.assign(strongest.triangle_materials.begin(),
                                   strongest.triangle_materials.end());
   frame.triangle_materials.resize(frame.triangles.size(), 0);
@@ -133,14 +134,15 @@ void add_looks(const PreparedActor& actor, std::span<const Layer> layers, float 
 }
 
 /// Tests whether any edge of the model is sharp.
-bool has_creases(const Model& model, std::span<const Vec3> smooth) {
-  constexpr float kMinCosine = 0.9998f;  // about that of a degree
+bool has_creases(const Model& model, std::span<const Vec3> smooth_normals) {
+  constexpr float kMinCosine = 0.9998f;  // cosine of about one degree
   for (std::size_t c = 0; c < model.corner_normals.size(); ++c)
-    if (dot(model.corner_normals[c], smooth[model.triangles[c / 3].v[c % 3]]) < kMinCosine)
+    if (dot(model.corner_normals[c], smooth_normals[model.triangles[c / 3].v[c % 3]]) < kMinCosine)
       return true;
   return false;
 }
 
+/// Makes the frame of the model that an actor shows, in the pose of this frame.
 SurfaceFrame model_frame(const PreparedActor& actor, const ActorGeometry& geometry,
                          const LookSettings& look) {
   const Model& shown = shown_model(actor, geometry);
@@ -148,11 +150,11 @@ SurfaceFrame model_frame(const PreparedActor& actor, const ActorGeometry& geomet
   frame.is_model = true;
   frame.positions = geometry.points;
   frame.triangles = shown.triangles;
-  Model model = shown;
-  model.points = geometry.points;
-  if (!geometry.corner_normals.empty()) model.corner_normals = geometry.corner_normals;
-  frame.normals = point_normals(model);
-  if (has_creases(model, frame.normals)) frame.corner_normals = model.corner_normals;
+  Model posed_model = shown;
+  posed_model.points = geometry.points;
+  if (!geometry.corner_normals.empty()) posed_model.corner_normals = geometry.corner_normals;
+  frame.normals = point_normals(posed_model);
+  if (has_creases(posed_model, frame.normals)) frame.corner_normals = posed_model.corner_normals;
   frame.labels = geometry.point_labels;
   if (!geometry.displacement.empty()) frame.velocities = geometry.displacement;
   const Layer layer{&shown, shown.corner_uvs, shown.triangle_materials, 1};
@@ -160,7 +162,8 @@ SurfaceFrame model_frame(const PreparedActor& actor, const ActorGeometry& geomet
   return frame;
 }
 
-/// Changes the displacements so that they end on the surface of the next frame.
+/// Changes the velocities, which are displacements per frame here, so that they end on the surface
+/// of the next frame.
 void move_ends_onto(const Mesh& next, SurfaceFrame& frame) {
   if (next.triangles.empty()) return;
   std::vector<Vec3> ends(frame.positions.size());
@@ -182,6 +185,7 @@ SurfaceFrame extracted_frame(const PreparedActor& actor, const ActorGeometry& ge
   frame.velocities = geometry.flow.displacement;
   frame.labels = geometry.surface_labels;
   std::vector<Layer> layers;
+  // Each layer covers the layers below it by its share.
   for (const ObjectLayer& over : geometry.look.layers) {
     const Model& model = over.object->model;
     if (model.materials.empty()) continue;  // balls in flight

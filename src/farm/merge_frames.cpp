@@ -19,8 +19,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMaxNamed = 20;
+constexpr std::size_t kMaxNamedFrames = 20;  // frames in an error message
 
+/// Reads the header of a part. Errors (kInput): the file is no part.
 Result<PartFile> read_part_header(const fs::path& file) {
   PM_TRY(FrameHeader header, read_frame_header(file));
   if (header.part && !header.identity.empty()) return PartFile{file, std::move(header)};
@@ -36,14 +37,15 @@ Result<std::vector<PartFile>> collect_parts(const std::vector<std::string>& inpu
   for (const std::string& input : inputs) {
     std::error_code error;
     if (fs::is_directory(input, error)) {
-      PM_TRY(const std::vector<PartFile> found, list_parts(input));
-      if (found.empty())
+      PM_TRY(const std::vector<PartFile> folder_parts, list_parts(input));
+      if (folder_parts.empty())
         return make_error(ErrorCode::kInput,
                           "{}: has no parts - they are rendered with --samples FIRST-LAST/TOTAL",
                           input);
-      parts.insert(parts.end(), found.begin(), found.end());
+      parts.insert(parts.end(), folder_parts.begin(), folder_parts.end());
       continue;
     }
+    // A name with # or % is a pattern, unless a file has that very name.
     if (fs::exists(input, error) || input.find_first_of("#%") == std::string::npos) {
       PM_TRY(PartFile part, read_part_header(input));
       parts.push_back(std::move(part));
@@ -93,7 +95,7 @@ Status check_one_picture(int frame, const std::vector<PartFile>& parts) {
 
 /// Describes the samples that are missing for a frame or, with `partial`, for a larger part without
 /// gaps; empty if none are.
-std::string find_gap(const FrameMerge& merge, bool partial) {
+std::string describe_missing_samples(const FrameMerge& merge, bool partial) {
   const std::vector<SampleRange>& joined = merge.ranges;
   const int total = merge.samples.total;
   if (merge.is_draft || (joined.size() == 1 && (partial || merge.samples.is_whole()))) return "";
@@ -114,12 +116,14 @@ Result<std::vector<FrameMerge>> plan_merge(const MergeSettings& settings) {
     return make_error(ErrorCode::kUsage,
                       "{}: frames are merged to EXR files - end the name in .exr", settings.output);
   PM_TRY(const std::vector<PartFile> files, collect_parts(settings.inputs));
+  // Group the parts by frame.
   std::map<int, std::vector<PartFile>> frames;
   for (const PartFile& file : files) {
     remember_input(file.path);
     frames[file.header.frame].push_back(file);
   }
   if (frames.size() > 1) output = add_number(output);
+  // Check the parts of each frame. One message then lists what all frames lack.
   std::vector<FrameMerge> merges;
   std::vector<std::string> gaps;
   for (auto& [frame, parts] : frames) {
@@ -138,15 +142,16 @@ Result<std::vector<FrameMerge>> plan_merge(const MergeSettings& settings) {
     merge.ranges = join_ranges(ranges);
     merge.is_draft =
         settings.draft && !(merge.ranges.size() == 1 && merge.ranges.front().is_whole());
-    if (std::string gap = find_gap(merge, settings.partial); !gap.empty())
+    if (std::string gap = describe_missing_samples(merge, settings.partial); !gap.empty())
       gaps.push_back(std::move(gap));
     merges.push_back(std::move(merge));
   }
   if (!gaps.empty()) {
     const std::size_t count = gaps.size();
-    if (count > kMaxNamed) gaps.resize(kMaxNamed);
-    return make_error(ErrorCode::kInput, "{}{}", fmt::join(gaps, "\n"),
-                      count > kMaxNamed ? fmt::format("\n... and {} more", count - kMaxNamed) : "");
+    if (count > kMaxNamedFrames) gaps.resize(kMaxNamedFrames);
+    return make_error(
+        ErrorCode::kInput, "{}{}", fmt::join(gaps, "\n"),
+        count > kMaxNamedFrames ? fmt::format("\n... and {} more", count - kMaxNamedFrames) : "");
   }
   for (const FrameMerge& merge : merges)
     PM_TRY_STATUS(check_output(merge.output, settings.overwrite));
@@ -154,11 +159,11 @@ Result<std::vector<FrameMerge>> plan_merge(const MergeSettings& settings) {
 }
 
 Status merge_frame(const FrameMerge& merge, const std::string& command) {
-  ReadImageSettings large;
-  large.max_bytes = std::size_t{1} << 40;  // the process's own memory limit still applies
+  ReadImageSettings unlimited;
+  unlimited.max_bytes = std::size_t{1} << 40;  // the process's own memory limit still applies
   std::vector<Part> parts;
   for (const fs::path& file : merge.parts) {
-    PM_TRY(Image image, read_image(file, large));
+    PM_TRY(Image image, read_image(file, unlimited));
     // Read the attributes exactly as in the file, because they are written again.
     PM_TRY(image.attributes, read_exr_attributes(file));
     const FrameHeader header = parse_frame_header(image.attributes);
@@ -166,10 +171,11 @@ Status merge_frame(const FrameMerge& merge, const std::string& command) {
       return make_error(ErrorCode::kInput, "{}: has changed while it was read", file.string());
     parts.push_back({file.string(), *header.part, std::move(image)});
   }
-  const ExrSettings merged = merged_exr_settings(parts.front().image);
+  const ExrSettings merged_settings = merged_exr_settings(parts.front().image);
   PM_TRY(Image image, merge_parts(parts, merge.is_draft));
   parts.clear();
   const bool is_whole = merge.samples.is_whole() && !merge.is_draft;
+  // The identity that all parts share is the hash of the whole frame.
   for (Attribute& attribute : image.attributes) {
     if (attribute.name == kCommandAttribute) attribute.value = printable(command);
     if (attribute.name == kPartOfAttribute && is_whole) attribute.name = kFrameHashAttribute;
@@ -178,7 +184,8 @@ Status merge_frame(const FrameMerge& merge, const std::string& command) {
     image.attributes.push_back(
         {kDraftAttribute,
          fmt::format("{} of {}", format_samples(merge.ranges), merge.samples.total)});
-  return write_image(merge.output, image, {}, is_whole || merge.is_draft ? merged : ExrSettings{});
+  return write_image(merge.output, image, {},
+                     is_whole || merge.is_draft ? merged_settings : ExrSettings{});
 }
 
 }  // namespace polymorph

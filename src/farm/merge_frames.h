@@ -11,7 +11,8 @@
 
 namespace polymorph {
 
-/// The attribute of a picture that lacks samples; it lists those that it has: "0-15 of 64".
+/// The header attribute of a draft (a picture that lacks samples). It states the samples that the
+/// picture has: "0-15 of 64".
 inline constexpr const char* kDraftAttribute = "polymorph/draft";
 
 struct MergeSettings {
@@ -23,13 +24,13 @@ struct MergeSettings {
   std::string command;   ///< command line that the image headers state
 };
 
-/// One file to write.
+/// The merging of one frame's parts into one file.
 struct FrameMerge {
   int frame = 0;
   SampleRange samples;  ///< range from the first to the last sample of all parts
   std::vector<std::filesystem::path> parts;  ///< parts in the order of their samples
   std::vector<SampleRange> ranges;           ///< join_ranges() of the parts' samples
-  bool is_draft = false;                     ///< a picture that lacks samples
+  bool is_draft = false;                     ///< the output is a picture that lacks samples
   std::filesystem::path output;
 };
 

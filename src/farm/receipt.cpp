@@ -16,6 +16,7 @@ constexpr const char* kPredicate = "https://slsa.dev/provenance/v1";
 constexpr const char* kBuildType = "urn:polymorph:render:1";
 constexpr const char* kBuilder = "urn:polymorph:program";
 
+/// Makes a ResourceDescriptor of in-toto.
 JsonValue resource(const std::string& name, const std::string& sha256) {
   return {{"name", name}, {"digest", {{"sha256", sha256}}}};
 }

@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Keeps the pixels' bits, without a conversion of the colour space.
+/// Reads the pixels as the file stores them, without a conversion of the colour space.
 constexpr ReadImageSettings kAsStored{.single_picture = true, .stored_colors = true};
 
 /// A frame's file and the contents of its header.
@@ -34,11 +34,12 @@ struct FrameFile {
   std::string bytes;
   bool is_png = false;
   Image image;
-  std::string packed;  ///< kProvenanceAttribute
+  std::string encoded_provenance;  ///< value of kProvenanceAttribute
   Provenance provenance;
   int frame = 0;
 };
 
+/// Reads a frame and its header. Errors (kInput): the header lacks what a reproduction needs.
 Result<FrameFile> read_frame(const fs::path& file) {
   FrameFile out;
   out.name = file.string();
@@ -57,14 +58,14 @@ Result<FrameFile> read_frame(const fs::path& file) {
         "{}: it was made by a view of $OCIO, whose config no header holds - reproduce "
         "the EXR of the frame",
         out.name);
-  const auto packed = format_entry(out.image, kProvenanceAttribute);
-  if (!packed)
+  const auto encoded_provenance = format_entry(out.image, kProvenanceAttribute);
+  if (!encoded_provenance)
     return make_error(ErrorCode::kInput,
                       "{}: its header has no {} - render and golden write it; it is lost where "
                       "another program writes the frame anew",
                       out.name, kProvenanceAttribute);
-  out.packed = *packed;
-  auto provenance = decode_provenance(out.packed);
+  out.encoded_provenance = *encoded_provenance;
+  auto provenance = decode_provenance(out.encoded_provenance);
   if (!provenance)
     return make_error(ErrorCode::kInput, "{}: {}", out.name, provenance.error().message);
   out.provenance = std::move(*provenance);
@@ -75,7 +76,8 @@ Result<FrameFile> read_frame(const fs::path& file) {
   return out;
 }
 
-/// Compares the files that the header names with their digests, before any is used.
+/// Compares the files that the header names with their digests, before any is used. Entries that
+/// stand for several files are compared after the scene is prepared.
 void check_inputs(const Provenance& provenance, const fs::path& folder, Reproduction& result) {
   for (const InputFile& input : provenance.files) {
     if (input.count > 1 || input.name == kAllFiles) continue;
@@ -84,13 +86,13 @@ void check_inputs(const Provenance& provenance, const fs::path& folder, Reproduc
       result.missing.push_back(bytes.error().message);
       continue;
     }
-    const InputFile now{input.name, Sha256().add(bytes->data(), bytes->size()).hex()};
-    for (std::string& line : compare_inputs({&input, 1}, {&now, 1}))
+    const InputFile current_file{input.name, Sha256().add(bytes->data(), bytes->size()).hex()};
+    for (std::string& line : compare_inputs({&input, 1}, {&current_file, 1}))
       result.changed.push_back(std::move(line));
   }
 }
 
-/// Tests whether the header describes layers. It does not if only a PNG was written.
+/// Tests whether the header describes layers, which it does not if only a PNG was written.
 bool names_layers(const Image& image) {
   for (const Attribute& attribute : image.attributes)
     if (attribute.name == "polymorph/labels" || attribute.name.starts_with("cryptomatte/"))
@@ -138,6 +140,7 @@ Result<Reproduction> reproduce_frame(const fs::path& file, const fs::path& model
   result.same_program =
       provenance.version == program_version() && provenance.program == shared_identity();
   std::error_code error;
+  // Check the inputs before anything is rendered.
   fs::path folder = fs::absolute(models, error).lexically_normal();
   if (!folder.has_filename()) folder = folder.parent_path();
   if (!fs::is_directory(folder, error))
@@ -151,17 +154,19 @@ Result<Reproduction> reproduce_frame(const fs::path& file, const fs::path& model
   if (const int count = frame_count(scene); original.frame > count)
     return make_error(ErrorCode::kInput, "{}: its header says frame {}, and its scene has {}",
                       original.name, original.frame, count);
+  // Two pictures: the original and the rendered one.
   PM_TRY_STATUS(check_picture_memory(scene.image, 2, resources.max_memory));
   PM_TRY(EngineScene morph, prepare_on_engine(scene, resources, 2));
   PreparedScene& prepared = morph.prepared;
+  // The preparation has read all files, so entries of several files can be compared, too.
   result.changed = compare_inputs(provenance.files, name_files(prepared.inputs, {{folder}}));
   if (!result.changed.empty()) return result;
   if (original.is_png && !names_layers(original.image)) prepared.scene.image.aovs = "none";
-  prepared.provenance = original.packed;
+  prepared.provenance = original.encoded_provenance;
   PM_TRY(Renderer renderer, make_renderer(morph.device, resources.max_memory));
   PM_TRY(result.bytes, render_again(original, prepared, *morph.engine, renderer));
-  PM_TRY(const Image now, decode_image(result.bytes, "the frame as rendered now", kAsStored));
-  compare_frames(original, now, result);
+  PM_TRY(const Image rendered, decode_image(result.bytes, "the frame as rendered now", kAsStored));
+  compare_frames(original, rendered, result);
   return result;
 }
 

@@ -1,4 +1,5 @@
-// Reproduction of a frame from its own header: same scene, files and program, same bits.
+// Reproduction of a frame from its own header. The same scene, files and program must give the same
+// bits.
 #pragma once
 
 #include <filesystem>
@@ -13,7 +14,7 @@ namespace polymorph {
 struct Reproduction {
   int frame = 0;
   std::string program;               ///< version and identity of the build in the header
-  bool same_program = false;         ///< whether that is this build
+  bool same_program = false;         ///< `program` is this build
   std::vector<std::string> missing;  ///< a line for each file that does not exist
   std::vector<std::string> changed;  ///< a line for each file that differs from the header's
   bool same_pixels = false, same_bytes = false;

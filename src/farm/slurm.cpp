@@ -13,15 +13,16 @@
 namespace polymorph {
 namespace {
 
-/// Seconds before the time limit at which a task gets the signal to stop: enough for the three
-/// frames that may be in progress, but at most half of the time.
+/// Computes how many seconds before the time limit a task gets the signal to stop. The three frames
+/// that may be in progress need time to finish. The result is at least 90 seconds, but at most half
+/// of the limit.
 int signal_seconds(const SlurmJob& job) {
   constexpr double kMinSeconds = 90, kFramesInProgress = 3;
   const double frames = std::ceil(kFramesInProgress * job.frame_seconds);
   return static_cast<int>(std::min(std::max(kMinSeconds, frames), 30.0 * job.minutes));
 }
 
-/// The first lines of a script: the directives that both jobs share.
+/// Returns the first lines of a script, with the directives that both jobs share.
 std::string header(const SlurmJob& job, const std::string& name, const std::string& log) {
   std::string out = "#!/bin/bash\n";
   const auto directive = [&](const std::string& text) { out += "#SBATCH " + text + "\n"; };
@@ -86,6 +87,7 @@ std::string slurm_render_script(const SlurmJob& job) {
       quote_for_shell(job.program), quote_for_shell(job.scene), quote_for_shell(job.output),
       frames_argument(job) + quote_arguments(job.scene_arguments),
       quote_arguments(job.render_arguments), job.tasks);
+  // In bash, `wait` returns early when a trap runs, so it is repeated until the child has ended.
   out +=
       "child=$!\n"
       "# Slurm tells the script alone that its time is nearly up.\n"

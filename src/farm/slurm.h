@@ -10,13 +10,13 @@ namespace polymorph {
 
 /// Contents of both scripts.
 struct SlurmJob {
-  std::string name;                           ///< name of the array; the second job is NAME-finish
-  std::string program;                        ///< absolute path of polymorph
-  std::string folder;                         ///< absolute path: where both scripts run
-  std::string log_folder;                     ///< absolute path: scripts and logs
-  std::string scene, output;                  ///< `output` is a pattern with the frame number
-  std::string frames;                         ///< value of --frames; empty: all
-  std::string sheet, movie;                   ///< outputs of the finish job, without extension
+  std::string name;           ///< name of the array; the second job is NAME-finish
+  std::string program;        ///< absolute path of polymorph
+  std::string folder;         ///< absolute path of the folder in which both scripts run
+  std::string log_folder;     ///< absolute path of the folder of scripts and logs
+  std::string scene, output;  ///< `output` is a pattern with the frame number
+  std::string frames;         ///< value of --frames; empty: all
+  std::string sheet, movie;   ///< outputs of the finish job, without extension
   std::vector<std::string> scene_arguments;   ///< settings of the scene as arguments, and --png
   std::vector<std::string> render_arguments;  ///< arguments of `render` only: cache, device
   std::vector<std::string> directives;        ///< further options of sbatch: "--partition=big"
@@ -33,7 +33,7 @@ struct SlurmJob {
 Status check_job(const SlurmJob& job);
 
 /// Computes the number of array tasks, at most `max_tasks`. Each task renders for at least
-/// `task_seconds` if there are enough frames. If `frame_seconds` is 0, each has one frame.
+/// `task_seconds` if there are enough frames. If `frame_seconds` is 0, each task has one frame.
 int slurm_tasks(std::size_t frames, double frame_seconds, double task_seconds, int max_tasks);
 
 /// Writes the script of the job array. Task i of n renders every n-th frame from the i-th on, skips

@@ -36,6 +36,7 @@ struct Costs {
   std::uint64_t memory = 0;
 };
 
+/// Counts the frames to render, and measures a frame by a dry run unless its seconds are given.
 Result<Costs> measure_costs(const SlurmRequest& request, const Scene& scene,
                             const FrameFiles& files) {
   SequenceSettings settings;
@@ -81,8 +82,8 @@ void size_job(SlurmJob& job, const SlurmRequest& request, const Costs& costs) {
                   : slurm_tasks(costs.frames, costs.frame_seconds, 60 * request.task_minutes,
                                 request.max_tasks);
   job.frame_seconds = costs.frame_seconds;
-  const double frames = std::ceil(static_cast<double>(costs.frames) / job.tasks);
-  const double seconds = costs.prepare_seconds + frames * costs.frame_seconds;
+  const double frames_per_task = std::ceil(static_cast<double>(costs.frames) / job.tasks);
+  const double seconds = costs.prepare_seconds + frames_per_task * costs.frame_seconds;
   job.minutes = request.minutes > 0
                     ? request.minutes
                     : std::max(kMinMinutes, static_cast<int>(std::ceil(3 * seconds / 60)));
@@ -106,13 +107,14 @@ Result<SlurmJob> make_slurm_job(const Scene& scene, SlurmRequest request) {
   if (error) return make_error(ErrorCode::kResource, "/proc/self/exe: {}", error.message());
   job.name = fs::path(request.scene).stem().string();
   job.folder = fs::current_path(error).string();
-  const fs::path frames = (fs::path(job.folder) / request.output).lexically_normal().parent_path();
-  job.log_folder = (frames / "slurm").string();
+  const fs::path frame_folder =
+      (fs::path(job.folder) / request.output).lexically_normal().parent_path();
+  job.log_folder = (frame_folder / "slurm").string();
   job.scene = request.scene;
   job.output = to_text(files.exr.has_number() ? files.exr : files.png);
   job.frames = request.frames;
-  job.sheet = (frames / "strip").string();
-  job.movie = (frames / job.name).string();
+  job.sheet = (frame_folder / "strip").string();
+  job.movie = (frame_folder / job.name).string();
   job.cpus = request.cpus;
   job.gpus = request.gpus;
   job.scene_arguments = request.scene_arguments;

@@ -15,7 +15,7 @@ namespace polymorph {
 
 /// A job as the user requests it. Values of 0 are chosen from the measured costs.
 struct SlurmRequest {
-  std::string scene, output;  ///< the scene's file; frame pattern, empty: that of the scene
+  std::string scene, output;  ///< `output` is a frame pattern; empty: the scene's own
   std::string frames;         ///< value of --frames; empty: all
   bool png = false;
   DisplayView view;  ///< display view of the PNGs

@@ -71,18 +71,18 @@ Result<ParsedReport> parse_report(const fs::path& report, const std::string& tex
 
 /// Returns the text of the report.json with the shortest path.
 Result<std::string> find_report_json(const fs::path& report, const Files& files) {
-  const std::string* best = nullptr;
-  std::size_t shortest = 0;
+  const std::string* report_text = nullptr;
+  std::size_t shortest_path = 0;
   for (const auto& [name, bytes] : files)
-    if (ends_in_path(name, "report.json") && (!best || name.size() < shortest)) {
-      best = &bytes;
-      shortest = name.size();
+    if (ends_in_path(name, "report.json") && (!report_text || name.size() < shortest_path)) {
+      report_text = &bytes;
+      shortest_path = name.size();
     }
-  if (!best)
+  if (!report_text)
     return make_error(ErrorCode::kInput,
                       "{}: no report.json in it - give what 'golden test --report' left",
                       report.string());
-  return *best;
+  return *report_text;
 }
 
 /// Finds the file of a failed frame, checks it, and returns it as a golden.
@@ -143,6 +143,7 @@ Result<std::vector<fs::path>> accept_report(const fs::path& report,
     if (!parsed.failed.contains(name))
       return make_error(ErrorCode::kInput, "{}: no frame of {} failed in it", report.string(),
                         printable(name));
+  // Check and collect the chosen frames of every suite, then write all of them or none.
   std::vector<NewFile> files_to_write;
   std::vector<fs::path> paths;
   std::size_t chosen = 0;

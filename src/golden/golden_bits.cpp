@@ -79,6 +79,7 @@ SequenceSettings sequence_settings(const BitTest& test, const Variant& variant) 
 /// Number and surface digest of each rendered frame, sorted by number.
 using Digests = std::vector<std::pair<int, std::string>>;
 
+/// Renders the frames in the way of this variant. Returns the digests of their surfaces.
 Result<Digests> render(const BitTest& test, const Variant& variant) {
   const ThreadCount threads(variant.threads);
   Digests digests;

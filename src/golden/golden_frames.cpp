@@ -61,7 +61,7 @@ Result<RenderedFrame> run_command(const GoldenSuite& suite, int frame) {
   rendered.bytes = std::move(*bytes);
   PM_TRY(rendered.image, decode_image(rendered.bytes, out.filename().string(),
                                       {.single_picture = true, .stored_colors = true}));
-  rendered.pixels = pixel_sha256(rendered.image);
+  rendered.pixel_hash = pixel_sha256(rendered.image);
   return rendered;
 }
 
@@ -114,7 +114,7 @@ Result<RenderedFrame> SuiteRenderer::render(int frame) {
     rendered.context.cell =
         std::max(rendered.context.cell, state.morph.prepared.actors[i].settings.cell);
   }
-  rendered.pixels = pixel_sha256(image);
+  rendered.pixel_hash = pixel_sha256(image);
   // Goldens have half floats, so the frame must be rounded to half floats as well.
   PM_TRY(rendered.bytes, encode_exr(image, exr_settings(state.morph.prepared.scene)));
   PM_TRY(rendered.image, decode_image(rendered.bytes, fmt::format("frame {}", frame)));
@@ -125,7 +125,7 @@ Result<std::string> SuiteRenderer::hash(int frame) {
   State& state = *state_;
   if (!state.suite.command.empty()) {
     PM_TRY(const RenderedFrame rendered, run_command(state.suite, frame));
-    return rendered.pixels;
+    return rendered.pixel_hash;
   }
   PM_TRY(const FrameGeometry geometry,
          geometry_at(state.morph.prepared, *state.morph.engine, frame));

@@ -14,24 +14,24 @@ namespace polymorph {
 
 /// A rendered frame, and the facts that tests and reports need.
 struct RenderedFrame {
-  SurfaceRecord surface;  ///< has no digest if another program renders
-  Image image;            ///< pixels decoded from `bytes`
-  std::string bytes;      ///< content of the file: EXR, or as the other program wrote it
-  std::string pixels;     ///< pixel_sha256() of the pixels before encoding
-  ChangeContext context;  ///< cell size and centres of the balls
+  SurfaceRecord surface;   ///< has no digest if another program renders
+  Image image;             ///< pixels decoded from `bytes`
+  std::string bytes;       ///< content of the file: EXR, or as the other program wrote it
+  std::string pixel_hash;  ///< pixel_sha256() of the pixels before encoding
+  ChangeContext context;   ///< cell size and centres of the balls
 };
 
 /// Renderer for the frames of a suite, which prepares the scene once.
 class SuiteRenderer {
  public:
-  /// Errors: kInput (scene, a frame outside of it), kResource.
+  /// Errors: kInput (a bad scene, or a frame outside its range), kResource.
   static Result<SuiteRenderer> create(const GoldenSuite& suite, const GoldenSettings& settings);
   SuiteRenderer(SuiteRenderer&&) noexcept;
   SuiteRenderer& operator=(SuiteRenderer&&) noexcept;
   ~SuiteRenderer();
 
   Result<RenderedFrame> render(int frame);
-  /// Returns RenderedFrame::pixels without encoding the frame.
+  /// Returns RenderedFrame::pixel_hash without encoding the frame.
   Result<std::string> hash(int frame);
   int frame_count() const;  ///< frames of the scene; 0 if a command renders
 

@@ -27,11 +27,11 @@ Status add_picture(const GoldenMask& mask, const Image& reference, MaskedPixels&
 
 /// Masks the pixels where `image` shows one of the mask's objects.
 void add_objects(const GoldenMask& mask, const Image& image, MaskedPixels& is_masked) {
-  const auto id = static_cast<std::size_t>(image.find_channel("id"));
+  const auto id_channel = static_cast<std::size_t>(image.find_channel("id"));
   for (std::size_t i = 0; i < is_masked.size(); ++i) {
-    const float shown = image.pixels[i * image.channel_count() + id];
+    const float shown_id = image.pixels[i * image.channel_count() + id_channel];
     is_masked[i] = is_masked[i] || std::any_of(mask.ids.begin(), mask.ids.end(), [&](int number) {
-                     return shown == static_cast<float>(number);
+                     return shown_id == static_cast<float>(number);
                    });
   }
 }
@@ -48,8 +48,8 @@ Result<double> hide_masked(const GoldenSuite& suite, const Image& reference, Ima
   if (suite.masks.empty() || actual.width != reference.width || actual.height != reference.height ||
       actual.channels != reference.channels || reference.pixels.empty())
     return 0.0;
-  const std::size_t width = reference.channel_count();
-  MaskedPixels is_masked(reference.pixels.size() / width);
+  const std::size_t channels = reference.channel_count();
+  MaskedPixels is_masked(reference.pixels.size() / channels);
   for (const GoldenMask& mask : suite.masks) {
     if (!mask.file.empty()) {
       PM_TRY_STATUS(add_picture(mask, reference, is_masked));
@@ -66,8 +66,9 @@ Result<double> hide_masked(const GoldenSuite& suite, const Image& reference, Ima
   for (std::size_t i = 0; i < is_masked.size(); ++i) {
     if (!is_masked[i]) continue;
     ++count;
-    float* const values = &actual.pixels[i * width];
-    if (!is_invalid(values, width, alpha)) std::copy_n(&reference.pixels[i * width], width, values);
+    float* const values = &actual.pixels[i * channels];
+    if (!is_invalid(values, channels, alpha))
+      std::copy_n(&reference.pixels[i * channels], channels, values);
   }
   return 100.0 * static_cast<double>(count) / static_cast<double>(is_masked.size());
 }

@@ -43,8 +43,8 @@ std::string compare_surface(const SurfaceRecord& actual,
 }
 
 fs::path failure_path(const GoldenSuite& suite, const GoldenSettings& settings, int frame,
-                      const char* what) {
-  return settings.failures / suite.name / fmt::format("frame.{:04d}.{}", frame, what);
+                      const char* suffix) {
+  return settings.failures / suite.name / fmt::format("frame.{:04d}.{}", frame, suffix);
 }
 
 /// Returns the path of the rendered frame, which may become the golden.
@@ -57,8 +57,8 @@ void remove_failure(const GoldenSuite& suite, const GoldenSettings& settings, in
   if (settings.failures.empty()) return;
   std::error_code ignored;
   fs::remove(actual_path(suite, settings, frame), ignored);
-  for (const char* what : {"reference.exr", "difference.png"})
-    fs::remove(failure_path(suite, settings, frame, what), ignored);
+  for (const char* suffix : {"reference.exr", "difference.png"})
+    fs::remove(failure_path(suite, settings, frame, suffix), ignored);
 }
 
 /// A rendered frame and the golden that it is compared with.
@@ -77,13 +77,13 @@ Status write_failure(const FrameTest& test, const Comparison& comparison) {
   const GoldenSettings& settings = test.settings;
   const RenderedFrame& rendered = test.rendered;
   if (settings.failures.empty()) return Ok{};
-  const auto path = [&](const char* what) {
-    return failure_path(suite, settings, rendered.surface.frame, what);
+  const auto path = [&](const char* suffix) {
+    return failure_path(suite, settings, rendered.surface.frame, suffix);
   };
   PM_TRY_STATUS(write_file(actual_path(suite, settings, rendered.surface.frame), rendered.bytes));
   if (const Image* reference = test.reference) {
     Image shown = *reference;
-    convert_to_rec709(shown);  // like all files that are written
+    convert_to_rec709(shown);  // as in all files that are written
     PM_TRY_STATUS(write_image(path("reference.exr"), shown));
     PM_TRY(const Image difference,
            failure_picture(rendered.image, *reference, comparison, test.maps));
@@ -156,7 +156,8 @@ std::string explain_failure(const RenderedFrame& rendered, const Image& referenc
   return explain_change(rendered.image, reference, context);
 }
 
-/// Compares one frame with its golden.
+/// Compares one frame with its golden: the record of its surface, then its pixels outside the
+/// masks. Writes the files of a failure.
 Result<GoldenFrame> test_frame(const GoldenSuite& suite, const GoldenSettings& settings,
                                const std::vector<SurfaceRecord>& records,
                                const RenderedFrame& rendered) {
@@ -165,7 +166,7 @@ Result<GoldenFrame> test_frame(const GoldenSuite& suite, const GoldenSettings& s
   if (suite.command.empty()) result.message = compare_surface(rendered.surface, records);
   result.surface_passed = result.message.empty();
   result.report.surface = rendered.surface;
-  result.report.pixels = rendered.pixels;
+  result.report.pixels = rendered.pixel_hash;
   FrameTest test{suite, settings, rendered, nullptr, rendered.image};
   const fs::path golden = golden_image_path(suite, result.frame);
   if (!fs::exists(golden)) {
@@ -188,7 +189,8 @@ Result<GoldenFrame> test_frame(const GoldenSuite& suite, const GoldenSettings& s
   for (const std::string& reason : {result.image->passed() ? "" : result.image->reason,
                                     compare_masked_share(suite, result.masked_percent)})
     if (!reason.empty()) result.message += (result.message.empty() ? "" : "; ") + reason;
-  if (result.masked_percent > 0)  // not in the message: the frame's output line has the share, too
+  if (result.masked_percent >
+      0)  // The message leaves this out, because the output line of the frame states it anyway.
     result.image->reason += fmt::format("; {:.3g} % masked", result.masked_percent);
   if (!result.message.empty()) {
     result.report.cause = explain_failure(rendered, *reference, result);

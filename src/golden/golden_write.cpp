@@ -24,7 +24,7 @@ Result<std::string> read_changes(const GoldenSuite& suite) {
   return fmt::format("# Changes to the golden frames of {}\n", suite.name);
 }
 
-/// Appends an entry. If the last one has the same reason, the new entry replaces it, with the
+/// Appends an entry. If the last entry has the same reason, the new one replaces it, with the
 /// larger of the two counts.
 std::string add_entry(std::string text, std::size_t count, const std::string& reason) {
   const auto last = text.rfind("\n- ");

@@ -10,7 +10,7 @@ namespace polymorph {
 /// A frame that becomes a golden.
 struct NewGolden {
   SurfaceRecord surface;
-  std::string bytes;  ///< content of the image file; empty: only the record may change
+  std::string bytes;  ///< content of the image file; empty: the image stays as it is
 };
 
 /// Checks that goldens may be written. Errors: kUsage without a reason, or if CI is set in the
@@ -21,9 +21,9 @@ Status check_write_allowed(const std::string& verb, const std::string& reason);
 bool all_finite(const Image& image);
 
 /// Makes the files that make these frames goldens: the images, surface.csv (with the rows of the
-/// suite's other frames) and CHANGES.md, to which the reason is appended unless its last entry has
-/// the same. Returns no files if nothing changes. Write all or none (base/file.h, write_files).
-/// Errors: kInput.
+/// suite's other frames) and CHANGES.md, to which the reason is appended unless the last entry has
+/// the same reason. Returns no files if nothing changes. The caller must write all or none of them
+/// (base/file.h, write_files). Errors: kInput.
 Result<std::vector<NewFile>> make_golden_files(const GoldenSuite& suite,
                                                const std::vector<NewGolden>& frames,
                                                const std::string& reason);

@@ -29,26 +29,28 @@ Mesh mesh_of(const Model& model) { return {model.points, point_normals(model), m
 /// Measures the label purity of the plan and of a random plan (principle 1). Leaves both empty
 /// unless each object has several labels.
 void measure_labels(const MorphPlan& plan, MorphEnds& ends) {
-  std::map<std::int32_t, double> in_from, in_to;
+  std::map<std::int32_t, double> from_masses, to_masses;
   double same_label = 0, matched = 0;
   for (const Pair& pair : plan.pairs) {
-    const std::int32_t i = plan.from_labels.empty() ? kNoLabel : plan.from_labels[pair.from];
-    const std::int32_t j = plan.to_labels.empty() ? kNoLabel : plan.to_labels[pair.to];
-    in_from[i] += pair.mass;
-    in_to[j] += pair.mass;
-    if (i == j) same_label += pair.mass;
-    if (i != kNoLabel && i == j) matched += pair.mass;
+    const std::int32_t from_label =
+        plan.from_labels.empty() ? kNoLabel : plan.from_labels[pair.from];
+    const std::int32_t to_label = plan.to_labels.empty() ? kNoLabel : plan.to_labels[pair.to];
+    from_masses[from_label] += pair.mass;
+    to_masses[to_label] += pair.mass;
+    if (from_label == to_label) same_label += pair.mass;
+    if (from_label != kNoLabel && from_label == to_label) matched += pair.mass;
   }
-  if (in_from.size() < 2 || in_to.size() < 2) return;
+  if (from_masses.size() < 2 || to_masses.size() < 2) return;
   double chance = 0;
-  for (const auto& [label, mass] : in_from)
-    if (const auto other = in_to.find(label); other != in_to.end()) chance += mass * other->second;
+  for (const auto& [label, mass] : from_masses)
+    if (const auto other = to_masses.find(label); other != to_masses.end())
+      chance += mass * other->second;
   ends.purity = same_label;
   ends.chance = chance;
 }
 
-/// Measures the distance of each landmark from its counterpart: by the leg's map half way, if it is
-/// made of distances; else by the targets of the nearest ball.
+/// Measures the error of each landmark: its distance from its counterpart. A leg made of distances
+/// maps the landmarks at half of its time; any other leg takes the targets of the nearest ball.
 Status measure_landmarks(const Leg& leg, Engine& engine, MorphEnds& ends) {
   const MorphPlan& plan = leg.plan;
   if (plan.landmarks.empty()) return Ok{};
@@ -63,7 +65,8 @@ Status measure_landmarks(const Leg& leg, Engine& engine, MorphEnds& ends) {
     return Ok{};
   }
   for (const PlanLandmark& landmark : plan.landmarks) {
-    // The landmark goes to the mean of the targets of its nearest ball, weighted by their shares.
+    // The landmark moves to the mean of the targets of its nearest ball, weighted by the pairs'
+    // shares of the ball.
     std::uint32_t nearest = 0;
     for (std::uint32_t i = 0; i < plan.from.size(); ++i)
       if (length(plan.from[i].center - landmark.from) <
@@ -78,7 +81,8 @@ Status measure_landmarks(const Leg& leg, Engine& engine, MorphEnds& ends) {
   return Ok{};
 }
 
-/// Measures the degrees about the vertical between the plan's rotation and the pairs' best fit.
+/// Measures the angle about the vertical, in degrees, between the plan's rotation and the best fit
+/// of its pairs.
 std::optional<double> measure_facing(const MorphPlan& plan) {
   std::vector<Vec3d> from, to;
   std::vector<double> masses;
@@ -91,8 +95,8 @@ std::optional<double> measure_facing(const MorphPlan& plan) {
   return angle ? std::optional(std::abs(*angle)) : std::nullopt;
 }
 
-/// Computes the larger fraction_off() of the leg's first and last surface. Each is mapped to the
-/// other object by the map at its own end.
+/// Computes the larger fraction_off() of the leg's first and last surface. Each surface is mapped
+/// to the other object by the map at its own end of the leg.
 Result<std::optional<double>> measure_registration(const Leg& leg, const Mesh& first,
                                                    const Mesh& last, Engine& engine) {
   const double scale = leg.plan.alignment.scale;
@@ -101,10 +105,10 @@ Result<std::optional<double>> measure_registration(const Leg& leg, const Mesh& f
     const ThicknessSamples samples = sample_thickness(reversed ? last : first);
     PM_TRY(const LegState state, leg_state(leg, reversed ? 1 : 0, engine));
     PM_TRY(const PullBack carried, pull_back(leg, state, samples.points, engine));
-    const auto share = fraction_off(samples, reversed ? carried.source : carried.target,
-                                    reversed ? first : last, reversed ? 1 / scale : scale);
-    if (!share) return std::optional<double>();
-    largest = std::max(largest.value_or(0), *share);
+    const auto fraction = fraction_off(samples, reversed ? carried.source : carried.target,
+                                       reversed ? first : last, reversed ? 1 / scale : scale);
+    if (!fraction) return std::optional<double>();
+    largest = std::max(largest.value_or(0), *fraction);
   }
   return largest;
 }
@@ -119,8 +123,10 @@ class LegFrames {
   int frame_at(float fraction) const {
     const Timeline& timeline = actor_.timeline;
     const LegTiming& timing = timeline.legs[static_cast<std::size_t>(number_)];
-    const float local = timing.shares[0] + timing.shares[1] + fraction * timing.shares[2];
-    const auto step = static_cast<int>(std::lround(local * static_cast<float>(timing.steps)));
+    // The volumetric stage, shares[2], follows two stages of the source.
+    const float leg_fraction = timing.shares[0] + timing.shares[1] + fraction * timing.shares[2];
+    const auto step =
+        static_cast<int>(std::lround(leg_fraction * static_cast<float>(timing.steps)));
     return std::min(1 + timeline.hold_start + timing.first_step + step, timeline.count);
   }
   /// Returns the leg between the poses of its objects in a frame. Errors: as leg_at().
@@ -134,8 +140,8 @@ class LegFrames {
 };
 
 /// Measures the distance by which the surface of a leg moves when its objects change to their poses
-/// in the next frame, divided by the larger distance of the objects themselves; empty if these
-/// stand still.
+/// in the next frame, divided by the larger distance by which the objects themselves move. Returns
+/// nullopt if the objects stand still.
 Result<std::optional<double>> measure_pose_step(const LegFrames& leg, float fraction,
                                                 const Mesh& surface, Engine& engine) {
   const int frame = leg.frame_at(fraction);
@@ -154,7 +160,8 @@ Result<std::optional<double>> measure_pose_step(const LegFrames& leg, float frac
                        object_step);
 }
 
-/// Measures the errors of leg `number` at true points; empty if it starts with balls in flight.
+/// Measures the errors of leg `number` at true points. Returns nullopt if an end of the leg is no
+/// object of the scene but balls in flight.
 Result<std::optional<TrueErrors>> measure_truth(const PreparedActor& actor,
                                                 const ActorSettings& settings, std::size_t number,
                                                 const Truth& truth, Engine& engine) {
@@ -173,7 +180,8 @@ Result<std::optional<TrueErrors>> measure_truth(const PreparedActor& actor,
 }
 
 /// Measures the ends of leg `number`; `first` and `last` are this leg in the poses of its first and
-/// last frame. If it is left before its target is reached, its end is the source of the next leg.
+/// last frame. If the leg is left before its target is reached, it ends at the source of the next
+/// leg.
 Result<MorphEnds> measure_ends(const PreparedActor& actor, std::size_t number, const Leg& first,
                                const Leg& last, Engine& engine) {
   const Leg& leg = first;
@@ -196,8 +204,9 @@ Result<MorphEnds> measure_ends(const PreparedActor& actor, std::size_t number, c
   return ends;
 }
 
-/// Samples the boundary stage at an end of a leg, in steps as long as those of `count` frames of
-/// the volumetric stage, but at least four; empty if the end shows no model.
+/// Samples the boundary stage at an end of a leg. Its steps are as long as those between `count`
+/// frames of the volumetric stage, but there are at least four; one mesh if the stage takes no
+/// time. The result is empty if the end shows no model.
 Result<Handover> measure_handover(const Leg& leg, const LegTiming& timing, bool leaving, int count,
                                   Engine& engine) {
   Handover handover;
@@ -243,8 +252,8 @@ Result<Analysis> analyze_blend(const PreparedActor& actor, int count, Engine& en
     if (!next()) return stopped_error();
     const double fraction = static_cast<double>(k) / (count - 1);
     const auto frame = static_cast<int>(std::lround(1 + fraction * (actor.timeline.count - 1)));
-    const MorphState moment = morph_state_at(actor.timeline, frame);
-    PM_TRY(const Mixture mixture, mix_objects(*actor.space, moment.weights));
+    const MorphState state = morph_state_at(actor.timeline, frame);
+    PM_TRY(const Mixture mixture, mix_objects(*actor.space, state.weights));
     PM_TRY(WeightedSurface surface, weighted_surface(mixture, engine));
     MorphFrame& sample = samples.emplace_back();
     sample.time = sample.u = fraction;
@@ -266,6 +275,8 @@ Result<Analysis> analyze_blend(const PreparedActor& actor, int count, Engine& en
 Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engine& engine,
                                             int frames, const AnalyzeProgress& progress,
                                             const Truth* truth) {
+  // Count the samples of all morphs for the progress. An actor that blends is one morph; of other
+  // actors each leg is one.
   int total = 0, done = 0;
   const auto sample_count = [&](const LegTiming& timing) {
     return std::max(2, frames > 0 ? frames : timing.steps + 1);
@@ -294,23 +305,25 @@ Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engin
     }
     for (std::size_t number = 0; number < actor.legs.size(); ++number) {
       const LegTiming& timing = actor.timeline.legs[number];
-      const LegFrames shown(actor, number);
+      const LegFrames leg_frames(actor, number);
+      // Sample the volumetric stage, with moving objects in their poses at each time.
       std::vector<MorphFrame> samples;
       std::optional<double> pose_step;
       const int count = sample_count(timing);
       for (int k = 0; k < count; ++k) {
         if (!progress(done++, total)) return stopped_error();
         const float fraction = static_cast<float>(k) / static_cast<float>(count - 1);
-        PM_TRY(const auto posed, shown.at(shown.frame_at(fraction), engine));
-        PM_TRY(MorphFrame sample, measure_sample(*posed, fraction, engine));
-        if (shown.has_moving_end()) {
-          PM_TRY(const auto step, measure_pose_step(shown, fraction, sample.surface, engine));
+        PM_TRY(const auto posed_leg, leg_frames.at(leg_frames.frame_at(fraction), engine));
+        PM_TRY(MorphFrame sample, measure_sample(*posed_leg, fraction, engine));
+        if (leg_frames.has_moving_end()) {
+          PM_TRY(const auto step, measure_pose_step(leg_frames, fraction, sample.surface, engine));
           if (step) pose_step = std::max(pose_step.value_or(0), *step);
         }
         samples.push_back(std::move(sample));
       }
-      PM_TRY(const auto first, shown.at(shown.frame_at(0), engine));
-      PM_TRY(const auto last, shown.at(shown.frame_at(1), engine));
+      // Measure the two ends.
+      PM_TRY(const auto first, leg_frames.at(leg_frames.frame_at(0), engine));
+      PM_TRY(const auto last, leg_frames.at(leg_frames.frame_at(1), engine));
       const Leg& leg = *first;
       PM_TRY(MorphEnds ends, measure_ends(actor, number, *first, *last, engine));
       ends.pose_step = pose_step;

@@ -17,9 +17,9 @@ namespace polymorph {
 using AnalyzeProgress = std::function<bool(int done, int count)>;
 
 /// Analyzes each leg of each actor: its volumetric stage at `frames` evenly spaced times including
-/// both ends (0: as many as the leg has frames in the scene), and its boundary stages. A leg that
-/// is left for the next one ends at that time. `truth`: known points of models, with which legs
-/// between these models are also judged.
+/// both ends (0: as many as the leg has frames in the scene), and its boundary stages. If a leg is
+/// left early for the next one, it is measured up to that time. `truth`: known points of models;
+/// legs between these models are measured against them, too.
 Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engine& engine,
                                             int frames, const AnalyzeProgress& progress,
                                             const Truth* truth = nullptr);

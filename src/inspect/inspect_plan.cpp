@@ -21,7 +21,7 @@ double mass_share_in_limbs(const std::vector<double>& masses,
 
 JsonValue describe_leg(const Leg& leg) {
   const MorphPlan& plan = leg.plan;
-  constexpr double kDegrees = 180 / exact::kPi;
+  constexpr double kDegreesPerRadian = 180 / exact::kPi;
   JsonValue limbs = JsonValue::array(), landmarks = JsonValue::array();
   for (const auto& [from, to] : plan.limb_names) limbs.push_back(JsonValue::array({from, to}));
   for (const std::string& name : leg.landmark_names) landmarks.push_back(name);
@@ -31,7 +31,7 @@ JsonValue describe_leg(const Leg& leg) {
       {"limbs", std::move(limbs)},
       {"mass_in_limbs", JsonValue::array({mass_share_in_limbs(plan.from_masses, plan.from_limbs),
                                           mass_share_in_limbs(plan.to_masses, plan.to_limbs)})},
-      {"turn_degrees", length(plan.alignment.turn) * kDegrees},
+      {"turn_degrees", length(plan.alignment.turn) * kDegreesPerRadian},
       {"scale", plan.alignment.scale},
       {"strain", plan.alignment.strain},
       {"balls", JsonValue::array({plan.from.size(), plan.to.size()})},
@@ -49,14 +49,14 @@ std::string describe_certainty(const MorphPlan& plan) {
 
 std::string leg_lines(const Leg& leg) {
   const MorphPlan& plan = leg.plan;
-  const std::string turn = describe_rotation(plan), limbs = describe_limbs(plan);
+  const std::string rotation = describe_rotation(plan), limbs = describe_limbs(plan);
   std::string text = fmt::format("{} -> {}\n", leg.from->name, leg.to->name);
-  const auto add = [&](const char* what, const std::string& words) {
-    text += fmt::format("  {:<10} {}\n", what, words);
+  const auto add = [&](const char* label, const std::string& words) {
+    text += fmt::format("  {:<10} {}\n", label, words);
   };
   add("limbs", limbs.empty() ? "-" : limbs);
   add("certainty", describe_certainty(plan));
-  add("turn", turn.empty() ? "does not turn" : turn);
+  add("turn", rotation.empty() ? "does not turn" : rotation);
   add("left over",
       fmt::format("{:.2f} of the size; 0: a turned copy, 1: nothing alike", plan.alignment.strain));
   add("balls",
@@ -66,9 +66,10 @@ std::string leg_lines(const Leg& leg) {
   return text;
 }
 
-/// Measures the cycle of an actor whose chain ends with its first object. Nothing for other chains.
+/// Measures the cycle of an actor whose chain ends with its first object. Returns nullopt for other
+/// chains.
 std::optional<CycleError> actor_cycle(const PreparedActor& actor) {
-  if (actor.space) return std::nullopt;  // blend_cycles() measures those of a blend
+  if (actor.space) return std::nullopt;  // blend_cycles() measures the cycles of a blend
   std::vector<const MorphPlan*> plans;
   for (const auto& leg : actor.legs) {
     if (leg->before) return std::nullopt;  // the leg begins with the previous leg's moving balls
@@ -77,11 +78,12 @@ std::optional<CycleError> actor_cycle(const PreparedActor& actor) {
   return cycle_error(plans);
 }
 
-/// Errors of the cycle from a blend's reference to one object, on to another, and back.
+/// Errors of two cycles from a blend's reference object to one object, on to another, and back.
+/// The cycles differ in their step from the one object to the other.
 struct BlendCycle {
   std::string from, to;        ///< names of the two objects
-  CycleError by_reference;     ///< between them by the reference, as in the blend
-  CycleError by_plan_between;  ///< between them by a plan of their own
+  CycleError by_reference;     ///< the plans to and from the reference make it, as in the blend
+  CycleError by_plan_between;  ///< a plan between the two objects makes it
 };
 
 MorphPlan reverse_plan(const MorphPlan& plan) {
@@ -91,7 +93,7 @@ MorphPlan reverse_plan(const MorphPlan& plan) {
 }
 
 /// Measures the cycles through every two objects of a blend other than the reference. `actor_index`
-/// is the actor's. The plans between these objects are made for this comparison only.
+/// is the index of `actor`. The plans between these objects are made for this comparison only.
 std::vector<BlendCycle> blend_cycles(const Preparation& preparation, std::size_t actor_index,
                                      const PreparedActor& actor) {
   std::vector<BlendCycle> cycles;

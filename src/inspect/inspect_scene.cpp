@@ -6,7 +6,7 @@
 namespace polymorph {
 namespace {
 
-/// Adds the state of an actor in each frame.
+/// Adds the timing of an actor's legs, and the actor's state in each frame.
 void add_frames(Inspection& out, const Scene& scene, const ActorSettings& actor) {
   const Timeline timeline = make_timeline(scene, actor);
   const auto objects = chain_objects(actor);
@@ -18,6 +18,7 @@ void add_frames(Inspection& out, const Scene& scene, const ActorSettings& actor)
     JsonValue shares;
     for (const StageInfo& stage : stage_table())
       shares[stage.name] = leg.shares[static_cast<std::size_t>(stage.stage)];
+    // All legs of a blend begin at the first object.
     json["legs"].push_back({{"from", name(mixes_many(timeline) ? 0 : static_cast<int>(i))},
                             {"to", name(static_cast<int>(i) + 1)},
                             {"from_meta", !leg.from_full},
@@ -26,15 +27,14 @@ void add_frames(Inspection& out, const Scene& scene, const ActorSettings& actor)
   }
   out.text += fmt::format("{:>5} {:>7} {:<24} {:<12} {:>8} {:>7}\n", "frame", "t", "from -> to",
                           "stage", "progress", "u");
-  std::vector<std::vector<int>> numbers;
-  for (const ObjectSettings* object : objects) numbers.push_back(mesh_numbers(*object));
+  std::vector<std::vector<int>> file_numbers;  // of the meshes of each object, in order of play
+  for (const ObjectSettings* object : objects) file_numbers.push_back(mesh_numbers(*object));
   // "horse 12": the object's name, and the number of its mesh if it has a mesh sequence.
   const auto object_name = [&](int object, int mesh) {
-    return mesh < 0
-               ? name(object)
-               : fmt::format(
-                     "{} {}", name(object),
-                     numbers[static_cast<std::size_t>(object)][static_cast<std::size_t>(mesh)]);
+    return mesh < 0 ? name(object)
+                    : fmt::format("{} {}", name(object),
+                                  file_numbers[static_cast<std::size_t>(object)]
+                                              [static_cast<std::size_t>(mesh)]);
   };
   const auto describe_state = [&](const MorphState& state) {
     if (state.stage == Stage::kPlay) return object_name(0, state.mesh);
@@ -72,7 +72,7 @@ void add_frames(Inspection& out, const Scene& scene, const ActorSettings& actor)
     const auto add_number = [&](const char* key, int object, int mesh) {
       if (mesh >= 0)
         json["frames"].items.back()[key] =
-            numbers[static_cast<std::size_t>(object)][static_cast<std::size_t>(mesh)];
+            file_numbers[static_cast<std::size_t>(object)][static_cast<std::size_t>(mesh)];
     };
     add_number("number", state.leg, state.mesh);
     add_number("to_number", state.leg + 1, state.to_mesh);

@@ -32,7 +32,7 @@ Result<Model> load_model_or_shape(const std::string& name) {
 
 /// Quality of an approximation, and the time that it took.
 struct Measurements {
-  std::optional<ApproximationQuality> quality;  ///< if `measure` is set
+  std::optional<ApproximationQuality> quality;  ///< empty unless SpheresRequest::measure is set
   double seconds = 0;
   std::vector<std::string> problems;
 };
@@ -155,7 +155,7 @@ Result<SpheresResult> inspect_spheres(const SpheresRequest& request) {
   measurements.seconds = stopwatch.seconds();
   activity.emplace(request.measure ? "measuring how well they fit" : "making balls of spheres");
   // Compare the balls with the solid that they approximate: the proxy of a shell or of a solidified
-  // model, if there is one.
+  // model, if there is one, or the clusters of a model of many long triangles.
   const std::optional<ClusteredModel> clustered = cluster_long_triangles(model);
   const Model& solid = proxy ? *proxy : clustered ? clustered->model : model;
   if (proxy && !settings.solidify)

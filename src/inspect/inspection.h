@@ -13,7 +13,7 @@
 
 namespace polymorph {
 
-/// Description of a file, for programs and for people.
+/// Description of a file, as JSON and as text.
 struct Inspection {
   JsonValue json;
   std::string text;  ///< lines
@@ -26,7 +26,7 @@ Result<Inspection> inspect_image(const std::string& file);
 /// load_model().
 Result<Inspection> inspect_model(const std::string& file);
 
-/// Converts what is measured of every model to JSON: counts, topology, volume and area.
+/// Converts the main results of a diagnosis to JSON: counts, topology, volume and area.
 JsonValue to_json(const Diagnosis& diagnosis);
 /// Returns "closed, genus 1" or "not closed".
 std::string describe_topology(const Diagnosis& diagnosis);

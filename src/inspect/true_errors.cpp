@@ -17,7 +17,7 @@
 namespace polymorph {
 namespace {
 
-std::vector<Vec3d> in_double(const std::vector<Vec3>& points) {
+std::vector<Vec3d> to_double(const std::vector<Vec3>& points) {
   return {points.begin(), points.end()};
 }
 
@@ -29,7 +29,8 @@ Result<Model> read_model(const std::filesystem::path& file) {
 }
 
 /// Transforms points from the coordinates of an object's file, which is read again, to the scene.
-Result<std::vector<Vec3>> place_on(const NamedObject& object, const std::vector<Vec3>& points) {
+Result<std::vector<Vec3>> to_scene_points(const NamedObject& object,
+                                          const std::vector<Vec3>& points) {
   const bool is_shape = object.settings.model.empty();
   PM_TRY(const Model file,
          is_shape ? make_shape(object.settings.shape) : read_model(object.settings.model));
@@ -39,20 +40,21 @@ Result<std::vector<Vec3>> place_on(const NamedObject& object, const std::vector<
   return place_points(points, file, object.model.points);
 }
 
-/// Returns the mean of the targets of the ball nearest to the point, weighted by their shares.
+/// Moves a point with the ball nearest to it: returns the mean of the targets of that ball,
+/// weighted by the pairs' shares of it. `reversed`: from the target to the source.
 Vec3 carry_by_plan(Vec3 point, const MorphPlan& plan, bool reversed) {
-  const std::vector<Ball>&own = reversed ? plan.to : plan.from,
-        &other = reversed ? plan.from : plan.to;
+  const std::vector<Ball>&own_balls = reversed ? plan.to : plan.from,
+        &other_balls = reversed ? plan.from : plan.to;
   const auto distance = [&](const Ball& ball) {
     return length(ball.center - point) - std::sqrt(std::max(ball.w, 0.0f) / ball.a);
   };
   std::size_t nearest = 0;
-  for (std::size_t b = 1; b < own.size(); ++b)
-    if (distance(own[b]) < distance(own[nearest])) nearest = b;
+  for (std::size_t b = 1; b < own_balls.size(); ++b)
+    if (distance(own_balls[b]) < distance(own_balls[nearest])) nearest = b;
   Vec3 sum;
   for (const Pair& pair : plan.pairs)
     if ((reversed ? pair.to : pair.from) == nearest)
-      sum = sum + other[reversed ? pair.from : pair.to].center *
+      sum = sum + other_balls[reversed ? pair.from : pair.to].center *
                       (reversed ? pair.to_share : pair.from_share);
   return sum;
 }
@@ -92,11 +94,11 @@ std::vector<double> geodesic_errors(const std::vector<Vec3>& arrived,
 
 /// Computes the angle in degrees, about the vertical, of the rotation that fits the true points
 /// best after the rotation `applied`.
-std::optional<double> missing_rotation(const std::vector<Vec3>& from, const std::vector<Vec3>& to,
-                                       const Mat3& applied) {
-  const std::vector<Vec3d> p = in_double(from), q = in_double(to);
-  const std::optional<double> turn = rotation_about_vertical({p, q, {}}, applied);
-  return turn ? std::optional(std::abs(*turn)) : std::nullopt;
+std::optional<double> remaining_rotation(const std::vector<Vec3>& from, const std::vector<Vec3>& to,
+                                         const Mat3& applied) {
+  const std::vector<Vec3d> p = to_double(from), q = to_double(to);
+  const std::optional<double> angle = rotation_about_vertical({p, q, {}}, applied);
+  return angle ? std::optional(std::abs(*angle)) : std::nullopt;
 }
 
 /// Moves and scales an entry's model, and with it `points`, so that its box has the diagonal and
@@ -105,9 +107,9 @@ Result<std::vector<Vec3>> fit_to_mesh(const TrueModel& entry, const std::vector<
                                       const Mesh& mesh, Model& model) {
   PM_TRY(const Model file, read_model(entry.model));
   model = rotate_upright(file, entry.up);
-  const Box own = model.box(), box = bounding_box(mesh.positions);
-  const float scale = own.diagonal() > 0 ? box.diagonal() / own.diagonal() : 1;
-  for (Vec3& p : model.points) p = box.center() + (p - own.center()) * scale;
+  const Box model_box = model.box(), mesh_box = bounding_box(mesh.positions);
+  const float scale = model_box.diagonal() > 0 ? mesh_box.diagonal() / model_box.diagonal() : 1;
+  for (Vec3& p : model.points) p = mesh_box.center() + (p - model_box.center()) * scale;
   return place_points(points, file, model.points);
 }
 
@@ -119,7 +121,7 @@ Mat3 vertical_rotation(const Mesh& first, const Mesh& last) {
     const Vec3 normal = cross(first.positions[t.v[1]] - a, first.positions[t.v[2]] - a);
     for (const std::uint32_t v : t.v) areas[v] += static_cast<double>(length(normal)) / 6;
   }
-  const std::vector<Vec3d> p = in_double(first.positions), q = in_double(last.positions);
+  const std::vector<Vec3d> p = to_double(first.positions), q = to_double(last.positions);
   const double degrees = rotation_about_vertical({p, q, areas}).value_or(0);
   return exp_rotation({0, degrees * std::numbers::pi / 180, 0});
 }
@@ -132,24 +134,24 @@ Result<std::optional<TrueErrors>> measure_true_errors(const Leg& leg, const Name
   if (!truth.from || !truth.to) return std::optional<TrueErrors>();
   const PointPairs pairs = pair_points(*truth.from, *truth.to);
   if (pairs.from.empty()) return std::optional<TrueErrors>();
-  PM_TRY(const std::vector<Vec3> a, place_on(from, pairs.from));
-  PM_TRY(const std::vector<Vec3> b, place_on(to, pairs.to));
-  const float a_size = from.model.box().diagonal(), b_size = to.model.box().diagonal();
+  PM_TRY(const std::vector<Vec3> from_points, to_scene_points(from, pairs.from));
+  PM_TRY(const std::vector<Vec3> to_points, to_scene_points(to, pairs.to));
+  const float from_size = from.model.box().diagonal(), to_size = to.model.box().diagonal();
   TrueErrors errors;
-  errors.points = a.size();
+  errors.points = from_points.size();
   std::vector<Vec3> forward, backward;
-  for (const Vec3 p : a) forward.push_back(carry_by_plan(p, leg.plan, false));
-  for (const Vec3 p : b) backward.push_back(carry_by_plan(p, leg.plan, true));
-  add_errors(forward, b, b_size, errors.plan);
-  add_errors(backward, a, a_size, errors.plan);
+  for (const Vec3 p : from_points) forward.push_back(carry_by_plan(p, leg.plan, false));
+  for (const Vec3 p : to_points) backward.push_back(carry_by_plan(p, leg.plan, true));
+  add_errors(forward, to_points, to_size, errors.plan);
+  add_errors(backward, from_points, from_size, errors.plan);
   PM_TRY(const LegState start, leg_state(leg, 0, engine));
   PM_TRY(const LegState end, leg_state(leg, 1, engine));
-  PM_TRY(const PullBack first, pull_back(leg, start, a, engine));
-  PM_TRY(const PullBack last, pull_back(leg, end, b, engine));
-  add_errors(first.target, b, b_size, errors.map);
-  add_errors(last.source, a, a_size, errors.map);
-  errors.geodesic = geodesic_errors(first.target, b, to.model, area_of(to.model));
-  errors.facing = missing_rotation(a, b, leg.plan.alignment.rotation);
+  PM_TRY(const PullBack first, pull_back(leg, start, from_points, engine));
+  PM_TRY(const PullBack last, pull_back(leg, end, to_points, engine));
+  add_errors(first.target, to_points, to_size, errors.map);
+  add_errors(last.source, from_points, from_size, errors.map);
+  errors.geodesic = geodesic_errors(first.target, to_points, to.model, area_of(to.model));
+  errors.facing = remaining_rotation(from_points, to_points, leg.plan.alignment.rotation);
   return std::optional(std::move(errors));
 }
 
@@ -169,7 +171,7 @@ Result<std::optional<TrueErrors>> measure_true_errors(const Mesh& first, const M
   add_errors(arrived, to, target.box().diagonal(), errors.map);
   add_errors(place_points(to, last, first.positions), from, source.box().diagonal(), errors.map);
   errors.geodesic = geodesic_errors(arrived, to, target, area_of(target));
-  errors.facing = missing_rotation(from, to, vertical_rotation(first, last));
+  errors.facing = remaining_rotation(from, to, vertical_rotation(first, last));
   return std::optional(std::move(errors));
 }
 

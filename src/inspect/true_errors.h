@@ -1,5 +1,5 @@
-// True errors: distances between the images of known points, under a leg or under meshes with
-// corresponding points, and their true partners.
+// True errors: how far from their true partners a morph moves known points. The morph is a leg, or
+// a pair of meshes with corresponding vertices.
 #pragma once
 
 #include <optional>
@@ -25,16 +25,16 @@ struct NamedObject {
   const Model& model;  ///< model in scene coordinates
 };
 
-/// Measures a leg that reaches its target. Empty if its objects have no true points in common.
-/// Errors: kInput if a model cannot be read again; the engine's.
+/// Measures a leg that reaches its target. Returns nullopt if its objects have no true points in
+/// common. Errors: kInput if a model cannot be read again; those of the engine.
 Result<std::optional<TrueErrors>> measure_true_errors(const Leg& leg, const NamedObject& from,
                                                       const NamedObject& to, const TruePair& truth,
                                                       Engine& engine);
 
-/// Measures a morph from the mesh `first` to the mesh `last`. The models of the true points are
-/// scaled and moved so that their boxes have the diagonals and centres of the meshes' boxes. If the
-/// meshes' vertices do not correspond, only TrueErrors::points is set. Errors: kInput if a model
-/// cannot be read.
+/// Measures a morph from the mesh `first` to the mesh `last`. Returns nullopt as above. The models
+/// of the true points are scaled and moved so that their boxes have the diagonals and centres of
+/// the meshes' boxes. If the meshes' vertices do not correspond, only TrueErrors::points is set.
+/// Errors: kInput if a model cannot be read.
 Result<std::optional<TrueErrors>> measure_true_errors(const Mesh& first, const Mesh& last,
                                                       const TruePair& truth);
 

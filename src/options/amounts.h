@@ -21,7 +21,7 @@ Result<double> parse_amount(const std::string& option, const std::string& text,
                             const AmountUnits& units, const std::string& example);
 
 /// Replaces a size such as "1.5G" by its number of bytes (K, M, G and T are powers of 1024).
-/// Returns an error message, or "" on success: the form of CLI11's validators.
+/// Returns an error message, or "" on success, as CLI11's validators do.
 std::string parse_size(std::string& text);
 
 }  // namespace polymorph

@@ -10,9 +10,8 @@ std::string join_words(const std::vector<std::string>& words) {
   return fmt::format("{}", fmt::join(words, " "));
 }
 
-/// Returns a shell command that lists the words for a kind of value which depend on the
-/// installation (models, effects, ...), or "" for other kinds. Models and effects may be files as
-/// well.
+/// Returns a shell command that lists the possible values of an option, if they depend on the
+/// installation (models, effects, ...), else "". Models and effects may be files as well.
 std::string list_command(const OptionRow& row) {
   const std::string list = "polymorph demo --list 2>/dev/null | awk ";
   if (row.value == "FROM" || row.value == "TO")
@@ -52,11 +51,12 @@ std::string escape_zsh(const std::string& text) {
   return out;
 }
 
-/// Name of the function that lists the words for a kind of value.
+/// Returns the name of the zsh function that lists the words for a kind of value.
 std::string zsh_function(const std::string& value) {
   return value == "KEY=VALUE" ? "_polymorph_KEY" : "_polymorph_" + value;
 }
 
+/// Returns the action of an argument of zsh's _arguments: the words, or a function that lists them.
 std::string zsh_action(const OptionRow& row) {
   if (!list_command(row).empty()) return zsh_function(row.value);
   return row.choices.empty() ? "_files" : "(" + join_words(row.choices) + ")";
@@ -68,15 +68,15 @@ std::string bash_completion(const std::vector<CommandTable>& commands) {
   std::string values, options;
   for (const CommandTable& command : commands) {
     std::vector<std::string> names;
-    std::string words;  // of the last positional argument that has any
-    int arguments = 0;  // positional arguments with words
+    std::string words;  // words of the last positional argument that has words
+    int arguments = 0;  // number of positional arguments that have words
     for (const OptionRow& row : command.options) {
       names.insert(names.end(), row.names.begin(), row.names.end());
       const std::string choices = value_words(row, "$(");
       if (choices.empty()) continue;
       if (row.positional) words = choices, ++arguments;
       if (row.names.empty()) continue;
-      std::string patterns;
+      std::string patterns;  // "COMMAND OPTION" for each name of the option
       for (const std::string& name : row.names)
         patterns +=
             fmt::format("{}{} {}", patterns.empty() ? "" : "|", "\"" + command.name, name + "\"");

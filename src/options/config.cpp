@@ -74,15 +74,17 @@ Status apply_config(const std::string& file, CLI::App& program) {
     if (item.name == "++" || item.name == "--") continue;  // begin or end of a section
     std::replace(item.name.begin(), item.name.end(), '_', '-');
     PM_TRY(const std::vector<CLI::App*> commands, find_commands(file, item, program));
-    std::vector<std::string> known;
+    // Check the key against all commands that its section names.
+    std::vector<std::string> known_keys;
     bool is_known = false;
     for (CLI::App* candidate : commands) {
       const std::vector<std::string> keys = option_keys(*candidate);
       is_known = is_known || std::find(keys.begin(), keys.end(), item.name) != keys.end();
-      known.insert(known.end(), keys.begin(), keys.end());
+      known_keys.insert(known_keys.end(), keys.begin(), keys.end());
     }
     if (!is_known)
-      return make_config_error(file, item, "unknown option" + did_you_mean(item.name, known));
+      return make_config_error(file, item, "unknown option" + did_you_mean(item.name, known_keys));
+    // Store its values if it applies to the chosen command and is not set yet.
     if (std::find(commands.begin(), commands.end(), &command) == commands.end()) continue;
     CLI::Option* option = command.get_option_no_throw("--" + item.name);
     if (!option || is_set(*option)) continue;

@@ -22,9 +22,10 @@ namespace polymorph {
 /// not take.
 Status apply_config(const std::string& file, CLI::App& program);
 
-/// Stores the values of the chosen subcommand's options again if they have an environment variable.
-/// All subcommands store a common option in the same variable, and parsing sets it from the
-/// environment for those that were not chosen, too.
+/// Stores the values of the chosen subcommand's options again, if they have an environment
+/// variable. All subcommands store a common option in one C++ variable. CLI11 applies the
+/// environment to the subcommands that were not chosen, too, and so overwrites values from the
+/// command line.
 void prefer_command_line(const CLI::App& program);
 
 }  // namespace polymorph

@@ -62,7 +62,7 @@ std::string options_text(const CommandTable& table, bool full) {
     // of each verb lists the others.
     if (!table.verbs.empty() && (!full || option.group != "Common")) continue;
     if (option.group != group) {
-      if (!full && !group.empty()) break;
+      if (!full && !group.empty()) break;  // the short help has only the first group
       group = option.group;
       out += "\n" + group + ":\n";
     }
@@ -129,6 +129,8 @@ CommandTable verb_table(const CommandTable& command, const VerbTable& verb) {
                             verb.arguments.empty() ? "" : " ", verb.arguments);
   static const std::vector<std::string> kSharedByVerbs = {
       "--quiet", "--verbose", "--color", "--progress", "--log-file", "--log-format", "--config"};
+  // Keep the verb's own options and the shared ones. The argument VERB is dropped; the other
+  // positional argument stands for those of the verb.
   for (OptionRow option : command.options) {
     if (option.positional ? option.value == "VERB" || verb.arguments.empty()
                           : !is_named(option, verb.options) && !is_named(option, kSharedByVerbs))

@@ -34,7 +34,7 @@ struct VerbTable {
 };
 
 struct CommandTable {
-  std::string name, purpose, examples, exit_codes;  ///< the program itself has no name
+  std::string name, purpose, examples, exit_codes;  ///< `name` is empty for the program itself
   std::string usage;                                ///< empty: derived from the arguments
   std::vector<OptionRow> options;                   ///< positional ones, then the others by group
   std::vector<VerbTable> verbs;                     ///< empty if it has none
@@ -60,8 +60,8 @@ std::vector<CommandTable> command_tables(const CLI::App& program);
 /// ("golden test"), or "" for the program.
 std::string named_page(const std::vector<CommandTable>& commands, int argc, char** argv);
 /// Formats the help page of this name in at most 80 columns, or that of the program if no command
-/// has the name. `full`: with the options of all groups and the exit codes; else the options of the
-/// first group.
+/// has the name. If `full`, the page has the options of all groups and the exit codes, else only
+/// the options of the first group.
 std::string help_page(const CommandTable& program, const std::vector<CommandTable>& commands,
                       const std::string& name, bool full);
 

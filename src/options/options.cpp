@@ -24,7 +24,7 @@ std::vector<std::string> command_names(const CLI::App& program) {
 }
 
 /// Parses a number, checks its range, and replaces the text by its canonical form. Returns an error
-/// message, or "" on success: the form of CLI11's validators.
+/// message, or "" on success, as CLI11's validators do.
 template <class T, class Parse>
 std::string read_number(std::string& text, T low, T high, const char* kind, const Parse& parse) {
   const auto value = parse(text);
@@ -59,14 +59,14 @@ OptionRow option_row(const CLI::Option& option) {
 }
 
 /// Options of earlier versions, and their replacements.
-constexpr std::pair<const char*, const char*> kRetired[] = {
+constexpr std::pair<const char*, const char*> kRetiredOptions[] = {
     {"--noise", "--set image.noise=E"},      {"--denoise", "--set image.denoise=true"},
     {"--aovs", "--set image.aovs=LIST"},     {"--seed", "--set image.seed=N"},
     {"--isa", "the variable POLYMORPH_ISA"}, {"--only", "--frames"}};
 
 std::string describe_unknown_option(const CLI::App& command, const std::string& word) {
-  for (const auto& [name, instead] : kRetired)
-    if (word == name) return fmt::format("{} is now {}", name, instead);
+  for (const auto& [name, replacement] : kRetiredOptions)
+    if (word == name) return fmt::format("{} is now {}", name, replacement);
   std::vector<std::string> known;
   for (const CLI::Option* option : command.get_options())
     for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
@@ -87,7 +87,7 @@ std::string first_unknown_option(const CLI::App& command, int argc, char** argv)
 /// Rewrites CLI11's message "--method: soup not in {medial,hubbard}", where an argument without
 /// dashes is called "verb: ", as a sentence. Returns other messages unchanged.
 std::string rewrite_choice_error(const std::string& message, const std::string& command) {
-  const auto list_begin = message.find(" not in {");
+  const auto list_begin = message.find(" not in {");  // 9 characters, skipped below
   if (list_begin == std::string::npos) return message;
   const auto colon = message.find(": ");
   const std::string name = message.substr(0, colon);
@@ -327,14 +327,16 @@ CommandTable command_table(const CLI::App& command) {
   CommandTable table;
   if (command.get_parent()) table.name = command.get_name();
   table.purpose = command.get_description();
+  // add_subcommand() joins examples and exit codes by a form feed, each with a heading line.
   const std::string footer = command.get_footer();
-  const auto cut = footer.find('\f');
-  const auto body = [](const std::string& text) {
+  const auto separator = footer.find('\f');
+  const auto without_heading = [](const std::string& text) {
     const auto line = text.find('\n');
     return line == std::string::npos ? "" : text.substr(line + 1);
   };
-  table.examples = body(footer.substr(0, cut));
-  if (cut != std::string::npos) table.exit_codes = body(footer.substr(cut + 1));
+  table.examples = without_heading(footer.substr(0, separator));
+  if (separator != std::string::npos)
+    table.exit_codes = without_heading(footer.substr(separator + 1));
   std::vector<std::string> groups;
   for (const CLI::Option* option : command.get_options()) {
     const std::string& group = option->get_group();

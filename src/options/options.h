@@ -26,7 +26,7 @@ class Option {
  public:
   explicit Option(CLI::Option* option) : option_(option) {}
 
-  Option& group(const char* name);  ///< its heading in help; default: "Main"
+  Option& group(const char* name);  ///< heading of the option in help; default: "Main"
   Option& required();
   Option& environment(const char* variable);  ///< read if the option is not given
   Option& excludes(const Option& other);
@@ -34,8 +34,8 @@ class Option {
   Option& count(int low, int high);                        ///< takes from `low` to `high` values
   Option& one_value_each();                                ///< a list has one value per occurrence
   Option& bytes();  ///< a size as parse_size() parses it (options/amounts.h)
-  /// Limits a number to [low, high]. It is decimal, with '.' as the point, never hexadecimal or
-  /// octal; if T is an integer type it must be whole.
+  /// Limits a number to [low, high]. The number is decimal, with '.' as the point, never
+  /// hexadecimal or octal, and whole if T is an integer type.
   template <class T>
   Option& range(T low, std::type_identity_t<T> high) {
     if constexpr (std::integral<T>)

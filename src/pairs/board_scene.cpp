@@ -45,6 +45,7 @@ struct LevelFilm {
   std::vector<PairsPiece> board;
 };
 
+/// Makes the actor of a piece: a chain of objects with a leg per event, and still frames between.
 JsonValue make_actor(const LevelFilm& film, int piece) {
   const auto& [file, play, level, frames, board] = film;
   const PairsLevel& grid = file.game.levels[static_cast<std::size_t>(level)];
@@ -55,17 +56,17 @@ JsonValue make_actor(const LevelFilm& film, int piece) {
                                          ((grid.rows - 1) / 2.0 - row) * kSpacing});
   std::vector<JsonValue> chain{make_sphere(file)};
   std::vector<int> per_leg;
-  int first = frames + 1, end = 0;
+  int start_frame = frames + 1, last_end = 0;
   for (const PairsEvent& event : play.events()) {
     if (event.level != level || event.piece != piece) continue;
-    const int first_step = std::max(end, frame_at(event.start, fps));
+    const int first_step = std::max(last_end, frame_at(event.start, fps));
     const int last_step = std::max(first_step + 1, frame_at(event.start + event.seconds, fps));
     if (per_leg.empty())
-      first = first_step + 1;
+      start_frame = first_step + 1;
     else
-      chain.back()["hold"] = first_step - end;
+      chain.back()["hold"] = first_step - last_end;
     per_leg.push_back(last_step - first_step);
-    end = last_step;
+    last_end = last_step;
     chain.push_back(make_outcome(file, board[static_cast<std::size_t>(piece)], event.kind));
   }
   if (per_leg.empty()) {
@@ -74,7 +75,7 @@ JsonValue make_actor(const LevelFilm& film, int piece) {
     chain.push_back(make_outcome(file, board[static_cast<std::size_t>(piece)], Kind::kReveal));
     per_leg.push_back(kExtraFrames);
   }
-  actor["start"] = first;
+  actor["start"] = start_frame;
   actor["per_leg"] = per_leg;
   actor["source"] = chain.front();
   if (chain.size() > 2) {
@@ -118,8 +119,8 @@ JsonValue make_board_scene(const PairsFile& file, const PairsPlay& play, int lev
                                {"source", model},
                                {"target", model}});
   }
-  JsonValue& times = scene["frames"];
-  times["fps"] = fps;
+  JsonValue& frame_settings = scene["frames"];
+  frame_settings["fps"] = fps;
   // A leg that begins in the last frame needs one more.
   std::int64_t last = frames + kExtraFrames;
   for (const JsonValue& actor : scene.get("actors").items) {
@@ -129,7 +130,7 @@ JsonValue make_board_scene(const PairsFile& file, const PairsPlay& play, int lev
       needed += object.get("hold").integer;
     last = std::max(last, needed);
   }
-  times["count"] = last;
+  frame_settings["count"] = last;
   return scene;
 }
 
@@ -138,6 +139,7 @@ std::string format_score(const PairsPlay& play, int level, int frame, double fps
   int score = 0, found = 0;
   std::string ending;
   for (const PairsEvent& event : play.events()) {
+    // An event counts from the frame nearest to its start on.
     if (event.level > level || (event.level == level && event.start > now + 0.5 / fps)) break;
     score = event.score;
     if (event.level == level && event.kind == Kind::kMelt) ++found;
@@ -147,10 +149,10 @@ std::string format_score(const PairsPlay& play, int level, int frame, double fps
   }
   const PairsLevel& grid = play.game().levels[static_cast<std::size_t>(level)];
   const int all = grid.columns * grid.rows / 2;
-  const double left = std::max(0.0, play.limits()[static_cast<std::size_t>(level)] - now);
+  const double seconds_left = std::max(0.0, play.limits()[static_cast<std::size_t>(level)] - now);
   return fmt::format("LEVEL {}   SCORE {}   PAIRS {}/{}   TIME {:.0f}{}", level + 1, score,
-                     found / 2, grid.pairs > 0 ? std::min(grid.pairs, all) : all, std::ceil(left),
-                     ending);
+                     found / 2, grid.pairs > 0 ? std::min(grid.pairs, all) : all,
+                     std::ceil(seconds_left), ending);
 }
 
 }  // namespace polymorph

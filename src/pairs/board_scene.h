@@ -9,16 +9,16 @@
 
 namespace polymorph {
 
-/// Counts the frames of a level, from its start to the end of its last event, or to the clock's
-/// time in the current level if that is later.
+/// Counts the frames of a level from its start to the end of its last event. In the current level
+/// they reach at least to the present time of the clock.
 int count_level_frames(const PairsPlay& play, int level, double fps);
 
 /// Makes the scene of a level as far as it has been played. A piece is a sphere that becomes its
 /// object, a sphere again, a puddle, or drops on the path `explode`. The scene has a few frames
-/// more than count_level_frames(), because an actor that does not move needs a leg.
+/// more than count_level_frames(), because even an actor that does not move needs a leg.
 JsonValue make_board_scene(const PairsFile& file, const PairsPlay& play, int level);
 
-/// Frames per second of the game's scene settings, or 12.
+/// Returns the frames per second of the game's scene settings; default: 12.
 double frames_per_second(const PairsFile& file);
 
 /// Formats "LEVEL 1 SCORE 300 PAIRS 3/8 TIME 41" for a frame of the level, followed by the reason

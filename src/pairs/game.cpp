@@ -102,6 +102,7 @@ Status PairsPlay::pick(int first, int second) {
     return make_error(ErrorCode::kInput, "{}: pick two different pieces", place_name(level, first));
   if (over_) return Ok{};
 
+  // Reveal both pieces; then they melt if they are a pair, else they hide again.
   PairsPiece& a = board_[static_cast<std::size_t>(first)];
   PairsPiece& b = board_[static_cast<std::size_t>(second)];
   std::vector<int> shown;

@@ -101,8 +101,8 @@ class PairsPlay {
   void begin_level(double seconds_left);
   bool reveal_or_explode(int piece);
   void add_event(PairsEvent::Kind kind, std::vector<int> pieces, double seconds);
-  void add_note(PairsEvent::Kind kind);
-  void finish_turn();
+  void add_note(PairsEvent::Kind kind);  ///< adds an event of no piece and no duration
+  void finish_turn();  ///< begins the next level or ends the game, if the turn decides that
   int pairs_possible() const;
 
   PairsGame game_;
@@ -114,7 +114,8 @@ class PairsPlay {
   bool over_ = false, won_ = false;
 };
 
-/// Duration, in seconds, of a piece's next look.
+/// Returns the duration, in seconds, of the reveal of a piece that was looked at `looks_before`
+/// times.
 double reveal_seconds(const PairsRules& rules, int looks_before);
 
 /// Parses a position such as "b3", column 2 of row 3, into the index of a piece. Letters count

@@ -118,7 +118,8 @@ std::string resolve_file(std::string& name, const fs::path& folder, const std::s
   return "";
 }
 
-/// Reads an object: that of a scene, or only the name of a file or shape. Returns an error or "".
+/// Reads an object: either an object of a scene, or the name of a file or shape. Returns an error
+/// or "".
 std::string read_object(const JsonValue& json, const fs::path& folder, const std::string& where,
                         PairsFile& file) {
   JsonValue object = json;

@@ -47,9 +47,9 @@ std::vector<std::string> list_names(const std::vector<NamedFile>& files) {
 }
 
 const NamedFile* find_named(const std::vector<NamedFile>& files, const std::string& name) {
-  const auto found = std::find_if(files.begin(), files.end(),
+  const auto match = std::find_if(files.begin(), files.end(),
                                   [&](const NamedFile& file) { return file.name == name; });
-  return found == files.end() ? nullptr : &*found;
+  return match == files.end() ? nullptr : &*match;
 }
 
 /// Finds the object of this name: a demo model, else a shape, else a model file. Files are named
@@ -68,8 +68,8 @@ Error unknown_name(const char* what, const std::string& name, std::vector<std::s
                     what, name, did_you_mean(name, names), join_quoted(names));
 }
 
-/// Rewrites the file of an effect's object, relative to the folder `from`, relative to the folder
-/// `to`.
+/// Rewrites the name of an effect object's file: it is relative to the folder `from`, and becomes
+/// relative to the folder `to`.
 JsonValue relocate_object(JsonValue object, const fs::path& from, const fs::path& to) {
   if (object.is_string()) {
     const std::string& name = object.string;
@@ -81,7 +81,7 @@ JsonValue relocate_object(JsonValue object, const fs::path& from, const fs::path
   return object;
 }
 
-/// Tests whether an end of an effect's chain is a shape, such as drops. It then belongs to the
+/// Tests whether an end of an effect's chain is a shape, such as drops. A shape belongs to the
 /// effect, and the demo's chain passes through it.
 bool is_shape(const JsonValue& object) {
   return object.is_object() ? object.contains("shape")
@@ -96,7 +96,7 @@ JsonValue make_meta_object(JsonValue object) {
   return object;
 }
 
-/// Frame settings of a chain of `legs` legs, with a few still frames at both ends.
+/// Makes the frame settings of a chain of `legs` legs, with a few still frames at both ends.
 JsonValue demo_frames(std::size_t legs) {
   constexpr int kHoldStart = 3, kHoldEnd = 5, kFirstLeg = 22, kFurtherLeg = 10;
   const int moving = kFirstLeg + kFurtherLeg * (static_cast<int>(legs) - 1);
@@ -135,6 +135,7 @@ Result<JsonValue> demo_scene(const fs::path& data, const std::string& from, cons
                   target = find_object(models, to, folder);
   if (source.is_null()) return unknown_name("model", from, objects);
   if (target.is_null()) return unknown_name("model", to, objects);
+  // Find the intermediate objects and the settings that `through` names.
   JsonValue between = JsonValue::array(), settings;
   if (!through.empty()) {
     if (const NamedFile* file = find_named(effects, through)) {

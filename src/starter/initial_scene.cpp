@@ -10,7 +10,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// The settings that most scenes change, the most common first.
-const std::vector<std::pair<const char*, std::vector<const char*>>> kKeys{
+const std::vector<std::pair<const char*, std::vector<const char*>>> kCommonKeys{
     {"frames", {"count", "fps", "hold_start", "hold_end"}},
     {"image", {"width", "height", "samples", "noise", "exposure", "transparent"}},
     {"look", {"kind", "color", "roughness"}},
@@ -63,7 +63,7 @@ Result<JsonValue> initial_scene(const std::vector<std::string>& models, const fs
   scene["target"] = names.back();
   PM_TRY(const JsonDocument document, parse_json("the schema", scene_schema()));
   const JsonValue& schema = document.root;
-  for (const auto& [section, keys] : kKeys)
+  for (const auto& [section, keys] : kCommonKeys)
     for (const char* key : keys)
       scene[section][key] =
           schema.get("properties").get(section).get("properties").get(key).get("default");

@@ -45,7 +45,7 @@ Result<std::vector<Analysis>> analyze_files(const FramePattern& pattern,
   return analyze_meshes(morph, progress);
 }
 
-/// Checks that at least one morph is measured by the true points. Errors: kInput.
+/// Checks that at least one morph is measured against the true points. Errors: kInput.
 Status check_truth(const std::vector<Analysis>& morphs, const Truth* truth) {
   if (!truth || std::any_of(morphs.begin(), morphs.end(), [](const Analysis& morph) {
         return morph.find("points")->value.has_value();
@@ -57,6 +57,7 @@ Status check_truth(const std::vector<Analysis>& morphs, const Truth* truth) {
                     truth->file.string());
 }
 
+/// Measures the meshes or the scene that the options name.
 Result<std::vector<Analysis>> analyze_input(const CommandLine& line,
                                             const AnalyzeOptions& options) {
   const AnalyzeProgress progress = [](int done, int count) {

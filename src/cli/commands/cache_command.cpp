@@ -39,7 +39,7 @@ Result<fs::path> find_cache(const CommandLine& line) {
   return folder;
 }
 
-/// Lists the files of the cache, or reads and checks all of them.
+/// Lists the files of the cache. `is_verification`: reads all of them and reports which are bad.
 Result<int> list_entries(const CommandLine& line, const CacheOptions& options,
                          bool is_verification) {
   PM_TRY(const fs::path folder, find_cache(line));
@@ -92,7 +92,7 @@ Result<int> list_entries(const CommandLine& line, const CacheOptions& options,
   return invalid > 0 ? static_cast<int>(ErrorCode::kAnswerNo) : 0;
 }
 
-/// Says what was removed. Returns the exit code.
+/// Prints what was removed, or writes it as JSON. Returns the exit code.
 Result<int> report_cleaning(const fs::path& folder, const CacheCleaning& cleaning,
                             const CacheOptions& options) {
   for (const std::string& failure : cleaning.failures)
@@ -130,6 +130,7 @@ Result<int> collect_garbage(const CommandLine& line, const CacheOptions& options
     PM_TRY(age, parse_amount("--max-age", options.max_age,
                              {{'d', 86400}, {'h', 3600}, {'m', 60}, {'s', 1}}, "30d or 12h"));
   }
+  // An age alone leaves `bytes` infinite, beyond the range of the integer.
   constexpr auto kMax = std::numeric_limits<std::uint64_t>::max();
   const std::uint64_t max_bytes = bytes < 1e19 ? static_cast<std::uint64_t>(bytes) : kMax;
   return report_cleaning(folder, gc_cache(folder, max_bytes, age), options);

@@ -51,38 +51,39 @@ std::string describe_object(const std::string& name, const Diagnosis& d) {
   return text;
 }
 
-/// Quality of an object's balls, and the line on which its front lies, if the balls have a mirror
-/// plane.
+/// Quality of an object's balls, and the azimuth of their mirror plane, if they have one.
 struct FitFindings {
   ApproximationQuality quality;
-  std::optional<double> front_line;  ///< azimuth in radians (find_front_line())
+  std::optional<double> front_line;  ///< radians (find_front_line())
 };
 
 /// Fits the balls of an object and measures the fit. Returns nothing if no balls can be fitted.
 Result<std::optional<FitFindings>> measure_fit(const Model& model, const ObjectSettings& object,
                                                const std::filesystem::path& cache) {
   const Activity activity("fitting balls to " + object.name);
-  const auto stand_in = make_solid_proxy(model, object.spheres);
-  if (!stand_in) return std::optional<FitFindings>();  // the diagnosis reports the reason
-  const auto approximation = approximate_cached(model, object.spheres, cache, &*stand_in);
+  const auto proxy = make_solid_proxy(model, object.spheres);
+  if (!proxy) return std::optional<FitFindings>();  // the diagnosis reports the reason
+  const auto approximation = approximate_cached(model, object.spheres, cache, &*proxy);
   if (!approximation || approximation->balls.empty()) return std::optional<FitFindings>();
-  const Model& solid = *stand_in ? **stand_in : model;
+  const Model& solid = *proxy ? **proxy : model;
   PM_TRY(const ApproximationQuality quality,
          measure_quality(solid, InsideTest(solid), approximation->balls, FieldKind::kGaussian,
-                         {96, 5e4}));
+                         {96, 5e4}));  // cells along the longest side; points of the volume lattice
   return std::optional(FitFindings{quality, find_front_line(find_limbs(approximation->balls))});
 }
 
 /// Names the two possible directions of an object's front.
 std::string describe_front(const ObjectSettings& object, double front_line) {
-  constexpr double kDegrees = 57.29577951308232;
-  const int degrees = static_cast<int>(std::lround(front_line * kDegrees)) % 180;
+  constexpr double kDegreesPerRadian = 57.29577951308232;
+  const int degrees = static_cast<int>(std::lround(front_line * kDegreesPerRadian)) % 180;
   return fmt::format(
       "{}: by its mirror plane its front is at {} or {} degrees from +z towards +x - set \"front\" "
       "to one of them",
       object.name, degrees, degrees - 180);
 }
 
+/// Checks a scene in steps: its text, the files and sizes of its models, the models and the memory,
+/// then each object's shape and, with --fit, its balls.
 Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions& common) {
   const std::filesystem::path cache = cache_folder(common);
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
@@ -108,6 +109,7 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
     result.errors.push_back(status.error().message);
   for (const auto& sequence : loaded.sequences)
     if (sequence) result.sequences.push_back(describe_meshes(*sequence));
+  // Diagnose and fit each shape once: objects that are alike or similar share the result.
   const std::vector<std::size_t> first_alike = find_alike(chain),
                                  first_similar = find_similar(chain);
   std::map<std::size_t, Diagnosis> diagnoses;

@@ -30,8 +30,9 @@ struct FilePair {
   std::filesystem::path actual, reference;
 };
 
-/// Pairs two files, or the files of two sequences by their numbers: of images, or of models and the
-/// poses of animated models. Errors: kUsage, kInput.
+/// Pairs two files, or the files of two sequences by their numbers. `are_models`: the files are
+/// models, and the poses of an animated model form a sequence. Otherwise they are images. Errors:
+/// kUsage, kInput.
 Result<std::vector<FilePair>> find_pairs(const CompareOptions& options, bool are_models) {
   const auto parse = [&](const std::string& name) {
     return parse_pattern(are_models && pose_count(name) > 0 ? pose_pattern(name).string() : name);
@@ -57,7 +58,7 @@ Result<std::vector<FilePair>> find_pairs(const CompareOptions& options, bool are
   return pairs;
 }
 
-/// Says how many pairs of a sequence pass, unless a JSON report does. Returns the exit code.
+/// Prints how many pairs of a sequence pass, unless there is a JSON report. Returns the exit code.
 int finish_pairs(const CompareOptions& options, std::size_t pairs, std::size_t failed) {
   if (pairs > 1 && !options.json.enabled)
     print_data("{} of {} pairs pass\n", pairs - failed, pairs);
@@ -70,12 +71,13 @@ std::string difference_path(const CompareOptions& options, const FilePair& pair,
   return path.parent_path() / (pair.actual.stem().string() + "." + path.filename().string());
 }
 
-/// The previous pair of a sequence, from which the flicker between successive frames is measured.
+/// The pair of a sequence that was compared last, and the flicker from the pair before to that
+/// pair.
 struct Previous {
   Image actual, reference;
-  std::optional<double> flicker, reference_flicker;  ///< mean change from the pair before
+  std::optional<double> flicker, reference_flicker;  ///< means over the pixels
 
-  /// Measures the change to the next pair, which then replaces this one.
+  /// Measures the flicker to the next pair, and stores that pair.
   void advance(Image next_actual, Image next_reference) {
     const auto mean = [](const std::optional<Flicker>& f) {
       return f ? std::optional<double>(f->mean) : std::nullopt;
@@ -152,6 +154,8 @@ Result<int> compare_meshes(const CompareOptions& options) {
   return finish_pairs(options, pairs.size(), failed);
 }
 
+/// Compares images: checks all outputs before any work, compares the pairs, then writes the
+/// reports.
 Result<int> run_compare(const CompareOptions& options, bool overwrite) {
   if (is_model_file(options.actual) && is_model_file(options.reference))
     return compare_meshes(options);

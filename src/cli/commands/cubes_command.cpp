@@ -6,6 +6,8 @@
 namespace polymorph {
 namespace {
 
+/// Describes one of the 256 cases of marching cubes: its base case, inside corners and triangles.
+/// `key` is the sum of the inside corners' weights.
 JsonValue cube_json(int key) {
   JsonValue inside = JsonValue::array(), triangles = JsonValue::array();
   for (int corner = 0; corner < 8; ++corner)

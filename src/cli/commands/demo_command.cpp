@@ -63,6 +63,7 @@ Result<DemoFiles> demo_files(const fs::path& output) {
                    output / "frame.####.exr"};
 }
 
+/// Makes a scene, writes it, renders all of its frames, and writes them as a strip and a GIF.
 Result<int> run_demo(const CommandLine& line, const DemoOptions& options) {
   const Stopwatch stopwatch;
   PM_TRY(const fs::path data, find_data_folder());

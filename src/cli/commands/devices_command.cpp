@@ -23,7 +23,7 @@ std::string cpu_name() {
   return "unknown processor";
 }
 
-/// Description of the machine's processors and GPUs: for programs, and in lines for people.
+/// Description of the machine's processors and GPUs, as JSON and as lines of text.
 struct Devices {
   JsonValue json;
   std::string text;

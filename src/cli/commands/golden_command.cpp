@@ -32,7 +32,7 @@ GoldenSettings golden_settings(const CommandLine& line, const GoldenOptions& opt
   // Goldens are rendered on the CPU unless another device is named.
   settings.device = line.common.device == "auto" ? "cpu" : line.common.device;
   settings.cache_folder = cache_folder(line.common);
-  // Inside the report, so that the report can be accepted from any place.
+  // The failing frames lie inside the report, so that it can be accepted from any folder.
   settings.failures = !options.failures.empty() ? std::filesystem::path(options.failures)
                       : !options.report.folder.empty()
                           ? std::filesystem::path(options.report.folder) / "frames"
@@ -48,9 +48,9 @@ std::string root_argument(const GoldenOptions& options) {
 /// frames, else `update`, which renders them again.
 std::string accept_command(const GoldenOptions& options, const std::string& suite) {
   const bool keeps_frames = !options.report.folder.empty() && options.failures.empty();
-  const std::string what =
+  const std::string verb =
       keeps_frames ? "accept " + quote_for_shell(options.report.folder) + " " : "update ";
-  return fmt::format("polymorph golden {}{}{} --reason \"...\"", what, quote_for_shell(suite),
+  return fmt::format("polymorph golden {}{}{} --reason \"...\"", verb, quote_for_shell(suite),
                      root_argument(options));
 }
 
@@ -140,7 +140,7 @@ Status test_suite(const std::string& name, const GoldenSettings& settings,
                       : test_frames(suite, settings, options, report);
 }
 
-/// Adds a failed case for a suite that could not be tested, so that CI does not pass it.
+/// Adds a failed case for a suite that could not be tested, so that CI does not pass.
 void add_error(const std::string& group, const std::string& name, const Error& error,
                const GoldenOptions& options, Report& report) {
   if (!options.json.enabled) print_data("{}: could not be tested\n", group);
@@ -153,6 +153,7 @@ void add_error(const std::string& group, const std::string& name, const Error& e
   report.cases.push_back(std::move(failed));
 }
 
+/// Tests all named suites and writes the reports, even if some suites cannot be tested.
 Result<int> test_all(const CommandLine& line, const GoldenOptions& options) {
   GoldenSettings settings = golden_settings(line, options);
   PM_TRY_STATUS(check_outside_suites(options, settings.failures));
@@ -192,7 +193,8 @@ Result<int> test_all(const CommandLine& line, const GoldenOptions& options) {
   return code;
 }
 
-/// Prints "SHA256  SUITE/frame.0012" as sha256sum would, for comparing machines.
+/// Prints "SHA256  SUITE/frame.0012" per frame, as sha256sum does, so that machines can be
+/// compared.
 Result<int> print_hashes(const CommandLine& line, const GoldenOptions& options) {
   const GoldenSettings settings = golden_settings(line, options);
   std::vector<std::string> names = options.suites;
@@ -254,7 +256,7 @@ Result<int> make_suite(const CommandLine& line, const GoldenOptions& options) {
   return 0;
 }
 
-/// Prints a line per suite, and the errors of those that cannot be loaded.
+/// Prints a line per suite, and the errors of suites that cannot be loaded.
 Result<int> list_suites(const CommandLine&, const GoldenOptions& options) {
   std::vector<std::string> names = options.suites;
   if (names.empty()) {
@@ -309,17 +311,17 @@ std::vector<VerbTable> golden_verbs(const CommandLine& line,
   const auto call = [&line, options](auto action) {
     return [&line, options, action] { return action(line, *options); };
   };
-  const std::vector<std::string> work_options = {"-t", "--device", "--max-memory", "--cache-dir",
-                                                 "--no-cache"};
-  const auto with_work_options = [&](std::vector<std::string> options) {
-    options.insert(options.end(), work_options.begin(), work_options.end());
+  const std::vector<std::string> compute_options = {"-t", "--device", "--max-memory", "--cache-dir",
+                                                    "--no-cache"};
+  const auto with_compute_options = [&](std::vector<std::string> options) {
+    options.insert(options.end(), compute_options.begin(), compute_options.end());
     return options;
   };
   return {
       {"test", "Render the frames of suites and compare them with their goldens.", "[SUITE...]",
        "suites; default: all of them",
-       with_work_options({"--root", "--failures", "--bits", "--report", "--html", "--junit",
-                          "--json", "--overwrite"}),
+       with_compute_options({"--root", "--failures", "--bits", "--report", "--html", "--junit",
+                             "--json", "--overwrite"}),
        "  polymorph golden test\n"
        "  polymorph golden test teapot-penguin --report golden-report\n"
        "  polymorph golden test --bits",
@@ -328,12 +330,12 @@ std::vector<VerbTable> golden_verbs(const CommandLine& line,
        "  5 device or memory",
        call(test_all)},
       {"new", "Make a suite of some frames of a scene, and render their goldens.", "NAME SCENE",
-       "name of the suite, and its scene", with_work_options({"--root", "--frames", "--reason"}),
+       "name of the suite, and its scene", with_compute_options({"--root", "--frames", "--reason"}),
        "  polymorph golden new logo scenes/logo.json -f 1,12,24",
        "  0 made   2 usage   3 bad scene   4 cannot write, exists   5 device or memory",
        call(make_suite)},
       {"update", "Render the goldens of suites anew.", "SUITE...", "suites; golden list shows them",
-       with_work_options({"--root", "--reason"}),
+       with_compute_options({"--root", "--reason"}),
        "  polymorph golden update teapot-penguin --reason \"softer key light\"",
        "  0 done   2 usage   3 bad suite or scene   4 cannot write   5 device or memory",
        call(update_suites)},
@@ -364,7 +366,7 @@ std::vector<VerbTable> golden_verbs(const CommandLine& line,
        call(list_suites)},
       {"hash", "Print the SHA-256 of each frame's pixels: the same on every machine.",
        "[SUITE|SCENE.json...]", "suites and scenes; default: all suites",
-       with_work_options({"--root"}),
+       with_compute_options({"--root"}),
        "  polymorph golden hash > here.txt\n  polymorph golden hash scenes/logo.json",
        "  0 printed   2 usage   3 bad suite or scene   5 device or memory", call(print_hashes)},
   };

@@ -31,7 +31,8 @@ Result<int> print_inspection(const JsonOutput& json, const Result<Inspection>& i
   return 0;
 }
 
-/// Returns the frames in which the first actor shows its objects, or is nearest to them, in order.
+/// Returns, for each object of the first actor in order, the frame that shows it or is nearest to
+/// it.
 std::vector<int> object_frames(const Scene& scene) {
   const Timeline timeline = make_timeline(scene, scene.actors.front());
   std::vector<int> frames;

@@ -30,17 +30,18 @@ Result<int> run_init(const CommandLine& line, const InitOptions& options) {
                             "their defaults. What is left out keeps its default; `polymorph "
                             "schema` knows every key. Comments may stand anywhere.",
                             suggestions)));
+  // Load the written scene to report errors in it now.
   PM_TRY_STATUS([&]() -> Status {
     PM_TRY(const Scene loaded, load_scene(file));
     return Ok{};
   }());
-  const std::string word = quote_for_shell(options.output);
+  const std::string scene_word = quote_for_shell(options.output);
   print_data("{}\n", options.output);
   log_info(
       "next:\n  {0} check {1}\n  {0} render {1} -o look.png -f 12 --preview\n"
       "  {0} render {1} --dry-run\n  {0} render {1}\n"
       "  {0} strip 'out/frame.####.exr' -o strip.png --gif morph.gif",
-      line.program, word);
+      line.program, scene_word);
   return 0;
 }
 

@@ -30,8 +30,8 @@ std::string point_text(const std::optional<Vec3>& p) {
   return p ? fmt::format("[{:.6g}, {:.6g}, {:.6g}]", p->x, p->y, p->z) : "-";
 }
 
-/// Formats the matched tips as plan.landmarks of a scene. A tip has the point of the first leg that
-/// names it.
+/// Formats the matched tips of limbs as plan.landmarks of a scene. If several legs name a tip, it
+/// has the point of the first.
 JsonValue landmarks_json(const std::vector<LegCandidates>& legs) {
   JsonValue landmarks = JsonValue::object();
   const auto set = [&](const std::string& key, const std::string& name, Vec3 p) {

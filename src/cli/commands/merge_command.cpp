@@ -17,7 +17,7 @@ struct MergeOptions {
   JsonOutput json;
 };
 
-/// Formats the samples that the parts have, as in "0-15, 32-47/64".
+/// Formats the samples that a frame's parts have, as in "0-15, 32-47/64".
 std::string describe_samples(const FrameMerge& merge) {
   return fmt::format("{}/{}", format_samples(merge.ranges), merge.samples.total);
 }
@@ -39,7 +39,7 @@ Result<int> run_merge(const CommandLine& line, const MergeOptions& options) {
   const Stopwatch stopwatch;
   MergeSettings settings = options.settings;
   settings.overwrite = line.common.overwrite;
-  settings.command = line.text;
+  settings.command = line.arguments;
   PM_TRY(const std::vector<FrameMerge> merges, plan_merge(settings));
   const ProgressCallback progress = make_progress(progress_mode(line.common));
   std::size_t done = 0, parts = 0;

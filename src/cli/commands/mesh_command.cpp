@@ -15,7 +15,7 @@ struct MeshOptions {
   std::vector<std::string> sets;
 };
 
-/// Parses --error: a share, or per cent. Errors: kUsage.
+/// Parses --error: a fraction of the diagonal, or a percentage. Errors: kUsage.
 Result<double> parse_mesh_error(const std::string& text) {
   std::string_view number = text;
   const bool percent = number.ends_with('%');

@@ -51,6 +51,7 @@ class Session {
 
   const PairsPlay& play() const { return play_; }
 
+  /// Applies a move and prints the events that it causes.
   Status move(const std::string& text) {
     PM_TRY_STATUS(apply_move(play_, text));
     for (; printed_events_ < play_.events().size(); ++printed_events_) {
@@ -71,14 +72,15 @@ class Session {
 
   /// Renders the frames since the last call as PNGs that show the score and the clock.
   Status render_new_frames() {
-    while (shown_level_ < play_.level()) {
-      PM_TRY_STATUS(render_level(shown_level_));
-      ++shown_level_;
-      shown_frames_ = 0;
+    while (rendered_level_ < play_.level()) {
+      PM_TRY_STATUS(render_level(rendered_level_));
+      ++rendered_level_;
+      rendered_frames_ = 0;
     }
-    return render_level(shown_level_);
+    return render_level(rendered_level_);
   }
 
+  /// Writes the contact sheet and the GIF of the whole play.
   Status finish() {
     const fs::path folder = options_.output;
     SheetSettings sheet;
@@ -91,10 +93,11 @@ class Session {
   }
 
  private:
+  /// Renders the frames of a level that are new since the last call.
   Status render_level(int level) {
     const double fps = frames_per_second(file_);
     const int frames = count_level_frames(play_, level, fps);
-    if (frames <= shown_frames_) return Ok{};
+    if (frames <= rendered_frames_) return Ok{};
     const fs::path scene_file = fs::path(options_.output) / fmt::format("level-{}.json", level + 1);
     const std::string text = dump_json(make_board_scene(file_, play_, level));
     PM_TRY_STATUS(write_file(scene_file, text));
@@ -103,7 +106,7 @@ class Session {
     // replace.
     PM_TRY(Scene scene, load_scene_text(scene_file, text, overrides));
     std::vector<int> numbers;
-    for (int frame = shown_frames_ + 1; frame <= frames; ++frame) numbers.push_back(frame);
+    for (int frame = rendered_frames_ + 1; frame <= frames; ++frame) numbers.push_back(frame);
     PM_TRY(const EngineScene film_scene, prepare_film(std::move(scene), resources(line_.common)));
     PM_TRY(Film film, render_film(film_scene, numbers,
                                   {.progress = make_progress(progress_mode(line_.common))}));
@@ -118,7 +121,7 @@ class Session {
     }
     film_.fps = static_cast<float>(fps);
     film_.last = static_cast<int>(film_.numbers.size());
-    shown_frames_ = frames;
+    rendered_frames_ = frames;
     return Ok{};
   }
 
@@ -143,7 +146,7 @@ class Session {
   PairsPlay play_;
   Film film_;
   std::size_t printed_events_ = 0;
-  int shown_level_ = 0, shown_frames_ = 0;  ///< frames of this level that are rendered
+  int rendered_level_ = 0, rendered_frames_ = 0;  ///< finished frames of rendered_level_
 };
 
 /// Reads moves from standard input until the game is over. A line that is no move gives a warning.

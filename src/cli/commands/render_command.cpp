@@ -47,7 +47,7 @@ Result<std::optional<SampleRange>> apply_samples(Scene& scene, const std::string
 
 Result<SequenceSettings> sequence_settings(const CommandLine& line, const RenderOptions& options,
                                            const Scene& scene,
-                                           const std::optional<SampleRange>& part) {
+                                           const std::optional<SampleRange>& sample_range) {
   SequenceSettings settings;
   const int count = frame_count(scene);
   PM_TRY(settings.frames, parse_frames_or_all(options.frames, 1, count));
@@ -58,8 +58,8 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
     settings.frames = take_shard(settings.frames, shard);
   }
   PM_TRY(const FrameFiles files, frame_files(scene, options.output, options.png, is_sequence));
-  if (part) PM_TRY_STATUS(check_part(scene, files));
-  settings.part = part;
+  if (sample_range) PM_TRY_STATUS(check_part(scene, files));
+  settings.part = sample_range;
   settings.exr = files.exr;
   settings.png = files.png;
   settings.view = options.scene_options.view;
@@ -73,7 +73,7 @@ Result<SequenceSettings> sequence_settings(const CommandLine& line, const Render
   settings.device = line.common.device;
   settings.max_memory = line.common.max_memory;
   settings.cache_folder = cache_folder(line.common);
-  settings.command = line.text;
+  settings.command = line.arguments;
   settings.stop = &stop_requested();
   return settings;
 }
@@ -90,6 +90,7 @@ void print_plan(const RunReport& report, const SequenceSettings& settings) {
   const auto frames = static_cast<double>(planned);
   const auto skipped = report.count(FrameRecord::State::kSkipped);
   const FrameEstimate estimate = report.estimate.value_or(FrameEstimate{});
+  // The pattern of a format that is not written is empty.
   const auto is_written = [](const FramePattern& p) { return !p.before.empty() || p.has_number(); };
   const double bytes = (is_written(settings.exr) ? estimate.exr_bytes : 0) +
                        (is_written(settings.png) ? estimate.png_bytes : 0);
@@ -136,9 +137,9 @@ void print_stats(const RunReport& report) {
 
 constexpr int kTurntableFrames = 72;  // 5 degrees per frame
 
-/// Loads the scene with a camera that goes round once (--turntable): round a model, round the still
-/// frame that -f names, or during the film. If -f names a still frame, `frames` is cleared, so that
-/// all frames of the turntable are rendered.
+/// Loads the scene with a camera that goes round once (--turntable). The camera circles a model, or
+/// the still frame that -f names, or the scene while the film runs. If -f names a still frame,
+/// `frames` is cleared, so that all frames of the turntable are rendered.
 Result<Scene> load_turntable(const RenderOptions& options, std::span<const Override> overrides,
                              std::string& frames) {
   if (std::filesystem::path(options.scene).extension() != ".json" && !is_numbered(options.scene))
@@ -156,14 +157,15 @@ Result<Scene> load_turntable(const RenderOptions& options, std::span<const Overr
   return scene;
 }
 
+/// Loads the scene, renders its frames, and writes the requested reports. Returns the exit code.
 Result<int> render_once(const CommandLine& line, const RenderOptions& command_options) {
   RenderOptions options = command_options;
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.scene_options.sets));
   PM_TRY(Scene scene, options.turntable ? load_turntable(options, overrides, options.frames)
                                         : load_scene(options.scene, overrides));
   apply_scene_options(scene, options.scene_options);
-  PM_TRY(const std::optional<SampleRange> part, apply_samples(scene, options.samples));
-  PM_TRY(const SequenceSettings settings, sequence_settings(line, options, scene, part));
+  PM_TRY(const std::optional<SampleRange> sample_range, apply_samples(scene, options.samples));
+  PM_TRY(const SequenceSettings settings, sequence_settings(line, options, scene, sample_range));
   if (settings.frames.empty()) {
     log_info("no frames in this shard");
     if (options.json.enabled) PM_TRY_STATUS(write_json(options.json, to_json(RunReport{})));

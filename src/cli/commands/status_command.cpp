@@ -24,10 +24,12 @@ struct StatusOptions {
   JsonOutput json;
 };
 
+/// The word for a state in the table and in the JSON report.
 struct StateName {
   FileState state;
   const char* name;
 };
+/// All states, in the order of FileState, by which they are indexed.
 constexpr StateName kStates[]{{FileState::kCurrent, "whole"},
                               {FileState::kMissing, "missing"},
                               {FileState::kStale, "stale"},
@@ -75,16 +77,17 @@ std::string next_step(const CommandLine& line, const std::string& output, const 
   return fmt::format("to complete {}: {} -o {}", frames, command, quote_for_shell(output));
 }
 
+/// Prints which frames are in which state, and logs the commands that complete the sequence.
 Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
   PM_TRY(const Scene scene, load_scene_with(options.scene, options.scene_options));
   // Frames in a folder have the names of output.file in the scene. A folder may not exist yet.
   std::error_code error;
-  const bool folder =
+  const bool is_folder =
       fs::is_directory(options.where, error) ||
       (!fs::exists(options.where, error) && !fs::path(options.where).has_extension());
   const std::string output =
-      folder ? (fs::path(options.where) / fs::path(scene.output.file).filename()).string()
-             : options.where;
+      is_folder ? (fs::path(options.where) / fs::path(scene.output.file).filename()).string()
+                : options.where;
   PM_TRY(const FrameFiles files, frame_files(scene, output, options.png, true));
   const int count = frame_count(scene);
   PM_TRY(std::vector<int> frames, parse_frames_or_all(options.frames, 1, count));

@@ -61,7 +61,8 @@ Status apply_view(const std::optional<ViewTransform>& view, Film& film) {
   return Ok{};
 }
 
-Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
+/// Renders the frames that the options choose.
+Result<Film> film_from_scene(const CommandLine& line, const StripOptions& options) {
   PM_TRY(Scene scene, load_scene_with(options.input, options.scene_options));
   PM_TRY(const std::optional<ViewTransform> view, open_view(options));
   const int count = frame_count(scene);
@@ -81,8 +82,8 @@ Result<Film> from_scene(const CommandLine& line, const StripOptions& options) {
   return film;
 }
 
-/// Parses the frame rate in a header, which is a number in EXR files and a text in PNG files.
-/// Nothing if it is outside [0.1, 1000], the range of frames.fps.
+/// Parses the frame rate in a header: a number in EXR files, a text in PNG files. Returns nullopt
+/// for a text that is no number in [0.1, 1000], the range of frames.fps.
 std::optional<float> parse_fps(const Attribute& attribute) {
   if (const float* value = std::get_if<float>(&attribute.value)) return *value;
   const std::string* text = std::get_if<std::string>(&attribute.value);
@@ -91,7 +92,7 @@ std::optional<float> parse_fps(const Attribute& attribute) {
   return static_cast<float>(*number);
 }
 
-/// Reads a frame, or its matte of the name that --matte gives.
+/// Reads a frame, or, with --matte, the frame's matte of that name.
 Result<Image> read_frame(const StripOptions& options, const std::filesystem::path& file) {
   remember_input(file);
   PM_TRY(Image image, read_image(file));
@@ -103,7 +104,8 @@ Result<Image> read_frame(const StripOptions& options, const std::filesystem::pat
   return matte;
 }
 
-Result<Film> from_images(const StripOptions& options) {
+/// Reads the existing frames that the options choose, with their exposure and the view applied.
+Result<Film> film_from_images(const StripOptions& options) {
   PM_TRY(const FramePattern pattern, parse_pattern(options.input));
   if (!pattern.has_number())
     return make_error(ErrorCode::kUsage, "{}: is one image - name a sequence with #### or a scene",
@@ -207,6 +209,7 @@ Result<bool> are_mattes_single(const StripOptions& options) {
   return !input.has_number() || output.has_number();
 }
 
+/// Makes the mattes, or the page, or the sheet, GIF and movie that the options name.
 Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
   // A model is treated as a scene, because load_scene() has a helpful error for models.
   const bool is_scene =
@@ -231,14 +234,14 @@ Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
     PM_TRY_STATUS(write_play_page(line, std::move(scene), options.html));
     if (options.output.empty() && !options.is_animated()) return 0;
   }
-  auto loaded = is_scene ? from_scene(line, options) : from_images(options);
+  auto loaded = is_scene ? film_from_scene(line, options) : film_from_images(options);
   if (!loaded) return std::move(loaded).error();
   const Film& film = *loaded;
   if (!options.output.empty()) {
     SheetSettings sheet;
     sheet.count = options.count;
-    const bool is_chosen = is_scene && options.by_change() && !options.is_animated();
-    sheet.all = !options.frames.empty() || is_chosen;
+    const bool is_chosen_by_change = is_scene && options.by_change() && !options.is_animated();
+    sheet.all = !options.frames.empty() || is_chosen_by_change;
     sheet.by_change = options.by_change();
     sheet.columns = options.columns;
     sheet.cell_width = options.width;
