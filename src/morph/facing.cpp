@@ -18,7 +18,7 @@ namespace {
 constexpr double kMinOverlap = 0.7, kSecondPlane = 0.97;
 /// The larger rotation is taken only if its discrepancy is below this fraction of the smaller
 /// one's.
-constexpr double kGain = 0.98;
+constexpr double kGain = 0.9;
 /// Rotations within this angle, in radians, count as equal.
 constexpr double kNear = 25 * exact::kPi / 180;
 /// Weight of the term in geodesic distances (1 - kDistances is that of the term in points), and

@@ -5,6 +5,8 @@
 #include <map>
 #include <string_view>
 
+#include "morph/align.h"
+
 namespace polymorph {
 namespace {
 
@@ -69,18 +71,20 @@ std::vector<std::string_view> choose_nouns(const Limbs& limbs) {
 }
 
 /// Position of a limb among those with the same noun, such as "front left ".
-std::string describe_side(const Limbs& limbs, const std::vector<std::size_t>& group,
-                          std::size_t limb) {
+/// `to_original` undoes the object's rotation.
+std::string describe_side(const Limbs& limbs, const Mat3& to_original,
+                          const std::vector<std::size_t>& group, std::size_t limb) {
   if (group.size() < 2) return "";
-  Vec3d low = limbs.limbs[group[0]].tip(), high = low;
+  const auto tip = [&](std::size_t i) { return to_original * limbs.limbs[i].tip(); };
+  Vec3d low = tip(group[0]), high = low;
   for (const std::size_t i : group) {
-    const Vec3d p = limbs.limbs[i].tip();
+    const Vec3d p = tip(i);
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
   // A group that is wide along both axes gets both words.
   constexpr double kMinAspect = 0.25;
-  const Vec3d p = limbs.limbs[limb].tip(), middle = (low + high) * 0.5, size = high - low;
+  const Vec3d p = tip(limb), middle = (low + high) * 0.5, size = high - low;
   const bool by_x = size.x >= kMinAspect * size.z, by_z = size.z >= kMinAspect * size.x;
   std::string side;
   if (by_z && (group.size() > 2 || !by_x || size.z > size.x))
@@ -92,14 +96,16 @@ std::string describe_side(const Limbs& limbs, const std::vector<std::size_t>& gr
 
 }  // namespace
 
-std::vector<std::string> limb_names(const Limbs& limbs) {
+std::vector<std::string> limb_names(const Limbs& limbs, double angle) {
+  const Mat3 to_original = about_vertical(-angle);
   const std::vector<std::string_view> nouns = choose_nouns(limbs);
   std::map<std::string_view, std::vector<std::size_t>> groups;
   for (std::size_t i = 0; i < nouns.size(); ++i) groups[nouns[i]].push_back(i);
   std::vector<std::string> names;
   std::map<std::string, int> used;
   for (std::size_t i = 0; i < nouns.size(); ++i) {
-    std::string name = describe_side(limbs, groups[nouns[i]], i) + std::string(nouns[i]);
+    std::string name =
+        describe_side(limbs, to_original, groups[nouns[i]], i) + std::string(nouns[i]);
     if (const int earlier = used[name]++; earlier > 0)
       name.append(" ").append(std::to_string(earlier + 1));
     names.push_back(std::move(name));

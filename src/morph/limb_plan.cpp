@@ -669,8 +669,9 @@ std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::
   return sides;
 }
 
-std::vector<std::pair<std::string, std::string>> list_limb_names(const LimbPlan& limbs) {
-  const std::vector<std::string> from = limb_names(limbs.from), to = limb_names(limbs.to);
+std::vector<std::pair<std::string, std::string>> list_limb_names(const LimbPlan& limbs,
+                                                                 double angle) {
+  const std::vector<std::string> from = limb_names(limbs.from), to = limb_names(limbs.to, angle);
   std::vector<std::pair<std::string, std::string>> names;
   std::uint32_t from_done = 0, to_done = 0;
   const auto mask = [](const Limbs& all, std::uint32_t limb) {

@@ -77,6 +77,7 @@ std::vector<Pair> pair_bodies(const CostPair& sides, LabelMode mode, const LimbC
 void add_lone_pairs(MorphPlan& plan);
 
 /// Lists the names of limbs that become each other; an empty name is nothing.
-std::vector<std::pair<std::string, std::string>> list_limb_names(const LimbPlan& limbs);
+std::vector<std::pair<std::string, std::string>> list_limb_names(const LimbPlan& limbs,
+                                                                 double angle = 0);
 
 }  // namespace polymorph

@@ -137,7 +137,8 @@ bool are_alike(const MorphPlan& plan, const Mat3& rotation, AlignMethod align) {
 
 /// Matches the limbs and stores the match in the plan; returns false if it is not certain.
 bool use_limbs(MorphPlan& plan, LimbPlan& limbs, const Mat3& rotation) {
-  limbs.match = match_at(limbs, log_rotation(rotation).y);
+  const double angle = log_rotation(rotation).y;
+  limbs.match = match_at(limbs, angle);
   if (!is_certain(limbs.match)) return false;
   std::vector<std::uint32_t> from_matched, to_matched;
   for (const auto& [i, k] : limbs.match.limbs) {
@@ -146,7 +147,7 @@ bool use_limbs(MorphPlan& plan, LimbPlan& limbs, const Mat3& rotation) {
   }
   plan.from_limbs = limb_labels(limbs.from, from_matched);
   plan.to_limbs = limb_labels(limbs.to, to_matched);
-  plan.limb_names = list_limb_names(limbs);
+  plan.limb_names = list_limb_names(limbs, angle);
   return true;
 }
 

@@ -111,6 +111,15 @@ TEST(Facing, FrontsThatAreKnownDecide) {
   EXPECT_LT(difference(*both, -120 * kDegree), 1e-9);
 }
 
+TEST(Facing, LimbsOfTurnedFiguresKeepTheirNames) {
+  const double angle = 150 * kDegree;
+  LimbPlan plan = find_limbs_of_sides({figure(), {}, {}}, {turn(figure(0.3f), angle), {}, {}}, {});
+  plan.match = match_at(plan, angle);
+  const auto names = list_limb_names(plan, angle);
+  EXPECT_EQ(names.size(), 5u);
+  for (const auto& [from, to] : names) EXPECT_EQ(from, to);
+}
+
 TEST(Facing, PlansTurnByIt) {
   const std::vector<Ball> a = animal(2, 0.9f), b = turn(animal(1.4f, 0.5f), exact::kPi);
   const MorphPlan plan = plan_morph({a, {}, {}}, {b, {}, {}}, FieldKind::kGaussian, {});
