@@ -103,10 +103,10 @@ bool MeasuredSurface::empty() const { return data_->samples.empty(); }
 MeasuredSurface::Distance MeasuredSurface::distance_to(const MeasuredSurface& other,
                                                        double hidden) const {
   if (empty() && other.empty()) return {};
-  constexpr double kUnlimited = std::numeric_limits<double>::infinity();
-  if (empty() || other.empty()) return {kUnlimited, kInfinity};
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  if (empty() || other.empty()) return {kInfinite, kInfinite};
   const OneSidedDistance forward = other.data_->distance_from(data_->samples, hidden);
-  const OneSidedDistance backward = data_->distance_from(other.data_->samples, kUnlimited);
+  const OneSidedDistance backward = data_->distance_from(other.data_->samples, kInfinite);
   return {(forward.mean + backward.mean) / 2, std::max(forward.largest, backward.largest)};
 }
 
@@ -139,8 +139,10 @@ double DilatedHull::leakage(const Mesh& mesh) const {
   constexpr double kPoints = 50000;
   const double cell = std::cbrt(static_cast<double>(size.x) * static_cast<double>(size.y) *
                                 static_cast<double>(size.z) / kPoints);
-  std::vector<Vec3> points;
   const auto step = static_cast<float>(cell);
+  // A mesh thinner than a cell, such as a flat one, has next to no volume.
+  if (std::min({size.x, size.y, size.z}) <= step / 2) return 0;
+  std::vector<Vec3> points;
   for (float z = box.low.z + step / 2; z < box.high.z; z += step)
     for (float y = box.low.y + step / 2; y < box.high.y; y += step)
       for (float x = box.low.x + step / 2; x < box.high.x; x += step)

@@ -18,9 +18,11 @@ struct ReportOptions {
 };
 void add_report(Command command, ReportOptions& options);
 
-/// Checks before any work that the report can be written, and removes an earlier report from the
-/// folder, which would be mistaken for this run's if the run fails. Errors: kOutput, also if the
-/// folder has other files of the report's names and `overwrite` is false.
+/// Checks before any work that the report's folder can be written (run_program() checks the files
+/// of
+/// --html and --junit), and removes an earlier report from it, which would be mistaken for this
+/// run's if the run fails. Errors: kOutput, also if the folder has other files of the report's
+/// names and `overwrite` is false.
 Status begin_report(const ReportOptions& options, bool overwrite);
 Status write_reports(const ReportOptions& options, const Report& report, bool overwrite);
 

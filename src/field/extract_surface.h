@@ -15,7 +15,7 @@ namespace polymorph {
 /// memory.
 Status to_status(const EngineStatus& status);
 
-/// Bounds the surface field = iso of these balls; the box may be much larger than the surface.
+/// Bounds the surface on which the field is iso; the box may be much larger than the surface.
 Box surface_bounds(const std::vector<Ball>& balls, const ExtractSettings& settings);
 
 /// Makes a grid of cubic cells over `box` with one empty cell around it, anchored at multiples of
@@ -25,8 +25,9 @@ Result<Grid> fit_grid(const Box& box, float cell);
 
 Box bounding_box(const Grid& grid);
 
-/// Extracts the surface field = iso of the balls on cells of edge `cell`. If no ball is visible,
-/// the mesh is empty. Errors: kResource (device or memory), kInput (NaN in the balls).
+/// Extracts the surface on which the balls' field is iso, on cells of edge `cell`. The mesh
+/// is empty if no ball is strong enough to have a surface. Errors: kResource (device or memory),
+/// kInput (NaN in the balls).
 Result<Mesh> extract_surface(Engine& engine, const BallSet& balls, float cell,
                              const ExtractSettings& settings);
 

@@ -17,8 +17,10 @@ Result<ObjectDistances> measure_distances(const PreparedObject& object,
          load_or_measure_distances(object.model, *object.closest, measure, engine, cache));
   if (is_shell(distances))
     log_info(
-        "{}: its faces leave {:.0f} % of what they go around undecided (open, or turned at "
-        "random), so it is taken for a shell and given thickness; spheres.solidify fills it",
+        "{}: for {:.0f} % of the space around which its faces lie, inside and outside cannot be "
+        "told "
+        "apart (faces are open, or turned at random), so it is taken for a shell and given "
+        "thickness; spheres.solidify fills it",
         object.name, 100 * distances.undecided);
   if (!(distances.volume > 0))
     return make_error(ErrorCode::kInput,
@@ -28,7 +30,7 @@ Result<ObjectDistances> measure_distances(const PreparedObject& object,
   return distances;
 }
 
-void add_colors(PreparedObject& object, bool with_colors) {
+void prepare_transfer(PreparedObject& object, bool with_colors) {
   object.outer = object.closest;
   object.charts = find_texture_charts(object.model);
   std::vector<FaceSide> sides = object.distances.sides;

@@ -67,7 +67,7 @@ Result<ObjectDistances> measure_distances(const PreparedObject& object,
 
 /// Sets the members that transfer the object's colours to a surface: `outer`, `charts` and, if
 /// `with_colors`, `colors`. Faces inside the solid are left out if `distances.sides` is known.
-void add_colors(PreparedObject& object, bool with_colors);
+void prepare_transfer(PreparedObject& object, bool with_colors);
 
 /// Returns the index of each name in `all`, which contains every one.
 std::vector<std::uint32_t> label_numbers(const std::vector<std::string>& names,

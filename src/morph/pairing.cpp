@@ -105,16 +105,16 @@ std::vector<Pair> drop_minor_pairs(std::vector<Pair> pairs, std::size_t from, st
 
 }  // namespace
 
-std::vector<Pair> pair_by_index(std::size_t from, std::size_t to, std::uint64_t seed) {
-  std::vector<Ends> ends(std::max(from, to));
+std::vector<Pair> pair_by_index(std::size_t from_count, std::size_t to_count, std::uint64_t seed) {
+  std::vector<Ends> ends(std::max(from_count, to_count));
   for (std::size_t i = 0; i < ends.size(); ++i) {
     const auto random = [&](std::size_t n) {
       return random_below(static_cast<std::uint32_t>(n), seed, 0, i);
     };
-    ends[i] = {i < from ? static_cast<std::uint32_t>(i) : random(from),
-               i < to ? static_cast<std::uint32_t>(i) : random(to)};
+    ends[i] = {i < from_count ? static_cast<std::uint32_t>(i) : random(from_count),
+               i < to_count ? static_cast<std::uint32_t>(i) : random(to_count)};
   }
-  return with_equal_shares(ends, from, to);
+  return with_equal_shares(ends, from_count, to_count);
 }
 
 std::vector<Pair> pair_nearest(const CostPair& sides) {

@@ -11,7 +11,8 @@
 
 namespace polymorph {
 
-/// Both sides in feature space, `a` already rotated, and the cost of labels that differ.
+/// Both sides in feature space, `a` rotated as the alignment says, and the cost of different
+/// labels.
 struct CostPair {
   CostSide a, b;
   float label_cost = 0;
@@ -19,7 +20,7 @@ struct CostPair {
 
 /// Pairs balls in list order (the report's correspondence, 5.2.7). The surplus balls of the longer
 /// list are paired with pseudo-randomly chosen balls of the other.
-std::vector<Pair> pair_by_index(std::size_t from, std::size_t to, std::uint64_t seed);
+std::vector<Pair> pair_by_index(std::size_t from_count, std::size_t to_count, std::uint64_t seed);
 
 /// Pairs every ball of either side with the cheapest one of the other.
 std::vector<Pair> pair_nearest(const CostPair& sides);

@@ -7,6 +7,8 @@
 namespace polymorph {
 namespace {
 
+/// Lists the keys of an object, those in its objects by path. Lists of objects are left out,
+/// because a path names no entry of theirs.
 void add_keys(const JsonValue& schema, const std::string& path, std::vector<std::string>& list);
 
 /// Adds the enumerated values of a schema and the keys inside it. Returns whether it has any.

@@ -49,7 +49,7 @@ inline std::shared_ptr<const PreparedObject> make_test_object(const std::string&
       object, {settings.cell, kThinnestPart * settings.cell, 1e-3, false}, engine, {});
   EXPECT_TRUE(distances.ok());
   object.distances = std::move(*distances);
-  add_colors(object, false);
+  prepare_transfer(object, false);
   return std::make_shared<const PreparedObject>(std::move(object));
 }
 

@@ -84,6 +84,16 @@ TEST(DilatedHull, HoldsWhatIsInsideAndMeasuresWhatIsNot) {
   EXPECT_LT(part, 0.7 * whole);
 }
 
+TEST(DilatedHull, FlatAndNearlyFlatMeshesHaveNoVolume) {
+  const DilatedHull hull(surface_of({ball_at({}, 1)}).positions, 0.05);
+  for (const float thickness : {0.0f, 1e-30f, 1e-6f}) {
+    Mesh sheet;
+    sheet.positions = {{5, 0, 0}, {6, 0, 0}, {6, thickness, 1}, {5, thickness, 1}};
+    sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
+    EXPECT_EQ(hull.leakage(sheet), 0) << thickness;
+  }
+}
+
 TEST(SimilarityOf, FindsTheTurnGrowthAndShiftOrNothing) {
   std::vector<Vec3> points;
   for (const Ball& ball : random_balls(40, 3)) points.push_back(ball.center);

@@ -58,6 +58,7 @@ Result<int> run_landmarks(const CommandLine& line, const LandmarksOptions& optio
   if (!options.html.empty()) PM_TRY_STATUS(check_play_page(line, options.html));
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
   PM_TRY(Scene scene, load_scene(options.scene, overrides));
+  // The tips of limbs are the same at the coarse resolution of a page.
   PM_TRY(const EngineScene page_scene, prepare_page(line, std::move(scene)));
   if (options.html.empty()) {
     PM_TRY(const std::vector<LegCandidates> legs, landmark_candidates(page_scene.prepared));

@@ -30,7 +30,7 @@ bool is_better(const CarryFault& a, const CarryFault& b);
 /// measured again.
 class CarryMeter {
  public:
-  /// Distances below 0.6 `limit` are not resolved.
+  /// Distances below 0.6 `limit` are only bounded, which is faster (Deviation).
   CarryMeter(const CarryTarget& target, float limit) : target_(target), limit_(limit) {}
   CarryMeasure measure(std::span<const Vec3> points, std::span<const Triangle> triangles);
 

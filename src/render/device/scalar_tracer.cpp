@@ -14,6 +14,8 @@ struct PackedFrame {
   std::vector<std::byte> memory;
   Bvh bvh;
 
+  // The first call only computes the size. On the CPU the memory that is written is also the memory
+  // that the frame refers to.
   PackedFrame(const FrameJob& job, DeviceFrame& frame)
       : memory(pack_frame(job, nullptr, nullptr, frame)) {
     pack_frame(job, memory.data(), memory.data(), frame);
@@ -47,8 +49,8 @@ class ScalarTracer : public DeviceTracer {
     const PackedFrame memory(job, frame);
     const auto width = static_cast<std::size_t>(job.image.width),
                height = static_cast<std::size_t>(job.image.height),
-               nodes = static_cast<std::size_t>(frame.node_count);
-    sums_.assign(width * height * nodes, {});
+               sums_per_pixel = static_cast<std::size_t>(frame.node_count);  // one per list_nodes()
+    sums_.assign(width * height * sums_per_pixel, {});
     centers_.resize(width * height);
     std::vector<char> done(width * height);  // vector<bool> has no array of bool
     auto* is_done = reinterpret_cast<bool*>(done.data());
@@ -63,8 +65,8 @@ class ScalarTracer : public DeviceTracer {
         for (int x = 0; x < job.image.width; ++x) {
           const std::size_t pixel = row * width + static_cast<std::size_t>(x);
           if (!is_done[pixel])
-            trace_pixel(frame, x, static_cast<int>(y), &sums_[pixel * nodes], centers_[pixel],
-                        row_stats[row]);
+            trace_pixel(frame, x, static_cast<int>(y), &sums_[pixel * sums_per_pixel],
+                        centers_[pixel], row_stats[row]);
         }
       });
       if (end == job.samples.end) break;

@@ -14,10 +14,11 @@ inline constexpr const char* kSmoothLayers = "Z,N,albedo,id";
 
 /// Smooths R, G and B of a film that has the layers kSmoothLayers. Colours are divided by the
 /// albedo before filtering and multiplied by it afterwards, so that only light is smoothed. Pixels
-/// at an edge of a surface, of its normals or of its texture are only clamped to the range of their
-/// neighbours' light. A pixel on a silhouette, whose few samples fall on either side by chance,
-/// gets the filtered colours of both sides, plus the mean difference between the sampled and the
-/// filtered colours of its neighbours on the silhouette.
+/// where normals or texture change abruptly are only clamped to the range of their neighbours'
+/// light. On a silhouette, where the id changes or the depth jumps, the few samples of a pixel fall
+/// on either side by chance. Such a pixel gets a weighted mean of the filtered colours of its 3 x 3
+/// neighbourhood, plus the mean difference between the sampled and these colours over its
+/// neighbours on the silhouette.
 /// All other channels are unchanged. The result has the same bits for any number of threads and on
 /// every processor.
 void smooth_noise(Image& film);

@@ -102,7 +102,7 @@ Status finish_object(const Preparation& preparation, const ObjectSettings& chose
                                      chosen.spheres.solidify};
     PM_TRY(object.distances, measure_distances(object, measure, engine, cache));
   }
-  add_colors(object, scene.look.kind == LookKind::kOwn && !is_one_color(object.model));
+  prepare_transfer(object, scene.look.kind == LookKind::kOwn && !is_one_color(object.model));
   if (object.meta || !kinds.balls) return Ok{};
   PM_TRY(object.boundary,
          make_boundary_stage(object, scene.boundary.method, std::move(surface), settings, engine));
