@@ -1,4 +1,4 @@
-// Assignment cost between two balls (docs/method.md, Plan).
+// Cost of assigning a ball of one object to a ball of another (docs/method.md, Plan).
 #pragma once
 
 #include <cstddef>
@@ -12,47 +12,53 @@
 
 namespace polymorph {
 
-/// A ball's label in a plan: equal numbers belong together.
+/// Label of a ball without a label. Labels are numbers; balls of two objects with equal numbers
+/// belong together.
 constexpr std::int32_t kNoLabel = -1;
 
 /// One object's balls as points of a feature space. The cost of a pair of balls is their squared
-/// distance there, and a constant where their labels differ. The first axes rotate with the object.
+/// distance in this space, plus a constant if their labels differ (cost_row()).
 struct CostSide {
-  static constexpr std::size_t kRotatingAxes =
-      6;                                     ///< axes that rotate: position, outward direction
-  static constexpr std::size_t kPlain = 10;  ///< axes before the distances to landmarks
-  std::vector<double> mass;                  ///< sums to 1
-  std::vector<std::int32_t> labels;
-  /// values[axis][ball]: position (unit RMS), outward direction, ln size, geodesic distance,
-  /// linearity, planarity, and the distance to each landmark; each times the square root of its
-  /// weight.
+  /// Number of axes that rotate with the object: 3 of the position, 3 of the outward direction.
+  static constexpr std::size_t kRotatingAxes = 6;
+  /// First of the axes with distances to landmarks.
+  static constexpr std::size_t kPlain = 10;
+  std::vector<double> mass;          ///< one per ball; sums to 1
+  std::vector<std::int32_t> labels;  ///< one per ball
+  /// values[axis][ball]. Axes 0 to 2: position, with the object's RMS size as unit; 3 to 9: outward
+  /// direction, ln size, mean geodesic distance, linearity and planarity (morph/features.h); from
+  /// 10: distance to each landmark. Each is multiplied by the square root of its weight in
+  /// PlanSettings::weights; positions have the weight 1. (limb_cost_sides() has other axes.)
   std::vector<std::vector<float>> values;
   std::size_t size() const { return mass.size(); }
 };
 
-/// Map from scene coordinates to unit-RMS coordinates: (p - center) / size.
+/// Map from scene coordinates to coordinates whose unit is the object's RMS size: p -> (p - center)
+/// / size.
 struct Normalization {
   Vec3d center;
   double size = 1;
 };
+/// Computes the centroid of the balls and their RMS distance from it, weighted by mass.
 Normalization fit_normalization(const std::vector<Ball>& balls, std::span<const double> mass);
 
-/// Computes the feature vectors. `landmarks`: in scene coordinates, in the same order on both
-/// sides.
+/// Computes the feature vectors of an object's balls. `landmarks`: in scene coordinates, in the
+/// same order on both sides.
 CostSide cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vector<double> mass,
                    std::vector<std::int32_t> labels, std::span<const Vec3> landmarks,
                    const Normalization& normalization, const PlanSettings& settings);
 
-/// Rotates a side about its origin, the object's centre.
+/// Rotates a side's positions and outward directions about the origin, which is the object's
+/// centre.
 CostSide rotate_side(const CostSide& side, const Mat3& rotation);
 
-/// Computes the costs of ball `from` of `a` with every ball of `b`; adds `label_cost` where labels
-/// differ.
+/// Computes the costs of pairing ball `from` of `a` with every ball of `b`. Adds `label_cost` where
+/// labels differ.
 void cost_row(const CostSide& a, const CostSide& b, float label_cost, std::uint32_t from,
               std::span<float> costs);
 
-/// Reduces a side to at most `count` representatives (farthest point sampling). Each has the mass,
-/// the mean values and the most common label of the balls nearest to it.
+/// Reduces a side to at most `count` representative balls, chosen by farthest point sampling. Each
+/// has the total mass, the mean values and the most common label of the balls nearest to it.
 CostSide coarse(const CostSide& side, std::size_t count);
 
 }  // namespace polymorph

@@ -11,11 +11,12 @@ namespace polymorph {
 
 /// Points that stand for all points of a set.
 template <class Distance>
+/// A few points of a set, the bases, and the set divided among them.
 struct FarthestPoints {
-  std::vector<std::uint32_t> bases;              ///< indices of the points chosen
-  std::vector<std::uint32_t> owner;              ///< per point, the index in `bases` of the nearest
-  std::vector<std::vector<Distance>> distances;  ///< those of all points from each base
-  std::vector<double> weights;                   ///< sums over the points that each base owns
+  std::vector<std::uint32_t> bases;  ///< indices of the points chosen
+  std::vector<std::uint32_t> owner;  ///< per point, the index in `bases` of the nearest one
+  std::vector<std::vector<Distance>> distances;  ///< [base][point]
+  std::vector<double> weights;  ///< per base, the summed weights of the points it owns
 
   /// Estimates the weighted sum of the distances from a point to all others.
   double sum_distances(std::size_t point) const {
@@ -26,8 +27,9 @@ struct FarthestPoints {
   }
 };
 
-/// Chooses at most `count` of the points: `base`, then each time the one farthest from those so
-/// far. `distances_from(base)`: the distances of all points from one.
+/// Chooses at most `count` points: first `base`, then repeatedly the point that is farthest from
+/// those chosen. `weights`: one per point. `distances_from(base)`: returns the distances of all
+/// points from one.
 template <class DistancesFrom>
 auto farthest_points(std::span<const double> weights, std::size_t count, std::uint32_t base,
                      const DistancesFrom& distances_from) {

@@ -15,17 +15,22 @@ namespace polymorph {
 std::vector<std::vector<std::uint32_t>> nearest_neighbors(std::span<const Vec3> points,
                                                           std::size_t count);
 
+/// Features of balls; each list has one element per ball. The neighbourhood of a ball is the ball
+/// with its 16 nearest others, weighted by mass.
 struct BallFeatures {
-  /// Mean geodesic distance to all balls, weighted by mass (Hilaga et al. 2001), over the least
-  /// such mean, minus 1: 0 at the object's centre, largest at the tips of limbs.
+  /// Mean geodesic distance to all balls, weighted by mass (Hilaga et al. 2001), divided by the
+  /// smallest such mean, minus 1: 0 at the object's centre, largest at the tips of limbs.
   std::vector<float> distance;
-  std::vector<float>
-      linearity;  ///< (l1 - l2) / l1 of the neighbourhood's principal variances, [0, 1]
+  /// (l1 - l2) / l1, in [0, 1], where l1 >= l2 >= l3 are the principal variances of the
+  /// neighbourhood's centres.
+  std::vector<float> linearity;
   std::vector<float> planarity;  ///< (l2 - l3) / l1
-  std::vector<Vec3> outward;     ///< away from the neighbours: 0 deep inside, about 1 long outside
+  /// Outward direction: the ball's offset from the neighbourhood's centroid, divided by the
+  /// neighbourhood's RMS radius. It is near 0 deep inside and about 1 long near the surface.
+  std::vector<Vec3> outward;
 };
 
-/// `masses`: ball_masses(). Parallel, deterministic.
+/// Computes the features. `masses`: ball_masses() (morph/mass.h). Parallel, deterministic.
 BallFeatures ball_features(const std::vector<Ball>& balls, std::span<const double> masses);
 
 }  // namespace polymorph

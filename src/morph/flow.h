@@ -10,30 +10,33 @@
 
 namespace polymorph {
 
-/// One per point.
+/// Motion vectors at points. Both lists have one element per point.
 struct Flow {
   std::vector<Vec3> displacement;  ///< scene units
-  std::vector<float> progress;     ///< mean eased progress of the balls at the point, [0, 1]
+  std::vector<float> progress;     ///< mean pair_progress() of the balls at the point, [0, 1]
 };
 
-/// A time of a plan's motion.
+/// A plan and a time of its motion, [0, 1].
 struct PlanMoment {
   const MorphPlan& plan;
   float time = 0;
 };
 
-/// Computes d(x) = sum_e q_e (x_e(next) + G_e (x - x_e) - x) at `points`. q_e is the share of ball
-/// x_e in the field at x, and G_e rotates and scales that ball from `now` to `next`. The level's
-/// change, which keeps the volume, is left out. `balls`: balls_at(now.plan, now.time). The times
-/// are any two in [0, 1], of the same plan or of plans with the same pairs in two poses. Errors:
-/// the engine's (field/extract_surface.h: to_status).
+/// Computes the displacement d(x) = sum_e q_e (x'_e + G_e (x - x_e) - x) of each of `points` x from
+/// `now` to `next`. The sum is over the plan's pairs e. x_e and x'_e are the centres of the pair's
+/// ball at `now` and at `next`, q_e is the ball's share of the field at x, and G_e rotates and
+/// scales offsets from the ball as it moves. The level of the field, which changes to keep the
+/// volume, is taken as constant. `balls`: balls_at(now.plan, now.time). The moments may have any
+/// times, of the same plan or of plans with the same pairs in two poses. Errors: the engine's
+/// (field/extract_surface.h: to_status).
 Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls,
                      const std::vector<Vec3>& points, Engine& engine);
 
-/// Tests whether two moments differ, in plan or time; if not, nothing moves between them.
+/// Tests whether two moments differ, in plan or time. Between equal moments nothing moves.
 inline bool differ(PlanMoment a, PlanMoment b) { return &a.plan != &b.plan || a.time != b.time; }
 
-/// Unpacks displacement and progress from the attributes that flow_at() interpolates at points.
+/// Unpacks interpolated attributes into a flow: values 0 to 2 of a point are its displacement,
+/// value 3 is its progress.
 Flow read_flow(const std::vector<AttributeValues>& values);
 
 }  // namespace polymorph

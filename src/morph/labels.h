@@ -24,22 +24,25 @@ struct LabelledObject {
   std::vector<std::string> labels;
 };
 
-/// Two objects' labels in a common numbering: labels with equal numbers match, and kNoLabel has no
-/// partner.
+/// Two objects' labels in a common numbering: labels with equal numbers match, and kNoLabel
+/// (morph/cost.h) has no partner.
 struct LabelMatch {
   std::vector<std::int32_t> from, to;  ///< one per label of the object
 };
 
-/// Matches the labels that `map` names ("teapot.spout": "penguin.beak", or just "spout": "beak", in
-/// either direction). Labels that `map` does not name match labels of the same name.
+/// Matches two objects' labels. `map` pairs names of labels in either direction: "teapot.spout":
+/// "penguin.beak", or just "spout": "beak". A label that `map` does not name matches labels of the
+/// same name.
 LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
                         const std::map<std::string, std::string>& map);
 
 /// Finds the label of each point of the surface between two objects. `from_names` and `to_names`
-/// have the label of each ball, in a common numbering. Each pair adds its share of the field at the
-/// point, times 1 - u, to its source's label, and times u to its target's. Sums of matched labels
-/// are added up; the largest total wins, and the largest label in it is returned. `balls`:
-/// balls_at(plan, time). Errors: the engine's (field/extract_surface.h: to_status).
+/// are the labels of each object's balls, as indices into one list of names. Each pair of balls has
+/// its share of the field at the point as a weight. It adds (1 - u) of this weight to its source
+/// ball's label and u to its target ball's, where u is the pair's eased progress. The weights of
+/// labels that match (MorphPlan::from_labels) are summed; of the labels with the largest sum, the
+/// one with the largest own weight is returned. `balls`: balls_at(plan, time). Errors: the engine's
+/// (field/extract_surface.h: to_status).
 Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float time,
                                                 const BallSet& balls,
                                                 const std::vector<Vec3>& points,

@@ -1,5 +1,6 @@
-// A plan's cost and masses where two objects' limbs are matched: places are carried from limb to
-// limb, and each limb gets as much mass as it gives (docs/method.md, Limbs).
+// Transport cost, masses and curves for two objects whose limbs are matched. Balls are warped along
+// matched limbs into the other object's shape, and both limbs of a match get the same mass
+// (docs/method.md, Limbs).
 #pragma once
 
 #include <optional>
@@ -16,67 +17,83 @@
 
 namespace polymorph {
 
-/// Two objects' limbs and which becomes which.
+/// Limbs of two objects, `from` and `to`, with their match.
 struct LimbPlan {
   Limbs from, to;
-  LimbChoices choices = {};
-  LimbMatch match = {};  ///< the one that is planned by
-  /// Limbs that carry a label which no limb of the other object carries: they become what has it
-  /// there, and are not lone.
+  LimbChoices choices = {};  ///< choices by the user's labels and landmarks
+  LimbMatch match = {};      ///< the match that the plan uses
+  /// Limbs that carry a label which the other object has on no limb, only on its body. They become
+  /// that part of the body, so they are not lone limbs.
   std::vector<std::uint32_t> from_labelled = {}, to_labelled = {};
-  /// Turns, radians, from which match_at() has searched, with what it found.
+  /// Results of match_at(): the angles at which it was called, radians, and the matches.
   std::vector<std::pair<double, LimbMatch>> searched = {};
 };
 
-/// Finds the limbs of both sides. What the sides' labels (unless LabelMode::kOff) and landmarks say
-/// is heeded: limbs of other labels, or of which one alone holds a landmark, may not be matched.
-/// Two that hold the same landmarks are matched, then limbs that carry the same label; if nothing
-/// but equal names in both files says so (PlanSettings::labels is empty), only in a certain match.
+/// Finds the limbs of both sides and the user's choices about them; does not match them. Landmarks
+/// and labels (unless the mode is LabelMode::kOff) restrict the match in two ways. A limb that
+/// carries one label is not matched with a limb of another label, nor a limb that holds a landmark
+/// with one that does not hold it. Limbs that hold the same landmarks are matched with each other,
+/// and so are limbs that carry the same label. If PlanSettings::labels is empty, labels match
+/// merely because both files use the same names; such choices count only in a certain match
+/// (is_certain()).
 LimbPlan find_limbs_of_sides(const PlanSide& from, const PlanSide& to,
                              const PlanSettings& settings);
 
-/// Matches the limbs from a turn about the vertical, in radians; once for each turn.
+/// Matches the limbs, starting from a rotation of `from` by `angle` radians about the vertical
+/// (match_limbs()). Stores the result in `plan.searched`, so that each angle is computed once.
 LimbMatch match_at(LimbPlan& plan, double angle);
 
-/// Carries an object's balls into the shape of another. A ball of a matched limb keeps its share of
-/// the length of the centre line and, by the limb's thickness, its offset from it; the others
-/// follow the displacements of the centre and of the matched limbs' roots. `matched`: from `own` to
-/// `other`, which lies turned by `angle`.
+/// Warps the balls of the object `own` into the shape of the object `other`; returns their centres
+/// there. A ball on a matched limb keeps its position along the limb's length, and its offset from
+/// the centre line is scaled by the ratio of the limbs' radii. Other balls move with the object's
+/// centre and the roots of the matched limbs, weighted by nearness. `matched`: pairs of limbs of
+/// `own` (`from`) and `other` (`to`). `angle`: rotation about the vertical from `own` to `other`,
+/// radians.
 std::vector<Vec3d> warped_places(const std::vector<Ball>& balls, const Limbs& own,
                                  const Limbs& other, std::span<const MatchedLimbs> matched,
                                  double angle);
 
-/// The number of the matched pair of limbs that each ball belongs to, or kNoLabel.
+/// Computes for each ball the position in the list `matched` of the limb that it belongs to, or
+/// kNoLabel. `matched`: indices of limbs in `limbs`; in lists of both objects' matched limbs in the
+/// same order, equal positions are matched limbs.
 std::vector<std::int32_t> limb_labels(const Limbs& limbs, std::span<const std::uint32_t> matched);
 
-/// Scales the masses of each matched limb, and those of all the rest, to the geometric mean of
-/// their shares in both objects: a big head need not be fed from the other's chest.
+/// Scales the masses of each matched limb so that its share of the total mass is the same in both
+/// objects: the geometric mean of its two shares. The balls on no matched limb are scaled in the
+/// same way. Transport then moves no mass from one limb to another: a big head takes none from the
+/// other object's chest. `from_limbs`, `to_limbs`: limb_labels().
 std::pair<std::vector<double>, std::vector<double>> balance_masses(
     std::span<const double> from, std::span<const std::int32_t> from_limbs,
     std::span<const double> to, std::span<const std::int32_t> to_limbs);
 
-/// Makes the sides whose costs are half the squared distances that the carried places leave either
-/// way, each over the object's size, with the distances from the centres and to the landmarks.
-/// `from_side`, `to_side`: as without limbs, for masses, labels and landmarks.
+/// Makes the sides of the transport problem with limbs. The cost of balls p and q is half the
+/// squared distance between warped_places() of p and q, plus half of that between p and the warped
+/// q, each relative to the object's RMS size. The squared differences of the geodesic distances
+/// from the centres (weight 0.3) and of the distances to the landmarks are added. `from_side`,
+/// `to_side`: the sides without limbs (cost_side()), of which masses, labels and landmarks are
+/// used.
 std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::vector<Ball>& from,
                                               const std::vector<Ball>& to,
                                               const CostSide& from_side, const CostSide& to_side);
 
-/// The curves of both objects' limbs, by the match that is planned by.
+/// Computes the centre lines of both objects' matched and lone limbs, by `limbs.match`.
 std::pair<LimbCurves, LimbCurves> find_limb_curves(const LimbPlan& limbs,
                                                    const std::vector<Ball>& from,
                                                    const std::vector<Ball>& to);
 
-/// Pairs the balls that belong to no lone limb, by transport.
+/// Pairs the balls that belong to no lone limb, by pair_by_transport(). `from`, `to`: the objects'
+/// curves, which list the lone limbs' balls.
 std::vector<Pair> pair_bodies(const CostPair& sides, LabelMode mode, const LimbCurves& from,
                               const LimbCurves& to);
 
-/// Adds the balls of lone limbs to a plan of the others, whose masses are set: each with the ball
-/// of the other object's body that is nearest to its limb's counterpart, next to none of which it
-/// becomes. Such pairs weigh next to nothing.
+/// Adds pairs for the balls of lone limbs to a plan whose other pairs have their masses already.
+/// Each such ball is paired with the ball of the other object's body that is nearest to its limb's
+/// counterpart (LimbCurves::counterparts). The pair has a share of 1e-4 of the body's ball and a
+/// mass of 1e-6, so that it does not change the body.
 void add_lone_pairs(MorphPlan& plan);
 
-/// Lists the names of limbs that become each other; an empty name is nothing.
+/// Lists the names of matched limbs (limb_names.h), then those of limbs without a counterpart,
+/// whose second or first name is empty. `angle`: rotation from `from` to `to`, radians.
 std::vector<std::pair<std::string, std::string>> list_limb_names(const LimbPlan& limbs,
                                                                  double angle = 0);
 

@@ -1,5 +1,5 @@
-// Limbs of an object (merge tree of the geodesic distance from its centre): heads, arms, legs,
-// tails, horns (docs/method.md, Limbs).
+// Limbs of an object, such as heads, arms, legs, tails and horns, from the merge tree of the
+// geodesic distance from its centre (docs/method.md, Limbs).
 #pragma once
 
 #include <array>
@@ -11,25 +11,27 @@
 
 namespace polymorph {
 
-/// Number of points on a limb's centre line.
+/// Number of points (stations) on a limb's centre line.
 inline constexpr std::size_t kLimbStations = 7;
-/// Position of point `k`, from 0 at the limb's root to 1 at its tip.
+/// Position of station `k` along the limb, as a fraction of its length from root (0) to tip (1).
 constexpr double limb_station(std::size_t k) {
   return 0.05 + 0.9 * static_cast<double>(k) / static_cast<double>(kLimbStations - 1);
 }
 
-/// A protruding part: the connected points that are farther from the object's centre than the
-/// saddle at which the part joins another limb in the merge tree.
+/// A protruding part of an object. It consists of connected points that are farther from the
+/// object's centre than the saddle of the distance at which the part joins the rest (a node of the
+/// merge tree).
 struct Limb {
-  std::array<Vec3d, kLimbStations> line;     ///< centres of the cross-sections, from root to tip
-  std::array<double, kLimbStations> radius;  ///< half the thickness at each of these points
-  Vec3d root;                                ///< centre of the first 12 % of its length
+  std::array<Vec3d, kLimbStations> line;     ///< centres of the cross-sections at the stations
+  std::array<double, kLimbStations> radius;  ///< half the limb's thickness at the stations
+  Vec3d root;                                ///< centroid of the first 12 % of the limb's length
   double root_distance = 0;                  ///< geodesic distance of the root from the centre
-  double tip_distance = 0;
-  double stretch = 0;  ///< length without the limbs that sit on it
-  double volume = 0;   ///< fraction of the object's volume
-  /// Indices of the limbs that sit on this one, directly or on each other, such as a head's horns.
-  /// Empty for a leaf of the merge tree, which has a tip of its own.
+  double tip_distance = 0;                   ///< geodesic distance of the tip from the centre
+  /// Length from the root to where other limbs begin that sit on this one, or to the tip.
+  double stretch = 0;
+  double volume = 0;  ///< fraction of the object's volume
+  /// Indices of the limbs that sit on this one, directly or on one another, such as a head's horns.
+  /// It is empty for a leaf of the merge tree, on which no other limb sits.
   std::vector<std::uint32_t> inner;
 
   double length() const { return tip_distance - root_distance; }
@@ -40,35 +42,36 @@ struct Limb {
 /// geodesic distances between them: a metric measure space (Memoli 2011).
 struct BodySample {
   std::vector<Vec3d> points;
-  std::vector<double> shares;                  ///< approximate fractions of the surface area; sum 1
+  std::vector<double> shares;  ///< the points' fractions of the surface area, roughly; sum 1
   std::vector<std::vector<double>> distances;  ///< [point][point]
 };
 
 /// Vertical plane in which an object is nearly its own mirror image.
 struct MirrorPlane {
   double azimuth = 0;  ///< direction of its normal, radians from +z towards +x, in [0, pi)
-  double overlap = 0;  ///< fraction of the object that its mirror image covers
-  int swapped = 0;     ///< pairs of limbs whose tips are each other's mirror images
+  double overlap = 0;  ///< fraction of the object's volume that its mirror image covers
+  int swapped = 0;     ///< number of pairs of limb tips that mirror each other
 };
-/// Score of a plane as the one between left and right: its overlap, and 0.05 for each pair of limbs
-/// that it swaps, two pairs at most. A figure that stretches its arms has a second plane with
-/// nearly the same overlap, but that one swaps no limbs.
+/// Score of a mirror plane as the one between left and right: its overlap, plus 0.05 for each pair
+/// of limbs that it swaps, two pairs at most. A figure with stretched arms has a second plane of
+/// nearly the same overlap, but that plane swaps no limbs.
 double rank_plane(const MirrorPlane& plane);
 
-/// Min angle between two mirror planes that count as different, radians.
+/// Minimum angle between two mirror planes in Limbs::mirror_planes, radians. Of planes closer
+/// together, only the best is listed.
 inline constexpr double kPlanesApart = 0.44;
 
-/// An object's limbs. Lengths in scene units.
+/// An object's limbs and the measures by which they are compared. Lengths are in scene units.
 struct Limbs {
   std::vector<Limb> limbs;
   BodySample sample;
-  std::vector<MirrorPlane> mirror_planes;  ///< best rank first; kPlanesApart or more apart
-  Vec3d middle;                            ///< centre of the volume
+  std::vector<MirrorPlane> mirror_planes;  ///< sorted by rank_plane(), highest first
+  Vec3d middle;                            ///< centroid of the volume
   double rms = 0;                          ///< RMS distance from `middle`
-  Vec3d center;                            ///< the point with the smallest mean geodesic distance
-  double size = 0;                         ///< mean geodesic distance from `center`
-  double reach = 0;                        ///< largest geodesic distance from `center`
-  double low = 0, high = 0;                ///< the solid's lowest and highest points
+  Vec3d center;              ///< the point with the smallest mean geodesic distance to all others
+  double size = 0;           ///< mean geodesic distance from `center`
+  double reach = 0;          ///< largest geodesic distance from `center`
+  double low = 0, high = 0;  ///< lowest and highest y of the volume
   /// tip_distances[i][k]: geodesic distance from the tip of limb i to that of limb k.
   std::vector<std::vector<double>> tip_distances;
   std::vector<double> ball_distances;  ///< geodesic distance of each ball from `center`
@@ -77,16 +80,18 @@ struct Limbs {
   /// One mask per ball: bit i is set if the ball belongs to limb i.
   std::vector<std::uint32_t> ball_limbs;
 
+  /// Tests whether a ball belongs to a limb.
   bool holds(std::uint32_t limb, std::size_t ball) const {
     return (ball_limbs[ball] >> limb & 1) != 0;
   }
 };
 
-/// Finds the limbs of the body that Gaussian balls (FieldKind::kGaussian) enclose, in the merge
-/// tree of superlevel sets of the geodesic distance from the centre. Limbs are at most 14 leaves of
-/// the tree, whose prominence is at least a tenth of the largest distance and half the local radius
-/// at the root. Inner arcs are limbs, too, if they are long and slim enough. Returns no limbs if
-/// the balls enclose nothing. Parallel, deterministic.
+/// Finds the limbs of the body that Gaussian balls (FieldKind::kGaussian) enclose. The merge tree
+/// is that of the superlevel sets of the geodesic distance from the centre. A leaf of the tree is a
+/// limb if its prominence is at least a tenth of the largest distance and half the local radius at
+/// its root; there are at most 14 such limbs. An inner arc of the tree, on which other limbs sit,
+/// is a limb if it is long and slim enough. Returns no limbs if the balls enclose nothing.
+/// Parallel, deterministic.
 Limbs find_limbs(const std::vector<Ball>& balls);
 
 }  // namespace polymorph

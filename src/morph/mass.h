@@ -8,14 +8,15 @@
 
 namespace polymorph {
 
-/// Computes each ball's share of the volume inside the surface, where the field is above 1. In a
-/// Gaussian field it is the integral of f_i / field, estimated at fixed points around the ball; in
-/// other fields it is the volume of the ball alone. The sum is 1; each ball gets at least 1e-4 of
-/// the mean. Parallel, deterministic.
+/// Computes each ball's share of the volume inside the surface, where the field exceeds 1. In a
+/// Gaussian field, the share is the integral of (the ball's value / the field's value) over that
+/// volume, estimated at fixed points around the ball. In other fields it is the volume of the ball
+/// alone. The shares are scaled to a sum of 1; each ball gets at least 1e-4 of the mean. Parallel,
+/// deterministic.
 std::vector<double> ball_masses(const std::vector<Ball>& balls, FieldKind kind);
 
-/// RMS distance of the volume inside the surface from `center`, estimated at the same points; > 0.
-/// Parallel, deterministic.
+/// RMS distance of the points of the volume inside the surface from `center`, estimated as in
+/// ball_masses(); > 0. Parallel, deterministic.
 double radius_of_gyration(const std::vector<Ball>& balls, FieldKind kind, Vec3d center);
 
 }  // namespace polymorph

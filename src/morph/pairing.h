@@ -11,8 +11,8 @@
 
 namespace polymorph {
 
-/// Both sides in feature space, `a` rotated as the alignment says, and the cost of different
-/// labels.
+/// Both objects' balls in feature space, and the cost of pairing different labels. `a` is the
+/// source, already rotated by the alignment.
 struct CostPair {
   CostSide a, b;
   float label_cost = 0;
@@ -25,12 +25,13 @@ std::vector<Pair> pair_by_index(std::size_t from_count, std::size_t to_count, st
 /// Pairs every ball of either side with the cheapest one of the other.
 std::vector<Pair> pair_nearest(const CostPair& sides);
 
-/// Pairs balls by optimal transport of their masses; with hard labels each label is a problem of
-/// its own. Pairs that carry less than 8 % of both their balls are dropped, unless they are a
-/// ball's largest.
+/// Pairs balls by optimal transport of their masses. With LabelMode::kHard, the balls of each label
+/// are a transport problem of their own. Pairs that carry less than 8 % of both their balls are
+/// dropped, unless they are the largest of one of them.
 std::vector<Pair> pair_by_transport(const CostPair& sides, LabelMode mode);
 
-/// Sets each pair's mass: the mean of the masses that its two ends contribute.
+/// Sets each pair's mass: the mean of the masses that its two balls contribute. `from`, `to`: the
+/// balls' masses.
 void set_masses(std::vector<Pair>& pairs, std::span<const double> from, std::span<const double> to);
 
 /// Converts pairs to flows whose amounts are the pairs' masses.

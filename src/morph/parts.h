@@ -1,5 +1,5 @@
-// Rigid parts (as-rigid-as-possible blending) that move separately and stay joined: the path
-// `parts`.
+// Rigid parts (as-rigid-as-possible blending), for paths of the kind Path::kParts. Each part has
+// its own motion, and a solve over neighbouring balls keeps the parts joined.
 #pragma once
 
 #include <cstdint>
@@ -13,26 +13,28 @@
 
 namespace polymorph {
 
-/// The part that each pair belongs to, and the alignment of each part with its counterpart.
+/// Parts of a plan: groups of pairs that move rigidly.
 struct RigidParts {
-  std::vector<Alignment> alignments;
-  std::vector<std::uint32_t> part_of;  ///< one per pair
+  std::vector<Alignment> alignments;   ///< per part, the similarity from source to target
+  std::vector<std::uint32_t> part_of;  ///< per pair, the index of its part
 };
 
-/// Divides a plan's pairs into parts. If pairs within one label hold most of the mass, there is a
-/// part per label; otherwise one per matched limb (MorphPlan::from_limbs), if any. All other pairs
-/// then move with the whole object. Without labels and limbs, the parts are at most eight clusters
-/// of pairs that are neighbours in both objects, if neighbours then keep their distances better
-/// than in a single part. Each part has its own rotation, scaling and translation, and rotates in
-/// the direction that is nearer to the whole object's. Deterministic.
+/// Divides a plan's pairs into parts, by the first of these rules that applies. (1) If pairs whose
+/// balls have equal labels hold most of the mass, there is a part per label. (2) If the plan has
+/// matched limbs (MorphPlan::from_limbs), there is a part per limb. With both rules, all other
+/// pairs form part 0, which moves with the whole object. (3) The parts are at most eight clusters
+/// of pairs that are close together in both objects, if the distances between neighbours then
+/// change less than with a single part. (4) There is a single part. Each part has its own rotation,
+/// scaling and translation; of its two directions of rotation, it takes the one nearer to the whole
+/// object's. Deterministic.
 RigidParts rigid_parts(const MorphPlan& plan);
 
-/// Lists the matched limb that holds both balls of each pair, counted from 1; 0 if none does. Empty
-/// for a plan without limbs.
+/// Lists for each pair the matched limb that holds both its balls, counted from 1; 0 if no limb
+/// does. Empty for a plan without limbs.
 std::vector<std::uint32_t> parts_by_limb(const MorphPlan& plan);
 
-/// Makes the parts of a plan whose balls were moved to another pose than in `reference`. Each pair
-/// stays in its part; the alignments are fitted again.
+/// Makes the parts of `plan`, which has the pairs of `reference` but balls in another pose. Each
+/// pair stays in its part; the alignments are fitted again.
 RigidParts refit_parts(const MorphPlan& plan, const MorphPlan& reference);
 
 /// Solves for as-rigid-as-possible positions on the graph of neighbouring balls, whose edges have a
@@ -46,11 +48,13 @@ class BallGraph {
   BallGraph(const MorphPlan& plan, const RigidParts& parts, const BallGraph& reference);
   ~BallGraph();
 
-  /// Solves for positions near `places`, the balls' positions by their parts, whose edges are as
-  /// near as possible to their targets. A target has the length (1-u) |p_e - p_f| + u |q_e - q_f|
-  /// and is rotated by the balls' rotations: at first `turns`, then twice fitted to the result. At
-  /// u = 0 (1) with the source's (target's) positions, the result is `places`. `progress`: u of
-  /// each pair.
+  /// Solves for positions of the balls near `places`, their positions by their parts alone, that
+  /// keep the graph's edges as near as possible to their targets. The target of the edge from pair
+  /// e to pair f has the length (1-u) |p_e - p_f| + u |q_e - q_f|. p and q are the centres of the
+  /// source and target balls, and u is the mean of the pairs' `progress`. The target is rotated by
+  /// the balls' rotations: `turns` in the first of three solves, then rotations fitted to the
+  /// previous result. At u = 0 (1) with the source's (target's) positions, the result is `places`.
+  /// All arguments have one element per pair.
   std::vector<Vec3d> joined(std::span<const Vec3d> places, std::span<const Mat3> turns,
                             std::span<const double> progress) const;
 

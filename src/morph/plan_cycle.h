@@ -1,5 +1,6 @@
-// Cycle consistency of plans (Huang and Guibas 2013; Solomon et al. 2015): how far mass that goes
-// from object to object and back to the first one ends from its start.
+// Cycle consistency of plans (Huang and Guibas 2013; Solomon et al. 2015). Mass goes from object to
+// object and back to the first one; the error is the distance from where it started to where it
+// ends.
 #pragma once
 
 #include <optional>

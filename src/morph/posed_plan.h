@@ -1,4 +1,4 @@
-// Plan of two objects in other poses than those that it was made for, with the same pairs.
+// Plan of two objects in other poses than those for which it was made, with the same pairs.
 #pragma once
 
 #include "morph/plan.h"
@@ -6,9 +6,10 @@
 
 namespace polymorph {
 
-/// Makes the plan of balls that were moved from the pose of `reference`. Pairs, parts, neighbours,
-/// timing and pacing are those of `reference`. Alignments and paths are fitted again, and offsets
-/// rotate with their balls. Landmarks are not moved.
+/// Makes the plan for balls that carry_balls() moved from the pose of `reference`. Pairs, parts,
+/// neighbours, timing and pacing are those of `reference`. Alignments and paths are fitted again.
+/// Registration offsets (MorphPlan::from_offsets) rotate with their balls, and limbs' curves move
+/// with theirs. Landmarks are not moved.
 MorphPlan posed_plan(const MorphPlan& reference, const CarriedBalls& from, const CarriedBalls& to);
 
 }  // namespace polymorph

@@ -34,16 +34,15 @@ struct StageInfo {
 std::span<const StageInfo> stage_table();
 const char* stage_name(Stage stage);
 
-/// Timing of one leg. A step leads from one frame to the next. `from_full` and `to_full` say
-/// whether that end shows a model; `shares` are the stages' fractions of the leg's time and sum to
-/// 1.
+/// Timing of one leg.
 struct LegTiming {
-  int first_step = 0, steps = 1;
-  bool from_full = true, to_full = true;
+  int first_step = 0, steps = 1;          ///< a step leads from one frame to the next
+  bool from_full = true, to_full = true;  ///< whether the leg's start (end) shows a model
+  /// Fractions of the leg's time for the stages kLookOut to kLookIn; they sum to 1.
   float shares[5] = {0, 0, 1, 0, 0};
   /// Kind of the surface: from the objects' distances or from balls.
   Interpolation interpolation = Interpolation::kBalls;
-  float until = 1;  ///< time of the motion at which the next leg begins
+  float until = 1;  ///< time of the motion, (0, 1], at which the next leg begins
   MotionSettings motion;
 };
 
@@ -75,12 +74,12 @@ struct Timeline {
   bool own_look = true;  ///< objects keep their own materials; there is no common look
 };
 
-/// Time of its motion that passes per frame of a leg's volumetric stage.
+/// Time of the leg's motion, which runs from 0 to 1, that passes per frame of its volumetric stage.
 double leg_pace(const LegTiming& leg);
 
-/// Kinds of the legs that begin or end at an object of the chain.
+/// Kinds of surface of the legs that begin or end at an object of the chain.
 struct LegKinds {
-  bool distances = false, balls = false;
+  bool distances = false, balls = false;  ///< whether there is a leg of this kind
 };
 LegKinds leg_kinds(const Timeline& timeline, std::size_t object);
 

@@ -11,21 +11,22 @@ namespace polymorph {
 /// Mass that is moved from one source to one target.
 struct TransportFlow {
   std::uint32_t from = 0, to = 0;
-  double amount = 0;  ///< > 0; all flows sum to 1
+  double amount = 0;  ///< > 0; the amounts of all flows sum to 1
 };
 
 struct TransportPlan {
-  std::vector<TransportFlow> flows;  ///< sorted by from, then to; at most n + m - 1
-  double cost = 0;                   ///< sum of amount x cost
-  /// Lower bound of the cost of any plan, from the linear programme's dual.
+  std::vector<TransportFlow> flows;  ///< sorted by `from`, then `to`
+  double cost = 0;                   ///< sum over flows of amount times cost of its pair
+  /// Lower bound of the cost of any plan, from the dual of the linear programme.
   double lower_bound = 0;
 };
 
 /// Writes the costs of one source to every target: finite, >= 0.
 using CostRow = std::function<void(std::uint32_t from, std::span<float> costs)>;
 
-/// Finds the cheapest plan from `supply` to `demand`, both > 0 and each scaled to a sum of 1. Uses
-/// column generation: the network simplex runs on promising arcs, and on more of them until no
+/// Finds the cheapest plan from the sources' masses `supply` to the targets' masses `demand`, all >
+/// 0 and scaled to a sum of 1 on each side. Uses column generation: the network simplex runs on the
+/// arcs (pairs of source and target) that are likely to be used, then on more of them, until no
 /// other arc would lower the cost. The plan is optimal if cost = lower_bound; the search stops when
 /// they differ by at most the fraction `gap`. `rows` is called from several threads. Deterministic.
 TransportPlan solve_transport(std::span<const double> supply, std::span<const double> demand,

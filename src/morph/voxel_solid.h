@@ -1,5 +1,5 @@
-// Voxels inside an object's surface, and geodesic distances: the lengths of the shortest paths
-// within the solid.
+// Voxels of the solid inside a surface of balls, and geodesic distances: lengths of shortest paths
+// that stay inside the solid.
 #pragma once
 
 #include <cstdint>
@@ -12,26 +12,29 @@
 
 namespace polymorph {
 
-/// The solid that a field of balls encloses, as one connected component. Lengths are integer
-/// multiples of 1 / kStepUnits of a voxel's edge, so that sums and comparisons are exact.
+/// The solid that a field of balls encloses: one connected component of voxels, which are numbered
+/// from 0. A voxel is a cube around a point of `grid`. Lengths (`depth`, `steps` and distances
+/// between voxels) are in units of 1 / kStepUnits of a voxel's edge. They are integers, so that
+/// sums and comparisons are exact.
 struct VoxelSolid {
   static constexpr std::uint32_t kStepUnits = 12;
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
   Grid grid;
-  std::vector<std::uint32_t> cells;  ///< grid index of each voxel, increasing
-  std::vector<std::uint32_t> voxel;  ///< voxel at each grid point, or kNone
-  /// The distance of each voxel from the nearest grid point outside the solid.
+  std::vector<std::uint32_t> cells;  ///< per voxel, the index of its grid point; increasing
+  std::vector<std::uint32_t> voxel;  ///< per grid point, its voxel, or kNone
+  /// Per voxel, the distance from the nearest grid point outside the solid.
   std::vector<std::uint32_t> depth;
-  /// The 26-neighbourhood: the neighbours of voxel i are neighbors[first[i]] to neighbors[first[i +
-  /// 1] - 1].
+  /// Neighbours of voxel i among the 26 around it: neighbors[k] at the distance steps[k], for k
+  /// from first[i] to first[i + 1] - 1.
   std::vector<std::uint32_t> first, neighbors;
-  std::vector<std::uint8_t> steps;  ///< distance to each of these neighbours
+  std::vector<std::uint8_t> steps;
 
   std::size_t size() const { return cells.size(); }
   Int3 point(std::uint32_t i) const;    ///< voxel i's grid coordinates
   Vec3d center(std::uint32_t i) const;  ///< voxel i's position in the scene
   bool contains(Vec3d place) const;  ///< tests whether a scene position is in a voxel of the solid
+  /// Length of the unit of distances, in scene units.
   double unit() const { return static_cast<double>(grid.cell) / kStepUnits; }
 };
 
@@ -41,13 +44,14 @@ struct VoxelSolid {
 /// is empty if the field is below 1 everywhere. Parallel, deterministic.
 VoxelSolid voxel_solid(const std::vector<Ball>& balls);
 
-/// Computes the geodesic distance of every voxel from the nearest of `sources`. In directions
-/// between those of the grid, it is up to 13 % longer than the Euclidean distance.
+/// Computes the geodesic distance of every voxel from the nearest of the voxels `sources`. Paths go
+/// from voxel to voxel in 26 directions; in other directions, the distance is up to 13 % longer
+/// than the Euclidean one.
 std::vector<std::uint32_t> geodesic_distances(const VoxelSolid& solid,
                                               std::span<const std::uint32_t> sources);
 
-/// Computes the radius of the largest inscribed ball that contains each voxel: half the local
-/// thickness.
+/// Computes for each voxel the radius of the largest ball inside the solid that contains it: half
+/// the local thickness.
 std::vector<std::uint32_t> local_radii(const VoxelSolid& solid);
 
 /// Finds the voxel nearest to `place`. The solid must not be empty.

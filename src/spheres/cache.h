@@ -1,4 +1,4 @@
-// Disk cache of sphere approximations, and listing and cleaning of all cached files
+// Disk cache of sphere approximations. Also lists and removes cached files of all kinds
 // (base/cache_file.h).
 #pragma once
 

@@ -13,17 +13,20 @@
 
 namespace polymorph {
 
-/// The root cell: a cube around the centre of the model's bounding box, larger than its longest
-/// side by a margin. kMinRootMargin keeps sample points off the faces of models that fill their box
-/// (a cube's corners would lie exactly on its surface, where the inside test depends on rounding).
+/// The root cell of an octree: a cube around a model.
 struct RootCube {
   double low[3] = {0, 0, 0};
   double side = 0;
 };
-inline constexpr double kMinRootMargin = 1e-4;  // fraction of the side
+/// Minimum margin, as a fraction of the side. It keeps sample points off the faces of models that
+/// fill their box: a cube's corners would lie exactly on its surface, where the inside test depends
+/// on rounding.
+inline constexpr double kMinRootMargin = 1e-4;
+/// Makes the cube around the centre of the model's bounding box whose side is the box's longest
+/// side times 1 + the larger of `margin` and kMinRootMargin.
 RootCube make_root_cube(const Model& model, double margin = 0);
 
-/// A cell of level l, which divides the root cube into 2^l cells per axis.
+/// A cell of the octree. The cells of level l divide the root cube into 2^l cells per axis.
 struct Cell {
   int level = 0;
   std::int32_t x = 0, y = 0, z = 0;
@@ -44,24 +47,26 @@ inline Vec3 lattice_point(const RootCube& root, int steps, double x, double y, d
           static_cast<float>(root.low[2] + step * z)};
 }
 
-/// Makes the sphere with the cell's centre and volume: radius (3 / (4 pi))^(1/3) h = 0.6204 h.
+/// Makes the sphere with the cell's centre and volume. Its radius is (3 / (4 pi))^(1/3) h = 0.6204
+/// h for a cell of edge h.
 Sphere make_sphere(const RootCube& root, const Cell& cell);
 
-/// Builds the tree of the cells that `is_leaf` selects and of their ancestors. Searches from the
-/// root down to the level `finest`, but not below a leaf; depth first, children in Morton order (x
-/// fastest), so the order of the nodes depends on the selection only. Without a leaf the tree is
-/// empty.
+/// Builds the sphere tree of the cells that `is_leaf` selects and of their ancestors. Searches
+/// depth first from the root down to the level `finest`, but not below a leaf, children in Morton
+/// order (x fastest). The order of the nodes therefore depends on the selection only. Without a
+/// leaf the tree is empty.
 SphereTree build_cell_tree(const RootCube& root, int finest,
                            const std::function<bool(const Cell&)>& is_leaf);
 
-/// Builds the sphere tree of each method; the finest level is resolution - 1. The tree is empty if
-/// nothing is inside.
+/// Builds the sphere trees of the methods `octree` and `active` (spheres.h: approximate()), with
+/// cells down to the level `finest`, which is SphereSettings::resolution - 1. The tree is empty if
+/// no cell counts as inside the model.
 SphereTree build_octree(const InsideTest& test, const RootCube& root, int finest);
 SphereTree build_active_tree(const InsideTest& test, const RootCube& root, int finest);
 
-/// Builds the sphere tree for the settings' method and resolution; resolution 0 selects the finest
-/// one with at most `max_count` spheres. Errors (kInput): nothing is inside at this resolution; the
-/// message says what to change.
+/// Builds the sphere tree for the settings' method, `octree` or `active`, and resolution;
+/// resolution 0 selects the finest one with at most `max_count` spheres. Errors (kInput): no cell
+/// counts as inside at this resolution; the message says what to change.
 Result<SphereTree> build_cell_spheres(const Model& model, const InsideTest& test,
                                       const SphereSettings& settings, std::size_t max_count);
 

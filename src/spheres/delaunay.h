@@ -15,11 +15,11 @@ namespace polymorph {
 /// A cell of the Delaunay tetrahedralization.
 struct Tetrahedron {
   static constexpr std::uint32_t kNone = 0xffffffffu;
-  std::array<std::uint32_t, 4> points{};  ///< ascending
-  std::array<std::uint32_t, 4>
-      neighbors{};  ///< across its faces, in no particular order; kNone at the hull
-  Vec3d center;     ///< centre of the circumscribed sphere: a Voronoi vertex
-  double radius = 0;
+  std::array<std::uint32_t, 4> points{};  ///< indices of its corners, ascending
+  /// Indices of the tetrahedra across its faces, in no particular order; kNone at the hull.
+  std::array<std::uint32_t, 4> neighbors{};
+  Vec3d center;       ///< centre of the circumscribed sphere: a Voronoi vertex
+  double radius = 0;  ///< radius of the circumscribed sphere
 };
 
 /// Computes the tetrahedra whose circumscribed spheres contain no other point. Flat ones, which

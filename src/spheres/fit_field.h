@@ -9,25 +9,27 @@
 
 namespace polymorph {
 
-/// A ball during the fit: contributes exp(w - |root (x - center)|^2).
+/// A ball during the fit. It adds exp(w - |root (x - center)|^2) to the field at x.
 struct FitBall {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d root = Eigen::Matrix3d::Identity();  ///< root^T root = a shape
+  Eigen::Matrix3d root = Eigen::Matrix3d::Identity();  ///< root^T root = Ball::a * Ball::shape
   double w = 0;
 };
 
-/// Number of parameters of a ball: w, centre (3), and the symmetric D (6) of root <- (1 + D/2)
-/// root, or the one diagonal value of D for round balls.
+/// Number of parameters of a ball. For an ellipsoid: w, the centre (3) and a symmetric matrix D (6)
+/// that changes `root` to (1 + D/2) root. For a round ball, D is a multiple of the identity, with 1
+/// parameter.
 inline constexpr int kEllipsoidParameters = 10;
 inline constexpr int kRoundParameters = 5;
 
-/// A constraint at a point: psi / |grad psi| = target.
+/// A constraint at a point: the first-order signed distance psi / |grad psi|, with psi = ln(field),
+/// is to equal a target.
 struct FitPoint {
   enum class Rule : std::uint8_t {
     kSurface,  ///< equal to the target
-    kInside,   ///< no residual above the target
-    kOutside,  ///< no residual below the target
-    /// Offset samples: low weight where the field falls faster than a distance.
+    kInside,   ///< not below the target
+    kOutside,  ///< not above the target
+    /// Equal to the target, but with a low weight where the field falls faster than a distance.
     kOffset,
   };
   Eigen::Vector3d point;
@@ -44,7 +46,7 @@ struct FitRows {
   std::vector<double> steepness;            ///< one per point: |grad psi|, at least 0.5 / length
   std::vector<std::uint32_t> begins = {0};  ///< first entry of each point, and one past the end
   std::vector<std::uint32_t> balls;         ///< ball index per entry
-  std::vector<float> weights;               ///< q per entry: the ball's fraction of the field
+  std::vector<float> weights;               ///< per entry, the ball's fraction of the field
   std::vector<float> derivatives;   ///< `parameters` values per entry, times the root of the weight
   std::vector<double> group_costs;  ///< sums over 32 points each; their sum is `cost`
   double cost = 0;                  ///< sum of Huber's loss
@@ -56,13 +58,13 @@ struct FitRows {
   }
 };
 
-/// Computes the rows of all points. `length` is the diagonal of the model's box; `parameters` per
-/// ball: 5 or 10.
+/// Computes the rows of all points. `length`: the diagonal of the model's box; `parameters`:
+/// kEllipsoidParameters or kRoundParameters.
 FitRows make_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
                       double length, int parameters);
 
-/// Adds rows for the points beyond those that `rows` has already; the balls must be the same as for
-/// these.
+/// Adds the rows of the points that `rows` does not have yet, the last ones in `points`. The balls
+/// must be the same as for the other rows.
 void add_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>& points,
                   double length, int parameters, FitRows& rows);
 

@@ -18,19 +18,20 @@ namespace polymorph {
 struct ApproximationQuality {
   double iou = 0;           ///< volume of the intersection over that of the union
   double volume_ratio = 0;  ///< volume of the surface / volume of the model
-  double rms_to_model = 0, hausdorff_to_model = 0;      ///< measured at the surface
-  double rms_to_surface = 0, hausdorff_to_surface = 0;  ///< measured at the model's boundary
+  double rms_to_model = 0, hausdorff_to_model = 0;      ///< distances of the surface's points
+  double rms_to_surface = 0, hausdorff_to_surface = 0;  ///< distances of the model's points
   std::size_t triangles = 0;                            ///< triangles of the surface
 };
 
 struct QualitySettings {
-  int grid = 96;        ///< cells along the longest side
-  double points = 3e5;  ///< points of the lattice that measures volumes (standard error 0.0005)
+  int grid = 96;        ///< cells of the extracted surface along the model's longest side
+  double points = 3e5;  ///< lattice points that measure volumes (standard error 0.0005)
 };
 
-/// Compares the balls' surface (field = 1) with the model. Volumes are counted on one jittered
-/// lattice, distances are measured at 20 000 samples of each surface and at every surface vertex.
-/// If the field has no surface: iou 0, distances 1. Errors: as extract_surface().
+/// Compares the balls' surface (field = 1) with the model. Volumes are measured by counting the
+/// points of one jittered lattice that are inside each. Distances are measured at 20 000 samples of
+/// each surface and at every vertex of the extracted one. If the field has no surface, `iou` is 0
+/// and distances are 1. Errors: as extract_surface().
 Result<ApproximationQuality> measure_quality(const Model& model, const InsideTest& inside,
                                              const std::vector<Ball>& balls, FieldKind kind,
                                              const QualitySettings& settings);
@@ -41,8 +42,8 @@ bool is_good_fit(const ApproximationQuality& quality);
 std::string describe_fit(const ApproximationQuality& quality);
 
 /// Computes the Hausdorff distance between the balls' surface and the model, relative to the
-/// diagonal. `samples` represent the model's boundary. Without fitted balls, measures only from the
-/// samples to the spheres.
+/// diagonal of the model's box. `samples` represent the model's boundary. Without fitted balls, it
+/// is the largest distance from a sample to the spheres.
 Result<double> hausdorff_distance(const Model& model, const std::vector<BoundarySample>& samples,
                                   const Approximation& approximation);
 

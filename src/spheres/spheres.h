@@ -18,7 +18,7 @@
 
 namespace polymorph {
 
-/// A geometric sphere. (A Ball is a field source.)
+/// A geometric sphere. (A Ball, by contrast, is a source of a field.)
 struct Sphere {
   Vec3 center;
   float radius = 0;
@@ -28,12 +28,12 @@ struct Sphere {
 struct SphereNode {
   Sphere sphere;
   std::int32_t parent = -1;  ///< index into nodes, -1 for a root
-  std::int16_t level = 0;    ///< 0 = the root cube
-  bool leaf = false;         ///< part of the flat approximation
+  std::int16_t level = 0;    ///< 0 for a root, increasing towards the leaves
+  bool leaf = false;         ///< whether it is part of the flat approximation
 };
 
-/// A hierarchy of spheres, parents before children. `leaves()` in array order is the report's flat
-/// list.
+/// A hierarchy of spheres, parents before children. Its leaves are the flat approximation, which is
+/// the report's list of spheres.
 struct SphereTree {
   std::vector<SphereNode> nodes;
   std::vector<Sphere> leaves() const;
