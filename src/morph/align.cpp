@@ -11,28 +11,29 @@
 namespace polymorph {
 namespace {
 
+/// Number of representatives of each object in the search for a rotation.
 constexpr std::size_t kRepresentatives = 80;
 /// Max cost of a rotation that tips an object over, as a fraction of the best upright rotation's.
 constexpr double kMaxTipCost = 0.6;
 
 /// The rotations of a cube: signed permutations of the axes, without reflections; the identity
 /// first.
-std::vector<Mat3> cube_turns() {
-  std::vector<Mat3> turns;
+std::vector<Mat3> cube_rotations() {
+  std::vector<Mat3> rotations;
   std::array<int, 3> order{0, 1, 2};
   do {
     for (int signs = 0; signs < 8; ++signs) {
-      Mat3 turn{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
+      Mat3 rotation{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
       for (int row = 0; row < 3; ++row)
-        turn.at(row, order[static_cast<std::size_t>(row)]) = (signs >> row) & 1 ? -1 : 1;
-      const auto& m = turn.m;
+        rotation.at(row, order[static_cast<std::size_t>(row)]) = (signs >> row) & 1 ? -1 : 1;
+      const auto& m = rotation.m;
       const double determinant = m[0] * (m[4] * m[8] - m[5] * m[7]) -
                                  m[1] * (m[3] * m[8] - m[5] * m[6]) +
                                  m[2] * (m[3] * m[7] - m[4] * m[6]);
-      if (determinant > 0) turns.push_back(turn);
+      if (determinant > 0) rotations.push_back(rotation);
     }
   } while (std::next_permutation(order.begin(), order.end()));
-  return turns;
+  return rotations;
 }
 
 /// Solves the transport. The plan's cost excludes the distances to landmarks.
@@ -49,15 +50,16 @@ TransportPlan plan_between(const CostSide& a, const CostSide& b, float label_cos
   return plan;
 }
 
-/// A rotation, and the cost of the plan that it leads to.
+/// A rotation, and the cost of the best plan with it.
 struct RotationFit {
   Mat3 rotation;
   double cost = 0;
 };
 
-/// Alternates between plan and Procrustes until the cost stops falling.
-RotationFit refine(const CostSide& a, const CostSide& b, float label_cost, Mat3 rotation,
-                   RotationAxis axis) {
+/// Alternates between transport plan and Procrustes fit, starting with `rotation`, until the cost
+/// stops falling.
+RotationFit refine_rotation(const CostSide& a, const CostSide& b, float label_cost, Mat3 rotation,
+                            RotationAxis axis) {
   constexpr int kMaxSteps = 12;
   constexpr double kMinGain = 1e-3;  // relative fall of the cost in a step
   RotationFit best;
@@ -70,18 +72,18 @@ RotationFit refine(const CostSide& a, const CostSide& b, float label_cost, Mat3 
   return best;
 }
 
-/// Refines each of `starts`. Of the fits whose cost is within 1 % of the gain from the cheapest,
-/// returns the one with the smallest rotation.
-RotationFit best_fit(const CostSide& a, const CostSide& b, float label_cost, double unturned,
+/// Refines each of `starts`. Returns the fit with the smallest rotation among those whose cost is
+/// nearly the lowest: above it by at most 1 % of its gain over `unrotated_cost`.
+RotationFit best_fit(const CostSide& a, const CostSide& b, float label_cost, double unrotated_cost,
                      const std::vector<Mat3>& starts, RotationAxis axis) {
   std::vector<RotationFit> fits(starts.size());
   parallel_for(static_cast<std::int64_t>(starts.size()), [&](std::int64_t i) {
     const auto at = static_cast<std::size_t>(i);
-    fits[at] = refine(a, b, label_cost, starts[at], axis);
+    fits[at] = refine_rotation(a, b, label_cost, starts[at], axis);
   });
   double lowest = fits[0].cost;
   for (const RotationFit& fit : fits) lowest = std::min(lowest, fit.cost);
-  const double max_cost = lowest + 0.01 * std::max(unturned - lowest, 0.0);
+  const double max_cost = lowest + 0.01 * std::max(unrotated_cost - lowest, 0.0);
   const RotationFit* chosen = nullptr;
   for (const RotationFit& fit : fits)
     if (fit.cost <= max_cost &&
@@ -90,11 +92,11 @@ RotationFit best_fit(const CostSide& a, const CostSide& b, float label_cost, dou
   return *chosen;
 }
 
-/// Refits `rotation` about any axis; returns the mean squared distance that is left between paired
-/// balls, over the mean squared radius.
+/// Refits `rotation` about any axis, with all balls. Returns the mean squared distance that is left
+/// between paired balls, as a fraction of the squared RMS size.
 double residual(const CostSide& a, const CostSide& b, float label_cost, const Mat3& rotation) {
-  const TransportPlan near = plan_between(rotate_side(a, rotation), b, label_cost);
-  const CostSide fitted = rotate_side(a, fit_rotation(a, b, near.flows, RotationAxis::kAny));
+  const TransportPlan plan = plan_between(rotate_side(a, rotation), b, label_cost);
+  const CostSide fitted = rotate_side(a, fit_rotation(a, b, plan.flows, RotationAxis::kAny));
   double sum = 0;
   for (const TransportFlow& flow : plan_between(fitted, b, label_cost).flows)
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -119,6 +121,7 @@ Mat3 rotation_between(Vec3d from, Vec3d to) {
       for (int c = 0; c < 3; ++c) half.at(r, c) = 2 * v[r] * v[c] - (r == c ? 1 : 0);
     return half;
   }
+  // Rodrigues' formula: I + K + K^2 / (1 + cosine), where K is the matrix of the cross product.
   const Vec3d v = cross(a, b);
   const Mat3 k{{0, -v.z, v.y, v.z, 0, -v.x, -v.y, v.x, 0}};
   const Mat3 square = k * k;
@@ -135,7 +138,7 @@ Mat3 about_vertical(double angle) {
 Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const TransportFlow> flows,
                   RotationAxis axis) {
   Mat3 sum{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
-  // Outward directions rotate with the object, so they count beside the positions, as in the cost.
+  // Positions (first = 0) and outward directions (first = 3) both rotate with the object.
   for (std::size_t first = 0; first < CostSide::kRotatingAxes; first += 3)
     for (const TransportFlow& flow : flows)
       for (int r = 0; r < 3; ++r)
@@ -145,6 +148,7 @@ Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const Transpor
               static_cast<double>(b.values[first + static_cast<std::size_t>(r)][flow.to]) *
               static_cast<double>(a.values[first + static_cast<std::size_t>(c)][flow.from]);
   if (axis == RotationAxis::kAny) return nearest_rotation(sum);
+  // Of the rotations R about y, this one has the largest trace of R^T sum.
   const double sine = sum.at(0, 2) - sum.at(2, 0), cosine = sum.at(0, 0) + sum.at(2, 2);
   return about_vertical(exact::atan2(sine, cosine));
 }
@@ -184,20 +188,21 @@ std::optional<Mat3> rotation_of_landmarks(std::span<const Vec3> from, std::span<
 RotationResult find_rotation(const CostSide& a, const CostSide& b, float label_cost, double gain,
                              double tip_residual) {
   const CostSide few_a = coarse(a, kRepresentatives), few_b = coarse(b, kRepresentatives);
-  const double unturned = plan_between(few_a, few_b, label_cost).cost;
+  const double unrotated_cost = plan_between(few_a, few_b, label_cost).cost;
   constexpr int kUpright = 8;
   std::vector<Mat3> upright;
   for (int i = 0; i < kUpright; ++i)
     upright.push_back(i == 0 ? Mat3{} : about_vertical(2 * exact::kPi * i / kUpright));
-  RotationFit standing =
-      best_fit(few_a, few_b, label_cost, unturned, upright, RotationAxis::kVertical);
-  if (!(standing.cost < (1 - gain) * unturned)) standing = {Mat3{}, unturned};
-  const RotationFit free =
-      best_fit(few_a, few_b, label_cost, unturned, cube_turns(), RotationAxis::kAny);
-  const bool cheaper = free.cost < (1 - gain) * unturned && free.cost < kMaxTipCost * standing.cost;
-  if (cheaper && residual(a, b, label_cost, free.rotation) <= tip_residual)
-    return {free.rotation, RotationAxis::kAny};
-  return {standing.rotation, RotationAxis::kVertical};
+  RotationFit vertical =
+      best_fit(few_a, few_b, label_cost, unrotated_cost, upright, RotationAxis::kVertical);
+  if (!(vertical.cost < (1 - gain) * unrotated_cost)) vertical = {Mat3{}, unrotated_cost};
+  const RotationFit any_axis =
+      best_fit(few_a, few_b, label_cost, unrotated_cost, cube_rotations(), RotationAxis::kAny);
+  const bool cheaper =
+      any_axis.cost < (1 - gain) * unrotated_cost && any_axis.cost < kMaxTipCost * vertical.cost;
+  if (cheaper && residual(a, b, label_cost, any_axis.rotation) <= tip_residual)
+    return {any_axis.rotation, RotationAxis::kAny};
+  return {vertical.rotation, RotationAxis::kVertical};
 }
 
 }  // namespace polymorph

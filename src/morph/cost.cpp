@@ -13,9 +13,11 @@
 namespace polymorph {
 namespace {
 
+/// First axes of the position and the outward direction in CostSide::values, and number of axes
+/// that rotate.
 constexpr std::size_t kPosition = 0, kOutward = 3, kRotatingEnd = 6;
 
-/// Squared distances of all balls from one.
+/// Squared distances of all balls of a side from ball `from`.
 std::vector<float> squared_distances(const CostSide& side, std::uint32_t from) {
   std::vector<float> sums(side.size(), 0);
   for (std::size_t axis = kPosition; axis < kPosition + 3; ++axis)
@@ -47,7 +49,7 @@ CostSide cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vector<d
   CostSide side;
   const std::size_t n = balls.size();
   const BallFeatures features = ball_features(balls, mass);
-  const auto axis = [&](double weight, const auto& value) {
+  const auto add_axis = [&](double weight, const auto& value) {
     std::vector<float> values(n);
     const double root = std::sqrt(weight);
     for (std::size_t i = 0; i < n; ++i) values[i] = static_cast<float>(root * value(i));
@@ -58,22 +60,28 @@ CostSide cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vector<d
   };
   const auto size_weight = static_cast<double>(settings.weights.size);
   const auto feature_weight = static_cast<double>(settings.weights.feature);
-  axis(1, [&](std::size_t i) { return normalized_center(i).x; });
-  axis(1, [&](std::size_t i) { return normalized_center(i).y; });
-  axis(1, [&](std::size_t i) { return normalized_center(i).z; });
-  axis(feature_weight, [&](std::size_t i) { return static_cast<double>(features.outward[i].x); });
-  axis(feature_weight, [&](std::size_t i) { return static_cast<double>(features.outward[i].y); });
-  axis(feature_weight, [&](std::size_t i) { return static_cast<double>(features.outward[i].z); });
-  // Sizes and distances are relative to the object's size, so a scaled copy has the same.
-  axis(size_weight, [&](std::size_t i) {
+  add_axis(1, [&](std::size_t i) { return normalized_center(i).x; });
+  add_axis(1, [&](std::size_t i) { return normalized_center(i).y; });
+  add_axis(1, [&](std::size_t i) { return normalized_center(i).z; });
+  add_axis(feature_weight,
+           [&](std::size_t i) { return static_cast<double>(features.outward[i].x); });
+  add_axis(feature_weight,
+           [&](std::size_t i) { return static_cast<double>(features.outward[i].y); });
+  add_axis(feature_weight,
+           [&](std::size_t i) { return static_cast<double>(features.outward[i].z); });
+  // Sizes and distances are divided by the object's size, so those of a scaled copy are equal.
+  add_axis(size_weight, [&](std::size_t i) {
     const float radius = visit(kind, [&](auto field) { return field.radius(balls[i]); });
     return exact::log(static_cast<double>(radius) / normalization.size);
   });
-  axis(feature_weight, [&](std::size_t i) { return static_cast<double>(features.distance[i]); });
-  axis(feature_weight, [&](std::size_t i) { return static_cast<double>(features.linearity[i]); });
-  axis(feature_weight, [&](std::size_t i) { return static_cast<double>(features.planarity[i]); });
+  add_axis(feature_weight,
+           [&](std::size_t i) { return static_cast<double>(features.distance[i]); });
+  add_axis(feature_weight,
+           [&](std::size_t i) { return static_cast<double>(features.linearity[i]); });
+  add_axis(feature_weight,
+           [&](std::size_t i) { return static_cast<double>(features.planarity[i]); });
   for (const Vec3& landmark : landmarks)
-    axis(static_cast<double>(settings.weights.landmark), [&](std::size_t i) {
+    add_axis(static_cast<double>(settings.weights.landmark), [&](std::size_t i) {
       return length(Vec3d(balls[i].center) - Vec3d(landmark)) / normalization.size;
     });
   side.mass = std::move(mass);
@@ -128,7 +136,7 @@ CostSide coarse(const CostSide& side, std::size_t count) {
     for (std::size_t i = 0; i < n; ++i)
       result.values[axis][owner[i]] +=
           static_cast<float>(side.mass[i] / result.mass[owner[i]]) * side.values[axis][i];
-  // Coinciding balls may leave a representative without any ball.
+  // A representative that coincides with another may own no ball; masses must be positive.
   for (double& mass : result.mass) mass = std::max(mass, 1e-12);
   for (const auto& vote : votes) {
     std::int32_t best = kNoLabel;

@@ -13,18 +13,19 @@
 namespace polymorph {
 namespace {
 
-/// Min overlap of an object with its mirror image. A second plane with at least kSecondPlane of the
-/// first one's rank leaves the front undecided.
+/// Min overlap of an object with its mirror image. The front is undecided if a second plane's rank
+/// is at least kSecondPlane times that of the first.
 constexpr double kMinOverlap = 0.7, kSecondPlane = 0.97;
-/// The larger rotation is taken only if its discrepancy is below this fraction of the smaller
-/// one's.
+/// Factor by which the larger of two rotations must be better: it is taken only if its discrepancy
+/// is below kGain times that of the smaller rotation.
 constexpr double kGain = 0.9;
 /// Rotations within this angle, in radians, count as equal.
 constexpr double kNear = 25 * exact::kPi / 180;
-/// Weight of the term in geodesic distances (1 - kDistances is that of the term in points), and
-/// weight of the mean distance within the term in points; docs/method.md, Facing.
+/// Weights of the discrepancy (docs/method.md, Facing): kDistances for the term in geodesic
+/// distances, 1 - kDistances for the term in points. Within the latter, kCentrality is the weight
+/// of the points' mean distances.
 constexpr double kDistances = 0.8, kCentrality = 0.5;
-constexpr int kSteps = 20;  // conditional gradients
+constexpr int kSteps = 20;  // max number of steps of conditional gradients
 
 using Matrix = std::vector<double>;  // row by row
 
@@ -76,20 +77,20 @@ std::vector<double> mean_squared_distances(const ScaledBody& body) {
   return sums;
 }
 
-/// The product C_a T C_b of a coupling with both bodies' distances.
+/// The product C_a T C_b of both bodies' distance matrices with a coupling T between them.
 Matrix multiply_distances(const ScaledBody& a, const Matrix& coupling, const ScaledBody& b) {
   const std::size_t n = a.size(), m = b.size();
-  Matrix half(n * m, 0), product(n * m, 0);
+  Matrix coupling_b(n * m, 0), product(n * m, 0);
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t k = 0; k < m; ++k) {
       const double amount = coupling[i * m + k];
       if (amount == 0) continue;
-      for (std::size_t l = 0; l < m; ++l) half[i * m + l] += amount * b.distances[k * m + l];
+      for (std::size_t l = 0; l < m; ++l) coupling_b[i * m + l] += amount * b.distances[k * m + l];
     }
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = 0; j < n; ++j) {
       const double d = a.distances[i * n + j];
-      for (std::size_t l = 0; l < m; ++l) product[i * m + l] += d * half[j * m + l];
+      for (std::size_t l = 0; l < m; ++l) product[i * m + l] += d * coupling_b[j * m + l];
     }
   return product;
 }
@@ -114,12 +115,14 @@ double sum_products(const Matrix& a, const Matrix& b) {
   return sum;
 }
 
-/// The fused Gromov-Wasserstein discrepancy of the bodies with `a` rotated, minimized by
-/// conditional gradients (Frank and Wolfe 1956) with exact line search. It starts from the optimal
-/// transport of the term in points.
+/// The fused Gromov-Wasserstein discrepancy of the bodies, with `a` rotated by `angle` radians
+/// about the vertical. It is minimized by conditional gradients (Frank and Wolfe 1956) with exact
+/// line search, starting from the optimal transport of the term in points.
 double fused_discrepancy(const ScaledBody& a, const ScaledBody& b, double angle) {
   const std::size_t n = a.size(), m = b.size();
   const Mat3 rotation = about_vertical(angle);
+  // The loss (d_a - d_b)^2 is split into d_a^2 + d_b^2, whose mean does not depend on the coupling,
+  // and -2 d_a d_b, which multiply_distances() sums.
   Matrix point_costs(n * m), squared_distances(n * m);
   const std::vector<double> a_means = mean_squared_distances(a),
                             b_means = mean_squared_distances(b);
@@ -196,8 +199,8 @@ std::optional<double> find_facing(LimbPlan& limbs, double plan_angle,
   if (std::fabs(angles[1]) < std::fabs(angles[0])) std::swap(angles[0], angles[1]);
   std::array<LimbMatch, 2> matches;
   for (std::size_t k = 0; k < 2; ++k)
-    // log_rotation() changes the angle's last bits. The plan will ask for the rounded angle, and
-    // match_at() stores a match per exact angle.
+    // The plan passes log_rotation() of its rotation to match_at(), which stores one match per
+    // exact angle. The same rounding here lets the plan find this match again.
     matches[k] = match_at(
         limbs, angles[k] == plan_angle ? plan_angle : log_rotation(about_vertical(angles[k])).y);
   if (is_certain(matches[0]) && is_certain(matches[1]))

@@ -14,17 +14,20 @@
 namespace polymorph {
 namespace {
 
+/// Number of nearest neighbours that may be linked in the graph, and that measure the shape.
 constexpr std::size_t kGraphNeighbors = 8;
 constexpr std::size_t kShapeNeighbors = 16;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+/// Per ball, the balls linked to it and their distances.
 using Graph = std::vector<std::vector<std::pair<std::uint32_t, double>>>;
 
 double distance(const std::vector<Ball>& balls, std::uint32_t i, std::uint32_t j) {
   return static_cast<double>(length(balls[i].center - balls[j].center));
 }
 
-/// Links each ball to its near neighbours; a minimum spanning tree (Prim) connects all balls.
+/// Links each ball to its near neighbours. The links of a minimum spanning tree (Prim) are added,
+/// so that all balls are connected.
 Graph ball_graph(const std::vector<Ball>& balls,
                  const std::vector<std::vector<std::uint32_t>>& neighbors) {
   const auto n = static_cast<std::uint32_t>(balls.size());
@@ -33,10 +36,10 @@ Graph ball_graph(const std::vector<Ball>& balls,
     graph[i].emplace_back(j, distance(balls, i, j));
     graph[j].emplace_back(i, distance(balls, i, j));
   };
-  std::vector<double> best(n, kInfinity);
+  std::vector<double> distance_to_tree(n, kInfinity);
   std::vector<std::uint32_t> parent(n, 0);
   std::vector<char> in_tree(n, 0);
-  std::vector<double> longest_link(n, 0);  // per ball, in the tree
+  std::vector<double> longest_link(n, 0);  // per ball, of its links in the tree
   std::uint32_t current = 0;
   for (std::uint32_t step = 1; step < n; ++step) {
     in_tree[current] = 1;
@@ -44,12 +47,12 @@ Graph ball_graph(const std::vector<Ball>& balls,
     for (std::uint32_t j = 0; j < n; ++j) {
       if (in_tree[j]) continue;
       const double d = distance(balls, current, j);
-      if (d < best[j]) best[j] = d, parent[j] = current;
-      if (next == n || best[j] < best[next]) next = j;
+      if (d < distance_to_tree[j]) distance_to_tree[j] = d, parent[j] = current;
+      if (next == n || distance_to_tree[j] < distance_to_tree[next]) next = j;
     }
     link(next, parent[next]);
-    longest_link[next] = std::max(longest_link[next], best[next]);
-    longest_link[parent[next]] = std::max(longest_link[parent[next]], best[next]);
+    longest_link[next] = std::max(longest_link[next], distance_to_tree[next]);
+    longest_link[parent[next]] = std::max(longest_link[parent[next]], distance_to_tree[next]);
     current = next;
   }
   // Other neighbours are linked only if they are not much farther than the links of the tree. Links
@@ -63,6 +66,7 @@ Graph ball_graph(const std::vector<Ball>& balls,
   return graph;
 }
 
+/// Computes the shortest paths from ball `start` to all balls (Dijkstra).
 std::vector<double> distances_from(const Graph& graph, std::uint32_t start) {
   std::vector<double> distances(graph.size(), kInfinity);
   using Entry = std::pair<double, std::uint32_t>;
@@ -82,8 +86,9 @@ std::vector<double> distances_from(const Graph& graph, std::uint32_t start) {
   return distances;
 }
 
-/// Mean geodesic distance from each ball to all others, estimated from 48 bases (farthest point
-/// sampling). A base has the mass of the balls nearest to it.
+/// Computes BallFeatures::distance. The mean geodesic distance from each ball to all others is
+/// estimated from 48 bases (farthest point sampling). A base has the mass of the balls nearest to
+/// it.
 std::vector<float> mean_distances(const Graph& graph, std::span<const double> masses) {
   constexpr std::size_t kBases = 48;
   const std::size_t n = graph.size();

@@ -9,9 +9,9 @@ namespace {
 Mat3 inverse(const Mat3& a) {
   const auto row = [&](int i) { return Vec3d{a.at(i, 0), a.at(i, 1), a.at(i, 2)}; };
   const Vec3d x = row(0), y = row(1), z = row(2);
-  const double volume = dot(x, cross(y, z));
-  return from_columns(cross(y, z) * (1 / volume), cross(z, x) * (1 / volume),
-                      cross(x, y) * (1 / volume));
+  const double determinant = dot(x, cross(y, z));
+  return from_columns(cross(y, z) * (1 / determinant), cross(z, x) * (1 / determinant),
+                      cross(x, y) * (1 / determinant));
 }
 
 }  // namespace

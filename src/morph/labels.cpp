@@ -85,7 +85,7 @@ LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
         sets.join(static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(n + j));
         is_named[i] = is_named[n + j] = 1;
       }
-  // A set's number is its least member, which is a label of `from`.
+  // A set's number is its smallest member, which is a label of `from`.
   LabelMatch match{std::vector<std::int32_t>(n, kNoLabel), std::vector<std::int32_t>(m, kNoLabel)};
   for (std::size_t k = 0; k < n + m; ++k)
     if (is_named[k])
@@ -102,7 +102,8 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
                                                 Engine& engine) {
   PM_CHECK(balls.size() == plan.pairs.size());
   PM_CHECK(from_names.size() == plan.from.size() && to_names.size() == plan.to.size());
-  // Renumbers the labels that balls have, and 0, consecutively: an object may have many more.
+  // The labels that balls have, and 0. They are renumbered by their index in `used`, because an
+  // object may have many more labels.
   std::vector<std::uint32_t> used{0};
   for (const auto& names : {from_names, to_names})
     used.insert(used.end(), names.begin(), names.end());
@@ -113,7 +114,7 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
     return static_cast<std::uint32_t>(std::lower_bound(used.begin(), used.end(), name) -
                                       used.begin());
   };
-  // Matched labels form a family, which has the number of its least member.
+  // Matched labels form a family, whose number is the smallest of its labels.
   std::vector<std::uint32_t> family(count);
   std::iota(family.begin(), family.end(), 0u);
   for (const Pair& pair : plan.pairs) {
@@ -124,7 +125,8 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
                         b = family[index_in_used(to_names[pair.to])];
     std::replace(family.begin(), family.end(), std::max(a, b), std::min(a, b));
   }
-  // Each label is an attribute of the balls; a pass interpolates eight of them.
+  // Each label's weight is a value attached to the balls. A pass interpolates eight labels, in two
+  // attributes of four values per ball.
   const std::vector<float> progress = pair_progress(plan, time);
   std::vector<float> name_weights(points.size() * count);
   for (std::uint32_t first = 0; first < count; first += 8) {

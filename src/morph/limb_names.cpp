@@ -31,8 +31,12 @@ std::vector<std::size_t> others_by_volume(const Limbs& limbs,
   return others;
 }
 
+/// Chooses each limb's noun. Limbs that lead down to the floor are legs. With more than two legs,
+/// the largest other limb is the head, and the second largest the tail if it points the opposite
+/// way. Otherwise the head points up from the shoulders or higher, and the other limbs that begin
+/// there are arms.
 std::vector<std::string_view> choose_nouns(const Limbs& limbs) {
-  // Max height of a foot, min height of a shoulder, min upward component of a head's direction.
+  // Max relative_height() of a foot, min of a shoulder; min upward component of a head's direction.
   constexpr double kFloor = 0.15, kShoulder = 0.5, kUp = 0.5;
   std::vector<std::string_view> nouns(limbs.limbs.size());
   std::size_t legs = 0;
@@ -70,8 +74,8 @@ std::vector<std::string_view> choose_nouns(const Limbs& limbs) {
   return nouns;
 }
 
-/// Position of a limb among those with the same noun, such as "front left ".
-/// `to_original` undoes the object's rotation.
+/// Describes the position of a limb in the group of limbs with the same noun, such as "front left
+/// "; empty for a group of one. `to_original` undoes the object's rotation.
 std::string describe_side(const Limbs& limbs, const Mat3& to_original,
                           const std::vector<std::size_t>& group, std::size_t limb) {
   if (group.size() < 2) return "";
@@ -82,7 +86,8 @@ std::string describe_side(const Limbs& limbs, const Mat3& to_original,
     low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
-  // A group that is wide along both axes gets both words.
+  // An axis counts if the group is at least this fraction as wide along it as along the other.
+  // Groups of more than two limbs get a word for each axis that counts, pairs only for the wider.
   constexpr double kMinAspect = 0.25;
   const Vec3d p = tip(limb), middle = (low + high) * 0.5, size = high - low;
   const bool by_x = size.x >= kMinAspect * size.z, by_z = size.z >= kMinAspect * size.x;

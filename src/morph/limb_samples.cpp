@@ -12,7 +12,8 @@
 namespace polymorph {
 namespace {
 
-/// Min length of a lone limb, as a fraction of its whole length, that its map's slope allows for.
+/// Min length of a shrinking lone limb, as a fraction of its whole length, in the slope of its map,
+/// which would otherwise grow without bound.
 constexpr double kMinLength = 0.02;
 /// Min length of a matched limb's mean tangent, as a fraction of the tangents' mean length
 /// (tangents in opposite directions cancel). Max ratio of matched limbs' radii.
@@ -71,7 +72,8 @@ Mat3 stretch(Vec3d direction, double along, double across) {
   return result;
 }
 
-/// Sets the slopes of a matched limb, whose tangent and radius are means of both objects'.
+/// Sets the slopes of a sample on a matched limb. The moving limb's tangent and radius are
+/// interpolated between those of both objects, `a` and `b`, at `u`.
 void set_slopes(const CurvePoint& a, const CurvePoint& b, const PartMotion& part, double u,
                 LimbSample& sample) {
   // The target's tangent and radius, in the source's orientation and scale.
@@ -100,6 +102,8 @@ Mat3 lone_slope(Vec3d axis, double remaining, const Mat3& inv_motion) {
   return stretch(axis, 1 / std::max(remaining, kMinLength), 1) * inv_motion;
 }
 
+/// Makes the sample of pair `e`, which is on a lone limb, at the pair's eased time `u`. `roots`:
+/// the current positions of plan.lone_roots.
 LimbSample lone_sample(const MorphPlan& plan, std::uint32_t e, double u,
                        const std::vector<Vec3>& roots) {
   const Pair& pair = plan.pairs[e];
@@ -110,6 +114,7 @@ LimbSample lone_sample(const MorphPlan& plan, std::uint32_t e, double u,
   const PartMotion part = part_motion(plan.paths->parts[plan.paths->balls[e].part], u);
   const double scale = part.place.scale;
   const CurvePoint point = point_at(curves.lone[limb], static_cast<double>(curves.stations[ball]));
+  // Fractions of the limb's length that remain and that are lost.
   const double remaining = is_source ? 1 - u : u, lost = 1 - remaining;
   LimbSample sample;
   sample.pair = e;

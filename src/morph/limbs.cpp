@@ -17,8 +17,8 @@ constexpr std::size_t kMaxTips = 14;
 /// Min prominence of a tip, as a fraction of the largest distance from the centre, and of the local
 /// radius at the limb's root.
 constexpr double kMinProminence = 0.1, kMinProminenceInRadii = 0.5;
-/// Min length of a limb that others sit on, as a fraction of the largest distance and of the
-/// longest of those others; and its max fraction of the volume.
+/// Conditions on a limb on which others sit: its min length, as a fraction of the largest distance
+/// from the centre and of the longest of those other limbs, and its max fraction of the volume.
 constexpr double kMinInnerLength = 0.06, kMinInnerLengthInLimbs = 0.4, kMaxInnerVolume = 0.25;
 
 /// The object's voxels, with the distances and order in which its limbs are found.
@@ -142,15 +142,18 @@ std::vector<std::uint32_t> prominent_tips(const Body& body) {
 /// An arc of the merge tree after it is pruned to the prominent tips.
 struct Arc {
   std::uint32_t tip = 0, root = 0;  ///< voxels: the farthest, and the one at which the arc ends
-  std::uint32_t top = 0;            ///< distance from the centre at which it begins
+  std::uint32_t top = 0;  ///< distance from the centre at which it begins, at its tip or node
   /// The arcs that end where this one begins, and the inner arcs of these.
   std::vector<std::uint32_t> inner;
 };
 
+/// Finds the arcs of the merge tree pruned to `tips`: one per tip, then one per node at which arcs
+/// meet. An arc ends at the node where it meets another, or at the body's centre.
 std::vector<Arc> find_arcs(const Body& body, const std::vector<std::uint32_t>& tips) {
   std::vector<Arc> arcs;
   for (const std::uint32_t tip : tips) arcs.push_back({tip, body.center, body.distance[tip], {}});
-  // The arc that each component, named by its farthest voxel, belongs to; kNone if none.
+  // open_arc[v]: the arc that the component named v (its farthest voxel) belongs to so far, or
+  // kNone.
   std::vector<std::uint32_t> open_arc(body.solid.size(), kNone);
   merge_tree(body, [&](std::uint32_t voxel, const std::vector<std::uint32_t>& roots) {
     if (roots.empty()) {
@@ -162,6 +165,7 @@ std::vector<Arc> find_arcs(const Body& body, const std::vector<std::uint32_t>& t
     for (const std::uint32_t root : roots)
       if (open_arc[root] != kNone) ending.push_back(open_arc[root]);
     if (ending.empty()) return;
+    // Where two arcs or more meet, they end, and a new one begins.
     std::uint32_t arc = ending.front();
     if (ending.size() > 1) {
       Arc joined = {arcs[arc].tip, body.center, body.distance[voxel], {}};
@@ -179,7 +183,8 @@ std::vector<Arc> find_arcs(const Body& body, const std::vector<std::uint32_t>& t
   return arcs;
 }
 
-/// Collects the voxels that are connected to an arc's tip by voxels farther than its root, sorted.
+/// Collects the voxels of an arc and its inner arcs: those connected to its tip by voxels that are
+/// farther from the centre than its root. Returns them in increasing order.
 std::vector<std::uint32_t> collect_members(const Body& body, const Arc& arc) {
   std::vector<std::uint8_t> seen(body.solid.size(), 0);
   std::vector<std::uint32_t> members{arc.tip};
@@ -194,12 +199,14 @@ std::vector<std::uint32_t> collect_members(const Body& body, const Arc& arc) {
   return members;
 }
 
-/// A cross-section of a limb, over the voxels whose `along` is within `half_width` of `at`.
+/// A cross-section of a limb.
 struct Section {
   Vec3d middle;
   double radius = 0;      ///< half the thickness
   std::size_t count = 0;  ///< number of voxels; if 0, the other members are 0, too
 };
+/// Measures the cross-section of the voxels at `at`, plus or minus `half_width`, along the limb.
+/// `along`: position of each of `members`, as a fraction of the limb's length.
 Section measure_section(const Body& body, const std::vector<std::uint32_t>& members,
                         const std::vector<double>& along, double at, double half_width) {
   Section section;
@@ -269,8 +276,8 @@ std::vector<std::uint8_t> mark_limbs(const Body& body, const std::vector<Arc>& a
   return is_limb;
 }
 
-/// Computes what limbs hold each ball, the balls' distances from centre and roots, and the
-/// distances between tips.
+/// Computes which limbs each ball belongs to, the balls' distances from the centre and the roots,
+/// and the distances between tips. `arcs`, `members`: those of the limbs, in their order.
 void add_balls(const Body& body, const std::vector<Ball>& balls, const std::vector<Arc>& arcs,
                const std::vector<std::vector<std::uint32_t>>& members, Limbs& limbs) {
   const double unit = body.solid.unit();
@@ -321,8 +328,9 @@ void measure_whole(const Body& body, Limbs& limbs) {
   limbs.reach = static_cast<double>(body.distance[body.order.front()]) * solid.unit();
 }
 
-/// Fraction of the voxels whose mirror image lies in the solid; estimated from about 4000 voxels.
-/// The plane's normal has this azimuth; the plane is `offset` from `middle` along the normal.
+/// Fraction of the solid's voxels whose mirror image lies in the solid, estimated from about 4000
+/// voxels. The plane's normal has the given azimuth, and the plane is `offset` from `middle` along
+/// it.
 double mirror_overlap(const VoxelSolid& solid, Vec3d middle, double azimuth, double offset) {
   constexpr std::uint32_t kSamples = 4000;
   const Vec3d normal = {exact::sin(azimuth), 0, exact::cos(azimuth)};

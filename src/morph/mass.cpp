@@ -22,7 +22,8 @@ std::vector<Vec3> points_in_ball(std::size_t count) {
   std::vector<Vec3> points;
   for (std::size_t i = 0; points.size() < count; ++i) {
     const auto [r0, r1, r2] = r3_point(i);
-    const double radius = cube_root(r0), z = 2 * r1 - 1, azimuth = 6.283185307179586 * r2;
+    const double radius = cube_root(r0), z = 2 * r1 - 1,
+                 azimuth = 6.283185307179586 * r2;  // 2 pi r2
     const double horizontal = std::sqrt(std::max(0.0, 1 - z * z));
     const Vec3d p =
         Vec3d{horizontal * exact::cos(azimuth), horizontal * exact::sin(azimuth), z} * radius;
@@ -32,7 +33,7 @@ std::vector<Vec3> points_in_ball(std::size_t count) {
   return points;
 }
 
-/// A ball is sampled out to where its value is exp(-4): to q = w + 4 in exp(w - q), for w > 0.
+/// A ball exp(w - q) is sampled out to where its value is exp(-4), that is, to q = max(w, 0) + 4.
 constexpr float kTail = 4;
 /// A ball is ignored at points where its value is below exp(-9), as in the kernels.
 constexpr float kCutoff = 9;
@@ -58,6 +59,8 @@ struct VolumeIntegrals {
   double volume = 0, squared_distance = 0;
 };
 
+/// Integrates over ball `index` of a Gaussian field, at `points` in the unit ball, which are mapped
+/// to the ball's ellipsoid.
 VolumeIntegrals integrate_ball(const std::vector<Ball>& balls, std::size_t index,
                                const std::vector<float>& longest_axes,
                                const std::vector<Vec3>& points, Vec3d center) {
@@ -92,7 +95,7 @@ VolumeIntegrals integrate_ball(const std::vector<Ball>& balls, std::size_t index
     sum.volume += share;
     sum.squared_distance += share * dot(offset, offset);
   }
-  constexpr double kUnitBall = 4.18879020478639;
+  constexpr double kUnitBall = 4.18879020478639;  // volume, 4/3 pi
   const auto r = static_cast<double>(radius);
   const double count = static_cast<double>(points.size());
   return {kUnitBall * r * r * r * sum.volume / count,

@@ -27,17 +27,20 @@ Alignment path_alignment(const MorphPlan& plan) {
   return translation;
 }
 
-/// The weight of a ball of weight `w` that contributes `share` of its field.
+/// The weight of a ball that contributes only the fraction `share` of the field of a ball of weight
+/// `w`.
 float strength(FieldKind kind, float w, float share) {
   return visit(kind, [&](auto field) { return field.share_of_weight(w, share); });
 }
 
+/// The cube of a ball's size, a^-3/2, which is proportional to its volume.
 double volume_of_ball(const Ball& ball) {
   const auto a = static_cast<double>(ball.a);
   return 1 / (a * std::sqrt(a));
 }
 
-/// Offset of the Bezier paths at half way, upwards. All balls share it, because arcs of different
+/// Offset of the Bezier paths from the straight ones at half way: upwards, MotionSettings::bend
+/// times the RMS distance that the balls travel. All balls share it, because arcs of different
 /// heights would tear neighbours apart.
 Vec3d bow_vector(const MorphPlan& plan) {
   double squares = 0, mass = 0;
@@ -49,8 +52,9 @@ Vec3d bow_vector(const MorphPlan& plan) {
   return {0, static_cast<double>(plan.motion.bend) * std::sqrt(squares / mass), 0};
 }
 
-/// The velocity with which a ball is thrown: outwards from the centre, upwards, and at random. The
-/// random key is the pair's index, which is the same for both ends.
+/// The velocity with which a ball is thrown, scene units per motion: away from the centre, upwards,
+/// and at random. `from` and `to` are its positions relative to both objects' centres. The random
+/// key is the pair's index, so both ends have the same velocity.
 Vec3d launch_velocity(const MorphPlan& plan, std::size_t e, Vec3d from, Vec3d to) {
   const auto random = [&](std::uint64_t stream) {
     return 2 * static_cast<double>(random_float(plan.motion.seed, stream, e)) - 1;
@@ -61,7 +65,7 @@ Vec3d launch_velocity(const MorphPlan& plan, std::size_t e, Vec3d from, Vec3d to
          (static_cast<double>(plan.motion.burst) * plan.size * (0.75 + 0.25 * random(5)));
 }
 
-/// Each pair's start, from 0 for the first to 1 for the last.
+/// Each pair's place in the order in which pairs start: 0 for the first, 1 for the last.
 std::vector<float> starting_order(const MorphPlan& plan) {
   const std::size_t n = plan.pairs.size();
   std::vector<double> key(n, 0);
@@ -74,13 +78,14 @@ std::vector<float> starting_order(const MorphPlan& plan) {
         key[e] = static_cast<double>(dot(plan.from[pair.from].center, plan.motion.stagger_axis));
         break;
       case Stagger::kRadius:
+        // The smallest balls, whose `a` is largest, start first.
         key[e] = -static_cast<double>(plan.from[pair.from].a);
         break;
       case Stagger::kLabel:
         key[e] = plan.from_labels.empty() ? 0 : plan.from_labels[pair.from];
         break;
       case Stagger::kNoise:
-        // Keyed by the source ball: all its pairs start together.
+        // The random key is the source ball, so that all its pairs start together.
         key[e] = static_cast<double>(random_float(plan.motion.seed, 1, pair.from));
         break;
     }
@@ -88,6 +93,7 @@ std::vector<float> starting_order(const MorphPlan& plan) {
   std::vector<double> sorted = key;
   std::sort(sorted.begin(), sorted.end());
   std::vector<float> order(n, 0);
+  // Labels start at equal intervals, whatever their numbers.
   if (plan.motion.stagger == Stagger::kLabel) {
     sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
     for (std::size_t e = 0; e < n && sorted.size() > 1; ++e)
@@ -175,7 +181,7 @@ double drift_weight(float time) {
   return t * (1 - t) * (1 - t);
 }
 
-/// The balls' own eased times; empty if all share one.
+/// The pairs' own eased times; empty if all share one.
 std::vector<float> own_times(const MorphPlan& plan, float time) {
   return move_together(plan) ? std::vector<float>() : eased_times(plan, time);
 }
@@ -194,18 +200,18 @@ MotionState make_motion_state(const MorphPlan& plan, float time) {
   return state;
 }
 
-/// Moves balls along their paths; `own`: their own eased times, or empty.
+/// Moves balls along their paths. `own`: own_times().
 std::vector<Ball> move_on_host(const std::vector<BallPath>& paths,
                                const std::vector<PathPart>& parts, const std::vector<float>& own,
                                const MotionState& state) {
   std::vector<Ball> balls(paths.size());
-  const std::vector<PartPose> places = part_poses_at(parts, state.eased);
+  const std::vector<PartPose> poses = part_poses_at(parts, state.eased);
   const auto view = [](const auto& array) {
     return View(array.data(), static_cast<std::int64_t>(array.size()));
   };
-  const MoveBalls move = {view(paths),  view(parts),
-                          view(places), view(own),
-                          state,        {balls.data(), static_cast<std::int64_t>(balls.size())}};
+  const MoveBalls move = {view(paths), view(parts),
+                          view(poses), view(own),
+                          state,       {balls.data(), static_cast<std::int64_t>(balls.size())}};
   parallel_for(static_cast<std::int64_t>(balls.size()), move, 256);
   return balls;
 }
@@ -347,8 +353,9 @@ std::vector<Vec3> landmark_places(const MorphPlan& plan, float time, const BallS
 std::vector<Vec3> move_points(const MorphPlan& plan, std::span<const PlanLandmark> points,
                               float time, const BallSet& balls) {
   if (points.empty()) return {};
-  // A landmark moves as a ball of its pair's part, plus the displacement of the pair's ball that
-  // its path alone does not give: that of the graph and the drift.
+  // A point moves on a path of its own in its pair's part. The graph and the drift displace the
+  // pair's ball from its path; the point is displaced in the same way. `paths` holds, per point,
+  // the point's path and that of its pair.
   const std::vector<float> own = own_times(plan, time);
   BallPaths paths;
   std::vector<float> times;
@@ -411,6 +418,8 @@ std::vector<PairFrame> pair_frames(const MorphPlan& plan, float time) {
         const auto u = static_cast<double>(eased[e]);
         const Alignment& alignment = plan.parts[path.part];
         const Mat3 inv_rotation = transposed(exp_rotation(alignment.turn * u));
+        // shape^1/2 maps an ellipsoid to a ball. The map to an end undoes the part's rotation, maps
+        // the moving ellipsoid to a ball, and this ball to the ellipsoid at that end.
         Mat3 from = inv_rotation, to = inv_rotation;
         if (!path.round) {
           const auto power = [](const Sym3d& log, double exponent) {

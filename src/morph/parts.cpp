@@ -16,18 +16,21 @@
 namespace polymorph {
 namespace {
 
+/// Max number of clusters, min mean number of pairs per cluster, number of neighbours that each
+/// ball is linked to, and number of solves of BallGraph::joined().
 constexpr std::size_t kMaxClusters = 8;
-constexpr std::size_t kMinMeanPairs = 12;  // mean number of pairs per cluster, at least
+constexpr std::size_t kMinMeanPairs = 12;
 constexpr std::size_t kNeighbors = 8;
 constexpr int kRotationRounds = 3;
 /// Weight of a ball's position by its part, relative to that of an edge. It is small because a limb
-/// on a straight path of its own would be torn off.
+/// that kept to the straight path of its part would be torn off.
 constexpr double kAnchor = 0.01;
 
-/// Fits a similarity to the pairs `members`. Where they do not determine a rotation, it is that of
-/// the plan's alignment. Of the rotation vectors of one rotation, the one nearest to `usual` is
-/// taken.
-Alignment fit_part(const MorphPlan& plan, const std::vector<std::uint32_t>& members, Vec3d usual) {
+/// Fits a similarity to the pairs `members`. Where they do not determine the rotation, that of the
+/// plan's alignment is used. A rotation has several rotation vectors; the one nearest to
+/// `reference_turn` is taken.
+Alignment fit_part(const MorphPlan& plan, const std::vector<std::uint32_t>& members,
+                   Vec3d reference_turn) {
   Alignment fit;
   double mass = 0;
   for (const std::uint32_t e : members) {
@@ -50,12 +53,13 @@ Alignment fit_part(const MorphPlan& plan, const std::vector<std::uint32_t>& memb
     from_square += pair.mass * dot(p, p);
     to_square += pair.mass * dot(q, q);
   }
-  // The points of a straight limb do not determine its rotation about its own axis.
-  constexpr double kWholeWeight = 1e-3;
-  const double weight = kWholeWeight * std::sqrt(from_square * to_square) + 1e-30;
+  // The points of a straight limb do not determine its rotation about its own axis. The whole
+  // object's rotation, added with a small weight, does.
+  constexpr double kAlignmentWeight = 1e-3;
+  const double weight = kAlignmentWeight * std::sqrt(from_square * to_square) + 1e-30;
   for (std::size_t k = 0; k < 9; ++k) sum.m[k] += weight * plan.alignment.rotation.m[k];
   fit.rotation = nearest_rotation(sum);
-  fit.turn = log_rotation_near(fit.rotation, usual);
+  fit.turn = log_rotation_near(fit.rotation, reference_turn);
   constexpr double kMaxScale = 4;
   fit.scale = from_square > 0 && to_square > 0
                   ? std::clamp(std::sqrt(to_square / from_square), 1 / kMaxScale, kMaxScale)
@@ -100,7 +104,9 @@ std::vector<std::uint32_t> parts_by_position(const MorphPlan& plan) {
     return dot(a.p - b.p, a.p - b.p) + dot(a.q - b.q, a.q - b.q);
   };
   const std::size_t count = std::clamp<std::size_t>(n / kMinMeanPairs, 1, kMaxClusters);
-  std::vector<Point> centers{{{}, {}}};  // this one only starts the search
+  // The first centre is the point farthest from the origin, each other the point farthest from the
+  // centres so far. The origin is only in the list for the first search.
+  std::vector<Point> centers{{{}, {}}};
   for (std::size_t k = 0; k <= count; ++k) {
     std::size_t farthest = 0;
     double largest = -1;
@@ -132,14 +138,15 @@ std::vector<std::uint32_t> parts_by_position(const MorphPlan& plan) {
   return part_of;
 }
 
-/// A directed edge at both ends of the motion: offsets in the source's orientation and scale, and
-/// true lengths.
+/// A directed edge of the graph: the offset of one ball from a neighbour, in the source and in the
+/// target. `to` is rotated and scaled back to the source; the lengths are those in the scene.
 struct Edge {
-  std::uint32_t other = 0;
+  std::uint32_t other = 0;  ///< the neighbour's pair
   Vec3d from, to;
   double from_length = 0, to_length = 0;
 
-  /// The target of the edge at eased time u, in the source's orientation.
+  /// The target of the edge at eased time u, in the source's orientation. Its direction is that of
+  /// the mixture of both offsets; if they nearly cancel, their mixture is used as it is.
   Vec3d at(double u) const {
     const Vec3d mixture = from * (1 - u) + to * u;
     const double target_length = (1 - u) * from_length + u * to_length,
@@ -236,7 +243,7 @@ std::vector<Vec3d> BallGraph::joined(std::span<const Vec3d> places, std::span<co
   std::vector<Mat3> rotations(turns.begin(), turns.end());
   std::vector<Vec3d> positions(places.begin(), places.end());
   Eigen::MatrixXd right_hand_side(static_cast<Eigen::Index>(n), 3);
-  // The edge's target in the frame of its first ball. An edge's u is the mean of its balls'.
+  // The edge's target, not yet rotated with ball e. Its u is the mean of both balls' u.
   const auto target_edge = [&](std::size_t e, const Edge& edge) {
     return edge.at((progress[e] + progress[edge.other]) / 2);
   };
@@ -245,6 +252,7 @@ std::vector<Vec3d> BallGraph::joined(std::span<const Vec3d> places, std::span<co
         static_cast<std::int64_t>(n),
         [&](std::int64_t index) {
           const auto e = static_cast<std::size_t>(index);
+          // The target of an edge is the mean of those seen from its two balls.
           Vec3d sum = places[e] * kAnchor;
           for (const Edge& edge : system_->edges[e]) {
             const auto& neighbours = system_->edges[edge.other];
@@ -281,7 +289,7 @@ std::vector<Vec3d> BallGraph::joined(std::span<const Vec3d> places, std::span<co
               for (int c = 0; c < 3; ++c) sum.at(r, c) += b[r] * a[c];
             weight += length(p) * length(q);
           }
-          // The part's rotation decides where a ball's edges do not determine one.
+          // The part's rotation, with a small weight, decides where the edges do not determine one.
           for (std::size_t k = 0; k < 9; ++k) sum.m[k] += 0.1 * weight * turns[e].m[k];
           rotations[e] = nearest_rotation(sum);
         },
@@ -292,8 +300,8 @@ std::vector<Vec3d> BallGraph::joined(std::span<const Vec3d> places, std::span<co
 
 namespace {
 
-/// Sum over neighbours of the squared ln of their distance at u = 1/2 over the mean of their
-/// distances at both ends.
+/// Measures how much the parts stretch the object: the sum, over pairs of neighbours, of ln^2 of
+/// their distance at u = 1/2 divided by the mean of their distances at both ends.
 double measure_strain(const MorphPlan& plan, const RigidParts& parts) {
   std::vector<Vec3d> places;
   std::vector<Mat3> turns;
@@ -338,14 +346,13 @@ std::vector<std::vector<std::uint32_t>> list_members(const std::vector<std::uint
   return members;
 }
 
-/// Fits the alignments of the parts; part 0 has the whole object's if `first_is_whole`.
+/// Fits the alignments of the parts. If `first_is_whole`, part 0 has that of the whole object.
 RigidParts with_alignments(const MorphPlan& plan, std::vector<std::uint32_t> part_of,
                            bool first_is_whole) {
   RigidParts parts;
   parts.part_of = std::move(part_of);
   const std::uint32_t count = *std::max_element(parts.part_of.begin(), parts.part_of.end()) + 1;
   const auto members = list_members(parts.part_of, count);
-  // Rotation vectors are the ones nearest to the whole object's.
   for (std::uint32_t k = 0; k < count; ++k)
     parts.alignments.push_back(members[k].empty() || (first_is_whole && k == 0)
                                    ? plan.alignment

@@ -11,9 +11,11 @@
 namespace polymorph {
 namespace {
 
-/// Distances over which the nearness of two balls falls from 1 to 0, as fractions of the size.
+/// Distances up to which the nearness of two balls is 1, and from which on it is 0, as fractions of
+/// the objects' size.
 constexpr float kFullDistance = 0.1f, kZeroDistance = 0.2f;
-/// Path length at which a ball counts as fully passing, as a fraction of the size.
+/// Two balls count as passing if they are nearer than at both ends: fully so once their squared
+/// distance is smaller by (kPassingLength * size)^2.
 constexpr float kPassingLength = 0.06f;
 
 float squared_length(Vec3 v) { return dot(v, v); }
@@ -23,10 +25,10 @@ float squared_length(Vec3 v) { return dot(v, v); }
 std::vector<float> passing_weights(const MorphPlan& plan, const std::vector<float>& eased,
                                    const BallSet& balls, float size) {
   PM_CHECK(balls.size() == plan.pairs.size() && eased.size() == plan.pairs.size() && size > 0);
-  std::vector<float> shares(balls.size(), 0);
+  std::vector<float> weights(balls.size(), 0);
   const std::vector<std::uint32_t> limbs = parts_by_limb(plan);
-  if (limbs.empty()) return shares;
-  // Distances at the ends are scaled to the present size of the object.
+  if (limbs.empty()) return weights;
+  // Distances at the ends are scaled to the object's size at this time.
   const double log_scale = mean_path_part(plan).log_scale,
                u = static_cast<double>(mean_progress(plan, eased));
   const auto from_scale = static_cast<float>(exp_scalar(log_scale * u)),
@@ -51,10 +53,10 @@ std::vector<float> passing_weights(const MorphPlan& plan, const std::vector<floa
         if (limbs[e] == 0) return;
         for (std::size_t f = 0; f < balls.size(); ++f)
           if (limbs[f] != 0 && limbs[f] != limbs[e])
-            shares[e] = std::max(shares[e], passing_weight(e, f));
+            weights[e] = std::max(weights[e], passing_weight(e, f));
       },
       16);
-  return shares;
+  return weights;
 }
 
 }  // namespace polymorph

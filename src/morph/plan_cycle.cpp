@@ -6,8 +6,8 @@
 namespace polymorph {
 namespace {
 
-/// Distribution of the positions to which a ball's mass returns, relative to the first object's
-/// centre.
+/// Distribution of the positions to which a ball's mass returns. Positions are relative to the
+/// centre of the first object.
 struct Return {
   Vec3d mean;         ///< mean position
   double square = 0;  ///< mean squared distance from the centre
@@ -15,14 +15,15 @@ struct Return {
 
 /// Tests whether two lists of balls have the same centres up to rounding.
 bool are_same(const std::vector<Ball>& a, const std::vector<Ball>& b, double size) {
-  constexpr double kRounding = 1e-4;
+  constexpr double kRounding = 1e-4;  // fraction of `size`
   return a.size() == b.size() &&
          std::equal(a.begin(), a.end(), b.begin(), [&](const Ball& p, const Ball& q) {
            return length(Vec3d(p.center) - Vec3d(q.center)) <= kRounding * size;
          });
 }
 
-/// Computes the returns of a plan's source balls from those of its target balls.
+/// Computes the returns of a plan's source balls from `to`, those of its target balls: a source
+/// ball's mass goes to its targets by the pairs' shares.
 std::vector<Return> step_back(const MorphPlan& plan, const std::vector<Return>& to) {
   std::vector<Return> from(plan.from.size());
   std::vector<double> shares(plan.from.size());

@@ -18,6 +18,8 @@ Mat3 mean_rotation(const CarriedBalls& carried, const std::vector<double>& masse
   return nearest_rotation(sum);
 }
 
+/// The alignment of the posed objects: each object's mean rotation is applied to the plan's, and
+/// the centres are computed again.
 Alignment posed_alignment(const MorphPlan& plan, const CarriedBalls& from, const CarriedBalls& to) {
   Alignment alignment = plan.alignment;
   if (!from.turns.empty() || !to.turns.empty()) {
@@ -56,6 +58,8 @@ void carry_points(const CarriedBalls& carried, const std::vector<Ball>& referenc
   }
 }
 
+/// Moves the limbs' curves of both objects, and the counterparts of lone limbs on the other object,
+/// with the balls nearest to them. Sets `plan.lone_roots` to the moved points.
 void pose_curves(const MorphPlan& reference, const CarriedBalls& from, const CarriedBalls& to,
                  MorphPlan& plan) {
   const auto pose = [](LimbCurves& curves, const CarriedBalls& own,

@@ -16,17 +16,19 @@
 namespace polymorph {
 namespace {
 
-/// Deviation where limbs are matched, as a fraction of the objects' size. Neighbouring balls then
-/// move alike, so that kernels may be as narrow as limbs.
+/// Deviation of the kernels where limbs are matched, as a fraction of the objects' size.
+/// Neighbouring balls then move alike, so that kernels may be as narrow as limbs.
 constexpr double kLimbDeviation = 0.04;
-/// Deviation and spacing where limbs pass each other. Wider kernels would mix the maps of both
-/// limbs, and both would vanish.
+/// Deviation of the kernels and spacing of the lattice where limbs pass each other, as fractions of
+/// the objects' size. Wider kernels would mix the maps of both limbs, and both would vanish.
 constexpr double kPassingDeviation = 0.015;
 constexpr float kPassingSpacing = 0.02f;
 /// Max number of lattice nodes along an axis. It matters for objects of very different size: while
-/// one shrinks to nothing, the box around all balls is many times as large as `size`.
+/// one of them shrinks to nothing, the box around all balls is many times as large as the objects'
+/// size.
 constexpr float kMaxNodes = 128;
-/// A ball's own part of its kernel's deviation, over the ball's deviation.
+/// Factor of a ball's own deviation, 1 / sqrt(2 a), which is added to that of the kernels: the
+/// squares of both are summed.
 constexpr double kBallDeviation = 0.7;
 /// Margin around the balls, as a fraction of the objects' size.
 constexpr float kMargin = 0.05f;
@@ -44,14 +46,15 @@ float kernel_deviation(const MorphPlan& plan, const Pair& pair, double u, float 
     return 1 / std::sqrt(2 * static_cast<double>(ball.a));
   };
   const double clamped_u = std::clamp(u, 0.0, 1.0);
-  const double radius = kBallDeviation * ((1 - clamped_u) * ball_deviation(plan.from[pair.from]) +
-                                          clamped_u * ball_deviation(plan.to[pair.to]));
+  const double own_deviation =
+      kBallDeviation * ((1 - clamped_u) * ball_deviation(plan.from[pair.from]) +
+                        clamped_u * ball_deviation(plan.to[pair.to]));
   const double deviation =
       plan.from_limbs.empty()
           ? kMapDeviation
           : kLimbDeviation + (kPassingDeviation - kLimbDeviation) * static_cast<double>(narrowing);
   const double base = deviation * static_cast<double>(size);
-  return static_cast<float>(std::sqrt(base * base + radius * radius));
+  return static_cast<float>(std::sqrt(base * base + own_deviation * own_deviation));
 }
 
 /// Deviations of the Gaussians that correct the map around landmarks: 0.09 of the objects' size, or
@@ -84,7 +87,7 @@ Grid lattice_over(const Box& box, float size, float narrowing) {
   const Vec3 extent = box.size();
   lattice.cell = std::max(lerp(kMapSpacing, kPassingSpacing, narrowing) * size,
                           std::max({extent.x, extent.y, extent.z}) / kMaxNodes);
-  // Two nodes beyond the box on each side: one for the spline's support, one for rounding.
+  // Two nodes lie beyond the box on each side: one for the spline's support, one for rounding.
   const auto nodes = [&](float length) {
     return static_cast<int>(std::ceil(length / lattice.cell)) + 5;
   };
@@ -105,7 +108,8 @@ Box enclose_limbs(Box box, std::span<const LimbSample> samples_on_limbs, const B
 }
 
 Box box_around(const BallSet& balls, float size) {
-  // Many balls in one place are all weak. The cutoff is lowered so that the strongest ball counts.
+  // Where many balls overlap, each of them is weak. The cutoff is lowered so that the strongest
+  // ball counts.
   float strongest = -std::numeric_limits<float>::infinity();
   for (const Ball& ball : balls.balls()) strongest = std::max(strongest, ball.w);
   ExtractSettings settings;
@@ -116,8 +120,9 @@ Box box_around(const BallSet& balls, float size) {
   return {box.low - Vec3{margin, margin, margin}, box.high + Vec3{margin, margin, margin}};
 }
 
-/// Progress of a pair in the mix of both objects. A part that protrudes from the source vanishes
-/// earlier than the rest, from its tip; a part that protrudes from the target appears later.
+/// Progress of a pair in the mix of both objects: u + 0.12 `lead` 4 u (1 - u), with `lead` as in
+/// compute_leads(). A part that protrudes from the source therefore vanishes earlier than the rest,
+/// from its tip, and a part that protrudes from the target appears later.
 float mixing_progress(float u, float lead) {
   // Progress is monotone in u for factors up to 1/4.
   constexpr float kLeadFactor = 0.12f;
@@ -148,8 +153,8 @@ std::vector<RegressionSample> make_samples(const MorphPlan& plan, const std::vec
                                            const BallSet& balls,
                                            std::span<const LimbSample> samples_on_limbs,
                                            float size) {
-  // With limbs all masses are equal: the few balls of a thin limb would have no influence by
-  // theirs.
+  // In a plan with limbs all masses are equal. By their own masses, the few balls of a thin limb
+  // would have hardly any influence.
   const auto equal_mass = 1 / static_cast<float>(plan.pairs.size());
   std::vector<RegressionSample> samples;
   for (std::size_t e = 0; e < balls.size(); ++e)
@@ -159,8 +164,8 @@ std::vector<RegressionSample> make_samples(const MorphPlan& plan, const std::vec
                                  : equal_mass,
          kernel_deviation(plan, plan.pairs[e], static_cast<double>(eased[e]), narrowing[e], size)});
   if (!has_curves(plan)) return samples;
-  // Pairs that leave their limb have little weight, and samples on limbs more than the body's,
-  // whose kernels are wide.
+  // Samples on limbs have more mass than those of the body, whose kernels are wide. Pairs on limbs
+  // without such a sample, because their balls change limbs, have little mass.
   constexpr float kLeavingMass = 0.05f, kLimbMass = 10, kMinMass = 1e-6f;
   for (std::size_t e = 0; e < balls.size(); ++e)
     if (is_on_limb(plan, plan.pairs[e])) samples[e].mass = equal_mass * kLeavingMass;
@@ -178,8 +183,8 @@ void set_values(BallAttribute& attribute, Vec3d value, const Mat3& slope, Regres
   for (int i = 0; i < 3; ++i) regression.sloped |= !(attribute.slope[i] == Vec3{});
 }
 
-/// Samples of a plan at a time, which the regressions of both maps and of the motion have in
-/// common: with the lattice and the landmarks' places, in a regression that has no values yet.
+/// The samples of a plan at a time, for a map or a flow. `regression` has samples, a lattice and
+/// landmarks, but no values yet.
 struct SampledPlan {
   std::vector<float> eased;
   std::vector<LimbSample> on_limbs;
@@ -228,7 +233,8 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
     Vec3* goal = regression.landmarks[l].goal;
     goal[0] = plan.landmarks[l].from, goal[1] = plan.landmarks[l].to;
   }
-  // The mean rotation and scaling are an affine term, so that they stay exact.
+  // The mean rotation and scaling are an affine term, so that they stay exact. The regressed values
+  // are what remains of the maps without it.
   const auto mean = static_cast<double>(mean_progress(plan, eased));
   const PathPart mean_part = mean_path_part(plan);
   const PartMotion mean_motion = part_motion(mean_part, mean);
@@ -242,6 +248,9 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
     regression.thinness[1] = to_thinness;
   }
   regression.values.resize(2 * balls.size());
+  // Sets the values 0 to 2 of a pair's sample: its positions on both objects and their slopes, less
+  // the affine term. Registration offsets (MorphPlan::from_offsets) are added, except on lone
+  // limbs.
   const auto set_pair = [&](const LimbSample& sample) {
     const std::size_t e = sample.pair;
     const Vec3d x(sample.center);
@@ -278,7 +287,7 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
 Result<std::shared_ptr<const Regression>> add_shortfall_weights(
     const FrameMap& map, const MorphPlan& plan, const BallSet& balls, const DistanceGrid& from,
     const DistanceGrid& to, Engine& engine) {
-  // The regression smooths peaks; this factor makes up for it.
+  // Factor that makes up for the regression, which flattens peaks.
   constexpr float kGain = 1.2f;
   std::vector<Vec3> centers;
   for (const Ball& ball : balls) centers.push_back(ball.center);
@@ -337,7 +346,8 @@ Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls, floa
   std::vector<Vec3d> displacements;
   for (std::size_t e = 0; e < balls.size(); ++e)
     displacements.push_back(Vec3d(next_balls[e].center) - Vec3d(balls[e].center));
-  // Both lists are in the order of the pairs.
+  // Samples on limbs move with their limb's centre line instead of their ball. Both lists are in
+  // the order of the pairs.
   auto next_sample = next_on_limbs.begin();
   for (const LimbSample& sample : sampled.on_limbs) {
     while (next_sample != next_on_limbs.end() && next_sample->pair < sample.pair) ++next_sample;

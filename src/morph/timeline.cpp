@@ -29,8 +29,8 @@ constexpr std::array<StageInfo, 7> kStages{{
 
 float smoothstep(float t) { return t * t * (3 - 2 * t); }
 
-/// Sets the shares of a leg's stages from `from_full` and `to_full`. A surface from distances
-/// starts at the model itself, so it has no boundary stages.
+/// Sets the shares of a leg's stages. An end has stages only if it shows a model (`from_full`,
+/// `to_full`). A surface from distances starts at the model itself, so it has no boundary stages.
 void set_shares(LegTiming& leg, const BoundarySettings& settings, bool own_look) {
   const bool cut =
       leg.interpolation == Interpolation::kDistance || settings.method == BoundaryMethod::kCut;
@@ -40,7 +40,7 @@ void set_shares(LegTiming& leg, const BoundarySettings& settings, bool own_look)
   leg.shares[1] = leg.from_full ? boundary : 0;
   leg.shares[3] = leg.to_full ? boundary : 0;
   leg.shares[4] = leg.to_full ? look : 0;
-  // The stages at the ends take at most four fifths of the time.
+  // The stages beside the volumetric one take at most four fifths of the time.
   const float end_shares = leg.shares[0] + leg.shares[1] + leg.shares[3] + leg.shares[4];
   if (end_shares > 0.8f)
     for (const int i : {0, 1, 3, 4}) leg.shares[i] *= 0.8f / end_shares;
@@ -56,8 +56,8 @@ bool has_distances(const Scene& scene, const ObjectSettings& from, const ObjectS
          from.shape != kDrops && to.shape != kDrops;
 }
 
-/// Handles an end of a leg without stages there (a cut, and no fade), whose frame still shows the
-/// model. Sets `state` to it and returns true if `local`, the time in the leg, is such an end.
+/// Handles ends of a leg that show a model but have no stages (a cut without a fade). If `local`,
+/// the time in the leg, is such an end, sets `state` to show the model and returns true.
 bool show_model_without_stages(const LegTiming& leg, float local, MorphState& state) {
   const bool at_start = local <= 0 && leg.from_full && leg.shares[0] + leg.shares[1] <= 0;
   const bool at_end = local >= 1 && leg.to_full && leg.shares[3] + leg.shares[4] <= 0;
@@ -99,9 +99,10 @@ Playback make_playback(const Scene& scene, const ObjectSettings& object) {
   return playback;
 }
 
-constexpr double kRounding = 1e-6;  // of products with rates such as 23.976
+/// Tolerance for rounding errors in products with frame rates such as 23.976, in frames.
+constexpr double kRounding = 1e-6;
 
-/// Number of frames in which a mesh sequence plays once, with its hold.
+/// Number of frames for which a mesh sequence plays once, with the hold of its last mesh.
 int round_frames(const Playback& playback) {
   const double frames = std::ceil(playback.meshes / playback.pace - kRounding);
   return playback.hold + static_cast<int>(std::clamp(frames, 1.0, double{kMaxFrames}));
@@ -148,8 +149,8 @@ std::vector<float> weights_at(const Timeline& timeline, double frame) {
   return weights;
 }
 
-/// State of an actor that mixes three objects or more. An object with all the weight is shown
-/// itself.
+/// State of an actor that mixes three objects or more. If one object has all the weight, the object
+/// itself is shown.
 MorphState blend_state(const Timeline& timeline, const std::vector<float>& weights,
                        MorphState state) {
   state.stage = Stage::kBlend;
@@ -213,12 +214,13 @@ Timeline lay_out(const Scene& scene, const ActorSettings& actor) {
   const bool counts_all = is_counted(scene) && actor.per_leg.empty();
   timeline.steps = counts_all ? timeline.count - timeline.hold_start - scene.frames.hold_end - 1
                               : std::max(2, total) + held - 1;
-  // Frames that leave no step to the legs leave none to stand still, either.
+  // If the holds leave less than a step per leg, there are no holds.
   if (timeline.steps - held < static_cast<int>(legs)) held = 0;
   const int moving = timeline.steps - held;
   int frames_before = 0, held_before = 0;
+  // The step, rounded, at which the first n of the `total` frames of legs have passed.
   const auto step_at = [&](int n) {
-    return static_cast<int>((2LL * n * moving + total) / (2LL * total));  // rounded
+    return static_cast<int>((2LL * n * moving + total) / (2LL * total));
   };
   for (std::size_t i = 0; i < legs; ++i) {
     LegTiming leg;
@@ -353,8 +355,8 @@ MorphState morph_state_at(const Timeline& timeline, double frame) {
   const std::vector<float> weights = weights_at(timeline, frame);
   if (mixes_many(timeline)) return blend_state(timeline, weights, state);
 
-  // The last leg that has begun. Legs without steps are skipped, but the
-  // first frame is the source's and the last the target's, always.
+  // Finds the last leg that has begun. Legs without steps are skipped, but the first frame always
+  // belongs to the first leg and the last frame to the last.
   const bool last = step == timeline.steps;
   std::size_t index = timeline.legs.size() - 1;
   while (!last && index > 0 &&
@@ -364,6 +366,7 @@ MorphState morph_state_at(const Timeline& timeline, double frame) {
   state.leg = static_cast<int>(index);
   state.mesh = shown_mesh_number(timeline, index, state.frame);
   state.to_mesh = shown_mesh_number(timeline, index + 1, state.frame);
+  // Time in the leg, [0, 1]; in a blend of two objects, the weight of the second.
   float local = !weights.empty() ? weights[1]
                 : last           ? 1.0f
                                  : std::min(static_cast<float>(step - leg.first_step) /
@@ -385,12 +388,13 @@ MorphState morph_state_at(const Timeline& timeline, double frame) {
   } else {
     const bool leaving = state.stage < Stage::kVolume,
                is_look = state.stage == Stage::kLookOut || state.stage == Stage::kLookIn;
-    const float gone = leaving ? eased : 1 - eased;
+    // 0: the model as it is; 1: the common look, or only balls.
+    const float fade = leaving ? eased : 1 - eased;
     state.object = leaving ? state.leg : state.leg + 1;
     state.time = leaving ? 0.0f : 1.0f;
-    state.look = is_look ? gone : 1;
+    state.look = is_look ? fade : 1;
     state.boundary = is_look ? 1 : leaving ? 1 - eased : eased;
-    state.growth = is_look ? 0 : gone;
+    state.growth = is_look ? 0 : fade;
   }
   if (timeline.own_look) state.look = 0;
   state.u = ease(leg.motion, state.time);

@@ -58,6 +58,9 @@ void for_ranges(std::int64_t n, std::int64_t grain, std::int64_t work, const F& 
     parallel_ranges(n, grain, f);
 }
 
+/// Solver of one transport problem, in integers. Reduced cost of an arc: its cost plus the
+/// potential of its source, minus that of its target; an arc that would lower the plan's cost has a
+/// negative one.
 class ColumnGeneration {
  public:
   ColumnGeneration(std::span<const double> supply, std::span<const double> demand,
@@ -110,6 +113,7 @@ class ColumnGeneration {
     return static_cast<std::int64_t>(std::llround(static_cast<double>(cost) * scale_));
   }
 
+  /// Sets the scale that makes kCostSteps the integer cost of the most expensive arc.
   void find_scale() {
     std::vector<float> largest(n_);
     for_ranges(n_, 16, pairs(), [&](std::int64_t begin, std::int64_t end) {
@@ -304,12 +308,13 @@ class ColumnGeneration {
   std::vector<std::int64_t> supply_, demand_;
   std::uint32_t n_, m_;
   const CostRow& rows_;
-  double scale_ = 1;
+  double scale_ = 1;  ///< integer cost per unit of cost
   std::vector<TransportArc> arcs_;
-  std::vector<std::int64_t> potential_from_, potential_to_;
+  std::vector<std::int64_t> potential_from_, potential_to_;  ///< dual variables
   std::vector<TransportFlow> flows_;
+  /// Cost of `flows_`, and how much other arcs may lower it at most (cheapest_arcs()), in units.
   double cost_ = 0, saving_ = 0;
-  std::int64_t hub_flow_ = 0;
+  std::int64_t hub_flow_ = 0;  ///< mass that solve() sent through the hub, for want of arcs
 };
 
 }  // namespace

@@ -31,6 +31,7 @@ std::array<Step, 26> neighbor_steps() {
   return steps;
 }
 
+/// Tests whether grid coordinates are in the grid.
 bool holds(const Grid& grid, Int3 p) {
   return p.x >= 0 && p.y >= 0 && p.z >= 0 && p.x < grid.points.x && p.y < grid.points.y &&
          p.z < grid.points.z;
@@ -54,7 +55,10 @@ Vec3 half_extent(const Ball& ball, float margin) {
   return {half_side(s.yy, s.zz, s.yz), half_side(s.xx, s.zz, s.xz), half_side(s.xx, s.yy, s.xy)};
 }
 
+/// Makes the grid around the balls, with `cells` cells along its longest side. Its cell size is 0
+/// if no ball reaches the surface's level.
 Grid grid_over(const std::vector<Ball>& balls, int cells) {
+  // The box holds all points where a single ball's value is at least exp(-0.05).
   constexpr float kExponentMargin = 0.05f;
   constexpr int kMargin = 2;  // grid points beyond the box on each side
   Vec3 low = balls[0].center, high = low;
@@ -66,7 +70,7 @@ Grid grid_over(const std::vector<Ball>& balls, int cells) {
   const Vec3 size = high - low;
   Grid grid;
   grid.cell = std::max({size.x, size.y, size.z}) / static_cast<float>(cells);
-  if (!(grid.cell > 0)) return grid;  // no ball reaches the surface's level
+  if (!(grid.cell > 0)) return grid;
   const auto points = [&](float extent) {
     return static_cast<int>(std::ceil(extent / grid.cell)) + 2 * kMargin + 1;
   };
@@ -77,6 +81,7 @@ Grid grid_over(const std::vector<Ball>& balls, int cells) {
 
 /// Marks the points of the grid at which the field is at least 1.
 std::vector<std::uint8_t> mark_inside(const std::vector<Ball>& balls, const Grid& grid) {
+  // A ball is ignored where its value is below exp(-kTail).
   constexpr float kTail = 6, kLog2E = 1.44269504f;
   const auto plane =
       static_cast<std::size_t>(grid.points.x) * static_cast<std::size_t>(grid.points.y);
@@ -329,8 +334,9 @@ std::vector<std::uint32_t> geodesic_distances(const VoxelSolid& solid,
 }
 
 std::vector<std::uint32_t> local_radii(const VoxelSolid& solid) {
-  // A ball whose centre lies in one that is kLarger times as large is skipped. Balls are enlarged
-  // by half a voxel's diagonal, in voxels.
+  // Balls are placed at the local maxima of the depth, the largest first. A ball whose centre lies
+  // in a ball that is kLarger times as large is skipped. kHalfDiagonal, half a voxel's diagonal in
+  // voxels, is added to the radii, so that balls cover the voxels at the surface.
   constexpr double kLarger = 1.3, kHalfDiagonal = 0.87;
   std::vector<std::uint32_t> centers;
   for (std::uint32_t i = 0; i < solid.size(); ++i) {

@@ -66,9 +66,9 @@ class CornerLattice {
 
 SphereTree build_active_tree(const InsideTest& test, const RootCube& root, int finest) {
   CornerLattice corners(test, root, finest);
-  // Level by level, so that all corners of a level are tested in parallel. Children of active cells
-  // are skipped; children of cells without inside corners are not, because something thin may lie
-  // between the corners.
+  // Cells are tested level by level, so that all corners of a level are tested in parallel. Active
+  // cells are not divided. Cells without any inside corner are, because something thin may lie
+  // between their corners.
   std::vector<std::vector<std::uint8_t>> active(static_cast<std::size_t>(finest) + 1);
   std::vector<Cell> cells{Cell{}};
   for (int level = 0; level <= finest; ++level) {

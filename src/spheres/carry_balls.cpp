@@ -13,7 +13,7 @@
 namespace polymorph {
 namespace {
 
-/// The surface as a graph, whose nodes are the first of each set of coincident points.
+/// The surface as a graph. Its nodes are the first of each set of coincident points.
 struct PointGraph {
   std::vector<std::uint32_t> first;  ///< first of the points that coincide with each point
   std::vector<std::vector<std::uint32_t>> neighbors;  ///< neighbours of each first point
@@ -58,11 +58,14 @@ std::vector<std::uint32_t> grow_region(const Model& model, const PointGraph& gra
   return region;
 }
 
+/// Lists the points that a ball moves with. `size`: the diagonal of the model's box.
 std::vector<BoundPoint> bind_ball(const Model& model, const PointGraph& graph, const Ball& ball,
                                   float size) {
-  constexpr float kRadiusFactor = 1.6f,
-                  kGrowth = 1.4f;         // times the distance to the surface; per attempt
-  constexpr std::size_t kMinPoints = 12;  // determine a rotation
+  // The region's radius is kRadiusFactor times the distance to the surface, or times the ball's
+  // radius if that is larger. It grows by kGrowth until there are enough points to determine a
+  // rotation.
+  constexpr float kRadiusFactor = 1.6f, kGrowth = 1.4f;
+  constexpr std::size_t kMinPoints = 12;
   std::uint32_t seed = 0;
   float nearest = std::numeric_limits<float>::infinity();
   for (std::uint32_t i = 0; i < model.points.size(); ++i)
@@ -91,6 +94,7 @@ struct Similarity {
   double scale = 1;
 };
 
+/// Fits the transform from `points` to `posed` by weighted least squares.
 Similarity fit_similarity(std::span<const Vec3> points, std::span<const BoundPoint> bound,
                           std::span<const Vec3> posed) {
   Similarity similarity;

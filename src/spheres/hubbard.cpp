@@ -17,7 +17,7 @@ namespace polymorph {
 namespace {
 
 constexpr std::uint32_t kNone = 0xffffffffu;
-// A cluster without neighbours may be merged with this many of the nearest clusters.
+// If no pairs are left to merge, each cluster is paired with this many of its nearest clusters.
 constexpr std::size_t kNearest = 8;
 // Minimum radius of a leaf relative to the model's diagonal.
 constexpr double kMinRadius = 1e-4;
@@ -34,11 +34,11 @@ struct Cluster {
   std::array<std::uint32_t, 2> merged{kNone, kNone};  ///< the two clusters that it replaces
 };
 
-/// A pair that may be merged, and its cost, which is a lower bound if one of its clusters was
-/// merged since.
+/// A pair of clusters that may be merged. If one of them has been merged since, the cost is only a
+/// lower bound of that of the clusters that now contain them.
 struct Merge {
-  double cost;
-  std::uint32_t a, b;                                      ///< a < b
+  double cost;         ///< bound_overhang() of the merged cluster
+  std::uint32_t a, b;  ///< a < b
   friend bool operator<(const Merge& x, const Merge& y) {  // makes the cheapest the top of a heap
     return std::tie(x.cost, x.a, x.b) > std::tie(y.cost, y.a, y.b);
   }
