@@ -56,7 +56,7 @@ Status measure_landmarks(const Leg& leg, Engine& engine, MorphEnds& ends) {
   if (plan.landmarks.empty()) return Ok{};
   if (std::holds_alternative<DistanceLeg>(leg.kind)) {
     PM_TRY(const LegState half, leg_state(leg, 0.5f * leg.until, engine));
-    const std::vector<Vec3> places = landmark_places(plan, half.time, half.balls);
+    const std::vector<Vec3> places = landmark_positions(plan, half.time, half.balls);
     PM_TRY(const PullBack pulled, pull_back(leg, half, places, engine));
     for (std::size_t l = 0; l < places.size(); ++l)
       ends.landmark_errors.push_back(

@@ -116,7 +116,8 @@ Result<PreparedObject> make_flight_object(const Leg& leg, bool with_distances, E
     PM_TRY(object.distances, measure_distances(object, measure, engine, cache));
   }
   add_flight_labels(leg, last_surface.state.u, object);
-  const std::vector<Vec3> places = landmark_places(leg.plan, leg.until, last_surface.state.balls);
+  const std::vector<Vec3> places =
+      landmark_positions(leg.plan, leg.until, last_surface.state.balls);
   for (std::size_t l = 0; l < places.size(); ++l)
     object.landmarks[leg.landmark_names[l]] = places[l];
   return object;

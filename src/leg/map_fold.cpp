@@ -73,7 +73,7 @@ Result<std::string> describe_fold(const Leg& leg, Engine& engine) {
     constexpr std::array<std::size_t, 2> kBoth{0, 1};
     PM_TRY(const auto folded, find_folds(state.map.regression, kBoth, points, step, engine));
     PM_TRY(const auto folded_without, find_folds(plain, kBoth, points, step, engine));
-    const std::vector<Vec3> places = landmark_places(leg.plan, time, state.balls);
+    const std::vector<Vec3> places = landmark_positions(leg.plan, time, state.balls);
     point_count += points.size();
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (!folded[i] || folded_without[i]) continue;

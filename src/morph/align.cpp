@@ -187,7 +187,8 @@ std::optional<Mat3> rotation_of_landmarks(std::span<const Vec3> from, std::span<
 
 RotationResult find_rotation(const CostSide& a, const CostSide& b, float label_cost, double gain,
                              double tip_residual) {
-  const CostSide few_a = coarse(a, kRepresentatives), few_b = coarse(b, kRepresentatives);
+  const CostSide few_a = coarsen_side(a, kRepresentatives),
+                 few_b = coarsen_side(b, kRepresentatives);
   const double unrotated_cost = plan_between(few_a, few_b, label_cost).cost;
   constexpr int kUpright = 8;
   std::vector<Mat3> upright;

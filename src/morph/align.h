@@ -26,16 +26,16 @@ struct RotationResult {
 };
 
 /// Finds the rotation of `a` with the cheapest transport plan to `b`. It alternates between
-/// transport plan and weighted Procrustes, on 80 representatives of each object (coarse()). It
-/// starts from the 24 rotations of a cube and from every 45 degrees about the vertical. The result
-/// is the identity unless another rotation lowers the cost by the fraction `gain`. A rotation that
-/// tips the object over, about another axis than the vertical, is taken only between near copies.
-/// It must cost at most 0.6 of the best rotation about the vertical. It must also leave a mean
-/// squared distance between paired balls of at most `tip_residual` times the squared RMS size of
-/// the objects: copies leave 0.04 to 0.13, different objects 0.16 or more. Of rotations with nearly
-/// the same cost, the smallest is chosen. The costs that are compared exclude the distances to
-/// landmarks, which guide the plans but do not depend on the rotation. `label_cost`: as for
-/// cost_row().
+/// transport plan and weighted Procrustes, on 80 representatives of each object (coarsen_side()).
+/// It starts from the 24 rotations of a cube and from every 45 degrees about the vertical. The
+/// result is the identity unless another rotation lowers the cost by the fraction `gain`. A
+/// rotation that tips the object over, about another axis than the vertical, is taken only between
+/// near copies. It must cost at most 0.6 of the best rotation about the vertical. It must also
+/// leave a mean squared distance between paired balls of at most `tip_residual` times the squared
+/// RMS size of the objects: copies leave 0.04 to 0.13, different objects 0.16 or more. Of rotations
+/// with nearly the same cost, the smallest is chosen. The costs that are compared exclude the
+/// distances to landmarks, which guide the plans but do not depend on the rotation. `label_cost`:
+/// as for cost_row().
 RotationResult find_rotation(const CostSide& a, const CostSide& b, float label_cost, double gain,
                              double tip_residual);
 

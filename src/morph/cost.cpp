@@ -118,7 +118,7 @@ void cost_row(const CostSide& a, const CostSide& b, float label_cost, std::uint3
     if (a.labels[from] != b.labels[j]) costs[j] += label_cost;
 }
 
-CostSide coarse(const CostSide& side, std::size_t count) {
+CostSide coarsen_side(const CostSide& side, std::size_t count) {
   const std::size_t n = side.size();
   if (n <= count) return side;
   const auto heaviest = static_cast<std::uint32_t>(

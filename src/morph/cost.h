@@ -53,12 +53,12 @@ CostSide cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vector<d
 CostSide rotate_side(const CostSide& side, const Mat3& rotation);
 
 /// Computes the costs of pairing ball `from` of `a` with every ball of `b`. Adds `label_cost` where
-/// labels differ.
+/// labels differ; kNoLabel is compared like any other label.
 void cost_row(const CostSide& a, const CostSide& b, float label_cost, std::uint32_t from,
               std::span<float> costs);
 
 /// Reduces a side to at most `count` representative balls, chosen by farthest point sampling. Each
 /// has the total mass, the mean values and the most common label of the balls nearest to it.
-CostSide coarse(const CostSide& side, std::size_t count);
+CostSide coarsen_side(const CostSide& side, std::size_t count);
 
 }  // namespace polymorph

@@ -176,10 +176,10 @@ bool is_symmetric(const Limbs& limbs) {
   return !limbs.mirror_planes.empty() && limbs.mirror_planes[0].overlap >= kSymmetric;
 }
 
-std::optional<double> find_front_line(const Limbs& limbs) {
+std::optional<double> find_front_axis(const Limbs& limbs) {
   const std::vector<MirrorPlane>& planes = limbs.mirror_planes;
   if (planes.empty() || planes[0].overlap < kMinOverlap) return std::nullopt;
-  if (planes.size() > 1 && rank_plane(planes[1]) >= kSecondPlane * rank_plane(planes[0]))
+  if (planes.size() > 1 && score_plane(planes[1]) >= kSecondPlane * score_plane(planes[0]))
     return std::nullopt;
   return planes[0].azimuth + exact::kPi / 2;
 }
@@ -189,8 +189,8 @@ std::optional<double> find_facing(LimbPlan& limbs, double plan_angle,
                                   std::optional<double> to_front) {
   if (from_front && to_front) return turn_between(*from_front, *to_front);
   const Limbs &from = limbs.from, &to = limbs.to;
-  const auto a = from_front ? from_front : find_front_line(from),
-             b = to_front ? to_front : find_front_line(to);
+  const auto a = from_front ? from_front : find_front_axis(from),
+             b = to_front ? to_front : find_front_axis(to);
   if (!a || !b) return std::nullopt;
   // The two rotations that take one plane to the other. The plan's own angle replaces one near it.
   std::array<double, 2> angles = {wrap_angle(*b - *a), wrap_angle(*b - *a + exact::kPi)};

@@ -16,7 +16,7 @@ bool is_symmetric(const Limbs& limbs);
 /// Finds the horizontal direction that lies in an object's mirror plane; its front faces that way
 /// or the opposite one. Returns the azimuth, radians from +z towards +x in [pi/2, 3 pi/2), or
 /// nullopt unless there is exactly one plane. (MirrorPlane::azimuth is the plane's normal.)
-std::optional<double> find_front_line(const Limbs& limbs);
+std::optional<double> find_front_axis(const Limbs& limbs);
 
 /// The angle from one azimuth to another, radians in [-pi, pi].
 double turn_between(double from, double to);

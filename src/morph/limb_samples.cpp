@@ -85,7 +85,7 @@ void set_slopes(const CurvePoint& a, const CurvePoint& b, const PartMotion& part
   const double straight_length = length(a.tangent) * (1 - u) + length(b_tangent) * u;
   const double along = std::max(length(tangent), kMinTangent * straight_length),
                radius = a_radius * (1 - u) + b_radius * u;
-  const double scale = part.place.scale, target_scale = part.total_scale / scale;
+  const double scale = part.pose.scale, target_scale = part.total_scale / scale;
   sample.to_source =
       stretch(a.tangent, length(a.tangent) / (along * scale), a_radius / (radius * scale)) *
       rotation_between(tangent, a.tangent) * part.inv_rotation;
@@ -112,7 +112,7 @@ LimbSample lone_sample(const MorphPlan& plan, std::uint32_t e, double u,
   const std::uint32_t ball = is_source ? pair.from : pair.to;
   const auto limb = static_cast<std::size_t>(curves.lone_limbs[ball]);
   const PartMotion part = part_motion(plan.paths->parts[plan.paths->balls[e].part], u);
-  const double scale = part.place.scale;
+  const double scale = part.pose.scale;
   const CurvePoint point = point_at(curves.lone[limb], static_cast<double>(curves.stations[ball]));
   // Fractions of the limb's length that remain and that are lost.
   const double remaining = is_source ? 1 - u : u, lost = 1 - remaining;

@@ -382,13 +382,13 @@ std::vector<MirrorPlane> find_mirror_planes(const VoxelSolid& solid, const Limbs
     plane.swapped = count_swapped(limbs, plane.azimuth);
   });
   std::stable_sort(planes.begin(), planes.end(), [](const MirrorPlane& a, const MirrorPlane& b) {
-    return rank_plane(a) > rank_plane(b);
+    return score_plane(a) > score_plane(b);
   });
   std::vector<MirrorPlane> distinct;
   for (const MirrorPlane& plane : planes)
     if (std::all_of(distinct.begin(), distinct.end(), [&](const MirrorPlane& better) {
           const double angle = std::fabs(plane.azimuth - better.azimuth);
-          return std::min(angle, exact::kPi - angle) >= kPlanesApart;
+          return std::min(angle, exact::kPi - angle) >= kMinPlaneAngle;
         }))
       distinct.push_back(plane);
   return distinct;
@@ -396,7 +396,7 @@ std::vector<MirrorPlane> find_mirror_planes(const VoxelSolid& solid, const Limbs
 
 }  // namespace
 
-double rank_plane(const MirrorPlane& plane) {
+double score_plane(const MirrorPlane& plane) {
   constexpr double kSwapBonus = 0.05;
   return plane.overlap + kSwapBonus * std::min(plane.swapped, 2);
 }

@@ -55,17 +55,17 @@ struct MirrorPlane {
 /// Score of a mirror plane as the one between left and right: its overlap, plus 0.05 for each pair
 /// of limbs that it swaps, two pairs at most. A figure with stretched arms has a second plane of
 /// nearly the same overlap, but that plane swaps no limbs.
-double rank_plane(const MirrorPlane& plane);
+double score_plane(const MirrorPlane& plane);
 
 /// Minimum angle between two mirror planes in Limbs::mirror_planes, radians. Of planes closer
 /// together, only the best is listed.
-inline constexpr double kPlanesApart = 0.44;
+inline constexpr double kMinPlaneAngle = 0.44;
 
 /// An object's limbs and the measures by which they are compared. Lengths are in scene units.
 struct Limbs {
   std::vector<Limb> limbs;
   BodySample sample;
-  std::vector<MirrorPlane> mirror_planes;  ///< sorted by rank_plane(), highest first
+  std::vector<MirrorPlane> mirror_planes;  ///< sorted by score_plane(), highest first
   Vec3d middle;                            ///< centroid of the volume
   double rms = 0;                          ///< RMS distance from `middle`
   Vec3d center;              ///< the point with the smallest mean geodesic distance to all others

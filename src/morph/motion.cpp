@@ -159,7 +159,7 @@ void join_parts(const MorphPlan& plan, std::span<const float> eased, std::vector
     positions.emplace_back(balls[e].center);
     rotations.push_back(exp_rotation(plan.parts[plan.paths->balls[e].part].turn * progress[e]));
   }
-  const std::vector<Vec3d> joined = plan.graph->joined(positions, rotations, progress);
+  const std::vector<Vec3d> joined = plan.graph->join_balls(positions, rotations, progress);
   for (std::size_t e = 0; e < balls.size(); ++e) balls[e].center = to_float(joined[e]);
 }
 
@@ -266,7 +266,7 @@ PathPart mean_path_part(const MorphPlan& plan) {
           mean.log_scale / mass};
 }
 
-void lay_paths(MorphPlan& plan, RigidParts parts) {
+void set_ball_paths(MorphPlan& plan, RigidParts parts) {
   plan.parts = std::move(parts.alignments);
   const Vec3d bow = plan.motion.path == Path::kBezier ? bow_vector(plan) : Vec3d{};
   BallPaths paths;
@@ -314,7 +314,7 @@ void set_paths(MorphPlan& plan) {
     parts.alignments = {path_alignment(plan)};
     parts.part_of.assign(plan.pairs.size(), 0);
   }
-  lay_paths(plan, std::move(parts));
+  set_ball_paths(plan, std::move(parts));
   const std::vector<float> order = starting_order(plan);
   const auto count = static_cast<double>(plan.pairs.size());
   plan.timing.assign(plan.pairs.size(), {});
@@ -346,7 +346,7 @@ Result<BallSet> balls_at(const MorphPlan& plan, float time, Engine& engine) {
   return BallSet(std::move(finished));
 }
 
-std::vector<Vec3> landmark_places(const MorphPlan& plan, float time, const BallSet& balls) {
+std::vector<Vec3> landmark_positions(const MorphPlan& plan, float time, const BallSet& balls) {
   return move_points(plan, plan.landmarks, time, balls);
 }
 
@@ -451,8 +451,8 @@ Mat3 minus(Mat3 a, const Mat3& b) {
 }
 
 PartMotion part_motion(const PathPart& part, double u) {
-  const PartPose place = part_pose_at(part, u);
-  return {place, transposed(place.rotation), exp_rotation(part.turn), exp_scalar(part.log_scale)};
+  const PartPose pose = part_pose_at(part, u);
+  return {pose, transposed(pose.rotation), exp_rotation(part.turn), exp_scalar(part.log_scale)};
 }
 
 void set_linear(BallAttribute& attribute, Vec3 value, const Mat3& slope) {

@@ -17,7 +17,7 @@ void set_paths(MorphPlan& plan);
 
 /// Computes the balls' paths (`plan.paths`) from given parts: each ball moves with the rotation and
 /// scaling of its part. Also sets `plan.parts`.
-void lay_paths(MorphPlan& plan, RigidParts parts);
+void set_ball_paths(MorphPlan& plan, RigidParts parts);
 
 /// Computes the balls at `time` in [0, 1] of the motion (not eased), one per pair, in pair order. 0
 /// and 1 give the fields of `from` and `to` exactly. Let u be the ball's own eased time, and p and
@@ -45,7 +45,7 @@ Result<BallSet> balls_at(const MorphPlan& plan, float time, Engine& engine);
 /// Computes the positions of the plan's landmarks at `time`. Each moves with the part and the ball
 /// of its pair (PlanLandmark::pair). At 0 (1) it is exactly at its point of the source (target).
 /// `balls`: balls_at(plan, time).
-std::vector<Vec3> landmark_places(const MorphPlan& plan, float time, const BallSet& balls);
+std::vector<Vec3> landmark_positions(const MorphPlan& plan, float time, const BallSet& balls);
 /// Computes the positions of other points in the same way as those of landmarks.
 std::vector<Vec3> move_points(const MorphPlan& plan, std::span<const PlanLandmark> points,
                               float time, const BallSet& balls);
@@ -73,15 +73,13 @@ Mat3 minus(Mat3 a, const Mat3& b);
 /// Rotation and scaling of a part (kernels/ball_paths.h: PathPart) from the source to an eased
 /// time, and from the source to the target.
 struct PartMotion {
-  PartPose place;  ///< pose at the eased time
-  /// Inverse of `place.rotation`, and the rotation from the source to the target.
+  PartPose pose;  ///< pose at the eased time
+  /// Inverse of `pose.rotation`, and the rotation from the source to the target.
   Mat3 inv_rotation, total_rotation;
   double total_scale = 1;  ///< scaling from the source to the target
   /// Linear maps of offsets at the eased time: back to the source, and on to the target.
-  Mat3 to_source() const { return scaled(inv_rotation, 1 / place.scale); }
-  Mat3 to_target() const {
-    return scaled(total_rotation * inv_rotation, total_scale / place.scale);
-  }
+  Mat3 to_source() const { return scaled(inv_rotation, 1 / pose.scale); }
+  Mat3 to_target() const { return scaled(total_rotation * inv_rotation, total_scale / pose.scale); }
 };
 /// Computes a part's motion at the eased time `u`.
 PartMotion part_motion(const PathPart& part, double u);

@@ -17,7 +17,7 @@ namespace polymorph {
 namespace {
 
 /// Max number of clusters, min mean number of pairs per cluster, number of neighbours that each
-/// ball is linked to, and number of solves of BallGraph::joined().
+/// ball is linked to, and number of solves of BallGraph::join_balls().
 constexpr std::size_t kMaxClusters = 8;
 constexpr std::size_t kMinMeanPairs = 12;
 constexpr std::size_t kNeighbors = 8;
@@ -236,12 +236,13 @@ BallGraph::BallGraph(const MorphPlan& plan, const RigidParts& parts, const Links
 
 BallGraph::~BallGraph() = default;
 
-std::vector<Vec3d> BallGraph::joined(std::span<const Vec3d> places, std::span<const Mat3> turns,
-                                     std::span<const double> progress) const {
+std::vector<Vec3d> BallGraph::join_balls(std::span<const Vec3d> part_positions,
+                                         std::span<const Mat3> part_rotations,
+                                         std::span<const double> progress) const {
   const std::size_t n = system_->edges.size();
-  PM_CHECK(places.size() == n && turns.size() == n && progress.size() == n);
-  std::vector<Mat3> rotations(turns.begin(), turns.end());
-  std::vector<Vec3d> positions(places.begin(), places.end());
+  PM_CHECK(part_positions.size() == n && part_rotations.size() == n && progress.size() == n);
+  std::vector<Mat3> rotations(part_rotations.begin(), part_rotations.end());
+  std::vector<Vec3d> positions(part_positions.begin(), part_positions.end());
   Eigen::MatrixXd right_hand_side(static_cast<Eigen::Index>(n), 3);
   // The edge's target, not yet rotated with ball e. Its u is the mean of both balls' u.
   const auto target_edge = [&](std::size_t e, const Edge& edge) {
@@ -253,7 +254,7 @@ std::vector<Vec3d> BallGraph::joined(std::span<const Vec3d> places, std::span<co
         [&](std::int64_t index) {
           const auto e = static_cast<std::size_t>(index);
           // The target of an edge is the mean of those seen from its two balls.
-          Vec3d sum = places[e] * kAnchor;
+          Vec3d sum = part_positions[e] * kAnchor;
           for (const Edge& edge : system_->edges[e]) {
             const auto& neighbours = system_->edges[edge.other];
             const auto reverse_edge = std::lower_bound(
@@ -290,7 +291,7 @@ std::vector<Vec3d> BallGraph::joined(std::span<const Vec3d> places, std::span<co
             weight += length(p) * length(q);
           }
           // The part's rotation, with a small weight, decides where the edges do not determine one.
-          for (std::size_t k = 0; k < 9; ++k) sum.m[k] += 0.1 * weight * turns[e].m[k];
+          for (std::size_t k = 0; k < 9; ++k) sum.m[k] += 0.1 * weight * part_rotations[e].m[k];
           rotations[e] = nearest_rotation(sum);
         },
         64);
@@ -303,21 +304,21 @@ namespace {
 /// Measures how much the parts stretch the object: the sum, over pairs of neighbours, of ln^2 of
 /// their distance at u = 1/2 divided by the mean of their distances at both ends.
 double measure_strain(const MorphPlan& plan, const RigidParts& parts) {
-  std::vector<Vec3d> places;
-  std::vector<Mat3> turns;
+  std::vector<Vec3d> positions;
+  std::vector<Mat3> rotations;
   std::vector<Vec3> from;
   for (std::size_t e = 0; e < plan.pairs.size(); ++e) {
     const Alignment& part = parts.alignments[parts.part_of[e]];
     const Vec3d p = Vec3d(plan.from[plan.pairs[e].from].center) - part.from_center;
     const Vec3d q = Vec3d(plan.to[plan.pairs[e].to].center) - part.to_center;
-    turns.push_back(exp_rotation(part.turn * 0.5));
-    places.push_back((part.from_center + part.to_center) * 0.5 +
-                     turns.back() * (p + transposed(part.rotation) * q * (1 / part.scale)) *
-                         (0.5 * std::sqrt(part.scale)));
+    rotations.push_back(exp_rotation(part.turn * 0.5));
+    positions.push_back((part.from_center + part.to_center) * 0.5 +
+                        rotations.back() * (p + transposed(part.rotation) * q * (1 / part.scale)) *
+                            (0.5 * std::sqrt(part.scale)));
     from.push_back(plan.from[plan.pairs[e].from].center);
   }
-  const std::vector<double> half(places.size(), 0.5);
-  const std::vector<Vec3d> joined = BallGraph(plan, parts).joined(places, turns, half);
+  const std::vector<double> half(positions.size(), 0.5);
+  const std::vector<Vec3d> joined = BallGraph(plan, parts).join_balls(positions, rotations, half);
   const auto neighbors = nearest_neighbors(from, kNeighbors);
   double sum = 0;
   for (std::size_t e = 0; e < joined.size(); ++e)

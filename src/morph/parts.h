@@ -48,15 +48,16 @@ class BallGraph {
   BallGraph(const MorphPlan& plan, const RigidParts& parts, const BallGraph& reference);
   ~BallGraph();
 
-  /// Solves for positions of the balls near `places`, their positions by their parts alone, that
-  /// keep the graph's edges as near as possible to their targets. The target of the edge from pair
-  /// e to pair f has the length (1-u) |p_e - p_f| + u |q_e - q_f|. p and q are the centres of the
-  /// source and target balls, and u is the mean of the pairs' `progress`. The target is rotated by
-  /// the balls' rotations: `turns` in the first of three solves, then rotations fitted to the
-  /// previous result. At u = 0 (1) with the source's (target's) positions, the result is `places`.
-  /// All arguments have one element per pair.
-  std::vector<Vec3d> joined(std::span<const Vec3d> places, std::span<const Mat3> turns,
-                            std::span<const double> progress) const;
+  /// Solves for positions of the balls near `part_positions`, their positions by their parts alone,
+  /// that keep the graph's edges as near as possible to their targets. The target of the edge from
+  /// pair e to pair f has the length (1-u) |p_e - p_f| + u |q_e - q_f|. p and q are the centres of
+  /// the source and target balls, and u is the mean of the pairs' `progress`. The target is rotated
+  /// by the balls' rotations: `part_rotations` in the first of three solves, then rotations fitted
+  /// to the previous result. At u = 0 (1) with the source's (target's) positions, the result is
+  /// `part_positions`. All arguments have one element per pair.
+  std::vector<Vec3d> join_balls(std::span<const Vec3d> part_positions,
+                                std::span<const Mat3> part_rotations,
+                                std::span<const double> progress) const;
 
  private:
   struct System;

@@ -11,10 +11,10 @@ namespace {
 
 /// The rotation of the whole object: the mean of its balls' rotations, weighted by mass.
 Mat3 mean_rotation(const CarriedBalls& carried, const std::vector<double>& masses) {
-  if (carried.turns.empty()) return {};
+  if (carried.rotations.empty()) return {};
   Mat3 sum{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
   for (std::size_t i = 0; i < masses.size(); ++i)
-    for (int k = 0; k < 9; ++k) sum.m[k] += masses[i] * carried.turns[i].m[k];
+    for (int k = 0; k < 9; ++k) sum.m[k] += masses[i] * carried.rotations[i].m[k];
   return nearest_rotation(sum);
 }
 
@@ -22,7 +22,7 @@ Mat3 mean_rotation(const CarriedBalls& carried, const std::vector<double>& masse
 /// the centres are computed again.
 Alignment posed_alignment(const MorphPlan& plan, const CarriedBalls& from, const CarriedBalls& to) {
   Alignment alignment = plan.alignment;
-  if (!from.turns.empty() || !to.turns.empty()) {
+  if (!from.rotations.empty() || !to.rotations.empty()) {
     alignment.rotation = mean_rotation(to, plan.to_masses) * plan.alignment.rotation *
                          transposed(mean_rotation(from, plan.from_masses));
     alignment.turn = log_rotation_near(alignment.rotation, plan.alignment.turn);
@@ -39,9 +39,9 @@ Alignment posed_alignment(const MorphPlan& plan, const CarriedBalls& from, const
 template <class Index>
 void rotate_offsets(const CarriedBalls& carried, const std::vector<Pair>& pairs, const Index& index,
                     std::vector<Vec3>& offsets) {
-  if (carried.turns.empty()) return;
+  if (carried.rotations.empty()) return;
   for (std::size_t e = 0; e < offsets.size(); ++e)
-    offsets[e] = to_float(carried.turns[index(pairs[e])] * Vec3d(offsets[e]));
+    offsets[e] = to_float(carried.rotations[index(pairs[e])] * Vec3d(offsets[e]));
 }
 
 /// Moves each point with the ball that is nearest to it.
@@ -53,7 +53,8 @@ void carry_points(const CarriedBalls& carried, const std::vector<Ball>& referenc
     for (std::size_t b = 1; b < reference.size(); ++b)
       if (distance(b) < distance(nearest)) nearest = b;
     const Vec3d offset = Vec3d(point) - Vec3d(reference[nearest].center);
-    const Vec3d posed_offset = carried.turns.empty() ? offset : carried.turns[nearest] * offset;
+    const Vec3d posed_offset =
+        carried.rotations.empty() ? offset : carried.rotations[nearest] * offset;
     point = to_float(Vec3d(carried.balls[nearest].center) + posed_offset);
   }
 }
@@ -98,7 +99,7 @@ MorphPlan posed_plan(const MorphPlan& reference, const CarriedBalls& from, const
   RigidParts parts = refit_parts(plan, reference);
   if (reference.graph)
     plan.graph = std::make_shared<const BallGraph>(plan, parts, *reference.graph);
-  lay_paths(plan, std::move(parts));
+  set_ball_paths(plan, std::move(parts));
   return plan;
 }
 

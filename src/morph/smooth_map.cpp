@@ -196,7 +196,7 @@ SampledPlan sample_plan(const MorphPlan& plan, float time, const BallSet& balls,
   sampled.eased = eased_times(plan, time);
   sampled.on_limbs = limb_samples(plan, time, sampled.eased, balls);
   const std::vector<float> narrowing = kernel_narrowing(plan, sampled.eased, balls, size);
-  const std::vector<Vec3> places = landmark_places(plan, time, balls);
+  const std::vector<Vec3> places = landmark_positions(plan, time, balls);
   sampled.box = enclose_landmarks(
       enclose_limbs(box_around(balls, size), sampled.on_limbs, balls, size), places, size);
   Regression& regression = *sampled.regression;
@@ -239,8 +239,8 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
   const PathPart mean_part = mean_path_part(plan);
   const PartMotion mean_motion = part_motion(mean_part, mean);
   const Mat3 to_source = mean_motion.to_source(), to_target = mean_motion.to_target();
-  const Vec3d from_offset = mean_part.from_center - to_source * mean_motion.place.center,
-              to_offset = mean_part.to_center - to_target * mean_motion.place.center;
+  const Vec3d from_offset = mean_part.from_center - to_source * mean_motion.pose.center,
+              to_offset = mean_part.to_center - to_target * mean_motion.pose.center;
   regression.affine[0] = affine(to_source, from_offset);
   regression.affine[1] = affine(to_target, to_offset);
   if (from_thinness && to_thinness) {
@@ -339,7 +339,7 @@ Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls, floa
   const std::vector<float> next_eased = eased_times(next.plan, next.time);
   const std::vector<LimbSample> next_on_limbs =
       limb_samples(next.plan, next.time, next_eased, next_balls);
-  const std::vector<Vec3> next_places = landmark_places(next.plan, next.time, next_balls);
+  const std::vector<Vec3> next_places = landmark_positions(next.plan, next.time, next_balls);
   for (std::size_t l = 0; l < next_places.size(); ++l)
     regression.landmarks[l].goal[0] = next_places[l] - regression.landmarks[l].place;
   regression.affine[0] = affine(Mat3{{0, 0, 0, 0, 0, 0, 0, 0, 0}}, {});

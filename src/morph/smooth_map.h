@@ -39,11 +39,10 @@ struct FrameMap {
 /// The kernel k_e is Gaussian, with a deviation of 5.5 % of `size`. It is wider for large balls; it
 /// is 4 % where limbs are matched, and down to 1.5 % on limbs with curves and where limbs pass each
 /// other (morph/passing_limbs.h). At time 0 (1) X_A (X_B) is exactly the identity. At the
-/// landmarks' current positions (landmark_places()), X_A and X_B are exactly the landmarks' points
-/// on both objects.
-/// `balls`: balls_at(plan, time). `size`: the diagonal of the objects. `from_thinness`,
-/// `to_thinness`: compute_thinness() of both objects; if given, the weights of MorphSurface::level
-/// are computed from them (Regression::thinness).
+/// landmarks' current positions (landmark_positions()), X_A and X_B are exactly the landmarks'
+/// points on both objects. `balls`: balls_at(plan, time). `size`: the diagonal of the objects.
+/// `from_thinness`, `to_thinness`: compute_thinness() of both objects; if given, the weights of
+/// MorphSurface::level are computed from them (Regression::thinness).
 FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, float size,
                    const std::shared_ptr<const DistanceGrid>& from_thinness = nullptr,
                    const std::shared_ptr<const DistanceGrid>& to_thinness = nullptr);

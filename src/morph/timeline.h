@@ -62,14 +62,15 @@ struct Timeline {
   int hold_start = 0;  ///< still frames before the first step
   /// Moving frames - 1. Legs meet at frames, so an object between two legs has a frame of its own.
   int steps = 23;
-  /// Leg k goes from chain object k to k + 1. Steps between two legs show the object between them.
+  /// The actor's objects form a chain: the source, the intermediate objects, the target. Leg k goes
+  /// from object k to k + 1. Steps between two legs show the object between them.
   std::vector<LegTiming> legs;
   /// One playback per object of the chain, with `meshes` = 0 for objects that are no mesh sequence;
   /// empty if no object is one. Without legs, the single object plays.
   std::vector<Playback> playbacks;
-  /// Blend: [frame - 1][object], the objects' weights, which sum to 1. With two objects, the second
-  /// weight is the elapsed fraction of the only leg's time. With more, leg k leads from object 0 to
-  /// object k + 1, and frames mix all legs.
+  /// For a blend, the weights of the objects, [frame - 1][object], which sum to 1. With two
+  /// objects, the second weight is the elapsed fraction of the only leg's time. With more, leg k
+  /// leads from object 0 to object k + 1, and frames mix all legs.
   std::vector<std::vector<float>> weights;
   bool own_look = true;  ///< objects keep their own materials; there is no common look
 };

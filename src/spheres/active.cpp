@@ -6,8 +6,8 @@
 namespace polymorph {
 namespace {
 
-/// Corners of the finest cells, which include those of coarser cells. Each is tested once, when
-/// first needed.
+/// Lattice of the corners of the finest cells; it includes the corners of coarser cells. Each
+/// corner is tested once, when it is first needed.
 class CornerLattice {
  public:
   CornerLattice(const InsideTest& test, const RootCube& root, int finest)
@@ -17,6 +17,7 @@ class CornerLattice {
         side_((std::size_t{1} << finest) + 1),
         state_(side_ * side_ * side_, kUnknown) {}
 
+  /// Tests the corners of the cells that are not yet known.
   void evaluate(const std::vector<Cell>& cells) {
     std::vector<std::size_t> requested;
     for (const Cell& cell : cells)
@@ -47,6 +48,7 @@ class CornerLattice {
 
  private:
   static constexpr std::uint8_t kOutside = 0, kInside = 1, kUnknown = 2, kRequested = 3;
+  /// Index of a cell's corner in the lattice, x fastest.
   std::size_t index(const Cell& cell, int octant) const {
     const int scale_bits = finest_ - cell.level;
     const auto at = [&](std::int32_t c, int bit) {
@@ -58,7 +60,7 @@ class CornerLattice {
   const InsideTest& test_;
   const RootCube& root_;
   int finest_;
-  std::size_t side_;
+  std::size_t side_;  ///< lattice points per axis
   std::vector<std::uint8_t> state_;
 };
 

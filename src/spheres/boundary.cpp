@@ -30,9 +30,9 @@ using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<fl
                                                  Points, 3, std::uint32_t>;
 
 /// Computes the radius of the largest ball that touches the boundary in sample `i`, on the side
-/// that `inward` points to, and contains no other sample: a ball through p with its centre on the
-/// normal shrinks until the sample nearest to its centre lies on it (Ma, Bae, Choi 2012): r <-
-/// |p-q|^2 / (2 n . (p-q)).
+/// that the normal `inward` points to, and contains no other sample. A ball through the sample's
+/// point p, with its centre on the normal, shrinks until the sample q nearest to its centre lies on
+/// it: r <- |q - p|^2 / (2 inward . (q - p)) (Ma, Bae and Choi 2012). `radius`: the initial radius.
 float shrink_ball(const Tree& tree, const std::vector<BoundarySample>& samples, std::size_t i,
                   Vec3 inward, float radius) {
   // Samples of the same smooth sheet enclose a small angle at the centre; a ball that shrinks to
@@ -78,8 +78,8 @@ void measure_balls(std::vector<BoundarySample>& samples, float diagonal) {
 /// faces inside the solid, where components overlap, must not limit them.
 void shrink_to_walls(std::vector<BoundarySample>& samples, const Model& model,
                      const InsideTest& inside) {
-  constexpr float kProbePositions[] = {0.3f, 0.6f, 1.0f,
-                                       1.6f};  // along the ball's diameter, in radii
+  // Positions along the ball's diameter, from the sample inwards, in radii.
+  constexpr float kProbePositions[] = {0.3f, 0.6f, 1.0f, 1.6f};
   constexpr std::size_t kCount = std::size(kProbePositions);
   std::vector<Vec3> probes;
   probes.reserve(2 * kCount * samples.size());
@@ -122,6 +122,7 @@ void shrink_to_walls(std::vector<BoundarySample>& samples, const Model& model,
 /// outward.
 std::vector<BoundarySample> select_boundary(const std::vector<SurfaceSample>& surface,
                                             const InsideTest& inside, float diagonal) {
+  // Distance of the probes from the surface.
   const float step = 2e-4f * diagonal;
   std::vector<Vec3> probes;
   probes.reserve(2 * surface.size());
@@ -147,7 +148,7 @@ std::vector<BoundarySample> sample_boundary(const Model& model, const InsideTest
   const float diagonal = box.diagonal();
   std::vector<BoundarySample> samples =
       select_boundary(sample_surface(model, count), inside, diagonal);
-  // Some samples were lost to faces inside the solid, so draw more.
+  // If more than a tenth of the samples lay on faces inside the solid, more are drawn.
   if (samples.size() * 10 < count * 9 && !samples.empty()) {
     const std::size_t larger_count = std::min(count * count / samples.size(), 8 * count);
     samples = select_boundary(sample_surface(model, larger_count), inside, diagonal);

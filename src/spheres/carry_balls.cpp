@@ -158,7 +158,7 @@ CarriedBalls carry_balls(const Model& model, std::span<const Ball> balls,
       ball.shape =
           to_sym3(similarity.rotation * to_mat3(ball.shape) * transposed(similarity.rotation));
     carried.balls.push_back(ball);
-    carried.turns.push_back(similarity.rotation);
+    carried.rotations.push_back(similarity.rotation);
   }
   return carried;
 }

@@ -14,10 +14,10 @@
 namespace polymorph {
 
 /// Balls in a pose, and the rotation of each ball from the reference pose, in which the balls were
-/// made. In the reference pose itself, `turns` is empty.
+/// made. In the reference pose itself, `rotations` is empty.
 struct CarriedBalls {
   std::vector<Ball> balls;
-  std::vector<Mat3> turns;
+  std::vector<Mat3> rotations;
 };
 
 /// A point of the model's surface that a ball moves with.

@@ -77,7 +77,8 @@ class Merger {
   std::vector<Vec3d> points_;
   double tolerance_;
   std::vector<Cluster> clusters_;
-  std::vector<std::uint32_t> parent_;  ///< the cluster that it was merged into; itself while active
+  /// Per cluster, the cluster that it was merged into, or itself while it is active.
+  std::vector<std::uint32_t> parent_;
   std::priority_queue<Merge> heap_;
   std::unordered_set<std::uint64_t> exact_pairs_;  ///< pairs in the heap with their exact cost
   std::size_t active_count_ = 0;
@@ -91,8 +92,8 @@ double bound_overhang(const Cluster& c) { return c.radius - c.clearance; }
 Cluster Merger::merge(std::uint32_t a, std::uint32_t b) const {
   Cluster best;
   double smallest = INFINITY;
-  for (const auto& [kept, other] : {std::pair(a, b), std::pair(b, a)}) {
-    const Cluster& c = clusters_[kept];
+  for (const auto& [centered, other] : {std::pair(a, b), std::pair(b, a)}) {
+    const Cluster& c = clusters_[centered];
     double radius2 = c.radius * c.radius;
     for (const std::uint32_t i : clusters_[other].points) {
       const Vec3d r = points_[i] - c.center;
@@ -233,12 +234,12 @@ std::vector<std::uint32_t> shrink_to_samples(std::vector<Sphere>& leaves,
         static_cast<std::int64_t>(points.size()),
         [&](std::int64_t i) {
           const auto k = static_cast<std::size_t>(i);
-          double best = INFINITY;
+          double smallest = INFINITY;
           for (std::size_t s = 0; s < leaves.size(); ++s) {
             const double d = length(points[k] - Vec3d(leaves[s].center));
-            const double depth = d - static_cast<double>(leaves[s].radius);
-            if (depth >= best) continue;
-            best = depth;
+            const double signed_distance = d - static_cast<double>(leaves[s].radius);
+            if (signed_distance >= smallest) continue;
+            smallest = signed_distance;
             owner[k] = static_cast<std::uint32_t>(s);
             distance[k] = d;
           }
@@ -254,8 +255,8 @@ std::vector<std::uint32_t> shrink_to_samples(std::vector<Sphere>& leaves,
   return owner;
 }
 
-/// Makes the tree of the merged clusters from the root down to `leaf_clusters`; `owner` is the leaf
-/// of each sample.
+/// Makes the tree of the merged clusters from the root down to `leaf_clusters`, whose spheres are
+/// `leaf_spheres`. `owner`: the index of the leaf of each sample.
 SphereTree make_tree(const Merger& merger, const std::vector<std::uint32_t>& leaf_clusters,
                      const std::vector<Sphere>& leaf_spheres,
                      const std::vector<std::uint32_t>& owner, double min_radius) {

@@ -26,6 +26,7 @@ struct Coverage {
   const std::uint64_t* row(std::size_t candidate) const { return bits.data() + candidate * words; }
 };
 
+/// Computes the samples that each candidate covers when its radius is enlarged by `dilation`.
 Coverage compute_coverage(const std::vector<BoundarySample>& samples,
                           const std::vector<Sphere>& candidates, float dilation) {
   Coverage coverage{(samples.size() + 63) / 64, {}};
@@ -97,8 +98,8 @@ std::vector<Sphere> make_medial_cover(const std::vector<BoundarySample>& all, st
     candidates.push_back({s.point - s.normal * s.inner_radius, s.inner_radius});
     largest = std::max(largest, s.inner_radius);
   }
-  // Find the largest dilation for which `count` balls do not suffice, and drop the last balls of
-  // that cover, which cover the fewest samples: exactly `count` remain.
+  // Finds the largest dilation for which `count` balls do not suffice. The last balls of its cover,
+  // which cover the fewest samples, are dropped, so that exactly `count` remain.
   float low = 1e-4f * largest, high = largest;
   std::vector<std::size_t> best = greedy_cover(compute_coverage(samples, candidates, low),
                                                samples.size(), samples.size(), count + 1);
@@ -120,20 +121,21 @@ std::vector<Sphere> make_medial_cover(const std::vector<BoundarySample>& all, st
 }
 
 SphereTree build_medial_tree(const std::vector<BoundarySample>& samples, std::size_t count) {
-  std::vector<std::size_t> budgets{count};
-  while (budgets.back() > 8) budgets.push_back(budgets.back() / 8);
-  std::reverse(budgets.begin(), budgets.end());
+  std::vector<std::size_t> counts{count};
+  while (counts.back() > 8) counts.push_back(counts.back() / 8);
+  std::reverse(counts.begin(), counts.end());
   SphereTree tree;
   std::size_t parents_begin = 0, parents_end = 0;
-  for (std::size_t level = 0; level < budgets.size(); ++level) {
-    const bool finest = level + 1 == budgets.size();
-    for (const Sphere& sphere : make_medial_cover(samples, budgets[level])) {
+  for (std::size_t level = 0; level < counts.size(); ++level) {
+    const bool finest = level + 1 == counts.size();
+    for (const Sphere& sphere : make_medial_cover(samples, counts[level])) {
       SphereNode node{sphere, -1, static_cast<std::int16_t>(level), finest};
-      float deepest = std::numeric_limits<float>::infinity();
+      float smallest = std::numeric_limits<float>::infinity();
       for (std::size_t p = parents_begin; p < parents_end; ++p) {
         const Sphere& parent = tree.nodes[p].sphere;
-        const float depth = length(parent.center - sphere.center) - parent.radius;
-        if (depth < deepest) deepest = depth, node.parent = static_cast<std::int32_t>(p);
+        const float signed_distance = length(parent.center - sphere.center) - parent.radius;
+        if (signed_distance < smallest)
+          smallest = signed_distance, node.parent = static_cast<std::int32_t>(p);
       }
       tree.nodes.push_back(node);
     }

@@ -69,10 +69,13 @@ Result<Counts> count_lattice(const Model& model, const InsideTest& inside,
   return counts;
 }
 
+/// Distances relative to the model's diagonal. The defaults stand for a field without a surface.
 struct Distances {
   double rms = 1, largest = 1;
 };
 
+/// Measures the distances of points from a surface. The RMS is that of the first `rms_count`
+/// points.
 Distances measure_distances(const std::vector<Vec3>& points, const ClosestPointQuery& target,
                             double diagonal, std::size_t rms_count) {
   Distances result{0, 0};

@@ -121,7 +121,7 @@ TEST(SmoothMap, LandmarksAreMetOnTheirWay) {
     for (const Stagger stagger : {Stagger::kNone, Stagger::kAxis}) {
       const MorphPlan plan = plan_with_landmarks(path, stagger);
       for (const float time : {0.0f, 0.1f, 0.37f, 0.5f, 0.9f, 1.0f}) {
-        const std::vector<Vec3> places = landmark_places(plan, time, balls_at(plan, time));
+        const std::vector<Vec3> places = landmark_positions(plan, time, balls_at(plan, time));
         const PullBack met = pulled(plan, time, places);
         for (std::size_t l = 0; l < places.size(); ++l) {
           EXPECT_LT(length(met.source[l] - kFrom[l]), 1e-4f * kObjectSize) << time;
@@ -141,8 +141,8 @@ TEST(SmoothMap, LandmarksGoTheSameWayBackwards) {
   const MorphPlan there = plan_with_landmarks(Path::kRigid, Stagger::kNone),
                   back = plan_with_landmarks(Path::kRigid, Stagger::kNone, true);
   for (const float time : {0.25f, 0.5f}) {
-    const auto a = landmark_places(there, time, balls_at(there, time)),
-               b = landmark_places(back, 1 - time, balls_at(back, 1 - time));
+    const auto a = landmark_positions(there, time, balls_at(there, time)),
+               b = landmark_positions(back, 1 - time, balls_at(back, 1 - time));
     for (std::size_t l = 0; l < a.size(); ++l) EXPECT_LT(length(a[l] - b[l]), 1e-4f);
   }
 }
@@ -151,8 +151,8 @@ TEST(SmoothMap, FlowTakesLandmarksAlong) {
   const MorphPlan plan = plan_with_landmarks(Path::kRigid, Stagger::kNone);
   constexpr float kTime = 0.4f, kNext = 0.45f;
   const std::vector<Ball> balls = balls_at(plan, kTime), later = balls_at(plan, kNext);
-  const std::vector<Vec3> places = landmark_places(plan, kTime, balls),
-                          next = landmark_places(plan, kNext, later);
+  const std::vector<Vec3> places = landmark_positions(plan, kTime, balls),
+                          next = landmark_positions(plan, kNext, later);
   const auto engine = make_cpu_engine();
   const auto flow = flow_at({plan, kTime}, {plan, kNext}, balls, kObjectSize, places, *engine);
   ASSERT_TRUE(flow.ok()) << flow.error().message;

@@ -37,7 +37,7 @@ class LandmarksTest : public SceneTest {
     for (const float time : {0.0f, 0.2f, 0.5f, 0.85f, 1.0f}) {
       const auto state = leg_state(leg, time, *engine);
       EXPECT_TRUE(state.ok());
-      const std::vector<Vec3> places = landmark_places(leg.plan, time, state->balls);
+      const std::vector<Vec3> places = landmark_positions(leg.plan, time, state->balls);
       const auto met = pull_back(leg, *state, places, *engine);
       EXPECT_TRUE(met.ok());
       for (std::size_t l = 0; l < places.size(); ++l)
@@ -110,7 +110,7 @@ TEST_F(LandmarksTest, AreHandedOnByAnObjectThatIsLeftBefore) {
   const auto left = leg_state(first, first.until, *engine);
   ASSERT_TRUE(left.ok());
   EXPECT_EQ(actor.legs[1]->plan.landmarks[0].from,
-            landmark_places(first.plan, first.until, left->balls)[0]);
+            landmark_positions(first.plan, first.until, left->balls)[0]);
   EXPECT_LT(largest_miss(*actor.legs[1]), 1e-3);
 }
 

@@ -33,7 +33,7 @@ TEST(CarryBalls, TheyTurnGrowAndShiftWithTheWhole) {
     EXPECT_NEAR(carried.balls[i].a, whole.a, 1e-4f * whole.a);
     EXPECT_NEAR(carried.balls[i].shape.xy, whole.shape.xy, 1e-5f);
     EXPECT_EQ(carried.balls[i].w, balls[i].w);
-    EXPECT_LT(rotation_angle(carried.turns[i] * transposed(turn)), 1e-5);
+    EXPECT_LT(rotation_angle(carried.rotations[i] * transposed(turn)), 1e-5);
   }
 }
 

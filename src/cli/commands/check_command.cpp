@@ -54,7 +54,7 @@ std::string describe_object(const std::string& name, const Diagnosis& d) {
 /// Quality of an object's balls, and the azimuth of their mirror plane, if they have one.
 struct FitFindings {
   ApproximationQuality quality;
-  std::optional<double> front_line;  ///< radians (find_front_line())
+  std::optional<double> front_axis;  ///< radians (find_front_axis())
 };
 
 /// Fits the balls of an object and measures the fit. Returns nothing if no balls can be fitted.
@@ -69,13 +69,13 @@ Result<std::optional<FitFindings>> measure_fit(const Model& model, const ObjectS
   PM_TRY(const ApproximationQuality quality,
          measure_quality(solid, InsideTest(solid), approximation->balls, FieldKind::kGaussian,
                          {96, 5e4}));  // cells along the longest side; points of the volume lattice
-  return std::optional(FitFindings{quality, find_front_line(find_limbs(approximation->balls))});
+  return std::optional(FitFindings{quality, find_front_axis(find_limbs(approximation->balls))});
 }
 
 /// Names the two possible directions of an object's front.
-std::string describe_front(const ObjectSettings& object, double front_line) {
+std::string describe_front(const ObjectSettings& object, double front_axis) {
   constexpr double kDegreesPerRadian = 57.29577951308232;
-  const int degrees = static_cast<int>(std::lround(front_line * kDegreesPerRadian)) % 180;
+  const int degrees = static_cast<int>(std::lround(front_axis * kDegreesPerRadian)) % 180;
   return fmt::format(
       "{}: by its mirror plane its front is at {} or {} degrees from +z towards +x - set \"front\" "
       "to one of them",
@@ -139,8 +139,8 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
     if (const auto& fit = fits.at(first_alike[i])) {
       (is_good_fit(fit->quality) ? result.notes : result.warnings)
           .push_back(object.name + ": " + describe_fit(fit->quality));
-      if (fit->front_line && object.front == Front::kAuto)
-        result.notes.push_back(describe_front(object, *fit->front_line));
+      if (fit->front_axis && object.front == Front::kAuto)
+        result.notes.push_back(describe_front(object, *fit->front_axis));
     }
   }
   return result;

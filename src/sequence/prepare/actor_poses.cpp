@@ -168,7 +168,7 @@ Result<std::shared_ptr<const PreparedObject>> make_pose(ActorPoses& poses, std::
   PM_TRY(pose.model, load_mesh(*object.sequence, mesh));
   PM_TRY(PoseFit fit, fit_pose(poses, index, mesh, pose.model));
   pose.balls = std::move(fit.balls.balls);
-  pose.ball_rotations = std::move(fit.balls.turns);
+  pose.ball_rotations = std::move(fit.balls.rotations);
   pose.landmarks = std::move(fit.landmarks);
   label_balls(reference, poses.label_names, pose);
   PM_TRY_STATUS(finish_object({poses.scene, engine, poses.cache}, object.settings, poses.settings,
