@@ -13,7 +13,8 @@
 namespace polymorph {
 
 /// The stages of a leg from source object A to target object B, in order. A leg that starts (ends)
-/// at a meta-object has none of the stages before (after) the volumetric one.
+/// at a meta-object (ObjectSettings::meta) has none of the stages before (after) the volumetric
+/// one.
 enum class Stage : std::uint8_t {
   kLookOut,      ///< A's own materials fade to the common look
   kBoundaryOut,  ///< A's mesh becomes A's balls
@@ -114,13 +115,13 @@ Scene scene_at(const Scene& scene, double frame);
 
 /// The state of one actor in one frame.
 struct MorphState {
-  int frame = 1;
-  float t = 0;  ///< the actor's time [0, 1]
-  int leg = 0;
+  int frame = 1;  ///< counted from 1
+  float t = 0;    ///< fraction of the actor's steps (Timeline::steps), [0, 1]
+  int leg = 0;    ///< index into Timeline::legs
   Stage stage = Stage::kVolume;
   float progress = 0;  ///< fraction of the stage, [0, 1]
   float time = 0;      ///< time of the leg's motion, [0, 1]: the argument of balls_at()
-  float u = 0;         ///< `time`, eased
+  float u = 0;         ///< eased `time` (morph/easing.h)
   int object = -1;     ///< chain object whose mesh is shown, or -1
   float look = 1;      ///< look of `object`: 0 own materials .. 1 common look
   float boundary = 0;  ///< size of `object`: 1 whole .. 0 shrunk into its balls

@@ -75,6 +75,7 @@ class ColumnGeneration {
     find_scale();
   }
 
+  /// Alternates between solve() on the arcs so far and a search for arcs of negative reduced cost.
   TransportPlan run(double gap) {
     constexpr int kMaxRounds = 60;
     // Small problems, of which alignment solves hundreds, are faster with all arcs than with a
@@ -106,6 +107,8 @@ class ColumnGeneration {
   }
 
  private:
+  /// Number of arcs per source and per target that the first round starts with, and that each
+  /// further round adds at most.
   static constexpr std::size_t kFirstArcs = 12, kMoreArcs = 6;
 
   std::int64_t pairs() const { return std::int64_t{n_} * m_; }
@@ -138,9 +141,9 @@ class ColumnGeneration {
     return arcs;
   }
 
-  /// Finds the `count` arcs of least reduced cost of each source and of each target; only arcs with
-  /// a negative one unless `include_all`. Sets `saving_` to the sum over sources of supply times
-  /// the most negative reduced cost, as a positive number.
+  /// Finds the `count` arcs of least reduced cost of each source and of each target. Arcs of
+  /// reduced cost >= 0 are omitted unless `include_all`. Sets `saving_` to minus the sum over
+  /// sources of supply times the most negative reduced cost.
   std::vector<TransportArc> cheapest_arcs(std::size_t count, bool include_all) {
     struct Candidate {
       std::int64_t reduced;
@@ -155,7 +158,7 @@ class ColumnGeneration {
     std::vector<std::vector<Candidate>> by_source(n_);
     std::vector<std::vector<std::vector<Candidate>>> by_target(
         static_cast<std::size_t>(chunks), std::vector<std::vector<Candidate>>(m_));
-    std::vector<std::int64_t> worst(n_, 0);
+    std::vector<std::int64_t> most_negative(n_, 0);
     const auto insert_candidate = [&](std::vector<Candidate>& best, const Candidate& candidate) {
       if (best.size() == count && !(candidate < best.back())) return;
       if (best.size() == count) best.pop_back();
@@ -172,7 +175,7 @@ class ColumnGeneration {
           const std::int64_t cost = to_integer(row[to]);
           const std::int64_t reduced = cost + potential_from_[from] - potential_to_[to];
           if (!include_all && reduced >= 0) continue;
-          worst[from] = std::min(worst[from], reduced);
+          most_negative[from] = std::min(most_negative[from], reduced);
           insert_candidate(by_source[from], {reduced, to, cost});
           insert_candidate(targets[to], {reduced, from, cost});
         }
@@ -184,7 +187,7 @@ class ColumnGeneration {
     std::vector<TransportArc> arcs;
     saving_ = 0;
     for (std::uint32_t i = 0; i < n_; ++i) {
-      saving_ -= static_cast<double>(worst[i]) * static_cast<double>(supply_[i]);
+      saving_ -= static_cast<double>(most_negative[i]) * static_cast<double>(supply_[i]);
       for (const Candidate& c : by_source[i]) arcs.push_back({i, c.other, c.cost});
     }
     for (std::uint32_t j = 0; j < m_; ++j) {
@@ -216,6 +219,8 @@ class ColumnGeneration {
     };
     ColumnGeneration small(supply, demand, rows);
     small.run(0.001);
+    // A target gets the highest potential that leaves no negative reduced cost with the small
+    // problem's sources; then a source gets the lowest that leaves none with any target.
     const double cost_ratio = scale_ / small.scale_;
     std::vector<float> row(m_);
     potential_to_.assign(m_, std::numeric_limits<std::int64_t>::max());

@@ -305,6 +305,7 @@ Vec3d VoxelSolid::center(std::uint32_t i) const { return Vec3d(grid_point(grid, 
 bool VoxelSolid::contains(Vec3d place) const { return voxel_at(*this, place) != kNone; }
 
 VoxelSolid voxel_solid(const std::vector<Ball>& balls) {
+  // The number of voxels on a coarse grid gives the cell size for about kTargetCount voxels.
   constexpr int kCoarse = 48, kFine = 96;  // cells along the longest side
   constexpr double kTargetCount = 20000;   // voxels
   VoxelSolid solid;
