@@ -54,11 +54,11 @@ std::shared_ptr<const Regression> make_ball_map(const MorphPlan& plan, float tim
   auto map = std::make_shared<Regression>();
   map->maps = 2;
   map->sloped = true;
-  const std::vector<PairFrame> frames = pair_frames(plan, time);
+  const std::vector<PairMaps> maps = pair_maps(plan, time);
   for (std::size_t e = 0; e < balls.size(); ++e) {
     map->samples.push_back({balls[e].center, 1, 1});
     for (const bool is_target : {false, true}) {
-      const Mat3& rotation = is_target ? frames[e].to_target : frames[e].to_source;
+      const Mat3& rotation = is_target ? maps[e].to_target : maps[e].to_source;
       const Vec3 end =
           is_target ? plan.to[plan.pairs[e].to].center : plan.from[plan.pairs[e].from].center;
       BallAttribute attribute{{end.x, end.y, end.z, 0}, {}};
@@ -96,8 +96,8 @@ Result<PlayKey> make_key(const Leg& leg, float time, Engine& engine) {
 }
 
 /// Gives all keys of a leg between shells the level -1. Its weight in the map is the amount by
-/// which the surface is thickened (add_shortfall_weights(), morph/smooth_map.h). The keys at the
-/// ends of the leg have no level: they get the level -1 with the weight 0.
+/// which the surface is thickened (make_shortfall_regression(), morph/smooth_map.h). The keys at
+/// the ends of the leg have no level: they get the level -1 with the weight 0.
 void unify_levels(std::vector<PlayKey>& keys) {
   const bool has_shell = std::any_of(keys.begin(), keys.end(),
                                      [](const PlayKey& key) { return key.between.level == -1; });

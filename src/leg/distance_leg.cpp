@@ -92,7 +92,7 @@ Status extract_between(const Leg& leg, const LevelSearch& search, Engine& engine
   } else if (!at_an_end && has_shell) {
     // A shell's volume means little, but its walls must have no holes: thicken them where needed.
     PM_TRY(field.map,
-           add_shortfall_weights(map, leg.plan, state.balls, *from.grid, *to.grid, engine));
+           make_shortfall_regression(map, leg.plan, state.balls, *from.grid, *to.grid, engine));
     field.level = -1;
   }
   PM_TRY(surface.mesh, extract_surface(engine, field, map.box, search.cell, search.extract));

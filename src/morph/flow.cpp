@@ -25,11 +25,11 @@ Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls,
   for (std::size_t e = 0; e < balls.size(); ++e) attributes[e].value[3] = progress[e];
   if (differ(now, next)) {
     const std::vector<Ball> next_balls = balls_at(next.plan, next.time);
-    const std::vector<PairFrame> now_frames = pair_frames(plan, now.time),
-                                 next_frames = pair_frames(next.plan, next.time);
+    const std::vector<PairMaps> now_maps = pair_maps(plan, now.time),
+                                next_maps = pair_maps(next.plan, next.time);
     for (std::size_t e = 0; e < balls.size(); ++e) {
       const Vec3 displacement = next_balls[e].center - balls[e].center;
-      const Mat3 rotation_and_scale = inverse(next_frames[e].to_source) * now_frames[e].to_source;
+      const Mat3 rotation_and_scale = inverse(next_maps[e].to_source) * now_maps[e].to_source;
       set_linear(attributes[e], displacement, minus(rotation_and_scale, Mat3{}));
     }
   }

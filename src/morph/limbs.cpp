@@ -101,7 +101,7 @@ void merge_tree(const Body& body, const Visitor& visit_voxel) {
   std::vector<std::uint32_t> roots;
   for (const std::uint32_t i : body.order) {
     roots.clear();
-    for (std::uint32_t k = solid.first[i]; k < solid.first[i + 1]; ++k)
+    for (std::uint32_t k = solid.first_neighbor[i]; k < solid.first_neighbor[i + 1]; ++k)
       if (parent[solid.neighbors[k]] != kNone) roots.push_back(find(solid.neighbors[k]));
     std::sort(roots.begin(), roots.end(),
               [&](std::uint32_t a, std::uint32_t b) { return body.rank[a] < body.rank[b]; });
@@ -190,8 +190,8 @@ std::vector<std::uint32_t> collect_members(const Body& body, const Arc& arc) {
   std::vector<std::uint32_t> members{arc.tip};
   seen[arc.tip] = 1;
   for (std::size_t i = 0; i < members.size(); ++i)
-    for (std::uint32_t k = body.solid.first[members[i]]; k < body.solid.first[members[i] + 1];
-         ++k) {
+    for (std::uint32_t k = body.solid.first_neighbor[members[i]];
+         k < body.solid.first_neighbor[members[i] + 1]; ++k) {
       const std::uint32_t to = body.solid.neighbors[k];
       if (!seen[to] && body.rank[to] < body.rank[arc.root]) seen[to] = 1, members.push_back(to);
     }

@@ -406,12 +406,12 @@ void continue_motion(MorphPlan& plan, const MorphPlan& before, float until, doub
   plan.paths = std::make_shared<const BallPaths>(std::move(paths));
 }
 
-std::vector<PairFrame> pair_frames(const MorphPlan& plan, float time) {
+std::vector<PairMaps> pair_maps(const MorphPlan& plan, float time) {
   const std::vector<float> eased = eased_times(plan, time);
   const double max_softness = softness(plan);
-  std::vector<PairFrame> frames(plan.pairs.size());
+  std::vector<PairMaps> maps(plan.pairs.size());
   parallel_for(
-      static_cast<std::int64_t>(frames.size()),
+      static_cast<std::int64_t>(maps.size()),
       [&](std::int64_t index) {
         const auto e = static_cast<std::size_t>(index);
         const BallPath& path = plan.paths->balls[e];
@@ -434,10 +434,10 @@ std::vector<PairFrame> pair_frames(const MorphPlan& plan, float time) {
         const double size = cube_root(volume_at(path, u));
         const double from_size = cube_root(path.from_volume) / size;
         const double to_size = cube_root(path.to_volume) / size;
-        frames[e] = {scaled(from, from_size), scaled(to, to_size)};
+        maps[e] = {scaled(from, from_size), scaled(to, to_size)};
       },
       256);
-  return frames;
+  return maps;
 }
 
 Mat3 scaled(Mat3 a, double factor) {

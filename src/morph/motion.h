@@ -59,11 +59,11 @@ void continue_motion(MorphPlan& plan, const MorphPlan& before, float until, doub
 /// Linear maps that take an offset from a pair's moving ball to the corresponding offset from its
 /// source (target) ball. They undo the rotation, scaling and stretching of the ball. At time 0
 /// `to_source` is the identity, and at time 1 `to_target` is.
-struct PairFrame {
+struct PairMaps {
   Mat3 to_source, to_target;
 };
 /// Computes the maps of all pairs at `time`.
-std::vector<PairFrame> pair_frames(const MorphPlan& plan, float time);
+std::vector<PairMaps> pair_maps(const MorphPlan& plan, float time);
 
 /// Scales a matrix.
 Mat3 scaled(Mat3 a, double factor);

@@ -8,12 +8,12 @@ namespace polymorph {
 Result<PullBack> pull_back(const MorphPlan& plan, float time, const BallSet& balls,
                            const std::vector<Vec3>& points, Engine& engine) {
   PM_CHECK(balls.size() == plan.pairs.size());
-  const std::vector<PairFrame> frames = pair_frames(plan, time);
+  const std::vector<PairMaps> maps = pair_maps(plan, time);
   std::vector<BallAttribute> attributes(2 * balls.size());
   for (std::size_t e = 0; e < balls.size(); ++e) {
     const Pair& pair = plan.pairs[e];
-    set_linear(attributes[2 * e], plan.from[pair.from].center, frames[e].to_source);
-    set_linear(attributes[2 * e + 1], plan.to[pair.to].center, frames[e].to_target);
+    set_linear(attributes[2 * e], plan.from[pair.from].center, maps[e].to_source);
+    set_linear(attributes[2 * e + 1], plan.to[pair.to].center, maps[e].to_target);
   }
   PM_TRY(const std::vector<AttributeValues> values,
          interpolate_attributes(engine, balls, plan.kind, attributes, points));

@@ -20,7 +20,7 @@ struct PullBack {
 /// Computes X(x) = sum_e q_e (p_e + F_e (x - x_e)) at each of `points` x, once for the source and
 /// once for the target (docs/method.md, Colour). The sum is over the plan's pairs e. x_e is the
 /// centre of the pair's moving ball, q_e the ball's share of the field at x, p_e the centre of its
-/// source (target) ball, and F_e its linear map to it (motion.h: PairFrame). At time 0 (1), X on
+/// source (target) ball, and F_e its linear map to it (motion.h: PairMaps). At time 0 (1), X on
 /// the source (target) is the identity. `balls`: balls_at(plan, time). Errors: the engine's
 /// (field/extract_surface.h: to_status).
 Result<PullBack> pull_back(const MorphPlan& plan, float time, const BallSet& balls,

@@ -284,7 +284,7 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
   return map;
 }
 
-Result<std::shared_ptr<const Regression>> add_shortfall_weights(
+Result<std::shared_ptr<const Regression>> make_shortfall_regression(
     const FrameMap& map, const MorphPlan& plan, const BallSet& balls, const DistanceGrid& from,
     const DistanceGrid& to, Engine& engine) {
   // Factor that makes up for the regression, which flattens peaks.

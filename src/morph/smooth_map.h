@@ -59,7 +59,7 @@ double regression_bytes(const Box& box, float size);
 /// d(X_A(x_e), X_B(x_e))). d(a, b) is the mix, by the smoothstep of the progress, of the source's
 /// distance at a and the target's at b; p_e and q_e are the centres of the pair's source and target
 /// balls. `from`, `to`: the distances of both objects. Errors: the engine's.
-Result<std::shared_ptr<const Regression>> add_shortfall_weights(
+Result<std::shared_ptr<const Regression>> make_shortfall_regression(
     const FrameMap& map, const MorphPlan& plan, const BallSet& balls, const DistanceGrid& from,
     const DistanceGrid& to, Engine& engine);
 

@@ -220,23 +220,23 @@ void join_components(const Grid& grid, std::vector<std::uint8_t>& inside) {
 
 /// Numbers the voxels in the order of the grid and lists their neighbours.
 void number_voxels(VoxelSolid& solid, const std::vector<std::uint8_t>& inside) {
-  solid.voxel.assign(inside.size(), VoxelSolid::kNone);
+  solid.voxels.assign(inside.size(), VoxelSolid::kNone);
   for (std::uint32_t i = 0; i < inside.size(); ++i)
     if (inside[i]) {
-      solid.voxel[i] = static_cast<std::uint32_t>(solid.cells.size());
-      solid.cells.push_back(i);
+      solid.voxels[i] = static_cast<std::uint32_t>(solid.grid_indices.size());
+      solid.grid_indices.push_back(i);
     }
-  solid.first.push_back(0);
+  solid.first_neighbor.push_back(0);
   const std::array<Step, 26> steps = neighbor_steps();
   for (std::uint32_t i = 0; i < solid.size(); ++i) {
     const Int3 p = solid.point(i);
     for (const Step& step : steps) {
       const Int3 q = offset_by(p, step.offset);
       if (!holds(solid.grid, q) || !inside[flat_index(solid.grid, q)]) continue;
-      solid.neighbors.push_back(solid.voxel[flat_index(solid.grid, q)]);
+      solid.neighbors.push_back(solid.voxels[flat_index(solid.grid, q)]);
       solid.steps.push_back(step.length);
     }
-    solid.first.push_back(static_cast<std::uint32_t>(solid.neighbors.size()));
+    solid.first_neighbor.push_back(static_cast<std::uint32_t>(solid.neighbors.size()));
   }
 }
 
@@ -260,7 +260,7 @@ void propagate_distances(const VoxelSolid& solid, std::vector<std::uint32_t>& di
     for (const std::uint32_t i : bucket) {
       --queued;
       if (distance[i] != d) continue;
-      for (std::uint32_t k = solid.first[i]; k < solid.first[i + 1]; ++k) {
+      for (std::uint32_t k = solid.first_neighbor[i]; k < solid.first_neighbor[i + 1]; ++k) {
         const std::uint32_t to = solid.neighbors[k], new_distance = d + solid.steps[k];
         if (new_distance >= distance[to]) continue;
         distance[to] = new_distance;
@@ -278,7 +278,7 @@ void measure_depth(VoxelSolid& solid) {
   for (std::uint32_t i = 0; i < solid.size(); ++i)
     for (const Step& step : steps) {
       const Int3 q = offset_by(solid.point(i), step.offset);
-      if (!holds(solid.grid, q) || solid.voxel[flat_index(solid.grid, q)] == VoxelSolid::kNone)
+      if (!holds(solid.grid, q) || solid.voxels[flat_index(solid.grid, q)] == VoxelSolid::kNone)
         solid.depth[i] = std::min<std::uint32_t>(solid.depth[i], step.length);
     }
   propagate_distances(solid, solid.depth);
@@ -294,12 +294,12 @@ std::uint32_t voxel_at(const VoxelSolid& solid, Place place) {
   };
   const Int3 p = {rounded(place.x, solid.grid.origin.x), rounded(place.y, solid.grid.origin.y),
                   rounded(place.z, solid.grid.origin.z)};
-  return holds(solid.grid, p) ? solid.voxel[flat_index(solid.grid, p)] : VoxelSolid::kNone;
+  return holds(solid.grid, p) ? solid.voxels[flat_index(solid.grid, p)] : VoxelSolid::kNone;
 }
 
 }  // namespace
 
-Int3 VoxelSolid::point(std::uint32_t i) const { return grid_coordinates(grid, cells[i]); }
+Int3 VoxelSolid::point(std::uint32_t i) const { return grid_coordinates(grid, grid_indices[i]); }
 Vec3d VoxelSolid::center(std::uint32_t i) const { return Vec3d(grid_point(grid, point(i))); }
 
 bool VoxelSolid::contains(Vec3d place) const { return voxel_at(*this, place) != kNone; }
@@ -342,7 +342,7 @@ std::vector<std::uint32_t> local_radii(const VoxelSolid& solid) {
   std::vector<std::uint32_t> centers;
   for (std::uint32_t i = 0; i < solid.size(); ++i) {
     bool is_deepest = true;
-    for (std::uint32_t k = solid.first[i]; k < solid.first[i + 1]; ++k)
+    for (std::uint32_t k = solid.first_neighbor[i]; k < solid.first_neighbor[i + 1]; ++k)
       is_deepest &= solid.depth[i] >= solid.depth[solid.neighbors[k]];
     if (is_deepest) centers.push_back(i);
   }
@@ -361,7 +361,7 @@ std::vector<std::uint32_t> local_radii(const VoxelSolid& solid) {
         for (int x = -r; x <= r; ++x) {
           const Int3 p = offset_by(center, {x, y, z});
           if (x * x + y * y + z * z > ball_radius * ball_radius || !holds(solid.grid, p)) continue;
-          const std::uint32_t to = solid.voxel[flat_index(solid.grid, p)];
+          const std::uint32_t to = solid.voxels[flat_index(solid.grid, p)];
           if (to != VoxelSolid::kNone && radius[to] == 0) radius[to] = depth;
         }
   }

@@ -21,16 +21,16 @@ struct VoxelSolid {
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
   Grid grid;
-  std::vector<std::uint32_t> cells;  ///< per voxel, the index of its grid point; increasing
-  std::vector<std::uint32_t> voxel;  ///< per grid point, its voxel, or kNone
+  std::vector<std::uint32_t> grid_indices;  ///< per voxel, the index of its grid point; increasing
+  std::vector<std::uint32_t> voxels;        ///< per grid point, its voxel, or kNone
   /// Per voxel, the distance from the nearest grid point outside the solid.
   std::vector<std::uint32_t> depth;
   /// Neighbours of voxel i among the 26 around it: neighbors[k] at the distance steps[k], for k
-  /// from first[i] to first[i + 1] - 1.
-  std::vector<std::uint32_t> first, neighbors;
+  /// from first_neighbor[i] to first_neighbor[i + 1] - 1.
+  std::vector<std::uint32_t> first_neighbor, neighbors;
   std::vector<std::uint8_t> steps;
 
-  std::size_t size() const { return cells.size(); }
+  std::size_t size() const { return grid_indices.size(); }
   Int3 point(std::uint32_t i) const;    ///< voxel i's grid coordinates
   Vec3d center(std::uint32_t i) const;  ///< voxel i's position in the scene
   bool contains(Vec3d place) const;  ///< tests whether a scene position is in a voxel of the solid
