@@ -211,19 +211,15 @@ Status write_frames(MeshRun& run) {
 
 /// Writes all frames with one mesh per actor, whose vertices move (--topology constant).
 Status write_carried(MeshRun& run) {
-  const auto check_stopped = [&]() -> Status {
-    if (stop_requested()) return Error{stop_code(), "stopped - nothing is written"};
-    return Ok{};
-  };
+  const auto check_stopped = [&] { return check_stop(run); };
   std::vector<CarriedActor> actors;
   for (const PreparedActor& actor : run.prepared.actors) {
     PM_TRY(CarriedActor carried, carry_actor({run.prepared.scene, actor, run.settings.frames},
                                              run.engine, check_stopped));
-    const auto worst_frame = static_cast<std::size_t>(
-        std::max_element(carried.errors.begin(), carried.errors.end()) - carried.errors.begin());
-    log_info("{}: {} triangles through {} frames, at most {:.2f} % of the diagonal off the surface",
-             actor.name, carried.mesh.triangles.size(), run.settings.frames.size(),
-             100 * static_cast<double>(carried.errors[worst_frame]));
+    log_info(
+        "{}: {} triangles through {} frames, at most {:.2f} % of the diagonal off the surface",
+        actor.name, carried.mesh.triangles.size(), run.settings.frames.size(),
+        100 * static_cast<double>(*std::max_element(carried.errors.begin(), carried.errors.end())));
     actors.push_back(std::move(carried));
   }
   for (std::size_t k = 0; k < run.settings.frames.size(); ++k) {

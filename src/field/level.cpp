@@ -99,9 +99,10 @@ Result<LevelSurface> surface_of_volume(Engine& engine, MorphSurface surface, con
       if (std::abs(excess) <= tolerance * goal.volume) break;
       if (i > 0) {
         // Keeps the Newton slope if the secant differs much: where components appear or vanish, the
-        // volume is not a smooth function of the level.
+        // volume is not a smooth function of the level. A level that weighs little at thin limbs
+        // changes the volume by a tenth of area x level between objects of such limbs.
         const double chord = (excess - last_excess) / (level - last_level);
-        if (chord < slope / 5 && chord > 5 * slope) slope = chord;
+        if (chord < slope / 50 && chord > 5 * slope) slope = chord;
       }
       if (!(slope < 0)) slope = -cube_root(goal.volume * goal.volume);
       last_level = level, last_excess = excess;

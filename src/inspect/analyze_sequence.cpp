@@ -30,7 +30,7 @@ Mesh mesh_of(const Model& model) { return {model.points, point_normals(model), m
 /// unless each object has several labels.
 void measure_labels(const MorphPlan& plan, MorphEnds& ends) {
   std::map<std::int32_t, double> from_masses, to_masses;
-  double same_label = 0, matched = 0;
+  double same_label = 0;
   for (const Pair& pair : plan.pairs) {
     const std::int32_t from_label =
         plan.from_labels.empty() ? kNoLabel : plan.from_labels[pair.from];
@@ -38,7 +38,6 @@ void measure_labels(const MorphPlan& plan, MorphEnds& ends) {
     from_masses[from_label] += pair.mass;
     to_masses[to_label] += pair.mass;
     if (from_label == to_label) same_label += pair.mass;
-    if (from_label != kNoLabel && from_label == to_label) matched += pair.mass;
   }
   if (from_masses.size() < 2 || to_masses.size() < 2) return;
   double chance = 0;

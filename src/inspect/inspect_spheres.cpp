@@ -23,8 +23,7 @@ namespace polymorph {
 namespace {
 
 Result<Model> load_model_or_shape(const std::string& name) {
-  if (std::find(kShapeNames.begin(), kShapeNames.end(), name) != kShapeNames.end())
-    return make_shape(name);
+  if (is_shape_name(name)) return make_shape(name);
   PM_TRY(LoadedModel loaded, load_model(name, {}));
   for (const std::string& warning : loaded.warnings) log_warning("{}", warning);
   return std::move(loaded.model);

@@ -6,6 +6,7 @@
 
 #include "base/cache_file.h"
 #include "base/hash.h"
+#include "base/parallel.h"
 #include "leg/distance_leg.h"
 #include "mesh/closest.h"
 #include "mesh/components.h"
@@ -272,9 +273,12 @@ Result<std::vector<Moment>> measure_steps(const Leg& linear, Engine& engine) {
     if (k > 2) near = 2 * steps[steps.size() - 1].level - steps[steps.size() - 2].level;
     PM_TRY(Moment moment, measure_moment(linear, step_time(k), near, engine));
     if (moment.surface.triangles.empty()) break;
-    if (k > 0) moment.change = change_between(steps.back().surface, moment.surface);
     steps.push_back(std::move(moment));
   }
+  parallel_for(static_cast<std::int64_t>(steps.size()) - 1, [&](std::int64_t i) {
+    const auto k = static_cast<std::size_t>(i);
+    steps[k + 1].change = change_between(steps[k].surface, steps[k + 1].surface);
+  });
   return steps;
 }
 

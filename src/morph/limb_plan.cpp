@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "base/exact_math.h"
+#include "base/side_by_side.h"
 #include "morph/align.h"
 #include "morph/limb_names.h"
 
@@ -474,7 +475,9 @@ WarpedSides warp_sides(const LimbPlan& limbs, const std::vector<Ball>& from,
 
 LimbPlan find_limbs_of_sides(const PlanSide& from, const PlanSide& to,
                              const PlanSettings& settings) {
-  LimbPlan plan = {find_limbs(from.balls), find_limbs(to.balls)};
+  LimbPlan plan;
+  run_side_by_side([&] { plan.from = find_limbs(from.balls); },
+                   [&] { plan.to = find_limbs(to.balls); });
   PlanSide a = from, b = to;
   if (settings.label_mode == LabelMode::kOff) a.labels.clear(), b.labels.clear();
   drop_labels_of_one(a, b);

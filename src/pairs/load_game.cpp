@@ -109,7 +109,7 @@ std::string read_level(const JsonValue& json, const std::string& where, PairsLev
 
 /// Makes the name of a file absolute, and keeps the name of a shape. Returns an error or "".
 std::string resolve_file(std::string& name, const fs::path& folder, const std::string& where) {
-  if (std::find(kShapeNames.begin(), kShapeNames.end(), name) != kShapeNames.end()) return "";
+  if (is_shape_name(name)) return "";
   const fs::path file = (folder / name).lexically_normal();
   std::error_code error;
   if (!fs::is_regular_file(file, error))
@@ -127,8 +127,7 @@ std::string read_object(const JsonValue& json, const fs::path& folder, const std
     if (json.contains("model") == json.contains("shape"))
       return where + ": needs either \"model\" or \"shape\"";
   } else if (json.is_string()) {
-    const bool is_shape =
-        std::find(kShapeNames.begin(), kShapeNames.end(), json.string) != kShapeNames.end();
+    const bool is_shape = is_shape_name(json.string);
     object = JsonValue{{is_shape ? "shape" : "model", json}};
   } else {
     return where + ": must be a string or an object";

@@ -386,7 +386,7 @@ const JsonValue* FieldReader::expect(const char* key, JsonValue::Kind kind) {
 
 void FieldReader::read_name(const JsonValue& value, const std::string& pointer,
                             ObjectSettings& out) {
-  if (std::find(kShapeNames.begin(), kShapeNames.end(), value.string) != kShapeNames.end()) {
+  if (is_shape_name(value.string)) {
     out.shape = value.string;
     return;
   }
@@ -405,8 +405,7 @@ void FieldReader::check_object(const ObjectSettings& object, const JsonValue& va
   if (object.model.empty() == object.shape.empty())
     report_at(value.offset, pointer_,
               "needs either \"model\" (a file) or \"shape\", not both or neither");
-  if (!object.shape.empty() &&
-      std::find(kShapeNames.begin(), kShapeNames.end(), object.shape) == kShapeNames.end())
+  if (!object.shape.empty() && !is_shape_name(object.shape))
     report(*object_.find("shape"), "shape",
            fmt::format("must be {} (is \"{}\"){}", join_quoted(kShapeNames), object.shape,
                        did_you_mean(object.shape, kShapeNames)));

@@ -119,6 +119,10 @@ struct ObjectSettings {
 
 /// Names of the built-in shapes (model/shapes.h).
 inline const std::vector<std::string> kShapeNames{"sphere", "cube", "torus", "puddle", "drops"};
+/// Tests whether `name` is one of kShapeNames.
+inline bool is_shape_name(std::string_view name) {
+  return std::find(kShapeNames.begin(), kShapeNames.end(), name) != kShapeNames.end();
+}
 
 enum class Arrange : std::uint8_t {
   kStand,  ///< each object gets the first source's size, stands on y = 0, centred on the y axis

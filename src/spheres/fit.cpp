@@ -222,11 +222,16 @@ bool improve(Fit& fit) {
     const std::vector<double> step =
         solve_damped_step(fit.rows, fit.balls.size(), fit.parameters, fit.damping);
     std::vector<FitBall> next(fit.balls.size());
-    for (std::size_t i = 0; i < next.size(); ++i) {
-      next[i] = apply_step(fit.balls[i], step.data() + i * static_cast<std::size_t>(fit.parameters),
-                           fit.parameters, fit.length);
-      limit_axes(next[i], fit.length);
-    }
+    parallel_for(
+        static_cast<std::int64_t>(next.size()),
+        [&](std::int64_t k) {
+          const auto i = static_cast<std::size_t>(k);
+          next[i] =
+              apply_step(fit.balls[i], step.data() + i * static_cast<std::size_t>(fit.parameters),
+                         fit.parameters, fit.length);
+          limit_axes(next[i], fit.length);
+        },
+        16);
     evaluate(next, fit, fit.tentative);
     if (fit.tentative.cost < fit.rows.cost) {
       fit.balls = std::move(next);

@@ -357,14 +357,25 @@ void add_fit_rows(const std::vector<FitBall>& balls, const std::vector<FitPoint>
                            rows, entries);
         rows.group_costs[g] = cost;
       });
-  const auto append = [](auto& to, const auto& from) {
-    to.insert(to.end(), from.begin(), from.end());
-  };
-  for (const GroupRows& group : group_rows) {
-    append(rows.balls, group.balls);
-    append(rows.weights, group.weights);
-    append(rows.derivatives, group.derivatives);
-  }
+  std::vector<std::size_t> ends{rows.balls.size()};
+  for (const GroupRows& group : group_rows) ends.push_back(ends.back() + group.balls.size());
+  const auto numbers = static_cast<std::size_t>(parameters);
+  rows.balls.resize(ends.back());
+  rows.weights.resize(ends.back());
+  rows.derivatives.resize(ends.back() * numbers);
+  parallel_for(
+      static_cast<std::int64_t>(group_rows.size()),
+      [&](std::int64_t k) {
+        const auto g = static_cast<std::size_t>(k);
+        const auto copy = [&](const auto& from, auto& to, std::size_t per_entry) {
+          std::copy(from.begin(), from.end(),
+                    to.begin() + static_cast<std::ptrdiff_t>(ends[g] * per_entry));
+        };
+        copy(group_rows[g].balls, rows.balls, 1);
+        copy(group_rows[g].weights, rows.weights, 1);
+        copy(group_rows[g].derivatives, rows.derivatives, numbers);
+      },
+      16);
   for (std::size_t p = first_point; p < points.size(); ++p) rows.begins[p + 1] += rows.begins[p];
   rows.cost = 0;
   for (const double cost : rows.group_costs) rows.cost += cost;  // in a fixed order

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "base/parallel.h"
 
@@ -20,17 +21,38 @@ struct EntriesByBall {
 
   EntriesByBall(const FitRows& rows, std::size_t ball_count)
       : begins(ball_count + 1, 0), points(rows.balls.size()), derivatives(rows.derivatives.size()) {
-    for (const std::uint32_t ball : rows.balls) ++begins[ball + 1];
-    for (std::size_t i = 0; i < ball_count; ++i) begins[i + 1] += begins[i];
-    std::vector<std::uint32_t> next(begins.begin(), begins.end() - 1);
-    for (std::size_t p = 0; p + 1 < rows.begins.size(); ++p)
-      for (std::uint32_t e = rows.begins[p]; e < rows.begins[p + 1]; ++e) {
-        const std::size_t slot = next[rows.balls[e]]++;
+    // A counting sort in chunks of points: each chunk counts its entries of each ball, which gives
+    // the slots that it writes to.
+    constexpr std::size_t kChunks = 16;
+    const std::size_t point_count = rows.begins.size() - 1;
+    const auto for_each_entry = [&](std::size_t chunk, const auto& f) {
+      const std::size_t end = point_count * (chunk + 1) / kChunks;
+      for (std::size_t p = point_count * chunk / kChunks; p < end; ++p)
+        for (std::uint32_t e = rows.begins[p]; e < rows.begins[p + 1]; ++e) f(p, e);
+    };
+    std::vector<std::uint32_t> next(kChunks * ball_count, 0);
+    parallel_for(kChunks, [&](std::int64_t k) {
+      const auto chunk = static_cast<std::size_t>(k);
+      std::uint32_t* counts = next.data() + chunk * ball_count;
+      for_each_entry(chunk, [&](std::size_t, std::uint32_t e) { ++counts[rows.balls[e]]; });
+    });
+    std::uint32_t slot_count = 0;
+    for (std::size_t ball = 0; ball < ball_count; ++ball) {
+      for (std::size_t chunk = 0; chunk < kChunks; ++chunk)
+        slot_count += std::exchange(next[chunk * ball_count + ball], slot_count);
+      begins[ball + 1] = slot_count;
+    }
+    parallel_for(kChunks, [&](std::int64_t k) {
+      const auto chunk = static_cast<std::size_t>(k);
+      std::uint32_t* slots = next.data() + chunk * ball_count;
+      for_each_entry(chunk, [&](std::size_t p, std::uint32_t e) {
+        const std::size_t slot = slots[rows.balls[e]]++;
         points[slot] = static_cast<std::uint32_t>(p);
         std::memcpy(derivatives.data() + slot * kParameters,
                     rows.derivatives.data() + std::size_t{e} * kParameters,
                     sizeof(float) * kParameters);
-      }
+      });
+    });
   }
   const float* at(std::size_t entry) const { return derivatives.data() + entry * kParameters; }
 };

@@ -57,7 +57,7 @@ const NamedFile* find_named(const std::vector<NamedFile>& files, const std::stri
 JsonValue find_object(const std::vector<NamedFile>& models, const std::string& name,
                       const fs::path& folder) {
   if (const NamedFile* model = find_named(models, name)) return relative_name(model->file, folder);
-  if (std::find(kShapeNames.begin(), kShapeNames.end(), name) != kShapeNames.end()) return name;
+  if (is_shape_name(name)) return name;
   std::error_code error;
   if (is_model_file(name) && fs::is_regular_file(name, error)) return relative_name(name, folder);
   return {};
@@ -73,8 +73,7 @@ Error unknown_name(const char* what, const std::string& name, std::vector<std::s
 JsonValue relocate_object(JsonValue object, const fs::path& from, const fs::path& to) {
   if (object.is_string()) {
     const std::string& name = object.string;
-    if (std::find(kShapeNames.begin(), kShapeNames.end(), name) == kShapeNames.end())
-      return relative_name(from / name, to);
+    if (!is_shape_name(name)) return relative_name(from / name, to);
   } else if (object.contains("model")) {
     object["model"] = relative_name(from / object["model"].string, to);
   }
@@ -84,9 +83,7 @@ JsonValue relocate_object(JsonValue object, const fs::path& from, const fs::path
 /// Tests whether an end of an effect's chain is a shape, such as drops. A shape belongs to the
 /// effect, and the demo's chain passes through it.
 bool is_shape(const JsonValue& object) {
-  return object.is_object() ? object.contains("shape")
-                            : std::find(kShapeNames.begin(), kShapeNames.end(), object.string) !=
-                                  kShapeNames.end();
+  return object.is_object() ? object.contains("shape") : is_shape_name(object.string);
 }
 
 /// Makes an intermediate object of a shape: a meta-object, which shows balls only.

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <stdexcept>
 
+#include "base/side_by_side.h"
 #include "kernels/interruption.h"
 
 namespace polymorph {
@@ -48,6 +50,42 @@ TEST_F(Interruption, HasAGraceOfProcessorTime) {
         }
       },
       Interrupted);
+}
+
+TEST(SideBySide, BothPartsEndBeforeTheCallReturns) {
+  std::atomic<std::int64_t> sum{0};
+  const auto add_numbers = [&](std::int64_t count) {
+    parallel_for(count, [&](std::int64_t i) { sum += i; });
+  };
+  run_side_by_side([&] { add_numbers(1000); },
+                   [&] { run_side_by_side([&] { add_numbers(2000); }, [&] { add_numbers(10); }); });
+  EXPECT_EQ(sum, 999 * 1000 / 2 + 1999 * 2000 / 2 + 9 * 10 / 2);
+}
+
+TEST(SideBySide, APartThatThrowsEndsTheCall) {
+  const auto fail = [] { throw std::runtime_error("no room"); };
+  EXPECT_THROW(run_side_by_side(fail, [] {}), std::runtime_error);
+  EXPECT_THROW(run_side_by_side([] {}, fail), std::runtime_error);
+}
+
+TEST(SideBySide, AThreadThatWaitsInOnePartTakesUpNothingOfTheOther) {
+  // Each thread counts the parts that it is in. A thread that took up the other part while it waits
+  // for its loop would be in both.
+  static thread_local int depth;
+  std::atomic<int> deepest{0};
+  const auto part = [&] {
+    const int own = ++depth;
+    parallel_for(64, [&](std::int64_t) {
+      volatile double sum = 0;
+      for (int i = 0; i < 20000; ++i) sum = sum + 1;
+    });
+    --depth;
+    int seen = deepest;
+    while (seen < own && !deepest.compare_exchange_weak(seen, own)) {
+    }
+  };
+  for (int i = 0; i < 50; ++i) run_side_by_side(part, part);
+  EXPECT_EQ(deepest, 1);
 }
 
 }  // namespace

@@ -6,7 +6,9 @@
 
 #include "field/extract_surface.h"
 #include "mesh/mesh_check.h"
+#include "testing/between.h"
 #include "testing/field.h"
+#include "testing/forwarding_engine.h"
 
 namespace polymorph {
 namespace {
@@ -169,6 +171,34 @@ TEST(Grown, RunsFromNothingToTheWholeSurface) {
 TEST(Grown, AnInverseSquareBallsVisibleRadiusGrowsLinearly) {
   const auto half = grow_balls({{{0, 0, 0}, 1, 0.25f}}, FieldKind::kInverseSquare, 0.5f, 1);
   EXPECT_FLOAT_EQ(std::sqrt(half[0].w), 0.25f);
+}
+
+TEST(SurfaceOfVolume, TakesFewSurfacesWhereTheLevelWeighsLittle) {
+  struct Counting : ForwardingEngine {
+    using ForwardingEngine::extract;
+    using ForwardingEngine::ForwardingEngine;
+    int surfaces = 0;
+    EngineStatus extract(const MorphSurface& between, const Grid& grid,
+                         const ExtractSettings& settings, Mesh& mesh) override {
+      ++surfaces;
+      return engine_.extract(between, grid, settings, mesh);
+    }
+  };
+  const auto cpu = make_cpu_engine();
+  const double ball = 4 * kPi / 3;
+  for (const float weight : {1.0f, 0.3f, 0.1f, 0.04f}) {
+    // Maps that move nothing, with the level's weight the same everywhere, as between objects of
+    // limbs that are all equally thin.
+    auto map = std::make_shared<Regression>(*random_map(20, 0, 1));
+    for (std::size_t i = 1; i < map->values.size(); i += 2) map->values[i].value[3] = weight;
+    const MorphSurface between = {map, sphere_distances(1), sphere_distances(1)};
+    Counting engine(*cpu);
+    const auto found = surface_of_volume(engine, between, {{-2, -2, -2}, {2, 2, 2}}, 0.05f, {},
+                                         {1.1 * ball, 0.05f, 2, 0.0f, 0.002});
+    ASSERT_TRUE(found.ok());
+    EXPECT_NEAR(volume_of(found->mesh) / (1.1 * ball), 1, 0.002) << weight;
+    EXPECT_LE(engine.surfaces, 4) << weight;
+  }
 }
 
 TEST(FacetingLoss, IsWhatCoarseCellsLackOfASphere) {

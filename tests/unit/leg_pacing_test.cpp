@@ -20,7 +20,7 @@ TEST(Pacing, TheVersionBelongsToThisPace) {
   const std::vector<float>& levels = std::get<DistanceLeg>(leg->kind).levels;
   ASSERT_GE(leg->plan.pacing.size(), 3u);
   ASSERT_GE(levels.size(), 3u);
-  EXPECT_EQ(kPacingVersion, 15u);
+  EXPECT_EQ(kPacingVersion, 16u);
   EXPECT_EQ(Hasher()
                 .add(std::span<const float>(leg->plan.pacing))
                 .add(std::span<const float>(levels))

@@ -5,6 +5,7 @@
 #include "assets/load_models.h"
 #include "base/activity.h"
 #include "base/log.h"
+#include "base/side_by_side.h"
 #include "field/extract_surface.h"
 #include "field/level.h"
 #include "leg/boundary_surface.h"
@@ -41,20 +42,42 @@ SphereSettings choose_spheres(const Preparation& preparation, const ObjectSettin
   return spheres;
 }
 
-Result<std::vector<Ball>> make_balls(const Preparation& preparation, const SphereSettings& spheres,
-                                     const LegSettings& settings, const PreparedObject& object) {
-  auto approximation = [&] {
-    const Activity activity(fit_activity(object.name, spheres));
-    return approximate_cached(object.model, spheres, preparation.cache);
-  }();
+/// An object that is being made, and the results of the parts that are made side by side.
+struct ObjectInMaking {
+  const ObjectSettings& chosen;  ///< the object in the scene file
+  const LegSettings& settings;
+  LegKinds kinds;
+  bool morphs = true;  ///< false: it plays a mesh sequence, and has neither balls nor distances
+  SphereSettings spheres = {};
+  PreparedObject object = {};
+  Result<Approximation> approximation = Approximation{};
+  Status measured = Ok{};  ///< result of measure_object()
+};
+
+/// Approximates the objects' models by spheres and fitted balls, up to the first that fails.
+void approximate_models(const Preparation& preparation, std::span<ObjectInMaking> objects) {
+  for (ObjectInMaking& making : objects) {
+    if (!making.morphs) continue;
+    const PreparedObject& object = making.object;
+    const Activity activity(fit_activity(object.name, making.spheres));
+    making.approximation = approximate_cached(object.model, making.spheres, preparation.cache);
+    if (!making.approximation) return;
+  }
+}
+
+/// Makes the object's balls from the approximation of its model.
+Result<std::vector<Ball>> make_balls(const Preparation& preparation, ObjectInMaking& making) {
+  const PreparedObject& object = making.object;
+  Result<Approximation>& approximation = making.approximation;
   if (!approximation)
     return make_error(approximation.error().code, "{}: {}", object.name,
                       approximation.error().message);
   if (!approximation->balls.empty()) return std::move(approximation->balls);
+  const LegSettings& settings = making.settings;
   const VolumeMeasure measure{solid_volume(object.model, InsideTest(object.model)), settings.cell,
                               settings.measured};
-  return make_unfitted_balls(approximation->tree.leaves(), spheres.method, preparation.scene.field,
-                             measure, preparation.engine);
+  return make_unfitted_balls(approximation->tree.leaves(), making.spheres.method,
+                             preparation.scene.field, measure, preparation.engine);
 }
 
 /// Extracts the surface of the object's balls.
@@ -87,14 +110,10 @@ LegSettings leg_settings(const Scene& scene, const Box& box, bool one_color) {
   return settings;
 }
 
-}  // namespace
-
-Status finish_object(const Preparation& preparation, const ObjectSettings& chosen,
-                     const LegSettings& settings, LegKinds kinds, PreparedObject& object) {
+/// Sets the members that depend on the object's model, but not on its balls: distances and colours.
+Status measure_object(const Preparation& preparation, const ObjectSettings& chosen,
+                      const LegSettings& settings, LegKinds kinds, PreparedObject& object) {
   const auto& [scene, engine, cache, fits] = preparation;
-  PM_TRY(Mesh surface, extract_balls(object, settings, engine));
-  object.ball_volume = volume_of(surface);
-  PM_TRY(object.field_maximum, find_field_maximum(engine, object.balls, settings.measured));
   object.closest = std::make_shared<const ClosestPointQuery>(object.model);
   if (kinds.distances) {
     const DistanceMeasure measure = {settings.cell, kThinnestPart * settings.cell,
@@ -103,10 +122,39 @@ Status finish_object(const Preparation& preparation, const ObjectSettings& chose
     PM_TRY(object.distances, measure_distances(object, measure, engine, cache));
   }
   prepare_transfer(object, scene.look.kind == LookKind::kOwn && !is_one_color(object.model));
-  if (object.meta || !kinds.balls) return Ok{};
-  PM_TRY(object.boundary,
-         make_boundary_stage(object, scene.boundary.method, std::move(surface), settings, engine));
   return Ok{};
+}
+
+/// Calls measure_object() for the objects, up to the first that fails.
+void measure_objects(const Preparation& preparation, std::span<ObjectInMaking> objects) {
+  for (ObjectInMaking& making : objects) {
+    if (!making.morphs) continue;
+    making.measured =
+        measure_object(preparation, making.chosen, making.settings, making.kinds, making.object);
+    if (!making.measured) return;
+  }
+}
+
+/// Sets the members that depend on the object's balls. `measured`: the result of measure_object().
+Status add_ball_surface(const Preparation& preparation, const LegSettings& settings, LegKinds kinds,
+                        const Status& measured, PreparedObject& object) {
+  Engine& engine = preparation.engine;
+  PM_TRY(Mesh surface, extract_balls(object, settings, engine));
+  object.ball_volume = volume_of(surface);
+  PM_TRY(object.field_maximum, find_field_maximum(engine, object.balls, settings.measured));
+  PM_TRY_STATUS(measured);
+  if (object.meta || !kinds.balls) return Ok{};
+  PM_TRY(object.boundary, make_boundary_stage(object, preparation.scene.boundary.method,
+                                              std::move(surface), settings, engine));
+  return Ok{};
+}
+
+}  // namespace
+
+Status finish_object(const Preparation& preparation, const ObjectSettings& chosen,
+                     const LegSettings& settings, LegKinds kinds, PreparedObject& object) {
+  const Status measured = measure_object(preparation, chosen, settings, kinds, object);
+  return add_ball_surface(preparation, settings, kinds, measured, object);
 }
 
 Result<std::vector<ActorOutline>> outline_actors(const Scene& scene,
@@ -157,18 +205,16 @@ Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
   for (std::size_t a = 0; a < outlines.size(); ++a)
     for (std::size_t i = 0; i <= outlines[a].timeline.legs.size(); ++i, ++next)
       if (shared[a].first != a) loaded.models[next] = {};
-  std::vector<ObjectList> lists(outlines.size());
+  std::vector<ObjectInMaking> all;
   next = 0;
   for (std::size_t a = 0; a < outlines.size(); ++a) {
     const ActorOutline& outline = outlines[a];
-    if (shared[a].first != a) {
-      lists[a] = lists[shared[a].first];
-      next += lists[a].size();
-      continue;
-    }
     for (std::size_t i = 0; i <= outline.timeline.legs.size(); ++i, ++next) {
+      if (shared[a].first != a) continue;
       const ObjectSettings& settings = *chain[next].settings;
-      PreparedObject object;
+      ObjectInMaking making{settings, outline.settings, leg_kinds(outline.timeline, i),
+                            !outline.sequence};
+      PreparedObject& object = making.object;
       object.name = settings.name;
       object.meta = settings.meta;
       object.front = front_azimuth(chain[next]);
@@ -177,12 +223,26 @@ Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
       object.to_scene = loaded.placings[next].to_scene;
       object.landmarks = landmarks[next];
       object.label_numbers = label_numbers(object.model.label_names, outline.label_names);
-      if (!outline.sequence) {
-        const SphereSettings spheres = choose_spheres(preparation, settings, object);
-        PM_TRY(object.balls, make_balls(preparation, spheres, outline.settings, object));
+      if (making.morphs) making.spheres = choose_spheres(preparation, settings, object);
+      all.push_back(std::move(making));
+    }
+  }
+  run_side_by_side([&] { approximate_models(preparation, all); },
+                   [&] { measure_objects(preparation, all); });
+  std::vector<ObjectList> lists(outlines.size());
+  auto making = all.begin();
+  for (std::size_t a = 0; a < outlines.size(); ++a) {
+    if (shared[a].first != a) {
+      lists[a] = lists[shared[a].first];
+      continue;
+    }
+    for (std::size_t i = 0; i <= outlines[a].timeline.legs.size(); ++i, ++making) {
+      PreparedObject& object = making->object;
+      if (making->morphs) {
+        PM_TRY(object.balls, make_balls(preparation, *making));
         object.ball_labels = face_labels(object.model, object.balls);
-        PM_TRY_STATUS(finish_object(preparation, settings, outline.settings,
-                                    leg_kinds(outline.timeline, i), object));
+        PM_TRY_STATUS(add_ball_surface(preparation, making->settings, making->kinds,
+                                       making->measured, object));
       }
       lists[a].push_back(std::make_shared<const PreparedObject>(std::move(object)));
     }

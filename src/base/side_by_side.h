@@ -1,0 +1,21 @@
+// Two parts of the work side by side, each of which may contain parallel loops.
+#pragma once
+
+#include <tbb/parallel_invoke.h>
+#include <tbb/task_arena.h>
+
+#include "kernels/fork_join.h"
+
+namespace polymorph {
+
+/// Calls both functions, at the same time if a second thread is free. A thread that waits in one of
+/// them takes up nothing of the other, so a lock that is held around a loop stays short, and the
+/// memory is that of one call of each. Neither may write what the other reads.
+template <class F, class G>
+void run_side_by_side(const F& first, const G& second) {
+  ForkJoin both;
+  tbb::parallel_invoke([&] { both.part([&] { tbb::this_task_arena::isolate(first); }); },
+                       [&] { both.part([&] { tbb::this_task_arena::isolate(second); }); });
+}
+
+}  // namespace polymorph
