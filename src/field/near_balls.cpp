@@ -80,6 +80,7 @@ LogField NearBalls::log_field(Vec3 p, std::span<const std::uint32_t> list) const
   if (!std::isfinite(largest)) return field;  // outside all supports
   double sum = 0;
   for (float& weight : weights) {
+    // Contributions below e^-20 of the largest are too small to matter.
     weight = weight - largest < -20 ? 0.0f : exp2((weight - largest) * kLog2E);
     sum += static_cast<double>(weight);
   }

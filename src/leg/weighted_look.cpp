@@ -83,7 +83,7 @@ void blend_weighted_normals(PulledMixture& pulled, Mesh& surface) {
   if (weight == 0 || surface.normals.empty()) return;
   AffineMap map;
   for (int i = 0; i < 3; ++i)
-    map.rows[i] = to_float({mixed.turn.at(i, 0), mixed.turn.at(i, 1), mixed.turn.at(i, 2)});
+    map.rows[i] = to_float({mixed.linear.at(i, 0), mixed.linear.at(i, 1), mixed.linear.at(i, 2)});
   pulled.closest =
       add_end_normals({*mixed.object, map, pulled.places[heaviest], weight}, surface.normals);
 }

@@ -76,10 +76,11 @@ MeanSimilarity mean_similarity(const std::vector<MixtureInput>& inputs, Vec3d mi
   return mean;
 }
 
-/// Sets the samples, at the positions of the reference's balls in the mixture, and the box around
-/// them. With R, s, f, t the rotation, scale and centres of an object's similarity, w its weight
-/// and p a ball's position on it, the ball goes to c + S Q sum_i w ((1/s) R^T (p - t) + f - m),
-/// with Q, S and c those of the mean and m the middle.
+/// Sets mixture.samples, at the positions of the reference's balls in the mixture, and mixture.box.
+/// A ball's position is c + S Q sum_i w_i ((1/s_i) R_i^T (p_i - t_i) + f_i - m). The sum is over
+/// the objects i: w_i is the weight of object i and p_i the ball's position on it; R_i, s_i, f_i
+/// and t_i are rotation, scale, from_center and to_center of its similarity. Q, S and c are
+/// rotation, scale and centre of mixture.mean, and m is `middle`.
 void mix_balls(const MorphPlan& plan, const std::vector<MixtureInput>& inputs, Vec3d middle,
                Mixture& mixture) {
   const MeanSimilarity& mean = mixture.mean;
@@ -124,6 +125,7 @@ Regression empty_regression(const Mixture& mixture) {
   regression.affine[0] = {{Vec3{}, Vec3{}, Vec3{}}, {}};
   Grid& lattice = regression.lattice;
   lattice.cell = kMapSpacing * mixture.size;
+  // Three nodes are added on each side: the spline is defined from node 1 to the last but one.
   lattice.origin = mixture.box.low - Vec3{3, 3, 3} * lattice.cell;
   const auto nodes = [&](float length) {
     return static_cast<int>(std::ceil(length / lattice.cell)) + 7;
@@ -133,7 +135,8 @@ Regression empty_regression(const Mixture& mixture) {
   return regression;
 }
 
-/// Makes a sample's value with its derivative.
+/// Makes the values of a sample: the vector `value`, which changes by `slope` with the offset from
+/// the sample. The fourth value is 0.
 BallAttribute make_value(Vec3 value, const Mat3& slope) {
   BallAttribute attribute;
   attribute.value[0] = value.x, attribute.value[1] = value.y, attribute.value[2] = value.z;
@@ -148,17 +151,17 @@ MixedObject make_mixed_object(const MixtureInput& input, const Mixture& mixture)
   MixedObject mixed{input.object, static_cast<float>(input.weight), {}, 1, {}};
   const double log_scale = input.similarity.log_scale - mean.log_scale;
   mixed.scale = static_cast<float>(exp_scalar(-log_scale));
-  mixed.turn = scale_matrix(exp_rotation(input.similarity.turn) * transposed(mean.rotation),
-                            exp_scalar(log_scale));
+  mixed.linear = scale_matrix(exp_rotation(input.similarity.turn) * transposed(mean.rotation),
+                              exp_scalar(log_scale));
   Regression regression = empty_regression(mixture);
   for (const Vec3d place : input.places)
-    regression.values.push_back(make_value(to_float(place), mixed.turn));
+    regression.values.push_back(make_value(to_float(place), mixed.linear));
   mixed.map = std::make_shared<const Regression>(std::move(regression));
   return mixed;
 }
 
-/// Computes the weights of the objects' distances: smoothstep of the objects' weights, normalized.
-/// As between two objects, the surface starts and arrives slowly.
+/// Computes the weights of the objects' distances: smoothstep of the objects' weights, divided by
+/// their sum. With it the surface starts and arrives slowly, as it does between two objects.
 std::vector<float> distance_shares(const std::vector<MixedObject>& objects) {
   std::vector<float> shares;
   for (const MixedObject& mixed : objects) shares.push_back(polymorph::smoothstep(mixed.weight));
@@ -239,7 +242,8 @@ void for_each_point(const Grid& grid, const Function& function) {
       for (int x = 0; x < grid.points.x; ++x) function(Int3{x, y, z});
 }
 
-/// Evaluates the field on a grid; far from the level, where only the sign counts, by interpolation.
+/// Evaluates the field on a grid. Where it is far from the level, only its sign counts, and it is
+/// interpolated on a coarser grid.
 Result<std::vector<float>> fill_grid(const Grid& grid, const Mixture& mixture, double volume,
                                      Engine& engine) {
   const std::vector<float> shares = distance_shares(mixture.objects);
@@ -249,8 +253,9 @@ Result<std::vector<float>> fill_grid(const Grid& grid, const Mixture& mixture, d
   PM_TRY(coarse.values, sample_field(mixture, shares, points, engine));
   const float level =
       mixture.keeps_volume ? find_level(coarse, volume, kMaxLevel * mixture.size) : 0;
-  // The field's slope is at most 2, and a point is at most half a coarse cell's diagonal from the
-  // nearest corner: 1.73 cells. The rest is for the error of `level`.
+  // The field's slope is at most 2, and a point is at most half a coarse cell's diagonal (0.87
+  // cells) from the nearest corner, so that their values differ by at most 1.73 cells. The rest of
+  // the range is for the error of `level`.
   const float range = 2.5f * coarse.grid.cell;
   const Int3 n = grid.points;
   std::vector<float> values(flat_index(grid, {n.x - 1, n.y - 1, n.z - 1}) + 1);
@@ -446,7 +451,7 @@ Result<Flow> weighted_flow(const ShapeSpace& space, std::span<const float> now,
   for (std::size_t b = 0; b < mixture.samples.size(); ++b) {
     const Vec3 step = later.samples[b].center - mixture.samples[b].center;
     regression->values.push_back(make_value(step, scale_matrix({}, 0)));
-    regression->values.back().value[3] = 1 - now.front();
+    regression->values.back().value[3] = 1 - now.front();  // progress, as in read_flow()
   }
   std::vector<AttributeValues> values;
   PM_TRY_STATUS(to_status(engine.regress(regression, points, values)));

@@ -83,8 +83,8 @@ Result<ActorGeometry> sequence_geometry(const PreparedActor& actor, const MorphS
   return geometry;
 }
 
-/// Adds the motion until the next frame, within the stage. It omits the change of the level that
-/// keeps the volume, and boundary blends, whose surfaces move by less than a cell.
+/// Adds the motion until the next frame, within the stage. The motion omits the change of the level
+/// that keeps the volume. Boundary blends, whose surfaces move by less than a cell, have none.
 Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorGeometry& geometry) {
   const MorphState& now = geometry.moment;
   const MorphState next = is_last ? now : morph_state_at(actor.timeline, now.frame + 1);
@@ -135,7 +135,7 @@ Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorG
   return Ok{};
 }
 
-/// Makes the geometry that the actor shows in a moment, without its offset.
+/// Makes the geometry that the actor shows in a moment; PreparedActor::offset is not applied.
 Result<ActorGeometry> unshifted_geometry(const PreparedActor& actor, const MorphState& moment,
                                          Engine& engine) {
   if (actor.sequence) return sequence_geometry(actor, moment);
@@ -144,7 +144,7 @@ Result<ActorGeometry> unshifted_geometry(const PreparedActor& actor, const Morph
                      : leg_geometry(actor, moment, engine);
 }
 
-/// Applies the actor's offset.
+/// Moves an actor's geometry by PreparedActor::offset.
 void shift(const PreparedActor& actor, ActorGeometry& geometry) {
   if (actor.offset == Vec3{}) return;
   for (Vec3& p : geometry.surface.positions) p = p + actor.offset;
@@ -154,7 +154,8 @@ void shift(const PreparedActor& actor, ActorGeometry& geometry) {
   geometry.balls = std::move(balls);
 }
 
-/// Makes the geometry of an actor in a frame, with motion and labels, without its offset.
+/// Makes the geometry of an actor in a frame, with motion and labels; PreparedActor::offset is not
+/// applied.
 Result<ActorGeometry> full_geometry(const PreparedScene& prepared, const PreparedActor& actor,
                                     int frame, Engine& engine) {
   const Scene& scene = prepared.scene;

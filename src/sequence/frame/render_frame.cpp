@@ -46,8 +46,8 @@ std::string ball_counts(const PreparedScene& prepared) {
   return counts;
 }
 
-/// Lists the meanings of the picture's ids (render_scene() assigns them), an actor's surface before
-/// its objects: "2 teapot to penguin, 3 teapot, 4 penguin".
+/// Lists the meanings of the ids that render_scene() assigns, an actor's surface before its
+/// objects: "2 teapot to penguin, 3 teapot, 4 penguin".
 std::string object_names(const PreparedScene& prepared) {
   std::string names;
   int id = 2;
@@ -100,7 +100,7 @@ std::vector<Attribute> make_header(const PreparedScene& prepared, int frame,
   return attributes;
 }
 
-/// Turns a frame's header into a part's: it names the frame that the part belongs to, and says how
+/// Turns a frame's header into the header of one of its parts, which names the frame and says how
 /// the merged frame must be written.
 void make_part_header(const OutputSettings& output, std::vector<Attribute>& header) {
   for (Attribute& attribute : header)

@@ -65,8 +65,8 @@ std::vector<CameraSettings> film_poses(const Scene& scene) {
   return settings;
 }
 
-/// Hashes the settings of poses that make_framing() uses. The framing itself is only known after
-/// the legs are made, because a surface between two objects may be larger than both.
+/// Hashes those settings of camera poses that make_framing() uses. The framing itself is only known
+/// after the legs are made, because a surface between two objects may be larger than both.
 std::string hash_poses(std::span<const CameraSettings> poses) {
   Hasher hasher;
   float margin = poses.front().margin, fov = poses.front().fov;
@@ -84,17 +84,19 @@ bool changes(const Scene& scene) {
   return !scene.tracks.empty() || scene.camera.orbit != 0 || scene.frames.turntable > 0;
 }
 
-/// Hashes the meshes of a sequence. In a morph, the balls of a mesh are derived from the
-/// reference's; if its vertices do not correspond, also from all meshes in between.
+/// Hashes the meshes of a sequence. In a morph (`morphs`), the balls of a mesh are derived from the
+/// balls of the reference; if the vertices of the two do not correspond, also from all meshes in
+/// between.
 std::vector<MeshHashes> hash_meshes(const MeshSequence& sequence, bool morphs) {
   std::vector<MeshHashes> hashes;
   const MeshFile& reference = sequence.files[static_cast<std::size_t>(sequence.reference)];
-  std::string past;
+  std::string meshes_so_far;
   for (const MeshFile& file : sequence.files) {
     MeshHashes& mesh_hashes = hashes.emplace_back(MeshHashes{file.digest + file.velocities, {}});
     if (!morphs) continue;
-    past = Hasher().add(std::string_view(past)).add(std::string_view(file.digest)).hex();
-    mesh_hashes.fit = file.topology == reference.topology ? reference.digest : past;
+    meshes_so_far =
+        Hasher().add(std::string_view(meshes_so_far)).add(std::string_view(file.digest)).hex();
+    mesh_hashes.fit = file.topology == reference.topology ? reference.digest : meshes_so_far;
   }
   return hashes;
 }

@@ -13,8 +13,8 @@
 namespace polymorph {
 namespace {
 
-constexpr int kMaxMeasured = 3;    ///< number of frames
-constexpr int kSampleDivisor = 8;  ///< all samples over those of a measured frame
+constexpr int kMaxMeasured = 3;    ///< maximum number of measured frames
+constexpr int kSampleDivisor = 8;  ///< number of all samples over those of a measured frame
 
 /// Stopwatch whose lap() returns the seconds since its last call.
 class Laps {

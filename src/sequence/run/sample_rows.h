@@ -1,4 +1,5 @@
-// Frames of a sequence that are in parts, grouped by the samples that their parts have.
+// Frames of a sequence that are not whole but rendered in parts (sequence/run/part_files.h),
+// grouped by the samples that their parts have.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +12,7 @@
 
 namespace polymorph {
 
-/// Frames of which parts with the same samples exist.
+/// Frames of which the existing parts have the same samples.
 struct SampleRow {
   std::vector<SampleRange> ranges;  ///< disjoint, in order (join_ranges())
   std::vector<int> frames;
@@ -20,8 +21,9 @@ struct SampleRow {
   bool is_complete() const { return ranges.size() == 1 && ranges.front().is_whole(); }
 };
 
-/// Finds the parts of the frames that are not whole in the folder of the output, and groups the
-/// frames by the samples that their parts have.
+/// Finds the parts, in `folder` and its subfolders, of the frames whose state is not kCurrent, and
+/// groups these frames by the samples that their parts have. `states` and hashes.frames: one per
+/// frame; `frames` must be ascending.
 std::vector<SampleRow> find_samples(const std::filesystem::path& folder,
                                     std::span<const int> frames, std::span<const FileState> states,
                                     const ExpectedHashes& hashes);
