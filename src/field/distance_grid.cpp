@@ -260,7 +260,7 @@ void close_border(DistanceGrid& distances) {
       }
 }
 
-void bound_slopes(DistanceGrid& distances) {
+void set_lipschitz(DistanceGrid& distances) {
   const Int3 n = distances.grid.points;
   const auto row = static_cast<std::size_t>(n.x), layer_size = row * static_cast<std::size_t>(n.y);
   std::vector<float> layer_max(static_cast<std::size_t>(n.z - 1), 0.0f);
@@ -305,7 +305,7 @@ DistanceGrid compute_signed_distances(const QueriedModel& queried, float cell, f
   measure_near(solid, coarse.points, result);
   if (thinnest > 0) smooth_thin_parts(model, thinnest, result);
   close_border(result);
-  bound_slopes(result);
+  set_lipschitz(result);
   if (smooth) *smooth = std::move(spline);
   return result;
 }

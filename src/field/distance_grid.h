@@ -23,10 +23,10 @@ struct SmoothDistances {
 std::vector<float> evaluate_spline(const SmoothDistances& smooth, const Grid& fine);
 /// Lowers the values on the grid's border to at most -grid.cell, so that the border is outside.
 void close_border(DistanceGrid& distances);
-/// Sets DistanceGrid::lipschitz to a bound of the gradient's length of the trilinear interpolant.
+/// Sets DistanceGrid::lipschitz to a bound of the length of the trilinear interpolant's gradient.
 /// Within a cell, the derivative along an axis lies between the differences along the cell's four
 /// edges of that direction.
-void bound_slopes(DistanceGrid& distances);
+void set_lipschitz(DistanceGrid& distances);
 
 /// Maximum number of cells along the longest side of a model.
 inline constexpr int kMaxDistanceCells = 256;
@@ -50,8 +50,8 @@ struct QueriedModel {
 
 /// Computes signed distances to the model on the grid of make_distance_grid(). They are exact
 /// within two cells of the surface; over two more cells they blend into a smooth field (a quadratic
-/// B-spline over every fourth point), which rounds the ridges half way between faces. Faces of the
-/// class FaceSide::kHidden are ignored. If all faces are FaceSide::kSheet, nothing is inside.
+/// B-spline over every fourth point), which rounds the ridges half way between faces. Faces inside
+/// the solid (FaceSide::kHidden) are ignored. If all faces are FaceSide::kSheet, nothing is inside.
 ///
 /// `thinnest`: a radius, scene units. Parts and sheets thinner than 2 `thinnest` are thickened to
 /// that thickness, so that cells of about that size show them without gaps. Thin parts, narrow gaps

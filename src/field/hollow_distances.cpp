@@ -22,7 +22,7 @@ DistanceGrid hollow_distances(DistanceGrid walls, const DistanceGrid& filled) {
     const float r = -value, x = std::min(r / depth, 1.0f), q = kRate * x * x;
     value = std::max(value, std::min(filled.values[i], 0.0f) - r * q / (1 - q));
   }
-  bound_slopes(walls);
+  set_lipschitz(walls);
   return walls;
 }
 

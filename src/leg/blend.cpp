@@ -177,7 +177,7 @@ Result<BlendField> make_blend_field(const Model& model, const InsideTest& inside
                                *model_distances, *ball_distances));
   for (DistanceGrid* distances : {model_distances.get(), ball_distances.get()}) {
     close_border(*distances);
-    bound_slopes(*distances);
+    set_lipschitz(*distances);
   }
   return BlendField{std::move(model_distances), std::move(ball_distances), std::move(surface),
                     std::move(to_surface)};

@@ -45,7 +45,7 @@ bool keeps_volume(const Leg& leg) {
          !is_shell(leg.to->distances);
 }
 
-std::optional<float> level_at(const std::vector<float>& levels, float u) {
+std::optional<float> interpolate_level(const std::vector<float>& levels, float u) {
   const std::vector<float>& at = levels;
   if (at.size() < 3) return std::nullopt;
   const auto last = at.size() - 1;

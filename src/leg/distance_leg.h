@@ -23,7 +23,7 @@ bool keeps_volume(const Leg& leg);
 
 /// Estimates the level that keeps the volume at the eased progress u, by Catmull-Rom interpolation
 /// of `levels` (DistanceLeg::levels). Returns nothing if there are fewer than three levels.
-std::optional<float> level_at(const std::vector<float>& levels, float u);
+std::optional<float> interpolate_level(const std::vector<float>& levels, float u);
 
 /// Settings of the search for a surface and its level.
 struct LevelSearch {

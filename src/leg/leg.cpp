@@ -24,8 +24,8 @@ double min_component_share(const Leg& leg, float u) {
         if (min_share <= 0) return min_share;
         const double from = leg.from->distances.smallest_component_share,
                      to = leg.to->distances.smallest_component_share;
-        const double end = fragment_share(u < 0.5f ? from : to),
-                     middle = fragment_share(std::max(from, to));
+        const double end = min_fragment_share(u < 0.5f ? from : to),
+                     middle = min_fragment_share(std::max(from, to));
         const float t = std::clamp((std::min(u, 1 - u) - kNear) / (kFar - kNear), 0.0f, 1.0f);
         return std::max(min_share, std::lerp(end, middle, static_cast<double>(t)));
       });
@@ -41,7 +41,7 @@ void remove_fragments(double fraction, const LegSettings& settings, Mesh& surfac
                           {kMaxCrumbs, static_cast<double>(settings.min_component_share)});
 }
 
-double fragment_share(double smallest) {
+double min_fragment_share(double smallest) {
   constexpr double kFragment = 0.015;  // largest result, a fraction of the volume
   return std::min(kFragment, 0.5 * smallest);
 }

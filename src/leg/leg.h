@@ -82,7 +82,7 @@ void remove_fragments(double fraction, const LegSettings& settings, Mesh& surfac
 /// Computes the fraction of the volume below which a fragment that separates from the surface
 /// between two objects is left out. `smallest`: ObjectDistances::smallest_component_share of an
 /// object; that component must stay.
-double fragment_share(double smallest);
+double min_fragment_share(double smallest);
 
 /// Maximum difference between the heights of two objects' lowest points, as a fraction of their
 /// size, at which both count as standing on one floor.

@@ -29,7 +29,7 @@ Result<LegSurface> leg_surface(const Leg& leg, float time, Engine& engine);
 /// of an object; `size`: diagonal of the objects' boxes.
 void cut_superfluous_handles(std::int64_t genus, float size, Mesh& surface);
 
-/// Evaluates a field at points whose zero set is the leg's surface before small components and
+/// Evaluates, at points, a field whose zero set is the leg's surface before small components and
 /// handles were removed; it is positive inside. For a leg made of distances it is surface.field, in
 /// scene units; for a leg made of balls, the balls' field over surface.iso, minus 1. Errors: the
 /// engine's.

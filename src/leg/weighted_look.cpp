@@ -36,7 +36,7 @@ Result<PulledMixture> pull_mixture_back(const Mixture& mixture, const WeightedSu
   PulledMixture pulled{mixture, {}, {}};
   for (const MixedObject& object : mixture.objects) {
     PM_TRY(std::vector<Vec3> places,
-           places_on(object, surface.lift, surface.mesh.positions, engine));
+           map_to_object(object, surface.lift, surface.mesh.positions, engine));
     pulled.places.push_back(std::move(places));
   }
   return pulled;

@@ -29,7 +29,7 @@ Mat3 scale_matrix(Mat3 a, double factor) {
 struct MixtureInput {
   std::shared_ptr<const PreparedObject> object;
   double weight = 0;
-  PathPart similarity;               ///< space_path()
+  PathPart similarity;               ///< object_similarity()
   const std::vector<Vec3d>& places;  ///< positions of the reference's balls on the object
 };
 
@@ -46,8 +46,8 @@ Result<std::vector<Vec3d>> map_balls_to_target(const Leg& leg, Engine& engine) {
 
 MixtureInput make_input(const ShapeSpace& space, std::size_t object, float weight) {
   const Leg& leg = *space.legs[object > 0 ? object - 1 : 0];
-  return {object > 0 ? leg.to : leg.from, static_cast<double>(weight), space_path(space, object),
-          space.places[object]};
+  return {object > 0 ? leg.to : leg.from, static_cast<double>(weight),
+          object_similarity(space, object), space.places[object]};
 }
 
 /// Lists the objects of the space whose weight is above 0.
@@ -311,7 +311,7 @@ float move_to_floor(float floor, Mesh& mesh) {
 
 }  // namespace
 
-PathPart space_path(const ShapeSpace& space, std::size_t object) {
+PathPart object_similarity(const ShapeSpace& space, std::size_t object) {
   if (object > 0) return mean_path_part(space.legs[object - 1]->plan);
   const Vec3d center(space.legs.front()->from->model.box().center());
   return {center, center, {}, 0};
@@ -324,7 +324,7 @@ double ball_deviation(const Ball& ball, double scale) {
 double min_mixture_component_share(const PreparedObject& object, const LegSettings& settings) {
   const auto min_share = static_cast<double>(settings.min_component_share);
   if (min_share <= 0) return 0;
-  return std::max(min_share, fragment_share(object.distances.smallest_component_share));
+  return std::max(min_share, min_fragment_share(object.distances.smallest_component_share));
 }
 
 Result<ShapeSpace> make_shape_space(std::vector<std::shared_ptr<const Leg>> legs, Engine& engine) {
@@ -400,7 +400,7 @@ Result<WeightedSurface> weighted_surface(const Mixture& mixture, Engine& engine)
     for (float& value : field->values) value -= surface.level;
   }
   close_border(*field);
-  bound_slopes(*field);
+  set_lipschitz(*field);
   PM_TRY(surface.mesh, extract_distances(engine, field, settings.cell, settings.shown));
   clean_up(mixture, surface.mesh);
   if (mixture.stands) surface.lift = move_to_floor(mixture.floor, surface.mesh);
@@ -424,8 +424,8 @@ Result<std::vector<float>> weighted_field(const Mixture& mixture, const Weighted
   return values;
 }
 
-Result<std::vector<Vec3>> places_on(const MixedObject& object, float lift,
-                                    const std::vector<Vec3>& points, Engine& engine) {
+Result<std::vector<Vec3>> map_to_object(const MixedObject& object, float lift,
+                                        const std::vector<Vec3>& points, Engine& engine) {
   std::vector<Vec3> lowered = points;
   for (Vec3& p : lowered) p.y -= lift;
   std::vector<AttributeValues> values;
@@ -435,11 +435,11 @@ Result<std::vector<Vec3>> places_on(const MixedObject& object, float lift,
   return places;
 }
 
-Result<std::vector<Vec3>> places_on_reference(const ShapeSpace& space,
-                                              std::span<const float> weights, float lift,
-                                              const std::vector<Vec3>& points, Engine& engine) {
+Result<std::vector<Vec3>> map_to_reference(const ShapeSpace& space, std::span<const float> weights,
+                                           float lift, const std::vector<Vec3>& points,
+                                           Engine& engine) {
   PM_TRY(const Mixture mixture, mix_objects(space, weights));
-  return places_on(make_mixed_object(make_input(space, 0, 0), mixture), lift, points, engine);
+  return map_to_object(make_mixed_object(make_input(space, 0, 0), mixture), lift, points, engine);
 }
 
 Result<Flow> weighted_flow(const ShapeSpace& space, std::span<const float> now,

@@ -68,7 +68,7 @@ Result<Mixture> mix_objects(const ShapeSpace& space, std::span<const float> weig
 
 /// Returns the similarity transform from the reference to an object of the space: rotation, scaling
 /// and translation; the identity for the reference itself (object 0).
-PathPart space_path(const ShapeSpace& space, std::size_t object);
+PathPart object_similarity(const ShapeSpace& space, std::size_t object);
 
 /// Computes the part of RegressionSample::deviation that depends on the ball: 0.7 / sqrt(2 a),
 /// scaled from the reference to the mixture. The other part, kMapDeviation (morph/smooth_map.h) of
@@ -91,21 +91,21 @@ struct WeightedSurface {
 /// kResource.
 Result<WeightedSurface> weighted_surface(const Mixture& mixture, Engine& engine);
 
-/// Evaluates the field whose zero set is the surface at points; it is positive inside. If one
+/// Evaluates, at points, the field whose zero set is the surface; it is positive inside. If one
 /// object has all the weight, it is that object's signed distance. Errors: the engine's.
 Result<std::vector<float>> weighted_field(const Mixture& mixture, const WeightedSurface& surface,
                                           const std::vector<Vec3>& points, Engine& engine);
 
 /// Maps points of the mixture to one of its objects. `lift`: WeightedSurface::lift. Errors: the
 /// engine's.
-Result<std::vector<Vec3>> places_on(const MixedObject& object, float lift,
-                                    const std::vector<Vec3>& points, Engine& engine);
+Result<std::vector<Vec3>> map_to_object(const MixedObject& object, float lift,
+                                        const std::vector<Vec3>& points, Engine& engine);
 
 /// Maps points of a mixture to the reference, whose weight may be 0. `lift`: WeightedSurface::lift.
 /// Errors: as mix_objects(); the engine's.
-Result<std::vector<Vec3>> places_on_reference(const ShapeSpace& space,
-                                              std::span<const float> weights, float lift,
-                                              const std::vector<Vec3>& points, Engine& engine);
+Result<std::vector<Vec3>> map_to_reference(const ShapeSpace& space, std::span<const float> weights,
+                                           float lift, const std::vector<Vec3>& points,
+                                           Engine& engine);
 
 /// Computes the motion of points of a mixture from the weights `now` to the weights `next`: points
 /// move with the balls around them. Flow::progress is 1 minus the reference's weight. Errors: as

@@ -42,8 +42,8 @@ Status paint_origins(const PreparedScene& prepared, Engine& engine, FrameGeometr
     ActorGeometry& shown = geometry.actors[a];
     if (shown.mixture) {
       PM_TRY(const std::vector<Vec3> places,
-             places_on_reference(*actor.space, shown.moment.weights, shown.lift,
-                                 shown.surface.positions, engine));
+             map_to_reference(*actor.space, shown.moment.weights, shown.lift,
+                              shown.surface.positions, engine));
       shown.surface_paint = make_paint(actor, places);
       continue;
     }

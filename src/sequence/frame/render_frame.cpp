@@ -161,14 +161,14 @@ void put_header(const PreparedScene& prepared, int frame, const FrameOrigin& ori
   image.attributes = std::move(header);
 }
 
-Result<Image> render_share(const PreparedScene& prepared, const FrameShare& share,
-                           Renderer& renderer, const FrameOrigin& origin) {
+Result<Image> render_samples(const PreparedScene& prepared, const FrameSamples& samples,
+                             Renderer& renderer, const FrameOrigin& origin) {
   RenderSettings settings;
   settings.image = prepared.scene.image;
-  settings.frame = share.geometry.frame;
-  settings.part = share.part;
-  PM_TRY(Image image, renderer.render(render_scene(prepared, share.geometry), settings));
-  put_header(prepared, share.geometry.frame, {renderer.isa(), origin.device, origin.command},
+  settings.frame = samples.geometry.frame;
+  settings.part = samples.part;
+  PM_TRY(Image image, renderer.render(render_scene(prepared, samples.geometry), settings));
+  put_header(prepared, samples.geometry.frame, {renderer.isa(), origin.device, origin.command},
              image);
   return image;
 }
@@ -176,7 +176,7 @@ Result<Image> render_share(const PreparedScene& prepared, const FrameShare& shar
 Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& geometry,
                            Renderer& renderer, const std::string& device,
                            const std::string& command) {
-  return render_share(prepared, {geometry, std::nullopt}, renderer, {"", device, command});
+  return render_samples(prepared, {geometry, std::nullopt}, renderer, {"", device, command});
 }
 
 }  // namespace polymorph

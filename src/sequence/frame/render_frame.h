@@ -51,13 +51,13 @@ struct FrameOrigin {
 };
 
 /// A frame, or only some of its samples (render/film/part.h).
-struct FrameShare {
+struct FrameSamples {
   const FrameGeometry& geometry;
   std::optional<SampleRange> part;  ///< empty: the whole frame
 };
-/// Renders a share of a frame in memory. Its header has renderer.isa() in place of origin.isa.
-Result<Image> render_share(const PreparedScene& prepared, const FrameShare& share,
-                           Renderer& renderer, const FrameOrigin& origin);
+/// Renders samples of a frame in memory. The header has renderer.isa() in place of origin.isa.
+Result<Image> render_samples(const PreparedScene& prepared, const FrameSamples& samples,
+                             Renderer& renderer, const FrameOrigin& origin);
 
 /// Replaces the image's header by that of this frame. Entries that describe Cryptomatte layers, and
 /// those that are needed to merge a part, are kept.

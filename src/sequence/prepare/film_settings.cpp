@@ -134,7 +134,7 @@ void add_moment_meshes(const std::vector<std::vector<MeshHashes>>& meshes, const
 
 /// Adds the meshes of sequences that a frame shows, their transforms and the camera.
 void add_shown_meshes(const Scene& scene, const SequenceHashes& hashes, int frame, Hasher& hasher) {
-  hasher.add(std::string_view(hashes.stage));
+  hasher.add(std::string_view(hashes.placement));
   for (std::size_t a = 0; a < hashes.meshes.size(); ++a) {
     const std::vector<std::vector<MeshHashes>>& meshes = hashes.meshes[a];
     const auto is_empty = [](const auto& list) { return list.empty(); };
@@ -205,7 +205,7 @@ SequenceHashes hash_sequence(const SceneInputs& inputs) {
       for (const Transform& step : sequence->steps)
         for (const auto& row : step.m)
           for (const float v : row) hasher.add(v);
-  hashes.stage = hasher.hex();
+  hashes.placement = hasher.hex();
   return hashes;
 }
 

@@ -65,7 +65,7 @@ struct SequenceHashes {
   std::string poses;  ///< hash of the camera poses that decide a moving camera's framing
   /// Hash of the box of all objects, of the sequences' transforms and of a static camera; empty
   /// without mesh sequences.
-  std::string stage;
+  std::string placement;
   std::string aovs;  ///< image.aovs of the scene, even if a run leaves layers out
   /// [actor][object][mesh]; empty if no actor has a mesh sequence.
   std::vector<std::vector<std::vector<MeshHashes>>> meshes;

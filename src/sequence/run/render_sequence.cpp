@@ -349,8 +349,8 @@ class SequenceRun {
         surfaces = std::move(*result);
       }
       const Stopwatch stopwatch;
-      auto image = render_share(prepared_, {surfaces->geometry, settings_.part}, tracer->renderer,
-                                {report_.isa, tracer->device, settings_.command});
+      auto image = render_samples(prepared_, {surfaces->geometry, settings_.part}, tracer->renderer,
+                                  {report_.isa, tracer->device, settings_.command});
       surfaces->geometry = {};
       return {std::move(image), stopwatch.seconds(), std::move(*surfaces)};
     };

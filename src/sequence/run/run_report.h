@@ -18,7 +18,7 @@ struct FrameRecord {
   enum class State { kDone, kSkipped, kFailed, kPlanned };
   int frame = 0;
   State state = State::kPlanned;
-  std::string stage;  ///< distinct names of the actors' stages (stage_names())
+  std::string stage;   ///< distinct names of the actors' stages (stage_names())
   double seconds = 0;  ///< surface_seconds + trace_seconds
   double surface_seconds = 0, trace_seconds = 0, write_seconds = 0;
   std::size_t balls = 0, vertices = 0, triangles = 0;

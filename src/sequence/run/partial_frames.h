@@ -13,7 +13,7 @@
 namespace polymorph {
 
 /// Frames of which the existing parts have the same samples.
-struct SampleRow {
+struct PartialFrames {
   std::vector<SampleRange> ranges;  ///< disjoint, in order (join_ranges())
   std::vector<int> frames;
   std::set<std::filesystem::path> folders;  ///< folders of their parts
@@ -24,8 +24,9 @@ struct SampleRow {
 /// Finds the parts, in `folder` and its subfolders, of the frames whose state is not kCurrent, and
 /// groups these frames by the samples that their parts have. `states` and hashes.frames: one per
 /// frame; `frames` must be ascending.
-std::vector<SampleRow> find_samples(const std::filesystem::path& folder,
-                                    std::span<const int> frames, std::span<const FileState> states,
-                                    const ExpectedHashes& hashes);
+std::vector<PartialFrames> find_partial_frames(const std::filesystem::path& folder,
+                                               std::span<const int> frames,
+                                               std::span<const FileState> states,
+                                               const ExpectedHashes& hashes);
 
 }  // namespace polymorph
