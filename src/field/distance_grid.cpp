@@ -56,8 +56,8 @@ struct KnownNeighbour {
 bool is_inside(const Solid& solid, Vec3 p) { return !solid.is_shell && solid.inside.inside(p); }
 
 /// Tests whether a point is inside. No face is nearer to a point than its distance, so a neighbour
-/// within that distance is on the same side of a closed model. Then the winding number is not
-/// computed.
+/// within that distance (1 % less, because of rounding) is on the same side of a closed model. Then
+/// the winding number is not computed.
 bool is_inside(const Solid& solid, Vec3 p, float distance, const KnownNeighbour& known) {
   const bool is_same_side =
       solid.is_closed && std::max(distance, known.distance) > 1.01f * known.spacing;
@@ -102,6 +102,7 @@ void extend_to_hidden(const Grid& grid, const std::vector<std::uint8_t>& hidden,
       values[static_cast<std::size_t>(n)] = min_value;
     }
   };
+  // A second round reaches points whose shortest path to a known point changes direction.
   for (int i = 0; i < 2; ++i) sweep(true), sweep(false);
   // Only if no value is known, some are still unknown here.
   for (std::size_t n = 0; n < values.size(); ++n)

@@ -21,6 +21,7 @@ float smoothstep(float low, float high, float x) {
 void fade_colors(const Leg& leg, const PullBack& pulled, const ColorFade& fade, bool is_last,
                  SurfaceLook& look) {
   if (!leg.settings.has_colors) return;
+  // The weight of the detail: that of the layers below fades as the source's does.
   const float detail = (1 - look.color_share) * fade.source + fade.target;
   look.color_share = 1 - detail;
   if (is_last && detail >= 1) {  // the detail covers these colours

@@ -88,13 +88,13 @@ Result<ActorGeometry> sequence_geometry(const PreparedActor& actor, const MorphS
 Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorGeometry& geometry) {
   const MorphState& now = geometry.moment;
   const MorphState next = is_last ? now : morph_state_at(actor.timeline, now.frame + 1);
-  if (actor.sequence) {
+  if (actor.sequence) {  // a mesh sequence plays
     PM_TRY(geometry.displacement,
            compute_mesh_motion(*actor.sequence, *geometry.mesh,
                                {now.mesh, next.mesh, actor.timeline.playbacks.front().fps}));
     return Ok{};
   }
-  if (actor.space) {
+  if (actor.space) {  // three objects or more are mixed
     const bool is_model = !geometry.points.empty();
     if (now.weights == next.weights && is_model) return Ok{};
     PM_TRY(Flow flow,
@@ -106,7 +106,7 @@ Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorG
       geometry.flow = std::move(flow);
     return Ok{};
   }
-  if (now.object < 0) {
+  if (now.object < 0) {  // the surface of a leg shows
     const Leg& leg = *geometry.leg;
     const bool stays_in_leg = next.leg == now.leg && next.object < 0;
     LegState state;
@@ -119,7 +119,7 @@ Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorG
   }
   if (geometry.points.empty()) return Ok{};
   if (const MeshSequence* sequence = moving_sequence(actor, now.object);
-      sequence && now.boundary == 1) {
+      sequence && now.boundary == 1) {  // a mesh of a sequence shows, as yet without its balls
     const auto index = static_cast<std::size_t>(now.object);
     const MeshStep step = {shown_mesh_number(actor.timeline, index, now.frame),
                            shown_mesh_number(actor.timeline, index, next.frame),
@@ -129,6 +129,7 @@ Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorG
   }
   if (next.object >= 0 && next.object != now.object) return Ok{};
   const float boundary = next.object < 0 ? 0 : next.boundary;
+  // The displacement depends on 1 - boundary, which may be equal for different values of boundary.
   if (1 - boundary == 1 - now.boundary) return Ok{};
   geometry.displacement =
       boundary_displacement(*shown_object(*geometry.leg, now), geometry.points, boundary);

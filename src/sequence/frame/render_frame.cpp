@@ -127,6 +127,7 @@ std::string picture_key(const PreparedScene& prepared, int frame) {
   for (const PreparedActor& actor : prepared.actors) {
     if (differs_from_neighbours(actor.timeline, frame)) return "";
     add(key, morph_state_at(actor.timeline, frame));
+    // Motion vectors depend on the next frame, too.
     if (flows) add(key, morph_state_at(actor.timeline, std::min(frame + 1, actor.timeline.count)));
   }
   return make_frame_view(prepared, frame).camera_motion ? "" : key.hex();

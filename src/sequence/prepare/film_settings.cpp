@@ -184,8 +184,8 @@ SequenceHashes hash_sequence(const SceneInputs& inputs) {
   hashes.inputs = inputs_hash(inputs);
   hashes.aovs = scene.image.aovs;
   add_meshes(inputs, hashes);
-  const bool moves = camera_moves(scene), plays = !hashes.meshes.empty();
-  if (!plays && (!moves || leaves_balls_in_flight(scene))) return hashes;
+  const bool moves = camera_moves(scene), has_sequences = !hashes.meshes.empty();
+  if (!has_sequences && (!moves || leaves_balls_in_flight(scene))) return hashes;
   std::vector<Vec3> points;
   for (const Model& model : inputs.models)
     points.insert(points.end(), model.points.begin(), model.points.end());
@@ -194,7 +194,7 @@ SequenceHashes hash_sequence(const SceneInputs& inputs) {
     hashes.framing = make_framing(poses, points, scene.image.width, scene.image.height);
     hashes.poses = hash_poses(poses);
   }
-  if (!plays) return hashes;
+  if (!has_sequences) return hashes;
   Hasher hasher;
   const Box box = bounding_box(points);
   for (const Vec3 v : {box.low, box.high}) hasher.add(v.x).add(v.y).add(v.z);
@@ -210,13 +210,14 @@ SequenceHashes hash_sequence(const SceneInputs& inputs) {
 }
 
 std::string frame_hash(const Scene& scene, const SequenceHashes& hashes, int frame) {
-  const bool plays = !hashes.meshes.empty();
-  if ((!changes(scene) && !plays) || (camera_moves(scene) && !hashes.framing)) return hashes.scene;
+  const bool has_sequences = !hashes.meshes.empty();
+  if ((!changes(scene) && !has_sequences) || (camera_moves(scene) && !hashes.framing))
+    return hashes.scene;
   Hasher hasher;
   Scene moment = scene_at(scene, frame);
   moment.image.aovs = hashes.aovs;
   hasher.add(hashes.inputs).add(settings_text(moment));
-  if (plays) add_shown_meshes(moment, hashes, frame, hasher);
+  if (has_sequences) add_shown_meshes(moment, hashes, frame, hasher);
   if (!hashes.framing) return hasher.hex();
   hasher.add(std::string_view(hashes.poses));
   const FilmCameras cameras = film_cameras(scene, *hashes.framing, frame);
