@@ -35,7 +35,8 @@ struct DistanceLeg {
 /// A leg. It is complete, and does not change, once make_leg() returns it.
 struct Leg {
   std::shared_ptr<const PreparedObject> from, to;
-  std::shared_ptr<const Leg> before;  ///< leg whose balls in flight are `from`, if any; else null
+  /// The leg before, if it is left before its end and its balls in flight are `from`; else null.
+  std::shared_ptr<const Leg> before;
   MorphPlan plan;
   std::vector<std::string> landmark_names;  ///< one per landmark of the plan
   float until = 1;  ///< time of the motion at which the next leg takes over the balls

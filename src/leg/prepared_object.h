@@ -1,5 +1,5 @@
-// Prepared object: a model of the chain in scene coordinates, with its balls, distances, colours
-// and boundary stage.
+// Prepared object: a model in scene coordinates, with its balls, distances, colours and boundary
+// stage. The objects through which an actor morphs, in their order, are its chain.
 #pragma once
 
 #include <cstdint>
@@ -34,7 +34,8 @@ struct LegSettings {
   bool contact = false;  ///< keeps the surface on the floor if both objects stand on it
 };
 
-/// An object of the chain, or the balls in flight at the time at which the next leg takes over.
+/// An object of the chain. Or balls in flight: the balls of a leg that is left before its end, at
+/// the time at which the next leg takes over (leg/make_leg.h: make_flight_object).
 struct PreparedObject {
   std::string name;
   Model model;         ///< balls in flight: their surface, without materials

@@ -19,7 +19,7 @@ std::vector<float> color_shares(std::span<const float> weights);
 /// The positions of a mixture's surface points on each of its objects.
 struct PulledMixture {
   const Mixture& mixture;                 ///< borrowed
-  std::vector<std::vector<Vec3>> places;  ///< one list per object of the mixture
+  std::vector<std::vector<Vec3>> places;  ///< [object of the mixture][surface point]
   /// Closest points of the object with the largest weight, as in Origins.
   std::vector<ClosestPoint> closest;
 };

@@ -13,7 +13,7 @@ namespace polymorph {
 
 /// The settings, camera and ground of one frame.
 struct FrameView {
-  Scene scene;  ///< settings; keyed ones have the values of this frame
+  Scene scene;  ///< settings; those with keyframes have the values of this frame (scene_at())
   Camera camera;
   std::optional<CameraMotion> camera_motion;  ///< empty: the camera stands still around this frame
   std::optional<Camera> rig;                  ///< camera that the lights follow; empty: `camera`
