@@ -13,7 +13,8 @@ namespace polymorph {
 
 /// The settings, camera and ground of one frame.
 struct FrameView {
-  Scene scene;  ///< settings; those with keyframes have the values of this frame (scene_at())
+  Scene scene;  ///< settings; those with keyframes have the values of this frame (morph/timeline.h:
+                ///< scene_at)
   Camera camera;
   std::optional<CameraMotion> camera_motion;  ///< empty: the camera stands still around this frame
   std::optional<Camera> rig;                  ///< camera that the lights follow; empty: `camera`
@@ -34,9 +35,9 @@ Framing film_framing(const Scene& scene, std::span<const Vec3> points);
 SequenceHashes hash_sequence(const SceneInputs& inputs);
 
 /// Hashes everything that decides a frame's files: the scene's inputs and its settings at this
-/// frame. The result is hashes.scene, the same for all frames, in two cases: if nothing is keyed
-/// and there are no mesh sequences; or if a moving camera frames balls in flight (`retarget`),
-/// which are only known after preparation.
+/// frame. The result is hashes.scene, the same for all frames, in two cases: if no setting has
+/// keyframes, the camera does not move and there are no mesh sequences; or if a moving camera
+/// frames balls in flight (`retarget`), which are only known after preparation.
 std::string frame_hash(const Scene& scene, const SequenceHashes& hashes, int frame);
 
 }  // namespace polymorph
