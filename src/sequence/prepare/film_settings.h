@@ -13,8 +13,7 @@ namespace polymorph {
 
 /// The settings, camera and ground of one frame.
 struct FrameView {
-  Scene scene;  ///< settings; those with keyframes have the values of this frame (morph/timeline.h:
-                ///< scene_at)
+  Scene scene;  ///< scene_at() this frame (morph/timeline.h): keyframes are resolved
   Camera camera;
   std::optional<CameraMotion> camera_motion;  ///< empty: the camera stands still around this frame
   std::optional<Camera> rig;                  ///< camera that the lights follow; empty: `camera`
