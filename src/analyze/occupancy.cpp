@@ -244,7 +244,7 @@ IsoSurface extract_iso_surface(const CellValues& values, float level) {
   field->grid = {{0, 0, 0}, 1, {values.cells.z, values.cells.y, values.cells.x}};
   field->values.reserve(values.values.size());
   for (const float v : values.values) field->values.push_back(v - level);
-  bound_slopes(*field);
+  set_lipschitz(*field);
   ExtractSettings settings;
   settings.refine_steps = 0;  // values are linear along an edge
   Mesh mesh;

@@ -150,7 +150,7 @@ PlaySpace make_play_space(const PreparedActor& actor) {
   }
   for (std::size_t i = 0; i < actor.objects.size(); ++i) {
     const PreparedObject& object = *actor.objects[i];
-    const PathPart similarity = space_path(shapes, i);
+    const PathPart similarity = object_similarity(shapes, i);
     PlaySpaceObject& space_object = space.objects.emplace_back(
         PlaySpaceObject{object.model.box(),
                         object.distances.volume,

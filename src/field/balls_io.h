@@ -12,22 +12,25 @@
 namespace polymorph {
 
 /// Encodes balls as {"field": "gaussian", "balls": [{"center": [x, y, z], "a": .., "w": ..,
-/// "radius": ..}, ...]}.
+/// "radius": ..}, ...]}. "center", "a" and "w" are members of Ball (kernels/types.h); "radius" is
+/// that of the surface of the single ball. A ball that is not round also has its "shape" [xx, yy,
+/// zz, xy, xz, yz].
 std::string encode_balls(const std::vector<Ball>& balls, FieldKind kind);
 
-/// Encodes balls as a table: x,y,z,a,w,radius and the six numbers of the shape.
+/// Encodes balls as a table with the columns x,y,z,a,w,radius,xx,yy,zz,xy,xz,yz.
 std::string encode_balls_csv(const std::vector<Ball>& balls, FieldKind kind);
 
-/// Content of a file in the format of encode_balls(). "field" is optional (gaussian), and so are
-/// "a" (1) and "radius"; a ball may have a "shape" [xx, yy, zz, xy, xz, yz].
+/// Content of a file in the format of encode_balls(). "field" (default: gaussian), "a" (default: 1)
+/// and "shape" (default: round) are optional; "radius" is ignored.
 struct BallFile {
   FieldKind kind = FieldKind::kGaussian;
   std::vector<Ball> balls;
 };
-/// Reads a file of balls. Errors (kInput): another format; a ball that is not finite or has no
-/// size.
+/// Reads a file of balls. Errors (kInput): another format; a number that is not finite; an "a" that
+/// is not above 0.
 Result<BallFile> read_balls(const std::filesystem::path& path);
-/// Decodes the text of such a file; `name` is used in messages.
+/// Decodes the text of a file of balls. `name`: name of the file in messages. Errors: as
+/// read_balls().
 Result<BallFile> decode_balls(std::string_view text, const std::string& name);
 
 }  // namespace polymorph

@@ -23,9 +23,10 @@ namespace polymorph {
 namespace {
 
 // A cache file contains: face sides, undecided fraction, volume, smallest component, genus, whether
-// the object is a vessel, distances, the thinness (not of a shell), and the distances of a vessel's
-// walls. Distances are stored as grid, Lipschitz constant, spline, and the indices and values of
-// all blocks of points that differ from the spline.
+// the object is a vessel, distances, the thinness unless the object is a shell, and the distances
+// of a vessel's walls. Distances are stored as grid, Lipschitz constant, spline
+// (SmoothDistances), and the indices and values of all blocks of points that differ from the
+// spline.
 constexpr int kEdge = 4;  ///< points along a block's edge
 constexpr std::size_t kBlockPoints = kEdge * kEdge * kEdge;
 
@@ -93,7 +94,7 @@ DistanceGrid make_smooth_part(const SmoothDistances& smooth, const Grid& grid) {
   return distances;
 }
 
-/// Distances, and the spline that they follow away from the surface.
+/// Distances, and the spline with which they agree away from the surface.
 struct MeasuredGrid {
   std::shared_ptr<const DistanceGrid> distances;
   SmoothDistances spline;
@@ -125,7 +126,7 @@ void put_distances(std::string& bytes, const MeasuredGrid& measured) {
   put_counted(bytes, near_values);
 }
 
-/// Grids measured on a model's faces, from which all others are derived.
+/// Grids measured on a model's faces, from which set_grids() derives those of ObjectDistances.
 struct Measurement {
   MeasuredGrid solid;
   std::optional<DistanceGrid> thinness;  ///< none for a shell
@@ -201,7 +202,7 @@ bool take_distances(std::string_view& bytes, MeasuredGrid& measured) {
   return true;
 }
 
-/// Sets the grids of an object whose other members are set. `size`: the object's diagonal.
+/// Sets the grids of an object whose other members are set. `size`: diagonal of the object's box.
 void set_grids(Measurement measurement, float size, ObjectDistances& object) {
   const DistanceGrid& solid = *measurement.solid.distances;
   if (measurement.thinness) {

@@ -19,21 +19,22 @@ inline constexpr std::uint32_t kDistancesVersion = 12;
 
 /// Signed distances of one object, and measures of their surface.
 struct ObjectDistances {
-  std::vector<FaceSide> sides;  ///< one per triangle of the model
-  double undecided =
-      0;  ///< measure_undecided_fraction(); from kMinShellFraction on the object is a shell
-  std::shared_ptr<const DistanceGrid> grid;
-  std::shared_ptr<const DistanceGrid> thinness;  ///< limit_thinness(); null for a shell
-  std::shared_ptr<const DistanceGrid> smooth;    ///< null for a shell (field/remove_detail.h)
-  /// True for a vessel (model/repair/vessel.h): `grid` has the distances of its walls, and all
-  /// other members are those of the filled vessel.
+  std::vector<FaceSide> sides;  ///< classify_faces(): one per triangle of the model
+  double undecided = 0;         ///< measure_undecided_fraction() (model/repair/shell.h)
+  std::shared_ptr<const DistanceGrid> grid;      ///< signed distances
+  std::shared_ptr<const DistanceGrid> thinness;  ///< limit_thinness() (field/thinness.h)
+  std::shared_ptr<const DistanceGrid> smooth;    ///< remove_detail() (field/remove_detail.h)
+  /// True for a vessel (model/repair/vessel.h): `grid` has the distances of its walls
+  /// (field/hollow_distances.h); `thinness`, `smooth` and the measures are those of the filled
+  /// vessel.
   bool is_vessel = false;
-  double volume = 0;  ///< volume of the surface extracted on cells of the requested size
-  double smallest_component_share = 1;  ///< fraction of that volume in the smallest component
-  std::int64_t genus = 0;               ///< number of handles of that surface
+  double volume = 0;  ///< volume of the surface extracted on cells of DistanceMeasure::cell
+  double smallest_component_share = 1;  ///< fraction of `volume` in the smallest component
+  std::int64_t genus = 0;               ///< number of handles of the extracted surface
   std::string key;                      ///< hash of all inputs of the distances
 };
 
+/// Tests whether the object is a shell: it has no inside, and `thinness` and `smooth` are null.
 inline bool is_shell(const ObjectDistances& object) {
   return object.undecided >= kMinShellFraction;
 }
@@ -43,13 +44,15 @@ struct DistanceMeasure {
   float cell = 0;                  ///< edge of the cells of the measured surface, scene units
   float thinnest = 0;              ///< half thickness below which parts are thickened, scene units
   double min_component_share = 0;  ///< share of the volume below which components are left out
-  bool solidified = false;         ///< whether to measure solidify(model) instead of the model
+  /// True to measure the result of solidify() (model/repair/solidify.h) instead of the model.
+  bool solidified = false;
 };
 
-/// Computes signed distances on cells of half of `cell`; then, on the surface extracted with cells
-/// of size `cell`, the volume, the smallest component and the genus. Reads and writes a cache file
-/// in `folder`, unless that is empty. Only distances near the surface are stored, about 10 MB for a
-/// grid of 256^3. Errors: the engine's.
+/// Computes signed distances to the model on cells of edge measure.cell / 2. Then extracts their
+/// surface on cells of edge measure.cell, and measures its volume, smallest component and genus.
+/// `closest`: query of the model. Reads and writes a cache file in `folder`, unless that is empty.
+/// Only distances near the surface are stored, about 10 MB for a grid of 256^3. Errors: the
+/// engine's.
 Result<ObjectDistances> load_or_measure_distances(const Model& model,
                                                   const ClosestPointQuery& closest,
                                                   const DistanceMeasure& measure, Engine& engine,

@@ -56,15 +56,16 @@ struct KnownNeighbour {
 bool is_inside(const Solid& solid, Vec3 p) { return !solid.is_shell && solid.inside.inside(p); }
 
 /// Tests whether a point is inside. No face is nearer to a point than its distance, so a neighbour
-/// within that distance is on the same side of a closed model. Then the winding number is not
-/// computed.
+/// within that distance (1 % less, because of rounding) is on the same side of a closed model. Then
+/// the winding number is not computed.
 bool is_inside(const Solid& solid, Vec3 p, float distance, const KnownNeighbour& known) {
   const bool is_same_side =
       solid.is_closed && std::max(distance, known.distance) > 1.01f * known.spacing;
   return is_same_side ? known.is_inside : is_inside(solid, p);
 }
 
-/// Tests whether the closest face lies inside the solid, so that the boundary is further away.
+/// Tests whether the closest face lies inside the solid, so that the boundary is further away: a
+/// point just behind that face, seen from p, is then inside, too.
 bool is_hidden(const Solid& solid, Vec3 p, const ClosestPoint& closest, bool point_is_inside) {
   const FaceSide side = solid.sides[closest.triangle];
   return point_is_inside && (side == FaceSide::kMixed || side == FaceSide::kHidden) &&
@@ -101,7 +102,9 @@ void extend_to_hidden(const Grid& grid, const std::vector<std::uint8_t>& hidden,
       values[static_cast<std::size_t>(n)] = min_value;
     }
   };
+  // A second round reaches points whose shortest path to a known point changes direction.
   for (int i = 0; i < 2; ++i) sweep(true), sweep(false);
+  // Only if no value is known, some are still unknown here.
   for (std::size_t n = 0; n < values.size(); ++n)
     if (values[n] >= kUnknown) values[n] = 0;
 }
@@ -158,6 +161,7 @@ void measure_block(const Solid& solid, Int3 first, float max_distance, DistanceG
         const Vec3 p = grid_point(result.grid, at);
         const ClosestPoint closest = solid.closest.closest(p, max_distance);
         distance[z][y][x] = closest.distance;
+        // The previous point along x; in the first column along y; in the first row along z.
         const Int3 before{x > 0 ? x - 1 : x, x == 0 && y > 0 ? y - 1 : y,
                           x == 0 && y == 0 && z > 0 ? z - 1 : z};
         const bool is_first = x == 0 && y == 0 && z == 0;
@@ -203,6 +207,7 @@ std::vector<float> evaluate_spline(const SmoothDistances& smooth, const Grid& fi
   const Int3 n = fine.points, nodes = smooth.grid.points;
   const auto width = static_cast<std::size_t>(n.x);
   std::vector<float> values(array3_count(n));
+  // The three coefficients that contribute to a point, along one axis, and their weights.
   struct Axis {
     int at[3];
     float weight[3];
@@ -256,7 +261,7 @@ void close_border(DistanceGrid& distances) {
       }
 }
 
-void bound_slopes(DistanceGrid& distances) {
+void set_lipschitz(DistanceGrid& distances) {
   const Int3 n = distances.grid.points;
   const auto row = static_cast<std::size_t>(n.x), layer_size = row * static_cast<std::size_t>(n.y);
   std::vector<float> layer_max(static_cast<std::size_t>(n.z - 1), 0.0f);
@@ -267,7 +272,7 @@ void bound_slopes(DistanceGrid& distances) {
         const float* low = distances.values.data() + static_cast<std::size_t>(x) +
                            static_cast<std::size_t>(y) * row +
                            static_cast<std::size_t>(z) * layer_size;
-        float c[8];
+        float c[8];  // values at the cell's corners: bits 0, 1, 2 of the index are x, y, z
         for (std::size_t i = 0; i < 8; ++i)
           c[i] = low[(i & 1) + (i >> 1 & 1) * row + (i >> 2) * layer_size];
         float slope2 = 0;
@@ -301,7 +306,7 @@ DistanceGrid compute_signed_distances(const QueriedModel& queried, float cell, f
   measure_near(solid, coarse.points, result);
   if (thinnest > 0) smooth_thin_parts(model, thinnest, result);
   close_border(result);
-  bound_slopes(result);
+  set_lipschitz(result);
   if (smooth) *smooth = std::move(spline);
   return result;
 }

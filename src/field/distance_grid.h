@@ -15,26 +15,28 @@ namespace polymorph {
 
 /// Coefficients of a quadratic B-spline that represents the distances far from the surface.
 struct SmoothDistances {
-  Grid grid;  ///< every fourth point of the fine grid, from the first to the last
+  Grid grid;  ///< every fourth point of the distances' grid, from the first to the last
   std::vector<float> values;
 };
-/// Evaluates the spline at a finer grid's points.
+/// Evaluates the spline at all points of `fine`, the grid of which smooth.grid has every fourth
+/// point.
 std::vector<float> evaluate_spline(const SmoothDistances& smooth, const Grid& fine);
-/// Lowers the values on the grid's border to minus one cell or less (outside).
+/// Lowers the values on the grid's border to at most -grid.cell, so that the border is outside.
 void close_border(DistanceGrid& distances);
-/// Sets the Lipschitz constant: a bound of the trilinear interpolant's gradient. Along an axis,
-/// within a cell, its derivative lies between those of the cell's edges.
-void bound_slopes(DistanceGrid& distances);
+/// Sets DistanceGrid::lipschitz to a bound of the length of the trilinear interpolant's gradient.
+/// Within a cell, the derivative along an axis lies between the differences along the cell's four
+/// edges of that direction.
+void set_lipschitz(DistanceGrid& distances);
 
 /// Maximum number of cells along the longest side of a model.
 inline constexpr int kMaxDistanceCells = 256;
 
-/// Radius, in cells, of the thinnest part that extraction shows without gaps; passed to
-/// compute_signed_distances() as `thinnest`.
+/// Radius of the thinnest part that extraction shows without gaps, in cells of the extraction.
+/// Times their edge, it is the argument `thinnest` of compute_signed_distances().
 inline constexpr float kThinnestPart = 0.9f;
 
-/// Makes the grid for the signed distances of a model in `box`, with a margin. The cell is `cell`
-/// or a 256th of the longest side, whichever is larger.
+/// Makes the grid for the signed distances of a model in `box`, with a margin. The cells' edge is
+/// `cell` or the longest side over kMaxDistanceCells, whichever is larger.
 Grid make_distance_grid(const Box& box, float cell);
 
 /// A model, with queries on it and the sides of its faces.
@@ -49,10 +51,12 @@ struct QueriedModel {
 /// Computes signed distances to the model on the grid of make_distance_grid(). They are exact
 /// within two cells of the surface; over two more cells they blend into a smooth field (a quadratic
 /// B-spline over every fourth point), which rounds the ridges half way between faces. Faces inside
-/// the solid (inside on both sides) do not count. Parts thinner than 2 `thinnest`, also sheets
-/// without an inside, are thickened to that, so that cells of about that size show them without
-/// gaps; thin parts, narrow gaps and sharp edges are smoothed over about `thinnest`. With
-/// `thinnest` = 0 there is neither. A model that consists of sheets has no inside.
+/// the solid (FaceSide::kHidden) are ignored. If all faces are FaceSide::kSheet, nothing is inside.
+///
+/// `thinnest`: a radius, scene units. Parts and sheets thinner than 2 `thinnest` are thickened to
+/// that thickness, so that cells of about that size show them without gaps. Thin parts, narrow gaps
+/// and sharp edges are smoothed over about `thinnest`. 0: nothing is thickened or smoothed.
+///
 /// `smooth`, if given, receives the spline. Deterministic.
 DistanceGrid compute_signed_distances(const QueriedModel& queried, float cell, float thinnest,
                                       SmoothDistances* smooth = nullptr);

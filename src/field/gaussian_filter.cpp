@@ -11,6 +11,7 @@
 namespace polymorph {
 
 void filter_gaussian(Int3 n, float sigma, std::vector<float>& values) {
+  // Weights beyond 2.5 deviations, below 5 % of the largest, are left out.
   const int radius = static_cast<int>(std::ceil(2.5f * sigma));
   std::vector<float> weights;
   float sum = 0;
@@ -20,7 +21,8 @@ void filter_gaussian(Int3 n, float sigma, std::vector<float>& values) {
     sum += weights.back();
   }
   for (float& w : weights) w /= sum;
-  // A line consists of `count` runs of `width` adjacent values, `step` apart.
+  // Filters along one axis. A line consists of `count` runs of `width` adjacent values. Runs begin
+  // `step` values apart and are filtered as wholes, so that memory is read in order.
   const auto filter_lines = [&](std::size_t lines, std::size_t line_stride, int count,
                                 std::size_t step, std::size_t width) {
     parallel_for(static_cast<std::int64_t>(lines), [&](std::int64_t l) {

@@ -11,10 +11,10 @@ DistanceGrid hollow_distances(DistanceGrid walls, const DistanceGrid& filled) {
   float depth = 0;  // the largest distance to a wall in the cavity
   for (std::size_t i = 0; i < walls.values.size(); ++i)
     if (filled.values[i] > 0) depth = std::max(depth, -walls.values[i]);
-  // Let r be the distance to the wall, and w the new value there. A mix k w + (1 - k) d with a
-  // distance d = r is 0 at 1 - k = q if w = -r q / (1 - q). With q = kRate (r / depth)^2, walls
-  // grow fast at first, before the other object's distances can tear them. Outside an opening the
-  // values continue those inside.
+  // At a distance r from the wall, let w be the new value and d = r the other object's distance.
+  // The mix (1 - q) w + q d is 0 if w = -r q / (1 - q): the wall has grown by r when the other
+  // object's weight is q. With q = kRate (r / depth)^2, walls grow fast at first, before the other
+  // object's distances can tear them. Outside an opening the values continue those inside.
   constexpr float kRate = 0.95f;
   for (std::size_t i = 0; i < walls.values.size(); ++i) {
     float& value = walls.values[i];
@@ -22,7 +22,7 @@ DistanceGrid hollow_distances(DistanceGrid walls, const DistanceGrid& filled) {
     const float r = -value, x = std::min(r / depth, 1.0f), q = kRate * x * x;
     value = std::max(value, std::min(filled.values[i], 0.0f) - r * q / (1 - q));
   }
-  bound_slopes(walls);
+  set_lipschitz(walls);
   return walls;
 }
 

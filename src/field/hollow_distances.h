@@ -5,9 +5,9 @@
 
 namespace polymorph {
 
-/// Changes the distances of a vessel's walls so that they can be mixed with those of the filled
-/// vessel, on the same grid. Inside the cavity they decrease more slowly, so that in a mix the
-/// walls grow evenly thicker until they meet.
+/// Changes the distances of a vessel's walls so that they can be mixed with another object's
+/// distances. Inside the cavity they decrease more slowly, so that in a mix the walls grow evenly
+/// thicker until they meet. `filled`: distances of the filled vessel, on the same grid.
 DistanceGrid hollow_distances(DistanceGrid walls, const DistanceGrid& filled);
 
 }  // namespace polymorph

@@ -52,18 +52,18 @@ std::vector<std::uint32_t> NearBalls::within(const Box& box) const {
     for (std::size_t i = 0; i < balls_.size(); ++i) list.push_back(static_cast<std::uint32_t>(i));
     return list;
   }
-  std::vector<float> highest(balls_.size());
+  std::vector<float> max_log_values(balls_.size());  // upper bounds in the box
   float largest = -std::numeric_limits<float>::infinity();
   for (std::size_t i = 0; i < balls_.size(); ++i) {
     const float q = min_a_[i] * distance2(balls_[i].center, box);
-    highest[i] = visit(kind_, [&](auto field) { return field.log_value(balls_[i], q); });
-    largest = std::max(largest, highest[i]);
+    max_log_values[i] = visit(kind_, [&](auto field) { return field.log_value(balls_[i], q); });
+    largest = std::max(largest, max_log_values[i]);
   }
   // The surface is at log field = 0, so much smaller contributions do not matter unless all are
   // small.
-  const float floor = std::min(largest, 0.0f) - kDepth;
+  const float threshold = std::min(largest, 0.0f) - kDepth;
   for (std::size_t i = 0; i < balls_.size(); ++i)
-    if (highest[i] >= floor) list.push_back(static_cast<std::uint32_t>(i));
+    if (max_log_values[i] >= threshold) list.push_back(static_cast<std::uint32_t>(i));
   return list;
 }
 
@@ -80,6 +80,7 @@ LogField NearBalls::log_field(Vec3 p, std::span<const std::uint32_t> list) const
   if (!std::isfinite(largest)) return field;  // outside all supports
   double sum = 0;
   for (float& weight : weights) {
+    // Contributions below e^-20 of the largest are too small to matter.
     weight = weight - largest < -20 ? 0.0f : exp2((weight - largest) * kLog2E);
     sum += static_cast<double>(weight);
   }

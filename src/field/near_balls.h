@@ -11,8 +11,8 @@
 
 namespace polymorph {
 
-/// Natural logarithm of one ball's contribution at the offset `d` from its centre; -infinity if
-/// that is 0.
+/// Returns the natural logarithm of one ball's contribution to the field at the offset `d` from its
+/// centre; -infinity if the contribution is 0.
 float log_strength(const Ball& ball, FieldKind kind, Vec3 d);
 
 /// The field at a point: its logarithm (0 on the surface field = 1) and that logarithm's gradient.
@@ -21,13 +21,14 @@ struct LogField {
   Vec3 gradient;
 };
 
-/// Evaluates the field of the balls that matter near a position. Balls that contribute less than
-/// e^-12 anywhere in a box are left out there (inverse-square ones never are). Borrows the balls.
+/// Evaluates the field of the balls that matter near a position. In a box, balls that contribute
+/// less than e^-12 everywhere are left out; inverse-square balls never are. Borrows the balls.
 class NearBalls {
  public:
   NearBalls(std::span<const Ball> balls, FieldKind kind);
 
-  /// Lists the balls that matter in a box, by ascending index; at least one if there are balls.
+  /// Lists the indices of the balls that matter in a box, ascending; at least one if there are
+  /// balls.
   std::vector<std::uint32_t> within(const Box& box) const;
 
   /// Evaluates the field at `p`, over a list that within() returned for a box around it. The value

@@ -32,7 +32,7 @@ DistanceGrid remove_detail(const DistanceGrid& distances, SmoothDistances spline
       }
   });
   close_border(result);
-  bound_slopes(result);
+  set_lipschitz(result);
   return result;
 }
 

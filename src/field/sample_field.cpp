@@ -91,7 +91,7 @@ bool have_round_support(const BallSet& balls, FieldKind kind) {
 }  // namespace
 
 std::size_t points_per_second(std::size_t balls) {
-  // Pairs of a ball and a point that are evaluated in a second.
+  // kPairs: pairs of a ball and a point that are evaluated in a second.
   constexpr std::size_t kPairs = std::size_t{1} << 31, kMin = 1024;
   return std::max(kPairs / std::max<std::size_t>(balls, 1), kMin);
 }
@@ -99,7 +99,8 @@ std::size_t points_per_second(std::size_t balls) {
 Result<std::vector<float>> sample_field(Engine& engine, const BallSet& balls,
                                         const std::vector<Vec3>& points,
                                         const ExtractSettings& settings, const std::string& name) {
-  // Pairs of a ball and a point that are evaluated in a tenth of a second.
+  // Pairs of a ball and a point that are evaluated in a tenth of a second. Only above
+  // this number are the balls near each point searched.
   constexpr std::size_t kMinPairs = std::size_t{1} << 26;
   Sampling sampling = {engine, balls, points, settings, name, std::vector<float>(points.size())};
   std::vector<std::uint32_t> order(points.size());
@@ -107,6 +108,7 @@ Result<std::vector<float>> sample_field(Engine& engine, const BallSet& balls,
   if (balls.size() * points.size() > kMinPairs && have_round_support(balls, settings.field)) {
     std::vector<float> none;
     PM_TRY_STATUS(to_status(engine.sample(balls, {}, settings, none)));  // checks the balls
+    // In Morton order, consecutive points are close to each other.
     const Box box = bounding_box(points);
     std::vector<std::uint64_t> keys;
     for (const Vec3& point : points) keys.push_back(morton_key(point, box));

@@ -10,14 +10,14 @@
 
 namespace polymorph {
 
-/// Samples the field as Engine::sample() does, in runs of points. An activity shows `name` and the
-/// percentage done. The values do not depend on the runs.
-/// Errors: kResource.
+/// Samples the field as Engine::sample() does, but some of the points at a time, which does not
+/// change the values. An activity (base/activity.h) shows `name` and the percentage done. Errors:
+/// kResource.
 Result<std::vector<float>> sample_field(Engine& engine, const BallSet& balls,
                                         const std::vector<Vec3>& points,
                                         const ExtractSettings& settings, const std::string& name);
 
-/// Returns a number of points that are sampled in a second or less, in a field of `balls` balls.
+/// Estimates the number of points at which a field of `balls` balls is sampled in a second.
 std::size_t points_per_second(std::size_t balls);
 
 }  // namespace polymorph

@@ -46,8 +46,9 @@ bool is_on_ridge(const DistanceGrid& distances, int x, int y, int z, float radiu
   return length(gradient) < 2 * distances.grid.cell * kMaxSlope;
 }
 
-/// Computes the squared distance of each point to the nearest ridge, in cells, up to the square of
-/// `cells`; more for points further away. A distance transform, one axis after the other.
+/// Computes the squared distance, in cells, of each point to the nearest ridge, by a distance
+/// transform along one axis after the other. The values of points further than `cells` away are
+/// above cells^2, but not exact.
 std::vector<std::uint16_t> squared_ridge_distances(const DistanceGrid& distances, float radius,
                                                    int cells) {
   constexpr std::uint16_t kFar = 0x3fff;
@@ -179,9 +180,10 @@ void smooth_thin_parts(const Model& model, float thinnest, DistanceGrid& distanc
   };
   const double inside_before = count_inside(distances);
   raise_around(walls, 2 * radius, ball_value, distances);
-  // During a morph such parts become thinner still, and cells would show them as rows of beads.
+  // During a morph thin parts become thinner still, and cells would show them as rows of beads.
   // With steeper distances they appear and vanish at once. Distances stay as they are if thin parts
-  // are a large part of the object, such as a spider's legs.
+  // are a large part of the object, such as a spider's legs: if thickening adds more than
+  // kMaxVolumeGain times its volume.
   constexpr double kMaxSteepness = 3, kMaxVolumeGain = 0.03;
   const double volume_gain = inside_before > 0 ? count_inside(distances) / inside_before - 1 : 1;
   const double rarity = std::clamp(1 - volume_gain / kMaxVolumeGain, 0.0, 1.0);

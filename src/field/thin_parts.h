@@ -6,8 +6,8 @@
 
 namespace polymorph {
 
-/// Radius to which thin parts are thickened, relative to the radius of the thinnest visible part:
-/// the smoothing that follows makes them thinner again.
+/// Radius to which thin parts are thickened, relative to `thinnest`, the radius of the thinnest
+/// visible part. It is above 1 because the smoothing that follows makes them thinner again.
 inline constexpr float kThickening = 1.35f;
 
 /// Changes distances near thin parts and narrow gaps so that cells of about `thinnest` (a radius,

@@ -58,8 +58,8 @@ void mark_medial_axis(const DistanceGrid& fine, float thick, int stride, int mar
   });
 }
 
-/// Raises values so that none falls by more than `fall` per cell from its neighbours: a chamfer
-/// distance transform (Borgefors 1986), forward and backward.
+/// Raises values so that none is below a neighbour's by more than `max_fall` per cell of distance:
+/// a chamfer distance transform (Borgefors 1986), forward and backward.
 void dilate(float max_fall, DistanceGrid& result) {
   const Int3 n = result.grid.points;
   struct Step {

@@ -10,7 +10,8 @@
 namespace polymorph {
 namespace {
 
-/// Distances are clamped to this many cells; surfaces further apart meet late in the blend.
+/// Number of cells to which distances are clamped. Where the surfaces are further apart than that,
+/// the blend joins them late.
 constexpr float kBand = 6;
 /// Points per axis of a block. All points of a block are sampled, or none.
 constexpr int kBlock = 8;
@@ -24,6 +25,7 @@ struct BlendInputs {
   Engine& engine;
 };
 
+/// Signed distances of points to the model and to the balls' surface.
 struct Distances {
   std::vector<float> model, balls;
 };
@@ -44,9 +46,9 @@ Result<Distances> distances_at(const BlendInputs& in, const std::vector<Vec3>& p
   return out;
 }
 
-/// Marks the blocks that the blend's surface may cross: those within `near` of either surface, and
-/// those next to a block on the other side of one: an open model's inside may end far from its
-/// faces.
+/// Marks the blocks that the blend's surface may cross. These are the blocks within `near` of
+/// either surface, and adjacent blocks on different sides of a surface, because the inside of an
+/// open model may end far from its faces. `middles`: distances of the blocks' centres.
 std::vector<bool> find_crossed_blocks(const Distances& middles, Int3 blocks, float near) {
   const auto index = [&](int x, int y, int z) {
     return static_cast<std::size_t>((z * blocks.y + y) * blocks.x + x);
@@ -69,7 +71,9 @@ std::vector<bool> find_crossed_blocks(const Distances& middles, Int3 blocks, flo
   return out;
 }
 
-/// Samples both distances at the grids' common points.
+/// Computes both distances at the points of the grid that `model` and `balls` have in common. First
+/// it samples the centres of all blocks, then all points of the blocks that the surface may cross.
+/// In the other blocks only the sign counts, which is that of the centre.
 Status fill_distances(const BlendInputs& in, DistanceGrid& model, DistanceGrid& balls) {
   const Grid& grid = model.grid;
   const Int3 n = grid.points;
@@ -141,8 +145,8 @@ float invert_smoothstep(float s) {
   return static_cast<float>(t);
 }
 
-/// Makes a regression around `box` that maps points to themselves, with the same progress
-/// everywhere.
+/// Makes a regression around `box` with two maps (kernels/morph_surface.h). Both take points to
+/// themselves; the progress, which is the fourth value of map 0, is the same everywhere.
 std::shared_ptr<const Regression> identity_map(const Box& box, float progress) {
   auto map = std::make_shared<Regression>();
   map->maps = 2;
@@ -175,7 +179,7 @@ Result<BlendField> make_blend_field(const Model& model, const InsideTest& inside
                                *model_distances, *ball_distances));
   for (DistanceGrid* distances : {model_distances.get(), ball_distances.get()}) {
     close_border(*distances);
-    bound_slopes(*distances);
+    set_lipschitz(*distances);
   }
   return BlendField{std::move(model_distances), std::move(ball_distances), std::move(surface),
                     std::move(to_surface)};

@@ -1,5 +1,5 @@
-// Boundary blend: interpolates between the distance fields of a model and of its balls' surface
-// (docs/method.md, Boundary).
+// Boundary blend: the transition from a model to its balls' surface, by interpolation between the
+// signed distances to both (docs/method.md, Boundary).
 #pragma once
 
 #include <memory>
@@ -21,16 +21,18 @@ struct BlendField {
 };
 
 /// Measures both distances on a grid around both surfaces. `to_model`: closest points of `model`;
-/// `surface`: the balls' surface, where their field is 1. The cells' edge is `cell`, but at least
-/// 1/256 of the longest side of the box. Errors: as Engine::sample().
+/// `surface`: the balls' surface, where their field is 1. The cells' edge is `cell` or the longest
+/// side of the surfaces' box over kMaxDistanceCells (field/distance_grid.h), whichever is larger.
+/// Errors: as Engine::sample().
 Result<BlendField> make_blend_field(const Model& model, const InsideTest& inside,
                                     const ClosestPointQuery& to_model, const BallSet& balls,
                                     Mesh surface, float cell, const ExtractSettings& settings,
                                     Engine& engine);
 
-/// Extracts the surface (1 - w) model + w balls = 0 with w = `progress`: 0 gives the model as the
-/// grid resolves it, 1 the balls' surface. It is closed and manifold. Its normals mix those of the
-/// nearest points of both surfaces with the same weights. Errors: as Engine::extract().
+/// Extracts the surface (1 - w) field.model + w field.balls = 0 with w = `progress`: 0 gives the
+/// model as the grid resolves it, 1 the balls' surface. The mesh is closed and manifold. Its
+/// normals mix, with the same weights, the normals at the nearest points of both surfaces. Errors:
+/// as Engine::extract().
 Result<Mesh> blend_surface(const BlendField& field, const Model& model,
                            const ClosestPointQuery& to_model, float progress,
                            const ExtractSettings& settings, Engine& engine);

@@ -13,10 +13,10 @@ namespace polymorph {
 
 /// Crossfade: the model shrinks while the balls grow.
 struct CrossfadeStage {
-  std::vector<Vec3> targets;  ///< shrink_targets(): one per model point
+  std::vector<Vec3> targets;  ///< shrink_targets() (leg/crossfade.h), one per model point
 };
 
-/// Data of one of three methods, or none: a cut, after which the balls replace the model at once.
+/// Data of one of three methods. std::monostate is a cut: the balls replace the model at once.
 using BoundaryStage = std::variant<std::monostate, CrossfadeStage, Projection, BlendField>;
 
 }  // namespace polymorph

@@ -10,9 +10,9 @@
 
 namespace polymorph {
 
-/// Makes the boundary stage of an object whose balls and `closest` are set. `surface`: surface of
-/// its balls. If a projection leaves more than 2 % of the visible area off that surface, the stage
-/// is a blend instead. Errors: the engine's.
+/// Makes the boundary stage of an object whose members `balls` and `closest` are set. `surface`:
+/// surface of its balls. If a projection leaves more than 2 % of the visible area off that surface
+/// (Projection::arrived, leg/project.h), the stage is a blend instead. Errors: the engine's.
 Result<BoundaryStage> make_boundary_stage(const PreparedObject& object, BoundaryMethod method,
                                           Mesh surface, const LegSettings& settings,
                                           Engine& engine);
@@ -24,7 +24,7 @@ struct BoundaryMoment {
   float growth = 0;     ///< size of the balls; 0: absent; 1: full size
 };
 
-/// Meshes that a boundary stage shows at a moment.
+/// Meshes that a boundary stage shows at a moment. Any member may be empty.
 struct BoundarySurface {
   std::vector<Ball> balls;           ///< crossfade only: the balls at their present size
   Mesh surface;                      ///< surface of the balls, or its blend with the model

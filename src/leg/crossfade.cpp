@@ -15,8 +15,8 @@ namespace {
 constexpr float kLog2E = 1.44269504f;
 
 Vec3 shrink_target(Vec3 point, const std::vector<Ball>& balls, FieldKind kind) {
-  // The first pass finds the largest term and the second divides by it, against over- and
-  // underflow.
+  // The first pass finds the largest contribution and the second divides by it, so that nothing
+  // overflows or underflows.
   float max_log_strength = -std::numeric_limits<float>::infinity();
   for (const Ball& ball : balls) {
     const Vec3 d = point - ball.center;

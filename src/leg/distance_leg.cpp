@@ -10,7 +10,8 @@
 namespace polymorph {
 namespace {
 
-/// A vessel turns into its filled shape near its own end, before the other object tears its walls.
+/// Progress, from a vessel's own end of the leg, over which it turns into its filled shape, before
+/// the other object tears its walls.
 constexpr DetailFade kVesselFade = {0, 0.2f};
 
 /// Replaces vessels by their filled shapes: the volume is kept as if they were solid.
@@ -20,7 +21,8 @@ MorphSurface fill_vessels(const Leg& leg, MorphSurface field) {
   return field;
 }
 
-/// Computes how far the surface shows a vessel's walls, whose volume is not kept: 0, filled, to 1.
+/// Computes how far the surface shows a vessel's walls, whose volume is not kept: from 0 (the
+/// vessel is filled) to 1. `u`: eased progress.
 float wall_visibility(const Leg& leg, float u) {
   const auto visibility_at = [](float progress) {
     return smoothstep((kVesselFade.end - progress) / (kVesselFade.end - kVesselFade.begin));
@@ -43,14 +45,14 @@ bool keeps_volume(const Leg& leg) {
          !is_shell(leg.to->distances);
 }
 
-std::optional<float> level_at(const std::vector<float>& levels, float u) {
+std::optional<float> interpolate_level(const std::vector<float>& levels, float u) {
   const std::vector<float>& at = levels;
   if (at.size() < 3) return std::nullopt;
   const auto last = at.size() - 1;
   const float x = std::clamp(u, 0.0f, 1.0f) * static_cast<float>(last);
   const std::size_t k = std::min(static_cast<std::size_t>(x), last - 1);
   const float t = x - static_cast<float>(k), t2 = t * t, t3 = t2 * t;
-  // At an end: the slope of the parabola through the three nearest levels.
+  // At either end of the list, this is the slope of the parabola through the three nearest levels.
   const auto slope = [&](std::size_t i) {
     if (i == 0) return 2 * at[1] - 1.5f * at[0] - 0.5f * at[2];
     if (i == last) return 1.5f * at[last] + 0.5f * at[last - 2] - 2 * at[last - 1];
@@ -90,7 +92,8 @@ Status extract_between(const Leg& leg, const LevelSearch& search, Engine& engine
       return Ok{};
     }
   } else if (!at_an_end && has_shell) {
-    // A shell's volume means little, but its walls must have no holes: thicken them where needed.
+    // A shell's volume means little, but its walls must have no holes. The level -1 moves the
+    // surface outward by the level's weight, which is the amount by which walls must be thickened.
     PM_TRY(field.map,
            make_shortfall_regression(map, leg.plan, state.balls, *from.grid, *to.grid, engine));
     field.level = -1;
@@ -115,6 +118,7 @@ Result<std::vector<float>> sample_distances(const MorphSurface& field,
   sampled.inv_range = field.linear_range > 0 ? 1 / field.linear_range : 0;
   std::vector<float> values(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
+    // Per point: the four values of the map to the source, then those of the map to the target.
     const AttributeValues &a = maps[2 * i], &b = maps[2 * i + 1];
     const float both_maps[kRegressionValues] = {a.v[0], a.v[1], a.v[2], a.v[3],
                                                 b.v[0], b.v[1], b.v[2], b.v[3]};

@@ -17,15 +17,15 @@ double min_component_share(const Leg& leg, float u) {
   return visit(
       leg, [&] { return min_share; },
       [&](const DistanceLeg&) {
-        // Fragments that separate between two objects, such as a limb's tip, are left out unless
-        // they are as large as a component: near an end, of that end's object; half way, of both
-        // objects.
+        // Fragments that separate between two objects, such as a limb's tip, are left out if they
+        // are much smaller than the smallest component of an object: near an end of the leg, of the
+        // object there; half way, of the object where that component is larger.
         constexpr float kNear = 0.1f, kFar = 0.35f;  // eased progress from the nearer end
         if (min_share <= 0) return min_share;
         const double from = leg.from->distances.smallest_component_share,
                      to = leg.to->distances.smallest_component_share;
-        const double end = fragment_share(u < 0.5f ? from : to),
-                     middle = fragment_share(std::max(from, to));
+        const double end = min_fragment_share(u < 0.5f ? from : to),
+                     middle = min_fragment_share(std::max(from, to));
         const float t = std::clamp((std::min(u, 1 - u) - kNear) / (kFar - kNear), 0.0f, 1.0f);
         return std::max(min_share, std::lerp(end, middle, static_cast<double>(t)));
       });
@@ -36,13 +36,13 @@ void remove_fragments(const Leg& leg, float u, Mesh& surface) {
 }
 
 void remove_fragments(double fraction, const LegSettings& settings, Mesh& surface) {
-  constexpr double kMaxCrumbs = 0.05;  // in play.html, too
+  constexpr double kMaxCrumbs = 0.05;  // interchange/play.html has the same constant
   remove_small_components(surface, fraction,
                           {kMaxCrumbs, static_cast<double>(settings.min_component_share)});
 }
 
-double fragment_share(double smallest) {
-  constexpr double kFragment = 0.015;
+double min_fragment_share(double smallest) {
+  constexpr double kFragment = 0.015;  // largest result, a fraction of the volume
   return std::min(kFragment, 0.5 * smallest);
 }
 

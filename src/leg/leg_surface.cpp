@@ -51,7 +51,7 @@ Result<LegSurface> leg_surface(const Leg& leg, float time, Engine& engine) {
       },
       [&](const DistanceLeg& distances) -> Status {
         const LevelSearch search = {leg.settings.cell, shown,
-                                    level_at(distances.levels, surface.state.u)};
+                                    interpolate_level(distances.levels, surface.state.u)};
         return extract_between(leg, search, engine, surface);
       }));
   // The matrix method's squares are not connected, so each would be a component.

@@ -19,17 +19,20 @@ struct LegParts {
   MorphPlan plan;
   std::shared_ptr<const Leg> before;             ///< Leg::before
   std::vector<std::string> landmark_names = {};  ///< one per landmark of the plan
-  double pace = 1;  ///< motion time of `before` per unit of this leg's motion time (leg_pace())
+  /// leg_pace() (morph/timeline.h) of `before` over that of this leg.
+  double pace = 1;
 };
 
-/// Makes a leg of the kind that `timing` says. A leg made of distances is paced (leg/pacing.h) if
-/// its balls share one eased time. Errors: the engine's.
+/// Makes a leg of the kind timing.interpolation. A leg made of distances is paced (leg/pacing.h) if
+/// its balls share one eased time (morph/motion.h: move_together). `cache`: folder of cache files;
+/// may be empty. Errors: the engine's.
 Result<std::shared_ptr<const Leg>> make_leg(LegParts parts, const LegTiming& timing,
                                             const LegSettings& settings, Engine& engine,
                                             const std::filesystem::path& cache);
 
-/// Makes the leg between the same objects in other poses, whose balls were carried there
-/// (spheres/carry_balls.h). The reference's plan, pacing and levels are reused.
+/// Makes the leg between the objects of `reference` in other poses. Their balls must be those of
+/// the reference, carried to the poses (spheres/carry_balls.h). Plan, pacing and levels are those
+/// of the reference.
 std::shared_ptr<const Leg> pose_leg(const Leg& reference,
                                     std::shared_ptr<const PreparedObject> from,
                                     std::shared_ptr<const PreparedObject> to);

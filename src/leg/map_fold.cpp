@@ -13,11 +13,13 @@
 namespace polymorph {
 namespace {
 
-/// Number of points per time that are tested, roughly.
+/// Approximate number of points that are tested per time.
 constexpr std::size_t kFoldPoints = 4000;
-/// Step of the differences, in spacings of the map's nodes: mostly within one piece of the spline.
+/// Step of the differences, in cells of the map's lattice. It is short, so that the points of a
+/// difference mostly lie in one piece of the spline.
 constexpr float kStepInCells = 0.25f;
-/// A smaller fraction is no fold, but single points where the map nearly folds without landmarks.
+/// Minimum fraction of points that landmarks fold. Fewer are single points where the map nearly
+/// folds without landmarks.
 constexpr double kMinFoldedShare = 1e-3;
 
 std::vector<Vec3> select_points(const std::vector<Vec3>& points) {
@@ -42,6 +44,7 @@ Result<std::vector<std::uint8_t>> find_folds(const std::shared_ptr<const Regress
   std::vector<std::uint8_t> folds(points.size(), 0);
   for (std::size_t i = 0; i < points.size(); ++i)
     for (const std::size_t m : maps) {
+      // Image of point k of the stencil: each of its four points has a value per map.
       const auto at = [&](std::size_t k) {
         const float* v = values[2 * (4 * i + k) + m].v;
         return Vec3d(Vec3{v[0], v[1], v[2]});

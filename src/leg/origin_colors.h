@@ -1,5 +1,5 @@
-// Colours that show a map: each point has the colour of the place that it comes from (the usual
-// picture of a correspondence; Ovsjanikov et al. 2012).
+// Colours that show a map: each point has the colour of the point that it comes from. This is the
+// usual picture of a correspondence (Ovsjanikov et al. 2012).
 #pragma once
 
 #include <memory>
@@ -14,8 +14,8 @@
 namespace polymorph {
 
 /// Traces points of the last leg's surface at `state` back to the source of the first leg. `legs`:
-/// one or more; each begins with the balls in flight of the one before it (Leg::before). Errors:
-/// the engine's.
+/// one or more; each but the first has the previous one as its Leg::before, or begins at that one's
+/// target. Errors: the engine's.
 Result<std::vector<Vec3>> trace_back(std::span<const std::shared_ptr<const Leg>> legs,
                                      const LegState& state, std::vector<Vec3> points,
                                      Engine& engine);

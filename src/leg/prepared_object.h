@@ -1,5 +1,5 @@
-// Prepared object: a model of the chain in scene coordinates, with its balls, distances, colours
-// and boundary stage.
+// Prepared object: a model in scene coordinates, with its balls, distances, colours and boundary
+// stage. The objects through which an actor morphs, in their order, are its chain.
 #pragma once
 
 #include <cstdint>
@@ -29,11 +29,13 @@ struct LegSettings {
   ExtractSettings measured;  ///< extraction of surfaces that volumes and levels are measured on
   ExtractSettings shown;     ///< extraction of the surfaces that frames show
   float min_component_share = 0;  ///< share of the volume below which components are left out
-  bool has_colors = false;        ///< whether objects keep their colours, of which one has several
-  bool contact = false;           ///< keeps the surface on the floor if both objects stand on it
+  /// True if objects keep their own colours and at least one object has several.
+  bool has_colors = false;
+  bool contact = false;  ///< keeps the surface on the floor if both objects stand on it
 };
 
-/// An object of the chain, or the balls in flight at the time at which the next leg takes over.
+/// An object of the chain. Or balls in flight: the balls of a leg that is left before its end, at
+/// the time at which the next leg takes over (leg/make_leg.h: make_flight_object).
 struct PreparedObject {
   std::string name;
   Model model;         ///< balls in flight: their surface, without materials
@@ -41,7 +43,8 @@ struct PreparedObject {
   bool meta = false;   ///< shown as balls only, never as its own mesh
   /// Azimuth of the front, radians from +z towards +x, if the scene sets it.
   std::optional<double> front;
-  int missing_balls = 0;    ///< number of balls still to be fitted (Fits::kCached)
+  /// Number of balls still to be fitted (Fits::kCached, sequence/prepare/prepared_scene.h).
+  int missing_balls = 0;
   std::vector<Ball> balls;  ///< surface at field = 1
   /// Rotation of each ball since the pose that the leg's plan was made for; empty in that pose.
   std::vector<Mat3> ball_rotations;
@@ -50,9 +53,9 @@ struct PreparedObject {
   std::map<std::string, Vec3> landmarks;     ///< points on the surface, by name
   double ball_volume = 0;                    ///< enclosed by the balls' surface
   float field_maximum = 1;                   ///< find_field_maximum() of the balls
-  std::shared_ptr<const ClosestPointQuery> closest;  ///< query of the model
-  std::shared_ptr<const ClosestPointQuery> outer;    ///< query of faces not inside the solid
-  std::vector<std::uint32_t> charts;                 ///< charts of the model's texture
+  std::shared_ptr<const ClosestPointQuery> closest;  ///< closest points of all faces
+  std::shared_ptr<const ClosestPointQuery> outer;    ///< closest points of list_outer_faces()
+  std::vector<std::uint32_t> charts;                 ///< find_texture_charts() (model/transfer.h)
   /// The model's colours without their detail; null if it has one colour or a common look.
   std::shared_ptr<const ColorVolume> colors;
   BoundaryStage boundary;     ///< empty for a meta-object and between legs made of distances
@@ -65,19 +68,21 @@ Result<ObjectDistances> measure_distances(const PreparedObject& object,
                                           const DistanceMeasure& measure, Engine& engine,
                                           const std::filesystem::path& cache);
 
-/// Sets the members that transfer the object's colours to a surface: `outer`, `charts` and, if
-/// `with_colors`, `colors`. Faces inside the solid are left out if `distances.sides` is known.
+/// Sets the members with which the object's colours are transferred to a surface: `outer`, `charts`
+/// and, if `with_colors`, `colors`. Faces inside the solid are left out if `distances.sides` is
+/// known.
 void prepare_transfer(PreparedObject& object, bool with_colors);
 
-/// Returns the index of each name in `all`, which contains every one.
+/// Returns the index in `all` of each of `names`; `all` must contain them.
 std::vector<std::uint32_t> label_numbers(const std::vector<std::string>& names,
                                          const std::vector<std::string>& all);
 
-/// Returns the label of each point of a model, as an index into the actor's names: the label of the
-/// point's last face. `numbers`: label_numbers() of the model's labels.
+/// Returns the label of each point of a model, as an index into the actor's label_names: the label
+/// of the last triangle that has the point. `numbers`: label_numbers() of the model's label_names.
 std::vector<std::uint32_t> model_labels(const Model& model, std::span<const std::uint32_t> numbers);
 
-/// Returns the label of the model's face nearest to each point, as an index into the actor's names.
+/// Returns the label of the model's face nearest to each point, as an index into the actor's
+/// label_names.
 std::vector<std::uint32_t> nearest_labels(const PreparedObject& object,
                                           std::span<const Vec3> points);
 

@@ -14,13 +14,13 @@ namespace polymorph {
 struct Projection {
   std::vector<Vec3> points;   ///< one per model point, on the surface field = 1
   std::vector<Vec3> normals;  ///< unit normals of the field there, outward
-  double arrived = 0;         ///< fraction of the visible area that ends on the surface, [0, 1]
+  double arrived = 0;         ///< area of triangles that arrive over all visible area, [0, 1]
 };
 
 /// Projects each point to where the field is 1: along its normal, by at most 5 % of the model's
 /// diagonal; or else along the field's gradient. Points inside the solid, where parts overlap,
-/// stay. A triangle has arrived if its corners and its centroid are within 0.5 % of the model's
-/// diagonal of the surface.
+/// stay; triangles without such points are visible. A triangle arrives if its corners and its
+/// centroid end at most 0.5 % of the model's diagonal from the surface.
 Projection project_model(const Model& model, const InsideTest& inside, std::span<const Ball> balls,
                          FieldKind kind);
 

@@ -16,8 +16,9 @@
 namespace polymorph {
 namespace {
 
-constexpr int kRounds = 12;
-constexpr std::size_t kSamples = 2000;
+// "The size" is the diagonal of the box of the object from which a map leads (EndMap::size).
+constexpr int kRounds = 12;             ///< iterations of closest points
+constexpr std::size_t kSamples = 2000;  ///< points per surface
 /// Radius of the neighbourhood over which residuals are averaged, as a fraction of the size.
 constexpr float kRadius = 0.08f;
 /// Maximum distance of a closest point that is used, as a fraction of the size.
@@ -50,10 +51,10 @@ Result<Surface> make_surface(const PreparedObject& object, const LegSettings& se
   return surface;
 }
 
-/// The leg's map at one of its ends, from the object at that end to the other object.
+/// The leg's map at one of the leg's ends, from the object at that end to the other object.
 struct EndMap {
   MorphPlan plan;
-  float time = 0;  ///< 0: the map to the target; 1: that to the source
+  float time = 0;  ///< 0: the map to the target; 1: the map to the source
   BallSet balls;
   float size = 1;  ///< diagonal of the object at that end
 
@@ -134,8 +135,8 @@ void move_offsets(const Surface& own, const Residuals& residuals, EndMap& map) {
       16);
 }
 
-/// Halves the offsets around the points at which they fold the map, until it folds only at the
-/// points of `folded`, where it folds without offsets. After kMaxHalvings they become 0.
+/// Halves the offsets around the points at which they fold the map, until the map folds only at the
+/// points of `folded`, where it folds without offsets. After kMaxHalvings these offsets become 0.
 Status unfold(EndMap& map, const std::vector<Vec3>& points, const std::vector<std::uint8_t>& folded,
               Engine& engine) {
   const float radius = kRadius * map.size;

@@ -16,14 +16,15 @@ float smoothstep(float low, float high, float x) {
   return t * t * (3.0f - 2.0f * t);
 }
 
-/// Mixes the leg's colours without detail over those of the previous leg. `is_last`: of the top
-/// leg.
+/// Mixes the leg's colours without detail over those of the legs before it. `is_last`: no other leg
+/// follows.
 void fade_colors(const Leg& leg, const PullBack& pulled, const ColorFade& fade, bool is_last,
                  SurfaceLook& look) {
   if (!leg.settings.has_colors) return;
+  // The weight of the detail: that of the layers below fades as the source's does.
   const float detail = (1 - look.color_share) * fade.source + fade.target;
   look.color_share = 1 - detail;
-  if (is_last && detail >= 1) {  // the detail covers them
+  if (is_last && detail >= 1) {  // the detail covers these colours
     look.colors.clear();
     return;
   }
@@ -53,8 +54,8 @@ struct LegOrigins {
   std::vector<ClosestPoint> source, target;  ///< closest points of the objects, as in Origins
 };
 
-/// Adds the look of a leg at a time of its motion, over that of the previous leg if this one began
-/// in its flight.
+/// Adds the look of a leg at a time of its motion. If the leg began with the balls in flight of an
+/// earlier one, the look of that leg is added first, below.
 Status add_look(const Leg& leg, float time, const LegOrigins& origins, bool is_last,
                 LookTarget& target) {
   const PullBack& pulled = origins.pulled;

@@ -20,7 +20,7 @@ struct ColorFade {
   float color;           ///< weight of the target in the colours without detail
   float source, target;  ///< weight of each object's detail
 };
-/// Computes the weights at the eased progress u.
+/// Computes these weights at the eased progress u.
 ColorFade color_fade(float u);
 
 /// An object's materials, transferred to a surface.
@@ -35,10 +35,11 @@ ObjectLayer object_layer(std::shared_ptr<const PreparedObject> object,
                          std::span<const Triangle> triangles, const Origins& origins,
                          float share = 1);
 
-/// A surface's own look.
+/// Look of a surface made from the materials of its objects.
 struct SurfaceLook {
-  /// Layers from the bottom: the source, then the target. There are more in a mixture, or if an
-  /// earlier leg was left before its target. Empty: the common look.
+  /// Layers from the bottom: the source, then the target. There are more in a mixture of several
+  /// objects, or if an earlier leg was left before its target. Empty: the surface has the scene's
+  /// common look.
   std::vector<ObjectLayer> layers;
   /// Colour of each vertex without detail, mixed over the layers with the weight `color_share`.
   /// Empty if no object has several colours or the weight is 0.
@@ -48,24 +49,25 @@ struct SurfaceLook {
 /// Returns the object's colour without detail at a point of its model.
 Vec3 plain_color(const PreparedObject& object, Vec3 at);
 
-/// Normals of a model for a surface that is nearly the model. Without them a smoothly shaded model
-/// would show its faces as soon as it moves.
+/// Input of add_end_normals(): a surface that is nearly the model of `object`.
 struct EndNormals {
   const PreparedObject& object;
   const AffineMap& map;              ///< linear part of the map from the surface to the object
   const std::vector<Vec3>& origins;  ///< the surface's points, mapped to the object
-  float weight = 1;
+  float weight = 1;                  ///< weight of the model's normals
 };
-/// Mixes the model's normals into those of the surface. Returns the model's points closest to the
-/// origins; empty where the model has no normals of its own.
+/// Mixes the model's own normals into those of the surface. Without them a smoothly shaded model
+/// would show its faces as soon as it moves. Returns the model's points closest to the origins;
+/// nothing if the model has no normals of its own.
 std::vector<ClosestPoint> add_end_normals(const EndNormals& end, std::vector<Vec3>& normals);
 
-/// Computes the weight of the model's own normals. `distance`: eased progress from its end, [0, 1].
+/// Computes EndNormals::weight. `distance`: eased progress between the surface and the end of the
+/// leg at which the model is, [0, 1].
 float end_normals_weight(float distance);
 
-/// Computes the look of a leg's surface if `own_look`, and mixes a model's own normals into those
-/// of the surface near that model's end: both from the positions of the surface's points on the two
-/// objects. Errors: the engine's.
+/// Computes the look of a leg's surface from the positions of its points on both objects; empty
+/// unless `own_look`. Near an end of the leg, mixes the normals of the model there into those of
+/// the surface (add_end_normals()). Errors: the engine's.
 Result<SurfaceLook> leg_look(const Leg& leg, bool own_look, LegSurface& surface, Engine& engine);
 
 }  // namespace polymorph

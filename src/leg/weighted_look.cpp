@@ -36,7 +36,7 @@ Result<PulledMixture> pull_mixture_back(const Mixture& mixture, const WeightedSu
   PulledMixture pulled{mixture, {}, {}};
   for (const MixedObject& object : mixture.objects) {
     PM_TRY(std::vector<Vec3> places,
-           places_on(object, surface.lift, surface.mesh.positions, engine));
+           map_to_object(object, surface.lift, surface.mesh.positions, engine));
     pulled.places.push_back(std::move(places));
   }
   return pulled;
@@ -83,7 +83,7 @@ void blend_weighted_normals(PulledMixture& pulled, Mesh& surface) {
   if (weight == 0 || surface.normals.empty()) return;
   AffineMap map;
   for (int i = 0; i < 3; ++i)
-    map.rows[i] = to_float({mixed.turn.at(i, 0), mixed.turn.at(i, 1), mixed.turn.at(i, 2)});
+    map.rows[i] = to_float({mixed.linear.at(i, 0), mixed.linear.at(i, 1), mixed.linear.at(i, 2)});
   pulled.closest =
       add_end_normals({*mixed.object, map, pulled.places[heaviest], weight}, surface.normals);
 }

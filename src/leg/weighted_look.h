@@ -12,14 +12,14 @@
 
 namespace polymorph {
 
-/// Computes the weight of each object in a mixture's colours; the sum is 1. For two objects the
-/// weights are those of color_fade().
+/// Computes the weight of each object in a mixture's colours from the objects' weights in the
+/// mixture; the sum is 1. For two objects it is ColorFade::color, and 1 minus that.
 std::vector<float> color_shares(std::span<const float> weights);
 
 /// The positions of a mixture's surface points on each of its objects.
 struct PulledMixture {
   const Mixture& mixture;                 ///< borrowed
-  std::vector<std::vector<Vec3>> places;  ///< one list per object of the mixture
+  std::vector<std::vector<Vec3>> places;  ///< [object of the mixture][surface point]
   /// Closest points of the object with the largest weight, as in Origins.
   std::vector<ClosestPoint> closest;
 };
@@ -27,16 +27,16 @@ struct PulledMixture {
 Result<PulledMixture> pull_mixture_back(const Mixture& mixture, const WeightedSurface& surface,
                                         Engine& engine);
 
-/// Computes the mixture's own look: if one object has nearly all the weight, with that object's
-/// detail; else the mixed colours of the objects without detail.
+/// Computes the mixture's own look. If one object has nearly all the weight, the look has that
+/// object's detail; otherwise it mixes the objects' colours without detail.
 SurfaceLook weighted_look(const PulledMixture& pulled, std::span<const Triangle> triangles);
 
-/// Mixes the model's own normals into those of the surface if one object has nearly all the weight,
-/// and keeps the closest points that it finds.
+/// If one object has nearly all the weight, mixes its model's normals into those of the surface
+/// (add_end_normals()) and sets pulled.closest.
 void blend_weighted_normals(PulledMixture& pulled, Mesh& surface);
 
-/// Returns the label of each point, as an index into the actor's names: the label of its position
-/// on the object with the largest weight.
+/// Returns the label of each point, as an index into the actor's label_names: the label of the
+/// point's position on the object with the largest weight.
 std::vector<std::uint32_t> weighted_labels(const PulledMixture& pulled);
 
 }  // namespace polymorph

@@ -29,7 +29,7 @@ Mat3 scale_matrix(Mat3 a, double factor) {
 struct MixtureInput {
   std::shared_ptr<const PreparedObject> object;
   double weight = 0;
-  PathPart similarity;               ///< space_path()
+  PathPart similarity;               ///< object_similarity()
   const std::vector<Vec3d>& places;  ///< positions of the reference's balls on the object
 };
 
@@ -46,8 +46,8 @@ Result<std::vector<Vec3d>> map_balls_to_target(const Leg& leg, Engine& engine) {
 
 MixtureInput make_input(const ShapeSpace& space, std::size_t object, float weight) {
   const Leg& leg = *space.legs[object > 0 ? object - 1 : 0];
-  return {object > 0 ? leg.to : leg.from, static_cast<double>(weight), space_path(space, object),
-          space.places[object]};
+  return {object > 0 ? leg.to : leg.from, static_cast<double>(weight),
+          object_similarity(space, object), space.places[object]};
 }
 
 /// Lists the objects of the space whose weight is above 0.
@@ -76,10 +76,11 @@ MeanSimilarity mean_similarity(const std::vector<MixtureInput>& inputs, Vec3d mi
   return mean;
 }
 
-/// Sets the samples, at the positions of the reference's balls in the mixture, and the box around
-/// them. With R, s, f, t the rotation, scale and centres of an object's similarity, w its weight
-/// and p a ball's position on it, the ball goes to c + S Q sum_i w ((1/s) R^T (p - t) + f - m),
-/// with Q, S and c those of the mean and m the middle.
+/// Sets mixture.samples, at the positions of the reference's balls in the mixture, and mixture.box.
+/// A ball's position is c + S Q sum_i w_i ((1/s_i) R_i^T (p_i - t_i) + f_i - m). The sum is over
+/// the objects i: w_i is the weight of object i and p_i the ball's position on it; R_i, s_i, f_i
+/// and t_i are rotation, scale, from_center and to_center of its similarity. Q, S and c are
+/// rotation, scale and centre of mixture.mean, and m is `middle`.
 void mix_balls(const MorphPlan& plan, const std::vector<MixtureInput>& inputs, Vec3d middle,
                Mixture& mixture) {
   const MeanSimilarity& mean = mixture.mean;
@@ -124,6 +125,7 @@ Regression empty_regression(const Mixture& mixture) {
   regression.affine[0] = {{Vec3{}, Vec3{}, Vec3{}}, {}};
   Grid& lattice = regression.lattice;
   lattice.cell = kMapSpacing * mixture.size;
+  // Three nodes are added on each side: the spline is defined from node 1 to the last but one.
   lattice.origin = mixture.box.low - Vec3{3, 3, 3} * lattice.cell;
   const auto nodes = [&](float length) {
     return static_cast<int>(std::ceil(length / lattice.cell)) + 7;
@@ -133,7 +135,8 @@ Regression empty_regression(const Mixture& mixture) {
   return regression;
 }
 
-/// Makes a sample's value with its derivative.
+/// Makes the values of a sample: the vector `value`, which changes by `slope` with the offset from
+/// the sample. The fourth value is 0.
 BallAttribute make_value(Vec3 value, const Mat3& slope) {
   BallAttribute attribute;
   attribute.value[0] = value.x, attribute.value[1] = value.y, attribute.value[2] = value.z;
@@ -148,17 +151,17 @@ MixedObject make_mixed_object(const MixtureInput& input, const Mixture& mixture)
   MixedObject mixed{input.object, static_cast<float>(input.weight), {}, 1, {}};
   const double log_scale = input.similarity.log_scale - mean.log_scale;
   mixed.scale = static_cast<float>(exp_scalar(-log_scale));
-  mixed.turn = scale_matrix(exp_rotation(input.similarity.turn) * transposed(mean.rotation),
-                            exp_scalar(log_scale));
+  mixed.linear = scale_matrix(exp_rotation(input.similarity.turn) * transposed(mean.rotation),
+                              exp_scalar(log_scale));
   Regression regression = empty_regression(mixture);
   for (const Vec3d place : input.places)
-    regression.values.push_back(make_value(to_float(place), mixed.turn));
+    regression.values.push_back(make_value(to_float(place), mixed.linear));
   mixed.map = std::make_shared<const Regression>(std::move(regression));
   return mixed;
 }
 
-/// Computes the weights of the objects' distances: smoothstep of the objects' weights, normalized.
-/// As between two objects, the surface starts and arrives slowly.
+/// Computes the weights of the objects' distances: smoothstep of the objects' weights, divided by
+/// their sum. With it the surface starts and arrives slowly, as it does between two objects.
 std::vector<float> distance_shares(const std::vector<MixedObject>& objects) {
   std::vector<float> shares;
   for (const MixedObject& mixed : objects) shares.push_back(polymorph::smoothstep(mixed.weight));
@@ -239,7 +242,8 @@ void for_each_point(const Grid& grid, const Function& function) {
       for (int x = 0; x < grid.points.x; ++x) function(Int3{x, y, z});
 }
 
-/// Evaluates the field on a grid; far from the level, where only the sign counts, by interpolation.
+/// Evaluates the field on a grid. Where it is far from the level, only its sign counts, and it is
+/// interpolated on a coarser grid.
 Result<std::vector<float>> fill_grid(const Grid& grid, const Mixture& mixture, double volume,
                                      Engine& engine) {
   const std::vector<float> shares = distance_shares(mixture.objects);
@@ -249,8 +253,9 @@ Result<std::vector<float>> fill_grid(const Grid& grid, const Mixture& mixture, d
   PM_TRY(coarse.values, sample_field(mixture, shares, points, engine));
   const float level =
       mixture.keeps_volume ? find_level(coarse, volume, kMaxLevel * mixture.size) : 0;
-  // The field's slope is at most 2, and a point is at most half a coarse cell's diagonal from the
-  // nearest corner: 1.73 cells. The rest is for the error of `level`.
+  // The field's slope is at most 2, and a point is at most half a coarse cell's diagonal (0.87
+  // cells) from the nearest corner, so that their values differ by at most 1.73 cells. The rest of
+  // the range is for the error of `level`.
   const float range = 2.5f * coarse.grid.cell;
   const Int3 n = grid.points;
   std::vector<float> values(flat_index(grid, {n.x - 1, n.y - 1, n.z - 1}) + 1);
@@ -306,7 +311,7 @@ float move_to_floor(float floor, Mesh& mesh) {
 
 }  // namespace
 
-PathPart space_path(const ShapeSpace& space, std::size_t object) {
+PathPart object_similarity(const ShapeSpace& space, std::size_t object) {
   if (object > 0) return mean_path_part(space.legs[object - 1]->plan);
   const Vec3d center(space.legs.front()->from->model.box().center());
   return {center, center, {}, 0};
@@ -319,7 +324,7 @@ double ball_deviation(const Ball& ball, double scale) {
 double min_mixture_component_share(const PreparedObject& object, const LegSettings& settings) {
   const auto min_share = static_cast<double>(settings.min_component_share);
   if (min_share <= 0) return 0;
-  return std::max(min_share, fragment_share(object.distances.smallest_component_share));
+  return std::max(min_share, min_fragment_share(object.distances.smallest_component_share));
 }
 
 Result<ShapeSpace> make_shape_space(std::vector<std::shared_ptr<const Leg>> legs, Engine& engine) {
@@ -395,7 +400,7 @@ Result<WeightedSurface> weighted_surface(const Mixture& mixture, Engine& engine)
     for (float& value : field->values) value -= surface.level;
   }
   close_border(*field);
-  bound_slopes(*field);
+  set_lipschitz(*field);
   PM_TRY(surface.mesh, extract_distances(engine, field, settings.cell, settings.shown));
   clean_up(mixture, surface.mesh);
   if (mixture.stands) surface.lift = move_to_floor(mixture.floor, surface.mesh);
@@ -419,8 +424,8 @@ Result<std::vector<float>> weighted_field(const Mixture& mixture, const Weighted
   return values;
 }
 
-Result<std::vector<Vec3>> places_on(const MixedObject& object, float lift,
-                                    const std::vector<Vec3>& points, Engine& engine) {
+Result<std::vector<Vec3>> map_to_object(const MixedObject& object, float lift,
+                                        const std::vector<Vec3>& points, Engine& engine) {
   std::vector<Vec3> lowered = points;
   for (Vec3& p : lowered) p.y -= lift;
   std::vector<AttributeValues> values;
@@ -430,11 +435,11 @@ Result<std::vector<Vec3>> places_on(const MixedObject& object, float lift,
   return places;
 }
 
-Result<std::vector<Vec3>> places_on_reference(const ShapeSpace& space,
-                                              std::span<const float> weights, float lift,
-                                              const std::vector<Vec3>& points, Engine& engine) {
+Result<std::vector<Vec3>> map_to_reference(const ShapeSpace& space, std::span<const float> weights,
+                                           float lift, const std::vector<Vec3>& points,
+                                           Engine& engine) {
   PM_TRY(const Mixture mixture, mix_objects(space, weights));
-  return places_on(make_mixed_object(make_input(space, 0, 0), mixture), lift, points, engine);
+  return map_to_object(make_mixed_object(make_input(space, 0, 0), mixture), lift, points, engine);
 }
 
 Result<Flow> weighted_flow(const ShapeSpace& space, std::span<const float> now,
@@ -446,7 +451,7 @@ Result<Flow> weighted_flow(const ShapeSpace& space, std::span<const float> now,
   for (std::size_t b = 0; b < mixture.samples.size(); ++b) {
     const Vec3 step = later.samples[b].center - mixture.samples[b].center;
     regression->values.push_back(make_value(step, scale_matrix({}, 0)));
-    regression->values.back().value[3] = 1 - now.front();
+    regression->values.back().value[3] = 1 - now.front();  // progress, as in read_flow()
   }
   std::vector<AttributeValues> values;
   PM_TRY_STATUS(to_status(engine.regress(regression, points, values)));

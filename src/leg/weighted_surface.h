@@ -15,11 +15,14 @@
 
 namespace polymorph {
 
-/// Objects that can be mixed: a reference, and a leg from it to each other object. All maps go
-/// through the reference, so they compose: A to B and B to C is A to C.
+/// Objects that can be mixed: a reference (object 0), and a leg from it to each other object. All
+/// maps go through the reference, so they compose: mapping A to B and then B to C is mapping A to
+/// C.
 struct ShapeSpace {
-  std::vector<std::shared_ptr<const Leg>> legs;  ///< one or more, made of distances, of one source
-  /// Positions of the reference's balls on each object, the reference first.
+  /// Leg k leads from the reference to object k + 1. There is at least one; all are made of
+  /// distances.
+  std::vector<std::shared_ptr<const Leg>> legs;
+  /// [object][ball]: positions of the reference's balls on each object.
   std::vector<std::vector<Vec3d>> places;
 };
 
@@ -31,9 +34,9 @@ Result<ShapeSpace> make_shape_space(std::vector<std::shared_ptr<const Leg>> legs
 struct MixedObject {
   std::shared_ptr<const PreparedObject> object;
   float weight = 0;
-  std::shared_ptr<const Regression> map;  ///< map from the mixture to it
-  float scale = 1;                        ///< scene units per unit of its lengths
-  Mat3 turn;                              ///< linear part of the map: rotation and scaling
+  std::shared_ptr<const Regression> map;  ///< map from the mixture to the object
+  float scale = 1;                        ///< length in the mixture per length on the object
+  Mat3 linear;                            ///< linear part of the map: rotation and scaling
 };
 
 /// Similarity transform from the reference to a mixture.
@@ -45,9 +48,10 @@ struct MeanSimilarity {
 
 /// Mixture of a space's objects at some weights. The reference's balls are at the weighted mean of
 /// their positions on all objects. The objects' rotations and scalings are averaged by their
-/// logarithms. Kernel regressions around the balls are the maps to the objects.
+/// logarithms. The maps to the objects are kernel regressions around the balls
+/// (kernels/morph_surface.h).
 struct Mixture {
-  std::vector<MixedObject> objects;  ///< same order as in the space
+  std::vector<MixedObject> objects;  ///< those of weight above 0, in the order of the space
   MeanSimilarity mean;
   std::vector<RegressionSample> samples;  ///< one per ball of the reference
   Box box;                                ///< bounds of the surface
@@ -64,14 +68,15 @@ Result<Mixture> mix_objects(const ShapeSpace& space, std::span<const float> weig
 
 /// Returns the similarity transform from the reference to an object of the space: rotation, scaling
 /// and translation; the identity for the reference itself (object 0).
-PathPart space_path(const ShapeSpace& space, std::size_t object);
+PathPart object_similarity(const ShapeSpace& space, std::size_t object);
 
-/// Computes a ball's contribution to the standard deviation of its regression kernel, in scene
-/// units. `scale`: scaling from the reference to the mixture.
+/// Computes the part of RegressionSample::deviation that depends on the ball: 0.7 / sqrt(2 a),
+/// scaled from the reference to the mixture. The other part, kMapDeviation (morph/smooth_map.h) of
+/// the size, is added to it in squares.
 double ball_deviation(const Ball& ball, double scale);
 
-/// Computes the fraction of the volume below which components of a mixture are left out, as far as
-/// one of its objects is concerned; the mixture takes the maximum over its objects.
+/// Computes the fraction of the volume below which components of a mixture are left out because of
+/// one of its objects. The mixture's fraction is the maximum over its objects.
 double min_mixture_component_share(const PreparedObject& object, const LegSettings& settings);
 
 /// Surface of a mixture: where the weighted sum of its objects' distances, mapped to the mixture,
@@ -86,24 +91,24 @@ struct WeightedSurface {
 /// kResource.
 Result<WeightedSurface> weighted_surface(const Mixture& mixture, Engine& engine);
 
-/// Evaluates, at points, the field whose zero set is the surface: positive inside. It is the signed
-/// distance if one object has all the weight. Errors: the engine's.
+/// Evaluates, at points, the field whose zero set is the surface; it is positive inside. If one
+/// object has all the weight, it is that object's signed distance. Errors: the engine's.
 Result<std::vector<float>> weighted_field(const Mixture& mixture, const WeightedSurface& surface,
                                           const std::vector<Vec3>& points, Engine& engine);
 
 /// Maps points of the mixture to one of its objects. `lift`: WeightedSurface::lift. Errors: the
 /// engine's.
-Result<std::vector<Vec3>> places_on(const MixedObject& object, float lift,
-                                    const std::vector<Vec3>& points, Engine& engine);
+Result<std::vector<Vec3>> map_to_object(const MixedObject& object, float lift,
+                                        const std::vector<Vec3>& points, Engine& engine);
 
 /// Maps points of a mixture to the reference, whose weight may be 0. `lift`: WeightedSurface::lift.
 /// Errors: as mix_objects(); the engine's.
-Result<std::vector<Vec3>> places_on_reference(const ShapeSpace& space,
-                                              std::span<const float> weights, float lift,
-                                              const std::vector<Vec3>& points, Engine& engine);
+Result<std::vector<Vec3>> map_to_reference(const ShapeSpace& space, std::span<const float> weights,
+                                           float lift, const std::vector<Vec3>& points,
+                                           Engine& engine);
 
-/// Computes the motion of points of a mixture from the weights `now` to the weights `next`, which
-/// is that of the balls around them. Progress is 1 minus the reference's weight. Errors: as
+/// Computes the motion of points of a mixture from the weights `now` to the weights `next`: points
+/// move with the balls around them. Flow::progress is 1 minus the reference's weight. Errors: as
 /// mix_objects(); the engine's.
 Result<Flow> weighted_flow(const ShapeSpace& space, std::span<const float> now,
                            std::span<const float> next, const std::vector<Vec3>& points,

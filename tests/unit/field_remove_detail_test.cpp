@@ -44,7 +44,7 @@ Object make_object(float cell) {
   fill(coarse, object.spline.values);
   fill(object.distances.grid, object.distances.values);
   close_border(object.distances);
-  bound_slopes(object.distances);
+  set_lipschitz(object.distances);
   return object;
 }
 

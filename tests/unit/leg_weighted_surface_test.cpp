@@ -128,11 +128,11 @@ TEST_F(WeightedSurfaceTest, MapsAreTheIdentityAtTheObjects) {
     ASSERT_EQ(mixture->objects.size(), 1u);
     const std::vector<Vec3> points = {objects[i]->model.box().center(),
                                       objects[i]->model.points[0]};
-    const auto places = places_on(mixture->objects[0], 0, points, *engine);
+    const auto places = map_to_object(mixture->objects[0], 0, points, *engine);
     ASSERT_TRUE(places.ok());
     for (std::size_t k = 0; k < points.size(); ++k)
       EXPECT_LT(length((*places)[k] - points[k]), 1e-4f);
-    const auto on_reference = places_on_reference(space, weights, 0, points, *engine);
+    const auto on_reference = map_to_reference(space, weights, 0, points, *engine);
     ASSERT_TRUE(on_reference.ok());
     if (i == 0) {
       EXPECT_EQ(*on_reference, *places);

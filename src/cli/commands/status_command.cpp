@@ -9,7 +9,7 @@
 #include "morph/timeline.h"
 #include "sequence/run/frame_files.h"
 #include "sequence/run/part_files.h"
-#include "sequence/run/sample_rows.h"
+#include "sequence/run/partial_frames.h"
 #include "sequence/run/status.h"
 
 namespace polymorph {
@@ -37,7 +37,7 @@ constexpr StateName kStates[]{{FileState::kCurrent, "whole"},
                               {FileState::kPart, "part"}};
 
 JsonValue to_json(const std::vector<int>& frames, const std::vector<FileState>& states,
-                  const std::string& hash, const std::vector<SampleRow>& samples) {
+                  const std::string& hash, const std::vector<PartialFrames>& samples) {
   JsonValue json{{"ok", true}, {"scene_hash", hash}};
   for (const StateName& state : kStates) json[state.name] = JsonValue::array();
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -45,9 +45,10 @@ JsonValue to_json(const std::vector<int>& frames, const std::vector<FileState>& 
     if (states[i] != FileState::kCurrent) json["ok"] = false;
   }
   json["samples"] = JsonValue::array();
-  for (const SampleRow& row : samples)
-    json["samples"].push_back(
-        {{"samples", format_samples(row.ranges)}, {"total", row.total()}, {"frames", row.frames}});
+  for (const PartialFrames& group : samples)
+    json["samples"].push_back({{"samples", format_samples(group.ranges)},
+                               {"total", group.total()},
+                               {"frames", group.frames}});
   return json;
 }
 
@@ -62,18 +63,19 @@ std::string render_command(const CommandLine& line, const StatusOptions& options
   return command;
 }
 
-/// Describes the next step to complete the frames of a row: render the missing samples, or merge.
-std::string next_step(const CommandLine& line, const std::string& output, const SampleRow& row) {
-  const std::string frames = frame_list(row.frames);
-  if (!row.is_complete()) {
+/// Describes the next step to complete the frames of a group: render the missing samples, or merge.
+std::string next_step(const CommandLine& line, const std::string& output,
+                      const PartialFrames& group) {
+  const std::string frames = frame_list(group.frames);
+  if (!group.is_complete()) {
     std::string ranges;
-    for (const SampleRange& range : missing_ranges(row.ranges, row.total()))
+    for (const SampleRange& range : missing_ranges(group.ranges, group.total()))
       ranges +=
           fmt::format("{}--samples {}", ranges.empty() ? "" : " and ", format_sample_range(range));
     return fmt::format("to complete the samples of {}: render them with {}", frames, ranges);
   }
   std::string command = fmt::format("{} merge", line.program);
-  for (const fs::path& folder : row.folders) command += " " + quote_for_shell(folder.string());
+  for (const fs::path& folder : group.folders) command += " " + quote_for_shell(folder.string());
   return fmt::format("to complete {}: {} -o {}", frames, command, quote_for_shell(output));
 }
 
@@ -96,7 +98,8 @@ Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
   hashes.view = options.scene_options.view;
   const std::vector<FileState> states = frame_states(files, frames, hashes);
   const fs::path output_folder = fs::path(output).parent_path();
-  const std::vector<SampleRow> samples = find_samples(output_folder, frames, states, hashes);
+  const std::vector<PartialFrames> samples =
+      find_partial_frames(output_folder, frames, states, hashes);
   if (options.json.enabled)
     PM_TRY_STATUS(write_json(options.json, to_json(frames, states, hashes.scene, samples)));
   std::vector<int> incomplete;
@@ -110,14 +113,14 @@ Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
       print_data("{:<10} {:>6}  {}\n", state.name, matching.size(), frame_list(matching));
   }
   if (incomplete.empty()) return 0;
-  for (const SampleRow& row : samples) {
+  for (const PartialFrames& group : samples) {
     if (!options.json.enabled)
-      print_data("{:<10} {:>6}  {}: {} of {}\n", "samples", row.frames.size(),
-                 frame_list(row.frames), format_samples(row.ranges), row.total());
+      print_data("{:<10} {:>6}  {}: {} of {}\n", "samples", group.frames.size(),
+                 frame_list(group.frames), format_samples(group.ranges), group.total());
     std::erase_if(incomplete, [&](int frame) {
-      return std::binary_search(row.frames.begin(), row.frames.end(), frame);
+      return std::binary_search(group.frames.begin(), group.frames.end(), frame);
     });
-    log_info("{}", next_step(line, output, row));
+    log_info("{}", next_step(line, output, group));
   }
   std::sort(incomplete.begin(), incomplete.end());
   if (!incomplete.empty())

@@ -83,18 +83,18 @@ Result<ActorGeometry> sequence_geometry(const PreparedActor& actor, const MorphS
   return geometry;
 }
 
-/// Adds the motion until the next frame, within the stage. It omits the change of the level that
-/// keeps the volume, and boundary blends, whose surfaces move by less than a cell.
+/// Adds the motion until the next frame, within the stage. The motion omits the change of the level
+/// that keeps the volume. Boundary blends, whose surfaces move by less than a cell, have none.
 Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorGeometry& geometry) {
   const MorphState& now = geometry.moment;
   const MorphState next = is_last ? now : morph_state_at(actor.timeline, now.frame + 1);
-  if (actor.sequence) {
+  if (actor.sequence) {  // a mesh sequence plays
     PM_TRY(geometry.displacement,
            compute_mesh_motion(*actor.sequence, *geometry.mesh,
                                {now.mesh, next.mesh, actor.timeline.playbacks.front().fps}));
     return Ok{};
   }
-  if (actor.space) {
+  if (actor.space) {  // three objects or more are mixed
     const bool is_model = !geometry.points.empty();
     if (now.weights == next.weights && is_model) return Ok{};
     PM_TRY(Flow flow,
@@ -106,7 +106,7 @@ Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorG
       geometry.flow = std::move(flow);
     return Ok{};
   }
-  if (now.object < 0) {
+  if (now.object < 0) {  // the surface of a leg shows
     const Leg& leg = *geometry.leg;
     const bool stays_in_leg = next.leg == now.leg && next.object < 0;
     LegState state;
@@ -119,7 +119,7 @@ Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorG
   }
   if (geometry.points.empty()) return Ok{};
   if (const MeshSequence* sequence = moving_sequence(actor, now.object);
-      sequence && now.boundary == 1) {
+      sequence && now.boundary == 1) {  // a mesh of a sequence shows, as yet without its balls
     const auto index = static_cast<std::size_t>(now.object);
     const MeshStep step = {shown_mesh_number(actor.timeline, index, now.frame),
                            shown_mesh_number(actor.timeline, index, next.frame),
@@ -129,13 +129,14 @@ Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorG
   }
   if (next.object >= 0 && next.object != now.object) return Ok{};
   const float boundary = next.object < 0 ? 0 : next.boundary;
+  // The displacement depends on 1 - boundary, which may be equal for different values of boundary.
   if (1 - boundary == 1 - now.boundary) return Ok{};
   geometry.displacement =
       boundary_displacement(*shown_object(*geometry.leg, now), geometry.points, boundary);
   return Ok{};
 }
 
-/// Makes the geometry that the actor shows in a moment, without its offset.
+/// Makes the geometry that the actor shows in a moment; PreparedActor::offset is not applied.
 Result<ActorGeometry> unshifted_geometry(const PreparedActor& actor, const MorphState& moment,
                                          Engine& engine) {
   if (actor.sequence) return sequence_geometry(actor, moment);
@@ -144,7 +145,7 @@ Result<ActorGeometry> unshifted_geometry(const PreparedActor& actor, const Morph
                      : leg_geometry(actor, moment, engine);
 }
 
-/// Applies the actor's offset.
+/// Moves an actor's geometry by PreparedActor::offset.
 void shift(const PreparedActor& actor, ActorGeometry& geometry) {
   if (actor.offset == Vec3{}) return;
   for (Vec3& p : geometry.surface.positions) p = p + actor.offset;
@@ -154,7 +155,8 @@ void shift(const PreparedActor& actor, ActorGeometry& geometry) {
   geometry.balls = std::move(balls);
 }
 
-/// Makes the geometry of an actor in a frame, with motion and labels, without its offset.
+/// Makes the geometry of an actor in a frame, with motion and labels; PreparedActor::offset is not
+/// applied.
 Result<ActorGeometry> full_geometry(const PreparedScene& prepared, const PreparedActor& actor,
                                     int frame, Engine& engine) {
   const Scene& scene = prepared.scene;

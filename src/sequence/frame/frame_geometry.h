@@ -1,4 +1,5 @@
-// Frame geometry: each actor's balls, surface and mesh, by scene and frame number only.
+// Frame geometry: each actor's balls, surface and mesh in a frame. It depends on the scene and the
+// frame number only.
 #pragma once
 
 #include <cstdint>
@@ -16,19 +17,20 @@
 
 namespace polymorph {
 
-/// One actor at one moment.
+/// One actor at one moment. It shows the surface of a leg or mixture, or the model with the index
+/// moment.object, or both while a model turns into its balls.
 struct ActorGeometry {
-  MorphState moment;
-  BallSet balls;  ///< empty while only a model shows
-  float iso = 1;  ///< level of the balls' field at which the surface lies
-  Mesh surface;   ///< surface of the leg, or of the boundary stage of the model `moment.object`
-  std::vector<Vec3> points;           ///< points of the model `moment.object`; empty: none shows
-  std::shared_ptr<const Model> mesh;  ///< the model if it is a mesh of a sequence; else null
-  std::shared_ptr<const Leg> leg;     ///< leg, if balls show or a model turns into balls
-  std::vector<Vec3> corner_normals;   ///< 3 per triangle of the model; empty: its own normals
+  MorphState moment;         ///< state of the actor's motion (morph/timeline.h)
+  BallSet balls;             ///< empty while only a model shows
+  float iso = 1;             ///< level of the balls' field at which the surface lies
+  Mesh surface;              ///< surface of the leg or mixture, or of the model's boundary stage
+  std::vector<Vec3> points;  ///< points of the model; empty: no model shows
+  std::shared_ptr<const Model> mesh;       ///< the model if it is a mesh of a sequence; else null
+  std::shared_ptr<const Leg> leg;          ///< leg, if balls show or a model turns into balls
+  std::vector<Vec3> corner_normals;        ///< 3 per triangle of the model; empty: its own normals
   std::shared_ptr<const Mixture> mixture;  ///< mixture, if three objects or more are mixed
-  float lift = 0;                          ///< height by which the mixture's surface was raised
-  /// Motion until the next frame; only computed if wants_flow().
+  float lift = 0;                          ///< WeightedSurface::lift of the mixture's surface
+  /// Motion until the next frame; only computed if wants_flow() (scene/scene.h).
   Flow flow;                       ///< motion of the surface's points; empty: still
   std::vector<Vec3> displacement;  ///< motion of the model's points; empty: still
   /// Index into the actor's label_names for each vertex; only computed for a label AOV.
@@ -37,7 +39,7 @@ struct ActorGeometry {
   /// Scene-linear colours of the surface's and the model's points that replace materials and look
   /// (paint_origins.h); empty: none.
   std::vector<Vec3> surface_paint, point_paint;
-  bool moves = true;  ///< differs from the frames before and after
+  bool moves = true;  ///< the geometry differs from those of the frames before and after
 };
 
 /// Returns the object of an actor with the index MorphState::object.
@@ -45,11 +47,12 @@ inline const PreparedObject& object_of(const PreparedActor& actor, int object) {
   return *actor.objects[static_cast<std::size_t>(object)];
 }
 
-/// Returns the model that the actor shows: its object's, or a mesh of a sequence.
+/// Returns the model that the actor shows: that of an object, or a mesh of a sequence.
 inline const Model& shown_model(const PreparedActor& actor, const ActorGeometry& geometry) {
   return geometry.mesh ? *geometry.mesh : object_of(actor, geometry.moment.object).model;
 }
 
+/// All actors in one frame.
 struct FrameGeometry {
   int frame = 1;
   float t = 0;                        ///< the scene's time [0, 1]
@@ -58,7 +61,8 @@ struct FrameGeometry {
 };
 
 /// Makes the surface of the actor's leg at a moment of its motion, with its look, even if the
-/// moment shows an object. The actor's `offset` is not applied. Errors: kResource; as leg_at().
+/// moment shows an object. PreparedActor::offset is not applied. Errors: kResource; as leg_at()
+/// (sequence/prepare/actor_poses.h).
 Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState& moment,
                                    Engine& engine);
 

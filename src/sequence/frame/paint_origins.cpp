@@ -10,7 +10,7 @@
 namespace polymorph {
 namespace {
 
-/// Computes the paint of points from their places on the actor's first object.
+/// Computes the paint of points from their positions on the actor's first object.
 std::vector<Vec3> make_paint(const PreparedActor& actor, const std::vector<Vec3>& places) {
   std::vector<Vec3> paint = colors_by_place(places, object_of(actor, 0).model.box());
   for (Vec3& color : paint)
@@ -42,13 +42,15 @@ Status paint_origins(const PreparedScene& prepared, Engine& engine, FrameGeometr
     ActorGeometry& shown = geometry.actors[a];
     if (shown.mixture) {
       PM_TRY(const std::vector<Vec3> places,
-             places_on_reference(*actor.space, shown.moment.weights, shown.lift,
-                                 shown.surface.positions, engine));
+             map_to_reference(*actor.space, shown.moment.weights, shown.lift,
+                              shown.surface.positions, engine));
       shown.surface_paint = make_paint(actor, places);
       continue;
     }
     // If an object is shown (object >= 0), its points are traced from the end of the leg to it.
     const int object = shown.moment.object, count = object >= 0 ? object : shown.moment.leg + 1;
+    // If three objects or more are mixed (actor.space), every leg begins at the first object, so
+    // only the last leg is traced.
     std::vector<std::shared_ptr<const Leg>> legs;
     for (int i = actor.space ? std::max(count - 1, 0) : 0; i < count; ++i) {
       PM_TRY(std::shared_ptr<const Leg> leg, leg_at(actor, i, shown.moment.frame, engine));

@@ -1,4 +1,4 @@
-// Paint that shows, throughout a film, which point becomes which.
+// Paint that shows, throughout a film, which point of an object becomes which point of the others.
 #pragma once
 
 #include "base/result.h"

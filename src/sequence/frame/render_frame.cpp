@@ -46,8 +46,8 @@ std::string ball_counts(const PreparedScene& prepared) {
   return counts;
 }
 
-/// Lists the meanings of the picture's ids (render_scene() assigns them), an actor's surface before
-/// its objects: "2 teapot to penguin, 3 teapot, 4 penguin".
+/// Lists the meanings of the ids that render_scene() assigns, an actor's surface before its
+/// objects: "2 teapot to penguin, 3 teapot, 4 penguin".
 std::string object_names(const PreparedScene& prepared) {
   std::string names;
   int id = 2;
@@ -100,7 +100,7 @@ std::vector<Attribute> make_header(const PreparedScene& prepared, int frame,
   return attributes;
 }
 
-/// Turns a frame's header into a part's: it names the frame that the part belongs to, and says how
+/// Turns a frame's header into the header of one of its parts, which names the frame and says how
 /// the merged frame must be written.
 void make_part_header(const OutputSettings& output, std::vector<Attribute>& header) {
   for (Attribute& attribute : header)
@@ -127,6 +127,7 @@ std::string picture_key(const PreparedScene& prepared, int frame) {
   for (const PreparedActor& actor : prepared.actors) {
     if (differs_from_neighbours(actor.timeline, frame)) return "";
     add(key, morph_state_at(actor.timeline, frame));
+    // Motion vectors depend on the next frame, too.
     if (flows) add(key, morph_state_at(actor.timeline, std::min(frame + 1, actor.timeline.count)));
   }
   return make_frame_view(prepared, frame).camera_motion ? "" : key.hex();
@@ -161,14 +162,14 @@ void put_header(const PreparedScene& prepared, int frame, const FrameOrigin& ori
   image.attributes = std::move(header);
 }
 
-Result<Image> render_share(const PreparedScene& prepared, const FrameShare& share,
-                           Renderer& renderer, const FrameOrigin& origin) {
+Result<Image> render_samples(const PreparedScene& prepared, const FrameSamples& samples,
+                             Renderer& renderer, const FrameOrigin& origin) {
   RenderSettings settings;
   settings.image = prepared.scene.image;
-  settings.frame = share.geometry.frame;
-  settings.part = share.part;
-  PM_TRY(Image image, renderer.render(render_scene(prepared, share.geometry), settings));
-  put_header(prepared, share.geometry.frame, {renderer.isa(), origin.device, origin.command},
+  settings.frame = samples.geometry.frame;
+  settings.part = samples.part;
+  PM_TRY(Image image, renderer.render(render_scene(prepared, samples.geometry), settings));
+  put_header(prepared, samples.geometry.frame, {renderer.isa(), origin.device, origin.command},
              image);
   return image;
 }
@@ -176,7 +177,7 @@ Result<Image> render_share(const PreparedScene& prepared, const FrameShare& shar
 Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& geometry,
                            Renderer& renderer, const std::string& device,
                            const std::string& command) {
-  return render_share(prepared, {geometry, std::nullopt}, renderer, {"", device, command});
+  return render_samples(prepared, {geometry, std::nullopt}, renderer, {"", device, command});
 }
 
 }  // namespace polymorph

@@ -16,7 +16,7 @@ namespace polymorph {
 
 /// The image attribute that holds the scene's hash, SequenceHashes::scene.
 inline constexpr const char* kHashAttribute = "polymorph/scene_hash";
-/// The attribute that holds frame_hash(), the hash of the scene at this frame.
+/// The attribute that holds frame_hash() (sequence/prepare/film_settings.h).
 inline constexpr const char* kFrameHashAttribute = "polymorph/frame_hash";
 /// The attribute that holds frame_hash() in an image of only some of a frame's samples, so that
 /// such an image is never mistaken for the frame.
@@ -28,35 +28,38 @@ inline constexpr const char* kIsaAttribute = "polymorph/isa";
 inline constexpr const char* kDeviceAttribute = "polymorph/device";
 inline constexpr const char* kCommandAttribute = "polymorph/command";
 
-/// Returns a key that is equal for frames with bit-identical pixels; empty if the frame's pixels
-/// may differ from those of all others.
+/// Returns a key that is equal only for frames with bit-identical pixels; empty if the pixels may
+/// differ from those of every other frame.
 std::string picture_key(const PreparedScene& prepared, int frame);
 
-/// Checks that `pictures` pictures at once fit into `limit` bytes (0: no limit). Errors: kResource,
-/// with the bytes needed.
+/// Checks that `pictures` pictures at once fit into `limit` bytes (0: no limit). `part`: samples
+/// that each picture has; empty: all. Errors: kResource, with the bytes needed.
 Status check_picture_memory(const ImageSettings& image, std::size_t pictures, std::uint64_t limit,
                             const std::optional<SampleRange>& part = {});
 
-/// Renders one frame in memory. `geometry`: the result of geometry_at().
+/// Renders one frame in memory. `geometry`: the result of geometry_at(); `device` and `command`:
+/// members of FrameOrigin.
 Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& geometry,
                            Renderer& renderer, const std::string& device,
                            const std::string& command);
 
-/// The run of the program that made a frame, as stated in its header.
+/// The run of the program that made a frame, as stated in the frame's header.
 struct FrameOrigin {
-  std::string isa, device, command;
+  std::string isa;      ///< instruction set of the renderer
+  std::string device;   ///< device of the engine
+  std::string command;  ///< command line
 };
 
 /// A frame, or only some of its samples (render/film/part.h).
-struct FrameShare {
+struct FrameSamples {
   const FrameGeometry& geometry;
   std::optional<SampleRange> part;  ///< empty: the whole frame
 };
-/// Renders a share of a frame in memory. The header names the renderer's isa, not the origin's.
-Result<Image> render_share(const PreparedScene& prepared, const FrameShare& share,
-                           Renderer& renderer, const FrameOrigin& origin);
+/// Renders samples of a frame in memory. The header has renderer.isa() in place of origin.isa.
+Result<Image> render_samples(const PreparedScene& prepared, const FrameSamples& samples,
+                             Renderer& renderer, const FrameOrigin& origin);
 
-/// Replaces the image's header by that of this frame. The entries that describe its mattes, and
+/// Replaces the image's header by that of this frame. Entries that describe Cryptomatte layers, and
 /// those that are needed to merge a part, are kept.
 void put_header(const PreparedScene& prepared, int frame, const FrameOrigin& origin, Image& image);
 

@@ -6,8 +6,8 @@
 
 namespace polymorph {
 
-/// Collects the meshes, camera and lights of one frame; the result borrows from both arguments. Ids
-/// of the id AOV begin at 2 and go through the actors: for each its surface, then its objects.
+/// Collects the meshes, camera and lights of one frame; the result borrows from both arguments. The
+/// ids in the id AOV are consecutive from 2: for each actor its surface, then its objects.
 RenderScene render_scene(const PreparedScene& prepared, const FrameGeometry& geometry);
 
 }  // namespace polymorph

@@ -26,10 +26,11 @@ std::vector<std::uint64_t> list_edges(const Model& model) {
   return edges;
 }
 
-/// Tests whether the points of a mesh correspond to those of the reference: if the meshes share
-/// most edges. Bent polygons may be triangulated differently in another pose, which keeps two
-/// thirds of a mesh of quadrangles' edges.
+/// Tests whether the points of a mesh correspond to those of the reference: whether the meshes
+/// share most edges.
 bool corresponds(const MovingObject& object, const Model& model) {
+  // Bent polygons may be triangulated differently in another pose. If all polygons are quadrangles,
+  // their sides, two thirds of the edges, are still shared.
   constexpr double kMinSharedEdges = 0.55;
   if (model.points.size() != object.reference->model.points.size()) return false;
   const std::vector<std::uint64_t> edges = list_edges(model);
@@ -102,9 +103,9 @@ Result<PoseFit> fit_corresponding(const ActorPoses& poses, const MovingObject& o
   return fit;
 }
 
-/// Finds the balls and landmarks of `model`, which is the mesh with the index `mesh`. If its points
-/// do not correspond to the reference's, they are fitted from mesh to mesh, beginning with the last
-/// earlier mesh that corresponds or has a fit.
+/// Finds the balls and landmarks of `model`, which is the mesh `mesh` of the object `index`. If the
+/// points of the mesh do not correspond to the reference's, balls and landmarks are fitted from
+/// mesh to mesh, beginning with the last earlier mesh that corresponds or has a fit.
 Result<PoseFit> fit_pose(ActorPoses& poses, std::size_t index, int mesh, const Model& model) {
   const MovingObject& object = poses.objects[index];
   const MeshSequence& sequence = *object.sequence;
@@ -115,6 +116,7 @@ Result<PoseFit> fit_pose(ActorPoses& poses, std::size_t index, int mesh, const M
   };
   if (at(mesh)) return *at(mesh);
   const std::string& topology = file_of(sequence, sequence.reference).topology;
+  // The search ends at the reference, the first mesh that can be shown.
   int known = mesh - 1;
   while (file_of(sequence, known).topology != topology && !at(known)) --known;
   PM_TRY(const Model first, load_mesh(sequence, known));

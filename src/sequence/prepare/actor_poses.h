@@ -1,5 +1,7 @@
-// Poses of mesh sequences in a morph. Each frame has legs between its own poses of the objects;
-// poses are made on demand and the last few are kept.
+// Poses of mesh sequences in a morph. A pose is an object with the shape of one mesh of its
+// sequence. The legs are planned for the reference poses (MeshSequence::reference); each frame has
+// legs between the poses that its objects then have. Poses are made on demand and the last few are
+// kept.
 #pragma once
 
 #include <filesystem>
@@ -24,41 +26,42 @@ struct PoseFit {
   std::map<std::string, Vec3> landmarks;
 };
 
-/// An object of a morph that may be a mesh sequence. If it is none, all members are empty.
+/// An object of a morph that may be a mesh sequence. If it is not, all members are empty.
 struct MovingObject {
-  std::shared_ptr<const MeshSequence> sequence;  ///< null: the object is no mesh sequence
-  ObjectSettings settings;
-  std::vector<Vec3> outermost;  ///< outermost points of all its meshes
-  std::shared_ptr<const PreparedObject> reference;
-  std::vector<std::vector<BoundPoint>> bound;  ///< bind_balls() of the reference
-  std::vector<std::uint64_t> edges;            ///< list_edges() of the reference
-  LegKinds kinds;
+  std::shared_ptr<const MeshSequence> sequence;     ///< null: the object is no mesh sequence
+  ObjectSettings settings;                          ///< settings of the object in the scene
+  std::vector<Vec3> outermost;                      ///< outermost points of all meshes
+  std::shared_ptr<const PreparedObject> reference;  ///< the object in its reference pose
+  /// bind_balls() (spheres/carry_balls.h) of the reference: the points that each ball moves with.
+  std::vector<std::vector<BoundPoint>> bound;
+  /// Edges of the reference's triangles, ascending, each as (lower vertex << 32 | higher vertex).
+  std::vector<std::uint64_t> edges;
+  LegKinds kinds;  ///< kinds of the legs that begin or end at the object
 };
 
 /// Inputs from which the poses of an actor are made, and a cache of the last poses.
 struct ActorPoses {
   Scene scene;
-  std::filesystem::path cache;
-  LegSettings settings;
-  std::vector<std::string> label_names;
-  std::vector<MovingObject> objects;  ///< one per object of the chain
+  std::filesystem::path cache;           ///< folder of cache files; empty: none
+  LegSettings settings;                  ///< ActorOutline::settings
+  std::vector<std::string> label_names;  ///< ActorOutline::label_names
+  std::vector<MovingObject> objects;     ///< one per object of the chain
 
   /// A pose in the cache.
   struct CachedPose {
-    std::size_t object = 0;
-    int mesh = 0;
+    std::size_t object = 0;  ///< index in `objects`
+    int mesh = 0;            ///< index in MeshSequence::files
     std::shared_ptr<const PreparedObject> pose;
   };
-  std::mutex mutex;
+  std::mutex mutex;              ///< guards `cached` and `fits`
   std::list<CachedPose> cached;  ///< most recently used first
-  /// Indexed by object and mesh: fits of meshes whose vertices do not correspond to the
-  /// reference's.
+  /// [object][mesh]: fits of meshes whose vertices do not correspond to the reference's.
   std::vector<std::vector<std::optional<PoseFit>>> fits;
 };
 
-/// Sets up the poses of an actor whose objects are `prepared`; null if none is a mesh sequence in a
-/// morph. Moves the outermost points out of `loaded`, where the actor's first object has the index
-/// `first`.
+/// Sets up the poses of an actor; null if none of its objects is a mesh sequence in a morph.
+/// `objects`: the actor's chain; `prepared`: one per object; `first`: index of the first object in
+/// `loaded`, out of which the outermost points are moved.
 std::shared_ptr<ActorPoses> make_poses(const Preparation& preparation, const ActorOutline& outline,
                                        std::span<const ChainObject> objects,
                                        const ObjectList& prepared, std::size_t first,
@@ -69,7 +72,8 @@ std::shared_ptr<ActorPoses> make_poses(const Preparation& preparation, const Act
 Result<std::shared_ptr<const PreparedObject>> object_at(const PreparedActor& actor, int object,
                                                         int frame, Engine& engine);
 
-/// Returns a leg of the actor between the poses of its objects at a frame. Errors: as object_at().
+/// Returns a leg of the actor between the poses that the leg's objects have at a frame. Errors: as
+/// object_at().
 Result<std::shared_ptr<const Leg>> leg_at(const PreparedActor& actor, int leg, int frame,
                                           Engine& engine);
 

@@ -1,4 +1,4 @@
-// Scenes that are prepared on a device.
+// Scene preparation on a device, with the engine that makes the scene's surfaces.
 #pragma once
 
 #include <cstddef>
@@ -27,8 +27,8 @@ struct EngineScene {
   PreparedScene prepared;
 };
 
-/// Prepares a scene on a device, for frames of which `pictures` are in memory at a time, and logs
-/// its warnings. Errors: those of make_engine() and prepare_scene().
+/// Prepares a scene on a device, and logs its warnings. `pictures`: number of rendered frames that
+/// will be in memory at a time. Errors: those of make_engine() and prepare_scene().
 Result<EngineScene> prepare_on_engine(const Scene& scene, const Resources& resources,
                                       std::size_t pictures = 0, Sharing sharing = Sharing::kAlike);
 

@@ -65,8 +65,8 @@ std::vector<CameraSettings> film_poses(const Scene& scene) {
   return settings;
 }
 
-/// Hashes the settings of poses that make_framing() uses. The framing itself is only known after
-/// the legs are made, because a surface between two objects may be larger than both.
+/// Hashes those settings of camera poses that make_framing() uses. The framing itself is only known
+/// after the legs are made, because a surface between two objects may be larger than both.
 std::string hash_poses(std::span<const CameraSettings> poses) {
   Hasher hasher;
   float margin = poses.front().margin, fov = poses.front().fov;
@@ -84,17 +84,19 @@ bool changes(const Scene& scene) {
   return !scene.tracks.empty() || scene.camera.orbit != 0 || scene.frames.turntable > 0;
 }
 
-/// Hashes the meshes of a sequence. In a morph, the balls of a mesh are derived from the
-/// reference's; if its vertices do not correspond, also from all meshes in between.
+/// Hashes the meshes of a sequence. In a morph (`morphs`), the balls of a mesh are derived from the
+/// balls of the reference; if the vertices of the two do not correspond, also from all meshes in
+/// between.
 std::vector<MeshHashes> hash_meshes(const MeshSequence& sequence, bool morphs) {
   std::vector<MeshHashes> hashes;
   const MeshFile& reference = sequence.files[static_cast<std::size_t>(sequence.reference)];
-  std::string past;
+  std::string meshes_so_far;
   for (const MeshFile& file : sequence.files) {
     MeshHashes& mesh_hashes = hashes.emplace_back(MeshHashes{file.digest + file.velocities, {}});
     if (!morphs) continue;
-    past = Hasher().add(std::string_view(past)).add(std::string_view(file.digest)).hex();
-    mesh_hashes.fit = file.topology == reference.topology ? reference.digest : past;
+    meshes_so_far =
+        Hasher().add(std::string_view(meshes_so_far)).add(std::string_view(file.digest)).hex();
+    mesh_hashes.fit = file.topology == reference.topology ? reference.digest : meshes_so_far;
   }
   return hashes;
 }
@@ -132,7 +134,7 @@ void add_moment_meshes(const std::vector<std::vector<MeshHashes>>& meshes, const
 
 /// Adds the meshes of sequences that a frame shows, their transforms and the camera.
 void add_shown_meshes(const Scene& scene, const SequenceHashes& hashes, int frame, Hasher& hasher) {
-  hasher.add(std::string_view(hashes.stage));
+  hasher.add(std::string_view(hashes.placement));
   for (std::size_t a = 0; a < hashes.meshes.size(); ++a) {
     const std::vector<std::vector<MeshHashes>>& meshes = hashes.meshes[a];
     const auto is_empty = [](const auto& list) { return list.empty(); };
@@ -182,8 +184,8 @@ SequenceHashes hash_sequence(const SceneInputs& inputs) {
   hashes.inputs = inputs_hash(inputs);
   hashes.aovs = scene.image.aovs;
   add_meshes(inputs, hashes);
-  const bool moves = camera_moves(scene), plays = !hashes.meshes.empty();
-  if (!plays && (!moves || leaves_balls_in_flight(scene))) return hashes;
+  const bool moves = camera_moves(scene), has_sequences = !hashes.meshes.empty();
+  if (!has_sequences && (!moves || leaves_balls_in_flight(scene))) return hashes;
   std::vector<Vec3> points;
   for (const Model& model : inputs.models)
     points.insert(points.end(), model.points.begin(), model.points.end());
@@ -192,7 +194,7 @@ SequenceHashes hash_sequence(const SceneInputs& inputs) {
     hashes.framing = make_framing(poses, points, scene.image.width, scene.image.height);
     hashes.poses = hash_poses(poses);
   }
-  if (!plays) return hashes;
+  if (!has_sequences) return hashes;
   Hasher hasher;
   const Box box = bounding_box(points);
   for (const Vec3 v : {box.low, box.high}) hasher.add(v.x).add(v.y).add(v.z);
@@ -203,18 +205,19 @@ SequenceHashes hash_sequence(const SceneInputs& inputs) {
       for (const Transform& step : sequence->steps)
         for (const auto& row : step.m)
           for (const float v : row) hasher.add(v);
-  hashes.stage = hasher.hex();
+  hashes.placement = hasher.hex();
   return hashes;
 }
 
 std::string frame_hash(const Scene& scene, const SequenceHashes& hashes, int frame) {
-  const bool plays = !hashes.meshes.empty();
-  if ((!changes(scene) && !plays) || (camera_moves(scene) && !hashes.framing)) return hashes.scene;
+  const bool has_sequences = !hashes.meshes.empty();
+  if ((!changes(scene) && !has_sequences) || (camera_moves(scene) && !hashes.framing))
+    return hashes.scene;
   Hasher hasher;
   Scene moment = scene_at(scene, frame);
   moment.image.aovs = hashes.aovs;
   hasher.add(hashes.inputs).add(settings_text(moment));
-  if (plays) add_shown_meshes(moment, hashes, frame, hasher);
+  if (has_sequences) add_shown_meshes(moment, hashes, frame, hasher);
   if (!hashes.framing) return hasher.hex();
   hasher.add(std::string_view(hashes.poses));
   const FilmCameras cameras = film_cameras(scene, *hashes.framing, frame);

@@ -13,7 +13,7 @@ namespace polymorph {
 
 /// The settings, camera and ground of one frame.
 struct FrameView {
-  Scene scene;  ///< settings; keyed ones have the values of this frame
+  Scene scene;  ///< scene_at() this frame (morph/timeline.h): keyframes are resolved
   Camera camera;
   std::optional<CameraMotion> camera_motion;  ///< empty: the camera stands still around this frame
   std::optional<Camera> rig;                  ///< camera that the lights follow; empty: `camera`
@@ -26,16 +26,17 @@ FrameView make_frame_view(const PreparedScene& prepared, int frame);
 /// Tests whether the scene's camera moves, rotates or zooms.
 bool camera_moves(const Scene& scene);
 
-/// Computes the framing of a film with a moving camera. `points`: points of all objects.
+/// Computes the framing (render/render.h) of a film with a moving camera. `points`: points of all
+/// objects.
 Framing film_framing(const Scene& scene, std::span<const Vec3> points);
 
-/// Computes the components of the frames' hashes from the scene's files; no balls are made.
+/// Computes the components of frame_hash() from the scene's files; no balls are made.
 SequenceHashes hash_sequence(const SceneInputs& inputs);
 
 /// Hashes everything that decides a frame's files: the scene's inputs and its settings at this
-/// frame. It is hashes.scene, the same for all frames, if nothing is keyed and there are no mesh
-/// sequences. So it is if a moving camera frames balls in flight (`retarget`), which are only known
-/// after preparation.
+/// frame. The result is hashes.scene, the same for all frames, in two cases: if no setting has
+/// keyframes, the camera does not move and there are no mesh sequences; or if a moving camera
+/// frames balls in flight (`retarget`), which are only known after preparation.
 std::string frame_hash(const Scene& scene, const SequenceHashes& hashes, int frame);
 
 }  // namespace polymorph

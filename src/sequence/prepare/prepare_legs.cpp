@@ -14,6 +14,8 @@ LabelledObject label_list(const PreparedObject& object) {
   return {object.name, object.model.label_names};
 }
 
+/// Makes the input of a plan for one of its objects. `classes`: member of LabelMatch for that
+/// object, with the class of each label.
 PlanSide plan_side(const PreparedObject& object, const std::vector<std::int32_t>& classes) {
   PlanSide side;
   side.name = object.name;
@@ -39,7 +41,7 @@ std::vector<std::string> common_landmarks(const PreparedObject& from, const Prep
   return names;
 }
 
-/// Ends of a leg, and the names of their common landmarks.
+/// Both ends of a leg, and the names of the landmarks that both have.
 struct LegEnds {
   const PreparedObject &from, &to;
   std::vector<std::string> landmarks;

@@ -22,9 +22,10 @@ struct Preparation {
   Fits fits = Fits::kMake;
 };
 
-/// Completes an object whose model, balls and ball labels are set. `chosen`: the object in the
-/// scene file; `settings`: its actor's; `kinds`: kinds of the legs that it is an end of. Errors:
-/// kInput if the balls have no surface or the model encloses nothing; the engine's.
+/// Completes an object whose model, balls and ball labels are set. `chosen`: settings of the object
+/// in the scene; `settings`: those of its actor; `kinds`: kinds of the legs that begin or end at
+/// the object. Errors: kInput if the balls have no surface or the model encloses nothing; the
+/// engine's.
 Status finish_object(const Preparation& preparation, const ObjectSettings& chosen,
                      const LegSettings& settings, LegKinds kinds, PreparedObject& object);
 
@@ -35,9 +36,9 @@ Result<std::vector<ActorOutline>> outline_actors(const Scene& scene,
                                                  const LoadedScene& loaded);
 
 /// Makes the objects of each actor from the models of the chain, which are moved out of `loaded`,
-/// and their landmarks. Mesh sequences in a morph are in their reference poses. `shared`, one per
-/// actor, says which get the list of an earlier actor. Errors: kInput if a model has no balls or
-/// encloses nothing; the engine's.
+/// and their landmarks. Mesh sequences in a morph are in their reference poses
+/// (MeshSequence::reference). `shared`, one per actor, says which actors get the list of an earlier
+/// one. Errors: kInput if a model has no balls or encloses nothing; the engine's.
 Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
                                              std::span<const ChainObject> chain,
                                              LoadedScene& loaded,

@@ -40,12 +40,13 @@ struct PreparedActor : ActorOutline {
   /// Offset from its objects and legs to the actor in the scene: zero unless it shares those of
   /// another actor (assets/alike_actors.h).
   Vec3 offset;
-  /// The chain's objects, then one per leg that is left before its end, of the balls in flight. If
-  /// the actor plays a mesh sequence, its object has only the outermost points of all meshes.
+  /// The chain's objects, then the objects of balls in flight (make_flight_object()), one per leg
+  /// that is left before its end. If the actor plays a mesh sequence, its object has only the
+  /// outermost points of all meshes.
   ObjectList objects;
-  /// The legs. An end that is a mesh sequence is in its reference pose.
+  /// The legs. Mesh sequences are in their reference poses; leg_at() has the legs of a frame.
   std::vector<std::shared_ptr<const Leg>> legs;
-  /// Space of all legs, in which three objects or more are mixed; null if the actor does not.
+  /// Space of all legs if the actor mixes three objects or more; else null.
   std::shared_ptr<const ShapeSpace> space;
   std::shared_ptr<ActorPoses> poses;  ///< poses of mesh sequences in a morph; null: there are none
 };
@@ -53,27 +54,27 @@ struct PreparedActor : ActorOutline {
 /// Hashes of a mesh of a sequence.
 struct MeshHashes {
   std::string content;  ///< hash of the mesh and its velocities
-  std::string fit;      ///< hash of all meshes that its balls in a morph are derived from
+  std::string fit;      ///< hash of all meshes from which its balls in a morph are derived
 };
 
-/// Components of frame_hash() (film_settings.h).
+/// Components of frame_hash() (sequence/prepare/film_settings.h).
 struct SequenceHashes {
-  std::string scene;               ///< content_hash()
-  std::string inputs;              ///< inputs_hash()
+  std::string scene;               ///< content_hash() (assets/content_hash.h)
+  std::string inputs;              ///< inputs_hash() (assets/content_hash.h)
   std::optional<Framing> framing;  ///< framing of a moving camera, if it depends on the models only
   std::string poses;  ///< hash of the camera poses that decide a moving camera's framing
   /// Hash of the box of all objects, of the sequences' transforms and of a static camera; empty
   /// without mesh sequences.
-  std::string stage;
+  std::string placement;
   std::string aovs;  ///< image.aovs of the scene, even if a run leaves layers out
-  /// Hashes by actor, object and mesh; empty if no actor has a mesh sequence.
+  /// [actor][object][mesh]; empty if no actor has a mesh sequence.
   std::vector<std::vector<std::vector<MeshHashes>>> meshes;
 };
 
 /// Fitting of balls. kCached: an object whose fit is not in the cache gets unfitted balls instead.
 enum class Fits : std::uint8_t { kMake, kCached };
 
-/// Sharing of objects and legs. kAlike: actors that differ only in their places share them.
+/// Sharing of objects and legs. kAlike: alike actors share them (assets/alike_actors.h).
 enum class Sharing : std::uint8_t { kAlike, kNone };
 
 struct PreparedScene {

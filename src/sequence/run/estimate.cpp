@@ -13,8 +13,8 @@
 namespace polymorph {
 namespace {
 
-constexpr int kMaxMeasured = 3;    ///< number of frames
-constexpr int kSampleDivisor = 8;  ///< all samples over those of a measured frame
+constexpr int kMaxMeasured = 3;    ///< maximum number of measured frames
+constexpr int kSampleDivisor = 8;  ///< number of all samples over those of a measured frame
 
 /// Stopwatch whose lap() returns the seconds since its last call.
 class Laps {
@@ -62,6 +62,7 @@ Result<FrameEstimate> estimate_frames(const PreparedScene& prepared, Engine& eng
   if (part) settings.part = {part->first, part->first + measured_samples, part->total};
   const auto count = std::min<std::size_t>(frames.size(), kMaxMeasured);
   for (std::size_t i = 0; i < count; ++i) {
+    // The middle frame of the i-th of `count` equal groups.
     settings.frame = frames[(2 * i + 1) * frames.size() / (2 * count)];
     Laps watch;
     PM_TRY(const FrameGeometry geometry, geometry_at(prepared, engine, settings.frame));

@@ -18,6 +18,7 @@ Result<FrameFiles> frame_files(const Scene& scene, const std::string& output, bo
   FrameFiles files;
   if (extension == ".exr") files.exr = pattern;
   if (extension == ".png" || png || scene.output.png) files.png = with_extension(pattern, ".png");
+  // The digits are too few if 10^digits <= count. The loop ends before the power overflows.
   const int count = frame_count(scene);
   if (pattern.has_number() && count >= 1)
     for (int digits = pattern.digits, limit = 1; digits-- > 0 && limit <= count; limit *= 10)

@@ -9,9 +9,10 @@
 
 namespace polymorph {
 
-/// Chooses the frames' files by `output` (-o) or, if that is empty, by the scene. `png`: write PNG
-/// files besides EXR; `is_sequence`: the names get a frame number. Errors: kUsage for an extension
-/// that is neither .exr nor .png, or too few digits for the scene's frames.
+/// Chooses the frames' files by `output` (the option -o) or, if that is empty, by the scene's
+/// output.file. `png`: write PNG files besides EXR files; `is_sequence`: file names need a frame
+/// number. Errors: kUsage for an extension that is neither .exr nor .png, or too few digits for the
+/// scene's frames.
 Result<FrameFiles> frame_files(const Scene& scene, const std::string& output, bool png,
                                bool is_sequence);
 

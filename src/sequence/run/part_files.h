@@ -15,14 +15,17 @@ namespace polymorph {
 
 /// Contents of a frame's file according to its header.
 struct FrameHeader {
-  std::string identity;  ///< frame_hash(), equal for all parts of a picture; empty: not polymorph's
+  /// frame_hash() (sequence/prepare/film_settings.h), equal for all parts of a picture. Empty: the
+  /// file is not by polymorph.
+  std::string identity;
   int frame = 0;
   std::optional<SampleRange> part;  ///< empty: a whole frame
 };
-/// Reads the contents from the header's attributes.
+/// Reads a FrameHeader from the attributes of an image.
 FrameHeader parse_frame_header(std::span<const Attribute> attributes);
 
-/// Reads the header of a file; empty if the file is no EXR. Errors: kInput if it cannot be read.
+/// Reads the header of a file. If the file is no EXR, all members of the result are empty. Errors:
+/// kInput if the file cannot be read.
 Result<FrameHeader> read_frame_header(const std::filesystem::path& file);
 
 /// A file that has some of a frame's samples.
@@ -35,7 +38,8 @@ struct PartFile {
 /// unreadable folder.
 Result<std::vector<PartFile>> list_parts(const std::filesystem::path& folder);
 
-/// Lists the parts in a folder and its direct subfolders, by name. Skips unreadable folders.
+/// Lists the parts in a folder, then those in its direct subfolders, each sorted by name. Skips
+/// unreadable folders.
 std::vector<PartFile> find_parts(const std::filesystem::path& folder);
 
 /// Formats ranges of samples: "0-31, 48-63".

@@ -37,7 +37,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Reads VmHWM. getrusage() would include the parent's peak at the time of the fork.
+/// Reads the process's peak memory (VmHWM). getrusage() would include the parent's peak at the time
+/// of the fork.
 std::uint64_t peak_memory_bytes() {
   std::ifstream status("/proc/self/status");
   std::uint64_t kilobytes = 0;
@@ -286,8 +287,8 @@ class SequenceRun {
     return Ok{};
   }
 
-  /// Starts a frame while earlier ones are traced, encoded and written. Unless the tracers have
-  /// engines, makes its surfaces first.
+  /// Starts a frame while earlier ones are traced, encoded and written. Makes the frame's surfaces
+  /// first, unless the tracers have engines of their own.
   Status start_frame(std::size_t index) {
     FrameRecord& record = report_.frames[index];
     record.frame = settings_.frames[index];
@@ -348,8 +349,8 @@ class SequenceRun {
         surfaces = std::move(*result);
       }
       const Stopwatch stopwatch;
-      auto image = render_share(prepared_, {surfaces->geometry, settings_.part}, tracer->renderer,
-                                {report_.isa, tracer->device, settings_.command});
+      auto image = render_samples(prepared_, {surfaces->geometry, settings_.part}, tracer->renderer,
+                                  {report_.isa, tracer->device, settings_.command});
       surfaces->geometry = {};
       return {std::move(image), stopwatch.seconds(), std::move(*surfaces)};
     };
@@ -459,7 +460,7 @@ class SequenceRun {
     }
     report_.stopped = true;
     for (FrameRecord& record : report_.frames)
-      if (record.state == FrameRecord::State::kPlanned) record.frame = 0;
+      if (record.state == FrameRecord::State::kPlanned) record.frame = 0;  // run() erases it
   }
 
   /// Tests whether all files of a frame are current.
@@ -540,7 +541,8 @@ int jobs_for_devices(int devices) {
 }
 
 int jobs_for(int width, int height, std::size_t frames) {
-  constexpr int kTile = 16, kTilesPerThread = 64, kMaxJobs = 16;
+  constexpr int kTile = 16;  // pixels along a tile's edge
+  constexpr int kTilesPerThread = 64, kMaxJobs = 16;
   const int tiles = ((width + kTile - 1) / kTile) * ((height + kTile - 1) / kTile);
   const int jobs = (kTilesPerThread * thread_count() + tiles - 1) / tiles;
   return std::clamp(

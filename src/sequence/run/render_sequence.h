@@ -20,9 +20,11 @@
 
 namespace polymorph {
 
-/// Treatment of files that exist. kSkip: frames whose files are current are not rendered.
+/// Treatment of files that exist. kSkip: frames whose files are current (sequence/run/status.h) are
+/// not rendered.
 enum class Existing { kRefuse, kSkip, kOverwrite };
 
+/// Settings of render_sequence().
 struct SequenceSettings {
   std::vector<int> frames;          ///< frame numbers in rendering order
   FramePattern exr;                 ///< empty: no EXR files
@@ -45,10 +47,12 @@ struct SequenceSettings {
   const std::atomic<bool>* stop = nullptr;
 };
 
-/// Returns the number of frames to trace at once on `devices` GPUs: two to four each, by threads.
+/// Returns the number of frames to trace at once on `devices` GPUs: two to four per GPU, depending
+/// on the number of CPU threads.
 int jobs_for_devices(int devices);
 
-/// Returns the number of frames of this size to trace at once, so that no thread lacks tiles.
+/// Returns the number of frames of `width` x `height` pixels to trace at once on the CPU, so that
+/// every thread has enough tiles.
 int jobs_for(int width, int height, std::size_t frames);
 
 /// Callback after each frame, with the number of finished frames, the number of all, and the last.
@@ -60,8 +64,7 @@ using ProgressCallback =
 Status check_part(const Scene& scene, const FrameFiles& files);
 
 /// Renders the frames, or a part of each. Consecutive frames with bit-identical pixels
-/// (image.steady, and nothing moves) are traced once. Errors: the first failing frame's, unless
-/// keep_going.
+/// (picture_key()) are traced once. Errors: that of the first frame that fails, unless keep_going.
 Result<RunReport> render_sequence(const Scene& scene, const SequenceSettings& settings,
                                   const ProgressCallback& progress);
 

@@ -13,14 +13,16 @@
 
 namespace polymorph {
 
+/// State and measures of one frame.
 struct FrameRecord {
   enum class State { kDone, kSkipped, kFailed, kPlanned };
   int frame = 0;
   State state = State::kPlanned;
-  std::string stage;  ///< distinct names of the actors' stages (stage_names())
-  double seconds = 0, surface_seconds = 0, trace_seconds = 0, write_seconds = 0;
+  std::string stage;   ///< distinct names of the actors' stages (stage_names())
+  double seconds = 0;  ///< surface_seconds + trace_seconds
+  double surface_seconds = 0, trace_seconds = 0, write_seconds = 0;
   std::size_t balls = 0, vertices = 0, triangles = 0;
-  std::string digest;  ///< digest of the surface mesh; empty when there is none
+  std::string digest;  ///< digest of the surface mesh; empty if no surface shows
   std::vector<std::filesystem::path> files;
   std::string error;
 };
@@ -38,6 +40,7 @@ struct FrameEstimate {
   std::uint64_t memory = 0;  ///< estimated peak bytes (assets/memory_estimate.h)
 };
 
+/// Report of a run of render_sequence().
 struct RunReport {
   std::vector<FrameRecord> frames;
   std::string device, isa, scene_hash;

@@ -26,13 +26,14 @@ enum class FileState {
   kPart,        ///< has only some of the frame's samples, or other samples than expected
 };
 
-/// Hashes all inputs of the scene's frames except the program. Loads the models. Errors: kInput.
+/// Hashes all inputs of the scene's frames except the program. Reads the scene's files. Errors:
+/// kInput.
 Result<std::string> source_hash(const Scene& scene);
 
 /// Hashes and settings that the files of frames must have.
 struct ExpectedHashes {
-  std::string scene;                ///< hash of the scene
-  std::vector<std::string> frames;  ///< frame_hash() of each requested frame, in their order
+  std::string scene;                ///< SequenceHashes::scene
+  std::vector<std::string> frames;  ///< frame_hash() of each requested frame
   OutputSettings output;            ///< settings that files must have been made with
   DisplayView view;                 ///< view of PNG files; set by the caller
 };
@@ -51,8 +52,8 @@ struct ExpectedFrame {
 /// Determines the state of a file by its header. Reads the whole file to find truncated ones.
 FileState file_state(const std::filesystem::path& file, const ExpectedFrame& expected);
 
-/// Determines the states of the frames, in their order. If a frame has several files that are not
-/// current, the state of the last one counts.
+/// Determines the state of each frame. If several files of a frame are not current, the state of
+/// the last one (EXR, PNG) counts.
 std::vector<FileState> frame_states(const FrameFiles& files, std::span<const int> frames,
                                     const ExpectedHashes& expected);
 

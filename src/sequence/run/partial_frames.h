@@ -1,0 +1,32 @@
+// Frames of a sequence that are not whole but rendered in parts (sequence/run/part_files.h),
+// grouped by the samples that their parts have.
+#pragma once
+
+#include <filesystem>
+#include <set>
+#include <span>
+#include <vector>
+
+#include "render/sample_range.h"
+#include "sequence/run/status.h"
+
+namespace polymorph {
+
+/// Frames of which the existing parts have the same samples.
+struct PartialFrames {
+  std::vector<SampleRange> ranges;  ///< disjoint, in order (join_ranges())
+  std::vector<int> frames;
+  std::set<std::filesystem::path> folders;  ///< folders of their parts
+  int total() const { return ranges.front().total; }
+  bool is_complete() const { return ranges.size() == 1 && ranges.front().is_whole(); }
+};
+
+/// Finds the parts, in `folder` and its subfolders, of the frames whose state is not kCurrent, and
+/// groups these frames by the samples that their parts have. `states` and hashes.frames: one per
+/// frame; `frames` must be ascending.
+std::vector<PartialFrames> find_partial_frames(const std::filesystem::path& folder,
+                                               std::span<const int> frames,
+                                               std::span<const FileState> states,
+                                               const ExpectedHashes& hashes);
+
+}  // namespace polymorph
