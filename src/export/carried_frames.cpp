@@ -14,6 +14,9 @@
 namespace polymorph {
 namespace {
 
+/// Memory for surfaces of frames that are kept, bytes.
+constexpr std::size_t kKeptSurfaces = std::size_t{256} << 20;
+
 constexpr const char* kAdvice =
     "leave out --topology for a mesh of its own in each frame, or choose other frames with -f";
 
@@ -142,9 +145,20 @@ Result<CarriedActor> carry_actor(const ActorFrames& shown, Engine& engine,
   PM_TRY_STATUS(find_moments(shown, carried));
   const Leg& leg = *shown.actor.legs[static_cast<std::size_t>(carried.moments.front().leg)];
   MovingSurface surface;
+  // The surfaces of the frames are needed several times, those between them once.
+  std::vector<std::pair<float, Mesh>> kept;
+  std::size_t kept_bytes = 0;
   surface.at = [&](float time) -> Result<CarryTarget> {
     PM_TRY_STATUS(stopped());
+    for (const auto& [kept_time, mesh] : kept)
+      if (kept_time == time) return make_carry_target(mesh);
     PM_TRY(LegSurface at, leg_surface(leg, time, engine));
+    const std::size_t bytes =
+        at.mesh.positions.size() * 2 * sizeof(Vec3) + at.mesh.triangles.size() * sizeof(Triangle);
+    const bool is_frame = std::any_of(carried.moments.begin(), carried.moments.end(),
+                                      [&](const MorphState& state) { return state.time == time; });
+    if (is_frame && kept_bytes + bytes <= kKeptSurfaces)
+      kept.emplace_back(time, at.mesh), kept_bytes += bytes;
     return make_carry_target(std::move(at.mesh));
   };
   surface.flow = [&](std::span<const Vec3> from, float time,

@@ -9,8 +9,10 @@
 #include "base/activity.h"
 #include "mesh/carry/carry.h"
 #include "mesh/carry/carry_measure.h"
+#include "mesh/carry/coarsen.h"
 #include "mesh/carry/deviation.h"
 #include "mesh/carry/divide.h"
+#include "mesh/carry/patch_map.h"
 #include "mesh/mesh_check.h"
 #include "model/shapes.h"
 
@@ -77,6 +79,116 @@ TEST(Deviation, BoundsEveryPoint) {
     ASSERT_GE(d.triangles[f].distance, most - 1e-6f);
     ASSERT_LE(d.triangles[f].distance, std::max(0.01f, most + 2 * precision));
   }
+}
+
+TEST(Deviation, SufficientHintsChangeNoBound) {
+  const Mesh ball = shape("sphere"), cube = shape("cube");
+  const ClosestPointQuery tree(cube.positions, cube.triangles);
+  const MeshQuery other{cube.positions, cube.triangles, tree};
+  const float negligible = 0.05f, precision = 0.002f, sufficient = 0.04f;
+  // Each point is hinted a triangle that is not its nearest one.
+  std::vector<std::uint32_t> hints;
+  for (const Vec3 p : ball.positions)
+    hints.push_back((tree.closest(p).triangle + 1) %
+                    static_cast<std::uint32_t>(cube.triangles.size()));
+  const Deviation exact = measure_deviation(ball, other, {negligible, precision, 1}),
+                  hinted =
+                      measure_deviation(ball, other, {negligible, precision, 1, sufficient}, hints);
+  ASSERT_GT(largest(exact), 2 * negligible);
+  for (std::size_t f = 0; f < ball.triangles.size(); ++f) {
+    const Triangle& t = ball.triangles[f];
+    for (const std::uint32_t v : t.v)
+      ASSERT_GE(hinted.triangles[f].distance, tree.closest(ball.positions[v]).distance - 1e-6f);
+    if (exact.triangles[f].distance > negligible)
+      ASSERT_NEAR(hinted.triangles[f].distance, exact.triangles[f].distance, precision * 1.01f);
+    else
+      ASSERT_LE(hinted.triangles[f].distance, negligible + precision);
+  }
+}
+
+TEST(ClosestNear, WalksToTheClosestPointOfASmoothSurface) {
+  const CarryTarget target = make_carry_target(shape("sphere"));
+  const Mesh& ball = target.surface;
+  std::size_t walks = 0;
+  for (std::uint32_t f = 0; f < ball.triangles.size(); f += 7) {
+    const Vec3 p = ball.positions[ball.triangles[f].v[0]] * 1.01f + Vec3{0.01f, 0, 0};
+    const ClosestPoint exact = target.tree->closest(p);
+    for (const std::uint32_t hint : {f, ClosestPoint::kNoTriangle}) {
+      const ClosestPoint hit = closest_near(target, p, hint);
+      ASSERT_NEAR(hit.distance, exact.distance, 1e-5f);
+      ASSERT_LT(length(hit.point - exact.point), 1e-3f);
+      walks += hit.triangle != f;
+    }
+  }
+  EXPECT_GT(walks, 0u);
+  // A hint on the far side leads no walk to the point: the whole surface is searched.
+  const Vec3 p = ball.positions[0] * 1.1f;
+  float furthest = 0;
+  std::uint32_t far = 0;
+  for (std::uint32_t f = 0; f < ball.triangles.size(); ++f)
+    if (const float d = length(ball.positions[ball.triangles[f].v[0]] - p); d > furthest)
+      furthest = d, far = f;
+  EXPECT_NEAR(closest_near(target, p, far).distance, target.tree->closest(p).distance, 1e-5f);
+}
+
+TEST(Coarsen, LeavesTheShapeAndItsTopology) {
+  for (const char* name : {"torus", "sphere", "cube"}) {
+    SCOPED_TRACE(name);
+    const Mesh before = shape(name);
+    Mesh after = before;
+    after.normals.clear();
+    const float diagonal = 3, deviation = 0.003f * diagonal;
+    float mean = 0;
+    for (const Triangle& t : before.triangles)
+      mean += length(before.positions[t.v[0]] - before.positions[t.v[1]]);
+    mean /= static_cast<float>(before.triangles.size());
+    coarsen(after.positions, after.triangles, {2.5f * mean, deviation});
+    EXPECT_LT(after.triangles.size(), before.triangles.size());
+    const MeshReport was = check_mesh(before), is = check_mesh(after);
+    EXPECT_TRUE(is.is_manifold());
+    EXPECT_EQ(is.genus, was.genus);
+    EXPECT_EQ(is.components, was.components);
+    EXPECT_EQ(is.degenerate_triangles, 0u);
+    EXPECT_NEAR(is.volume, was.volume, 0.03 * was.volume);
+    for (const Triangle& t : after.triangles)
+      for (int k = 0; k < 3; ++k)
+        ASSERT_LE(length(after.positions[t.v[k]] - after.positions[t.v[(k + 1) % 3]]),
+                  1.5f * 2.5f * mean * 1.5f);
+  }
+}
+
+/// Raises a bump on a sphere at its point of largest x.
+Mesh with_bump(Mesh mesh, float height) {
+  for (Vec3& p : mesh.positions) {
+    const float from_axis = std::sqrt(p.y * p.y + p.z * p.z);
+    if (p.x > 0 && from_axis < 0.3f) p.x += height * (1 - from_axis / 0.3f);
+  }
+  return mesh;
+}
+
+TEST(MapPatches, LaysAPatchOverABumpAndBisectsIt) {
+  const Mesh ball = shape("sphere");
+  const CarryTarget target = make_carry_target(with_bump(ball, 0.8f));
+  std::vector<Vec3> points = ball.positions;
+  std::vector<Triangle> triangles = ball.triangles;
+  coarsen(points, triangles, {0.15f, 0.02f});
+  const float limit = 0.03f;
+  const CarryMeasure before = CarryMeter(target, limit).measure(points, triangles);
+  ASSERT_GT(before.fault.distance, 10 * limit);
+  std::vector<std::uint32_t> seeds;
+  for (std::uint32_t f = 0; f < triangles.size(); ++f)
+    if (before.triangle_distance[f] > limit) seeds.push_back(f);
+  const std::size_t old_count = points.size();
+  PatchMesh mesh{points, triangles};
+  const PatchSettings settings{3, 0.5f * limit, 0.3f, 100000};
+  ASSERT_GE(map_patches(mesh, seeds, settings, target, before.mesh_near), 1u);
+  EXPECT_EQ(points.size(), old_count + mesh.halved.size());
+  EXPECT_GT(mesh.halved.size(), 0u);
+  const CarryMeasure after = CarryMeter(target, limit).measure(points, triangles);
+  EXPECT_LT(after.fault.distance, 0.2f * before.fault.distance);
+  EXPECT_LT(after.badness, 0.1f * before.badness);
+  Mesh mapped{points, {}, triangles};
+  EXPECT_TRUE(check_mesh(mapped).is_manifold());
 }
 
 TEST(HalveTriangles, KeepsTheSurfaceAndItsClosedness) {

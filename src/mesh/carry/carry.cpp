@@ -1,12 +1,15 @@
 #include "mesh/carry/carry.h"
 
 #include <algorithm>
+#include <array>
+#include <limits>
 #include <optional>
 
 #include "base/activity.h"
 #include "base/log.h"
 #include "mesh/carry/carry_measure.h"
 #include "mesh/carry/carry_moves.h"
+#include "mesh/carry/coarsen.h"
 #include "mesh/carry/divide.h"
 #include "mesh/carry/patch_map.h"
 
@@ -19,6 +22,12 @@ constexpr float kMaxStep = 0.7f;
 /// Fractions of the limit: triangles further than kImproveAbove are improved where possible; a time
 /// is finished when all are below kDoneBelow.
 constexpr float kImproveAbove = 0.7f, kDoneBelow = 0.9f;
+/// Below this badness only small patches are mapped: larger ones seldom get better.
+constexpr float kSmallBadness = 4;
+/// The work ends at a time where the mesh stays further from the surface than this, in limits.
+constexpr float kHopeless = 3;
+/// Edges of the carried mesh, in cells: where it begins, and where a patch was mapped.
+constexpr float kFirstEdge = 2, kMappedEdge = 2;
 
 float longest_edge(std::span<const Vec3> points, const Triangle& t) {
   return std::max({length(points[t.v[1]] - points[t.v[0]]), length(points[t.v[2]] - points[t.v[1]]),
@@ -36,9 +45,12 @@ class Carrier {
 
  private:
   using Points = std::vector<Vec3>;
+  using Halved = std::vector<std::array<std::uint32_t, 2>>;
 
   MovedMesh view(Points& points) const { return {points, triangles_, fans_, &keep_going_}; }
-  CarryMeasure measure(const Points& points) { return meter_->measure(points, triangles_); }
+  CarryMeasure measure(const Points& points, std::span<const std::uint32_t> near = {}) {
+    return meter_->measure(points, triangles_, near);
+  }
   bool is_good(const CarryFault& fault) const {
     return fault.inverted == 0 && fault.distance <= settings_.limit;
   }
@@ -52,13 +64,17 @@ class Carrier {
   }
   Status step(std::size_t from, std::size_t to);
   Status advance(Points& points, float from, float to, const CarryTarget& target, int depth);
-  CarryMeasure place_on_surface(Points& points, const CarryTarget& target, int steps);
-  void map_patches(Points& points, const CarryTarget& target, CarryMeasure& m);
-  CarryMeasure improve(Points& points, const CarryTarget& target,
+  CarryMeasure place_on_surface(Points& points, const CarryTarget& target,
+                                std::vector<std::uint32_t> near, int steps);
+  bool map_patches(std::size_t k, const CarryTarget& target, CarryMeasure& m, bool may_divide);
+  CarryMeasure measure_repaired(const MovedMesh& mesh, const CarryTarget& target);
+  void spread(std::size_t k, const CarryTarget& target, CarryMeasure& m);
+  void halve_at_other_times(std::size_t k, const Halved& halved);
+  CarryMeasure improve(std::size_t k, const CarryTarget& target,
                        const std::vector<std::uint32_t>& new_triangles, const CarryMeasure& last);
   CarryFault finish(std::size_t k, const CarryTarget& target);
   void divide(std::size_t k, std::vector<std::uint32_t> chosen);
-  CarryFault improve_without_division(Points& points, const CarryTarget& target);
+  CarryFault improve_without_division(std::size_t k, const CarryTarget& target);
 
   const MovingSurface& surface_;
   std::span<const float> times_;
@@ -66,15 +82,17 @@ class Carrier {
   std::vector<Triangle> triangles_;
   Fans fans_;
   std::vector<Points> points_;
-  std::optional<CarryMeter> meter_;  ///< measures at the current time
+  std::optional<std::pair<std::size_t, CarryFault>> hopeless_;  ///< time at which the work ended
+  std::optional<CarryMeter> meter_;                             ///< measures at the current time
   Status status_ = Ok{};
   const std::function<bool()> keep_going_ = [this] { return keep_going(); };
+  std::vector<std::uint32_t> near_;  ///< nearest triangle of the surface per point, as last found
   std::vector<float> residual_;  ///< distance of each point from the surface at the start of a step
 };
 
 Status Carrier::advance(Points& points, float from, float to, const CarryTarget& target,
                         int depth) {
-  constexpr int kMaxDepth = 5, kSweeps = 3;
+  constexpr int kMaxDepth = 3, kSweeps = 3;
   PM_TRY_STATUS(settings_.going_on());
   PM_TRY(Points moved_points, surface_.flow(points, from, to));
   std::vector<std::uint32_t> near;
@@ -102,18 +120,20 @@ Status Carrier::advance(Points& points, float from, float to, const CarryTarget&
     PM_TRY_STATUS(settings_.going_on());
   }
   repair(view(points), target, 0.3f * settings_.cell, near);
-  const std::vector<ClosestPoint> hits = target.query().closest(points, near);
-  for (std::size_t i = 0; i < hits.size(); ++i) residual_[i] = hits[i].distance;
+  const SurfaceProjection arrival = project_onto_surface(points, target, near);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    residual_[i] = length(arrival.points[i] - points[i]);
+  near_ = std::move(near);
   return Ok{};
 }
 
 /// Projects points onto the surface and pulls them towards points that the mesh misses.
-CarryMeasure Carrier::place_on_surface(Points& points, const CarryTarget& target, int steps) {
+CarryMeasure Carrier::place_on_surface(Points& points, const CarryTarget& target,
+                                       std::vector<std::uint32_t> near, int steps) {
   CarryMeasure m;
-  std::vector<std::uint32_t> near;
   for (int step = 0;; ++step) {
     move_onto_surface(view(points), target, 0, near);
-    m = measure(points);
+    m = measure(points, near);
     if (!keep_going()) return m;
     if (m.fault.distance < kImproveAbove * settings_.limit || step + 1 == steps) break;
     pull_towards_misses(view(points), target, m.misses, m.near);
@@ -121,43 +141,100 @@ CarryMeasure Carrier::place_on_surface(Points& points, const CarryTarget& target
   }
   // Measure again only if repair() has moved points.
   const Points before = points;
-  repair(view(points), target, kImproveAbove * settings_.limit, m.near);
-  return points == before ? m : measure(points);
+  repair(view(points), target, kImproveAbove * settings_.limit, m.near, m.inverted);
+  if (points == before) return m;
+  CarryMeasure repaired = measure(points);
+  if (repaired.badness <= m.badness) return repaired;
+  points = before;
+  return m;
 }
 
-/// Maps the patches around inverted or distant triangles, and keeps the result if it is better.
-void Carrier::map_patches(Points& points, const CarryTarget& target, CarryMeasure& m) {
-  for (const int rings : {7, 12}) {
+/// Adds the midpoints of bisected edges to the points of all times but `k`.
+void Carrier::halve_at_other_times(std::size_t k, const Halved& halved) {
+  for (std::size_t other = 0; other < points_.size(); ++other)
+    if (other != k && !points_[other].empty())
+      for (const auto& [a, b] : halved)
+        points_[other].push_back((points_[other][a] + points_[other][b]) * 0.5f);
+}
+
+/// Measures a mesh; repairs it if that makes it better.
+CarryMeasure Carrier::measure_repaired(const MovedMesh& mesh, const CarryTarget& target) {
+  CarryMeasure m = meter_->measure(mesh.points, mesh.triangles);
+  if (m.badness == 0 || !keep_going()) return m;
+  Points repaired_points = mesh.points;
+  repair({repaired_points, mesh.triangles, mesh.fans, mesh.keep_going}, target,
+         kImproveAbove * settings_.limit, m.near, m.inverted);
+  CarryMeasure repaired = meter_->measure(repaired_points, mesh.triangles);
+  if (repaired.badness >= m.badness) return m;
+  mesh.points = std::move(repaired_points);
+  return repaired;
+}
+
+/// Spreads the points around inverted triangles at time `k`, and keeps the result if it is better.
+void Carrier::spread(std::size_t k, const CarryTarget& target, CarryMeasure& m) {
+  if (m.inverted.empty() || !keep_going()) return;
+  Points points = points_[k];
+  spread_points(view(points), target, m.inverted, m.near);
+  CarryMeasure after = measure_repaired(view(points), target);
+  log_debug("time {}: spread {} inverted, badness {:.2f} after {:.2f}", k, m.inverted.size(),
+            after.badness, m.badness);
+  if (after.badness < m.badness) m = std::move(after), points_[k] = std::move(points);
+}
+
+/// Maps the patches around inverted or distant triangles at time `k`, and keeps the result if it is
+/// better. Returns whether it has divided triangles.
+bool Carrier::map_patches(std::size_t k, const CarryTarget& target, CarryMeasure& m,
+                          bool may_divide) {
+  bool is_divided = false;
+  spread(k, target, m);
+  for (const int rings : {3, 6, 12}) {
+    if (rings > 3 && m.badness < kSmallBadness) break;
     std::vector<std::uint32_t> seeds = m.inverted;
     for (std::uint32_t f = 0; f < triangles_.size(); ++f)
       if (m.triangle_distance[f] > settings_.limit) seeds.push_back(f);
-    if (seeds.empty() || !keep_going()) return;
-    Points mapped_points = points;
-    if (polymorph::map_patches(mapped_points, triangles_, {seeds, rings}, target, m.mesh_near) == 0)
-      continue;
-    if (!keep_going()) return;
-    repair(view(mapped_points), target, kImproveAbove * settings_.limit, m.near, seeds);
-    CarryMeasure after = measure(mapped_points);
-    if (is_better(after.fault, m.fault)) m = std::move(after), points = std::move(mapped_points);
-    if (m.fault.inverted == 0) return;
+    if (seeds.empty() || !keep_going()) return is_divided;
+    Points points = points_[k];
+    std::vector<Triangle> triangles = triangles_;
+    PatchMesh mesh{points, triangles};
+    const PatchSettings patch_settings{rings, 0.5f * settings_.limit, kMappedEdge * settings_.cell,
+                                       may_divide ? settings_.max_triangles : 0};
+    const std::size_t patches =
+        polymorph::map_patches(mesh, seeds, patch_settings, target, m.mesh_near);
+    if (patches == 0) continue;
+    if (!keep_going()) return is_divided;
+    const Fans fans(points.size(), triangles);
+    const auto old_count = static_cast<std::uint32_t>(points_[k].size());
+    CarryMeasure after = measure_repaired({points, triangles, fans, &keep_going_}, target);
+    log_debug("time {}: {} patches of {} rings, {} more triangles, badness {:.2f} after {:.2f}", k,
+              patches, rings, triangles.size() - triangles_.size(), after.badness, m.badness);
+    if (after.badness < m.badness) {
+      m = std::move(after);
+      is_divided |= old_count < points.size();
+      points_[k] = std::move(points);
+      triangles_ = std::move(triangles);
+      fans_ = fans;
+      halve_at_other_times(k, mesh.halved);
+    }
+    if (is_good(m.fault)) break;
   }
+  return is_divided;
 }
 
 /// Makes one round of moves at one time. `new_triangles`: those of the preceding division; `last`:
 /// the measurement before it.
-CarryMeasure Carrier::improve(Points& points, const CarryTarget& target,
+CarryMeasure Carrier::improve(std::size_t k, const CarryTarget& target,
                               const std::vector<std::uint32_t>& new_triangles,
                               const CarryMeasure& last) {
   const bool is_first = new_triangles.empty();
-  Points before = points;
+  Points before = points_[k];
   if (!is_first)
-    repair(view(points), target, kImproveAbove * settings_.limit, last.near, new_triangles);
-  CarryMeasure m = place_on_surface(points, target, is_first ? 3 : 2);
-  map_patches(points, target, m);
-  if (!is_first && is_better(last.fault, m.fault) && keep_going()) {
+    repair(view(points_[k]), target, kImproveAbove * settings_.limit, last.near, new_triangles);
+  CarryMeasure m = place_on_surface(points_[k], target, last.near, is_first ? 3 : 2);
+  const bool is_divided = map_patches(k, target, m, true);
+  if (!is_first && !is_divided && last.badness < m.badness && keep_going()) {
     // Neither relaxation nor mapping helped; pulling points towards missed ones may.
-    CarryMeasure after = place_on_surface(before, target, 2);
-    if (is_better(after.fault, m.fault)) m = std::move(after), points = std::move(before);
+    CarryMeasure after = place_on_surface(before, target, last.near, 2);
+    if (after.badness < m.badness) m = std::move(after), points_[k] = std::move(before);
   }
   return m;
 }
@@ -189,14 +266,21 @@ void Carrier::divide(std::size_t k, std::vector<std::uint32_t> chosen) {
 /// Improves the mesh at time `k` until it is near enough; divides triangles that are too large.
 CarryFault Carrier::finish(std::size_t k, const CarryTarget& target) {
   // Maximum number of rounds, and number of rounds before inverted triangles are divided.
-  constexpr int kRounds = 30, kMovesAlone = 2;
+  constexpr int kRounds = 20, kMovesAlone = 2, kMaxIdle = 4;
   constexpr float kSmallest = 0.1f;  // in limits; inverted triangles without a longer edge stay
   meter_.emplace(target, settings_.limit);
   std::vector<std::uint32_t> new_triangles;
   CarryMeasure last;
+  last.near = near_;
+  // The best state so far.
+  std::vector<Points> best_points;
+  std::vector<Triangle> best_triangles;
+  CarryMeasure best;
+  best.badness = best.fault.distance = std::numeric_limits<float>::infinity();
+  int idle_rounds = 0;
   for (int round = 0;; ++round) {
-    Points& points = points_[k];
-    last = improve(points, target, new_triangles, last);
+    last = improve(k, target, new_triangles, last);
+    const Points& points = points_[k];
     const CarryMeasure& m = last;
     if (!keep_going()) return m.fault;
     std::vector<std::uint32_t> coarse;
@@ -211,14 +295,22 @@ CarryFault Carrier::finish(std::size_t k, const CarryTarget& target) {
         if (longest_edge(points, triangles_[f]) > kSmallest * settings_.limit) coarse.push_back(f);
     log_debug(
         "time {}, round {}: {} triangles, {:.2f} of the limit at ({:.3f}, {:.3f}, {:.3f}), "
-        "{} inverted, {} to divide",
+        "{} inverted, {} to divide, badness {:.2f}",
         k, round, triangles_.size(), m.fault.distance / settings_.limit, m.fault.position.x,
-        m.fault.position.y, m.fault.position.z, m.fault.inverted, coarse.size());
+        m.fault.position.y, m.fault.position.z, m.fault.inverted, coarse.size(), m.badness);
     const bool is_done = m.fault.distance < kDoneBelow * settings_.limit && m.fault.inverted == 0;
-    const bool is_stuck = round > kMovesAlone && coarse.empty();
+    idle_rounds = m.badness < 0.9f * best.badness ? 0 : idle_rounds + 1;
+    const bool is_stuck =
+        round > kMovesAlone && (coarse.empty() || idle_rounds >= kMaxIdle || is_good(best.fault));
     if (is_done || is_stuck || round == kRounds ||
-        triangles_.size() + 2 * coarse.size() > settings_.max_triangles)
-      return m.fault;
+        triangles_.size() + 2 * coarse.size() > settings_.max_triangles) {
+      if (is_done || m.badness <= best.badness) return m.fault;
+      points_ = std::move(best_points);
+      triangles_ = std::move(best_triangles);
+      fans_ = Fans(points_[k].size(), triangles_);
+      return best.fault;
+    }
+    if (m.badness < best.badness) best = m, best_points = points_, best_triangles = triangles_;
     const std::size_t old_count = points.size();
     divide(k, coarse);
     new_triangles.clear();
@@ -229,22 +321,29 @@ CarryFault Carrier::finish(std::size_t k, const CarryTarget& target) {
 }
 
 /// Repairs what divisions at other times have broken, without dividing again.
-CarryFault Carrier::improve_without_division(Points& points, const CarryTarget& target) {
+CarryFault Carrier::improve_without_division(std::size_t k, const CarryTarget& target) {
   constexpr int kMaxAttempts = 6;
   meter_.emplace(target, settings_.limit);
-  CarryMeasure best = measure(points);
   // Points that were added for other times still lie on the edges that they halve.
-  Points candidate = points;
-  std::vector<std::uint32_t> near = best.near;
+  Points candidate = points_[k];
+  std::vector<std::uint32_t> near;
   move_onto_surface(view(candidate), target, 0, near);
-  CarryMeasure m = measure(candidate);
-  for (int k = 0;; ++k) {
-    if (is_good(m.fault) || is_better(m.fault, best.fault)) best = m, points = candidate;
-    if (is_good(best.fault) || k == kMaxAttempts || !keep_going()) return best.fault;
-    candidate = points;
+  CarryMeasure m = measure(candidate, near);
+  CarryMeasure best = m;
+  if (!is_good(m.fault)) {
+    CarryMeasure unmoved = measure(points_[k], near);
+    if (unmoved.badness <= m.badness)
+      best = std::move(unmoved);
+    else
+      points_[k] = candidate;
+  }
+  for (int attempt = 0;; ++attempt) {
+    if (is_good(m.fault) || m.badness < best.badness) best = m, points_[k] = candidate;
+    if (is_good(best.fault) || attempt == kMaxAttempts || !keep_going()) return best.fault;
     m = best;
-    if (k % 2 == 0) {
+    if (attempt % 2 == 0) {
       // For single triangles a few moves are usually enough.
+      candidate = points_[k];
       repair(view(candidate), target, kImproveAbove * settings_.limit, m.near, m.inverted);
       m = measure(candidate);
       if (m.fault.distance > settings_.limit) {
@@ -252,7 +351,8 @@ CarryFault Carrier::improve_without_division(Points& points, const CarryTarget& 
         m = measure(candidate);
       }
     } else {
-      map_patches(candidate, target, m);
+      map_patches(k, target, m, false);
+      candidate = points_[k];
     }
   }
 }
@@ -264,7 +364,8 @@ Status Carrier::step(std::size_t from, std::size_t to) {
   Points points = points_[from];
   PM_TRY_STATUS(advance(points, times_[from], times_[to], target, 0));
   points_[to] = std::move(points);
-  finish(to, target);
+  const CarryFault fault = finish(to, target);
+  if (fault.distance > kHopeless * settings_.limit) hopeless_ = {to, fault};
   return status_;
 }
 
@@ -273,6 +374,8 @@ Status Carrier::run(std::size_t start) {
   PM_TRY(const CarryTarget target, surface_.at(times_[start]));
   triangles_ = target.surface.triangles;
   points_[start] = target.surface.positions;
+  coarsen(points_[start], triangles_, {kFirstEdge * settings_.cell, 0.3f * settings_.limit});
+  log_debug("{} of {} triangles", triangles_.size(), target.surface.triangles.size());
   fans_ = Fans(points_[start].size(), triangles_);
   // Marching cubes make slivers; relaxation removes them.
   std::vector<std::uint32_t> near;
@@ -280,11 +383,13 @@ Status Carrier::run(std::size_t start) {
     const Activity activity(stage_name("beginning", start));
     for (int k = 0; k < kSweeps && keep_going(); ++k)
       move_onto_surface(view(points_[start]), target, kRelax, near);
+    near_ = near;
     if (keep_going()) finish(start, target);
     PM_TRY_STATUS(status_);
   }
-  for (std::size_t k = start; k-- > 0;) PM_TRY_STATUS(step(k + 1, k));
-  for (std::size_t k = start + 1; k < times_.size(); ++k) PM_TRY_STATUS(step(k - 1, k));
+  for (std::size_t k = start; k-- > 0 && !hopeless_;) PM_TRY_STATUS(step(k + 1, k));
+  for (std::size_t k = start + 1; k < times_.size() && !hopeless_; ++k)
+    PM_TRY_STATUS(step(k - 1, k));
   return Ok{};
 }
 
@@ -294,13 +399,14 @@ Result<CarriedMesh> Carrier::result() {
   constexpr int kPasses = 4;
   CarriedMesh carried;
   carried.faults.resize(points_.size());
-  bool is_divided = true;
+  bool is_divided = !hopeless_;
+  if (hopeless_) carried.faults[hopeless_->first] = hopeless_->second;
   for (int pass = 0; pass < kPasses && is_divided; ++pass) {
     is_divided = false;
     for (std::size_t k = 0; k < points_.size(); ++k) {
       const Activity activity(stage_name("checking", k));
       PM_TRY(const CarryTarget target, surface_.at(times_[k]));
-      carried.faults[k] = improve_without_division(points_[k], target);
+      carried.faults[k] = improve_without_division(k, target);
       PM_TRY_STATUS(status_);
       if (is_good(carried.faults[k]) || pass + 1 == kPasses) continue;
       const std::size_t before = triangles_.size();

@@ -9,7 +9,7 @@ namespace {
 
 /// Fractions of the limit: distances below kNegligible are not resolved, others are within
 /// kPrecision, and points of the surface beyond kMiss count as missed.
-constexpr float kNegligible = 0.6f, kPrecision = 0.02f, kMiss = 0.4f;
+constexpr float kNegligible = 0.6f, kSufficient = 0.3f, kPrecision = 0.02f, kMiss = 0.4f;
 
 void raise_to_maximum(CarryFault& fault, const Deviation& deviation) {
   for (const Deviation::PerTriangle& triangle : deviation.triangles)
@@ -37,6 +37,27 @@ std::vector<std::uint32_t> find_inverted(std::span<const Vec3> points,
   return inverted;
 }
 
+/// Guesses a triangle of the mesh near each point of the surface, from the triangles of the surface
+/// that are near the mesh's points: the guesses spread along the surface.
+std::vector<std::uint32_t> guess_nearest(std::span<const Triangle> triangles,
+                                         const CarryTarget& target,
+                                         std::span<const std::uint32_t> near) {
+  const Mesh& surface = target.surface;
+  std::vector<std::uint32_t> guesses(surface.positions.size(), ClosestPoint::kNoTriangle), queue;
+  const auto guess = [&](std::uint32_t point, std::uint32_t triangle) {
+    if (guesses[point] == ClosestPoint::kNoTriangle)
+      guesses[point] = triangle, queue.push_back(point);
+  };
+  for (std::uint32_t f = 0; f < triangles.size(); ++f)
+    for (const std::uint32_t v : triangles[f].v)
+      if (v < near.size() && near[v] < surface.triangles.size())
+        for (const std::uint32_t p : surface.triangles[near[v]].v) guess(p, f);
+  for (std::size_t q = 0; q < queue.size(); ++q)
+    for (const std::uint32_t f : target.fans.around(queue[q]))
+      for (const std::uint32_t p : surface.triangles[f].v) guess(p, guesses[queue[q]]);
+  return guesses;
+}
+
 }  // namespace
 
 std::size_t CarryMeter::KeyHash::operator()(const Key& key) const {
@@ -55,9 +76,10 @@ std::vector<std::uint32_t> CarryMeter::find_in_last_mesh(std::span<const Key> ke
   return indices;
 }
 
-CarryMeasure CarryMeter::measure(std::span<const Vec3> points,
-                                 std::span<const Triangle> triangles) {
-  const DeviationSettings settings{kNegligible * limit_, kPrecision * limit_, kMiss * limit_};
+CarryMeasure CarryMeter::measure(std::span<const Vec3> points, std::span<const Triangle> triangles,
+                                 std::span<const std::uint32_t> near) {
+  const DeviationSettings settings{kNegligible * limit_, kPrecision * limit_, kMiss * limit_,
+                                   kSufficient * limit_};
   const MeshQuery surface = target_.query();
   const ClosestPointQuery tree(points, triangles);
   const MeshQuery mesh{points, triangles, tree};
@@ -67,8 +89,10 @@ CarryMeasure CarryMeter::measure(std::span<const Vec3> points,
     keys.push_back({a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z});
   }
   if (!mesh_to_surface_) {
-    mesh_to_surface_ = measure_deviation({points, triangles}, surface, settings);
-    surface_to_mesh_ = measure_deviation({surface.points, surface.triangles}, mesh, settings);
+    mesh_to_surface_ =
+        measure_deviation({points, triangles}, surface, settings, {near.begin(), near.end()});
+    surface_to_mesh_ = measure_deviation({surface.points, surface.triangles}, mesh, settings,
+                                         guess_nearest(triangles, target_, near));
   } else {
     std::vector<std::uint32_t> old_index = find_in_last_mesh(keys),
                                same_index(surface.triangles.size()),
@@ -104,12 +128,14 @@ CarryMeasure CarryMeter::measure(std::span<const Vec3> points,
   m.mesh_near = surface_to_mesh_->nearest;
   m.inverted = find_inverted(points, triangles, target_, m.near);
   m.fault.inverted = m.inverted.size();
+  double excess = 0;
+  for (const float distance : m.triangle_distance) {
+    const double beyond = std::max(static_cast<double>(distance / limit_) - 0.9, 0.0);
+    excess += beyond * beyond;
+  }
+  m.badness = static_cast<float>(static_cast<double>(m.inverted.size()) + excess);
   if (!m.inverted.empty()) m.fault.inverted_position = points[triangles[m.inverted.front()].v[0]];
   return m;
-}
-
-bool is_better(const CarryFault& a, const CarryFault& b) {
-  return a.inverted != b.inverted ? a.inverted < b.inverted : a.distance < b.distance;
 }
 
 }  // namespace polymorph

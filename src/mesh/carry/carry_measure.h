@@ -16,6 +16,9 @@ namespace polymorph {
 /// Error of a mesh against a surface, and where it arises.
 struct CarryMeasure {
   CarryFault fault;
+  /// Inverted triangles, and squares of what the others' distances exceed 0.9 of the limit by, in
+  /// limits.
+  float badness = 0;
   std::vector<float> triangle_distance;   ///< per triangle; the larger of both directions
   std::vector<std::uint32_t> inverted;    ///< indices of triangles
   std::vector<Deviation::Listed> misses;  ///< points of the surface that are far from the mesh
@@ -23,16 +26,15 @@ struct CarryMeasure {
   std::vector<std::uint32_t> mesh_near;   ///< nearest triangle of the mesh, per surface point
 };
 
-/// Tests whether `a` is better: fewer inverted triangles or, if equal, a smaller distance.
-bool is_better(const CarryFault& a, const CarryFault& b);
-
 /// Measures similar meshes against one surface; only triangles that changed since the last call are
 /// measured again.
 class CarryMeter {
  public:
   /// Distances below 0.6 `limit` are only bounded, which is faster (Deviation).
   CarryMeter(const CarryTarget& target, float limit) : target_(target), limit_(limit) {}
-  CarryMeasure measure(std::span<const Vec3> points, std::span<const Triangle> triangles);
+  /// `near`: per point, a guess of the surface's nearest triangle; may be empty.
+  CarryMeasure measure(std::span<const Vec3> points, std::span<const Triangle> triangles,
+                       std::span<const std::uint32_t> near = {});
 
  private:
   using Key = std::array<float, 9>;  ///< a triangle's corners

@@ -1,7 +1,7 @@
 #include "mesh/carry/carry_moves.h"
 
 #include <algorithm>
-#include <numeric>
+#include <limits>
 
 #include "base/parallel.h"
 
@@ -112,6 +112,36 @@ void fit_to_surface(const MovedMesh& mesh, std::span<const std::uint32_t> faces,
 
 constexpr float kBadQuality = 0.05f;  // triangles below this are nearly inverted
 
+/// Lists the triangles that may be nearly inverted or further than `max_distance` from the surface,
+/// judged by the triangles of the surface that are near their corners.
+std::vector<std::uint32_t> list_doubtful_faces(const MovedMesh& mesh, const CarryTarget& target,
+                                               std::span<const std::uint32_t> near,
+                                               float max_distance) {
+  constexpr float kSafeQuality = 0.2f;
+  const MeshQuery surface = target.query();
+  std::vector<std::uint8_t> is_doubtful(mesh.triangles.size(), 1);
+  parallel_for(
+      static_cast<std::int64_t>(mesh.triangles.size()),
+      [&](std::int64_t f) {
+        const Triangle& t = mesh.triangles[f];
+        const Vec3 a = mesh.points[t.v[0]], b = mesh.points[t.v[1]], c = mesh.points[t.v[2]];
+        float distance = std::numeric_limits<float>::infinity();
+        for (const std::uint32_t v : t.v) {
+          if (v >= near.size() || near[v] >= surface.triangles.size()) return;
+          const Vec3 n = area_normal(surface.points, surface.triangles[near[v]]);
+          if (!(triangle_quality(a, b, c, normalized(n)) >= kSafeQuality)) return;
+          if (distance > max_distance)
+            distance = std::min(distance, surface.distance_to((a + b + c) / 3, near[v]));
+        }
+        is_doubtful[f] = distance > max_distance;
+      },
+      256);
+  std::vector<std::uint32_t> faces;
+  for (std::uint32_t f = 0; f < is_doubtful.size(); ++f)
+    if (is_doubtful[f]) faces.push_back(f);
+  return faces;
+}
+
 /// Moves a point that is stuck: far from the surface, or at a triangle that is nearly inverted.
 /// Candidate positions are scored with the surface normals there, which differ on ridges and in
 /// grooves from those at the point.
@@ -120,11 +150,10 @@ void move_stuck_point(const MovedMesh& mesh, const CarryTarget& target,
   constexpr float kSufficientQuality = 0.25f;
   std::vector<Vec3>& points = mesh.points;
   const std::span<const std::uint32_t> fan = mesh.fans.around(v);
-  const MeshQuery query = target.query();
   const std::uint32_t hint = fits[fan.front()].nearest;
   const auto score_at = [&](Vec3 at) {
     float min_quality = 1, deficit = 0;
-    const float distance = query.closest(at, hint).distance;
+    const float distance = closest_near(target, at, hint).distance;
     for (const std::uint32_t f : fan) {
       const Triangle& t = mesh.triangles[f];
       Vec3 p[3];
@@ -146,8 +175,9 @@ void move_stuck_point(const MovedMesh& mesh, const CarryTarget& target,
     for (int k = 0; k < 3; ++k)
       if (mesh.triangles[f].v[k] == v) ring.push_back(points[mesh.triangles[f].v[(k + 1) % 3]]);
   for (const Vec3 p : ring) sum = sum + p;
-  const Vec3 middle = sum / static_cast<float>(ring.size()), foot = query.closest(from, hint).point,
-             middle_foot = query.closest(middle, hint).point;
+  const Vec3 middle = sum / static_cast<float>(ring.size()),
+             foot = closest_near(target, from, hint).point,
+             middle_foot = closest_near(target, middle, hint).point;
   std::vector<Vec3> candidates = {foot,
                                   middle_foot,
                                   middle,
@@ -193,11 +223,16 @@ SurfaceProjection project_onto_surface(std::span<const Vec3> points, const Carry
   SurfaceProjection foot;
   foot.points.resize(points.size());
   foot.normals.resize(points.size());
-  const std::vector<ClosestPoint> hits = target.query().closest(points, near);
-  for (std::size_t i = 0; i < hits.size(); ++i) {
-    foot.points[i] = hits[i].point;
-    foot.normals[i] = normal_at(target.surface, hits[i]);
-  }
+  near.resize(points.size(), ClosestPoint::kNoTriangle);
+  parallel_for(
+      static_cast<std::int64_t>(points.size()),
+      [&](std::int64_t i) {
+        const ClosestPoint hit = closest_near(target, points[i], near[i]);
+        foot.points[i] = hit.point;
+        foot.normals[i] = normal_at(target.surface, hit);
+        near[i] = hit.triangle;
+      },
+      256);
   return foot;
 }
 
@@ -221,12 +256,13 @@ void move_onto_surface(const MovedMesh& mesh, const CarryTarget& target, float r
 
 void repair(const MovedMesh& mesh, const CarryTarget& target, float max_distance,
             std::span<const std::uint32_t> near, std::span<const std::uint32_t> seeds) {
-  constexpr int kMaxAttempts = 30, kSeededAttempts = 6, kRelaxSteps = 5, kRings = 3;
+  constexpr int kMaxAttempts = 30, kMaxIdle = 6, kSeededAttempts = 6, kRelaxSteps = 5, kRings = 3;
   std::vector<TriangleFit> fits(mesh.triangles.size());
-  std::vector<std::uint32_t> faces(mesh.triangles.size()), active;
-  std::iota(faces.begin(), faces.end(), 0u);
-  for (const std::uint32_t f : faces)
+  std::vector<std::uint32_t> faces = list_doubtful_faces(mesh, target, near, max_distance), active;
+  for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f)
     if (const std::uint32_t v = mesh.triangles[f].v[0]; v < near.size()) fits[f].nearest = near[v];
+  std::size_t fewest_stuck = std::numeric_limits<std::size_t>::max();
+  int last_gain = 0;
   for (int k = 0;; ++k) {
     if (mesh.keep_going && !(*mesh.keep_going)()) return;
     fit_to_surface(mesh, faces, target, fits);
@@ -238,7 +274,10 @@ void repair(const MovedMesh& mesh, const CarryTarget& target, float max_distance
       if (quality < kBadQuality || fits[f].distance > max_distance)
         stuck.insert(stuck.end(), t.v, t.v + 3);
     }
-    if ((stuck.empty() && (seeds.empty() || k >= kSeededAttempts)) || k == kMaxAttempts) return;
+    if (stuck.size() < fewest_stuck) fewest_stuck = stuck.size(), last_gain = k;
+    if ((stuck.empty() && (seeds.empty() || k >= kSeededAttempts)) || k == kMaxAttempts ||
+        (!stuck.empty() && k - last_gain >= kMaxIdle))
+      return;
     std::vector<std::uint32_t> ring = stuck;
     if (k == 0)
       for (const std::uint32_t f : seeds)
@@ -266,6 +305,29 @@ void repair(const MovedMesh& mesh, const CarryTarget& target, float max_distance
     add_rings(stuck, mesh, 0);
     for (const std::uint32_t v : stuck) move_stuck_point(mesh, target, fits, v, max_distance);
   }
+}
+
+void spread_points(const MovedMesh& mesh, const CarryTarget& target,
+                   std::span<const std::uint32_t> seeds, std::span<const std::uint32_t> near) {
+  constexpr int kRings = 3, kSweeps = 20;
+  std::vector<std::uint32_t> region;
+  for (const std::uint32_t f : seeds)
+    region.insert(region.end(), mesh.triangles[f].v, mesh.triangles[f].v + 3);
+  add_rings(region, mesh, kRings);
+  std::vector<std::uint32_t> hints;
+  for (const std::uint32_t v : region)
+    hints.push_back(v < near.size() ? near[v] : ClosestPoint::kNoTriangle);
+  for (int sweep = 0; sweep < kSweeps; ++sweep)
+    for (std::size_t i = 0; i < region.size(); ++i) {
+      Vec3 sum;
+      float count = 0;
+      for (const std::uint32_t f : mesh.fans.around(region[i]))
+        for (const std::uint32_t v : mesh.triangles[f].v)
+          if (v != region[i]) sum = sum + mesh.points[v], count += 1;
+      const ClosestPoint hit = closest_near(target, sum / count, hints[i]);
+      mesh.points[region[i]] = hit.point;
+      hints[i] = hit.triangle;
+    }
 }
 
 void pull_towards_misses(const MovedMesh& mesh, const CarryTarget& target,

@@ -43,10 +43,16 @@ void move_onto_surface(const MovedMesh& mesh, const CarryTarget& target, float r
                        std::vector<std::uint32_t>& near);
 
 /// Moves points around `seeds` (triangles), and around triangles that are inverted, nearly inverted
-/// or further than `max_distance` from the surface, until there are none of these, or for 30
-/// rounds.
+/// or further than `max_distance` from the surface, until there are none of these, for 30 rounds or
+/// until 6 rounds in a row leave as many.
 void repair(const MovedMesh& mesh, const CarryTarget& target, float max_distance,
             std::span<const std::uint32_t> near, std::span<const std::uint32_t> seeds = {});
+
+/// Moves points around `seeds` (triangles) to the mean of their neighbours and onto the surface,
+/// over and over, which makes small triangles larger and unfolds them. Details that only these
+/// points show may be lost: measure the result.
+void spread_points(const MovedMesh& mesh, const CarryTarget& target,
+                   std::span<const std::uint32_t> seeds, std::span<const std::uint32_t> near);
 
 /// Moves points towards missed points of the surface: corners and ridges, which projection never
 /// reaches.

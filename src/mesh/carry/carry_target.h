@@ -13,9 +13,16 @@ struct CarryTarget {
   Mesh surface;
   Fans fans;
   std::shared_ptr<const ClosestPointQuery> tree;
+  float edge = 0;  ///< typical length of an edge
   MeshQuery query() const { return {surface.positions, surface.triangles, *tree}; }
 };
 CarryTarget make_carry_target(Mesh surface);
+
+/// Finds the point of the surface that is closest to `from` among those reached from triangle
+/// `hint` by a walk over neighbouring triangles, each of which is nearer than the one before. Where
+/// the walk ends further away than two edges, and without a hint (kNoTriangle), finds the closest
+/// point of the whole surface instead.
+ClosestPoint closest_near(const CarryTarget& target, Vec3 from, std::uint32_t hint);
 
 /// Unit normal of the face on which `hit`, the point closest to `from`, lies. On an edge or at a
 /// corner, where several faces are equally near, it is the one with the smallest dot product with

@@ -19,6 +19,22 @@ struct Corner {
 };
 using FacePiece = std::array<Corner, 3>;
 
+/// Finds the closest triangle to a point, or takes one of the hinted ones if it is so near that the
+/// distance need not be resolved.
+Corner find_corner(const MeshQuery& other, const DeviationSettings& settings, Vec3 p,
+                   std::array<std::uint32_t, 2> hints) {
+  std::uint32_t hint = hints[0];
+  if (hint < other.triangles.size()) {
+    float distance = other.distance_to(p, hint);
+    if (distance > settings.sufficient && hints[1] != hint && hints[1] < other.triangles.size())
+      if (const float d = other.distance_to(p, hints[1]); d < distance)
+        distance = d, hint = hints[1];
+    if (distance <= settings.sufficient) return {p, distance, hint};
+  }
+  const ClosestPoint hit = other.closest(p, hint);
+  return {p, hit.distance, hit.triangle};
+}
+
 /// Measures the distance of one triangle from the other mesh.
 class TriangleDeviation {
  public:
@@ -67,8 +83,9 @@ class TriangleDeviation {
 
   Corner make_midpoint(const Corner& a, const Corner& b) {
     const Vec3 p = (a.point + b.point) * 0.5f;
-    const ClosestPoint hit = other_.closest(p, a.distance <= b.distance ? a.triangle : b.triangle);
-    const Corner c{p, hit.distance, hit.triangle};
+    const Corner& nearer = a.distance <= b.distance ? a : b;
+    const Corner& farther = a.distance <= b.distance ? b : a;
+    const Corner c = find_corner(other_, settings_, p, {nearer.triangle, farther.triangle});
     if (c.distance > furthest_) furthest_ = c.distance, result_.position = c.point;
     if (c.distance > settings_.listed) result_.listed.push_back({c.point, c.distance, c.triangle});
     return c;
@@ -125,7 +142,15 @@ Deviation measure_deviation(MeshView mesh, const MeshQuery& other,
                             const KnownDeviation* known) {
   Deviation d;
   d.nearest = std::move(hints);
-  const std::vector<ClosestPoint> hits = other.closest(mesh.points, d.nearest);
+  d.nearest.resize(mesh.points.size(), ClosestPoint::kNoTriangle);
+  std::vector<Corner> hits(mesh.points.size());
+  parallel_for(
+      static_cast<std::int64_t>(hits.size()),
+      [&](std::int64_t i) {
+        hits[i] = find_corner(other, settings, mesh.points[i], {d.nearest[i], d.nearest[i]});
+        d.nearest[i] = hits[i].triangle;
+      },
+      256);
   d.triangles.resize(mesh.triangles.size());
   parallel_for(
       static_cast<std::int64_t>(mesh.triangles.size()),
@@ -135,7 +160,7 @@ Deviation measure_deviation(MeshView mesh, const MeshQuery& other,
         FacePiece corners;
         for (int k = 0; k < 3; ++k) {
           const std::uint32_t v = mesh.triangles[f].v[k];
-          corners[k] = {mesh.points[v], hits[v].distance, hits[v].triangle};
+          corners[k] = hits[v];
         }
         d.triangles[f] = TriangleDeviation(other, settings).measure(corners);
         for (int k = 0; k < 3; ++k)

@@ -13,6 +13,9 @@ struct DeviationSettings {
   float negligible = 0;  ///< smaller distances need not be resolved
   float precision = 0;   ///< maximum error of all other distances
   float listed = 0;      ///< points beyond this distance are listed
+  /// A hinted triangle within this distance of a point counts as its nearest one; at most
+  /// `negligible` less `precision`.
+  float sufficient = 0;
 };
 
 /// Distances of all points of a mesh, not only its vertices, from another mesh.

@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <initializer_list>
 #include <map>
 #include <numeric>
 #include <optional>
-#include <unordered_map>
 
 #include "base/exact_math.h"
-#include "mesh/edges.h"
+#include "mesh/carry/divide.h"
 
 namespace polymorph {
 namespace {
@@ -67,7 +67,8 @@ void grow(std::span<const Triangle> triangles, std::size_t points, int rings, Fl
 /// A disk of triangles: its border's points in order, and all its points.
 struct Disk {
   std::vector<std::uint32_t> faces, border, points;
-  std::unordered_map<std::uint32_t, std::uint32_t> index;  ///< index in `points` per mesh point
+  std::vector<std::uint32_t> index;  ///< index in `points` per mesh point, or kOutside
+  static constexpr std::uint32_t kOutside = 0xffffffffu;
 };
 
 /// Makes a disk of the selected triangles, which are connected, and fills its holes. Border points
@@ -107,13 +108,16 @@ std::optional<Disk> make_disk(std::span<const Triangle> triangles,
     } while (v != first && disk.border.size() <= next.size());
     if (disk.border.size() != next.size()) return std::nullopt;  // more than one border
     disk.points = disk.border;
+    disk.index.assign(points, Disk::kOutside);
     for (std::uint32_t i = 0; i < disk.border.size(); ++i) disk.index[disk.border[i]] = i;
     for (std::uint32_t f = 0; f < is_selected.size(); ++f) {
       if (!is_selected[f]) continue;
       disk.faces.push_back(f);
       for (const std::uint32_t p : triangles[f].v)
-        if (disk.index.emplace(p, static_cast<std::uint32_t>(disk.points.size())).second)
+        if (disk.index[p] == Disk::kOutside) {
+          disk.index[p] = static_cast<std::uint32_t>(disk.points.size());
           disk.points.push_back(p);
+        }
     }
     // V - E + F = 1 for a disk; E = (3 F + border) / 2.
     const auto euler = static_cast<long long>(2 * disk.points.size() + 2 * disk.faces.size()) -
@@ -142,7 +146,7 @@ bool embed(const Disk& disk, std::span<const Triangle> triangles, std::vector<Ve
       for (const int step : {1, 2}) {
         const std::uint32_t p = triangles[f].v[k], q = triangles[f].v[(k + step) % 3],
                             r = triangles[f].v[(k + 3 - step) % 3];
-        const std::uint32_t i = disk.index.at(p), j = disk.index.at(q);
+        const std::uint32_t i = disk.index[p], j = disk.index[q];
         if (i < border) continue;
         const double w = weight(p, q, r);
         const auto row = static_cast<Eigen::Index>(i - border);
@@ -170,24 +174,58 @@ struct DiskPosition {
   double weights[3] = {1, 0, 0};
 };
 
+/// A flattened disk of the target's surface.
+struct FlatDisk {
+  const Mesh& surface;
+  const std::vector<Triangle>& neighbours;  ///< per triangle of the surface
+  Disk disk;
+  Flags is_inside = {};            ///< per triangle of the surface
+  std::vector<Vec2d> planar = {};  ///< per point of the disk
+};
+
+/// Barycentric coordinates of a point in the plane. Returns false if the face has no area.
+bool coordinates_in(const FlatDisk& flat, std::uint32_t face, Vec2d p, double (&weights)[3]) {
+  const Triangle& t = flat.surface.triangles[face];
+  const Vec2d a = flat.planar[flat.disk.index[t.v[0]]],
+              b = flat.planar[flat.disk.index[t.v[1]]] - a,
+              c = flat.planar[flat.disk.index[t.v[2]]] - a, d = p - a;
+  const double area = b.x() * c.y() - b.y() * c.x();
+  if (!(std::abs(area) > 0)) return false;
+  weights[1] = (d.x() * c.y() - d.y() * c.x()) / area;
+  weights[2] = (b.x() * d.y() - b.y() * d.x()) / area;
+  weights[0] = 1 - weights[1] - weights[2];
+  return true;
+}
+
 /// Finds the face of the flattened disk that contains a point or, if none does, the face in which
-/// its smallest barycentric coordinate is largest.
-DiskPosition locate(const Disk& disk, std::span<const Triangle> triangles,
-                    const std::vector<Vec2d>& planar, Vec2d p) {
-  DiskPosition best;
-  double max_inside = -1e300;
-  for (const std::uint32_t f : disk.faces) {
-    const Triangle& t = triangles[f];
-    const Vec2d a = planar[disk.index.at(t.v[0])], b = planar[disk.index.at(t.v[1])] - a,
-                c = planar[disk.index.at(t.v[2])] - a, d = p - a;
-    const double area = b.x() * c.y() - b.y() * c.x();
-    if (!(std::abs(area) > 0)) continue;
-    const double u = (d.x() * c.y() - d.y() * c.x()) / area,
-                 v = (b.x() * d.y() - b.y() * d.x()) / area;
-    const double inside = std::min({1 - u - v, u, v});
-    if (inside > max_inside) {
+/// its smallest barycentric coordinate is largest. Walks from the face `start` towards the point
+/// (Devillers, Pion and Teillaud 2002); where that fails, looks at all faces.
+DiskPosition locate(const FlatDisk& flat, Vec2d p, std::uint32_t start) {
+  DiskPosition best{start, {1, 0, 0}};
+  double weights[3];
+  std::uint32_t face = start;
+  bool is_found = false;
+  for (std::size_t step = 0; step < 64 + flat.disk.faces.size() / 4; ++step) {
+    if (!coordinates_in(flat, face, p, weights)) break;
+    const int k = static_cast<int>(std::min_element(weights, weights + 3) - weights);
+    if (weights[k] >= 0) {
+      best = {face, {weights[0], weights[1], weights[2]}};
+      is_found = true;
+      break;
+    }
+    // Corner k lies opposite to the side from corner k + 1 to k + 2.
+    const std::uint32_t next = flat.neighbours[face].v[(k + 1) % 3];
+    if (!flat.is_inside[next]) break;
+    face = next;
+  }
+  if (!is_found) {
+    double max_inside = -1e300;
+    for (const std::uint32_t f : flat.disk.faces) {
+      if (!coordinates_in(flat, f, p, weights)) continue;
+      const double inside = *std::min_element(weights, weights + 3);
+      if (inside <= max_inside) continue;
       max_inside = inside;
-      best = {f, {1 - u - v, u, v}};
+      best = {f, {weights[0], weights[1], weights[2]}};
       if (inside >= 0) break;
     }
   }
@@ -197,12 +235,149 @@ DiskPosition locate(const Disk& disk, std::span<const Triangle> triangles,
   return best;
 }
 
+/// A patch of the mesh in the plane of a flattened disk.
+struct FlatPatch {
+  Disk disk;
+  std::vector<Vec2d> planar;         ///< per point of the patch
+  std::vector<std::uint32_t> faces;  ///< the flattened disk's face there, per point of the patch
+};
+
+Vec3 point_at(const FlatDisk& flat, const DiskPosition& at) {
+  const Triangle& t = flat.surface.triangles[at.face];
+  Vec3 p;
+  for (int k = 0; k < 3; ++k)
+    p = p + flat.surface.positions[t.v[k]] * static_cast<float>(at.weights[k]);
+  return p;
+}
+
+/// Places a point of a patch on the surface.
+Vec3 place_on_disk(const FlatDisk& flat, FlatPatch& patch, std::size_t i, std::uint32_t start) {
+  const DiskPosition at = locate(flat, patch.planar[i], start);
+  patch.faces[i] = at.face;
+  return point_at(flat, at);
+}
+
+/// Shape of a triangle in the plane: positive if it is counterclockwise.
+double planar_quality(Vec2d a, Vec2d b, Vec2d c) {
+  const Vec2d ab = b - a, ac = c - a, bc = c - b;
+  const double edges = ab.squaredNorm() + ac.squaredNorm() + bc.squaredNorm();
+  return edges > 0 ? (ab.x() * ac.y() - ab.y() * ac.x()) / edges : 0.0;
+}
+
+/// Moves inner points of a patch in the plane until no triangle is folded over. Returns false if
+/// some stay folded.
+bool untangle(FlatPatch& patch, std::span<const Triangle> triangles) {
+  constexpr int kMaxSweeps = 60;
+  constexpr double kMinQuality2d = 1e-3,
+                   kDirections[8][2] = {{1, 0},   {0, 1},    {-1, 0},    {0, -1},
+                                        {.7, .7}, {-.7, .7}, {-.7, -.7}, {.7, -.7}};
+  std::vector<Vec2d>& planar = patch.planar;
+  const Disk& disk = patch.disk;
+  std::vector<std::vector<std::uint32_t>> fans(planar.size());
+  for (const std::uint32_t f : disk.faces)
+    for (const std::uint32_t v : triangles[f].v) fans[disk.index[v]].push_back(f);
+  const auto quality = [&](std::uint32_t f) {
+    const auto& v = triangles[f].v;
+    return planar_quality(planar[disk.index[v[0]]], planar[disk.index[v[1]]],
+                          planar[disk.index[v[2]]]);
+  };
+  const auto min_quality = [&](std::size_t i) {
+    double result = 1;
+    for (const std::uint32_t f : fans[i]) result = std::min(result, quality(f));
+    return result;
+  };
+  for (int sweep = 0;; ++sweep) {
+    std::vector<std::uint32_t> moved;
+    for (const std::uint32_t f : disk.faces)
+      if (quality(f) < kMinQuality2d)
+        for (const std::uint32_t v : triangles[f].v)
+          if (disk.index[v] >= disk.border.size()) moved.push_back(disk.index[v]);
+    std::sort(moved.begin(), moved.end());
+    moved.erase(std::unique(moved.begin(), moved.end()), moved.end());
+    if (moved.empty() || sweep == kMaxSweeps) break;
+    for (const std::uint32_t i : moved) {
+      double reach = 0, best = min_quality(i);
+      for (const std::uint32_t f : fans[i])
+        for (const std::uint32_t v : triangles[f].v)
+          reach = std::max(reach, (planar[disk.index[v]] - planar[i]).norm());
+      for (double step = 0.5 * reach; step > 0.02 * reach; step *= 0.5) {
+        const Vec2d from = planar[i];
+        Vec2d at = from;
+        for (const auto& d : kDirections) {
+          planar[i] = from + Vec2d(d[0], d[1]) * step;
+          if (const double q = min_quality(i); q > best) best = q, at = planar[i];
+        }
+        planar[i] = at;
+      }
+    }
+  }
+  return std::all_of(disk.faces.begin(), disk.faces.end(),
+                     [&](std::uint32_t f) { return quality(f) > 0; });
+}
+
+/// Bisects inner triangles of a placed patch until they are near the surface that they stand for.
+void divide_patch(PatchMesh& mesh, FlatPatch& patch, const FlatDisk& flat,
+                  const PatchSettings& settings) {
+  constexpr int kMaxRounds = 16;
+  const auto border = static_cast<std::uint32_t>(patch.disk.border.size());
+  patch.disk.index.resize(mesh.points.size(), Disk::kOutside);
+  // Tests whether the surface at the middle of some corners is near the middle of their points.
+  const auto is_near = [&](const Triangle& t, std::initializer_list<int> corners) {
+    Vec3 middle;
+    Vec2d planar(0, 0);
+    for (const int k : corners) {
+      middle = middle + mesh.points[t.v[k]];
+      planar += patch.planar[patch.disk.index[t.v[k]]];
+    }
+    const auto n = static_cast<float>(corners.size());
+    const DiskPosition at = locate(flat, planar / static_cast<double>(n),
+                                   patch.faces[patch.disk.index[t.v[*corners.begin()]]]);
+    return length(point_at(flat, at) - middle / n) <= settings.deviation;
+  };
+  for (int round = 0; round < kMaxRounds; ++round) {
+    std::vector<std::uint32_t> chosen;
+    for (std::uint32_t f = 0; f < mesh.triangles.size(); ++f) {
+      const Triangle& t = mesh.triangles[f];
+      const std::uint32_t last =
+          std::max({patch.disk.index[t.v[0]], patch.disk.index[t.v[1]], patch.disk.index[t.v[2]]});
+      if (last == Disk::kOutside || last < border) continue;
+      float longest = 0;
+      for (int k = 0; k < 3; ++k)
+        longest = std::max(longest, length(mesh.points[t.v[k]] - mesh.points[t.v[(k + 1) % 3]]));
+      if (longest > settings.longest_edge || !is_near(t, {0, 1}) || !is_near(t, {1, 2}) ||
+          !is_near(t, {2, 0}) || !is_near(t, {0, 1, 2}))
+        chosen.push_back(f);
+    }
+    if (chosen.empty() || mesh.triangles.size() + 2 * chosen.size() > settings.max_triangles)
+      return;
+    Division division = halve_triangles(mesh.points, mesh.triangles, chosen);
+    mesh.triangles = std::move(division.triangles);
+    for (const auto& [a, b] : division.halved) {
+      mesh.halved.push_back({a, b});
+      const std::uint32_t i = patch.disk.index[a], j = patch.disk.index[b];
+      Vec3 middle = (mesh.points[a] + mesh.points[b]) * 0.5f;
+      const bool is_in_patch = i != Disk::kOutside && j != Disk::kOutside;
+      if (is_in_patch && std::max(i, j) >= border) {
+        const auto k = static_cast<std::uint32_t>(patch.planar.size());
+        patch.disk.index.push_back(k);
+        patch.planar.push_back((patch.planar[i] + patch.planar[j]) * 0.5);
+        patch.faces.push_back(0);
+        middle = place_on_disk(flat, patch, k, patch.faces[std::max(i, j)]);
+      } else {
+        patch.disk.index.push_back(Disk::kOutside);
+      }
+      mesh.points.push_back(middle);
+    }
+  }
+}
+
 /// Maps one patch onto a disk of the target's surface. Returns false if that is impossible.
-bool map_patch(std::vector<Vec3>& points, std::span<const Triangle> triangles, const Disk& patch,
-               const CarryTarget& target, const Disk& target_disk) {
+bool map_patch(PatchMesh& mesh, FlatPatch& patch, const CarryTarget& target, FlatDisk& flat) {
   const Mesh& surface = target.surface;
+  const Disk& target_disk = flat.disk;
+  std::vector<Vec2d>& planar = flat.planar;
   // Map the border of the target's disk to the unit circle, by arc length.
-  std::vector<Vec2d> planar(target_disk.points.size());
+  planar.resize(target_disk.points.size());
   double total = 0;
   std::vector<double> arc_length;
   for (std::size_t i = 0; i < target_disk.border.size(); ++i) {
@@ -221,63 +396,80 @@ bool map_patch(std::vector<Vec3>& points, std::span<const Triangle> triangles, c
     const double norm = std::sqrt(c * c + s * s);
     return s > 1e-12 * norm ? (norm - c) / s : (c > 0 ? 1e-6 : 1e6);
   };
-  const bool is_embedded = embed(target_disk, surface.triangles, planar,
-                                 [&](std::uint32_t p, std::uint32_t q, std::uint32_t r) {
-                                   const Vec3 a = surface.positions[q] - surface.positions[p],
-                                              b = surface.positions[r] - surface.positions[p];
-                                   const auto edge_length =
-                                       std::max(static_cast<double>(length(a)), 1e-12);
-                                   return std::clamp(tan_half(a, b), 1e-3, 1e3) / edge_length;
-                                 });
+  const bool is_embedded = embed(
+      flat.disk, surface.triangles, planar, [&](std::uint32_t p, std::uint32_t q, std::uint32_t r) {
+        const Vec3 a = surface.positions[q] - surface.positions[p],
+                   b = surface.positions[r] - surface.positions[p];
+        const auto edge_length = std::max(static_cast<double>(length(a)), 1e-12);
+        return std::clamp(tan_half(a, b), 1e-3, 1e3) / edge_length;
+      });
   if (!is_embedded) return false;
-  Flags in_target_disk(surface.triangles.size(), 0);
-  for (const std::uint32_t f : target_disk.faces) in_target_disk[f] = 1;
-  std::vector<Vec2d> planar_patch(patch.points.size());
-  for (std::size_t i = 0; i < patch.border.size(); ++i) {
-    const ClosestPoint hit = target.tree->closest(points[patch.border[i]]);
-    if (!in_target_disk[hit.triangle]) return false;
+  const std::size_t border = patch.disk.border.size();
+  patch.planar.resize(border);
+  patch.faces.assign(patch.disk.points.size(), target_disk.faces.front());
+  for (std::size_t i = 0; i < border; ++i) {
+    const ClosestPoint hit = target.tree->closest(mesh.points[patch.disk.border[i]]);
+    if (!flat.is_inside[hit.triangle] || hit.distance > target.edge) return false;
     const Triangle& t = surface.triangles[hit.triangle];
     const TriangleWeights w = weights_at(surface, hit);
-    planar_patch[i] = planar[target_disk.index.at(t.v[0])] * w.a +
-                      planar[target_disk.index.at(t.v[1])] * w.b +
-                      planar[target_disk.index.at(t.v[2])] * w.c;
+    patch.planar[i] = planar[target_disk.index[t.v[0]]] * w.a +
+                      planar[target_disk.index[t.v[1]]] * w.b +
+                      planar[target_disk.index[t.v[2]]] * w.c;
+    patch.faces[i] = hit.triangle;
   }
-  if (!embed(patch, triangles, planar_patch,
-             [](std::uint32_t, std::uint32_t, std::uint32_t) { return 1.0; }))
+  if (!embed(patch.disk, mesh.triangles, patch.planar,
+             [](std::uint32_t, std::uint32_t, std::uint32_t) { return 1.0; }) ||
+      !untangle(patch, mesh.triangles))
     return false;
-  for (std::size_t i = patch.border.size(); i < planar_patch.size(); ++i) {
-    const DiskPosition at = locate(target_disk, surface.triangles, planar, planar_patch[i]);
-    const Triangle& t = surface.triangles[at.face];
-    Vec3 p;
-    for (int k = 0; k < 3; ++k)
-      p = p + surface.positions[t.v[k]] * static_cast<float>(at.weights[k]);
-    points[patch.points[i]] = p;
+  std::uint32_t start = patch.faces.front();
+  for (std::size_t i = border; i < patch.planar.size(); ++i) {
+    mesh.points[patch.disk.points[i]] = place_on_disk(flat, patch, i, start);
+    start = patch.faces[i];
   }
   return true;
 }
 
+/// Finds the triangle across each side of each triangle of a closed mesh.
+std::vector<Triangle> find_neighbours_by_fans(std::span<const Triangle> triangles,
+                                              const Fans& fans) {
+  std::vector<Triangle> neighbours(triangles.size());
+  for (std::uint32_t f = 0; f < triangles.size(); ++f)
+    for (int k = 0; k < 3; ++k) {
+      neighbours[f].v[k] = f;
+      const std::uint32_t end = triangles[f].v[(k + 1) % 3];
+      for (const std::uint32_t g : fans.around(triangles[f].v[k]))
+        if (g != f && std::find(triangles[g].v, triangles[g].v + 3, end) != triangles[g].v + 3)
+          neighbours[f].v[k] = g;
+    }
+  return neighbours;
+}
+
 }  // namespace
 
-std::size_t map_patches(std::vector<Vec3>& points, std::span<const Triangle> triangles,
-                        const PatchSeeds& seeds, const CarryTarget& target,
+std::size_t map_patches(PatchMesh& mesh, std::span<const std::uint32_t> seeds,
+                        const PatchSettings& settings, const CarryTarget& target,
                         std::span<const std::uint32_t> mesh_near) {
   const Mesh& surface = target.surface;
-  const std::vector<Triangle> neighbours = find_neighbours(triangles),
-                              target_neighbours = find_neighbours(surface.triangles);
+  const std::vector<Triangle>& triangles = mesh.triangles;
+  const std::size_t point_count = mesh.points.size();
+  const std::vector<Triangle> neighbours =
+                                  find_neighbours_by_fans(triangles, Fans(point_count, triangles)),
+                              target_neighbours =
+                                  find_neighbours_by_fans(surface.triangles, target.fans);
   Flags is_near_seed(triangles.size(), 0);
-  for (const std::uint32_t f : seeds.triangles) is_near_seed[f] = 1;
-  grow(triangles, points.size(), seeds.rings, is_near_seed);
+  for (const std::uint32_t f : seeds) is_near_seed[f] = 1;
+  grow(triangles, point_count, settings.rings, is_near_seed);
   const FlaggedComponents patches = find_components(neighbours, is_near_seed, 1);
-  std::size_t mapped_count = 0;
+  std::vector<std::pair<FlatDisk, FlatPatch>> mapped;
   for (std::uint32_t component = 1; component < patches.size.size(); ++component) {
     Flags is_selected(triangles.size(), 0);
     for (std::size_t f = 0; f < is_selected.size(); ++f)
       is_selected[f] = patches.number[f] == component;
-    const std::optional<Disk> patch = make_disk(triangles, neighbours, points.size(), is_selected);
-    if (!patch) continue;
-    for (const std::uint32_t f : patch->faces) is_selected[f] = 1;
+    std::optional<Disk> disk = make_disk(triangles, neighbours, point_count, is_selected);
+    if (!disk) continue;
+    for (const std::uint32_t f : disk->faces) is_selected[f] = 1;
     // A wider region, so that the target's disk contains the whole patch.
-    grow(triangles, points.size(), 4, is_selected);
+    grow(triangles, point_count, 4, is_selected);
     Flags is_target(surface.triangles.size(), 0);
     for (std::size_t f = 0; f < is_target.size(); ++f)
       is_target[f] = is_selected[mesh_near[surface.triangles[f].v[0]]];
@@ -286,12 +478,19 @@ std::size_t map_patches(std::vector<Vec3>& points, std::span<const Triangle> tri
     const std::uint32_t largest = find_largest(target_components);
     for (std::size_t f = 0; f < is_target.size(); ++f)
       is_target[f] = target_components.number[f] == largest;
-    const std::optional<Disk> target_disk =
+    std::optional<Disk> target_disk =
         make_disk(surface.triangles, target_neighbours, surface.positions.size(), is_target);
     if (!target_disk) continue;
-    mapped_count += map_patch(points, triangles, *patch, target, *target_disk);
+    FlatDisk flat{surface, target_neighbours, std::move(*target_disk)};
+    flat.is_inside.assign(surface.triangles.size(), 0);
+    for (const std::uint32_t f : flat.disk.faces) flat.is_inside[f] = 1;
+    FlatPatch patch{std::move(*disk), {}, {}};
+    if (map_patch(mesh, patch, target, flat))
+      mapped.emplace_back(std::move(flat), std::move(patch));
   }
-  return mapped_count;
+  // Bisections renumber the triangles, so they come after all patches.
+  for (auto& [flat, patch] : mapped) divide_patch(mesh, patch, flat, settings);
+  return mapped.size();
 }
 
 }  // namespace polymorph

@@ -2,6 +2,7 @@
 // parameterization.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -10,20 +11,31 @@
 
 namespace polymorph {
 
-/// Triangles to map, and the number of rings around them that are mapped as well.
-struct PatchSeeds {
-  std::span<const std::uint32_t> triangles;
-  int rings = 0;
+/// A mesh whose patches are moved and divided in place.
+struct PatchMesh {
+  std::vector<Vec3>& points;
+  std::vector<Triangle>& triangles;
+  /// End points of each bisected edge, in the order of the new points, which follow the old ones.
+  std::vector<std::array<std::uint32_t, 2>> halved = {};
 };
 
-/// Maps the triangles around `seeds` onto the region of the target's surface that is
+struct PatchSettings {
+  int rings = 0;  ///< rings of triangles around the given ones that are mapped as well
+  /// Inner triangles of a mapped patch are bisected where they are further than `deviation` from
+  /// the surface that they stand for, or have longer edges than `longest_edge`.
+  float deviation = 0, longest_edge = 0;
+  std::size_t max_triangles = 0;  ///< approximate: no bisection begins that would exceed it
+};
+
+/// Maps the patches around the triangles `seeds` onto the regions of the target's surface that are
 /// nearest to them. The region is flattened onto a disk by mean value coordinates (Floater 2003),
-/// the mesh patch by Tutte's embedding (1963) within the closest points of its border. That border
-/// need not be convex, so triangles may fold: measure the result. `mesh_near`: nearest triangle of
-/// the mesh per point of the surface. Patches that are no disks stay unchanged. Returns the number
-/// of mapped patches.
-std::size_t map_patches(std::vector<Vec3>& points, std::span<const Triangle> triangles,
-                        const PatchSeeds& seeds, const CarryTarget& target,
+/// the mesh patch by Tutte's embedding (1963) within the closest points of its border. Bisected
+/// edges get their midpoints in the plane. That border need not be convex, so triangles may fold;
+/// then points are moved in the plane, and a patch that stays folded is left as it was.
+/// `mesh_near`: nearest triangle of the mesh per point of the surface. Patches that are no disks
+/// stay unchanged. Returns the number of mapped patches.
+std::size_t map_patches(PatchMesh& mesh, std::span<const std::uint32_t> seeds,
+                        const PatchSettings& settings, const CarryTarget& target,
                         std::span<const std::uint32_t> mesh_near);
 
 }  // namespace polymorph
