@@ -364,4 +364,9 @@ bool is_certain(const LimbMatch& match) {
   return match.limbs.size() >= kMinLimbs && match.share >= kMinMatchedShare;
 }
 
+bool is_complete(const LimbMatch& match) {
+  constexpr double kRounding = 1e-9;
+  return match.share >= 1 - kRounding;
+}
+
 }  // namespace polymorph
