@@ -29,6 +29,8 @@ constexpr double kTurnCost = 1;               // cost factor of a rotation away 
 constexpr double kMaxFloorHeight = 0.15;      // max relative height of a tip that is on the floor
 constexpr std::size_t kBeamWidth = 150;       // width of the beam: partial matchings kept per step
 constexpr int kStartAngles = 8, kRounds = 4;  // start angles; refinements of each
+/// Max number of searches without the halves of pairs that were found before.
+constexpr int kHalfPairRounds = 4;
 /// Min number of matched limbs, and min fraction of their length, of a certain match.
 constexpr std::size_t kMinLimbs = 3;
 constexpr double kMinMatchedShare = 0.75;
@@ -86,6 +88,7 @@ std::vector<Features> compute_features(const Limbs& limbs) {
 struct Problem {
   const Limbs &from, &to;
   const LimbChoices& choices;
+  AllowedLimbs allowed;
   std::vector<Features> a, b;
   /// Indices of `a` in the order of the search: chosen limbs, then those that most others sit on,
   /// then the longest.
@@ -94,8 +97,7 @@ struct Problem {
 
 bool is_allowed(const Problem& problem, std::size_t i, std::size_t k) {
   if (problem.a[i].choice != problem.b[k].choice) return false;
-  const AllowedLimbs& allowed = problem.choices.allowed;
-  return allowed.empty() || allowed[i][k] != 0;
+  return problem.allowed.empty() || problem.allowed[i][k] != 0;
 }
 
 /// The cost of matching two limbs, with `a` rotated.
@@ -268,22 +270,94 @@ bool are_twins(const Features& a, const Features& b) {
          std::fabs(a.root_height - b.root_height) < kRoots;
 }
 
-/// Tests whether a limb has a twin that stays alone.
-bool has_lonely_twin(const std::vector<Features>& all, std::size_t limb, std::uint32_t matched) {
-  for (std::size_t k = 0; k < all.size(); ++k)
+/// Lists a limb's twins that stay alone.
+std::vector<std::uint32_t> list_lonely_twins(const std::vector<Features>& all, std::size_t limb,
+                                             std::uint32_t matched) {
+  std::vector<std::uint32_t> twins;
+  for (std::uint32_t k = 0; k < all.size(); ++k)
     if (k != limb && all[k].inner == 0 &&
         ((all[k].outer | all[k].inner | 1u << k) & matched) == 0 && are_twins(all[limb], all[k]))
-      return true;
-  return false;
+      twins.push_back(k);
+  return twins;
+}
+
+/// Tests whether a limb on the floor is matched with one that is not, or the other way round.
+bool crosses_floor(const Problem& problem, const MatchedLimbs& limbs) {
+  return problem.a[limbs.from].on_floor != problem.b[limbs.to].on_floor;
 }
 
 /// Tests whether a match would turn one limb of a pair into several that hang together, while its
-/// twin stays alone: one of two legs into both legs under a cape.
+/// twin stays alone or leaves the floor: one of two legs into both legs under a cape.
 bool is_half_a_pair(const Problem& problem, const Partial& matching, const MatchedLimbs& limbs) {
   const Features &a = problem.a[limbs.from], &b = problem.b[limbs.to];
   if ((a.inner == 0) == (b.inner == 0)) return false;
-  return a.inner == 0 ? has_lonely_twin(problem.a, limbs.from, matching.from)
-                      : has_lonely_twin(problem.b, limbs.to, matching.to);
+  const bool is_from = a.inner == 0;
+  const std::vector<Features>& side = is_from ? problem.a : problem.b;
+  const std::size_t limb = is_from ? limbs.from : limbs.to;
+  if (!list_lonely_twins(side, limb, is_from ? matching.from : matching.to).empty()) return true;
+  return std::any_of(matching.limbs.begin(), matching.limbs.end(), [&](const MatchedLimbs& other) {
+    const std::size_t twin = is_from ? other.from : other.to;
+    return twin != limb && crosses_floor(problem, other) && are_twins(side[limb], side[twin]);
+  });
+}
+
+/// Forbids the pairs of a matching that are half a pair and that the user has not chosen, and those
+/// of a limb on the floor with one that is not; returns false if there is no half pair. Such a limb
+/// would otherwise take the place of the half, an arm that of a leg.
+bool forbid_half_pairs(Problem& problem, const Partial& matching) {
+  AllowedLimbs allowed = problem.allowed;
+  if (allowed.empty())
+    allowed.assign(problem.a.size(), std::vector<std::uint8_t>(problem.b.size(), 1));
+  bool has_half = false;
+  for (const MatchedLimbs& pair : matching.limbs) {
+    if (problem.a[pair.from].choice || !is_half_a_pair(problem, matching, pair)) continue;
+    allowed[pair.from][pair.to] = 0;
+    has_half = true;
+  }
+  if (!has_half) return false;
+  for (std::size_t i = 0; i < problem.a.size(); ++i)
+    for (std::size_t k = 0; k < problem.b.size(); ++k)
+      if (!problem.a[i].choice && problem.a[i].on_floor != problem.b[k].on_floor) allowed[i][k] = 0;
+  problem.allowed = std::move(allowed);
+  return true;
+}
+
+/// Matches the twins of limbs that are matched: if both limbs have one twin that stays alone, on
+/// corresponding sides, as with the second leg of either figure.
+void match_twins(const Problem& problem, MatchingFit& fit) {
+  constexpr double kMaxCrossing = 0.5;
+  const double sine = exact::sin(fit.angle), cosine = exact::cos(fit.angle);
+  Partial& matching = fit.matching;
+  for (const auto& [i, k] : std::vector(matching.limbs)) {
+    const std::vector<std::uint32_t> from = list_lonely_twins(problem.a, i, matching.from),
+                                     to = list_lonely_twins(problem.b, k, matching.to);
+    if (problem.a[i].inner != 0 || problem.b[k].inner != 0 || from.size() != 1 || to.size() != 1 ||
+        !is_allowed(problem, from[0], to[0]))
+      continue;
+    const Features &a = problem.a[from[0]], &b = problem.b[to[0]];
+    if (crossing(rotate_about_y(a.root - problem.a[i].root, sine, cosine),
+                 b.root - problem.b[k].root) > kMaxCrossing)
+      continue;
+    matching.cost += pair_cost(a, b, sine, cosine) +
+                     interaction_cost(problem, matching, from[0], to[0], sine, cosine) -
+                     alone_cost(a, matching.from) - alone_cost(b, matching.to);
+    matching.from |= 1u << from[0];
+    matching.to |= 1u << to[0];
+    matching.limbs.push_back({from[0], to[0]});
+  }
+}
+
+/// The cheapest matching from eight angles.
+MatchingFit find_matching(const Problem& problem, double angle) {
+  std::array<MatchingFit, kStartAngles> fits;
+  parallel_for(kStartAngles, [&](std::int64_t k) {
+    const double start = angle + 2 * exact::kPi * static_cast<double>(k) / kStartAngles;
+    fits[static_cast<std::size_t>(k)] = fit_from(problem, start, angle);
+  });
+  const MatchingFit* best = &fits[0];
+  for (const MatchingFit& fit : fits)
+    if (fit.matching.cost < best->matching.cost) best = &fit;
+  return *best;
 }
 
 /// Total length of the limbs that no other sits on, and the length of those of them that are
@@ -307,7 +381,8 @@ Lengths sum_lengths(const Limbs& limbs, const std::vector<Features>& features,
 
 LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
                       const LimbChoices& choices) {
-  Problem problem = {from, to, choices, compute_features(from), compute_features(to), {}};
+  Problem problem = {
+      from, to, choices, choices.allowed, compute_features(from), compute_features(to), {}};
   for (std::size_t n = 0; n < choices.chosen.size(); ++n) {
     for (const std::uint32_t i : choices.chosen[n].from) problem.a[i].choice = n;
     for (const std::uint32_t k : choices.chosen[n].to) problem.b[k].choice = n;
@@ -320,23 +395,20 @@ LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
                      const int on_a = std::popcount(a.inner), on_b = std::popcount(b.inner);
                      return on_a != on_b ? on_a > on_b : a.stretch > b.stretch;
                    });
-  std::array<MatchingFit, kStartAngles> fits;
-  parallel_for(kStartAngles, [&](std::int64_t k) {
-    const double start = angle + 2 * exact::kPi * static_cast<double>(k) / kStartAngles;
-    fits[static_cast<std::size_t>(k)] = fit_from(problem, start, angle);
-  });
-  const MatchingFit* best = &fits[0];
-  for (const MatchingFit& fit : fits)
-    if (fit.matching.cost < best->matching.cost) best = &fit;
+  MatchingFit best = find_matching(problem, angle);
+  // Each half of a pair has a counterpart of its own, perhaps, if none may take one half alone.
+  for (int round = 0; round < kHalfPairRounds && forbid_half_pairs(problem, best.matching); ++round)
+    best = find_matching(problem, angle);
+  match_twins(problem, best);
   LimbMatch match;
-  match.limbs = best->matching.limbs;
+  match.limbs = best.matching.limbs;
   std::erase_if(match.limbs, [&](const MatchedLimbs& pair) {
-    return !problem.a[pair.from].choice && is_half_a_pair(problem, best->matching, pair);
+    return !problem.a[pair.from].choice && is_half_a_pair(problem, best.matching, pair);
   });
   std::sort(match.limbs.begin(), match.limbs.end(),
             [](const MatchedLimbs& p, const MatchedLimbs& q) { return p.from < q.from; });
-  match.angle = exact::atan2(exact::sin(best->angle), exact::cos(best->angle));
-  match.cost = best->matching.cost;
+  match.angle = exact::atan2(exact::sin(best.angle), exact::cos(best.angle));
+  match.cost = best.matching.cost;
   const auto measure_share = [&] {
     std::uint32_t from_matched = 0, to_matched = 0;
     for (const auto& [i, k] : match.limbs) from_matched |= 1u << i, to_matched |= 1u << k;
@@ -362,6 +434,11 @@ LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
 bool is_certain(const LimbMatch& match) {
   if (match.is_chosen) return true;
   return match.limbs.size() >= kMinLimbs && match.share >= kMinMatchedShare;
+}
+
+bool is_complete(const LimbMatch& match) {
+  constexpr double kRounding = 1e-9;
+  return match.share >= 1 - kRounding;
 }
 
 }  // namespace polymorph

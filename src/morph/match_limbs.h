@@ -56,4 +56,7 @@ LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle = 0,
 /// of the limbs' length, or the user has chosen some of it.
 bool is_certain(const LimbMatch& match);
 
+/// True if every limb of both objects has a counterpart, or sits on one that has.
+bool is_complete(const LimbMatch& match);
+
 }  // namespace polymorph

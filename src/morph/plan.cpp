@@ -160,9 +160,9 @@ Mat3 find_pairs_by_limbs(MorphPlan& plan, const LimbPlan& limbs, const CostPair&
   CostPair by_limbs;
   by_limbs.label_cost = sides.label_cost;
   std::tie(by_limbs.a, by_limbs.b) = limb_cost_sides(limbs, plan.from, plan.to, sides.a, sides.b);
-  // Without the user's choices, the pairs alone are more reliable: a limb without a counterpart
-  // often lies on a limb of the other object if both are similar.
-  if (limbs.match.is_chosen)
+  // In an incomplete match that the user has not chosen, the pairs alone are more reliable: a limb
+  // without a counterpart often lies on a limb of the other object if both are similar.
+  if (limbs.match.is_chosen || is_complete(limbs.match))
     std::tie(plan.from_curves, plan.to_curves) = find_limb_curves(limbs, plan.from, plan.to);
   plan.pairs = pair_bodies(by_limbs, mode, plan.from_curves, plan.to_curves);
   set_masses(plan.pairs, plan.from_masses, plan.to_masses);

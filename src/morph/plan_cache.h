@@ -15,7 +15,7 @@ namespace polymorph {
 
 /// Version of the cached correspondences. Raise it when the same sides and settings yield other
 /// pairs, masses or another rotation; stored ones are then ignored. A test pins the digests.
-inline constexpr std::uint32_t kPlanVersion = 7;
+inline constexpr std::uint32_t kPlanVersion = 8;
 
 /// The members of a plan that depend on its sides and settings only and are slow to compute.
 struct Correspondence {

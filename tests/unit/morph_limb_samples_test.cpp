@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "morph/cost.h"
 #include "morph/motion.h"
@@ -46,11 +47,22 @@ std::vector<LimbSample> samples_at(const MorphPlan& plan, float time) {
   return limb_samples(plan, time, eased_times(plan, time), balls_at(plan, time));
 }
 
-TEST(LimbSamples, NoneWithoutLandmarks) {
+TEST(LimbSamples, NoneWithoutLandmarksWhereALimbHasNoCounterpart) {
   const MorphPlan plan = plan_of_figures(figure(-0.9f), one_armed_figure(), {}, {});
   ASSERT_FALSE(plan.from_limbs.empty());
   EXPECT_FALSE(has_curves(plan));
   EXPECT_TRUE(samples_at(plan, 0.5f).empty());
+}
+
+TEST(LimbSamples, AllLimbsHaveThemWhereEachHasACounterpart) {
+  const MorphPlan plan = plan_of_figures(figure(-0.9f), figure(1.0f), {}, {});
+  ASSERT_TRUE(has_curves(plan));
+  EXPECT_TRUE(plan.from_curves.lone.empty());
+  EXPECT_TRUE(plan.to_curves.lone.empty());
+  std::set<std::int32_t> limbs;
+  for (const LimbSample& sample : samples_at(plan, 0.5f))
+    limbs.insert(plan.from_limbs[plan.pairs[sample.pair].from]);
+  EXPECT_EQ(limbs.size(), plan.from_curves.matched.size());
 }
 
 TEST(LimbSamples, ALoneLimbShrinksIntoItsRoot) {

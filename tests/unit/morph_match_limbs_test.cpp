@@ -86,35 +86,56 @@ TEST(MatchLimbs, LeavesLegsThatCrossOnTheirSides) {
   }
 }
 
+/// A figure's legs under a cape: a limb on which both sit, of which only the last `visible` of
+/// their lengths is seen.
+struct CapedFigure {
+  Limbs limbs;
+  std::uint32_t legs[2] = {0, 0};
+};
+CapedFigure caped(const Limbs& whole, double visible) {
+  const std::vector<std::string> names = limb_names(whole);
+  const auto number = [&](const char* name) {
+    return static_cast<std::uint32_t>(std::find(names.begin(), names.end(), name) - names.begin());
+  };
+  CapedFigure figure = {whole, {number("left leg"), number("right leg")}};
+  Limbs& limbs = figure.limbs;
+  Limb both = limbs.limbs[figure.legs[0]];
+  both.inner = {figure.legs[0], figure.legs[1]};
+  const Limb &left = whole.limbs[figure.legs[0]], &right = whole.limbs[figure.legs[1]];
+  for (std::size_t k = 0; k < kLimbStations; ++k)
+    both.line[k] = (left.line[k] + right.line[k]) * 0.5;
+  both.root = (left.root + right.root) * 0.5;
+  for (const std::uint32_t leg : figure.legs) {
+    Limb& foot = limbs.limbs[leg];
+    foot.stretch *= visible;
+    foot.root_distance = foot.tip_distance - foot.stretch;
+    for (Vec3d& p : foot.line) p = foot.tip() + (p - foot.tip()) * visible;
+    foot.root = foot.tip() + (foot.root - foot.tip()) * visible;
+  }
+  limbs.limbs.push_back(both);
+  for (auto& row : limbs.tip_distances) row.push_back(row[figure.legs[0]]);
+  limbs.tip_distances.push_back(limbs.tip_distances[figure.legs[0]]);
+  return figure;
+}
+
 TEST(MatchLimbs, LeavesBothOfAPairAlone) {
   // Two legs that hang together down to short feet: the first of them is as far from the other's
   // right leg as from its left one.
   const Limbs from = find_limbs(figure());
-  const std::vector<std::string> names = limb_names(from);
-  const auto number = [&](const char* name) {
-    return static_cast<std::uint32_t>(std::find(names.begin(), names.end(), name) - names.begin());
-  };
-  const std::uint32_t legs[2] = {number("left leg"), number("right leg")};
-  Limbs to = from;
-  Limb both = to.limbs[legs[0]];
-  both.inner = {legs[0], legs[1]};
-  for (std::size_t k = 0; k < kLimbStations; ++k)
-    both.line[k] = (from.limbs[legs[0]].line[k] + from.limbs[legs[1]].line[k]) * 0.5;
-  both.root = (from.limbs[legs[0]].root + from.limbs[legs[1]].root) * 0.5;
-  for (const std::uint32_t leg : legs) {
-    Limb& foot = to.limbs[leg];
-    foot.stretch = 0.02;
-    foot.root_distance = foot.tip_distance - foot.stretch;
-    foot.line.fill(foot.tip());
-    foot.root = foot.tip();
-  }
-  to.limbs.push_back(both);
-  for (auto& row : to.tip_distances) row.push_back(row[legs[0]]);
-  to.tip_distances.push_back(to.tip_distances[legs[0]]);
-  const LimbMatch match = match_limbs(from, to);
+  const LimbMatch match = match_limbs(from, caped(from, 0.02).limbs);
   EXPECT_EQ(match.limbs.size(), 3u);
   for (const auto& [i, k] : match.limbs) EXPECT_EQ(i, k);
   EXPECT_FALSE(is_certain(match));
+}
+
+TEST(MatchLimbs, ShortLegsUnderACapeAreLegs) {
+  const Limbs from = find_limbs(figure());
+  for (const double visible : {0.08, 0.15, 0.5}) {
+    const LimbMatch match = match_limbs(from, caped(from, visible).limbs);
+    EXPECT_EQ(match.limbs.size(), 5u) << visible;
+    for (const auto& [i, k] : match.limbs) EXPECT_EQ(i, k) << visible;
+    EXPECT_TRUE(is_complete(match)) << visible;
+  }
 }
 
 TEST(MatchLimbs, FindsTheTurnOfATurnedFigure) {
