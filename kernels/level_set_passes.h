@@ -171,7 +171,7 @@ void meet_landmarks(Workspace<B>& work, const Regression& regression, const Smoo
   std::vector<Vec3> places;
   for (const RegressionLandmark& landmark : regression.landmarks) places.push_back(landmark.place);
   const auto count = static_cast<std::int64_t>(places.size());
-  const View<Vec3> at = work.landmark_places.resize(work.backend, count);
+  const View<Vec3> at = work.landmark_positions.resize(work.backend, count);
   const View<AttributeValues> out =
       work.landmark_values.resize(work.backend, regression.maps * count);
   work.backend.upload(at, places.data());

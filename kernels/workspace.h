@@ -60,7 +60,7 @@ struct Workspace {
   std::shared_ptr<const Regression> uploaded_regression;  ///< contents of lattice_nodes
   Buffer<Strain> strain;
   Buffer<Offsets> regress_count;
-  Buffer<Vec3> landmark_places;
+  Buffer<Vec3> landmark_positions;
   Buffer<AttributeValues> landmark_values;
   Buffer<LandmarkTerm> landmark_terms;
 
