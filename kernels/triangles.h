@@ -1,5 +1,6 @@
 // Triangle emission of marching cubes: the triangles of a brick's cells, with the indices of the
-// vertices on their edges.
+// vertices on their edges. Each edge of a cell has a slot: a line of points along x has kLineSlots
+// slots, three for each point, one per axis (mc_tables.h).
 #pragma once
 
 #include <cstdint>
@@ -12,9 +13,9 @@
 
 namespace polymorph {
 
-/// Writes the vertex indices of a cell's triangles. `vertex`: the indices from the first slot of
-/// the cell's lowest corner on (BrickTable). `corners`: bit i is set if corner i is inside;
-/// `count`: 3 times the number of triangles.
+/// Writes the vertex indices of a cell's triangles. `vertex`: the index of the vertex in each
+/// slot (BrickTable), beginning with the first slot of the cell's lowest corner. `corners`: bit i
+/// is set if corner i is inside; `count`: 3 times the number of triangles.
 template <class V>
 PM_HD inline void write_selected(const std::uint32_t* vertex, const BrickTable& table, int corners,
                                  int count, std::uint32_t* to) {
@@ -59,7 +60,7 @@ struct EmitTriangles {
   Tree tree;
   View<const std::uint8_t> inside;
   View<const std::uint32_t> rows;
-  View<const Counts> counts;
+  View<const Counts> counts;  ///< number of each brick's vertices (first) and triangles (second)
   View<const Offsets> first;  ///< index of each brick's first vertex (first) and triangle (second)
   std::int64_t capacity = 0;  ///< bricks that the views above can hold
   View<Triangle> triangles;
@@ -69,6 +70,7 @@ struct EmitTriangles {
   template <class Team>
   PM_HD void operator()(const Team& team, Scratch& scratch, std::int64_t team_index) const {
     const std::int64_t b = begin + team_index, first_triangle = first[b].second;
+    // If the buffer is too small, the caller enlarges it and runs this pass again.
     if (counts[b].second == 0 || first_triangle + counts[b].second > triangles.size) return;
     using V = typename Team::V;
     using Cells = TeamCells<Team>;

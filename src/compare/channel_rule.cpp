@@ -61,8 +61,9 @@ ChannelRule channel_rule(const std::string& name) {
   if (name == "Z") return ChannelRule::kDepth;
   if (name.starts_with("N.")) return ChannelRule::kNormal;
   if (is_cryptomatte_id(name)) return ChannelRule::kId;
-  // Other channels whose names begin with "crypto" are coverages or a preview.
-  if (split_words(name).front() != "crypto" && contains_id_word(name)) return ChannelRule::kId;
+  // Other channels of Cryptomattes are coverages or a preview, whatever words their names have.
+  if (lower_case(name).find("crypto") == std::string::npos && contains_id_word(name))
+    return ChannelRule::kId;
   return ChannelRule::kOther;
 }
 

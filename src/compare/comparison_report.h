@@ -24,11 +24,11 @@ struct ReportCase {
   std::string cause;    ///< one sentence about the change (explain.h); "" = unknown
   bool error = false;   ///< the case could not be tested; the message says why
   std::string detail;   ///< remark on a case that passed without a comparison
-  std::string verdict;  ///< "" = that of `comparison`; if absent, "error" or "missing"
+  std::string verdict;  ///< "" = that of `comparison`; without one, "error" or "missing"
   std::optional<Comparison> comparison;  ///< absent without a reference
   Tolerance tolerance;
   double seconds = 0;
-  SurfaceRecord surface;          ///< surface of the new frame; frame 0: unknown
+  SurfaceRecord surface;          ///< surface of the new frame; unknown if surface.frame is 0
   std::string pixels;             ///< SHA-256 of the new frame's pixels; "" = unknown
   std::string file_sha256;        ///< SHA-256 of the new frame's file; "" = not kept
   std::optional<double> flicker;  ///< change towards the next frame (flicker.h)
@@ -67,8 +67,9 @@ struct CaseMetric {
 /// if sizes or channels differ.
 std::vector<CaseMetric> case_metrics(const ReportCase& result);
 
-/// Bytes of PNG in a page, limited so that pages of long sequences stay usable. A case has full
-/// pictures while `used` is below `passing` or `failing`, and then only a thumbnail.
+/// Bytes of PNG in a page, limited so that pages of long sequences stay usable. A case that
+/// passes has full pictures while `used` is below `passing`, one that fails while it is below
+/// `failing`; later ones have only a thumbnail.
 struct PictureBudget {
   std::size_t used = 0;
   std::size_t passing = std::size_t{12} << 20, failing = std::size_t{96} << 20;
@@ -92,7 +93,7 @@ std::string report_junit(const Report& report);
 JsonValue report_json(const Report& report, const std::vector<std::string>& files = {});
 
 /// Removes the files of an earlier report from `folder`. These are the files listed in its
-/// report.json, if their names are possible for its cases and their contents are those of a report.
+/// report.json, if a report of its cases would have files of these names and contents.
 /// Other files stay, also those beside the report.json of another program. Errors: kOutput; if a
 /// file is an input of this run, nothing is removed.
 Status remove_report(const std::filesystem::path& folder);

@@ -10,10 +10,12 @@
 namespace polymorph {
 
 // Names of the header entries that the renderer writes for explain_change().
-inline constexpr const char* kCameraAttribute = "polymorph/camera";    ///< output of view_text()
-inline constexpr const char* kBallsAttribute = "polymorph/balls";      ///< "cube 12, sphere 12"
-inline constexpr const char* kPlanAttribute = "polymorph/plan";        ///< digest of the plans
-inline constexpr const char* kObjectsAttribute = "polymorph/objects";  ///< "2 penguin, 3 torus"
+inline constexpr const char* kCameraAttribute = "polymorph/camera";  ///< output of view_text()
+inline constexpr const char* kBallsAttribute =
+    "polymorph/balls";  ///< number of balls per object, "cube 12"
+inline constexpr const char* kPlanAttribute = "polymorph/plan";  ///< digest of the plans
+inline constexpr const char* kObjectsAttribute =
+    "polymorph/objects";  ///< id and name per object, "2 penguin"
 inline constexpr const char* kSamplesAttribute = "polymorph/samples";
 inline constexpr const char* kSeedAttribute = "polymorph/seed";
 

@@ -57,15 +57,16 @@ Result<Costs> measure_costs(const SlurmRequest& request, const Scene& scene,
   settings.view = request.view;
   settings.existing = Existing::kSkip;
   settings.dry_run = true;
-  settings.device = request.device;
+  settings.device = request.gpus > 0 ? request.device : "cpu";
   settings.max_memory = request.max_memory;
   settings.cache_folder = request.cache_folder;
   settings.stop = &stop_requested();
-  log_info("measuring frames here; --frame-seconds saves it");
+  log_info("measuring frames here; --frame-seconds says their time instead");
   PM_TRY(const RunReport report, render_sequence(scene, settings, nullptr));
   if (report.stopped) return make_error(stop_code(), "stopped - nothing was submitted");
-  // Nearly all of a frame's time is ray tracing, which scales with the number of processors.
-  const double thread_ratio = static_cast<double>(report.threads) / request.cpus;
+  // Nearly all of a frame's time is ray tracing, which on CPUs scales with their number.
+  const double thread_ratio =
+      report.device == "cpu" ? static_cast<double>(report.threads) / request.cpus : 1;
   costs.frames = report.count(FrameRecord::State::kPlanned);
   costs.frame_seconds = report.estimate->seconds * thread_ratio;
   costs.prepare_seconds = (report.prepare_seconds + report.estimate->fit_seconds) * thread_ratio;
@@ -100,13 +101,16 @@ void size_job(SlurmJob& job, const SlurmRequest& request, const Costs& costs) {
 
 Result<SlurmJob> make_slurm_job(const Scene& scene, SlurmRequest request) {
   if (request.output.empty()) request.output = scene.output.file;
-  PM_TRY(const FrameFiles files, frame_files(scene, request.output, request.png, true));
+  PM_TRY(const FrameFiles files,
+         frame_files(scene, request.output, request.png, /*is_sequence=*/true));
   std::error_code error;
   SlurmJob job;
   job.program = fs::read_symlink("/proc/self/exe", error).string();
   if (error) return make_error(ErrorCode::kResource, "/proc/self/exe: {}", error.message());
   job.name = fs::path(request.scene).stem().string();
   job.folder = fs::current_path(error).string();
+  if (error)
+    return make_error(ErrorCode::kResource, "the current folder is gone: {}", error.message());
   const fs::path frame_folder =
       (fs::path(job.folder) / request.output).lexically_normal().parent_path();
   job.log_folder = (frame_folder / "slurm").string();

@@ -66,8 +66,8 @@ Result<Grid> fit_grid(const Box& box, float cell) {
   const double nx = high(box.high.x) - low(box.low.x) + 1;
   const double ny = high(box.high.y) - low(box.low.y) + 1;
   const double nz = high(box.high.z) - low(box.low.z) + 1;
-  constexpr double kMaxPoints = 1.1e12;  // 2^40
-  if (!(nx * ny * nz < kMaxPoints) || std::max({nx, ny, nz}) > 65536)
+  constexpr double kMaxPoints = 0x1p40;
+  if (!(nx * ny * nz <= kMaxPoints) || std::max({nx, ny, nz}) > 65536)
     return make_error(
         ErrorCode::kResource,
         "the surface grid would need {:.3g} x {:.3g} x {:.3g} points - lower surface.resolution",

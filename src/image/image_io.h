@@ -72,10 +72,10 @@ struct ReadImageSettings {
 /// float header entries that do not describe the encoding.
 ///
 /// Numbers of OpenEXR's UINT channels are not scaled. If one exceeds 2^24, which a float would
-/// round, an additional channel NAME.low holds the low bytes, and NAME the rest. The parts of an
-/// OpenEXR file are joined if all are flat and have the same display window. A channel whose name
-/// an earlier part has is then called PART.NAME. Of header entries with the same name, only that of
-/// the first part is kept.
+/// round, the lowest byte of each goes to an additional channel NAME.low, and NAME holds the number
+/// without it: their sum is the number. The parts of an OpenEXR file are joined if all are flat and
+/// have the same display window. A channel whose name an earlier part has is then called PART.NAME.
+/// Of header entries with the same name, only that of the first part is kept.
 Result<Image> read_image(const std::filesystem::path& path, const ReadImageSettings& settings = {});
 /// Decodes an image in memory; `name` is used in messages.
 Result<Image> decode_image(const std::string& bytes, const std::string& name,

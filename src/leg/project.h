@@ -12,9 +12,9 @@ namespace polymorph {
 
 /// Targets of a mesh's vertices. Its triangles, texture coordinates and materials stay the same.
 struct Projection {
-  std::vector<Vec3> points;   ///< one per model point, on the surface field = 1
-  std::vector<Vec3> normals;  ///< unit normals of the field there, outward
-  double arrived = 0;         ///< area of triangles that arrive over all visible area, [0, 1]
+  std::vector<Vec3> points;   ///< one per model point, where the field is 1 if it arrives
+  std::vector<Vec3> normals;  ///< unit normals, outward: the field's, or the model's if it stays
+  double arrived = 0;         ///< share of the visible area whose triangles arrive, [0, 1]
 };
 
 /// Projects each point to where the field is 1: along its normal, by at most 5 % of the model's

@@ -13,8 +13,8 @@
 
 namespace polymorph {
 
-/// Version of the cached correspondences. Raise it when the same sides and settings yield other
-/// pairs, masses or another rotation; stored ones are then ignored. A test pins the digests.
+/// Version of the cached correspondences. Raise it when the same sides and settings yield another
+/// Correspondence; stored ones are then ignored. A test pins the digests.
 inline constexpr std::uint32_t kPlanVersion = 8;
 
 /// The members of a plan that depend on its sides and settings only and are slow to compute.
@@ -24,7 +24,7 @@ struct Correspondence {
   Mat3 rotation;                                   ///< rotation of `from` in the alignment
   std::vector<std::int32_t> from_limbs, to_limbs;  ///< those of MorphPlan
   LimbCurves from_curves, to_curves;               ///< those of MorphPlan
-  std::vector<std::pair<std::string, std::string>> limb_names;
+  std::vector<std::pair<std::string, std::string>> limb_names;  ///< "" = no counterpart
 };
 
 /// Hashes everything that a correspondence depends on.

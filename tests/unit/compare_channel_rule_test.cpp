@@ -16,7 +16,8 @@ TEST(ChannelRule, IdsAreNoColours) {
   // Coverages, the preview of a Cryptomatte, and what only looks like one.
   for (const char* name :
        {"crypto_object00.G", "crypto_object00.A", "crypto_object.R", "light00.R", "crypto00",
-        "R.crypto", "crypto.id", "P.X", "grid", "width", "Rigid.X", "video", "idle", "Index.X"})
+        "R.crypto", "crypto.id", "cryptomatte_id00.G", "ViewLayer.CryptoId00.a", "P.X", "grid",
+        "width", "Rigid.X", "video", "idle", "Index.X"})
     EXPECT_EQ(channel_rule(name), ChannelRule::kOther) << name;
   EXPECT_EQ(channel_rule("R"), ChannelRule::kColor);
   EXPECT_EQ(channel_rule("Z"), ChannelRule::kDepth);

@@ -24,7 +24,7 @@ struct CarryFault {
   float distance = 0;        ///< upper bound of the Hausdorff distance (deviation.h)
   Vec3 position;             ///< position of the largest distance
   std::size_t inverted = 0;  ///< triangles that face against the surface's normal
-  Vec3 inverted_position;
+  Vec3 inverted_position;    ///< a corner of the first of them
 };
 
 struct CarriedMesh {
@@ -36,7 +36,7 @@ struct CarriedMesh {
 struct CarrySettings {
   float limit = 0;  ///< maximum Hausdorff distance, scene units
   float cell = 0;   ///< edge of the grid cells that the surface was extracted from
-  std::size_t max_triangles = 1000000;  ///< approximate: no subdivision begins that would exceed it
+  std::size_t max_triangles = 1000000;  ///< no division of triangles begins that would exceed it
   std::string name = "a mesh";          ///< name of the mesh in the progress
   /// Called before each move of the mesh; an error ends the work.
   std::function<Status()> going_on = [] { return Status(Ok{}); };
@@ -44,7 +44,9 @@ struct CarrySettings {
 
 /// Extracts the surface at `times[start]` and carries its mesh along the flow to the neighbouring
 /// times, and so on to both ends of `times`. Each time is shown as a stage of the progress
-/// (base/activity.h). Errors: those of `surface` and of `going_on`.
+/// (base/activity.h). Triangles that are further than the limit from the surface are divided in all
+/// times; what then is still too far off is in `faults`. Errors: those of `surface` and of
+/// `going_on`.
 Result<CarriedMesh> carry(const MovingSurface& surface, std::span<const float> times,
                           std::size_t start, const CarrySettings& settings);
 

@@ -68,7 +68,8 @@ struct Part {
   Image image;
 };
 
-/// Merges parts of one picture, in ascending order; only a draft may have gaps. The result is the
+/// Merges parts of one picture, in ascending order. Only a draft, a picture of the parts that there
+/// are, may have gaps. The result is the
 /// picture if the parts have all of its samples, or if `is_draft`; otherwise it is a larger part.
 /// The result has the attributes of the first part; a picture lacks those that begin with
 /// kPartPrefix.

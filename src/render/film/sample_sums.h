@@ -41,7 +41,8 @@ class SampleSums {
   Sum& block() { return block_; }
   /// Ends the current block, whose index is `index`.
   void end_block(int index) { add({{index, 1}, std::exchange(block_, Sum{})}); }
-  /// Adds a node. Nodes must come in ascending order; only a draft (merge_parts()) may have gaps.
+  /// Adds a node. Nodes must come in ascending order; only a draft, a picture of the parts that
+  /// there are (merge_parts()), may have gaps.
   void add(Node node) {
     while (has_last_ && are_siblings(last_.blocks, node.blocks)) {
       last_.sum.add(node.sum);

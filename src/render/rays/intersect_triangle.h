@@ -83,8 +83,9 @@ struct EdgeFunctions {
            sum != 0;
   }
   /// Tests whether the line passes edge i so closely that Embree's floats cannot decide the side.
-  /// The error of these floats is proportional to the edge's length in space, not in projection.
-  /// `margin2`: the square of the maximum error. The direction must have length 1.
+  /// The error of an edge function is that of a position times the edge's length in space, not in
+  /// projection. `margin2`: the square of the maximum error of a position, scene units squared. The
+  /// direction must have length 1.
   PM_HD bool near(int i, double margin2) const { return near_edges(margin2)[i] != 0; }
   PM_HD bool near_any(double margin2) const {
     const PerCornerMask near = near_edges(margin2);

@@ -38,12 +38,12 @@ Result<ActorGeometry> model_geometry(const PreparedActor& actor, const MorphStat
   if (sequence && moment.boundary == 1) {  // only the mesh shows
     PM_TRY(Model mesh, load_mesh(*sequence, leaving ? moment.mesh : moment.to_mesh));
     geometry.points = mesh.points;
-    geometry.mesh = std::make_shared<const Model>(std::move(mesh));
+    geometry.sequence_model = std::make_shared<const Model>(std::move(mesh));
     return geometry;
   }
   PM_TRY(geometry.leg, leg_at(actor, moment, engine));
   const std::shared_ptr<const PreparedObject>& object = shown_object(*geometry.leg, moment);
-  if (sequence) geometry.mesh = {object, &object->model};
+  if (sequence) geometry.sequence_model = {object, &object->model};
   const BoundaryMoment boundary{leaving, moment.boundary, moment.growth};
   PM_TRY(BoundarySurface shown, boundary_surface(*geometry.leg, boundary, engine));
   geometry.balls = std::move(shown.balls);
@@ -79,7 +79,7 @@ Result<ActorGeometry> sequence_geometry(const PreparedActor& actor, const MorphS
   geometry.moment = moment;
   PM_TRY(Model mesh, load_mesh(*actor.sequence, moment.mesh));
   geometry.points = mesh.points;
-  geometry.mesh = std::make_shared<const Model>(std::move(mesh));
+  geometry.sequence_model = std::make_shared<const Model>(std::move(mesh));
   return geometry;
 }
 
@@ -90,7 +90,7 @@ Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorG
   const MorphState next = is_last ? now : morph_state_at(actor.timeline, now.frame + 1);
   if (actor.sequence) {  // a mesh sequence plays
     PM_TRY(geometry.displacement,
-           compute_mesh_motion(*actor.sequence, *geometry.mesh,
+           compute_mesh_motion(*actor.sequence, *geometry.sequence_model,
                                {now.mesh, next.mesh, actor.timeline.playbacks.front().fps}));
     return Ok{};
   }
@@ -124,7 +124,7 @@ Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorG
     const MeshStep step = {shown_mesh_number(actor.timeline, index, now.frame),
                            shown_mesh_number(actor.timeline, index, next.frame),
                            actor.timeline.playbacks[index].fps};
-    PM_TRY(geometry.displacement, compute_mesh_motion(*sequence, *geometry.mesh, step));
+    PM_TRY(geometry.displacement, compute_mesh_motion(*sequence, *geometry.sequence_model, step));
     return Ok{};
   }
   if (next.object >= 0 && next.object != now.object) return Ok{};

@@ -25,7 +25,8 @@ struct ActorGeometry {
   float iso = 1;             ///< level of the balls' field at which the surface lies
   Mesh surface;              ///< surface of the leg or mixture, or of the model's boundary stage
   std::vector<Vec3> points;  ///< points of the model; empty: no model shows
-  std::shared_ptr<const Model> mesh;       ///< the model if it is a mesh of a sequence; else null
+  std::shared_ptr<const Model>
+      sequence_model;                      ///< the model if a mesh sequence shows it, else null
   std::shared_ptr<const Leg> leg;          ///< leg, if balls show or a model turns into balls
   std::vector<Vec3> corner_normals;        ///< 3 per triangle of the model; empty: its own normals
   std::shared_ptr<const Mixture> mixture;  ///< mixture, if three objects or more are mixed
@@ -49,7 +50,8 @@ inline const PreparedObject& object_of(const PreparedActor& actor, int object) {
 
 /// Returns the model that the actor shows: that of an object, or a mesh of a sequence.
 inline const Model& shown_model(const PreparedActor& actor, const ActorGeometry& geometry) {
-  return geometry.mesh ? *geometry.mesh : object_of(actor, geometry.moment.object).model;
+  return geometry.sequence_model ? *geometry.sequence_model
+                                 : object_of(actor, geometry.moment.object).model;
 }
 
 /// All actors in one frame.

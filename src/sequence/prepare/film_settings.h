@@ -35,8 +35,8 @@ SequenceHashes hash_sequence(const SceneInputs& inputs);
 
 /// Hashes everything that decides a frame's files: the scene's inputs and its settings at this
 /// frame. The result is hashes.scene, the same for all frames, in two cases: if no setting has
-/// keyframes, the camera does not move and there are no mesh sequences; or if a moving camera
-/// frames balls in flight (`retarget`), which are only known after preparation.
+/// keyframes, the camera does not move and there are no mesh sequences; or if the framing of a
+/// moving camera depends on where `retarget` leaves the balls, which only preparation finds.
 std::string frame_hash(const Scene& scene, const SequenceHashes& hashes, int frame);
 
 }  // namespace polymorph
