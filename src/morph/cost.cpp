@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "base/exact_math.h"
+#include "base/result.h"
 #include "kernels/field_kinds.h"
 #include "morph/farthest_points.h"
 #include "morph/features.h"
@@ -80,6 +81,7 @@ CostSide cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vector<d
            [&](std::size_t i) { return static_cast<double>(features.linearity[i]); });
   add_axis(feature_weight,
            [&](std::size_t i) { return static_cast<double>(features.planarity[i]); });
+  PM_CHECK(side.values.size() == CostSide::kOutsideRotation);
   for (const Vec3& landmark : landmarks)
     add_axis(static_cast<double>(settings.weights.landmark), [&](std::size_t i) {
       return length(Vec3d(balls[i].center) - Vec3d(landmark)) / normalization.size;

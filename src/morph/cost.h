@@ -21,8 +21,9 @@ constexpr std::int32_t kNoLabel = -1;
 struct CostSide {
   /// Number of axes that rotate with the object: 3 of the position, 3 of the outward direction.
   static constexpr std::size_t kRotatingAxes = 6;
-  /// First of the axes with distances to landmarks.
-  static constexpr std::size_t kPlain = 10;
+  /// First of the axes that the search for a rotation leaves out (morph/align.h) and that
+  /// limb_cost_sides() keeps: the distances to landmarks.
+  static constexpr std::size_t kOutsideRotation = 10;
   std::vector<double> mass;          ///< one per ball; sums to 1
   std::vector<std::int32_t> labels;  ///< one per ball
   /// values[axis][ball]. Axes 0 to 2: position, with the object's RMS size as unit; 3 to 9: outward

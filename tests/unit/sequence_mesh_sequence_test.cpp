@@ -134,9 +134,9 @@ TEST_F(MeshesTest, ItShowsOneMeshAfterTheOtherAndKeepsNone) {
   for (int f = 1; f <= 3; ++f) {
     const auto geometry = geometry_at(prepared, *engine, f);
     ASSERT_TRUE(geometry.ok()) << geometry.error().message;
-    EXPECT_EQ(geometry->actors[0].mesh->triangles.size(), 8u * static_cast<unsigned>(f));
+    EXPECT_EQ(geometry->actors[0].sequence_model->triangles.size(), 8u * static_cast<unsigned>(f));
     EXPECT_EQ(geometry->actors[0].points.size(), 4u * static_cast<unsigned>(f) + 2);
-    EXPECT_EQ(geometry->actors[0].mesh.use_count(), 1);
+    EXPECT_EQ(geometry->actors[0].sequence_model.use_count(), 1);
     EXPECT_EQ(geometry->stage, "play");
   }
 }
