@@ -10,6 +10,7 @@
 #include "base/parallel.h"
 #include "base/result.h"
 #include "field/thin_parts.h"
+#include "kernels/simd_math.h"
 #include "mesh/mesh_check.h"
 
 namespace polymorph {
@@ -193,6 +194,27 @@ void measure_near(const Solid& solid, Int3 blocks, DistanceGrid& result) {
       4);
 }
 
+/// Computes a bound of the squared slope of trilinear distances in cells that follow each other
+/// along x, as many as V has lanes, times the squared edge of a cell. `low`: value at the lowest
+/// corner of the first cell; `row`, `layer`: index steps along y and z.
+template <class V>
+V squared_slope(const float* low, std::size_t row, std::size_t layer) {
+  V corners[8];  // bits 0, 1, 2 of the index are x, y, z
+  for (std::size_t i = 0; i < 8; ++i)
+    corners[i] = Lanes<V>::load(low + (i & 1) + (i >> 1 & 1) * row + (i >> 2) * layer);
+  V slope2 = broadcast<V>(0.0f);
+  for (int axis = 0; axis < 3; ++axis) {
+    V steepest = broadcast<V>(0.0f);
+    for (int i = 0; i < 8; ++i) {
+      if (i >> axis & 1) continue;
+      const V rise = corners[i | 1 << axis] - corners[i];
+      steepest = max(steepest, max(rise, -rise));
+    }
+    slope2 += steepest * steepest;
+  }
+  return slope2;
+}
+
 }  // namespace
 
 Grid make_distance_grid(const Box& box, float cell) {
@@ -251,14 +273,13 @@ std::vector<float> evaluate_spline(const SmoothDistances& smooth, const Grid& fi
 
 void close_border(DistanceGrid& distances) {
   const Int3 n = distances.grid.points;
-  std::size_t i = 0;
   for (int z = 0; z < n.z; ++z)
-    for (int y = 0; y < n.y; ++y)
-      for (int x = 0; x < n.x; ++x, ++i) {
-        const bool border =
-            x == 0 || y == 0 || z == 0 || x == n.x - 1 || y == n.y - 1 || z == n.z - 1;
-        if (border) distances.values[i] = std::min(distances.values[i], -distances.grid.cell);
-      }
+    for (int y = 0; y < n.y; ++y) {
+      const bool all = y == 0 || z == 0 || y == n.y - 1 || z == n.z - 1;
+      float* const line = distances.values.data() + array3_index(n, 0, y, z);
+      for (int x = 0; x < n.x; x += all ? 1 : n.x - 1)
+        line[x] = std::min(line[x], -distances.grid.cell);
+    }
 }
 
 void set_lipschitz(DistanceGrid& distances) {
@@ -266,25 +287,19 @@ void set_lipschitz(DistanceGrid& distances) {
   const auto row = static_cast<std::size_t>(n.x), layer_size = row * static_cast<std::size_t>(n.y);
   std::vector<float> layer_max(static_cast<std::size_t>(n.z - 1), 0.0f);
   parallel_for(n.z - 1, [&](std::int64_t z) {
-    float largest = 0;
-    for (int y = 0; y + 1 < n.y; ++y)
-      for (int x = 0; x + 1 < n.x; ++x) {
-        const float* low = distances.values.data() + static_cast<std::size_t>(x) +
-                           static_cast<std::size_t>(y) * row +
-                           static_cast<std::size_t>(z) * layer_size;
-        float c[8];  // values at the cell's corners: bits 0, 1, 2 of the index are x, y, z
-        for (std::size_t i = 0; i < 8; ++i)
-          c[i] = low[(i & 1) + (i >> 1 & 1) * row + (i >> 2) * layer_size];
-        float slope2 = 0;
-        for (int axis = 0; axis < 3; ++axis) {
-          float steepest = 0;
-          for (int i = 0; i < 8; ++i)
-            if (!(i >> axis & 1)) steepest = std::max(steepest, std::fabs(c[i | 1 << axis] - c[i]));
-          slope2 += steepest * steepest;
-        }
-        largest = std::max(largest, slope2);
-      }
-    layer_max[static_cast<std::size_t>(z)] = largest;
+    constexpr int kCount = Lanes<Pack>::kCount;
+    Pack largest = {};
+    float last_largest = 0;  // of the cells that fill no pack
+    for (int y = 0; y + 1 < n.y; ++y) {
+      const float* low = distances.values.data() + array3_index(n, 0, y, static_cast<int>(z));
+      int x = 0;
+      for (; x + kCount < n.x; x += kCount)
+        largest = max(largest, squared_slope<Pack>(low + x, row, layer_size));
+      for (; x + 1 < n.x; ++x)
+        last_largest = max(last_largest, squared_slope<float>(low + x, row, layer_size));
+    }
+    for (int i = 0; i < kCount; ++i) last_largest = max(last_largest, largest[i]);
+    layer_max[static_cast<std::size_t>(z)] = last_largest;
   });
   const float slope2 = *std::max_element(layer_max.begin(), layer_max.end());
   distances.lipschitz = std::max(1.0f, std::sqrt(slope2) / distances.grid.cell);

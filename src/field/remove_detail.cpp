@@ -6,6 +6,7 @@
 #include "base/parallel.h"
 #include "field/gaussian_filter.h"
 #include "kernels/distance_field.h"
+#include "kernels/simd_math.h"
 
 namespace polymorph {
 namespace {
@@ -23,12 +24,18 @@ DistanceGrid remove_detail(const DistanceGrid& distances, SmoothDistances spline
   parallel_for(grid.points.z, [&](std::int64_t layer) {
     const int z = static_cast<int>(layer);
     for (int y = 0; y < grid.points.y; ++y)
-      for (int x = 0; x < grid.points.x; ++x) {
-        const Vec3 p = grid_point(grid, {x, y, z});
+      for (int x = 0; x < grid.points.x; x += Lanes<Pack>::kCount) {
         // Thinness is negative beyond its grid.
-        const float weight = std::clamp(2 * thin.value(Points<float>{p.x, p.y, p.z}), 0.0f, 1.0f);
-        float& value = result.values[array3_index(grid.points, x, y, z)];
-        value += weight * (distances.values[array3_index(grid.points, x, y, z)] - value);
+        const Pack weights = min(max(2 * thin.value(line_points<Pack>(grid, {x, y, z})), Pack{}),
+                                 broadcast<Pack>(1.0f));
+        if (Lanes<Pack>::bits(weights > 0.0f) == 0) continue;
+        const int count = std::min<int>(Lanes<Pack>::kCount, grid.points.x - x);
+        const std::size_t first = array3_index(grid.points, x, y, z);
+        for (int i = 0; i < count; ++i) {
+          const std::size_t at = first + static_cast<std::size_t>(i);
+          float& value = result.values[at];
+          value += weights[i] * (distances.values[at] - value);
+        }
       }
   });
   close_border(result);

@@ -22,7 +22,7 @@ namespace {
 struct PngImage : PmOiioImage {
   PngImage() : PmOiioImage{} {}
   std::string error_text;
-  std::vector<png_byte> codes;      ///< samples as libpng delivers them
+  std::vector<png_byte> samples;    ///< samples as libpng delivers them
   std::vector<png_bytep> rows;      ///< the first code of each row
   std::unique_ptr<float[]> values;  ///< samples in [0, 1]
   std::vector<std::string> texts;   ///< keywords and texts, alternating
@@ -187,7 +187,7 @@ void convert_codes(PngImage& image, std::size_t count, float max_code) {
       [&](std::int64_t i) {
         const auto k = static_cast<std::size_t>(i);
         Code code;
-        std::memcpy(&code, &image.codes[k * sizeof code], sizeof code);
+        std::memcpy(&code, &image.samples[k * sizeof code], sizeof code);
         image.values[k] = static_cast<float>(code) / max_code;
       },
       kGrain);
@@ -216,14 +216,19 @@ void decode(const std::string& bytes, std::uint64_t max_bytes, PngImage& image) 
     return;
   }
   const std::size_t stride = width * channels * static_cast<std::size_t>(bits / 8);
-  image.codes.resize(stride * height);
-  for (std::size_t y = 0; y < height; ++y) image.rows.push_back(&image.codes[y * stride]);
+  image.samples.resize(stride * height);
+  for (std::size_t y = 0; y < height; ++y) image.rows.push_back(&image.samples[y * stride]);
   if (!read_pixels(h, image)) return;
   copy_texts(h.png, h.info, image);
   add_display_entries(h.png, h.info, image);
   const std::size_t count = width * height * channels;
-  bits == 16 ? convert_codes<std::uint16_t>(image, count, 65535.0f)
-             : convert_codes<std::uint8_t>(image, count, 255.0f);
+  const bool has_alpha = channels % 2 == 0;
+  if (bits == 16)
+    convert_codes<std::uint16_t>(image, count, 65535.0f);
+  else if (has_alpha)
+    convert_codes<std::uint8_t>(image, count, 255.0f);
+  else
+    image.codes = image.samples.data();
   image.failure = PM_OIIO_GOOD;
 }
 

@@ -7,7 +7,7 @@
 
 /// Version of this interface, incremented with every change; a module with another version is not
 /// used.
-#define PM_OIIO_INTERFACE 5
+#define PM_OIIO_INTERFACE 6
 
 extern "C" {
 
@@ -40,8 +40,10 @@ struct PmOiioImage {
   int channels;
   const char* const* channel_names;  ///< names in the file's order
   const float* pixels;               ///< interleaved, row 0 on top; integer formats scaled to 0..1
-  int integer_format;                ///< 1: pixels came from integers, so a transfer curve applies
-  int straight_alpha;                ///< 1: colours are not premultiplied
+  /// The pixels as integers of 8 bits, of an image without alpha; then `pixels` is null. Else null.
+  const unsigned char* codes;
+  int integer_format;  ///< 1: pixels came from integers, so a transfer curve applies
+  int straight_alpha;  ///< 1: colours are not premultiplied
   /// Number of pictures in the file: pages, animation frames, or parts that cannot be joined. This
   /// picture is the first. Counting ends at a thousand pictures, or when together they exceed the
   /// request's max_bytes.

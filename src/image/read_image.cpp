@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <numeric>
 
@@ -90,6 +91,30 @@ void convert_row(const PmOiioImage& decoded, const std::vector<Source>& sources,
   }
 }
 
+/// Values of all samples of 8 bits.
+using CodeValues = std::array<float, 256>;
+
+CodeValues make_code_values(bool curved) {
+  CodeValues values;
+  for (std::size_t code = 0; code < values.size(); ++code)
+    values[code] = decode_sample(static_cast<float>(code) / 255.0f, curved);
+  return values;
+}
+
+/// Converts a row of samples of 8 bits, which have no alpha.
+void look_up_codes(const PmOiioImage& decoded, const std::vector<Source>& sources,
+                   const CodeValues& values, std::int64_t y, Image& image) {
+  const std::size_t out_count = sources.size(),
+                    in_count = static_cast<std::size_t>(decoded.channels),
+                    width = static_cast<std::size_t>(image.width),
+                    first = static_cast<std::size_t>(y) * width;
+  for (std::size_t c = 0; c < out_count; ++c) {
+    const unsigned char* from = decoded.codes + first * in_count + sources[c].channel;
+    float* to = &image.pixels[first * out_count + c];
+    for (std::size_t x = 0; x < width; ++x) to[x * out_count] = values[from[x * in_count]];
+  }
+}
+
 /// Converts the module's image to an Image with the channels in the order of the result.
 Image to_image(const PmOiioImage& decoded, const ReadImageSettings& settings) {
   const std::vector<Source> sources = list_channel_sources(decoded);
@@ -107,8 +132,16 @@ Image to_image(const PmOiioImage& decoded, const ReadImageSettings& settings) {
       decoded.integer_format != 0 && settings.integer_curve == TransferCurve::kSrgb,
       alpha < 0 || decoded.straight_alpha != 0,
       alpha < 0 || settings.alpha == AlphaMode::kStraight};
+  const CodeValues values = decoded.codes ? make_code_values(rule.curved) : CodeValues{};
   parallel_for(
-      image.height, [&](std::int64_t y) { convert_row(decoded, sources, rule, y, image); }, 16);
+      image.height,
+      [&](std::int64_t y) {
+        if (decoded.codes)
+          look_up_codes(decoded, sources, values, y, image);
+        else
+          convert_row(decoded, sources, rule, y, image);
+      },
+      16);
   for (int i = 0; i < decoded.attribute_count; ++i) {
     const PmOiioAttribute& from = decoded.attributes[i];
     Attribute to{from.name, from.integer};

@@ -63,10 +63,12 @@ struct PreparedObject {
 };
 
 /// Computes the distances to the object's model, whose `closest` must be set, and measures of their
-/// surface. Errors: kInput if the surface encloses nothing; the engine's.
+/// surface, unless they are `loaded`: the result of load_distances(). Errors: kInput if the surface
+/// encloses nothing; the engine's.
 Result<ObjectDistances> measure_distances(const PreparedObject& object,
                                           const DistanceMeasure& measure, Engine& engine,
-                                          const std::filesystem::path& cache);
+                                          const std::filesystem::path& cache,
+                                          std::optional<ObjectDistances> loaded);
 
 /// Sets the members with which the object's colours are transferred to a surface: `outer`, `charts`
 /// and, if `with_colors`, `colors`. Faces inside the solid are left out if `distances.sides` is

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <stdexcept>
+#include <vector>
 
 #include "base/side_by_side.h"
 #include "kernels/interruption.h"
@@ -60,6 +61,17 @@ TEST(SideBySide, BothPartsEndBeforeTheCallReturns) {
   run_side_by_side([&] { add_numbers(1000); },
                    [&] { run_side_by_side([&] { add_numbers(2000); }, [&] { add_numbers(10); }); });
   EXPECT_EQ(sum, 999 * 1000 / 2 + 1999 * 2000 / 2 + 9 * 10 / 2);
+}
+
+TEST(SideBySide, EachOfManyPartsRunsOnce) {
+  std::vector<std::atomic<int>> calls(50);
+  std::atomic<std::int64_t> sum{0};
+  run_all_side_by_side(50, [&](std::int64_t part) {
+    ++calls[static_cast<std::size_t>(part)];
+    parallel_for(100, [&](std::int64_t i) { sum += i; });
+  });
+  for (const std::atomic<int>& count : calls) EXPECT_EQ(count, 1);
+  EXPECT_EQ(sum, 50 * 99 * 100 / 2);
 }
 
 TEST(SideBySide, APartThatThrowsEndsTheCall) {

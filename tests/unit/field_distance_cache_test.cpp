@@ -17,9 +17,11 @@ class DistanceCacheTest : public ::testing::Test {
  protected:
   ObjectDistances made(const Model& model, bool cached, float cell = 0.05f) {
     const auto engine = make_cpu_engine();
+    const DistanceMeasure measure = {cell, 0.04f, 0.001, false};
+    const std::filesystem::path folder = cached ? folder_.path() : std::filesystem::path{};
+    if (auto loaded = load_distances(model, measure, folder)) return std::move(*loaded);
     auto made =
-        load_or_measure_distances(model, ClosestPointQuery(model), {cell, 0.04f, 0.001, false},
-                                  *engine, cached ? folder_.path() : std::filesystem::path{});
+        measure_and_store_distances(model, ClosestPointQuery(model), measure, *engine, folder);
     EXPECT_TRUE(made.ok());
     return std::move(*made);
   }

@@ -51,7 +51,7 @@ struct ObjectInMaking {
   SphereSettings spheres = {};
   PreparedObject object = {};
   Result<Approximation> approximation = Approximation{};
-  Status measured = Ok{};  ///< result of measure_object()
+  Status measured = Ok{};  ///< result of measure_objects()
 };
 
 /// Approximates the objects' models by spheres and fitted balls, up to the first that fails.
@@ -110,32 +110,53 @@ LegSettings leg_settings(const Scene& scene, const Box& box, bool one_color) {
   return settings;
 }
 
-/// Sets the members that depend on the object's model, but not on its balls: distances and colours.
-Status measure_object(const Preparation& preparation, const ObjectSettings& chosen,
-                      const LegSettings& settings, LegKinds kinds, PreparedObject& object) {
-  const auto& [scene, engine, cache, fits] = preparation;
-  object.closest = std::make_shared<const ClosestPointQuery>(object.model);
-  if (kinds.distances) {
-    const DistanceMeasure measure = {settings.cell, kThinnestPart * settings.cell,
-                                     static_cast<double>(settings.min_component_share),
-                                     chosen.spheres.solidify};
-    PM_TRY(object.distances, measure_distances(object, measure, engine, cache));
-  }
+/// Returns the settings of the object's distances.
+DistanceMeasure distance_measure(const ObjectSettings& chosen, const LegSettings& settings) {
+  return {settings.cell, kThinnestPart * settings.cell,
+          static_cast<double>(settings.min_component_share), chosen.spheres.solidify};
+}
+
+/// Calls prepare_transfer() with the scene's look.
+void prepare_look(const Scene& scene, PreparedObject& object) {
   prepare_transfer(object, scene.look.kind == LookKind::kOwn && !is_one_color(object.model));
-  return Ok{};
 }
 
-/// Calls measure_object() for the objects, up to the first that fails.
+/// Sets the members that depend on the objects' models, but not on their balls: distances and
+/// colours. Distances that are not cached are measured one object after another, because that takes
+/// memory; up to the first that fails.
 void measure_objects(const Preparation& preparation, std::span<ObjectInMaking> objects) {
-  for (ObjectInMaking& making : objects) {
-    if (!making.morphs) continue;
-    making.measured =
-        measure_object(preparation, making.chosen, making.settings, making.kinds, making.object);
-    if (!making.measured) return;
+  const auto& [scene, engine, cache, fits] = preparation;
+  const auto count = static_cast<std::int64_t>(objects.size());
+  std::vector<std::optional<ObjectDistances>> loaded(objects.size());
+  run_all_side_by_side(count, [&](std::int64_t index) {
+    const auto i = static_cast<std::size_t>(index);
+    const ObjectInMaking& making = objects[i];
+    if (!making.morphs) return;
+    PreparedObject& object = objects[i].object;
+    object.closest = std::make_shared<const ClosestPointQuery>(object.model);
+    if (making.kinds.distances)
+      loaded[i] = load_distances(object.model, distance_measure(making.chosen, making.settings),
+                                 preparation.cache);
+  });
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    ObjectInMaking& making = objects[i];
+    if (!making.morphs || !making.kinds.distances) continue;
+    auto distances =
+        measure_distances(making.object, distance_measure(making.chosen, making.settings), engine,
+                          cache, std::move(loaded[i]));
+    if (!distances) {
+      making.measured = std::move(distances).error();
+      return;
+    }
+    making.object.distances = std::move(*distances);
   }
+  run_all_side_by_side(count, [&](std::int64_t index) {
+    ObjectInMaking& making = objects[static_cast<std::size_t>(index)];
+    if (making.morphs) prepare_look(preparation.scene, making.object);
+  });
 }
 
-/// Sets the members that depend on the object's balls. `measured`: the result of measure_object().
+/// Sets the members that depend on the object's balls. `measured`: the result of measure_objects().
 Status add_ball_surface(const Preparation& preparation, const LegSettings& settings, LegKinds kinds,
                         const Status& measured, PreparedObject& object) {
   Engine& engine = preparation.engine;
@@ -153,8 +174,15 @@ Status add_ball_surface(const Preparation& preparation, const LegSettings& setti
 
 Status finish_object(const Preparation& preparation, const ObjectSettings& chosen,
                      const LegSettings& settings, LegKinds kinds, PreparedObject& object) {
-  const Status measured = measure_object(preparation, chosen, settings, kinds, object);
-  return add_ball_surface(preparation, settings, kinds, measured, object);
+  const auto& [scene, engine, cache, fits] = preparation;
+  object.closest = std::make_shared<const ClosestPointQuery>(object.model);
+  if (kinds.distances) {
+    const DistanceMeasure measure = distance_measure(chosen, settings);
+    PM_TRY(object.distances, measure_distances(object, measure, engine, cache,
+                                               load_distances(object.model, measure, cache)));
+  }
+  prepare_look(scene, object);
+  return add_ball_surface(preparation, settings, kinds, Ok{}, object);
 }
 
 Result<std::vector<ActorOutline>> outline_actors(const Scene& scene,
