@@ -313,9 +313,9 @@ std::vector<VerbTable> golden_verbs(const CommandLine& line,
   };
   const std::vector<std::string> compute_options = {"-t", "--device", "--max-memory", "--cache-dir",
                                                     "--no-cache"};
-  const auto with_compute_options = [&](std::vector<std::string> options) {
-    options.insert(options.end(), compute_options.begin(), compute_options.end());
-    return options;
+  const auto with_compute_options = [&](std::vector<std::string> names) {
+    names.insert(names.end(), compute_options.begin(), compute_options.end());
+    return names;
   };
   return {
       {"test", "Render the frames of suites and compare them with their goldens.", "[SUITE...]",
