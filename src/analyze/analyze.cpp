@@ -12,6 +12,7 @@
 #include "analyze/measure.h"
 #include "analyze/smoothness.h"
 #include "base/box.h"
+#include "base/procrustes.h"
 #include "base/result.h"
 #include "morph/features.h"
 #include "spheres/convex_hull.h"
@@ -374,9 +375,7 @@ std::optional<Similarity> fit_similarity(const std::vector<Vec3>& from,
   double from_length2 = 0, to_length2 = 0;
   for (std::size_t i = 0; i < from.size(); ++i) {
     const Vec3d p = Vec3d(from[i]) - from_center, q = Vec3d(to[i]) - to_center;
-    const double a[3] = {p.x, p.y, p.z}, b[3] = {q.x, q.y, q.z};
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) covariance.at(r, c) += b[r] * a[c];
+    add_outer_product(covariance, 1, q, p);
     from_length2 += dot(p, p);
     to_length2 += dot(q, q);
   }
