@@ -27,6 +27,12 @@ struct PairMoments {
   Mat3 covariance{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
   double from_square = 0, to_square = 0;
 
+  /// Adds a pair's offsets to the sums.
+  void add(Vec3d p, Vec3d q, double weight) {
+    add_outer_product(covariance, weight, q, p);
+    from_square += weight * dot(p, p);
+    to_square += weight * dot(q, q);
+  }
   /// Scale of the similarity from one side to the other; 1 if all points of a side coincide.
   double scale() const {
     return from_square > 0 && to_square > 0 ? std::sqrt(to_square / from_square) : 1;
@@ -48,10 +54,7 @@ PairMoments pair_moments(std::size_t count, const PairAt& pair_at) {
   moments.to_center = moments.to_center * (1 / weight_sum);
   for (std::size_t i = 0; i < count; ++i) {
     const WeightedPair pair = pair_at(i);
-    const Vec3d p = pair.from - moments.from_center, q = pair.to - moments.to_center;
-    add_outer_product(moments.covariance, pair.weight, q, p);
-    moments.from_square += pair.weight * dot(p, p);
-    moments.to_square += pair.weight * dot(q, q);
+    moments.add(pair.from - moments.from_center, pair.to - moments.to_center, pair.weight);
   }
   return moments;
 }
