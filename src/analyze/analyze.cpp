@@ -12,6 +12,7 @@
 #include "analyze/measure.h"
 #include "analyze/smoothness.h"
 #include "base/box.h"
+#include "base/procrustes.h"
 #include "base/result.h"
 #include "morph/features.h"
 #include "spheres/convex_hull.h"
@@ -365,31 +366,23 @@ std::optional<Similarity> fit_similarity(const std::vector<Vec3>& from,
                                          const std::vector<Vec3>& to) {
   if (from.size() != to.size() || from.size() < 4) return std::nullopt;
   const auto count = static_cast<double>(from.size());
-  Vec3d from_center, to_center;
+  PairMoments moments;
   for (std::size_t i = 0; i < from.size(); ++i) {
-    from_center = from_center + Vec3d(from[i]) * (1 / count);
-    to_center = to_center + Vec3d(to[i]) * (1 / count);
+    moments.from_center = moments.from_center + Vec3d(from[i]) * (1 / count);
+    moments.to_center = moments.to_center + Vec3d(to[i]) * (1 / count);
   }
-  Mat3 covariance{{0, 0, 0, 0, 0, 0, 0, 0, 0}};  // not divided by the number of points
-  double from_length2 = 0, to_length2 = 0;
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    const Vec3d p = Vec3d(from[i]) - from_center, q = Vec3d(to[i]) - to_center;
-    const double a[3] = {p.x, p.y, p.z}, b[3] = {q.x, q.y, q.z};
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) covariance.at(r, c) += b[r] * a[c];
-    from_length2 += dot(p, p);
-    to_length2 += dot(q, q);
-  }
-  if (!(from_length2 > 0 && to_length2 > 0)) return std::nullopt;
-  Similarity fit{nearest_rotation(covariance), std::sqrt(to_length2 / from_length2), {}};
-  fit.shift = to_center - fit.rotation * from_center * fit.scale;
+  for (std::size_t i = 0; i < from.size(); ++i)
+    moments.add(Vec3d(from[i]) - moments.from_center, Vec3d(to[i]) - moments.to_center, 1);
+  if (!(moments.from_square > 0 && moments.to_square > 0)) return std::nullopt;
+  Similarity fit{nearest_rotation(moments.covariance), moments.scale(), {}};
+  fit.shift = moments.to_center - fit.rotation * moments.from_center * fit.scale;
   double max_error = 0;
   for (std::size_t i = 0; i < from.size(); ++i) {
     const Vec3d d = fit.rotation * Vec3d(from[i]) * fit.scale + fit.shift - Vec3d(to[i]);
     max_error = std::max(max_error, length(d));
   }
   constexpr double kTolerance = 1e-3;
-  if (max_error > kTolerance * std::sqrt(to_length2 / count)) return std::nullopt;
+  if (max_error > kTolerance * std::sqrt(moments.to_square / count)) return std::nullopt;
   return fit;
 }
 

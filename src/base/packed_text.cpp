@@ -36,12 +36,12 @@ Result<std::string> decode_base64(std::string_view text) {
   return bytes;
 }
 
-std::string pack_text(std::string_view text) {
+std::string pack_text(std::string_view text, int effort) {
   uLongf size = compressBound(static_cast<uLong>(text.size()));
   std::string bytes(size, '\0');
   PM_CHECK(compress2(reinterpret_cast<Bytef*>(bytes.data()), &size,
                      reinterpret_cast<const Bytef*>(text.data()), static_cast<uLong>(text.size()),
-                     Z_BEST_COMPRESSION) == Z_OK);
+                     effort) == Z_OK);
   bytes.resize(size);
   return base64(bytes);
 }

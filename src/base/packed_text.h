@@ -1,4 +1,4 @@
-// Text packed with zlib and base64, for file headers that can contain text only.
+// Bytes packed with zlib and base64, for file headers and pages that can contain text only.
 #pragma once
 
 #include <cstddef>
@@ -12,8 +12,8 @@ namespace polymorph {
 /// Decodes base64. Errors (kInput): `text` is no base64.
 Result<std::string> decode_base64(std::string_view text);
 
-/// Packs a text as base64 of zlib data (RFC 1950).
-std::string pack_text(std::string_view text);
+/// Packs a text or bytes as base64 of zlib data (RFC 1950). `effort`: zlib's level, 1 to 9.
+std::string pack_text(std::string_view text, int effort = 9);
 
 /// Unpacks a text of pack_text(), which need not be trusted. Errors (kInput): `packed` is no
 /// base64, its zlib data are damaged or incomplete, or the text has more than `limit` bytes.

@@ -10,6 +10,7 @@
 #include "compare/pictures.h"
 #include "compare/shown_mismatch.h"
 #include "image/image_io.h"
+#include "image/rgb_channels.h"
 
 namespace polymorph {
 namespace {
@@ -362,11 +363,6 @@ void check_storage(const Image& image) {
                                       image.channel_count());
 }
 
-bool has_colors(const Image& image) {
-  return image.find_channel("R") >= 0 && image.find_channel("G") >= 0 &&
-         image.find_channel("B") >= 0;
-}
-
 }  // namespace
 
 Comparison compare_images(const Image& actual, const Image& reference, const Tolerance& tolerance,
@@ -411,7 +407,7 @@ Comparison compare_images(const Image& actual, const Image& reference, const Tol
   const auto colors =
       std::count_if(pairs.begin(), pairs.end(), [](const ChannelPair& p) { return p.visible; });
   const bool equal = add_rows(rows, static_cast<double>(colors), result);
-  if (has_colors(reference)) {
+  if (has_rgb(reference)) {
     // FLIP of equal colours is 0 and needs no map. Depths or ids may still differ.
     const bool colors_differ = std::isfinite(result.psnr) || result.not_finite_pixels > 0;
     if (colors_differ) maps->flip = flip_map(visible_colors(actual), visible_colors(reference));

@@ -3,19 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "image/rgb_channels.h"
 #include "image/srgb.h"
 
 namespace polymorph {
 
 std::optional<Flicker> flicker_between(const Image& frame, const Image& next) {
   if (frame.width != next.width || frame.height != next.height) return std::nullopt;
-  int color_channels[2][3];
-  for (int c = 0; c < 3; ++c) {
-    const char* const name = c == 0 ? "R" : c == 1 ? "G" : "B";
-    color_channels[0][c] = frame.find_channel(name);
-    color_channels[1][c] = next.find_channel(name);
-    if (color_channels[0][c] < 0 || color_channels[1][c] < 0) return std::nullopt;
-  }
+  if (!has_rgb(frame) || !has_rgb(next)) return std::nullopt;
+  const std::array<int, 3> color_channels[] = {find_rgb(frame), find_rgb(next)};
   const int id_channels[] = {frame.find_channel("id"), next.find_channel("id")};
   const int motion_channels[] = {frame.find_channel("motion.X"), frame.find_channel("motion.Y")};
   Flicker flicker;

@@ -7,6 +7,7 @@
 
 #include "base/parallel.h"
 #include "base/result.h"
+#include "image/rgb_channels.h"
 
 namespace polymorph {
 namespace {
@@ -188,9 +189,8 @@ struct Picture {
 };
 
 Picture read_picture(const Image& image, Size size, float exposure) {
-  const int channels[] = {image.find_channel("R"), image.find_channel("G"),
-                          image.find_channel("B")};
-  for (const int channel : channels) PM_CHECK(channel >= 0);
+  PM_CHECK(has_rgb(image));
+  const std::array<int, 3> channels = find_rgb(image);
   const float gain = std::exp2(exposure);
   Picture picture;
   for (Plane& plane : picture.opponent) plane.resize(size.pixels());

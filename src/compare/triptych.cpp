@@ -3,6 +3,7 @@
 
 #include "compare/compare.h"
 #include "image/color_space.h"
+#include "image/rgb_channels.h"
 
 namespace polymorph {
 namespace {
@@ -12,12 +13,11 @@ constexpr float kGain = 8;  // factor of the differences
 /// An image in Rec. 709 and its channels R, G and B. The first channel stands for missing ones.
 struct Colors {
   Image image;
-  int channel[3];
+  std::array<int, 3> channel;
 
-  explicit Colors(const Image& original) : image(original) {
+  explicit Colors(const Image& original) : image(original), channel(find_rgb(original)) {
     convert_to_rec709(image);
-    const char* const names[] = {"R", "G", "B"};
-    for (int c = 0; c < 3; ++c) channel[c] = std::max(original.find_channel(names[c]), 0);
+    for (int& c : channel) c = std::max(c, 0);
   }
   bool covers(int x, int y) const {
     return x < image.width && y < image.height && !image.channels.empty();

@@ -12,6 +12,7 @@
 #include "base/worker.h"
 #include "device/device.h"
 #include "image/image_io.h"
+#include "image/rgb_channels.h"
 #include "image/strip.h"
 #include "morph/timeline.h"
 #include "sequence/frame/frame_geometry.h"
@@ -71,12 +72,10 @@ std::vector<int> choose_by_change(const Film& film, int n) {
 void expose(Image& image, float stops) {
   if (stops == 0) return;
   const float factor = static_cast<float>(exact::exp2(static_cast<double>(stops)));
-  for (const char* name : {"R", "G", "B"}) {
-    const int channel = image.find_channel(name);
+  for (const int channel : find_rgb(image))
     for (std::size_t i = static_cast<std::size_t>(std::max(channel, 0));
          channel >= 0 && i < image.pixels.size(); i += image.channel_count())
       image.pixels[i] *= factor;
-  }
 }
 
 Image resized_colors(const Image& image, int width) {

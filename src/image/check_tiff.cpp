@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <optional>
 
+#include "image/byte_order.h"
+
 namespace polymorph {
 namespace {
 
@@ -79,12 +81,8 @@ class TiffReader {
   }
   /// Reads an unsigned integer of `size` bytes; 0 beyond the end of the file.
   std::uint64_t read_integer(std::uint64_t offset, std::uint64_t size) const {
-    if (!is_within_file(offset, size)) return 0;
-    std::uint64_t value = 0;
-    for (std::uint64_t i = 0; i < size; ++i)
-      value = value << 8 |
-              static_cast<unsigned char>(bytes_[offset + (is_little_endian_ ? size - 1 - i : i)]);
-    return value;
+    return is_little_endian_ ? little_endian(bytes_, offset, size)
+                             : big_endian(bytes_, offset, size);
   }
   TiffEntry read_entry(std::uint64_t offset) const {
     const std::uint64_t type = read_integer(offset + 2, 2), field_size = is_big_tiff_ ? 8 : 4;

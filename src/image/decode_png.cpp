@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "base/parallel.h"
+#include "image/byte_order.h"
 #include "image/color_description.h"
 #include "image/image_io.h"
 #include "image/png_errors.h"
@@ -42,7 +43,7 @@ void read_bytes(png_structp png, png_bytep to, std::size_t size) {
 }
 
 /// Reads the header and sets up the conversion to grey, grey and alpha, RGB or RGBA, with 8 bits
-/// per sample or with 16 in this machine's byte order. Sets `bits` to that read_integer.
+/// per sample or with 16 in this machine's byte order. Sets `bits` to that number.
 void read_header(png_structp png, png_infop info, PngImage& image, int& bits) {
   // The size is checked against the caller's limit instead.
   png_set_user_limits(png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
@@ -72,12 +73,9 @@ void copy_texts(png_structp png, png_infop info, PngImage& image) {
 /// Reads the orientation from an Exif block, which is a TIFF file; 1 if the block has none.
 int exif_orientation(std::span<const png_byte> exif) {
   if (exif.size() < 8) return 1;
-  const bool little = exif[0] == 'I';
-  const auto read_integer = [&](std::size_t at, std::size_t bytes) {
-    std::size_t value = 0;
-    for (std::size_t i = 0; i < bytes; ++i)
-      value = value << 8 | (at + i < exif.size() ? exif[little ? at + bytes - 1 - i : at + i] : 0);
-    return value;
+  const std::string_view bytes(reinterpret_cast<const char*>(exif.data()), exif.size());
+  const auto read_integer = [&](std::size_t at, std::size_t size) {
+    return bytes[0] == 'I' ? little_endian(bytes, at, size) : big_endian(bytes, at, size);
   };
   const std::size_t directory = read_integer(4, 4), count = read_integer(directory, 2);
   for (std::size_t i = 0; i < count && directory + 12 * i + 14 <= exif.size(); ++i) {

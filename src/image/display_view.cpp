@@ -9,6 +9,7 @@
 #include "base/exact_math.h"
 #include "image/module_file.h"
 #include "image/ocio_module.h"
+#include "image/rgb_channels.h"
 #include "image/srgb.h"
 
 namespace polymorph {
@@ -77,9 +78,9 @@ Result<ViewTransform> ViewTransform::open(const DisplayView& view) {
 }
 
 Status ViewTransform::apply(Image& image, float exposure) const {
-  const int colors[] = {image.find_channel("R"), image.find_channel("G"), image.find_channel("B")};
-  if (*std::min_element(std::begin(colors), std::end(colors)) < 0)
+  if (!has_rgb(image))
     return make_error(ErrorCode::kInput, "an image without R, G and B has no view");
+  const std::array<int, 3> colors = find_rgb(image);
   const int alpha = image.find_channel("A");
   const std::size_t count = image.channel_count(),
                     pixels = count > 0 ? image.pixels.size() / count : 0;

@@ -9,6 +9,7 @@
 #include "image/blue_noise.h"
 #include "image/image_io.h"
 #include "image/palette.h"
+#include "image/rgb_channels.h"
 
 namespace polymorph {
 namespace {
@@ -21,30 +22,10 @@ struct Frame {
   std::vector<std::uint8_t> indices;             ///< palette indices of its pixels, row by row
 };
 
-Status check_frames(std::span<const Image> frames) {
-  if (frames.empty()) return make_error(ErrorCode::kInput, "a GIF needs at least one frame");
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    const Image& frame = frames[i];
-    if (frame.width != frames[0].width || frame.height != frames[0].height)
-      return make_error(
-          ErrorCode::kInput,
-          "frame {} of the GIF is {} x {}, the first is {} x {} - give frames of one size", i + 1,
-          frame.width, frame.height, frames[0].width, frames[0].height);
-    if (frame.find_channel("R") < 0 || frame.find_channel("G") < 0 || frame.find_channel("B") < 0)
-      return make_error(ErrorCode::kInput, "frame {} of the GIF has no R, G and B channels", i + 1);
-  }
-  if (frames[0].width < 1 || frames[0].height < 1 || frames[0].width > 65535 ||
-      frames[0].height > 65535)
-    return make_error(ErrorCode::kInput, "a GIF cannot be {} x {} pixels (at most 65535 per side)",
-                      frames[0].width, frames[0].height);
-  return Ok{};
-}
-
 /// Encodes the colours of an image by the sRGB curve, with 8 bits.
 std::vector<Rgb8> encode_colors(const Image& image) {
   const SrgbQuantizer& quantize = SrgbQuantizer::instance();
-  const int channels[3] = {image.find_channel("R"), image.find_channel("G"),
-                           image.find_channel("B")};
+  const std::array<int, 3> channels = find_rgb(image);
   std::vector<Rgb8> codes(static_cast<std::size_t>(image.width) *
                           static_cast<std::size_t>(image.height));
   parallel_ranges(
@@ -180,7 +161,11 @@ class GifWriter {
 }  // namespace
 
 Result<std::string> encode_gif(std::span<const Image> frames, float frames_per_second) {
-  PM_TRY_STATUS(check_frames(frames));
+  PM_TRY_STATUS(check_frames(frames, "GIF"));
+  if (frames[0].width < 1 || frames[0].height < 1 || frames[0].width > 65535 ||
+      frames[0].height > 65535)
+    return make_error(ErrorCode::kInput, "a GIF cannot be {} x {} pixels (at most 65535 per side)",
+                      frames[0].width, frames[0].height);
   PM_CHECK(frames_per_second > 0);
   ColorHistogram histogram;
   for (const Image& frame : frames) histogram.add(encode_colors(frame));

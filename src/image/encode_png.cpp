@@ -12,6 +12,7 @@
 #include "image/deflate_runs.h"
 #include "image/image_io.h"
 #include "image/png_errors.h"
+#include "image/rgb_channels.h"
 #include "image/srgb.h"
 
 namespace polymorph {
@@ -43,16 +44,15 @@ constexpr Effort kSmallEfforts[] = {{1, Z_RLE, PNG_FILTER_AVG},
 
 /// Indices of the image's channels that the PNG stores.
 struct Layout {
-  int color[3];    ///< red, green and blue
-  int alpha = -1;  ///< -1: the PNG has no alpha
+  std::array<int, 3> color;  ///< red, green and blue
+  int alpha = -1;            ///< -1: the PNG has no alpha
   int samples() const { return alpha >= 0 ? 4 : 3; }
 };
 
 /// Finds the channels. The PNG has alpha only if a pixel is not opaque.
 Result<Layout> find_layout(const Image& image) {
-  Layout layout{{image.find_channel("R"), image.find_channel("G"), image.find_channel("B")}, -1};
-  if (image.width < 1 || image.height < 1 ||
-      std::min({layout.color[0], layout.color[1], layout.color[2]}) < 0)
+  Layout layout{find_rgb(image), -1};
+  if (image.width < 1 || image.height < 1 || !has_rgb(image))
     return make_error(ErrorCode::kInput, "a PNG needs an image with R, G and B channels");
   const int alpha = image.find_channel("A");
   if (alpha < 0) return layout;

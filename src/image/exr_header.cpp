@@ -2,11 +2,10 @@
 
 #include <bit>
 #include <cstdint>
-#include <cstring>
 #include <fstream>
-#include <optional>
 #include <string>
-#include <string_view>
+
+#include "image/byte_order.h"
 
 namespace polymorph {
 namespace {
@@ -14,47 +13,48 @@ namespace {
 using namespace std::string_view_literals;
 
 constexpr std::string_view kSignature = "\x76\x2f\x31\x01"sv;
-constexpr std::size_t kHeaderBegin = 8;                    // after signature and version
 constexpr std::size_t kMaxHeader = std::size_t{64} << 20;  // bytes
-
-std::uint32_t read_uint32(std::string_view bytes) {
-  std::uint32_t number = 0;
-  std::memcpy(&number, bytes.data(), sizeof number);  // the file and this machine are little-endian
-  return number;
-}
 
 /// Tests whether an encoder writes this entry itself.
 bool is_encoders_own(std::string_view name) {
   return name == "pixelAspectRatio" || name == "screenWindowWidth";
 }
 
-/// Parses the entries of a header (name, type, size, value); nullopt if the header does not end
-/// within `bytes`.
+/// Parses the entries of a header; nullopt if the header does not end within `bytes`.
 std::optional<std::vector<Attribute>> parse_header(std::string_view bytes) {
   std::vector<Attribute> attributes;
-  for (std::size_t at = kHeaderBegin; at < bytes.size();) {
-    const std::size_t name_end = bytes.find('\0', at);
-    if (name_end == at) return attributes;  // an empty name ends the header
-    if (name_end == std::string_view::npos) return {};
-    const std::size_t type_end = bytes.find('\0', name_end + 1);
-    if (type_end == std::string_view::npos || bytes.size() - type_end < 5) return {};
-    const std::string_view type = bytes.substr(name_end + 1, type_end - name_end - 1);
-    const std::size_t begin = type_end + 5, size = read_uint32(bytes.substr(type_end + 1, 4));
-    if (size > bytes.size() - begin) return {};
-    const std::string_view value = bytes.substr(begin, size);
-    const std::string name(bytes.substr(at, name_end - at));
-    at = begin + size;
+  std::size_t at = kExrHeaderBegin;
+  while (const auto entry = take_exr_entry(bytes, at)) {
+    if (entry->name.empty()) return attributes;
+    const std::string name(entry->name);
+    const std::string_view type = entry->type, value = bytes.substr(entry->begin, entry->size);
+    const auto number = static_cast<std::uint32_t>(little_endian(value, 0, 4));
     if (is_encoders_own(name)) continue;
     if (type == "string") attributes.push_back({name, std::string(value)});
-    if (type == "int" && size == 4)
-      attributes.push_back({name, static_cast<int>(read_uint32(value))});
-    if (type == "float" && size == 4)
-      attributes.push_back({name, std::bit_cast<float>(read_uint32(value))});
+    if (type == "int" && value.size() == 4) attributes.push_back({name, static_cast<int>(number)});
+    if (type == "float" && value.size() == 4)
+      attributes.push_back({name, std::bit_cast<float>(number)});
   }
   return {};
 }
 
 }  // namespace
+
+std::optional<ExrEntry> take_exr_entry(std::string_view bytes, std::size_t& at) {
+  const std::size_t name_end = bytes.find('\0', at);
+  if (name_end == std::string_view::npos) return std::nullopt;
+  ExrEntry entry{bytes.substr(at, name_end - at), {}, name_end + 1, 0};
+  if (!entry.name.empty()) {
+    const std::size_t type_end = bytes.find('\0', name_end + 1);
+    if (type_end == std::string_view::npos || bytes.size() - type_end < 5) return std::nullopt;
+    entry.type = bytes.substr(name_end + 1, type_end - name_end - 1);
+    entry.begin = type_end + 5;
+    entry.size = little_endian(bytes, type_end + 1, 4);
+    if (entry.size > bytes.size() - entry.begin) return std::nullopt;
+  }
+  at = entry.begin + entry.size;
+  return entry;
+}
 
 Result<std::vector<Attribute>> read_exr_attributes(const std::filesystem::path& path) {
   std::error_code error;

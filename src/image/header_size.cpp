@@ -4,7 +4,9 @@
 #include <cmath>
 #include <cstdint>
 
+#include "image/byte_order.h"
 #include "image/check_tiff.h"
+#include "image/exr_header.h"
 
 namespace polymorph {
 namespace {
@@ -16,18 +18,10 @@ struct Numbers {
   std::string_view bytes;
 
   double big_endian(std::size_t at, std::size_t size) const {
-    if (at > bytes.size() || size > bytes.size() - at) return 0;
-    double value = 0;
-    for (std::size_t i = 0; i < size; ++i)
-      value = 256 * value + static_cast<unsigned char>(bytes[at + i]);
-    return value;
+    return static_cast<double>(polymorph::big_endian(bytes, at, size));
   }
   double little_endian(std::size_t at, std::size_t size) const {
-    if (at > bytes.size() || size > bytes.size() - at) return 0;
-    double value = 0;
-    for (std::size_t i = size; i-- > 0;)
-      value = 256 * value + static_cast<unsigned char>(bytes[at + i]);
-    return value;
+    return static_cast<double>(polymorph::little_endian(bytes, at, size));
   }
   double little_endian_signed(std::size_t at) const {
     return static_cast<std::int32_t>(static_cast<std::uint32_t>(little_endian(at, 4)));
@@ -70,28 +64,16 @@ std::optional<HeaderSize> jpeg_size(Numbers in) {
 }
 
 /// Reads the largest width and height of windows and tiles. Sums the channels of all parts, because
-/// decoding joins the parts. Attributes consist of name, type, size and value (OpenEXR file
-/// layout).
+/// decoding joins the parts.
 std::optional<HeaderSize> exr_size(Numbers in) {
   const bool multipart = (static_cast<unsigned>(in.little_endian(5, 1)) & 0x10u) != 0;
   HeaderSize size{0, 0, 1};
   double channels = 0;
-  for (std::size_t at = 8; at < in.bytes.size();) {
-    const std::size_t name_end = in.bytes.find('\0', at);
-    if (name_end == std::string_view::npos) break;
-    // An empty name ends a part's header; a second empty name ends the header of the file.
-    if (name_end == at) {
-      at = name_end + 1;
-      if (!multipart || (at < in.bytes.size() && in.bytes[at] == '\0')) break;
-      continue;
-    }
-    const std::size_t type_end = in.bytes.find('\0', name_end + 1);
-    if (type_end == std::string_view::npos) break;
-    const std::string_view name = in.bytes.substr(at, name_end - at),
-                           type = in.bytes.substr(name_end + 1, type_end - name_end - 1);
-    const std::size_t value = type_end + 5;
-    const auto length = static_cast<std::size_t>(in.little_endian(type_end + 1, 4));
-    if (value > in.bytes.size() || length > in.bytes.size() - value) break;
+  std::size_t at = kExrHeaderBegin;
+  while (const auto entry = take_exr_entry(in.bytes, at)) {
+    const auto& [name, type, value, length] = *entry;
+    // A second empty name ends the header of the file.
+    if (name.empty() && (!multipart || (at < in.bytes.size() && in.bytes[at] == '\0'))) break;
     if (type == "box2i" && (name == "dataWindow" || name == "displayWindow")) {
       size.width = std::max(
           size.width, in.little_endian_signed(value + 8) - in.little_endian_signed(value) + 1);
@@ -103,15 +85,14 @@ std::optional<HeaderSize> exr_size(Numbers in) {
       size.height = std::max(size.height, in.little_endian(value + 4, 4));
     }
     if (type == "chlist") {
-      for (std::size_t entry = value; entry < value + length && in.bytes[entry] != '\0';) {
-        entry = in.bytes.find('\0', entry);
-        if (entry == std::string_view::npos) break;
-        entry += 17;  // type, linearity, sampling rates
+      for (std::size_t channel = value; channel < value + length && in.bytes[channel] != '\0';) {
+        channel = in.bytes.find('\0', channel);
+        if (channel == std::string_view::npos) break;
+        channel += 17;  // type, linearity, sampling rates
         ++channels;
       }
       size.channels = std::max(size.channels, channels);
     }
-    at = value + length;
   }
   if (size.width == 0) return std::nullopt;
   return size;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/file.h"
+#include "image/rgb_channels.h"
 #include "image/srgb.h"
 
 extern char** environ;
@@ -74,7 +75,7 @@ class Child {
 /// Encodes a frame as ffmpeg's rgb24: three bytes per pixel, with the sRGB curve.
 std::string to_rgb_bytes(const Image& image) {
   const SrgbQuantizer& quantizer = SrgbQuantizer::instance();
-  const int color[3] = {image.find_channel("R"), image.find_channel("G"), image.find_channel("B")};
+  const std::array<int, 3> color = find_rgb(image);
   std::string bytes;
   bytes.reserve(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 3);
   for (int y = 0; y < image.height; ++y)

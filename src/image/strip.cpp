@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "image/font.h"
+#include "image/rgb_channels.h"
 
 namespace polymorph {
 namespace {
@@ -27,30 +28,9 @@ void fill_square(Image& image, Square square, const std::array<int, 3>& channels
         if (channel >= 0) image.at(x, y, channel) = grey;
 }
 
-Status check_frames(std::span<const Image> frames, std::span<const std::string> labels) {
-  if (frames.empty())
-    return make_error(ErrorCode::kInput, "a contact sheet needs at least one frame");
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    const Image& frame = frames[i];
-    if (frame.width != frames[0].width || frame.height != frames[0].height)
-      return make_error(ErrorCode::kInput,
-                        "frame {} of the contact sheet is {} x {}, the first is {} x {} - give "
-                        "frames of one size",
-                        i + 1, frame.width, frame.height, frames[0].width, frames[0].height);
-    if (frame.find_channel("R") < 0 || frame.find_channel("G") < 0 || frame.find_channel("B") < 0)
-      return make_error(ErrorCode::kInput,
-                        "frame {} of the contact sheet has no R, G and B channels", i + 1);
-  }
-  if (!labels.empty() && labels.size() != frames.size())
-    return make_error(ErrorCode::kInput,
-                      "{} labels for {} frames of the contact sheet - give one per frame",
-                      labels.size(), frames.size());
-  return Ok{};
-}
-
 /// Draws `frame` over the background at (left, top).
 void draw_frame(const Image& frame, int left, int top, float background, Image& sheet) {
-  const int colors[3] = {frame.find_channel("R"), frame.find_channel("G"), frame.find_channel("B")};
+  const std::array<int, 3> colors = find_rgb(frame);
   const int alpha = frame.find_channel("A");
   for (int y = 0; y < frame.height; ++y)
     for (int x = 0; x < frame.width; ++x) {
@@ -86,8 +66,7 @@ int text_height(int scale) { return kFontHeight * scale; }
 
 void draw_text(Image& image, int x, int y, const std::string& text, TextStyle style) {
   const auto [grey, scale] = style;
-  const std::array<int, 3> channels{image.find_channel("R"), image.find_channel("G"),
-                                    image.find_channel("B")};
+  const std::array<int, 3> channels = find_rgb(image);
   for (const char c : text) {
     if (is_continuation(c)) continue;
     const Glyph& glyph = find_glyph(c);
@@ -102,7 +81,11 @@ void draw_text(Image& image, int x, int y, const std::string& text, TextStyle st
 Result<Image> make_strip(std::span<const Image> frames, std::span<const std::string> labels,
                          const StripSettings& settings) {
   PM_CHECK(settings.columns > 0 && settings.gap >= 0 && settings.cell_width >= 0);
-  PM_TRY_STATUS(check_frames(frames, labels));
+  PM_TRY_STATUS(check_frames(frames, "contact sheet"));
+  if (!labels.empty() && labels.size() != frames.size())
+    return make_error(ErrorCode::kInput,
+                      "{} labels for {} frames of the contact sheet - give one per frame",
+                      labels.size(), frames.size());
   const int cell_width = settings.cell_width > 0 ? settings.cell_width : frames[0].width;
   const int cell_height = std::max(
       1, static_cast<int>((std::int64_t{frames[0].height} * cell_width + frames[0].width / 2) /

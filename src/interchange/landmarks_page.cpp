@@ -1,7 +1,5 @@
 #include "interchange/landmarks_page.h"
 
-#include <zlib.h>
-
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -9,6 +7,7 @@
 
 #include "base/html_page.h"
 #include "base/json.h"
+#include "base/packed_text.h"
 #include "base/result.h"
 #include "base/text.h"
 #include "interchange/json_vectors.h"
@@ -31,16 +30,7 @@ class Blob {
     bytes_.resize((bytes_.size() + 3) / 4 * 4);
     return {{"at", at}, {"count", values.size_bytes() / sizeof(typename Scalar<T>::type)}};
   }
-  std::string deflate() const {
-    uLongf size = compressBound(static_cast<uLong>(bytes_.size()));
-    std::string result(size, '\0');
-    const int status = compress2(reinterpret_cast<Bytef*>(result.data()), &size,
-                                 reinterpret_cast<const Bytef*>(bytes_.data()),
-                                 static_cast<uLong>(bytes_.size()), 6);
-    PM_CHECK(status == Z_OK);
-    result.resize(size);
-    return result;
-  }
+  const std::string& bytes() const { return bytes_; }
 
  private:
   /// The scalar type of which T consists.
@@ -116,7 +106,7 @@ std::string encode_landmarks_page(const LandmarksPage& page) {
                                     {"{{engine}}", find_play_script("engine")},
                                     {"{{drawing}}", find_play_script("drawing")},
                                     {"{{data}}", json_in_script(format_json(json))},
-                                    {"{{bytes}}", base64(blob.deflate())}});
+                                    {"{{bytes}}", pack_text(blob.bytes(), 6)}});
 }
 
 }  // namespace polymorph

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "image/image_io.h"
+#include "image/rgb_channels.h"
 
 namespace polymorph {
 
@@ -50,11 +51,9 @@ Result<std::string> texture_png(const Image& texture) {
   settings.effort = PngEffort::kSmall;
   // Write colours only: the renderer ignores a texture's alpha too.
   if (texture.channel_count() == 3) return encode_png(texture, settings);
+  if (!has_rgb(texture)) return make_error(ErrorCode::kInput, "a texture has no colour channels");
   Image colors = make_image(texture.width, texture.height, {"R", "G", "B"});
-  const int channels[3] = {texture.find_channel("R"), texture.find_channel("G"),
-                           texture.find_channel("B")};
-  if (std::min({channels[0], channels[1], channels[2]}) < 0)
-    return make_error(ErrorCode::kInput, "a texture has no colour channels");
+  const std::array<int, 3> channels = find_rgb(texture);
   for (int y = 0; y < texture.height; ++y)
     for (int x = 0; x < texture.width; ++x)
       for (int c = 0; c < 3; ++c) colors.at(x, y, c) = texture.at(x, y, channels[c]);

@@ -1,7 +1,5 @@
 #include "interchange/play_page.h"
 
-#include <zlib.h>
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -10,6 +8,7 @@
 
 #include "base/html_page.h"
 #include "base/json.h"
+#include "base/packed_text.h"
 #include "base/result.h"
 #include "base/text.h"
 #include "image/srgb.h"
@@ -118,16 +117,7 @@ class Packer {
         {"at", at}, {"n", shape.n}, {"smooth", shape.smooth}, {"middle", middle}, {"step", size}};
   }
 
-  std::string deflate() const {
-    uLongf size = compressBound(static_cast<uLong>(bytes_.size()));
-    std::string result(size, '\0');
-    const int status = compress2(reinterpret_cast<Bytef*>(result.data()), &size,
-                                 reinterpret_cast<const Bytef*>(bytes_.data()),
-                                 static_cast<uLong>(bytes_.size()), 9);
-    PM_CHECK(status == Z_OK);
-    result.resize(size);
-    return result;
-  }
+  const std::string& bytes() const { return bytes_; }
 
  private:
   std::string bytes_;
@@ -357,7 +347,7 @@ std::string encode_play_page(const PlayPage& page) {
   json["cases"] = cases_json();
   return fill_page(play_page, {{"{{title}}", escape_markup(page.title)},
                                {"{{morph}}", json_in_script(format_json(json))},
-                               {"{{bytes}}", base64(packer.deflate())}});
+                               {"{{bytes}}", pack_text(packer.bytes())}});
 }
 
 }  // namespace polymorph

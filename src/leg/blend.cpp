@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/array3.h"
 #include "base/parallel.h"
 #include "field/distance_grid.h"
 #include "field/extract_surface.h"
@@ -50,23 +51,20 @@ Result<Distances> distances_at(const BlendInputs& in, const std::vector<Vec3>& p
 /// either surface, and adjacent blocks on different sides of a surface, because the inside of an
 /// open model may end far from its faces. `middles`: distances of the blocks' centres.
 std::vector<bool> find_crossed_blocks(const Distances& middles, Int3 blocks, float near) {
-  const auto index = [&](int x, int y, int z) {
-    return static_cast<std::size_t>((z * blocks.y + y) * blocks.x + x);
-  };
   std::vector<bool> out(middles.model.size());
   for (int z = 0; z < blocks.z; ++z)
     for (int y = 0; y < blocks.y; ++y)
       for (int x = 0; x < blocks.x; ++x) {
-        const std::size_t i = index(x, y, z);
+        const std::size_t i = array3_index(blocks, x, y, z);
         const float m = middles.model[i], b = middles.balls[i];
         if (std::min(std::fabs(m), std::fabs(b)) < near) out[i] = true;
         const auto compare = [&](std::size_t k) {
           if ((middles.model[k] > 0) == (m > 0) && (middles.balls[k] > 0) == (b > 0)) return;
           out[i] = out[k] = true;
         };
-        if (x > 0) compare(index(x - 1, y, z));
-        if (y > 0) compare(index(x, y - 1, z));
-        if (z > 0) compare(index(x, y, z - 1));
+        if (x > 0) compare(array3_index(blocks, x - 1, y, z));
+        if (y > 0) compare(array3_index(blocks, x, y - 1, z));
+        if (z > 0) compare(array3_index(blocks, x, y, z - 1));
       }
   return out;
 }
@@ -110,7 +108,7 @@ Status fill_distances(const BlendInputs& in, DistanceGrid& model, DistanceGrid& 
     for (int z = low.z; z < std::min(low.z + kBlock, n.z); ++z)
       for (int y = low.y; y < std::min(low.y + kBlock, n.y); ++y)
         for (int x = low.x; x < std::min(low.x + kBlock, n.x); ++x) {
-          const auto i = static_cast<std::size_t>((std::int64_t{z} * n.y + y) * n.x + x);
+          const std::size_t i = array3_index(n, x, y, z);
           if (is_crossed[b]) {
             indices.push_back(i);
             points.push_back(grid_point(grid, {x, y, z}));
@@ -168,8 +166,7 @@ Result<BlendField> make_blend_field(const Model& model, const InsideTest& inside
   const Vec3 size = box.size();
   PM_TRY(const Grid grid,
          fit_grid(box, std::max(cell, std::max({size.x, size.y, size.z}) / kMaxDistanceCells)));
-  const auto count =
-      static_cast<std::size_t>(std::int64_t{grid.points.x} * grid.points.y * grid.points.z);
+  const std::size_t count = array3_count(grid.points);
   auto model_distances = std::make_shared<DistanceGrid>(),
        ball_distances = std::make_shared<DistanceGrid>();
   model_distances->grid = ball_distances->grid = grid;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "base/array3.h"
 #include "base/parallel.h"
 #include "field/distance_grid.h"
 #include "field/extract_surface.h"
@@ -217,12 +218,6 @@ Result<std::vector<float>> sample_field(const Mixture& mixture, const std::vecto
   return field;
 }
 
-/// Index of a grid point in an array, x fastest.
-std::size_t flat_index(const Grid& grid, Int3 at) {
-  const auto along = [](int i) { return static_cast<std::size_t>(i); };
-  return (along(at.z) * along(grid.points.y) + along(at.y)) * along(grid.points.x) + along(at.x);
-}
-
 /// Edge of a coarse cell in cells of the fine grid.
 constexpr int kStride = 4;
 
@@ -257,8 +252,7 @@ Result<std::vector<float>> fill_grid(const Grid& grid, const Mixture& mixture, d
   // cells) from the nearest corner, so that their values differ by at most 1.73 cells. The rest of
   // the range is for the error of `level`.
   const float range = 2.5f * coarse.grid.cell;
-  const Int3 n = grid.points;
-  std::vector<float> values(flat_index(grid, {n.x - 1, n.y - 1, n.z - 1}) + 1);
+  std::vector<float> values(array3_count(grid.points));
   std::vector<std::size_t> near;
   points.clear();
   for_each_point(grid, [&](Int3 at) {
@@ -272,12 +266,12 @@ Result<std::vector<float>> fill_grid(const Grid& grid, const Mixture& mixture, d
       float weight = 1;
       for (int axis = 0; axis < 3; ++axis) weight *= step[axis] ? t[axis] : 1 - t[axis];
       if (weight == 0) continue;
-      const float corner_value = coarse.values[flat_index(
-          coarse.grid, {cell.x + step[0], cell.y + step[1], cell.z + step[2]})];
+      const float corner_value = coarse.values[array3_index(
+          coarse.grid.points, {cell.x + step[0], cell.y + step[1], cell.z + step[2]})];
       value += weight * corner_value;
       min_difference = std::min(min_difference, std::abs(corner_value - level));
     }
-    const std::size_t index = flat_index(grid, at);
+    const std::size_t index = array3_index(grid.points, at);
     values[index] = value;
     if (min_difference >= range) return;
     near.push_back(index);

@@ -9,6 +9,7 @@
 
 #include "base/matrix_decompositions.h"
 #include "base/parallel.h"
+#include "base/procrustes.h"
 #include "morph/farthest_points.h"
 
 namespace polymorph {
@@ -152,9 +153,7 @@ BallFeatures ball_features(const std::vector<Ball>& balls, std::span<const doubl
     Mat3 covariance{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
     const auto add_ball = [&](std::size_t j) {
       const Vec3d d = Vec3d(centers[j]) - mean;
-      const double v[3] = {d.x, d.y, d.z};
-      for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < 3; ++c) covariance.at(r, c) += masses[j] / total_mass * v[r] * v[c];
+      add_outer_product(covariance, masses[j] / total_mass, d, d);
     };
     add_ball(i);
     for (const std::uint32_t j : neighbors[i]) add_ball(j);

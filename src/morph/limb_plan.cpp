@@ -10,6 +10,7 @@
 #include "base/exact_math.h"
 #include "base/side_by_side.h"
 #include "morph/align.h"
+#include "morph/centre_line.h"
 #include "morph/limb_names.h"
 
 namespace polymorph {
@@ -18,47 +19,23 @@ namespace {
 /// Weight of the squared difference of the distances from the centres.
 constexpr double kDistanceWeight = 0.3;
 
-/// The centre line of a limb, extended to its root and tip.
-struct CentreLine {
-  std::array<Vec3d, kLimbStations + 2> points;
-  std::array<double, kLimbStations + 2> stations;  ///< fractions of the length, one per point
-};
-CentreLine extend_line(const Limb& limb) {
+/// The points of a limb's centre line, extended to its root and tip.
+using LinePoints = std::array<Vec3d, kLinePoints>;
+LinePoints extend_line(const Limb& limb) {
   constexpr std::size_t n = kLimbStations;
-  CentreLine line;
+  LinePoints points;
   // The ends are a third of the stations' distance beyond the last of them.
-  line.points[0] = limb.line[0] - (limb.line[1] - limb.line[0]) * (1.0 / 3);
-  line.points[n + 1] = limb.line[n - 1] + (limb.line[n - 1] - limb.line[n - 2]) * (1.0 / 3);
-  line.stations[0] = 0;
-  line.stations[n + 1] = 1;
-  for (std::size_t k = 0; k < n; ++k) {
-    line.points[k + 1] = limb.line[k];
-    line.stations[k + 1] = limb_station(k);
-  }
-  return line;
+  points[0] = limb.line[0] - (limb.line[1] - limb.line[0]) * (1.0 / 3);
+  points[n + 1] = limb.line[n - 1] + (limb.line[n - 1] - limb.line[n - 2]) * (1.0 / 3);
+  std::copy(limb.line.begin(), limb.line.end(), points.begin() + 1);
+  return points;
 }
 
-/// Interpolates `values` at the ascending `stations` linearly; constant beyond their ends.
-template <class T, std::size_t N>
-T interpolated(const std::array<double, N>& stations, const std::array<T, N>& values, double t) {
-  if (t <= stations[0]) return values[0];
-  for (std::size_t k = 1; k < N; ++k)
-    if (t <= stations[k]) {
-      const double s = (t - stations[k - 1]) / (stations[k] - stations[k - 1]);
-      return values[k - 1] * (1 - s) + values[k] * s;
-    }
-  return values[N - 1];
-}
-
-/// Interpolates the line's direction between the directions of its segments at their middles.
-Vec3d direction_at(const CentreLine& line, double t) {
-  std::array<Vec3d, kLimbStations + 1> segments;
-  std::array<double, kLimbStations + 1> middles;
-  for (std::size_t k = 0; k < segments.size(); ++k) {
-    segments[k] = line.points[k + 1] - line.points[k];
-    middles[k] = (line.stations[k] + line.stations[k + 1]) / 2;
-  }
-  return interpolated(middles, segments, t);
+/// Interpolates the direction of a line's segments.
+Vec3d direction_at(const LinePoints& points, double t) {
+  std::array<Vec3d, kLinePoints - 1> segments;
+  for (std::size_t k = 0; k < segments.size(); ++k) segments[k] = points[k + 1] - points[k];
+  return interpolated(segments, t);
 }
 
 double radius_at(const Limb& limb, double t) {
@@ -72,11 +49,11 @@ double radius_at(const Limb& limb, double t) {
 Vec3d map_to_limb(Vec3d p, double t, const Limb& own, const Limb& other, const Mat3& rotation) {
   // Offsets follow the ratio of the radii only this far.
   constexpr double kMinScale = 0.4, kMaxScale = 2.5;
-  const CentreLine from = extend_line(own), to = extend_line(other);
-  const Vec3d offset = rotation * (p - interpolated(from.stations, from.points, t));
+  const LinePoints from = extend_line(own), to = extend_line(other);
+  const Vec3d offset = rotation * (p - interpolated(kLineStations, from, t));
   const Mat3 bend = rotation_between(rotation * direction_at(from, t), direction_at(to, t));
   const double scale = std::clamp(radius_at(other, t) / radius_at(own, t), kMinScale, kMaxScale);
-  return interpolated(to.stations, to.points, t) + bend * offset * scale;
+  return interpolated(kLineStations, to, t) + bend * offset * scale;
 }
 
 /// The label that most of the balls have for which `holds(ball)` is true, and their numbers.
@@ -143,11 +120,9 @@ void join_labels_on_limbs(PlanSide& from, PlanSide& to, const Limbs& a, const Li
 std::vector<std::size_t> landmark_balls(const PlanSide& side) {
   std::vector<std::size_t> nearest;
   for (const Vec3 landmark : side.landmarks) {
-    std::size_t best = 0;
-    const auto distance = [&](std::size_t b) { return length(side.balls[b].center - landmark); };
-    for (std::size_t b = 1; b < side.balls.size(); ++b)
-      if (distance(b) < distance(best)) best = b;
-    nearest.push_back(best);
+    const auto distance = [&](const Ball& ball) { return length(ball.center - landmark); };
+    nearest.push_back(static_cast<std::size_t>(std::ranges::min_element(side.balls, {}, distance) -
+                                               side.balls.begin()));
   }
   return nearest;
 }
@@ -327,10 +302,8 @@ Vec3d place_on_surface(const std::vector<Ball>& balls, const Limbs& limbs, Vec3d
     }
     return place;
   }
-  const auto nearest =
-      std::min_element(balls.begin(), balls.end(), [&](const Ball& a, const Ball& b) {
-        return length(Vec3d(a.center) - place) < length(Vec3d(b.center) - place);
-      });
+  const auto nearest = std::ranges::min_element(
+      balls, {}, [&](const Ball& ball) { return length(Vec3d(ball.center) - place); });
   const Vec3d center(nearest->center);
   return field_at(balls, center) >= 1 ? surface_between(balls, center, place) : center;
 }
@@ -365,12 +338,12 @@ std::vector<std::uint32_t> list_lone_limbs(const Limbs& limbs,
 }
 
 LimbCurve make_curve(const Limb& limb) {
-  static_assert(LimbCurve::kPoints == kLimbStations + 2);
-  const CentreLine line = extend_line(limb);
+  static_assert(LimbCurve::kPoints == kLinePoints);
+  const LinePoints points = extend_line(limb);
   LimbCurve curve;
   for (std::size_t k = 0; k < LimbCurve::kPoints; ++k) {
-    curve.points[k] = to_float(line.points[k]);
-    curve.radii[k] = static_cast<float>(radius_at(limb, line.stations[k]));
+    curve.points[k] = to_float(points[k]);
+    curve.radii[k] = static_cast<float>(radius_at(limb, kLineStations[k]));
   }
   return curve;
 }
@@ -445,9 +418,8 @@ CostSide part_of_side(const CostSide& side, const std::vector<std::uint32_t>& ba
 /// The body's ball nearest to a place.
 std::uint32_t nearest_ball(const std::vector<Ball>& balls, const std::vector<std::uint32_t>& body,
                            Vec3 place) {
-  return *std::min_element(body.begin(), body.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return length(balls[a].center - place) < length(balls[b].center - place);
-  });
+  return *std::ranges::min_element(
+      body, {}, [&](std::uint32_t b) { return length(balls[b].center - place); });
 }
 
 /// The limbs of either object that a plan matches, and where it takes each object's balls in the
@@ -571,9 +543,7 @@ std::vector<Vec3d> warped_places(const std::vector<Ball>& balls, const Limbs& ow
                      [&](const MatchedLimbs& pair) { return own.holds(pair.from, b); });
     if (limb_match != matched.end()) {
       const Limb &from = own.limbs[limb_match->from], &to = other.limbs[limb_match->to];
-      const double t = std::clamp(
-          (own.ball_distances[b] - from.root_distance) / std::max(from.length(), 1e-9), 0.0, 1.0);
-      places.push_back(map_to_limb(p, t, from, to, rotation));
+      places.push_back(map_to_limb(p, station_of(own, from, b), from, to, rotation));
       continue;
     }
     const auto weight_at = [&](double distance) {

@@ -5,8 +5,8 @@
 
 #include "base/result.h"
 #include "morph/align.h"
+#include "morph/centre_line.h"
 #include "morph/cost.h"
-#include "morph/limbs.h"
 #include "morph/motion.h"
 
 namespace polymorph {
@@ -19,11 +19,6 @@ constexpr double kMinLength = 0.02;
 /// (tangents in opposite directions cancel). Max ratio of matched limbs' radii.
 constexpr double kMinTangent = 0.2, kMaxRadiusRatio = 4;
 
-/// Position of point `k` of a limb's curve, as a fraction of the limb's length.
-double station_at(std::size_t k) {
-  return k == 0 ? 0 : k + 1 == LimbCurve::kPoints ? 1 : limb_station(k - 1);
-}
-
 /// Point of a curve at a fraction of its length.
 struct CurvePoint {
   Vec3d position;
@@ -32,33 +27,18 @@ struct CurvePoint {
 };
 
 CurvePoint point_at(const LimbCurve& curve, double t) {
-  constexpr std::size_t n = LimbCurve::kPoints;
-  std::size_t k = 1;
-  while (k + 1 < n && station_at(k) < t) ++k;
-  const auto segment_tangent = [&](std::size_t segment) {
-    return Vec3d(curve.points[segment] - curve.points[segment - 1]) *
-           (1 / (station_at(segment) - station_at(segment - 1)));
-  };
-  const auto segment_middle = [](std::size_t segment) {
-    return (station_at(segment) + station_at(segment - 1)) / 2;
-  };
-  const double weight =
-      std::clamp((t - station_at(k - 1)) / (station_at(k) - station_at(k - 1)), 0.0, 1.0);
-  CurvePoint point;
-  point.position = Vec3d(curve.points[k - 1]) * (1 - weight) + Vec3d(curve.points[k]) * weight;
-  point.radius = static_cast<double>(curve.radii[k - 1]) * (1 - weight) +
-                 static_cast<double>(curve.radii[k]) * weight;
-  // The tangent is interpolated linearly between the segments' middles.
-  const std::size_t next = t < segment_middle(k) ? k : k + 1;
-  if (next == 1 || next == n) {
-    point.tangent = segment_tangent(next == 1 ? 1 : n - 1);
-  } else {
-    const double weight_next =
-        (t - segment_middle(next - 1)) / (segment_middle(next) - segment_middle(next - 1));
-    point.tangent =
-        segment_tangent(next - 1) * (1 - weight_next) + segment_tangent(next) * weight_next;
+  std::array<Vec3d, kLinePoints> points;
+  std::array<double, kLinePoints> radii;
+  for (std::size_t k = 0; k < kLinePoints; ++k) {
+    points[k] = Vec3d(curve.points[k]);
+    radii[k] = static_cast<double>(curve.radii[k]);
   }
-  return point;
+  std::array<Vec3d, kLinePoints - 1> tangents;
+  for (std::size_t k = 0; k < tangents.size(); ++k)
+    tangents[k] = Vec3d(curve.points[k + 1] - curve.points[k]) *
+                  (1 / (kLineStations[k + 1] - kLineStations[k]));
+  return {interpolated(kLineStations, points, t), interpolated(tangents, t),
+          interpolated(kLineStations, radii, t)};
 }
 
 /// The matrix that scales by `along` in `direction` and by `across` perpendicular to it.

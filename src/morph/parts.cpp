@@ -9,6 +9,7 @@
 
 #include "base/exact_math.h"
 #include "base/parallel.h"
+#include "base/procrustes.h"
 #include "base/result.h"
 #include "morph/cost.h"
 #include "morph/features.h"
@@ -31,28 +32,16 @@ constexpr double kAnchor = 0.01;
 /// `reference_turn` is taken.
 Alignment fit_part(const MorphPlan& plan, const std::vector<std::uint32_t>& members,
                    Vec3d reference_turn) {
+  const PairMoments moments = pair_moments(members.size(), [&](std::size_t i) {
+    const Pair& pair = plan.pairs[members[i]];
+    return WeightedPair{Vec3d(plan.from[pair.from].center), Vec3d(plan.to[pair.to].center),
+                        pair.mass};
+  });
   Alignment fit;
-  double mass = 0;
-  for (const std::uint32_t e : members) {
-    const Pair& pair = plan.pairs[e];
-    fit.from_center = fit.from_center + Vec3d(plan.from[pair.from].center) * pair.mass;
-    fit.to_center = fit.to_center + Vec3d(plan.to[pair.to].center) * pair.mass;
-    mass += pair.mass;
-  }
-  fit.from_center = fit.from_center * (1 / mass);
-  fit.to_center = fit.to_center * (1 / mass);
-  Mat3 sum{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
-  double from_square = 0, to_square = 0;
-  for (const std::uint32_t e : members) {
-    const Pair& pair = plan.pairs[e];
-    const Vec3d p = Vec3d(plan.from[pair.from].center) - fit.from_center;
-    const Vec3d q = Vec3d(plan.to[pair.to].center) - fit.to_center;
-    const double a[3] = {p.x, p.y, p.z}, b[3] = {q.x, q.y, q.z};
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) sum.at(r, c) += pair.mass * b[r] * a[c];
-    from_square += pair.mass * dot(p, p);
-    to_square += pair.mass * dot(q, q);
-  }
+  fit.from_center = moments.from_center;
+  fit.to_center = moments.to_center;
+  Mat3 sum = moments.covariance;
+  const double from_square = moments.from_square, to_square = moments.to_square;
   // The points of a straight limb do not determine its rotation about its own axis. The whole
   // object's rotation, added with a small weight, does.
   constexpr double kAlignmentWeight = 1e-3;
@@ -285,9 +274,7 @@ std::vector<Vec3d> BallGraph::join_balls(std::span<const Vec3d> part_positions,
           double weight = 0;
           for (const Edge& edge : system_->edges[e]) {
             const Vec3d p = target_edge(e, edge), q = positions[e] - positions[edge.other];
-            const double a[3] = {p.x, p.y, p.z}, b[3] = {q.x, q.y, q.z};
-            for (int r = 0; r < 3; ++r)
-              for (int c = 0; c < 3; ++c) sum.at(r, c) += b[r] * a[c];
+            add_outer_product(sum, 1, q, p);
             weight += length(p) * length(q);
           }
           // The part's rotation, with a small weight, decides where the edges do not determine one.

@@ -1,5 +1,6 @@
 #include "morph/posed_plan.h"
 
+#include <algorithm>
 #include <span>
 
 #include "base/result.h"
@@ -48,10 +49,9 @@ void rotate_offsets(const CarriedBalls& carried, const std::vector<Pair>& pairs,
 void carry_points(const CarriedBalls& carried, const std::vector<Ball>& reference,
                   std::span<Vec3> points) {
   for (Vec3& point : points) {
-    std::size_t nearest = 0;
-    const auto distance = [&](std::size_t b) { return length(reference[b].center - point); };
-    for (std::size_t b = 1; b < reference.size(); ++b)
-      if (distance(b) < distance(nearest)) nearest = b;
+    const auto distance = [&](const Ball& ball) { return length(ball.center - point); };
+    const auto nearest = static_cast<std::size_t>(
+        std::ranges::min_element(reference, {}, distance) - reference.begin());
     const Vec3d offset = Vec3d(point) - Vec3d(reference[nearest].center);
     const Vec3d posed_offset =
         carried.rotations.empty() ? offset : carried.rotations[nearest] * offset;

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "base/parallel.h"
+#include "base/procrustes.h"
 #include "base/result.h"
 #include "kernels/linear.h"
 
@@ -87,43 +88,6 @@ std::vector<BoundPoint> bind_ball(const Model& model, const PointGraph& graph, c
   return bound;
 }
 
-/// The similarity transform x -> to + scale * rotation * (x - from).
-struct Similarity {
-  Vec3d from, to;
-  Mat3 rotation;
-  double scale = 1;
-};
-
-/// Fits the transform from `points` to `posed` by weighted least squares.
-Similarity fit_similarity(std::span<const Vec3> points, std::span<const BoundPoint> bound,
-                          std::span<const Vec3> posed) {
-  Similarity similarity;
-  double weight_sum = 0;
-  for (const auto& [i, weight] : bound) {
-    const auto w = static_cast<double>(weight);
-    similarity.from = similarity.from + Vec3d(points[i]) * w;
-    similarity.to = similarity.to + Vec3d(posed[i]) * w;
-    weight_sum += w;
-  }
-  similarity.from = similarity.from * (1 / weight_sum);
-  similarity.to = similarity.to * (1 / weight_sum);
-  Mat3 sum{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
-  double from_variance = 0, to_variance = 0;
-  for (const auto& [i, weight] : bound) {
-    const auto w = static_cast<double>(weight);
-    const Vec3d p = Vec3d(points[i]) - similarity.from, q = Vec3d(posed[i]) - similarity.to;
-    const double a[3] = {p.x, p.y, p.z}, b[3] = {q.x, q.y, q.z};
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) sum.at(r, c) += w * b[r] * a[c];
-    from_variance += w * dot(p, p);
-    to_variance += w * dot(q, q);
-  }
-  similarity.rotation = nearest_rotation(sum);
-  if (from_variance > 0 && to_variance > 0)
-    similarity.scale = std::sqrt(to_variance / from_variance);
-  return similarity;
-}
-
 }  // namespace
 
 std::vector<std::vector<BoundPoint>> bind_balls(const Model& model, std::span<const Ball> balls) {
@@ -147,18 +111,22 @@ CarriedBalls carry_balls(const Model& model, std::span<const Ball> balls,
   PM_CHECK(balls.size() == bound.size() && posed.size() == model.points.size());
   CarriedBalls carried;
   for (std::size_t i = 0; i < balls.size(); ++i) {
-    const Similarity similarity = fit_similarity(model.points, bound[i], posed);
+    // The similarity from the points to the posed points, by weighted least squares.
+    const PairMoments moments = pair_moments(bound[i].size(), [&](std::size_t k) {
+      const auto [point, weight] = bound[i][k];
+      return WeightedPair{Vec3d(model.points[point]), Vec3d(posed[point]),
+                          static_cast<double>(weight)};
+    });
+    const Mat3 rotation = nearest_rotation(moments.covariance);
+    const double scale = moments.scale();
     Ball ball = balls[i];
     ball.center =
-        to_float(similarity.to +
-                 similarity.rotation * (Vec3d(ball.center) - similarity.from) * similarity.scale);
-    ball.a =
-        static_cast<float>(static_cast<double>(ball.a) / (similarity.scale * similarity.scale));
+        to_float(moments.to_center + rotation * (Vec3d(ball.center) - moments.from_center) * scale);
+    ball.a = static_cast<float>(static_cast<double>(ball.a) / (scale * scale));
     if (!is_round(ball))
-      ball.shape =
-          to_sym3(similarity.rotation * to_mat3(ball.shape) * transposed(similarity.rotation));
+      ball.shape = to_sym3(rotation * to_mat3(ball.shape) * transposed(rotation));
     carried.balls.push_back(ball);
-    carried.rotations.push_back(similarity.rotation);
+    carried.rotations.push_back(rotation);
   }
   return carried;
 }

@@ -7,6 +7,7 @@
 #include "cli/progress.h"
 #include "export/film_pictures.h"
 #include "image/image_io.h"
+#include "image/rgb_channels.h"
 #include "image/strip.h"
 #include "pairs/board_scene.h"
 #include "pairs/load_game.h"
@@ -132,11 +133,9 @@ class Session {
     constexpr float kShade = 0.25f, kWhite = 0.9f;
     const std::size_t channels = image.channel_count();
     const auto rows = static_cast<std::size_t>(std::min(height + 2 * border, image.height));
-    for (const char* name : {"R", "G", "B"}) {
-      const int channel = image.find_channel(name);
+    for (const int channel : find_rgb(image))
       for (std::size_t i = 0; channel >= 0 && i < rows * static_cast<std::size_t>(image.width); ++i)
         image.pixels[i * channels + static_cast<std::size_t>(channel)] *= kShade;
-    }
     draw_text(image, border, border, text, {kWhite, scale});
   }
 

@@ -7,6 +7,7 @@
 
 #include "base/file.h"
 #include "image/image_io.h"
+#include "image/rgb_channels.h"
 #include "model/load/asset_path.h"
 
 namespace polymorph {
@@ -20,8 +21,7 @@ Result<Image> make_rgb(Image image, const std::string& location) {
                    [](float v) { return std::isfinite(v); }))
     return make_error(ErrorCode::kInput, "{}: the texture has NaN or infinite pixels - repair it",
                       location);
-  if (image.find_channel("R") >= 0 && image.find_channel("G") >= 0 && image.find_channel("B") >= 0)
-    return image;
+  if (has_rgb(image)) return image;
   const int grey = image.find_channel("Y") >= 0 ? image.find_channel("Y") : image.find_channel("R");
   if (grey < 0)
     return make_error(ErrorCode::kInput,

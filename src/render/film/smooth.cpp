@@ -10,6 +10,7 @@
 
 #include "base/parallel.h"
 #include "base/result.h"
+#include "image/rgb_channels.h"
 
 namespace polymorph {
 namespace {
@@ -42,7 +43,7 @@ class Smoother {
         width_(film.width),
         height_(film.height),
         stride_(film.width + 2 * kMargin),
-        channels_{film.find_channel("R"), film.find_channel("G"), film.find_channel("B")},
+        channels_(find_rgb(film)),
         size_(static_cast<std::size_t>(stride_) *
               static_cast<std::size_t>(film.height + 2 * kMargin)) {}
 

@@ -5,6 +5,7 @@
 
 #include "base/parallel.h"
 #include "base/result.h"
+#include "image/rgb_channels.h"
 #include "kernels/simd_math.h"
 #include "render/math/vector_math.h"
 
@@ -207,7 +208,7 @@ void prepare_sky(Sky& sky, SkyDomain domain) {
 
 Sky make_image_sky(const Image& image, float scale, SkyDomain domain) {
   PM_CHECK(image.width >= 1 && image.height >= 1 && image.channel_count() >= 1);
-  int channel[3] = {image.find_channel("R"), image.find_channel("G"), image.find_channel("B")};
+  std::array<int, 3> channel = find_rgb(image);
   for (int& c : channel) c = std::max(c, 0);
   const auto scale_or_zero = [&](float value) {
     return std::isfinite(value) && value > 0 ? value * scale : 0.0f;
