@@ -63,7 +63,7 @@ struct MorphEnds {
   std::optional<TrueErrors> true_errors;  ///< errors of points whose partners are known
   std::optional<double> facing;  ///< degrees about the vertical between the plan's rotation and the
                                  ///< best fit of its pairs
-  std::optional<double> registration;  ///< larger fraction_off() of the two objects' surfaces
+  std::optional<double> registration;  ///< larger missed_fraction() of the two objects' surfaces
   std::optional<double> pose_step;     ///< moving ends: largest step of the surface by a change of
                                        ///< poses alone, over the step of the ends
   Handover leaving, arriving;          ///< boundary stages of both ends; empty if not shown

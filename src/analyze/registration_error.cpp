@@ -23,9 +23,9 @@ ThicknessSamples sample_thickness(const Mesh& surface, std::size_t count) {
   return samples;
 }
 
-std::optional<double> fraction_off(const ThicknessSamples& samples,
-                                   const std::vector<Vec3>& carried, const Mesh& other,
-                                   double scale) {
+std::optional<double> missed_fraction(const ThicknessSamples& samples,
+                                      const std::vector<Vec3>& carried, const Mesh& other,
+                                      double scale) {
   PM_CHECK(carried.size() == samples.points.size());
   if (carried.empty() || other.triangles.empty()) return std::nullopt;
   const std::vector<ClosestPoint> closest = ClosestPointQuery(other).closest(carried);

@@ -23,8 +23,8 @@ ThicknessSamples sample_thickness(const Mesh& surface, std::size_t count = 4000)
 /// Returns the fraction of the samples whose positions `carried` are further from `other` than
 /// `scale` times their half thickness; `scale` is the size of `other` over that of the samples'
 /// surface. Returns nullopt if there are no samples, or `other` is empty.
-std::optional<double> fraction_off(const ThicknessSamples& samples,
-                                   const std::vector<Vec3>& carried, const Mesh& other,
-                                   double scale);
+std::optional<double> missed_fraction(const ThicknessSamples& samples,
+                                      const std::vector<Vec3>& carried, const Mesh& other,
+                                      double scale);
 
 }  // namespace polymorph

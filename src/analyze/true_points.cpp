@@ -154,8 +154,8 @@ PointPairs pair_points(const TrueModel& from, const TrueModel& to) {
   return pairs;
 }
 
-std::vector<Vec3> place_points(const std::vector<Vec3>& points, MeshView mesh,
-                               std::span<const Vec3> positions) {
+std::vector<Vec3> move_with_mesh(const std::vector<Vec3>& points, MeshView mesh,
+                                 std::span<const Vec3> positions) {
   PM_CHECK(!mesh.triangles.empty() && positions.size() == mesh.points.size());
   std::vector<Vec3> result;
   for (const ClosestPoint& hit : ClosestPointQuery(mesh).closest(points))

@@ -46,7 +46,7 @@ PointPairs pair_points(const TrueModel& from, const TrueModel& to);
 
 /// Projects each point onto the surface of `mesh`, and moves it with its triangle when the mesh's
 /// points move to `positions`. The mesh must have triangles.
-std::vector<Vec3> place_points(const std::vector<Vec3>& points, MeshView mesh,
-                               std::span<const Vec3> positions);
+std::vector<Vec3> move_with_mesh(const std::vector<Vec3>& points, MeshView mesh,
+                                 std::span<const Vec3> positions);
 
 }  // namespace polymorph

@@ -19,11 +19,11 @@ Result<LandmarksLeg> make_landmarks_leg(const std::shared_ptr<const Leg>& shared
   const Leg& leg = *shared;
   LandmarksLeg out;
   const Box box = leg.from->model.box();
-  out.from_colors = colors_by_place(leg.from->model.points, box);
+  out.from_colors = colors_by_position(leg.from->model.points, box);
   PM_TRY(const LegState end, leg_state(leg, 1, engine));
   PM_TRY(const std::vector<Vec3> origins,
          trace_back({&shared, 1}, end, leg.to->model.points, engine));
-  out.to_colors = colors_by_place(origins, box);
+  out.to_colors = colors_by_position(origins, box);
   out.candidates = matched_tips(candidates);
   // landmark_candidates() has rejected flattened objects.
   const Transform from_file = *inverse(leg.from->to_scene), to_file = *inverse(leg.to->to_scene);

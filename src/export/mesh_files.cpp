@@ -291,7 +291,7 @@ Status check_mesh_files(const MeshFileSettings& settings, std::span<const Prepar
   return Ok{};
 }
 
-void ask_for_mesh_attributes(Scene& scene, const MeshFileSettings& settings) {
+void request_mesh_attributes(Scene& scene, const MeshFileSettings& settings) {
   request_attributes(scene, has_velocities(settings),
                      settings.format == MeshFormat::kPly || settings.format == MeshFormat::kUsd);
 }

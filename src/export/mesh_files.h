@@ -47,7 +47,7 @@ Status check_mesh_files(const MeshFileSettings& settings, std::span<const Prepar
 
 /// Sets the scene's AOVs to the attributes that the files hold. Must be called before the scene is
 /// prepared.
-void ask_for_mesh_attributes(Scene& scene, const MeshFileSettings& settings);
+void request_mesh_attributes(Scene& scene, const MeshFileSettings& settings);
 
 /// Makes the surfaces and writes them. Errors: those of geometry_at(), carry_actor() and
 /// write_files(); stop_code() after a signal.

@@ -146,7 +146,7 @@ PlaySpace make_play_space(const PreparedActor& actor) {
   space.look = actor.timeline.own_look ? 0.0f : 1.0f;
   for (std::size_t b = 0; b < plan.from.size(); ++b) {
     space.masses.push_back(static_cast<float>(plan.from_masses[b]));
-    space.deviations.push_back(static_cast<float>(ball_deviation(plan.from[b], 1)));
+    space.deviations.push_back(static_cast<float>(ball_kernel_deviation(plan.from[b], 1)));
   }
   for (std::size_t i = 0; i < actor.objects.size(); ++i) {
     const PreparedObject& object = *actor.objects[i];

@@ -196,10 +196,10 @@ SurfaceFrame extracted_frame(const PreparedActor& actor, const ActorGeometry& ge
   add_looks(actor, layers, layers.empty() ? 1.0f : 0.0f, look, frame);
   const SurfaceLook& surface_look = geometry.look;
   if (!layers.empty() && surface_look.colors.size() == frame.colors.size() &&
-      surface_look.color_share > 0) {
+      surface_look.color_opacity > 0) {
     frame.is_mixed = true;
     for (std::size_t i = 0; i < frame.colors.size(); ++i)
-      frame.colors[i] = lerp(frame.colors[i], surface_look.colors[i], surface_look.color_share);
+      frame.colors[i] = lerp(frame.colors[i], surface_look.colors[i], surface_look.color_opacity);
   }
   return frame;
 }

@@ -38,7 +38,7 @@ float distance2(Vec3 p, const Box& box) {
 
 }  // namespace
 
-float log_strength(const Ball& ball, FieldKind kind, Vec3 d) {
+float log_contribution(const Ball& ball, FieldKind kind, Vec3 d) {
   return visit(kind, [&](auto field) { return field.log_value(ball, field.coordinate(ball, d)); });
 }
 
@@ -73,7 +73,7 @@ LogField NearBalls::log_field(Vec3 p, std::span<const std::uint32_t> list) const
   float largest = -std::numeric_limits<float>::infinity();
   for (std::size_t k = 0; k < list.size(); ++k) {
     const Ball& ball = balls_[list[k]];
-    weights[k] = log_strength(ball, kind_, p - ball.center);
+    weights[k] = log_contribution(ball, kind_, p - ball.center);
     largest = std::max(largest, weights[k]);
   }
   LogField field{static_cast<double>(largest), {}};

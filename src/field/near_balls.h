@@ -13,7 +13,7 @@ namespace polymorph {
 
 /// Returns the natural logarithm of one ball's contribution to the field at the offset `d` from its
 /// centre; -infinity if the contribution is 0.
-float log_strength(const Ball& ball, FieldKind kind, Vec3 d);
+float log_contribution(const Ball& ball, FieldKind kind, Vec3 d);
 
 /// The field at a point: its logarithm (0 on the surface field = 1) and that logarithm's gradient.
 struct LogField {

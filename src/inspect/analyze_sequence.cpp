@@ -94,8 +94,8 @@ std::optional<double> measure_facing(const MorphPlan& plan) {
   return angle ? std::optional(std::abs(*angle)) : std::nullopt;
 }
 
-/// Computes the larger fraction_off() of the leg's first and last surface. Each surface is mapped
-/// to the other object by the map at its own end of the leg.
+/// Computes the larger missed_fraction() of the leg's first and last surface. Each surface is
+/// mapped to the other object by the map at its own end of the leg.
 Result<std::optional<double>> measure_registration(const Leg& leg, const Mesh& first,
                                                    const Mesh& last, Engine& engine) {
   const double scale = leg.plan.alignment.scale;
@@ -104,8 +104,8 @@ Result<std::optional<double>> measure_registration(const Leg& leg, const Mesh& f
     const ThicknessSamples samples = sample_thickness(reversed ? last : first);
     PM_TRY(const LegState state, leg_state(leg, reversed ? 1 : 0, engine));
     PM_TRY(const PullBack carried, pull_back(leg, state, samples.points, engine));
-    const auto fraction = fraction_off(samples, reversed ? carried.source : carried.target,
-                                       reversed ? first : last, reversed ? 1 / scale : scale);
+    const auto fraction = missed_fraction(samples, reversed ? carried.source : carried.target,
+                                          reversed ? first : last, reversed ? 1 / scale : scale);
     if (!fraction) return std::optional<double>();
     largest = std::max(largest.value_or(0), *fraction);
   }

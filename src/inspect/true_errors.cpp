@@ -37,7 +37,7 @@ Result<std::vector<Vec3>> to_scene_points(const NamedObject& object,
   if (file.points.size() != object.model.points.size())
     return make_error(ErrorCode::kInput, "{}: was changed while it was used",
                       object.settings.model.string());
-  return place_points(points, file, object.model.points);
+  return move_with_mesh(points, file, object.model.points);
 }
 
 /// Moves a point with the ball nearest to it: returns the mean of the targets of that ball,
@@ -110,7 +110,7 @@ Result<std::vector<Vec3>> fit_to_mesh(const TrueModel& entry, const std::vector<
   const Box model_box = model.box(), mesh_box = bounding_box(mesh.positions);
   const float scale = model_box.diagonal() > 0 ? mesh_box.diagonal() / model_box.diagonal() : 1;
   for (Vec3& p : model.points) p = mesh_box.center() + (p - model_box.center()) * scale;
-  return place_points(points, file, model.points);
+  return move_with_mesh(points, file, model.points);
 }
 
 /// Finds the rotation about the vertical that fits two meshes with corresponding vertices best.
@@ -167,9 +167,9 @@ Result<std::optional<TrueErrors>> measure_true_errors(const Mesh& first, const M
   Model source, target;
   PM_TRY(const std::vector<Vec3> from, fit_to_mesh(*truth.from, pairs.from, first, source));
   PM_TRY(const std::vector<Vec3> to, fit_to_mesh(*truth.to, pairs.to, last, target));
-  const std::vector<Vec3> arrived = place_points(from, first, last.positions);
+  const std::vector<Vec3> arrived = move_with_mesh(from, first, last.positions);
   add_errors(arrived, to, target.box().diagonal(), errors.map);
-  add_errors(place_points(to, last, first.positions), from, source.box().diagonal(), errors.map);
+  add_errors(move_with_mesh(to, last, first.positions), from, source.box().diagonal(), errors.map);
   errors.geodesic = geodesic_errors(arrived, to, target, area_of(target));
   errors.facing = remaining_rotation(from, to, vertical_rotation(first, last));
   return std::optional(std::move(errors));

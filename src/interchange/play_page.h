@@ -60,7 +60,7 @@ struct PlaySpaceObject {
 struct PlaySpace {
   std::vector<PlaySpaceObject> objects;  ///< objects of the actor; empty: there is no space
   std::vector<float> masses;             ///< masses of the reference's balls
-  std::vector<float> deviations;         ///< ball_deviation() of the reference's balls
+  std::vector<float> deviations;         ///< ball_kernel_deviation() of the reference's balls
   Vec3 middle;                           ///< centre of the reference's box
   bool keeps_volume = true;
   bool contact = true;  ///< the lowest point stays where those of all objects are equally high

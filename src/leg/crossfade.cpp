@@ -20,13 +20,13 @@ Vec3 shrink_target(Vec3 point, const std::vector<Ball>& balls, FieldKind kind) {
   float max_log_strength = -std::numeric_limits<float>::infinity();
   for (const Ball& ball : balls) {
     const Vec3 d = point - ball.center;
-    max_log_strength = std::max(max_log_strength, log_strength(ball, kind, d));
+    max_log_strength = std::max(max_log_strength, log_contribution(ball, kind, d));
   }
   if (!std::isfinite(max_log_strength)) return point;  // outside every ball's support
   double sum = 0, x = 0, y = 0, z = 0;
   for (const Ball& ball : balls) {
     const Vec3 d = point - ball.center;
-    const float e = log_strength(ball, kind, d) - max_log_strength;
+    const float e = log_contribution(ball, kind, d) - max_log_strength;
     if (e < -12) continue;  // weight below exp(-24)
     // Squares: the far fields of inverse-square balls would pull all points to the middle.
     const auto q = static_cast<double>(exp2(2 * kLog2E * e));

@@ -19,7 +19,7 @@ Result<std::vector<Vec3>> trace_back(std::span<const std::shared_ptr<const Leg>>
   return std::move(pulled.source);
 }
 
-std::vector<Vec3> colors_by_place(const std::vector<Vec3>& points, const Box& box) {
+std::vector<Vec3> colors_by_position(const std::vector<Vec3>& points, const Box& box) {
   constexpr float kDarkest = 0.1f, kRange = 0.85f;  // of a channel
   const Vec3 size = box.size();
   const auto channel = [&](float v, float low, float extent) {

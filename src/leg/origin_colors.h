@@ -22,6 +22,6 @@ Result<std::vector<Vec3>> trace_back(std::span<const std::shared_ptr<const Leg>>
 
 /// Colours points by their positions in a box: red, green and blue, sRGB in [0, 1], grow along its
 /// width, height and depth.
-std::vector<Vec3> colors_by_place(const std::vector<Vec3>& points, const Box& box);
+std::vector<Vec3> colors_by_position(const std::vector<Vec3>& points, const Box& box);
 
 }  // namespace polymorph

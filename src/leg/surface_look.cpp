@@ -22,8 +22,8 @@ void fade_colors(const Leg& leg, const PullBack& pulled, const ColorFade& fade, 
                  SurfaceLook& look) {
   if (!leg.settings.has_colors) return;
   // The weight of the detail: that of the layers below fades as the source's does.
-  const float detail = (1 - look.color_share) * fade.source + fade.target;
-  look.color_share = 1 - detail;
+  const float detail = (1 - look.color_opacity) * fade.source + fade.target;
+  look.color_opacity = 1 - detail;
   if (is_last && detail >= 1) {  // the detail covers these colours
     look.colors.clear();
     return;

@@ -41,10 +41,10 @@ struct SurfaceLook {
   /// objects, or if an earlier leg was left before its target. Empty: the surface has the scene's
   /// common look.
   std::vector<ObjectLayer> layers;
-  /// Colour of each vertex without detail, mixed over the layers with the weight `color_share`.
+  /// Colour of each vertex without detail, mixed over the layers with the weight `color_opacity`.
   /// Empty if no object has several colours or the weight is 0.
   std::vector<Vec3> colors;
-  float color_share = 0;
+  float color_opacity = 0;
 };
 /// Returns the object's colour without detail at a point of its model.
 Vec3 plain_color(const PreparedObject& object, Vec3 at);

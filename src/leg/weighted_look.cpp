@@ -60,7 +60,7 @@ SurfaceLook weighted_look(const PulledMixture& pulled, std::span<const Triangle>
                                        look.layers.empty() ? 1 : shares[i] / weight_sum));
   }
   if (!mixture.settings.has_colors || detail >= 1) return look;
-  look.color_share = 1 - detail;
+  look.color_opacity = 1 - detail;
   look.colors.resize(pulled.places.front().size());
   parallel_for(
       static_cast<std::int64_t>(look.colors.size()),

@@ -108,7 +108,7 @@ void mix_balls(const MorphPlan& plan, const std::vector<MixtureInput>& inputs, V
               (input.similarity.from_center - middle) * input.weight;
     }
     const Vec3 at = to_float(mean.center + (mean.rotation * place) * scale);
-    const double ball_part = ball_deviation(balls[b], scale),
+    const double ball_part = ball_kernel_deviation(balls[b], scale),
                  map_part = static_cast<double>(static_cast<float>(kMapDeviation) * mixture.size);
     mixture.samples.push_back(
         {at, std::max(static_cast<float>(plan.from_masses[b]), 1e-6f),
@@ -311,7 +311,7 @@ PathPart object_similarity(const ShapeSpace& space, std::size_t object) {
   return {center, center, {}, 0};
 }
 
-double ball_deviation(const Ball& ball, double scale) {
+double ball_kernel_deviation(const Ball& ball, double scale) {
   return scale * 0.7 / std::sqrt(2 * static_cast<double>(ball.a));
 }
 

@@ -73,7 +73,7 @@ PathPart object_similarity(const ShapeSpace& space, std::size_t object);
 /// Computes the part of RegressionSample::deviation that depends on the ball: 0.7 / sqrt(2 a),
 /// scaled from the reference to the mixture. The other part, kMapDeviation (morph/smooth_map.h) of
 /// the size, is added to it in squares.
-double ball_deviation(const Ball& ball, double scale);
+double ball_kernel_deviation(const Ball& ball, double scale);
 
 /// Computes the fraction of the volume below which components of a mixture are left out because of
 /// one of its objects. The mixture's fraction is the maximum over its objects.

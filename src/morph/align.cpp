@@ -153,7 +153,7 @@ Mat3 fit_rotation(const CostSide& a, const CostSide& b, std::span<const Transpor
   return about_vertical(exact::atan2(sine, cosine));
 }
 
-std::optional<Mat3> rotation_of_landmarks(std::span<const Vec3> from, std::span<const Vec3> to) {
+std::optional<Mat3> fit_landmark_rotation(std::span<const Vec3> from, std::span<const Vec3> to) {
   // Min length of the Procrustes sum, as a fraction of the sum of |p| |q| over the horizontal
   // offsets: 1 if a single rotation takes every p to the direction of its q.
   constexpr double kMinAgreement = 0.3;

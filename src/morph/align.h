@@ -42,7 +42,7 @@ RotationResult find_rotation(const CostSide& a, const CostSide& b, float label_c
 /// Fits the rotation about the vertical that takes `from` to `to`, each relative to its centroid
 /// (Procrustes). Returns nullopt if there are fewer than three points or they determine no
 /// rotation: they lie nearly on one vertical line, or no single rotation fits most of them.
-std::optional<Mat3> rotation_of_landmarks(std::span<const Vec3> from, std::span<const Vec3> to);
+std::optional<Mat3> fit_landmark_rotation(std::span<const Vec3> from, std::span<const Vec3> to);
 
 /// Fits the rotation of `a` about its origin, and about `axis`, that minimizes the sum over the
 /// flows of amount times squared distance, in position and outward direction, to `b`.

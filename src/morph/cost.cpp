@@ -44,9 +44,9 @@ Normalization fit_normalization(const std::vector<Ball>& balls, std::span<const 
   return result;
 }
 
-CostSide cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vector<double> mass,
-                   std::vector<std::int32_t> labels, std::span<const Vec3> landmarks,
-                   const Normalization& normalization, const PlanSettings& settings) {
+CostSide make_cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vector<double> mass,
+                        std::vector<std::int32_t> labels, std::span<const Vec3> landmarks,
+                        const Normalization& normalization, const PlanSettings& settings) {
   CostSide side;
   const std::size_t n = balls.size();
   const BallFeatures features = ball_features(balls, mass);

@@ -45,9 +45,9 @@ Normalization fit_normalization(const std::vector<Ball>& balls, std::span<const 
 
 /// Computes the feature vectors of an object's balls. `landmarks`: in scene coordinates, in the
 /// same order on both sides.
-CostSide cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vector<double> mass,
-                   std::vector<std::int32_t> labels, std::span<const Vec3> landmarks,
-                   const Normalization& normalization, const PlanSettings& settings);
+CostSide make_cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vector<double> mass,
+                        std::vector<std::int32_t> labels, std::span<const Vec3> landmarks,
+                        const Normalization& normalization, const PlanSettings& settings);
 
 /// Rotates a side's positions and outward directions about the origin, which is the object's
 /// centre.

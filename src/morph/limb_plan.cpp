@@ -362,8 +362,8 @@ LimbCurves make_curves(const std::vector<Ball>& balls, const Limbs& own,
                        const std::vector<Vec3d>& places, double angle) {
   const std::vector<std::uint32_t> lone = list_lone_limbs(own, matched, labelled);
   LimbCurves curves;
-  curves.lone_limbs = limb_labels(own, lone);
-  const std::vector<std::int32_t> matched_limbs = limb_labels(own, matched);
+  curves.lone_limbs = limb_indices_of_balls(own, lone);
+  const std::vector<std::int32_t> matched_limbs = limb_indices_of_balls(own, matched);
   for (std::size_t b = 0; b < balls.size(); ++b) {
     double station = 0;
     if (curves.lone_limbs[b] != kNoLabel)
@@ -438,8 +438,8 @@ WarpedSides warp_sides(const LimbPlan& limbs, const std::vector<Ball>& from,
     sides.to_matched.push_back(k);
   }
   const double angle = limbs.match.angle;
-  sides.from_in_to = warped_places(from, limbs.from, limbs.to, limbs.match.limbs, angle);
-  sides.to_in_from = warped_places(to, limbs.to, limbs.from, reversed, -angle);
+  sides.from_in_to = warp_balls(from, limbs.from, limbs.to, limbs.match.limbs, angle);
+  sides.to_in_from = warp_balls(to, limbs.to, limbs.from, reversed, -angle);
   return sides;
 }
 
@@ -528,9 +528,8 @@ LimbMatch match_at(LimbPlan& plan, double angle) {
   return plan.searched.back().second;
 }
 
-std::vector<Vec3d> warped_places(const std::vector<Ball>& balls, const Limbs& own,
-                                 const Limbs& other, std::span<const MatchedLimbs> matched,
-                                 double angle) {
+std::vector<Vec3d> warp_balls(const std::vector<Ball>& balls, const Limbs& own, const Limbs& other,
+                              std::span<const MatchedLimbs> matched, double angle) {
   // A root's displacement dominates within this fraction of the reach.
   constexpr double kRootRadius = 0.08;
   const Mat3 rotation = about_vertical(angle);
@@ -563,7 +562,8 @@ std::vector<Vec3d> warped_places(const std::vector<Ball>& balls, const Limbs& ow
   return places;
 }
 
-std::vector<std::int32_t> limb_labels(const Limbs& limbs, std::span<const std::uint32_t> matched) {
+std::vector<std::int32_t> limb_indices_of_balls(const Limbs& limbs,
+                                                std::span<const std::uint32_t> matched) {
   std::vector<std::int32_t> labels(limbs.ball_limbs.size(), kNoLabel);
   for (std::size_t b = 0; b < labels.size(); ++b)
     for (std::size_t n = 0; n < matched.size(); ++n)
@@ -637,8 +637,8 @@ std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::
       make_side(from.size(), from_side, warped_center(from_in_to), center(from), limbs.from),
       make_side(to.size(), to_side, center(to), warped_center(to_in_from), limbs.to));
   std::tie(sides.first.mass, sides.second.mass) =
-      balance_masses(from_side.mass, limb_labels(limbs.from, from_matched), to_side.mass,
-                     limb_labels(limbs.to, to_matched));
+      balance_masses(from_side.mass, limb_indices_of_balls(limbs.from, from_matched), to_side.mass,
+                     limb_indices_of_balls(limbs.to, to_matched));
   return sides;
 }
 

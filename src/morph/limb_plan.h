@@ -49,28 +49,28 @@ LimbMatch match_at(LimbPlan& plan, double angle);
 /// centre and the roots of the matched limbs, weighted by nearness. `matched`: pairs of limbs of
 /// `own` (`from`) and `other` (`to`). `angle`: rotation about the vertical from `own` to `other`,
 /// radians.
-std::vector<Vec3d> warped_places(const std::vector<Ball>& balls, const Limbs& own,
-                                 const Limbs& other, std::span<const MatchedLimbs> matched,
-                                 double angle);
+std::vector<Vec3d> warp_balls(const std::vector<Ball>& balls, const Limbs& own, const Limbs& other,
+                              std::span<const MatchedLimbs> matched, double angle);
 
 /// Computes for each ball the position in the list `matched` of the limb that it belongs to, or
 /// kNoLabel. `matched`: indices of limbs in `limbs`; in lists of both objects' matched limbs in the
 /// same order, equal positions are matched limbs.
-std::vector<std::int32_t> limb_labels(const Limbs& limbs, std::span<const std::uint32_t> matched);
+std::vector<std::int32_t> limb_indices_of_balls(const Limbs& limbs,
+                                                std::span<const std::uint32_t> matched);
 
 /// Scales the masses of each matched limb so that its share of the total mass is the same in both
 /// objects: the geometric mean of its two shares. The balls on no matched limb are scaled in the
 /// same way. Transport then moves no mass from one limb to another: a big head takes none from the
-/// other object's chest. `from_limbs`, `to_limbs`: limb_labels().
+/// other object's chest. `from_limbs`, `to_limbs`: limb_indices_of_balls().
 std::pair<std::vector<double>, std::vector<double>> balance_masses(
     std::span<const double> from, std::span<const std::int32_t> from_limbs,
     std::span<const double> to, std::span<const std::int32_t> to_limbs);
 
 /// Makes the sides of the transport problem with limbs. The cost of balls p and q is half the
-/// squared distance between warped_places() of p and q, plus half of that between p and the warped
+/// squared distance between warp_balls() of p and q, plus half of that between p and the warped
 /// q, each relative to the object's RMS size. The squared differences of the geodesic distances
 /// from the centres (weight 0.3) and of the distances to the landmarks are added. `from_side`,
-/// `to_side`: the sides without limbs (cost_side()), of which masses, labels and landmarks are
+/// `to_side`: the sides without limbs (make_cost_side()), of which masses, labels and landmarks are
 /// used.
 std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::vector<Ball>& from,
                                               const std::vector<Ball>& to,

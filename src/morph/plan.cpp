@@ -145,8 +145,8 @@ bool use_limbs(MorphPlan& plan, LimbPlan& limbs, const Mat3& rotation) {
     from_matched.push_back(i);
     to_matched.push_back(k);
   }
-  plan.from_limbs = limb_labels(limbs.from, from_matched);
-  plan.to_limbs = limb_labels(limbs.to, to_matched);
+  plan.from_limbs = limb_indices_of_balls(limbs.from, from_matched);
+  plan.to_limbs = limb_indices_of_balls(limbs.to, to_matched);
   plan.limb_names = list_limb_names(limbs, angle);
   return true;
 }
@@ -192,7 +192,7 @@ Turn find_turn(const MorphPlan& plan, const PlanSide& from, const PlanSide& to,
   Turn turn;
   if (settings.align != AlignMethod::kRigid && settings.align != AlignMethod::kSimilarity)
     return turn;
-  if (const auto by_landmarks = rotation_of_landmarks(from.landmarks, to.landmarks)) {
+  if (const auto by_landmarks = fit_landmark_rotation(from.landmarks, to.landmarks)) {
     turn = {*by_landmarks, RotationAxis::kVertical, Certainty::kKnown};
   } else {
     // The search for a rotation treats hard labels as soft ones with a high cost.
@@ -237,10 +237,10 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
   }
   const bool soft = settings.label_mode == LabelMode::kSoft;
   CostPair sides;
-  sides.a = cost_side(plan.from, plan.kind, from_mass, from.labels, from.landmarks,
-                      from_normalization, settings);
-  sides.b =
-      cost_side(plan.to, plan.kind, to_mass, to.labels, to.landmarks, to_normalization, settings);
+  sides.a = make_cost_side(plan.from, plan.kind, from_mass, from.labels, from.landmarks,
+                           from_normalization, settings);
+  sides.b = make_cost_side(plan.to, plan.kind, to_mass, to.labels, to.landmarks, to_normalization,
+                           settings);
   sides.label_cost = soft ? settings.weights.label : 0;
   const auto pair_up = [&] {
     plan.pairs = settings.method == PlanMethod::kNearest

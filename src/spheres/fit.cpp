@@ -418,7 +418,7 @@ bool extends_beyond(const std::vector<Ball>& balls, const Box& box) {
     double field = 0;
     for (const Ball& ball : balls)
       field += exact::exp(
-          static_cast<double>(log_strength(ball, FieldKind::kGaussian, p - ball.center)));
+          static_cast<double>(log_contribution(ball, FieldKind::kGaussian, p - ball.center)));
     return field > 1;
   };
   for (const Ball& ball : balls)

@@ -31,20 +31,20 @@ TEST(SampleThickness, LeavesOutWhatHasNoOppositeWall) {
   face.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   face.triangles = {{{0, 1, 2}}};
   EXPECT_TRUE(sample_thickness(face).points.empty());
-  EXPECT_FALSE(fraction_off(sample_thickness(face), {}, slab(), 1));
+  EXPECT_FALSE(missed_fraction(sample_thickness(face), {}, slab(), 1));
 }
 
 TEST(ShareOff, IsTheAreaThatWasCarriedFurtherThanItIsThick) {
   const ThicknessSamples samples = sample_thickness(slab());
-  EXPECT_EQ(fraction_off(samples, samples.points, slab(), 1), 0);
+  EXPECT_EQ(missed_fraction(samples, samples.points, slab(), 1), 0);
   // The faces end 0.35 above the slab's top, and 0.15 above it.
   const std::vector<Vec3> above = shifted(samples.points, {0, 0, 0.35f});
-  EXPECT_NEAR(*fraction_off(samples, above, slab(), 1), 32 / 35.2, 1e-3);
+  EXPECT_NEAR(*missed_fraction(samples, above, slab(), 1), 32 / 35.2, 1e-3);
   // The upper face alone is off by more than twice its half thickness.
-  EXPECT_NEAR(*fraction_off(samples, above, slab(), 2), 16 / 35.2, 1e-3);
-  EXPECT_EQ(fraction_off(samples, above, slab(), 4), 0);
+  EXPECT_NEAR(*missed_fraction(samples, above, slab(), 2), 16 / 35.2, 1e-3);
+  EXPECT_EQ(missed_fraction(samples, above, slab(), 4), 0);
   // And by less than half of it.
-  EXPECT_EQ(fraction_off(samples, shifted(samples.points, {0, 0, 0.04f}), slab(), 1), 0);
+  EXPECT_EQ(missed_fraction(samples, shifted(samples.points, {0, 0, 0.04f}), slab(), 1), 0);
 }
 
 }  // namespace

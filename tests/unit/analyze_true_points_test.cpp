@@ -85,7 +85,7 @@ TEST(PlacePoints, FollowTheirTriangleFromTheNearestPlaceOfTheSurface) {
   Model stretched = box;
   for (Vec3& p : stretched.points) p = Vec3{4 * p.x, p.y, 2 * p.z} + Vec3{1, 1, 1};
   const std::vector<Vec3> placed =
-      place_points({{0.25f, 0.5f, 1.3f}, {0.5f, -2, 0.5f}}, box, stretched.points);
+      move_with_mesh({{0.25f, 0.5f, 1.3f}, {0.5f, -2, 0.5f}}, box, stretched.points);
   EXPECT_LT(length(placed[0] - Vec3{2, 1.5f, 3}), 1e-5f);
   EXPECT_LT(length(placed[1] - Vec3{3, 1, 2}), 1e-5f);
 }

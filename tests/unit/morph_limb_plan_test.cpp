@@ -133,9 +133,8 @@ TEST(LimbPlan, PlacesAreCarriedAlongTheLimbs) {
   const auto a = figure(), b = figure(0.8f);
   LimbPlan plan = {find_limbs(a), find_limbs(b), {}};
   plan.match = match_limbs(plan.from, plan.to);
-  const auto there = warped_places(a, plan.from, plan.to, plan.match.limbs, plan.match.angle);
-  const auto same =
-      warped_places(a, plan.from, plan.from, match_limbs(plan.from, plan.from).limbs, 0);
+  const auto there = warp_balls(a, plan.from, plan.to, plan.match.limbs, plan.match.angle);
+  const auto same = warp_balls(a, plan.from, plan.from, match_limbs(plan.from, plan.from).limbs, 0);
   for (std::size_t i = 0; i < a.size(); ++i) {
     EXPECT_LT(length(there[i] - Vec3d(b[i].center)), 0.2) << i;
     EXPECT_LT(length(same[i] - Vec3d(a[i].center)), 1e-6) << i;

@@ -336,14 +336,14 @@ TEST(TransportPlan, ThreeLandmarksGiveTheTurn) {
 
 TEST(RotationOfLandmarks, NeedsThreeThatAgree) {
   const std::vector<Vec3> from{{1, 0, 0}, {0, 0, 1}, {-1, 0, -1}};
-  EXPECT_TRUE(rotation_of_landmarks(from, from));
-  EXPECT_FALSE(rotation_of_landmarks(std::span(from).first(2), std::span(from).first(2)));
+  EXPECT_TRUE(fit_landmark_rotation(from, from));
+  EXPECT_FALSE(fit_landmark_rotation(std::span(from).first(2), std::span(from).first(2)));
   const std::vector<Vec3> column{{0, 0, 0}, {0, 1, 0}, {0.01f, 2, 0}};
-  EXPECT_FALSE(rotation_of_landmarks(column, from));
-  EXPECT_FALSE(rotation_of_landmarks(from, column));
+  EXPECT_FALSE(fit_landmark_rotation(column, from));
+  EXPECT_FALSE(fit_landmark_rotation(from, column));
   const std::vector<Vec3> square{{1, 0, 0}, {0, 0, 1}, {-1, 0, 0}, {0, 0, -1}},
       crossed{{1, 0, 0}, {0, 0, -1}, {-1, 0, 0}, {0, 0, 1}};
-  EXPECT_FALSE(rotation_of_landmarks(square, crossed)) << "a mirror image is no turn";
+  EXPECT_FALSE(fit_landmark_rotation(square, crossed)) << "a mirror image is no turn";
 }
 
 TEST(BallMasses, AreWhatEachBallEncloses) {

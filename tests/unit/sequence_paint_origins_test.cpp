@@ -108,7 +108,7 @@ TEST_F(PaintTest, GoesThroughTheObjectsOnTheWay) {
   const Box box = actor.objects[0]->model.box();
   EXPECT_LT(difference(*one, *both), 0.01f * box.diagonal());
   EXPECT_GT(difference(*one, points), 0.01f * box.diagonal());
-  for (const Vec3 color : colors_by_place(*both, box))
+  for (const Vec3 color : colors_by_position(*both, box))
     for (const float channel : {color.x, color.y, color.z}) {
       EXPECT_GE(channel, 0.1f);
       EXPECT_LE(channel, 0.9501f);

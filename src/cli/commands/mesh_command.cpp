@@ -75,7 +75,7 @@ Result<int> run_mesh(const CommandLine& line, const MeshOptions& options) {
   PM_TRY_STATUS(check_options(settings));
   PM_TRY_STATUS(complete_mesh_settings(settings));
   PM_TRY_STATUS(check_mesh_files(settings, {}));
-  ask_for_mesh_attributes(scene, settings);
+  request_mesh_attributes(scene, settings);
   PM_TRY(const EngineScene morph, prepare_on_engine(scene, resources(line.common)));
   // Check again: now all input files are known, also those that models and materials name.
   PM_TRY_STATUS(check_mesh_files(settings, morph.prepared.actors));

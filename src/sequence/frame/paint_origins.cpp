@@ -12,7 +12,7 @@ namespace {
 
 /// Computes the paint of points from their positions on the actor's first object.
 std::vector<Vec3> make_paint(const PreparedActor& actor, const std::vector<Vec3>& places) {
-  std::vector<Vec3> paint = colors_by_place(places, object_of(actor, 0).model.box());
+  std::vector<Vec3> paint = colors_by_position(places, object_of(actor, 0).model.box());
   for (Vec3& color : paint)
     color = {srgb_to_linear(color.x), srgb_to_linear(color.y), srgb_to_linear(color.z)};
   return paint;

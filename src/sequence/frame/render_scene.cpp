@@ -60,7 +60,7 @@ RenderMesh surface_mesh(const PreparedActor& actor, const ActorGeometry& geometr
   for (std::size_t i = 1; i < layers.size(); ++i)
     mesh.over.push_back({material_layer(layers[i]), layers[i].share});
   mesh.vertex_colors = geometry.look.colors;
-  mesh.vertex_color_opacity = geometry.look.color_share;
+  mesh.vertex_color_opacity = geometry.look.color_opacity;
   mesh.look = layers.empty() ? 1.0f : 0.0f;
   mesh.id = ids.id;
   mesh.vertex_labels = geometry.surface_labels;
