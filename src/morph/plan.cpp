@@ -137,8 +137,7 @@ bool are_alike(const MorphPlan& plan, const Mat3& rotation, AlignMethod align) {
 
 /// Matches the limbs and stores the match in the plan; returns false if it is not certain.
 bool use_limbs(MorphPlan& plan, LimbPlan& limbs, const Mat3& rotation) {
-  const double angle = log_rotation(rotation).y;
-  limbs.match = match_at(limbs, angle);
+  limbs.match = match_at(limbs, log_rotation(rotation).y);
   if (!is_certain(limbs.match)) return false;
   std::vector<std::uint32_t> from_matched, to_matched;
   for (const auto& [i, k] : limbs.match.limbs) {
@@ -147,7 +146,6 @@ bool use_limbs(MorphPlan& plan, LimbPlan& limbs, const Mat3& rotation) {
   }
   plan.from_limbs = limb_indices_of_balls(limbs.from, from_matched);
   plan.to_limbs = limb_indices_of_balls(limbs.to, to_matched);
-  plan.limb_names = list_limb_names(limbs, angle);
   return true;
 }
 
@@ -271,6 +269,7 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
         find_pairs_by_limbs(plan, *turn.limbs, {unturned, sides.b, sides.label_cost}, turn.rotation,
                             settings.label_mode);
     if (turn.certainty != Certainty::kKnown) turn.rotation = by_limbs;
+    plan.limb_names = list_limb_names(*turn.limbs, log_rotation(turn.rotation).y);
   }
   return turn.rotation;
 }

@@ -120,6 +120,14 @@ TEST(Facing, LimbsOfTurnedFiguresKeepTheirNames) {
   for (const auto& [from, to] : names) EXPECT_EQ(from, to);
 }
 
+TEST(Facing, PlansNameLimbsInOneFrame) {
+  const std::vector<Ball> a = animal(2, 0.9f), b = turn(animal(0.9f, 1.4f), exact::kPi);
+  const MorphPlan plan = plan_morph({a, {}, {}}, {b, {}, {}}, FieldKind::kGaussian, {});
+  ASSERT_LT(difference(plan.alignment.turn.y, exact::kPi), 25 * kDegree);
+  EXPECT_GE(plan.limb_names.size(), 5u);
+  for (const auto& [from, to] : plan.limb_names) EXPECT_EQ(from, to);
+}
+
 TEST(Facing, PlansTurnByIt) {
   const std::vector<Ball> a = animal(2, 0.9f), b = turn(animal(1.4f, 0.5f), exact::kPi);
   const MorphPlan plan = plan_morph({a, {}, {}}, {b, {}, {}}, FieldKind::kGaussian, {});

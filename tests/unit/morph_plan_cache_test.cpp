@@ -137,7 +137,7 @@ TEST(PlanCache, TheVersionBelongsToThesePlans) {
         hasher.add(plan.alignment.rotation.at(row, column));
     return hasher.hex();
   };
-  EXPECT_EQ(kPlanVersion, 8u);
+  EXPECT_EQ(kPlanVersion, 9u);
   EXPECT_EQ(digest(PlanMethod::kIndex, AlignMethod::kNone), "19a09e2d90cc5629bf1b8e82aec93e72");
   EXPECT_EQ(digest(PlanMethod::kNearest, AlignMethod::kNone), "c098e4c87eedf9eb291087ac604f028d");
   EXPECT_EQ(digest(PlanMethod::kTransport, AlignMethod::kNone), "2955f7dab2266c66dc12d25b4e2c6102");

@@ -54,6 +54,10 @@ class Carrier {
   bool is_good(const CarryFault& fault) const {
     return fault.inverted == 0 && fault.distance <= settings_.limit;
   }
+  /// Tests whether `a` is better than `b`: good where `b` is not, else with less badness.
+  bool is_better(const CarryMeasure& a, const CarryMeasure& b) const {
+    return is_good(a.fault) != is_good(b.fault) ? is_good(a.fault) : a.badness < b.badness;
+  }
   /// Returns false once `going_on` has failed; results measured after that must not be used.
   bool keep_going() {
     if (status_.ok()) status_ = settings_.going_on();
@@ -73,6 +77,8 @@ class Carrier {
   CarryMeasure improve(std::size_t k, const CarryTarget& target,
                        const std::vector<std::uint32_t>& new_triangles, const CarryMeasure& last);
   CarryFault finish(std::size_t k, const CarryTarget& target);
+  /// Calls finish(), and ends the work if the mesh stays more than kHopeless limits off.
+  void finish_or_give_up(std::size_t k, const CarryTarget& target);
   void divide(std::size_t k, std::vector<std::uint32_t> chosen);
   CarryFault improve_without_division(std::size_t k, const CarryTarget& target);
 
@@ -207,7 +213,7 @@ bool Carrier::map_patches(std::size_t k, const CarryTarget& target, CarryMeasure
     CarryMeasure after = measure_repaired({points, triangles, fans, &keep_going_}, target);
     log_debug("time {}: {} patches of {} rings, {} more triangles, badness {:.2f} after {:.2f}", k,
               patches, rings, triangles.size() - triangles_.size(), after.badness, m.badness);
-    if (after.badness < m.badness) {
+    if (is_better(after, m)) {
       m = std::move(after);
       is_divided |= old_count < points.size();
       points_[k] = std::move(points);
@@ -234,7 +240,7 @@ CarryMeasure Carrier::improve(std::size_t k, const CarryTarget& target,
   if (!is_first && !is_divided && last.badness < m.badness && keep_going()) {
     // Neither relaxation nor mapping helped; pulling points towards missed ones may.
     CarryMeasure after = place_on_surface(before, target, last.near, 2);
-    if (after.badness < m.badness) m = std::move(after), points_[k] = std::move(before);
+    if (is_better(after, m)) m = std::move(after), points_[k] = std::move(before);
   }
   return m;
 }
@@ -304,13 +310,13 @@ CarryFault Carrier::finish(std::size_t k, const CarryTarget& target) {
         round > kMovesAlone && (coarse.empty() || idle_rounds >= kMaxIdle || is_good(best.fault));
     if (is_done || is_stuck || round == kRounds ||
         triangles_.size() + 2 * coarse.size() > settings_.max_triangles) {
-      if (is_done || m.badness <= best.badness) return m.fault;
+      if (is_done || !is_better(best, m)) return m.fault;
       points_ = std::move(best_points);
       triangles_ = std::move(best_triangles);
       fans_ = Fans(points_[k].size(), triangles_);
       return best.fault;
     }
-    if (m.badness < best.badness) best = m, best_points = points_, best_triangles = triangles_;
+    if (is_better(m, best)) best = m, best_points = points_, best_triangles = triangles_;
     const std::size_t old_count = points.size();
     divide(k, coarse);
     new_triangles.clear();
@@ -364,9 +370,13 @@ Status Carrier::step(std::size_t from, std::size_t to) {
   Points points = points_[from];
   PM_TRY_STATUS(advance(points, times_[from], times_[to], target, 0));
   points_[to] = std::move(points);
-  const CarryFault fault = finish(to, target);
-  if (fault.distance > kHopeless * settings_.limit) hopeless_ = {to, fault};
+  finish_or_give_up(to, target);
   return status_;
+}
+
+void Carrier::finish_or_give_up(std::size_t k, const CarryTarget& target) {
+  const CarryFault fault = finish(k, target);
+  if (fault.distance > kHopeless * settings_.limit) hopeless_ = {k, fault};
 }
 
 Status Carrier::run(std::size_t start) {
@@ -384,7 +394,7 @@ Status Carrier::run(std::size_t start) {
     for (int k = 0; k < kSweeps && keep_going(); ++k)
       move_onto_surface(view(points_[start]), target, kRelax, near);
     near_ = near;
-    if (keep_going()) finish(start, target);
+    if (keep_going()) finish_or_give_up(start, target);
     PM_TRY_STATUS(status_);
   }
   for (std::size_t k = start; k-- > 0 && !hopeless_;) PM_TRY_STATUS(step(k + 1, k));

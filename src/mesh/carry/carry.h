@@ -29,8 +29,10 @@ struct CarryFault {
 
 struct CarriedMesh {
   std::vector<Triangle> triangles;
-  std::vector<std::vector<Vec3>> points;  ///< positions of the points, per time
-  std::vector<CarryFault> faults;         ///< errors per time
+  /// Positions of the points, per time. Empty at the times that were not reached because the mesh
+  /// was more than three limits off at one of them, whose fault says so.
+  std::vector<std::vector<Vec3>> points;
+  std::vector<CarryFault> faults;  ///< errors per time
 };
 
 struct CarrySettings {

@@ -16,8 +16,8 @@ namespace polymorph {
 /// Error of a mesh against a surface, and where it arises.
 struct CarryMeasure {
   CarryFault fault;
-  /// Inverted triangles, and squares of what the others' distances exceed 0.9 of the limit by, in
-  /// limits.
+  /// Number of inverted triangles, plus the squares of what the distances of all triangles exceed
+  /// 0.9 of the limit by, in limits.
   float badness = 0;
   std::vector<float> triangle_distance;   ///< per triangle; the larger of both directions
   std::vector<std::uint32_t> inverted;    ///< indices of triangles
