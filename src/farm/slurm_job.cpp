@@ -64,11 +64,10 @@ Result<Costs> measure_costs(const SlurmRequest& request, const Scene& scene,
   log_info("measuring frames here; --frame-seconds says their time instead");
   PM_TRY(const RunReport report, render_sequence(scene, settings, nullptr));
   if (report.stopped) return make_error(stop_code(), "stopped - nothing was submitted");
-  // Nearly all of a frame's time is ray tracing, which on CPUs scales with their number.
-  const double thread_ratio =
-      report.device == "cpu" ? static_cast<double>(report.threads) / request.cpus : 1;
+  // Preparation scales with the number of CPUs, and so do frames that are not traced on a GPU.
+  const double thread_ratio = static_cast<double>(report.threads) / request.cpus;
   costs.frames = report.count(FrameRecord::State::kPlanned);
-  costs.frame_seconds = report.estimate->seconds * thread_ratio;
+  costs.frame_seconds = report.estimate->seconds * (report.device == "cpu" ? thread_ratio : 1);
   costs.prepare_seconds = (report.prepare_seconds + report.estimate->fit_seconds) * thread_ratio;
   costs.memory = std::max(report.peak_memory, report.estimate->memory);
   return costs;

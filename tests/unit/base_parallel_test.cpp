@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 #include "base/side_by_side.h"
@@ -78,6 +80,27 @@ TEST(SideBySide, APartThatThrowsEndsTheCall) {
   const auto fail = [] { throw std::runtime_error("no room"); };
   EXPECT_THROW(run_side_by_side(fail, [] {}), std::runtime_error);
   EXPECT_THROW(run_side_by_side([] {}, fail), std::runtime_error);
+}
+
+TEST(SideBySide, APartThatThrowsCancelsNoLoopOfTheOther) {
+  std::atomic<bool> has_thrown{false};
+  std::atomic<int> calls{0};
+  const auto fail = [&] {
+    has_thrown = true;
+    throw std::runtime_error("no room");
+  };
+  const auto work = [&] {
+    for (int i = 0; i < 2000 && !has_thrown; ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));  // until the exception has spread
+    parallel_for(1000, [&](std::int64_t) { ++calls; });
+  };
+  EXPECT_THROW(run_side_by_side(work, fail), std::runtime_error);
+  EXPECT_EQ(calls, 1000);
+  calls = 0, has_thrown = false;
+  EXPECT_THROW(run_all_side_by_side(2, [&](std::int64_t i) { i == 0 ? work() : fail(); }),
+               std::runtime_error);
+  EXPECT_EQ(calls, 1000);
 }
 
 TEST(SideBySide, AThreadThatWaitsInOnePartTakesUpNothingOfTheOther) {

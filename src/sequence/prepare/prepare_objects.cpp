@@ -122,28 +122,22 @@ void prepare_look(const Scene& scene, PreparedObject& object) {
 }
 
 /// Sets the members that depend on the objects' models, but not on their balls: distances and
-/// colours. Distances that are not cached are measured one object after another, because that takes
-/// memory; up to the first that fails.
+/// colours. Distances are loaded or measured one object after another, because both take memory,
+/// and because an object may load what an equal one has just stored; up to the first that fails.
 void measure_objects(const Preparation& preparation, std::span<ObjectInMaking> objects) {
   const auto& [scene, engine, cache, fits] = preparation;
   const auto count = static_cast<std::int64_t>(objects.size());
-  std::vector<std::optional<ObjectDistances>> loaded(objects.size());
   run_all_side_by_side(count, [&](std::int64_t index) {
     const auto i = static_cast<std::size_t>(index);
-    const ObjectInMaking& making = objects[i];
-    if (!making.morphs) return;
     PreparedObject& object = objects[i].object;
-    object.closest = std::make_shared<const ClosestPointQuery>(object.model);
-    if (making.kinds.distances)
-      loaded[i] = load_distances(object.model, distance_measure(making.chosen, making.settings),
-                                 preparation.cache);
+    if (objects[i].morphs) object.closest = std::make_shared<const ClosestPointQuery>(object.model);
   });
   for (std::size_t i = 0; i < objects.size(); ++i) {
     ObjectInMaking& making = objects[i];
     if (!making.morphs || !making.kinds.distances) continue;
-    auto distances =
-        measure_distances(making.object, distance_measure(making.chosen, making.settings), engine,
-                          cache, std::move(loaded[i]));
+    const DistanceMeasure measure = distance_measure(making.chosen, making.settings);
+    auto distances = measure_distances(making.object, measure, engine, cache,
+                                       load_distances(making.object.model, measure, cache));
     if (!distances) {
       making.measured = std::move(distances).error();
       return;
