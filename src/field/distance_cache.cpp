@@ -295,26 +295,21 @@ Result<Measurement> measure_model(const Model& model, const ClosestPointQuery& c
 
 }  // namespace
 
-std::optional<ObjectDistances> load_distances(const Model& model, const DistanceMeasure& measure,
-                                              const std::filesystem::path& folder) {
-  if (folder.empty()) return std::nullopt;
+Result<ObjectDistances> load_or_measure_distances(const Model& model,
+                                                  const ClosestPointQuery& closest,
+                                                  const DistanceMeasure& measure, Engine& engine,
+                                                  const std::filesystem::path& folder) {
   ObjectDistances object;
   object.key = make_key(model, measure);
-  const auto bytes = load_cached(folder, object.key, kDistanceFiles);
-  if (!bytes) return std::nullopt;
-  const char* problem = nullptr;
-  const auto content = cached_content(*bytes, object.key, kDistanceFiles, problem);
-  if (content && decode(*content, model, object)) return object;
-  warn_unusable(folder, object.key, kDistanceFiles, "holds no sound distances");
-  return std::nullopt;
-}
-
-Result<ObjectDistances> measure_and_store_distances(const Model& model,
-                                                    const ClosestPointQuery& closest,
-                                                    const DistanceMeasure& measure, Engine& engine,
-                                                    const std::filesystem::path& folder) {
-  ObjectDistances object;
-  object.key = make_key(model, measure);
+  if (!folder.empty()) {
+    if (const auto bytes = load_cached(folder, object.key, kDistanceFiles)) {
+      const char* problem = nullptr;
+      const auto content = cached_content(*bytes, object.key, kDistanceFiles, problem);
+      ObjectDistances stored = object;
+      if (content && decode(*content, model, stored)) return stored;
+      warn_unusable(folder, object.key, kDistanceFiles, "holds no sound distances");
+    }
+  }
   PM_TRY(Measurement measurement, measure_model(model, closest, measure, object));
   PM_TRY(Mesh mesh, extract_distances(engine, measurement.solid.distances, measure.cell, {}));
   remove_small_components(mesh, measure.min_component_share);

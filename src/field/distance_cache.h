@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -49,18 +48,14 @@ struct DistanceMeasure {
   bool solidified = false;
 };
 
-/// Loads the distances that measure_and_store_distances() stored in `folder`. Returns nothing if
-/// there are none, or `folder` is empty. Several threads may call it at once.
-std::optional<ObjectDistances> load_distances(const Model& model, const DistanceMeasure& measure,
-                                              const std::filesystem::path& folder);
-
 /// Computes signed distances to the model on cells of edge measure.cell / 2. Then extracts their
 /// surface on cells of edge measure.cell, and measures its volume, smallest component and genus.
-/// `closest`: query of the model. Writes a cache file in `folder`, unless that is empty. Only
-/// distances near the surface are stored, about 10 MB for a grid of 256^3. Errors: the engine's.
-Result<ObjectDistances> measure_and_store_distances(const Model& model,
-                                                    const ClosestPointQuery& closest,
-                                                    const DistanceMeasure& measure, Engine& engine,
-                                                    const std::filesystem::path& folder);
+/// `closest`: query of the model. Reads and writes a cache file in `folder`, unless that is empty.
+/// Only distances near the surface are stored, about 10 MB for a grid of 256^3. Errors: the
+/// engine's.
+Result<ObjectDistances> load_or_measure_distances(const Model& model,
+                                                  const ClosestPointQuery& closest,
+                                                  const DistanceMeasure& measure, Engine& engine,
+                                                  const std::filesystem::path& folder);
 
 }  // namespace polymorph

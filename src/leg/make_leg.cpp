@@ -113,8 +113,7 @@ Result<PreparedObject> make_flight_object(const Leg& leg, bool with_distances, E
     object.closest = object.outer = std::make_shared<const ClosestPointQuery>(object.model);
     const DistanceMeasure measure = {leg.settings.cell, 0,
                                      static_cast<double>(leg.settings.min_component_share), false};
-    PM_TRY(object.distances, measure_distances(object, measure, engine, cache,
-                                               load_distances(object.model, measure, cache)));
+    PM_TRY(object.distances, measure_distances(object, measure, engine, cache));
   }
   add_flight_labels(leg, last_surface.state.u, object);
   const std::vector<Vec3> places =

@@ -11,19 +11,14 @@ namespace polymorph {
 
 Result<ObjectDistances> measure_distances(const PreparedObject& object,
                                           const DistanceMeasure& measure, Engine& engine,
-                                          const std::filesystem::path& cache,
-                                          std::optional<ObjectDistances> loaded) {
+                                          const std::filesystem::path& cache) {
   const Activity activity("measuring distances to " + object.name);
-  if (!loaded) {
-    PM_TRY(loaded,
-           measure_and_store_distances(object.model, *object.closest, measure, engine, cache));
-  }
-  ObjectDistances& distances = *loaded;
+  PM_TRY(ObjectDistances distances,
+         load_or_measure_distances(object.model, *object.closest, measure, engine, cache));
   if (is_shell(distances))
     log_info(
         "{}: for {:.0f} % of the space around which its faces lie, inside and outside cannot be "
-        "told "
-        "apart (faces are open, or turned at random), so it is taken for a shell and given "
+        "told apart (faces are open, or turned at random), so it is taken for a shell and given "
         "thickness; spheres.solidify fills it",
         object.name, 100 * distances.undecided);
   if (!(distances.volume > 0))
@@ -31,7 +26,7 @@ Result<ObjectDistances> measure_distances(const PreparedObject& object,
                       "{}: the model encloses nothing that cells of {:.3g} show "
                       "- raise surface.resolution or set spheres.solidify",
                       object.name, measure.cell);
-  return std::move(distances);
+  return distances;
 }
 
 void prepare_transfer(PreparedObject& object, bool with_colors) {

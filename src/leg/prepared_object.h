@@ -63,12 +63,11 @@ struct PreparedObject {
 };
 
 /// Computes the distances to the object's model, whose `closest` must be set, and measures of their
-/// surface, unless they are `loaded`: the result of load_distances(). Errors: kInput if the surface
-/// encloses nothing; the engine's.
+/// surface. Reads and writes them in the cache. Errors: kInput if the surface encloses nothing; the
+/// engine's.
 Result<ObjectDistances> measure_distances(const PreparedObject& object,
                                           const DistanceMeasure& measure, Engine& engine,
-                                          const std::filesystem::path& cache,
-                                          std::optional<ObjectDistances> loaded);
+                                          const std::filesystem::path& cache);
 
 /// Sets the members with which the object's colours are transferred to a surface: `outer`, `charts`
 /// and, if `with_colors`, `colors`. Faces inside the solid are left out if `distances.sides` is

@@ -49,4 +49,18 @@ class ForwardingEngine : public Engine {
   Engine& engine_;
 };
 
+/// Counts the surfaces between objects that another engine is asked for.
+class CountingEngine : public ForwardingEngine {
+ public:
+  using ForwardingEngine::extract;
+  using ForwardingEngine::ForwardingEngine;
+  int surfaces = 0;
+
+  EngineStatus extract(const MorphSurface& between, const Grid& grid,
+                       const ExtractSettings& settings, Mesh& mesh) override {
+    ++surfaces;
+    return engine_.extract(between, grid, settings, mesh);
+  }
+};
+
 }  // namespace polymorph

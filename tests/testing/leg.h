@@ -46,7 +46,7 @@ inline std::shared_ptr<const PreparedObject> make_test_object(const std::string&
   object.ball_volume = volume_of(*mesh);
   object.closest = std::make_shared<const ClosestPointQuery>(object.model);
   auto distances = measure_distances(
-      object, {settings.cell, kThinnestPart * settings.cell, 1e-3, false}, engine, {}, {});
+      object, {settings.cell, kThinnestPart * settings.cell, 1e-3, false}, engine, {});
   EXPECT_TRUE(distances.ok());
   object.distances = std::move(*distances);
   prepare_transfer(object, false);

@@ -19,9 +19,8 @@ class DistanceCacheTest : public ::testing::Test {
     const auto engine = make_cpu_engine();
     const DistanceMeasure measure = {cell, 0.04f, 0.001, false};
     const std::filesystem::path folder = cached ? folder_.path() : std::filesystem::path{};
-    if (auto loaded = load_distances(model, measure, folder)) return std::move(*loaded);
     auto made =
-        measure_and_store_distances(model, ClosestPointQuery(model), measure, *engine, folder);
+        load_or_measure_distances(model, ClosestPointQuery(model), measure, *engine, folder);
     EXPECT_TRUE(made.ok());
     return std::move(*made);
   }

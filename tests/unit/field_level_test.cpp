@@ -174,16 +174,6 @@ TEST(Grown, AnInverseSquareBallsVisibleRadiusGrowsLinearly) {
 }
 
 TEST(SurfaceOfVolume, TakesFewSurfacesWhereTheLevelWeighsLittle) {
-  struct Counting : ForwardingEngine {
-    using ForwardingEngine::extract;
-    using ForwardingEngine::ForwardingEngine;
-    int surfaces = 0;
-    EngineStatus extract(const MorphSurface& between, const Grid& grid,
-                         const ExtractSettings& settings, Mesh& mesh) override {
-      ++surfaces;
-      return engine_.extract(between, grid, settings, mesh);
-    }
-  };
   const auto cpu = make_cpu_engine();
   const double ball = 4 * kPi / 3;
   for (const float weight : {1.0f, 0.3f, 0.1f, 0.04f}) {
@@ -192,7 +182,7 @@ TEST(SurfaceOfVolume, TakesFewSurfacesWhereTheLevelWeighsLittle) {
     auto map = std::make_shared<Regression>(*random_map(20, 0, 1));
     for (std::size_t i = 1; i < map->values.size(); i += 2) map->values[i].value[3] = weight;
     const MorphSurface between = {map, sphere_distances(1), sphere_distances(1)};
-    Counting engine(*cpu);
+    CountingEngine engine(*cpu);
     const auto found = surface_of_volume(engine, between, {{-2, -2, -2}, {2, 2, 2}}, 0.05f, {},
                                          {1.1 * ball, 0.05f, 2, 0.0f, 0.002});
     ASSERT_TRUE(found.ok());

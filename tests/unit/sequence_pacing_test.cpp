@@ -18,20 +18,6 @@ namespace {
 
 using std::string_literals::operator""s;
 
-/// Counts the surfaces between objects that another engine is asked for.
-class CountingEngine : public ForwardingEngine {
- public:
-  using ForwardingEngine::extract;
-  using ForwardingEngine::ForwardingEngine;
-  int surfaces = 0;
-
-  EngineStatus extract(const MorphSurface& between, const Grid& grid,
-                       const ExtractSettings& settings, Mesh& mesh) override {
-    ++surfaces;
-    return engine_.extract(between, grid, settings, mesh);
-  }
-};
-
 class PacingTest : public SceneTest {
  protected:
   PacingTest() : SceneTest(R"("spheres": {"balls": 16}, "surface": {"resolution": 40})") {}

@@ -128,16 +128,15 @@ void measure_objects(const Preparation& preparation, std::span<ObjectInMaking> o
   const auto& [scene, engine, cache, fits] = preparation;
   const auto count = static_cast<std::int64_t>(objects.size());
   run_all_side_by_side(count, [&](std::int64_t index) {
-    const auto i = static_cast<std::size_t>(index);
-    PreparedObject& object = objects[i].object;
-    if (objects[i].morphs) object.closest = std::make_shared<const ClosestPointQuery>(object.model);
+    ObjectInMaking& making = objects[static_cast<std::size_t>(index)];
+    PreparedObject& object = making.object;
+    if (making.morphs) object.closest = std::make_shared<const ClosestPointQuery>(object.model);
   });
   for (std::size_t i = 0; i < objects.size(); ++i) {
     ObjectInMaking& making = objects[i];
     if (!making.morphs || !making.kinds.distances) continue;
     const DistanceMeasure measure = distance_measure(making.chosen, making.settings);
-    auto distances = measure_distances(making.object, measure, engine, cache,
-                                       load_distances(making.object.model, measure, cache));
+    auto distances = measure_distances(making.object, measure, engine, cache);
     if (!distances) {
       making.measured = std::move(distances).error();
       return;
@@ -172,8 +171,7 @@ Status finish_object(const Preparation& preparation, const ObjectSettings& chose
   object.closest = std::make_shared<const ClosestPointQuery>(object.model);
   if (kinds.distances) {
     const DistanceMeasure measure = distance_measure(chosen, settings);
-    PM_TRY(object.distances, measure_distances(object, measure, engine, cache,
-                                               load_distances(object.model, measure, cache)));
+    PM_TRY(object.distances, measure_distances(object, measure, engine, cache));
   }
   prepare_look(scene, object);
   return add_ball_surface(preparation, settings, kinds, Ok{}, object);
