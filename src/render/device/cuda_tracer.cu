@@ -107,6 +107,7 @@ class CudaTracer : public DeviceTracer {
   explicit CudaTracer(int index) : index_(index) {}
   ~CudaTracer() override {
     cudaSetDevice(index_);
+    if (finished_) cudaEventDestroy(finished_);
     if (stream_) cudaStreamDestroy(stream_);
   }
 
@@ -116,6 +117,8 @@ class CudaTracer : public DeviceTracer {
     if (error == cudaSuccess)
       error = cudaMemcpyToSymbol(device_albedo_tables, &host_albedo_tables(), sizeof(AlbedoTables));
     if (error == cudaSuccess) error = cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking);
+    if (error == cudaSuccess)
+      error = cudaEventCreateWithFlags(&finished_, cudaEventBlockingSync | cudaEventDisableTiming);
     return error;
   }
 
@@ -214,11 +217,11 @@ class CudaTracer : public DeviceTracer {
       auto& host_tally = *host_film_.as<Tally>();
       cudaMemcpyAsync(&host_tally, tally, sizeof host_tally, cudaMemcpyDeviceToHost, stream_);
       cudaMemsetAsync(&tally->remaining, 0, sizeof tally->remaining, stream_);
-      if (const cudaError_t error = cudaStreamSynchronize(stream_)) return error;
+      if (const cudaError_t error = wait_asleep()) return error;
       if (host_tally.remaining == 0) break;
     }
     cudaMemcpyAsync(host_film_.data(), film_.data(), film_size, cudaMemcpyDeviceToHost, stream_);
-    if (const cudaError_t error = cudaStreamSynchronize(stream_)) return error;
+    if (const cudaError_t error = wait_asleep()) return error;
     stats.rays += host_film_.as<Tally>()->rays;
     const auto* host_sums = reinterpret_cast<const PixelSum*>(host_film_.data() + kFilmStart);
     const auto samples = static_cast<std::size_t>(job.samples.count());
@@ -228,6 +231,13 @@ class CudaTracer : public DeviceTracer {
             {host_sums, sum_count},
             {reinterpret_cast<const MeshHit*>(host_sums + sum_count), center_count}};
     return cudaSuccess;
+  }
+
+  /// Waits for the stream without occupying a core, which other frames need: tracing takes
+  /// milliseconds, and cudaStreamSynchronize() would poll meanwhile.
+  cudaError_t wait_asleep() {
+    if (const cudaError_t error = cudaEventRecord(finished_, stream_)) return error;
+    return cudaEventSynchronize(finished_);
   }
 
   static std::uint64_t count_samples(std::span<const PixelSum> sums) {
@@ -256,6 +266,7 @@ class CudaTracer : public DeviceTracer {
 
   int index_;
   cudaStream_t stream_ = nullptr;
+  cudaEvent_t finished_ = nullptr;  ///< recorded after the work that wait_asleep() waits for
   CudaHierarchy hierarchy_;
   DeviceMemory scene_, lights_, film_;
   HostMemory packed_, host_film_;

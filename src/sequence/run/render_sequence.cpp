@@ -156,6 +156,7 @@ class SequenceRun {
     if (has_png(settings_) && !settings_.view.empty()) {
       PM_TRY(view_, ViewTransform::open(settings_.view));
     }
+    begin_opening(devices);
     PM_TRY(prepared_, prepare_scene(scene, *engine_, settings_.cache_folder,
                                     {settings_.max_memory, picture_count},
                                     settings_.dry_run ? Fits::kCached : Fits::kMake));
@@ -171,8 +172,8 @@ class SequenceRun {
         for (const fs::path& file : list_files(settings_, frame))
           PM_TRY_STATUS(check_writable(file));
     report_.prepare_seconds = stopwatch.seconds();
-    PM_TRY_STATUS(open_tracers(devices));
-    report_.isa = tracers_.front()->renderer.isa();
+    PM_TRY_STATUS(finish_opening(devices));
+    report_.isa = tracers_.front()->renderer->isa();
     report_.scene_hash = prepared_.hashes.scene;
     report_.provenance = make_provenance(scene, prepared_.inputs);
     if (!has_exr(settings_)) prepared_.scene.image.aovs = "none";  // PNG has no layers
@@ -206,11 +207,11 @@ class SequenceRun {
  private:
   /// A thread that makes surfaces and traces frames.
   struct Tracer {
-    explicit Tracer(Renderer&& r) : renderer(std::move(r)) {}
-    Renderer renderer;
+    std::optional<Renderer> renderer;  ///< set once the tracer is open
     std::string device;
     std::unique_ptr<Engine> engine;  ///< engine of its GPU; null: engine_ makes surfaces
-    Worker worker;
+    std::future<Status> opened;
+    Worker worker;  // destroyed first: its tasks use the members above
   };
   /// The surfaces of a frame and their measures for the report.
   struct Surfaces {
@@ -249,25 +250,41 @@ class SequenceRun {
     jobs_ = std::min(jobs_, std::max(1, static_cast<int>(settings_.frames.size())));
   }
 
-  /// Returns the maximum number of pictures that are traced or written at once.
-  std::size_t pictures_at_once() const {
-    return std::min(settings_.frames.size(), 2 * static_cast<std::size_t>(jobs_));
+  /// Returns the maximum number of frames that are given to tracers at once. Frames finish in
+  /// order, so a GPU whose frame is done early would wait for slower ones without a second frame.
+  std::size_t frames_at_once() const {
+    const auto jobs = static_cast<std::size_t>(jobs_);
+    return report_.device == "cpu" ? jobs : jobs + (jobs + 1) / 2;
   }
 
-  Status open_tracers(const std::vector<std::string>& devices) {
+  /// Returns the maximum number of pictures that are traced or written at once.
+  std::size_t pictures_at_once() const {
+    return std::min(settings_.frames.size(), frames_at_once() + static_cast<std::size_t>(jobs_));
+  }
+
+  /// Starts to open the tracers in their threads, beside the preparation of the scene: a GPU takes
+  /// some tenths of a second to be ready, and several take them one after another.
+  void begin_opening(const std::vector<std::string>& devices) {
     for (int i = 0; i < jobs_; ++i) {
-      std::string device = report_.device;
-      std::unique_ptr<Engine> engine;
-      if (report_.device != "cpu") {
-        const std::string& asked = devices[static_cast<std::size_t>(i) % devices.size()];
-        PM_TRY(engine, make_engine(asked, device, settings_.max_memory));
-      }
-      PM_TRY(Renderer renderer, make_renderer(device, settings_.max_memory));
-      tracers_.push_back(std::make_unique<Tracer>(std::move(renderer)));
-      tracers_.back()->device = device;
-      tracers_.back()->engine = std::move(engine);
+      tracers_.push_back(std::make_unique<Tracer>());
       writers_.push_back(std::make_unique<Worker>());
+      Tracer& tracer = *tracers_.back();
+      const std::string device =
+          report_.device == "cpu" ? "cpu" : devices[static_cast<std::size_t>(i) % devices.size()];
+      tracer.opened = tracer.worker.run([this, &tracer, device]() -> Status {
+        tracer.device = device;
+        if (device != "cpu") {
+          PM_TRY(tracer.engine, make_engine(device, tracer.device, settings_.max_memory));
+        }
+        PM_TRY(tracer.renderer, make_renderer(tracer.device, settings_.max_memory));
+        return Ok{};
+      });
     }
+  }
+
+  /// Waits until all tracers are open. Errors: those of make_engine() and make_renderer().
+  Status finish_opening(const std::vector<std::string>& devices) {
+    for (const auto& tracer : tracers_) PM_TRY_STATUS(tracer->opened.get());
     if (devices.size() > 1) {
       const std::size_t used = std::min(devices.size(), tracers_.size());
       report_.device = fmt::format("{}", fmt::join(std::span(devices).first(used), ","));
@@ -320,7 +337,7 @@ class SequenceRun {
       surfaces = std::move(*result);
     }
     Status status = Ok{};
-    if (tracing_.size() == tracers_.size()) status = finish_tracing();
+    if (tracing_.size() == frames_at_once()) status = finish_tracing();
     begin_tracing(index, std::move(picture), std::move(surfaces));
     return status;
   }
@@ -349,8 +366,9 @@ class SequenceRun {
         surfaces = std::move(*result);
       }
       const Stopwatch stopwatch;
-      auto image = render_samples(prepared_, {surfaces->geometry, settings_.part}, tracer->renderer,
-                                  {report_.isa, tracer->device, settings_.command});
+      auto image =
+          render_samples(prepared_, {surfaces->geometry, settings_.part}, *tracer->renderer,
+                         {report_.isa, tracer->device, settings_.command});
       surfaces->geometry = {};
       return {std::move(image), stopwatch.seconds(), std::move(*surfaces)};
     };
