@@ -30,6 +30,7 @@ class Hasher {
     add(values.size());
     return add_bytes(values.data(), values.size_bytes());
   }
+  /// Returns 32 hex digits for all values added so far.
   std::string hex() const;
 
  private:
