@@ -107,7 +107,7 @@ Result<std::vector<int>> existing_frames(const FramePattern& pattern) {
         name.substr(prefix.size(), name.size() - prefix.size() - pattern.after.size());
     const auto frame = parse_integer(digits);
     // Accept only names that frame_path() returns: "frame.7.exr" is not frame 7 of
-    // "frame.####.exr". 10^8 is the largest frame number of a scene.
+    // "frame.####.exr". 10^8 is also the limit of `range` in scenes.
     if (frame && *frame >= 0 && *frame <= 100000000 &&
         frame_path(pattern, static_cast<int>(*frame)).filename() == name)
       frames.push_back(static_cast<int>(*frame));

@@ -12,6 +12,7 @@ Status bench_frames(Bench& bench, const RenderScene& scene, const RenderSettings
                     const std::string& device) {
   PM_TRY(Renderer renderer, make_renderer(device));
   Renderer::Stats stats;
+  // Frames take long, so three runs must do.
   PM_TRY(const Timing timing, time_it(std::min(bench.settings.repeats, 3), [&]() -> Status {
            PM_TRY(const Image image, renderer.render(scene, settings));
            stats = renderer.stats();
@@ -76,8 +77,8 @@ Status bench_render(Bench& bench, const std::string& device, const Mesh& mesh) {
   surface.positions = mesh.positions;
   surface.triangles = mesh.triangles;
   surface.vertex_normals = mesh.normals;
-  surface.look = 1;
-  surface.id = 2;
+  surface.look = 1;  // the default material alone
+  surface.id = 2;    // 1 is the ground
   scene.meshes.push_back(surface);
   scene.bounds = bounding_box(mesh.positions);
   scene.camera =

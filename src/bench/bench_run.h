@@ -23,11 +23,12 @@ struct Bench {
   }
 };
 
-/// Least, median and largest time of several runs, seconds.
+/// Minimum, median and maximum of the times of several runs, in seconds.
 struct Timing {
   double low = 0, median = 0, high = 0;
 };
 
+/// Returns the median; of an even number of values, the larger one of the two in the middle.
 inline double median_of(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   return values[values.size() / 2];
@@ -50,7 +51,7 @@ Result<Timing> time_it(int repeats, const F& run) {
   return timing_of(seconds);
 }
 
-/// Prints a line of the table and returns it as a row.
+/// Prints a line of the table, which ends in `note`, and returns it as a row.
 JsonValue report_row(const Bench& bench, const std::string& name, const Timing& t,
                      const std::string& note);
 

@@ -65,6 +65,8 @@ std::string zsh_action(const OptionRow& row) {
 }  // namespace
 
 std::string bash_completion(const std::vector<CommandTable>& commands) {
+  // Make the branches of two case statements: `values` sets the words for an option's value,
+  // `options` the options and arguments of a command.
   std::string values, options;
   for (const CommandTable& command : commands) {
     std::vector<std::string> names;
@@ -120,6 +122,7 @@ std::string bash_completion(const std::vector<CommandTable>& commands) {
 }
 
 std::string zsh_completion(const std::vector<CommandTable>& commands) {
+  // Make a function per kind of value that depends on the installation.
   std::string list, cases, listers;
   for (const char* value : {"FROM", "TO", "EFFECT", "DEVICE", "KEY=VALUE"}) {
     OptionRow row;
@@ -130,6 +133,9 @@ std::string zsh_completion(const std::vector<CommandTable>& commands) {
     listers += fmt::format("{}() {{ compadd {}-- ${{(f)\"$({})\"}}{} }}\n", zsh_function(value),
                            suffix, list_command(row), may_be_file ? "; _files" : "");
   }
+  // Make the specifications for _arguments: NUMBER:NAME:ACTION for a positional argument, with a
+  // second colon after the number if it is optional, and *OPTION[TEXT]:NAME:ACTION for an option,
+  // where the star permits repetition.
   for (const CommandTable& command : commands) {
     list += "    " + quote(escape_zsh(command.name) + ":" + command.purpose) + "\n";
     cases += fmt::format("    ({})\n      _arguments", command.name);

@@ -33,6 +33,7 @@ std::string names_and_value(const OptionRow& row) {
   return row.value.empty() ? names : names + " " + row.value;
 }
 
+/// Formats a text with its own line breaks: .nf and .fi switch the filling of lines off and on.
 std::string literal_block(const std::string& text) {
   return ".nf\n" + escape_roff(text) + "\n.fi\n";
 }
@@ -42,6 +43,7 @@ std::string page_head(const std::string& name) {
                      program_version());
 }
 
+/// Names the environment variable of an option, unless its description does so already.
 std::string environment_text(const OptionRow& row) {
   return row.environment.empty() || row.description.find(row.environment) != std::string::npos
              ? ""

@@ -111,14 +111,14 @@ Status PairsPlay::pick(int first, int second) {
   if (!shown.empty() && reveal_or_explode(second)) shown.push_back(second);
   if (over_) return Ok{};
   if (shown.size() == 2 && a.object == b.object) {
-    const int repeated_looks = a.looks + b.looks - 2;
+    const int repeated_looks = a.looks + b.looks - 2;  // the first look at each is free
     score_ += std::max(0, game_.rules.pair_points - repeated_looks * game_.rules.look_cost);
     a.state = b.state = State::kFound;
     ++found_;
     add_event(Kind::kMelt, shown, game_.rules.melt);
   } else if (!shown.empty()) {
     PM_TRY_STATUS(wait(game_.rules.show));
-    double longest = 0;
+    double longest = 0;  // a piece hides as slowly as it was revealed
     for (const int piece : shown) {
       PairsPiece& p = board_[static_cast<std::size_t>(piece)];
       p.state = State::kHidden;
@@ -132,7 +132,7 @@ Status PairsPlay::pick(int first, int second) {
 
 /// Number of pairs of this level that are found or can still be found.
 int PairsPlay::pairs_possible() const {
-  std::vector<int> remaining(board_.size(), 0);
+  std::vector<int> remaining(board_.size(), 0);  // by object: pieces that have not exploded
   for (const PairsPiece& piece : board_)
     remaining[static_cast<std::size_t>(piece.object)] += piece.state != State::kExploded;
   return static_cast<int>(std::count(remaining.begin(), remaining.end(), 2));

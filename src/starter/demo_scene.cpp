@@ -15,6 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Lists the files with this extension, sorted by name; their descriptions are empty.
 std::vector<NamedFile> list_files(const fs::path& folder, const char* extension) {
   std::vector<NamedFile> files;
   std::error_code error;
@@ -27,13 +28,14 @@ std::vector<NamedFile> list_files(const fs::path& folder, const char* extension)
 }
 
 Result<JsonValue> read_effect(const fs::path& file) {
-  PM_TRY(const std::string text, read_file(file, 1u << 20));
+  PM_TRY(const std::string text, read_file(file, /*limit=*/1u << 20));
   auto document = parse_json(file.string(), text);
   if (!document || !document->root.is_object())
     return make_error(ErrorCode::kInput, "{}: is no scene", file.string());
   return std::move(document->root);
 }
 
+/// Tests whether an effect has a single chain and no settings for parts of its own models.
 bool suits_any_objects(const JsonValue& effect) {
   const JsonValue& plan = effect.get("plan");
   return effect.contains("source") && effect.contains("target") && !plan.contains("labels") &&
@@ -95,6 +97,7 @@ JsonValue make_meta_object(JsonValue object) {
 
 /// Makes the frame settings of a chain of `legs` legs, with a few still frames at both ends.
 JsonValue demo_frames(std::size_t legs) {
+  // Numbers of frames.
   constexpr int kHoldStart = 3, kHoldEnd = 5, kFirstLeg = 22, kFurtherLeg = 10;
   const int moving = kFirstLeg + kFurtherLeg * (static_cast<int>(legs) - 1);
   return {{"count", kHoldStart + moving + kHoldEnd},
@@ -127,7 +130,7 @@ Result<JsonValue> demo_scene(const fs::path& data, const std::string& from, cons
   std::vector<std::string> objects = list_names(models);
   for (const std::string& shape : kShapeNames)
     if (!find_named(models, shape)) objects.push_back(shape);
-
+  // Find both ends of the chain.
   const JsonValue source = find_object(models, from, folder),
                   target = find_object(models, to, folder);
   if (source.is_null()) return unknown_name("model", from, objects);
@@ -154,6 +157,7 @@ Result<JsonValue> demo_scene(const fs::path& data, const std::string& from, cons
       return unknown_name("effect", through, names);
     }
   }
+  // Assemble the scene.
   JsonValue scene;
   std::error_code error;
   if (const fs::path schema = data / "scene.schema.json"; fs::exists(schema, error))

@@ -9,7 +9,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The settings that most scenes change, the most common first.
+/// The settings that most scenes change: sections of a scene file and their keys, the most common
+/// first.
 const std::vector<std::pair<const char*, std::vector<const char*>>> kCommonKeys{
     {"frames", {"count", "fps", "hold_start", "hold_end"}},
     {"image", {"width", "height", "samples", "noise", "exposure", "transparent"}},
@@ -61,12 +62,14 @@ Result<JsonValue> initial_scene(const std::vector<std::string>& models, const fs
   if (names.size() > 2)
     scene["intermediate"] = std::vector<std::string>(names.begin() + 1, names.end() - 1);
   scene["target"] = names.back();
+  // Write the common settings with their defaults.
   PM_TRY(const JsonDocument document, parse_json("the schema", scene_schema()));
   const JsonValue& schema = document.root;
   for (const auto& [section, keys] : kCommonKeys)
     for (const char* key : keys)
       scene[section][key] =
           schema.get("properties").get(section).get("properties").get(key).get("default");
+  // 24 frames per leg.
   scene["frames"]["count"] = 24 * (static_cast<int>(names.size()) - 1);
   scene["output"] = {{"file", "out/frame.####.exr"}, {"png", true}};
   return scene;
