@@ -86,7 +86,7 @@ inline double exp(double x) {
 }
 inline double exp2(double x) {
   const double n = detail::round_to_nearest(x);
-  // exp() handles NaN, underflow and overflow; below, 2^n must be a normal number.
+  // The bits below are right for a normal 2^n only; exp() handles NaN, underflow and overflow.
   if (!(n > -1000 && n < 1000)) return exp(x * kLn2);
   const auto power_bits = static_cast<std::uint64_t>(static_cast<std::int64_t>(n) + 1023) << 52;
   return exp((x - n) * kLn2) * detail::from_bits(power_bits);

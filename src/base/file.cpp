@@ -51,7 +51,7 @@ struct Temporary {
   }
 };
 
-std::atomic<int> deferred_signal{0};
+std::atomic<int> deferred_signal{0};  // 0 = none
 void defer_signal(int signal_number) { deferred_signal = signal_number; }
 
 /// Defers SIGINT, SIGTERM and SIGHUP during its lifetime, because ending the process between the
@@ -145,8 +145,8 @@ std::optional<FileIdentity> find_identity(const fs::path& path) {
 /// The files that this run reads, with the names under which it read them.
 class Inputs {
  public:
-  void begin() { reset(true); }
-  void end() { reset(false); }
+  void begin() { reset(/*active=*/true); }
+  void end() { reset(/*active=*/false); }
   void add(const fs::path& path) {
     std::error_code ignored;
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -333,7 +333,8 @@ void remove_old_temporaries(const fs::path& folder) {
 }
 
 Result<std::string> read_file(const fs::path& path, std::uint64_t limit) {
-  // O_NONBLOCK: opening a FIFO must not wait for a writer.
+  // Open the file, and check its type and size. O_NONBLOCK: opening a FIFO must not wait for a
+  // writer.
   Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (file.fd < 0) {
     std::error_code ignored;
@@ -361,6 +362,7 @@ Result<std::string> read_file(const fs::path& path, std::uint64_t limit) {
                       "file or raise --max-memory",
                       path.string(), format_bytes(static_cast<double>(size)),
                       format_bytes(static_cast<double>(available)));
+  // Read the bytes.
   std::string bytes(size, '\0');
   std::size_t done = 0;
   while (done < bytes.size()) {

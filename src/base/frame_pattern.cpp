@@ -18,7 +18,7 @@ Result<FramePattern> parse_pattern(const std::string& text) {
   FramePattern pattern;
   std::string* target = &pattern.before;  // `after`, once the number has been read
   *target = text.substr(0, name_at);
-  // Ends `before` with a number of `digits` digits.
+  // Sets the number's digits; the text that follows belongs to `after`.
   const auto set_digits = [&](int digits) -> Status {
     if (pattern.digits > 0)
       return make_error(ErrorCode::kUsage, "{}: has two places for the frame number - keep one",
@@ -27,6 +27,7 @@ Result<FramePattern> parse_pattern(const std::string& text) {
     target = &pattern.after;
     return Ok{};
   };
+  // Read the file name: the number as #### or %04d, "%%", or any other character.
   for (std::size_t i = name_at; i < text.size();) {
     if (text[i] == '#') {
       std::size_t end = i;
@@ -69,7 +70,7 @@ FramePattern add_number(FramePattern pattern) {
   const std::size_t name_at =
       pattern.before.rfind('/') == std::string::npos ? 0 : pattern.before.rfind('/') + 1;
   const std::size_t dot = pattern.before.rfind('.');
-  // A dot that begins the file name begins no extension.
+  // A dot in a folder's name or at the start of the file name begins no extension.
   const std::size_t stem_end =
       dot == std::string::npos || dot <= name_at ? pattern.before.size() : dot;
   return {pattern.before.substr(0, stem_end) + ".", pattern.before.substr(stem_end), 4};

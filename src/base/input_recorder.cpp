@@ -12,8 +12,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// The recorders that exist.
 struct Recorders {
-  std::atomic<bool> any = false;
+  std::atomic<bool> any = false;  ///< `all` is not empty; read without the lock
   std::mutex mutex;
   std::vector<InputRecorder*> all;
 };

@@ -208,7 +208,8 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
 /// Formats a number or a string as nlohmann-json does.
 template <class T>
 std::string format_scalar(const T& value) {
-  return nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return nlohmann::json(value).dump(/*indent=*/-1, /*indent_char=*/' ', /*ensure_ascii=*/false,
+                                    nlohmann::json::error_handler_t::replace);
 }
 
 /// Appends JSON values to `text`.

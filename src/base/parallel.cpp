@@ -19,7 +19,7 @@ int current_threads = 0;  // 0 = no limit set
 int available_threads() {
   cpu_set_t set;
   // The call fails on machines with more CPUs than cpu_set_t can represent.
-  int count = sched_getaffinity(0, sizeof set, &set) == 0
+  int count = sched_getaffinity(/*pid=*/0, sizeof set, &set) == 0
                   ? CPU_COUNT(&set)
                   : static_cast<int>(std::thread::hardware_concurrency());
   // Slurm without cgroups does not restrict the affinity, so obey its variable, too.

@@ -13,9 +13,9 @@
 
 namespace polymorph {
 
-/// Calls f through `all`. While f waits for its own loops, this thread takes up no other work. Sets
-/// `thrown` to the exception of f, if any. An exception that left a task of TBB would cancel the
-/// loops of the other tasks: these would use, or even store, data that such a loop did not fill.
+/// Calls f through all.part(). While f waits for its own loops, this thread takes up no other work.
+/// Sets `thrown` to the exception of f, if any. An exception that left a task of TBB would cancel
+/// the loops of the other tasks, which would then use, or even store, data that are not filled.
 template <class F>
 void call_isolated(ForkJoin& all, std::exception_ptr& thrown, const F& f) {
   try {
@@ -39,7 +39,7 @@ void run_all_side_by_side(std::int64_t count, const F& f) {
   ForkJoin all;
   std::vector<std::exception_ptr> thrown(static_cast<std::size_t>(count));
   std::exception_ptr* const thrown_by = thrown.data();
-  tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, count, 1),
+  tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, count, /*grainsize=*/1),
                     [&all, &f, thrown_by](const tbb::blocked_range<std::int64_t>& range) {
                       for (std::int64_t i = range.begin(); i < range.end(); ++i)
                         call_isolated(all, thrown_by[i], [&f, i] { f(i); });

@@ -77,7 +77,7 @@ Status bench_render(Bench& bench, const std::string& device, const Mesh& mesh) {
   surface.positions = mesh.positions;
   surface.triangles = mesh.triangles;
   surface.vertex_normals = mesh.normals;
-  surface.look = 1;  // the default material alone
+  surface.look = 1;  // RenderScene::look alone
   surface.id = 2;    // 1 is the ground
   scene.meshes.push_back(surface);
   scene.bounds = bounding_box(mesh.positions);

@@ -19,8 +19,8 @@ std::vector<Ball> torus_balls(int n, FieldKind kind) {
   const double spacing = std::sqrt(4 * kPi * kPi * kMajor * kMinor / n);
   std::vector<Ball> balls;
   for (int i = 0; i < n; ++i) {
-    // A rank-1 lattice is evenly distributed without forming rows; 0.618... is the golden ratio
-    // - 1.
+    // The fractional part of the golden ratio makes a rank-1 lattice, which is evenly distributed
+    // without forming rows.
     const double u = 2 * kPi * i / n, v = 2 * kPi * std::fmod(i * 0.6180339887498949, 1.0);
     const double ring = kMajor + kMinor * std::cos(v);
     const auto radius = static_cast<float>(
@@ -113,14 +113,14 @@ Status bench_table(Bench& bench, Engine& engine) {
     settings.sample_stride = 1;
     Mesh mesh;
     PM_TRY_STATUS(extract_once(engine, balls, grid, settings, mesh));
-    const double exact = volume_of(mesh);
+    const double exact_volume = volume_of(mesh);
     std::string text = fmt::format("{:>6}", skin);
     for (int resolution = 10; resolution <= 40; resolution += 10) {
       settings.sample_stride = std::max(1, (skin + resolution / 2) / resolution);  // rounded
       PM_TRY(const Timing timing, time_it(bench.settings.repeats, [&] {
                return extract_once(engine, balls, grid, settings, mesh);
              }));
-      const double volume_error = exact > 0 ? 100 * (volume_of(mesh) / exact - 1) : 0;
+      const double volume_error = exact_volume > 0 ? 100 * (volume_of(mesh) / exact_volume - 1) : 0;
       text += fmt::format(" {:>8.0f} {:>7.1f}", 1 / timing.median, volume_error);
       bench.rows.push_back({{"name", "table 6.7"},
                             {"skin", skin},
@@ -184,7 +184,7 @@ Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Me
   PM_TRY_STATUS(extract_once(engine, balls, grid, settings, mesh));
   const std::string note =
       fmt::format("{} balls, {} triangles", balls.size(), mesh.triangles.size());
-  // A lower bound of the bytes to write: positions, normals and triangles, once.
+  // A lower bound of the bytes to write: 24 per vertex (position and normal) and 12 per triangle.
   const double bytes = static_cast<double>(mesh.positions.size() * 24 + mesh.triangles.size() * 12);
   // Times the extraction and its passes. `speed`: bandwidth of the memory that receives the mesh,
   // in bytes per second.
@@ -193,17 +193,17 @@ Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Me
     Mesh unused_mesh;  // without a download, `mesh` keeps the surface for the next benchmarks
     Mesh& target = settings.download ? mesh : unused_mesh;
     std::map<std::string, std::vector<double>> passes;
-    std::vector<std::string> order;
+    std::vector<std::string> pass_order;
     PM_TRY(const Timing timing, time_it(bench.settings.repeats, [&]() -> Status {
              PM_TRY_STATUS(extract_once(engine, balls, grid, settings, target));
              for (const PassTime& pass : engine.pass_times()) {
-               if (!passes.contains(pass.name)) order.push_back(pass.name);
+               if (!passes.contains(pass.name)) pass_order.push_back(pass.name);
                passes[pass.name].push_back(pass.seconds);
              }
              return Ok{};
            }));
     auto row = report_row(bench, name, timing, note);
-    for (const std::string& pass : order) {
+    for (const std::string& pass : pass_order) {
       const double ms = median_of(passes[pass]) * 1e3;
       bench.print_line("  {:<26} {:>9.3f} ms\n", pass, ms);
       row["passes_ms"][pass] = ms;

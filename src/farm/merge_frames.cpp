@@ -114,7 +114,7 @@ std::string describe_missing_samples(const FrameMerge& merge, bool partial) {
 
 Result<std::vector<FrameMerge>> plan_merge(const MergeSettings& settings) {
   PM_TRY(FramePattern output, parse_pattern(settings.output));
-  if (frame_path(output, 1).extension() != ".exr")
+  if (frame_path(output, /*frame=*/1).extension() != ".exr")
     return make_error(ErrorCode::kUsage,
                       "{}: frames are merged to EXR files - end the name in .exr", settings.output);
   PM_TRY(const std::vector<PartFile> files, collect_parts(settings.inputs));

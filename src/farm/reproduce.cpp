@@ -116,14 +116,14 @@ Result<std::string> render_again(const FrameFile& original, const PreparedScene&
 }
 
 void compare_frames(const FrameFile& original, const Image& rendered, Reproduction& result) {
-  const Image& before = original.image;
+  const Image& expected = original.image;
   result.same_bytes = original.bytes == result.bytes;
-  result.same_pixels = rendered.width == before.width && rendered.height == before.height &&
-                       rendered.channels == before.channels &&
-                       std::memcmp(rendered.pixels.data(), before.pixels.data(),
+  result.same_pixels = rendered.width == expected.width && rendered.height == expected.height &&
+                       rendered.channels == expected.channels &&
+                       std::memcmp(rendered.pixels.data(), expected.pixels.data(),
                                    rendered.pixels.size() * sizeof(float)) == 0;
   if (result.same_pixels) return;
-  const Comparison comparison = compare_images(rendered, before, zero_tolerance());
+  const Comparison comparison = compare_images(rendered, expected, zero_tolerance());
   result.difference = comparison.verdict == Verdict::kSame
                           ? "the pixels have equal values, but not the same bits"
                           : comparison.reason;

@@ -43,6 +43,7 @@ Result<Costs> measure_costs(const SlurmRequest& request, const Scene& scene,
   const int count = frame_count(scene);
   PM_TRY(settings.frames, parse_frames_or_all(request.frames, 1, count));
   Costs costs;
+  // With a given time per frame, only count the frames that are not current.
   if (request.frame_seconds > 0) {
     PM_TRY(ExpectedHashes hashes, expected_hashes(scene, settings.frames));
     hashes.view = request.view;
@@ -52,6 +53,7 @@ Result<Costs> measure_costs(const SlurmRequest& request, const Scene& scene,
     costs.frame_seconds = request.frame_seconds;
     return costs;
   }
+  // Measure by a dry run.
   settings.exr = files.exr;
   settings.png = files.png;
   settings.view = request.view;

@@ -28,8 +28,8 @@ struct SlurmRequest {
   std::string device = "auto";   ///< device of the measurement
   std::uint64_t max_memory = 0;  ///< memory limit of the measurement, bytes; 0: no limit
   std::filesystem::path cache_folder;
-  std::vector<std::string> scene_arguments, render_arguments,
-      directives;  ///< like those of SlurmJob
+  /// Arguments and directives for SlurmJob.
+  std::vector<std::string> scene_arguments, render_arguments, directives;
 };
 
 /// Makes the job of a scene. Its costs are measured by a dry run, unless `frame_seconds` is given.

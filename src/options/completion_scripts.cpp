@@ -11,7 +11,7 @@ std::string join_words(const std::vector<std::string>& words) {
 }
 
 /// Returns a shell command that lists the possible values of an option, if they depend on the
-/// installation (models, effects, ...), else "". Models and effects may be files as well.
+/// installation (models, effects, ...), else "".
 std::string list_command(const OptionRow& row) {
   const std::string list = "polymorph demo --list 2>/dev/null | awk ";
   if (row.value == "FROM" || row.value == "TO")
@@ -127,6 +127,7 @@ std::string zsh_completion(const std::vector<CommandTable>& commands) {
   for (const char* value : {"FROM", "TO", "EFFECT", "DEVICE", "KEY=VALUE"}) {
     OptionRow row;
     row.value = value;
+    // A model or an effect may also be a file.
     const bool may_be_file = row.value == "FROM" || row.value == "TO" || row.value == "EFFECT";
     // No space after KEY=, because the value follows.
     const char* suffix = row.value == "KEY=VALUE" ? "-S '' " : "";

@@ -14,16 +14,16 @@ namespace {
 /// Escapes a text so that roff prints it literally.
 std::string escape_roff(const std::string& text) {
   std::string out;
-  bool line_start = true;
+  bool is_line_start = true;
   for (const char c : text) {
-    if (line_start && (c == '.' || c == '\'')) out += "\\&";
+    if (is_line_start && (c == '.' || c == '\'')) out += "\\&";
     if (c == '\\')
       out += "\\e";
     else if (c == '-')
       out += "\\-";
     else
       out += c;
-    line_start = c == '\n';
+    is_line_start = c == '\n';
   }
   return out;
 }

@@ -122,7 +122,7 @@ std::string rewrite_parse_error(const CLI::ParseError& error, const CLI::App& co
   }
   if (message.find(" excludes ") != std::string::npos)
     return fmt::format("{} and {} do not go together", before(" excludes "),
-                       message.substr(message.find(" excludes ") + 10));  // 10 characters
+                       message.substr(message.find(" excludes ") + 10));  // 10: " excludes "
   if (message.find(" not expected: ") != std::string::npos) {
     // CLI11 lists the unparsed arguments in reverse order, after the 15 characters searched for.
     const auto words = split(message.substr(message.find(" not expected: ") + 15), ' ');

@@ -60,6 +60,7 @@ JsonValue make_actor(const LevelFilm& film, int piece) {
   int start_frame = frames + 1, last_end = 0;
   for (const PairsEvent& event : play.events()) {
     if (event.level != level || event.piece != piece) continue;
+    // Steps are frames counted from 0.
     const int first_step = std::max(last_end, frame_at(event.start, fps));
     const int last_step = std::max(first_step + 1, frame_at(event.start + event.seconds, fps));
     if (per_leg.empty())
@@ -150,10 +151,11 @@ std::string format_score(const PairsPlay& play, int level, int frame, double fps
     if (event.kind == Kind::kWon) ending = "   WON";
   }
   const PairsLevel& grid = play.game().levels[static_cast<std::size_t>(level)];
-  const int all = grid.columns * grid.rows / 2;
+  const int max_pairs = grid.columns * grid.rows / 2;
   const double seconds_left = std::max(0.0, play.limits()[static_cast<std::size_t>(level)] - now);
   return fmt::format("LEVEL {}   SCORE {}   PAIRS {}/{}   TIME {:.0f}{}", level + 1, score,
-                     melted_pieces / 2, grid.pairs > 0 ? std::min(grid.pairs, all) : all,
+                     melted_pieces / 2,
+                     grid.pairs > 0 ? std::min(grid.pairs, max_pairs) : max_pairs,
                      std::ceil(seconds_left), ending);
 }
 

@@ -22,8 +22,8 @@ PairsPlay::PairsPlay(PairsGame game) : game_(std::move(game)) { begin_level(0); 
 
 int PairsPlay::pairs_needed() const {
   const PairsLevel& level = game_.levels[static_cast<std::size_t>(level_)];
-  const int all = level.columns * level.rows / 2;
-  return level.pairs > 0 ? std::min(level.pairs, all) : all;
+  const int max_pairs = level.columns * level.rows / 2;
+  return level.pairs > 0 ? std::min(level.pairs, max_pairs) : max_pairs;
 }
 
 std::vector<PairsPiece> deal_board(const PairsGame& game, int level) {
@@ -48,7 +48,9 @@ void PairsPlay::begin_level(double seconds_left) {
   found_ = 0;
 }
 
-void PairsPlay::add_note(Kind kind) { events_.push_back({kind, level_, -1, clock_, 0, score_}); }
+void PairsPlay::add_note(Kind kind) {
+  events_.push_back({kind, level_, /*piece=*/-1, clock_, /*seconds=*/0, score_});
+}
 
 /// Adds an event of all `pieces` at the same time. The game is over if the time ends during it.
 void PairsPlay::add_event(Kind kind, std::vector<int> pieces, double seconds) {
@@ -142,9 +144,9 @@ void PairsPlay::finish_turn() {
   if (found_ >= pairs_needed()) {
     if (level_ + 1 < static_cast<int>(game_.levels.size())) {
       add_note(Kind::kLevelUp);
-      const double left = time_left();
+      const double seconds_left = time_left();
       ++level_;
-      begin_level(left);
+      begin_level(seconds_left);
       return;
     }
     score_ += game_.rules.second_points * static_cast<int>(std::floor(time_left()));

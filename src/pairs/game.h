@@ -14,7 +14,7 @@ namespace polymorph {
 /// Rules of a game; times in seconds.
 struct PairsRules {
   double reveal = 0.75;   ///< duration of the morph that reveals an object the first time
-  double slowdown = 1.4;  ///< factor of that duration for every further look
+  double slowdown = 1.4;  ///< factor of `reveal` for every further look at the same piece
   double show = 0.5;      ///< time for which two pieces that are no pair stay visible
   double melt = 1.5;      ///< duration of a found pair's melting into puddles
   double explode = 1.5;   ///< duration of an explosion
@@ -78,7 +78,7 @@ class PairsPlay {
   /// which change nothing: an index that does not exist, the same piece twice, a piece that is
   /// found or has exploded.
   Status pick(int first, int second);
-  /// Lets the clock run. Errors (kInput): negative time.
+  /// Lets the clock run for this time. Errors (kInput): a negative time.
   Status wait(double seconds);
 
   bool over() const { return over_; }

@@ -16,7 +16,8 @@ namespace fs = std::filesystem;
 constexpr int kMaxSide = 12;  // columns or rows
 constexpr int kMaxLevels = 20;
 
-/// Reads the members of one object, and remembers the first error.
+/// Reads the members of one object, and remembers the first error. `where` is the object's place in
+/// the file, for messages: "/levels/0".
 class Members {
  public:
   Members(const JsonValue& object, std::string where) : object_(object), where_(std::move(where)) {

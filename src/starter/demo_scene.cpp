@@ -127,32 +127,34 @@ Result<JsonValue> demo_scene(const fs::path& data, const std::string& from, cons
                              const std::string& through, const fs::path& folder) {
   const std::vector<NamedFile> models = demo_models(data);
   PM_TRY(const std::vector<NamedFile> effects, demo_effects(data));
-  std::vector<std::string> objects = list_names(models);
+  std::vector<std::string> object_names = list_names(models);
   for (const std::string& shape : kShapeNames)
-    if (!find_named(models, shape)) objects.push_back(shape);
+    if (!find_named(models, shape)) object_names.push_back(shape);
   // Find both ends of the chain.
   const JsonValue source = find_object(models, from, folder),
                   target = find_object(models, to, folder);
-  if (source.is_null()) return unknown_name("model", from, objects);
-  if (target.is_null()) return unknown_name("model", to, objects);
+  if (source.is_null()) return unknown_name("model", from, object_names);
+  if (target.is_null()) return unknown_name("model", to, object_names);
   // Find the intermediate objects and the settings that `through` names.
-  JsonValue between = JsonValue::array(), settings;
+  JsonValue intermediate = JsonValue::array(), settings;
   if (!through.empty()) {
     if (const NamedFile* file = find_named(effects, through)) {
       PM_TRY(const JsonValue effect, read_effect(file->file));
       const fs::path effects_folder = file->file.parent_path();
-      if (is_shape(effect.get("source"))) between.push_back(make_meta_object(effect.get("source")));
+      if (is_shape(effect.get("source")))
+        intermediate.push_back(make_meta_object(effect.get("source")));
       for (const JsonValue& object : effect.get("intermediate").items)
-        between.push_back(relocate_object(object, effects_folder, folder));
-      if (is_shape(effect.get("target"))) between.push_back(make_meta_object(effect.get("target")));
+        intermediate.push_back(relocate_object(object, effects_folder, folder));
+      if (is_shape(effect.get("target")))
+        intermediate.push_back(make_meta_object(effect.get("target")));
       for (const char* key :
            {"plan", "motion", "field", "boundary", "camera", "look", "lights", "ground"})
         if (effect.contains(key)) settings[key] = effect.get(key);
     } else if (const JsonValue object = find_object(models, through, folder); !object.is_null()) {
-      between.push_back(object);
+      intermediate.push_back(object);
     } else {
       std::vector<std::string> names = list_names(effects);
-      for (const std::string& other : objects)
+      for (const std::string& other : object_names)
         if (!find_named(effects, other)) names.push_back(other);
       return unknown_name("effect", through, names);
     }
@@ -163,10 +165,10 @@ Result<JsonValue> demo_scene(const fs::path& data, const std::string& from, cons
   if (const fs::path schema = data / "scene.schema.json"; fs::exists(schema, error))
     scene["$schema"] = relative_name(schema, folder);
   scene["source"] = source;
-  if (!between.empty()) scene["intermediate"] = between;
+  if (!intermediate.empty()) scene["intermediate"] = intermediate;
   scene["target"] = target;
   scene.update(settings);
-  scene["frames"] = demo_frames(1 + between.size());
+  scene["frames"] = demo_frames(1 + intermediate.size());
   scene["spheres"] = {{"balls", 96}};
   scene["surface"] = {{"resolution", 80}};
   scene["image"] = {{"width", 360}, {"height", 270}, {"samples", 10}};

@@ -44,9 +44,12 @@ Result<std::string> model_name(const std::string& file, const fs::path& folder) 
 
 std::string relative_name(const fs::path& file, const fs::path& folder) {
   std::error_code ignored;  // the folder may not exist yet, or the working folder no longer
-  const fs::path from =
+  const fs::path absolute_folder =
       fs::weakly_canonical(fs::absolute(folder.empty() ? "." : folder, ignored), ignored);
-  return fs::absolute(file, ignored).lexically_normal().lexically_proximate(from).string();
+  return fs::absolute(file, ignored)
+      .lexically_normal()
+      .lexically_proximate(absolute_folder)
+      .string();
 }
 
 Result<JsonValue> initial_scene(const std::vector<std::string>& models, const fs::path& folder) {
