@@ -12,6 +12,7 @@
 
 namespace polymorph {
 
+/// Settings of the command `bench`.
 struct BenchSettings {
   std::string what = "all";         ///< surface, report, render or all
   std::string field = "gaussian";   ///< field function of the balls on the torus

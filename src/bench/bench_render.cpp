@@ -13,14 +13,14 @@ Status bench_frames(Bench& bench, const RenderScene& scene, const RenderSettings
   PM_TRY(Renderer renderer, make_renderer(device));
   Renderer::Stats stats;
   // Frames take long, so three runs must do.
-  PM_TRY(const Timing timing, time_it(std::min(bench.settings.repeats, 3), [&]() -> Status {
+  PM_TRY(const Timing timing, time_runs(std::min(bench.settings.repeats, 3), [&]() -> Status {
            PM_TRY(const Image image, renderer.render(scene, settings));
            stats = renderer.stats();
            return Ok{};
          }));
   if (device != "cpu" && renderer.traced_on_cpu()) return Ok{};
   const double paths = static_cast<double>(stats.paths) * 1e-6;
-  bench.rows.push_back(report_row(
+  bench.rows.push_back(print_row(
       bench,
       fmt::format("render {}x{} {} spp{}", settings.image.width, settings.image.height,
                   settings.image.samples, device == "cpu" ? "" : ", " + device),
@@ -34,7 +34,7 @@ Status bench_frames(Bench& bench, const RenderScene& scene, const RenderSettings
 void report_loops(Bench& bench, const std::vector<RayLoop>& loops) {
   for (const RayLoop& loop : loops) {
     const Timing t = timing_of(loop.seconds);
-    bench.rows.push_back(report_row(
+    bench.rows.push_back(print_row(
         bench, loop.name, t,
         fmt::format("{:.1f} M rays/s", static_cast<double>(loop.rays) * 1e-6 / t.median)));
   }

@@ -79,14 +79,14 @@ Status bench_interpolation(Bench& bench, const std::string& name, const Extracte
   for (std::size_t i = 0; i < attributes.size(); ++i)
     attributes[i].value[0] = static_cast<float>(i);
   std::vector<AttributeValues> values;
-  PM_TRY(const Timing timing, time_it(bench.settings.repeats, [&] {
+  PM_TRY(const Timing timing, time_runs(bench.settings.repeats, [&] {
            return to_status(
                engine.interpolate(balls, attributes, mesh.positions, surface.settings, values));
          }));
   // Per vertex, 12 bytes of position are read and 32 bytes of values are written.
   const double bytes = static_cast<double>(mesh.positions.size()) * (12 + 32);
-  auto row = report_row(bench, name + ", carry", timing,
-                        fmt::format("8 values to {} vertices", mesh.positions.size()));
+  auto row = print_row(bench, name + ", carry", timing,
+                       fmt::format("8 values to {} vertices", mesh.positions.size()));
   for (const PassTime& pass : engine.pass_times()) {
     bench.print_line("  {:<26} {:>9.3f} ms\n", pass.name, pass.seconds * 1e3);
     row["passes_ms"][pass.name] = pass.seconds * 1e3;
@@ -117,7 +117,7 @@ Status bench_table(Bench& bench, Engine& engine) {
     std::string text = fmt::format("{:>6}", skin);
     for (int resolution = 10; resolution <= 40; resolution += 10) {
       settings.sample_stride = std::max(1, (skin + resolution / 2) / resolution);  // rounded
-      PM_TRY(const Timing timing, time_it(bench.settings.repeats, [&] {
+      PM_TRY(const Timing timing, time_runs(bench.settings.repeats, [&] {
                return extract_once(engine, balls, grid, settings, mesh);
              }));
       const double volume_error = exact_volume > 0 ? 100 * (volume_of(mesh) / exact_volume - 1) : 0;
@@ -151,7 +151,7 @@ Status bench_graph(Bench& bench) {
     for (Engine* engine : {cpu.get(), cuda.get()}) {
       if (engine == nullptr) continue;
       Mesh mesh;
-      PM_TRY(const Timing timing, time_it(bench.settings.repeats, [&] {
+      PM_TRY(const Timing timing, time_runs(bench.settings.repeats, [&] {
                return extract_once(*engine, balls, bench_grid(skin + 1), settings, mesh);
              }));
       row[engine == cpu.get() ? "cpu_ms" : "cuda_ms"] = timing.median * 1e3;
@@ -194,7 +194,7 @@ Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Me
     Mesh& target = settings.download ? mesh : unused_mesh;
     std::map<std::string, std::vector<double>> passes;
     std::vector<std::string> pass_order;
-    PM_TRY(const Timing timing, time_it(bench.settings.repeats, [&]() -> Status {
+    PM_TRY(const Timing timing, time_runs(bench.settings.repeats, [&]() -> Status {
              PM_TRY_STATUS(extract_once(engine, balls, grid, settings, target));
              for (const PassTime& pass : engine.pass_times()) {
                if (!passes.contains(pass.name)) pass_order.push_back(pass.name);
@@ -202,7 +202,7 @@ Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Me
              }
              return Ok{};
            }));
-    auto row = report_row(bench, name, timing, note);
+    auto row = print_row(bench, name, timing, note);
     for (const std::string& pass : pass_order) {
       const double ms = median_of(passes[pass]) * 1e3;
       bench.print_line("  {:<26} {:>9.3f} ms\n", pass, ms);
@@ -216,9 +216,9 @@ Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Me
     bench.rows.push_back(std::move(row));
     return Ok{};
   };
-  // The bandwidths are those of host memory, device memory and the bus (docs/performance.md).
   const std::string name =
       fmt::format("surface {} {}^3", field_name(file.kind), bench.settings.grid);
+  // The bandwidths are those of host memory, device memory and the bus (docs/performance.md).
   if (device == "cpu") {
     PM_TRY_STATUS(measure(name, 1e10, "10 GB/s"));
   } else {
@@ -230,7 +230,7 @@ Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Me
   return bench_interpolation(bench, name, {balls, settings, mesh}, engine);
 }
 
-Status bench_report(Bench& bench, Engine& engine) {
+Status bench_report_figures(Bench& bench, Engine& engine) {
   PM_TRY_STATUS(bench_table(bench, engine));
   return bench_graph(bench);
 }

@@ -27,7 +27,7 @@ struct SlurmRequest {
   std::uint64_t memory = 0;      ///< bytes per task
   std::string device = "auto";   ///< device of the measurement
   std::uint64_t max_memory = 0;  ///< memory limit of the measurement, bytes; 0: no limit
-  std::filesystem::path cache_folder;
+  std::filesystem::path cache_folder;  ///< cache of the measurement; empty: none
   /// Arguments and directives for SlurmJob.
   std::vector<std::string> scene_arguments, render_arguments, directives;
 };

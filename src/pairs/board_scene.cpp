@@ -91,7 +91,7 @@ JsonValue make_actor(const LevelFilm& film, int piece) {
 }  // namespace
 
 double frames_per_second(const PairsFile& file) {
-  const JsonValue& fps = file.stage.get("frames").get("fps");
+  const JsonValue& fps = file.scene_settings.get("frames").get("fps");
   return fps.is_number() ? std::clamp(fps.number, 0.1, 1000.0) : 12;
 }
 
@@ -108,7 +108,7 @@ JsonValue make_board_scene(const PairsFile& file, const PairsPlay& play, int lev
   const PairsLevel& grid = file.game.levels[static_cast<std::size_t>(level)];
   JsonValue scene;
   scene["description"] = fmt::format("Pairs, level {}", level + 1);
-  if (file.stage.is_object()) scene.update(file.stage);
+  if (file.scene_settings.is_object()) scene.update(file.scene_settings);
   const LevelFilm film{file, play, level, frames, deal_board(file.game, level)};
   scene["actors"] = JsonValue::array();
   for (int piece = 0; piece < grid.columns * grid.rows; ++piece)

@@ -159,10 +159,11 @@ std::string read_game(const JsonValue& json, const fs::path& folder, PairsFile& 
   members.text("board", board);
   members.text("piece_color", file.piece_color);
   // Read the settings of the scene.
-  if (const JsonValue* stage = members.find("scene")) file.stage = *stage;
-  if (!file.stage.is_null() && !file.stage.is_object()) members.fail("scene", "must be an object");
+  if (const JsonValue* scene = members.find("scene")) file.scene_settings = *scene;
+  if (!file.scene_settings.is_null() && !file.scene_settings.is_object())
+    members.fail("scene", "must be an object");
   for (const char* key : {"source", "target", "intermediate", "blend", "actors"})
-    if (file.stage.is_object() && file.stage.contains(key))
+    if (file.scene_settings.is_object() && file.scene_settings.contains(key))
       members.fail(std::string("scene/") + key, "belongs to the game - leave it out");
   // Read the rules, the objects, the levels and the board.
   if (const JsonValue* rules = members.find("rules"))

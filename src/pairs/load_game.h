@@ -18,8 +18,8 @@ struct PairsFile {
   /// "shape", and any other key of an object.
   std::vector<JsonValue> objects;
   std::vector<std::string> moves;  ///< moves as apply_move() reads them; may be empty
-  JsonValue stage;  ///< settings of the scene (image, look, camera, frames.fps, ...); null: none
-  std::filesystem::path board;          ///< model below the pieces; empty: none
+  JsonValue scene_settings;        ///< keys of a scene (image, look, frames.fps, ...); null: none
+  std::filesystem::path board;     ///< model below the pieces; empty: none
   std::string piece_color = "#8fa3b8";  ///< colour of the spheres
 };
 
