@@ -17,9 +17,8 @@ int main(int argc, char** argv) {
   }
 #endif
 #ifdef M_ARENA_MAX  // glibc
-  // Each frame is traced and written by threads that end with it. With glibc's eight arenas per
-  // core, memory that a thread frees stays in its arena, and a long film takes more and more
-  // memory.
+  // With glibc's eight arenas per core, memory that a thread frees stays in its arena, and a long
+  // film takes more and more memory.
   mallopt(M_ARENA_MAX, 1);
 #endif
   return polymorph::run_program(argc, argv);

@@ -56,7 +56,7 @@ class Watcher {
   struct Entry {
     unsigned long long id;
     std::string name;
-    Clock::time_point since;
+    Clock::time_point start;
     bool is_reported = false;
   };
 
@@ -75,7 +75,7 @@ class Watcher {
         continue;
       }
       Entry& stage = stages_.back();
-      const auto due = stage.since + (display_ == ActivityDisplay::kLine ? 100ms : 3000ms);
+      const auto due = stage.start + (display_ == ActivityDisplay::kLine ? 100ms : 3000ms);
       if (Clock::now() < due) {
         changed_.wait_until(lock, due);
         continue;  // by now the stage may have ended, or a nested one begun
@@ -85,7 +85,7 @@ class Watcher {
     }
   }
   void report(const Entry& stage) {
-    const double seconds = std::chrono::duration<double>(Clock::now() - stage.since).count();
+    const double seconds = std::chrono::duration<double>(Clock::now() - stage.start).count();
     if (display_ == ActivityDisplay::kLine) {
       is_drawn_ = true;
       set_status_line(printable(stage.name) + " ...");
@@ -100,7 +100,7 @@ class Watcher {
 
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::vector<Entry> stages_;
+  std::vector<Entry> stages_;  ///< sorted by start: the innermost is the last
   std::thread thread_;
   ActivityDisplay display_ = ActivityDisplay::kNone;
   unsigned long long last_id_ = 0;

@@ -10,7 +10,7 @@ enum class ActivityDisplay {
   kNone,
   kLine,  ///< a status line at the bottom of a terminal, after 0.1 seconds
   kLog,   ///< a line of the log, if a stage lasts longer than three seconds
-  kJson,  ///< a line {"stage": NAME, "seconds": S} on standard error, in the same case
+  kJson,  ///< {"stage": NAME, "seconds": S} on standard error, after three seconds as well
 };
 
 /// Sets the display of stages. Unless it is kNone, starts a thread that ends with the program.
@@ -29,7 +29,7 @@ class Activity {
   Activity& operator=(const Activity&) = delete;
 
  private:
-  unsigned long long id_;
+  unsigned long long id_;  ///< unique number of the stage
 };
 
 }  // namespace polymorph

@@ -56,6 +56,7 @@ Result<Files> read_tree(const fs::path& path,
   // Opening a pipe would wait for its writer.
   if (fs::is_other(path, error))
     return make_error(ErrorCode::kInput, "{}: is not a regular file", path.string());
+  // Open the archive; libarchive recognizes its format and compression.
   const auto make_read_error = [&](archive* reader) {
     const char* const reason = archive_error_string(reader);
     return make_error(ErrorCode::kInput,
@@ -70,8 +71,9 @@ Result<Files> read_tree(const fs::path& path,
   archive_read_support_filter_zstd(reader.get());
   archive_read_support_format_zip(reader.get());
   archive_read_support_format_tar(reader.get());
-  if (archive_read_open_filename(reader.get(), path.c_str(), 1 << 16) != ARCHIVE_OK)
+  if (archive_read_open_filename(reader.get(), path.c_str(), /*block_size=*/1 << 16) != ARCHIVE_OK)
     return make_read_error(reader.get());
+  // Read the entries.
   Files files;
   std::size_t total = 0;
   archive_entry* entry = nullptr;

@@ -8,7 +8,8 @@
 
 namespace polymorph {
 
-/// A box; empty by default.
+/// The box from corner `low` to corner `high`. It is empty by default; center() of an empty box is
+/// not a number.
 struct Box {
   Vec3 low{std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity(),
            std::numeric_limits<float>::infinity()};

@@ -19,7 +19,7 @@ static_assert(std::endian::native == std::endian::little, "cache files are littl
 
 // Layout of a file: magic, version (4 bytes), key, length of the origin (1 byte), origin, content,
 // checksum of everything before it.
-constexpr std::size_t kHashSize = kCacheKeySize;
+constexpr std::size_t kHashSize = kCacheKeySize;  // of the key and of the checksum
 constexpr std::size_t kMaxOrigin = 255;
 constexpr std::uint64_t kMaxBytes = 4ull << 30;  // larger files are not loaded
 
@@ -59,10 +59,11 @@ fs::path cache_path(const fs::path& folder, const std::string& key, const CacheK
 
 std::optional<std::string_view> cached_content(std::string_view bytes, const std::string& key,
                                                const CacheKind& kind, const char*& problem) {
-  const std::size_t header_size = kind.magic.size() + 4 + kHashSize + 1;
+  const std::size_t header_size = kind.magic.size() + 4 + kHashSize + 1;  // without the origin
   // Before each test, `problem` is set to what a failure means.
   problem = "is no cache file of this program";
   if (!bytes.starts_with(kind.magic) || bytes.size() < header_size + kHashSize) {
+    // True for a beginning of the magic, and for the magic with too few bytes after it.
     if (kind.magic.starts_with(bytes.substr(0, kind.magic.size()))) problem = "is cut short";
     return std::nullopt;
   }
@@ -129,8 +130,8 @@ void store_cached(const fs::path& folder, const std::string& key, const CacheKin
 CacheLabel cache_label(const fs::path& file) {
   for (const CacheKind* kind : kCacheKinds) {
     if (file.extension() != kind->extension) continue;
-    const std::size_t min_size = kind->magic.size() + 4 + kHashSize + 1;
-    std::string start(min_size + kMaxOrigin, 0);
+    const std::size_t header_size = kind->magic.size() + 4 + kHashSize + 1;  // without the origin
+    std::string start(header_size + kMaxOrigin, 0);
     std::ifstream in(file, std::ios::binary);
     in.read(start.data(), static_cast<std::streamsize>(start.size()));
     start.resize(static_cast<std::size_t>(in.gcount()));
@@ -138,7 +139,8 @@ CacheLabel cache_label(const fs::path& file) {
     if (is_cut_short) return {kind, ""};
     if (!start.starts_with(kind->magic)) return {};
     std::string_view remaining = std::string_view(start).substr(kind->magic.size());
-    if (start.size() < min_size || take<std::uint32_t>(remaining) != kind->version)
+    // Files of other versions may have another layout after the version.
+    if (start.size() < header_size || take<std::uint32_t>(remaining) != kind->version)
       return {kind, ""};
     remaining.remove_prefix(kHashSize);
     const auto origin_size = take<std::uint8_t>(remaining);

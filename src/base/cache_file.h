@@ -18,11 +18,13 @@ inline constexpr std::size_t kCacheKeySize = 32;
 /// One kind of cache file. All strings are literals.
 struct CacheKind {
   std::string_view name;       ///< plural noun for messages: "spheres"
-  std::string_view extension;  ///< ".spheres"
-  std::string_view magic;      ///< first bytes
+  std::string_view extension;  ///< extension of the file's name, with its dot
+  std::string_view magic;      ///< first bytes of the file
   std::uint32_t version;       ///< version of the file's layout
 };
 
+/// Balls fitted to models, signed distances of objects, pacings of legs (leg/pacing.h) and
+/// correspondences between objects.
 inline constexpr CacheKind kSphereFiles = {"spheres", ".spheres", "polymorph spheres\n", 3};
 inline constexpr CacheKind kDistanceFiles = {"distances", ".distances", "polymorph distances\n", 2};
 inline constexpr CacheKind kPacingFiles = {"paces", ".pacing", "polymorph pacing\n", 2};
@@ -30,17 +32,18 @@ inline constexpr CacheKind kPlanFiles = {"plans", ".plan", "polymorph plan\n", 3
 inline constexpr const CacheKind* kCacheKinds[] = {&kSphereFiles, &kDistanceFiles, &kPacingFiles,
                                                    &kPlanFiles};
 
+/// Path of the cache file with this key: FOLDER/KEY.EXTENSION.
 std::filesystem::path cache_path(const std::filesystem::path& folder, const std::string& key,
                                  const CacheKind& kind);
 
-/// Returns the content between a file's header and its checksum. If the file is invalid, returns
-/// nothing and sets `problem`.
+/// Returns the content between the header and the checksum of a file, all of whose bytes are given.
+/// If the file is invalid, returns nothing and sets `problem` for warn_unusable().
 std::optional<std::string_view> cached_content(std::string_view bytes, const std::string& key,
                                                const CacheKind& kind, const char*& problem);
 
 /// Loads the file stored in `folder` under this key; cached_content() finds the content in it.
-/// Returns nothing if there is no file. Returns nothing and warns if the file is damaged, no cache
-/// file, of another version or stored under a wrong name.
+/// Returns nothing if there is no file. Returns nothing and warns if the file is unreadable,
+/// damaged, no cache file, of another version or stored under a wrong name.
 std::optional<std::string> load_cached(const std::filesystem::path& folder, const std::string& key,
                                        const CacheKind& kind);
 

@@ -11,7 +11,7 @@ namespace {
 namespace fs = std::filesystem;
 
 std::vector<fs::path> candidates() {
-  if (const char* chosen = std::getenv("POLYMORPH_DATA_DIR"); chosen && *chosen) return {chosen};
+  if (const char* path = std::getenv("POLYMORPH_DATA_DIR"); path && *path) return {path};
   std::error_code error;
   const fs::path folder = fs::read_symlink("/proc/self/exe", error).parent_path();
   if (error) return {};

@@ -8,9 +8,9 @@
 
 namespace polymorph {
 
-/// Finds the absolute path of the folder that contains models/ and effects/: POLYMORPH_DATA_DIR if
-/// set, else share/polymorph in the program's folder or in its parent. Errors: kResource if
-/// none exists; the message lists the candidates.
+/// Finds the absolute path of this folder: POLYMORPH_DATA_DIR if set, else share/polymorph in the
+/// program's folder or in its parent. A candidate must contain models/. Errors: kResource if none
+/// does; the message lists the candidates.
 Result<std::filesystem::path> find_data_folder();
 
 }  // namespace polymorph

@@ -19,9 +19,10 @@ class DisjointSets {
   std::size_t size() const { return parent_.size(); }
   /// Returns the smallest member of i's set.
   std::uint32_t find(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];  // path halving
     return i;
   }
+  /// Unites the sets of a and b.
   void join(std::uint32_t a, std::uint32_t b) {
     a = find(a), b = find(b);
     parent_[std::max(a, b)] = std::min(a, b);

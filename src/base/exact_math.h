@@ -63,6 +63,7 @@ inline SinCos sin_cos(double x) {
 
 }  // namespace detail
 
+/// Sine, cosine and tangent of x in radians, |x| < 10^5.
 inline double sin(double x) { return detail::sin_cos(x).sine; }
 inline double cos(double x) { return detail::sin_cos(x).cosine; }
 inline double tan(double x) {
@@ -77,13 +78,15 @@ inline double exp(double x) {
   const double n = detail::round_to_nearest(x / kLn2);
   // Cody-Waite reduction with ln 2 in two parts.
   const double r = (x - n * 0x1.62e42feep-1) - n * 0x1.a39ef35793c76p-33;
-  double sum = 0;
+  double sum = 0;  // Taylor series of exp(r) - 1
   for (int k = 14; k >= 1; --k) sum = (1 + sum) * (r / k);
+  // The double 2^n has the biased exponent n + 1023 above 52 zero bits.
   const auto power_bits = static_cast<std::uint64_t>(static_cast<std::int64_t>(n) + 1023) << 52;
   return (1 + sum) * detail::from_bits(power_bits);
 }
 inline double exp2(double x) {
   const double n = detail::round_to_nearest(x);
+  // The bits below are right for a normal 2^n only; exp() handles NaN, underflow and overflow.
   if (!(n > -1000 && n < 1000)) return exp(x * kLn2);
   const auto power_bits = static_cast<std::uint64_t>(static_cast<std::int64_t>(n) + 1023) << 52;
   return exp((x - n) * kLn2) * detail::from_bits(power_bits);
@@ -125,7 +128,8 @@ inline double pow(double x, double y) {
 
 /// Arc tangent in (-pi/2, pi/2).
 inline double atan(double x) {
-  // Halve the angle twice, by tan(a / 2) = t / (1 + sqrt(1 + t^2)), then sum the series.
+  // For |x| > 1, atan(x) = +-pi/2 - atan(1 / x). Halve the angle twice, by
+  // tan(a / 2) = t / (1 + sqrt(1 + t^2)), then sum the Taylor series.
   const bool is_steep = std::fabs(x) > 1;
   double t = is_steep ? 1 / x : x;
   for (int i = 0; i < 2; ++i) t = t / (1 + std::sqrt(1 + t * t));

@@ -51,7 +51,7 @@ struct Temporary {
   }
 };
 
-std::atomic<int> deferred_signal{0};
+std::atomic<int> deferred_signal{0};  // 0 = none
 void defer_signal(int signal_number) { deferred_signal = signal_number; }
 
 /// Defers SIGINT, SIGTERM and SIGHUP during its lifetime, because ending the process between the
@@ -120,6 +120,7 @@ fs::path temporary_name(const fs::path& path) {
   const std::uint64_t tag =
       random_u64(static_cast<std::uint64_t>(now), static_cast<std::uint64_t>(::getpid()),
                  __atomic_fetch_add(&counter, 1, __ATOMIC_RELAXED));
+  // The shift leaves the tag's highest kTagDigits hex digits.
   return path.parent_path() / fmt::format(".{}.{:0{}x}{}", path.filename().string(),
                                           tag >> (64 - 4 * kTagDigits), kTagDigits, kTemporaryEnd);
 }
@@ -134,6 +135,7 @@ bool is_temporary_name(std::string_view name) {
 
 /// Device and inode of a file: its identity, independent of its name.
 using FileIdentity = std::pair<dev_t, ino_t>;
+/// Returns nothing if `path` is not a regular file.
 std::optional<FileIdentity> find_identity(const fs::path& path) {
   struct stat info {};
   if (::stat(path.c_str(), &info) != 0 || !S_ISREG(info.st_mode)) return std::nullopt;
@@ -143,8 +145,8 @@ std::optional<FileIdentity> find_identity(const fs::path& path) {
 /// The files that this run reads, with the names under which it read them.
 class Inputs {
  public:
-  void begin() { reset(true); }
-  void end() { reset(false); }
+  void begin() { reset(/*active=*/true); }
+  void end() { reset(/*active=*/false); }
   void add(const fs::path& path) {
     std::error_code ignored;
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -175,7 +177,7 @@ class Inputs {
 
   std::mutex mutex_;
   bool active_ = false;
-  std::map<FileIdentity, fs::path> names_;
+  std::map<FileIdentity, fs::path> names_;  ///< absolute path of each file
 };
 
 Inputs& inputs() {
@@ -219,8 +221,9 @@ Status write_all(int fd, std::string_view bytes, const fs::path& path) {
   while (!bytes.empty()) {
     const ssize_t n = ::write(fd, bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0 && errno == EAGAIN) {           // the pipe is full
-      constexpr int kPollMilliseconds = 100;  // a signal may reach another thread, not poll()
+    if (n < 0 && errno == EAGAIN) {  // the pipe is full
+      // Look at the flag now and then: a signal that another thread receives does not end poll().
+      constexpr int kPollMilliseconds = 100;
       pollfd wait{fd, POLLOUT, 0};
       if (::poll(&wait, 1, kPollMilliseconds) >= 0 && !stop_waiting_for_readers) continue;
       return make_error(ErrorCode::kOutput, "{}: stopped by a signal while its reader waited",
@@ -302,7 +305,8 @@ struct Replacement {
     if (had_old_file) undo();
     return errno_value;
   }
-  /// Restores the old file, if any; if that fails, the old file keeps its temporary name.
+  /// Restores the old file; if that fails, the old file keeps its temporary name. If there was no
+  /// old file, removes the new one.
   void undo() {
     if (had_old_file)
       old_file.keep = ::rename(old_file.path.c_str(), path.c_str()) != 0;
@@ -329,7 +333,8 @@ void remove_old_temporaries(const fs::path& folder) {
 }
 
 Result<std::string> read_file(const fs::path& path, std::uint64_t limit) {
-  // O_NONBLOCK: opening a FIFO must not wait for a writer.
+  // Open the file, and check its type and size. O_NONBLOCK: opening a FIFO must not wait for a
+  // writer.
   Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (file.fd < 0) {
     std::error_code ignored;
@@ -357,6 +362,7 @@ Result<std::string> read_file(const fs::path& path, std::uint64_t limit) {
                       "file or raise --max-memory",
                       path.string(), format_bytes(static_cast<double>(size)),
                       format_bytes(static_cast<double>(available)));
+  // Read the bytes.
   std::string bytes(size, '\0');
   std::size_t done = 0;
   while (done < bytes.size()) {
@@ -365,7 +371,7 @@ Result<std::string> read_file(const fs::path& path, std::uint64_t limit) {
     if (n < 0)
       return make_error(ErrorCode::kInput, "{}: cannot read: {}", path.string(),
                         std::strerror(errno));
-    if (n == 0) break;
+    if (n == 0) break;  // another process has shortened the file
     done += static_cast<std::size_t>(n);
   }
   bytes.resize(done);

@@ -15,8 +15,9 @@
 
 namespace polymorph {
 
-/// Reads a regular file of at most `limit` bytes. Directories, FIFOs and devices are refused
-/// without being opened for reading. Errors: kInput, naming the path.
+/// Reads a regular file of at most `limit` bytes. Refuses directories, FIFOs and devices, and never
+/// waits for the writer of a FIFO. Errors, naming the path: kInput; kResource if the file exceeds
+/// remaining_memory() (base/memory.h).
 Result<std::string> read_file(const std::filesystem::path& path, std::uint64_t limit = 2ull << 30);
 
 /// Writes `bytes` to `path` atomically: temporary file in the same folder, write, fsync, rename,

@@ -18,6 +18,7 @@ Result<FramePattern> parse_pattern(const std::string& text) {
   FramePattern pattern;
   std::string* target = &pattern.before;  // `after`, once the number has been read
   *target = text.substr(0, name_at);
+  // Sets the number's digits; the text that follows belongs to `after`.
   const auto set_digits = [&](int digits) -> Status {
     if (pattern.digits > 0)
       return make_error(ErrorCode::kUsage, "{}: has two places for the frame number - keep one",
@@ -26,6 +27,7 @@ Result<FramePattern> parse_pattern(const std::string& text) {
     target = &pattern.after;
     return Ok{};
   };
+  // Read the file name: the number as #### or %04d, "%%", or any other character.
   for (std::size_t i = name_at; i < text.size();) {
     if (text[i] == '#') {
       std::size_t end = i;
@@ -68,8 +70,10 @@ FramePattern add_number(FramePattern pattern) {
   const std::size_t name_at =
       pattern.before.rfind('/') == std::string::npos ? 0 : pattern.before.rfind('/') + 1;
   const std::size_t dot = pattern.before.rfind('.');
-  const std::size_t cut = dot == std::string::npos || dot <= name_at ? pattern.before.size() : dot;
-  return {pattern.before.substr(0, cut) + ".", pattern.before.substr(cut), 4};
+  // A dot in a folder's name or at the start of the file name begins no extension.
+  const std::size_t stem_end =
+      dot == std::string::npos || dot <= name_at ? pattern.before.size() : dot;
+  return {pattern.before.substr(0, stem_end) + ".", pattern.before.substr(stem_end), 4};
 }
 
 std::filesystem::path frame_path(const FramePattern& pattern, int frame) {
@@ -100,11 +104,11 @@ Result<std::vector<int>> existing_frames(const FramePattern& pattern) {
     if (name.size() <= prefix.size() + pattern.after.size() || !name.starts_with(prefix) ||
         !name.ends_with(pattern.after))
       continue;
-    const std::string number =
+    const std::string digits =
         name.substr(prefix.size(), name.size() - prefix.size() - pattern.after.size());
-    const auto frame = parse_integer(number);
+    const auto frame = parse_integer(digits);
     // Accept only names that frame_path() returns: "frame.7.exr" is not frame 7 of
-    // "frame.####.exr".
+    // "frame.####.exr". 10^8 is also the limit of `range` in scenes.
     if (frame && *frame >= 0 && *frame <= 100000000 &&
         frame_path(pattern, static_cast<int>(*frame)).filename() == name)
       frames.push_back(static_cast<int>(*frame));

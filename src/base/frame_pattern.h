@@ -12,8 +12,8 @@ namespace polymorph {
 /// A path with a place for the frame number in its file name: "out/frame.####.exr" (n hashes = n
 /// digits) or "out/frame.%04d.exr"; "%%" is a percent sign.
 struct FramePattern {
-  std::string before, after;  ///< the path before and after the number
-  int digits = 0;             ///< 0 = no place for a number
+  std::string before, after;  ///< the path before and after the number, with "%%" as "%"
+  int digits = 0;  ///< minimum number of digits; 0: no place for a number, `before` is the path
   bool has_number() const { return digits > 0; }
 };
 
@@ -29,8 +29,9 @@ Result<FramePattern> parse_file_pattern(const std::filesystem::path& file);
 /// name several frames.
 FramePattern add_number(FramePattern pattern);
 
+/// Path of a frame's file; the same for all frames if the pattern has no place for a number.
 std::filesystem::path frame_path(const FramePattern& pattern, int frame);
-/// Replaces the extension of the pattern (".png").
+/// Replaces the extension of the pattern, or appends one; `extension` begins with a dot.
 FramePattern with_extension(FramePattern pattern, const std::string& extension);
 
 /// Lists the frames on disk that match the pattern, ascending. Errors (kInput): unreadable folder.

@@ -11,18 +11,18 @@ namespace {
 
 /// Frames `from`, `from` +- step, ... up to `to`; with `complement`, all other frames between the
 /// two.
-struct Range {
+struct FrameRange {
   long long from = 0, to = 0, step = 1;
   bool complement = false;
 };
 
-Result<Range> parse_range(std::string_view part, std::string_view list) {
+Result<FrameRange> parse_range(std::string_view part, std::string_view list) {
   const auto fail = [&](const char* why) {
     return make_error(ErrorCode::kUsage,
                       "--frames {}: \"{}\" {} - write 1-48, 1-48x2, 5-1 or 1,5,10-20", list, part,
                       why);
   };
-  Range range;
+  FrameRange range;
   std::string_view ends = part;
   if (const auto mark = part.find_first_of("xy"); mark != std::string_view::npos) {
     const auto step = parse_integer(part.substr(mark + 1));
@@ -51,7 +51,7 @@ Result<std::vector<int>> parse_frames(std::string_view text, int first, int last
   std::vector<int> frames;
   std::set<long long> seen;
   for (const std::string& part : split(text, ',')) {
-    PM_TRY(const Range range, parse_range(part, text));
+    PM_TRY(const FrameRange range, parse_range(part, text));
     for (const long long end : {range.from, range.to})
       if (end < first || end > last)
         return make_error(ErrorCode::kUsage, "--frames {}: frame {} is outside the scene's {}-{}",
@@ -81,6 +81,7 @@ Result<Shard> parse_shard(std::string_view text) {
   std::optional<long long> index, count;
   if (text == "auto") {
     if (const auto id = from_environment("SLURM_ARRAY_TASK_ID")) {
+      // The ids of an array's tasks are low, low + step, low + 2 step, ...
       const long long low = from_environment("SLURM_ARRAY_TASK_MIN").value_or(0);
       const long long step = std::max(1LL, from_environment("SLURM_ARRAY_TASK_STEP").value_or(1));
       index = (*id - low) / step + 1;

@@ -12,7 +12,7 @@ namespace polymorph {
 /// Parses a frame list in oiiotool's grammar. Keeps its order and drops duplicates.
 ///   1-48    1 to 48        5-1      backwards      1,5,10-20  a list       1..48  as 1-48
 ///   1-48x2  every second   1-48y2   the frames that 1-48x2 leaves out
-/// Errors: kUsage for bad syntax or a frame outside [first, last].
+/// Errors: kUsage for bad syntax, a frame outside [first, last], or a list without frames.
 Result<std::vector<int>> parse_frames(std::string_view text, int first, int last);
 
 /// Parses a frame list; an empty one is all frames of [first, last].

@@ -22,7 +22,7 @@ class Hasher {
   Hasher& add_bytes(const void* data, std::size_t size);
   /// Adds a text and its length, so that "ab", "c" and "a", "bc" differ.
   Hasher& add(std::string_view text);
-  /// Adds a number, or an array of values without padding and its length.
+  /// Adds a number, or the length and the values of an array. The values must have no padding.
   template <class T>
   requires std::is_arithmetic_v<T> Hasher& add(T value) { return add_bytes(&value, sizeof value); }
   template <class T>
@@ -30,6 +30,7 @@ class Hasher {
     add(values.size());
     return add_bytes(values.data(), values.size_bytes());
   }
+  /// Returns 32 hex digits for all values added so far.
   std::string hex() const;
 
  private:

@@ -42,11 +42,11 @@ std::string fill_page(std::string_view page,
     result += page.substr(0, mark);
     if (mark == std::string_view::npos) break;
     page.remove_prefix(mark);
-    const auto value = std::find_if(values.begin(), values.end(),
+    const auto entry = std::find_if(values.begin(), values.end(),
                                     [&](const auto& v) { return page.starts_with(v.first); });
-    PM_CHECK(value != values.end());
-    result += value->second;
-    page.remove_prefix(value->first.size());
+    PM_CHECK(entry != values.end());
+    result += entry->second;
+    page.remove_prefix(entry->first.size());
   }
   return result;
 }

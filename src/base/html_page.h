@@ -8,12 +8,14 @@
 
 namespace polymorph {
 
+/// Encodes bytes as base64 with padding (RFC 4648).
 std::string base64(std::string_view bytes);
 
 /// Escapes "<" in JSON, so that it cannot end the script element that contains it.
 std::string json_in_script(std::string_view json);
 
-/// Replaces each placeholder, "{{name}}", in `page` by its value. An unknown placeholder is a bug.
+/// Replaces each placeholder, "{{name}}", in `page` by its value. `values` are pairs of a
+/// placeholder, with its braces, and its value. An unknown placeholder is a bug.
 std::string fill_page(std::string_view page,
                       const std::vector<std::pair<std::string_view, std::string>>& values);
 

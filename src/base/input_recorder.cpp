@@ -12,8 +12,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// The recorders that exist.
 struct Recorders {
-  std::atomic<bool> any = false;
+  std::atomic<bool> any = false;  ///< `all` is not empty; read without the lock
   std::mutex mutex;
   std::vector<InputRecorder*> all;
 };
@@ -68,11 +69,11 @@ std::vector<ReadFile> InputRecorder::files() {
   }
   // read_file() reports the bytes to all recorders, hence to this one.
   for (const fs::path& path : unread) (void)read_file(path);
-  std::vector<ReadFile> all;
+  std::vector<ReadFile> files;
   const std::lock_guard lock(mutex_);
   for (const auto& [path, digest] : digests_)
-    if (!digest.empty()) all.push_back({path, digest});
-  return all;
+    if (!digest.empty()) files.push_back({path, digest});
+  return files;
 }
 
 void record_input(const fs::path& path, std::string_view bytes) {

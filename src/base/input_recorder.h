@@ -34,7 +34,7 @@ class InputRecorder {
 
  private:
   std::mutex mutex_;
-  std::map<std::filesystem::path, std::string> digests_;  ///< empty = not known yet
+  std::map<std::filesystem::path, std::string> digests_;  ///< key: path; empty = not read yet
 };
 
 /// Adds a file to all recorders: one that was read, with its bytes, or one that was registered.

@@ -26,11 +26,11 @@ struct JsonValue {
 
   Kind kind = Kind::kNull;
   bool boolean = false;
-  bool integral = false;       ///< a number written without fraction that fits int64
-  bool exceeds_int64 = false;  ///< an integer that fits uint64 only; `integer` has its bits
-  double number = 0;           ///< value of a number
-  std::int64_t integer = 0;    ///< value of a number, if `integral`
-  std::string string;
+  bool integral = false;            ///< a number written without fraction that fits int64
+  bool exceeds_int64 = false;       ///< an integer that fits uint64 only; `integer` has its bits
+  double number = 0;                ///< value of a number
+  std::int64_t integer = 0;         ///< value of a number, if `integral`
+  std::string string;               ///< value of a string
   std::vector<JsonValue> items;     ///< elements of an array
   std::vector<JsonMember> members;  ///< members of an object, in their order
   std::size_t offset = kNowhere;    ///< offset of its first byte in the text
@@ -70,6 +70,7 @@ struct JsonValue {
   bool is_array() const { return kind == Kind::kArray; }
   bool is_object() const { return kind == Kind::kObject; }
 
+  /// Number of elements or members; 0 unless the value is an array or an object.
   std::size_t size() const;
   bool empty() const { return size() == 0; }
 
@@ -98,13 +99,14 @@ struct JsonMember {
 inline std::size_t JsonValue::size() const { return items.size() + members.size(); }
 
 struct TextPosition {
-  int line = 0, column = 0;  ///< counted from 1; 0 = not from the file
+  int line = 0, column = 0;  ///< counted from 1, in characters; 0 = not from the file
 };
 
 struct JsonDocument {
   std::string name;  ///< name of the file in messages
   std::string text;
   JsonValue root;
+  /// Position of the character at a byte offset, which may be kNowhere.
   TextPosition position(std::size_t offset) const;
 };
 

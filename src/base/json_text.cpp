@@ -110,14 +110,14 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     // "[json.exception.out_of_range.406] number overflow parsing '1e999'"
     if (message.starts_with('['))
       message = message.substr(std::min(message.find("] "), message.size() - 2) + 2);
-    std::size_t offset = position > 0 ? position - 1 : 0;
+    std::size_t offset = position > 0 ? position - 1 : 0;  // `position` counts from 1
     // Point at the token's start: the lexer reports the position after the token. A message that
     // spells control characters as <U+0000> does not show the token's size.
     if (const auto token_at = message.find("last read: '");
         token_at != std::string::npos && message.find("unexpected") != std::string::npos) {
       const auto close = message.rfind('\'');
-      const std::size_t size =
-          close > token_at + 12 ? close - token_at - 12 : 0;  // 12: "last read: '"
+      // 12 is the length of "last read: '".
+      const std::size_t size = close > token_at + 12 ? close - token_at - 12 : 0;
       if (size > 1 && offset + 1 >= size && message.find("<U+") == std::string::npos)
         offset -= size - 1;
     }
@@ -133,12 +133,12 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
  private:
   bool add_value(JsonValue value) {
     const std::size_t offset = token_start();
-    const bool number = value.is_number();
+    const bool is_number = value.is_number();
     value.offset = offset;
     slot() = std::move(value);
     // The lexer has read one character beyond a number, but stops at the end of other values.
     end_ = read_count_;
-    if (number)
+    if (is_number)
       for (end_ = offset; end_ < document_.text.size() && is_number_char(document_.text[end_]);)
         ++end_;
     return true;
@@ -198,7 +198,8 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
   JsonDocument& document_;
   const std::size_t& read_count_;
   std::size_t end_ = 0;  ///< offset after the last token
-  // These pointers stay valid, because only the innermost open container grows.
+  /// The containers that are not complete yet, the innermost last. The pointers stay valid, because
+  /// only the innermost container grows.
   std::vector<JsonValue*> open_;
   /// Offsets of the keys, one map per open container.
   std::vector<std::unordered_map<std::string, std::size_t>> keys_;
@@ -207,9 +208,11 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
 /// Formats a number or a string as nlohmann-json does.
 template <class T>
 std::string format_scalar(const T& value) {
-  return nlohmann::json(value).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return nlohmann::json(value).dump(/*indent=*/-1, /*indent_char=*/' ', /*ensure_ascii=*/false,
+                                    nlohmann::json::error_handler_t::replace);
 }
 
+/// Appends JSON values to `text`.
 class Writer {
  public:
   explicit Writer(int indent) : indent_(indent) {}
@@ -252,9 +255,9 @@ class Writer {
       text += format_scalar(value.number);
   }
   void write_string(const std::string& string) {
-    const auto plain = [](char c) { return c >= ' ' && c < 0x7f && c != '"' && c != '\\'; };
-    text += std::all_of(string.begin(), string.end(), plain) ? '"' + string + '"'
-                                                             : format_scalar(string);
+    const auto is_plain = [](char c) { return c >= ' ' && c < 0x7f && c != '"' && c != '\\'; };
+    text += std::all_of(string.begin(), string.end(), is_plain) ? '"' + string + '"'
+                                                                : format_scalar(string);
   }
   template <class List, class F>
   void write_list(char open, char close, const List& list, const F& write_one) {

@@ -55,6 +55,7 @@ class TerminalSink : public spdlog::sinks::base_sink<std::mutex> {
         return fmt::format("{}\n", text);
     }
   }
+  /// Makes a text bold and coloured: code 31 is red, 33 is yellow (ECMA-48).
   std::string paint(const char* code, const char* text) const {
     return color ? fmt::format("\x1b[1;{}m{}\x1b[0m", code, text) : text;
   }
@@ -62,15 +63,16 @@ class TerminalSink : public spdlog::sinks::base_sink<std::mutex> {
     return fmt::format("{{\"level\":\"{}\",\"message\":\"{}\"}}\n",
                        spdlog::level::to_string_view(level), escape_json(text));
   }
+  /// Prints whole lines above the status line.
   void draw(const std::string& text) {
-    if (is_drawn_) std::fputs("\r\x1b[K", stderr);
+    if (is_drawn_) std::fputs("\r\x1b[K", stderr);  // erase the status line
     std::fwrite(text.data(), 1, text.size(), stderr);
     std::fwrite(status_.data(), 1, status_.size(), stderr);
     is_drawn_ = !status_.empty();
     std::fflush(stderr);
   }
   std::string status_;
-  bool is_drawn_ = false;
+  bool is_drawn_ = false;  ///< the terminal shows a status line
 };
 
 std::shared_ptr<TerminalSink> terminal() {
@@ -105,6 +107,7 @@ constexpr const char* kJsonPattern =
 constexpr std::array<std::string_view, 2> kBeginnings{"0000-00-00T00:00:00.000 ",
                                                       R"({"time":"0000-00-00T00:00:00.000",)"};
 
+/// Tests whether `text` begins with `pattern`, in which 0 stands for any digit.
 bool matches(std::string_view text, std::string_view pattern) {
   if (text.size() < pattern.size()) return false;
   for (std::size_t i = 0; i < pattern.size(); ++i) {
@@ -115,7 +118,7 @@ bool matches(std::string_view text, std::string_view pattern) {
 }
 
 bool looks_like_log(const std::filesystem::path& path) {
-  std::string start(64, 0);
+  std::string start(64, 0);  // longer than both beginnings
   std::ifstream in(path, std::ios::binary);
   in.read(start.data(), static_cast<std::streamsize>(start.size()));
   start.resize(static_cast<std::size_t>(in.gcount()));
@@ -188,7 +191,7 @@ Status open_log_file(const LogSettings& settings) {
   std::error_code ignored;  // opening the file reports the error
   if (!exists && path.has_parent_path())
     std::filesystem::create_directories(path.parent_path(), ignored);
-  // Opening a pipe must not wait for a reader; writing to it may, once O_NONBLOCK is cleared.
+  // O_NONBLOCK: opening a pipe must not wait for a reader.
   const int fd = ::open(path.c_str(),
                         O_WRONLY | O_CREAT | O_APPEND | O_NONBLOCK | O_CLOEXEC |
                             (is_regular && settings.replace_file ? O_TRUNC : 0),
@@ -200,13 +203,14 @@ Status open_log_file(const LogSettings& settings) {
   if (fd < 0)
     return make_error(ErrorCode::kOutput, "{}: cannot write the log: {}", path.string(),
                       std::strerror(errno));
-  ::fcntl(fd, F_SETFL, O_APPEND);
+  ::fcntl(fd, F_SETFL, O_APPEND);  // clears O_NONBLOCK: writing waits while a pipe is full
   logger().sinks().push_back(
       std::make_shared<FileSink>(path, fd, settings.format == LogFormat::kJson));
   return Ok{};
 }
 
-/// Shortens lines of more than kMax bytes: a broken file may contain names of megabytes.
+/// Shortens lines of more than kMax bytes to their beginnings and ends: a broken file may contain
+/// names of megabytes.
 std::string shorten_lines(const std::string& text) {
   constexpr std::size_t kMax = 4000, kFirst = 1000, kLast = 300;
   if (text.size() <= kMax) return text;

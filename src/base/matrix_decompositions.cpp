@@ -19,6 +19,7 @@ Mat3 from_eigen(const Matrix& matrix) {
   return a;
 }
 
+/// Applies f to the eigenvalues of a symmetric matrix; the eigenvectors stay.
 template <class F>
 Mat3 apply_to_eigenvalues(const Mat3& a, const F& f) {
   const Eigen::SelfAdjointEigenSolver<Matrix> solver(to_eigen(a));
@@ -66,9 +67,9 @@ double rotation_angle(const Mat3& r) {
 }
 
 EigenDecomposition principal_axes(const Mat3& symmetric) {
-  const Eigen::SelfAdjointEigenSolver<Matrix> solver(to_eigen(symmetric));  // ascending
+  const Eigen::SelfAdjointEigenSolver<Matrix> solver(to_eigen(symmetric));
   EigenDecomposition axes;
-  for (int k = 0; k < 3; ++k) {
+  for (int k = 0; k < 3; ++k) {  // Eigen sorts in ascending order
     axes.values[static_cast<std::size_t>(k)] = solver.eigenvalues()(2 - k);
     for (int i = 0; i < 3; ++i) axes.directions.at(i, k) = solver.eigenvectors()(i, 2 - k);
   }

@@ -17,8 +17,9 @@ Mat3 nearest_rotation(const Mat3& a);
 
 /// Logarithm of a rotation: its axis times its angle (0..pi); the inverse of exp_rotation().
 Vec3d log_rotation(const Mat3& r);
-/// Like log_rotation(), but of the two vectors (t or 2 pi - t about opposite axes) returns the one
-/// nearer to `preferred`.
+/// Like log_rotation(), but returns the one nearer to `preferred` of the two vectors that describe
+/// the rotation: angle t about an axis, or 2 pi - t about the opposite axis. Ignores `preferred` if
+/// t < 1e-6.
 Vec3d log_rotation_near(const Mat3& r, Vec3d preferred);
 /// Angle of a rotation, 0..pi.
 double rotation_angle(const Mat3& r);
@@ -30,7 +31,8 @@ struct EigenDecomposition {
 };
 EigenDecomposition principal_axes(const Mat3& symmetric);
 
-/// Matrix logarithm of a positive definite matrix (eigenvalues >= 1e-12); inverts exp_symmetric().
+/// Matrix logarithm of a symmetric positive definite matrix; inverts exp_symmetric(). Eigenvalues
+/// below 1e-12 count as 1e-12.
 Mat3 log_symmetric(const Mat3& a);
 
 }  // namespace polymorph

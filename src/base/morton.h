@@ -20,7 +20,7 @@ constexpr std::uint64_t interleave_zeros(std::uint64_t x) {
 
 /// Index of a point on the Morton curve in a cube as wide as the box's diagonal, 21 bits per axis.
 inline std::uint64_t morton_key(Vec3 p, const Box& box) {
-  // 2097151 = 2^21 - 1, the largest coordinate.
+  // 2097151 = 2^21 - 1, the largest coordinate; 1e-30 avoids a division by 0.
   const double scale = 2097151 / std::max(1e-30, static_cast<double>(box.diagonal()));
   const auto cell = [&](float x, float low) {
     return static_cast<std::uint64_t>(

@@ -14,9 +14,9 @@ constexpr std::string_view kBreaks = "\n\t";
 constexpr std::string_view kSeparators = "/=,:|#%";
 
 struct OddNames {
-  std::atomic<bool> any = false;
+  std::atomic<bool> any = false;  ///< `components` is not empty; read without the lock
   std::mutex mutex;
-  std::vector<std::string> components;  ///< the longest first
+  std::vector<std::string> components;  ///< the longest first, because it may contain a shorter one
 };
 OddNames& odd_names() {
   static OddNames all;

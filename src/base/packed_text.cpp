@@ -51,6 +51,7 @@ Result<std::string> unpack_text(std::string_view packed, std::size_t limit) {
   Inflation inflation;
   z_stream& stream = inflation.stream;
   stream.next_in = reinterpret_cast<Bytef*>(bytes.data());
+  // The stream's counter has 32 bits; longer data are reported as damaged.
   stream.avail_in = static_cast<uInt>(std::min<std::size_t>(bytes.size(), UINT32_MAX));
   std::string text;
   std::array<char, 1 << 14> buffer;

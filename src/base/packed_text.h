@@ -15,8 +15,9 @@ Result<std::string> decode_base64(std::string_view text);
 /// Packs a text or bytes as base64 of zlib data (RFC 1950). `effort`: zlib's level, 1 to 9.
 std::string pack_text(std::string_view text, int effort = 9);
 
-/// Unpacks a text of pack_text(), which need not be trusted. Errors (kInput): `packed` is no
-/// base64, its zlib data are damaged or incomplete, or the text has more than `limit` bytes.
+/// Unpacks the result of pack_text(); `packed` may be damaged or malicious. Errors (kInput):
+/// `packed` is no base64, its zlib data are damaged or incomplete, or the text has more than
+/// `limit` bytes.
 Result<std::string> unpack_text(std::string_view packed, std::size_t limit);
 
 }  // namespace polymorph

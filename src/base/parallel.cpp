@@ -13,13 +13,13 @@
 namespace polymorph {
 namespace {
 
-std::unique_ptr<tbb::global_control> limit;
-int current_threads = 0;
+std::unique_ptr<tbb::global_control> thread_limit;
+int current_threads = 0;  // 0 = no limit set
 
 int available_threads() {
   cpu_set_t set;
   // The call fails on machines with more CPUs than cpu_set_t can represent.
-  int count = sched_getaffinity(0, sizeof set, &set) == 0
+  int count = sched_getaffinity(/*pid=*/0, sizeof set, &set) == 0
                   ? CPU_COUNT(&set)
                   : static_cast<int>(std::thread::hardware_concurrency());
   // Slurm without cgroups does not restrict the affinity, so obey its variable, too.
@@ -32,8 +32,8 @@ int available_threads() {
 
 void set_thread_count(int count) {
   current_threads = count > 0 ? count : available_threads();
-  limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
-                                                static_cast<std::size_t>(current_threads));
+  thread_limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                       static_cast<std::size_t>(current_threads));
 }
 
 Status check_threads() {

@@ -13,7 +13,7 @@
 namespace polymorph {
 
 /// Limits all parallel work of the process to `count` threads; 0 = as many as this process may use
-/// (CPU affinity, then SLURM_CPUS_PER_TASK if set). Call before the first parallel work.
+/// (the minimum of CPU affinity and SLURM_CPUS_PER_TASK). Call before the first parallel work.
 void set_thread_count(int count);
 
 /// Checks that a thread can be started. Errors: kResource, with the reason.
@@ -24,11 +24,12 @@ Error make_thread_error(const std::string& reason);
 /// Number of threads that parallel work uses now (>= 1).
 int thread_count();
 
-/// Calls f(begin, end) for disjoint ranges of [0, n), in any order and on any thread. Results must
-/// not depend on how [0, n) is divided: write by index, then reduce in a fixed order.
+/// Calls f(begin, end) for disjoint ranges of [0, n), in any order and on any thread. Ranges of up
+/// to `grain` indices are not divided further. Results must not depend on how [0, n) is divided:
+/// write by index, then reduce in a fixed order.
 template <class F>
 void parallel_ranges(std::int64_t n, std::int64_t grain, const F& f) {
-  ForkJoin loop;  // ends the loop early on request
+  ForkJoin loop;  // ends the loop early on request (kernels/interruption.h)
   tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, n, grain),
                     [&](const tbb::blocked_range<std::int64_t>& r) {
                       loop.part([&] { f(r.begin(), r.end()); });

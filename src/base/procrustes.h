@@ -8,13 +8,15 @@
 
 namespace polymorph {
 
-/// Adds weight q p^T to a matrix, whose nearest_rotation() takes the vectors p to the q best.
+/// Adds weight q p^T to `sum`. nearest_rotation() (base/matrix_decompositions.h) of such a sum is
+/// the rotation that takes the vectors p closest to the vectors q.
 inline void add_outer_product(Mat3& sum, double weight, Vec3d q, Vec3d p) {
-  const double a[3] = {p.x, p.y, p.z}, b[3] = {q.x, q.y, q.z};
+  const double row[3] = {p.x, p.y, p.z}, column[3] = {q.x, q.y, q.z};
   for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 3; ++c) sum.at(r, c) += weight * b[r] * a[c];
+    for (int c = 0; c < 3; ++c) sum.at(r, c) += weight * column[r] * row[c];
 }
 
+/// A point and its partner on the other side.
 struct WeightedPair {
   Vec3d from, to;
   double weight = 1;
@@ -39,7 +41,8 @@ struct PairMoments {
   }
 };
 
-/// Computes the moments of `pair_at(0)` to `pair_at(count - 1)`, each a WeightedPair.
+/// Computes the moments of `pair_at(0)` to `pair_at(count - 1)`, each a WeightedPair. The sum of
+/// their weights must not be 0.
 template <class PairAt>
 PairMoments pair_moments(std::size_t count, const PairAt& pair_at) {
   PairMoments moments;

@@ -17,7 +17,7 @@ constexpr std::uint64_t mix64(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-/// The random word at (seed, stream, counter).
+/// The random word at (seed, stream, counter); each use of random numbers has a stream of its own.
 constexpr std::uint64_t random_u64(std::uint64_t seed, std::uint64_t stream,
                                    std::uint64_t counter) {
   return mix64(counter ^ mix64(stream ^ mix64(seed)));

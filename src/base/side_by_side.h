@@ -13,9 +13,9 @@
 
 namespace polymorph {
 
-/// Calls f as a part of `all` that takes up no other work while it waits, and sets `thrown` to what
-/// it throws. An exception that left a task of TBB would cancel the loops of the other tasks: they
-/// would return without their work, and what follows them would use unfilled data, or store it.
+/// Calls f through all.part(). While f waits for its own loops, this thread takes up no other work.
+/// Sets `thrown` to the exception of f, if any. An exception that left a task of TBB would cancel
+/// the loops of the other tasks, which would then use, or even store, data that are not filled.
 template <class F>
 void call_isolated(ForkJoin& all, std::exception_ptr& thrown, const F& f) {
   try {
@@ -32,28 +32,29 @@ void call_isolated(ForkJoin& all, std::exception_ptr& thrown, const F& f) {
 }
 
 /// Calls f(i) for each i in [0, count), at the same time as far as threads are free. A thread that
-/// waits in one call starts no other. If one throws, the others end by themselves first.
+/// waits in one call starts no other. Rethrows the first exception by index, after all calls have
+/// ended.
 template <class F>
 void run_all_side_by_side(std::int64_t count, const F& f) {
   ForkJoin all;
   std::vector<std::exception_ptr> thrown(static_cast<std::size_t>(count));
-  std::exception_ptr* const first = thrown.data();
-  tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, count, 1),
-                    [&all, &f, first](const tbb::blocked_range<std::int64_t>& range) {
+  std::exception_ptr* const thrown_by = thrown.data();
+  tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, count, /*grainsize=*/1),
+                    [&all, &f, thrown_by](const tbb::blocked_range<std::int64_t>& range) {
                       for (std::int64_t i = range.begin(); i < range.end(); ++i)
-                        call_isolated(all, first[i], [&f, i] { f(i); });
+                        call_isolated(all, thrown_by[i], [&f, i] { f(i); });
                     });
   for (const std::exception_ptr& exception : thrown)
     if (exception) std::rethrow_exception(exception);
 }
 
 /// Calls both functions, at the same time if a second thread is free. A thread that waits in one of
-/// them takes up nothing of the other, so a lock that is held around a loop stays short, and the
-/// memory is that of one call of each. Neither may write what the other reads. If one throws, the
-/// other ends by itself first.
+/// them takes up no work of the other. Hence a lock that is held around a loop is not held longer,
+/// and memory holds one call of each function at most. Neither may write what the other reads.
+/// Rethrows an exception after both have ended.
 template <class F, class G>
 void run_side_by_side(const F& first, const G& second) {
-  run_all_side_by_side(2, [&](std::int64_t part) { part == 0 ? first() : second(); });
+  run_all_side_by_side(2, [&](std::int64_t i) { i == 0 ? first() : second(); });
 }
 
 }  // namespace polymorph

@@ -25,7 +25,9 @@ class Spool {
 
   /// Appends bytes. Errors: kOutput.
   Status append(std::string_view bytes);
+  /// Number of bytes appended so far.
   std::uint64_t size() const { return size_; }
+  /// The bytes [first, first + size) of the spool.
   struct Range {
     std::uint64_t first = 0, size = 0;
   };
@@ -35,7 +37,7 @@ class Spool {
  private:
   Spool(int fd, std::filesystem::path folder) : fd_(fd), folder_(std::move(folder)) {}
   Status flush();
-  int fd_ = -1;
+  int fd_ = -1;  ///< -1 after a move
   std::filesystem::path folder_;
   std::string buffer_;  ///< bytes not written yet
   std::uint64_t size_ = 0;

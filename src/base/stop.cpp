@@ -34,7 +34,7 @@ void on_stop(int signal_number) {
   request_interruption(kGraceSeconds);
   itimerspec expiry{};
   expiry.it_value = {kMaxGraceSeconds, kMaxGraceNanoseconds};
-  if (has_end_timer) timer_settime(end_timer, 0, &expiry, nullptr);
+  if (has_end_timer) timer_settime(end_timer, /*flags=*/0, &expiry, nullptr);
 }
 
 void end_process(int) {

@@ -60,8 +60,10 @@ std::size_t character_size(std::string_view text, std::size_t i) {
   return is_invalid ? 0 : size;  // overlong forms, surrogates, beyond U+10FFFF
 }
 
+/// Decodes a UTF-8 character; an invalid byte is decoded as itself.
 std::uint32_t code_point(std::string_view character) {
   auto value = static_cast<std::uint32_t>(static_cast<unsigned char>(character[0]));
+  // The lead byte of n > 1 bytes begins with n ones and a zero.
   if (character.size() > 1) value &= 0xffu >> (character.size() + 1);
   for (const char c : character.substr(1))
     value = value << 6 | (static_cast<unsigned char>(c) & 0x3fu);
@@ -110,6 +112,7 @@ std::string escape_json(std::string_view text) {
 }
 
 std::string printable_json(std::string text) {
+  // The lead bytes of U+007F, U+0080 to U+00BF, U+0600 to U+063F and U+2000 to U+2FFF.
   const auto may_begin_control = [](char c) {
     return c == '\x7f' || static_cast<unsigned char>(c) == 0xc2 || c == '\xd8' || c == '\xe2';
   };
@@ -139,9 +142,10 @@ std::optional<long long> parse_integer(std::string_view text) { return parse_all
 std::optional<std::string> nearest_word(std::string_view word,
                                         std::span<const std::string> candidates) {
   std::optional<std::string> best;
-  std::size_t best_distance = std::max<std::size_t>(1, word.size() / 3) + 1;
+  std::size_t best_distance = std::max<std::size_t>(1, word.size() / 3) + 1;  // exclusive limit
   for (const std::string& candidate : candidates) {
     const std::size_t longer = std::max(word.size(), candidate.size());
+    // The edit distance is at least the difference of the lengths.
     if (longer - std::min(word.size(), candidate.size()) >= best_distance) continue;
     const std::size_t distance = edit_distance(word, candidate);
     if (distance < best_distance) {

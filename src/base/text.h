@@ -14,7 +14,8 @@ namespace polymorph {
 std::optional<double> parse_number(std::string_view text);
 std::optional<long long> parse_integer(std::string_view text);
 
-/// Finds the candidate nearest to `word` by edit distance, up to max(1, a third of its length).
+/// Finds the candidate nearest to `word` by edit distance; nothing if even this one needs more
+/// edits than max(1, a third of the word's length).
 std::optional<std::string> nearest_word(std::string_view word,
                                         std::span<const std::string> candidates);
 
@@ -31,8 +32,8 @@ enum class LineBreaks { kKeep, kReplace };
 /// of writing by '?'.
 std::string printable(std::string_view text, LineBreaks line_breaks = LineBreaks::kReplace);
 
-/// Replaces the control characters from DEL (U+007F) on in JSON text by \\u escapes, which do not
-/// change the parsed values.
+/// Replaces those characters of JSON text from DEL (U+007F) on that printable() replaces by \\u
+/// escapes, which do not change the parsed values.
 std::string printable_json(std::string text);
 
 /// Escapes `text` for a JSON string.

@@ -14,7 +14,7 @@ namespace {
 
 /// A column of the table, which shows one metric.
 struct Column {
-  const char* metric;
+  const char* metric;  ///< name in an Analysis (docs/method.md, Quality)
   const char* title;
   int width, decimals;
   bool weighted_by_points;  ///< the mean is weighted by the pairs' numbers of points
@@ -44,17 +44,17 @@ Row make_row(const Analysis& morph) {
 Row make_means(const std::vector<Row>& rows) {
   Row means;
   for (std::size_t c = 0; c < std::size(kColumns); ++c) {
-    double sum = 0, weights = 0;
+    double sum = 0, weight_sum = 0;
     for (const Row& row : rows) {
       const double weight = kColumns[c].weighted_by_points ? row[0].value_or(0) : 1;
       if (!row[c]) continue;
       sum += weight * *row[c];
-      weights += weight;
+      weight_sum += weight;
     }
     if (c == 0)
       means.emplace_back(sum);
     else
-      means.push_back(weights > 0 ? std::optional(sum / weights) : std::nullopt);
+      means.push_back(weight_sum > 0 ? std::optional(sum / weight_sum) : std::nullopt);
   }
   return means;
 }
@@ -88,6 +88,7 @@ Result<Scene> make_scene(const Truth& truth, const TrueModel& from, const TrueMo
   return load_scene_text(truth.file, format_json(scene), overrides);
 }
 
+/// Measures this program's morph of a pair or, with `settings.meshes`, the meshes of another one.
 Result<Analysis> measure_pair(const BenchMorphSettings& settings, const Truth& truth,
                               const TrueModel& from, const TrueModel& to, Engine& engine,
                               const std::function<bool()>& keep_going) {
@@ -110,7 +111,7 @@ Result<Analysis> measure_pair(const BenchMorphSettings& settings, const Truth& t
                         "--meshes {}: has no place for the frame number, as in "
                         "\"theirs/{{pair}}.####.ply\"",
                         settings.meshes);
-    PM_TRY(morphs, analyze_meshes({frames, {}, {}, {&from, &to}}, progress));
+    PM_TRY(morphs, analyze_meshes({frames, /*source=*/{}, /*target=*/{}, {&from, &to}}, progress));
   }
   morphs.front().from = from.name;
   morphs.front().to = to.name;

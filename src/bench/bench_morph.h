@@ -24,7 +24,7 @@ struct BenchMorphSettings {
   std::vector<Override> overrides;  ///< settings of the scenes
   int frames = 9;                   ///< frames of each morph, ends included
   std::filesystem::path cache;      ///< cache folder; empty: none
-  MemoryLimit memory;
+  MemoryLimit memory;               ///< limit of this run (assets/memory_estimate.h)
 };
 
 /// Results of the benchmark.

@@ -12,14 +12,15 @@ Status bench_frames(Bench& bench, const RenderScene& scene, const RenderSettings
                     const std::string& device) {
   PM_TRY(Renderer renderer, make_renderer(device));
   Renderer::Stats stats;
-  PM_TRY(const Timing timing, time_it(std::min(bench.settings.repeats, 3), [&]() -> Status {
+  // Frames take long, so three runs must do.
+  PM_TRY(const Timing timing, time_runs(std::min(bench.settings.repeats, 3), [&]() -> Status {
            PM_TRY(const Image image, renderer.render(scene, settings));
            stats = renderer.stats();
            return Ok{};
          }));
   if (device != "cpu" && renderer.traced_on_cpu()) return Ok{};
   const double paths = static_cast<double>(stats.paths) * 1e-6;
-  bench.rows.push_back(report_row(
+  bench.rows.push_back(print_row(
       bench,
       fmt::format("render {}x{} {} spp{}", settings.image.width, settings.image.height,
                   settings.image.samples, device == "cpu" ? "" : ", " + device),
@@ -33,7 +34,7 @@ Status bench_frames(Bench& bench, const RenderScene& scene, const RenderSettings
 void report_loops(Bench& bench, const std::vector<RayLoop>& loops) {
   for (const RayLoop& loop : loops) {
     const Timing t = timing_of(loop.seconds);
-    bench.rows.push_back(report_row(
+    bench.rows.push_back(print_row(
         bench, loop.name, t,
         fmt::format("{:.1f} M rays/s", static_cast<double>(loop.rays) * 1e-6 / t.median)));
   }
@@ -76,8 +77,8 @@ Status bench_render(Bench& bench, const std::string& device, const Mesh& mesh) {
   surface.positions = mesh.positions;
   surface.triangles = mesh.triangles;
   surface.vertex_normals = mesh.normals;
-  surface.look = 1;
-  surface.id = 2;
+  surface.look = 1;  // RenderScene::look alone
+  surface.id = 2;    // 1 is the ground
   scene.meshes.push_back(surface);
   scene.bounds = bounding_box(mesh.positions);
   scene.camera =

@@ -23,11 +23,12 @@ struct Bench {
   }
 };
 
-/// Least, median and largest time of several runs, seconds.
+/// Minimum, median and maximum of the times of several runs, in seconds.
 struct Timing {
   double low = 0, median = 0, high = 0;
 };
 
+/// Returns the median; of an even number of values, the larger one of the two in the middle.
 inline double median_of(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   return values[values.size() / 2];
@@ -39,7 +40,7 @@ inline Timing timing_of(const std::vector<double>& seconds) {
 
 /// Times `run`, which returns a Status, `repeats` times after one run to warm up.
 template <class F>
-Result<Timing> time_it(int repeats, const F& run) {
+Result<Timing> time_runs(int repeats, const F& run) {
   std::vector<double> seconds;
   for (int i = 0; i <= repeats; ++i) {
     const Stopwatch stopwatch;
@@ -50,14 +51,14 @@ Result<Timing> time_it(int repeats, const F& run) {
   return timing_of(seconds);
 }
 
-/// Prints a line of the table and returns it as a row.
-JsonValue report_row(const Bench& bench, const std::string& name, const Timing& t,
-                     const std::string& note);
+/// Prints a line of the table, which ends in `note`, and returns it as a row.
+JsonValue print_row(const Bench& bench, const std::string& name, const Timing& t,
+                    const std::string& note);
 
 /// Times the extraction of the standard surface. Stores its mesh in `mesh`, for bench_render().
 Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Mesh& mesh);
-/// Times Table 6.7 and Graph 6.1 of the report.
-Status bench_report(Bench& bench, Engine& engine);
+/// Measures Table 6.7 and Graph 6.1 of the report.
+Status bench_report_figures(Bench& bench, Engine& engine);
 /// Times the rendering of a mesh on the CPU, and on `device` if that is a GPU.
 Status bench_render(Bench& bench, const std::string& device, const Mesh& mesh);
 

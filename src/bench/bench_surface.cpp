@@ -19,12 +19,13 @@ std::vector<Ball> torus_balls(int n, FieldKind kind) {
   const double spacing = std::sqrt(4 * kPi * kPi * kMajor * kMinor / n);
   std::vector<Ball> balls;
   for (int i = 0; i < n; ++i) {
-    // A rank-1 lattice is evenly distributed without forming rows.
+    // The fractional part of the golden ratio makes a rank-1 lattice, which is evenly distributed
+    // without forming rows.
     const double u = 2 * kPi * i / n, v = 2 * kPi * std::fmod(i * 0.6180339887498949, 1.0);
     const double ring = kMajor + kMinor * std::cos(v);
     const auto radius = static_cast<float>(
-        spacing *
-        (0.85 + 0.3 * static_cast<double>(random_float(1, 0, static_cast<std::uint64_t>(i)))));
+        spacing * (0.85 + 0.3 * static_cast<double>(random_float(/*seed=*/1, /*stream=*/0,
+                                                                 static_cast<std::uint64_t>(i)))));
     const Vec3 center{static_cast<float>(ring * std::cos(u)),
                       static_cast<float>(kMinor * std::sin(v)),
                       static_cast<float>(ring * std::sin(u))};
@@ -38,17 +39,19 @@ std::vector<Ball> torus_balls(int n, FieldKind kind) {
   return balls;
 }
 
+/// Returns the field function of this name; Gaussian if there is none.
 FieldKind find_field(const std::string& name) {
   for (const FieldKind kind : kFieldKinds)
     if (field_name(kind) == name) return kind;
   return FieldKind::kGaussian;
 }
 
-/// The grid over [-1.9, 1.9]^3 with n points along each axis.
+/// The grid over [-1.9, 1.9]^3, which contains the torus's surface, with n points along each axis.
 Grid bench_grid(int n) {
   return {{-1.9f, -1.9f, -1.9f}, 3.8f / static_cast<float>(n - 1), {n, n, n}};
 }
 
+/// Returns the balls of the file, if one is given, else the balls on the torus.
 Result<BallFile> bench_balls(const BenchSettings& settings) {
   if (!settings.ball_file.empty()) return read_balls(settings.ball_file);
   const FieldKind kind = find_field(settings.field);
@@ -72,22 +75,23 @@ Status bench_interpolation(Bench& bench, const std::string& name, const Extracte
                            Engine& engine) {
   const BallSet& balls = surface.balls;
   const Mesh& mesh = surface.mesh;
-  std::vector<BallAttribute> attributes(2 * balls.size());
+  std::vector<BallAttribute> attributes(2 * balls.size());  // of four values each
   for (std::size_t i = 0; i < attributes.size(); ++i)
     attributes[i].value[0] = static_cast<float>(i);
   std::vector<AttributeValues> values;
-  PM_TRY(const Timing timing, time_it(bench.settings.repeats, [&] {
+  PM_TRY(const Timing timing, time_runs(bench.settings.repeats, [&] {
            return to_status(
                engine.interpolate(balls, attributes, mesh.positions, surface.settings, values));
          }));
   // Per vertex, 12 bytes of position are read and 32 bytes of values are written.
   const double bytes = static_cast<double>(mesh.positions.size()) * (12 + 32);
-  auto row = report_row(bench, name + ", carry", timing,
-                        fmt::format("8 values to {} vertices", mesh.positions.size()));
+  auto row = print_row(bench, name + ", carry", timing,
+                       fmt::format("8 values to {} vertices", mesh.positions.size()));
   for (const PassTime& pass : engine.pass_times()) {
     bench.print_line("  {:<26} {:>9.3f} ms\n", pass.name, pass.seconds * 1e3);
     row["passes_ms"][pass.name] = pass.seconds * 1e3;
   }
+  // The time that moving these bytes once takes at 10 GB/s, the bandwidth of host memory.
   row["floor_ms"] = bytes / 1e10 * 1e3;
   bench.print_line("  in and out {:.1f} MB: {:.3f} ms at 10 GB/s\n", bytes * 1e-6, bytes / 1e7);
   bench.rows.push_back(std::move(row));
@@ -109,14 +113,14 @@ Status bench_table(Bench& bench, Engine& engine) {
     settings.sample_stride = 1;
     Mesh mesh;
     PM_TRY_STATUS(extract_once(engine, balls, grid, settings, mesh));
-    const double exact = volume_of(mesh);
+    const double exact_volume = volume_of(mesh);
     std::string text = fmt::format("{:>6}", skin);
     for (int resolution = 10; resolution <= 40; resolution += 10) {
-      settings.sample_stride = std::max(1, (skin + resolution / 2) / resolution);
-      PM_TRY(const Timing timing, time_it(bench.settings.repeats, [&] {
+      settings.sample_stride = std::max(1, (skin + resolution / 2) / resolution);  // rounded
+      PM_TRY(const Timing timing, time_runs(bench.settings.repeats, [&] {
                return extract_once(engine, balls, grid, settings, mesh);
              }));
-      const double volume_error = exact > 0 ? 100 * (volume_of(mesh) / exact - 1) : 0;
+      const double volume_error = exact_volume > 0 ? 100 * (volume_of(mesh) / exact_volume - 1) : 0;
       text += fmt::format(" {:>8.0f} {:>7.1f}", 1 / timing.median, volume_error);
       bench.rows.push_back({{"name", "table 6.7"},
                             {"skin", skin},
@@ -139,7 +143,7 @@ Status bench_graph(Bench& bench) {
   settings.field = file.kind;
   EngineStatus status;
   const auto cpu = make_cpu_engine();
-  const auto cuda = make_cuda_engine(0, status);
+  const auto cuda = make_cuda_engine(/*device=*/0, status);
   bench.print_line("{:>6} {:>12} {:>12}\n", "skin", "cpu ms", cuda ? "cuda ms" : "cuda: none here");
   for (int skin = 10; skin <= 100; skin += 10) {
     JsonValue row{{"name", "graph 6.1"}, {"skin", skin}};
@@ -147,7 +151,7 @@ Status bench_graph(Bench& bench) {
     for (Engine* engine : {cpu.get(), cuda.get()}) {
       if (engine == nullptr) continue;
       Mesh mesh;
-      PM_TRY(const Timing timing, time_it(bench.settings.repeats, [&] {
+      PM_TRY(const Timing timing, time_runs(bench.settings.repeats, [&] {
                return extract_once(*engine, balls, bench_grid(skin + 1), settings, mesh);
              }));
       row[engine == cpu.get() ? "cpu_ms" : "cuda_ms"] = timing.median * 1e3;
@@ -166,6 +170,7 @@ Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Me
   const BallSet balls = file.balls;
   ExtractSettings settings;
   settings.field = file.kind;
+  // Make the grid: the torus's own, or one that fits the balls of a file.
   Box box;
   for (const Ball& ball : balls) box = extend(box, ball.center);
   Grid grid = bench_grid(bench.settings.grid);
@@ -175,28 +180,30 @@ Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Me
     PM_TRY(grid, fit_grid(box, std::max({size.x, size.y, size.z}) /
                                    static_cast<float>(bench.settings.grid - 1)));
   }
+  // Extract the mesh once, for the note and for the benchmarks that need a mesh.
   PM_TRY_STATUS(extract_once(engine, balls, grid, settings, mesh));
   const std::string note =
       fmt::format("{} balls, {} triangles", balls.size(), mesh.triangles.size());
-  // A lower bound of the bytes to write: positions, normals and triangles, once.
+  // A lower bound of the bytes to write: 24 per vertex (position and normal) and 12 per triangle.
   const double bytes = static_cast<double>(mesh.positions.size() * 24 + mesh.triangles.size() * 12);
-  // `speed`: bandwidth of the memory that receives the mesh, bytes per second.
+  // Times the extraction and its passes. `speed`: bandwidth of the memory that receives the mesh,
+  // in bytes per second.
   const auto measure = [&](const std::string& name, double speed,
                            const char* speed_name) -> Status {
     Mesh unused_mesh;  // without a download, `mesh` keeps the surface for the next benchmarks
     Mesh& target = settings.download ? mesh : unused_mesh;
     std::map<std::string, std::vector<double>> passes;
-    std::vector<std::string> order;
-    PM_TRY(const Timing timing, time_it(bench.settings.repeats, [&]() -> Status {
+    std::vector<std::string> pass_order;
+    PM_TRY(const Timing timing, time_runs(bench.settings.repeats, [&]() -> Status {
              PM_TRY_STATUS(extract_once(engine, balls, grid, settings, target));
              for (const PassTime& pass : engine.pass_times()) {
-               if (!passes.contains(pass.name)) order.push_back(pass.name);
+               if (!passes.contains(pass.name)) pass_order.push_back(pass.name);
                passes[pass.name].push_back(pass.seconds);
              }
              return Ok{};
            }));
-    auto row = report_row(bench, name, timing, note);
-    for (const std::string& pass : order) {
+    auto row = print_row(bench, name, timing, note);
+    for (const std::string& pass : pass_order) {
       const double ms = median_of(passes[pass]) * 1e3;
       bench.print_line("  {:<26} {:>9.3f} ms\n", pass, ms);
       row["passes_ms"][pass] = ms;
@@ -211,6 +218,7 @@ Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Me
   };
   const std::string name =
       fmt::format("surface {} {}^3", field_name(file.kind), bench.settings.grid);
+  // The bandwidths are those of host memory, device memory and the bus (docs/performance.md).
   if (device == "cpu") {
     PM_TRY_STATUS(measure(name, 1e10, "10 GB/s"));
   } else {
@@ -222,7 +230,7 @@ Status bench_surface(Bench& bench, const std::string& device, Engine& engine, Me
   return bench_interpolation(bench, name, {balls, settings, mesh}, engine);
 }
 
-Status bench_report(Bench& bench, Engine& engine) {
+Status bench_report_figures(Bench& bench, Engine& engine) {
   PM_TRY_STATUS(bench_table(bench, engine));
   return bench_graph(bench);
 }

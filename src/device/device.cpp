@@ -40,9 +40,9 @@ Result<std::unique_ptr<Engine>> make_engine(const std::string& option, std::stri
     return engine;
   };
   if (device == "cpu") return make_cpu();
-  const bool automatic = device == "auto";
+  const bool is_automatic = device == "auto";
   int index = 0;
-  if (!automatic) {
+  if (!is_automatic) {
     const auto number = device == "cuda"              ? std::optional<long long>(0)
                         : device.starts_with("cuda:") ? parse_integer(device.substr(5))
                                                       : std::nullopt;
@@ -60,7 +60,7 @@ Result<std::unique_ptr<Engine>> make_engine(const std::string& option, std::stri
     engine->limit_memory(max_memory);
     return engine;
   }
-  if (!automatic)
+  if (!is_automatic)
     return make_error(ErrorCode::kResource, "--device {}: {} - use --device cpu or auto", device,
                       status.message);
   // Log this once per command, not for each of its scenes.

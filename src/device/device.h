@@ -18,17 +18,17 @@ namespace polymorph {
 /// Errors: kUsage for an empty entry; kResource for "cuda:all" without a GPU.
 Result<std::vector<std::string>> list_devices(const std::string& option);
 
-/// Makes the engine for the first device of `option`: "cpu", "cuda", "cuda:1" or "auto" (a GPU if
-/// one works, else the CPU, which is logged once). Sets `chosen` to "cpu" or "cuda:N".
-/// `max_memory`: bytes for the surface's buffers and mesh; 0: no limit. Errors: as list_devices();
-/// kUsage for another name; kResource if the named GPU does not work.
+/// Makes the engine for the first device of `option`: "cpu", "cuda" (the first GPU), "cuda:1" or
+/// "auto" (the first GPU if it works, else the CPU, which is logged once). Sets `chosen` to "cpu"
+/// or "cuda:N". `max_memory`: bytes for the surface's buffers and mesh; 0: no limit. Errors: as
+/// list_devices(); kUsage for another name; kResource if the named GPU does not work.
 Result<std::unique_ptr<Engine>> make_engine(const std::string& option, std::string& chosen,
                                             std::size_t max_memory = 0);
 
 /// Opens the tracer of a GPU ("cuda:1"). If it fails, returns null and sets `error` to the reason.
 std::unique_ptr<DeviceTracer> open_tracer(const std::string& device, std::string& error);
 
-/// Creates a renderer that traces on `device` ("cpu", "cuda:1"), as chosen by make_engine(). If the
+/// Creates a renderer that traces on `device`, "cpu" or "cuda:N" as chosen by make_engine(). If the
 /// GPU cannot trace, the CPU does, and the reason is logged once. The CPU also traces frames for
 /// which the GPU would need more than `max_memory` bytes (0: no limit). Errors: as
 /// Renderer::create().

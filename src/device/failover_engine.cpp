@@ -8,6 +8,7 @@
 namespace polymorph {
 namespace {
 
+/// Engine of make_failover_engine(); its methods forward to the device or to the CPU.
 class FailoverEngine : public Engine {
  public:
   explicit FailoverEngine(std::unique_ptr<Engine> device) : device_(std::move(device)) {}
@@ -76,7 +77,7 @@ class FailoverEngine : public Engine {
   /// The engine that ran the last call.
   const Engine& last_used() const { return called_cpu_ ? *cpu_ : *device_; }
 
-  std::unique_ptr<Engine> device_, cpu_;
+  std::unique_ptr<Engine> device_, cpu_;  ///< cpu_: null until the device has failed
   std::size_t max_memory_ = 0;
   std::string logged_reason_;  ///< the reason that was logged last
   bool has_failed_ = false;    ///< the device had an error and is no longer used

@@ -59,10 +59,11 @@ Result<std::vector<PartFile>> collect_parts(const std::vector<std::string>& inpu
       parts.push_back(std::move(part));
     }
   }
-  std::set<fs::path> known;
+  // Drop files that several inputs name.
+  std::set<fs::path> unique;
   std::erase_if(parts, [&](const PartFile& part) {
     std::error_code error;
-    return !known.insert(fs::weakly_canonical(part.path, error)).second;
+    return !unique.insert(fs::weakly_canonical(part.path, error)).second;
   });
   return parts;
 }
@@ -98,6 +99,7 @@ Status check_one_picture(int frame, const std::vector<PartFile>& parts) {
 std::string describe_missing_samples(const FrameMerge& merge, bool partial) {
   const std::vector<SampleRange>& joined = merge.ranges;
   const int total = merge.samples.total;
+  // A draft may have gaps; a larger part lacks samples only before its first or after its last.
   if (merge.is_draft || (joined.size() == 1 && (partial || merge.samples.is_whole()))) return "";
   std::string options;
   for (const SampleRange& range : missing_ranges(joined, total))
@@ -112,7 +114,7 @@ std::string describe_missing_samples(const FrameMerge& merge, bool partial) {
 
 Result<std::vector<FrameMerge>> plan_merge(const MergeSettings& settings) {
   PM_TRY(FramePattern output, parse_pattern(settings.output));
-  if (frame_path(output, 1).extension() != ".exr")
+  if (frame_path(output, /*frame=*/1).extension() != ".exr")
     return make_error(ErrorCode::kUsage,
                       "{}: frames are merged to EXR files - end the name in .exr", settings.output);
   PM_TRY(const std::vector<PartFile> files, collect_parts(settings.inputs));
@@ -132,8 +134,12 @@ Result<std::vector<FrameMerge>> plan_merge(const MergeSettings& settings) {
     });
     PM_TRY_STATUS(check_one_picture(frame, parts));
     const SampleRange &first = *parts.front().header.part, &last = *parts.back().header.part;
-    FrameMerge merge{
-        frame, {first.first, last.end, first.total}, {}, {}, false, frame_path(output, frame)};
+    FrameMerge merge{frame,
+                     {first.first, last.end, first.total},
+                     /*parts=*/{},
+                     /*ranges=*/{},
+                     /*is_draft=*/false,
+                     frame_path(output, frame)};
     std::vector<SampleRange> ranges;
     for (const PartFile& part : parts) {
       merge.parts.push_back(part.path);
@@ -160,7 +166,7 @@ Result<std::vector<FrameMerge>> plan_merge(const MergeSettings& settings) {
 
 Status merge_frame(const FrameMerge& merge, const std::string& command) {
   ReadImageSettings unlimited;
-  unlimited.max_bytes = std::size_t{1} << 40;  // the process's own memory limit still applies
+  unlimited.max_bytes = std::size_t{1} << 40;  // 1 TiB; the process's memory limit still applies
   std::vector<Part> parts;
   for (const fs::path& file : merge.parts) {
     PM_TRY(Image image, read_image(file, unlimited));

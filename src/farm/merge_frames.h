@@ -29,15 +29,15 @@ struct FrameMerge {
   int frame = 0;
   SampleRange samples;  ///< range from the first to the last sample of all parts
   std::vector<std::filesystem::path> parts;  ///< parts in the order of their samples
-  std::vector<SampleRange> ranges;           ///< join_ranges() of the parts' samples
+  std::vector<SampleRange> ranges;           ///< samples of all parts: disjoint, ascending
   bool is_draft = false;                     ///< the output is a picture that lacks samples
   std::filesystem::path output;
 };
 
 /// Plans the merging of all frames, in ascending order, from the files' headers only. Errors:
 /// kUsage for an output that is no EXR; kInput for a file that is no part, for parts of different
-/// pictures of one frame, and for samples that are missing or in two parts; kOutput for an output
-/// that may not be written.
+/// pictures of one frame, for samples in two parts, and for missing samples that neither `partial`
+/// nor `draft` allows; kOutput for an output that may not be written.
 Result<std::vector<FrameMerge>> plan_merge(const MergeSettings& settings);
 
 /// Merges one frame and writes it. Errors: kInput if a part is broken; kOutput.

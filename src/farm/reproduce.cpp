@@ -70,14 +70,15 @@ Result<FrameFile> read_frame(const fs::path& file) {
     return make_error(ErrorCode::kInput, "{}: {}", out.name, provenance.error().message);
   out.provenance = std::move(*provenance);
   const auto number = parse_integer(format_entry(out.image, kFrameAttribute).value_or(""));
+  // The limit keeps the cast below in range; reproduce_frame() compares with the scene's count.
   if (!number || *number < 1 || *number > 10'000'000)
     return make_error(ErrorCode::kInput, "{}: its header has no {}", out.name, kFrameAttribute);
   out.frame = static_cast<int>(*number);
   return out;
 }
 
-/// Compares the files that the header names with their digests, before any is used. Entries that
-/// stand for several files are compared after the scene is prepared.
+/// Compares the files that the header names with their digests, before any is used. Skips entries
+/// that stand for several files: reproduce_frame() compares these after the scene is prepared.
 void check_inputs(const Provenance& provenance, const fs::path& folder, Reproduction& result) {
   for (const InputFile& input : provenance.files) {
     if (input.count > 1 || input.name == kAllFiles) continue;
@@ -92,7 +93,7 @@ void check_inputs(const Provenance& provenance, const fs::path& folder, Reproduc
   }
 }
 
-/// Tests whether the header describes layers, which it does not if only a PNG was written.
+/// Tests whether the header describes layers. It does not if the frame was written only as a PNG.
 bool names_layers(const Image& image) {
   for (const Attribute& attribute : image.attributes)
     if (attribute.name == "polymorph/labels" || attribute.name.starts_with("cryptomatte/"))
@@ -115,14 +116,14 @@ Result<std::string> render_again(const FrameFile& original, const PreparedScene&
 }
 
 void compare_frames(const FrameFile& original, const Image& rendered, Reproduction& result) {
-  const Image& before = original.image;
+  const Image& expected = original.image;
   result.same_bytes = original.bytes == result.bytes;
-  result.same_pixels = rendered.width == before.width && rendered.height == before.height &&
-                       rendered.channels == before.channels &&
-                       std::memcmp(rendered.pixels.data(), before.pixels.data(),
+  result.same_pixels = rendered.width == expected.width && rendered.height == expected.height &&
+                       rendered.channels == expected.channels &&
+                       std::memcmp(rendered.pixels.data(), expected.pixels.data(),
                                    rendered.pixels.size() * sizeof(float)) == 0;
   if (result.same_pixels) return;
-  const Comparison comparison = compare_images(rendered, before, zero_tolerance());
+  const Comparison comparison = compare_images(rendered, expected, zero_tolerance());
   result.difference = comparison.verdict == Verdict::kSame
                           ? "the pixels have equal values, but not the same bits"
                           : comparison.reason;
@@ -154,9 +155,9 @@ Result<Reproduction> reproduce_frame(const fs::path& file, const fs::path& model
   if (const int count = frame_count(scene); original.frame > count)
     return make_error(ErrorCode::kInput, "{}: its header says frame {}, and its scene has {}",
                       original.name, original.frame, count);
-  // Two pictures: the original and the rendered one.
+  // Two pictures are in memory: the original and the rendered one.
   PM_TRY_STATUS(check_picture_memory(scene.image, 2, resources.max_memory));
-  PM_TRY(EngineScene morph, prepare_on_engine(scene, resources, 2));
+  PM_TRY(EngineScene morph, prepare_on_engine(scene, resources, /*pictures=*/2));
   PreparedScene& prepared = morph.prepared;
   // The preparation has read all files, so entries of several files can be compared, too.
   result.changed = compare_inputs(provenance.files, name_files(prepared.inputs, {{folder}}));

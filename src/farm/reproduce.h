@@ -11,14 +11,15 @@
 
 namespace polymorph {
 
+/// Comparison of a frame's file with the frame as this program renders it.
 struct Reproduction {
   int frame = 0;
   std::string program;               ///< version and identity of the build in the header
   bool same_program = false;         ///< `program` is this build
   std::vector<std::string> missing;  ///< a line for each file that does not exist
   std::vector<std::string> changed;  ///< a line for each file that differs from the header's
-  bool same_pixels = false, same_bytes = false;
-  std::string difference;  ///< difference of the pixels, in words
+  bool same_pixels = false, same_bytes = false;  ///< false if the frame was not rendered
+  std::string difference;  ///< difference of the pixels, in words; empty if there is none
   std::string bytes;       ///< file of the frame as rendered now; empty: not rendered
 };
 

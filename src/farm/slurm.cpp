@@ -18,12 +18,15 @@ namespace {
 /// of the limit.
 int signal_seconds(const SlurmJob& job) {
   constexpr double kMinSeconds = 90, kFramesInProgress = 3;
-  const double frames = std::ceil(kFramesInProgress * job.frame_seconds);
-  return static_cast<int>(std::min(std::max(kMinSeconds, frames), 30.0 * job.minutes));
+  const double finish_seconds = std::ceil(kFramesInProgress * job.frame_seconds);
+  // 30.0 * minutes: half of the time limit, in seconds.
+  return static_cast<int>(std::min(std::max(kMinSeconds, finish_seconds), 30.0 * job.minutes));
 }
 
-/// Returns the first lines of a script, with the directives that both jobs share.
-std::string header(const SlurmJob& job, const std::string& name, const std::string& log) {
+/// Returns the first lines of a script, with the directives that both jobs share. `log` is the name
+/// of the log file, in which Slurm replaces %x (name of the job), %A and %j (its number) and %a
+/// (number of the task).
+std::string script_head(const SlurmJob& job, const std::string& name, const std::string& log) {
   std::string out = "#!/bin/bash\n";
   const auto directive = [&](const std::string& text) { out += "#SBATCH " + text + "\n"; };
   directive("--job-name=" + quote_for_shell(name));
@@ -37,6 +40,7 @@ std::string header(const SlurmJob& job, const std::string& name, const std::stri
   return out;
 }
 
+/// Returns the arguments, quoted, with a space before each.
 std::string quote_arguments(const std::vector<std::string>& arguments) {
   std::string out;
   for (const std::string& word : arguments) out.append(1, ' ').append(quote_for_shell(word));
@@ -65,14 +69,14 @@ Status check_job(const SlurmJob& job) {
 }
 
 int slurm_tasks(std::size_t frames, double frame_seconds, double task_seconds, int max_tasks) {
-  const double per_task =
+  const double frames_per_task =
       frame_seconds > 0 ? std::max(1.0, std::ceil(task_seconds / frame_seconds)) : 1.0;
-  const double tasks = std::floor(static_cast<double>(frames) / per_task);
+  const double tasks = std::floor(static_cast<double>(frames) / frames_per_task);
   return static_cast<int>(std::clamp(tasks, 1.0, static_cast<double>(max_tasks)));
 }
 
 std::string slurm_render_script(const SlurmJob& job) {
-  std::string out = header(job, job.name, "%x-%A_%a.log");
+  std::string out = script_head(job, job.name, "%x-%A_%a.log");
   out += fmt::format("#SBATCH --array=1-{}\n#SBATCH --requeue\n#SBATCH --signal=B:USR1@{}\n",
                      job.tasks, signal_seconds(job));
   if (job.gpus > 0)
@@ -107,7 +111,7 @@ std::string slurm_render_script(const SlurmJob& job) {
 }
 
 std::string slurm_finish_script(const SlurmJob& job) {
-  std::string out = header(job, job.name + "-finish", "%x-%j.log");
+  std::string out = script_head(job, job.name + "-finish", "%x-%j.log");
   const std::string program = quote_for_shell(job.program), output = quote_for_shell(job.output);
   out += fmt::format(
       "# Made by polymorph submit. Runs when every task of the array has ended, well or not.\n"

@@ -14,18 +14,18 @@ struct SlurmJob {
   std::string program;        ///< absolute path of polymorph
   std::string folder;         ///< absolute path of the folder in which both scripts run
   std::string log_folder;     ///< absolute path of the folder of scripts and logs
-  std::string scene, output;  ///< `output` is a pattern with the frame number
+  std::string scene, output;  ///< scene file; frame pattern with a place for the number
   std::string frames;         ///< value of --frames; empty: all
-  std::string sheet, movie;   ///< outputs of the finish job, without extension
+  std::string sheet, movie;   ///< paths of the contact sheet and the movie, without extension
   std::vector<std::string> scene_arguments;   ///< settings of the scene as arguments, and --png
   std::vector<std::string> render_arguments;  ///< arguments of `render` only: cache, device
   std::vector<std::string> directives;        ///< further options of sbatch: "--partition=big"
-  int tasks = 1;
-  int cpus = 4;
-  int gpus = 0;  ///< GPUs per task, which share its frames
-  int memory_mib = 1024;
-  int minutes = 10;
-  double frame_seconds = 0;  ///< seconds per frame, on `cpus`; 0: unknown
+  int tasks = 1;                              ///< tasks of the array
+  int cpus = 4;                               ///< processors per task
+  int gpus = 0;                               ///< GPUs per task, which share its frames
+  int memory_mib = 1024;                      ///< memory per task
+  int minutes = 10;                           ///< time limit of a task
+  double frame_seconds = 0;  ///< seconds per frame on `cpus` processors; 0: unknown
 };
 
 /// Checks that no string of the job has control characters. A line break in the name of a folder

@@ -33,7 +33,7 @@ std::string to_text(const FramePattern& pattern) {
 struct Costs {
   std::size_t frames = 0;                         ///< frames still to be rendered
   double frame_seconds = 0, prepare_seconds = 0;  ///< seconds on the task's processors
-  std::uint64_t memory = 0;
+  std::uint64_t memory = 0;                       ///< peak bytes; 0: not measured
 };
 
 /// Counts the frames to render, and measures a frame by a dry run unless its seconds are given.
@@ -43,6 +43,7 @@ Result<Costs> measure_costs(const SlurmRequest& request, const Scene& scene,
   const int count = frame_count(scene);
   PM_TRY(settings.frames, parse_frames_or_all(request.frames, 1, count));
   Costs costs;
+  // With a given time per frame, only count the frames that are not current.
   if (request.frame_seconds > 0) {
     PM_TRY(ExpectedHashes hashes, expected_hashes(scene, settings.frames));
     hashes.view = request.view;
@@ -52,6 +53,7 @@ Result<Costs> measure_costs(const SlurmRequest& request, const Scene& scene,
     costs.frame_seconds = request.frame_seconds;
     return costs;
   }
+  // Measure by a dry run.
   settings.exr = files.exr;
   settings.png = files.png;
   settings.view = request.view;
@@ -76,7 +78,7 @@ Result<Costs> measure_costs(const SlurmRequest& request, const Scene& scene,
 /// Sets the job's tasks, time and memory, with a margin: 3 times the time and 1.5 times the memory.
 void size_job(SlurmJob& job, const SlurmRequest& request, const Costs& costs) {
   constexpr double kMebibyte = 1024.0 * 1024.0;
-  constexpr int kMinMinutes = 10, kMinMemory = 1024, kMemoryStep = 256;
+  constexpr int kMinMinutes = 10, kMinMemory = 1024, kMemoryStep = 256;  // memory in MiB
   job.tasks = request.tasks > 0
                   ? std::min(request.tasks, std::max(1, static_cast<int>(costs.frames)))
                   : slurm_tasks(costs.frames, costs.frame_seconds, 60 * request.task_minutes,

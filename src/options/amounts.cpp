@@ -50,6 +50,7 @@ std::string parse_size(std::string& text) {
                                    {'g', kKilo * kKilo * kKilo},
                                    {'t', kKilo * kKilo * kKilo * kKilo}},
                                   "bytes as a number, 500M or 1.5G");
+  // The message begins with the space after the option's name, which is empty here.
   if (!bytes) return bytes.error().message.substr(1);
   // Round up: a limit below one byte must not become 0, which means no limit.
   text = fmt::format("{}", static_cast<std::uint64_t>(std::ceil(*bytes)));

@@ -10,8 +10,8 @@
 
 namespace polymorph {
 
-/// Units: the letter after an amount, and its factor. An amount without a letter has the first
-/// unit.
+/// Units: the letter after an amount, in lower case, and its factor. An amount without a letter has
+/// the first unit.
 using AmountUnits = std::vector<std::pair<char, double>>;
 
 /// Parses a number of at least 0 followed by one of the units, in upper or lower case. If 'b' is

@@ -11,7 +11,7 @@ std::string join_words(const std::vector<std::string>& words) {
 }
 
 /// Returns a shell command that lists the possible values of an option, if they depend on the
-/// installation (models, effects, ...), else "". Models and effects may be files as well.
+/// installation (models, effects, ...), else "".
 std::string list_command(const OptionRow& row) {
   const std::string list = "polymorph demo --list 2>/dev/null | awk ";
   if (row.value == "FROM" || row.value == "TO")
@@ -65,6 +65,8 @@ std::string zsh_action(const OptionRow& row) {
 }  // namespace
 
 std::string bash_completion(const std::vector<CommandTable>& commands) {
+  // Make the branches of two case statements: `values` sets the words for an option's value,
+  // `options` the options and arguments of a command.
   std::string values, options;
   for (const CommandTable& command : commands) {
     std::vector<std::string> names;
@@ -120,16 +122,21 @@ std::string bash_completion(const std::vector<CommandTable>& commands) {
 }
 
 std::string zsh_completion(const std::vector<CommandTable>& commands) {
+  // Make a function per kind of value that depends on the installation.
   std::string list, cases, listers;
   for (const char* value : {"FROM", "TO", "EFFECT", "DEVICE", "KEY=VALUE"}) {
     OptionRow row;
     row.value = value;
+    // A model or an effect may also be a file.
     const bool may_be_file = row.value == "FROM" || row.value == "TO" || row.value == "EFFECT";
     // No space after KEY=, because the value follows.
     const char* suffix = row.value == "KEY=VALUE" ? "-S '' " : "";
     listers += fmt::format("{}() {{ compadd {}-- ${{(f)\"$({})\"}}{} }}\n", zsh_function(value),
                            suffix, list_command(row), may_be_file ? "; _files" : "");
   }
+  // Make the specifications for _arguments: NUMBER:NAME:ACTION for a positional argument, with a
+  // second colon after the number if it is optional, and *OPTION[TEXT]:NAME:ACTION for an option,
+  // where the star permits repetition.
   for (const CommandTable& command : commands) {
     list += "    " + quote(escape_zsh(command.name) + ":" + command.purpose) + "\n";
     cases += fmt::format("    ({})\n      _arguments", command.name);

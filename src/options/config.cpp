@@ -11,6 +11,7 @@
 namespace polymorph {
 namespace {
 
+/// Lists the keys that a file may have for a command: the long names of its options.
 std::vector<std::string> option_keys(const CLI::App& command) {
   std::vector<std::string> keys;
   for (const CLI::Option* option : command.get_options())
@@ -22,7 +23,7 @@ std::vector<std::string> option_keys(const CLI::App& command) {
 /// Returns the values of an item in the form that the option parses; empty for a flag that is
 /// false.
 std::vector<std::string> parse_values(const CLI::ConfigItem& item, const CLI::Option& option) {
-  if (option.get_expected_max() > 0) return item.inputs;
+  if (option.get_expected_max() > 0) return item.inputs;  // the option takes values
   const std::string& word = item.inputs.empty() ? "true" : item.inputs.front();
   if (word == "false") return {};
   return {option.get_flag_value("--" + item.name, word)};
@@ -61,7 +62,7 @@ Result<std::vector<CLI::App*>> find_commands(const std::string& file, const CLI:
 
 Status apply_config(const std::string& file, CLI::App& program) {
   CLI::App& command = *program.get_subcommands().front();
-  auto text = read_file(file, 1u << 20);
+  auto text = read_file(file, /*limit=*/1u << 20);
   if (!text) return Error{ErrorCode::kUsage, "--config " + text.error().message};
   std::istringstream stream(*text);
   std::vector<CLI::ConfigItem> items;

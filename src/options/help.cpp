@@ -36,6 +36,7 @@ std::string wrap_text(const std::string& text, std::size_t first_column) {
   return out + "\n";
 }
 
+/// Formats a row of two columns. A `left` that is too long has a line of its own.
 std::string table_row(const std::string& left, const std::string& right) {
   std::string out = "  " + left;
   if (out.size() + 2 > kDescriptionColumn)
@@ -49,7 +50,7 @@ std::string option_names(const OptionRow& option) {
   if (option.positional) return option.value;
   std::string names;
   for (const std::string& name : option.names) {
-    if (names.empty() && name.starts_with("--")) names = "    ";
+    if (names.empty() && name.starts_with("--")) names = "    ";  // the width of "-x, "
     names += (names.empty() || names == "    " ? "" : ", ") + name;
   }
   return option.value.empty() ? names : names + " " + option.value;
@@ -156,12 +157,12 @@ std::string named_page(const std::vector<CommandTable>& commands, int argc, char
 std::string help_page(const CommandTable& program, const std::vector<CommandTable>& commands,
                       const std::string& name, bool full) {
   for (const CommandTable& command : commands) {
-    if (command.name == name) return help_text(command, {}, full);
+    if (command.name == name) return help_text(command, /*commands=*/{}, full);
     for (const VerbTable& verb : command.verbs)
       if (command.name + " " + verb.name == name)
-        return help_text(verb_table(command, verb), {}, full);
+        return help_text(verb_table(command, verb), /*commands=*/{}, full);
   }
-  return help_text(program, commands, true);
+  return help_text(program, commands, /*full=*/true);
 }
 
 }  // namespace polymorph

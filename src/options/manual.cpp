@@ -14,16 +14,16 @@ namespace {
 /// Escapes a text so that roff prints it literally.
 std::string escape_roff(const std::string& text) {
   std::string out;
-  bool line_start = true;
+  bool is_line_start = true;
   for (const char c : text) {
-    if (line_start && (c == '.' || c == '\'')) out += "\\&";
+    if (is_line_start && (c == '.' || c == '\'')) out += "\\&";
     if (c == '\\')
       out += "\\e";
     else if (c == '-')
       out += "\\-";
     else
       out += c;
-    line_start = c == '\n';
+    is_line_start = c == '\n';
   }
   return out;
 }
@@ -33,6 +33,7 @@ std::string names_and_value(const OptionRow& row) {
   return row.value.empty() ? names : names + " " + row.value;
 }
 
+/// Formats a text with its own line breaks: .nf and .fi switch the filling of lines off and on.
 std::string literal_block(const std::string& text) {
   return ".nf\n" + escape_roff(text) + "\n.fi\n";
 }
@@ -42,6 +43,7 @@ std::string page_head(const std::string& name) {
                      program_version());
 }
 
+/// Names the environment variable of an option, unless its description does so already.
 std::string environment_text(const OptionRow& row) {
   return row.environment.empty() || row.description.find(row.environment) != std::string::npos
              ? ""

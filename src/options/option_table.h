@@ -14,10 +14,12 @@ class App;
 
 namespace polymorph {
 
+/// An option or positional argument.
 struct OptionRow {
   std::vector<std::string> names;    ///< "-o", "--output"; empty for a positional argument
-  std::string value;                 ///< "FILE"; empty for a flag
+  std::string value;                 ///< name of the value in help, "FILE"; empty for a flag
   std::vector<std::string> choices;  ///< allowed values; empty: any
+  /// `group`: heading in help; `environment`: variable with the default, empty if there is none.
   std::string group, description, environment;
   bool positional = false, required = false;
   bool repeated = false;  ///< takes more than one value
@@ -27,17 +29,18 @@ struct OptionRow {
 struct VerbTable {
   std::string name, purpose;
   std::string arguments;             ///< positional arguments, "NAME SCENE"; empty: none
-  std::string argument_text;         ///< their description
-  std::vector<std::string> options;  ///< the command's options that it takes, "--root"
+  std::string argument_text;         ///< description of these arguments
+  std::vector<std::string> options;  ///< names of the command's options that the verb takes
   std::string examples, exit_codes;
   std::function<Result<int>()> action;  ///< returns the exit code
 };
 
+/// A command, or the program itself.
 struct CommandTable {
   std::string name, purpose, examples, exit_codes;  ///< `name` is empty for the program itself
-  std::string usage;                                ///< empty: derived from the arguments
-  std::vector<OptionRow> options;                   ///< positional ones, then the others by group
-  std::vector<VerbTable> verbs;                     ///< empty if it has none
+  std::string usage;               ///< usage line; empty: derived from the arguments
+  std::vector<OptionRow> options;  ///< positional arguments, then the options by group
+  std::vector<VerbTable> verbs;    ///< empty if the command has none
 };
 
 /// Tests whether an option has one of the names.

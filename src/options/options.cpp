@@ -24,7 +24,8 @@ std::vector<std::string> command_names(const CLI::App& program) {
 }
 
 /// Parses a number, checks its range, and replaces the text by its canonical form. Returns an error
-/// message, or "" on success, as CLI11's validators do.
+/// message, or "" on success, as CLI11's validators do. `kind` qualifies the number in the message:
+/// "whole " or "".
 template <class T, class Parse>
 std::string read_number(std::string& text, T low, T high, const char* kind, const Parse& parse) {
   const auto value = parse(text);
@@ -121,9 +122,9 @@ std::string rewrite_parse_error(const CLI::ParseError& error, const CLI::App& co
   }
   if (message.find(" excludes ") != std::string::npos)
     return fmt::format("{} and {} do not go together", before(" excludes "),
-                       message.substr(message.find(" excludes ") + 10));
+                       message.substr(message.find(" excludes ") + 10));  // 10: " excludes "
   if (message.find(" not expected: ") != std::string::npos) {
-    // CLI11 lists the unparsed arguments in reverse order.
+    // CLI11 lists the unparsed arguments in reverse order, after the 15 characters searched for.
     const auto words = split(message.substr(message.find(" not expected: ") + 15), ' ');
     const std::string& word = words.back();
     if (word.size() > 1 && word.starts_with("-")) return describe_unknown_option(command, word);

@@ -103,6 +103,7 @@ class Command {
 /// Makes the program's command, without options and subcommands.
 std::shared_ptr<CLI::App> make_program(const char* name, const char* purpose,
                                        const std::string& examples);
+/// Handle to the program itself, for the options that stand before a subcommand.
 Command root_of(CLI::App& program);
 /// Adds a subcommand. Its help shows `purpose` (one line), `examples` and `exit_codes`.
 Command add_subcommand(CLI::App& program, const std::string& name, const std::string& purpose,
@@ -116,7 +117,8 @@ Status parse_arguments(CLI::App& program, int argc, char** argv);
 /// Returns the first word of argv that is a subcommand's name; empty: none.
 std::string named_command(const CLI::App& program, int argc, char** argv);
 
-/// Values of the chosen subcommand's arguments and options, after parse_arguments().
+/// The values of the chosen subcommand's positional arguments and of an option, and whether the
+/// option is given; after parse_arguments().
 std::vector<std::string> positional_values(const CLI::App& program);
 std::vector<std::string> option_values(const CLI::App& program, const char* option);
 bool is_given(const CLI::App& program, const char* option);

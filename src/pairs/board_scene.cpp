@@ -42,7 +42,7 @@ struct LevelFilm {
   const PairsPlay& play;
   int level;
   int frames;
-  std::vector<PairsPiece> board;
+  std::vector<PairsPiece> board;  ///< the pieces as dealt
 };
 
 /// Makes the actor of a piece: a chain of objects with a leg per event, and still frames between.
@@ -54,11 +54,13 @@ JsonValue make_actor(const LevelFilm& film, int piece) {
   JsonValue actor{{"name", place_name(grid, piece)}};
   actor["translate"] = JsonValue::array({(column - (grid.columns - 1) / 2.0) * kSpacing, 0,
                                          ((grid.rows - 1) / 2.0 - row) * kSpacing});
+  // Add an object and a leg per event. Between two legs, the object stands still ("hold").
   std::vector<JsonValue> chain{make_sphere(file)};
-  std::vector<int> per_leg;
+  std::vector<int> per_leg;  // frames of each leg
   int start_frame = frames + 1, last_end = 0;
   for (const PairsEvent& event : play.events()) {
     if (event.level != level || event.piece != piece) continue;
+    // Steps are frames counted from 0.
     const int first_step = std::max(last_end, frame_at(event.start, fps));
     const int last_step = std::max(first_step + 1, frame_at(event.start + event.seconds, fps));
     if (per_leg.empty())
@@ -89,7 +91,7 @@ JsonValue make_actor(const LevelFilm& film, int piece) {
 }  // namespace
 
 double frames_per_second(const PairsFile& file) {
-  const JsonValue& fps = file.stage.get("frames").get("fps");
+  const JsonValue& fps = file.scene_settings.get("frames").get("fps");
   return fps.is_number() ? std::clamp(fps.number, 0.1, 1000.0) : 12;
 }
 
@@ -106,7 +108,7 @@ JsonValue make_board_scene(const PairsFile& file, const PairsPlay& play, int lev
   const PairsLevel& grid = file.game.levels[static_cast<std::size_t>(level)];
   JsonValue scene;
   scene["description"] = fmt::format("Pairs, level {}", level + 1);
-  if (file.stage.is_object()) scene.update(file.stage);
+  if (file.scene_settings.is_object()) scene.update(file.scene_settings);
   const LevelFilm film{file, play, level, frames, deal_board(file.game, level)};
   scene["actors"] = JsonValue::array();
   for (int piece = 0; piece < grid.columns * grid.rows; ++piece)
@@ -121,37 +123,39 @@ JsonValue make_board_scene(const PairsFile& file, const PairsPlay& play, int lev
   }
   JsonValue& frame_settings = scene["frames"];
   frame_settings["fps"] = fps;
-  // A leg that begins in the last frame needs one more.
-  std::int64_t last = frames + kExtraFrames;
+  // The scene ends with the last leg, or later: a leg has a frame at least, even if it begins in
+  // the last frame of the level.
+  std::int64_t frame_count = frames + kExtraFrames;
   for (const JsonValue& actor : scene.get("actors").items) {
-    std::int64_t needed = actor.get("start").integer;
-    for (const JsonValue& leg : actor.get("per_leg").items) needed += leg.integer;
+    std::int64_t actor_end = actor.get("start").integer;
+    for (const JsonValue& leg : actor.get("per_leg").items) actor_end += leg.integer;
     for (const JsonValue& object : actor.get("intermediate").items)
-      needed += object.get("hold").integer;
-    last = std::max(last, needed);
+      actor_end += object.get("hold").integer;
+    frame_count = std::max(frame_count, actor_end);
   }
-  frame_settings["count"] = last;
+  frame_settings["count"] = frame_count;
   return scene;
 }
 
 std::string format_score(const PairsPlay& play, int level, int frame, double fps) {
   const double now = (frame - 1) / fps;
-  int score = 0, found = 0;
+  int score = 0, melted_pieces = 0;
   std::string ending;
   for (const PairsEvent& event : play.events()) {
     // An event counts from the frame nearest to its start on.
     if (event.level > level || (event.level == level && event.start > now + 0.5 / fps)) break;
     score = event.score;
-    if (event.level == level && event.kind == Kind::kMelt) ++found;
+    if (event.level == level && event.kind == Kind::kMelt) ++melted_pieces;
     if (event.kind == Kind::kTimeOut) ending = "   TIME IS UP";
     if (event.kind == Kind::kStuck) ending = "   LOST";
     if (event.kind == Kind::kWon) ending = "   WON";
   }
   const PairsLevel& grid = play.game().levels[static_cast<std::size_t>(level)];
-  const int all = grid.columns * grid.rows / 2;
+  const int max_pairs = grid.columns * grid.rows / 2;
   const double seconds_left = std::max(0.0, play.limits()[static_cast<std::size_t>(level)] - now);
   return fmt::format("LEVEL {}   SCORE {}   PAIRS {}/{}   TIME {:.0f}{}", level + 1, score,
-                     found / 2, grid.pairs > 0 ? std::min(grid.pairs, all) : all,
+                     melted_pieces / 2,
+                     grid.pairs > 0 ? std::min(grid.pairs, max_pairs) : max_pairs,
                      std::ceil(seconds_left), ending);
 }
 

@@ -1,4 +1,5 @@
-// Scene of a level of Pairs: every piece is an actor, and every event is a leg of its chain.
+// Scene of a level of Pairs: every piece is an actor, and every event of the piece is a leg, that
+// is, a morph from one object of the actor's chain to the next (scene/scene.h).
 #pragma once
 
 #include <string>
@@ -14,8 +15,9 @@ namespace polymorph {
 int count_level_frames(const PairsPlay& play, int level, double fps);
 
 /// Makes the scene of a level as far as it has been played. A piece is a sphere that becomes its
-/// object, a sphere again, a puddle, or drops on the path `explode`. The scene has a few frames
-/// more than count_level_frames(), because even an actor that does not move needs a leg.
+/// object, a sphere again, a puddle, or drops that fly apart (motion path "explode"). The scene has
+/// a few frames more than count_level_frames(), because even an actor that does not move needs a
+/// leg.
 JsonValue make_board_scene(const PairsFile& file, const PairsPlay& play, int level);
 
 /// Returns the frames per second of the game's scene settings; default: 12.

@@ -22,8 +22,8 @@ PairsPlay::PairsPlay(PairsGame game) : game_(std::move(game)) { begin_level(0); 
 
 int PairsPlay::pairs_needed() const {
   const PairsLevel& level = game_.levels[static_cast<std::size_t>(level_)];
-  const int all = level.columns * level.rows / 2;
-  return level.pairs > 0 ? std::min(level.pairs, all) : all;
+  const int max_pairs = level.columns * level.rows / 2;
+  return level.pairs > 0 ? std::min(level.pairs, max_pairs) : max_pairs;
 }
 
 std::vector<PairsPiece> deal_board(const PairsGame& game, int level) {
@@ -48,7 +48,9 @@ void PairsPlay::begin_level(double seconds_left) {
   found_ = 0;
 }
 
-void PairsPlay::add_note(Kind kind) { events_.push_back({kind, level_, -1, clock_, 0, score_}); }
+void PairsPlay::add_note(Kind kind) {
+  events_.push_back({kind, level_, /*piece=*/-1, clock_, /*seconds=*/0, score_});
+}
 
 /// Adds an event of all `pieces` at the same time. The game is over if the time ends during it.
 void PairsPlay::add_event(Kind kind, std::vector<int> pieces, double seconds) {
@@ -111,14 +113,14 @@ Status PairsPlay::pick(int first, int second) {
   if (!shown.empty() && reveal_or_explode(second)) shown.push_back(second);
   if (over_) return Ok{};
   if (shown.size() == 2 && a.object == b.object) {
-    const int repeated_looks = a.looks + b.looks - 2;
+    const int repeated_looks = a.looks + b.looks - 2;  // the first look at each is free
     score_ += std::max(0, game_.rules.pair_points - repeated_looks * game_.rules.look_cost);
     a.state = b.state = State::kFound;
     ++found_;
     add_event(Kind::kMelt, shown, game_.rules.melt);
   } else if (!shown.empty()) {
     PM_TRY_STATUS(wait(game_.rules.show));
-    double longest = 0;
+    double longest = 0;  // a piece hides as slowly as it was revealed
     for (const int piece : shown) {
       PairsPiece& p = board_[static_cast<std::size_t>(piece)];
       p.state = State::kHidden;
@@ -132,7 +134,7 @@ Status PairsPlay::pick(int first, int second) {
 
 /// Number of pairs of this level that are found or can still be found.
 int PairsPlay::pairs_possible() const {
-  std::vector<int> remaining(board_.size(), 0);
+  std::vector<int> remaining(board_.size(), 0);  // by object: pieces that have not exploded
   for (const PairsPiece& piece : board_)
     remaining[static_cast<std::size_t>(piece.object)] += piece.state != State::kExploded;
   return static_cast<int>(std::count(remaining.begin(), remaining.end(), 2));
@@ -142,9 +144,9 @@ void PairsPlay::finish_turn() {
   if (found_ >= pairs_needed()) {
     if (level_ + 1 < static_cast<int>(game_.levels.size())) {
       add_note(Kind::kLevelUp);
-      const double left = time_left();
+      const double seconds_left = time_left();
       ++level_;
-      begin_level(left);
+      begin_level(seconds_left);
       return;
     }
     score_ += game_.rules.second_points * static_cast<int>(std::floor(time_left()));

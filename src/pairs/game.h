@@ -1,6 +1,6 @@
-// Rules and state of the game of Pairs (report 3.6). Spheres on a grid hide objects, each of them
-// twice; a player picks two at a time. Deterministic: the same game and the same picks give the
-// same events.
+// Rules and state of the game of Pairs (Gilbert 2010, 3.6). Spheres on a grid hide objects, each of
+// them twice; a player picks two spheres at a time. The same game and the same picks give the same
+// events.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace polymorph {
 /// Rules of a game; times in seconds.
 struct PairsRules {
   double reveal = 0.75;   ///< duration of the morph that reveals an object the first time
-  double slowdown = 1.4;  ///< factor of that duration for every further look
+  double slowdown = 1.4;  ///< factor of `reveal` for every further look at the same piece
   double show = 0.5;      ///< time for which two pieces that are no pair stay visible
   double melt = 1.5;      ///< duration of a found pair's melting into puddles
   double explode = 1.5;   ///< duration of an explosion
@@ -27,7 +27,7 @@ struct PairsRules {
 /// One level: its grid of pieces, its time and its goal.
 struct PairsLevel {
   int columns = 4, rows = 4;  ///< an even number of pieces
-  double seconds = 90;        ///< added to the remaining time
+  double seconds = 90;        ///< time of the level, added to the time left from the previous one
   int pairs = 0;              ///< pairs to find before the next level; 0 = all
 };
 
@@ -78,7 +78,7 @@ class PairsPlay {
   /// which change nothing: an index that does not exist, the same piece twice, a piece that is
   /// found or has exploded.
   Status pick(int first, int second);
-  /// Lets the clock run. Errors (kInput): negative time.
+  /// Lets the clock run for this time. Errors (kInput): a negative time.
   Status wait(double seconds);
 
   bool over() const { return over_; }
@@ -90,11 +90,11 @@ class PairsPlay {
   /// Time limit of this level, including the time left from the previous one.
   double time_limit() const { return limit_; }
   int pairs_found() const { return found_; }  ///< pairs found in this level
-  int pairs_needed() const;
+  int pairs_needed() const;                   ///< pairs to find in this level
   const std::vector<PairsPiece>& board() const { return board_; }
   const PairsGame& game() const { return game_; }
   const std::vector<PairsEvent>& events() const { return events_; }
-  /// The time limits of all levels begun so far.
+  /// The time limits of all levels begun so far, in seconds.
   const std::vector<double>& limits() const { return limits_; }
 
  private:
@@ -109,8 +109,8 @@ class PairsPlay {
   std::vector<PairsPiece> board_;
   std::vector<PairsEvent> events_;
   std::vector<double> limits_;
-  int level_ = 0, score_ = 0, found_ = 0;
-  double clock_ = 0, limit_ = 0;
+  int level_ = 0, score_ = 0, found_ = 0;  ///< found_: pairs found in this level
+  double clock_ = 0, limit_ = 0;           ///< seconds since the level began, and its time limit
   bool over_ = false, won_ = false;
 };
 

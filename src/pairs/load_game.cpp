@@ -16,12 +16,14 @@ namespace fs = std::filesystem;
 constexpr int kMaxSide = 12;  // columns or rows
 constexpr int kMaxLevels = 20;
 
-/// Reads the members of one object, and remembers the first error.
+/// Reads the members of one object, and remembers the first error. `where` is the object's place in
+/// the file, for messages: "/levels/0".
 class Members {
  public:
   Members(const JsonValue& object, std::string where) : object_(object), where_(std::move(where)) {
     if (!object.is_object()) fail("", "must be an object {...}");
   }
+  // Each of these functions reads a member into `out`, which keeps its value if there is none.
   void number(const char* key, double& out, double low, double high) {
     const JsonValue* value = find(key);
     if (!value) return;
@@ -58,7 +60,7 @@ class Members {
     out.clear();
     for (const JsonValue& item : value->items) out.push_back(item.string);
   }
-  /// Finds a member that is read by other means; null if it is absent.
+  /// Finds a member, null if it is absent, and makes `key` a known key.
   const JsonValue* find(const char* key) {
     known_.emplace_back(key);
     return object_.find(key);
@@ -81,6 +83,7 @@ class Members {
   std::vector<std::string> known_;
 };
 
+/// Reads the rules. Returns an error or "".
 std::string read_rules(const JsonValue& json, PairsRules& rules) {
   Members members(json, "/rules");
   constexpr double kMaxSeconds = 60;
@@ -96,6 +99,7 @@ std::string read_rules(const JsonValue& json, PairsRules& rules) {
   return members.finish();
 }
 
+/// Reads a level. Returns an error or "".
 std::string read_level(const JsonValue& json, const std::string& where, PairsLevel& level) {
   Members members(json, where);
   members.integer("columns", level.columns, 1, kMaxSide);
@@ -143,6 +147,7 @@ std::string read_object(const JsonValue& json, const fs::path& folder, const std
   return "";
 }
 
+/// Reads a game into `file`. Returns an error or "".
 std::string read_game(const JsonValue& json, const fs::path& folder, PairsFile& file) {
   if (!json.is_object())
     return "must be an object {...} - a game begins like {\"objects\": [...], \"levels\": [...]}";
@@ -153,11 +158,14 @@ std::string read_game(const JsonValue& json, const fs::path& folder, PairsFile& 
   members.texts("moves", file.moves);
   members.text("board", board);
   members.text("piece_color", file.piece_color);
-  if (const JsonValue* stage = members.find("scene")) file.stage = *stage;
-  if (!file.stage.is_null() && !file.stage.is_object()) members.fail("scene", "must be an object");
+  // Read the settings of the scene.
+  if (const JsonValue* scene = members.find("scene")) file.scene_settings = *scene;
+  if (!file.scene_settings.is_null() && !file.scene_settings.is_object())
+    members.fail("scene", "must be an object");
   for (const char* key : {"source", "target", "intermediate", "blend", "actors"})
-    if (file.stage.is_object() && file.stage.contains(key))
+    if (file.scene_settings.is_object() && file.scene_settings.contains(key))
       members.fail(std::string("scene/") + key, "belongs to the game - leave it out");
+  // Read the rules, the objects, the levels and the board.
   if (const JsonValue* rules = members.find("rules"))
     if (const std::string error = read_rules(*rules, file.game.rules); !error.empty()) return error;
   const JsonValue* objects = members.find("objects");
@@ -192,7 +200,7 @@ std::string read_game(const JsonValue& json, const fs::path& folder, PairsFile& 
 }  // namespace
 
 Result<PairsFile> load_pairs_game(const fs::path& path) {
-  PM_TRY(const std::string text, read_file(path, 1u << 20));
+  PM_TRY(const std::string text, read_file(path, /*limit=*/1u << 20));
   remember_input(path);
   const auto document = parse_json(path.string(), text);
   if (!document)
@@ -210,15 +218,15 @@ Status apply_move(PairsPlay& play, const std::string& text) {
   std::string words = text;
   std::replace(words.begin(), words.end(), ',', ' ');
   std::istringstream stream(words);
-  std::string first, second, more;
-  stream >> first >> second >> more;
+  std::string first, second, extra;
+  stream >> first >> second >> extra;
   const auto fail = [&] {
     return make_error(ErrorCode::kInput,
                       "\"{}\" is no move - write two places, as in \"a1 b2\", "
                       "or \"wait 2.5\"",
                       text);
   };
-  if (second.empty() || !more.empty()) return fail();
+  if (second.empty() || !extra.empty()) return fail();
   if (first == "wait") {
     const auto seconds = parse_number(second);
     return seconds ? play.wait(*seconds) : Status(fail());

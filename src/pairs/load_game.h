@@ -14,11 +14,11 @@ namespace polymorph {
 /// Content of a game file.
 struct PairsFile {
   PairsGame game;
-  /// The game's objects as objects of a scene: "model" (an absolute path) or "shape", and any other
-  /// key of an object.
+  /// The objects of `game`, in the same order, as objects of a scene: "model" (an absolute path) or
+  /// "shape", and any other key of an object.
   std::vector<JsonValue> objects;
-  std::vector<std::string> moves;  ///< "a1 b2" or "wait 2.5"; may be empty
-  JsonValue stage;                 ///< settings of the scene: image, look, camera, frames.fps, ...
+  std::vector<std::string> moves;  ///< moves as apply_move() reads them; may be empty
+  JsonValue scene_settings;        ///< keys of a scene (image, look, frames.fps, ...); null: none
   std::filesystem::path board;     ///< model below the pieces; empty: none
   std::string piece_color = "#8fa3b8";  ///< colour of the spheres
 };

@@ -15,6 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Lists the files with this extension, sorted by name; their descriptions are empty.
 std::vector<NamedFile> list_files(const fs::path& folder, const char* extension) {
   std::vector<NamedFile> files;
   std::error_code error;
@@ -27,13 +28,14 @@ std::vector<NamedFile> list_files(const fs::path& folder, const char* extension)
 }
 
 Result<JsonValue> read_effect(const fs::path& file) {
-  PM_TRY(const std::string text, read_file(file, 1u << 20));
+  PM_TRY(const std::string text, read_file(file, /*limit=*/1u << 20));
   auto document = parse_json(file.string(), text);
   if (!document || !document->root.is_object())
     return make_error(ErrorCode::kInput, "{}: is no scene", file.string());
   return std::move(document->root);
 }
 
+/// Tests whether an effect has a single chain and no settings for parts of its own models.
 bool suits_any_objects(const JsonValue& effect) {
   const JsonValue& plan = effect.get("plan");
   return effect.contains("source") && effect.contains("target") && !plan.contains("labels") &&
@@ -95,6 +97,7 @@ JsonValue make_meta_object(JsonValue object) {
 
 /// Makes the frame settings of a chain of `legs` legs, with a few still frames at both ends.
 JsonValue demo_frames(std::size_t legs) {
+  // Numbers of frames.
   constexpr int kHoldStart = 3, kHoldEnd = 5, kFirstLeg = 22, kFurtherLeg = 10;
   const int moving = kFirstLeg + kFurtherLeg * (static_cast<int>(legs) - 1);
   return {{"count", kHoldStart + moving + kHoldEnd},
@@ -124,45 +127,48 @@ Result<JsonValue> demo_scene(const fs::path& data, const std::string& from, cons
                              const std::string& through, const fs::path& folder) {
   const std::vector<NamedFile> models = demo_models(data);
   PM_TRY(const std::vector<NamedFile> effects, demo_effects(data));
-  std::vector<std::string> objects = list_names(models);
+  std::vector<std::string> object_names = list_names(models);
   for (const std::string& shape : kShapeNames)
-    if (!find_named(models, shape)) objects.push_back(shape);
-
+    if (!find_named(models, shape)) object_names.push_back(shape);
+  // Find both ends of the chain.
   const JsonValue source = find_object(models, from, folder),
                   target = find_object(models, to, folder);
-  if (source.is_null()) return unknown_name("model", from, objects);
-  if (target.is_null()) return unknown_name("model", to, objects);
+  if (source.is_null()) return unknown_name("model", from, object_names);
+  if (target.is_null()) return unknown_name("model", to, object_names);
   // Find the intermediate objects and the settings that `through` names.
-  JsonValue between = JsonValue::array(), settings;
+  JsonValue intermediate = JsonValue::array(), settings;
   if (!through.empty()) {
     if (const NamedFile* file = find_named(effects, through)) {
       PM_TRY(const JsonValue effect, read_effect(file->file));
       const fs::path effects_folder = file->file.parent_path();
-      if (is_shape(effect.get("source"))) between.push_back(make_meta_object(effect.get("source")));
+      if (is_shape(effect.get("source")))
+        intermediate.push_back(make_meta_object(effect.get("source")));
       for (const JsonValue& object : effect.get("intermediate").items)
-        between.push_back(relocate_object(object, effects_folder, folder));
-      if (is_shape(effect.get("target"))) between.push_back(make_meta_object(effect.get("target")));
+        intermediate.push_back(relocate_object(object, effects_folder, folder));
+      if (is_shape(effect.get("target")))
+        intermediate.push_back(make_meta_object(effect.get("target")));
       for (const char* key :
            {"plan", "motion", "field", "boundary", "camera", "look", "lights", "ground"})
         if (effect.contains(key)) settings[key] = effect.get(key);
     } else if (const JsonValue object = find_object(models, through, folder); !object.is_null()) {
-      between.push_back(object);
+      intermediate.push_back(object);
     } else {
       std::vector<std::string> names = list_names(effects);
-      for (const std::string& other : objects)
+      for (const std::string& other : object_names)
         if (!find_named(effects, other)) names.push_back(other);
       return unknown_name("effect", through, names);
     }
   }
+  // Assemble the scene.
   JsonValue scene;
   std::error_code error;
   if (const fs::path schema = data / "scene.schema.json"; fs::exists(schema, error))
     scene["$schema"] = relative_name(schema, folder);
   scene["source"] = source;
-  if (!between.empty()) scene["intermediate"] = between;
+  if (!intermediate.empty()) scene["intermediate"] = intermediate;
   scene["target"] = target;
   scene.update(settings);
-  scene["frames"] = demo_frames(1 + between.size());
+  scene["frames"] = demo_frames(1 + intermediate.size());
   scene["spheres"] = {{"balls", 96}};
   scene["surface"] = {{"resolution", 80}};
   scene["image"] = {{"width", 360}, {"height", 270}, {"samples", 10}};

@@ -1,4 +1,5 @@
-// Scenes of the command `demo`, made of models and effects of the program's data folder.
+// Scenes of the command `demo`, made of models and effects of the program's data folder. An effect
+// is an example scene whose settings and intermediate objects are applied to other objects.
 #pragma once
 
 #include <filesystem>
@@ -13,7 +14,7 @@ namespace polymorph {
 /// A model or effect that the command line can name.
 struct NamedFile {
   std::string name;         ///< name on the command line
-  std::string description;  ///< description of an effect's scene
+  std::string description;  ///< description of an effect's scene; empty for a model
   std::filesystem::path file;
 };
 
@@ -26,7 +27,7 @@ std::vector<NamedFile> demo_models(const std::filesystem::path& data);
 Result<std::vector<NamedFile>> demo_effects(const std::filesystem::path& data);
 
 /// Makes a scene from `from` to `to`, each a demo model, a built-in shape or a model file. It is
-/// small enough to render in seconds. `through` is an object between the two, or an effect, or
+/// small enough to render in seconds. `through` is an effect, or an object between the two, or
 /// empty. An effect gives its settings and intermediate objects; if its source or target is a
 /// shape, that is an intermediate object, too. Paths are relative to `folder`, where the scene will
 /// be. Errors (kUsage): an unknown name; the message suggests the nearest one.

@@ -9,7 +9,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The settings that most scenes change, the most common first.
+/// The settings that most scenes change: sections of a scene file and their keys, the most common
+/// first.
 const std::vector<std::pair<const char*, std::vector<const char*>>> kCommonKeys{
     {"frames", {"count", "fps", "hold_start", "hold_end"}},
     {"image", {"width", "height", "samples", "noise", "exposure", "transparent"}},
@@ -43,9 +44,12 @@ Result<std::string> model_name(const std::string& file, const fs::path& folder) 
 
 std::string relative_name(const fs::path& file, const fs::path& folder) {
   std::error_code ignored;  // the folder may not exist yet, or the working folder no longer
-  const fs::path from =
+  const fs::path absolute_folder =
       fs::weakly_canonical(fs::absolute(folder.empty() ? "." : folder, ignored), ignored);
-  return fs::absolute(file, ignored).lexically_normal().lexically_proximate(from).string();
+  return fs::absolute(file, ignored)
+      .lexically_normal()
+      .lexically_proximate(absolute_folder)
+      .string();
 }
 
 Result<JsonValue> initial_scene(const std::vector<std::string>& models, const fs::path& folder) {
@@ -61,12 +65,14 @@ Result<JsonValue> initial_scene(const std::vector<std::string>& models, const fs
   if (names.size() > 2)
     scene["intermediate"] = std::vector<std::string>(names.begin() + 1, names.end() - 1);
   scene["target"] = names.back();
+  // Write the common settings with their defaults.
   PM_TRY(const JsonDocument document, parse_json("the schema", scene_schema()));
   const JsonValue& schema = document.root;
   for (const auto& [section, keys] : kCommonKeys)
     for (const char* key : keys)
       scene[section][key] =
           schema.get("properties").get(section).get("properties").get(key).get("default");
+  // 24 frames per leg.
   scene["frames"]["count"] = 24 * (static_cast<int>(names.size()) - 1);
   scene["output"] = {{"file", "out/frame.####.exr"}, {"png", true}};
   return scene;

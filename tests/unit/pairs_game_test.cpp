@@ -173,7 +173,7 @@ TEST(PairsScene, EventsAreLegsInTheirTime) {
   PairsFile file;
   file.game = game_of({{2, 2, 60, 0}});
   file.objects = {{{"shape", "cube"}}, {{"shape", "torus"}}};
-  file.stage["frames"]["fps"] = 10;
+  file.scene_settings["frames"]["fps"] = 10;
   PairsPlay play(file.game);
   const auto [a, b] = strangers(play);
   const auto [a1, a2] = places_of(play, 0);

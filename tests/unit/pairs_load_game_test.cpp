@@ -43,7 +43,7 @@ TEST_F(LoadGame, HasAllThatTheFileSays) {
   EXPECT_EQ(file->board, folder / "ring.obj");
   EXPECT_EQ(file->piece_color, "#ffffff");
   EXPECT_EQ(file->moves, (std::vector<std::string>{"a1 b1", "wait 2"}));
-  EXPECT_EQ(file->stage.get("image").get("width").integer, 64);
+  EXPECT_EQ(file->scene_settings.get("image").get("width").integer, 64);
   ASSERT_EQ(game.levels.size(), 2u);
   EXPECT_EQ(game.levels[0].columns, 2);
   EXPECT_EQ(game.levels[0].rows, 1);
