@@ -41,7 +41,7 @@ double slope(const KeyframeTrack& track, std::size_t i, int c) {
   return (w0 + w1) / (w0 / slope_before + w1 / slope_after);
 }
 
-/// Interpolates between keys i and i + 1 at t in [0, 1].
+/// Interpolates component c between keys i and i + 1 at t in [0, 1].
 double interpolate(const KeyframeTrack& track, std::size_t i, int c, double t) {
   const Keyframe &a = track.keys[i], &b = track.keys[i + 1];
   const double from = component(a.value, c), to = component(b.value, c);

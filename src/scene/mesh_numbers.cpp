@@ -37,7 +37,7 @@ Result<std::vector<int>> find_mesh_range(const std::filesystem::path& model) {
       return make_error(ErrorCode::kInput, "{}", describe_missing_poses(*pose));
     return make_error(ErrorCode::kInput, "no such files: {}", model.string());
   }
-  int step = 0;  // stays 0 for a single number
+  int step = 0;  // greatest common divisor of the differences; 0 for a single number
   for (const int number : numbers) step = std::gcd(step, number - numbers.front());
   std::vector<int> range{numbers.front(), numbers.back()};
   if (step > 1) range.push_back(step);

@@ -14,7 +14,7 @@
 namespace polymorph {
 namespace {
 
-constexpr std::size_t kMaxCollectedFindings = 200;  // each takes a search for its line
+constexpr std::size_t kMaxCollectedFindings = 200;  // each costs a search for its line
 
 /// Converts a value to the form that Keyframe holds.
 Vec3 as_vector(float value) { return {value, 0, 0}; }
@@ -236,20 +236,21 @@ void FieldReader::numbers(const char* key, std::vector<float>& out,
                           std::initializer_list<std::pair<double, double>> ranges, const char*) {
   const JsonValue* value = expect(key, JsonValue::Kind::kArray);
   if (!value) return;
-  std::vector<float> read;
+  std::vector<float> read_values;
   for (const auto& [low, high] : ranges) {
-    if (read.size() == value->items.size()) break;
-    const JsonValue& item = value->items[read.size()];
+    if (read_values.size() == value->items.size()) break;
+    const JsonValue& item = value->items[read_values.size()];
     if (item.kind != JsonValue::Kind::kNumber || !(item.number >= low && item.number <= high))
-      return report(item, key,
-                    fmt::format("number {} must be {:g} to {:g}", read.size() + 1, low, high));
-    read.push_back(static_cast<float>(item.number));
+      return report(
+          item, key,
+          fmt::format("number {} must be {:g} to {:g}", read_values.size() + 1, low, high));
+    read_values.push_back(static_cast<float>(item.number));
   }
   if (value->items.size() != ranges.size())
     return report(
         *value, key,
         fmt::format("must be a list of {} numbers (has {})", ranges.size(), value->items.size()));
-  out = std::move(read);
+  out = std::move(read_values);
 }
 
 void FieldReader::text_map(const char* key, std::map<std::string, std::string>& out, const char*) {
@@ -287,7 +288,7 @@ void FieldReader::landmarks(const char* key, LandmarkSettings& out, const char*)
 
 void FieldReader::read_landmarks(const JsonValue& value, const std::string& pointer,
                                  ObjectLandmarks& out) {
-  constexpr double kLimit = 1e9;  // of coordinates
+  constexpr double kMaxCoordinate = 1e9;
   if (value.members.size() > kMaxLandmarks)
     report_at(value.offset, pointer,
               fmt::format("has {} landmarks - an object may have at most {}", value.members.size(),
@@ -302,7 +303,7 @@ void FieldReader::read_landmarks(const JsonValue& value, const std::string& poin
     const bool is_point =
         landmark.items.size() == 3 &&
         std::all_of(landmark.items.begin(), landmark.items.end(), [&](const JsonValue& item) {
-          return item.kind == JsonValue::Kind::kNumber && std::fabs(item.number) <= kLimit;
+          return item.kind == JsonValue::Kind::kNumber && std::fabs(item.number) <= kMaxCoordinate;
         });
     const bool is_vertex = landmark.kind == JsonValue::Kind::kString &&
                            landmark.string.size() > 1 && landmark.string[0] == 'v';
