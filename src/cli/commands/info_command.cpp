@@ -15,7 +15,7 @@ namespace polymorph {
 namespace {
 
 struct InfoOptions {
-  std::string input, show, output;
+  std::string input, show, output;  ///< `show` is "plan" or empty
   std::vector<std::string> sets;
   bool timeline = false;
   JsonOutput json;
@@ -36,6 +36,7 @@ Result<int> print_inspection(const JsonOutput& json, const Result<Inspection>& i
 std::vector<int> object_frames(const Scene& scene) {
   const Timeline timeline = make_timeline(scene, scene.actors.front());
   std::vector<int> frames;
+  // Frames count from 1, steps from 0.
   for (const LegTiming& leg : timeline.legs)
     frames.push_back(1 + timeline.hold_start + leg.first_step);
   frames.push_back(frames.back() + timeline.legs.back().steps);
@@ -53,7 +54,7 @@ Status write_plan(const CommandLine& line, const EngineScene& film_scene,
   strip.columns = static_cast<int>(numbers.size());
   PM_TRY(const Film film,
          render_film(film_scene, std::move(numbers),
-                     {0, FilmContent::kPlan, make_progress(progress_mode(line.common))}));
+                     {/*width=*/0, FilmContent::kPlan, make_progress(progress_mode(line.common))}));
   PM_TRY(const Image sheet, make_strip(film.images, names, strip));
   PngSettings png;
   png.effort = PngEffort::kSmall;
