@@ -34,14 +34,14 @@ std::string file_key(const ObjectSettings& object) {
   return fmt::format("{}\n{}\n{}\n{}", object.model.string(), object.shape,
                      static_cast<int>(object.up), fmt::join(object.range, " "));
 }
-/// Key of an entry of Readings. A mesh sequence is read separately for each object, because its
-/// outermost points depend on the object's transform.
+/// Key of what one reading of a file (Readings) can serve. A mesh sequence is read separately for
+/// each object, because its outermost points depend on the object's transform.
 std::string reading_key(const ChainObject& object) {
   return is_mesh_sequence(*object.settings) ? fmt::format("{}", fmt::ptr(object.settings))
                                             : file_key(*object.settings);
 }
-/// Key of an object's shape and sphere settings. `placing`: further vectors for the key, the
-/// rotations and scales that count.
+/// Key of an object's shape and sphere settings. `placing`: rotations and scales that become part
+/// of the key.
 std::string shape_key(const ObjectSettings& object, std::initializer_list<Vec3> placing) {
   std::string key = file_key(object);
   for (const Vec3& v : placing) key += fmt::format("\n{} {} {}", v.x, v.y, v.z);
@@ -89,8 +89,8 @@ struct Readings {
     std::vector<std::string> warnings;
     Result<ReadObject> object = ReadObject{};  ///< or the error of reading it
     std::shared_ptr<MeshSequence> meshes;  ///< set if `object` is the stand-in of a mesh sequence
-    std::size_t uses = 0;                  ///< number of objects that have yet to take the reading
-    bool vertices = false;                 ///< whether a landmark names a vertex of the file
+    std::size_t uses = 0;                  ///< number of objects that have not taken it yet
+    bool vertices = false;                 ///< a landmark names a vertex of the file
   };
   /// For each object the index of its reading: the first object with the same reading_key().
   std::vector<std::size_t> first;

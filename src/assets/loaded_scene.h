@@ -58,8 +58,8 @@ struct MeshSequence {
 
 /// The models of all actors, loaded and arranged.
 struct LoadedScene {
-  /// One model per object of the chain. For a mesh sequence it has no faces, only the outermost
-  /// points of all its meshes, and the names of all their labels.
+  /// One model per object of chain_objects(scene). For a mesh sequence it has no faces, only the
+  /// outermost points of all its meshes, and the names of all their labels.
   std::vector<Model> models;
   std::vector<std::shared_ptr<const MeshSequence>> sequences;  ///< one per model; null: none
   /// One per model: the reference mesh of a sequence in a morph; empty for every other object.

@@ -13,8 +13,8 @@
 namespace polymorph {
 
 struct MeshSurvey {
-  ReadObject stand_in;    ///< outermost points of all meshes, without faces, turned upright
-  MeshSequence sequence;  ///< still without `steps`
+  ReadObject stand_in;    ///< outermost points of all meshes, without faces, rotated upright
+  MeshSequence sequence;  ///< complete except for `steps`
 };
 
 /// Reads all meshes of a sequence, one per thread at a time, and keeps only what decides the

@@ -232,6 +232,7 @@ Status check_verb(const CommandLine& line, const std::string& command, const Ver
     if (table.name != command) continue;
     for (const OptionRow& option : table.options) {
       if (option.positional || option.group == "Common") continue;
+      // The last name is the long one.
       if (is_named(option, verb.options) || !is_given(*line.app, option.names.back().c_str()))
         continue;
       std::vector<std::string> others;

@@ -5,10 +5,10 @@
 //
 // A visitor `v` has one function per type of value (integer, number, choice ...). v.retired names a
 // key of former versions, whose use is an error that names its successor (nullptr: there is none).
-// In the JSON, the value of its key kShort may replace a struct that has such a constant. In a
-// keyed_object every number, vector and colour may have keyframes (scene/keyframes.h), unless its
-// argument `Keyframes` says otherwise. Seeds are at most 2^53 - 1 = 9007199254740991, because
-// larger integers are not exact in every JSON reader.
+// In JSON, a struct with a constant kShort may be written as an object or as the value of its key
+// kShort alone: "easing": "linear". In a keyed_object every number, vector and colour may have
+// keyframes (scene/keyframes.h), unless its argument `Keyframes` says otherwise. Seeds are at most
+// 2^53 - 1 = 9007199254740991, because larger integers are not exact in every JSON reader.
 #pragma once
 
 #include "scene/max_frames.h"

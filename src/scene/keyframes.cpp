@@ -35,6 +35,7 @@ double slope(const KeyframeTrack& track, std::size_t i, int c) {
   if (i == 0 || i + 1 == track.keys.size()) return 0;
   const double slope_before = secant(track, i - 1, c), slope_after = secant(track, i, c);
   if (slope_before * slope_after <= 0) return 0;
+  // Lengths of both intervals, and weights of their slopes.
   const double h0 = track.keys[i].at - track.keys[i - 1].at;
   const double h1 = track.keys[i + 1].at - track.keys[i].at;
   const double w0 = 2 * h1 + h0, w1 = h1 + 2 * h0;

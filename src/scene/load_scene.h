@@ -28,7 +28,7 @@ std::string to_string(const SceneFinding& finding, const std::string& file);
 /// A scene and all errors in it: unknown keys, wrong types, values out of range, missing models and
 /// contradictions.
 struct SceneReading {
-  Scene scene;
+  Scene scene;  ///< valid only if there are no findings
   std::vector<SceneFinding> findings;
 };
 
@@ -90,7 +90,7 @@ bool is_named(const ObjectSettings& object, const std::string& key);
 /// The object's landmarks; null if it has none.
 const ObjectLandmarks* find_landmarks(const PlanSettings& plan, const ObjectSettings& object);
 
-/// Tests whether balls are fitted to an object of these settings: only Gaussian balls are.
+/// Tests whether balls are fitted to an object with these settings. Only Gaussian balls are fitted.
 bool is_fitted(const Scene& scene, const SphereSettings& spheres);
 
 }  // namespace polymorph

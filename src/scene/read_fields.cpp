@@ -69,17 +69,18 @@ bool FieldReader::takes_keyframes(Keyframes keyframes) const {
 
 template <class T, class F>
 bool FieldReader::read_keyframes(const char* key, T& out, const F& read, Keyframes keyframes) {
-  const bool keyed = takes_keyframes(keyframes);
+  const bool may_be_keyed = takes_keyframes(keyframes);
   const JsonValue* object = object_.find(key);
   if (!object || object->kind != JsonValue::Kind::kObject) return false;
-  if (!keyed && !object->find("keys")) return false;
+  if (!may_be_keyed && !object->find("keys")) return false;
   add_known(key);
-  if (!keyed) {
+  if (!may_be_keyed) {
     report(*object, key,
            "cannot change over the film - only settings of camera, lights, ground "
            "and look, image.exposure and weights of a blend take keys");
     return true;
   }
+  // Read the easing, then the list of keys.
   KeyframeTrack track;
   track.pointer = pointer_ + "/" + key;
   FieldReader fields(document_, *object, track.pointer, folder_, findings_, tracks_);
@@ -95,7 +96,7 @@ bool FieldReader::read_keyframes(const char* key, T& out, const F& read, Keyfram
         *list, "keys",
         fmt::format("has {} entries - a list may have at most {}", list->items.size(), kMaxItems));
   for (std::size_t i = 0; i < std::min(list->items.size(), kMaxItems); ++i) {
-    T value = out;
+    T value = out;  // the default, if the key has no valid value
     if (fields.read_key(list->items[i], fmt::format("{}/keys/{}", track.pointer, i), track,
                         [&](FieldReader& key_fields) { read(key_fields, value); }))
       track.keys.back().value = as_vector(value);

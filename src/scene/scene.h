@@ -4,8 +4,9 @@
 // uses the member. "The report" is J. Gilbert's Real Time Morphing of Polyhedra (Sheffield, 2010).
 //
 // An actor morphs along a chain of objects: a source, intermediate objects and a target. Each step
-// from one object to the next is a leg. Balls approximate each object; the plan of a leg pairs the
-// balls of its two objects, and its motion moves the paired balls.
+// from one object to the next is a leg. Spheres fill an object; balls, the sources of a field, are
+// fitted to the object or taken from its spheres. The plan of a leg pairs the balls of its two
+// objects, and its motion moves the paired balls.
 #pragma once
 
 #include <algorithm>
@@ -24,6 +25,7 @@
 
 namespace polymorph {
 
+/// Method that fills a model with spheres.
 enum class SphereMethod : std::uint8_t {
   kOctree,   ///< one sphere per inside cell of the finest octree level (report 5.1.2.2)
   kActive,   ///< the largest octree cells that are mostly inside (report 5.1.3.2)
@@ -35,6 +37,7 @@ enum class InsideMethod : std::uint8_t {
   kWinding,  ///< generalized winding number, which takes open meshes, too
   kParity,   ///< parity of the number of faces that a ray from the point crosses
 };
+/// Origin of an object's balls. Only Gaussian balls are fitted (is_fitted()).
 enum class FitKind : std::uint8_t {
   kNone,       ///< balls taken from the spheres, as in the report
   kRound,      ///< fitted balls that stay round
@@ -149,6 +152,7 @@ inline bool is_shape_name(std::string_view name) {
   return std::find(kShapeNames.begin(), kShapeNames.end(), name) != kShapeNames.end();
 }
 
+/// Placement of the objects, which their own scale and translation follow.
 enum class Arrange : std::uint8_t {
   kStand,  ///< each object gets the first source's size, stands on y = 0, centred on the y axis
   kNone,   ///< coordinates as in the files
@@ -164,12 +168,14 @@ struct FieldSettings {
   bool match_volume = true;  ///< choose the level so that each model's surface encloses its volume
 };
 
+/// Assignment of balls to balls.
 enum class PlanMethod : std::uint8_t {
   kIndex,      ///< pairs in list order, surplus balls with random ones (report 5.2.7)
   kNearest,    ///< pairs each ball of either object with the cheapest ball of the other
   kTransport,  ///< optimal transport of the balls' masses: balls split and merge
 };
 
+/// Transform that lays one object on the other before balls are paired.
 enum class AlignMethod : std::uint8_t {
   kNone,        ///< costs and paths use the objects' own placement
   kTranslate,   ///< aligns the centres of mass
@@ -177,8 +183,9 @@ enum class AlignMethod : std::uint8_t {
   kSimilarity,  ///< kRigid with the best scale
 };
 
+/// Use of labels, the names of the models' face groups.
 enum class LabelMode : std::uint8_t {
-  kOff,   ///< ignores the models' face groups
+  kOff,   ///< ignores labels
   kSoft,  ///< adds PlanWeights::label to the cost of pairing different labels
   kHard,  ///< pairs no different labels
 };
@@ -206,7 +213,7 @@ struct PlanWeights {
   float align_tip_residual = 0.15f;
   /// Weights of the cost's terms beside the squared distance in unit-RMS coordinates.
   float size = 0.1f;      ///< (ln R / R')^2
-  float feature = 0.3f;   ///< squared difference of the features
+  float feature = 0.3f;   ///< squared difference of the features (morph/cost.h)
   float landmark = 1.0f;  ///< squared difference of the distances to each landmark
   float label = 1.0f;     ///< 1 if the labels differ, with LabelMode::kSoft
 };
@@ -217,7 +224,7 @@ enum class PlanStructure : std::uint8_t { kOff, kAuto };
 
 struct PlanSettings {
   PlanMethod method = PlanMethod::kTransport;
-  std::uint64_t seed = 0;
+  std::uint64_t seed = 0;  ///< PlanMethod::kIndex: random seed of surplus balls
   AlignMethod align = AlignMethod::kSimilarity;
   PlanWeights weights;
   LabelMode label_mode = LabelMode::kSoft;
@@ -239,7 +246,7 @@ enum class BoundaryMethod : std::uint8_t {
 struct BoundarySettings {
   BoundaryMethod method = BoundaryMethod::kProject;
   /// Fractions of a leg's time, at each end that shows a model.
-  float look_share = 0.12f;      ///< fade between the model's look and the common look
+  float look_share = 0.12f;      ///< fade between the model's materials and Scene::look
   float boundary_share = 0.13f;  ///< change between model and balls
 };
 
@@ -252,7 +259,7 @@ struct FrameSettings {
   /// Above 0: number of frames in which the camera turns once around frame `still`; these frames
   /// replace the film. 0: the film.
   int turntable = 0;
-  int still = 1;
+  int still = 1;  ///< number of a frame of the film, from 1
 };
 
 struct SurfaceSettings {
@@ -280,6 +287,7 @@ struct CameraSettings {
   float shutter = 0;           ///< open time in frames, centred on the frame's time
 };
 
+/// Built-in sky, for scenes without an environment image.
 enum class SkyKind : std::uint8_t {
   kStudio,  ///< soft boxes around the objects; the camera sees a seamless backdrop
   kDay,     ///< clear sky whose sun is the key light
@@ -308,24 +316,24 @@ struct LampSettings {
 inline constexpr std::size_t kMaxLamps = 16;
 
 struct LightSettings {
-  float key_azimuth = -40;  ///< degrees from +z towards +x, relative to the camera's azimuth
-  float key_elevation = 48;
-  float key_size = 12;  ///< apparent diameter in degrees; 0 = hard shadow
-  float key_intensity = 2.4f;
+  float key_azimuth = -40;     ///< degrees from +z towards +x, relative to the camera's azimuth
+  float key_elevation = 48;    ///< degrees above the horizon
+  float key_size = 12;         ///< apparent diameter in degrees; 0 = hard shadow
+  float key_intensity = 2.4f;  ///< irradiance on a surface that faces the light
   Vec3 key_color{1.0f, 0.96f, 0.90f};
   std::filesystem::path environment;  ///< lat-long image; empty = a built-in sky
   SkyKind sky = SkyKind::kStudio;
-  float turbidity = 3;  ///< kDay: 2 very clear .. 10 hazy
-  float sky_intensity = 1.0f;
+  float turbidity = 3;         ///< kDay: 2 very clear .. 10 hazy
+  float sky_intensity = 1.0f;  ///< factor on the environment or the sky
   bool follow_camera = false;  ///< azimuths are relative to each frame's camera, not the first's
   std::vector<LampSettings> lamps;
 };
 
 struct GroundSettings {
-  bool enabled = true;
+  bool enabled = true;          ///< the scene has a floor
   std::optional<float> height;  ///< default: just below everything
   Vec3 color{0.42f, 0.42f, 0.44f};
-  bool shadow_only = false;  ///< the picture shows only its shadows, in alpha
+  bool shadow_only = false;  ///< the picture shows only the shadows on the floor, in alpha
   /// Between two objects whose lowest points are equally high, move the surface up or down so that
   /// its lowest point stays at this height.
   bool contact = true;

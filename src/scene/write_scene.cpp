@@ -129,6 +129,8 @@ class SchemaWriter {
     properties[key]["minItems"] = 1;
   }
 
+  /// Writes the schema of a struct, with the alternatives that its JSON may have: the value of
+  /// T::kShort alone, the path or shape of an object, and a chain or a blend of an actor.
   template <class T>
   static JsonValue make_schema(T& value, bool keyed = false) {
     SchemaWriter inner(keyed);

@@ -119,7 +119,7 @@ Result<int> collect_garbage(const CommandLine& line, const CacheOptions& options
     return make_error(ErrorCode::kUsage,
                       "cache gc needs a limit - give --max-size 1G, --max-age 30d or both");
   PM_TRY(const fs::path folder, find_cache(line));
-  double bytes = INFINITY, age = INFINITY;
+  double bytes = INFINITY, age = INFINITY;  // limits; age in seconds
   if (!options.max_size.empty()) {
     std::string size = options.max_size;
     if (const std::string problem = parse_size(size); !problem.empty())

@@ -65,6 +65,8 @@ int finish_pairs(const CompareOptions& options, std::size_t pairs, std::size_t f
   return failed == 0 ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
 }
 
+/// Returns the file for the difference picture of a pair: the file of --diff, preceded by the stem
+/// of the pair's image for a sequence.
 std::string difference_path(const CompareOptions& options, const FilePair& pair, bool is_sequence) {
   const std::filesystem::path path(options.difference);
   if (!is_sequence) return path.string();

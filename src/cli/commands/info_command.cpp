@@ -88,9 +88,9 @@ Result<int> run_info(const CommandLine& line, const InfoOptions& options) {
     if (options.timeline || !options.show.empty())
       return make_error(ErrorCode::kUsage, "{}: {} is for scenes (.json)", options.input,
                         options.timeline ? "--timeline" : "--show plan");
-    const bool model = is_model_file(options.input) || is_unsupported_model(options.input);
+    const bool is_model = is_model_file(options.input) || is_unsupported_model(options.input);
     return print_inspection(options.json,
-                            model ? inspect_model(options.input) : inspect_image(options.input));
+                            is_model ? inspect_model(options.input) : inspect_image(options.input));
   }
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
   PM_TRY(Scene scene, load_scene(options.input, overrides));

@@ -93,16 +93,16 @@ void print_plan(const RunReport& report, const SequenceSettings& settings) {
   const FrameEstimate estimate = report.estimate.value_or(FrameEstimate{});
   // The pattern of a format that is not written is empty.
   const auto is_written = [](const FramePattern& p) { return !p.before.empty() || p.has_number(); };
-  const double bytes = (is_written(settings.exr) ? estimate.exr_bytes : 0) +
-                       (is_written(settings.png) ? estimate.png_bytes : 0);
-  const double prepare = report.prepare_seconds + estimate.fit_seconds;
+  const double frame_bytes = (is_written(settings.exr) ? estimate.exr_bytes : 0) +
+                             (is_written(settings.png) ? estimate.png_bytes : 0);
+  const double prepare_seconds = report.prepare_seconds + estimate.fit_seconds;
   log_info(
       "{} to render{}: about {} on {} ({} a frame, {} to prepare), {} on disk, {} "
       "of memory",
       plural(planned, "frame"), skipped ? fmt::format(", {} kept", skipped) : "",
-      format_seconds(prepare + frames * estimate.seconds), plural(report.threads, "thread"),
-      format_seconds(estimate.seconds), format_seconds(prepare), format_bytes(frames * bytes),
-      format_bytes(static_cast<double>(estimate.memory)));
+      format_seconds(prepare_seconds + frames * estimate.seconds), plural(report.threads, "thread"),
+      format_seconds(estimate.seconds), format_seconds(prepare_seconds),
+      format_bytes(frames * frame_bytes), format_bytes(static_cast<double>(estimate.memory)));
   if (!estimate.unfitted.empty())
     log_info(
         "this is an estimate: the balls of {} are not in the cache, and fitting them takes about "
@@ -112,7 +112,7 @@ void print_plan(const RunReport& report, const SequenceSettings& settings) {
   const std::filesystem::path folder =
       std::filesystem::absolute(report.frames.front().files.front()).parent_path();
   const auto space = std::filesystem::space(folder, error);
-  if (!error && frames * bytes > static_cast<double>(space.available))
+  if (!error && frames * frame_bytes > static_cast<double>(space.available))
     log_warning("{}: has only {} left", folder.string(),
                 format_bytes(static_cast<double>(space.available)));
 }
