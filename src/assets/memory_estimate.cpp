@@ -59,9 +59,10 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
                                const LoadedScene& loaded, std::span<const SharedActor> shared,
                                std::size_t pictures) {
   std::span<const Model> models = loaded.models;
-  // Members of MemoryEstimate in bytes, except that `surfaces` counts triangles. `maps` and
-  // `mixtures` are parts of MemoryEstimate::surfaces.
-  double models_bytes = 0, trees = 0, fits = 0, distances = 0, making = 0, surfaces = 0, maps = 0;
+  // Bytes, but for `surface_triangles`. `maps` and `mixtures` are parts of
+  // MemoryEstimate::surfaces.
+  double models_bytes = 0, trees = 0, fits = 0, distances = 0, making = 0, surface_triangles = 0,
+         maps = 0;
   double mixtures = 0, copies = 0;
   std::set<const Image*> textures;  // counted so far, because models share textures
   // Sequences: each thread reads one mesh, and each frame in progress has one.
@@ -94,7 +95,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
         copies += bytes_of(model);
         max_triangles = std::max(max_triangles, static_cast<double>(model.triangles.size()));
       }
-      surfaces += max_triangles;
+      surface_triangles += max_triangles;
       continue;
     }
     // Models, their textures and their search trees.
@@ -118,7 +119,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
       if (!model.triangles.empty())
         smallest_diagonal = std::min(smallest_diagonal, model.box().diagonal());
     maps = std::max(maps, regression_bytes(box, smallest_diagonal));
-    surfaces += triangles_between;
+    surface_triangles += triangles_between;
     const Timeline timeline = make_timeline(scene, *objects.front().actor);
     if (mixes_many(timeline))
       mixtures +=
@@ -146,9 +147,9 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
   estimate.fits = to_bytes(fits);
   estimate.distances = to_bytes(distances);
   estimate.making = to_bytes(making);
-  estimate.surfaces =
-      to_bytes(maps + mixtures +
-               (kBytesPerSurfaceTriangle + extra_pictures * kBytesPerTracedTriangle) * surfaces);
+  estimate.surfaces = to_bytes(
+      maps + mixtures +
+      (kBytesPerSurfaceTriangle + extra_pictures * kBytesPerTracedTriangle) * surface_triangles);
   estimate.pictures = pictures * picture_bytes(scene.image);
   return estimate;
 }

@@ -52,6 +52,7 @@ std::vector<Vec3> survey_directions(const Scene& scene, const ChainObject& chain
   const ActorSettings& actor = *chained.actor;
   const bool stand = scene.arrange == Arrange::kStand && object.arrange;
   const Transform rotation = make_transform({}, object.rotate, {1, 1, 1});
+  // Standing objects are scaled after their rotation, others before (load_models()).
   const Transform placing = stand ? compose(make_transform({}, {}, object.scale), rotation)
                                   : make_transform({}, object.rotate, object.scale);
   const Transform to_scene = compose(make_transform({}, actor.rotate, actor.scale), placing);

@@ -143,6 +143,7 @@ std::optional<AnimatedPose> parse_pose_path(const std::filesystem::path& path) {
   std::error_code error;
   if (!model_and_number || std::filesystem::exists(path, error)) return std::nullopt;
   const auto number = parse_integer(model_and_number->second);
+  // The limit is above every Animation::pose_count().
   if (!number || *number < 1 || *number > 1000000) return std::nullopt;
   AnimatedPose pose;
   if (is_file(model_and_number->first))

@@ -264,6 +264,7 @@ class ContradictionFinder {
                     fmt::format("leaves {} beside the holds ({} + {}) - {} needed",
                                 plural(moving_frames, "frame"), frames.hold_start, frames.hold_end,
                                 min_frames == 1 ? "at least one is" : "at least two are"));
+    // Without per_leg only the minimum is known.
     int needed_frames = std::accumulate(actor.per_leg.begin(), actor.per_leg.end(), 0);
     for (const ObjectSettings& object : actor.intermediate)
       needed_frames += actor.per_leg.empty() ? 0 : object.hold;

@@ -16,7 +16,7 @@ bool is_numbered(const std::filesystem::path& model) {
 }
 
 Result<std::vector<int>> existing_meshes(const FramePattern& pattern) {
-  std::vector<int> in_memory;
+  std::vector<int> in_memory;  // these meshes have the numbers 1, 2, ...
   for (int number = 1; find_memory_mesh(frame_path(pattern, number)); ++number)
     in_memory.push_back(number);
   if (!in_memory.empty()) return in_memory;

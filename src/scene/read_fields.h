@@ -142,6 +142,7 @@ class FieldReader {
   const JsonValue* find(const char* key);
   /// Finds a value as find() does. If it is of another kind, reports this and returns null.
   const JsonValue* expect(const char* key, JsonValue::Kind kind);
+  /// Tests whether a value with this permission may have keyframes here.
   bool takes_keyframes(Keyframes keyframes) const;
   /// Reads a struct from its JSON object or, if it has one, from its short form: the path or shape
   /// of an object of the scene, or the value of T::kShort.
@@ -160,6 +161,7 @@ class FieldReader {
     }
     FieldReader inner(document_, value, pointer, folder_, findings_, tracks_, keyed_);
     inner.actor_prototype_ = actor_prototype_;
+    // The key "" is read by find_word().
     if constexpr (kHasShort || std::is_same_v<T, ObjectSettings>) inner.retired_.emplace_back("");
     if constexpr (kHasShort) {
       inner.short_key_ = T::kShort;

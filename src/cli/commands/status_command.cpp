@@ -83,7 +83,7 @@ std::string next_step(const CommandLine& line, const std::string& output,
 /// Prints which frames are in which state, and logs the commands that complete the sequence.
 Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
   PM_TRY(const Scene scene, load_scene_with(options.scene, options.scene_options));
-  // Frames in a folder have the names of output.file in the scene. A folder may not exist yet.
+  // Name the files. In a folder, which may not exist yet, frames have the names of output.file.
   std::error_code error;
   const bool is_folder =
       fs::is_directory(options.where, error) ||
@@ -95,6 +95,7 @@ Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
   const int count = frame_count(scene);
   PM_TRY(std::vector<int> frames, parse_frames_or_all(options.frames, 1, count));
   std::sort(frames.begin(), frames.end());
+  // Find the state of each frame, and the parts of those that are not whole.
   PM_TRY(ExpectedHashes hashes, expected_hashes(scene, frames));
   hashes.view = options.scene_options.view;
   const std::vector<FileState> states = frame_states(files, frames, hashes);
