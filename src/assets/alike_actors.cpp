@@ -14,18 +14,18 @@ namespace {
 /// Writes the settings of an actor that decide its shape and motion, but not its position, as text.
 /// `scene` has the settings that all actors share.
 std::string shared_settings(const Scene& scene, const ActorSettings& actor) {
-  Scene alone;
-  alone.motion = scene.motion;
-  alone.spheres = scene.spheres;
-  alone.actors = {actor};
-  ActorSettings& copy = alone.actors.front();
+  Scene single_actor;
+  single_actor.motion = scene.motion;
+  single_actor.spheres = scene.spheres;
+  single_actor.actors = {actor};
+  ActorSettings& copy = single_actor.actors.front();
   copy.name.clear();
   copy.translate = {};
   copy.start = 1;
-  std::string text = scene_to_json(alone, {});
+  std::string text = scene_to_json(single_actor, {});
   // The text has file names without folders, so paths are added.
   for_each_object(copy, [&](ObjectSettings& object) { text += "\n" + object.model.string(); });
-  // An actor that starts later may have fewer frames, so the times of its legs are added.
+  // An actor that starts later may have fewer frames left, so the times of its legs are added.
   for (const LegTiming& leg : make_timeline(scene, actor).legs) {
     text += fmt::format("\n{} {} {} {} {} {}", leg.first_step, leg.steps, leg.from_full,
                         leg.to_full, leg.until, static_cast<int>(leg.interpolation));
@@ -35,12 +35,12 @@ std::string shared_settings(const Scene& scene, const ActorSettings& actor) {
 }
 
 /// Tests whether `model` is `from` translated by `offset`. Two models of one file may differ in
-/// size, because all objects are scaled to the size of the scene's first object, except that object
-/// itself.
+/// size: the scene's first object keeps its size, and all others are scaled to it.
 bool is_shifted(const Model& model, const Model& from, Vec3 offset) {
-  constexpr float kTolerance = 1e-5f;  // relative to the diagonal of `bounds`
+  constexpr float kTolerance = 1e-5f;  // fraction of the diagonal of `bounds`
   if (model.points.size() != from.points.size() || model.triangles.size() != from.triangles.size())
     return false;
+  // The origin counts, because rounding errors grow with the distance from it.
   const Box bounds = unite(unite(model.box(), from.box()), Box{{}, {}});
   const float tolerance = kTolerance * bounds.diagonal();
   for (std::size_t i = 0; i < model.points.size(); ++i)
@@ -54,8 +54,9 @@ std::vector<SharedActor> find_shared_actors(const Scene& scene, std::span<const 
                                             const LoadedScene& loaded) {
   const std::vector<std::span<const ChainObject>> actors = actor_chains(chain);
   std::vector<SharedActor> shared;
-  std::vector<std::size_t> begin;                              // index of each actor's first model
-  std::map<std::string, std::vector<std::size_t>> candidates;  // first actors by shared_settings()
+  std::vector<std::size_t> begin;  // index of each actor's first model
+  // By shared_settings(): the actors that share nothing with an earlier one.
+  std::map<std::string, std::vector<std::size_t>> firsts_by_settings;
   for (std::size_t a = 0, next = 0; a < actors.size(); next += actors[a].size(), ++a) {
     shared.push_back({a, {}});
     begin.push_back(next);
@@ -64,7 +65,7 @@ std::vector<SharedActor> find_shared_actors(const Scene& scene, std::span<const 
         std::any_of(actors[a].begin(), actors[a].end(),
                     [](const ChainObject& object) { return is_mesh_sequence(*object.settings); });
     if (actors.size() == 1 || has_sequence || !actor.blend.empty()) continue;
-    std::vector<std::size_t>& firsts = candidates[shared_settings(scene, actor)];
+    std::vector<std::size_t>& firsts = firsts_by_settings[shared_settings(scene, actor)];
     for (const std::size_t first : firsts) {
       const Vec3 offset = actor.translate - actors[first].front().actor->translate;
       bool is_twin = true;

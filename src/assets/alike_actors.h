@@ -18,10 +18,10 @@ struct SharedActor {
 };
 
 /// Finds for each actor the first alike one. Actors with mesh sequences or blends share nothing.
-/// `chain`: chain_objects(scene); `loaded`: the models of the chain.
+/// `chain`: chain_objects(scene) (scene/load_scene.h); `loaded`: the models of its objects.
 std::vector<SharedActor> find_shared_actors(const Scene& scene, std::span<const ChainObject> chain,
                                             const LoadedScene& loaded);
-/// Returns the result for actors that share nothing: each is its own first actor.
+/// Returns the result for a scene whose actors share nothing: each is its own first actor.
 std::vector<SharedActor> unshared_actors(const Scene& scene);
 
 }  // namespace polymorph

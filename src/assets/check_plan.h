@@ -1,4 +1,4 @@
-// Plan validation against the models (labels), used by both `check` and `render`.
+// Validation of plan.labels against the models' labels, used by both `check` and `render`.
 #pragma once
 
 #include <span>

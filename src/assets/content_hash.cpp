@@ -9,7 +9,8 @@ namespace {
 
 void add(Hasher& hasher, Vec3 v) { hasher.add(v.x).add(v.y).add(v.z); }
 
-/// Structured bindings, here and below, make it a compiler error to forget a new member.
+/// Adds a material. Structured bindings, here and below, make it a compiler error to forget a new
+/// member.
 void add(Hasher& hasher, const Material& material) {
   const auto& [name, color, specular, roughness, metallic, transmission, ior, texture] = material;
   add(hasher, color);
@@ -30,6 +31,7 @@ void add(Hasher& hasher, const Model& model) {
   for (const auto& texture : textures) hasher.add(pixel_digest(*texture));
 }
 
+/// Returns the object's mesh sequence; null if it is none.
 const MeshSequence* find_sequence(const SceneInputs& inputs, std::size_t object) {
   return inputs.sequences.empty() ? nullptr : inputs.sequences[object].get();
 }
@@ -65,6 +67,7 @@ std::string inputs_hash(const SceneInputs& inputs, std::string_view program) {
   hasher.add(inputs.models.size());
   for (std::size_t i = 0; i < inputs.models.size(); ++i) {
     const Model& model = inputs.models[i];
+    // The stand-in for a sequence has only outermost points (LoadedScene::models).
     if (!find_sequence(inputs, i))
       add(hasher, model);
     else

@@ -24,7 +24,7 @@ struct SceneInputs {
   const Scene& scene;
   std::span<const ChainObject> chain;  ///< chain_objects(scene)
   std::span<const Model> models;       ///< one per object, as load_models() gives them
-  const Image* environment = nullptr;
+  const Image* environment = nullptr;  ///< null if the scene has none
   /// One per object; needed if landmarks name vertices.
   std::span<const ObjectPlacing> placings = {};
   /// One per object; needed if any is a mesh sequence.
@@ -32,12 +32,12 @@ struct SceneInputs {
 };
 
 /// Hashes the scene's settings, its files' contents and the program. The files' paths, the working
-/// folder and the settings `output` do not change the hash. Of `output`, the bit depth of PNG
-/// frames also decides pixels; it is compared with the frame's file (sequence/run/status.h).
+/// folder and the settings `output` do not change the hash. output.png_bits decides pixels, too,
+/// but is compared with the frame's file instead (sequence/run/status.h).
 std::string content_hash(const SceneInputs& inputs, std::string_view program = program_identity());
 
-/// Hashes the inputs that all frames of a film share: the contents of the scene's files, except the
-/// meshes of sequences, and the program.
+/// Hashes the inputs that all frames of a film share: the program and the contents of the scene's
+/// files, without the meshes of sequences, of which each frame shows one.
 std::string inputs_hash(const SceneInputs& inputs, std::string_view program = program_identity());
 /// Writes the scene's settings, without paths and `output`, as text.
 std::string settings_text(const Scene& scene);

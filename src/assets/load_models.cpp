@@ -34,13 +34,14 @@ std::string file_key(const ObjectSettings& object) {
   return fmt::format("{}\n{}\n{}\n{}", object.model.string(), object.shape,
                      static_cast<int>(object.up), fmt::join(object.range, " "));
 }
-/// Key of an entry of Readings. A mesh sequence is read separately for each object, because its
-/// outermost points depend on the object's transform.
+/// Key of what one reading of a file (Readings) can serve. A mesh sequence is read separately for
+/// each object, because its outermost points depend on the object's transform.
 std::string reading_key(const ChainObject& object) {
   return is_mesh_sequence(*object.settings) ? fmt::format("{}", fmt::ptr(object.settings))
                                             : file_key(*object.settings);
 }
-/// Key of an object's shape and spheres. `placing`: rotations and scales that are part of the key.
+/// Key of an object's shape and sphere settings. `placing`: rotations and scales that become part
+/// of the key.
 std::string shape_key(const ObjectSettings& object, std::initializer_list<Vec3> placing) {
   std::string key = file_key(object);
   for (const Vec3& v : placing) key += fmt::format("\n{} {} {}", v.x, v.y, v.z);
@@ -50,15 +51,15 @@ std::string shape_key(const ObjectSettings& object, std::initializer_list<Vec3> 
                            error, resolution, root_margin, static_cast<int>(fit),
                            static_cast<int>(inside), solidify, coarse, object.arrange);
 }
-/// Key that only objects of the same rotation and size share.
+/// Key of an object's shape, sphere settings, rotation and size.
 std::string placed_key(const ChainObject& chained) {
   const ObjectSettings& object = *chained.settings;
   const ActorSettings& actor = *chained.actor;
   return shape_key(object, {object.rotate, object.scale, actor.rotate, actor.scale});
 }
-/// Key that objects of any rotation and uniform scale share. Spheres made of cells, which are
-/// aligned with the axes, depend on rotation and scale; objects with such spheres have
-/// placed_key().
+/// Key that does not depend on rotation and uniform scale. Objects whose spheres depend on these
+/// have placed_key(): mesh sequences, other scales, and spheres made of cells, which are aligned
+/// with the axes.
 std::string similarity_key(const ChainObject& chained) {
   const ObjectSettings& object = *chained.settings;
   const auto is_uniform = [](Vec3 scale) {
@@ -82,17 +83,18 @@ std::vector<std::size_t> first_with_key(std::span<const ChainObject> chain, cons
   return result;
 }
 
-/// Models as they were read. Each file is read once, for the first object that uses it.
+/// Objects as they were read. Each file is read once, for the first object that uses it.
 struct Readings {
   struct Reading {
     std::vector<std::string> warnings;
-    Result<ReadObject> object = ReadObject{};
+    Result<ReadObject> object = ReadObject{};  ///< or the error of reading it
     std::shared_ptr<MeshSequence> meshes;  ///< set if `object` is the stand-in of a mesh sequence
-    std::size_t uses = 0;                  ///< number of objects that have yet to take the reading
-    bool vertices = false;                 ///< whether a landmark names a vertex of the file
+    std::size_t uses = 0;                  ///< number of objects that have not taken it yet
+    bool vertices = false;                 ///< a landmark names a vertex of the file
   };
-  std::vector<std::size_t> first;  ///< index of each object's reading
-  std::vector<Reading> readings;
+  /// For each object the index of its reading: the first object with the same reading_key().
+  std::vector<std::size_t> first;
+  std::vector<Reading> readings;  ///< one per object, unused unless first[i] == i
 
   explicit Readings(std::span<const ChainObject> chain)
       : first(first_with_key(chain, reading_key)), readings(chain.size()) {
@@ -101,7 +103,8 @@ struct Readings {
       readings[first[i]].vertices |= names_vertices(chain[i]);
     }
   }
-  /// Reads the file of an object, or the meshes of a sequence.
+  /// Reads the file of an object, or the meshes of a sequence. `object`: an index with
+  /// first[object] == object.
   void read(const Scene& scene, std::span<const ChainObject> chain, std::size_t object,
             bool textures) {
     Reading& reading = readings[object];
@@ -118,35 +121,35 @@ struct Readings {
     reading.object = std::move(survey->stand_in);
     reading.meshes = std::make_shared<MeshSequence>(std::move(survey->sequence));
   }
-  /// Returns the object's mesh sequence with its transforms set; null if the object is no sequence.
+  /// Sets the transforms of the object's mesh sequence, and returns it; null if the object is no
+  /// sequence.
   std::shared_ptr<const MeshSequence> place_meshes(std::size_t object,
                                                    const ObjectPlacing& placing) {
     const std::shared_ptr<MeshSequence>& meshes = readings[object].meshes;
     if (meshes) meshes->steps = placing.steps;
     return meshes;
   }
-  /// Returns an object as it was read. Adds the warnings of its reading if it is the first object
-  /// that takes it.
+  /// Returns an object as it was read. Adds the reading's warnings if it was made for this object.
   Result<ReadObject> take(std::size_t object, std::vector<std::string>& warnings) {
     Reading& reading = readings[first[object]];
     if (first[object] == object)
       warnings.insert(warnings.end(), reading.warnings.begin(), reading.warnings.end());
     if (--reading.uses > 0) return reading.object;
-    return std::move(reading.object);
+    return std::move(reading.object);  // the last use frees the memory
   }
 };
 
 /// Transforms an object into the scene. If `stand`, it is rotated, scaled to the diagonal `size`
-/// (<= 0: not scaled), centred on the y axis and put with its lowest point on y = 0. The user's
-/// scale and translation follow, so that it is scaled about the origin. `actor`: transform of the
-/// actor, applied last.
+/// (<= 0: not scaled), centred on the y axis and put with its lowest point on y = 0. The object's
+/// own scale, about the origin, and translation follow. `actor`: transform of the actor, applied
+/// last.
 void arrange(ReadObject& read, const ObjectSettings& object, bool stand, float size,
              const Transform& actor) {
   Model& model = read.model;
-  const auto transform_by = [&read](const Transform& to) {
-    read.placing.to_scene = compose(to, read.placing.to_scene);
-    read.placing.steps.push_back(to);
-    return transformed(read.model, to);
+  const auto transform_by = [&read](const Transform& step) {
+    read.placing.to_scene = compose(step, read.placing.to_scene);
+    read.placing.steps.push_back(step);
+    return transformed(read.model, step);
   };
   if (!stand) {
     model =
@@ -164,8 +167,8 @@ void arrange(ReadObject& read, const ObjectSettings& object, bool stand, float s
 }
 
 /// Applies the scene's materials and transforms to an object as it was read. `size`: diagonal of
-/// the scene's first object, to which the others are scaled. It is 0 before the first object, whose
-/// diagonal it is set to.
+/// the scene's first object, to which the others are scaled; 0 makes this object the first one and
+/// sets `size` to its diagonal.
 void place_object(const Scene& scene, const ChainObject& chained, ReadObject& read, float& size) {
   const ObjectSettings& object = *chained.settings;
   const ActorSettings& actor = *chained.actor;
@@ -178,8 +181,8 @@ void place_object(const Scene& scene, const ChainObject& chained, ReadObject& re
           make_transform(actor.translate, actor.rotate, actor.scale));
 }
 
-/// Reads the reference mesh of a sequence that takes part in a morph; returns an empty model for
-/// all other objects. The balls are fitted to this mesh. Sets placing.vertices if landmarks name
+/// Reads the reference mesh of a sequence that takes part in a morph: the mesh that balls are
+/// fitted to. Returns an empty model for all other objects. Sets placing.vertices if landmarks name
 /// vertices. Errors: as load_mesh().
 Result<Model> load_reference(const ChainObject& chained, const MeshSequence* sequence,
                              ObjectPlacing& placing) {
@@ -227,9 +230,9 @@ Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject>
         const auto i = static_cast<std::size_t>(index);
         if (readings.first[i] == i) readings.read(scene, chain, i, textures);
       },
-      1);
+      /*grain=*/1);
   LoadedScene loaded;
-  float size = 0;
+  float size = 0;  // diagonal of the first object (place_object())
   for (std::size_t i = 0; i < chain.size(); ++i) {
     PM_TRY(ReadObject object, readings.take(i, loaded.warnings));
     place_object(scene, chain[i], object, size);
@@ -269,22 +272,25 @@ std::vector<std::size_t> find_similar(std::span<const ChainObject> chain) {
 std::vector<std::string> find_problems(const Scene& scene, std::span<const ChainObject> chain,
                                        const std::filesystem::path& cache, LoadedScene& loaded) {
   std::vector<std::string> problems;
-  float size = 0;
+  float size = 0;  // diagonal of the first object (place_object())
   Readings readings(chain);
   const std::vector<std::size_t> first_similar = find_similar(chain);
   for (std::size_t i = 0; i < chain.size(); ++i) {
     const ObjectSettings& object = *chain[i].settings;
-    if (readings.first[i] == i) readings.read(scene, chain, i, true);
-    auto taken = readings.take(i, loaded.warnings);
-    if (taken) place_object(scene, chain[i], *taken, size);
-    loaded.sequences.push_back(readings.place_meshes(i, taken ? taken->placing : ObjectPlacing{}));
-    loaded.models.push_back(taken ? std::move(taken->model) : Model{});
-    loaded.placings.push_back(taken ? std::move(taken->placing) : ObjectPlacing{});
+    if (readings.first[i] == i) readings.read(scene, chain, i, /*textures=*/true);
+    // Read and place the object as load_models() does, but go on after an error.
+    auto read_object = readings.take(i, loaded.warnings);
+    if (read_object) place_object(scene, chain[i], *read_object, size);
+    loaded.sequences.push_back(
+        readings.place_meshes(i, read_object ? read_object->placing : ObjectPlacing{}));
+    loaded.models.push_back(read_object ? std::move(read_object->model) : Model{});
+    loaded.placings.push_back(read_object ? std::move(read_object->placing) : ObjectPlacing{});
     const MeshSequence* meshes = loaded.sequences.back().get();
     auto reference = load_reference(chain[i], meshes, loaded.placings.back());
     loaded.references.push_back(reference ? std::move(*reference) : Model{});
     if (meshes) {
       for (std::string& problem : mesh_problems(*meshes)) problems.push_back(std::move(problem));
+      // Without a reference mesh the sequence plays alone, without balls, or is reported above.
       if (loaded.references.back().triangles.empty()) continue;
     }
     if (first_similar[i] != i) continue;
@@ -294,8 +300,8 @@ std::vector<std::string> find_problems(const Scene& scene, std::span<const Chain
     unfitted.fit = FitKind::kNone;
     unfitted.error = 0;
     unfitted.coarse = true;
-    if (!taken) {
-      problems.push_back(taken.error().message);
+    if (!read_object) {
+      problems.push_back(read_object.error().message);
     } else if (const auto spheres = approximate_cached(loaded.fitted_model(i), unfitted, cache);
                !spheres) {
       problems.push_back(fmt::format("{}: {}", object.name, spheres.error().message));

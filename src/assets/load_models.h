@@ -20,24 +20,26 @@ namespace polymorph {
 Result<LoadedScene> load_models(const Scene& scene, std::span<const ChainObject> chain,
                                 bool textures);
 
-/// Computes the azimuth of an object's front in the scene, radians from +z towards +x; empty if the
-/// scene does not set the front or it faces straight up or down.
+/// Computes the azimuth of an object's front in the scene, in radians from +z towards +x. Empty if
+/// ObjectSettings::front is kAuto or the front faces straight up or down.
 std::optional<double> front_azimuth(const ChainObject& object);
 
-/// Rotates a model, as it was read, so that its axis `up` becomes +y. Its points keep their order.
+/// Rotates a model in file coordinates so that its axis `up` becomes +y. Its points keep their
+/// order.
 Model rotate_upright(Model model, UpAxis up);
 
-/// Returns for each object the index of the first one of the same shape, size, rotation and
-/// spheres. Such objects differ at most in position, colour and motion, so a report on one shape
-/// holds for all.
+/// Returns for each object the index of the first one of the same shape, size, rotation and sphere
+/// settings. Such objects differ at most in position, colour and motion, so a report on the shape
+/// of one holds for all.
 std::vector<std::size_t> find_alike(std::span<const ChainObject> chain);
-/// Returns for each object the index of the first one of the same shape and spheres, of any size
-/// and rotation. A problem of one such object is a problem of all.
+/// Returns for each object the index of the first one of the same shape and sphere settings; size
+/// and rotation may differ. A problem of one such object is a problem of all.
 std::vector<std::size_t> find_similar(std::span<const ChainObject> chain);
 
 /// Finds everything in the inputs (models, their spheres, landmarks, the environment, ...) that
-/// could make prepare_scene() fail, and describes each problem in one line. Adds the models to
-/// `loaded`, empty ones where loading failed.
+/// could make prepare_scene() fail, and describes each problem in one line. Adds all objects to
+/// `loaded`, with an empty model where loading failed. `cache_folder`: cache of spheres; empty:
+/// none.
 std::vector<std::string> find_problems(const Scene& scene, std::span<const ChainObject> chain,
                                        const std::filesystem::path& cache_folder,
                                        LoadedScene& loaded);
@@ -45,7 +47,7 @@ std::vector<std::string> find_problems(const Scene& scene, std::span<const Chain
 /// Reads the scene's environment picture; null if it has none. Errors: kInput.
 Result<std::shared_ptr<const Image>> load_environment(const Scene& scene);
 
-/// Reports the blends that have a frame in which all weights are 0.
+/// Returns one line for each blend that has a frame in which all weights are 0.
 std::vector<std::string> find_weight_problems(const Scene& scene);
 
 /// Returns the reason why a turntable cannot show its scene; empty if it can.

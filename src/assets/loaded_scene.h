@@ -1,4 +1,4 @@
-// Loaded scene: its objects' models in scene coordinates, with their transforms from the files.
+// Loaded scene: its objects' models in scene coordinates, with the transforms from their files.
 #pragma once
 
 #include <cstdint>
@@ -18,9 +18,9 @@ namespace polymorph {
 
 /// Transform of an object from its file's coordinates to those of the scene.
 struct ObjectPlacing {
-  Transform to_scene;            ///< transform from the file's coordinates to the scene's
+  Transform to_scene;            ///< product of upright() (read_object.h) and `steps`
   std::vector<Transform> steps;  ///< transforms that follow upright(), in order of application
-  Box box;                       ///< box in the file's coordinates
+  Box box;                       ///< bounding box in the file's coordinates
   std::vector<Vec3> vertices;    ///< vertices as in the file; empty unless a landmark names one
 };
 
@@ -34,8 +34,8 @@ struct MeshFile {
   int number = 0;          ///< number in the sequence (ObjectSettings::range)
   std::string digest;      ///< model_digest() of the mesh as it was read
   std::string velocities;  ///< hash of the velocities that the file stores; empty: none
-  std::string topology;  ///< hash of its faces; vertices correspond between meshes of one topology
-  std::string problem;   ///< reason why it cannot be shown; empty if it can
+  std::string topology;    ///< hash of its faces; if equal, points of equal index correspond
+  std::string problem;     ///< reason why it cannot be shown; empty if it can
 };
 
 /// Textures that are in use, by pixel_digest().
@@ -44,13 +44,13 @@ struct TexturePool {
   std::map<std::string, std::weak_ptr<const Image>> images;
 };
 
-/// A mesh sequence of a scene. Its meshes are read one by one, when they are shown.
+/// A mesh sequence of a scene. Each mesh is read when it is shown.
 struct MeshSequence {
-  ObjectSettings object;
+  ObjectSettings object;         ///< settings of the sequence
   std::vector<MeshFile> files;   ///< files in the order of play
-  int reference = 0;             ///< first mesh that can be shown; a morph is planned for its pose
+  int reference = 0;             ///< index of the first mesh that can be shown; plans use its pose
   std::vector<Transform> steps;  ///< ObjectPlacing::steps, the same for all meshes
-  std::uint64_t max_bytes = 0;   ///< memory of the largest mesh with its textures
+  std::uint64_t max_bytes = 0;   ///< model_bytes() (memory_estimate.h) of the largest mesh
   std::size_t max_triangles = 0, max_textures = 0;  ///< maxima over the meshes
   /// Pool from which meshes with equal textures share them.
   std::shared_ptr<TexturePool> textures;
@@ -58,16 +58,17 @@ struct MeshSequence {
 
 /// The models of all actors, loaded and arranged.
 struct LoadedScene {
-  /// One model per object of the chain. For a mesh sequence it has no faces, only the outermost
-  /// points of all its meshes, and the names of all their labels.
+  /// One model per object of chain_objects(scene). For a mesh sequence it has no faces, only the
+  /// outermost points of all its meshes, and the names of all their labels.
   std::vector<Model> models;
   std::vector<std::shared_ptr<const MeshSequence>> sequences;  ///< one per model; null: none
   /// One per model: the reference mesh of a sequence in a morph; empty for every other object.
   std::vector<Model> references;
   std::vector<ObjectPlacing> placings;  ///< one per model
-  std::vector<std::string> warnings;
+  std::vector<std::string> warnings;    ///< one line each, about the files
 
-  /// Returns the model for the object's balls; without faces for a sequence that plays alone.
+  /// Returns the model that an object's balls are fitted to; it is empty for a sequence that plays
+  /// alone.
   const Model& fitted_model(std::size_t object) const {
     return sequences[object] ? references[object] : models[object];
   }

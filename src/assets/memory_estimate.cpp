@@ -21,12 +21,12 @@ namespace {
 constexpr double kProgramBytes = 25e6;
 constexpr double kTreeBytesPerTriangle = 270;
 constexpr double kBytesPerFittedBall = 250e3;
-constexpr double kMinFitBytes = 40e6;  ///< the surface that a fit examines, for any number of balls
-/// A smoothed copy and squared distances to ridges, while a grid is made.
+constexpr double kMinFitBytes = 40e6;  ///< surface that a fit examines, for any number of balls
+/// While a grid of distances is made: a smoothed copy and squared distances to ridges.
 constexpr double kMakingBytesPerPoint = 7;
-/// Values of a mixture of several objects, and points near its surface.
+/// Values of a mixture of three objects or more, and points near its surface.
 constexpr double kMixtureBytesPerPoint = 12;
-/// Triangles of a surface / resolution^2 (a count, not bytes).
+/// Number of triangles of a surface / resolution^2.
 constexpr double kTrianglesPerSquare = 8;
 constexpr double kBytesPerSurfaceTriangle = 450;
 constexpr double kBytesPerTracedTriangle = 165;  ///< per traced picture beyond the first
@@ -42,6 +42,7 @@ double bytes_of(const Model& model) {
          bytes_of(model.corner_uvs) + bytes_of(model.labels) + bytes_of(model.triangle_materials);
 }
 
+/// Number of points of a grid.
 double point_count(const Grid& grid) {
   return static_cast<double>(grid.points.x) * grid.points.y * grid.points.z;
 }
@@ -58,10 +59,13 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
                                const LoadedScene& loaded, std::span<const SharedActor> shared,
                                std::size_t pictures) {
   std::span<const Model> models = loaded.models;
-  double models_bytes = 0, trees = 0, fits = 0, distances = 0, making = 0, surfaces = 0, maps = 0;
+  // Bytes, but for `surface_triangles`. `maps` and `mixtures` are parts of
+  // MemoryEstimate::surfaces.
+  double models_bytes = 0, trees = 0, fits = 0, distances = 0, making = 0, surface_triangles = 0,
+         maps = 0;
   double mixtures = 0, copies = 0;
-  std::set<const Image*> textures;
-  // Each thread reads one mesh of a sequence, and each frame in progress holds one.
+  std::set<const Image*> textures;  // counted so far, because models share textures
+  // Sequences: each thread reads one mesh, and each frame in progress has one.
   for (const auto& sequence : loaded.sequences) {
     if (!sequence) continue;
     const auto meshes_held = static_cast<double>(
@@ -69,6 +73,7 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
     models_bytes += meshes_held * static_cast<double>(sequence->max_bytes);
     trees += meshes_held * kTreeBytesPerTriangle * static_cast<double>(sequence->max_triangles);
   }
+  // Fits of balls: the largest counts.
   for (const ChainObject& object : chain)
     if (is_fitted(scene, object.settings->spheres) && !plays_sequence_alone(*object.actor))
       fits = std::max({fits, kMinFitBytes, kBytesPerFittedBall * object.settings->spheres.balls});
@@ -82,17 +87,18 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
     const double triangles_between = kTrianglesPerSquare *
                                      static_cast<double>(scene.surface.resolution) *
                                      scene.surface.resolution;
-    // An actor that shares objects has copies of the models while they are read, and later only its
-    // surface.
+    // An actor that shares the objects of an earlier one has copies of their models while files are
+    // read, and later only a surface.
     if (shared[actor].first != actor) {
       double max_triangles = triangles_between;
       for (const Model& model : actor_models) {
         copies += bytes_of(model);
         max_triangles = std::max(max_triangles, static_cast<double>(model.triangles.size()));
       }
-      surfaces += max_triangles;
+      surface_triangles += max_triangles;
       continue;
     }
+    // Models, their textures and their search trees.
     for (const Model& model : actor_models) {
       models_bytes += bytes_of(model);
       trees += kTreeBytesPerTriangle * static_cast<double>(model.triangles.size());
@@ -101,22 +107,24 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
           models_bytes += bytes_of(texture->pixels);
     }
     if (plays_sequence_alone(*objects.front().actor)) continue;
+    // The surface of the morph, and the smooth map and grid of values that it is made from.
     Box box;
     for (const Model& model : actor_models) box = unite(box, model.box());
     const Vec3 size = box.size();
     const double cell = static_cast<double>(std::max({size.x, size.y, size.z})) /
                         static_cast<double>(scene.surface.resolution);
-    if (!(cell > 0)) continue;
+    if (!(cell > 0)) continue;  // all models are empty or single points
     float smallest_diagonal = box.diagonal();
     for (const Model& model : actor_models)
       if (!model.triangles.empty())
         smallest_diagonal = std::min(smallest_diagonal, model.box().diagonal());
     maps = std::max(maps, regression_bytes(box, smallest_diagonal));
-    surfaces += triangles_between;
+    surface_triangles += triangles_between;
     const Timeline timeline = make_timeline(scene, *objects.front().actor);
     if (mixes_many(timeline))
       mixtures +=
           kMixtureBytesPerPoint * point_count(make_distance_grid(box, static_cast<float>(cell)));
+    // Grids of the objects' distances, with cells half as long as those of the surface.
     for (std::size_t i = 0; i < objects.size(); ++i) {
       const bool is_sequence = is_mesh_sequence(*objects[i].settings);
       if (!leg_kinds(timeline, i).distances || (actor_models[i].triangles.empty() && !is_sequence))
@@ -139,9 +147,9 @@ MemoryEstimate estimate_memory(const Scene& scene, std::span<const ChainObject> 
   estimate.fits = to_bytes(fits);
   estimate.distances = to_bytes(distances);
   estimate.making = to_bytes(making);
-  estimate.surfaces =
-      to_bytes(maps + mixtures +
-               (kBytesPerSurfaceTriangle + extra_pictures * kBytesPerTracedTriangle) * surfaces);
+  estimate.surfaces = to_bytes(
+      maps + mixtures +
+      (kBytesPerSurfaceTriangle + extra_pictures * kBytesPerTracedTriangle) * surface_triangles);
   estimate.pictures = pictures * picture_bytes(scene.image);
   return estimate;
 }

@@ -21,10 +21,10 @@
 namespace polymorph {
 namespace {
 
-/// Lists directions in all of space, neighbours at most 15 degrees apart: from the centre of a
-/// cubic grid of 8^3 cells to the grid points on the cube's surface. They are not normalized.
+/// Lists directions over the whole sphere, neighbours at most 15 degrees apart: from the centre of
+/// a cubic grid of 8^3 cells to the grid points on the cube's surface. They are not normalized.
 std::vector<Vec3> cube_directions() {
-  constexpr int kHalf = 4;
+  constexpr int kHalf = 4;  // cells from the centre to a face of the cube
   std::vector<Vec3> directions;
   for (int x = -kHalf; x <= kHalf; ++x)
     for (int y = -kHalf; y <= kHalf; ++y)
@@ -45,13 +45,14 @@ Vec3 pull_direction_back(const Transform& t, Vec3 direction) {
 }
 
 /// Lists the directions, in file coordinates, in which a sequence's outermost points are sought:
-/// cube_directions() after the object's rotation, and the scene's axes after all transforms, so
-/// that boxes in the scene are exact.
+/// the directions that the object's rotation maps to cube_directions(), and those that all
+/// transforms map to the scene's axes, so that boxes in the scene are exact.
 std::vector<Vec3> survey_directions(const Scene& scene, const ChainObject& chained) {
   const ObjectSettings& object = *chained.settings;
   const ActorSettings& actor = *chained.actor;
   const bool stand = scene.arrange == Arrange::kStand && object.arrange;
   const Transform rotation = make_transform({}, object.rotate, {1, 1, 1});
+  // Standing objects are scaled after their rotation, others before (load_models()).
   const Transform placing = stand ? compose(make_transform({}, {}, object.scale), rotation)
                                   : make_transform({}, object.rotate, object.scale);
   const Transform to_scene = compose(make_transform({}, actor.rotate, actor.scale), placing);
@@ -113,7 +114,7 @@ std::string velocity_digest(const std::vector<PointVelocity>& velocities) {
 void log_unknown_motion(const Scene& scene, const MeshSequence& sequence) {
   if (!wants_flow(scene)) return;
   const std::vector<MeshFile>& files = sequence.files;
-  std::size_t unknown = 0, first = 0;
+  std::size_t unknown = 0, first = 0;  // number of steps without known motion, and first of them
   for (std::size_t i = files.size(); i-- > 1;)
     if (files[i - 1].topology != files[i].topology && files[i - 1].velocities.empty())
       ++unknown, first = i - 1;
@@ -124,12 +125,12 @@ void log_unknown_motion(const Scene& scene, const MeshSequence& sequence) {
       sequence.object.name, unknown, files[first].number, files[first + 1].number);
 }
 
-/// Facts about one mesh that the survey keeps.
+/// Properties of one mesh that the survey keeps.
 struct MeshFacts {
-  std::vector<Vec3> outermost;
-  Box box;  ///< box in the file's coordinates
+  std::vector<Vec3> outermost;  ///< points farthest along survey_directions()
+  Box box;                      ///< box in the file's coordinates
   std::vector<std::string> labels, warnings;
-  std::uint64_t bytes = 0;
+  std::uint64_t bytes = 0;  ///< model_bytes()
   std::size_t triangles = 0, textures = 0;
 };
 
@@ -144,8 +145,8 @@ MeshFacts inspect_mesh(const ObjectSettings& object, const std::vector<Vec3>& di
     file.problem = fmt::format("mesh {}: {}: no such file", file.number, file.file.string());
     return mesh_facts;
   }
-  const auto read =
-      load_object(mesh_settings(object, file.file), textures, false, mesh_facts.warnings);
+  const auto read = load_object(mesh_settings(object, file.file), textures, /*vertices=*/false,
+                                mesh_facts.warnings);
   if (!read) {
     file.problem = fmt::format("mesh {}: {}", file.number, read.error().message);
     return mesh_facts;
@@ -164,23 +165,24 @@ MeshFacts inspect_mesh(const ObjectSettings& object, const std::vector<Vec3>& di
 }
 
 /// Adds the warnings of the first mesh that has any, and the number of other meshes that have any.
-/// Poses of one animated model count only if their warnings differ from those of the first.
+/// A pose of an animated model counts only if its warnings differ from those of the first pose.
 void add_warnings(const MeshSequence& sequence, const std::vector<MeshFacts>& facts,
                   std::vector<std::string>& warnings) {
   const std::string model = sequence.object.model.string();
   const bool are_poses = parse_pose_path(sequence.files.front().file).has_value();
-  std::vector<std::string> first;
-  std::size_t others = 0;
+  std::vector<std::string> first_warnings;
+  std::size_t others = 0;  // other meshes with warnings
   for (std::size_t i = 0; i < facts.size(); ++i) {
     std::vector<std::string> mesh_warnings = facts[i].warnings;
     const std::string file = sequence.files[i].file.string();
+    // Name the model instead of the pose, so that equal warnings of two poses compare equal.
     for (std::string& warning : mesh_warnings)
       if (are_poses && warning.starts_with(file)) warning = model + warning.substr(file.size());
-    if (mesh_warnings.empty() || (are_poses && mesh_warnings == first)) continue;
-    if (!first.empty()) ++others;
-    if (first.empty()) first = std::move(mesh_warnings);
+    if (mesh_warnings.empty() || (are_poses && mesh_warnings == first_warnings)) continue;
+    if (!first_warnings.empty()) ++others;
+    if (first_warnings.empty()) first_warnings = std::move(mesh_warnings);
   }
-  warnings.insert(warnings.end(), first.begin(), first.end());
+  warnings.insert(warnings.end(), first_warnings.begin(), first_warnings.end());
   if (others > 0)
     warnings.push_back(fmt::format(
         "{}: {} more mesh{} warnings of {} own - info FILE prints those of a mesh", model, others,
@@ -194,7 +196,7 @@ int first_usable_mesh(const std::vector<MeshFile>& files) {
   return usable == files.end() ? 0 : static_cast<int>(usable - files.begin());
 }
 
-/// Replaces the model's textures by equal ones that other meshes still use.
+/// Replaces the model's textures by equal ones of other meshes that are in memory.
 void share_textures(TexturePool& pool, Model& model) {
   const std::lock_guard lock(pool.mutex);
   for (std::shared_ptr<const Image>& texture : model.textures) {
@@ -258,8 +260,8 @@ Result<Model> load_mesh(const MeshSequence& sequence, int mesh) {
   const MeshFile& file = sequence.files[static_cast<std::size_t>(mesh)];
   if (!file.problem.empty()) return make_error(ErrorCode::kInput, "{}", file.problem);
   std::vector<std::string> warnings;  // the survey has reported them
-  PM_TRY(ReadObject read,
-         load_object(mesh_settings(sequence.object, file.file), true, false, warnings));
+  PM_TRY(ReadObject read, load_object(mesh_settings(sequence.object, file.file), /*textures=*/true,
+                                      /*vertices=*/false, warnings));
   if (model_digest(read.model) != file.digest)
     return make_error(ErrorCode::kInput, "mesh {}: {}: was changed while it was used", file.number,
                       file.file.string());
@@ -273,14 +275,14 @@ Result<std::vector<Vec3>> read_mesh_vertices(const MeshSequence& sequence, int m
   const MeshFile& file = sequence.files[static_cast<std::size_t>(mesh)];
   if (!file.problem.empty()) return make_error(ErrorCode::kInput, "{}", file.problem);
   std::vector<std::string> warnings;  // the survey has reported them
-  PM_TRY(ReadObject read,
-         load_object(mesh_settings(sequence.object, file.file), false, true, warnings));
+  PM_TRY(ReadObject read, load_object(mesh_settings(sequence.object, file.file), /*textures=*/false,
+                                      /*vertices=*/true, warnings));
   return std::move(read.placing.vertices);
 }
 
 Result<std::vector<Vec3>> compute_mesh_motion(const MeshSequence& sequence, const Model& shown,
                                               const MeshStep& step) {
-  std::vector<Vec3> motion;
+  std::vector<Vec3> motion;  // per point of `shown`
   if (step.mesh == step.next) return motion;
   const MeshFile &file = sequence.files[static_cast<std::size_t>(step.mesh)],
                  &next = sequence.files[static_cast<std::size_t>(step.next)];
@@ -291,13 +293,14 @@ Result<std::vector<Vec3>> compute_mesh_motion(const MeshSequence& sequence, cons
     return motion;
   }
   if (file.velocities.empty()) return motion;
+  // Read the mesh once more, in the coordinates of its file, in which the velocities are stored.
   std::vector<std::string> warnings;  // the survey has reported them
-  // The mesh is read once more, in the coordinates of its file.
   ObjectSettings as_stored = mesh_settings(sequence.object, file.file);
   as_stored.up = UpAxis::kY;
-  PM_TRY(const ReadObject stored, load_object(as_stored, false, true, warnings));
-  // The keys are vertices as the model's reader has rounded them, because load_ply_velocities() may
-  // round the same digits differently.
+  PM_TRY(const ReadObject stored,
+         load_object(as_stored, /*textures=*/false, /*vertices=*/true, warnings));
+  // Map points to velocities. Use the coordinates of load_object() as keys where possible, because
+  // load_ply_velocities() may round the same digits differently.
   const std::vector<PointVelocity> velocities = load_ply_velocities(file.file);
   const std::vector<Vec3>& vertices = stored.placing.vertices;
   std::map<std::array<float, 3>, Vec3> velocity_at;
@@ -310,13 +313,14 @@ Result<std::vector<Vec3>> compute_mesh_motion(const MeshSequence& sequence, cons
       sequence.files.size() > 1 && sequence.files.front().number > sequence.files.back().number
           ? -1.0f
           : 1.0f;
+  // Transform the velocities into the scene.
   Transform to_scene = upright(sequence.object.up);
   for (const Transform& transform : sequence.steps) to_scene = compose(transform, to_scene);
   const Vec3 origin = apply(to_scene, {});
   for (const Vec3 p : stored.model.points) {
     const auto entry = velocity_at.find({p.x, p.y, p.z});
     Vec3 velocity = entry == velocity_at.end() ? Vec3{} : entry->second;
-    constexpr float kMaxSpeed = 1e15f;  // the limit of coordinates; the test also fails for NaN
+    constexpr float kMaxSpeed = 1e15f;  // as for coordinates; NaN fails the test, too
     if (!(length(velocity) < kMaxSpeed)) velocity = {};
     motion.push_back((apply(to_scene, velocity) - origin) * (direction / step.fps));
   }

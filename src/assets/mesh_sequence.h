@@ -1,4 +1,4 @@
-// Mesh sequence: a survey of all its meshes before the first frame, and loading of single meshes.
+// Mesh sequence: a survey that reads all meshes before the first frame, and loading of single ones.
 #pragma once
 
 #include <memory>
@@ -13,34 +13,35 @@
 namespace polymorph {
 
 struct MeshSurvey {
-  ReadObject stand_in;    ///< outermost points of all meshes, without faces, turned upright
-  MeshSequence sequence;  ///< still without `steps`
+  ReadObject stand_in;    ///< outermost points of all meshes, without faces, rotated upright
+  MeshSequence sequence;  ///< complete except for `steps`
 };
 
 /// Reads all meshes of a sequence, one per thread at a time, and keeps only what decides the
-/// sequence's placement, the camera and the frames' hashes. Adds the warnings of the first mesh
-/// that has any. A mesh that cannot be read is reported in MeshFile::problem. Errors: kInput if no
-/// mesh can be read.
+/// sequence's placement, the camera and the frames' hashes. `textures`: textures are read, too.
+/// Adds the warnings of the first mesh that has any, and the number of other meshes with warnings.
+/// A mesh that cannot be read is reported in MeshFile::problem. Errors: kInput if no mesh can be
+/// read.
 Result<MeshSurvey> survey_meshes(const Scene& scene, const ChainObject& object, bool textures,
                                  std::vector<std::string>& warnings);
 
-/// Reads a mesh and places it in the scene. `mesh`: index in `files`. Errors: kInput if it has a
-/// problem or its file has changed since the survey.
+/// Reads a mesh and places it in the scene. `mesh`: index in sequence.files. Errors: kInput if it
+/// has a problem or its file has changed since the survey.
 Result<Model> load_mesh(const MeshSequence& sequence, int mesh);
 
 /// Reads the vertices of a mesh as its file has them, in the file's coordinates. Errors: as
 /// load_mesh().
 Result<std::vector<Vec3>> read_mesh_vertices(const MeshSequence& sequence, int mesh);
 
-/// A step from one mesh to another.
+/// A step from the mesh of one frame to the mesh of the next frame.
 struct MeshStep {
-  int mesh = 0, next = 0;
-  float fps = 24;  ///< frames per second
+  int mesh = 0, next = 0;  ///< indices in MeshSequence::files
+  float fps = 24;          ///< frames per second
 };
-/// Computes the displacement of each point of `shown`, which is load_mesh() of `step.mesh`. If both
-/// meshes have the same faces, the displacement is that to the point of the same index in the next
-/// mesh; else it is the velocity that the file stores, divided by fps. Empty if the mesh stays the
-/// same or no motion is known. Errors: as load_mesh().
+/// Computes the displacement, per frame, of each point of `shown`, which is load_mesh() of
+/// `step.mesh`. If both meshes have the same faces, it leads to the point of the same index in the
+/// next mesh; else it is the velocity that the file stores, divided by fps. Returns an empty list
+/// if the mesh stays the same or no motion is known. Errors: as load_mesh().
 Result<std::vector<Vec3>> compute_mesh_motion(const MeshSequence& sequence, const Model& shown,
                                               const MeshStep& step);
 

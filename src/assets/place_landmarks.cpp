@@ -29,7 +29,7 @@ class LandmarkProblems {
   std::vector<std::string>& problems_;
 };
 
-/// One object of the chain, as it was loaded.
+/// An object of the chain, in scene coordinates.
 struct LoadedObject {
   const ObjectSettings& settings;
   const Model& model;
@@ -41,18 +41,18 @@ struct LoadedObject {
 std::optional<Vec3> point_in_file(const LoadedObject& object, const LandmarkPoint& landmark,
                                   LandmarkProblems& problems) {
   if (landmark.point) return landmark.point;
-  const auto count = static_cast<long long>(object.placing.vertices.size());
-  if (landmark.vertex <= count)
+  const auto vertex_count = static_cast<long long>(object.placing.vertices.size());
+  if (landmark.vertex <= vertex_count)
     return object.placing.vertices[static_cast<std::size_t>(landmark.vertex - 1)];
   problems.add(landmark, fmt::format("is vertex {}, but {} has {}", landmark.vertex,
-                                     object.settings.name, count));
+                                     object.settings.name, vertex_count));
   return std::nullopt;
 }
 
 /// Moves the landmarks of one object to the closest points of its surface.
 PlacedLandmarks place_on_surface(const LoadedObject& object, const ObjectLandmarks& landmarks,
                                  LandmarkProblems& problems) {
-  // Maximum distance from the surface and minimum distance of two landmarks, relative to the size.
+  // As fractions of `size`: maximum distance from the surface, minimum distance of two landmarks.
   constexpr float kMaxOffset = 0.1f, kMinSpacing = 1e-3f;
   const float size = object.model.box().diagonal();
   const ClosestPointQuery surface(object.model);
@@ -89,7 +89,7 @@ std::vector<PlacedLandmarks> place_landmarks(const Scene& scene, std::span<const
                                              const LoadedScene& loaded,
                                              std::vector<std::string>& problems) {
   LandmarkProblems collector(scene, problems);
-  std::vector<PlacedLandmarks> lists;
+  std::vector<PlacedLandmarks> lists;  // one per object
   for (std::size_t i = 0; i < chain.size(); ++i) {
     const ObjectLandmarks* landmarks = find_landmarks(chain[i].actor->plan, *chain[i].settings);
     const bool can_place = landmarks && !loaded.fitted_model(i).triangles.empty();

@@ -1,4 +1,5 @@
-// Reading of a scene's object: its file or built-in shape, turned upright, with its materials.
+// Reading of an object of a scene: its file or built-in shape, rotated upright, and the scene's
+// materials for it.
 #pragma once
 
 #include <string>
@@ -10,20 +11,21 @@
 
 namespace polymorph {
 
-/// Makes the rotation that turns an axis of the file to +y.
+/// Makes the rotation that maps the axis `up` of the file to +y.
 Transform upright(UpAxis up);
 
-/// An object as it was read, turned upright.
+/// An object as it was read, rotated upright.
 struct ReadObject {
   Model model;
-  ObjectPlacing placing;  ///< transform from the file to `model`, not yet to the scene
+  ObjectPlacing placing;  ///< `to_scene` leads only to the upright `model` at first
 };
 
-/// Reads an object. `vertices`: sets placing.vertices. Errors: as load_model().
+/// Reads an object. `textures`: reads the textures of its materials, too. `vertices`: sets
+/// placing.vertices. Adds the reader's warnings. Errors: as load_model().
 Result<ReadObject> load_object(const ObjectSettings& object, bool textures, bool vertices,
                                std::vector<std::string>& warnings);
 
-/// Applies the creases, the colour and the materials that the scene sets for an object.
+/// Applies the crease angle, the colour and the material values that the scene sets for an object.
 void restyle(Model& model, const ObjectSettings& object);
 
 }  // namespace polymorph

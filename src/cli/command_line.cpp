@@ -47,6 +47,8 @@ const char* compute_option_group(std::string_view command) {
   return computes_nothing ? "" : "Common";
 }
 
+/// Adds the options that all commands share. Those for computations go into the help's group
+/// `compute_group`; "" hides them.
 void add_common(Command command, CommonOptions& common, const char* compute_group) {
   const auto add = [](Option option) { option.group("Common"); };
   const auto add_compute_option = [&](Option option) { option.group(compute_group); };
@@ -108,20 +110,20 @@ void add_common(Command command, CommonOptions& common, const char* compute_grou
 
 /// Tests whether the file is a JSON report of `render`, which a resumed run may replace.
 bool is_run_report(const std::string& file) {
-  const auto text = read_file(file, 1u << 30);
+  const auto text = read_file(file, /*limit=*/1u << 30);
   return text && text->starts_with("{\n  \"version\":") &&
          text->find("\"scene_hash\":") != std::string::npos;
 }
 
 /// Tests whether the file is a receipt of `render`, which a resumed run may replace.
 bool is_receipt_file(const std::string& file) {
-  const auto text = read_file(file, 1u << 30);
+  const auto text = read_file(file, /*limit=*/1u << 30);
   return text && is_receipt(*text);
 }
 
 /// Tests whether the file is a JUnit report, which the next run of a CI job may replace.
 bool is_junit(const std::string& file) {
-  const auto text = read_file(file, 1u << 30);
+  const auto text = read_file(file, /*limit=*/1u << 30);
   return text && text->starts_with("<?xml") &&
          text->substr(0, 1024).find("<testsuites") != std::string::npos;
 }
@@ -174,8 +176,8 @@ void report_bug(const char* what) {
       program_version());
 }
 
-/// Flushes standard output and returns the exit code: kOutput if output was lost, else `code`. A
-/// pipe that its reader has closed is no failure.
+/// Flushes standard output and returns the exit code: kOutput if output was lost or the log file is
+/// incomplete, else `code`. A pipe that its reader has closed is no failure.
 int finish_output(int code) {
   if (code == 0 && log_file_is_incomplete()) code = static_cast<int>(ErrorCode::kOutput);
   if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return code;
@@ -212,14 +214,14 @@ int run_action(CommandLine& line) {
     log_message(LogLevel::kError, status.error().message);
     return static_cast<int>(status.error().code);
   }
-  const auto result = line.action();
+  const auto exit_code = line.action();
   set_status_line("");
-  if (result) return *result;
-  print_error(result.error());
-  if (progress_mode(line.common) == ProgressMode::kOpenJd) print_openjd_failure(result.error());
+  if (exit_code) return *exit_code;
+  print_error(exit_code.error());
+  if (progress_mode(line.common) == ProgressMode::kOpenJd) print_openjd_failure(exit_code.error());
   // A signal makes writes fail; the exit code is then the signal's.
-  const bool was_stopped = stop_requested() && result.error().code == ErrorCode::kOutput;
-  return static_cast<int>(was_stopped ? stop_code() : result.error().code);
+  const bool was_stopped = stop_requested() && exit_code.error().code == ErrorCode::kOutput;
+  return static_cast<int>(was_stopped ? stop_code() : exit_code.error().code);
 }
 
 /// Checks that all given options are options of this verb. Errors (kUsage): one belongs to another
@@ -230,6 +232,7 @@ Status check_verb(const CommandLine& line, const std::string& command, const Ver
     if (table.name != command) continue;
     for (const OptionRow& option : table.options) {
       if (option.positional || option.group == "Common") continue;
+      // The last name is the long one.
       if (is_named(option, verb.options) || !is_given(*line.app, option.names.back().c_str()))
         continue;
       std::vector<std::string> others;
@@ -272,14 +275,14 @@ void set_action(CommandLine& line, Command command, std::function<Result<int>()>
 void add_verbs(CommandLine& line, Command command, const std::vector<VerbTable>& verbs) {
   std::vector<std::string> names;
   for (const VerbTable& verb : verbs) names.push_back(verb.name);
-  auto chosen = std::make_shared<std::string>();
-  command.add_option("verb", *chosen, "VERB", fmt::format("{}", fmt::join(names, ", ")))
+  auto chosen_verb = std::make_shared<std::string>();
+  command.add_option("verb", *chosen_verb, "VERB", fmt::format("{}", fmt::join(names, ", ")))
       .required()
       .choices(names);
   line.verbs[command.name()] = verbs;
-  set_action(line, command, [&line, name = command.name(), chosen]() -> Result<int> {
+  set_action(line, command, [&line, name = command.name(), chosen_verb]() -> Result<int> {
     const std::vector<VerbTable>& tables = line.verbs.at(name);
-    const auto verb = std::ranges::find(tables, *chosen, &VerbTable::name);
+    const auto verb = std::ranges::find(tables, *chosen_verb, &VerbTable::name);
     PM_CHECK(verb != tables.end());
     PM_TRY_STATUS(check_verb(line, name, *verb));
     return verb->action();
@@ -311,9 +314,11 @@ Result<std::vector<Override>> parse_overrides(const std::vector<std::string>& te
 }
 
 void add_json(Command command, JsonOutput& json) {
-  const auto use = [&json](const std::string& file) { json = {true, file == "-" ? "" : file}; };
+  const auto set_output = [&json](const std::string& file) {
+    json = {true, file == "-" ? "" : file};
+  };
   command
-      .add_optional_value("--json", use, "[FILE]", "-",
+      .add_optional_value("--json", set_output, "[FILE]", "-",
                           "report as JSON, to FILE or to standard output")
       .group("Output");
 }
@@ -336,7 +341,7 @@ void print_bytes(std::string_view bytes) { std::fwrite(bytes.data(), 1, bytes.si
 ProgressMode progress_mode(const CommonOptions& common) {
   if (common.progress != ProgressMode::kAuto) return common.progress;
   if (common.quiet) return ProgressMode::kNone;
-  return isatty(2) ? ProgressMode::kBar : ProgressMode::kLines;
+  return isatty(STDERR_FILENO) ? ProgressMode::kBar : ProgressMode::kLines;
 }
 
 std::filesystem::path cache_folder(const CommonOptions& common) {
@@ -370,6 +375,7 @@ std::string help_page(const CommandLine& line, const std::string& name, bool ful
 }
 
 int run_program(int argc, char** argv) {
+  // Prepare the process, before it reads any file or argument.
   set_signals();
   if (const Status stack = raise_stack_limit(); !stack) {
     log_message(LogLevel::kError, stack.error().message);
@@ -377,6 +383,8 @@ int run_program(int argc, char** argv) {
   }
   const InputGuard input_guard;
   remember_names(argc, argv);
+
+  // Describe the program: its commands and their options.
   CommandLine line;
   for (int i = 1; i < argc; ++i) line.arguments += (i > 1 ? " " : "") + remove_folders(argv[i]);
   if (argc > 0 && std::string_view(argv[0]).find('/') != std::string_view::npos)
@@ -421,10 +429,12 @@ int run_program(int argc, char** argv) {
     print_data("polymorph {}\n", program_version());
     return finish_output(0);
   }
+
+  // Parse the arguments and run the command.
   if (const Status parsed = parse_arguments(*line.app, argc, argv); !parsed) {
     const std::string name = named_command(*line.app, argc, argv);
     log_message(LogLevel::kError, parsed.error().message);
-    if (!name.empty() && argv[1][0] == '-')
+    if (!name.empty() && argv[1][0] == '-')  // the command exists, but is not the first word
       log_info("options come after the command: polymorph {} {}", name, argv[1]);
     log_info("try: polymorph {}--help",
              name.empty() ? "" : named_page(command_tables(line), argc, argv) + " ");

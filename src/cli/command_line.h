@@ -25,28 +25,36 @@
 
 namespace polymorph {
 
-enum class ProgressMode { kAuto, kBar, kLines, kJson, kOpenJd, kNone };
+/// Display of a run's progress on standard error.
+enum class ProgressMode {
+  kAuto,    ///< chosen by progress_mode()
+  kBar,     ///< one line that is redrawn
+  kLines,   ///< one line of the log per frame
+  kJson,    ///< one JSON object per frame, and the log as JSON, too
+  kOpenJd,  ///< lines for a session of Open Job Description
+  kNone,
+};
 
 /// Options that every command has.
 struct CommonOptions {
-  int threads = 0;
-  int verbose = 0;
-  bool quiet = false;
+  int threads = 0;     ///< 0 = all that the process may use
+  int verbose = 0;     ///< above 0: the log has debug messages
+  bool quiet = false;  ///< the log has only warnings and errors
   ColorMode color = ColorMode::kAuto;
   ProgressMode progress = ProgressMode::kAuto;
-  std::string log_file;
+  std::string log_file;  ///< a copy of the log; empty: none
   LogFormat log_format = LogFormat::kText;
-  std::string cache_dir;
+  std::string cache_dir;  ///< empty: the default folder (cache_folder())
   bool no_cache = false;
-  std::string device = "auto";
+  std::string device = "auto";   ///< "cpu", "cuda", "cuda:1" or "auto"; for films, a list of them
   std::uint64_t max_memory = 0;  ///< bytes; 0 = no limit
   bool overwrite = false;        ///< existing files may be replaced
-  std::string config;            ///< file with the options' defaults (options/config.h)
+  std::string config;  ///< file with the options' defaults (options/config.h); empty: none
 };
 
 /// The parsed command line, and the tables from which help is made.
 struct CommandLine {
-  std::shared_ptr<CLI::App> app;
+  std::shared_ptr<CLI::App> app;  ///< the program with its subcommands and options
   CommonOptions common;
   std::string arguments;  ///< argv joined by spaces, file names without folders, for image headers
   std::string program = "polymorph";    ///< name in suggested commands; argv[0] if it is a path
@@ -58,7 +66,8 @@ struct CommandLine {
 /// Returns the tables of all commands, with their verbs.
 std::vector<CommandTable> command_tables(const CommandLine& line);
 
-/// Formats the help page of this name (options/option_table.h).
+/// Formats the help page of this name: a short one, or a full one with all groups of options
+/// (options/option_table.h).
 std::string help_page(const CommandLine& line, const std::string& name, bool full);
 
 /// Adds a subcommand with the options that all commands share. Its help shows `purpose` (one line),
@@ -78,13 +87,15 @@ Option add_overwrite(Command command, CommonOptions& common);
 
 /// Adds --set KEY=VALUE, which may be repeated.
 void add_overrides(Command command, std::vector<std::string>& texts);
+/// Parses the values of --set. Errors: kUsage.
 Result<std::vector<Override>> parse_overrides(const std::vector<std::string>& texts);
 
 /// Value of --json [FILE]: whether and where a command writes its report as JSON.
 struct JsonOutput {
-  bool enabled = false;
-  std::string file;  ///< empty: standard output
+  bool enabled = false;  ///< --json is given
+  std::string file;      ///< empty: standard output
 };
+/// Adds --json [FILE].
 void add_json(Command command, JsonOutput& json);
 /// Writes a report. If it is an object, the program's version becomes its first key.
 Status write_json(const JsonOutput& json, const JsonValue& report);
@@ -105,6 +116,7 @@ void print_data(fmt::format_string<Args...> text, Args&&... args) {
 ProgressMode progress_mode(const CommonOptions& common);
 /// Returns the folder of the cache; empty: there is none, or --no-cache is given.
 std::filesystem::path cache_folder(const CommonOptions& common);
+/// Returns the device, the cache folder and the memory limit for prepare_on_engine().
 Resources resources(const CommonOptions& common);
 
 void add_demo(CommandLine& line);

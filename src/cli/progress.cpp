@@ -41,14 +41,17 @@ std::string first_file(const FrameRecord& record) {
   return record.files.empty() ? "" : record.files.front().string();
 }
 
-/// Draws the bar in the width of the terminal, with the estimated time that is left.
+/// Draws the bar in the width of the terminal, with the estimated time that is left. `elapsed`:
+/// seconds since the start.
 std::string bar_line(std::size_t done, std::size_t count, double elapsed) {
   struct winsize size {};
-  const int columns = ioctl(2, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+  const int columns =
+      ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
   const std::string tail = fmt::format(
       " {}/{} frames  {} left", done, count,
       format_seconds(
           done > 0 ? elapsed / static_cast<double>(done) * static_cast<double>(count - done) : 0));
+  // 8 to 40 columns between the brackets. Three columns stay free: the brackets and the last one.
   const auto width =
       static_cast<std::size_t>(std::clamp(columns - static_cast<int>(tail.size()) - 3, 8, 40));
   const std::size_t filled = width * done / std::max<std::size_t>(count, 1);
@@ -64,7 +67,7 @@ void print_json(std::size_t done, std::size_t count, const FrameRecord& record) 
                  {"file", first_file(record)}};
   if (!record.error.empty()) json["error"] = record.error;
   // One write per line, so that lines of several processes do not mix in a shared log.
-  const std::string line = dump_json(json, -1);
+  const std::string line = dump_json(json, /*indent=*/-1);
   std::fwrite(line.data(), 1, line.size(), stderr);
 }
 
@@ -105,7 +108,7 @@ ProgressCallback make_progress(ProgressMode mode) {
                  record.seconds, format_bytes(peak_memory()), state_word(record),
                  record.files.empty() ? "" : " ", first_file(record));
         break;
-      default:
+      default:  // kNone
         break;
     }
   };
@@ -151,7 +154,7 @@ void Heartbeat::run() {
                                           {"done", done_},
                                           {"of", frames_},
                                           {"seconds", std::round(frame_seconds * 10) / 10}},
-                                         -1);
+                                         /*indent=*/-1);
       std::fwrite(line.data(), 1, line.size(), stderr);
     } else {
       log_info("working: {}/{} frames done, {} on this one, peak memory {}", done_, frames_,

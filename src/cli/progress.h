@@ -11,7 +11,8 @@
 
 namespace polymorph {
 
-/// Makes a callback that shows each finished frame in this mode.
+/// Makes a callback that shows each finished frame in this mode. kNone shows nothing; kAuto must be
+/// resolved before (progress_mode()).
 ProgressCallback make_progress(ProgressMode mode);
 
 /// Prints the reason for a failure to standard error as an `openjd_fail` line, which sessions of
@@ -22,23 +23,24 @@ void print_openjd_failure(const Error& error);
 /// the log see that the run goes on.
 class Heartbeat {
  public:
-  /// Logs a line every `seconds`; none if `seconds` is 0 or the mode is kBar or kNone.
+  /// Logs a line every `seconds`; none if `seconds` is 0 or the mode is kBar or kNone. `frames`:
+  /// number of frames of the run.
   Heartbeat(ProgressMode mode, double seconds, std::size_t frames);
   ~Heartbeat();
   Heartbeat(const Heartbeat&) = delete;
   Heartbeat& operator=(const Heartbeat&) = delete;
-  /// Sets the number of finished frames and restarts the interval.
+  /// Sets the number of finished frames to `done` and restarts the interval.
   void restart(std::size_t done);
 
  private:
-  void run();
+  void run();  ///< loop of `thread_`
   const ProgressMode mode_;
   const std::chrono::duration<double> interval_;
   const std::size_t frames_;
   std::mutex mutex_;
-  std::condition_variable changed_;
+  std::condition_variable changed_;  ///< notified when a flag below is set
   std::size_t done_ = 0;
-  bool restarted_ = false, ended_ = false;
+  bool restarted_ = false, ended_ = false;  ///< tell `thread_` to restart the interval, or to end
   std::thread thread_;
 };
 

@@ -11,18 +11,18 @@ namespace {
 /// Makes the fit of an object's balls about ten times as fast. Objects without a fit stay as they
 /// are.
 void make_coarse(const Scene& scene, SphereSettings& spheres) {
-  constexpr int kBalls = 64;
+  constexpr int kMaxCoarseBalls = 64;
   if (!is_fitted(scene, spheres)) return;
   spheres.coarse = true;
-  spheres.balls = std::min(spheres.balls, kBalls);
+  spheres.balls = std::min(spheres.balls, kMaxCoarseBalls);
   spheres.error = 0;
   spheres.resolution = 0;
 }
 
 /// Applies --preview: half the size, a coarser surface and fewer balls; only direct light and one
 /// ambient-occlusion ray, smoothed. `draft` applies --draft: a still coarser surface, and one
-/// sample of direct light without noise. Samples, noise, max_depth, smooth and denoise keep their
-/// values if --set names them.
+/// sample of direct light without noise. Settings of the image other than its size keep the values
+/// that --set (`sets`) gives them.
 void make_preview(Scene& scene, const std::vector<std::string>& sets, bool draft) {
   for (ActorSettings& actor : scene.actors)
     for_each_object(actor, [&](ObjectSettings& object) { make_coarse(scene, object.spheres); });
@@ -37,7 +37,7 @@ void make_preview(Scene& scene, const std::vector<std::string>& sets, bool draft
   if (is_not_set("image.max_depth=")) scene.image.max_depth = draft ? 0 : 1;
   if (is_not_set("image.smooth=")) scene.image.smooth = !draft;
   if (draft && is_not_set("image.denoise=")) scene.image.denoise = false;
-  const int resolution = scene.surface.resolution / 2;
+  const int resolution = scene.surface.resolution / 2;  // 8 is the minimum (scene/describe.h)
   scene.surface.resolution = std::max(8, draft ? resolution * 3 / 4 : resolution);
 }
 

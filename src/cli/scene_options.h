@@ -12,7 +12,7 @@
 namespace polymorph {
 
 struct SceneOptions {
-  bool preview = false, draft = false;  ///< --draft is a preview, too
+  bool preview = false, draft = false;  ///< not both; a draft is a faster preview
   int samples = 0;                      ///< samples per pixel; 0: as in the scene
   DisplayView view;                     ///< view of PNGs, strips, GIFs and movies
   std::vector<std::string> sets;        ///< values of --set

@@ -19,7 +19,8 @@ Status check_play_page(const CommandLine& line, const std::filesystem::path& pat
 
 Result<EngineScene> prepare_page(const CommandLine& line, Scene scene) {
   scene.surface.resolution = std::min(scene.surface.resolution, kPlayResolution);
-  PM_TRY(EngineScene page, prepare_on_engine(scene, resources(line.common), 0, Sharing::kNone));
+  PM_TRY(EngineScene page,
+         prepare_on_engine(scene, resources(line.common), /*pictures=*/0, Sharing::kNone));
   PM_TRY_STATUS(check_has_no_mesh_sequence(page.prepared));
   return page;
 }

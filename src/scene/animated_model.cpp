@@ -18,7 +18,7 @@ namespace polymorph {
 namespace {
 
 constexpr char kSeparator = '@';  // precedes an animation's name and a pose's number
-constexpr std::size_t kMaxBytes = std::size_t{1} << 32;  // size of a .gltf file
+constexpr std::size_t kMaxBytes = std::size_t{1} << 32;  // bytes of a .gltf file
 
 bool is_gltf(const std::filesystem::path& file) {
   const std::string suffix = lower_case(file.extension().string());
@@ -39,7 +39,7 @@ std::string read_gltf_json(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   char head[kHeader + kChunk] = {};
   if (!in.read(head, sizeof head) || std::memcmp(head, "glTF", 4) != 0) return {};
-  std::uint32_t length = 0;
+  std::uint32_t length = 0;  // bytes of the first chunk, which is JSON
   std::memcpy(&length, head + kHeader, sizeof length);
   std::string json(static_cast<std::size_t>(std::min<std::uintmax_t>(length, size - sizeof head)),
                    '\0');
@@ -111,11 +111,11 @@ std::optional<KeyTimes> read_key_times(const JsonValue& accessor) {
 /// Finds the film rate, in keys per second, of evenly spaced keys; 0 if the keys have no such rate
 /// or are fewer than kMinKeys.
 int find_film_rate(const KeyTimes& times) {
-  constexpr int kMinKeys = 6, kMinRate = 24, kMaxRate = 120;
-  constexpr double kRounding = 0.05;  // allows rates such as 23.976
+  constexpr int kMinKeys = 6, kMinRate = 24, kMaxRate = 120;  // keys; keys per second
+  constexpr double kRounding = 0.05;                          // allows rates such as 23.976
   if (times.count < kMinKeys || !(times.last > times.first)) return 0;
   const double rate = static_cast<double>(times.count - 1) / (times.last - times.first);
-  if (!(rate > kMinRate - 1 && rate < kMaxRate + 1)) return 0;
+  if (!(rate > kMinRate - 1 && rate < kMaxRate + 1)) return 0;  // also keeps lround() in range
   const auto nearest = static_cast<int>(std::lround(rate));
   return std::abs(rate - nearest) <= kRounding && nearest >= kMinRate && nearest <= kMaxRate
              ? nearest
@@ -131,22 +131,25 @@ int Animation::pose_count() const {
 }
 
 std::optional<AnimatedPose> parse_animation_path(const std::filesystem::path& path) {
-  const auto named = is_gltf(path) && !is_file(path) ? split_at_separator(path) : std::nullopt;
-  if (!named || named->second.empty() || !is_file(named->first)) return std::nullopt;
-  return AnimatedPose{named->first, named->second, 1};
+  const auto model_and_name =
+      is_gltf(path) && !is_file(path) ? split_at_separator(path) : std::nullopt;
+  if (!model_and_name || model_and_name->second.empty() || !is_file(model_and_name->first))
+    return std::nullopt;
+  return AnimatedPose{model_and_name->first, model_and_name->second, 1};
 }
 
 std::optional<AnimatedPose> parse_pose_path(const std::filesystem::path& path) {
-  const auto numbered = is_gltf(path) ? split_at_separator(path) : std::nullopt;
+  const auto model_and_number = is_gltf(path) ? split_at_separator(path) : std::nullopt;
   std::error_code error;
-  if (!numbered || std::filesystem::exists(path, error)) return std::nullopt;
-  const auto number = parse_integer(numbered->second);
+  if (!model_and_number || std::filesystem::exists(path, error)) return std::nullopt;
+  const auto number = parse_integer(model_and_number->second);
+  // The limit is above every Animation::pose_count().
   if (!number || *number < 1 || *number > 1000000) return std::nullopt;
   AnimatedPose pose;
-  if (is_file(numbered->first))
-    pose.file = numbered->first;
-  else if (const auto named = parse_animation_path(numbered->first))
-    pose = *named;
+  if (is_file(model_and_number->first))
+    pose.file = model_and_number->first;
+  else if (const auto animation_pose = parse_animation_path(model_and_number->first))
+    pose = *animation_pose;
   else
     return std::nullopt;
   pose.number = static_cast<int>(*number);
@@ -163,9 +166,9 @@ Animation read_animation(const std::filesystem::path& file, const std::string& n
   for (std::size_t i = 0; i < animations.size(); ++i)
     animation.names.push_back(path_name(animations[i], i));
   if (!name.empty()) {
-    const auto named = std::find(animation.names.begin(), animation.names.end(), name);
-    if (named == animation.names.end()) return animation;
-    chosen = static_cast<std::size_t>(named - animation.names.begin());
+    const auto named_animation = std::find(animation.names.begin(), animation.names.end(), name);
+    if (named_animation == animation.names.end()) return animation;
+    chosen = static_cast<std::size_t>(named_animation - animation.names.begin());
   }
   std::set<std::pair<std::int64_t, bool>> moving;  // targets of the animations that play
   bool has_times = false;
@@ -197,8 +200,8 @@ Animation read_animation(const std::filesystem::path& file, const std::string& n
 }
 
 int pose_count(const std::filesystem::path& model) {
-  const auto named = parse_animation_path(model);
-  return read_animation(named ? named->file : model, named ? named->animation : std::string())
+  const auto pose = parse_animation_path(model);
+  return read_animation(pose ? pose->file : model, pose ? pose->animation : std::string())
       .pose_count();
 }
 
@@ -222,11 +225,11 @@ std::string describe_other_animations(const AnimatedPose& pose) {
     list += fmt::format("{}\"{}\"", list.empty() ? "" : ", ", animation.names[i]);
     if (!plays && first_other.empty()) first_other = animation.names[i];
   }
-  const std::filesystem::path named =
+  const std::filesystem::path example_path =
       pose.file.stem().string() + kSeparator + first_other + pose.file.extension().string();
   return fmt::format("{}: plays {}, not {} - {}, or {} in a scene, plays that one",
-                     pose.file.string(), playing, others, named.string(),
-                     pose_pattern(named).string());
+                     pose.file.string(), playing, others, example_path.string(),
+                     pose_pattern(example_path).string());
 }
 
 std::filesystem::path pose_pattern(const std::filesystem::path& model) {

@@ -12,18 +12,18 @@ namespace polymorph {
 
 struct AnimatedPose {
   std::filesystem::path file;  ///< the model
-  std::string animation;       ///< its animation that the path names; empty: the path names none
+  std::string animation;       ///< name of the animation in the path; empty: the path has none
   int number = 1;              ///< number of the pose, from 1
 };
 
 /// Motion of an animated model.
 struct Animation {
   std::vector<std::size_t> playing;  ///< indices of the file's animations that play
-  std::vector<std::string> names;    ///< names of all animations in the file, as paths have them
+  std::vector<std::string> names;    ///< names of all animations in the file, in the form for paths
   double start = 0, end = 0;         ///< times of the first and the last key, in seconds
   /// Sampling rate of the keys if it is a film rate, 24 to 120 per second; else 24.
   int poses_per_second = 24;
-  /// Number of poses from the first to the last key; 0 if nothing moves.
+  /// Number of poses from the first to the last key, at most an hour's; 0 if nothing moves.
   int pose_count() const;
   /// Time of a pose, in seconds.
   double seconds(int number) const {
@@ -37,11 +37,12 @@ std::optional<AnimatedPose> parse_pose_path(const std::filesystem::path& path);
 
 /// Reads the motion of a model. The animation `name` plays, or the first one if `name` is empty.
 /// Others play along if they move different nodes: an armature and its morph targets often have an
-/// animation each. The duration is that of the named animation or, without a name, of all that
+/// animation each. The times span the keys of the named animation or, without a name, of all that
 /// play. Nothing plays if the file is not glTF, cannot be read, or has no such animation.
 Animation read_animation(const std::filesystem::path& file, const std::string& name = {});
 
-/// Number of poses of walk.glb or hero@run.glb; 0 if nothing moves.
+/// Number of poses of a model (walk.glb) or of one of its animations (hero@run.glb); 0 if nothing
+/// moves.
 int pose_count(const std::filesystem::path& model);
 
 /// Explains why a model has no poses.

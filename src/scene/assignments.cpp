@@ -7,11 +7,12 @@
 namespace polymorph {
 namespace {
 
-/// Lists the keys of an object, those in its objects by path. Lists of objects are left out,
-/// because a path names no entry of theirs.
+/// Adds the assignments of all keys of an object's schema to `list`; `path` precedes the keys.
+/// Leaves out lists of objects, because a path to their keys needs an index.
 void add_keys(const JsonValue& schema, const std::string& path, std::vector<std::string>& list);
 
-/// Adds the enumerated values of a schema and the keys inside it. Returns whether it has any.
+/// Adds the assignments of a key's enumerated values, and of the keys inside it. Returns whether
+/// there are any.
 bool add_values(const JsonValue& schema, const std::string& key, std::vector<std::string>& list) {
   const std::size_t old_size = list.size();
   for (const JsonValue& word : schema.get("enum").items) list.push_back(key + "=" + word.string);

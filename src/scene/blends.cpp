@@ -18,6 +18,7 @@ std::string weight_pointer(std::size_t actor, std::size_t object) {
 /// Sorts the blend of one actor and adapts the indices in the pointers of its weights' tracks.
 void sort_blend(Scene& scene, std::size_t actor) {
   std::vector<ObjectSettings>& blend = scene.actors[actor].blend;
+  // Sort keys: name, file, settings as JSON, and the index before sorting.
   std::vector<std::tuple<std::string, std::string, std::string, std::size_t>> keys;
   for (std::size_t i = 0; i < blend.size(); ++i)
     keys.emplace_back(
@@ -61,7 +62,7 @@ std::vector<float> blend_weights(const Scene& scene, std::size_t actor, const Fi
     weights.push_back(std::max(weight, 0.0f));
   }
   // Smooth curves give tiny weights near keys of value 0. Remove them.
-  constexpr double kMinFraction = 1e-6;
+  constexpr double kMinFraction = 1e-6;  // of the sum of all weights
   const double total = std::accumulate(weights.begin(), weights.end(), 0.0);
   for (float& weight : weights)
     if (static_cast<double>(weight) < kMinFraction * total) weight = 0;

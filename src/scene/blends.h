@@ -12,9 +12,9 @@
 namespace polymorph {
 
 /// Sorts the objects of each blend by name, then file, then settings, so that the order in the
-/// scene file changes nothing. Adapts the pointers of the tracks of their weights to the form
-/// "/actors/0/blend/1/weight", even if the scene file has no list of actors. All objects must have
-/// names.
+/// scene file changes nothing. Adapts the pointers of their weights' keyframe tracks to the new
+/// order, in the form "/actors/0/blend/1/weight" even if the scene file has no list of actors. All
+/// objects must have names.
 void sort_blends(Scene& scene);
 
 /// Computes the weights of an actor's blend at a time, in [0, 1] with sum 1. Weights below a

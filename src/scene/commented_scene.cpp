@@ -7,7 +7,7 @@
 namespace polymorph {
 namespace {
 
-constexpr std::size_t kWidth = 96;  // columns
+constexpr std::size_t kWidth = 96;  // columns of a line
 
 /// Wraps `text` into lines that begin with `prefix`, at most kWidth wide where words allow it.
 std::string wrap_comment(const std::string& prefix, const std::string& text) {
@@ -37,8 +37,8 @@ std::string describe_key(const JsonValue& schema) {
   return text;
 }
 
-/// Returns the properties of a key that is an object, or may be one: the ends of a chain are
-/// objects or strings.
+/// Returns the schemas of an object's keys; empty if the value is never an object. A value may be
+/// an object or a string, as the source of a chain is.
 JsonValue find_properties(const JsonValue& schema) {
   if (schema.contains("properties")) return schema.get("properties");
   for (const JsonValue& choice : schema.get("oneOf").items)
@@ -56,12 +56,13 @@ std::string inline_json(const JsonValue& value) {
   return (value.is_object() ? "{" : "[") + text + (value.is_object() ? "}" : "]");
 }
 
-/// Writes the members of an object, and those of `suggestions` commented out.
+/// Writes the members of an object, with `suggestions` as commented_scene() explains. `properties`:
+/// the schemas of its keys. `level`: depth of the object, from 1, which sets the indent.
 std::string write_members(const JsonValue& object, const JsonValue& properties,
                           const JsonValue& suggestions, int level) {
   const std::string indent(2 * static_cast<std::size_t>(level), ' ');
   std::string out;
-  std::size_t remaining = object.size();
+  std::size_t remaining = object.size();  // members not yet written
   for (const auto& [key, value, offset] : object.members) {
     for (const auto& [suggested, example, suggested_offset] : suggestions.get(key).members) {
       out += wrap_comment(indent + "//", describe_key(properties.get(suggested)));
@@ -70,7 +71,7 @@ std::string write_members(const JsonValue& object, const JsonValue& properties,
     const JsonValue& schema = properties.get(key);
     if (const std::string text = describe_key(schema); !text.empty())
       out += wrap_comment(indent + "//", text);
-    // Settings get one line per member; an object of a chain is written on a single line.
+    // Settings get one line per member. An object with a model is written on a single line.
     const bool is_expanded =
         level == 1 && value.is_object() && !value.empty() && !value.contains("model");
     out += indent + inline_json(key) + ": ";

@@ -31,6 +31,7 @@ class ContradictionFinder {
     if (!list) {
       check_actor(scene_.actors.front(), "", root);
     } else {
+      // A list that is too long has more items than actors (FieldReader::objects()).
       for (std::size_t i = 0; i < std::min(list->items.size(), scene_.actors.size()); ++i)
         check_actor(scene_.actors[i], fmt::format("/actors/{}", i), list->items[i]);
     }
@@ -70,14 +71,14 @@ class ContradictionFinder {
     }
     const JsonValue* intermediate = value.find("intermediate");
     for (std::size_t i = 0; i < actor.intermediate.size(); ++i) {
-      const std::string object = fmt::format("{}/intermediate/{}", pointer, i);
-      check_no_weight(actor.intermediate[i], object, &intermediate->items[i]);
+      const std::string object_pointer = fmt::format("{}/intermediate/{}", pointer, i);
+      check_no_weight(actor.intermediate[i], object_pointer, &intermediate->items[i]);
       if (actor.intermediate[i].retarget == 1) continue;
       if (actor.intermediate[i].hold > 0)
-        report(object + "/hold", &intermediate->items[i],
+        report(object_pointer + "/hold", &intermediate->items[i],
                "an object that is left before it is reached cannot stand still");
       if (morphs_sequence(actor))
-        report(object + "/retarget", &intermediate->items[i],
+        report(object_pointer + "/retarget", &intermediate->items[i],
                "an actor with a mesh sequence in its morph reaches all its objects");
     }
   }
@@ -159,12 +160,13 @@ class ContradictionFinder {
              "is for morphs - \"range\" and \"fps\" say how long a mesh sequence plays");
     if (scene_.frames.count > 0) check_time(actor, pointer, value);
     const double meshes = mesh_count(actor.source);
-    const double rate = static_cast<double>(scene_.frames.fps) /
-                        static_cast<double>(actor.source.fps.value_or(scene_.frames.fps));
-    if (!(meshes * rate + actor.source.hold <= kMaxFrames))
+    const double frames_per_mesh =
+        static_cast<double>(scene_.frames.fps) /
+        static_cast<double>(actor.source.fps.value_or(scene_.frames.fps));
+    if (!(meshes * frames_per_mesh + actor.source.hold <= kMaxFrames))
       report(pointer + "/source/fps", find_in(&value, {"source", "fps"}),
              fmt::format("makes {:.0f} frames of {:.0f} meshes (must be {} at most)",
-                         meshes * rate + actor.source.hold, meshes, kMaxFrames));
+                         meshes * frames_per_mesh + actor.source.hold, meshes, kMaxFrames));
   }
   /// Checks the landmarks of the scene, which every actor may use, and each actor's own.
   void check_all_landmarks() {
@@ -181,8 +183,9 @@ class ContradictionFinder {
     }
     if (shared) check_landmarks(*shared, "/plan/landmarks", scene_.plan, chains, nullptr);
   }
-  /// Checks that each key names an object that no other key names, and that each landmark exists on
-  /// a neighbour, too. Objects and landmarks of `shared` (may be null) count as existing.
+  /// Checks that each key of `landmarks` names an object of the chains that no other key names, and
+  /// that each landmark exists on a neighbour, too. Objects and landmarks of `shared` (the scene's
+  /// landmarks, may be null) count as existing.
   void check_landmarks(const JsonValue& landmarks, const std::string& pointer,
                        const PlanSettings& plan, const std::vector<Chain>& chains,
                        const JsonValue* shared) {
@@ -254,20 +257,23 @@ class ContradictionFinder {
   void check_time(const ActorSettings& actor, const std::string& pointer, const JsonValue& value) {
     const FrameSettings& frames = scene_.frames;
     const int moving_frames = frames.count - frames.hold_start - frames.hold_end;
+    // A morph needs a first and a last frame.
     const int min_frames = plays_sequence_alone(actor) || !actor.blend.empty() ? 1 : 2;
     if (moving_frames < min_frames)
       return report("/frames/count", find_in(&document_.root, {"frames", "count"}),
                     fmt::format("leaves {} beside the holds ({} + {}) - {} needed",
                                 plural(moving_frames, "frame"), frames.hold_start, frames.hold_end,
                                 min_frames == 1 ? "at least one is" : "at least two are"));
-    int needed = std::accumulate(actor.per_leg.begin(), actor.per_leg.end(), 0);
+    // Without per_leg only the minimum is known.
+    int needed_frames = std::accumulate(actor.per_leg.begin(), actor.per_leg.end(), 0);
     for (const ObjectSettings& object : actor.intermediate)
-      needed += actor.per_leg.empty() ? 0 : object.hold;
-    needed = std::max(needed, min_frames);
-    if (actor.start - 1 + needed > moving_frames)
-      report(pointer + "/start", value.find("start"),
-             fmt::format("leaves {} of the scene's {} frames, and the actor needs {}",
-                         std::max(moving_frames - actor.start + 1, 0), frames.count, needed));
+      needed_frames += actor.per_leg.empty() ? 0 : object.hold;
+    needed_frames = std::max(needed_frames, min_frames);
+    if (actor.start - 1 + needed_frames > moving_frames)
+      report(
+          pointer + "/start", value.find("start"),
+          fmt::format("leaves {} of the scene's {} frames, and the actor needs {}",
+                      std::max(moving_frames - actor.start + 1, 0), frames.count, needed_frames));
   }
   /// Checks a setting's keyframes against the whole scene.
   void check_track(const KeyframeTrack& track) {
@@ -305,7 +311,7 @@ class ContradictionFinder {
   /// Finds the value at a JSON pointer; null if there is none.
   const JsonValue* find_value(std::string_view pointer) const {
     const JsonValue* value = &document_.root;
-    for (const std::string& key : split(pointer.substr(1), '/')) {
+    for (const std::string& key : split(pointer.substr(1), '/')) {  // without the leading '/'
       if (!value) return nullptr;
       if (value->kind != JsonValue::Kind::kArray) {
         value = value->find(key);
@@ -321,6 +327,7 @@ class ContradictionFinder {
     for (const char* key : keys) value = value ? value->find(key) : nullptr;
     return value;
   }
+  /// Adds an error at a value; null if the value is not in the document.
   void report(const std::string& pointer, const JsonValue* value, const std::string& message) {
     report_at(pointer, value ? value->offset : JsonValue::kNowhere, message);
   }

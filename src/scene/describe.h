@@ -4,9 +4,11 @@
 // struct, so it does not compile while one is missing.
 //
 // A visitor `v` has one function per type of value (integer, number, choice ...). v.retired names a
-// key of former versions, whose use is an error that names its successor. An object with a kShort
-// may be written as the value of that key alone. In a keyed_object every number, vector and colour
-// may have keyframes (scene/keyframes.h), unless its argument `Keyframes` says otherwise.
+// key of former versions, whose use is an error that names its successor (nullptr: there is none).
+// In JSON, a struct with a constant kShort may be written as an object or as the value of its key
+// kShort alone: "easing": "linear". In a keyed_object every number, vector and colour may have
+// keyframes (scene/keyframes.h), unless its argument `Keyframes` says otherwise. Seeds are at most
+// 2^53 - 1 = 9007199254740991, because larger integers are not exact in every JSON reader.
 #pragma once
 
 #include "scene/max_frames.h"
@@ -14,8 +16,12 @@
 
 namespace polymorph {
 
-/// Permission of a number to have keyframes: that of its object, always, or never.
-enum class Keyframes { kAsObject, kAllowed, kNone };
+/// Permission of a number to have keyframes.
+enum class Keyframes {
+  kAsObject,  ///< if it is in a keyed_object
+  kAllowed,   ///< always
+  kNone,      ///< never
+};
 
 /// The JSON keys of a keyframed setting, without its list "keys".
 template <class V>
@@ -45,7 +51,7 @@ void describe(V& v, KeyframeTime& s) {
 template <class V>
 void describe(V& v, SphereSettings& s) {
   [[maybe_unused]] auto& [method, balls, error, resolution, root_margin, fit, inside, solidify,
-                          coarse] = s;  // some have their keys in ReportKeys
+                          coarse] = s;  // some members have their keys in ReportKeys
   v.choice("method", method,
            {{"medial", SphereMethod::kMedial},
             {"hubbard", SphereMethod::kHubbard},
@@ -156,7 +162,7 @@ void describe(V& v, FrameSettings& s) {
 template <class V>
 void describe(V& v, FieldSettings& s) {
   [[maybe_unused]] auto& [kind, blobbiness, even, blob_constant, magnitude, threshold,
-                          match_volume] = s;  // some have their keys in ReportKeys
+                          match_volume] = s;  // some members have their keys in ReportKeys
   v.choice("kind", kind,
            {{"gaussian", FieldKind::kGaussian},
             {"wyvill", FieldKind::kWyvill},
@@ -332,7 +338,7 @@ void describe(V& v, BoundarySettings& s) {
 
 template <class V>
 void describe(V& v, SurfaceSettings& s) {
-  // Some have their keys in ReportKeys.
+  // Some members have their keys in ReportKeys.
   [[maybe_unused]] auto& [resolution, method, placement, flat, influence, min_component_share] = s;
   v.integer("resolution", resolution, 8, 4096,
             "cells of the marching cubes along the longest side of an actor's box");
@@ -346,7 +352,7 @@ void describe(V& v, SurfaceSettings& s) {
            "keeps all");
 }
 
-/// The report's choices that polymorph replaced by other defaults.
+/// Settings that reproduce the report (scene/scene.h); polymorph's defaults differ from it.
 struct ReportKeys {
   SphereSettings& spheres;
   FieldSettings& field;

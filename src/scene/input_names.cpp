@@ -34,8 +34,8 @@ fs::path common_folder(std::span<const fs::path> files) {
   return common;
 }
 
-/// Tests whether the files' names relative to `root` may be published: `root` is not that of the
-/// file system, and the names contain no private folder.
+/// Tests whether the files' names relative to `root` may be published: `root` is not the root of
+/// the file system, and the names contain no private folder.
 bool is_publishable(const fs::path& root, std::span<const fs::path> files) {
   if (root == root.root_path()) return false;
   return std::none_of(files.begin(), files.end(), [&](const fs::path& file) {

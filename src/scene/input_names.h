@@ -9,17 +9,18 @@
 
 namespace polymorph {
 
-/// Root folders that file names are relative to. With several, names begin with the number of their
-/// root: "1/tree.obj".
+/// Root folders that file names are relative to. If there are several, each name begins with the
+/// number of its root, from 1: "1/tree.obj".
 struct InputNames {
   std::vector<std::filesystem::path> roots;
-  /// Returns the name of a file relative to its deepest root.
+  /// Returns the name of a file relative to the deepest root above it; without folders if there is
+  /// none.
   std::string name(const std::filesystem::path& file) const;
 };
 
-/// Chooses the roots of files with absolute paths: the scene's folder if all lie below it, else
-/// their deepest common folder. It chooses several if names would begin at the file system's root
-/// or contain a private folder (base/private_paths.h).
+/// Chooses the roots of files with absolute paths: the scene's folder if all files lie below it,
+/// else their deepest common folder. If that is the file system's root, or names would contain a
+/// private folder (base/private_paths.h), it divides the files and chooses several roots.
 InputNames choose_names(const std::filesystem::path& scene_folder,
                         std::span<const std::filesystem::path> files);
 

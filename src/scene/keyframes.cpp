@@ -35,13 +35,14 @@ double slope(const KeyframeTrack& track, std::size_t i, int c) {
   if (i == 0 || i + 1 == track.keys.size()) return 0;
   const double slope_before = secant(track, i - 1, c), slope_after = secant(track, i, c);
   if (slope_before * slope_after <= 0) return 0;
+  // Lengths of both intervals, and weights of their slopes.
   const double h0 = track.keys[i].at - track.keys[i - 1].at;
   const double h1 = track.keys[i + 1].at - track.keys[i].at;
   const double w0 = 2 * h1 + h0, w1 = h1 + 2 * h0;
   return (w0 + w1) / (w0 / slope_before + w1 / slope_after);
 }
 
-/// Interpolates between keys i and i + 1 at t in [0, 1].
+/// Interpolates component c between keys i and i + 1 at t in [0, 1].
 double interpolate(const KeyframeTrack& track, std::size_t i, int c, double t) {
   const Keyframe &a = track.keys[i], &b = track.keys[i + 1];
   const double from = component(a.value, c), to = component(b.value, c);

@@ -53,7 +53,7 @@ void remember_inputs(const Scene& scene) {
 }  // namespace
 
 std::string to_string(const SceneFinding& finding, const std::string& file) {
-  // A finding without a position came from the command line.
+  // Values without a position in the file come from the command line.
   if (finding.line == 0)
     return fmt::format("{}: --set {}: {}", file, finding.pointer, finding.message);
   return fmt::format("{}:{}:{}: {}: {}", file, finding.line, finding.column, finding.pointer,
@@ -66,7 +66,7 @@ Result<SceneReading> read_scene(const std::filesystem::path& path,
                                      ".fbx", ".dae", ".off",  ".3ds"};
   const std::string name = path.string();
   std::string suffix = path.extension().string();
-  for (char& c : suffix) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
+  for (char& c : suffix) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;  // 'A' to 'a'
   const bool is_model =
       std::find(std::begin(kModels), std::end(kModels), suffix) != std::end(kModels);
   const bool is_animated = is_model && !is_numbered(path) && pose_count(path) > 0;
@@ -78,14 +78,15 @@ Result<SceneReading> read_scene(const std::filesystem::path& path,
     if (const auto rate = find_pose_rate(meshes)) json["frames"] = {{"fps", *rate}};
     return read_scene_text(path, format_json(json), overrides);
   }
-  if (const auto named = parse_animation_path(path); named && !parse_pose_path(path))
-    return make_error(ErrorCode::kInput, "{}", describe_missing_poses(*named));
+  if (const auto animation_pose = parse_animation_path(path);
+      animation_pose && !parse_pose_path(path))
+    return make_error(ErrorCode::kInput, "{}", describe_missing_poses(*animation_pose));
   if (is_model)
     return make_error(ErrorCode::kInput,
                       "{0}: is a model, not a scene - a scene names two of them: polymorph init "
                       "{0} OTHER; to see this one alone: polymorph render {0} --turntable",
                       name);
-  PM_TRY(std::string text, read_file(path, 64u << 20));
+  PM_TRY(std::string text, read_file(path, /*limit=*/64u << 20));
   remember_input(path);
   return read_scene_text(path, std::move(text), overrides);
 }

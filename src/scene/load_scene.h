@@ -12,7 +12,7 @@
 
 namespace polymorph {
 
-/// The path and the value of one `--set path=value`.
+/// The path and the value of one `--set path=value` (scene/override.h).
 using Override = std::pair<std::string, std::string>;
 
 /// An error in a scene.
@@ -28,12 +28,13 @@ std::string to_string(const SceneFinding& finding, const std::string& file);
 /// A scene and all errors in it: unknown keys, wrong types, values out of range, missing models and
 /// contradictions.
 struct SceneReading {
-  Scene scene;
+  Scene scene;  ///< valid only if there are no findings
   std::vector<SceneFinding> findings;
 };
 
 /// Reads a scene file. For a mesh sequence (seq.####.obj) or an animated model, makes a scene that
-/// plays it alone. Errors (kInput): unreadable file or JSON syntax; (kUsage): a bad override.
+/// plays it alone. Errors (kInput): an unreadable file, JSON syntax, or a model that does not move;
+/// (kUsage): a bad override.
 Result<SceneReading> read_scene(const std::filesystem::path& path,
                                 std::span<const Override> overrides = {});
 
@@ -61,7 +62,7 @@ std::string scene_schema();
 /// The reference of the scene format in Markdown, as committed in docs/scene.md.
 std::string scene_markdown();
 
-/// The scene with every default spelled out, as JSON; paths relative to `folder`.
+/// The scene with every default spelled out, as JSON; paths are relative to `folder`.
 std::string scene_to_json(const Scene& scene, const std::filesystem::path& folder);
 
 /// One object with every default spelled out, as JSON, and with the keyframes of its settings.
@@ -70,7 +71,7 @@ std::string object_to_json(const ObjectSettings& object, const std::vector<Keyfr
                            const std::string& pointer);
 
 /// Lists an actor's objects in chain order: source, intermediate..., target. A mesh sequence that
-/// plays alone is the only object. Objects of a blend are ordered by name.
+/// plays alone is the only object. The objects of a blend are in the order of ActorSettings::blend.
 std::vector<const ObjectSettings*> chain_objects(const ActorSettings& actor);
 
 /// An object of a scene's chains, with its actor.
@@ -89,7 +90,7 @@ bool is_named(const ObjectSettings& object, const std::string& key);
 /// The object's landmarks; null if it has none.
 const ObjectLandmarks* find_landmarks(const PlanSettings& plan, const ObjectSettings& object);
 
-/// Tests whether balls are fitted to an object of these settings: only Gaussian balls are.
+/// Tests whether balls are fitted to an object with these settings. Only Gaussian balls are fitted.
 bool is_fitted(const Scene& scene, const SphereSettings& spheres);
 
 }  // namespace polymorph

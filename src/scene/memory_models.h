@@ -18,7 +18,7 @@ struct MemoryMesh {
   std::vector<Vec3> vertices;
   std::vector<std::uint32_t> corners;     ///< indices into `vertices`, face after face
   std::vector<std::uint32_t> face_sizes;  ///< number of corners of each face
-  std::vector<float> colors;              ///< 3 per vertex: sRGB in [0, 1]; or empty
+  std::vector<float> colors;              ///< 3 per vertex: sRGB in [0, 1]; empty: no colours
 };
 
 /// Meshes that scenes may name while this object lives. Their paths are unique in the process and

@@ -16,7 +16,7 @@ bool is_numbered(const std::filesystem::path& model) {
 }
 
 Result<std::vector<int>> existing_meshes(const FramePattern& pattern) {
-  std::vector<int> in_memory;
+  std::vector<int> in_memory;  // these meshes have the numbers 1, 2, ...
   for (int number = 1; find_memory_mesh(frame_path(pattern, number)); ++number)
     in_memory.push_back(number);
   if (!in_memory.empty()) return in_memory;
@@ -37,7 +37,7 @@ Result<std::vector<int>> find_mesh_range(const std::filesystem::path& model) {
       return make_error(ErrorCode::kInput, "{}", describe_missing_poses(*pose));
     return make_error(ErrorCode::kInput, "no such files: {}", model.string());
   }
-  int step = 0;  // stays 0 for a single number
+  int step = 0;  // greatest common divisor of the differences; 0 for a single number
   for (const int number : numbers) step = std::gcd(step, number - numbers.front());
   std::vector<int> range{numbers.front(), numbers.back()};
   if (step > 1) range.push_back(step);

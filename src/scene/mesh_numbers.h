@@ -13,7 +13,8 @@
 
 namespace polymorph {
 
-/// Tests whether a model's name is a pattern with a number, and not an existing model.
+/// Tests whether a model's name is a pattern with a number, and not an existing model. A malformed
+/// pattern with a '#' counts, too, so that reading it reports the error.
 bool is_numbered(const std::filesystem::path& model);
 
 /// Lists the numbers of a sequence's existing meshes, which are meshes in memory, poses or files,
@@ -39,16 +40,18 @@ bool morphs_sequence(const ActorSettings& actor);
 /// Number of a sequence's meshes; 0 if its range is invalid.
 int mesh_count(const ObjectSettings& object);
 
-/// Numbers of a sequence's meshes in the order in which they are shown.
+/// Numbers of a sequence's meshes in the order in which they are shown; empty if its range is
+/// invalid.
 std::vector<int> mesh_numbers(const ObjectSettings& object);
 
 /// Path of one mesh of a sequence.
 std::filesystem::path mesh_file(const ObjectSettings& object, int number);
 
-/// Describes a sequence without reading its files: "240 meshes, frames 1 to 240, 1 missing".
+/// Describes a sequence without reading its files: "240 meshes, frames 1 to 240, 1 missing". The
+/// range must be valid.
 std::string describe_sequence(const ObjectSettings& object);
 
-/// Name of a sequence: its file name without number and suffix.
+/// Name of a sequence: its file name without number, suffix and the separators before the number.
 std::string sequence_name(const std::filesystem::path& model);
 
 }  // namespace polymorph

@@ -72,7 +72,7 @@ enum class Joining {
   kAll        ///< one entry for all files
 };
 
-/// Joins the entries of files.
+/// Joins the entries of files. A joined entry is named by the common pattern or kAllFiles.
 std::vector<InputFile> join_files(std::span<const InputFile> files, Joining joining) {
   if (joining == Joining::kNone) return {files.begin(), files.end()};
   std::map<std::string, std::vector<InputFile>> groups;
@@ -95,7 +95,7 @@ std::vector<InputFile> join_files(std::span<const InputFile> files, Joining join
   return joined;
 }
 
-/// Finds out how the files of a header were joined.
+/// Finds out how the entries of a header were joined.
 Joining find_joining(std::span<const InputFile> files) {
   if (files.size() == 1 && files.front().name == kAllFiles) return Joining::kAll;
   const bool joined =
@@ -150,8 +150,8 @@ Result<InputFile> read_file_entry(const JsonMember& member) {
 }
 
 /// Finds the first path in a scene's JSON that does not stay below its folder. Returns it followed
-/// by a space, so that even an empty path gives a result; "" if there is none. A string in place of
-/// an object is a path, too.
+/// by a space, so that even an empty path gives a result; "" if there is none. `key`: the key of
+/// `value`. Where an object is expected, a string is a path, too.
 std::string find_unsafe_path(const JsonValue& value, std::string_view key = {}) {
   if (key == "labels") return "";  // its strings are no paths
   const bool is_path = key == "model" || key == "environment" || key == "source" ||
@@ -250,7 +250,7 @@ Result<Scene> load_provenance_scene(const Provenance& provenance, const fs::path
 
 std::vector<std::string> compare_inputs(std::span<const InputFile> frame_files,
                                         std::span<const InputFile> read_files) {
-  std::map<std::string, InputFile> current;
+  std::map<std::string, InputFile> current;  // files that were read now, by name
   for (const InputFile& file : join_files(read_files, find_joining(frame_files)))
     current[file.name] = file;
   std::vector<std::string> differences;

@@ -27,11 +27,11 @@ struct InputFile {
   std::string name;  ///< relative (input_names.h); '#' stands for the digits of several files
   /// 64 hex digits. For several files: the hash of sha256sum's output, "HASH  NAME" per file.
   std::string sha256;
-  int count = 1;
+  int count = 1;  ///< number of files
 };
 
 struct Provenance {
-  std::string version, program;  ///< program_version(), and program_identity() without folders
+  std::string version, program;  ///< program_version() and shared_identity()
   std::string scene;             ///< all settings, as JSON; empty if it was too large
   bool coarse = false;           ///< balls are fitted as for previews
   std::vector<InputFile> files;  ///< ascending by name
@@ -46,7 +46,8 @@ std::vector<InputFile> name_files(std::span<const ReadFile> files, const InputNa
 Provenance make_provenance(const Scene& scene, std::span<const ReadFile> files);
 
 /// Encodes a provenance as one line of printable ASCII of at most kMaxProvenance bytes. To fit, it
-/// joins files whose names differ only in digits, then all files; at last it omits the scene.
+/// joins files whose names differ only in digits, then all files; as a last resort it omits the
+/// scene.
 std::string encode_provenance(Provenance provenance);
 
 /// Decodes a provenance from an untrusted source. All file names in it and in its scene are
@@ -59,8 +60,8 @@ Result<Provenance> decode_provenance(std::string_view text);
 Result<Scene> load_provenance_scene(const Provenance& provenance,
                                     const std::filesystem::path& folder, const std::string& name);
 
-/// Compares the files that a frame was made from with those that were read now. Returns one line
-/// per difference.
+/// Compares the files that a frame was made from with the files that were read now. Returns one
+/// line per difference.
 std::vector<std::string> compare_inputs(std::span<const InputFile> frame_files,
                                         std::span<const InputFile> read_files);
 

@@ -14,7 +14,7 @@
 namespace polymorph {
 namespace {
 
-constexpr std::size_t kMaxCollectedFindings = 200;  // each takes a search for its line
+constexpr std::size_t kMaxCollectedFindings = 200;  // each costs a search for its line
 
 /// Converts a value to the form that Keyframe holds.
 Vec3 as_vector(float value) { return {value, 0, 0}; }
@@ -69,17 +69,18 @@ bool FieldReader::takes_keyframes(Keyframes keyframes) const {
 
 template <class T, class F>
 bool FieldReader::read_keyframes(const char* key, T& out, const F& read, Keyframes keyframes) {
-  const bool keyed = takes_keyframes(keyframes);
+  const bool may_be_keyed = takes_keyframes(keyframes);
   const JsonValue* object = object_.find(key);
   if (!object || object->kind != JsonValue::Kind::kObject) return false;
-  if (!keyed && !object->find("keys")) return false;
+  if (!may_be_keyed && !object->find("keys")) return false;
   add_known(key);
-  if (!keyed) {
+  if (!may_be_keyed) {
     report(*object, key,
            "cannot change over the film - only settings of camera, lights, ground "
            "and look, image.exposure and weights of a blend take keys");
     return true;
   }
+  // Read the easing, then the list of keys.
   KeyframeTrack track;
   track.pointer = pointer_ + "/" + key;
   FieldReader fields(document_, *object, track.pointer, folder_, findings_, tracks_);
@@ -95,7 +96,7 @@ bool FieldReader::read_keyframes(const char* key, T& out, const F& read, Keyfram
         *list, "keys",
         fmt::format("has {} entries - a list may have at most {}", list->items.size(), kMaxItems));
   for (std::size_t i = 0; i < std::min(list->items.size(), kMaxItems); ++i) {
-    T value = out;
+    T value = out;  // the default, if the key has no valid value
     if (fields.read_key(list->items[i], fmt::format("{}/keys/{}", track.pointer, i), track,
                         [&](FieldReader& key_fields) { read(key_fields, value); }))
       track.keys.back().value = as_vector(value);
@@ -236,20 +237,21 @@ void FieldReader::numbers(const char* key, std::vector<float>& out,
                           std::initializer_list<std::pair<double, double>> ranges, const char*) {
   const JsonValue* value = expect(key, JsonValue::Kind::kArray);
   if (!value) return;
-  std::vector<float> read;
+  std::vector<float> read_values;
   for (const auto& [low, high] : ranges) {
-    if (read.size() == value->items.size()) break;
-    const JsonValue& item = value->items[read.size()];
+    if (read_values.size() == value->items.size()) break;
+    const JsonValue& item = value->items[read_values.size()];
     if (item.kind != JsonValue::Kind::kNumber || !(item.number >= low && item.number <= high))
-      return report(item, key,
-                    fmt::format("number {} must be {:g} to {:g}", read.size() + 1, low, high));
-    read.push_back(static_cast<float>(item.number));
+      return report(
+          item, key,
+          fmt::format("number {} must be {:g} to {:g}", read_values.size() + 1, low, high));
+    read_values.push_back(static_cast<float>(item.number));
   }
   if (value->items.size() != ranges.size())
     return report(
         *value, key,
         fmt::format("must be a list of {} numbers (has {})", ranges.size(), value->items.size()));
-  out = std::move(read);
+  out = std::move(read_values);
 }
 
 void FieldReader::text_map(const char* key, std::map<std::string, std::string>& out, const char*) {
@@ -287,7 +289,7 @@ void FieldReader::landmarks(const char* key, LandmarkSettings& out, const char*)
 
 void FieldReader::read_landmarks(const JsonValue& value, const std::string& pointer,
                                  ObjectLandmarks& out) {
-  constexpr double kLimit = 1e9;  // of coordinates
+  constexpr double kMaxCoordinate = 1e9;
   if (value.members.size() > kMaxLandmarks)
     report_at(value.offset, pointer,
               fmt::format("has {} landmarks - an object may have at most {}", value.members.size(),
@@ -302,7 +304,7 @@ void FieldReader::read_landmarks(const JsonValue& value, const std::string& poin
     const bool is_point =
         landmark.items.size() == 3 &&
         std::all_of(landmark.items.begin(), landmark.items.end(), [&](const JsonValue& item) {
-          return item.kind == JsonValue::Kind::kNumber && std::fabs(item.number) <= kLimit;
+          return item.kind == JsonValue::Kind::kNumber && std::fabs(item.number) <= kMaxCoordinate;
         });
     const bool is_vertex = landmark.kind == JsonValue::Kind::kString &&
                            landmark.string.size() > 1 && landmark.string[0] == 'v';

@@ -1,5 +1,5 @@
 // Scene reader: the visitor of describe() (scene/describe.h) that reads one object of the JSON tree
-// into one struct, and collects its errors.
+// into one struct, and collects errors.
 #pragma once
 
 #include <algorithm>
@@ -93,9 +93,9 @@ class FieldReader {
   /// Reads an object whose numbers, vectors and colours may have keyframes.
   template <class T>
   void keyed_object(const char* key, T& out, const char* doc) {
-    const bool keyed = std::exchange(keyed_, true);
+    const bool outer_keyed = std::exchange(keyed_, true);
     object(key, out, doc);
-    keyed_ = keyed;
+    keyed_ = outer_keyed;
   }
   template <class T>
   void objects(const char* key, std::vector<T>& out, const char*) {
@@ -132,17 +132,20 @@ class FieldReader {
   static constexpr std::size_t kMaxItems = 1000;  ///< per list
 
   void add_known(const char* key) { known_.emplace_back(key); }
-  /// Finds the string that stands for an object, or that its key "" has (override.h); null if there
-  /// is none.
+  /// Finds the string that replaces an object or, after an override (override.h), is at its key "";
+  /// null if there is none.
   static const JsonValue* find_word(const JsonValue& value) {
     const JsonValue* word = value.kind == JsonValue::Kind::kObject ? value.find("") : &value;
     return word && word->kind == JsonValue::Kind::kString ? word : nullptr;
   }
   /// Finds the value of a key and marks the key as known; null if there is none.
   const JsonValue* find(const char* key);
-  /// Finds a value as find() does. Reports a value of another kind, and returns null for it.
+  /// Finds a value as find() does. If it is of another kind, reports this and returns null.
   const JsonValue* expect(const char* key, JsonValue::Kind kind);
+  /// Tests whether a value with this permission may have keyframes here.
   bool takes_keyframes(Keyframes keyframes) const;
+  /// Reads a struct from its JSON object or, if it has one, from its short form: the path or shape
+  /// of an object of the scene, or the value of T::kShort.
   template <class T>
   void read_object(const JsonValue& value, const std::string& pointer, T& out) {
     if constexpr (std::is_same_v<T, ObjectSettings>) {
@@ -158,6 +161,7 @@ class FieldReader {
     }
     FieldReader inner(document_, value, pointer, folder_, findings_, tracks_, keyed_);
     inner.actor_prototype_ = actor_prototype_;
+    // The key "" is read by find_word().
     if constexpr (kHasShort || std::is_same_v<T, ObjectSettings>) inner.retired_.emplace_back("");
     if constexpr (kHasShort) {
       inner.short_key_ = T::kShort;
@@ -170,29 +174,33 @@ class FieldReader {
     }
     inner.finish();
   }
-  /// Reads a setting's keyframes into a track, and the value of the first key into `out`. Returns
-  /// false if the setting has no keyframes. `read(fields, value)` reads the "value" of one key.
+  /// Reads a setting's keyframes into a new track, and the value of the first key into `out`.
+  /// Returns false if the setting is not written as keyframes. `read(fields, value)` reads the
+  /// "value" of one key.
   template <class T, class F>
   bool read_keyframes(const char* key, T& out, const F& read,
                       Keyframes keyframes = Keyframes::kAsObject);
-  /// Reads one key: adds its time to the track, and its value by `read(fields)`.
+  /// Reads one key: its time into a new key of the track, its value by `read(fields)`. Returns
+  /// false if the time is invalid.
   template <class F>
   bool read_key(const JsonValue& item, const std::string& pointer, KeyframeTrack& track,
                 const F& read);
-  /// Reads the short form of an object: "teapot.obj" stands for {"model": "teapot.obj"}, "sphere"
-  /// for
-  /// {"shape": "sphere"}.
+  /// Reads the short form of an object: "teapot.obj" stands for {"model": "teapot.obj"} and
+  /// "sphere" for {"shape": "sphere"}.
   void read_name(const JsonValue& value, const std::string& pointer, ObjectSettings& out);
+  /// Checks that an object has either a model or a known shape.
   void check_object(const ObjectSettings& object, const JsonValue& value);
-  /// Finds range and rate of a mesh sequence, unless they are given, and checks the range. Reports
-  /// settings of sequences in other objects.
+  /// Fills in the range and rate of a mesh sequence, unless they are given, and checks the range.
+  /// Reports settings of sequences in other objects.
   void find_meshes(const JsonValue& value, const std::string& pointer, ObjectSettings& out);
   void read_landmarks(const JsonValue& value, const std::string& pointer, ObjectLandmarks& out);
+  /// Reads a list of three numbers in [low, high]. Returns false after a report.
   bool read_vector(const JsonValue& value, const char* key, Vec3& out, double low, double high);
-  /// Reads an sRGB colour "#rrggbb"; false if `text` is none.
+  /// Reads an sRGB colour "#rrggbb". Returns false if `text` is not such a colour.
   static bool read_hex(const std::string& text, Vec3& out);
   /// Returns the path of a file name in the scene, which may be relative to `folder_`.
   std::filesystem::path resolve(const std::string& file) const;
+  /// Reports a file that does not exist or is a folder.
   void check_file(const JsonValue& value, const char* key, const std::filesystem::path& file);
   void check_file_at(std::size_t offset, const std::string& pointer,
                      const std::filesystem::path& file);
@@ -206,10 +214,10 @@ class FieldReader {
   std::vector<KeyframeTrack>& tracks_;
   bool keyed_;                        ///< numbers, vectors and colours here may have keyframes
   std::vector<std::string> known_;    ///< keys that describe() has visited
-  std::vector<std::string> retired_;  ///< further keys that finish() accepts
+  std::vector<std::string> retired_;  ///< keys that finish() accepts in addition to known_
   const char* short_key_ = nullptr;   ///< T::kShort, the key whose value may replace the object
-  const JsonValue* word_ = nullptr;   ///< the value that replaces the object; null if none does
-  ActorSettings actor_prototype_;     ///< defaults of actors; its `source` has those of objects
+  const JsonValue* word_ = nullptr;   ///< value of T::kShort in the short form; null if not used
+  ActorSettings actor_prototype_;     ///< defaults of an actor, and in `source` of each object
 };
 
 }  // namespace polymorph

@@ -55,8 +55,8 @@ std::string format_default(const JsonValue& schema) {
   return schema.contains("default") ? fmt::format("`{}`", format_json(schema.get("default"))) : "";
 }
 
-/// Finds the object schema of a value: the schema itself, the items of a list, or the first object
-/// among alternatives. Null: none, or keyframes.
+/// Finds the object in the schema of a value: the schema itself, the items of a list, or the first
+/// object among alternatives. Null if there is none; keyframes do not count.
 const JsonValue* inner_object(const JsonValue& schema) {
   if (schema.contains("$ref")) return nullptr;
   if (schema.contains("properties")) return &schema;
@@ -66,8 +66,9 @@ const JsonValue* inner_object(const JsonValue& schema) {
   return nullptr;
 }
 
-/// Appends a table of an object's keys to `out`, then tables of the objects in it. `seen` has the
-/// keys of the objects that have a table.
+/// Appends a table of an object's keys to `out`, then tables of the objects in it. `path`: the keys
+/// that lead to the object, joined by dots. `seen`: for each object that has a table, the schemas
+/// of its keys as JSON.
 void describe_keys(const std::string& path, const JsonValue& object, const std::string& description,
                    std::vector<std::string>& seen, std::string& out) {
   if (!path.empty()) out += "\n## " + path + "\n\n";
@@ -84,7 +85,7 @@ void describe_keys(const std::string& path, const JsonValue& object, const std::
   for (const auto& [key, schema, offset] : object.get("properties").members) {
     const JsonValue* inner = inner_object(schema);
     if (!inner) continue;
-    // Objects of a chain have the same keys, whatever their place: one table for all.
+    // All objects of a chain have the same keys, so they share one table.
     const std::string keys = format_json(inner->get("properties"));
     if (std::find(seen.begin(), seen.end(), keys) != seen.end()) continue;
     seen.push_back(keys);

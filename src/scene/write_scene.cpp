@@ -112,7 +112,7 @@ class SchemaWriter {
   }
   template <class T>
   void keyed_object(const char* key, T& value, const char* doc) {
-    add(key, doc, make_schema(value, true));
+    add(key, doc, make_schema(value, /*keyed=*/true));
   }
   template <class T>
   void objects(const char* key, std::vector<T>&, const char* doc) {
@@ -121,7 +121,7 @@ class SchemaWriter {
   }
   void retired(const char*, const char*) {}
   void before_actors(Scene&) {}
-  /// Adds both the list of actors and the keys of a single actor's chain.
+  /// Adds the list of actors, and the keys of a single actor's chain, which may replace it.
   void actors(const char* key, std::vector<ActorSettings>& values, const char* doc) {
     ActorSettings actor;
     describe_chain(*this, actor);
@@ -129,6 +129,8 @@ class SchemaWriter {
     properties[key]["minItems"] = 1;
   }
 
+  /// Writes the schema of a struct, with the alternatives that its JSON may have: the value of
+  /// T::kShort alone, the path or shape of an object, and a chain or a blend of an actor.
   template <class T>
   static JsonValue make_schema(T& value, bool keyed = false) {
     SchemaWriter inner(keyed);
@@ -158,7 +160,7 @@ class SchemaWriter {
     JsonValue units = JsonValue::array();
     for (const JsonMember& unit : time.properties.members)
       units.push_back({{"required", JsonValue::array({unit.key})}});
-    time.properties["value"] = true;
+    time.properties["value"] = true;  // the schema `true` accepts any value
     const JsonValue key{{"type", "object"},
                         {"additionalProperties", false},
                         {"properties", time.properties},
@@ -174,7 +176,8 @@ class SchemaWriter {
   }
 
  private:
-  /// Adds a setting that is a value or, if it may have them, keyframes.
+  /// Adds a setting that is a value or, where allowed, keyframes. `value`: schema of a value;
+  /// `initial`: the default; null: none.
   void add_keyed(const char* key, const char* doc, const JsonValue& value,
                  const JsonValue& initial = {}, Keyframes keyframes = Keyframes::kAsObject) {
     JsonValue json = value;
@@ -277,10 +280,10 @@ class FieldWriter {
   template <class T>
   void object(const char* key, T& value, const char*) {
     if constexpr (std::is_same_v<T, ObjectSettings>) {
-      if (blends_) return;
-      if (std::string_view(key) == "source") plays_ = is_mesh_sequence(value);
-      // A target without a name does not exist: the sequence plays alone.
-      if (std::string_view(key) == "target" && plays_ && value.name.empty()) return;
+      if (is_blend_) return;
+      if (std::string_view(key) == "source") source_is_sequence_ = is_mesh_sequence(value);
+      // A target without a name is not in the scene file: the sequence plays alone.
+      if (std::string_view(key) == "target" && source_is_sequence_ && value.name.empty()) return;
     }
     json[key] = write_object(value, pointer_ + "/" + key);
   }
@@ -291,7 +294,7 @@ class FieldWriter {
   template <class T>
   void objects(const char* key, std::vector<T>& values, const char*) {
     if constexpr (std::is_same_v<T, ObjectSettings>) {
-      if ((std::string_view(key) == "blend") != blends_) return;
+      if ((std::string_view(key) == "blend") != is_blend_) return;
     }
     json[key] = JsonValue::array();
     for (std::size_t i = 0; i < values.size(); ++i)
@@ -307,7 +310,7 @@ class FieldWriter {
   template <class T>
   JsonValue write_object(T& value, const std::string& pointer) const {
     FieldWriter inner(folder_, tracks_, pointer);
-    if constexpr (std::is_same_v<T, ActorSettings>) inner.blends_ = !value.blend.empty();
+    if constexpr (std::is_same_v<T, ActorSettings>) inner.is_blend_ = !value.blend.empty();
     describe(inner, value);
     return inner.json;
   }
@@ -336,8 +339,8 @@ class FieldWriter {
   std::filesystem::path folder_;
   const std::vector<KeyframeTrack>& tracks_;
   std::string pointer_;
-  bool blends_ = false;  ///< the actor's objects are those of a blend
-  bool plays_ = false;   ///< the source is a mesh sequence, which needs no target
+  bool is_blend_ = false;            ///< the actor has a blend instead of a chain
+  bool source_is_sequence_ = false;  ///< the source is a mesh sequence, which needs no target
 };
 
 }  // namespace

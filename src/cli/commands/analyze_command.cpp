@@ -15,7 +15,7 @@ namespace {
 
 struct AnalyzeOptions {
   std::string input, html, csv, source, target, truth;
-  int frames = 0;
+  int frames = 0;  ///< frames per morph of a scene; 0: as in the scene
   std::vector<std::string> limits, sets;
   JsonOutput json;
 };
@@ -24,8 +24,8 @@ bool is_scene(const std::string& input) {
   return std::filesystem::path(input).extension() == ".json";
 }
 
-/// Finds the model with true points for one end of a mesh sequence: by the given file, or by the
-/// file of the first or last mesh if none is given.
+/// Finds the model with true points for one end of a mesh sequence. `file`: the object's file, as
+/// given by --source or --target; empty: `mesh`, the first or last mesh, is the object.
 const TrueModel* find_end_model(const Truth& truth, const std::string& file,
                                 const std::filesystem::path& mesh) {
   const std::filesystem::path path = file.empty() ? mesh : std::filesystem::path(file);
@@ -35,7 +35,7 @@ const TrueModel* find_end_model(const Truth& truth, const std::string& file,
 Result<std::vector<Analysis>> analyze_files(const FramePattern& pattern,
                                             const AnalyzeOptions& options, const Truth* truth,
                                             const AnalyzeProgress& progress) {
-  MeshMorph morph{pattern, options.source, options.target, {}};
+  MeshMorph morph{pattern, options.source, options.target, /*truth=*/{}};
   if (truth) {
     PM_TRY(const std::vector<int> numbers, existing_frames(pattern));
     if (!numbers.empty())
@@ -45,7 +45,8 @@ Result<std::vector<Analysis>> analyze_files(const FramePattern& pattern,
   return analyze_meshes(morph, progress);
 }
 
-/// Checks that at least one morph is measured against the true points. Errors: kInput.
+/// Checks that at least one morph was measured against the true points. `truth`: null if none are
+/// given. Errors: kInput.
 Status check_truth(const std::vector<Analysis>& morphs, const Truth* truth) {
   if (!truth || std::any_of(morphs.begin(), morphs.end(), [](const Analysis& morph) {
         return morph.find("points")->value.has_value();

@@ -12,7 +12,7 @@ namespace {
 struct BenchOptions {
   BenchSettings settings;
   BenchMorphSettings morph;
-  std::string truth;
+  std::string truth;  ///< file of pairs with true points, or its folder; for `bench morph`
   std::vector<std::string> sets, limits;
   JsonOutput json;
 };

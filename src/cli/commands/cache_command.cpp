@@ -113,13 +113,13 @@ Result<int> report_cleaning(const fs::path& folder, const CacheCleaning& cleanin
   return cleaning.failures.empty() ? 0 : static_cast<int>(ErrorCode::kOutput);
 }
 
-/// Removes the oldest files until the limits hold.
+/// Removes the oldest files until the limits of size and age hold.
 Result<int> collect_garbage(const CommandLine& line, const CacheOptions& options) {
   if (options.max_size.empty() && options.max_age.empty())
     return make_error(ErrorCode::kUsage,
                       "cache gc needs a limit - give --max-size 1G, --max-age 30d or both");
   PM_TRY(const fs::path folder, find_cache(line));
-  double bytes = INFINITY, age = INFINITY;
+  double bytes = INFINITY, age = INFINITY;  // limits; age in seconds
   if (!options.max_size.empty()) {
     std::string size = options.max_size;
     if (const std::string problem = parse_size(size); !problem.empty())
@@ -130,7 +130,7 @@ Result<int> collect_garbage(const CommandLine& line, const CacheOptions& options
     PM_TRY(age, parse_amount("--max-age", options.max_age,
                              {{'d', 86400}, {'h', 3600}, {'m', 60}, {'s', 1}}, "30d or 12h"));
   }
-  // An age alone leaves `bytes` infinite, beyond the range of the integer.
+  // Without --max-size `bytes` is infinite, beyond the range of the integer, which ends at 1.8e19.
   constexpr auto kMax = std::numeric_limits<std::uint64_t>::max();
   const std::uint64_t max_bytes = bytes < 1e19 ? static_cast<std::uint64_t>(bytes) : kMax;
   return report_cleaning(folder, gc_cache(folder, max_bytes, age), options);
@@ -155,10 +155,10 @@ void add_cache(CommandLine& line) {
       line, command,
       {{"ls", "List the files of the cache: what each holds, its size and age.", "", "", shared,
         "  polymorph cache ls\n  polymorph cache ls --json | jq .bytes", "  0 listed   2 usage",
-        [&line, options] { return list_entries(line, *options, false); }},
+        [&line, options] { return list_entries(line, *options, /*is_verification=*/false); }},
        {"verify", "Read every file of the cache and say which are bad.", "", "", shared,
         "  polymorph cache verify", "  0 all are good   1 a file is bad   2 usage",
-        [&line, options] { return list_entries(line, *options, true); }},
+        [&line, options] { return list_entries(line, *options, /*is_verification=*/true); }},
        {"gc",
         "Remove the oldest files until the cache is within limits.",
         "",

@@ -31,9 +31,9 @@ struct CheckResult {
   std::vector<SceneFinding> findings;
   std::vector<std::string> errors;  ///< errors of models, textures and memory
   std::vector<std::string> warnings;
-  std::vector<std::string> notes;  ///< harmless oddities and good fits
-  std::vector<std::pair<std::string, Diagnosis>> objects;
-  std::vector<std::string> sequences;  ///< descriptions of the mesh sequences
+  std::vector<std::string> notes;  ///< harmless oddities, good fits and possible fronts
+  std::vector<std::pair<std::string, Diagnosis>> objects;  ///< names and diagnoses
+  std::vector<std::string> sequences;                      ///< descriptions of the mesh sequences
   std::size_t object_count = 0;
   int frames = 0;
   MemoryEstimate memory;
@@ -51,10 +51,10 @@ std::string describe_object(const std::string& name, const Diagnosis& d) {
   return text;
 }
 
-/// Quality of an object's balls, and the azimuth of their mirror plane, if they have one.
+/// Quality of an object's balls, and the direction of their mirror plane.
 struct FitFindings {
   ApproximationQuality quality;
-  std::optional<double> front_axis;  ///< radians (find_front_axis())
+  std::optional<double> front_axis;  ///< find_front_axis(): azimuth in radians; empty: no plane
 };
 
 /// Fits the balls of an object and measures the fit. Returns nothing if no balls can be fitted.
@@ -72,7 +72,7 @@ Result<std::optional<FitFindings>> measure_fit(const Model& model, const ObjectS
   return std::optional(FitFindings{quality, find_front_axis(find_limbs(approximation->balls))});
 }
 
-/// Names the two possible directions of an object's front.
+/// Names the two possible directions of an object's front, which differ by 180 degrees.
 std::string describe_front(const ObjectSettings& object, double front_axis) {
   constexpr double kDegreesPerRadian = 57.29577951308232;
   const int degrees = static_cast<int>(std::lround(front_axis * kDegreesPerRadian)) % 180;
@@ -101,8 +101,8 @@ Result<CheckResult> check_scene(const CheckOptions& options, const CommonOptions
   LoadedScene loaded;
   result.errors = find_problems(reading.scene, chain, cache, loaded);
   result.warnings = loaded.warnings;
-  const auto pictures = static_cast<std::size_t>(
-      std::min(result.frames, 2));  // one is traced while the other is written
+  // One picture is traced while another is written.
+  const auto pictures = static_cast<std::size_t>(std::min(result.frames, 2));
   result.memory = estimate_memory(reading.scene, chain, loaded,
                                   find_shared_actors(reading.scene, chain, loaded), pictures);
   if (const Status status = check_memory(result.memory, common.max_memory); !status)

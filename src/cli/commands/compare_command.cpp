@@ -65,17 +65,19 @@ int finish_pairs(const CompareOptions& options, std::size_t pairs, std::size_t f
   return failed == 0 ? 0 : static_cast<int>(ErrorCode::kAnswerNo);
 }
 
+/// Returns the file for the difference picture of a pair: the file of --diff, preceded by the stem
+/// of the pair's image for a sequence.
 std::string difference_path(const CompareOptions& options, const FilePair& pair, bool is_sequence) {
   const std::filesystem::path path(options.difference);
   if (!is_sequence) return path.string();
   return path.parent_path() / (pair.actual.stem().string() + "." + path.filename().string());
 }
 
-/// The pair of a sequence that was compared last, and the flicker from the pair before to that
-/// pair.
-struct Previous {
+/// The last pair of a sequence that was compared, and the flicker since the pair before it.
+struct PreviousPair {
   Image actual, reference;
-  std::optional<double> flicker, reference_flicker;  ///< means over the pixels
+  /// Means over the pixels, of `actual` and of `reference`; empty for the first pair.
+  std::optional<double> flicker, reference_flicker;
 
   /// Measures the flicker to the next pair, and stores that pair.
   void advance(Image next_actual, Image next_reference) {
@@ -89,9 +91,10 @@ struct Previous {
   }
 };
 
-/// Compares one pair of images, and makes its pictures if a report has any.
+/// Compares one pair of images, and makes its pictures if a report has any. Then makes it the
+/// `previous` pair.
 Result<ReportCase> compare_pair(const CompareOptions& options, const FilePair& pair,
-                                bool is_sequence, Previous& previous, PictureBudget& budget) {
+                                bool is_sequence, PreviousPair& previous, PictureBudget& budget) {
   const ReadImageSettings single{.single_picture = true, .stored_colors = true};
   PM_TRY(Image actual, read_image(pair.actual, single));
   PM_TRY(Image reference, read_image(pair.reference, single));
@@ -125,7 +128,7 @@ Result<int> compare_meshes(const CompareOptions& options) {
     return make_error(ErrorCode::kUsage,
                       "{} is a model - reports and --diff are for images; leave them out",
                       options.actual);
-  PM_TRY(const std::vector<FilePair> pairs, find_pairs(options, true));
+  PM_TRY(const std::vector<FilePair> pairs, find_pairs(options, /*are_models=*/true));
   LoadObjSettings settings;
   settings.textures = false;
   const auto limit = static_cast<double>(options.tolerance.fail);
@@ -159,7 +162,7 @@ Result<int> compare_meshes(const CompareOptions& options) {
 Result<int> run_compare(const CompareOptions& options, bool overwrite) {
   if (is_model_file(options.actual) && is_model_file(options.reference))
     return compare_meshes(options);
-  const auto pairs_or_error = find_pairs(options, false);
+  const auto pairs_or_error = find_pairs(options, /*are_models=*/false);
   const std::vector<FilePair> pairs = pairs_or_error ? *pairs_or_error : std::vector<FilePair>{};
   for (const FilePair& pair : pairs)
     for (const auto& file : {pair.actual, pair.reference}) remember_input(file);
@@ -180,9 +183,10 @@ Result<int> run_compare(const CompareOptions& options, bool overwrite) {
                 {},
                 {}};
   PictureBudget budget;
-  Previous previous;
+  PreviousPair previous;
   for (const FilePair& pair : pairs) {
     PM_TRY(ReportCase result, compare_pair(options, pair, pairs.size() > 1, previous, budget));
+    // A case has the flicker from its pair to the next one.
     if (!report.cases.empty()) {
       report.cases.back().flicker = previous.flicker;
       report.cases.back().reference_flicker = previous.reference_flicker;
@@ -205,6 +209,7 @@ Result<int> run_compare(const CompareOptions& options, bool overwrite) {
   return code;
 }
 
+/// Adds the options that set the limits of a comparison.
 void add_limits(Command command, Tolerance& t) {
   constexpr double kMax = 1e30;  // practically no limit
   const auto add = [&](const char* name, float& value, double highest, const char* type,

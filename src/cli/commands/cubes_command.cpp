@@ -1,4 +1,3 @@
-
 #include "base/json.h"
 #include "cli/command_line.h"
 #include "kernels/mc_tables.h"
@@ -6,8 +5,8 @@
 namespace polymorph {
 namespace {
 
-/// Describes one of the 256 cases of marching cubes: its base case, inside corners and triangles.
-/// `key` is the sum of the inside corners' weights.
+/// Describes one of the 256 cases of marching cubes: its base case, inside corners and triangles,
+/// each as three edges. `key` is the sum of the inside corners' weights.
 JsonValue cube_json(int key) {
   JsonValue inside = JsonValue::array(), triangles = JsonValue::array();
   for (int corner = 0; corner < 8; ++corner)
@@ -25,7 +24,7 @@ JsonValue cube_json(int key) {
 /// Describes the corners and edges of a cell, so that the table can be drawn without the source.
 JsonValue layout_json() {
   JsonValue corners = JsonValue::array(), edges = JsonValue::array();
-  for (int c = 0; c < 8; ++c)
+  for (int c = 0; c < 8; ++c)  // bit i of c is the corner's coordinate on axis i
     corners.push_back(
         {{"at", JsonValue::array({c & 1, c >> 1 & 1, c >> 2 & 1})}, {"weight", corner_weight(c)}});
   for (int e = 0; e < 12; ++e)
@@ -33,12 +32,14 @@ JsonValue layout_json() {
   return {{"corners", std::move(corners)}, {"edges", std::move(edges)}};
 }
 
+/// Lists the keys that represent the base cases.
 JsonValue base_keys_json() {
   JsonValue keys = JsonValue::array();
   for (int base = 0; base < mc::kBaseCaseCount; ++base) keys.push_back(mc::base_key(base));
   return keys;
 }
 
+/// Prints the case `chosen_key`, or all cases if it is negative.
 Result<int> run_cubes(int chosen_key, const JsonOutput& json_output) {
   const int first = chosen_key >= 0 ? chosen_key : 0, last = chosen_key >= 0 ? chosen_key : 255;
   JsonValue json = layout_json();
@@ -52,7 +53,7 @@ Result<int> run_cubes(int chosen_key, const JsonOutput& json_output) {
                  format_json(cube.get("inside")), format_json(cube.get("triangles")));
     json["cubes"].push_back(std::move(cube));
   }
-  if (json_output.enabled) PM_TRY_STATUS(write_text(json_output, dump_json(json, -1)));
+  if (json_output.enabled) PM_TRY_STATUS(write_text(json_output, dump_json(json, /*indent=*/-1)));
   return 0;
 }
 
@@ -60,7 +61,7 @@ Result<int> run_cubes(int chosen_key, const JsonOutput& json_output) {
 
 void add_cubes(CommandLine& line) {
   struct Options {
-    int key = -1;
+    int key = -1;  ///< below 0: all cases
     JsonOutput json;
   };
   auto options = std::make_shared<Options>();

@@ -1,4 +1,3 @@
-
 #include "base/data_folder.h"
 #include "base/file.h"
 #include "base/json.h"
@@ -18,7 +17,9 @@ namespace {
 namespace fs = std::filesystem;
 
 struct DemoOptions {
-  std::string from = "teapot", to = "penguin", through, output;
+  std::string from = "teapot", to = "penguin";  ///< names of models or shapes, or files
+  std::string through;                          ///< effect, or a further object; empty: none
+  std::string output;                           ///< empty: a folder named after the models
   std::vector<std::string> sets;
   bool list = false;
 };
@@ -33,10 +34,11 @@ Result<int> list_names(const fs::path& data) {
   return 0;
 }
 
-/// Returns "teapot" for the model "teapot" as well as for "models/teapot.obj".
+/// Returns the name of a model or a file without folders and suffix: "teapot" for both "teapot" and
+/// "models/teapot.obj".
 std::string stem(const std::string& object) { return fs::path(object).stem().string(); }
 
-/// Files that a demo writes.
+/// Files that a demo writes, and the pattern for frames that it suggests.
 struct DemoFiles {
   fs::path scene, strip, gif, frames;
 };

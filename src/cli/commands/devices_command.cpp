@@ -64,7 +64,7 @@ Result<int> run_devices(const JsonOutput& json) {
   return 0;
 }
 
-/// Prints the facts that a bug report needs.
+/// Prints the version, the build, the libraries and the devices, which a bug report needs.
 Result<int> run_version(const JsonOutput& json) {
   PM_TRY(const Devices devices, find_devices());
   if (json.enabled) {

@@ -19,7 +19,7 @@ namespace polymorph {
 namespace {
 
 struct GoldenOptions {
-  std::vector<std::string> suites;
+  std::vector<std::string> suites;  ///< arguments after the verb: suites, scenes or reports
   std::string root = "golden_frames", failures, reason, frames;
   bool any_program = false, bits = false;
   std::string output;
@@ -40,6 +40,7 @@ GoldenSettings golden_settings(const CommandLine& line, const GoldenOptions& opt
   return settings;
 }
 
+/// Returns the option --root for a suggested command; "" if it has its default.
 std::string root_argument(const GoldenOptions& options) {
   return options.root == "golden_frames" ? "" : " --root " + quote_for_shell(options.root);
 }
@@ -128,6 +129,7 @@ Status test_frames(const GoldenSuite& suite, const GoldenSettings& settings,
   return Ok{};
 }
 
+/// Tests one suite as the options say, and adds its cases to the report.
 Status test_suite(const std::string& name, const GoldenSettings& settings,
                   const GoldenOptions& options, Report& report) {
   PM_TRY(const GoldenSuite suite, load_golden_suite(options.root, name));
@@ -140,7 +142,8 @@ Status test_suite(const std::string& name, const GoldenSettings& settings,
                       : test_frames(suite, settings, options, report);
 }
 
-/// Adds a failed case for a suite that could not be tested, so that CI does not pass.
+/// Adds a failed case for a suite that could not be tested, so that CI does not pass. `group` and
+/// `name` identify the case in the report.
 void add_error(const std::string& group, const std::string& name, const Error& error,
                const GoldenOptions& options, Report& report) {
   if (!options.json.enabled) print_data("{}: could not be tested\n", group);
@@ -216,6 +219,7 @@ Result<int> print_hashes(const CommandLine& line, const GoldenOptions& options) 
   return 0;
 }
 
+/// Merges reports of several machines into one.
 Result<int> merge_golden_reports(const CommandLine& line, const GoldenOptions& options) {
   if (options.suites.size() < 2 || options.output.empty())
     return make_error(ErrorCode::kUsage,
@@ -276,6 +280,7 @@ Result<int> list_suites(const CommandLine&, const GoldenOptions& options) {
   return code;
 }
 
+/// Makes the frames of a report goldens. The first argument is the report, the others are suites.
 Result<int> accept_frames(const CommandLine&, const GoldenOptions& options) {
   if (options.suites.empty())
     return make_error(ErrorCode::kUsage,
@@ -292,6 +297,7 @@ Result<int> accept_frames(const CommandLine&, const GoldenOptions& options) {
   return 0;
 }
 
+/// Renders the goldens of suites anew.
 Result<int> update_suites(const CommandLine& line, const GoldenOptions& options) {
   if (options.suites.empty())
     return make_error(ErrorCode::kUsage,

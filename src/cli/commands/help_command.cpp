@@ -15,7 +15,7 @@ Result<int> run_help(const CommandLine& line, const std::vector<std::string>& wo
   if (!name.empty() && std::find(names.begin(), names.end(), name) == names.end())
     return make_error(ErrorCode::kUsage, "unknown command \"{}\"{}", name,
                       did_you_mean(name, names));
-  print_bytes(help_page(line, name, true));
+  print_bytes(help_page(line, name, /*full=*/true));
   return 0;
 }
 

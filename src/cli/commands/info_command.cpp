@@ -15,7 +15,7 @@ namespace polymorph {
 namespace {
 
 struct InfoOptions {
-  std::string input, show, output;
+  std::string input, show, output;  ///< `show` is "plan" or empty
   std::vector<std::string> sets;
   bool timeline = false;
   JsonOutput json;
@@ -36,6 +36,7 @@ Result<int> print_inspection(const JsonOutput& json, const Result<Inspection>& i
 std::vector<int> object_frames(const Scene& scene) {
   const Timeline timeline = make_timeline(scene, scene.actors.front());
   std::vector<int> frames;
+  // Frames count from 1, steps from 0.
   for (const LegTiming& leg : timeline.legs)
     frames.push_back(1 + timeline.hold_start + leg.first_step);
   frames.push_back(frames.back() + timeline.legs.back().steps);
@@ -53,7 +54,7 @@ Status write_plan(const CommandLine& line, const EngineScene& film_scene,
   strip.columns = static_cast<int>(numbers.size());
   PM_TRY(const Film film,
          render_film(film_scene, std::move(numbers),
-                     {0, FilmContent::kPlan, make_progress(progress_mode(line.common))}));
+                     {/*width=*/0, FilmContent::kPlan, make_progress(progress_mode(line.common))}));
   PM_TRY(const Image sheet, make_strip(film.images, names, strip));
   PngSettings png;
   png.effort = PngEffort::kSmall;
@@ -87,9 +88,9 @@ Result<int> run_info(const CommandLine& line, const InfoOptions& options) {
     if (options.timeline || !options.show.empty())
       return make_error(ErrorCode::kUsage, "{}: {} is for scenes (.json)", options.input,
                         options.timeline ? "--timeline" : "--show plan");
-    const bool model = is_model_file(options.input) || is_unsupported_model(options.input);
+    const bool is_model = is_model_file(options.input) || is_unsupported_model(options.input);
     return print_inspection(options.json,
-                            model ? inspect_model(options.input) : inspect_image(options.input));
+                            is_model ? inspect_model(options.input) : inspect_image(options.input));
   }
   PM_TRY(const std::vector<Override> overrides, parse_overrides(options.sets));
   PM_TRY(Scene scene, load_scene(options.input, overrides));

@@ -1,4 +1,3 @@
-
 #include "base/file.h"
 #include "base/json.h"
 #include "base/log.h"
@@ -20,6 +19,7 @@ Result<int> run_init(const CommandLine& line, const InitOptions& options) {
   const fs::path file = options.output;
   PM_TRY_STATUS(check_output(file, line.common.overwrite));
   PM_TRY(const JsonValue scene, initial_scene(options.models, file.parent_path()));
+  // A scene of two models shows, commented out, how to add a puddle between them.
   JsonValue suggestions;
   if (!scene.contains("intermediate"))
     suggestions["target"]["intermediate"] =

@@ -18,7 +18,7 @@ struct LandmarksOptions {
   JsonOutput json;
 };
 
-/// Formats a point as plan.landmarks of a scene, with 6 digits.
+/// Writes a point in the form of plan.landmarks, with 6 significant digits.
 JsonValue point_json(Vec3 p) {
   JsonValue point = JsonValue::array();
   for (const float v : {p.x, p.y, p.z})
@@ -26,12 +26,13 @@ JsonValue point_json(Vec3 p) {
   return point;
 }
 
+/// Formats a point for the table of tips; "-" if an object has none.
 std::string point_text(const std::optional<Vec3>& p) {
   return p ? fmt::format("[{:.6g}, {:.6g}, {:.6g}]", p->x, p->y, p->z) : "-";
 }
 
-/// Formats the matched tips of limbs as plan.landmarks of a scene. If several legs name a tip, it
-/// has the point of the first.
+/// Writes the matched tips of limbs in the form of plan.landmarks. A tip that several legs name has
+/// its point in the first of them.
 JsonValue landmarks_json(const std::vector<LegCandidates>& legs) {
   JsonValue landmarks = JsonValue::object();
   const auto set = [&](const std::string& key, const std::string& name, Vec3 p) {

@@ -10,7 +10,7 @@ struct ManualOptions {
   std::string what, output, shell;
 };
 
-/// Sets the names of the commands as the choices of arguments called COMMAND.
+/// Makes the names of the commands the choices of every argument COMMAND, for completion.
 void add_command_names(std::vector<CommandTable>& commands) {
   std::vector<std::string> names;
   for (const CommandTable& command : commands) names.push_back(command.name);

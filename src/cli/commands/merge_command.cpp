@@ -17,7 +17,7 @@ struct MergeOptions {
   JsonOutput json;
 };
 
-/// Formats the samples that a frame's parts have, as in "0-15, 32-47/64".
+/// Formats the samples that a frame's parts have, as RANGE, RANGE.../TOTAL: "0-15, 32-47/64".
 std::string describe_samples(const FrameMerge& merge) {
   return fmt::format("{}/{}", format_samples(merge.ranges), merge.samples.total);
 }
@@ -42,19 +42,19 @@ Result<int> run_merge(const CommandLine& line, const MergeOptions& options) {
   settings.command = line.arguments;
   PM_TRY(const std::vector<FrameMerge> merges, plan_merge(settings));
   const ProgressCallback progress = make_progress(progress_mode(line.common));
-  std::size_t done = 0, parts = 0;
+  std::size_t done = 0, parts = 0;  // frames; their files
   for (const FrameMerge& merge : merges) {
     if (stop_requested()) {
       log_warning("stopped; merged frames are whole");
       return static_cast<int>(stop_code());
     }
-    const Stopwatch watch;
+    const Stopwatch frame_stopwatch;
     PM_TRY_STATUS(merge_frame(merge, settings.command));
     FrameRecord record;
     record.frame = merge.frame;
     record.state = FrameRecord::State::kDone;
     record.stage = "samples " + describe_samples(merge);
-    record.seconds = watch.seconds();
+    record.seconds = frame_stopwatch.seconds();
     record.files = {merge.output};
     parts += merge.parts.size();
     progress(++done, merges.size(), record);

@@ -15,12 +15,13 @@ struct MeshOptions {
   std::vector<std::string> sets;
 };
 
-/// Parses --error: a fraction of the diagonal, or a percentage. Errors: kUsage.
+/// Parses --error, a fraction of the diagonal or a percentage. Errors (kUsage): it is not above 0
+/// and at most 10 %.
 Result<double> parse_mesh_error(const std::string& text) {
   std::string_view number = text;
-  const bool percent = number.ends_with('%');
-  if (percent) number.remove_suffix(1);
-  const double error = parse_number(number).value_or(0) * (percent ? 0.01 : 1);
+  const bool is_percent = number.ends_with('%');
+  if (is_percent) number.remove_suffix(1);
+  const double error = parse_number(number).value_or(0) * (is_percent ? 0.01 : 1);
   if (error > 0 && error <= 0.1) return error;
   return make_error(ErrorCode::kUsage,
                     "--error: {} is no value for it - write a share of the diagonal up to 10%, as "
@@ -41,6 +42,7 @@ Status check_options(const MeshFileSettings& settings) {
   return Ok{};
 }
 
+/// Writes the page that plays the morph (--html).
 Result<int> write_page(const CommandLine& line, const MeshOptions& options) {
   if (!options.frames.empty() || !options.error.empty() || options.quantize ||
       options.topology == "constant")

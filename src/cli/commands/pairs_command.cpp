@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct PairsOptions {
-  std::string game, moves, output;
+  std::string game, moves, output;  ///< `moves` empty: the game's own; `output` empty: no pictures
   std::vector<std::string> sets;
 };
 
@@ -128,12 +128,12 @@ class Session {
 
   /// Draws a line of text on a dark band along the top of the image.
   static void overlay(Image& image, const std::string& text) {
-    const int scale = std::max(1, image.width / 480);
+    const int scale = std::max(1, image.width / 480);  // magnification of the font
     const int height = text_height(scale), border = height / 2;
-    constexpr float kShade = 0.25f, kWhite = 0.9f;
+    constexpr float kShade = 0.25f, kWhite = 0.9f;  // factor of the band; brightness of the text
     const std::size_t channels = image.channel_count();
     const auto rows = static_cast<std::size_t>(std::min(height + 2 * border, image.height));
-    for (const int channel : find_rgb(image))
+    for (const int channel : find_rgb(image))  // negative if the image lacks it
       for (std::size_t i = 0; channel >= 0 && i < rows * static_cast<std::size_t>(image.width); ++i)
         image.pixels[i * channels + static_cast<std::size_t>(channel)] *= kShade;
     draw_text(image, border, border, text, {kWhite, scale});
@@ -145,7 +145,8 @@ class Session {
   PairsPlay play_;
   Film film_;
   std::size_t printed_events_ = 0;
-  int rendered_level_ = 0, rendered_frames_ = 0;  ///< finished frames of rendered_level_
+  int rendered_level_ = 0;   ///< level whose frames are rendered now, from 0
+  int rendered_frames_ = 0;  ///< number of its frames that are finished
 };
 
 /// Reads moves from standard input until the game is over. A line that is no move gives a warning.
@@ -174,7 +175,7 @@ Result<int> run_pairs(const CommandLine& line, const PairsOptions& options) {
   } else {
     std::vector<std::string> moves = file.moves;
     if (!options.moves.empty()) {
-      PM_TRY(const std::string text, read_file(options.moves, 1u << 20));
+      PM_TRY(const std::string text, read_file(options.moves, /*limit=*/1u << 20));
       moves = split(text, '\n');
       std::erase_if(moves, [](const std::string& move) { return move.empty(); });
     }

@@ -30,8 +30,8 @@ struct RenderOptions {
   JsonOutput json;
 };
 
-/// Sets the scene's number of samples to that of --samples. Returns the range if --samples names
-/// only some of them.
+/// Sets the scene's number of samples to that of --samples, which is a number or FIRST-LAST/TOTAL.
+/// Returns the range, or nullopt for a number or an empty text. Errors: kUsage.
 Result<std::optional<SampleRange>> apply_samples(Scene& scene, const std::string& text) {
   if (text.empty()) return std::optional<SampleRange>{};
   const auto number = parse_integer(text);
@@ -45,6 +45,7 @@ Result<std::optional<SampleRange>> apply_samples(Scene& scene, const std::string
   return number ? std::nullopt : std::optional(range);
 }
 
+/// Converts the options to settings of the run. `sample_range`: apply_samples().
 Result<SequenceSettings> sequence_settings(const CommandLine& line, const RenderOptions& options,
                                            const Scene& scene,
                                            const std::optional<SampleRange>& sample_range) {
@@ -92,16 +93,16 @@ void print_plan(const RunReport& report, const SequenceSettings& settings) {
   const FrameEstimate estimate = report.estimate.value_or(FrameEstimate{});
   // The pattern of a format that is not written is empty.
   const auto is_written = [](const FramePattern& p) { return !p.before.empty() || p.has_number(); };
-  const double bytes = (is_written(settings.exr) ? estimate.exr_bytes : 0) +
-                       (is_written(settings.png) ? estimate.png_bytes : 0);
-  const double prepare = report.prepare_seconds + estimate.fit_seconds;
+  const double frame_bytes = (is_written(settings.exr) ? estimate.exr_bytes : 0) +
+                             (is_written(settings.png) ? estimate.png_bytes : 0);
+  const double prepare_seconds = report.prepare_seconds + estimate.fit_seconds;
   log_info(
       "{} to render{}: about {} on {} ({} a frame, {} to prepare), {} on disk, {} "
       "of memory",
       plural(planned, "frame"), skipped ? fmt::format(", {} kept", skipped) : "",
-      format_seconds(prepare + frames * estimate.seconds), plural(report.threads, "thread"),
-      format_seconds(estimate.seconds), format_seconds(prepare), format_bytes(frames * bytes),
-      format_bytes(static_cast<double>(estimate.memory)));
+      format_seconds(prepare_seconds + frames * estimate.seconds), plural(report.threads, "thread"),
+      format_seconds(estimate.seconds), format_seconds(prepare_seconds),
+      format_bytes(frames * frame_bytes), format_bytes(static_cast<double>(estimate.memory)));
   if (!estimate.unfitted.empty())
     log_info(
         "this is an estimate: the balls of {} are not in the cache, and fitting them takes about "
@@ -111,11 +112,12 @@ void print_plan(const RunReport& report, const SequenceSettings& settings) {
   const std::filesystem::path folder =
       std::filesystem::absolute(report.frames.front().files.front()).parent_path();
   const auto space = std::filesystem::space(folder, error);
-  if (!error && frames * bytes > static_cast<double>(space.available))
+  if (!error && frames * frame_bytes > static_cast<double>(space.available))
     log_warning("{}: has only {} left", folder.string(),
                 format_bytes(static_cast<double>(space.available)));
 }
 
+/// Prints the seconds that each stage took, summed over the frames.
 void print_stats(const RunReport& report) {
   double surface = 0, trace = 0, write = 0;
   for (const FrameRecord& record : report.frames) {
@@ -205,6 +207,7 @@ Result<int> render_once(const CommandLine& line, const RenderOptions& command_op
 
 /// Modification time and size of each file that the run reads.
 using Snapshot = std::vector<std::pair<std::filesystem::file_time_type, std::uintmax_t>>;
+/// Reads the modification times and sizes of `files`.
 Snapshot take_snapshot(const std::vector<std::filesystem::path>& files) {
   Snapshot snapshot;
   for (const auto& file : files) {
@@ -222,9 +225,9 @@ Result<int> watch_and_render(CommandLine& line, const RenderOptions& options) {
   const std::atomic<bool>& stop = stop_requested();
   while (true) {
     const auto started = std::filesystem::file_time_type::clock::now();
-    const auto rendered = render_once(line, options);
-    if (!rendered && rendered.error().code != ErrorCode::kInput) return rendered.error();
-    if (!rendered) print_error(rendered.error());
+    const auto exit_code = render_once(line, options);
+    if (!exit_code && exit_code.error().code != ErrorCode::kInput) return exit_code.error();
+    if (!exit_code) print_error(exit_code.error());
     line.common.overwrite = true;  // the frames are this run's own from now on
     remember_input(options.scene);
     const auto files = input_files();

@@ -15,6 +15,7 @@ struct ReproduceOptions {
   JsonOutput json;
 };
 
+/// Exit codes: the bits are the same, the pixels or an input differ, an input is missing.
 constexpr int kSame = 0, kDiffers = static_cast<int>(ErrorCode::kAnswerNo),
               kMissing = static_cast<int>(ErrorCode::kInput);
 

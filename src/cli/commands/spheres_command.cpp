@@ -11,6 +11,7 @@ struct SpheresOptions {
   JsonOutput json;
 };
 
+/// Checks before any work that the outputs have known formats and may be written.
 Status check_outputs(const SpheresRequest& request, bool overwrite) {
   const auto check_extension = [](const std::string& file,
                                   std::initializer_list<const char*> extensions) -> Status {

@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct StatusOptions {
-  std::string where, scene, frames;
+  std::string where, scene, frames;  ///< `where`: pattern or folder of the frames
   bool png = false;
   SceneOptions scene_options;
   JsonOutput json;
@@ -37,7 +37,7 @@ constexpr StateName kStates[]{{FileState::kCurrent, "whole"},
                               {FileState::kPart, "part"}};
 
 JsonValue to_json(const std::vector<int>& frames, const std::vector<FileState>& states,
-                  const std::string& hash, const std::vector<PartialFrames>& samples) {
+                  const std::string& hash, const std::vector<PartialFrames>& partial_groups) {
   JsonValue json{{"ok", true}, {"scene_hash", hash}};
   for (const StateName& state : kStates) json[state.name] = JsonValue::array();
   for (std::size_t i = 0; i < frames.size(); ++i) {
@@ -45,7 +45,7 @@ JsonValue to_json(const std::vector<int>& frames, const std::vector<FileState>& 
     if (states[i] != FileState::kCurrent) json["ok"] = false;
   }
   json["samples"] = JsonValue::array();
-  for (const PartialFrames& group : samples)
+  for (const PartialFrames& group : partial_groups)
     json["samples"].push_back({{"samples", format_samples(group.ranges)},
                                {"total", group.total()},
                                {"frames", group.frames}});
@@ -63,7 +63,8 @@ std::string render_command(const CommandLine& line, const StatusOptions& options
   return command;
 }
 
-/// Describes the next step to complete the frames of a group: render the missing samples, or merge.
+/// Describes the next step to complete frames that have parts with the same ranges of samples:
+/// render the missing samples, or merge the parts.
 std::string next_step(const CommandLine& line, const std::string& output,
                       const PartialFrames& group) {
   const std::string frames = frame_list(group.frames);
@@ -82,7 +83,7 @@ std::string next_step(const CommandLine& line, const std::string& output,
 /// Prints which frames are in which state, and logs the commands that complete the sequence.
 Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
   PM_TRY(const Scene scene, load_scene_with(options.scene, options.scene_options));
-  // Frames in a folder have the names of output.file in the scene. A folder may not exist yet.
+  // Name the files. In a folder, which may not exist yet, frames have the names of output.file.
   std::error_code error;
   const bool is_folder =
       fs::is_directory(options.where, error) ||
@@ -90,18 +91,20 @@ Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
   const std::string output =
       is_folder ? (fs::path(options.where) / fs::path(scene.output.file).filename()).string()
                 : options.where;
-  PM_TRY(const FrameFiles files, frame_files(scene, output, options.png, true));
+  PM_TRY(const FrameFiles files, frame_files(scene, output, options.png, /*is_sequence=*/true));
   const int count = frame_count(scene);
   PM_TRY(std::vector<int> frames, parse_frames_or_all(options.frames, 1, count));
   std::sort(frames.begin(), frames.end());
+  // Find the state of each frame, and the parts of those that are not whole.
   PM_TRY(ExpectedHashes hashes, expected_hashes(scene, frames));
   hashes.view = options.scene_options.view;
   const std::vector<FileState> states = frame_states(files, frames, hashes);
   const fs::path output_folder = fs::path(output).parent_path();
-  const std::vector<PartialFrames> samples =
+  const std::vector<PartialFrames> partial_groups =
       find_partial_frames(output_folder, frames, states, hashes);
   if (options.json.enabled)
-    PM_TRY_STATUS(write_json(options.json, to_json(frames, states, hashes.scene, samples)));
+    PM_TRY_STATUS(write_json(options.json, to_json(frames, states, hashes.scene, partial_groups)));
+  // Print the frames of each state.
   std::vector<int> incomplete;
   for (const StateName& state : kStates) {
     std::vector<int> matching;
@@ -113,7 +116,8 @@ Result<int> run_status(const CommandLine& line, const StatusOptions& options) {
       print_data("{:<10} {:>6}  {}\n", state.name, matching.size(), frame_list(matching));
   }
   if (incomplete.empty()) return 0;
-  for (const PartialFrames& group : samples) {
+  // Log the next steps: first for frames with parts, then for those that must be rendered.
+  for (const PartialFrames& group : partial_groups) {
     if (!options.json.enabled)
       print_data("{:<10} {:>6}  {}: {} of {}\n", "samples", group.frames.size(),
                  frame_list(group.frames), format_samples(group.ranges), group.total());

@@ -20,11 +20,12 @@ namespace {
 struct StripOptions {
   std::string input, output, gif, mp4, html, label = "frame", by = "time", show = "scene", frames,
                                              matte;
-  int count = 8, columns = 4, width = 0;
+  int count = 8, columns = 4;  ///< cells of the sheet; cells per row
+  int width = 0;               ///< pixels of a cell; 0: as rendered
   bool is_animated() const { return !gif.empty() || !mp4.empty(); }
   bool by_change() const { return by == "change"; }
   FilmContent content() const { return show == "plan" ? FilmContent::kPlan : FilmContent::kScene; }
-  float fps = 0;
+  float fps = 0;  ///< 0: the scene's
   SceneOptions scene_options;
 };
 
@@ -33,7 +34,7 @@ struct StripOptions {
 Result<std::vector<int>> choose_frames_by_change(const CommandLine& line, Scene scene,
                                                  const std::vector<int>& numbers,
                                                  const StripOptions& options) {
-  constexpr int kWidth = 96;
+  constexpr int kWidth = 96;  // pixels
   scene.image.samples = 1;
   PM_TRY(const EngineScene film_scene, prepare_film(std::move(scene), resources(line.common)));
   PM_TRY(const Film film,
@@ -55,6 +56,7 @@ Result<std::optional<ViewTransform>> open_view(const StripOptions& options) {
   return transform;
 }
 
+/// Applies the view, if there is one, to all pictures.
 Status apply_view(const std::optional<ViewTransform>& view, Film& film) {
   for (Image& image : film.images)
     if (view) PM_TRY_STATUS(view->apply(image));
@@ -111,6 +113,7 @@ Result<Film> film_from_images(const StripOptions& options) {
     return make_error(ErrorCode::kUsage, "{}: is one image - name a sequence with #### or a scene",
                       options.input);
   PM_TRY(const std::optional<ViewTransform> view, open_view(options));
+  // Choose the frames.
   Film film;
   PM_TRY(const std::vector<int> existing, existing_frames(pattern));
   if (existing.empty()) return make_error(ErrorCode::kInput, "{}: no such frames", options.input);
@@ -130,6 +133,7 @@ Result<Film> film_from_images(const StripOptions& options) {
                         options.input, frame, film.first, film.last);
   if (!options.is_animated() && options.frames.empty() && !options.by_change())
     film.numbers = choose_evenly(film.numbers, options.count);
+  // Read the frames, and from their headers the exposure and the frame rate.
   for (const int number : film.numbers) {
     PM_TRY(Image image, read_frame(options, frame_path(pattern, number)));
     float exposure = 0;
@@ -177,7 +181,7 @@ Result<int> write_mattes(const StripOptions& options, bool overwrite) {
     return make_error(ErrorCode::kUsage, "--matte of one image needs -o matte.png alone");
   PM_TRY(const FramePattern input, parse_pattern(options.input));
   PM_TRY(const FramePattern output, parse_pattern(options.output));
-  std::vector<int> numbers{0};
+  std::vector<int> numbers{0};  // one image, whose names have no number
   if (output.has_number()) {
     if (!input.has_number())
       return make_error(ErrorCode::kUsage, "{}: is one image - give -o a name without ####",
@@ -219,8 +223,8 @@ Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
                       options.input);
   if (!options.matte.empty() && !options.scene_options.view.empty())
     return make_error(ErrorCode::kUsage, "a matte has no view - leave out --display and --view");
-  PM_TRY(const bool single, are_mattes_single(options));
-  if (single) return write_mattes(options, line.common.overwrite);
+  PM_TRY(const bool writes_single_mattes, are_mattes_single(options));
+  if (writes_single_mattes) return write_mattes(options, line.common.overwrite);
   PM_TRY_STATUS(check_outputs(options, line.common.overwrite));
   if (options.content() == FilmContent::kPlan && (!is_scene || !options.html.empty()))
     return make_error(ErrorCode::kUsage,
@@ -234,9 +238,9 @@ Result<int> run_strip(const CommandLine& line, const StripOptions& options) {
     PM_TRY_STATUS(write_play_page(line, std::move(scene), options.html));
     if (options.output.empty() && !options.is_animated()) return 0;
   }
-  auto loaded = is_scene ? film_from_scene(line, options) : film_from_images(options);
-  if (!loaded) return std::move(loaded).error();
-  const Film& film = *loaded;
+  auto film_or_error = is_scene ? film_from_scene(line, options) : film_from_images(options);
+  if (!film_or_error) return std::move(film_or_error).error();
+  const Film& film = *film_or_error;
   if (!options.output.empty()) {
     SheetSettings sheet;
     sheet.count = options.count;

@@ -7,7 +7,7 @@ namespace polymorph {
 namespace {
 
 struct SubmitOptions {
-  std::string engine;
+  std::string engine;  ///< the only one is "slurm"
   bool print = false;
   SlurmRequest job;
   SceneOptions scene_options;
@@ -45,6 +45,7 @@ Result<int> run_submit(const CommandLine& line, const SubmitOptions& options) {
   return 0;
 }
 
+/// Adds the options for the job array, in the group Farm.
 void add_farm_options(Command command, SlurmRequest& job) {
   const auto add = [](Option option) { option.group("Farm"); };
   add(command.add_option("--tasks", job.tasks, "N", "tasks of the array; default: by time")
