@@ -94,10 +94,11 @@ JsonValue page_case(const ReportCase& result) {
   return entry;
 }
 
-/// Lists the files that a report.json names, if a report of its cases can have files of these
-/// names. Empty if the report.json is not polymorph's.
+/// Lists the files that a report.json names, except for those that a report never writes: it writes
+/// index.html, junit.xml, report.json and a picture per case. Empty if the report.json is not
+/// polymorph's.
 std::vector<std::string> listed_files(const fs::path& report_json) {
-  const auto text = read_file(report_json, 256 << 20);
+  const auto text = read_file(report_json, 256 << 20);  // at most 256 MiB
   if (!text) return {};
   const auto document = parse_json(report_json.string(), *text);
   if (!document) return {};
@@ -114,7 +115,7 @@ std::vector<std::string> listed_files(const fs::path& report_json) {
 
 /// Tests by its contents whether a report wrote this file.
 bool is_written_by_report(const fs::path& file) {
-  const auto bytes = read_file(file, 256 << 20);
+  const auto bytes = read_file(file, 256 << 20);  // at most 256 MiB
   if (!bytes) return false;
   const std::string name = file.filename().string();
   if (name == "report.json") return true;  // listed_files() has read it
@@ -142,10 +143,11 @@ Status add_pictures(ReportCase& result, const Image& actual, const Image* refere
   result.height = std::max(actual.height, reference ? reference->height : 0);
   if (result.width < 1 || result.height < 1) return Ok{};
   Image shown = place_on_canvas(visible_colors(actual), result.width, result.height);
-  // Without room for full pictures, or if these are much larger, the list shows a thumbnail.
+  // The list shows a thumbnail if there is no room for full pictures, or if they are much larger.
   const bool has_room = budget.used < (result.passed() ? budget.passing : budget.failing);
   if (!has_room || result.width > 2 * kThumbnailWidth)
     PM_TRY_STATUS(encode_into(result.thumbnail_png, shown, kThumbnailWidth, budget));
+  // A failure has a picture file of its own, which does not count towards the budget of the page.
   if (!result.passed() && reference) {
     PM_TRY(const Image triptych, result.comparison
                                      ? failure_picture(actual, *reference, *result.comparison, maps)
@@ -154,6 +156,7 @@ Status add_pictures(ReportCase& result, const Image& actual, const Image* refere
   } else if (!result.passed()) {
     PM_TRY(result.triptych_png, encode_png(shown, {.effort = PngEffort::kSmall}));
   }
+  // Make the full pictures of the page: new, reference, heat and limits.
   if (!has_room) return Ok{};
   PM_TRY_STATUS(encode_into(result.actual_png, shown, kMaxWidth, budget));
   if (!reference) return Ok{};
@@ -176,7 +179,8 @@ Status add_pictures(ReportCase& result, const Image& actual, const Image* refere
 }
 
 std::string make_page(const std::string& title, JsonValue data) {
-  // Failures first, by descending FLIP; then warnings; then passed cases in their order.
+  // Sort failures first (those without FLIP, then by descending FLIP), then warnings, then passed
+  // cases in their order.
   const auto rank = [](const JsonValue& c) {
     if (c.get("passed").boolean) return std::pair(c.get("warned").boolean ? 1 : 2, 0.0);
     return std::pair(0, c.contains("flip") ? -c.get("flip").get("mean").number : -1e9);

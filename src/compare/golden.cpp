@@ -33,6 +33,7 @@ void check_keys(const JsonValue& object, const std::string& where,
   }
 }
 
+/// A limit that tolerance.json or suite.json may state.
 struct Limit {
   const char* name;
   float Tolerance::*value;
@@ -49,6 +50,7 @@ constexpr Limit kLimits[] = {{"fail", &Tolerance::fail, 1},
                              {"warn", &Tolerance::warn, 1e30},
                              {"warn_percent", &Tolerance::warn_percent, 100}};
 
+/// Lists the names of all limits, and `extra` if given.
 std::vector<std::string> limit_names(const char* extra = nullptr) {
   std::vector<std::string> names;
   for (const Limit& limit : kLimits) names.emplace_back(limit.name);
@@ -56,6 +58,7 @@ std::vector<std::string> limit_names(const char* extra = nullptr) {
   return names;
 }
 
+/// Parses a number in [0, end). `where` names it in messages.
 double parse_number_below(const JsonValue& value, const std::string& where, double end) {
   if (!value.is_number()) fail("{} must be a number", where);
   const double number = value.number;
@@ -72,6 +75,7 @@ float parse_limit(const JsonValue& value, const std::string& where, const Limit&
   return number;
 }
 
+/// Parses the "why" of an object, which must not be blank.
 std::string parse_reason(const JsonValue& object, const std::string& where) {
   const std::string& reason = object.get("why").string;
   if (reason.find_first_not_of(" \t\r\n") == std::string::npos)
@@ -189,7 +193,7 @@ std::vector<int> parse_frames(const JsonValue& frames) {
 /// Parses `file` and calls use(json). Every error names the file.
 template <class F>
 Status use_json_file(const fs::path& file, const F& use) {
-  PM_TRY(const std::string text, read_file(file, 1 << 20));
+  PM_TRY(const std::string text, read_file(file, 1 << 20));  // at most 1 MiB
   PM_TRY(const JsonDocument document, parse_json(file.string(), text));
   try {
     use(document.root);
@@ -199,6 +203,7 @@ Status use_json_file(const fs::path& file, const F& use) {
   return Ok{};
 }
 
+/// Makes the error of a name that no entry of `root` has; it suggests the nearest name.
 Error unknown_suite(const fs::path& root, const std::string& name) {
   const auto names = list_golden_suites(root);
   if (!names) return names.error();
@@ -219,6 +224,7 @@ Status check_suite_files(const fs::path& root, const std::string& name) {
   if (!is_name || fs::symlink_status(folder, ignored).type() == fs::file_type::not_found)
     return unknown_suite(root, name);
   if (fs::status(file, error).type() == fs::file_type::regular) return Ok{};
+  // Find out why there is no such file, and say what to do.
   const std::string rule =
       fmt::format("each entry of {} is a suite: fix it, or move it away", root.string());
   if (fs::exists(folder, ignored) && !fs::is_directory(folder, ignored))
