@@ -149,8 +149,8 @@ Status check_shard(const fs::path& path, const Shard& shard) {
   return Ok{};
 }
 
-/// Tests for the path of a failed frame that `golden test` kept: SUITE/frame.####.actual.EXT, or
-/// the same with "reference" or "difference".
+/// Tests for the path of a failed frame that `golden test` kept: SUITE/frame.####.actual.EXT,
+/// .reference.exr or .difference.png.
 bool is_kept_frame(const std::string& name) {
   for (const char* infix : {".actual.", ".reference.", ".difference."})
     if (name.find('/') != std::string::npos && name.find(infix) != std::string::npos) return true;

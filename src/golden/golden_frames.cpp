@@ -54,7 +54,7 @@ Result<RenderedFrame> run_command(const GoldenSuite& suite, int frame) {
         ErrorCode::kInput, "{}: frame {}: the command ended with {}: {}",
         (suite.folder / "suite.json").string(), frame,
         WIFEXITED(status) ? fmt::format("exit code {}", WEXITSTATUS(status)) : "a signal", command);
-  auto bytes = read_file(out, std::size_t{1} << 30);
+  auto bytes = read_file(out, std::size_t{1} << 30);  // at most 1 GiB
   if (!bytes)
     return make_error(ErrorCode::kInput, "{}: frame {}: the command wrote no {}",
                       (suite.folder / "suite.json").string(), frame, out.filename().string());
@@ -69,8 +69,8 @@ Result<RenderedFrame> run_command(const GoldenSuite& suite, int frame) {
 
 struct SuiteRenderer::State {
   GoldenSuite suite;
-  EngineScene morph;
-  std::unique_ptr<Renderer> renderer;
+  EngineScene morph;                   ///< unused if a command renders
+  std::unique_ptr<Renderer> renderer;  ///< null if a command renders
 };
 
 SuiteRenderer::SuiteRenderer() : state_(std::make_unique<State>()) {}
@@ -103,8 +103,8 @@ Result<RenderedFrame> SuiteRenderer::render(int frame) {
   if (!state.suite.command.empty()) return run_command(state.suite, frame);
   PM_TRY(const FrameGeometry geometry,
          geometry_at(state.morph.prepared, *state.morph.engine, frame));
-  PM_TRY(const Image image,
-         render_frame(state.morph.prepared, geometry, *state.renderer, state.morph.device, ""));
+  PM_TRY(const Image image, render_frame(state.morph.prepared, geometry, *state.renderer,
+                                         state.morph.device, /*command=*/""));
   const Mesh surface = join_surfaces(geometry);
   RenderedFrame rendered;
   rendered.surface = {frame, surface.positions.size(), surface.triangles.size(),
@@ -129,8 +129,8 @@ Result<std::string> SuiteRenderer::hash(int frame) {
   }
   PM_TRY(const FrameGeometry geometry,
          geometry_at(state.morph.prepared, *state.morph.engine, frame));
-  PM_TRY(const Image image,
-         render_frame(state.morph.prepared, geometry, *state.renderer, state.morph.device, ""));
+  PM_TRY(const Image image, render_frame(state.morph.prepared, geometry, *state.renderer,
+                                         state.morph.device, /*command=*/""));
   return pixel_sha256(image);
 }
 

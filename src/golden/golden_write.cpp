@@ -31,7 +31,7 @@ std::string add_entry(std::string text, std::size_t count, const std::string& re
   if (last != std::string::npos) {
     const std::string entry = text.substr(last + 1);
     if (entry.ends_with(fmt::format(": {}\n", reason))) {
-      // "- polymorph 0.1.0, 6 frames: ..."
+      // The number after the comma of "- polymorph VERSION, N frames: REASON".
       const auto comma = entry.find(", ");
       const auto old_count =
           parse_integer(entry.substr(comma + 2, entry.find(' ', comma + 2) - comma - 2));
@@ -70,9 +70,9 @@ Result<std::vector<NewFile>> make_golden_files(const GoldenSuite& suite,
   for (const NewGolden& golden : frames)
     if (!golden.bytes.empty())
       files.push_back({golden_image_path(suite, golden.surface.frame), golden.bytes});
-  const std::size_t count = files.size();
+  const std::size_t count = files.size();  // number of images
   if (suite.command.empty()) {
-    // A damaged surface.csv is written anew.
+    // Drop rows of frames that the suite no longer has. A damaged surface.csv is written anew.
     const auto old = read_surface_records(suite.folder / "surface.csv");
     std::map<int, SurfaceRecord> rows;
     if (old)
