@@ -59,7 +59,7 @@ struct Pattern {
 Pattern make_initial_pattern() {
   Pattern pattern;
   for (std::size_t n = 0; n < kCount / 10; ++n) {
-    const std::size_t pixel = random_below(kCount, 1, 0, n);
+    const std::size_t pixel = random_below(kCount, /*seed=*/1, /*stream=*/0, n);
     pattern.flip(pattern.set[pixel] ? pattern.find_largest_void() : pixel);
   }
   // Move the pixel of the tightest cluster into the largest void, until that void is where the

@@ -73,12 +73,14 @@ half to_half(float value) {
   return half(std::isfinite(value) ? std::clamp(value, -65504.0f, 65504.0f) : value);
 }
 
+/// Adds header entries. Errors: kInternal.
 Status add_attributes(const std::vector<Attribute>& attributes, Imf::Header& header) {
   for (const Attribute& attribute : attributes) {
     // make_header() and the settings provide these two.
     if (attribute.name == kPixelAspectAttribute && std::get_if<float>(&attribute.value)) continue;
     if (attribute.name == kColorInteropAttribute) continue;
     const char* name = attribute.name.c_str();
+    // OpenEXR's names have 1 to 255 bytes.
     if (attribute.name.empty() || attribute.name.size() > 255 ||
         header.find(name) != header.end() || attribute.name == "channels")
       return make_error(
@@ -150,7 +152,7 @@ Result<std::vector<Imf::Header>> make_part_headers(const Image& image, const Lay
                                                    const ExrSettings& settings) {
   std::vector<std::string> order;
   for (const auto& [layer, channels] : layers)
-    order.insert(layer == kColorPart ? order.begin() : order.end(), layer);
+    order.insert(layer == kColorPart ? order.begin() : order.end(), layer);  // colours first
   std::vector<Imf::Header> headers;
   for (const std::string& layer : order) {
     Imf::Header header = make_header(image, settings);
@@ -168,6 +170,7 @@ Result<std::vector<Imf::Header>> make_part_headers(const Image& image, const Lay
   return headers;
 }
 
+/// Returns a copy with its colours in `space`.
 Image convert_copy(Image image, ColorSpace space) {
   convert_colors(image, space);
   return image;
@@ -255,7 +258,8 @@ Status write_parts(const Image& image, const Layers& layers, const ExrSettings& 
                    const Imf::FrameBuffer& buffer, MemoryStream& stream) {
   PM_TRY(const std::vector<Imf::Header> headers, make_part_headers(image, layers, settings));
   const int count = static_cast<int>(headers.size());
-  Imf::MultiPartOutputFile file(stream, headers.data(), count, false, prepare_exr_threads());
+  Imf::MultiPartOutputFile file(stream, headers.data(), count, /*overrideSharedAttributes=*/false,
+                                prepare_exr_threads());
   for (int i = 0; i < count; ++i) {
     Imf::OutputPart part(file, i);
     part.setFrameBuffer(buffer);

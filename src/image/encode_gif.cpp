@@ -17,6 +17,7 @@ namespace {
 /// A pixel counts as unchanged if no channel differs by more than this, in 8-bit codes.
 constexpr int kMaxUnchanged = 3;
 
+/// A frame of the GIF, which may be smaller than the screen.
 struct Frame {
   int left = 0, top = 0, width = 0, height = 0;  ///< rectangle that changed
   std::vector<std::uint8_t> indices;             ///< palette indices of its pixels, row by row
@@ -38,6 +39,7 @@ std::vector<Rgb8> encode_colors(const Image& image) {
   return codes;
 }
 
+/// Tests whether a pixel counts as changed.
 bool differs(Rgb8 a, Rgb8 b) {
   return std::abs(a[0] - b[0]) > kMaxUnchanged || std::abs(a[1] - b[1]) > kMaxUnchanged ||
          std::abs(a[2] - b[2]) > kMaxUnchanged;
@@ -56,6 +58,7 @@ struct Screen {
 /// transparent. Updates the screen.
 Frame draw_changes(const std::vector<Rgb8>& colors, const PaletteMap& map, bool is_first,
                    Screen& screen) {
+  // Dither the changed pixels with thresholds of (rank + 0.5) / kLevels.
   const std::vector<std::uint16_t>& ranks = blue_noise_ranks();
   constexpr auto kLevels = static_cast<float>(kBlueNoiseSize * kBlueNoiseSize);
   std::vector<std::uint8_t> indices(colors.size(), screen.transparent);
@@ -74,7 +77,8 @@ Frame draw_changes(const std::vector<Rgb8>& colors, const PaletteMap& map, bool 
           screen.indices[i] = indices[i] = index;
         }
       },
-      16);
+      /*grain=*/16);
+  // Find the bounding box of the pixels that are not transparent, and copy it.
   int left = screen.width, right = 0, top = screen.height, bottom = 0;
   for (int y = 0; y < screen.height; ++y)
     for (int x = 0; x < screen.width; ++x)
@@ -95,6 +99,7 @@ Frame draw_changes(const std::vector<Rgb8>& colors, const PaletteMap& map, bool 
   return frame;
 }
 
+/// Appends data to the string that giflib's user data points to.
 int append(GifFileType* gif, const GifByteType* data, int size) {
   static_cast<std::string*>(gif->UserData)
       ->append(reinterpret_cast<const char*>(data), static_cast<std::size_t>(size));
@@ -104,6 +109,7 @@ int append(GifFileType* gif, const GifByteType* data, int size) {
 /// giflib's encoder. It keeps the first error of giflib; close() returns it.
 class GifWriter {
  public:
+  /// Begins a GIF, whose bytes are appended to `bytes`.
   GifWriter(std::string& bytes, int width, int height, const std::vector<Rgb8>& palette) {
     gif_ = EGifOpen(&bytes, append, &error_);
     if (!gif_) return;
@@ -137,6 +143,7 @@ class GifWriter {
           gif_, &frame.indices[static_cast<std::size_t>(y) * static_cast<std::size_t>(frame.width)],
           frame.width));
   }
+  /// Ends the GIF. Errors: kOutput.
   Status close() {
     int error = 0;
     if (gif_ && EGifCloseFile(gif_, &error) == GIF_ERROR && !error_) error_ = error;
@@ -150,12 +157,13 @@ class GifWriter {
   }
 
  private:
+  /// Stores the error of a call of giflib that returned `result`, unless an earlier one is stored.
   void check(int result) {
     if (result == GIF_ERROR && !error_)
       error_ = gif_->Error ? gif_->Error : E_GIF_ERR_NOT_ENOUGH_MEM;
   }
-  GifFileType* gif_ = nullptr;
-  int error_ = 0;
+  GifFileType* gif_ = nullptr;  ///< null: not open
+  int error_ = 0;               ///< code of giflib; 0: no error
 };
 
 }  // namespace

@@ -23,6 +23,7 @@ struct Numbers {
   double little_endian(std::size_t at, std::size_t size) const {
     return static_cast<double>(polymorph::little_endian(bytes, at, size));
   }
+  /// Reads a signed integer of 4 bytes.
   double little_endian_signed(std::size_t at) const {
     return static_cast<std::int32_t>(static_cast<std::uint32_t>(little_endian(at, 4)));
   }
@@ -71,24 +72,25 @@ std::optional<HeaderSize> exr_size(Numbers in) {
   double channels = 0;
   std::size_t at = kExrHeaderBegin;
   while (const auto entry = take_exr_entry(in.bytes, at)) {
-    const auto& [name, type, value, length] = *entry;
+    const auto& [name, type, begin, length] = *entry;
     // A second empty name ends the header of the file.
     if (name.empty() && (!multipart || (at < in.bytes.size() && in.bytes[at] == '\0'))) break;
     if (type == "box2i" && (name == "dataWindow" || name == "displayWindow")) {
+      // A box is min x, min y, max x and max y.
       size.width = std::max(
-          size.width, in.little_endian_signed(value + 8) - in.little_endian_signed(value) + 1);
-      size.height = std::max(size.height, in.little_endian_signed(value + 12) -
-                                              in.little_endian_signed(value + 4) + 1);
+          size.width, in.little_endian_signed(begin + 8) - in.little_endian_signed(begin) + 1);
+      size.height = std::max(size.height, in.little_endian_signed(begin + 12) -
+                                              in.little_endian_signed(begin + 4) + 1);
     }
     if (type == "tiledesc") {
-      size.width = std::max(size.width, in.little_endian(value, 4));
-      size.height = std::max(size.height, in.little_endian(value + 4, 4));
+      size.width = std::max(size.width, in.little_endian(begin, 4));
+      size.height = std::max(size.height, in.little_endian(begin + 4, 4));
     }
     if (type == "chlist") {
-      for (std::size_t channel = value; channel < value + length && in.bytes[channel] != '\0';) {
+      for (std::size_t channel = begin; channel < begin + length && in.bytes[channel] != '\0';) {
         channel = in.bytes.find('\0', channel);
         if (channel == std::string_view::npos) break;
-        channel += 17;  // type, linearity, sampling rates
+        channel += 17;  // the name's zero byte; 16 bytes of type, linearity and sampling rates
         ++channels;
       }
       size.channels = std::max(size.channels, channels);

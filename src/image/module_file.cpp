@@ -12,6 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Lists the paths to try, in order; none if /proc is not mounted.
 std::vector<fs::path> list_candidates(const char* file, const char* variable) {
   if (const char* chosen = std::getenv(variable); chosen && *chosen) return {chosen};
   std::error_code error;

@@ -61,7 +61,7 @@ Image resize_image(const Image& image, int width, int height) {
               out[c] += columns[x].weights[k] * line[(columns[x].first + k) * count + c];
         }
       },
-      8);
+      /*grain=*/8);
   return result;
 }
 
