@@ -28,8 +28,8 @@ struct Tolerance {
   /// fraction of a pixel. A silhouette is where the reference's id changes within 3 x 3 pixels.
   /// Without ids, the limit holds everywhere. 1e30 = no limit, here and below.
   float hard_fail = 1e30f;
-  float depth = 1e-3f;   ///< relative
-  float normal = 0.05f;  ///< absolute
+  float depth = 1e-3f;   ///< relative to |b|
+  float normal = 0.05f;  ///< absolute, per component of the unit normal
   /// Limits of the mean and of the 99th percentile of FLIP (flip.h), at exposure 0.
   float flip_mean = 1e30f, flip_p99 = 1e30f;
   /// Warns, but does not fail, if more than warn_percent of the pixels differ by more than `warn`
@@ -75,6 +75,7 @@ struct LimitHistogram {
   std::array<std::uint64_t, kBins> pixels{};
 };
 
+/// Result of compare_images(). Members that end in `pixels` are numbers of pixels.
 struct Comparison {
   Verdict verdict = Verdict::kSame;
   /// Channels in the reference's order; empty if sizes or channels differ.
@@ -104,7 +105,7 @@ struct PixelMaps {
   std::vector<float> flip;  ///< empty without R, G, B, or when the colours are equal
 };
 
-/// Compares two images, and fills `maps` if given. The result does not depend on threads.
+/// Compares two images, and fills `maps` unless it is null. The result does not depend on threads.
 Comparison compare_images(const Image& actual, const Image& reference, const Tolerance& tolerance,
                           PixelMaps* maps = nullptr);
 

@@ -232,7 +232,8 @@ Perceived perceive(const Picture& picture, Size size, const Filters& filters) {
   Perceived perceived;
   perceived.lab.resize(size.pixels());
   parallel_ranges(
-      static_cast<std::int64_t>(size.pixels()), 4096, [&](std::int64_t begin, std::int64_t end) {
+      static_cast<std::int64_t>(size.pixels()), /*grain=*/4096,
+      [&](std::int64_t begin, std::int64_t end) {
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
           Color rgb =
               from_opponent({blurred[0][i], blurred[1][i],
@@ -278,7 +279,8 @@ std::vector<float> flip_map(const Image& actual, const Image& reference,
   const float largest = std::pow(hyab(to_hunt_lab({0, 1, 0}), to_hunt_lab({0, 0, 1})), 0.7f);
   std::vector<float> map(size.pixels());
   parallel_ranges(
-      static_cast<std::int64_t>(map.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
+      static_cast<std::int64_t>(map.size()), /*grain=*/4096,
+      [&](std::int64_t begin, std::int64_t end) {
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
           // FLIP = (colour difference)^(1 - feature difference), both 0 to 1.
           const float change =

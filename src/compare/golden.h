@@ -11,11 +11,11 @@
 
 namespace polymorph {
 
-/// A row of surface.csv: counts and digest (hexadecimal) that the surface of a frame must have.
+/// A row of surface.csv: counts and digest that the surface of a frame must have.
 struct SurfaceRecord {
   int frame = 0;
   std::size_t vertices = 0, triangles = 0;
-  std::string digest;
+  std::string digest;  ///< mesh_digest() (mesh/mesh_check.h); "" = unknown
 };
 
 /// Pixels that are not compared: those where the picture `file` is not black, or those of the

@@ -30,6 +30,7 @@ class ImagePair {
     };
     return finite(a_) && finite(b_);
   }
+  /// Tests for a channel of this name.
   bool has(const char* channel) const { return b_.find_channel(channel) >= 0; }
   int pixels() const { return b_.width * b_.height; }
   int width() const { return b_.width; }

@@ -43,7 +43,7 @@ struct Pattern {
   std::size_t find_largest_void() const { return find_extreme(0); }
 
  private:
-  /// Finds the member (1) of largest energy, or the other pixel (0) of smallest energy.
+  /// Finds the member of largest energy (`member` 1), or the other pixel of smallest energy (0).
   std::size_t find_extreme(char member) const {
     std::size_t best = kCount;
     for (std::size_t i = 0; i < kCount; ++i) {

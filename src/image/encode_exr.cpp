@@ -204,17 +204,18 @@ Imf::FrameBuffer fill_planes(const Image& image, Planes& planes) {
                   Imf::Slice(is_half_channel ? Imf::HALF : Imf::FLOAT, base, size,
                              size * static_cast<std::size_t>(image.width)));
   }
-  parallel_ranges(
-      static_cast<std::int64_t>(pixels), 1 << 14, [&](std::int64_t begin, std::int64_t end) {
-        for (std::size_t c = 0; c < count; ++c)
-          for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-            const float value = image.pixels[i * count + c];
-            if (planes.floats[c].empty())
-              planes.halves[c][i] = to_half(value);
-            else
-              planes.floats[c][i] = value;
-          }
-      });
+  parallel_ranges(static_cast<std::int64_t>(pixels), /*grain=*/1 << 14,
+                  [&](std::int64_t begin, std::int64_t end) {
+                    for (std::size_t c = 0; c < count; ++c)
+                      for (auto i = static_cast<std::size_t>(begin);
+                           i < static_cast<std::size_t>(end); ++i) {
+                        const float value = image.pixels[i * count + c];
+                        if (planes.floats[c].empty())
+                          planes.halves[c][i] = to_half(value);
+                        else
+                          planes.floats[c][i] = value;
+                      }
+                  });
   return buffer;
 }
 

@@ -30,7 +30,8 @@ std::vector<Rgb8> encode_colors(const Image& image) {
   std::vector<Rgb8> codes(static_cast<std::size_t>(image.width) *
                           static_cast<std::size_t>(image.height));
   parallel_ranges(
-      static_cast<std::int64_t>(codes.size()), 1 << 14, [&](std::int64_t begin, std::int64_t end) {
+      static_cast<std::int64_t>(codes.size()), /*grain=*/1 << 14,
+      [&](std::int64_t begin, std::int64_t end) {
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
           for (std::size_t c = 0; c < 3; ++c)
             codes[i][c] = quantize(
@@ -119,8 +120,10 @@ class GifWriter {
       colors[i] = {palette[i][0], palette[i][1], palette[i][2]};
     const std::unique_ptr<ColorMapObject, void (*)(ColorMapObject*)> map(
         GifMakeMapObject(256, colors), GifFreeMapObject);
-    check(map ? EGifPutScreenDesc(gif_, width, height, 8, 0, map.get()) : GIF_ERROR);
-    // Netscape's looping extension, 0 = for ever.
+    check(map ? EGifPutScreenDesc(gif_, width, height, /*GifColorRes=*/8, /*GifBackGround=*/0,
+                                  map.get())
+              : GIF_ERROR);
+    // Netscape's looping extension: block 1, then the number of loops in two bytes, 0 = for ever.
     const GifByteType forever[3] = {1, 0, 0};
     check(EGifPutExtensionLeader(gif_, APPLICATION_EXT_FUNC_CODE));
     check(EGifPutExtensionBlock(gif_, 11, "NETSCAPE2.0"));
@@ -131,13 +134,16 @@ class GifWriter {
   GifWriter(const GifWriter&) = delete;
   GifWriter& operator=(const GifWriter&) = delete;
 
+  /// Adds a frame that is shown for `centiseconds`; `transparent` is a palette index.
   void add_frame(Frame& frame, int centiseconds, int transparent) {
     if (!gif_ || error_) return;
-    const GraphicsControlBlock control{DISPOSE_DO_NOT, false, centiseconds, transparent};
+    const GraphicsControlBlock control{DISPOSE_DO_NOT, /*UserInputFlag=*/false, centiseconds,
+                                       transparent};
     GifByteType block[4];
     EGifGCBToExtension(&control, block);
     check(EGifPutExtension(gif_, GRAPHICS_EXT_FUNC_CODE, 4, block));
-    check(EGifPutImageDesc(gif_, frame.left, frame.top, frame.width, frame.height, false, nullptr));
+    check(EGifPutImageDesc(gif_, frame.left, frame.top, frame.width, frame.height,
+                           /*GifInterlace=*/false, /*GifColorMap=*/nullptr));
     for (int y = 0; y < frame.height && !error_; ++y)
       check(EGifPutLine(
           gif_, &frame.indices[static_cast<std::size_t>(y) * static_cast<std::size_t>(frame.width)],

@@ -54,7 +54,7 @@ std::optional<HeaderSize> jpeg_size(Numbers in) {
     // Markers 0xc0 to 0xcf begin frames, except those of tables (c4, cc) and the reserved c8.
     const bool is_frame =
         marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
-    if (is_frame) {
+    if (is_frame) {  // height, width and number of components at 5, 7 and 9
       const HeaderSize size{in.big_endian(at + 7, 2), in.big_endian(at + 5, 2),
                             in.big_endian(at + 9, 1)};
       if (!largest || size.width * size.height > largest->width * largest->height) largest = size;
@@ -108,6 +108,7 @@ std::optional<HeaderSize> webp_size(Numbers in) {
     return HeaderSize{std::fmod(in.little_endian(26, 2), 16384),
                       std::fmod(in.little_endian(28, 2), 16384)};
   if (chunk != "VP8L") return std::nullopt;
+  // The sides less 1, in 14 bits each.
   const auto bits = static_cast<std::uint32_t>(in.little_endian(21, 4));
   return HeaderSize{(bits & 0x3fff) + 1.0, (bits >> 14 & 0x3fff) + 1.0};
 }

@@ -170,7 +170,7 @@ Status check_targa(std::string_view bytes) {
   const std::size_t type = byte(2), colors = byte(1) ? word_at(bytes, 5) : 0;
   const std::size_t begin = 18 + byte(0) + colors * ((byte(7) + 7) / 8);
   const std::size_t pixels = word_at(bytes, 12) * word_at(bytes, 14);
-  const std::size_t needed = type < 8 ? pixels * ((byte(16) + 7) / 8) : 0;
+  const std::size_t needed = type < 8 ? pixels * ((byte(16) + 7) / 8) : 0;  // 0: run-length encoded
   if (begin > bytes.size() || needed > bytes.size() - begin)
     return make_error(ErrorCode::kInput, "the Targa file is truncated");
   if (type != 1 && type != 9) return Ok{};
@@ -212,7 +212,7 @@ const char* describe_content(std::string_view bytes) {
   for (const Magic& magic : kUnreadable)
     if (bytes.starts_with(magic.bytes)) return magic.name;
   for (const char c : bytes.substr(0, 64))
-    if (static_cast<unsigned char>(c) < 9) return "unknown binary data";
+    if (static_cast<unsigned char>(c) < 9) return "unknown binary data";  // 9 is a tab
   return "text or unknown data";
 }
 

@@ -48,7 +48,7 @@ void set_up_once() {
     // OpenEXR's global pool, which the program's own encoder uses too.
     OIIO::attribute("threads", 1);
     OIIO::attribute("exr_threads", -1);
-    OIIO::attribute("limits:channels", 256);
+    OIIO::attribute("limits:channels", 256);  // per picture or part
     return true;
   }();
   (void)done;
@@ -169,12 +169,14 @@ bool read_pixels(OIIO::ImageInput& input, Part& part) {
   const int file_channels = spec.nchannels;
   if (std::count(part.ids.begin(), part.ids.end(), 1) == 0) {
     part.pixels.resize(count * static_cast<std::size_t>(file_channels));
-    return input.read_image(part.index, 0, 0, file_channels, OIIO::TypeFloat, part.pixels.data());
+    return input.read_image(part.index, /*miplevel=*/0, /*chbegin=*/0, file_channels,
+                            OIIO::TypeFloat, part.pixels.data());
   }
   // Read the pixels in the file's types, then convert them channel by channel.
   const std::size_t bytes = spec.pixel_bytes(/*native=*/true);
   std::vector<unsigned char> native(count * bytes);
-  if (!input.read_image(part.index, 0, 0, file_channels, OIIO::TypeUnknown, native.data()))
+  if (!input.read_image(part.index, /*miplevel=*/0, /*chbegin=*/0, file_channels, OIIO::TypeUnknown,
+                        native.data()))
     return false;
   const OIIO::ImageSpec file_spec = spec;
   const std::vector<int> split_channels = split_large_ids(native, spec);
@@ -230,7 +232,7 @@ std::vector<float> to_display_window(const OIIO::ImageSpec& spec, std::vector<fl
 /// Describes the parts of an OpenEXR file, whose headers OpenImageIO has read already.
 void list_parts(OIIO::ImageInput& input, Decoded& image) {
   OIIO::ImageSpec part;
-  for (int i = 0; input.seek_subimage(i, 0, part); ++i) {
+  for (int i = 0; input.seek_subimage(i, /*miplevel=*/0, part); ++i) {
     std::string text = std::string(part.get_string_attribute("oiio:subimagename", "no name")) +
                        ": " + std::to_string(part.full_width) + " x " +
                        std::to_string(part.full_height);
@@ -249,7 +251,7 @@ void count_pictures(OIIO::ImageInput& input, double max_bytes, Decoded& image) {
   OIIO::ImageSpec next;
   double bytes = 0;
   image.picture_count = 1;
-  while (input.seek_subimage(image.picture_count, 0, next)) {
+  while (input.seek_subimage(image.picture_count, /*miplevel=*/0, next)) {
     bytes += static_cast<double>(next.image_bytes());
     ++image.picture_count;
     image.count_is_cut = image.picture_count == kMaxPictures || bytes > max_bytes;
@@ -270,7 +272,7 @@ std::vector<Part> list_joined_parts(OIIO::ImageInput& input, const OIIO::ImageSp
   parts[0].spec = first;
   int channels = first.nchannels;
   OIIO::ImageSpec spec;
-  for (int i = 1; input.seek_subimage(i, 0, spec); ++i) {
+  for (int i = 1; input.seek_subimage(i, /*miplevel=*/0, spec); ++i) {
     channels += spec.nchannels;
     if (spec.deep || !has_usable_size(spec) || spec.full_x != first.full_x ||
         spec.full_y != first.full_y || spec.full_width != first.full_width ||
