@@ -129,7 +129,7 @@ JsonValue case_json(const ReportCase& result) {
   if (result.seconds > 0) json["seconds"] = result.seconds;
   if (result.flicker) json["flicker"] = *result.flicker;
   if (result.reference_flicker) json["reference_flicker"] = *result.reference_flicker;
-  if (!result.pixels.empty()) json["pixels_sha256"] = result.pixels;
+  if (!result.pixels_sha256.empty()) json["pixels_sha256"] = result.pixels_sha256;
   if (!result.file_sha256.empty()) json["file_sha256"] = result.file_sha256;
   if (result.surface.frame > 0) {
     json["frame"] = result.surface.frame;

@@ -170,7 +170,7 @@ Result<GoldenFrame> test_frame(const GoldenSuite& suite, const GoldenSettings& s
   if (suite.command.empty()) result.message = compare_surface(rendered.surface, records);
   result.surface_passed = result.message.empty();
   result.report.surface = rendered.surface;
-  result.report.pixels = rendered.pixel_hash;
+  result.report.pixels_sha256 = rendered.pixel_hash;
   // Read the golden image.
   FrameTest test{suite, settings, rendered, nullptr, rendered.image};
   const fs::path golden = golden_image_path(suite, result.frame);
