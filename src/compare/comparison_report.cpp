@@ -104,12 +104,12 @@ std::vector<std::string> listed_files(const fs::path& report_json) {
   if (!document) return {};
   const JsonValue& json = document->root;
   if (!json.contains("polymorph_report") || !json.contains("cases")) return {};
-  std::set<std::string> possible{"index.html", "junit.xml", "report.json"};
+  std::set<std::string> possible_names{"index.html", "junit.xml", "report.json"};
   for (const JsonValue& entry : json.get("cases").items)
-    possible.insert(picture_name(entry.get("group").string, entry.get("name").string));
+    possible_names.insert(picture_name(entry.get("group").string, entry.get("name").string));
   std::vector<std::string> names;
   for (const JsonValue& entry : json.get("polymorph_report").items)
-    if (possible.contains(entry.string)) names.push_back(entry.string);
+    if (possible_names.contains(entry.string)) names.push_back(entry.string);
   return names;
 }
 
@@ -142,11 +142,11 @@ Status add_pictures(ReportCase& result, const Image& actual, const Image* refere
   result.width = std::max(actual.width, reference ? reference->width : 0);
   result.height = std::max(actual.height, reference ? reference->height : 0);
   if (result.width < 1 || result.height < 1) return Ok{};
-  Image shown = place_on_canvas(visible_colors(actual), result.width, result.height);
+  Image shown_actual = place_on_canvas(visible_colors(actual), result.width, result.height);
   // The list shows a thumbnail if there is no room for full pictures, or if they are much larger.
   const bool has_room = budget.used < (result.passed() ? budget.passing : budget.failing);
   if (!has_room || result.width > 2 * kThumbnailWidth)
-    PM_TRY_STATUS(encode_into(result.thumbnail_png, shown, kThumbnailWidth, budget));
+    PM_TRY_STATUS(encode_into(result.thumbnail_png, shown_actual, kThumbnailWidth, budget));
   // A failure has a picture file of its own, which does not count towards the budget of the page.
   if (!result.passed() && reference) {
     PM_TRY(const Image triptych, result.comparison
@@ -154,11 +154,11 @@ Status add_pictures(ReportCase& result, const Image& actual, const Image* refere
                                      : Result<Image>(difference_triptych(actual, *reference)));
     PM_TRY(result.triptych_png, encode_png(triptych, {.effort = PngEffort::kSmall}));
   } else if (!result.passed()) {
-    PM_TRY(result.triptych_png, encode_png(shown, {.effort = PngEffort::kSmall}));
+    PM_TRY(result.triptych_png, encode_png(shown_actual, {.effort = PngEffort::kSmall}));
   }
   // Make the full pictures of the page: new, reference, heat and limits.
   if (!has_room) return Ok{};
-  PM_TRY_STATUS(encode_into(result.actual_png, shown, kMaxWidth, budget));
+  PM_TRY_STATUS(encode_into(result.actual_png, shown_actual, kMaxWidth, budget));
   if (!reference) return Ok{};
   PM_TRY_STATUS(encode_into(
       result.reference_png,
@@ -170,9 +170,9 @@ Status add_pictures(ReportCase& result, const Image& actual, const Image* refere
                               heat_picture(maps.flip, result.width, result.height, range),
                               kMaxWidth, budget));
   }
-  const bool over = std::any_of(maps.states.begin(), maps.states.end(),
-                                [](PixelState s) { return s >= PixelState::kOver; });
-  if (over)
+  const bool has_failing_pixels = std::any_of(maps.states.begin(), maps.states.end(),
+                                              [](PixelState s) { return s >= PixelState::kOver; });
+  if (has_failing_pixels)
     PM_TRY_STATUS(
         encode_into(result.limits_png, limits_picture(*reference, maps.states), kMaxWidth, budget));
   return Ok{};

@@ -70,17 +70,17 @@ Vec2 project(const PinholeView& view, int width, int height, Vec3 p) {
 }
 
 /// Describes a moved camera by the mean shift, in pixels, of the points that the reference shows.
-std::string explain_camera(const ImagePair& pair, const PinholeView& now,
-                           const PinholeView& before) {
+std::string explain_camera(const ImagePair& pair, const PinholeView& new_view,
+                           const PinholeView& old_view) {
   double sum = 0;
   int count = 0;
   for (int i = 0; i < pair.pixels(); ++i) {
     // Without depths, assume that all points are as far away as the origin.
-    const float z = pair.has("Z") ? pair.reference(i, "Z") : length(before.position);
+    const float z = pair.has("Z") ? pair.reference(i, "Z") : length(old_view.position);
     if (z >= kNothingHit) continue;
-    const Vec3 p = unproject(before, pair.width(), pair.height(), i, z);
-    const Vec2 to = project(now, pair.width(), pair.height(), p);
-    const Vec2 from = project(before, pair.width(), pair.height(), p);
+    const Vec3 p = unproject(old_view, pair.width(), pair.height(), i, z);
+    const Vec2 to = project(new_view, pair.width(), pair.height(), p);
+    const Vec2 from = project(old_view, pair.width(), pair.height(), p);
     sum += std::hypot(static_cast<double>(to.x - from.x), static_cast<double>(to.y - from.y));
     ++count;
   }
@@ -207,14 +207,14 @@ std::string explain_light(const ImagePair& pair) {
   int background = 0, changed = 0;  // pixels of floor and background (ids 0 and 1)
   for (int i = 0; i < pair.pixels(); ++i) {
     const int id = static_cast<int>(pair.reference(i, "id"));
-    const Vec3 before = pair.color(/*of_actual=*/false, i, "");
-    const double change = length_of(pair.color(/*of_actual=*/true, i, "") - before);
+    const Vec3 old_color = pair.color(/*of_actual=*/false, i, "");
+    const double change = length_of(pair.color(/*of_actual=*/true, i, "") - old_color);
     if (id > 1) {
       changes[id] += change;
       continue;
     }
     ++background;
-    changed += change > 0.01 * length_of(before);
+    changed += change > 0.01 * length_of(old_color);
   }
   if (changes.empty() || !pair.has("id") || changed * 25 > background) return "only light differs";
   const int object = std::max_element(changes.begin(), changes.end(), [](auto& a, auto& b) {
@@ -231,16 +231,17 @@ std::string explain_light(const ImagePair& pair) {
 std::string explain_balls(const Image& actual, const Image& reference) {
   const auto texts = attribute_pair<std::string>(actual, reference, kBallsAttribute);
   if (!texts || texts->first == texts->second) return "";
-  const std::vector<std::string> now = split(texts->first, ','), before = split(texts->second, ',');
-  if (now.size() != before.size()) return "other objects";
+  const std::vector<std::string> new_entries = split(texts->first, ','),
+                                 old_entries = split(texts->second, ',');
+  if (new_entries.size() != old_entries.size()) return "other objects";
   std::string text;
-  for (std::size_t i = 0; i < now.size(); ++i) {
+  for (std::size_t i = 0; i < new_entries.size(); ++i) {
     const auto count = [](const std::string& entry) {
       return parse_integer(entry.substr(entry.rfind(' ') + 1)).value_or(0);
     };
-    const std::int64_t a = count(now[i]), b = count(before[i]);
+    const std::int64_t a = count(new_entries[i]), b = count(old_entries[i]);
     if (a == b) continue;
-    std::string name = now[i].substr(0, now[i].rfind(' '));
+    std::string name = new_entries[i].substr(0, new_entries[i].rfind(' '));
     while (name.starts_with(' ')) name.erase(0, 1);
     text += fmt::format("{}{} of `{}`, {} in place of {}", text.empty() ? "" : "; ",
                         a == b - 1 ? "a ball is missing"
@@ -289,10 +290,10 @@ std::string explain_change(const Image& actual, const Image& reference,
   std::optional<PinholeView> view;
   std::string camera;
   if (const auto texts = attribute_pair<std::string>(actual, reference, kCameraAttribute)) {
-    PinholeView now, before;
-    if (parse_view(texts->first, now) && parse_view(texts->second, before)) {
-      view = now;
-      if (texts->first != texts->second) camera = explain_camera(pair, now, before);
+    PinholeView new_view, old_view;
+    if (parse_view(texts->first, new_view) && parse_view(texts->second, old_view)) {
+      view = new_view;
+      if (texts->first != texts->second) camera = explain_camera(pair, new_view, old_view);
     }
   }
   const bool surfaces_equal = context.surfaces_known && context.surfaces_equal;
@@ -321,9 +322,9 @@ std::string explain_change(const Image& actual, const Image& reference,
     return names.empty() ? "" : "only the layers differ: " + names;
   }
   if (const std::string curve = explain_curve(pair); !curve.empty()) return curve;
-  if (only_rounding(pair))
+  if (is_only_rounding(pair))
     return "only rounding differs, by no more than one step of 8 bits: dither";
-  if (only_noise(pair)) return explain_noise(actual, reference);
+  if (is_only_noise(pair)) return explain_noise(actual, reference);
   return explain_light(pair);
 }
 

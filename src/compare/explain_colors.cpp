@@ -81,7 +81,7 @@ std::string explain_curve(const ImagePair& pair) {
   return "";
 }
 
-bool only_rounding(const ImagePair& pair) {
+bool is_only_rounding(const ImagePair& pair) {
   int changed = 0;
   double sum = 0, magnitude = 0;
   for (int i = 0; i < pair.pixels(); ++i)
@@ -100,7 +100,7 @@ bool only_rounding(const ImagePair& pair) {
   return changed > 0 && std::fabs(sum) < 0.2 * magnitude;
 }
 
-bool only_noise(const ImagePair& pair) {
+bool is_only_noise(const ImagePair& pair) {
   double squared_sums = 0, expected = 0;
   int counted = 0;
   for (int y = 0; y + kBlock <= pair.height(); y += kBlock)
@@ -131,12 +131,12 @@ bool edges_stay(const ImagePair& pair) {
   constexpr double kStrong = 0.25, kWeak = 0.08, kMaxVanished = 0.03;
   const std::vector<double> a = relative_gradients(pair, /*of_actual=*/true),
                             b = relative_gradients(pair, /*of_actual=*/false);
-  for (const auto& [one, other] : {std::pair(&a, &b), std::pair(&b, &a)}) {
+  for (const auto& [gradients, other_gradients] : {std::pair(&a, &b), std::pair(&b, &a)}) {
     std::size_t strong = 0, vanished = 0;
-    for (std::size_t i = 0; i < one->size(); ++i) {
-      if ((*one)[i] < kStrong) continue;
+    for (std::size_t i = 0; i < gradients->size(); ++i) {
+      if ((*gradients)[i] < kStrong) continue;
       ++strong;
-      vanished += (*other)[i] < kWeak;
+      vanished += (*other_gradients)[i] < kWeak;
     }
     if (static_cast<double>(vanished) > kMaxVanished * static_cast<double>(strong)) return false;
   }

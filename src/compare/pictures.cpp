@@ -89,8 +89,8 @@ Image limits_picture(const Image& reference, const std::vector<PixelState>& stat
   for (std::size_t i = 0; i < states.size(); ++i) {
     float* rgb = &picture.pixels[3 * i];
     const float luminance = 0.2126f * rgb[0] + 0.7152f * rgb[1] + 0.0722f * rgb[2];  // Rec. 709
-    const float dark = 0.12f * (luminance > 0 ? std::min(luminance, 1.0f) : 0.0f);
-    Color color{dark, dark, dark};
+    const float grey = 0.12f * (luminance > 0 ? std::min(luminance, 1.0f) : 0.0f);
+    Color color{grey, grey, grey};
     if (states[i] == PixelState::kOver) color = {0.9f, 0.04f, 0.03f};
     if (states[i] == PixelState::kHard) color = {1, 0.8f, 0.05f};
     if (states[i] == PixelState::kNotFinite) color = {0, 0.9f, 1};
@@ -102,16 +102,16 @@ Image limits_picture(const Image& reference, const std::vector<PixelState>& stat
 Result<Image> failure_picture(const Image& actual, const Image& reference,
                               const Comparison& comparison, const PixelMaps& maps) {
   if (maps.states.empty()) return difference_triptych(actual, reference);
-  Image third = limits_picture(reference, maps.states);
+  Image third_picture = limits_picture(reference, maps.states);
   std::string caption = fmt::format("{} pixels over the limits", comparison.failing_pixels);
   if (comparison.flip && !maps.flip.empty()) {
     const double range = heat_range(comparison.flip->max);
-    third = heat_picture(maps.flip, reference.width, reference.height, range);
+    third_picture = heat_picture(maps.flip, reference.width, reference.height, range);
     caption = fmt::format("FLIP {:.4f}, shown 0 to {:g}", comparison.flip->mean, range);
   }
   const int scale = std::max(1, 320 / reference.width);
   const Image frames[] = {enlarge(visible_colors(reference), scale),
-                          enlarge(visible_colors(actual), scale), enlarge(third, scale)};
+                          enlarge(visible_colors(actual), scale), enlarge(third_picture, scale)};
   const std::string captions[] = {"reference", "new", caption};
   return make_strip(frames, captions, {.columns = 3});
 }

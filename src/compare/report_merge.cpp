@@ -125,27 +125,27 @@ Status check_shard(const fs::path& path, const Shard& shard) {
     const JsonValue& suites = member(report, "suites", JsonValue::Kind::kObject);
     for (const JsonMember& suite : suites.members) text_at(suites, suite.key.c_str());
   }
-  std::map<std::string, bool> on_page;
+  std::map<std::string, bool> passed_on_page;
   for (const JsonValue& entry : shard.page.get("cases").items)
-    on_page[case_name(entry)] = flag_at(entry, "passed");
+    passed_on_page[case_name(entry)] = flag_at(entry, "passed");
   for (const JsonValue& entry : report.get("cases").items) {
     const std::string name = case_name(entry), contradiction = find_contradiction(entry);
     if (!contradiction.empty()) return error(name + ": " + contradiction);
-    const auto shown = on_page.find(name);
-    if (shown == on_page.end() || shown->second != flag_at(entry, "passed"))
+    const auto page_case = passed_on_page.find(name);
+    if (page_case == passed_on_page.end() || page_case->second != flag_at(entry, "passed"))
       return error(name + ": its page says something else than report.json");
   }
   const CaseCounts counts = count_cases(report.get("cases"));
   if (counts.all == 0) return error("no case in it");
-  const CaseCounts stated{count_at(report, "passed") + count_at(report, "failed"),
-                          count_at(report, "failed"), count_at(report, "errors")};
-  if (stated != counts || shard.page.get("cases").size() != counts.all)
+  const CaseCounts stated_counts{count_at(report, "passed") + count_at(report, "failed"),
+                                 count_at(report, "failed"), count_at(report, "errors")};
+  if (stated_counts != counts || shard.page.get("cases").size() != counts.all)
     return error("report.json counts other cases than it has");
-  const CaseCounts junit{
+  const CaseCounts junit_counts{
       count_occurrences(shard.junit, "<testcase "),
       count_occurrences(shard.junit, "<failure ") + count_occurrences(shard.junit, "<error "),
       count_occurrences(shard.junit, "<error ")};
-  if (junit != counts) return error("junit.xml has other cases than report.json");
+  if (junit_counts != counts) return error("junit.xml has other cases than report.json");
   return Ok{};
 }
 
@@ -179,8 +179,9 @@ Result<std::map<std::string, std::string>> report_files(const fs::path& path) {
   std::map<std::string, std::string> files;
   for (const auto& [name, bytes] : tree) {
     if (!name.starts_with(folder.value_or(""))) continue;
-    const std::string inside = name.substr(folder.value_or("").size());
-    if (inside.find('/') == std::string::npos || is_kept_frame(inside)) files[inside] = bytes;
+    const std::string inner_path = name.substr(folder.value_or("").size());
+    if (inner_path.find('/') == std::string::npos || is_kept_frame(inner_path))
+      files[inner_path] = bytes;
   }
   return files;
 }

@@ -148,7 +148,7 @@ Result<std::vector<fs::path>> accept_report(const fs::path& report,
   // Check and collect the chosen frames of every suite, then write all of them or none.
   std::vector<NewFile> files_to_write;
   std::vector<fs::path> paths;
-  std::size_t chosen = 0;
+  std::size_t chosen_count = 0;
   for (const auto& [name, failed_frames] : parsed.failed) {
     if (!settings.suites.empty() &&
         std::find(settings.suites.begin(), settings.suites.end(), name) == settings.suites.end())
@@ -170,14 +170,14 @@ Result<std::vector<fs::path>> accept_report(const fs::path& report,
       PM_TRY(NewGolden golden, read_golden(report, files, suite, failed));
       goldens.push_back(std::move(golden));
     }
-    chosen += goldens.size();
+    chosen_count += goldens.size();
     PM_TRY(std::vector<NewFile> suite_files, make_golden_files(suite, goldens, settings.reason));
     for (NewFile& file : suite_files) {
       paths.push_back(file.path);
       files_to_write.push_back(std::move(file));
     }
   }
-  if (chosen == 0)
+  if (chosen_count == 0)
     return make_error(ErrorCode::kInput, "{}: no failed frame in it to accept{}", report.string(),
                       settings.frames.empty() ? "" : " among " + settings.frames);
   PM_TRY_STATUS(write_files(files_to_write));

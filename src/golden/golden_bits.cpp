@@ -18,15 +18,15 @@ namespace fs = std::filesystem;
 /// Sets the number of threads unless `count` is 0, and restores it in the destructor.
 class ThreadCount {
  public:
-  explicit ThreadCount(int count) : before_(thread_count()) {
+  explicit ThreadCount(int count) : old_count_(thread_count()) {
     if (count > 0) set_thread_count(count);
   }
-  ~ThreadCount() { set_thread_count(before_); }
+  ~ThreadCount() { set_thread_count(old_count_); }
   ThreadCount(const ThreadCount&) = delete;
   ThreadCount& operator=(const ThreadCount&) = delete;
 
  private:
-  int before_;
+  int old_count_;
 };
 
 /// One way to render the suite's frames.

@@ -38,15 +38,15 @@ void replace_all(std::string& text, const std::string& from, const std::string& 
 /// Renders a frame with the suite's command, in a temporary folder. Errors: kInput, kOutput.
 Result<RenderedFrame> run_command(const GoldenSuite& suite, int frame) {
   PM_TRY(const WorkFolder work, WorkFolder::create());
-  const fs::path out = work.path() / fmt::format("frame.{:04}.{}", frame, suite.format);
+  const fs::path frame_file = work.path() / fmt::format("frame.{:04}.{}", frame, suite.format);
   std::string command = suite.command;
-  replace_all(command, "{out}", quote_for_shell(out.string()));
+  replace_all(command, "{out}", quote_for_shell(frame_file.string()));
   replace_all(command, "{frame}", fmt::format("{}", frame));
   // Run in the suite's folder. Standard output is for data, so the command's goes to standard
   // error.
-  const std::string line =
+  const std::string shell_line =
       fmt::format("cd {} && ( {} ) 1>&2", quote_for_shell(suite.folder.string()), command);
-  const int status = std::system(line.c_str());
+  const int status = std::system(shell_line.c_str());
   RenderedFrame rendered;
   rendered.surface.frame = frame;
   if (status != 0)
@@ -54,12 +54,13 @@ Result<RenderedFrame> run_command(const GoldenSuite& suite, int frame) {
         ErrorCode::kInput, "{}: frame {}: the command ended with {}: {}",
         (suite.folder / "suite.json").string(), frame,
         WIFEXITED(status) ? fmt::format("exit code {}", WEXITSTATUS(status)) : "a signal", command);
-  auto bytes = read_file(out, std::size_t{1} << 30);  // at most 1 GiB
+  auto bytes = read_file(frame_file, std::size_t{1} << 30);  // at most 1 GiB
   if (!bytes)
     return make_error(ErrorCode::kInput, "{}: frame {}: the command wrote no {}",
-                      (suite.folder / "suite.json").string(), frame, out.filename().string());
+                      (suite.folder / "suite.json").string(), frame,
+                      frame_file.filename().string());
   rendered.bytes = std::move(*bytes);
-  PM_TRY(rendered.image, decode_image(rendered.bytes, out.filename().string(),
+  PM_TRY(rendered.image, decode_image(rendered.bytes, frame_file.filename().string(),
                                       {.single_picture = true, .stored_colors = true}));
   rendered.pixel_hash = pixel_sha256(rendered.image);
   return rendered;

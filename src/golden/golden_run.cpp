@@ -84,9 +84,9 @@ Status write_failure(const FrameTest& test, const Comparison& comparison) {
   };
   PM_TRY_STATUS(write_file(actual_path(suite, settings, rendered.surface.frame), rendered.bytes));
   if (const Image* reference = test.reference) {
-    Image shown = *reference;
-    convert_to_rec709(shown);  // the colour space of all files that the program writes
-    PM_TRY_STATUS(write_image(path("reference.exr"), shown));
+    Image rec709_reference = *reference;
+    convert_to_rec709(rec709_reference);  // the colour space of all files that the program writes
+    PM_TRY_STATUS(write_image(path("reference.exr"), rec709_reference));
     PM_TRY(const Image difference,
            failure_picture(rendered.image, *reference, comparison, test.maps));
     PM_TRY_STATUS(write_image(path("difference.png"), difference));

@@ -73,17 +73,17 @@ Result<std::vector<NewFile>> make_golden_files(const GoldenSuite& suite,
   const std::size_t count = files.size();  // number of images
   if (suite.command.empty()) {
     // Drop rows of frames that the suite no longer has. A damaged surface.csv is written anew.
-    const auto old = read_surface_records(suite.folder / "surface.csv");
+    const auto old_records = read_surface_records(suite.folder / "surface.csv");
     std::map<int, SurfaceRecord> rows;
-    if (old)
-      for (const SurfaceRecord& record : *old)
+    if (old_records)
+      for (const SurfaceRecord& record : *old_records)
         if (std::find(suite.frames.begin(), suite.frames.end(), record.frame) != suite.frames.end())
           rows[record.frame] = record;
     for (const NewGolden& golden : frames) rows[golden.surface.frame] = golden.surface;
     std::vector<SurfaceRecord> records;
     for (const auto& [frame, record] : rows) records.push_back(record);
     const std::string text = surface_records_text(records);
-    if (!old || surface_records_text(*old) != text)
+    if (!old_records || surface_records_text(*old_records) != text)
       files.push_back({suite.folder / "surface.csv", text});
   }
   if (files.empty()) return files;

@@ -162,16 +162,15 @@ Status write_mp4(const fs::path& path, std::span<const Image> frames, float fram
   }
   sigaction(SIGPIPE, &previous, nullptr);
   // Move the movie into its place, or report ffmpeg's messages.
-  const auto output = read_file(messages, 1u << 16);  // at most 64 KiB
+  const auto log = read_file(messages, 1u << 16);  // at most 64 KiB
   std::error_code error;
   fs::remove(messages, error);
   if (succeeded) fs::rename(temporary, path, error);
   if (!succeeded || error) {
     fs::remove(temporary, error);
     return make_error(ErrorCode::kOutput, "{}: ffmpeg could not write it: {}", path.string(),
-                      output && !output->empty()
-                          ? output->substr(0, output->find_last_not_of(" \n") + 1)
-                          : "no reason given");
+                      log && !log->empty() ? log->substr(0, log->find_last_not_of(" \n") + 1)
+                                           : "no reason given");
   }
   return Ok{};
 }

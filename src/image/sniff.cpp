@@ -149,11 +149,11 @@ bool run_indices_are_valid(std::string_view runs, std::size_t pixels, std::size_
   for (std::size_t pixels_read = 0; pixels_read < pixels;) {
     if (at >= runs.size()) return false;
     const auto packet = static_cast<unsigned char>(runs[at++]);
-    const std::size_t count = (packet & 0x7fu) + 1u, stored = packet & 0x80u ? 1 : count;
-    if (stored > runs.size() - at) return false;
-    for (std::size_t i = 0; i < stored; ++i)
+    const std::size_t count = (packet & 0x7fu) + 1u, stored_indices = packet & 0x80u ? 1 : count;
+    if (stored_indices > runs.size() - at) return false;
+    for (std::size_t i = 0; i < stored_indices; ++i)
       if (static_cast<unsigned char>(runs[at + i]) >= colors) return false;
-    at += stored;
+    at += stored_indices;
     pixels_read += count;
   }
   return true;
@@ -170,8 +170,9 @@ Status check_targa(std::string_view bytes) {
   const std::size_t type = byte(2), colors = byte(1) ? word_at(bytes, 5) : 0;
   const std::size_t begin = 18 + byte(0) + colors * ((byte(7) + 7) / 8);
   const std::size_t pixels = word_at(bytes, 12) * word_at(bytes, 14);
-  const std::size_t needed = type < 8 ? pixels * ((byte(16) + 7) / 8) : 0;  // 0: run-length encoded
-  if (begin > bytes.size() || needed > bytes.size() - begin)
+  const std::size_t needed_bytes =
+      type < 8 ? pixels * ((byte(16) + 7) / 8) : 0;  // 0: run-length encoded
+  if (begin > bytes.size() || needed_bytes > bytes.size() - begin)
     return make_error(ErrorCode::kInput, "the Targa file is truncated");
   if (type != 1 && type != 9) return Ok{};
   const bool has_known_depth = byte(7) == 15 || byte(7) == 16 || byte(7) == 24 || byte(7) == 32;
