@@ -92,7 +92,7 @@ std::string explain_camera(const ImagePair& pair, const PinholeView& new_view,
 /// camera of the actual image, if known. Returns "" if no pixel and no digest shows a change.
 std::string explain_surface(const ImagePair& pair, const std::optional<PinholeView>& view,
                             const ChangeContext& context) {
-  int visible = 0, moved = 0, outline = 0;
+  int visible = 0, moved = 0, outline = 0;  // numbers of pixels
   double max_shift = 0;
   std::optional<Vec3> max_point;  // where the shift is largest
   // Measure the shift of each pixel that shows the same object in both images.

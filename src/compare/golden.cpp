@@ -115,6 +115,7 @@ bool is_own_file(const std::string& name) {
   return !name.empty() && name[0] != '.' && fs::path(name).filename() == name;
 }
 
+/// Parses "masks" of suite.json; `folder` is the suite's folder.
 std::vector<GoldenMask> parse_masks(const JsonValue& list, const fs::path& folder) {
   if (!list.is_array()) fail("'masks' must be a list");
   std::vector<GoldenMask> masks;
@@ -177,6 +178,7 @@ void parse_source(const JsonValue& json, GoldenSuite& suite) {
   suite.tolerance.why = "polymorph's frames are the same bits everywhere";
 }
 
+/// Parses "frames" of suite.json. Numbers have at most 7 digits.
 std::vector<int> parse_frames(const JsonValue& frames) {
   if (!frames.is_array() || frames.empty())
     fail("'frames' must be a list of at least one frame number");

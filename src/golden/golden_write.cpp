@@ -24,8 +24,8 @@ Result<std::string> read_changes(const GoldenSuite& suite) {
   return fmt::format("# Changes to the golden frames of {}\n", suite.name);
 }
 
-/// Appends an entry. If the last entry has the same reason, the new one replaces it, with the
-/// larger of the two counts.
+/// Appends an entry to the text of CHANGES.md; `count` is the number of changed images. If the last
+/// entry has the same reason, the new one replaces it, with the larger of the two counts.
 std::string add_entry(std::string text, std::size_t count, const std::string& reason) {
   const auto last = text.rfind("\n- ");
   if (last != std::string::npos) {

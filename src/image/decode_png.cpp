@@ -200,7 +200,7 @@ void decode(const std::string& bytes, std::uint64_t max_bytes, PngImage& image) 
   image.failure = PM_OIIO_BROKEN;  // until all is decoded
   PngSource reader{bytes};
   Handles h;
-  h.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &image.error_text, keep_png_error,
+  h.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &image.error_text, store_png_error,
                                  ignore_png_warning);
   h.info = h.png ? png_create_info_struct(h.png) : nullptr;
   if (!h.info) {

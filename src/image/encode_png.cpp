@@ -186,7 +186,7 @@ void write_packed(png_structp png, const std::string& packed) {
 /// Makes all calls of libpng. On an error libpng jumps back here by longjmp(), which skips
 /// destructors, so no local here or in the callbacks owns memory.
 void write_png(Writer& writer, const Effort& effort, Codes& codes) {
-  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer.error, keep_png_error,
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer.error, store_png_error,
                                             ignore_png_warning);
   png_infop info = png ? png_create_info_struct(png) : nullptr;
   if (!info) {
