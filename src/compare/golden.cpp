@@ -50,7 +50,6 @@ constexpr Limit kLimits[] = {{"fail", &Tolerance::fail, 1},
                              {"warn", &Tolerance::warn, 1e30},
                              {"warn_percent", &Tolerance::warn_percent, 100}};
 
-/// Lists the names of all limits, and `extra` if given.
 std::vector<std::string> limit_names(const char* extra = nullptr) {
   std::vector<std::string> names;
   for (const Limit& limit : kLimits) names.emplace_back(limit.name);

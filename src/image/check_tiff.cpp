@@ -74,7 +74,6 @@ class TiffReader {
  private:
   static constexpr std::uint64_t kMaxEntries = 65536;  // a damaged BigTIFF may claim 2^64
 
-  /// Offset of the first directory.
   std::uint64_t first_directory() const {
     return is_big_tiff_ ? read_integer(8, 8) : read_integer(4, 4);
   }

@@ -171,7 +171,6 @@ struct Histogram {
   std::array<std::array<std::uint32_t, kSymbols>, 4> lanes{};
 };
 
-/// Counts each byte as a literal.
 void count_literals(std::span<const std::uint8_t> bytes, Histogram& histogram) {
   std::size_t i = 0;
   for (; i + 4 <= bytes.size(); i += 4)

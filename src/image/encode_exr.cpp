@@ -73,7 +73,6 @@ half to_half(float value) {
   return half(std::isfinite(value) ? std::clamp(value, -65504.0f, 65504.0f) : value);
 }
 
-/// Adds header entries. Errors: kInternal.
 Status add_attributes(const std::vector<Attribute>& attributes, Imf::Header& header) {
   for (const Attribute& attribute : attributes) {
     // make_header() and the settings provide these two.
@@ -170,7 +169,6 @@ Result<std::vector<Imf::Header>> make_part_headers(const Image& image, const Lay
   return headers;
 }
 
-/// Returns a copy with its colours in `space`.
 Image convert_copy(Image image, ColorSpace space) {
   convert_colors(image, space);
   return image;

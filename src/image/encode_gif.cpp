@@ -40,7 +40,6 @@ std::vector<Rgb8> encode_colors(const Image& image) {
   return codes;
 }
 
-/// Tests whether a pixel counts as changed.
 bool differs(Rgb8 a, Rgb8 b) {
   return std::abs(a[0] - b[0]) > kMaxUnchanged || std::abs(a[1] - b[1]) > kMaxUnchanged ||
          std::abs(a[2] - b[2]) > kMaxUnchanged;

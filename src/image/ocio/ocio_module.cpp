@@ -23,7 +23,6 @@ struct View : PmOcioView {
   OCIO::ConstCPUProcessorRcPtr processor;
 };
 
-/// Sets the view's error.
 void fail(View& view, std::string reason) {
   view.error_text = std::move(reason);
   view.error = view.error_text.c_str();
