@@ -95,6 +95,7 @@ std::string explain_surface(const ImagePair& pair, const std::optional<PinholeVi
   int visible = 0, moved = 0, outline = 0;  // numbers of pixels
   double max_shift = 0;
   std::optional<Vec3> max_point;  // where the shift is largest
+  // Measure the shift of each pixel that shows the same object in both images.
   for (int i = 0; i < pair.pixels(); ++i) {
     // Ids above 1 are objects; 0 is the background, 1 the floor.
     const bool in_reference = !pair.has("id") || pair.reference(i, "id") > 1;
