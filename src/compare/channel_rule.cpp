@@ -12,7 +12,7 @@ namespace {
 
 bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 
-/// Tests for id channels of Cryptomatte ranks, such as "crypto_object00.R".
+/// Tests for id channels of Cryptomatte ranks, such as "crypto_object00.R", where 00 is the rank.
 bool is_cryptomatte_id(std::string name) {
   name = lower_case(std::move(name));
   const auto dot = name.rfind('.');
@@ -26,6 +26,7 @@ bool is_cryptomatte_id(std::string name) {
 /// Splits a name into words in lower case: "ViewLayer.objectID" is "view", "layer", "object", "id".
 std::vector<std::string> split_words(const std::string& name) {
   std::vector<std::string> words(1);
+  // Tests a character's class. False outside the name; i - 1 wraps around for i = 0.
   const auto is_class = [&](std::size_t i, int (*kind)(int)) {
     return i < name.size() && kind(static_cast<unsigned char>(name[i])) != 0;
   };
@@ -44,6 +45,7 @@ std::vector<std::string> split_words(const std::string& name) {
   return words;
 }
 
+/// Tests for a word that means "id", and for Blender's "IndexOB" and "IndexMA".
 bool contains_id_word(const std::string& name) {
   const std::vector<std::string> words = split_words(name);
   for (std::size_t i = 0; i < words.size(); ++i) {

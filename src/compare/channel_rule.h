@@ -1,4 +1,5 @@
-// Comparison rules of image channels, by the channels' names.
+// Comparison rules of image channels, by the channels' names. Tolerance (compare.h) says how each
+// rule limits differences.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +12,7 @@ enum class ChannelRule : std::uint8_t {
   kDepth,   ///< Z
   kNormal,  ///< N.X, N.Y, N.Z
   kId,      ///< identifiers: any difference counts
-  kOther
+  kOther    ///< all other channels
 };
 
 /// Finds the rule of a channel. Ids are channels with a word "id" or "label" in their names in any

@@ -33,9 +33,10 @@ float allowed_difference(ChannelRule rule, float a, float b, const Tolerance& to
 }
 
 /// Finds the LimitHistogram bin of a pixel that differs. `ratio` is the largest |a - b| / limit of
-/// its channels; `over` says whether the pixel fails.
+/// its channels; `over` says whether the pixel fails, since rounding may shift `ratio` across 1.
 std::size_t histogram_bin(float ratio, bool over) {
   constexpr int kAt = LimitHistogram::kAtLimit, kLast = LimitHistogram::kBins - 1;
+  // Clamp 0 and infinity (a limit of 0) to finite logarithms outside the bins. 6 bins per decade.
   const float offset = std::floor(6 * std::log10(std::clamp(ratio, 1e-6f, 1e6f)));
   const int bin = kAt + static_cast<int>(offset);
   return static_cast<std::size_t>(over ? std::clamp(bin, kAt, kLast) : std::clamp(bin, 1, kAt - 1));
@@ -48,22 +49,24 @@ struct ChannelPair {
   bool visible;  ///< R, G or B: part of the PSNR
 };
 
-/// Differences in one channel.
+/// Absolute differences of one channel in one row.
 struct Sums {
   double max = 0, sum = 0, squares = 0;
-  int max_x = 0;
-  std::uint64_t failing = 0;
+  int max_x = 0;              ///< the first column with the difference `max`
+  std::uint64_t failing = 0;  ///< pixels
 };
 
 /// Sums over one row. Rows are added in order, so that the totals do not depend on threads.
 struct RowSums {
-  std::vector<Sums> channels;
+  std::vector<Sums> channels;  ///< one entry per ChannelPair
   double clipped_squares = 0;  ///< sum over R, G and B clipped to [0, 1], for the PSNR
   bool equal = true;
+  /// Numbers of pixels.
   std::uint64_t failing = 0, hard_failing = 0, not_finite = 0, negative_alpha = 0, warning = 0;
   LimitHistogram histogram;
 };
 
+/// Compares two images of equal size row by row.
 class Comparer {
  public:
   Comparer(const Image& actual, const Image& reference, const Tolerance& tolerance,
@@ -92,11 +95,12 @@ class Comparer {
   }
 
  private:
+  /// Compares the pixel (x, y), whose index is `pixel`, and adds its differences to `sums`.
   PixelState add_pixel(int x, int y, std::size_t pixel, RowSums& sums) const {
     const float* a = &actual_.pixels[pixel * actual_.channel_count()];
     const float* b = &reference_.pixels[pixel * reference_.channel_count()];
     bool fails = false, hard = false, finite = true, warns = false, equal = true;
-    float ratio = 0;
+    float ratio = 0;  // the largest difference / limit
     for (std::size_t c = 0; c < pairs_.size(); ++c) {
       const ChannelPair& pair = pairs_[c];
       const float u = a[pair.actual], v = b[pair.reference];
@@ -121,6 +125,7 @@ class Comparer {
                         difference > tolerance_.warn);
     }
     hard = hard && !on_silhouette(x, y);
+    // Count the pixel in the sums of its row, and find its state.
     sums.equal = sums.equal && equal;
     sums.not_finite += !finite;
     sums.failing += fails;
@@ -152,6 +157,7 @@ class Comparer {
     return true;
   }
 
+  /// Tests whether the reference has two ids in the 3 x 3 pixels around (x, y).
   bool on_silhouette(int x, int y) const {
     if (id_ < 0) return false;
     const float center_id = reference_.at(x, y, id_);
@@ -165,12 +171,13 @@ class Comparer {
   const Image& reference_;
   const Tolerance& tolerance_;
   std::vector<ChannelPair> pairs_;
-  int id_;
-  int alphas_[2];
+  int id_;         ///< index of the reference's id channel; -1 = none
+  int alphas_[2];  ///< indices of A in the actual image and in the reference; -1 = none
 };
 
+/// Tests whether the file stored this channel as integers.
 bool holds_ids(const Image& image, const std::string& channel) {
-  // The last entry of this name is that of read_image(); the file may have another one.
+  // read_image() appends its entry; an earlier entry of this name comes from the file.
   const auto attribute =
       std::find_if(image.attributes.rbegin(), image.attributes.rend(),
                    [](const Attribute& a) { return a.name == kIdChannelsAttribute; });
@@ -181,8 +188,9 @@ bool holds_ids(const Image& image, const std::string& channel) {
   return std::find(ids.begin(), ids.end(), channel) != ids.end();
 }
 
-/// Splits the ids of `image` like those of `other`. If the file of `other` had large ids,
-/// read_image() put their low bytes into a channel NAME.low.
+/// Splits the id channels of `image` that are split in `other`. If a file has large ids,
+/// read_image() puts their low bytes into a channel NAME.low, and leaves id - low byte in the
+/// channel NAME.
 Image split_ids(const Image& image, const Image& other) {
   constexpr std::string_view kLow = ".low";
   Image split = image;
@@ -306,6 +314,7 @@ void set_verdict(const Tolerance& tolerance, bool equal, const std::string& mism
   }
 }
 
+/// Pairs the channels of two images that have the same channel names.
 std::vector<ChannelPair> pair_channels(const Image& actual, const Image& reference) {
   std::vector<ChannelPair> pairs;
   for (std::size_t c = 0; c < reference.channel_count(); ++c) {
@@ -319,8 +328,8 @@ std::vector<ChannelPair> pair_channels(const Image& actual, const Image& referen
   return pairs;
 }
 
-/// Adds the sums of the rows to the result, in order. `colors` is the number of channels in the
-/// PSNR. Returns whether all values are equal.
+/// Adds the sums of the rows to the result, in order. `colors` is the number of channels (R, G, B)
+/// in the PSNR. Returns whether all values are equal.
 bool add_rows(const std::vector<RowSums>& rows, double colors, Comparison& result) {
   bool equal = true;
   double clipped_squares = 0;
@@ -356,6 +365,7 @@ bool add_rows(const std::vector<RowSums>& rows, double colors, Comparison& resul
   return equal;
 }
 
+/// Checks that an image has one value per pixel and channel.
 void check_storage(const Image& image) {
   PM_CHECK(image.width >= 0 && image.height >= 0);
   PM_CHECK(image.pixels.size() == static_cast<std::size_t>(image.width) *
@@ -373,6 +383,7 @@ Comparison compare_images(const Image& actual, const Image& reference, const Tol
   if (!maps) maps = &unused_maps;
   *maps = {};
   Comparison result;
+  // Images of other sizes or channels are not compared further.
   if (actual.width != reference.width || actual.height != reference.height) {
     result.verdict = Verdict::kSizeMismatch;
     result.reason = fmt::format("sizes differ: {} x {} instead of {} x {}", actual.width,
@@ -391,6 +402,7 @@ Comparison compare_images(const Image& actual, const Image& reference, const Tol
     result.verdict = Verdict::kChannelMismatch;
     return result;
   }
+  // Compare the rows, then add their sums in order.
   const std::vector<ChannelPair> pairs = pair_channels(actual, reference);
   for (const ChannelPair& pair : pairs)
     result.channels.push_back({.channel = reference.channels[pair.reference], .rule = pair.rule});
@@ -403,7 +415,7 @@ Comparison compare_images(const Image& actual, const Image& reference, const Tol
         rows[static_cast<std::size_t>(y)] =
             comparer.sum_row(static_cast<int>(y), maps->states.data());
       },
-      16);
+      /*grain=*/16);
   const auto colors =
       std::count_if(pairs.begin(), pairs.end(), [](const ChannelPair& p) { return p.visible; });
   const bool equal = add_rows(rows, static_cast<double>(colors), result);

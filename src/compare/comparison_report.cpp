@@ -94,27 +94,28 @@ JsonValue page_case(const ReportCase& result) {
   return entry;
 }
 
-/// Lists the files that a report.json names, if a report of its cases can have files of these
-/// names. Empty if the report.json is not polymorph's.
+/// Lists the files that a report.json names, except for those that a report never writes: it writes
+/// index.html, junit.xml, report.json and a picture per case. Empty if the report.json is not
+/// polymorph's.
 std::vector<std::string> listed_files(const fs::path& report_json) {
-  const auto text = read_file(report_json, 256 << 20);
+  const auto text = read_file(report_json, 256 << 20);  // at most 256 MiB
   if (!text) return {};
   const auto document = parse_json(report_json.string(), *text);
   if (!document) return {};
   const JsonValue& json = document->root;
   if (!json.contains("polymorph_report") || !json.contains("cases")) return {};
-  std::set<std::string> possible{"index.html", "junit.xml", "report.json"};
+  std::set<std::string> possible_names{"index.html", "junit.xml", "report.json"};
   for (const JsonValue& entry : json.get("cases").items)
-    possible.insert(picture_name(entry.get("group").string, entry.get("name").string));
+    possible_names.insert(picture_name(entry.get("group").string, entry.get("name").string));
   std::vector<std::string> names;
   for (const JsonValue& entry : json.get("polymorph_report").items)
-    if (possible.contains(entry.string)) names.push_back(entry.string);
+    if (possible_names.contains(entry.string)) names.push_back(entry.string);
   return names;
 }
 
 /// Tests by its contents whether a report wrote this file.
 bool is_written_by_report(const fs::path& file) {
-  const auto bytes = read_file(file, 256 << 20);
+  const auto bytes = read_file(file, 256 << 20);  // at most 256 MiB
   if (!bytes) return false;
   const std::string name = file.filename().string();
   if (name == "report.json") return true;  // listed_files() has read it
@@ -141,21 +142,23 @@ Status add_pictures(ReportCase& result, const Image& actual, const Image* refere
   result.width = std::max(actual.width, reference ? reference->width : 0);
   result.height = std::max(actual.height, reference ? reference->height : 0);
   if (result.width < 1 || result.height < 1) return Ok{};
-  Image shown = place_on_canvas(visible_colors(actual), result.width, result.height);
-  // Without room for full pictures, or if these are much larger, the list shows a thumbnail.
+  Image shown_actual = place_on_canvas(visible_colors(actual), result.width, result.height);
+  // The list shows a thumbnail if there is no room for full pictures, or if they are much larger.
   const bool has_room = budget.used < (result.passed() ? budget.passing : budget.failing);
   if (!has_room || result.width > 2 * kThumbnailWidth)
-    PM_TRY_STATUS(encode_into(result.thumbnail_png, shown, kThumbnailWidth, budget));
+    PM_TRY_STATUS(encode_into(result.thumbnail_png, shown_actual, kThumbnailWidth, budget));
+  // A failure has a picture file of its own, which does not count towards the budget of the page.
   if (!result.passed() && reference) {
     PM_TRY(const Image triptych, result.comparison
                                      ? failure_picture(actual, *reference, *result.comparison, maps)
                                      : Result<Image>(difference_triptych(actual, *reference)));
     PM_TRY(result.triptych_png, encode_png(triptych, {.effort = PngEffort::kSmall}));
   } else if (!result.passed()) {
-    PM_TRY(result.triptych_png, encode_png(shown, {.effort = PngEffort::kSmall}));
+    PM_TRY(result.triptych_png, encode_png(shown_actual, {.effort = PngEffort::kSmall}));
   }
+  // Make the full pictures of the page: new, reference, heat and limits.
   if (!has_room) return Ok{};
-  PM_TRY_STATUS(encode_into(result.actual_png, shown, kMaxWidth, budget));
+  PM_TRY_STATUS(encode_into(result.actual_png, shown_actual, kMaxWidth, budget));
   if (!reference) return Ok{};
   PM_TRY_STATUS(encode_into(
       result.reference_png,
@@ -167,16 +170,17 @@ Status add_pictures(ReportCase& result, const Image& actual, const Image* refere
                               heat_picture(maps.flip, result.width, result.height, range),
                               kMaxWidth, budget));
   }
-  const bool over = std::any_of(maps.states.begin(), maps.states.end(),
-                                [](PixelState s) { return s >= PixelState::kOver; });
-  if (over)
+  const bool has_failing_pixels = std::any_of(maps.states.begin(), maps.states.end(),
+                                              [](PixelState s) { return s >= PixelState::kOver; });
+  if (has_failing_pixels)
     PM_TRY_STATUS(
         encode_into(result.limits_png, limits_picture(*reference, maps.states), kMaxWidth, budget));
   return Ok{};
 }
 
 std::string make_page(const std::string& title, JsonValue data) {
-  // Failures first, by descending FLIP; then warnings; then passed cases in their order.
+  // Sort failures first (those without FLIP, then by descending FLIP), then warnings, then passed
+  // cases in their order.
   const auto rank = [](const JsonValue& c) {
     if (c.get("passed").boolean) return std::pair(c.get("warned").boolean ? 1 : 2, 0.0);
     return std::pair(0, c.contains("flip") ? -c.get("flip").get("mean").number : -1e9);

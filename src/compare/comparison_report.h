@@ -17,25 +17,27 @@ namespace polymorph {
 
 /// One frame or pair of images.
 struct ReportCase {
-  std::string group;  ///< suite; "" = none
-  std::string name;   ///< "frame 12", "a.exr"
+  std::string group;  ///< golden suite, "SUITE, bits" for `golden bits`; "" = none
+  std::string name;   ///< "frame N", the file's name, or a run of `golden bits`
   std::filesystem::path actual, reference;
   std::string message;  ///< reason of the failure; "" = the case passed
   std::string cause;    ///< one sentence about the change (explain.h); "" = unknown
   bool error = false;   ///< the case could not be tested; the message says why
   std::string detail;   ///< remark on a case that passed without a comparison
-  std::string verdict;  ///< "" = that of `comparison`; without one, "error" or "missing"
+  /// A word in place of the verdict of `comparison`. "" = that verdict; if there is no comparison,
+  /// "error" or "missing", as `error` says.
+  std::string verdict;
   std::optional<Comparison> comparison;  ///< absent without a reference
   Tolerance tolerance;
   double seconds = 0;
   SurfaceRecord surface;          ///< surface of the new frame; unknown if surface.frame is 0
-  std::string pixels;             ///< SHA-256 of the new frame's pixels; "" = unknown
-  std::string file_sha256;        ///< SHA-256 of the new frame's file; "" = not kept
-  std::optional<double> flicker;  ///< change towards the next frame (flicker.h)
-  std::optional<double> reference_flicker;
-  std::optional<double> masked_percent;  ///< percentage of pixels that are not compared
-  double max_masked_percent = 0;         ///< limit of masked_percent
-  std::string accept;                    ///< the command that makes the new picture the reference
+  std::string pixels_sha256;      ///< SHA-256 of the new frame's pixels; "" = unknown
+  std::string file_sha256;        ///< SHA-256 of the new frame's file; "" = the file is not kept
+  std::optional<double> flicker;  ///< Flicker::mean (flicker.h) towards the next frame
+  std::optional<double> reference_flicker;  ///< the same for the reference frames
+  std::optional<double> masked_percent;     ///< percentage of pixels that are not compared
+  double max_masked_percent = 0;            ///< limit of masked_percent
+  std::string accept;  ///< the command that makes the new picture the reference
 
   /// PNG bytes for the page, "" = not shown; filled by add_pictures().
   std::string reference_png, actual_png, heat_png, limits_png, thumbnail_png;
@@ -47,7 +49,8 @@ struct ReportCase {
 
 struct Report {
   std::string title;
-  std::vector<std::pair<std::string, std::string>> facts;  ///< shown below the title
+  /// Labels and values that are shown below the title.
+  std::vector<std::pair<std::string, std::string>> facts;
   std::vector<ReportCase> cases;
   std::vector<std::string> notes;  ///< e.g. golden frames that no suite asks for
   /// Name and hash of each suite (suite_hash()), for accepting its frames later.
@@ -58,8 +61,9 @@ struct Report {
 
 /// A metric of a case, and the limit that it must not exceed, if any.
 struct CaseMetric {
-  std::string name, label;  ///< "fail_percent", "pixels over their limits, %"
-  double value = 0;         ///< may be infinite (PSNR)
+  std::string name;   ///< key in report.json and junit.xml, such as "fail_percent"
+  std::string label;  ///< words for the page, such as "pixels over their limits, %"
+  double value = 0;   ///< may be infinite (PSNR)
   std::optional<double> limit;
   bool over() const { return limit && !(value <= *limit); }
 };
@@ -67,9 +71,9 @@ struct CaseMetric {
 /// if sizes or channels differ.
 std::vector<CaseMetric> case_metrics(const ReportCase& result);
 
-/// Bytes of PNG in a page, limited so that pages of long sequences stay usable. A case that
-/// passes has full pictures while `used` is below `passing`, one that fails while it is below
-/// `failing`; later ones have only a thumbnail.
+/// Bytes of PNG in a page, limited so that pages of long sequences stay usable. A passing case has
+/// full pictures while `used` is below `passing`, a failing case while `used` is below `failing`.
+/// Later cases have only a thumbnail.
 struct PictureBudget {
   std::size_t used = 0;
   std::size_t passing = std::size_t{12} << 20, failing = std::size_t{96} << 20;
@@ -92,10 +96,10 @@ std::string report_junit(const Report& report);
 /// "polymorph_report".
 JsonValue report_json(const Report& report, const std::vector<std::string>& files = {});
 
-/// Removes the files of an earlier report from `folder`. These are the files listed in its
-/// report.json, if a report of its cases would have files of these names and contents.
-/// Other files stay, also those beside the report.json of another program. Errors: kOutput; if a
-/// file is an input of this run, nothing is removed.
+/// Removes the files of an earlier report from `folder`: those that its report.json lists, if their
+/// names fit the cases in it and their contents are a report's. Other files stay, as do all files
+/// beside the report.json of another program. Errors: kOutput; if a file is an input of this run,
+/// nothing is removed.
 Status remove_report(const std::filesystem::path& folder);
 
 /// Writes index.html, junit.xml, report.json and a PNG per failure (reference | new | heat) to

@@ -21,7 +21,7 @@ const std::variant<std::string, int, float>* find_value(const Image& image, cons
     if (a.name == name) return &a.value;
   return nullptr;
 }
-/// Returns the values of a header entry in both images, if both have it.
+/// Returns the values of a header entry as (actual, reference), if both images have it as a T.
 template <class T>
 std::optional<std::pair<T, T>> attribute_pair(const Image& actual, const Image& reference,
                                               const char* name) {
@@ -50,7 +50,7 @@ std::map<int, std::string> object_names(const Image& image) {
 
 double length_of(Vec3 a) { return static_cast<double>(length(a)); }
 
-/// World position of the centre of a pixel at depth z.
+/// World position of the centre of a pixel (numbered row by row) at distance z along `forward`.
 Vec3 unproject(const PinholeView& view, int width, int height, int pixel, float z) {
   const Vec3 right = cross(view.forward, view.up);
   const float scale = 2 * view.tan_half_fov_y / static_cast<float>(height);
@@ -60,7 +60,7 @@ Vec3 unproject(const PinholeView& view, int width, int height, int pixel, float 
       (0.5f * static_cast<float>(height) - static_cast<float>(pixel / width) - 0.5f) * scale;
   return view.position + (view.forward + right * x + view.up * y) * z;
 }
-/// Pixel coordinates of a point.
+/// Pixel coordinates of a point in world space; (0, 0) is the top left corner of the picture.
 Vec2 project(const PinholeView& view, int width, int height, Vec3 p) {
   const Vec3 offset = p - view.position, right = cross(view.forward, view.up);
   const float depth = dot(offset, view.forward);
@@ -70,29 +70,32 @@ Vec2 project(const PinholeView& view, int width, int height, Vec3 p) {
 }
 
 /// Describes a moved camera by the mean shift, in pixels, of the points that the reference shows.
-std::string explain_camera(const ImagePair& pair, const PinholeView& now,
-                           const PinholeView& before) {
+std::string explain_camera(const ImagePair& pair, const PinholeView& new_view,
+                           const PinholeView& old_view) {
   double sum = 0;
   int count = 0;
   for (int i = 0; i < pair.pixels(); ++i) {
-    const float z = pair.has("Z") ? pair.reference(i, "Z") : length(before.position);
+    // Without depths, assume that all points are as far away as the origin.
+    const float z = pair.has("Z") ? pair.reference(i, "Z") : length(old_view.position);
     if (z >= kNothingHit) continue;
-    const Vec3 p = unproject(before, pair.width(), pair.height(), i, z);
-    const Vec2 to = project(now, pair.width(), pair.height(), p);
-    const Vec2 from = project(before, pair.width(), pair.height(), p);
+    const Vec3 p = unproject(old_view, pair.width(), pair.height(), i, z);
+    const Vec2 to = project(new_view, pair.width(), pair.height(), p);
+    const Vec2 from = project(old_view, pair.width(), pair.height(), p);
     sum += std::hypot(static_cast<double>(to.x - from.x), static_cast<double>(to.y - from.y));
     ++count;
   }
   return fmt::format("camera moved by {:.2g} px", count > 0 ? sum / count : 0.0);
 }
 
-/// Describes moved surfaces: how many of their pixels changed, the largest shift, and how many
-/// pixels of the outline show another object.
+/// Describes moved surfaces: how many of their pixels changed, the largest shift, how many pixels
+/// of the outline show another object, and the ball nearest to the largest shift. `view` is the
+/// camera of the actual image, if known. Returns "" if no pixel and no digest shows a change.
 std::string explain_surface(const ImagePair& pair, const std::optional<PinholeView>& view,
                             const ChangeContext& context) {
-  int visible = 0, moved = 0, outline = 0;
+  int visible = 0, moved = 0, outline = 0;  // numbers of pixels
   double max_shift = 0;
   std::optional<Vec3> max_point;  // where the shift is largest
+  // Measure the shift of each pixel that shows the same object in both images.
   for (int i = 0; i < pair.pixels(); ++i) {
     // Ids above 1 are objects; 0 is the background, 1 the floor.
     const bool in_reference = !pair.has("id") || pair.reference(i, "id") > 1;
@@ -108,7 +111,8 @@ std::string explain_surface(const ImagePair& pair, const std::optional<PinholeVi
     if (!pair.has("Z")) continue;
     const float a = pair.actual(i, "Z"), b = pair.reference(i, "Z");
     if (a >= kNothingHit || b >= kNothingHit) continue;
-    // Measure along the normal: at a grazing angle a small shift changes the depth a lot.
+    // Measure along the normal: at a grazing angle a small shift changes the depth a lot. The
+    // cosine is at least 0.05, so that a normal perpendicular to the ray does not hide the shift.
     double cosine = 1;
     if (view && pair.has("N.X")) {
       const Vec3 normal{pair.reference(i, "N.X"), pair.reference(i, "N.Y"),
@@ -122,12 +126,13 @@ std::string explain_surface(const ImagePair& pair, const std::optional<PinholeVi
     max_shift = shift;
     if (view) max_point = unproject(*view, pair.width(), pair.height(), i, a);
   }
+  // Describe the measured shifts in words.
   if (moved == 0)
     return context.surfaces_known && !context.surfaces_equal
                ? "surface: vertices moved that no pixel shows"
                : "";
   std::string text = "surface: ";
-  if (moved * 10 >= visible * 9)
+  if (moved * 10 >= visible * 9)  // at least 90 %
     text += "all of it moved";
   else
     text += fmt::format("1 pixel in {} moved",
@@ -146,8 +151,8 @@ std::string explain_surface(const ImagePair& pair, const std::optional<PinholeVi
   return text;
 }
 
-/// Describes changed albedo per object. If nearly all pixels changed by one factor, the cause is a
-/// colour, else a texture.
+/// Describes changed albedo per object. If at least 90 % of its pixels changed, by nearly the same
+/// factor, the cause is a colour, else a texture.
 std::string explain_albedo(const ImagePair& pair) {
   struct Object {
     int visible = 0, changed = 0;
@@ -159,12 +164,13 @@ std::string explain_albedo(const ImagePair& pair) {
     ++object.visible;
     if (pair.equal(i, {"albedo.R", "albedo.G", "albedo.B"})) continue;
     ++object.changed;
-    const double ratio = (length_of(pair.color(true, i, "albedo.")) + 1e-6) /
-                         (length_of(pair.color(false, i, "albedo.")) + 1e-6);
+    // 1e-6 avoids a division by zero where the albedo is black.
+    const double ratio = (length_of(pair.color(/*of_actual=*/true, i, "albedo.")) + 1e-6) /
+                         (length_of(pair.color(/*of_actual=*/false, i, "albedo.")) + 1e-6);
     object.sum += ratio;
     object.squares += ratio * ratio;
   }
-  const std::map<int, std::string> names = object_names(pair.a());
+  const std::map<int, std::string> names = object_names(pair.actual_image());
   std::string text;
   for (const auto& [id, object] : objects) {
     if (object.changed == 0) continue;
@@ -187,33 +193,34 @@ std::string explain_albedo(const ImagePair& pair) {
 
 /// Describes changed light, of the whole picture or as reflected by one object.
 std::string explain_light(const ImagePair& pair) {
+  // Without ids, name the changed rectangle if it is small.
   if (!pair.has("id"))
     if (const std::string region = explain_region(pair); !region.empty()) return region;
-  // Without layers, only the edges can show whether the shapes are the same.
+  // Without geometric layers, only the edges can show whether the shapes are the same.
   const bool has_geometry = pair.has("id") || pair.has("Z") || pair.has("N.X") || pair.has("P.X");
   if (!has_geometry)
     return edges_stay(pair) ? "the edges stay: light or colours differ"
                             : "the edges moved: shapes, shadows or textures differ";
-  // A light changes floor and background everywhere. A material changes at most 4 % of their pixels
-  // by more than 1 %.
-  std::map<int, double> changes;  // by id
-  int background = 0, changed = 0;
+  // A light changes floor and background everywhere. A material changes at most 4 % (1/25) of their
+  // pixels by more than 1 %. If it is a material, name the object whose colours changed most.
+  std::map<int, double> changes;    // sum of the changed colours, by id
+  int background = 0, changed = 0;  // pixels of floor and background (ids 0 and 1)
   for (int i = 0; i < pair.pixels(); ++i) {
     const int id = static_cast<int>(pair.reference(i, "id"));
-    const Vec3 before = pair.color(false, i, "");
-    const double change = length_of(pair.color(true, i, "") - before);
+    const Vec3 old_color = pair.color(/*of_actual=*/false, i, "");
+    const double change = length_of(pair.color(/*of_actual=*/true, i, "") - old_color);
     if (id > 1) {
       changes[id] += change;
       continue;
     }
     ++background;
-    changed += change > 0.01 * length_of(before);
+    changed += change > 0.01 * length_of(old_color);
   }
   if (changes.empty() || !pair.has("id") || changed * 25 > background) return "only light differs";
   const int object = std::max_element(changes.begin(), changes.end(), [](auto& a, auto& b) {
                        return a.second < b.second;
                      })->first;
-  const std::map<int, std::string> names = object_names(pair.a());
+  const std::map<int, std::string> names = object_names(pair.actual_image());
   const auto name = names.find(object);
   return fmt::format(
       "geometry and albedo equal, {} reflects light differently: roughness, metal or specular",
@@ -224,16 +231,17 @@ std::string explain_light(const ImagePair& pair) {
 std::string explain_balls(const Image& actual, const Image& reference) {
   const auto texts = attribute_pair<std::string>(actual, reference, kBallsAttribute);
   if (!texts || texts->first == texts->second) return "";
-  const std::vector<std::string> now = split(texts->first, ','), before = split(texts->second, ',');
-  if (now.size() != before.size()) return "other objects";
+  const std::vector<std::string> new_entries = split(texts->first, ','),
+                                 old_entries = split(texts->second, ',');
+  if (new_entries.size() != old_entries.size()) return "other objects";
   std::string text;
-  for (std::size_t i = 0; i < now.size(); ++i) {
+  for (std::size_t i = 0; i < new_entries.size(); ++i) {
     const auto count = [](const std::string& entry) {
       return parse_integer(entry.substr(entry.rfind(' ') + 1)).value_or(0);
     };
-    const std::int64_t a = count(now[i]), b = count(before[i]);
+    const std::int64_t a = count(new_entries[i]), b = count(old_entries[i]);
     if (a == b) continue;
-    std::string name = now[i].substr(0, now[i].rfind(' '));
+    std::string name = new_entries[i].substr(0, new_entries[i].rfind(' '));
     while (name.starts_with(' ')) name.erase(0, 1);
     text += fmt::format("{}{} of `{}`, {} in place of {}", text.empty() ? "" : "; ",
                         a == b - 1 ? "a ball is missing"
@@ -244,6 +252,7 @@ std::string explain_balls(const Image& actual, const Image& reference) {
   return text.empty() ? "other objects" : text;
 }
 
+/// Describes why the noise differs: other samples per pixel or another seed, if the headers say so.
 std::string explain_noise(const Image& actual, const Image& reference) {
   if (const auto samples = attribute_pair<int>(actual, reference, kSamplesAttribute);
       samples && samples->first != samples->second)
@@ -281,10 +290,10 @@ std::string explain_change(const Image& actual, const Image& reference,
   std::optional<PinholeView> view;
   std::string camera;
   if (const auto texts = attribute_pair<std::string>(actual, reference, kCameraAttribute)) {
-    PinholeView now, before;
-    if (parse_view(texts->first, now) && parse_view(texts->second, before)) {
-      view = now;
-      if (texts->first != texts->second) camera = explain_camera(pair, now, before);
+    PinholeView new_view, old_view;
+    if (parse_view(texts->first, new_view) && parse_view(texts->second, old_view)) {
+      view = new_view;
+      if (texts->first != texts->second) camera = explain_camera(pair, new_view, old_view);
     }
   }
   const bool surfaces_equal = context.surfaces_known && context.surfaces_equal;
@@ -313,9 +322,9 @@ std::string explain_change(const Image& actual, const Image& reference,
     return names.empty() ? "" : "only the layers differ: " + names;
   }
   if (const std::string curve = explain_curve(pair); !curve.empty()) return curve;
-  if (only_rounding(pair))
+  if (is_only_rounding(pair))
     return "only rounding differs, by no more than one step of 8 bits: dither";
-  if (only_noise(pair)) return explain_noise(actual, reference);
+  if (is_only_noise(pair)) return explain_noise(actual, reference);
   return explain_light(pair);
 }
 

@@ -11,29 +11,31 @@ namespace polymorph {
 
 // Names of the header entries that the renderer writes for explain_change().
 inline constexpr const char* kCameraAttribute = "polymorph/camera";  ///< output of view_text()
-inline constexpr const char* kBallsAttribute =
-    "polymorph/balls";  ///< number of balls per object, "cube 12"
-inline constexpr const char* kPlanAttribute = "polymorph/plan";  ///< digest of the plans
-inline constexpr const char* kObjectsAttribute =
-    "polymorph/objects";  ///< id and name per object, "2 penguin"
-inline constexpr const char* kSamplesAttribute = "polymorph/samples";
-inline constexpr const char* kSeedAttribute = "polymorph/seed";
+/// Number of balls per object, as in "cube 12, sphere 16".
+inline constexpr const char* kBallsAttribute = "polymorph/balls";
+/// Digest of the plans, which say which balls become which.
+inline constexpr const char* kPlanAttribute = "polymorph/plan";
+/// Id and name per object, as in "2 penguin, 3 cube".
+inline constexpr const char* kObjectsAttribute = "polymorph/objects";
+inline constexpr const char* kSamplesAttribute = "polymorph/samples";  ///< int; samples per pixel
+inline constexpr const char* kSeedAttribute = "polymorph/seed";        ///< string; decimal number
 
 /// A pinhole camera. `up` and `forward` are perpendicular unit vectors.
 struct PinholeView {
   Vec3 position, forward, up;
   float tan_half_fov_y = 0;
 };
-/// Encodes a view as ten numbers.
+/// Encodes a view as ten numbers: position, forward, up and tan_half_fov_y.
 std::string view_text(const PinholeView& view);
-/// Parses the output of view_text(). Returns false for other texts.
+/// Parses the output of view_text(). Returns false if the text does not begin with ten numbers.
 bool parse_view(const std::string& text, PinholeView& view);
 
 /// Facts that the two images do not contain; each may be unknown.
 struct ChangeContext {
-  bool surfaces_known = false, surfaces_equal = false;  ///< digests known, digests equal
-  float cell = 0;           ///< edge of the surface's cells; 0 = unknown
-  std::vector<Vec3> balls;  ///< centres in the new frame
+  bool surfaces_known = false;  ///< the digests of both surfaces are known
+  bool surfaces_equal = false;  ///< these digests are equal
+  float cell = 0;               ///< edge of a marching-cubes cell, in world units; 0 = unknown
+  std::vector<Vec3> balls;      ///< centres in the new frame, in world space; empty = unknown
 };
 
 /// Describes in one sentence what changed from `reference` to `actual`: a missing ball, the plan,

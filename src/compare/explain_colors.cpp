@@ -50,6 +50,7 @@ std::string explain_curve(const ImagePair& pair) {
     for (const char* c : {"R", "G", "B"}) {
       const double a = static_cast<double>(pair.actual(i, c)),
                    b = static_cast<double>(pair.reference(i, c));
+      // Rounding spoils the logarithm of dark colours; bright ones may be clipped.
       if (a < 0.01 || b < 0.01 || a >= 1 || b >= 1) continue;
       const double x = std::log(b), y = std::log(a);
       points.emplace_back(x, y);
@@ -59,6 +60,7 @@ std::string explain_curve(const ImagePair& pair) {
       sxx += x * x;
       sxy += x * y;
     }
+  // The determinant is count^2 times the variance of x: equal colours do not define a slope.
   const double determinant = count * sxx - sx * sx;
   if (points.size() < 16 || !(determinant > 1e-9 * count * count)) return "";
   const double slope = (count * sxy - sx * sy) / determinant, offset = (sy - slope * sx) / count;
@@ -79,7 +81,7 @@ std::string explain_curve(const ImagePair& pair) {
   return "";
 }
 
-bool only_rounding(const ImagePair& pair) {
+bool is_only_rounding(const ImagePair& pair) {
   int changed = 0;
   double sum = 0, magnitude = 0;
   for (int i = 0; i < pair.pixels(); ++i)
@@ -88,7 +90,8 @@ bool only_rounding(const ImagePair& pair) {
         return 255 * static_cast<double>(linear_to_srgb(std::clamp(v, 0.0f, 1.0f)));
       };
       const double difference = code(pair.actual(i, c)) - code(pair.reference(i, c));
-      if (std::fabs(difference) > 1.05) return false;  // one step, and rounding of floats
+      // 1.05 allows one step and the rounding of floats. Up to 0.02 steps count as no change.
+      if (std::fabs(difference) > 1.05) return false;
       changed += std::fabs(difference) > 0.02;
       sum += difference;
       magnitude += std::fabs(difference);
@@ -97,7 +100,7 @@ bool only_rounding(const ImagePair& pair) {
   return changed > 0 && std::fabs(sum) < 0.2 * magnitude;
 }
 
-bool only_noise(const ImagePair& pair) {
+bool is_only_noise(const ImagePair& pair) {
   double squared_sums = 0, expected = 0;
   int counted = 0;
   for (int y = 0; y + kBlock <= pair.height(); y += kBlock)
@@ -107,7 +110,8 @@ bool only_noise(const ImagePair& pair) {
         for (int u = 0; u < kBlock; ++u) {
           const int i = (y + v) * pair.width() + x + u;
           // Compare lightness, so that highlights do not dominate.
-          const double d = lightness(pair, true, i) - lightness(pair, false, i);
+          const double d =
+              lightness(pair, /*of_actual=*/true, i) - lightness(pair, /*of_actual=*/false, i);
           sum += d;
           squares += d * d;
         }
@@ -116,8 +120,8 @@ bool only_noise(const ImagePair& pair) {
       expected += squares;
       ++counted;
     }
-  // For independent errors, squared_sums is close to `expected`. Where light changes, it is up to
-  // 64 times as large.
+  // Independent errors give squared_sums close to `expected`. If all pixels of each block change
+  // equally, squared_sums is kBlock^2 = 64 times as large.
   return counted > 0 && squared_sums < 4 * expected;
 }
 
@@ -125,13 +129,14 @@ bool edges_stay(const ImagePair& pair) {
   // Relative gradients of edges and of areas without an edge; fraction of edge pixels that may
   // vanish.
   constexpr double kStrong = 0.25, kWeak = 0.08, kMaxVanished = 0.03;
-  const std::vector<double> a = relative_gradients(pair, true), b = relative_gradients(pair, false);
-  for (const auto& [one, other] : {std::pair(&a, &b), std::pair(&b, &a)}) {
+  const std::vector<double> a = relative_gradients(pair, /*of_actual=*/true),
+                            b = relative_gradients(pair, /*of_actual=*/false);
+  for (const auto& [gradients, other_gradients] : {std::pair(&a, &b), std::pair(&b, &a)}) {
     std::size_t strong = 0, vanished = 0;
-    for (std::size_t i = 0; i < one->size(); ++i) {
-      if ((*one)[i] < kStrong) continue;
+    for (std::size_t i = 0; i < gradients->size(); ++i) {
+      if ((*gradients)[i] < kStrong) continue;
       ++strong;
-      vanished += (*other)[i] < kWeak;
+      vanished += (*other_gradients)[i] < kWeak;
     }
     if (static_cast<double>(vanished) > kMaxVanished * static_cast<double>(strong)) return false;
   }
@@ -141,7 +146,9 @@ bool edges_stay(const ImagePair& pair) {
 std::string explain_region(const ImagePair& pair) {
   int left = pair.width(), top = pair.height(), right = -1, bottom = -1;
   for (int i = 0; i < pair.pixels(); ++i) {
-    if (!(length(pair.color(true, i, "") - pair.color(false, i, "")) > 0)) continue;
+    if (!(length(pair.color(/*of_actual=*/true, i, "") - pair.color(/*of_actual=*/false, i, "")) >
+          0))
+      continue;
     const int x = i % pair.width(), y = i / pair.width();
     left = std::min(left, x), right = std::max(right, x);
     top = std::min(top, y), bottom = std::max(bottom, y);

@@ -11,10 +11,10 @@ namespace polymorph {
 std::string explain_curve(const ImagePair& pair);
 
 /// Tests whether 8-bit codes differ by at most one step, upwards as often as downwards.
-bool only_rounding(const ImagePair& pair);
+bool is_only_rounding(const ImagePair& pair);
 
 /// Tests whether the differences cancel over blocks of pixels.
-bool only_noise(const ImagePair& pair);
+bool is_only_noise(const ImagePair& pair);
 
 /// Tests whether the edges of the colours stay in place. Nearly all pixels with a strong gradient
 /// in one image must have a gradient in the other.

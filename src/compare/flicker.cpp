@@ -11,6 +11,7 @@ namespace polymorph {
 std::optional<Flicker> flicker_between(const Image& frame, const Image& next) {
   if (frame.width != next.width || frame.height != next.height) return std::nullopt;
   if (!has_rgb(frame) || !has_rgb(next)) return std::nullopt;
+  // Channels of `frame`, then of `next`; motion in x, then in y, of `frame` alone.
   const std::array<int, 3> color_channels[] = {find_rgb(frame), find_rgb(next)};
   const int id_channels[] = {frame.find_channel("id"), next.find_channel("id")};
   const int motion_channels[] = {frame.find_channel("motion.X"), frame.find_channel("motion.Y")};
@@ -31,7 +32,7 @@ std::optional<Flicker> flicker_between(const Image& frame, const Image& next) {
         sum += std::fabs(to_srgb(frame.at(x, y, color_channels[0][c])) -
                          to_srgb(next.at(x, y, color_channels[1][c])));
       }
-      if (!std::isfinite(sum)) continue;
+      if (!std::isfinite(sum)) continue;  // a NaN in a colour
       flicker.mean += sum / 3;
       ++flicker.pixels;
     }

@@ -9,13 +9,13 @@
 namespace polymorph {
 
 struct Flicker {
-  double mean = 0;         ///< mean |difference| of R, G, B in sRGB over `pixels`
-  std::size_t pixels = 0;  ///< pixels that show the same object in both frames and stand still
+  double mean = 0;         ///< mean |difference| of R, G, B in sRGB (0 to 1) over these pixels
+  std::size_t pixels = 0;  ///< number of pixels that show the same object in both frames, unmoved
 };
 
-/// Measures flicker between neighbouring frames over the pixels of equal id and zero motion, if the
-/// images have these layers. Returns nullopt if the sizes differ, if a colour channel is missing,
-/// or if no pixel stands still.
+/// Measures flicker between neighbouring frames over the pixels of equal id and zero motion. A
+/// layer that is missing excludes no pixels. Returns nullopt if the sizes differ, if a colour
+/// channel is missing, or if no pixel is left.
 std::optional<Flicker> flicker_between(const Image& frame, const Image& next);
 
 }  // namespace polymorph

@@ -74,7 +74,7 @@ Kernel sample(int radius, const F& f) {
   return kernel;
 }
 
-/// Kernel exp(-rate x^2) / sum; `sum` returns the sum of exp(-rate x^2).
+/// Makes the kernel exp(-rate x^2) / sum, where `sum` is set to the sum of exp(-rate x^2).
 Kernel gaussian(int radius, double rate, double& sum) {
   sum = 0;
   for (int i = -radius; i <= radius; ++i) sum += std::exp(-rate * i * i);
@@ -89,19 +89,23 @@ Kernel balance(Kernel kernel) {
   return kernel;
 }
 
+/// All filters of FLIP; lengths are in pixels.
 struct Filters {
   Kernel sharp[2];     ///< one Gaussian each for lightness and red-green
   Kernel blue[2];      ///< two Gaussians for blue-yellow
-  float weight[2];     ///< weights of the Gaussians in `blue`
+  float weight[2];     ///< weights of the Gaussians in `blue`; their sum is 1
   Kernel smooth;       ///< Gaussian of the feature detectors
   Kernel edge, point;  ///< first and second derivative of `smooth`
 };
 
 Filters make_filters(double pixels_per_degree) {
   constexpr double kPi = std::numbers::pi;
-  // The CSFs as Gaussians sqrt(pi / b) a exp(-pi^2 x^2 / b) of the distance x in degrees.
+  // The contrast sensitivity functions as Gaussians sqrt(pi / b) a exp(-pi^2 x^2 / b) of the
+  // distance x in degrees. The constants are those of the paper: b for lightness and red-green, a
+  // and b for blue-yellow.
   constexpr double kLight = 0.0047, kRedGreen = 0.0053, kBlueA[2] = {34.1, 13.5},
                    kBlueB[2] = {0.04, 0.025};
+  // Three standard deviations sqrt(b / (2 pi^2)) of the widest Gaussian, b = 0.04.
   const auto radius =
       static_cast<int>(std::ceil(3 * std::sqrt(0.04 / (2 * kPi * kPi)) * pixels_per_degree));
   const auto rate = [&](double b) {
@@ -113,6 +117,7 @@ Filters make_filters(double pixels_per_degree) {
   filters.sharp[1] = gaussian(radius, rate(kRedGreen), sum);
   for (int k = 0; k < 2; ++k) {
     filters.blue[k] = gaussian(radius, rate(kBlueB[k]), sum);
+    // The sum of the Gaussian over a square of pixels is sum^2, since it is separable.
     integrals[k] = kBlueA[k] * std::sqrt(kPi / kBlueB[k]) * sum * sum;
     total += integrals[k];
   }
@@ -131,6 +136,7 @@ Filters make_filters(double pixels_per_degree) {
 
 struct Size {
   int width, height;
+  /// Returns the index of the first pixel in row y.
   std::size_t row(std::int64_t y) const {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
   }
@@ -209,6 +215,7 @@ Picture read_picture(const Image& image, Size size, float exposure) {
   return picture;
 }
 
+/// Computes sqrt(x^2 + y^2) per pixel.
 Plane gradient_length(const Plane& x, const Plane& y) {
   Plane lengths(x.size());
   for (std::size_t i = 0; i < x.size(); ++i) lengths[i] = std::sqrt(x[i] * x[i] + y[i] * y[i]);
@@ -216,6 +223,7 @@ Plane gradient_length(const Plane& x, const Plane& y) {
 }
 
 Perceived perceive(const Picture& picture, Size size, const Filters& filters) {
+  // Blur the colours by the contrast sensitivity functions; blue-yellow has two Gaussians.
   Plane blurred[3];
   for (int c = 0; c < 2; ++c)
     blurred[c] = filter(picture.opponent[c], size, filters.sharp[c], filters.sharp[c]);
@@ -224,7 +232,8 @@ Perceived perceive(const Picture& picture, Size size, const Filters& filters) {
   Perceived perceived;
   perceived.lab.resize(size.pixels());
   parallel_ranges(
-      static_cast<std::int64_t>(size.pixels()), 4096, [&](std::int64_t begin, std::int64_t end) {
+      static_cast<std::int64_t>(size.pixels()), /*grain=*/4096,
+      [&](std::int64_t begin, std::int64_t end) {
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
           Color rgb =
               from_opponent({blurred[0][i], blurred[1][i],
@@ -233,17 +242,19 @@ Perceived perceive(const Picture& picture, Size size, const Filters& filters) {
           perceived.lab[i] = to_hunt_lab(rgb);
         }
       });
-  Plane lightness = picture.opponent[0];
-  for (float& value : lightness) value = (value + 16) / 116;
-  perceived.edges = gradient_length(filter(lightness, size, filters.edge, filters.smooth),
-                                    filter(lightness, size, filters.smooth, filters.edge));
-  perceived.points = gradient_length(filter(lightness, size, filters.point, filters.smooth),
-                                     filter(lightness, size, filters.smooth, filters.point));
+  // Find edges and points in the unblurred luminance, 0 to 1 (see to_opponent()).
+  Plane luminance = picture.opponent[0];
+  for (float& value : luminance) value = (value + 16) / 116;
+  perceived.edges = gradient_length(filter(luminance, size, filters.edge, filters.smooth),
+                                    filter(luminance, size, filters.smooth, filters.edge));
+  perceived.points = gradient_length(filter(luminance, size, filters.point, filters.smooth),
+                                     filter(luminance, size, filters.smooth, filters.point));
   return perceived;
 }
 
-/// Maps the difference of two colours to 0 .. 1. `largest` is the difference of pure green and pure
-/// blue. Differences below 0.4 of `largest` are mapped to 0 .. 0.95.
+/// Maps the difference hyab()^0.7 of two colours to 0 .. 1. `largest` is that of pure green and
+/// pure blue. Differences below 0.4 of `largest` are mapped to 0 .. 0.95. The constants are the
+/// paper's.
 float color_difference(const Color& a, const Color& b, float largest) {
   constexpr float kPower = 0.7f, kSplit = 0.4f, kSplitValue = 0.95f;
   const float value = std::pow(hyab(a, b), kPower), split = kSplit * largest;
@@ -264,16 +275,18 @@ std::vector<float> flip_map(const Image& actual, const Image& reference,
                               read_picture(reference, size, settings.exposure)};
   const Perceived a = perceive(pictures[0], size, filters),
                   b = perceive(pictures[1], size, filters);
+  // 0.7 is kPower of color_difference().
   const float largest = std::pow(hyab(to_hunt_lab({0, 1, 0}), to_hunt_lab({0, 0, 1})), 0.7f);
   std::vector<float> map(size.pixels());
   parallel_ranges(
-      static_cast<std::int64_t>(map.size()), 4096, [&](std::int64_t begin, std::int64_t end) {
+      static_cast<std::int64_t>(map.size()), /*grain=*/4096,
+      [&](std::int64_t begin, std::int64_t end) {
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-          // (colour difference)^(1 - feature difference)
-          const float feature =
+          // FLIP = (colour difference)^(1 - feature difference), both 0 to 1.
+          const float change =
               std::max(std::abs(a.edges[i] - b.edges[i]), std::abs(a.points[i] - b.points[i]));
-          const float strength = std::min(1.0f, std::sqrt(feature / std::numbers::sqrt2_v<float>));
-          map[i] = std::pow(color_difference(a.lab[i], b.lab[i], largest), 1 - strength);
+          const float feature = std::min(1.0f, std::sqrt(change / std::numbers::sqrt2_v<float>));
+          map[i] = std::pow(color_difference(a.lab[i], b.lab[i], largest), 1 - feature);
           if (pictures[0].not_finite[i] || pictures[1].not_finite[i]) map[i] = 1;
         }
       });
@@ -284,13 +297,13 @@ FlipStatistics flip_statistics(const std::vector<float>& map) {
   if (map.empty()) return {};
   std::vector<float> sorted = map;
   std::sort(sorted.begin(), sorted.end());
-  const auto at = [&](double fraction) {
+  const auto quantile = [&](double fraction) {
     const double rank = std::ceil(fraction * static_cast<double>(sorted.size()));
     return static_cast<double>(sorted[static_cast<std::size_t>(std::max(rank, 1.0)) - 1]);
   };
   double sum = 0;
   for (const float value : map) sum += static_cast<double>(value);
-  return {sum / static_cast<double>(map.size()), at(0.5), at(0.99), at(1)};
+  return {sum / static_cast<double>(map.size()), quantile(0.5), quantile(0.99), quantile(1)};
 }
 
 }  // namespace polymorph

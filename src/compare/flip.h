@@ -21,15 +21,16 @@ struct FlipSettings {
 };
 
 /// Computes one value per pixel, 0 (no difference) to 1. Both images must have the same size and R,
-/// G, B (PM_CHECK). Where either has a NaN or infinite colour the value is 1, and the colour counts
-/// as black for its neighbours. The result does not depend on threads.
+/// G, B (PM_CHECK). A pixel with a NaN or infinite channel in either image has the value 1; for its
+/// neighbours, this channel counts as 0. The result does not depend on threads.
 std::vector<float> flip_map(const Image& actual, const Image& reference,
                             const FlipSettings& settings = {});
 
+/// Statistics of a FLIP map. p99 is the smallest value that 99 % of the pixels do not exceed.
 struct FlipStatistics {
   double mean = 0, median = 0, p99 = 0, max = 0;
 };
-/// p99 is the smallest value that 99 % of the pixels do not exceed. All are 0 for an empty map.
+/// Computes the statistics of a map; all are 0 for an empty map.
 FlipStatistics flip_statistics(const std::vector<float>& map);
 
 }  // namespace polymorph

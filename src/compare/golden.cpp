@@ -33,6 +33,7 @@ void check_keys(const JsonValue& object, const std::string& where,
   }
 }
 
+/// A limit that tolerance.json or suite.json may state.
 struct Limit {
   const char* name;
   float Tolerance::*value;
@@ -56,6 +57,7 @@ std::vector<std::string> limit_names(const char* extra = nullptr) {
   return names;
 }
 
+/// Parses a number in [0, end). `where` names it in messages.
 double parse_number_below(const JsonValue& value, const std::string& where, double end) {
   if (!value.is_number()) fail("{} must be a number", where);
   const double number = value.number;
@@ -72,6 +74,7 @@ float parse_limit(const JsonValue& value, const std::string& where, const Limit&
   return number;
 }
 
+/// Parses the "why" of an object, which must not be blank.
 std::string parse_reason(const JsonValue& object, const std::string& where) {
   const std::string& reason = object.get("why").string;
   if (reason.find_first_not_of(" \t\r\n") == std::string::npos)
@@ -111,6 +114,7 @@ bool is_own_file(const std::string& name) {
   return !name.empty() && name[0] != '.' && fs::path(name).filename() == name;
 }
 
+/// Parses "masks" of suite.json; `folder` is the suite's folder.
 std::vector<GoldenMask> parse_masks(const JsonValue& list, const fs::path& folder) {
   if (!list.is_array()) fail("'masks' must be a list");
   std::vector<GoldenMask> masks;
@@ -173,6 +177,7 @@ void parse_source(const JsonValue& json, GoldenSuite& suite) {
   suite.tolerance.why = "polymorph's frames are the same bits everywhere";
 }
 
+/// Parses "frames" of suite.json. Numbers have at most 7 digits.
 std::vector<int> parse_frames(const JsonValue& frames) {
   if (!frames.is_array() || frames.empty())
     fail("'frames' must be a list of at least one frame number");
@@ -189,7 +194,7 @@ std::vector<int> parse_frames(const JsonValue& frames) {
 /// Parses `file` and calls use(json). Every error names the file.
 template <class F>
 Status use_json_file(const fs::path& file, const F& use) {
-  PM_TRY(const std::string text, read_file(file, 1 << 20));
+  PM_TRY(const std::string text, read_file(file, 1 << 20));  // at most 1 MiB
   PM_TRY(const JsonDocument document, parse_json(file.string(), text));
   try {
     use(document.root);
@@ -199,6 +204,7 @@ Status use_json_file(const fs::path& file, const F& use) {
   return Ok{};
 }
 
+/// Makes the error of a name that no entry of `root` has; it suggests the nearest name.
 Error unknown_suite(const fs::path& root, const std::string& name) {
   const auto names = list_golden_suites(root);
   if (!names) return names.error();
@@ -219,6 +225,7 @@ Status check_suite_files(const fs::path& root, const std::string& name) {
   if (!is_name || fs::symlink_status(folder, ignored).type() == fs::file_type::not_found)
     return unknown_suite(root, name);
   if (fs::status(file, error).type() == fs::file_type::regular) return Ok{};
+  // Find out why there is no such file, and say what to do.
   const std::string rule =
       fmt::format("each entry of {} is a suite: fix it, or move it away", root.string());
   if (fs::exists(folder, ignored) && !fs::is_directory(folder, ignored))

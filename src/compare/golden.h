@@ -11,11 +11,11 @@
 
 namespace polymorph {
 
-/// A row of surface.csv: counts and digest that the surface of a frame must have exactly.
+/// A row of surface.csv: counts and digest that the surface of a frame must have.
 struct SurfaceRecord {
   int frame = 0;
   std::size_t vertices = 0, triangles = 0;
-  std::string digest;
+  std::string digest;  ///< mesh_digest() (mesh/mesh_check.h); "" = unknown
 };
 
 /// Pixels that are not compared: those where the picture `file` is not black, or those of the
@@ -23,15 +23,15 @@ struct SurfaceRecord {
 struct GoldenMask {
   std::filesystem::path file;  ///< empty = mask by ids
   std::vector<int> ids;
-  std::string why;
+  std::string why;  ///< the reason for the mask
 };
 
 struct GoldenSuite {
   std::string name;
   std::filesystem::path folder;
-  std::filesystem::path scene;  ///< path in suite.json, resolved against the suite's folder
-  std::string command;          ///< shell command of another program, in place of a scene
-  std::string format = "exr";   ///< extension of that program's frames
+  std::filesystem::path scene;  ///< path in suite.json, resolved against `folder`; or empty
+  std::string command;          ///< shell command of another program, in place of a scene; or ""
+  std::string format = "exr";   ///< extension of the frames; other than "exr" only with a command
   std::vector<int> frames;      ///< frames with a golden image, ascending
   Tolerance tolerance;          ///< `why` contains the reasons for all limits
   std::vector<GoldenMask> masks;

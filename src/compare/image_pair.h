@@ -1,4 +1,4 @@
-// Pairs of images with channels by name.
+// Pairs of images whose channels are read by name.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,8 @@
 
 namespace polymorph {
 
-/// An image and its reference, which must outlive the pair. A missing channel has value 0.
+/// An image and its reference, which must outlive the pair. Pixels are numbered row by row. A
+/// missing channel has the value 0. All but comparable() expect images that are comparable.
 class ImagePair {
  public:
   ImagePair(const Image& actual, const Image& reference) : a_(actual), b_(reference) {}
@@ -29,13 +30,14 @@ class ImagePair {
     };
     return finite(a_) && finite(b_);
   }
+  /// Tests for a channel of this name.
   bool has(const char* channel) const { return b_.find_channel(channel) >= 0; }
   int pixels() const { return b_.width * b_.height; }
   int width() const { return b_.width; }
   int height() const { return b_.height; }
   float actual(int pixel, const char* channel) const { return value(a_, pixel, channel); }
   float reference(int pixel, const char* channel) const { return value(b_, pixel, channel); }
-  /// Tests for equal values; a channel that is missing is equal.
+  /// Tests for equal values; a missing channel counts as equal.
   bool equal(int pixel, const char* channel) const {
     return !has(channel) || actual(pixel, channel) == reference(pixel, channel);
   }
@@ -43,6 +45,7 @@ class ImagePair {
     return std::all_of(channels.begin(), channels.end(),
                        [&](const char* c) { return equal(pixel, c); });
   }
+  /// Tests all pixels.
   bool equal(std::initializer_list<const char*> channels) const {
     for (int i = 0; i < pixels(); ++i)
       if (!equal(i, channels)) return false;
@@ -55,8 +58,8 @@ class ImagePair {
     return {value(image, pixel, (p + "R").c_str()), value(image, pixel, (p + "G").c_str()),
             value(image, pixel, (p + "B").c_str())};
   }
-  const Image& a() const { return a_; }
-  const Image& b() const { return b_; }
+  const Image& actual_image() const { return a_; }
+  const Image& reference_image() const { return b_; }
 
  private:
   static float value(const Image& image, int pixel, const char* channel) {

@@ -18,6 +18,7 @@ constexpr int kHeatColors[][3] = {{3, 3, 10},     {35, 17, 82},    {89, 24, 122}
                                   {143, 42, 126}, {198, 60, 111},  {236, 96, 88},
                                   {251, 147, 98}, {253, 199, 137}, {252, 249, 196}};
 
+/// Interpolates kHeatColors (in sRGB) at a value of 0 to 1. Returns a linear colour.
 Color heat_color(float value) {
   constexpr int kSteps = static_cast<int>(std::size(kHeatColors)) - 1;
   const float position = std::clamp(value, 0.0f, 1.0f) * kSteps;
@@ -54,6 +55,7 @@ Image visible_colors(const Image& image) {
   if (image.channels.empty()) return shown;
   std::size_t source[3];
   for (std::size_t c = 0; c < 3; ++c)
+    // find_channel() is -1 for a missing channel, in whose place the first one is shown.
     source[c] = static_cast<std::size_t>(std::max(image.find_channel(shown.channels[c]), 0));
   for (std::size_t i = 0; i < pixel_count(image.width, image.height); ++i)
     for (std::size_t c = 0; c < 3; ++c)
@@ -86,9 +88,9 @@ Image limits_picture(const Image& reference, const std::vector<PixelState>& stat
   Image picture = visible_colors(reference);
   for (std::size_t i = 0; i < states.size(); ++i) {
     float* rgb = &picture.pixels[3 * i];
-    const float light = 0.2126f * rgb[0] + 0.7152f * rgb[1] + 0.0722f * rgb[2];
-    const float dark = 0.12f * (light > 0 ? std::min(light, 1.0f) : 0.0f);
-    Color color{dark, dark, dark};
+    const float luminance = 0.2126f * rgb[0] + 0.7152f * rgb[1] + 0.0722f * rgb[2];  // Rec. 709
+    const float grey = 0.12f * (luminance > 0 ? std::min(luminance, 1.0f) : 0.0f);
+    Color color{grey, grey, grey};
     if (states[i] == PixelState::kOver) color = {0.9f, 0.04f, 0.03f};
     if (states[i] == PixelState::kHard) color = {1, 0.8f, 0.05f};
     if (states[i] == PixelState::kNotFinite) color = {0, 0.9f, 1};
@@ -100,16 +102,16 @@ Image limits_picture(const Image& reference, const std::vector<PixelState>& stat
 Result<Image> failure_picture(const Image& actual, const Image& reference,
                               const Comparison& comparison, const PixelMaps& maps) {
   if (maps.states.empty()) return difference_triptych(actual, reference);
-  Image third = limits_picture(reference, maps.states);
+  Image third_picture = limits_picture(reference, maps.states);
   std::string caption = fmt::format("{} pixels over the limits", comparison.failing_pixels);
   if (comparison.flip && !maps.flip.empty()) {
     const double range = heat_range(comparison.flip->max);
-    third = heat_picture(maps.flip, reference.width, reference.height, range);
+    third_picture = heat_picture(maps.flip, reference.width, reference.height, range);
     caption = fmt::format("FLIP {:.4f}, shown 0 to {:g}", comparison.flip->mean, range);
   }
   const int scale = std::max(1, 320 / reference.width);
   const Image frames[] = {enlarge(visible_colors(reference), scale),
-                          enlarge(visible_colors(actual), scale), enlarge(third, scale)};
+                          enlarge(visible_colors(actual), scale), enlarge(third_picture, scale)};
   const std::string captions[] = {"reference", "new", caption};
   return make_strip(frames, captions, {.columns = 3});
 }

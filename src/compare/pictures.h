@@ -24,8 +24,8 @@ double heat_range(double max);
 Image limits_picture(const Image& reference, const std::vector<PixelState>& states);
 
 /// Draws reference | actual | heat with captions. Images narrower than 320 pixels are enlarged by
-/// an integer factor to at most that width. Without FLIP, the third is limits_picture(); without
-/// maps, draws difference_triptych().
+/// an integer factor to at most that width. Without FLIP, the third picture is limits_picture(). If
+/// `maps` is empty, draws difference_triptych().
 Result<Image> failure_picture(const Image& actual, const Image& reference,
                               const Comparison& comparison, const PixelMaps& maps);
 

@@ -9,15 +9,17 @@
 namespace polymorph {
 namespace {
 
-/// Limits of at least this value limit nothing.
+/// Limits of at least this value limit nothing. The defaults of Tolerance are 1e30.
 constexpr float kNoLimit = 1e29f;
 
 std::optional<double> limit_or_none(float limit) {
   return limit < kNoLimit ? std::optional<double>(static_cast<double>(limit)) : std::nullopt;
 }
 
+/// Converts a number; NaN and infinity, which JSON cannot represent, become null.
 JsonValue to_json(double value) { return std::isfinite(value) ? JsonValue(value) : JsonValue(); }
 
+/// Finds the channel with most failing pixels; null if no channel differs.
 const ChannelDifference* worst_channel(const Comparison& comparison) {
   const ChannelDifference* worst = nullptr;
   for (const ChannelDifference& channel : comparison.channels)
@@ -27,7 +29,8 @@ const ChannelDifference* worst_channel(const Comparison& comparison) {
 
 /// Converts text for XML 1.0, in attributes or elements: valid UTF-8 without control characters.
 std::string xml(const std::string& text) {
-  std::string clean = parse_json("", format_json(text))->root.string;  // valid UTF-8
+  // Writing and reading JSON replaces bytes that are not UTF-8 by U+FFFD.
+  std::string clean = parse_json("", format_json(text))->root.string;
   for (char& c : clean)
     if (static_cast<unsigned char>(c) < 0x20 && c != '\n') c = ' ';
   return escape_markup(clean);
@@ -126,7 +129,7 @@ JsonValue case_json(const ReportCase& result) {
   if (result.seconds > 0) json["seconds"] = result.seconds;
   if (result.flicker) json["flicker"] = *result.flicker;
   if (result.reference_flicker) json["reference_flicker"] = *result.reference_flicker;
-  if (!result.pixels.empty()) json["pixels_sha256"] = result.pixels;
+  if (!result.pixels_sha256.empty()) json["pixels_sha256"] = result.pixels_sha256;
   if (!result.file_sha256.empty()) json["file_sha256"] = result.file_sha256;
   if (result.surface.frame > 0) {
     json["frame"] = result.surface.frame;

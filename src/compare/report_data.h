@@ -11,7 +11,8 @@ namespace polymorph {
 /// Makes the JSON of a case without its pictures. Infinite metrics become null.
 JsonValue case_json(const ReportCase& result);
 
-/// Makes the page that shows `data` (title, facts, notes, cases with their pictures).
+/// Makes the page that shows `data` (title, facts, notes, cases with their pictures). The page
+/// lists failures first, then warnings.
 std::string make_page(const std::string& title, JsonValue data);
 
 }  // namespace polymorph

@@ -22,6 +22,7 @@ namespace fs = std::filesystem;
 constexpr const char* kDataBegin = "<script type=\"application/json\" id=\"data\">";
 constexpr const char* kDataEnd = "</script>";
 
+/// Returns a member of an object. Throws FormatError if it is missing or of another kind.
 const JsonValue& member(const JsonValue& object, const char* key, JsonValue::Kind kind) {
   const JsonValue& value = object.get(key);
   if (value.kind != kind)
@@ -44,8 +45,9 @@ const std::vector<JsonValue>& list_at(const JsonValue& object, const char* key) 
 
 /// One report, read and checked.
 struct Shard {
-  JsonValue report, page;
-  std::string junit;                         ///< the <testsuite> elements
+  JsonValue report;                          ///< report.json
+  JsonValue page;                            ///< the JSON in index.html
+  std::string junit;                         ///< the <testsuite> elements of junit.xml
   std::map<std::string, std::string> files;  ///< pictures and kept frames, by path in the report
 };
 
@@ -64,7 +66,7 @@ CaseCounts count_cases(const JsonValue& cases) {
   return counts;
 }
 
-std::size_t count_in(const std::string& text, const std::string& pattern) {
+std::size_t count_occurrences(const std::string& text, const std::string& pattern) {
   std::size_t count = 0;
   for (std::size_t at = 0; (at = text.find(pattern, at)) != std::string::npos; at += pattern.size())
     ++count;
@@ -78,7 +80,7 @@ Result<JsonValue> parse_report(const fs::path& file, const std::string& text) {
   return std::move(document->root);
 }
 
-/// Returns the text between `begin` and `end`.
+/// Returns the text between the first `begin` and the next `end`. `file` names it in the error.
 Result<std::string> extract_between(const fs::path& file, const std::string& text,
                                     const std::string& begin, const std::string& end) {
   const auto from = text.find(begin);
@@ -123,36 +125,39 @@ Status check_shard(const fs::path& path, const Shard& shard) {
     const JsonValue& suites = member(report, "suites", JsonValue::Kind::kObject);
     for (const JsonMember& suite : suites.members) text_at(suites, suite.key.c_str());
   }
-  std::map<std::string, bool> on_page;
+  std::map<std::string, bool> passed_on_page;
   for (const JsonValue& entry : shard.page.get("cases").items)
-    on_page[case_name(entry)] = flag_at(entry, "passed");
+    passed_on_page[case_name(entry)] = flag_at(entry, "passed");
   for (const JsonValue& entry : report.get("cases").items) {
     const std::string name = case_name(entry), contradiction = find_contradiction(entry);
     if (!contradiction.empty()) return error(name + ": " + contradiction);
-    const auto shown = on_page.find(name);
-    if (shown == on_page.end() || shown->second != flag_at(entry, "passed"))
+    const auto page_case = passed_on_page.find(name);
+    if (page_case == passed_on_page.end() || page_case->second != flag_at(entry, "passed"))
       return error(name + ": its page says something else than report.json");
   }
   const CaseCounts counts = count_cases(report.get("cases"));
   if (counts.all == 0) return error("no case in it");
-  const CaseCounts stated{count_at(report, "passed") + count_at(report, "failed"),
-                          count_at(report, "failed"), count_at(report, "errors")};
-  if (stated != counts || shard.page.get("cases").size() != counts.all)
+  const CaseCounts stated_counts{count_at(report, "passed") + count_at(report, "failed"),
+                                 count_at(report, "failed"), count_at(report, "errors")};
+  if (stated_counts != counts || shard.page.get("cases").size() != counts.all)
     return error("report.json counts other cases than it has");
-  const CaseCounts junit{count_in(shard.junit, "<testcase "),
-                         count_in(shard.junit, "<failure ") + count_in(shard.junit, "<error "),
-                         count_in(shard.junit, "<error ")};
-  if (junit != counts) return error("junit.xml has other cases than report.json");
+  const CaseCounts junit_counts{
+      count_occurrences(shard.junit, "<testcase "),
+      count_occurrences(shard.junit, "<failure ") + count_occurrences(shard.junit, "<error "),
+      count_occurrences(shard.junit, "<error ")};
+  if (junit_counts != counts) return error("junit.xml has other cases than report.json");
   return Ok{};
 }
 
-/// Tests for the path of a kept picture of a failed frame, which is in a folder below the report's.
+/// Tests for the path of a failed frame that `golden test` kept: SUITE/frame.####.actual.EXT,
+/// .reference.exr or .difference.png.
 bool is_kept_frame(const std::string& name) {
   for (const char* infix : {".actual.", ".reference.", ".difference."})
     if (name.find('/') != std::string::npos && name.find(infix) != std::string::npos) return true;
   return false;
 }
 
+/// Tests for the path of a file that belongs to a report, in its folder or below.
 bool is_report_file(const std::string& name) {
   if (name.starts_with('/') || name.starts_with("../")) return false;
   for (const char* end : {".png", "report.json", "index.html", "junit.xml"})
@@ -160,9 +165,11 @@ bool is_report_file(const std::string& name) {
   return is_kept_frame(name);
 }
 
-/// Reads the files of the topmost report in `path`. Keys are paths in the report's folder.
+/// Reads the files of the topmost report in `path`, a folder or an archive. Keys are paths relative
+/// to the report's folder.
 Result<std::map<std::string, std::string>> report_files(const fs::path& path) {
   PM_TRY(const auto tree, read_tree(path, is_report_file));
+  // The report's folder is the one whose report.json has the shortest path.
   std::optional<std::string> folder;
   for (const auto& [name, bytes] : tree) {
     if (fs::path(name).filename() != "report.json") continue;
@@ -172,16 +179,18 @@ Result<std::map<std::string, std::string>> report_files(const fs::path& path) {
   std::map<std::string, std::string> files;
   for (const auto& [name, bytes] : tree) {
     if (!name.starts_with(folder.value_or(""))) continue;
-    const std::string inside = name.substr(folder.value_or("").size());
-    if (inside.find('/') == std::string::npos || is_kept_frame(inside)) files[inside] = bytes;
+    const std::string inner_path = name.substr(folder.value_or("").size());
+    if (inner_path.find('/') == std::string::npos || is_kept_frame(inner_path))
+      files[inner_path] = bytes;
   }
   return files;
 }
 
+/// Reads and checks a report in a folder or an archive.
 Result<Shard> read_shard(const fs::path& path) {
   PM_TRY(auto files, report_files(path));
   const auto take = [&](const char* name) -> Result<std::string> {
-    const auto file = files.extract(name);
+    const auto file = files.extract(name);  // pictures and kept frames are left in `files`
     if (file.empty())
       return make_error(ErrorCode::kInput, "{}: no {} in it - give the folder of --report",
                         path.string(), name);
@@ -203,7 +212,7 @@ Result<Shard> read_shard(const fs::path& path) {
   return shard;
 }
 
-/// Appends the list `key` of `source` to that of `target`.
+/// Appends the list `key` of `source` to the list `key` of `target`.
 void append(JsonValue& target, const JsonValue& source, const char* key) {
   for (const JsonValue& entry : list_at(source, key)) target[key].push_back(entry);
 }
@@ -211,7 +220,7 @@ void append(JsonValue& target, const JsonValue& source, const char* key) {
 /// Adds a report to the merged one. `case_names` holds the names of all cases added so far.
 Status add_shard(const fs::path& path, Shard shard, Shard& merged,
                  std::set<std::string>& case_names) {
-  if (merged.report.is_null()) {
+  if (merged.report.is_null()) {  // the first report
     merged.report = shard.report;
     merged.page = shard.page;
     for (JsonValue* json : {&merged.report, &merged.page})
@@ -235,17 +244,19 @@ Status add_shard(const fs::path& path, Shard shard, Shard& merged,
   return Ok{};
 }
 
-/// Replaces a path to report.json by its folder.
+/// Returns the folder of a path to report.json, and other paths unchanged.
 fs::path report_folder(const fs::path& path) {
   if (path.filename() != "report.json") return path;
   return path.has_parent_path() ? path.parent_path() : fs::path(".");
 }
 
+/// Writes the merged report's files, with `counts` in place of the counts of the first report.
 Status write_merged(Shard& merged, const CaseCounts& counts, const fs::path& folder,
                     bool overwrite) {
   merged.report["failed"] = counts.failed;
   merged.report["errors"] = counts.errors;
   merged.report["passed"] = counts.all - counts.failed;
+  // List the files at the top of the folder, which remove_report() may remove later.
   std::vector<std::string> names{"index.html", "junit.xml", "report.json"};
   for (const auto& [name, bytes] : merged.files)
     if (fs::path(name).filename() == name) names.push_back(name);

@@ -8,8 +8,8 @@
 
 namespace polymorph {
 
-/// Checks that `folder` neither is nor lies in the folder of one of the reports, which merging
-/// would replace. Errors: kUsage.
+/// Checks that `folder` neither is nor lies in the folder of one of the reports, because merging
+/// would replace that report. Errors: kUsage.
 Status check_merge_output(const std::vector<std::filesystem::path>& reports,
                           const std::filesystem::path& folder);
 

@@ -18,6 +18,7 @@ constexpr ShownEntry kShownEntries[] = {{kPixelAspectAttribute, "pixel aspect ra
                                         {kOrientationAttribute, "orientation", 1},
                                         {kGammaAttribute, "gamma", 0}};
 
+/// Returns the number in a header entry, or its default value if it is absent or a text.
 double entry_value(const Image& image, const ShownEntry& entry) {
   for (const Attribute& attribute : image.attributes) {
     if (attribute.name != entry.name) continue;
@@ -27,7 +28,7 @@ double entry_value(const Image& image, const ShownEntry& entry) {
   return entry.default_value;
 }
 
-/// Entries that are texts; "" if absent.
+/// Entries that are texts. An absent text is "", so `default_value` is unused.
 constexpr ShownEntry kShownTexts[] = {{kColorProfileAttribute, "colour profile", 0}};
 
 }  // namespace

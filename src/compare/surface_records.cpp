@@ -7,6 +7,7 @@ namespace {
 
 constexpr const char* kHeader = "frame,vertices,triangles,digest";
 
+/// Tests for hexadecimal digits in lower case.
 bool is_digest(const std::string& text) {
   return !text.empty() && text.find_first_not_of("0123456789abcdef") == std::string::npos;
 }
@@ -14,7 +15,7 @@ bool is_digest(const std::string& text) {
 }  // namespace
 
 Result<std::vector<SurfaceRecord>> read_surface_records(const std::filesystem::path& csv) {
-  PM_TRY(const std::string text, read_file(csv, 64 << 20));
+  PM_TRY(const std::string text, read_file(csv, 64 << 20));  // at most 64 MiB
   std::vector<std::string> lines = split(text, '\n');
   for (std::string& line : lines)
     if (line.ends_with('\r')) line.pop_back();
@@ -25,6 +26,7 @@ Result<std::vector<SurfaceRecord>> read_surface_records(const std::filesystem::p
   std::vector<SurfaceRecord> records;
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const std::vector<std::string> fields = split(lines[i], ',');
+    // Parses a field; -1 if it is missing or no integer.
     const auto number = [&](std::size_t field) {
       return field < fields.size() ? parse_integer(fields[field]).value_or(-1) : -1;
     };

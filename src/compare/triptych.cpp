@@ -19,12 +19,14 @@ struct Colors {
     convert_to_rec709(image);
     for (int& c : channel) c = std::max(c, 0);
   }
+  /// Tests for a pixel inside the image.
   bool covers(int x, int y) const {
     return x < image.width && y < image.height && !image.channels.empty();
   }
   float at(int x, int y, int c) const { return image.at(x, y, channel[c]); }
 };
 
+/// Amplified difference, or 1 (white) where only one image has a pixel or a value is not finite.
 float difference_at(const Colors& a, const Colors& b, int x, int y, int c) {
   if (!a.covers(x, y) || !b.covers(x, y)) return a.covers(x, y) == b.covers(x, y) ? 0.0f : 1.0f;
   const float difference = std::abs(a.at(x, y, c) - b.at(x, y, c));

@@ -18,7 +18,7 @@ namespace polymorph {
 namespace {
 
 namespace fs = std::filesystem;
-using Files = std::map<std::string, std::string>;
+using Files = std::map<std::string, std::string>;  ///< contents by path in the report
 
 /// Tests whether the last components of a path are `name`.
 bool ends_in_path(const std::string& path, const std::string& name) {
@@ -32,11 +32,12 @@ struct FailedFrame {
 };
 
 struct ParsedReport {
-  std::string program;
-  std::map<std::string, std::string> suite_hashes;
-  std::map<std::string, std::vector<FailedFrame>> failed;  ///< keyed by suite
+  std::string program;                                     ///< program_identity() of its program
+  std::map<std::string, std::string> suite_hashes;         ///< suite_hash() by suite
+  std::map<std::string, std::vector<FailedFrame>> failed;  ///< frames by suite
 };
 
+/// Parses the text of a report.json. `report` names it in messages.
 Result<ParsedReport> parse_report(const fs::path& report, const std::string& text) {
   const auto document = parse_json("report.json", text);
   const auto refuse = [&](const std::string& why) {
@@ -53,6 +54,7 @@ Result<ParsedReport> parse_report(const fs::path& report, const std::string& tex
   for (const JsonMember& suite : json.get("suites").members)
     parsed.suite_hashes[suite.key] = suite.value.string;
   for (const JsonValue& golden_case : json.get("cases").items) {
+    // A failed case without this hash has no file to accept.
     if (golden_case.get("passed").boolean || !golden_case.contains("file_sha256")) continue;
     const JsonValue& surface = golden_case.get("surface");
     if (!golden_case.get("frame").integral || !surface.get("vertices").integral ||
@@ -146,7 +148,7 @@ Result<std::vector<fs::path>> accept_report(const fs::path& report,
   // Check and collect the chosen frames of every suite, then write all of them or none.
   std::vector<NewFile> files_to_write;
   std::vector<fs::path> paths;
-  std::size_t chosen = 0;
+  std::size_t chosen_count = 0;
   for (const auto& [name, failed_frames] : parsed.failed) {
     if (!settings.suites.empty() &&
         std::find(settings.suites.begin(), settings.suites.end(), name) == settings.suites.end())
@@ -168,14 +170,14 @@ Result<std::vector<fs::path>> accept_report(const fs::path& report,
       PM_TRY(NewGolden golden, read_golden(report, files, suite, failed));
       goldens.push_back(std::move(golden));
     }
-    chosen += goldens.size();
+    chosen_count += goldens.size();
     PM_TRY(std::vector<NewFile> suite_files, make_golden_files(suite, goldens, settings.reason));
     for (NewFile& file : suite_files) {
       paths.push_back(file.path);
       files_to_write.push_back(std::move(file));
     }
   }
-  if (chosen == 0)
+  if (chosen_count == 0)
     return make_error(ErrorCode::kInput, "{}: no failed frame in it to accept{}", report.string(),
                       settings.frames.empty() ? "" : " among " + settings.frames);
   PM_TRY_STATUS(write_files(files_to_write));

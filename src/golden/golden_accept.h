@@ -13,9 +13,9 @@ namespace polymorph {
 struct AcceptSettings {
   std::filesystem::path root;       ///< folder of the suites
   std::vector<std::string> suites;  ///< only these; empty: all suites of the report
-  std::string frames;               ///< only these, "4,9-15"; empty: all failed frames
+  std::string frames;               ///< only these, as in "4,9-15"; empty: all failed frames
   std::string reason;               ///< reason for the change, for CHANGES.md
-  bool any_program = false;         ///< accepts the report of another build, too
+  bool any_program = false;         ///< also accepts the report of another build
 };
 
 /// Makes failed frames of a report goldens. `report` is the folder, .zip or .tar that `golden test

@@ -15,18 +15,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Sets the number of threads, and restores it in the destructor.
+/// Sets the number of threads unless `count` is 0, and restores it in the destructor.
 class ThreadCount {
  public:
-  explicit ThreadCount(int count) : before_(thread_count()) {
+  explicit ThreadCount(int count) : old_count_(thread_count()) {
     if (count > 0) set_thread_count(count);
   }
-  ~ThreadCount() { set_thread_count(before_); }
+  ~ThreadCount() { set_thread_count(old_count_); }
   ThreadCount(const ThreadCount&) = delete;
   ThreadCount& operator=(const ThreadCount&) = delete;
 
  private:
-  int before_;
+  int old_count_;
 };
 
 /// One way to render the suite's frames.
@@ -39,7 +39,9 @@ struct Variant {
   bool last_alone = false;   ///< renders only the last frame
 };
 
+/// The variant that all others are compared with.
 constexpr Variant kBase{.name = "base"};
+/// Variants in the order in which they run: the first one with a cache fills it.
 constexpr Variant kVariants[] = {{.name = "again"},
                                  {.name = "1 thread", .threads = 1},
                                  {.name = "3 threads", .threads = 3},
@@ -57,7 +59,7 @@ struct BitTest {
   const fs::path& folder;
 };
 
-/// Returns the pattern frame.####.exr in a folder.
+/// Returns the pattern FOLDER/frame.####.exr.
 FramePattern frames_in(const fs::path& folder) {
   FramePattern pattern;
   pattern.before = (folder / "frame.").string();
@@ -66,6 +68,7 @@ FramePattern frames_in(const fs::path& folder) {
   return pattern;
 }
 
+/// Makes the settings of a variant, all shards together.
 SequenceSettings sequence_settings(const BitTest& test, const Variant& variant) {
   SequenceSettings settings;
   settings.frames = test.suite.frames;
@@ -93,6 +96,7 @@ Result<Digests> render(const BitTest& test, const Variant& variant) {
   };
   SequenceSettings settings = sequence_settings(test, variant);
   if (variant.interrupted) {
+    // Stop when the first frame is done, then render the frames that do not exist.
     std::atomic<bool> stop = false;
     settings.stop = &stop;
     PM_TRY_STATUS(

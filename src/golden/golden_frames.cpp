@@ -38,15 +38,15 @@ void replace_all(std::string& text, const std::string& from, const std::string& 
 /// Renders a frame with the suite's command, in a temporary folder. Errors: kInput, kOutput.
 Result<RenderedFrame> run_command(const GoldenSuite& suite, int frame) {
   PM_TRY(const WorkFolder work, WorkFolder::create());
-  const fs::path out = work.path() / fmt::format("frame.{:04}.{}", frame, suite.format);
+  const fs::path frame_file = work.path() / fmt::format("frame.{:04}.{}", frame, suite.format);
   std::string command = suite.command;
-  replace_all(command, "{out}", quote_for_shell(out.string()));
+  replace_all(command, "{out}", quote_for_shell(frame_file.string()));
   replace_all(command, "{frame}", fmt::format("{}", frame));
   // Run in the suite's folder. Standard output is for data, so the command's goes to standard
   // error.
-  const std::string line =
+  const std::string shell_line =
       fmt::format("cd {} && ( {} ) 1>&2", quote_for_shell(suite.folder.string()), command);
-  const int status = std::system(line.c_str());
+  const int status = std::system(shell_line.c_str());
   RenderedFrame rendered;
   rendered.surface.frame = frame;
   if (status != 0)
@@ -54,12 +54,13 @@ Result<RenderedFrame> run_command(const GoldenSuite& suite, int frame) {
         ErrorCode::kInput, "{}: frame {}: the command ended with {}: {}",
         (suite.folder / "suite.json").string(), frame,
         WIFEXITED(status) ? fmt::format("exit code {}", WEXITSTATUS(status)) : "a signal", command);
-  auto bytes = read_file(out, std::size_t{1} << 30);
+  auto bytes = read_file(frame_file, std::size_t{1} << 30);  // at most 1 GiB
   if (!bytes)
     return make_error(ErrorCode::kInput, "{}: frame {}: the command wrote no {}",
-                      (suite.folder / "suite.json").string(), frame, out.filename().string());
+                      (suite.folder / "suite.json").string(), frame,
+                      frame_file.filename().string());
   rendered.bytes = std::move(*bytes);
-  PM_TRY(rendered.image, decode_image(rendered.bytes, out.filename().string(),
+  PM_TRY(rendered.image, decode_image(rendered.bytes, frame_file.filename().string(),
                                       {.single_picture = true, .stored_colors = true}));
   rendered.pixel_hash = pixel_sha256(rendered.image);
   return rendered;
@@ -69,8 +70,8 @@ Result<RenderedFrame> run_command(const GoldenSuite& suite, int frame) {
 
 struct SuiteRenderer::State {
   GoldenSuite suite;
-  EngineScene morph;
-  std::unique_ptr<Renderer> renderer;
+  EngineScene morph;                   ///< unused if a command renders
+  std::unique_ptr<Renderer> renderer;  ///< null if a command renders
 };
 
 SuiteRenderer::SuiteRenderer() : state_(std::make_unique<State>()) {}
@@ -103,8 +104,8 @@ Result<RenderedFrame> SuiteRenderer::render(int frame) {
   if (!state.suite.command.empty()) return run_command(state.suite, frame);
   PM_TRY(const FrameGeometry geometry,
          geometry_at(state.morph.prepared, *state.morph.engine, frame));
-  PM_TRY(const Image image,
-         render_frame(state.morph.prepared, geometry, *state.renderer, state.morph.device, ""));
+  PM_TRY(const Image image, render_frame(state.morph.prepared, geometry, *state.renderer,
+                                         state.morph.device, /*command=*/""));
   const Mesh surface = join_surfaces(geometry);
   RenderedFrame rendered;
   rendered.surface = {frame, surface.positions.size(), surface.triangles.size(),
@@ -129,8 +130,8 @@ Result<std::string> SuiteRenderer::hash(int frame) {
   }
   PM_TRY(const FrameGeometry geometry,
          geometry_at(state.morph.prepared, *state.morph.engine, frame));
-  PM_TRY(const Image image,
-         render_frame(state.morph.prepared, geometry, *state.renderer, state.morph.device, ""));
+  PM_TRY(const Image image, render_frame(state.morph.prepared, geometry, *state.renderer,
+                                         state.morph.device, /*command=*/""));
   return pixel_sha256(image);
 }
 

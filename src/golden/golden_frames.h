@@ -18,7 +18,7 @@ struct RenderedFrame {
   Image image;             ///< pixels decoded from `bytes`
   std::string bytes;       ///< content of the file: EXR, or as the other program wrote it
   std::string pixel_hash;  ///< pixel_sha256() of the pixels before encoding
-  ChangeContext context;   ///< cell size and centres of the balls
+  ChangeContext context;   ///< only `cell` and `balls` are set
 };
 
 /// Renderer for the frames of a suite, which prepares the scene once.
@@ -30,10 +30,11 @@ class SuiteRenderer {
   SuiteRenderer& operator=(SuiteRenderer&&) noexcept;
   ~SuiteRenderer();
 
+  /// Renders the frame of this number.
   Result<RenderedFrame> render(int frame);
   /// Returns RenderedFrame::pixel_hash without encoding the frame.
   Result<std::string> hash(int frame);
-  int frame_count() const;  ///< frames of the scene; 0 if a command renders
+  int frame_count() const;  ///< number of frames of the scene; 0 if a command renders
 
  private:
   SuiteRenderer();

@@ -30,13 +30,14 @@ void add_objects(const GoldenMask& mask, const Image& image, MaskedPixels& is_ma
   const auto id_channel = static_cast<std::size_t>(image.find_channel("id"));
   for (std::size_t i = 0; i < is_masked.size(); ++i) {
     const float shown_id = image.pixels[i * image.channel_count() + id_channel];
-    is_masked[i] = is_masked[i] || std::any_of(mask.ids.begin(), mask.ids.end(), [&](int number) {
-                     return shown_id == static_cast<float>(number);
+    is_masked[i] = is_masked[i] || std::any_of(mask.ids.begin(), mask.ids.end(), [&](int id) {
+                     return shown_id == static_cast<float>(id);
                    });
   }
 }
 
-/// Tests whether a pixel with these values fails under any limits.
+/// Tests whether a pixel with these values fails under any limits. `alpha` is the index of channel
+/// A, or -1.
 bool is_invalid(const float* values, std::size_t count, int alpha) {
   return (alpha >= 0 && values[alpha] < 0) ||
          std::any_of(values, values + count, [](float v) { return !std::isfinite(v); });
@@ -61,6 +62,7 @@ Result<double> hide_masked(const GoldenSuite& suite, const Image& reference, Ima
     add_objects(mask, reference, is_masked);
     add_objects(mask, actual, is_masked);
   }
+  // Copy the reference to the masked pixels.
   const int alpha = actual.find_channel("A");
   std::size_t count = 0;
   for (std::size_t i = 0; i < is_masked.size(); ++i) {

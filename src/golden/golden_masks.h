@@ -7,10 +7,10 @@
 
 namespace polymorph {
 
-/// Replaces the masked pixels of `actual` by the reference's, and returns their share in percent.
-/// Masked pixels with invalid values (NaN, infinite, negative alpha) stay, so that they fail. Does
-/// nothing if the images differ in size or channels. Errors: kInput (a mask that cannot be read or
-/// has another size, a mask by ids without a layer `id`).
+/// Replaces the masked pixels of `actual` by the reference's, and returns the percentage of masked
+/// pixels. Masked pixels with invalid values (NaN, infinite, negative alpha) stay, so that they
+/// fail. Does nothing, and returns 0, if the images differ in size or channels. Errors: kInput (a
+/// mask that cannot be read or has another size, a mask by ids without a layer `id`).
 Result<double> hide_masked(const GoldenSuite& suite, const Image& reference, Image& actual);
 
 }  // namespace polymorph

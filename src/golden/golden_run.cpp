@@ -20,6 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Reads the suite's surface.csv; empty if there is none.
 Result<std::vector<SurfaceRecord>> read_records(const GoldenSuite& suite) {
   const fs::path file = suite.folder / "surface.csv";
   std::error_code ignored;
@@ -42,6 +43,7 @@ std::string compare_surface(const SurfaceRecord& actual,
   return "surface.csv has no row for this frame";
 }
 
+/// Returns FAILURES/SUITE/frame.####.SUFFIX.
 fs::path failure_path(const GoldenSuite& suite, const GoldenSettings& settings, int frame,
                       const char* suffix) {
   return settings.failures / suite.name / fmt::format("frame.{:04d}.{}", frame, suffix);
@@ -82,9 +84,9 @@ Status write_failure(const FrameTest& test, const Comparison& comparison) {
   };
   PM_TRY_STATUS(write_file(actual_path(suite, settings, rendered.surface.frame), rendered.bytes));
   if (const Image* reference = test.reference) {
-    Image shown = *reference;
-    convert_to_rec709(shown);  // as in all files that are written
-    PM_TRY_STATUS(write_image(path("reference.exr"), shown));
+    Image rec709_reference = *reference;
+    convert_to_rec709(rec709_reference);  // the colour space of all files that the program writes
+    PM_TRY_STATUS(write_image(path("reference.exr"), rec709_reference));
     PM_TRY(const Image difference,
            failure_picture(rendered.image, *reference, comparison, test.maps));
     PM_TRY_STATUS(write_image(path("difference.png"), difference));
@@ -92,6 +94,7 @@ Status write_failure(const FrameTest& test, const Comparison& comparison) {
   return Ok{};
 }
 
+/// Tests for the name of a mask's picture.
 bool is_mask(const GoldenSuite& suite, const fs::path& file) {
   return std::any_of(suite.masks.begin(), suite.masks.end(), [&](const GoldenMask& mask) {
     return mask.file.filename() == file.filename();
@@ -161,12 +164,14 @@ std::string explain_failure(const RenderedFrame& rendered, const Image& referenc
 Result<GoldenFrame> test_frame(const GoldenSuite& suite, const GoldenSettings& settings,
                                const std::vector<SurfaceRecord>& records,
                                const RenderedFrame& rendered) {
+  // Compare the surface.
   GoldenFrame result;
   result.frame = rendered.surface.frame;
   if (suite.command.empty()) result.message = compare_surface(rendered.surface, records);
   result.surface_passed = result.message.empty();
   result.report.surface = rendered.surface;
-  result.report.pixels = rendered.pixel_hash;
+  result.report.pixels_sha256 = rendered.pixel_hash;
+  // Read the golden image.
   FrameTest test{suite, settings, rendered, nullptr, rendered.image};
   const fs::path golden = golden_image_path(suite, result.frame);
   if (!fs::exists(golden)) {
@@ -181,6 +186,7 @@ Result<GoldenFrame> test_frame(const GoldenSuite& suite, const GoldenSettings& s
     PM_TRY_STATUS(report_uncompared(test, result));
     return result;
   }
+  // Compare the images, and explain and write a failure.
   test.reference = &*reference;
   PM_TRY(result.masked_percent, hide_masked(suite, *reference, test.actual));
   result.image = compare_images(test.actual, *reference, suite.tolerance, &test.maps);
@@ -189,8 +195,8 @@ Result<GoldenFrame> test_frame(const GoldenSuite& suite, const GoldenSettings& s
   for (const std::string& reason : {result.image->passed() ? "" : result.image->reason,
                                     compare_masked_share(suite, result.masked_percent)})
     if (!reason.empty()) result.message += (result.message.empty() ? "" : "; ") + reason;
-  if (result.masked_percent >
-      0)  // The message leaves this out, because the output line of the frame states it anyway.
+  // result.message leaves the masks out, because the frame's line of output states them anyway.
+  if (result.masked_percent > 0)
     result.image->reason += fmt::format("; {:.3g} % masked", result.masked_percent);
   if (!result.message.empty()) {
     result.report.cause = explain_failure(rendered, *reference, result);
@@ -200,12 +206,13 @@ Result<GoldenFrame> test_frame(const GoldenSuite& suite, const GoldenSettings& s
   return result;
 }
 
-/// Renders all frames of a suite and returns the files that make them its goldens.
+/// Renders all frames of a suite and returns the files that make them its goldens. The images of
+/// frames that pass stay as they are.
 Result<std::vector<NewFile>> render_goldens(const GoldenSuite& suite,
                                             const GoldenSettings& settings,
                                             const std::string& reason) {
   PM_TRY(SuiteRenderer renderer, SuiteRenderer::create(suite, settings));
-  // A damaged surface.csv is written anew.
+  // A damaged surface.csv counts as empty, so that it is written anew.
   const auto stored = read_records(suite);
   const std::vector<SurfaceRecord> old_records = stored ? *stored : std::vector<SurfaceRecord>{};
   GoldenSettings update_settings = settings;
@@ -223,6 +230,7 @@ Result<std::vector<NewFile>> render_goldens(const GoldenSuite& suite,
   return make_golden_files(suite, frames, reason);
 }
 
+/// Writes the files, all or nothing, and returns their paths.
 Result<std::vector<fs::path>> write_and_list(const std::vector<NewFile>& files) {
   PM_TRY_STATUS(write_files(files));
   std::vector<fs::path> written;

@@ -14,8 +14,8 @@
 namespace polymorph {
 
 struct GoldenSettings {
-  std::string device = "cpu";
-  std::filesystem::path cache_folder;
+  std::string device = "cpu";          ///< a device as in make_engine()
+  std::filesystem::path cache_folder;  ///< empty: no cache
   /// Folder for the actual frame, the reference and the difference of failing frames; empty: none.
   std::filesystem::path failures;
   /// Budget of the report's pictures; null: makes no pictures.
@@ -24,10 +24,11 @@ struct GoldenSettings {
 
 struct GoldenFrame {
   int frame = 0;
-  bool unreadable = false;          ///< the golden image cannot be read
-  bool surface_passed = false;      ///< vertices, triangles and digest equal the golden's
+  bool unreadable = false;      ///< the golden image cannot be read
+  bool surface_passed = false;  ///< vertices, triangles and digest equal the row of surface.csv;
+                                ///< always true if another program renders
   std::optional<Comparison> image;  ///< absent if the golden is missing or unreadable
-  double masked_percent = 0;        ///< share of the pixels that masks cover
+  double masked_percent = 0;        ///< percentage of the pixels that masks cover
   std::string message;              ///< reason for the failure; empty if the frame passed
   ReportCase report;                ///< case of the report; the caller sets `accept`
   bool passed() const { return message.empty(); }
@@ -35,9 +36,9 @@ struct GoldenFrame {
 
 struct GoldenResult {
   std::vector<GoldenFrame> frames;
-  /// Images in the suite's folder that are neither goldens of its frames nor masks.
+  /// Images of the suite's format in its folder that are neither goldens of its frames nor masks.
   std::vector<std::filesystem::path> orphans;
-  std::size_t failed() const;
+  std::size_t failed() const;  ///< number of frames that failed
 };
 
 /// Renders a suite's frames and compares them with the goldens. Writes only the files of failures.
@@ -65,8 +66,8 @@ struct FrameHash {
   int frame = 0;
   std::string sha256;
 };
-/// Renders and hashes the suite's frames, or the first, middle and last frame of its scene if the
-/// suite has none. Writes nothing.
+/// Renders and hashes the suite's frames. If the suite has none, these are the first, middle and
+/// last frame of its scene. Writes nothing.
 Result<std::vector<FrameHash>> hash_golden(GoldenSuite suite, const GoldenSettings& settings);
 
 }  // namespace polymorph

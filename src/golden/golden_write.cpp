@@ -24,14 +24,14 @@ Result<std::string> read_changes(const GoldenSuite& suite) {
   return fmt::format("# Changes to the golden frames of {}\n", suite.name);
 }
 
-/// Appends an entry. If the last entry has the same reason, the new one replaces it, with the
-/// larger of the two counts.
+/// Appends an entry to the text of CHANGES.md; `count` is the number of changed images. If the last
+/// entry has the same reason, the new one replaces it, with the larger of the two counts.
 std::string add_entry(std::string text, std::size_t count, const std::string& reason) {
   const auto last = text.rfind("\n- ");
   if (last != std::string::npos) {
     const std::string entry = text.substr(last + 1);
     if (entry.ends_with(fmt::format(": {}\n", reason))) {
-      // "- polymorph 0.1.0, 6 frames: ..."
+      // The number after the comma of "- polymorph VERSION, N frames: REASON".
       const auto comma = entry.find(", ");
       const auto old_count =
           parse_integer(entry.substr(comma + 2, entry.find(' ', comma + 2) - comma - 2));
@@ -70,20 +70,20 @@ Result<std::vector<NewFile>> make_golden_files(const GoldenSuite& suite,
   for (const NewGolden& golden : frames)
     if (!golden.bytes.empty())
       files.push_back({golden_image_path(suite, golden.surface.frame), golden.bytes});
-  const std::size_t count = files.size();
+  const std::size_t count = files.size();  // number of images
   if (suite.command.empty()) {
-    // A damaged surface.csv is written anew.
-    const auto old = read_surface_records(suite.folder / "surface.csv");
+    // Drop rows of frames that the suite no longer has. A damaged surface.csv is written anew.
+    const auto old_records = read_surface_records(suite.folder / "surface.csv");
     std::map<int, SurfaceRecord> rows;
-    if (old)
-      for (const SurfaceRecord& record : *old)
+    if (old_records)
+      for (const SurfaceRecord& record : *old_records)
         if (std::find(suite.frames.begin(), suite.frames.end(), record.frame) != suite.frames.end())
           rows[record.frame] = record;
     for (const NewGolden& golden : frames) rows[golden.surface.frame] = golden.surface;
     std::vector<SurfaceRecord> records;
     for (const auto& [frame, record] : rows) records.push_back(record);
     const std::string text = surface_records_text(records);
-    if (!old || surface_records_text(*old) != text)
+    if (!old_records || surface_records_text(*old_records) != text)
       files.push_back({suite.folder / "surface.csv", text});
   }
   if (files.empty()) return files;

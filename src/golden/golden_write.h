@@ -13,8 +13,8 @@ struct NewGolden {
   std::string bytes;  ///< content of the image file; empty: the image stays as it is
 };
 
-/// Checks that goldens may be written. Errors: kUsage without a reason, or if CI is set in the
-/// environment; the message names the command's `verb`.
+/// Checks that goldens may be written. Errors: kUsage without a reason of one line, or if CI is set
+/// in the environment. `verb` is the subcommand of `golden` that the message names.
 Status check_write_allowed(const std::string& verb, const std::string& reason);
 
 /// Tests whether all pixels are finite.

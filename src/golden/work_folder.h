@@ -15,6 +15,7 @@ namespace polymorph {
 /// A temporary folder, removed by the destructor.
 class WorkFolder {
  public:
+  /// Makes an empty folder with a unique name. Errors: kOutput.
   static Result<WorkFolder> create() {
     std::string name =
         (std::filesystem::temp_directory_path() / "polymorph-golden-XXXXXX").string();

@@ -27,6 +27,7 @@ struct TiffEntry {
 
 class TiffReader {
  public:
+  /// `bytes` begins with a TIFF's magic: byte order "II" or "MM", then the version.
   explicit TiffReader(std::string_view bytes)
       : bytes_(bytes),
         is_little_endian_(bytes[0] == 'I'),
@@ -56,15 +57,17 @@ class TiffReader {
     const std::uint64_t count = read_integer(directory, count_bytes);
     if (count > bytes_.size() / size || !is_within_file(directory + count_bytes, count * size))
       return false;
-    std::optional<TiffEntry> offsets, byte_counts;
+    std::optional<TiffEntry> offsets, byte_counts;  // of strips or tiles
     for (std::uint64_t i = 0; i < count; ++i) {
       const TiffEntry entry = read_entry(directory + count_bytes + i * size);
+      // The first test keeps the product from overflowing.
       if (entry.count > bytes_.size() ||
           !is_within_file(entry.offset, entry.count * entry.item_size))
         return false;
       if (entry.tag == kStripOffsetsTag || entry.tag == kTileOffsetsTag) offsets = entry;
       if (entry.tag == kStripByteCountsTag || entry.tag == kTileByteCountsTag) byte_counts = entry;
     }
+    // Without both tables there are no strips to check.
     return !offsets || !byte_counts || strips_are_within_file(*offsets, *byte_counts);
   }
 
@@ -74,6 +77,7 @@ class TiffReader {
   std::uint64_t first_directory() const {
     return is_big_tiff_ ? read_integer(8, 8) : read_integer(4, 4);
   }
+  /// Bytes of a directory's number of entries, and of an entry.
   std::uint64_t count_size() const { return is_big_tiff_ ? 8 : 2; }
   std::uint64_t entry_size() const { return is_big_tiff_ ? 20 : 12; }
   bool is_within_file(std::uint64_t offset, std::uint64_t size) const {
@@ -84,6 +88,7 @@ class TiffReader {
     return is_little_endian_ ? little_endian(bytes_, offset, size)
                              : big_endian(bytes_, offset, size);
   }
+  /// Reads an entry: tag and type of 2 bytes each, then count and value of `field_size` bytes each.
   TiffEntry read_entry(std::uint64_t offset) const {
     const std::uint64_t type = read_integer(offset + 2, 2), field_size = is_big_tiff_ ? 8 : 4;
     TiffEntry entry{read_integer(offset, 2), type < kTypeSizes.size() ? kTypeSizes[type] : 0,

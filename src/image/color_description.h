@@ -12,7 +12,7 @@ namespace polymorph {
 /// Formats size and hash (FNV-1a) of an ICC profile: "3144 bytes, 1f0c52a9".
 inline std::string describe_profile(const void* profile, std::size_t size) {
   const auto* bytes = static_cast<const unsigned char*>(profile);
-  std::uint32_t hash = 2166136261u;
+  std::uint32_t hash = 2166136261u;  // FNV's offset basis; its prime follows
   for (std::size_t i = 0; i < size; ++i) hash = (hash ^ bytes[i]) * 16777619u;
   char text[48];
   std::snprintf(text, sizeof text, "%zu bytes, %08x", size, static_cast<unsigned>(hash));

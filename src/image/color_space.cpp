@@ -13,6 +13,7 @@
 namespace polymorph {
 namespace {
 
+/// Labels in the order of ColorSpace.
 constexpr ColorSpaceLabel kLabels[] = {
     {"lin_rec709_scene", {0.64f, 0.33f, 0.30f, 0.60f, 0.15f, 0.06f, 0.3127f, 0.3290f}},
     {"lin_ap1_scene", {0.713f, 0.293f, 0.165f, 0.830f, 0.128f, 0.044f, 0.32168f, 0.33767f}}};
@@ -56,6 +57,7 @@ std::vector<Channels> find_color_layers(const Image& image) {
   return layers;
 }
 
+/// Multiplies the colours (r, g, b) of all layers by a matrix.
 void multiply_colors(const Matrix& m, Image& image) {
   const std::vector<Channels> layers = find_color_layers(image);
   const std::size_t count = image.channel_count();
@@ -71,7 +73,7 @@ void multiply_colors(const Matrix& m, Image& image) {
               pixel[layer[c]] = (m[c][0] * r + m[c][1] * g) + m[c][2] * b;
           }
       },
-      16);  // rows per task
+      /*grain=*/16);
 }
 
 }  // namespace

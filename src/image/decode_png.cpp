@@ -30,6 +30,7 @@ struct PngImage : PmOiioImage {
   std::vector<PmOiioAttribute> entries;
 };
 
+/// The file that libpng reads, and the offset of the next byte.
 struct PngSource {
   const std::string& bytes;
   std::size_t at = 0;
@@ -121,7 +122,8 @@ void add_color_description(png_structp png, png_infop info, PngImage& image) {
     image.texts.push_back(describe_profile(profile, size));
     return;
   }
-  double xy[8];  // white first
+  // libpng states white first, describe_primaries() expects it last.
+  double xy[8];
   if (png_get_cHRM(png, info, &xy[6], &xy[7], &xy[0], &xy[1], &xy[2], &xy[3], &xy[4], &xy[5]) == 0)
     return;
   float primaries[8];
@@ -160,14 +162,15 @@ struct Handles {
   ~Handles() { png_destroy_read_struct(&png, &info, nullptr); }
 };
 
-/// On an error libpng calls longjmp(), which skips destructors. Therefore no local variable of
-/// read_until_pixels(), of read_pixels() or of the functions that they call owns memory. The caller
-/// allocates the pixels between the two calls.
+/// Reads the header; returns false on an error. Then libpng has called longjmp(), which skips
+/// destructors. Therefore no local variable of read_until_pixels(), of read_pixels() or of the
+/// functions that they call owns memory. The caller allocates the pixels between the two calls.
 bool read_until_pixels(Handles& h, PngImage& image, int& bits) {
   if (setjmp(png_jmpbuf(h.png)) != 0) return false;
   read_header(h.png, h.info, image, bits);
   return true;
 }
+/// Reads all that follows the header; returns false on an error.
 bool read_pixels(Handles& h, PngImage& image) {
   if (setjmp(png_jmpbuf(h.png)) != 0) return false;
   png_read_image(h.png, image.rows.data());
@@ -175,6 +178,7 @@ bool read_pixels(Handles& h, PngImage& image) {
   return true;
 }
 
+/// Converts the first `count` samples, integers of type Code, to floats in [0, 1].
 template <class Code>
 void convert_codes(PngImage& image, std::size_t count, float max_code) {
   constexpr std::int64_t kGrain = 1 << 16;  // values per task
@@ -191,11 +195,12 @@ void convert_codes(PngImage& image, std::size_t count, float max_code) {
       kGrain);
 }
 
+/// Decodes into the members that own memory, `codes`, and the size; decode_png() sets the rest.
 void decode(const std::string& bytes, std::uint64_t max_bytes, PngImage& image) {
   image.failure = PM_OIIO_BROKEN;  // until all is decoded
   PngSource reader{bytes};
   Handles h;
-  h.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &image.error_text, keep_png_error,
+  h.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &image.error_text, store_png_error,
                                  ignore_png_warning);
   h.info = h.png ? png_create_info_struct(h.png) : nullptr;
   if (!h.info) {
@@ -208,6 +213,7 @@ void decode(const std::string& bytes, std::uint64_t max_bytes, PngImage& image) 
   const auto width = static_cast<std::size_t>(image.width),
              height = static_cast<std::size_t>(image.height),
              channels = static_cast<std::size_t>(image.channels);
+  // As doubles, the factors cannot overflow.
   if (static_cast<double>(width) * static_cast<double>(height * channels) * sizeof(float) >
       static_cast<double>(max_bytes)) {
     image.failure = PM_OIIO_TOO_LARGE;
@@ -220,7 +226,7 @@ void decode(const std::string& bytes, std::uint64_t max_bytes, PngImage& image) 
   copy_texts(h.png, h.info, image);
   add_display_entries(h.png, h.info, image);
   const std::size_t count = width * height * channels;
-  const bool has_alpha = channels % 2 == 0;
+  const bool has_alpha = channels % 2 == 0;  // grey and alpha, or RGBA
   if (bits == 16)
     convert_codes<std::uint16_t>(image, count, 65535.0f);
   else if (has_alpha)

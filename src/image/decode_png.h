@@ -13,8 +13,8 @@ namespace polymorph {
 using DecodedImage = std::unique_ptr<PmOiioImage, PmOiioFreeFunction*>;
 
 /// Decodes a PNG of any kind: grey, palette or colours, 1 to 16 bits, with or without alpha,
-/// interlaced or not. Text chunks become attributes. Never null; see PmOiioImage::failure. `bytes`
-/// must have passed sniff_image_format().
+/// interlaced or not. Text chunks become attributes. Never null; see PmOiioImage::failure.
+/// `max_bytes` is as in PmOiioRequest. `bytes` must have passed sniff_image_format().
 DecodedImage decode_png(const std::string& bytes, std::uint64_t max_bytes);
 
 }  // namespace polymorph

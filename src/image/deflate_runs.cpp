@@ -36,6 +36,7 @@ void find_code_lengths(std::span<const std::uint32_t> counts, int limit,
   }
   std::sort(leaves.begin(), leaves.end());
   const std::size_t n = leaves.size();
+  // Nodes of the Huffman tree: n leaves, then n - 1 inner nodes, the last of which is the root.
   std::vector<std::uint32_t> weights(2 * n - 1);
   std::vector<std::size_t> parents(2 * n - 1);
   std::vector<int> depths(2 * n - 1);
@@ -70,7 +71,7 @@ struct Code {
 
 /// Assigns the canonical codes of given lengths (RFC 1951, section 3.2.2).
 void assign_codes(std::span<const std::uint8_t> lengths, std::span<Code> codes) {
-  std::array<std::uint32_t, 17> count{}, next{};
+  std::array<std::uint32_t, 17> count{}, next{};  // by length: number of codes, and the next code
   for (const std::uint8_t length : lengths) ++count[length];
   count[0] = 0;
   for (std::size_t b = 1; b < 16; ++b) next[b + 1] = (next[b] + count[b]) << 1;
@@ -209,6 +210,7 @@ void put_lengths(std::span<const std::uint8_t> lengths, BitWriter& writer) {
 /// the literals and the runs.
 void put_block(std::span<const std::uint8_t> bytes, std::size_t first, std::size_t end,
                BitWriter& writer) {
+  // Count the symbols: the lengths of the runs, the bytes between them, and the end of the block.
   const std::vector<Run> runs = find_runs(bytes, first, end);
   const auto& run_codes = length_codes();
   Histogram histogram;
@@ -223,14 +225,15 @@ void put_block(std::span<const std::uint8_t> bytes, std::size_t first, std::size
   for (std::size_t k = 1; k < histogram.lanes.size(); ++k)
     for (std::size_t s = 0; s < counts.size(); ++s) counts[s] += histogram.lanes[k][s];
   counts[kEndOfBlock] = 1;
+  // Compute the codes, and write the block's header.
   std::array<std::uint8_t, kSymbols> lengths{};
   std::array<Code, kSymbols> codes{};
   find_code_lengths(counts, kMaxCodeBits, lengths);
   assign_codes(lengths, codes);
-
   writer.put(end == bytes.size() ? 1 : 0, 1);  // 1: the last block
   writer.put(2, 2);                            // block type 2: dynamic Huffman codes
   put_lengths(lengths, writer);
+  // Write the runs and the literals between them.
   const auto put_literals = [&](std::size_t from, std::size_t to) {
     for (; from + 4 <= to; from += 4) {
       for (std::size_t k = 0; k < 4; ++k) writer.put(codes[bytes[from + k]]);
@@ -259,6 +262,8 @@ void put_block(std::span<const std::uint8_t> bytes, std::size_t first, std::size
 std::string deflate_runs(std::span<const std::uint8_t> bytes) {
   constexpr std::size_t kMaxBlockHeader = 512;  // bytes; the code lengths of a block take fewer
   const std::size_t blocks = std::max<std::size_t>(1, (bytes.size() + kBlockSize - 1) / kBlockSize);
+  // Each byte takes at most kMaxCodeBits bits. 64 bytes are for the zlib header, the rounding of
+  // size / 8, the checksum, and the 8 bytes that BitWriter writes at a time.
   std::string out;
   out.resize(bytes.size() / 8 * kMaxCodeBits + 64 + blocks * kMaxBlockHeader);
   out[0] = 0x78;  // zlib's header: Deflate with a window of 32 kB,

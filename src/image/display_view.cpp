@@ -84,7 +84,8 @@ Status ViewTransform::apply(Image& image, float exposure) const {
   const int alpha = image.find_channel("A");
   const std::size_t count = image.channel_count(),
                     pixels = count > 0 ? image.pixels.size() / count : 0;
-  // Views apply to straight colours: the colours are divided by alpha before and multiplied after.
+  // Views apply to straight colours: the colours are divided by alpha before and multiplied after,
+  // except where alpha is 0.
   const auto alpha_at = [&](std::size_t i) {
     const float a = alpha < 0 ? 1.0f : image.pixels[i * count + static_cast<std::size_t>(alpha)];
     return a > 0 ? a : 1.0f;

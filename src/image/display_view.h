@@ -10,14 +10,14 @@
 
 namespace polymorph {
 
-/// Names in the config. An empty name stands for the config's default; if both are empty, there is
-/// no view, and pictures get the sRGB curve.
+/// Names in an OpenColorIO config. An empty name stands for the config's default; if both are
+/// empty, there is no view, and pictures get the sRGB curve.
 struct DisplayView {
   std::string display, view;
   bool empty() const { return display.empty() && view.empty(); }
 };
 
-/// Name of the PNG text with the view that was applied: "sRGB - Display, ACES 1.0 - SDR Video".
+/// Name of the PNG text with the view that was applied: "DISPLAY, VIEW".
 inline constexpr const char* kViewAttribute = "polymorph/view";
 /// Returns the value of kViewAttribute; "" without a view.
 std::string view_text(const DisplayView& view);

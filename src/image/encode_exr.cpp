@@ -79,6 +79,7 @@ Status add_attributes(const std::vector<Attribute>& attributes, Imf::Header& hea
     if (attribute.name == kPixelAspectAttribute && std::get_if<float>(&attribute.value)) continue;
     if (attribute.name == kColorInteropAttribute) continue;
     const char* name = attribute.name.c_str();
+    // OpenEXR's names have 1 to 255 bytes.
     if (attribute.name.empty() || attribute.name.size() > 255 ||
         header.find(name) != header.end() || attribute.name == "channels")
       return make_error(
@@ -150,7 +151,7 @@ Result<std::vector<Imf::Header>> make_part_headers(const Image& image, const Lay
                                                    const ExrSettings& settings) {
   std::vector<std::string> order;
   for (const auto& [layer, channels] : layers)
-    order.insert(layer == kColorPart ? order.begin() : order.end(), layer);
+    order.insert(layer == kColorPart ? order.begin() : order.end(), layer);  // colours first
   std::vector<Imf::Header> headers;
   for (const std::string& layer : order) {
     Imf::Header header = make_header(image, settings);
@@ -201,17 +202,18 @@ Imf::FrameBuffer fill_planes(const Image& image, Planes& planes) {
                   Imf::Slice(is_half_channel ? Imf::HALF : Imf::FLOAT, base, size,
                              size * static_cast<std::size_t>(image.width)));
   }
-  parallel_ranges(
-      static_cast<std::int64_t>(pixels), 1 << 14, [&](std::int64_t begin, std::int64_t end) {
-        for (std::size_t c = 0; c < count; ++c)
-          for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-            const float value = image.pixels[i * count + c];
-            if (planes.floats[c].empty())
-              planes.halves[c][i] = to_half(value);
-            else
-              planes.floats[c][i] = value;
-          }
-      });
+  parallel_ranges(static_cast<std::int64_t>(pixels), /*grain=*/1 << 14,
+                  [&](std::int64_t begin, std::int64_t end) {
+                    for (std::size_t c = 0; c < count; ++c)
+                      for (auto i = static_cast<std::size_t>(begin);
+                           i < static_cast<std::size_t>(end); ++i) {
+                        const float value = image.pixels[i * count + c];
+                        if (planes.floats[c].empty())
+                          planes.halves[c][i] = to_half(value);
+                        else
+                          planes.floats[c][i] = value;
+                      }
+                  });
   return buffer;
 }
 
@@ -255,7 +257,8 @@ Status write_parts(const Image& image, const Layers& layers, const ExrSettings& 
                    const Imf::FrameBuffer& buffer, MemoryStream& stream) {
   PM_TRY(const std::vector<Imf::Header> headers, make_part_headers(image, layers, settings));
   const int count = static_cast<int>(headers.size());
-  Imf::MultiPartOutputFile file(stream, headers.data(), count, false, prepare_exr_threads());
+  Imf::MultiPartOutputFile file(stream, headers.data(), count, /*overrideSharedAttributes=*/false,
+                                prepare_exr_threads());
   for (int i = 0; i < count; ++i) {
     Imf::OutputPart part(file, i);
     part.setFrameBuffer(buffer);

@@ -17,6 +17,7 @@ namespace {
 /// A pixel counts as unchanged if no channel differs by more than this, in 8-bit codes.
 constexpr int kMaxUnchanged = 3;
 
+/// A frame of the GIF, which may be smaller than the screen.
 struct Frame {
   int left = 0, top = 0, width = 0, height = 0;  ///< rectangle that changed
   std::vector<std::uint8_t> indices;             ///< palette indices of its pixels, row by row
@@ -29,7 +30,8 @@ std::vector<Rgb8> encode_colors(const Image& image) {
   std::vector<Rgb8> codes(static_cast<std::size_t>(image.width) *
                           static_cast<std::size_t>(image.height));
   parallel_ranges(
-      static_cast<std::int64_t>(codes.size()), 1 << 14, [&](std::int64_t begin, std::int64_t end) {
+      static_cast<std::int64_t>(codes.size()), /*grain=*/1 << 14,
+      [&](std::int64_t begin, std::int64_t end) {
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
           for (std::size_t c = 0; c < 3; ++c)
             codes[i][c] = quantize(
@@ -56,6 +58,7 @@ struct Screen {
 /// transparent. Updates the screen.
 Frame draw_changes(const std::vector<Rgb8>& colors, const PaletteMap& map, bool is_first,
                    Screen& screen) {
+  // Dither the changed pixels with thresholds of (rank + 0.5) / kLevels.
   const std::vector<std::uint16_t>& ranks = blue_noise_ranks();
   constexpr auto kLevels = static_cast<float>(kBlueNoiseSize * kBlueNoiseSize);
   std::vector<std::uint8_t> indices(colors.size(), screen.transparent);
@@ -74,7 +77,8 @@ Frame draw_changes(const std::vector<Rgb8>& colors, const PaletteMap& map, bool 
           screen.indices[i] = indices[i] = index;
         }
       },
-      16);
+      /*grain=*/16);
+  // Find the bounding box of the pixels that are not transparent, and copy it.
   int left = screen.width, right = 0, top = screen.height, bottom = 0;
   for (int y = 0; y < screen.height; ++y)
     for (int x = 0; x < screen.width; ++x)
@@ -95,6 +99,7 @@ Frame draw_changes(const std::vector<Rgb8>& colors, const PaletteMap& map, bool 
   return frame;
 }
 
+/// Appends data to the string that giflib's user data points to.
 int append(GifFileType* gif, const GifByteType* data, int size) {
   static_cast<std::string*>(gif->UserData)
       ->append(reinterpret_cast<const char*>(data), static_cast<std::size_t>(size));
@@ -104,6 +109,7 @@ int append(GifFileType* gif, const GifByteType* data, int size) {
 /// giflib's encoder. It keeps the first error of giflib; close() returns it.
 class GifWriter {
  public:
+  /// Begins a GIF, whose bytes are appended to `bytes`.
   GifWriter(std::string& bytes, int width, int height, const std::vector<Rgb8>& palette) {
     gif_ = EGifOpen(&bytes, append, &error_);
     if (!gif_) return;
@@ -113,8 +119,10 @@ class GifWriter {
       colors[i] = {palette[i][0], palette[i][1], palette[i][2]};
     const std::unique_ptr<ColorMapObject, void (*)(ColorMapObject*)> map(
         GifMakeMapObject(256, colors), GifFreeMapObject);
-    check(map ? EGifPutScreenDesc(gif_, width, height, 8, 0, map.get()) : GIF_ERROR);
-    // Netscape's looping extension, 0 = for ever.
+    check(map ? EGifPutScreenDesc(gif_, width, height, /*GifColorRes=*/8, /*GifBackGround=*/0,
+                                  map.get())
+              : GIF_ERROR);
+    // Netscape's looping extension: block 1, then the number of loops in two bytes, 0 = for ever.
     const GifByteType forever[3] = {1, 0, 0};
     check(EGifPutExtensionLeader(gif_, APPLICATION_EXT_FUNC_CODE));
     check(EGifPutExtensionBlock(gif_, 11, "NETSCAPE2.0"));
@@ -125,18 +133,22 @@ class GifWriter {
   GifWriter(const GifWriter&) = delete;
   GifWriter& operator=(const GifWriter&) = delete;
 
+  /// Adds a frame that is shown for `centiseconds`; `transparent` is a palette index.
   void add_frame(Frame& frame, int centiseconds, int transparent) {
     if (!gif_ || error_) return;
-    const GraphicsControlBlock control{DISPOSE_DO_NOT, false, centiseconds, transparent};
+    const GraphicsControlBlock control{DISPOSE_DO_NOT, /*UserInputFlag=*/false, centiseconds,
+                                       transparent};
     GifByteType block[4];
     EGifGCBToExtension(&control, block);
     check(EGifPutExtension(gif_, GRAPHICS_EXT_FUNC_CODE, 4, block));
-    check(EGifPutImageDesc(gif_, frame.left, frame.top, frame.width, frame.height, false, nullptr));
+    check(EGifPutImageDesc(gif_, frame.left, frame.top, frame.width, frame.height,
+                           /*GifInterlace=*/false, /*GifColorMap=*/nullptr));
     for (int y = 0; y < frame.height && !error_; ++y)
       check(EGifPutLine(
           gif_, &frame.indices[static_cast<std::size_t>(y) * static_cast<std::size_t>(frame.width)],
           frame.width));
   }
+  /// Ends the GIF. Errors: kOutput.
   Status close() {
     int error = 0;
     if (gif_ && EGifCloseFile(gif_, &error) == GIF_ERROR && !error_) error_ = error;
@@ -150,12 +162,13 @@ class GifWriter {
   }
 
  private:
+  /// Stores the error of a call of giflib that returned `result`, unless an earlier one is stored.
   void check(int result) {
     if (result == GIF_ERROR && !error_)
       error_ = gif_->Error ? gif_->Error : E_GIF_ERR_NOT_ENOUGH_MEM;
   }
-  GifFileType* gif_ = nullptr;
-  int error_ = 0;
+  GifFileType* gif_ = nullptr;  ///< null: not open
+  int error_ = 0;               ///< code of giflib; 0: no error
 };
 
 }  // namespace

@@ -30,14 +30,15 @@ Texts make_texts(const std::vector<Attribute>& attributes) {
   return texts;
 }
 
-/// Settings of libpng and zlib for small files; the smallest result is used. Z_RLE with the average
-/// filter is best for noise and fast. Flat pictures, such as text, become smallest by zlib's
-/// default strategy, which searches for repeated strings.
+/// Settings of libpng and zlib.
 struct Effort {
   int level;     ///< zlib's compression level, 0 to 9
   int strategy;  ///< zlib's strategy
   int filters;   ///< mask of the row filters that libpng tries
 };
+/// Settings for small files; the smallest result is used. Z_RLE with the average filter is best for
+/// noise and fast. Flat pictures, such as text, become smallest by zlib's default strategy, which
+/// searches for repeated strings.
 constexpr Effort kSmallEfforts[] = {{1, Z_RLE, PNG_FILTER_AVG},
                                     {9, Z_RLE, PNG_ALL_FILTERS},
                                     {9, Z_DEFAULT_STRATEGY, PNG_ALL_FILTERS}};
@@ -120,6 +121,7 @@ struct Writer {
   std::string error;  ///< empty: no error
 };
 
+/// Appends data to the Writer that libpng's io pointer points to.
 void append(png_structp png, png_bytep data, std::size_t size) {
   static_cast<Writer*>(png_get_io_ptr(png))->bytes.append(reinterpret_cast<char*>(data), size);
 }
@@ -127,8 +129,8 @@ void append(png_structp png, png_bytep data, std::size_t size) {
 /// The pixels of an image as PNG stores them.
 struct Codes {
   int width, height;
-  int bits, samples;  ///< bits per sample; samples per pixel
-  std::vector<png_bytep> rows;
+  int bits, samples;            ///< bits per sample; samples per pixel
+  std::vector<png_bytep> rows;  ///< first byte of each row
   Texts texts;
   std::string packed;  ///< rows compressed by deflate_runs(); if empty, libpng compresses them
   std::size_t pixel_bytes() const { return static_cast<std::size_t>(samples * bits / 8); }
@@ -166,7 +168,7 @@ void pack_rows(Codes& codes) {
         filter_row(codes.rows[i], i > 0 ? codes.rows[i - 1] : nullptr, codes.pixel_bytes(),
                    std::span(filtered).subspan(i * row_size, row_size));
       },
-      64);
+      /*grain=*/64);
   codes.packed = deflate_runs(filtered);
 }
 
@@ -184,7 +186,7 @@ void write_packed(png_structp png, const std::string& packed) {
 /// Makes all calls of libpng. On an error libpng jumps back here by longjmp(), which skips
 /// destructors, so no local here or in the callbacks owns memory.
 void write_png(Writer& writer, const Effort& effort, Codes& codes) {
-  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer.error, keep_png_error,
+  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer.error, store_png_error,
                                             ignore_png_warning);
   png_infop info = png ? png_create_info_struct(png) : nullptr;
   if (!info) {
@@ -203,7 +205,7 @@ void write_png(Writer& writer, const Effort& effort, Codes& codes) {
     png_set_sRGB_gAMA_and_cHRM(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
     png_set_compression_level(png, effort.level);
     png_set_compression_strategy(png, effort.strategy);
-    png_set_compression_buffer_size(png, 1 << 18);
+    png_set_compression_buffer_size(png, 1 << 18);  // bytes
     png_set_filter(png, PNG_FILTER_TYPE_BASE, effort.filters);
     for (auto& [keyword, value] : codes.texts) {
       png_text text = {};
@@ -211,7 +213,7 @@ void write_png(Writer& writer, const Effort& effort, Codes& codes) {
       text.key = keyword.data();
       text.text = value.data();
       text.text_length = value.size();
-      png_set_text(png, info, &text, 1);  // copies keyword and value
+      png_set_text(png, info, &text, /*num_text=*/1);  // copies keyword and value
     }
     png_write_info(png, info);
     if (!codes.packed.empty()) {
@@ -241,7 +243,6 @@ Result<std::string> encode_png(const Image& image, const PngSettings& settings) 
                              static_cast<std::size_t>(layout.samples()) *
                              static_cast<std::size_t>(settings.bits / 8);
   std::vector<std::uint8_t> bytes(stride * static_cast<std::size_t>(image.height));
-  // kFast compresses the rows by deflate_runs(). Otherwise libpng also tries kSmallEfforts.
   Codes codes{
       image.width, image.height, settings.bits, layout.samples(), {}, make_texts(image.attributes),
       {}};
@@ -253,6 +254,8 @@ Result<std::string> encode_png(const Image& image, const PngSettings& settings) 
   parallel_for(
       image.height,
       [&](std::int64_t y) { encoder.encode_row(y, codes.rows[static_cast<std::size_t>(y)]); }, 16);
+  // Compress the rows by deflate_runs(), where libpng's effort plays no role. For small files,
+  // libpng also tries kSmallEfforts.
   pack_rows(codes);
   PM_TRY(std::string best, encode_rows(kSmallEfforts[0], codes));
   if (settings.effort == PngEffort::kFast) return best;

@@ -44,6 +44,7 @@ std::optional<ExrEntry> take_exr_entry(std::string_view bytes, std::size_t& at) 
   const std::size_t name_end = bytes.find('\0', at);
   if (name_end == std::string_view::npos) return std::nullopt;
   ExrEntry entry{bytes.substr(at, name_end - at), {}, name_end + 1, 0};
+  // The type ends in a zero byte; 4 bytes of size follow, then the value.
   if (!entry.name.empty()) {
     const std::size_t type_end = bytes.find('\0', name_end + 1);
     if (type_end == std::string_view::npos || bytes.size() - type_end < 5) return std::nullopt;

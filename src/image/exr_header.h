@@ -15,14 +15,14 @@ namespace polymorph {
 /// An entry of a header; its name is empty at the end of a part's header.
 struct ExrEntry {
   std::string_view name, type;
-  std::size_t begin = 0, size = 0;  ///< the value's place in the file
+  std::size_t begin = 0, size = 0;  ///< offset and size of the value in the file, in bytes
 };
 
 /// Offset of the first entry, behind signature and version.
 inline constexpr std::size_t kExrHeaderBegin = 8;
 
-/// Reads the entry at `at` and sets `at` to its end; nullopt if that is not within `bytes`. An
-/// entry consists of name, type, size and value (OpenEXR file layout).
+/// Reads the entry at the offset `at` and sets `at` to its end; nullopt if it ends beyond `bytes`.
+/// An entry consists of name, type, size and value (OpenEXR file layout).
 std::optional<ExrEntry> take_exr_entry(std::string_view bytes, std::size_t& at);
 
 /// Reads the string, int and float entries of the (first) header, with the names and values of the

@@ -61,6 +61,7 @@ struct Rank {
   std::size_t id, coverage;
 };
 
+/// Finds the ranks of a Cryptomatte layer, in ascending order.
 std::vector<Rank> find_ranks(const Image& image, const std::string& layer) {
   // LAYER00, LAYER01 and so on have two ranks each: (R, G) and (B, A).
   struct Spelling {
@@ -96,6 +97,7 @@ Image sum_coverage(const Image& image, const ManifestEntry& entry) {
   return matte;
 }
 
+/// Makes the error of a name that no manifest has; it lists up to kMaxListed names.
 Error make_unknown_name_error(const std::vector<ManifestEntry>& entries, const std::string& name,
                               const std::string& file) {
   constexpr std::size_t kMaxListed = 60;  // names

@@ -110,6 +110,7 @@ constexpr std::string_view kDrawings[] = {
 constexpr std::size_t kGlyphs = 127 - 32 + 1;  // the last is for all other characters
 static_assert(std::size(kDrawings) == kGlyphs);
 
+/// Makes the glyph of a drawing, where '#' is an inked pixel.
 constexpr Glyph draw(std::string_view drawing) {
   Glyph glyph;
   std::size_t row = 0;

@@ -23,6 +23,7 @@ struct Numbers {
   double little_endian(std::size_t at, std::size_t size) const {
     return static_cast<double>(polymorph::little_endian(bytes, at, size));
   }
+  /// Reads a signed integer of 4 bytes.
   double little_endian_signed(std::size_t at) const {
     return static_cast<std::int32_t>(static_cast<std::uint32_t>(little_endian(at, 4)));
   }
@@ -53,7 +54,7 @@ std::optional<HeaderSize> jpeg_size(Numbers in) {
     // Markers 0xc0 to 0xcf begin frames, except those of tables (c4, cc) and the reserved c8.
     const bool is_frame =
         marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
-    if (is_frame) {
+    if (is_frame) {  // height, width and number of components at 5, 7 and 9
       const HeaderSize size{in.big_endian(at + 7, 2), in.big_endian(at + 5, 2),
                             in.big_endian(at + 9, 1)};
       if (!largest || size.width * size.height > largest->width * largest->height) largest = size;
@@ -71,24 +72,25 @@ std::optional<HeaderSize> exr_size(Numbers in) {
   double channels = 0;
   std::size_t at = kExrHeaderBegin;
   while (const auto entry = take_exr_entry(in.bytes, at)) {
-    const auto& [name, type, value, length] = *entry;
+    const auto& [name, type, begin, length] = *entry;
     // A second empty name ends the header of the file.
     if (name.empty() && (!multipart || (at < in.bytes.size() && in.bytes[at] == '\0'))) break;
     if (type == "box2i" && (name == "dataWindow" || name == "displayWindow")) {
+      // A box is min x, min y, max x and max y.
       size.width = std::max(
-          size.width, in.little_endian_signed(value + 8) - in.little_endian_signed(value) + 1);
-      size.height = std::max(size.height, in.little_endian_signed(value + 12) -
-                                              in.little_endian_signed(value + 4) + 1);
+          size.width, in.little_endian_signed(begin + 8) - in.little_endian_signed(begin) + 1);
+      size.height = std::max(size.height, in.little_endian_signed(begin + 12) -
+                                              in.little_endian_signed(begin + 4) + 1);
     }
     if (type == "tiledesc") {
-      size.width = std::max(size.width, in.little_endian(value, 4));
-      size.height = std::max(size.height, in.little_endian(value + 4, 4));
+      size.width = std::max(size.width, in.little_endian(begin, 4));
+      size.height = std::max(size.height, in.little_endian(begin + 4, 4));
     }
     if (type == "chlist") {
-      for (std::size_t channel = value; channel < value + length && in.bytes[channel] != '\0';) {
+      for (std::size_t channel = begin; channel < begin + length && in.bytes[channel] != '\0';) {
         channel = in.bytes.find('\0', channel);
         if (channel == std::string_view::npos) break;
-        channel += 17;  // type, linearity, sampling rates
+        channel += 17;  // the name's zero byte; 16 bytes of type, linearity and sampling rates
         ++channels;
       }
       size.channels = std::max(size.channels, channels);
@@ -106,6 +108,7 @@ std::optional<HeaderSize> webp_size(Numbers in) {
     return HeaderSize{std::fmod(in.little_endian(26, 2), 16384),
                       std::fmod(in.little_endian(28, 2), 16384)};
   if (chunk != "VP8L") return std::nullopt;
+  // The sides less 1, in 14 bits each.
   const auto bits = static_cast<std::uint32_t>(in.little_endian(21, 4));
   return HeaderSize{(bits & 0x3fff) + 1.0, (bits >> 14 & 0x3fff) + 1.0};
 }

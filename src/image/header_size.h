@@ -6,16 +6,16 @@
 
 namespace polymorph {
 
-/// Size of the largest image that a decoder allocates memory for because of the header. If the
-/// header states no number of channels, it is 4.
+/// Size in pixels of the largest image or tile for which a header lets a decoder allocate memory.
+/// If the header states no number of channels, `channels` is 4.
 struct HeaderSize {
   double width = 0, height = 0, channels = 4;
 };
 
-/// Reads the size from the first bytes of a file. `format` is a name of image/sniff.h; supported
-/// are PNG, JPEG, TIFF, OpenEXR, GIF, WebP and JPEG 2000. If tiles are larger than the image, the
-/// size of a tile counts. Returns nullopt for other formats, whose readers allocate nothing on
-/// opening, and if the header is cut short or states no size.
+/// Reads the size from the first bytes of a file. `format` is a result of sniff_image_format();
+/// supported are PNG, JPEG, TIFF, OpenEXR, GIF, WebP and JPEG 2000. If tiles are larger than the
+/// image, the size of a tile counts. Returns nullopt for other formats, whose readers allocate
+/// nothing on opening, and if the header is cut short or states no size.
 std::optional<HeaderSize> header_size(std::string_view bytes, std::string_view format);
 
 }  // namespace polymorph

@@ -23,7 +23,7 @@ struct Image {
   int height = 0;
   std::vector<std::string>
       channels;               ///< "R","G","B","A" first (alpha premultiplied), then "Z", "N.X", ...
-  std::vector<float> pixels;  ///< width * height * channels.size()
+  std::vector<float> pixels;  ///< [(y * width + x) * channels.size() + channel]
   std::vector<Attribute> attributes;
 
   std::size_t channel_count() const { return channels.size(); }

@@ -46,8 +46,8 @@ struct ReadImageSettings {
   /// Curve for decoding 8- and 16-bit formats (colour textures: kSrgb); float formats are always
   /// linear.
   TransferCurve integer_curve = TransferCurve::kSrgb;
-  /// Alpha mode of the result, converted from the file's in linear light: premultiplied as Image
-  /// requires, or straight (for textures of which only the colours are used).
+  /// Alpha mode of the result: premultiplied as Image requires, or straight (for textures of which
+  /// only the colours are used). The file's mode is converted in linear light.
   AlphaMode alpha = AlphaMode::kPremultiplied;
   /// Limit of the decoded size in bytes. Both this limit and the memory that the process may still
   /// take (base/memory.h) are checked before the pixels are allocated.
@@ -75,7 +75,7 @@ struct ReadImageSettings {
 /// round, the lowest byte of each goes to an additional channel NAME.low, and NAME holds the number
 /// without it: their sum is the number. The parts of an OpenEXR file are joined if all are flat and
 /// have the same display window. A channel whose name an earlier part has is then called PART.NAME.
-/// Of header entries with the same name, only that of the first part is kept.
+/// If several parts have a header entry of the same name, only the first part's entry is kept.
 Result<Image> read_image(const std::filesystem::path& path, const ReadImageSettings& settings = {});
 /// Decodes an image in memory; `name` is used in messages.
 Result<Image> decode_image(const std::string& bytes, const std::string& name,

@@ -12,6 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Lists the paths to try, in order; none if /proc is not mounted.
 std::vector<fs::path> list_candidates(const char* file, const char* variable) {
   if (const char* chosen = std::getenv(variable); chosen && *chosen) return {chosen};
   std::error_code error;
@@ -36,24 +37,25 @@ std::vector<fs::path> list_candidates(const char* file, const char* variable) {
 
 Result<void*> open_module(const char* file, const char* variable,
                           bool (*is_current)(void* handle)) {
-  std::string tried;
+  std::string failures;
   for (const fs::path& path : list_candidates(file, variable)) {
     std::error_code error;
     if (!fs::exists(path, error)) {
-      tried += fmt::format("\n  {}: does not exist", path.string());
+      failures += fmt::format("\n  {}: does not exist", path.string());
       continue;
     }
     void* handle = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
     if (!handle) {
       const char* reason = dlerror();
-      tried += fmt::format("\n  {}: {}", path.string(), reason ? reason : "unknown reason");
+      failures += fmt::format("\n  {}: {}", path.string(), reason ? reason : "unknown reason");
       continue;
     }
     if (is_current(handle)) return handle;
     dlclose(handle);
-    tried += fmt::format("\n  {}: it belongs to another version of polymorph", path.string());
+    failures += fmt::format("\n  {}: it belongs to another version of polymorph", path.string());
   }
-  return Error{ErrorCode::kResource, tried.empty() ? " nothing (/proc is not mounted)" : tried};
+  return Error{ErrorCode::kResource,
+               failures.empty() ? " nothing (/proc is not mounted)" : failures};
 }
 
 }  // namespace polymorph

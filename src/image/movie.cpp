@@ -25,8 +25,9 @@ namespace fs = std::filesystem;
 /// A child process that reads from a pipe; its messages go to a file.
 class Child {
  public:
+  /// Starts the program. If that fails, finish() returns false.
   Child(const fs::path& program, std::vector<std::string> arguments, const fs::path& messages) {
-    int pipe_ends[2];
+    int pipe_ends[2];  // to read from, to write to
     if (pipe2(pipe_ends, O_CLOEXEC) != 0) return;
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
@@ -47,6 +48,7 @@ class Child {
   Child& operator=(const Child&) = delete;
   ~Child() { finish(); }
 
+  /// Writes all bytes to the pipe; returns false if the program has ended.
   bool write(const std::string& bytes) {
     for (std::size_t written = 0; written < bytes.size();) {
       const ssize_t n = ::write(to_child_, bytes.data() + written, bytes.size() - written);
@@ -68,8 +70,8 @@ class Child {
   }
 
  private:
-  pid_t pid_ = -1;
-  int to_child_ = -1;
+  pid_t pid_ = -1;     ///< -1: no program runs
+  int to_child_ = -1;  ///< writing end of the pipe; -1: closed
 };
 
 /// Encodes a frame as ffmpeg's rgb24: three bytes per pixel, with the sRGB curve.
@@ -109,6 +111,7 @@ Status write_mp4(const fs::path& path, std::span<const Image> frames, float fram
                         "the frames of a movie must be of one size and have colours");
   const fs::path program = find_ffmpeg();
   if (program.empty()) return make_error(ErrorCode::kResource, "ffmpeg is not installed");
+  // Names that other runs do not use.
   const fs::path temporary = path.string() + fmt::format(".{}.part", getpid());
   const fs::path messages = path.string() + fmt::format(".{}.log.part", getpid());
   // SIGPIPE is ignored, so that writing to a child that has ended returns an error instead of
@@ -158,16 +161,16 @@ Status write_mp4(const fs::path& path, std::span<const Image> frames, float fram
     succeeded = child.finish() && succeeded;
   }
   sigaction(SIGPIPE, &previous, nullptr);
-  const auto output = read_file(messages, 1u << 16);
+  // Move the movie into its place, or report ffmpeg's messages.
+  const auto log = read_file(messages, 1u << 16);  // at most 64 KiB
   std::error_code error;
   fs::remove(messages, error);
   if (succeeded) fs::rename(temporary, path, error);
   if (!succeeded || error) {
     fs::remove(temporary, error);
     return make_error(ErrorCode::kOutput, "{}: ffmpeg could not write it: {}", path.string(),
-                      output && !output->empty()
-                          ? output->substr(0, output->find_last_not_of(" \n") + 1)
-                          : "no reason given");
+                      log && !log->empty() ? log->substr(0, log->find_last_not_of(" \n") + 1)
+                                           : "no reason given");
   }
   return Ok{};
 }

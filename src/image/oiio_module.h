@@ -40,7 +40,7 @@ struct PmOiioImage {
   int channels;
   const char* const* channel_names;  ///< names in the file's order
   const float* pixels;               ///< interleaved, row 0 on top; integer formats scaled to 0..1
-  /// The pixels as integers of 8 bits, of an image without alpha; then `pixels` is null. Else null.
+  /// Pixels of an image without alpha as integers of 8 bits. If not null, `pixels` is null.
   const unsigned char* codes;
   int integer_format;  ///< 1: pixels came from integers, so a transfer curve applies
   int straight_alpha;  ///< 1: colours are not premultiplied
@@ -51,8 +51,8 @@ struct PmOiioImage {
   int count_is_cut;          ///< 1: the file may have more than picture_count
   int part_count;            ///< number of parts of a multi-part OpenEXR file, else 0
   const char* const* parts;  ///< name, size and channels of each part
-  const unsigned char*
-      ids;  ///< flags, one per channel; 1: whole numbers that are not scaled (UINT)
+  const unsigned char* ids;  ///< flags per channel, 1: whole numbers that are not scaled (UINT);
+                             ///< null: all flags are 0
   int attribute_count;
   const PmOiioAttribute* attributes;
 };

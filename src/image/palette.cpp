@@ -11,6 +11,7 @@ namespace {
 
 constexpr std::size_t kCells = std::size_t{64} * 64 * 64;  // 4 of 256 codes per side of a cell
 
+/// Index of a colour's cell: (64 r + g) 64 + b with the upper 6 bits of each code.
 std::size_t find_cell(Rgb8 c) {
   return static_cast<std::size_t>(c[0] >> 2) << 12 | static_cast<std::size_t>(c[1] >> 2) << 6 |
          static_cast<std::size_t>(c[2] >> 2);
@@ -35,7 +36,7 @@ struct ColorBox {
 /// Computes the members of the box of the samples [begin, end).
 ColorBox measure_box(const std::vector<Sample>& samples, std::size_t begin, std::size_t end) {
   ColorBox box{begin, end};
-  double max_variance = -1;
+  double max_axis_error = -1;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     double weight = 0, sum = 0, squares = 0;
     for (std::size_t i = begin; i < end; ++i) {
@@ -44,10 +45,11 @@ ColorBox measure_box(const std::vector<Sample>& samples, std::size_t begin, std:
       sum += samples[i].weight * value;
       squares += samples[i].weight * value * value;
     }
-    const double variance = std::max(0.0, squares - sum * sum / weight);
-    box.error += variance;
-    if (variance <= max_variance) continue;
-    max_variance = variance;
+    // The weighted squared distances from the mean, in this channel.
+    const double axis_error = std::max(0.0, squares - sum * sum / weight);
+    box.error += axis_error;
+    if (axis_error <= max_axis_error) continue;
+    max_axis_error = axis_error;
     box.axis = axis;
     box.mean = sum / weight;
   }
@@ -87,6 +89,7 @@ std::vector<Color> median_cut(std::vector<Sample>& samples, std::size_t size) {
         std::stable_partition(begin + static_cast<std::ptrdiff_t>(box.begin),
                               begin + static_cast<std::ptrdiff_t>(box.end),
                               [&](const Sample& s) { return s.color[box.axis] <= box.mean; });
+    // Rounding of the mean may leave one side empty.
     const auto middle = static_cast<std::size_t>(cut - begin);
     if (middle == box.begin || middle == box.end) break;
     *worst = measure_box(samples, box.begin, middle);
@@ -99,7 +102,7 @@ std::vector<Color> median_cut(std::vector<Sample>& samples, std::size_t size) {
 
 /// Refines the colours by four rounds of Lloyd's iteration.
 void refine(const std::vector<Sample>& samples, std::vector<Color>& colors) {
-  std::vector<std::size_t> owner(samples.size());
+  std::vector<std::size_t> owner(samples.size());  // index of the nearest colour per sample
   for (int round = 0; round < 4; ++round) {
     parallel_for(
         static_cast<std::int64_t>(samples.size()),
@@ -112,7 +115,7 @@ void refine(const std::vector<Sample>& samples, std::vector<Color>& colors) {
               best = k;
           owner[i] = best;
         },
-        256);
+        /*grain=*/256);
     std::vector<Color> sums(colors.size());
     std::vector<double> weights(colors.size());
     for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -169,7 +172,7 @@ PaletteMap::PaletteMap(const std::vector<Rgb8>& palette) : palette_(palette), ta
   PM_CHECK(!palette.empty() && palette.size() <= 256);
   parallel_for(
       64 * 64,
-      [&](std::int64_t row) {
+      [&](std::int64_t row) {  // the cells of one red and one green: row = 64 r + g
         for (int b = 0; b < 64; ++b) {
           const std::array<int, 3> middle{static_cast<int>(row >> 6) * 4 + 2,
                                           static_cast<int>(row & 63) * 4 + 2, b * 4 + 2};
@@ -181,7 +184,7 @@ PaletteMap::PaletteMap(const std::vector<Rgb8>& palette) : palette_(palette), ta
               static_cast<std::uint8_t>(best);
         }
       },
-      64);
+      /*grain=*/64);
 }
 
 std::uint8_t PaletteMap::nearest(std::array<int, 3> color) const {
@@ -199,6 +202,7 @@ std::uint8_t PaletteMap::dither(Rgb8 color, float threshold) const {
                                        2 * color[2] - first_color[2]});
   if (first == second) return first;
   const Rgb8 second_color = palette_[second];
+  // projection / length2 is 0 at the first entry and 1 at the second.
   int projection = 0, length2 = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     projection += (color[axis] - first_color[axis]) * (second_color[axis] - first_color[axis]);

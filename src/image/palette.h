@@ -35,14 +35,14 @@ std::vector<Rgb8> choose_palette(const ColorHistogram& histogram, std::size_t si
 class PaletteMap {
  public:
   explicit PaletteMap(const std::vector<Rgb8>& palette);
-  /// Returns the first or the second of two entries: the entry nearest to `color`, and one on the
-  /// other side of `color`. Returns the second if the projection of `color` onto the line from the
-  /// first (0) to the second (1) exceeds `threshold` (0..1). With the thresholds of a dither
-  /// pattern the results average to `color`.
+  /// Chooses between two entries: the first is nearest to `color`, the second is on the other side
+  /// of `color`. Returns the second if the projection of `color` onto the line from the first (0)
+  /// to the second (1) exceeds `threshold` (0..1). With the thresholds of a dither pattern the
+  /// results average to `color`.
   std::uint8_t dither(Rgb8 color, float threshold) const;
 
  private:
-  /// Returns the entry nearest to the middle of the cell of `color`, whose codes are clamped.
+  /// Clamps `color` to [0, 255] and returns the entry nearest to the middle of its cell.
   std::uint8_t nearest(std::array<int, 3> color) const;
   const std::vector<Rgb8>& palette_;
   std::vector<std::uint8_t> table_;  ///< nearest entry per cell of 4 x 4 x 4 codes

@@ -9,7 +9,7 @@ namespace polymorph {
 
 /// Stores libpng's message in the std::string that the error pointer points to, and jumps back to
 /// the setjmp() of the caller.
-inline void keep_png_error(png_structp png, png_const_charp text) {
+inline void store_png_error(png_structp png, png_const_charp text) {
   *static_cast<std::string*>(png_get_error_ptr(png)) = text;
   png_longjmp(png, 1);
 }

@@ -68,6 +68,7 @@ struct PixelRule {
   bool straight_in, straight_out;  ///< colours are not premultiplied by alpha
 };
 
+/// Converts row y of an image with floats.
 void convert_row(const PmOiioImage& decoded, const std::vector<Source>& sources, PixelRule rule,
                  std::int64_t y, Image& image) {
   const std::size_t out_count = sources.size(),
@@ -91,7 +92,7 @@ void convert_row(const PmOiioImage& decoded, const std::vector<Source>& sources,
   }
 }
 
-/// Values of all samples of 8 bits.
+/// Values of all samples of 8 bits, by code.
 using CodeValues = std::array<float, 256>;
 
 CodeValues make_code_values(bool curved) {
@@ -141,7 +142,7 @@ Image to_image(const PmOiioImage& decoded, const ReadImageSettings& settings) {
         else
           convert_row(decoded, sources, rule, y, image);
       },
-      16);
+      /*grain=*/16);
   for (int i = 0; i < decoded.attribute_count; ++i) {
     const PmOiioAttribute& from = decoded.attributes[i];
     Attribute to{from.name, from.integer};
@@ -149,6 +150,7 @@ Image to_image(const PmOiioImage& decoded, const ReadImageSettings& settings) {
     if (from.kind == PM_OIIO_FLOAT) to.value = from.real;
     image.attributes.push_back(std::move(to));
   }
+  // Add the header entries that describe ids, parts and pictures.
   std::string ids;
   for (const Source& source : sources)
     if (decoded.ids && decoded.ids[source.channel]) ids += (ids.empty() ? "" : ",") + source.name;
@@ -189,6 +191,7 @@ Status check_size(const std::string& name, const HeaderSize& size, std::size_t m
   return Ok{};
 }
 
+/// Decodes a file by the reader of its format.
 Result<DecodedImage> decode(const std::string& bytes, const std::string& format,
                             std::size_t max_bytes) {
   if (format == "png") return decode_png(bytes, max_bytes);

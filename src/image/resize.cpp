@@ -23,10 +23,10 @@ std::vector<Span> make_box_filter(int source_size, int target_size) {
     const int first = std::min(static_cast<int>(begin), source_size - 1);
     Span span{static_cast<std::size_t>(first), {}};
     for (int s = first; s < source_size && s < end; ++s) {
-      const double covered = std::min<double>(end, s + 1) - std::max<double>(begin, s);
-      // By rounding, a sample that is not covered may get a tiny weight. It is left out.
-      if (covered > 1e-9 * scale || span.weights.empty())
-        span.weights.push_back(static_cast<float>(covered / scale));
+      const double overlap = std::min<double>(end, s + 1) - std::max<double>(begin, s);
+      // Rounding may give a tiny overlap to a sample beyond the end. It is left out.
+      if (overlap > 1e-9 * scale || span.weights.empty())
+        span.weights.push_back(static_cast<float>(overlap / scale));
     }
     spans.push_back(std::move(span));
   }
@@ -61,7 +61,7 @@ Image resize_image(const Image& image, int width, int height) {
               out[c] += columns[x].weights[k] * line[(columns[x].first + k) * count + c];
         }
       },
-      8);
+      /*grain=*/8);
   return result;
 }
 

@@ -17,8 +17,9 @@ namespace {
 
 using namespace std::string_view_literals;
 
+/// First bytes of the files of a format, and the format's name.
 struct Magic {
-  std::string_view bytes;  ///< first bytes of the file
+  std::string_view bytes;
   const char* name;
 };
 
@@ -97,14 +98,17 @@ Status check_exr(std::string_view bytes) {
   return truncated;
 }
 
+/// Reads a little-endian integer of 2 bytes.
 std::size_t word_at(std::string_view bytes, std::size_t at) { return little_endian(bytes, at, 2); }
 
 /// Checks the header and that all rows of pixels are there.
 Status check_bmp(std::string_view bytes) {
+  // A file header of 14 bytes and a picture header, of 40 bytes or more except in OS/2.
   if (bytes.size() < 54) return make_error(ErrorCode::kInput, "the BMP is truncated");
   const bool is_os2 = little_endian(bytes, 14, 4) < 40;  // OS/2's header has sizes of 16 bits
   const double width = is_os2 ? static_cast<double>(word_at(bytes, 18))
                               : static_cast<std::int32_t>(little_endian(bytes, 18, 4));
+  // A negative height means that the rows are stored from the top.
   const double height =
       is_os2 ? static_cast<double>(word_at(bytes, 20))
              : std::abs(1.0 * static_cast<std::int32_t>(little_endian(bytes, 22, 4)));
@@ -128,7 +132,9 @@ constexpr std::string_view kTargaFooter = "TRUEVISION-XFILE.\0"sv;
 bool is_like_targa(std::string_view bytes) {
   if (bytes.size() < 18) return false;
   const auto byte = [&](std::size_t at) { return static_cast<unsigned char>(bytes[at]); };
-  const int map = byte(1), type = byte(2), bits = byte(16);  // `type` + 8: run-length encoded
+  // map: 1 if there is a colour map; type: 1 colour-mapped, 2 true colour, 3 grey, each + 8 if
+  // run-length encoded; bits per pixel. Width and height stand at 12 and 14.
+  const int map = byte(1), type = byte(2), bits = byte(16);
   const bool mapped = type == 1 || type == 9, grey = type == 3 || type == 11;
   if (!(mapped || grey || type == 2 || type == 10) || map > 1 || (mapped && map == 0)) return false;
   if (word_at(bytes, 12) == 0 || word_at(bytes, 14) == 0) return false;
@@ -136,17 +142,18 @@ bool is_like_targa(std::string_view bytes) {
   return grey ? bits == 8 || bits == 16 : bits == 15 || bits == 16 || bits == 24 || bits == 32;
 }
 
-/// Tests whether all indices of run-length encoded pixels are below `colors`.
+/// Tests whether all indices of run-length encoded pixels are below `colors`. The first byte of a
+/// packet states its number of pixels less 1 (7 bits) and whether one index stands for them all.
 bool run_indices_are_valid(std::string_view runs, std::size_t pixels, std::size_t colors) {
   std::size_t at = 0;
   for (std::size_t pixels_read = 0; pixels_read < pixels;) {
     if (at >= runs.size()) return false;
     const auto packet = static_cast<unsigned char>(runs[at++]);
-    const std::size_t count = (packet & 0x7fu) + 1u, stored = packet & 0x80u ? 1 : count;
-    if (stored > runs.size() - at) return false;
-    for (std::size_t i = 0; i < stored; ++i)
+    const std::size_t count = (packet & 0x7fu) + 1u, stored_indices = packet & 0x80u ? 1 : count;
+    if (stored_indices > runs.size() - at) return false;
+    for (std::size_t i = 0; i < stored_indices; ++i)
       if (static_cast<unsigned char>(runs[at + i]) >= colors) return false;
-    at += stored;
+    at += stored_indices;
     pixels_read += count;
   }
   return true;
@@ -158,11 +165,14 @@ Status check_targa(std::string_view bytes) {
   const auto byte = [&](std::size_t at) {
     return static_cast<std::size_t>(static_cast<unsigned char>(bytes[at]));
   };
+  // The header of 18 bytes is followed by an identification of byte(0) bytes, by the colour map
+  // with byte(7) bits per colour, and by the pixels with byte(16) bits each.
   const std::size_t type = byte(2), colors = byte(1) ? word_at(bytes, 5) : 0;
   const std::size_t begin = 18 + byte(0) + colors * ((byte(7) + 7) / 8);
   const std::size_t pixels = word_at(bytes, 12) * word_at(bytes, 14);
-  const std::size_t needed = type < 8 ? pixels * ((byte(16) + 7) / 8) : 0;
-  if (begin > bytes.size() || needed > bytes.size() - begin)
+  const std::size_t needed_bytes =
+      type < 8 ? pixels * ((byte(16) + 7) / 8) : 0;  // 0: run-length encoded
+  if (begin > bytes.size() || needed_bytes > bytes.size() - begin)
     return make_error(ErrorCode::kInput, "the Targa file is truncated");
   if (type != 1 && type != 9) return Ok{};
   const bool has_known_depth = byte(7) == 15 || byte(7) == 16 || byte(7) == 24 || byte(7) == 32;
@@ -172,6 +182,7 @@ Status check_targa(std::string_view bytes) {
           ? run_indices_are_valid(indices, pixels, colors)
           : std::all_of(indices.begin(), indices.begin() + static_cast<std::ptrdiff_t>(pixels),
                         [&](char index) { return static_cast<unsigned char>(index) < colors; });
+  // The word at 3 is the first index that the map defines.
   if (has_known_depth && indices_are_valid && word_at(bytes, 3) == 0) return Ok{};
   return make_error(ErrorCode::kInput,
                     "the Targa file's colour map is damaged or unusual - save it as true colour");
@@ -202,7 +213,7 @@ const char* describe_content(std::string_view bytes) {
   for (const Magic& magic : kUnreadable)
     if (bytes.starts_with(magic.bytes)) return magic.name;
   for (const char c : bytes.substr(0, 64))
-    if (static_cast<unsigned char>(c) < 9) return "unknown binary data";
+    if (static_cast<unsigned char>(c) < 9) return "unknown binary data";  // 9 is a tab
   return "text or unknown data";
 }
 

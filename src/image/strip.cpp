@@ -17,6 +17,7 @@ constexpr float kLabelOnLight = 0.03f;
 /// Tests for continuation bytes of UTF-8, which add no character.
 bool is_continuation(char c) { return (static_cast<unsigned char>(c) & 0xc0) == 0x80; }
 
+/// A square of pixels; it may reach beyond the image.
 struct Square {
   int left, top, size;
 };
@@ -86,6 +87,7 @@ Result<Image> make_strip(std::span<const Image> frames, std::span<const std::str
     return make_error(ErrorCode::kInput,
                       "{} labels for {} frames of the contact sheet - give one per frame",
                       labels.size(), frames.size());
+  // Find the sizes of the cells, of the labels and of the sheet, in pixels.
   const int cell_width = settings.cell_width > 0 ? settings.cell_width : frames[0].width;
   const int cell_height = std::max(
       1, static_cast<int>((std::int64_t{frames[0].height} * cell_width + frames[0].width / 2) /
@@ -94,12 +96,13 @@ Result<Image> make_strip(std::span<const Image> frames, std::span<const std::str
   const int columns = std::min(settings.columns, count), rows = (count + columns - 1) / columns;
   const bool labelled = settings.labels && !labels.empty();
   const int scale = choose_label_scale(labels, cell_width);
-  const int label_gap = 4 * scale;
+  const int label_gap = 4 * scale;  // between a frame and its label
   const int row_height =
       cell_height + settings.gap + (labelled ? label_gap + text_height(scale) : 0);
   Image sheet = make_image(columns * (cell_width + settings.gap) + settings.gap,
                            rows * row_height + settings.gap, {"R", "G", "B"});
   std::fill(sheet.pixels.begin(), sheet.pixels.end(), settings.background);
+  // Draw the frames and their labels.
   for (int i = 0; i < count; ++i) {
     const auto n = static_cast<std::size_t>(i);
     const int left = settings.gap + i % columns * (cell_width + settings.gap);

@@ -32,7 +32,7 @@ struct TextStyle {
 /// Draws ASCII text in a bitmap font (image/font.h) onto R, G and B; (x, y) is the top left corner
 /// of the text. Clipped at the image's edges; characters outside ASCII are drawn as hollow boxes.
 void draw_text(Image& image, int x, int y, const std::string& text, TextStyle style);
-/// Width and height of drawn text in pixels.
+/// Width and height of drawn text in pixels; `scale` is as in TextStyle.
 int text_width(const std::string& text, int scale = 1);
 int text_height(int scale = 1);
 

@@ -70,6 +70,7 @@ OCIO::ConstTransformRcPtr make_transform(const OCIO::ConstConfigRcPtr& config,
   return group;
 }
 
+/// Opens a view as polymorph_ocio_open() does; sets `view.processor` or the view's error.
 void open(const char* file, std::string display, std::string view_name, View& view) {
   const OCIO::ConstConfigRcPtr config = OCIO::Config::CreateFromFile(file);
   if (!choose(view, "display", display, config->getDefaultDisplay(), config->getNumDisplays(),

@@ -29,10 +29,10 @@ struct Decoded : PmOiioImage {
 
 /// Pixels of a picture or of a part of an OpenEXR file.
 struct Part {
-  int index = 0;
+  int index = 0;         ///< index of the picture or part in the file
   OIIO::ImageSpec spec;  ///< layout, with an additional channel for each channel of large ids
   std::vector<unsigned char> ids;  ///< PmOiioImage::ids of the part's channels
-  std::vector<float> pixels;       ///< first of the data window; to_display_window() extends them
+  std::vector<float> pixels;       ///< data window; after to_display_window() the display window
 };
 
 void fail(Decoded& image, PmOiioFailure failure, std::string reason) {
@@ -41,13 +41,14 @@ void fail(Decoded& image, PmOiioFailure failure, std::string reason) {
   image.error = image.error_text.c_str();
 }
 
+/// Sets OpenImageIO's global attributes on the first call.
 void set_up_once() {
   static const bool done = [] {
     // One thread, because the caller manages threads. -1 keeps the OpenEXR reader from changing
     // OpenEXR's global pool, which the program's own encoder uses too.
     OIIO::attribute("threads", 1);
     OIIO::attribute("exr_threads", -1);
-    OIIO::attribute("limits:channels", 256);
+    OIIO::attribute("limits:channels", 256);  // per picture or part
     return true;
   }();
   (void)done;
@@ -100,8 +101,8 @@ void add_display_entries(const OIIO::ImageSpec& spec, Decoded& image) {
     add("colorPrimaries", std::move(text));
 }
 
-/// Adds the header entries of a part, except those whose names an earlier part has. The first part
-/// also adds the display entries.
+/// Adds the header entries of a part, except those whose names an earlier part has. The part that
+/// adds the first entries also adds the display entries.
 void add_attributes(const OIIO::ImageSpec& spec, Decoded& image) {
   std::set<std::string> known_names;
   for (const PmOiioAttribute& attribute : image.attribute_store) known_names.insert(attribute.name);
@@ -129,6 +130,7 @@ void add_attributes(const OIIO::ImageSpec& spec, Decoded& image) {
   image.attributes = image.attribute_store.data();
 }
 
+/// Tests for integers of 32 bits, which OpenEXR files use for ids.
 bool is_id(const OIIO::ImageSpec& spec, int channel) {
   return spec.channelformat(channel) == OIIO::TypeDesc::UINT;
 }
@@ -138,7 +140,7 @@ bool is_id(const OIIO::ImageSpec& spec, int channel) {
 /// low byte of the ids, and NAME the rest. Returns the indices of the channels NAME.
 std::vector<int> split_large_ids(const std::vector<unsigned char>& native, OIIO::ImageSpec& spec) {
   constexpr std::uint32_t kMaxExact = 1u << 24;
-  const std::size_t bytes = spec.pixel_bytes(true);
+  const std::size_t bytes = spec.pixel_bytes(/*native=*/true);
   std::vector<int> split_channels;
   std::size_t offset = 0;
   const int channels = spec.nchannels;
@@ -167,11 +169,14 @@ bool read_pixels(OIIO::ImageInput& input, Part& part) {
   const int file_channels = spec.nchannels;
   if (std::count(part.ids.begin(), part.ids.end(), 1) == 0) {
     part.pixels.resize(count * static_cast<std::size_t>(file_channels));
-    return input.read_image(part.index, 0, 0, file_channels, OIIO::TypeFloat, part.pixels.data());
+    return input.read_image(part.index, /*miplevel=*/0, /*chbegin=*/0, file_channels,
+                            OIIO::TypeFloat, part.pixels.data());
   }
-  const std::size_t bytes = spec.pixel_bytes(true);
+  // Read the pixels in the file's types, then convert them channel by channel.
+  const std::size_t bytes = spec.pixel_bytes(/*native=*/true);
   std::vector<unsigned char> native(count * bytes);
-  if (!input.read_image(part.index, 0, 0, file_channels, OIIO::TypeUnknown, native.data()))
+  if (!input.read_image(part.index, /*miplevel=*/0, /*chbegin=*/0, file_channels, OIIO::TypeUnknown,
+                        native.data()))
     return false;
   const OIIO::ImageSpec file_spec = spec;
   const std::vector<int> split_channels = split_large_ids(native, spec);
@@ -208,6 +213,7 @@ std::vector<float> to_display_window(const OIIO::ImageSpec& spec, std::vector<fl
                             spec.width == spec.full_width && spec.height == spec.full_height;
   if (fills_window) return pixels;
   const auto channels = static_cast<std::int64_t>(spec.nchannels);
+  // Offset of the data window in the display window.
   const std::int64_t dx = std::int64_t{spec.x} - spec.full_x,
                      dy = std::int64_t{spec.y} - spec.full_y;
   // Columns of the display window that the data window covers.
@@ -226,7 +232,7 @@ std::vector<float> to_display_window(const OIIO::ImageSpec& spec, std::vector<fl
 /// Describes the parts of an OpenEXR file, whose headers OpenImageIO has read already.
 void list_parts(OIIO::ImageInput& input, Decoded& image) {
   OIIO::ImageSpec part;
-  for (int i = 0; input.seek_subimage(i, 0, part); ++i) {
+  for (int i = 0; input.seek_subimage(i, /*miplevel=*/0, part); ++i) {
     std::string text = std::string(part.get_string_attribute("oiio:subimagename", "no name")) +
                        ": " + std::to_string(part.full_width) + " x " +
                        std::to_string(part.full_height);
@@ -245,7 +251,7 @@ void count_pictures(OIIO::ImageInput& input, double max_bytes, Decoded& image) {
   OIIO::ImageSpec next;
   double bytes = 0;
   image.picture_count = 1;
-  while (input.seek_subimage(image.picture_count, 0, next)) {
+  while (input.seek_subimage(image.picture_count, /*miplevel=*/0, next)) {
     bytes += static_cast<double>(next.image_bytes());
     ++image.picture_count;
     image.count_is_cut = image.picture_count == kMaxPictures || bytes > max_bytes;
@@ -266,7 +272,7 @@ std::vector<Part> list_joined_parts(OIIO::ImageInput& input, const OIIO::ImageSp
   parts[0].spec = first;
   int channels = first.nchannels;
   OIIO::ImageSpec spec;
-  for (int i = 1; input.seek_subimage(i, 0, spec); ++i) {
+  for (int i = 1; input.seek_subimage(i, /*miplevel=*/0, spec); ++i) {
     channels += spec.nchannels;
     if (spec.deep || !has_usable_size(spec) || spec.full_x != first.full_x ||
         spec.full_y != first.full_y || spec.full_width != first.full_width ||
@@ -324,6 +330,7 @@ void join_parts(std::vector<Part> parts, Decoded& image) {
 }
 
 void decode(const PmOiioRequest& request, Decoded& image) {
+  // Open the file, and list the parts to read.
   set_up_once();
   const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::create(request.format);
   if (!input) return fail(image, PM_OIIO_BROKEN, "this OpenImageIO has no reader for it");
@@ -352,6 +359,7 @@ void decode(const PmOiioRequest& request, Decoded& image) {
     image.channels = channels;
     return fail(image, PM_OIIO_TOO_LARGE, "");
   }
+  // Read the parts, and join them to one image.
   image.width = spec.full_width;
   image.height = spec.full_height;
   for (Part& part : parts) {
