@@ -131,11 +131,11 @@ JsonValue case_json(const ReportCase& result) {
   if (result.reference_flicker) json["reference_flicker"] = *result.reference_flicker;
   if (!result.pixels_sha256.empty()) json["pixels_sha256"] = result.pixels_sha256;
   if (!result.file_sha256.empty()) json["file_sha256"] = result.file_sha256;
-  if (result.surface.frame > 0) {
-    json["frame"] = result.surface.frame;
-    json["surface"] = {{"vertices", result.surface.vertices},
-                       {"triangles", result.surface.triangles},
-                       {"digest", result.surface.digest}};
+  if (result.surface) {
+    json["frame"] = result.surface->frame;
+    json["surface"] = {{"vertices", result.surface->vertices},
+                       {"triangles", result.surface->triangles},
+                       {"digest", result.surface->digest}};
   }
   json["figures"] = JsonValue::array();
   for (const CaseMetric& metric : case_metrics(result)) {

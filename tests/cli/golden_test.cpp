@@ -111,17 +111,17 @@ TEST_F(GoldenTest, AFailureSaysWhatChanged) {
 
 TEST_F(GoldenTest, FramesOfAnotherProgram) {
   write("golden_frames/other/suite.json",
-        R"({"command": "cp picture{frame}.png {out}", "format": "png", "frames": [1, 2]})");
-  write_picture("golden_frames/other/picture1.png", 0.4f);
+        R"({"command": "cp picture{frame}.png {out}", "format": "png", "frames": [0, 2]})");
+  write_picture("golden_frames/other/picture0.png", 0.4f);
   write_picture("golden_frames/other/picture2.png", 0.8f);
   run(0, {"golden", "update", "other", "--reason", "first"});
   EXPECT_EQ(read_text(folder / "golden_frames/other/frame.0002.png"),
             read_text(folder / "golden_frames/other/picture2.png"));
   EXPECT_FALSE(exists("golden_frames/other/surface.csv"));
   run(0, {"golden", "test"});
-  write_picture("golden_frames/other/picture2.png", 0.1f);
+  write_picture("golden_frames/other/picture0.png", 0.1f);
   const Ran changed = run(1, {"golden", "test", "--report", "out", "--failures", "out/frames"});
-  EXPECT_TRUE(contains(changed.out, "other frame 2: FAILED: ")) << changed.out;
+  EXPECT_TRUE(contains(changed.out, "other frame 0: FAILED: ")) << changed.out;
   run(0, {"golden", "accept", "out", "--reason", "darker"});
   run(0, {"golden", "test"});
   write("golden_frames/other/suite.json", R"({"command": "false {out}", "frames": [1]})");
