@@ -64,14 +64,14 @@ std::string encode_ply(std::span<const SurfaceFrame> frames, const SurfaceSequen
   std::uint32_t first_label = 0;
   for (std::size_t a = 0; a < frames.size(); ++a) {
     const SurfaceFrame& frame = frames[a];
-    const std::vector<Vec2> at_points = has_uvs ? point_uvs(frame) : std::vector<Vec2>{};
+    const std::vector<Vec2> uvs_of_points = has_uvs ? point_uvs(frame) : std::vector<Vec2>{};
     for (std::size_t i = 0; i < frame.positions.size(); ++i) {
       put(bytes, frame.positions[i]);
       if (has_normals) put(bytes, frame.normals[i]);
       if (has_colors)
         for (const float c : {frame.colors[i].x, frame.colors[i].y, frame.colors[i].z})
           put(bytes, SrgbQuantizer::instance()(c));
-      if (has_uvs) put(bytes, at_points[i]);
+      if (has_uvs) put(bytes, uvs_of_points[i]);
       if (has_velocities) put(bytes, frame.velocities.empty() ? Vec3{} : frame.velocities[i]);
       if (has_labels) put(bytes, first_label + frame.labels[i]);
     }
