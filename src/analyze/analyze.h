@@ -59,11 +59,12 @@ struct MorphEnds {
   std::string actor;           ///< name of the actor; empty if there is just one
   std::string from, to;        ///< names of the objects
   Mesh source, target;         ///< meshes of the objects; normals are not needed
-  std::vector<double> masses;  ///< one per moving ball (MorphFrame::centers)
+  std::vector<double> masses;  ///< mass of each moving ball, in the order of MorphFrame::centers
   /// Fraction of the mass that moves to its own label, by the plan and by a random plan.
   std::optional<double> purity, chance;
-  std::vector<double> landmark_errors;    ///< each landmark's distance from its target, scene units
-  std::optional<Similarity> truth;        ///< moves the source's vertices to the target's, if any
+  std::vector<double> landmark_errors;  ///< each landmark's distance from its target, scene units
+  /// Similarity that moves the source's vertices onto the target's; empty if there is none.
+  std::optional<Similarity> truth;
   std::optional<Similarity> recovered;    ///< similarity by which the plan aligns the objects
   std::optional<TrueErrors> true_errors;  ///< errors of points whose partners are known
   std::optional<double> facing;  ///< degrees about the vertical between the plan's rotation and the
@@ -114,7 +115,8 @@ struct FrameMeasures {
 /// One number of the quality report.
 struct Metric {
   std::string name;
-  std::string principle;        ///< number and name of a principle ("5 smoothness"), or a subject
+  std::string principle;        ///< number and name of a principle ("5 smoothness"); else "floor"
+                                ///< or "surface"
   std::optional<double> value;  ///< empty if it cannot be measured
   std::string goal;             ///< comparison, space and number ("<= 2"); empty if there is none
   std::string definition;       ///< a phrase for the report
@@ -122,9 +124,9 @@ struct Metric {
 
 /// The measures and metrics of one morph.
 struct Analysis {
-  std::string actor, from, to;
-  std::vector<FrameMeasures> frames;
-  std::vector<Metric> metrics;
+  std::string actor, from, to;        ///< names, as in MorphEnds
+  std::vector<FrameMeasures> frames;  ///< one per frame, by ascending time
+  std::vector<Metric> metrics;        ///< in the order of metric_names()
   /// Returns the metric of this name or null.
   const Metric* find(const std::string& name) const;
 };

@@ -156,8 +156,8 @@ void add_smoothness_metrics(const MorphEnds& ends, const std::vector<MorphFrame>
   };
   add("bending", larger_end > 0 ? std::optional(largest_bending / larger_end) : std::nullopt,
       "<= 1", "largest bending energy over the larger one of the ends");
-  // Where u hardly changes, the rate is a quotient of two numbers near 0. These intervals are left
-  // out.
+  // Find the largest pop of the frames. Where u hardly changes, the rate is a quotient of two
+  // numbers near 0; these intervals are left out.
   constexpr double kSlow = 0.1;  // of the largest change of u
   double max_change = 0;
   for (std::size_t k = 0; k + 1 < rows.size(); ++k)
@@ -175,9 +175,9 @@ void add_smoothness_metrics(const MorphEnds& ends, const std::vector<MorphFrame>
     if (neighbour_sum > 1e-3 * mean_rate && rows[k].rate > 1e-6 * size)
       pop = std::max(pop, 2 * rows[k].rate / neighbour_sum);
   }
-  // A hand-over is compared with the step that the volumetric stage would make beside it if u
-  // changed uniformly. The rate is that of the interval nearest to the end in which u changes
-  // enough.
+  // Find the largest hand-over and its pop. A hand-over is compared with the step that the
+  // volumetric stage would make beside it if u changed uniformly. The rate is that of the interval
+  // nearest to the end in which u changes enough.
   const std::size_t intervals = rows.size() - 1;
   const auto uniform_step = [&](bool first) {
     for (std::size_t i = 0; i < intervals; ++i) {

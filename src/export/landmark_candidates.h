@@ -21,8 +21,8 @@ struct LegCandidates {
     /// Points of both surfaces, in each file's coordinates; one is empty if the limb is unmatched.
     std::optional<Vec3> from, to;
   };
-  std::vector<Tip>
-      tips;  ///< matched tips first; the limbs of an object have the same names in both of its legs
+  /// Matched tips first. The limbs of an object have the same names in both of its legs.
+  std::vector<Tip> tips;
 };
 
 /// Returns the name of an object in the scene's plan.landmarks: the name of its file, or the

@@ -571,9 +571,9 @@ Status GlbWriter::add_animation() {
       times.push_back(seconds(frame));
       visible.push_back(is_visible ? 1 : 0);
     };
-    if (span.first > sequence_.first_frame) add_key(sequence_.first_frame, false);
-    add_key(span.first, true);
-    if (span.end <= sequence_.last_frame) add_key(span.end, false);
+    if (span.first > sequence_.first_frame) add_key(sequence_.first_frame, /*is_visible=*/false);
+    add_key(span.first, /*is_visible=*/true);
+    if (span.end <= sequence_.last_frame) add_key(span.end, /*is_visible=*/false);
     add_key(sequence_.last_frame + 1, span.end > sequence_.last_frame);
     std::string time_bytes, scale_bytes;
     std::string visible_bytes(visible.begin(), visible.end());

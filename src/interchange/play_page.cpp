@@ -133,7 +133,9 @@ float range_step(std::span<const float> values, float steps) {
   return (*high - *low) / steps;
 }
 
-Shape make_shape(Int3 points) { return {{points.x, points.y, points.z}, {true, true, true}}; }
+Shape make_shape(Int3 points) {
+  return {{points.x, points.y, points.z}, /*smooth=*/{true, true, true}};
+}
 
 JsonValue object_json(const PlayObject& object, float cell, Packer& packer) {
   JsonValue json{{"name", printable(object.name)}, {"color", to_array(object.color)}};
@@ -164,7 +166,7 @@ struct Factor {
   float xx, xy, xz, yy, yz, zz;
 };
 Factor factorize(const Sym3& s) {
-  constexpr float kMin = 1e-12f;
+  constexpr float kMin = 1e-12f;  // rounding may leave less than 0 below a root
   Factor f{};
   f.xx = std::sqrt(std::max(s.xx, kMin));
   f.xy = s.xy / f.xx;
@@ -249,7 +251,7 @@ JsonValue leg_json(const PlayLeg& leg, Packer& packer) {
   }
   const int keys = static_cast<int>(leg.keys.size()),
             pairs = static_cast<int>(leg.keys.front().balls.size());
-  const Shape shape{{pairs, keys, 1}, {false, true, false}};  // smooth in time
+  const Shape shape{{pairs, keys, 1}, /*smooth=*/{false, true, false}};  // smooth in time
   JsonValue channels = JsonValue::array();
   for (std::size_t c = 0; c < rows.front().size(); ++c) {
     std::vector<float> values;
@@ -275,7 +277,7 @@ JsonValue leg_json(const PlayLeg& leg, Packer& packer) {
 
 /// Writes one number per ball.
 JsonValue ball_json(std::span<const float> values, Packer& packer) {
-  const Shape shape{{static_cast<int>(values.size()), 1, 1}, {false, false, false}};
+  const Shape shape{{static_cast<int>(values.size()), 1, 1}, /*smooth=*/{false, false, false}};
   return packer.add(values, shape, range_step(values, kBallSteps));
 }
 

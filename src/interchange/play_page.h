@@ -73,8 +73,8 @@ struct PlayFrame {
   int leg = 0;     ///< index in PlayActor::legs
   float time = 0;  ///< time of the leg's motion, [0, 1]
   float look = 0;  ///< weight of the common look
-  std::vector<float>
-      weights;  ///< PlaySpace only: its objects' weights, which replace all other members
+  /// Weights of the objects of a PlaySpace, which then replace all other members; else empty.
+  std::vector<float> weights;
 };
 
 struct PlayActor {
