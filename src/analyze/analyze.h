@@ -126,7 +126,7 @@ struct Metric {
 struct Analysis {
   std::string actor, from, to;        ///< names, as in MorphEnds
   std::vector<FrameMeasures> frames;  ///< one per frame, by ascending time
-  std::vector<Metric> metrics;        ///< in the order of metric_names()
+  std::vector<Metric> metrics;        ///< all, ordered as metric_names() is
   /// Returns the metric of this name or null.
   const Metric* find(const std::string& name) const;
 };

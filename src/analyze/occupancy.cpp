@@ -181,6 +181,7 @@ CellValues compute_occupancy(const Mesh& mesh, double cell, double margin) {
   result.cell = cell;
   const Box box = bounding_box(mesh.positions);
   if (box.empty()) return result;
+  // Make the grid.
   const Vec3d origin = Vec3d(box.low) - Vec3d(margin, margin, margin);
   const Vec3d size = Vec3d(box.high) - Vec3d(box.low) + Vec3d(margin, margin, margin) * 2;
   result.cells = {static_cast<int>(std::ceil(size.x / cell)),

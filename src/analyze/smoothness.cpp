@@ -202,6 +202,8 @@ void add_smoothness_metrics(const MorphEnds& ends, const std::vector<MorphFrame>
 
 void add_roughness_metrics(Analysis& analysis) {
   const std::vector<FrameMeasures>& rows = analysis.frames;
+  // Compare every inner frame's total absolute curvature with the value interpolated between the
+  // ends.
   std::optional<double> curvature, least_curvature, detail;
   for (const InnerValue& inner :
        list_inner_values(rows, [](const auto& row) { return row.roughness.tac; })) {
@@ -210,6 +212,7 @@ void add_roughness_metrics(Analysis& analysis) {
     curvature = std::max(curvature.value_or(ratio), ratio);
     least_curvature = std::min(least_curvature.value_or(ratio), ratio);
   }
+  // Compare the detail in the same way, but average the ratios of the frames in the middle.
   double sum = 0, count = 0;
   constexpr double kEndFraction = 0.2 - 1e-6;  // of u, left out at either end
   for (const InnerValue& inner :

@@ -119,6 +119,7 @@ Result<Film> render_film(const EngineScene& film_scene, std::vector<int> numbers
   film.fps = prepared.scene.frames.fps;
   if (settings.content == FilmContent::kPlan) PM_TRY_STATUS(check_has_plans(film_scene.prepared));
   PM_TRY(Renderer renderer, make_renderer(film_scene.device, film_scene.max_memory));
+  // A worker traces a frame while this thread makes the surface of the next one.
   struct Traced {
     Result<Image> image;
     double seconds = 0;

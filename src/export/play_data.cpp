@@ -253,7 +253,8 @@ Result<PlayPage> make_play_page(const PreparedScene& prepared, Engine& engine) {
   page.box = prepared.box;
   page.has_ground = scene.ground.enabled;
   page.ground = scene.ground.height.value_or(prepared.box.low.y);
-  std::vector<std::string> names;
+  // Add the actors: objects, legs or shape space, states in all frames.
+  std::vector<std::string> names;  // one per actor, for the title
   for (const PreparedActor& actor : prepared.actors) {
     PlayActor& play_actor = page.actors.emplace_back();
     play_actor.name = actor.name;

@@ -20,6 +20,7 @@ double mass_share_in_limbs(const std::vector<double>& masses,
   return all > 0 ? matched / all : 0;
 }
 
+/// Describes a leg's plan as JSON. Pairs in lists are of the source and the target.
 JsonValue describe_leg(const Leg& leg) {
   const MorphPlan& plan = leg.plan;
   constexpr double kDegreesPerRadian = 180 / exact::kPi;
@@ -40,6 +41,7 @@ JsonValue describe_leg(const Leg& leg) {
       {"landmarks", std::move(landmarks)}};
 }
 
+/// Says whether the plan uses limbs, and how much of both objects is in matched limbs.
 std::string describe_certainty(const MorphPlan& plan) {
   if (plan.limb_names.empty())
     return "made without limbs: they are off, not certain, or the objects are nearly alike";
@@ -48,6 +50,7 @@ std::string describe_certainty(const MorphPlan& plan) {
                      100 * mass_share_in_limbs(plan.to_masses, plan.to_limbs));
 }
 
+/// Describes a leg's plan as lines of text.
 std::string leg_lines(const Leg& leg) {
   const MorphPlan& plan = leg.plan;
   const std::string rotation = describe_rotation(plan), limbs = describe_limbs(plan);

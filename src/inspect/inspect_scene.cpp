@@ -11,6 +11,7 @@ void add_frames(Inspection& out, const Scene& scene, const ActorSettings& actor)
   const Timeline timeline = make_timeline(scene, actor);
   const auto objects = chain_objects(actor);
   const auto name = [&](int index) { return objects[static_cast<std::size_t>(index)]->name; };
+  // List the legs.
   JsonValue json{
       {"name", actor.name}, {"legs", JsonValue::array()}, {"frames", JsonValue::array()}};
   for (std::size_t i = 0; i < timeline.legs.size(); ++i) {
@@ -25,6 +26,7 @@ void add_frames(Inspection& out, const Scene& scene, const ActorSettings& actor)
                             {"to_meta", !leg.to_full},
                             {"shares", std::move(shares)}});
   }
+  // List the frames.
   out.text += fmt::format("{:>5} {:>7} {:<24} {:<12} {:>8} {:>7}\n", "frame", "t", "from -> to",
                           "stage", "progress", "u");
   // Numbers in the names of each object's mesh files, [object][mesh in the order of play].

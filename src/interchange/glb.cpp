@@ -376,6 +376,7 @@ Status GlbWriter::add_mesh(const SurfaceFrame& frame, const std::string& name, M
 /// target, which holds the differences of positions, normals and colours from the first.
 Status GlbWriter::add_targets(int frame, std::span<const SurfaceFrame> frames) {
   frames_.push_back(frame);
+  // Add the meshes of the first frame.
   if (base_.empty()) {
     base_.assign(frames.begin(), frames.end());
     for (std::size_t a = 0; a < frames.size(); ++a) {
@@ -390,6 +391,7 @@ Status GlbWriter::add_targets(int frame, std::span<const SurfaceFrame> frames) {
     }
     return Ok{};
   }
+  // Add a target to each actor's mesh.
   for (std::size_t a = 0; a < frames.size(); ++a) {
     const SurfaceFrame &base = base_[a], &surface = frames[a];
     SplitSettings split_settings;
@@ -397,6 +399,7 @@ Status GlbWriter::add_targets(int frame, std::span<const SurfaceFrame> frames) {
     JsonValue target = JsonValue::object();
     const auto add_attribute = [&](const char* name, const std::vector<Vec3>& from,
                                    const std::vector<Vec3>& to) -> Status {
+      // A surface may lack normals or colours.
       if (from.empty() || from.size() != to.size()) return Ok{};
       Vec3 low = to[0] - from[0], high = low;
       const std::string bytes =
@@ -575,6 +578,7 @@ Status GlbWriter::add_animation() {
     add_key(span.first, /*is_visible=*/true);
     if (span.end <= sequence_.last_frame) add_key(span.end, /*is_visible=*/false);
     add_key(sequence_.last_frame + 1, span.end > sequence_.last_frame);
+    // Write the keys, then a sampler and a channel for the scale and for the visibility.
     std::string time_bytes, scale_bytes;
     std::string visible_bytes(visible.begin(), visible.end());
     for (const float t : times) put(time_bytes, t);

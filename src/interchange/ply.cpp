@@ -41,6 +41,7 @@ std::string encode_ply(std::span<const SurfaceFrame> frames, const SurfaceSequen
                                           [](const auto& f) { return !f.velocities.empty(); });
   const bool has_uvs = std::any_of(frames.begin(), frames.end(),
                                    [](const auto& f) { return !f.corner_uvs.empty(); });
+  // Write the header.
   std::size_t points = 0, triangles = 0, label_count = 0;
   for (const SurfaceFrame& frame : frames) {
     points += frame.positions.size();
@@ -61,6 +62,8 @@ std::string encode_ply(std::span<const SurfaceFrame> frames, const SurfaceSequen
   if (has_labels) bytes += "property int label\n";
   bytes += fmt::format("element face {}\nproperty list uchar uint vertex_indices\n{}end_header\n",
                        triangles, has_uvs ? "property list uchar float texcoord\n" : "");
+  // Write the points. Labels and points of each actor are numbered after those of the actors before
+  // it.
   std::uint32_t first_label = 0;
   for (std::size_t a = 0; a < frames.size(); ++a) {
     const SurfaceFrame& frame = frames[a];
@@ -77,6 +80,7 @@ std::string encode_ply(std::span<const SurfaceFrame> frames, const SurfaceSequen
     }
     if (has_labels) first_label += static_cast<std::uint32_t>(sequence.label_names[a].size());
   }
+  // Write the faces.
   std::uint32_t first_point = 0;
   for (const SurfaceFrame& frame : frames) {
     for (std::size_t t = 0; t < frame.triangles.size(); ++t) {

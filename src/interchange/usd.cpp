@@ -294,6 +294,7 @@ Status UsdWriter::add_hidden(int frame, LookSamples& look) {
   return add_surface(frame, SurfaceFrame{}, look);
 }
 
+/// Adds the values of all attributes of a look's mesh at a frame.
 Status UsdWriter::add_surface(int frame, const SurfaceFrame& surface, LookSamples& look) {
   std::vector<std::uint32_t> indices;
   for (const Triangle& t : surface.triangles) indices.insert(indices.end(), t.v, t.v + 3);
@@ -313,6 +314,7 @@ Status UsdWriter::add_surface(int frame, const SurfaceFrame& surface, LookSample
   const std::string points_of_corners = format_exact(indices);
   PM_TRY_STATUS(look.indices.add(frame, points_of_corners, spool_));
   PM_TRY_STATUS(look.points.add(frame, format_exact(surface.positions), spool_));
+  // Normals per point are indexed like the points if any frame has normals per corner.
   if (surface.corner_normals.empty()) {
     PM_TRY_STATUS(look.normals.add(frame, format_rounded(surface.normals), spool_));
     if (sequence_.has_corner_normals)
