@@ -14,7 +14,7 @@
 namespace polymorph {
 namespace {
 
-/// Memory for surfaces of frames that carry_actor() stores, in bytes.
+/// Limit of the memory for surfaces that carry_actor() stores, in bytes.
 constexpr std::size_t kMaxStoredBytes = std::size_t{256} << 20;
 
 constexpr const char* kAdvice =
@@ -65,6 +65,7 @@ Status list_states(const ActorFrames& actor_frames, CarriedActor& carried) {
   return Ok{};
 }
 
+/// Describes the topology of a mesh, as "2 parts of genus 1".
 std::string describe(const MeshReport& report) {
   return fmt::format("{} of genus {}", plural(report.components, "part"), report.genus);
 }

@@ -14,8 +14,8 @@
 
 namespace polymorph {
 
-/// The largest distance between a carried mesh and the true surface, as a fraction of the smaller
-/// object's diagonal.
+/// The largest allowed distance between a carried mesh and the true surface, as a fraction of the
+/// smaller object's diagonal.
 inline constexpr float kCarriedError = 0.003f;
 
 /// One mesh through some frames of a leg.

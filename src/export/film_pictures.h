@@ -21,11 +21,12 @@ struct Film {
   int first = 1, last = 1;  ///< first and last frame of the whole sequence, where t is 0 and 1
 };
 
+/// Settings of a contact sheet: frames side by side.
 struct SheetSettings {
-  int count = 8;           ///< number of cells, unless `all` is set
-  bool all = false;        ///< every frame of the film is a cell
-  bool by_change = false;  ///< choose_by_change() instead of choose_evenly()
-  int columns = 4;
+  int count = 8;                ///< number of cells, unless `all` is set
+  bool all = false;             ///< every frame of the film is a cell
+  bool by_change = false;       ///< choose_by_change() instead of choose_evenly()
+  int columns = 4;              ///< cells per row
   int cell_width = 0;           ///< pixels; 0: as rendered
   std::string label = "frame";  ///< text below each cell: "frame" (number), "t" (time) or "none"
 };

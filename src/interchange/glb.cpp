@@ -80,6 +80,7 @@ struct MeshSpan {
   std::string digest;  ///< hash of all the mesh's data; not used with a constant topology
 };
 
+/// Writes the binary data to a spool file at once, and collects the JSON that describes it.
 class GlbWriter : public SurfaceWriter {
  public:
   GlbWriter(std::filesystem::path path, SurfaceSequence sequence, GlbSettings settings, Spool spool)
@@ -120,8 +121,8 @@ class GlbWriter : public SurfaceWriter {
   Result<std::size_t> add_view(const std::string& bytes, int target, std::size_t stride = 0);
   /// Contents of an accessor, in glTF's terms.
   struct Elements {
-    int component;
-    const char* type;
+    int component;     ///< component type, as kFloat
+    const char* type;  ///< "SCALAR", "VEC2", "VEC3" or "VEC4"
     std::size_t count;
     bool normalized = false;
     std::size_t stride = 0;  ///< bytes; 0: packed
@@ -142,13 +143,15 @@ class GlbWriter : public SurfaceWriter {
   std::filesystem::path path_;
   SurfaceSequence sequence_;
   GlbSettings settings_;
-  Spool spool_;
+  Spool spool_;  ///< the binary data so far
   MaterialCatalog catalog_;
+  /// The file's arrays of buffer views, accessors and so on, and its only animation.
   JsonValue views_ = JsonValue::array(), accessors_ = JsonValue::array(),
             meshes_ = JsonValue::array(), nodes_ = JsonValue::array(), animation_,
             images_ = JsonValue::array();
   std::vector<MeshSpan> spans_;
-  std::vector<std::optional<std::size_t>> current_;  ///< per actor: its latest mesh in spans_
+  std::vector<std::optional<std::size_t>> current_;  ///< one per actor: index of its mesh in
+                                                     ///< spans_, empty while no mesh is visible
   /// Constant topology only: each actor's surface in the first frame, and all frame numbers so far.
   std::vector<SurfaceFrame> base_;
   std::vector<int> frames_;
@@ -179,8 +182,8 @@ std::string GlbWriter::compute_digest(const SurfaceFrame& frame) {
   return hasher.hex();
 }
 
-/// Adds a buffer view, padded to a multiple of 4 bytes. A target or stride of 0 is left out.
-/// Returns its index.
+/// Adds a buffer view, padded to a multiple of 4 bytes, and returns its index. `target` is
+/// kVertexBuffer, kIndexBuffer or 0; a target or stride of 0 is left out.
 Result<std::size_t> GlbWriter::add_view(const std::string& bytes, int target, std::size_t stride) {
   JsonValue view = {{"buffer", 0}, {"byteOffset", spool_.size()}, {"byteLength", bytes.size()}};
   if (target != 0) view["target"] = target;

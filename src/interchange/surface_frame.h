@@ -40,7 +40,8 @@ struct SurfaceFrame {
   /// Between two objects, texture coordinates and materials are those of the object with the larger
   /// weight. Empty if no materials are known.
   std::vector<SurfaceMaterial> materials;
-  /// True if only `colors` give the appearance, because several objects' materials are mixed.
+  /// True if `colors` and `mixture` give the appearance instead of `materials`, because several
+  /// objects' materials, or an object's and the common look, are mixed.
   bool is_mixed = false;
   /// Material if `is_mixed`: white, with the means of all other properties over the surface.
   SurfaceMaterial mixture;
@@ -48,7 +49,7 @@ struct SurfaceFrame {
 
 /// A perspective camera in the form that other programs use.
 struct FrameCamera {
-  Vec3 position, right, up, forward;  ///< orthonormal
+  Vec3 position, right, up, forward;  ///< position in the scene, and orthonormal axes
   float tan_half_fov_y = 0.27f;
   float aspect = 4.0f / 3;  ///< width / height
   float focus = 1;          ///< focus distance, scene units

@@ -161,7 +161,7 @@ struct LookSamples {
 
 /// Looks of an actor, in the order in which frames show them.
 struct ActorSamples {
-  std::string name;
+  std::string name;  ///< unique name of the actor's prim
   std::vector<LookSamples> looks;
   std::size_t current_look = 0;  ///< index of the look in the latest frame
 };
