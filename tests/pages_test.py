@@ -444,7 +444,7 @@ class LandmarksPage(Pages):
             const view = polymorph.views[arguments[0]], p = view.object.solid.positions, {eye} = view.orbit.axes(), box = view.canvas.getBoundingClientRect();
             const all = [...Array(p.length / 3).keys()].map(i => [p[3 * i], p[3 * i + 1], p[3 * i + 2]]);
             const away = q => Math.hypot(...q.map((v, i) => v - eye[i])), nearest = all.reduce((a, b) => away(a) < away(b) ? a : b);
-            const [x, y] = view.placeOf(nearest).map((v, i) => Math.round(v + (i ? box.top : box.left)));
+            const [x, y] = view.pixelOf(nearest).map((v, i) => Math.round(v + (i ? box.top : box.left)));
             const hit = view.pointAt(x, y), m = view.object.to_file;
             return [x, y, [0, 4, 8].map(i => m[i] * hit[0] + m[i + 1] * hit[1] + m[i + 2] * hit[2] + m[i + 3])];""", side)
 

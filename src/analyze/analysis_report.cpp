@@ -13,7 +13,7 @@
 namespace polymorph {
 namespace {
 
-/// A measure of the frames.
+/// A measure of the frames: a column of the CSV file, a key of the JSON file, a curve of the page.
 struct Column {
   const char* name;
   const char* definition;
@@ -21,6 +21,7 @@ struct Column {
 };
 
 const std::vector<Column>& columns() {
+  // Each of these makes a function that returns one member of a frame's measures as a number.
   const auto measure = [](auto member) {
     return [member](const FrameMeasures& row) {
       return std::optional<double>(static_cast<double>(row.*member));
@@ -87,7 +88,7 @@ bool holds(double value, const std::string& comparison, double bound) {
 
 /// Draws one measure of all frames as a curve (SVG).
 std::string draw_curve(const Analysis& morph, const Column& column) {
-  constexpr double kWidth = 360, kHeight = 120;
+  constexpr double kWidth = 360, kHeight = 120;  // units of the SVG's view box
   std::vector<std::pair<double, double>> points;
   double low = INFINITY, high = -INFINITY;
   for (const FrameMeasures& row : morph.frames) {
@@ -103,6 +104,7 @@ std::string draw_curve(const Analysis& morph, const Column& column) {
   if (low > 0 && low < 0.8 * high) low = 0;
   const double span = high > low ? high - low : 1, base = high > low ? low : low - 0.5;
   std::string path, dots;
+  // Times 0 to 1 and values `low` to `high` fill the view box up to margins of 4 and 6 units.
   for (const auto& [x, y] : points) {
     const double px = 4 + x * (kWidth - 8), py = kHeight - 6 - (y - base) / span * (kHeight - 12);
     path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? "M" : "L", px, py);
@@ -300,10 +302,10 @@ Result<Limit> parse_limit(const std::string& text) {
   limit.text = text;
   if (sign != std::string::npos) {
     const bool has_equals_sign = sign + 1 < text.size() && text[sign + 1] == '=';
-    const auto trim = [](std::string part) {
-      part.erase(0, part.find_first_not_of(' '));
-      part.erase(part.find_last_not_of(' ') + 1);
-      return part;
+    const auto trim = [](std::string word) {
+      word.erase(0, word.find_first_not_of(' '));
+      word.erase(word.find_last_not_of(' ') + 1);
+      return word;
     };
     limit.metric = trim(text.substr(0, sign));
     limit.comparison = text.substr(sign, has_equals_sign ? 2 : 1);

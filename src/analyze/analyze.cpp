@@ -22,8 +22,8 @@ namespace {
 
 constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 
-/// Returns the source moved by the fraction u of a known similarity: rotated and scaled about its
-/// centroid, which moves on a straight line.
+/// Returns the source moved by the fraction u of the known similarity `truth`: rotated and scaled
+/// about its centroid, which moves on a straight line. `recovered` is the plan's similarity.
 Mesh ground_truth_at(const Mesh& source, const Similarity& truth,
                      const std::optional<Similarity>& recovered, double u) {
   Vec3d center;
@@ -31,8 +31,8 @@ Mesh ground_truth_at(const Mesh& source, const Similarity& truth,
   center = center * (1 / static_cast<double>(source.positions.size()));
   const Vec3d end = truth.rotation * center * truth.scale + truth.shift;
   Vec3d axis_angle = log_rotation(truth.rotation);
-  // A rotation by nearly 180 degrees has two axis-angle vectors of nearly equal length. Use the one
-  // on the side of the plan's rotation.
+  // A rotation by nearly 180 degrees has two axis-angle vectors of nearly equal length and opposite
+  // directions. Use the one on the side of the plan's rotation.
   constexpr double kNearlyPi = 179 / kDegreesPerRadian;
   if (recovered && length(axis_angle) > kNearlyPi &&
       dot(axis_angle, log_rotation(recovered->rotation)) < 0)
@@ -62,7 +62,7 @@ std::vector<double> compute_strains(const std::vector<MorphFrame>& frames, doubl
   std::vector<double> result(frames.size(), 0);
   const std::vector<Vec3>& first = frames.front().centers;
   const std::vector<Vec3>& last = frames.back().centers;
-  const auto neighbors = nearest_neighbors(first, 8);
+  const auto neighbors = nearest_neighbors(first, /*count=*/8);
   for (std::size_t k = 0; k < frames.size(); ++k) {
     double sum = 0;
     std::size_t count = 0;
@@ -71,7 +71,8 @@ std::vector<double> compute_strains(const std::vector<MorphFrame>& frames, doubl
         const auto distance = [&](const std::vector<Vec3>& centers) {
           return length(Vec3d(centers[e]) - Vec3d(centers[f]));
         };
-        // Pairs made of one ball start at one point, so the ratio of their distances is undefined.
+        // Skip balls that nearly coincide, because their ratio is undefined: a source ball that is
+        // divided among several pairs gives several moving balls with one center.
         const double expected = (1 - frames[k].u) * distance(first) + frames[k].u * distance(last);
         const double actual = distance(frames[k].centers);
         if (expected < 1e-3 * size || actual < 1e-6 * size) continue;
@@ -117,8 +118,7 @@ FrameMeasures measure_frame(const MorphFrame& frame) {
   return row;
 }
 
-/// Fills in the measures of every frame: of its surface, of the step from the previous frame, and
-/// finally of its balls. Returns the errors at the ends.
+/// Appends the measures of every frame to `analysis.frames`. Returns the errors at the ends.
 EndErrors measure_frames(const MeasuredMorph& morph, Analysis& analysis) {
   constexpr double kHullMargin = 0.02;  // over L
   const DilatedHull hull(object_points(morph.ends), kHullMargin * morph.size);
@@ -131,6 +131,7 @@ EndErrors measure_frames(const MeasuredMorph& morph, Analysis& analysis) {
                   [&](const MorphFrame& frame) { return corresponds(first, frame.surface); });
   EndErrors errors;
   std::optional<MeasuredSurface> previous;
+  // Measure each surface, and the step to it from the previous one.
   for (const MorphFrame& frame : morph.frames) {
     FrameMeasures row = measure_frame(frame);
     if (has_distortion) row.distortion = conformal_distortion(first, frame.surface);
@@ -156,6 +157,7 @@ EndErrors measure_frames(const MeasuredMorph& morph, Analysis& analysis) {
     analysis.frames.push_back(std::move(row));
   }
   errors.target = previous->distance_to(MeasuredSurface(morph.ends.target)).largest / morph.size;
+  // Measure the balls.
   for (std::size_t k = 0; k + 1 < morph.frames.size(); ++k)
     analysis.frames[k].speed =
         morph.has_balls ? rms_step(morph.frames[k], morph.frames[k + 1], morph.ends.masses)
@@ -166,6 +168,7 @@ EndErrors measure_frames(const MeasuredMorph& morph, Analysis& analysis) {
   return errors;
 }
 
+/// Appends attributes: the purity corrected for chance, as Cohen's kappa.
 void add_attributes(const MeasuredMorph& morph, Analysis& analysis) {
   std::optional<double> value;
   if (morph.ends.purity && morph.ends.chance && *morph.ends.chance < 1)
@@ -224,7 +227,8 @@ void add_rigidity(const MeasuredMorph& morph, Analysis& analysis) {
 }
 
 /// Appends backtrack and dip of the volume, and area_backtrack and area_dip of the area. A
-/// backtrack is the sum of all steps against the direction from the first to the last frame.
+/// backtrack is the sum of all steps against the direction from the first to the last frame, a dip
+/// the smallest value of all frames over the smaller end's.
 void add_monotonicity(Analysis& analysis) {
   const std::vector<FrameMeasures>& rows = analysis.frames;
   const auto add_backtrack_and_dip = [&](const char* backtrack, const char* dip, const auto& value,
@@ -252,8 +256,8 @@ void add_monotonicity(Analysis& analysis) {
       "area lost against the trend, over the larger end's", "smallest area over the smaller end's");
 }
 
-/// Appends nonlinearity and the errors of the plan's similarity. They have no values unless the
-/// target is the source moved by a similarity.
+/// Appends nonlinearity and the errors of the plan's similarity. These metrics have no values
+/// unless the target is the source moved by a similarity.
 void add_transformations(const MeasuredMorph& morph, Analysis& analysis) {
   const std::vector<FrameMeasures>& rows = analysis.frames;
   std::optional<double> error, angle, scale, shift;
@@ -307,7 +311,7 @@ void add_slow_in_out(Analysis& analysis) {
                               "time of the largest step; goal 0.4 to 0.6"});
 }
 
-void add_certificates(Analysis& analysis) {
+void add_surface_checks(Analysis& analysis) {
   const std::vector<FrameMeasures>& rows = analysis.frames;
   double leakage = 0, invalid_surfaces = 0;
   for (const FrameMeasures& row : rows) {
@@ -358,7 +362,7 @@ Analysis analyze_morph(const MorphEnds& ends, const std::vector<MorphFrame>& fra
   add_body_metrics(analysis);
   add_transformations(morph, analysis);
   add_slow_in_out(analysis);
-  add_certificates(analysis);
+  add_surface_checks(analysis);
   return analysis;
 }
 
@@ -372,7 +376,8 @@ std::optional<Similarity> fit_similarity(const std::vector<Vec3>& from,
     moments.to_center = moments.to_center + Vec3d(to[i]) * (1 / count);
   }
   for (std::size_t i = 0; i < from.size(); ++i)
-    moments.add(Vec3d(from[i]) - moments.from_center, Vec3d(to[i]) - moments.to_center, 1);
+    moments.add(Vec3d(from[i]) - moments.from_center, Vec3d(to[i]) - moments.to_center,
+                /*weight=*/1);
   if (!(moments.from_square > 0 && moments.to_square > 0)) return std::nullopt;
   Similarity fit{nearest_rotation(moments.covariance), moments.scale(), {}};
   fit.shift = moments.to_center - fit.rotation * moments.from_center * fit.scale;

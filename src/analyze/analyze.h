@@ -1,5 +1,9 @@
 // Morph quality metrics: the ten principles of Gomes et al. 1998 (report 3.8.1) as numbers, and
 // measures of every frame's surface. Formulas: docs/method.md, Quality.
+//
+// A morph consists of a boundary stage, in which the source's mesh turns into the surface of its
+// balls, a volumetric stage, in which the balls move, and a boundary stage at the target. Its
+// frames are those of the volumetric stage. A sequence of mesh files has no other stage.
 #pragma once
 
 #include <optional>
@@ -22,28 +26,28 @@ struct Similarity {
   Vec3d shift;
 };
 
-/// Fits a similarity between two lists of corresponding points (Umeyama 1991). Returns nullopt if a
-/// point misses its partner by more than 1e-3 of the RMS radius of `to`.
+/// Fits the similarity that moves the points `from` to the points `to` of the same indices (Umeyama
+/// 1991). Returns nullopt if it misses one of them by more than 1e-3 of the RMS radius of `to`, or
+/// if the lists have different sizes or fewer than four points.
 std::optional<Similarity> fit_similarity(const std::vector<Vec3>& from,
                                          const std::vector<Vec3>& to);
 
-/// The boundary stage between an object's own mesh and the surface of the first or last frame: its
-/// meshes at uniform steps. They lead from the object's mesh to the mesh that the surface of the
-/// balls replaces. At the target they are in reverse order of time.
-struct Handover {
-  std::vector<Mesh> shown;
+/// Meshes of a boundary stage at uniform steps of time, from the object's own mesh to the last mesh
+/// before the balls' surface. At the target they are in reverse order of time.
+struct BoundaryMeshes {
+  std::vector<Mesh> meshes;
 };
 
 /// Errors of pairs of points that are known to correspond (analyze/true_points.h).
 struct TrueErrors {
   std::size_t points = 0;  ///< number of pairs
-  /// For each point of both objects: its distance from the position to which its partner is moved,
-  /// over the diagonal of the point's object. `plan` moves points with the nearest balls, `map` by
-  /// the map of the surface.
+  /// Distances of the target's points, then of the source's points, from the positions to which
+  /// their partners are moved, over the diagonal of the point's object. `plan` moves each partner
+  /// with its nearest ball, `map` by the map of the surface. Empty: not measured.
   std::vector<double> plan, map;
-  /// Distance along the target's edges from the position to which the map moves each source point
-  /// to the point's partner, over the square root of the target's area; infinite between
-  /// components.
+  /// For each source point: distance along the target's edges from the position to which the map
+  /// moves the point to the point's partner, over the square root of the target's area. It is
+  /// infinite between components. Empty: not measured.
   std::vector<double> geodesic;
   /// Angle about the vertical, in degrees, between the morph's rotation and the rotation that fits
   /// the points; empty if no rotation fits them.
@@ -52,29 +56,34 @@ struct TrueErrors {
 
 /// The two ends of a morph. Unknown members stay empty; metrics that need them are then empty too.
 struct MorphEnds {
-  std::string actor;                      ///< name of the actor; empty if there is just one
-  std::string from, to;                   ///< names of the objects
-  Mesh source, target;                    ///< meshes of the objects; normals are not needed
-  std::vector<double> masses;             ///< masses of the moving balls
-  std::optional<double> purity, chance;   ///< label purity of the plan and of a random plan
-  std::vector<double> landmark_errors;    ///< distance of each landmark from its target
-  std::optional<Similarity> truth;        ///< moves the source to the target, if a similarity does
-  std::optional<Similarity> recovered;    ///< estimate of `truth` by the plan
+  std::string actor;           ///< name of the actor; empty if there is just one
+  std::string from, to;        ///< names of the objects
+  Mesh source, target;         ///< meshes of the objects; normals are not needed
+  std::vector<double> masses;  ///< mass of each moving ball, in the order of MorphFrame::centers
+  /// Fraction of the mass that moves to its own label, by the plan and by a random plan.
+  std::optional<double> purity, chance;
+  std::vector<double> landmark_errors;  ///< each landmark's distance from its target, scene units
+  /// Similarity that moves the source's vertices onto the target's; empty if there is none.
+  std::optional<Similarity> truth;
+  std::optional<Similarity> recovered;    ///< similarity by which the plan aligns the objects
   std::optional<TrueErrors> true_errors;  ///< errors of points whose partners are known
   std::optional<double> facing;  ///< degrees about the vertical between the plan's rotation and the
                                  ///< best fit of its pairs
-  std::optional<double> registration;  ///< larger missed_fraction() of the two objects' surfaces
-  std::optional<double> pose_step;     ///< moving ends: largest step of the surface by a change of
-                                       ///< poses alone, over the step of the ends
-  Handover leaving, arriving;          ///< boundary stages of both ends; empty if not shown
-  bool source_shown = true;            ///< the object itself is shown before the first frame
-  bool target_shown = true;            ///< the object itself is shown after the last frame
+  /// Larger missed_fraction() (analyze/registration_error.h) of the two objects' surfaces.
+  std::optional<double> registration;
+  /// Objects that move during the morph: chamfer distance by which the surface moves if only their
+  /// poses change to those of the next frame, over the larger distance by which the objects move;
+  /// the largest ratio of all frames.
+  std::optional<double> pose_step;
+  BoundaryMeshes leaving, arriving;  ///< stages of the source and the target; empty if not shown
+  bool source_shown = true;          ///< the object itself is shown before the first frame
+  bool target_shown = true;          ///< the object itself is shown after the last frame
 };
 
 /// One frame of the morph.
 struct MorphFrame {
   double time = 0;  ///< [0, 1]
-  double u = 0;     ///< eased time, [0, 1]
+  double u = 0;     ///< eased time, [0, 1]; equal to `time` if the easing is unknown
   Mesh surface;
   std::vector<Vec3> centers;  ///< moving balls, in the same order in all frames; may be empty
 };
@@ -88,31 +97,36 @@ struct FrameMeasures {
   Roughness roughness;  ///< relative to the box of the first and last frame (RoughnessScale)
   double step = 0;      ///< chamfer distance to the next frame; 0 at the last
   double farthest = 0;  ///< Hausdorff distance to the next frame; 0 at the last
-  double rate = 0;      ///< step / change of u
+  double rate = 0;      ///< step / change of u to the next frame; 0 if u does not change
   double speed = 0;     ///< RMS step of the balls to the next frame; `step` without balls
   double leakage = 0;   ///< volume outside the hull of both objects, dilated by 2 %
-  double strain = 0;    ///< RMS of ln(distance of neighbouring balls / interpolated distance)
+  double strain = 0;    ///< RMS of ln(distance of neighbouring balls / distance interpolated
+                        ///< between the ends); 0 without balls
   double hull = 0;      ///< volume of the convex hull
-  double lowest = 0;    ///< y of the lowest point
-  double height = 0;    ///< height of the surface
-  std::optional<double> distortion;      ///< conformal_distortion() since the first frame
-  std::optional<double> off_similarity;  ///< Hausdorff distance from the moved source, over L
+  double lowest = 0;    ///< y of the lowest point; 0 for an empty surface
+  double height = 0;    ///< extent of the surface along y
+  /// conformal_distortion() since the first frame; empty unless all frames have the same triangles.
+  std::optional<double> distortion;
+  /// Hausdorff distance, over L, from the first frame moved by the fraction u of MorphEnds::truth;
+  /// empty without `truth`.
+  std::optional<double> off_similarity;
 };
 
 /// One number of the quality report.
 struct Metric {
   std::string name;
-  std::string principle;        ///< one of the ten principles, "5 smoothness"
+  std::string principle;        ///< number and name of a principle ("5 smoothness"); else "floor"
+                                ///< or "surface"
   std::optional<double> value;  ///< empty if it cannot be measured
-  std::string goal;             ///< "<= 2"; empty if there is none
+  std::string goal;             ///< comparison, space and number ("<= 2"); empty if there is none
   std::string definition;       ///< a phrase for the report
 };
 
 /// The measures and metrics of one morph.
 struct Analysis {
-  std::string actor, from, to;
-  std::vector<FrameMeasures> frames;
-  std::vector<Metric> metrics;
+  std::string actor, from, to;        ///< names, as in MorphEnds
+  std::vector<FrameMeasures> frames;  ///< one per frame, by ascending time
+  std::vector<Metric> metrics;        ///< all, ordered as metric_names() is
   /// Returns the metric of this name or null.
   const Metric* find(const std::string& name) const;
 };

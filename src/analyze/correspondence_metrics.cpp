@@ -9,6 +9,7 @@
 namespace polymorph {
 namespace {
 
+/// Returns the fraction of the errors that are at most `limit`; nullopt if there are no errors.
 std::optional<double> fraction_within(const std::vector<double>& errors, double limit) {
   if (errors.empty()) return std::nullopt;
   const auto count =
@@ -72,8 +73,10 @@ void add_body_metrics(Analysis& analysis) {
   std::optional<double> hull_dip, distortion;
   double floating = 0, sinking = 0;
   for (const FrameMeasures& row : rows) {
-    const double hull = (1 - row.u) * first.hull + row.u * last.hull;
-    if (hull > 0) hull_dip = std::min(hull_dip.value_or(INFINITY), row.hull / hull);
+    const double interpolated_hull = (1 - row.u) * first.hull + row.u * last.hull;
+    if (interpolated_hull > 0)
+      hull_dip = std::min(hull_dip.value_or(INFINITY), row.hull / interpolated_hull);
+    // Height of the lowest point above the height interpolated between the ends.
     const double lift = row.lowest - ((1 - row.u) * first.lowest + row.u * last.lowest);
     floating = std::max(floating, lift);
     sinking = std::max(sinking, -lift);

@@ -1,5 +1,6 @@
 // Correspondence metrics of a morph: whether corresponding points become each other, whether limbs
-// survive in between, and whether the body stays on the ground. Formulas: docs/method.md, Quality.
+// survive between the ends, and whether the body stays on the ground. Formulas: docs/method.md,
+// Quality.
 #pragma once
 
 #include <vector>

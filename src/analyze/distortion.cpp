@@ -26,7 +26,8 @@ double compute_dilatation(const TriangleMetric& before, const TriangleMetric& af
   constexpr double kMaxDilatation = 100;
   const double areas = before.twice_area * after.twice_area;
   if (!(areas > 0)) return kMaxDilatation;
-  // trace(M) / (2 sqrt(det(M))) with M = inverse(before) * after. It equals (K + 1 / K) / 2.
+  // The mean of K and 1 / K is trace(M) / (2 sqrt(det(M))) with M = inverse(before) * after, and K
+  // is mean + sqrt(mean^2 - 1).
   const double mean =
       (before.bb * after.aa - 2 * before.ab * after.ab + before.aa * after.bb) / (2 * areas);
   const double excess = std::max(mean * mean - 1, 0.0);

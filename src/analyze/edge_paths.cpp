@@ -12,11 +12,12 @@
 namespace polymorph {
 namespace {
 
+/// An edge seen from one of its ends.
 struct Link {
-  std::uint32_t to = 0;
+  std::uint32_t to = 0;  ///< the other end
   double length = 0;
 };
-/// The edges that leave each point: those of point v are `links` from first[v] to first[v + 1].
+/// The edges at each point: those of point v are links[first[v]] to links[first[v + 1] - 1].
 struct EdgeGraph {
   std::vector<std::size_t> first;
   std::vector<Link> links;

@@ -11,18 +11,18 @@ std::optional<double> rotation_about_vertical(const WeightedPairs& pairs, const 
   PM_CHECK(pairs.from.size() == pairs.to.size() &&
            (pairs.weights.empty() || pairs.weights.size() == pairs.from.size()));
   const auto weight = [&](std::size_t i) { return pairs.weights.empty() ? 1 : pairs.weights[i]; };
-  Vec3d p0, q0;
+  Vec3d from_center, to_center;
   double sum = 0;
   for (std::size_t i = 0; i < pairs.from.size(); ++i) {
-    p0 = p0 + pairs.from[i] * weight(i);
-    q0 = q0 + pairs.to[i] * weight(i);
+    from_center = from_center + pairs.from[i] * weight(i);
+    to_center = to_center + pairs.to[i] * weight(i);
     sum += weight(i);
   }
   if (!(sum > 0)) return std::nullopt;
-  p0 = p0 * (1 / sum), q0 = q0 * (1 / sum);
+  from_center = from_center * (1 / sum), to_center = to_center * (1 / sum);
   double cosine = 0, sine = 0, from_variance = 0, to_variance = 0;
   for (std::size_t i = 0; i < pairs.from.size(); ++i) {
-    const Vec3d p = applied * (pairs.from[i] - p0), q = pairs.to[i] - q0;
+    const Vec3d p = applied * (pairs.from[i] - from_center), q = pairs.to[i] - to_center;
     cosine += weight(i) * (q.x * p.x + q.z * p.z);
     sine += weight(i) * (q.x * p.z - q.z * p.x);
     from_variance += weight(i) * (p.x * p.x + p.z * p.z);

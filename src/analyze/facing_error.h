@@ -18,8 +18,8 @@ struct WeightedPairs {
 /// Fits the rotation about the y axis, in degrees from -180 to 180 (from z towards x), that takes
 /// the points onto the points that they become (weighted Procrustes in the plane). The rotation
 /// `applied` is applied to the points first. Both sets are relative to their centroids. Returns
-/// nullopt if no rotation fits much better than the others: if the covariance is below a tenth of
-/// the product of both standard deviations.
+/// nullopt if there are no pairs of positive weight, or if no rotation fits much better than the
+/// others: if the covariance is below a tenth of the product of both standard deviations.
 std::optional<double> rotation_about_vertical(const WeightedPairs& pairs, const Mat3& applied = {});
 
 }  // namespace polymorph

@@ -38,7 +38,7 @@ double bending_energy(const Mesh& mesh) {
       mesh.normals.size() == n ? std::vector<Vec3>()
                                : point_normals(make_model(mesh.positions, mesh.triangles));
   const std::vector<Vec3>& normals = mesh.normals.size() == n ? mesh.normals : averaged_normals;
-  std::vector<double> area(n, 0), curvature(n, 0);
+  std::vector<double> area(n, 0), curvature(n, 0);  // per vertex: its area, and area times H
   for (const Triangle& t : mesh.triangles) {
     Vec3d p[3], normal[3];
     for (int k = 0; k < 3; ++k) {
@@ -68,16 +68,17 @@ struct MeasuredSurface::Data {
   std::vector<Vec3> normals;  ///< one per triangle
   ClosestPointQuery query;
 
-  /// Measures the distances of `points` to this surface. Points that lie deeper than `hidden`
+  /// Measures the distances of `points` to this surface. Points that lie deeper than `hidden_depth`
   /// inside it are left out.
-  OneSidedDistance distance_from(const std::vector<Vec3>& points, double hidden) const {
+  OneSidedDistance distance_from(const std::vector<Vec3>& points, double hidden_depth) const {
     OneSidedDistance result;
     const std::vector<ClosestPoint> closest = query.closest(points);
     std::size_t count = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
       const ClosestPoint& hit = closest[i];
       const auto distance = static_cast<double>(hit.distance);
-      if (distance > hidden && dot(normals[hit.triangle], points[i] - hit.point) < 0) continue;
+      if (distance > hidden_depth && dot(normals[hit.triangle], points[i] - hit.point) < 0)
+        continue;
       result.mean += distance;
       result.largest = std::max(result.largest, distance);
       ++count;
@@ -101,11 +102,11 @@ MeasuredSurface& MeasuredSurface::operator=(MeasuredSurface&&) noexcept = defaul
 bool MeasuredSurface::empty() const { return data_->samples.empty(); }
 
 MeasuredSurface::Distance MeasuredSurface::distance_to(const MeasuredSurface& other,
-                                                       double hidden) const {
+                                                       double hidden_depth) const {
   if (empty() && other.empty()) return {};
   constexpr double kInfinite = std::numeric_limits<double>::infinity();
   if (empty() || other.empty()) return {kInfinite, kInfinite};
-  const OneSidedDistance forward = other.data_->distance_from(data_->samples, hidden);
+  const OneSidedDistance forward = other.data_->distance_from(data_->samples, hidden_depth);
   const OneSidedDistance backward = data_->distance_from(other.data_->samples, kInfinite);
   return {(forward.mean + backward.mean) / 2, std::max(forward.largest, backward.largest)};
 }
@@ -113,7 +114,7 @@ MeasuredSurface::Distance MeasuredSurface::distance_to(const MeasuredSurface& ot
 DilatedHull::DilatedHull(std::span<const Vec3> points, double margin) {
   constexpr int kDirections = 512;
   // Spherical Fibonacci points (Gonzalez 2010): each is rotated by the golden angle.
-  constexpr double kGoldenAngle = 2.399963229728653;
+  constexpr double kGoldenAngle = 2.399963229728653;  // radians
   for (int i = 0; i < kDirections; ++i) {
     const double z = 1 - (2.0 * i + 1) / kDirections, radius = std::sqrt(1 - z * z);
     directions_.push_back(to_float(

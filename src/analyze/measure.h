@@ -35,11 +35,11 @@ class MeasuredSurface {
   };
   /// Measures the distances between about 4000 samples of each surface and their exact closest
   /// points on the other one. The distances are infinite if just one of the two is empty. Samples
-  /// of this surface that lie deeper than `hidden` inside the other one are left out, because they
-  /// are not visible (a spout continues inside its pot); the other one must then be closed, with
-  /// normals outward.
+  /// of this surface that lie deeper than `hidden_depth` inside `other` are left out, because they
+  /// are not visible (a spout continues inside its pot); `other` must then be closed, with normals
+  /// outward.
   Distance distance_to(const MeasuredSurface& other,
-                       double hidden = std::numeric_limits<double>::infinity()) const;
+                       double hidden_depth = std::numeric_limits<double>::infinity()) const;
 
  private:
   struct Data;
@@ -52,13 +52,14 @@ class DilatedHull {
  public:
   DilatedHull(std::span<const Vec3> points, double margin);
   bool contains(Vec3 point) const;
-  /// Returns the volume enclosed by the closed surface that lies outside this hull, measured on a
-  /// grid of about 50 000 points; exactly 0 if no vertex lies outside.
+  /// Returns the part of the volume inside `mesh`, a closed surface, that lies outside this hull.
+  /// It is measured on a grid of about 50 000 points over the mesh's box, and exactly 0 if no
+  /// vertex lies outside.
   double leakage(const Mesh& mesh) const;
 
  private:
-  std::vector<Vec3> directions_;
-  std::vector<float> limits_;
+  std::vector<Vec3> directions_;  ///< unit vectors
+  std::vector<float> limits_;  ///< dot(p, directions_[k]) is at most limits_[k] for p in the hull
 };
 
 }  // namespace polymorph

@@ -34,10 +34,11 @@ std::vector<Vec3d> to_scanline_space(const Mesh& mesh, const Vec3d& origin, doub
   return points;
 }
 
+/// The integers from `first` to `last`; none if `last` is smaller.
 struct Range {
   int first = 0, last = -1;
 };
-/// Returns the integers between the smallest and the largest of the coordinates, within [0, count).
+/// Returns the scanlines between the smallest and the largest coordinate, within [0, count).
 Range lines_between(double a, double b, double c, int count) {
   const double low = std::ceil(std::min({a, b, c})), high = std::floor(std::max({a, b, c}));
   return {static_cast<int>(std::max(low, 0.0)),
@@ -75,7 +76,7 @@ class Layer {
       }
   }
 
-  /// Writes the fractions inside the cells of the layer, y by y.
+  /// Writes the fractions inside the layer's cells: cells.y rows of cells.z values.
   void write_fractions(float* to) const {
     const auto count = static_cast<std::size_t>(cells_.z);
     for (int y = 0; y < cells_.y; ++y, to += count) {
@@ -95,6 +96,7 @@ class Layer {
           to[z] += std::clamp(inside, 0.0f, 1.0f);
         }
       }
+      // Make the sum the mean over the scanlines that cross no hole.
       if (closed_lines > 1)
         for (std::size_t z = 0; z < count; ++z) to[z] /= closed_lines;
     }
@@ -108,7 +110,7 @@ class Layer {
   /// Distributes a crossing at `z` over its cell and the next one, so that prefix sums give the
   /// fraction inside.
   void add_crossing(int x, int y, double z, float sign) {
-    z = std::clamp(z, 0.0, cells_.z - 1e-3);
+    z = std::clamp(z, 0.0, cells_.z - 1e-3);  // the last crossing lies in the last cell
     const auto cell = static_cast<std::size_t>(z);
     const float fraction = static_cast<float>(z - static_cast<double>(cell));
     float* change = change_.data() + line_start(x, y) + cell;
@@ -155,6 +157,7 @@ void convolve(const CellValues& from, CellValues& to, int axis, const std::vecto
         for (int k = -radius; k <= radius; ++k) {
           const float weight = weights[static_cast<std::size_t>(k + radius)];
           if (axis == 2) {
+            // out[z] += weight * in[z + k] for each z whose z + k is a cell of the row
             const float* in = from.values.data() + from.index(x, y, 0);
             const int first = std::max(0, -k), last = std::min(nz, nz - k);
             if (first < last)
@@ -168,7 +171,7 @@ void convolve(const CellValues& from, CellValues& to, int axis, const std::vecto
           add_scaled(out, from.values.data() + in, weight, row);
         }
       },
-      16);
+      /*grain=*/16);
 }
 
 }  // namespace
@@ -178,6 +181,7 @@ CellValues compute_occupancy(const Mesh& mesh, double cell, double margin) {
   result.cell = cell;
   const Box box = bounding_box(mesh.positions);
   if (box.empty()) return result;
+  // Make the grid.
   const Vec3d origin = Vec3d(box.low) - Vec3d(margin, margin, margin);
   const Vec3d size = Vec3d(box.high) - Vec3d(box.low) + Vec3d(margin, margin, margin) * 2;
   result.cells = {static_cast<int>(std::ceil(size.x / cell)),
@@ -255,7 +259,8 @@ IsoSurface extract_iso_surface(const CellValues& values, float level) {
   surface.positions = std::move(mesh.positions);
   for (Vec3& p : surface.positions) {
     std::swap(p.x, p.z);
-    // A vertex is never at an end of its edge.
+    // A vertex is never at an end of its edge, so only its coordinate along the edge has a
+    // fraction.
     const Int3 cell = {static_cast<int>(p.x), static_cast<int>(p.y), static_cast<int>(p.z)};
     surface.vertex_cell.push_back(cell);
     surface.vertex_axis.push_back(p.x > static_cast<float>(cell.x)   ? std::uint8_t{0}

@@ -24,10 +24,11 @@ struct CellValues {
   }
 };
 
-/// Computes the fraction of each cell that lies inside a closed mesh with outward normals, in [0,
-/// 1]. Two by two scanlines along z sample each cell; the fraction along a scanline is exact.
+/// Computes the fraction of each cell, in [0, 1], that lies inside a closed mesh with outward
+/// normals. Two by two scanlines along z sample each cell; the fraction along a scanline is exact.
 /// Scanlines with different numbers of entries and exits cross a hole of the mesh and are left out.
-/// The grid covers the bounding box of the mesh with `margin` around it.
+/// The grid covers the bounding box of the mesh with `margin` around it; `cell` and `margin` are in
+/// units of the mesh. An empty mesh has no cells.
 CellValues compute_occupancy(const Mesh& mesh, double cell, double margin);
 
 /// Sums the values of all cells: the enclosed volume, in cells.

@@ -20,11 +20,12 @@ struct ThicknessSamples {
 /// Draws about `count` samples of a closed surface with outward normals. Deterministic.
 ThicknessSamples sample_thickness(const Mesh& surface, std::size_t count = 4000);
 
-/// Returns the fraction of the samples whose positions `carried` are further from `other` than
-/// `scale` times their half thickness; `scale` is the size of `other` over that of the samples'
-/// surface. Returns nullopt if there are no samples, or `other` is empty.
+/// Returns the fraction of the samples that a map moves further from the surface `other` than
+/// `scale` times their half thickness. `moved` has their positions after the map; `scale` is the
+/// size of `other` over the size of the samples' surface. Returns nullopt if there are no samples,
+/// or `other` is empty.
 std::optional<double> missed_fraction(const ThicknessSamples& samples,
-                                      const std::vector<Vec3>& carried, const Mesh& other,
+                                      const std::vector<Vec3>& moved, const Mesh& other,
                                       double scale);
 
 }  // namespace polymorph

@@ -73,6 +73,7 @@ Curvatures principal_curvatures(const Derivatives& d) {
   };
   const double aa = second_fundamental_form(a, a), bb = second_fundamental_form(b, b),
                ab = second_fundamental_form(a, b);
+  // The eigenvalues of the matrix [[aa, ab], [ab, bb]] are mean +- half_difference.
   const double mean = (aa + bb) / 2, half = (aa - bb) / 2;
   const double half_difference = std::sqrt(half * half + ab * ab);
   return {mean + half_difference, mean - half_difference};
@@ -89,13 +90,14 @@ std::vector<Curvatures> compute_curvatures(const CellValues& field, const IsoSur
         const int axis = surface.vertex_axis[v];
         const Int3 q = {p.x + (axis == 0), p.y + (axis == 1), p.z + (axis == 2)};
         const Vec3 position = surface.positions[v];
+        // The vertex lies at p + t (q - p).
         const double t = static_cast<double>(axis == 0   ? position.x - static_cast<float>(p.x)
                                              : axis == 1 ? position.y - static_cast<float>(p.y)
                                                          : position.z - static_cast<float>(p.z));
         result[v] =
             principal_curvatures(derivatives_at(field, p) * (1 - t) + derivatives_at(field, q) * t);
       },
-      256);
+      /*grain=*/256);
   return result;
 }
 
@@ -233,7 +235,7 @@ double measure_rms_detail(const CellValues& occupancy, double volume, double siz
         const auto v = static_cast<std::size_t>(i);
         distance[v] = planes.distance(surface.positions[v], kCoarseSigma * size);
       },
-      256);
+      /*grain=*/256);
   const std::vector<double> areas = vertex_areas(surface);
   double sum = 0, area = 0;
   for (std::size_t v = 0; v < areas.size(); ++v) {
@@ -254,7 +256,8 @@ RoughnessScale roughness_scale(const Box& ends, int resolution) {
 Roughness measure_roughness(const Mesh& mesh, const RoughnessScale& scale) {
   Roughness result;
   const Vec3 extent = bounding_box(mesh.positions).size();
-  constexpr double kMaxCells = 256, kMinMargin = 6;  // per side; in cells
+  constexpr double kMaxCells = 256,  // along the longest side of the mesh's box
+      kMinMargin = 6;                // cells
   const double cell = std::max(
       scale.cell, static_cast<double>(std::max({extent.x, extent.y, extent.z})) / kMaxCells);
   if (!(cell > 0 && scale.size > 0) || mesh.triangles.empty()) return result;

@@ -10,11 +10,12 @@ namespace polymorph {
 
 /// The units in which the roughness of all frames of a morph is measured.
 struct RoughnessScale {
-  double size = 1;     ///< L: diagonal of the bounding box of both ends
+  double size = 1;     ///< L: diagonal of the bounding box of the first and the last frame
   double cell = 0.01;  ///< edge length of the cells of the occupancy grid
 };
 
-/// Returns a scale with `resolution` cells along the longest side of the box of both ends.
+/// Returns a scale with `resolution` cells along the longest side of `ends`, the box of the first
+/// and the last frame.
 RoughnessScale roughness_scale(const Box& ends, int resolution = 104);
 
 /// Roughness measures without a unit; all are 0 for a solid with less volume than eight cells.
@@ -25,7 +26,7 @@ struct Roughness {
   /// on 104 cells give 0.95 for a sphere, on 208 cells 0.985.
   double tac = 0;
   /// Number of connected domes of the smoothed surface. On a dome both radii of curvature are below
-  /// 6 % of L.
+  /// 6 % of L. Domes below 1e-4 L^2 are noise and do not count.
   int bumps = 0;
   /// Percentage of the smoothed surface's area that is concave with a radius below 6 % of L.
   double groove = 0;

@@ -49,6 +49,7 @@ std::optional<double> find_largest_excess(const std::vector<FrameMeasures>& rows
   return largest;
 }
 
+/// Returns the change of u from frame k to the next one.
 double change_of_u(const std::vector<FrameMeasures>& rows, std::size_t k) {
   return std::abs(rows[k + 1].u - rows[k].u);
 }
@@ -70,8 +71,8 @@ double pace_at_end(const std::vector<FrameMeasures>& rows, bool first) {
 /// Returns the distance from the object to the frame over the mean step between frames. Computes it
 /// with the chamfer and with the Hausdorff distance, and returns the larger ratio: a small limb
 /// that appears at once hardly changes the chamfer distance. Samples of the object that lie deeper
-/// than `hidden` inside the frame are left out.
-std::optional<double> steps_from_object(const Mesh& object, const Mesh& frame, double hidden,
+/// than `hidden_depth` inside the frame are left out.
+std::optional<double> steps_from_object(const Mesh& object, const Mesh& frame, double hidden_depth,
                                         const std::vector<FrameMeasures>& rows) {
   double mean = 0, farthest = 0;
   const auto intervals = static_cast<double>(rows.size() - 1);
@@ -81,7 +82,7 @@ std::optional<double> steps_from_object(const Mesh& object, const Mesh& frame, d
   }
   if (!(mean > 0 && farthest > 0)) return std::nullopt;
   const MeasuredSurface::Distance step =
-      MeasuredSurface(object).distance_to(MeasuredSurface(frame), hidden);
+      MeasuredSurface(object).distance_to(MeasuredSurface(frame), hidden_depth);
   return std::max(step.mean / mean, step.largest / farthest);
 }
 
@@ -108,33 +109,34 @@ Mesh remove_hidden_faces(Mesh mesh, const Mesh& surface, double depth) {
 
 /// Steps of a boundary stage, as chamfer distances. The pop of a step is its ratio to the mean of
 /// the step before and the step after it.
-struct HandoverSteps {
+struct BoundarySteps {
   double pop = 0;                ///< largest pop among the steps of the boundary stage
-  std::optional<double> before;  ///< last step of the boundary stage
+  std::optional<double> before;  ///< last step of the boundary stage; empty if it has no steps
   double jump = 0;               ///< step from the stage's last mesh to the balls' surface
-  /// Returns the jump over the mean of the steps before and after it.
+  /// Returns the jump over the mean of the step before it and `after`, the step after it.
   double jump_pop(double after) const {
     const double neighbour_sum = before.value_or(after) + after;
     return neighbour_sum > 0 ? 2 * jump / neighbour_sum : 0;
   }
 };
 /// Measures the steps of a boundary stage that ends at `surface`; `size` is L.
-HandoverSteps measure_handover(const Handover& handover, const Mesh& surface, double size) {
+BoundarySteps measure_boundary_steps(const BoundaryMeshes& stage, const Mesh& surface,
+                                     double size) {
   std::vector<double> step;
-  MeasuredSurface previous(handover.shown.front());
-  for (std::size_t k = 1; k < handover.shown.size(); ++k) {
-    MeasuredSurface current(handover.shown[k]);
+  MeasuredSurface previous(stage.meshes.front());
+  for (std::size_t k = 1; k < stage.meshes.size(); ++k) {
+    MeasuredSurface current(stage.meshes[k]);
     step.push_back(previous.distance_to(current).mean);
     previous = std::move(current);
   }
-  HandoverSteps steps;
+  BoundarySteps steps;
   // A step below 1e-4 of L is noise.
   for (std::size_t k = 1; k + 1 < step.size(); ++k)
     if (step[k] > 1e-4 * size)
       steps.pop = std::max(steps.pop, 2 * step[k] / (step[k - 1] + step[k + 1]));
   if (!step.empty()) steps.before = step.back();
   steps.jump =
-      MeasuredSurface(remove_hidden_faces(handover.shown.back(), surface, kHiddenDepth * size))
+      MeasuredSurface(remove_hidden_faces(stage.meshes.back(), surface, kHiddenDepth * size))
           .distance_to(MeasuredSurface(surface))
           .mean;
   return steps;
@@ -154,8 +156,8 @@ void add_smoothness_metrics(const MorphEnds& ends, const std::vector<MorphFrame>
   };
   add("bending", larger_end > 0 ? std::optional(largest_bending / larger_end) : std::nullopt,
       "<= 1", "largest bending energy over the larger one of the ends");
-  // Where u hardly changes, the rate is a quotient of two numbers near 0. These intervals are left
-  // out.
+  // Find the largest pop of the frames. Where u hardly changes, the rate is a quotient of two
+  // numbers near 0; these intervals are left out.
   constexpr double kSlow = 0.1;  // of the largest change of u
   double max_change = 0;
   for (std::size_t k = 0; k + 1 < rows.size(); ++k)
@@ -168,12 +170,14 @@ void add_smoothness_metrics(const MorphEnds& ends, const std::vector<MorphFrame>
   for (std::size_t k = 1; k + 2 < rows.size(); ++k) {
     if (!is_long_enough(k - 1) || !is_long_enough(k) || !is_long_enough(k + 1)) continue;
     const double neighbour_sum = rows[k - 1].rate + rows[k + 1].rate;
-    // Surfaces at rest differ by the sampling, so rates below 1/1000 of the mean are noise.
+    // Surfaces at rest differ by the sampling, so rates below 1/1000 of the mean, or below 1e-6 of
+    // L, are noise.
     if (neighbour_sum > 1e-3 * mean_rate && rows[k].rate > 1e-6 * size)
       pop = std::max(pop, 2 * rows[k].rate / neighbour_sum);
   }
-  // A hand-over is compared with the step that the volumetric stage would make beside it at uniform
-  // pace.
+  // Find the largest hand-over and its pop. A hand-over is compared with the step that the
+  // volumetric stage would make beside it if u changed uniformly. The rate is that of the interval
+  // nearest to the end in which u changes enough.
   const std::size_t intervals = rows.size() - 1;
   const auto uniform_step = [&](bool first) {
     for (std::size_t i = 0; i < intervals; ++i) {
@@ -183,10 +187,10 @@ void add_smoothness_metrics(const MorphEnds& ends, const std::vector<MorphFrame>
     return 0.0;
   };
   std::optional<double> jump;
-  for (const auto& [handover, frame, first] : {std::tuple(&ends.leaving, &frames.front(), true),
-                                               std::tuple(&ends.arriving, &frames.back(), false)}) {
-    if (handover->shown.empty()) continue;
-    const HandoverSteps steps = measure_handover(*handover, frame->surface, size);
+  for (const auto& [stage, frame, first] : {std::tuple(&ends.leaving, &frames.front(), true),
+                                            std::tuple(&ends.arriving, &frames.back(), false)}) {
+    if (stage->meshes.empty()) continue;
+    const BoundarySteps steps = measure_boundary_steps(*stage, frame->surface, size);
     jump = std::max(jump.value_or(0), steps.jump / size);
     pop = std::max({pop, steps.pop, steps.jump_pop(uniform_step(first))});
   }
@@ -198,6 +202,8 @@ void add_smoothness_metrics(const MorphEnds& ends, const std::vector<MorphFrame>
 
 void add_roughness_metrics(Analysis& analysis) {
   const std::vector<FrameMeasures>& rows = analysis.frames;
+  // Compare every inner frame's total absolute curvature with the value interpolated between the
+  // ends.
   std::optional<double> curvature, least_curvature, detail;
   for (const InnerValue& inner :
        list_inner_values(rows, [](const auto& row) { return row.roughness.tac; })) {
@@ -206,6 +212,7 @@ void add_roughness_metrics(Analysis& analysis) {
     curvature = std::max(curvature.value_or(ratio), ratio);
     least_curvature = std::min(least_curvature.value_or(ratio), ratio);
   }
+  // Compare the detail in the same way, but average the ratios of the frames in the middle.
   double sum = 0, count = 0;
   constexpr double kEndFraction = 0.2 - 1e-6;  // of u, left out at either end
   for (const InnerValue& inner :
@@ -256,9 +263,9 @@ void add_step_metrics(const MorphEnds& ends, const std::vector<MorphFrame>& fram
                        const char* definition) {
     analysis.metrics.push_back({name, "5 smoothness", value, goal, definition});
   };
-  add("first_step", relative_pace(true), "<= 1.2",
+  add("first_step", relative_pace(/*first=*/true), "<= 1.2",
       "pace in the first tenth of u over the mean pace");
-  add("last_step", relative_pace(false), "<= 1.2",
+  add("last_step", relative_pace(/*first=*/false), "<= 1.2",
       "pace in the last tenth of u over the mean pace");
   add("source_step", object_step(ends.source_shown, ends.source, frames.front().surface), "<= 2",
       "step from the source itself to the first frame over the mean step, by the chamfer or the "

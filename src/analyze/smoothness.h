@@ -10,7 +10,8 @@
 
 namespace polymorph {
 
-/// Appends bending, pop and handover, from the frames and the boundary stages. `size` is L.
+/// Appends bending, pop and handover, from the frames and the boundary stages. `size` is L, the
+/// diagonal of the bounding box of both objects.
 void add_smoothness_metrics(const MorphEnds& ends, const std::vector<MorphFrame>& frames,
                             double size, Analysis& analysis);
 

@@ -19,16 +19,19 @@ namespace polymorph {
 struct TrueModel {
   std::string name;
   std::filesystem::path model;  ///< its file; absolute if Truth::file is
-  UpAxis up = UpAxis::kY;
-  std::map<std::string, Vec3> points;  ///< coordinates of the model's file, near its surface
+  UpAxis up = UpAxis::kY;       ///< axis of the file that points up
+  /// Positions by name, in the coordinates of the model's file. They need not lie exactly on the
+  /// model's surface.
+  std::map<std::string, Vec3> points;
 };
 
 /// A file of true points. Points of the same name on two models correspond.
 struct Truth {
   std::filesystem::path file;
   std::vector<TrueModel> models;
-  std::vector<std::pair<std::size_t, std::size_t>> pairs;  ///< indices of models: from, to
-  /// Finds the entry of a model: that of the same file, else that of the same name, else null.
+  /// Indices in `models` of the source and the target of each pair to evaluate.
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  /// Returns the entry whose file is `model`, else the entry called `name`, else null.
   const TrueModel* find(const std::filesystem::path& model, const std::string& name) const;
 };
 
@@ -38,10 +41,11 @@ struct Truth {
 /// column.
 Result<Truth> load_truth(const std::filesystem::path& file_or_folder);
 
-/// Corresponding points of two models, in the order of their names.
+/// Points of two models, in the order of their names; from[i] and to[i] have the same name.
 struct PointPairs {
   std::vector<Vec3> from, to;
 };
+/// Finds the points whose names are on both models.
 PointPairs pair_points(const TrueModel& from, const TrueModel& to);
 
 /// Projects each point onto the surface of `mesh`, and moves it with its triangle when the mesh's

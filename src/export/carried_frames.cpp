@@ -14,8 +14,8 @@
 namespace polymorph {
 namespace {
 
-/// Memory for surfaces of frames that are kept, bytes.
-constexpr std::size_t kKeptSurfaces = std::size_t{256} << 20;
+/// Limit of the memory for surfaces that carry_actor() stores, in bytes.
+constexpr std::size_t kMaxStoredBytes = std::size_t{256} << 20;
 
 constexpr const char* kAdvice =
     "leave out --topology for a mesh of its own in each frame, or choose other frames with -f";
@@ -26,16 +26,17 @@ std::string format_position(const PreparedActor& actor, Vec3 point) {
   return fmt::format("({:.3g}, {:.3g}, {:.3g})", p.x, p.y, p.z);
 }
 
-/// Tests whether the leg has boundary stages; the surface of a distance leg goes from model to
-/// model without them.
-bool has_stages(const Leg& leg) {
+/// Tests whether the leg has boundary stages. A distance leg needs none: its surface begins and
+/// ends as the objects' own surfaces.
+bool has_boundary_stages(const Leg& leg) {
   return visit(
       leg, [] { return true; }, [](const DistanceLeg&) { return false; });
 }
 
-/// Lists the states of the leg that the frames show, each once.
-Status find_moments(const ActorFrames& shown, CarriedActor& carried) {
-  const auto& [scene, actor, frames] = shown;
+/// Lists the states of the leg that the frames show, each once. Errors: kInput if one mesh cannot
+/// represent all of them.
+Status list_states(const ActorFrames& actor_frames, CarriedActor& carried) {
+  const auto& [scene, actor, frames] = actor_frames;
   if (actor.sequence || actor.poses)
     return make_error(ErrorCode::kInput,
                       "{}: plays meshes that are not one through all frames - {}", actor.name,
@@ -46,48 +47,50 @@ Status find_moments(const ActorFrames& shown, CarriedActor& carried) {
                       actor.name, actor.objects.size(), "leave out --topology");
   for (const int frame : frames) {
     const MorphState state = morph_state_at(actor.timeline, shown_frame(scene, frame));
-    if (!carried.moments.empty() && state.leg != carried.moments.front().leg)
+    if (!carried.states.empty() && state.leg != carried.states.front().leg)
       return make_error(ErrorCode::kInput,
                         "{}: frames {} and {} belong to different legs, and one mesh goes through "
                         "one - choose the frames of a leg with -f",
                         actor.name, frames.front(), frame);
-    if (state.object >= 0 && has_stages(*actor.legs[static_cast<std::size_t>(state.leg)]))
+    if (state.object >= 0 && has_boundary_stages(*actor.legs[static_cast<std::size_t>(state.leg)]))
       return make_error(
           ErrorCode::kInput,
           "{}: frame {} shows a model ({}), which has a mesh of its own - choose the "
           "frames between the models with -f, or set motion.interpolate to \"distance\"",
           actor.name, frame, stage_name(state.stage));
-    if (carried.moments.empty() || carried.moments.back().time != state.time)
-      carried.moments.push_back(state);
-    carried.moment_of.push_back(carried.moments.size() - 1);
+    if (carried.states.empty() || carried.states.back().time != state.time)
+      carried.states.push_back(state);
+    carried.state_of_frame.push_back(carried.states.size() - 1);
   }
   return Ok{};
 }
 
+/// Describes the topology of a mesh, as "2 parts of genus 1".
 std::string describe(const MeshReport& report) {
   return fmt::format("{} of genus {}", plural(report.components, "part"), report.genus);
 }
 
 /// Checks that the topology is the same in all states. Returns the index of the state with the
 /// largest surface, which has the most area for the mesh to represent.
-Result<std::size_t> check_moments(const ActorFrames& shown, const CarriedActor& carried,
-                                  const MovingSurface& surface) {
-  const auto& [scene, actor, frames] = shown;
-  std::size_t largest = 0, first_shown = 0;
+Result<std::size_t> check_topology(const ActorFrames& actor_frames, const CarriedActor& carried,
+                                   const MovingSurface& surface) {
+  const auto& [scene, actor, frames] = actor_frames;
+  std::size_t largest = 0, first_frame = 0;
   double area = -1;
   MeshReport first;
-  for (std::size_t k = 0; k < carried.moments.size(); ++k) {
-    while (carried.moment_of[first_shown] != k) ++first_shown;
-    PM_TRY(const CarryTarget target, surface.at(carried.moments[k].time));
+  for (std::size_t k = 0; k < carried.states.size(); ++k) {
+    // Find the first of the frames that show state k.
+    while (carried.state_of_frame[first_frame] != k) ++first_frame;
+    PM_TRY(const CarryTarget target, surface.at(carried.states[k].time));
     if (target.surface.triangles.empty())
       return make_error(ErrorCode::kInput, "{}: frame {} shows no surface - {}", actor.name,
-                        frames[first_shown], kAdvice);
+                        frames[first_frame], kAdvice);
     const MeshReport report = check_mesh(target.surface);
     if (report.area > area) area = report.area, largest = k;
     if (k == 0) first = report;
     if (report.components == first.components && report.genus == first.genus) continue;
-    // The message names the point of either surface that is furthest from the other one.
-    PM_TRY(const CarryTarget previous, surface.at(carried.moments[k - 1].time));
+    // The message names the point, of either surface, that is furthest from the other surface.
+    PM_TRY(const CarryTarget previous, surface.at(carried.states[k - 1].time));
     const auto find_furthest = [](const CarryTarget& from, const CarryTarget& to) {
       const std::vector<ClosestPoint> hits = to.tree->closest(from.surface.positions);
       const auto farthest_hit = std::max_element(
@@ -101,7 +104,7 @@ Result<std::size_t> check_moments(const ActorFrames& shown, const CarriedActor& 
         ErrorCode::kInput,
         "{}: the topology changes: frame {} has {}, and frame {} has {}; they differ "
         "most at {} - {}",
-        actor.name, frames[first_shown - 1], describe(first), frames[first_shown], describe(report),
+        actor.name, frames[first_frame - 1], describe(first), frames[first_frame], describe(report),
         format_position(actor, from_target.first > from_previous.first ? from_target.second
                                                                        : from_previous.second),
         kAdvice);
@@ -109,22 +112,23 @@ Result<std::size_t> check_moments(const ActorFrames& shown, const CarriedActor& 
   return largest;
 }
 
-Status check_faults(const ActorFrames& shown, const CarriedActor& carried) {
-  const auto& [scene, actor, frames] = shown;
+/// Checks that the carried mesh has no inverted triangles and no error above kCarriedError.
+Status check_faults(const ActorFrames& actor_frames, const CarriedActor& carried) {
+  const auto& [scene, actor, frames] = actor_frames;
   for (std::size_t k = 0; k < frames.size(); ++k) {
-    const CarryFault& fault = carried.mesh.faults[carried.moment_of[k]];
+    const CarryFault& fault = carried.mesh.faults[carried.state_of_frame[k]];
     if (fault.inverted > 0)
       return make_error(ErrorCode::kInput,
                         "{}: one mesh cannot be carried to frame {}: {} would be "
                         "inverted, one of them at {} - {}",
                         actor.name, frames[k], plural(fault.inverted, "triangle"),
                         format_position(actor, fault.inverted_position), kAdvice);
-    if (carried.errors[carried.moment_of[k]] > kCarriedError)
+    if (carried.errors[carried.state_of_frame[k]] > kCarriedError)
       return make_error(ErrorCode::kInput,
                         "{}: one mesh cannot be carried to frame {}: at {} it is {:.2f} % of the "
                         "diagonal off the surface, and {:.1f} % are allowed - {}",
                         actor.name, frames[k], format_position(actor, fault.position),
-                        100 * static_cast<double>(carried.errors[carried.moment_of[k]]),
+                        100 * static_cast<double>(carried.errors[carried.state_of_frame[k]]),
                         100 * static_cast<double>(kCarriedError), kAdvice);
   }
   return Ok{};
@@ -139,27 +143,28 @@ Vec3 interpolate_in_triangle(const std::vector<Vec3>& values, const Triangle& t,
 
 }  // namespace
 
-Result<CarriedActor> carry_actor(const ActorFrames& shown, Engine& engine,
-                                 const std::function<Status()>& stopped) {
+Result<CarriedActor> carry_actor(const ActorFrames& actor_frames, Engine& engine,
+                                 const std::function<Status()>& check_stop) {
   CarriedActor carried;
-  PM_TRY_STATUS(find_moments(shown, carried));
-  const Leg& leg = *shown.actor.legs[static_cast<std::size_t>(carried.moments.front().leg)];
+  PM_TRY_STATUS(list_states(actor_frames, carried));
+  const Leg& leg = *actor_frames.actor.legs[static_cast<std::size_t>(carried.states.front().leg)];
+  // Describe the moving surface: its mesh at a time, and the motion of points along it. Surfaces of
+  // the frames' states are needed several times, surfaces at times between them once.
   MovingSurface surface;
-  // The surfaces of the frames are needed several times, those between them once.
-  std::vector<std::pair<float, Mesh>> kept;
-  std::size_t kept_bytes = 0;
+  std::vector<std::pair<float, Mesh>> stored_surfaces;
+  std::size_t stored_bytes = 0;
   surface.at = [&](float time) -> Result<CarryTarget> {
-    PM_TRY_STATUS(stopped());
-    for (const auto& [kept_time, mesh] : kept)
-      if (kept_time == time) return make_carry_target(mesh);
-    PM_TRY(LegSurface at, leg_surface(leg, time, engine));
-    const std::size_t bytes =
-        at.mesh.positions.size() * 2 * sizeof(Vec3) + at.mesh.triangles.size() * sizeof(Triangle);
-    const bool is_frame = std::any_of(carried.moments.begin(), carried.moments.end(),
+    PM_TRY_STATUS(check_stop());
+    for (const auto& [stored_time, mesh] : stored_surfaces)
+      if (stored_time == time) return make_carry_target(mesh);
+    PM_TRY(LegSurface state_surface, leg_surface(leg, time, engine));
+    const std::size_t bytes = state_surface.mesh.positions.size() * 2 * sizeof(Vec3) +
+                              state_surface.mesh.triangles.size() * sizeof(Triangle);
+    const bool is_frame = std::any_of(carried.states.begin(), carried.states.end(),
                                       [&](const MorphState& state) { return state.time == time; });
-    if (is_frame && kept_bytes + bytes <= kKeptSurfaces)
-      kept.emplace_back(time, at.mesh), kept_bytes += bytes;
-    return make_carry_target(std::move(at.mesh));
+    if (is_frame && stored_bytes + bytes <= kMaxStoredBytes)
+      stored_surfaces.emplace_back(time, state_surface.mesh), stored_bytes += bytes;
+    return make_carry_target(std::move(state_surface.mesh));
   };
   surface.flow = [&](std::span<const Vec3> from, float time,
                      float next) -> Result<std::vector<Vec3>> {
@@ -172,20 +177,22 @@ Result<CarriedActor> carry_actor(const ActorFrames& shown, Engine& engine,
     return points;
   };
   std::optional<Activity> activity(std::in_place, "comparing the topology of frames");
-  PM_TRY(const std::size_t start, check_moments(shown, carried, surface));
+  PM_TRY(const std::size_t start, check_topology(actor_frames, carried, surface));
   activity.reset();
+  // Carry the mesh of the state with the largest surface to the other states.
   const float size = std::min(object_size(leg, 0), object_size(leg, 1));
   std::vector<float> times;
-  for (const MorphState& state : carried.moments) times.push_back(state.time);
+  for (const MorphState& state : carried.states) times.push_back(state.time);
   CarrySettings settings;
   settings.limit = kCarriedError * size;
   settings.cell = leg.settings.cell;
-  settings.name = "the mesh of " + shown.actor.name;
-  settings.going_on = stopped;
+  settings.name = "the mesh of " + actor_frames.actor.name;
+  settings.going_on = check_stop;
   PM_TRY(carried.mesh, carry(surface, times, start, settings));
   for (const CarryFault& fault : carried.mesh.faults)
     carried.errors.push_back(fault.distance / size);
-  PM_TRY_STATUS(check_faults(shown, carried));
+  PM_TRY_STATUS(check_faults(actor_frames, carried));
+  // Transfer the source's texture coordinates to the mesh in its first state.
   if (leg.from->model.corner_uvs.empty()) return carried;
   PM_TRY(const LegState state, leg_state(leg, times.front(), engine));
   PM_TRY(const PullBack pulled, pull_back(leg, state, carried.mesh.points.front(), engine));
@@ -194,12 +201,13 @@ Result<CarriedActor> carry_actor(const ActorFrames& shown, Engine& engine,
   return carried;
 }
 
-Result<SurfaceFrame> make_carried_frame(const ActorFrames& shown, const CarriedActor& carried,
-                                        std::size_t k, Engine& engine) {
-  const auto& [scene, actor, frames] = shown;
-  const std::size_t state = carried.moment_of[k];
-  PM_TRY(ActorGeometry geometry, leg_geometry(actor, carried.moments[state], engine));
-  geometry.moment.object = -1;
+Result<SurfaceFrame> make_carried_frame(const ActorFrames& actor_frames,
+                                        const CarriedActor& carried, std::size_t k,
+                                        Engine& engine) {
+  const auto& [scene, actor, frames] = actor_frames;
+  const std::size_t state = carried.state_of_frame[k];
+  PM_TRY(ActorGeometry geometry, leg_geometry(actor, carried.states[state], engine));
+  geometry.moment.object = -1;  // the leg's surface, even if the frame shows a model
   if (includes_aov(scene.image.aovs, "label")) {
     PM_TRY(geometry.surface_labels, surface_labels(geometry, engine));
   }
@@ -209,6 +217,7 @@ Result<SurfaceFrame> make_carried_frame(const ActorFrames& shown, const CarriedA
   frame.triangles = carried.mesh.triangles;
   frame.corner_uvs = carried.corner_uvs;
   frame.is_mixed = true;
+  // If only the common look shows, its material is in `materials` instead of `mixture`.
   frame.mixture = extracted.mixture;
   if (extracted.mixture.name.empty() && !extracted.materials.empty()) {
     frame.mixture = extracted.materials.front();
@@ -216,6 +225,7 @@ Result<SurfaceFrame> make_carried_frame(const ActorFrames& shown, const CarriedA
     frame.mixture.color = {1, 1, 1};
   }
   frame.mixture.name = actor.name;
+  // Transfer normals, colours and labels from the extracted surface.
   const std::vector<ClosestPoint> hits =
       ClosestPointQuery(extracted.positions, extracted.triangles).closest(frame.positions);
   for (const ClosestPoint& hit : hits) {
@@ -226,17 +236,17 @@ Result<SurfaceFrame> make_carried_frame(const ActorFrames& shown, const CarriedA
     if (!extracted.normals.empty())
       frame.normals.push_back(normalized(interpolate_in_triangle(extracted.normals, t, w)));
     frame.colors.push_back(interpolate_in_triangle(extracted.colors, t, w));
-    if (!extracted.labels.empty())
+    if (!extracted.labels.empty())  // the label of the corner with the largest weight
       frame.labels.push_back(extracted.labels[t.v[w.a >= w.b && w.a >= w.c ? 0
                                                   : w.b >= w.c             ? 1
                                                                            : 2]]);
   }
   frame.velocities.assign(frame.positions.size(), Vec3{});
   if (k + 1 < frames.size()) {
-    const std::vector<Vec3>& next = carried.mesh.points[carried.moment_of[k + 1]];
-    const float per_second = scene.frames.fps / static_cast<float>(frames[k + 1] - frames[k]);
+    const std::vector<Vec3>& next = carried.mesh.points[carried.state_of_frame[k + 1]];
+    const float inv_seconds = scene.frames.fps / static_cast<float>(frames[k + 1] - frames[k]);
     for (std::size_t i = 0; i < next.size(); ++i)
-      frame.velocities[i] = (next[i] - frame.positions[i]) * per_second;
+      frame.velocities[i] = (next[i] - frame.positions[i]) * inv_seconds;
   }
   for (Vec3& p : frame.positions) p = p + actor.offset;
   return frame;

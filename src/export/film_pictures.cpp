@@ -24,6 +24,7 @@
 namespace polymorph {
 namespace {
 
+/// Formats the label of a cell; `kind` is SheetSettings::label.
 std::string format_label(const std::string& kind, const Film& film, int number) {
   if (kind == "none") return "";
   if (kind == "frame") return fmt::format("frame {}", number);
@@ -72,7 +73,7 @@ std::vector<int> choose_by_change(const Film& film, int n) {
 void expose(Image& image, float stops) {
   if (stops == 0) return;
   const float factor = static_cast<float>(exact::exp2(static_cast<double>(stops)));
-  for (const int channel : find_rgb(image))
+  for (const int channel : find_rgb(image))  // -1: the image has no such channel
     for (std::size_t i = static_cast<std::size_t>(std::max(channel, 0));
          channel >= 0 && i < image.pixels.size(); i += image.channel_count())
       image.pixels[i] *= factor;
@@ -84,6 +85,7 @@ Image resized_colors(const Image& image, int width) {
     if (image.find_channel(name) >= 0) names.emplace_back(name);
   Image colors = make_image(image.width, image.height, names);
   for (std::size_t c = 0; c < names.size(); ++c) {
+    // Pixels are interleaved: i runs over the values of channel c, k over those of channel `from`.
     const auto from = static_cast<std::size_t>(image.find_channel(names[c]));
     for (std::size_t i = c, k = from; i < colors.pixels.size();
          i += names.size(), k += image.channel_count())
@@ -94,10 +96,10 @@ Image resized_colors(const Image& image, int width) {
 }
 
 Result<EngineScene> prepare_film(Scene scene, const Resources& resources) {
-  scene.image.aovs = "none";  // PNGs, sheets and GIFs have no layers
+  scene.image.aovs = "none";  // PNGs, sheets and GIFs have no layers for AOVs
   // Two pictures: the one that is traced, and its colours.
   PM_TRY_STATUS(check_picture_memory(scene.image, 2, resources.max_memory));
-  return prepare_on_engine(scene, resources, 2);
+  return prepare_on_engine(scene, resources, /*pictures=*/2);
 }
 
 Status check_has_plans(const PreparedScene& prepared) {
@@ -117,6 +119,7 @@ Result<Film> render_film(const EngineScene& film_scene, std::vector<int> numbers
   film.fps = prepared.scene.frames.fps;
   if (settings.content == FilmContent::kPlan) PM_TRY_STATUS(check_has_plans(film_scene.prepared));
   PM_TRY(Renderer renderer, make_renderer(film_scene.device, film_scene.max_memory));
+  // A worker traces a frame while this thread makes the surface of the next one.
   struct Traced {
     Result<Image> image;
     double seconds = 0;

@@ -21,21 +21,24 @@ struct Film {
   int first = 1, last = 1;  ///< first and last frame of the whole sequence, where t is 0 and 1
 };
 
+/// Settings of a contact sheet: frames side by side.
 struct SheetSettings {
-  int count = 8;           ///< number of cells, at equal distances in time or in change
-  bool all = false;        ///< every frame of the film is a cell
-  bool by_change = false;  ///< choose_by_change() instead of choose_evenly()
-  int columns = 4;
+  int count = 8;                ///< number of cells, unless `all` is set
+  bool all = false;             ///< every frame of the film is a cell
+  bool by_change = false;       ///< choose_by_change() instead of choose_evenly()
+  int columns = 4;              ///< cells per row
   int cell_width = 0;           ///< pixels; 0: as rendered
-  std::string label = "frame";  ///< frame, t or none
+  std::string label = "frame";  ///< text below each cell: "frame" (number), "t" (time) or "none"
 };
 
-/// Chooses n of the numbers at equal distances, the first and last included.
+/// Chooses n of the numbers at equal distances, the first and last included; the middle one if n is
+/// 1, all if there are no more than n.
 std::vector<int> choose_evenly(const std::vector<int>& numbers, int n);
 
 /// Chooses at most n of the film's frames, the first and last included, so that successive ones
-/// differ by about the same amount. The difference of two frames is the sum of the absolute
-/// differences of their pixels along all frames between them.
+/// differ by about the same amount. The difference of two frames is the sum, over all steps from
+/// the one to the other, of the absolute differences of the pixels. If n is 1 or no pixel changes,
+/// it chooses as choose_evenly().
 std::vector<int> choose_by_change(const Film& film, int n);
 
 /// Multiplies R, G and B by 2^stops.
@@ -45,7 +48,7 @@ void expose(Image& image, float stops);
 /// long sequence fits in memory.
 Image resized_colors(const Image& image, int width);
 
-/// Prepares a scene for pictures without layers. Errors: those of prepare_on_engine(); kResource if
+/// Prepares a scene for pictures without AOVs. Errors: those of prepare_on_engine(); kResource if
 /// the pictures need too much memory.
 Result<EngineScene> prepare_film(Scene scene, const Resources& resources);
 
@@ -62,9 +65,9 @@ struct FilmSettings {
   ProgressCallback progress;  ///< called after each frame; may be empty
 };
 
-/// Renders these frames of the scene. Makes the surface of a frame while the previous frame is
-/// traced. Of successive equal frames only the first is traced. Errors: those of geometry_at() and
-/// render_frame(); stop_code() after a signal.
+/// Renders the frames `numbers` of the scene. Makes the surface of a frame while the previous frame
+/// is traced. Of successive equal frames only the first is traced. Errors: those of geometry_at()
+/// and render_frame(); stop_code() after a signal.
 Result<Film> render_film(const EngineScene& film_scene, std::vector<int> numbers,
                          const FilmSettings& settings);
 

@@ -26,6 +26,8 @@ Vec3 find_tip(const Limb& limb, const ClosestPointQuery& surface) {
   return surface.closest(to_float(line_end + extension)).point;
 }
 
+/// Finds an object's limbs, and names them. Errors: kInput if the object's scale is 0 along an
+/// axis.
 Result<NamedLimbs> name_limbs(const PreparedObject& object) {
   const auto to_file = inverse(object.to_scene);
   if (!to_file)
@@ -90,7 +92,7 @@ Result<std::vector<LegCandidates>> landmark_candidates(const PreparedScene& prep
     for (std::size_t i = 0; i + 1 < chain.size(); ++i) {
       const std::size_t from = actor.space ? 0 : i;  // all legs of a blend have one source
       if (actor.legs[i]->from != actor.objects[from])
-        continue;  // a leg from balls in flight has no source file
+        continue;  // the leg begins with moving balls, which have no file
       const double angle = actor.legs[i]->plan.alignment.turn.y;
       out.push_back({static_cast<int>(a), static_cast<int>(from), static_cast<int>(i + 1),
                      landmark_key(prepared.scene, *chain[from]),

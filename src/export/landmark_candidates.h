@@ -11,25 +11,27 @@
 
 namespace polymorph {
 
-/// The objects of a leg, with the names that plan.landmarks uses, and the tips of their limbs.
+/// The objects of a leg and the tips of their limbs.
 struct LegCandidates {
-  int actor = 0;
-  int from = 0, to = 0;  ///< indices of the actor's objects
-  std::string from_key, to_key;
+  int actor = 0;                 ///< index of the actor in the scene
+  int from = 0, to = 0;          ///< indices of the actor's objects
+  std::string from_key, to_key;  ///< landmark_key() of both objects
   struct Tip {
-    std::string name;
-    std::optional<Vec3> from, to;  ///< points of the surface, in each file's coordinates
+    std::string name;  ///< name of the limb
+    /// Points of both surfaces, in each file's coordinates; one is empty if the limb is unmatched.
+    std::optional<Vec3> from, to;
   };
-  std::vector<Tip>
-      tips;  ///< matched tips first; the limbs of an object have the same names in both of its legs
+  /// Matched tips first. The limbs of an object have the same names in both of its legs.
+  std::vector<Tip> tips;
 };
 
-/// Returns the name of an object in plan.landmarks: the name of its file, or the object's own name
-/// if another file of the scene has the same name.
+/// Returns the name of an object in the scene's plan.landmarks: the name of its file, or the
+/// object's own name if it has no file or another file of the scene has the same name.
 std::string landmark_key(const Scene& scene, const ObjectSettings& object);
 
-/// Lists the legs that begin at an object rather than at balls in flight, in order, with the tips
-/// of the limbs that find_limbs() finds. Errors (kInput): an object is flattened by its scale.
+/// Lists the legs that begin at an object, in order, with the tips of the limbs that find_limbs()
+/// finds. It leaves out legs that begin with the moving balls of an earlier leg. Errors (kInput):
+/// an object is flattened by its scale.
 Result<std::vector<LegCandidates>> landmark_candidates(const PreparedScene& prepared);
 
 /// Returns the matched tips.

@@ -14,15 +14,15 @@ namespace {
 
 /// Makes the colours, candidates and landmarks of a leg. The caller sets the indices of its
 /// objects.
-Result<LandmarksLeg> make_landmarks_leg(const std::shared_ptr<const Leg>& shared,
+Result<LandmarksLeg> make_landmarks_leg(const std::shared_ptr<const Leg>& shared_leg,
                                         const LegCandidates& candidates, Engine& engine) {
-  const Leg& leg = *shared;
+  const Leg& leg = *shared_leg;
   LandmarksLeg out;
   const Box box = leg.from->model.box();
   out.from_colors = colors_by_position(leg.from->model.points, box);
   PM_TRY(const LegState end, leg_state(leg, 1, engine));
   PM_TRY(const std::vector<Vec3> origins,
-         trace_back({&shared, 1}, end, leg.to->model.points, engine));
+         trace_back({&shared_leg, 1}, end, leg.to->model.points, engine));
   out.to_colors = colors_by_position(origins, box);
   out.candidates = matched_tips(candidates);
   // landmark_candidates() has rejected flattened objects.
@@ -43,7 +43,7 @@ Result<LandmarksPage> make_landmarks_page(const PreparedScene& prepared, Engine&
         "{}: no leg begins at an object that is reached, so there is nothing to click",
         prepared.scene.path.string());
   LandmarksPage page;
-  std::map<std::pair<int, int>, int> indices;  // of the page's objects, keyed by actor and object
+  std::map<std::pair<int, int>, int> indices;  // {actor, object}: index in page.objects
   const auto find_or_add_object = [&](int actor, int object, const std::string& key) {
     const auto [entry, is_new] =
         indices.try_emplace({actor, object}, static_cast<int>(page.objects.size()));
@@ -59,6 +59,7 @@ Result<LandmarksPage> make_landmarks_page(const PreparedScene& prepared, Engine&
   };
   for (const LegCandidates& leg : legs) {
     const PreparedActor& actor = prepared.actors[static_cast<std::size_t>(leg.actor)];
+    // Leg k of an actor leads to object k + 1.
     PM_TRY(LandmarksLeg page_leg,
            make_landmarks_leg(actor.legs[static_cast<std::size_t>(leg.to) - 1], leg, engine));
     page_leg.from = find_or_add_object(leg.actor, leg.from, leg.from_key);

@@ -35,9 +35,9 @@ struct MeshRun {
   std::unique_ptr<SurfaceWriter> writer = nullptr;  ///< null: a file per frame
   /// Geometry of the frame after the present one, which the present velocities need.
   std::optional<FrameGeometry> next_geometry = std::nullopt;
-  MaterialCatalog catalog = {};
-  std::size_t written_materials = 0;
-  std::size_t vertices = 0, triangles = 0;
+  MaterialCatalog catalog = {};             ///< OBJ: materials and textures of all frames so far
+  std::size_t written_materials = 0;        ///< materials of `catalog` that the MTL file has
+  std::size_t vertices = 0, triangles = 0;  ///< sums over all surfaces so far
 };
 
 bool has_velocities(const MeshFileSettings& settings) {
@@ -49,8 +49,8 @@ fs::path output_path(const MeshFileSettings& settings, int frame) {
   return is_one_file(settings.format) ? settings.output : frame_path(settings.pattern, frame);
 }
 
-/// Returns the path of the MTL or a texture: the output's name without the frame number, with
-/// another ending.
+/// Returns the path of the MTL or a texture: the output's name without the frame number and the
+/// dots and underscores before it, and with another ending. out/walk_####.obj has out/walk.mtl.
 fs::path library_path(const MeshFileSettings& settings, const std::string& ending) {
   fs::path path = settings.output;
   if (settings.pattern.has_number()) {
@@ -70,8 +70,8 @@ Status write_balls(const MeshRun& run, const FrameGeometry& geometry, const fs::
   const FieldKind kind = run.prepared.scene.field.kind;
   std::vector<Ball> balls;
   for (const ActorGeometry& actor : geometry.actors) {
-    const std::vector<Ball> own = rescale_balls(actor.balls.balls(), kind, actor.iso);
-    balls.insert(balls.end(), own.begin(), own.end());
+    const std::vector<Ball> actor_balls = rescale_balls(actor.balls.balls(), kind, actor.iso);
+    balls.insert(balls.end(), actor_balls.begin(), actor_balls.end());
   }
   if (balls.empty()) log_info("frame {}: only the model shows, no balls", geometry.frame);
   PM_TRY_STATUS(write_file(path, encode_balls(balls, kind)));
@@ -142,10 +142,10 @@ Result<std::vector<SurfaceFrame>> make_surfaces(MeshRun& run, const FrameGeometr
     for (std::size_t a = 0; a < frames.size(); ++a) {
       const float distance =
           static_cast<float>(run.settings.error) * run.prepared.actors[a].box.diagonal();
-      const std::size_t before = frames[a].triangles.size();
+      const std::size_t full_count = frames[a].triangles.size();
       const float error = simplify(frames[a], distance);
       log_debug("frame {}: {} of {} triangles, {:.4f} % of the diagonal off", geometry.frame,
-                frames[a].triangles.size(), before,
+                frames[a].triangles.size(), full_count,
                 100 * static_cast<double>(error / run.prepared.actors[a].box.diagonal()));
     }
   return frames;
@@ -168,7 +168,7 @@ Result<std::vector<NewFile>> make_library(MeshRun& run) {
   return files;
 }
 
-/// Adds the frame to the one file, or writes its own file and prints a line about it.
+/// Adds the frame to the file of all frames, or writes its own file and prints a line about it.
 Status write_surfaces(MeshRun& run, int frame, const std::string& stage,
                       std::span<const SurfaceFrame> frames) {
   const fs::path path = output_path(run.settings, frame);
@@ -275,8 +275,7 @@ Status check_mesh_files(const MeshFileSettings& settings, std::span<const Prepar
   if (settings.format == MeshFormat::kObj)
     PM_TRY_STATUS(check_output(library_path(settings, ".mtl"), settings.overwrite));
   if (settings.format != MeshFormat::kObj && settings.format != MeshFormat::kUsd) return Ok{};
-  // No textures are known before the scene is prepared.
-  std::size_t textures = 0;
+  std::size_t textures = 0;  // at most as many as this are written
   for (const PreparedActor& actor : actors) {
     if (actor.sequence) textures += actor.sequence->max_textures * actor.sequence->files.size();
     if (actor.poses)
@@ -300,7 +299,7 @@ Status write_mesh_files(const MeshFileSettings& settings, const PreparedScene& p
                         Engine& engine) {
   MeshRun run{settings, prepared, engine,
               surface_sequence(prepared, settings.frames.front(), settings.frames.back())};
-  if (settings.constant_topology)
+  if (settings.constant_topology)  // carried meshes have one normal per point
     run.sequence.constant_topology = true, run.sequence.has_corner_normals = false;
   if (settings.format == MeshFormat::kUsd) {
     PM_TRY(run.writer, make_usd_writer(settings.output, run.sequence, settings.overwrite));

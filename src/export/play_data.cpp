@@ -15,8 +15,8 @@
 namespace polymorph {
 namespace {
 
-/// Limits of the number of keys of a leg. Within these limits there is a key per frame. The page
-/// interpolates between keys.
+/// Limits of the number of keys of a leg: states between which the page interpolates. Within these
+/// limits there is a key per frame.
 constexpr int kMinKeys = 17, kMaxKeys = 49;
 
 /// Lists the times of the frames that show the leg, and its ends. Too many times are thinned
@@ -33,10 +33,10 @@ std::vector<float> list_key_times(const Timeline& timeline, int leg, float until
   const int steps = static_cast<int>(times.size()) - 1;
   std::vector<float> keys;
   if (steps >= kMaxKeys) {
-    const int stride = (steps + kMaxKeys - 2) / (kMaxKeys - 1);
+    const int stride = (steps + kMaxKeys - 2) / (kMaxKeys - 1);  // steps per interval, rounded up
     for (int i = 0; i < steps; i += stride) keys.push_back(times[static_cast<std::size_t>(i)]);
   } else {
-    const int subdivisions = (kMinKeys - 1 + steps - 1) / steps;
+    const int subdivisions = (kMinKeys - 1 + steps - 1) / steps;  // rounded up
     for (std::size_t i = 0; i + 1 < times.size(); ++i)
       for (int step = 0; step < subdivisions; ++step)
         keys.push_back(lerp(times[i], times[i + 1],
@@ -48,7 +48,7 @@ std::vector<float> list_key_times(const Timeline& timeline, int leg, float until
 
 /// Makes a regression that maps points to the source and to the target. Each ball is a sample with
 /// the affine map of its neighbourhood. The page weights the samples by the balls' fractions of the
-/// field.
+/// field, so their masses and deviations are not used.
 std::shared_ptr<const Regression> make_ball_map(const MorphPlan& plan, float time,
                                                 const BallSet& balls) {
   auto map = std::make_shared<Regression>();
@@ -95,9 +95,10 @@ Result<PlayKey> make_key(const Leg& leg, float time, Engine& engine) {
   return key;
 }
 
-/// Gives all keys of a leg between shells the level -1. Its weight in the map is the amount by
-/// which the surface is thickened (make_shortfall_regression(), morph/smooth_map.h). The keys at
-/// the ends of the leg have no level: they get the level -1 with the weight 0.
+/// Gives all keys the level -1 if one of them has it, so that the page can interpolate between
+/// them. Legs of shells have this level; its weight in the map is the amount by which the surface
+/// is thickened (make_shortfall_regression(), morph/smooth_map.h). Their keys at the ends of the
+/// leg have no level: they get the level -1 with the weight 0.
 void unify_levels(std::vector<PlayKey>& keys) {
   const bool has_shell = std::any_of(keys.begin(), keys.end(),
                                      [](const PlayKey& key) { return key.between.level == -1; });
@@ -120,14 +121,14 @@ int object_index(const PreparedActor& actor, const PreparedObject& object) {
   return -1;
 }
 
-Result<PlayLeg> make_play_leg(const PreparedActor& actor, int number, Engine& engine) {
-  const Leg& leg = *actor.legs[static_cast<std::size_t>(number)];
+Result<PlayLeg> make_play_leg(const PreparedActor& actor, int leg_index, Engine& engine) {
+  const Leg& leg = *actor.legs[static_cast<std::size_t>(leg_index)];
   PlayLeg play;
   play.from = object_index(actor, *leg.from);
   play.to = object_index(actor, *leg.to);
   play.distance = visit(
       leg, [] { return false; }, [](const DistanceLeg&) { return true; });
-  for (const float time : list_key_times(actor.timeline, number, leg.until)) {
+  for (const float time : list_key_times(actor.timeline, leg_index, leg.until)) {
     PM_TRY(PlayKey key, make_key(leg, time, engine));
     play.keys.push_back(std::move(key));
   }
@@ -146,7 +147,8 @@ PlaySpace make_play_space(const PreparedActor& actor) {
   space.look = actor.timeline.own_look ? 0.0f : 1.0f;
   for (std::size_t b = 0; b < plan.from.size(); ++b) {
     space.masses.push_back(static_cast<float>(plan.from_masses[b]));
-    space.deviations.push_back(static_cast<float>(ball_kernel_deviation(plan.from[b], 1)));
+    space.deviations.push_back(
+        static_cast<float>(ball_kernel_deviation(plan.from[b], /*scale=*/1)));
   }
   for (std::size_t i = 0; i < actor.objects.size(); ++i) {
     const PreparedObject& object = *actor.objects[i];
@@ -171,8 +173,8 @@ Vec3 color_at(const PlayObject& object, Vec3 p) {
   return object.colors.empty() ? object.color : ColorVolume{object.color_grid, object.colors}.at(p);
 }
 
-/// Colours an object that consists of balls in flight like the leg that was left with these balls,
-/// at the time when it was left.
+/// Colours an object, an element of `objects`, that is the unfinished morph of `leg` at the time
+/// when the leg was left. The colours are those of the leg's surface at that time.
 Status color_in_flight(const PreparedActor& actor, const Leg& leg, Engine& engine,
                        std::vector<PlayObject>& objects, PlayObject& object) {
   constexpr float kCellsAlongDiagonal = 64;
@@ -251,7 +253,8 @@ Result<PlayPage> make_play_page(const PreparedScene& prepared, Engine& engine) {
   page.box = prepared.box;
   page.has_ground = scene.ground.enabled;
   page.ground = scene.ground.height.value_or(prepared.box.low.y);
-  std::vector<std::string> names;
+  // Add the actors: objects, legs or shape space, states in all frames.
+  std::vector<std::string> names;  // one per actor, for the title
   for (const PreparedActor& actor : prepared.actors) {
     PlayActor& play_actor = page.actors.emplace_back();
     play_actor.name = actor.name;
@@ -269,6 +272,7 @@ Result<PlayPage> make_play_page(const PreparedScene& prepared, Engine& engine) {
           {morph_state.leg, morph_state.time, morph_state.look, morph_state.weights});
     }
     std::vector<std::string> chain;
+    // The title leaves out unfinished morphs, which are called "A -> B at 0.5".
     for (const auto& object : actor.objects)
       if (!object->name.empty() && object->name.find("->") == std::string::npos)
         chain.push_back(object->name);

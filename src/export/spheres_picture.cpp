@@ -16,6 +16,8 @@ namespace {
 /// Makes a unit sphere: an icosahedron whose faces are cut into four, `cuts` times. Two cuts give
 /// 320 triangles.
 Mesh make_unit_sphere(int cuts = 2) {
+  // The vertices of an icosahedron are the cyclic permutations of (0, +-1, +-g), where g is the
+  // golden ratio.
   const float g = (1 + std::sqrt(5.0f)) / 2;
   Mesh mesh;
   for (const float a : {-1.0f, 1.0f})
@@ -64,6 +66,7 @@ Mesh make_unit_sphere(int cuts = 2) {
 std::vector<Material> make_color_wheel() {
   std::vector<Material> materials;
   for (int i = 0; i < 12; ++i) {
+    // The hue is i * 150 degrees. Red, green and blue are cosines that are 120 degrees apart.
     const auto component = [&](int shift) {
       const double angle = (i * 5 + shift) % 12 / 12.0 * 2 * exact::kPi;
       return static_cast<float>(0.42 + 0.26 * exact::cos(angle));
@@ -108,7 +111,8 @@ Status write_spheres_picture(const std::filesystem::path& path, const Model& mod
   scene.camera = make_camera(CameraSettings{}, model.points, width, width);
   scene.ground.height = scene.bounds.low.y - 0.02f * scene.bounds.diagonal();
 
-  // More spheres than this are a few pixels large each, and would take gigabytes if cut.
+  // Make the spheres. More than this are a few pixels large each; with cut faces they would take
+  // gigabytes.
   constexpr std::size_t kManySpheres = 65536;
   const Mesh balls =
       copy_to_spheres(spheres, make_unit_sphere(spheres.size() > kManySpheres ? 0 : 2));
@@ -119,6 +123,7 @@ Status write_spheres_picture(const std::filesystem::path& path, const Model& mod
   for (std::size_t t = 0; t < balls.triangles.size(); ++t)
     ball_colors.push_back(static_cast<std::uint32_t>(t / triangles_per_sphere % colors.size()));
 
+  // Describe the three meshes.
   std::array<RenderMesh, 3> meshes;
   meshes[0].positions = model.points;
   meshes[0].triangles = model.triangles;
@@ -138,6 +143,7 @@ Status write_spheres_picture(const std::filesystem::path& path, const Model& mod
   meshes[2].vertex_normals = surface.normals;
   meshes[2].materials = clay;
 
+  // Render each, and join the pictures.
   PM_TRY(Renderer renderer, Renderer::create());
   std::vector<Image> pictures;
   for (RenderMesh& mesh : meshes) {

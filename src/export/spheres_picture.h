@@ -14,8 +14,9 @@ namespace polymorph {
 /// Makes one mesh of all spheres, with 320 triangles per sphere.
 Mesh make_sphere_mesh(const std::vector<Sphere>& spheres);
 
-/// Renders model, spheres and surface from one camera, each `width` pixels wide, into a PNG or EXR.
-/// The spheres have alternating colours. Errors: kResource (Embree), kOutput (writing).
+/// Renders model, spheres and surface from one camera, each `width` pixels wide, side by side into
+/// a PNG or EXR. The spheres have alternating colours. Errors: kResource (Embree), kOutput
+/// (writing).
 Status write_spheres_picture(const std::filesystem::path& path, const Model& model,
                              const std::vector<Sphere>& spheres, const Mesh& surface, int width);
 

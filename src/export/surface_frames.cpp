@@ -13,12 +13,12 @@
 namespace polymorph {
 namespace {
 
-/// A layer of materials over a surface, and its weight in the mixture of all layers.
+/// A layer of a model's materials over a surface.
 struct Layer {
   const Model* model;
-  std::span<const Vec2> corner_uvs;
-  std::span<const std::uint32_t> triangle_materials;
-  float weight = 1;
+  std::span<const Vec2> corner_uvs;                   ///< 3 per triangle; empty: no textures
+  std::span<const std::uint32_t> triangle_materials;  ///< one per triangle; empty: all are 0
+  float weight = 1;                                   ///< weight in the mixture of all layers
 };
 
 const Material& layer_material(const Layer& layer, std::size_t triangle) {
@@ -64,7 +64,9 @@ SurfaceMaterial make_surface_material(const Shading& shading, std::string name) 
   return material;
 }
 
-/// Computes the shading of each point: the mean over the corners of the triangles around it.
+/// Computes the shading of each point: the mean over the corners of the triangles around it. Corner
+/// c is corner c % 3 of triangle c / 3; the corners at point v are corners_around[first_corner[v]]
+/// to corners_around[first_corner[v + 1] - 1].
 std::vector<Shading> compute_mean_shadings(const SurfaceFrame& frame, std::span<const Layer> layers,
                                            float look_weight, const Shading& look) {
   const std::size_t corners = 3 * frame.triangles.size();
@@ -80,7 +82,7 @@ std::vector<Shading> compute_mean_shadings(const SurfaceFrame& frame, std::span<
       static_cast<std::int64_t>(shadings.size()),
       [&](std::int64_t index) {
         const auto i = static_cast<std::size_t>(index);
-        Shading sum = scale(look, 0);
+        Shading sum = scale(look, 0);  // all members are 0
         for (std::uint32_t k = first_corner[i]; k < first_corner[i + 1]; ++k)
           for (const Layer& layer : layers)
             if (layer.weight > 0)
@@ -88,7 +90,7 @@ std::vector<Shading> compute_mean_shadings(const SurfaceFrame& frame, std::span<
         const auto count = static_cast<float>(first_corner[i + 1] - first_corner[i]);
         shadings[i] = count > 0 ? mix(scale(sum, 1 / count), look, look_weight) : look;
       },
-      256);
+      /*grain=*/256);
   return shadings;
 }
 
@@ -133,7 +135,8 @@ void add_looks(const PreparedActor& actor, std::span<const Layer> layers, float 
   }
 }
 
-/// Tests whether any edge of the model is sharp.
+/// Tests whether any edge of the model is sharp: whether a corner's normal differs from its point's
+/// normal in `smooth_normals`.
 bool has_creases(const Model& model, std::span<const Vec3> smooth_normals) {
   constexpr float kMinCosine = 0.9998f;  // cosine of about one degree
   for (std::size_t c = 0; c < model.corner_normals.size(); ++c)
@@ -185,10 +188,10 @@ SurfaceFrame extracted_frame(const PreparedActor& actor, const ActorGeometry& ge
   frame.velocities = geometry.flow.displacement;
   frame.labels = geometry.surface_labels;
   std::vector<Layer> layers;
-  // Each layer covers the layers below it by its share.
+  // Each layer covers the layers below it with the opacity `share`.
   for (const ObjectLayer& over : geometry.look.layers) {
     const Model& model = over.object->model;
-    if (model.materials.empty()) continue;  // balls in flight
+    if (model.materials.empty()) continue;  // an unfinished morph has no materials
     for (Layer& below : layers) below.weight *= 1 - over.share;
     layers.push_back({&model, over.materials.corner_uvs, over.materials.triangle_materials,
                       layers.empty() ? 1.0f : over.share});

@@ -17,8 +17,8 @@ void request_attributes(Scene& scene, bool velocities, bool labels);
 /// Makes a frame per actor from its extracted surface or, if it has none, from its model. Colours
 /// are those that the renderer would show at each point: the mixed materials and textures of all
 /// its objects, and the common look. Velocities and labels are present if geometry_at() computed
-/// them. If `next`, the geometry of the next frame, is given, velocities end on its surface: the
-/// motion of balls and map alone leaves out the change of level that keeps the volume.
+/// them. `next` is the geometry of the next frame, or null. If it is given, velocities end on its
+/// surface: the motion of balls and map alone leaves out the change of level that keeps the volume.
 std::vector<SurfaceFrame> surface_frames(const PreparedScene& prepared,
                                          const FrameGeometry& geometry, const FrameGeometry* next);
 
@@ -26,7 +26,7 @@ std::vector<SurfaceFrame> surface_frames(const PreparedScene& prepared,
 SurfaceFrame extracted_frame(const PreparedActor& actor, const ActorGeometry& geometry,
                              const LookSettings& look);
 
-/// Returns names, times and cameras of the frames `first` to `last`.
+/// Returns the actors' names and labels, and the times and cameras of the frames `first` to `last`.
 SurfaceSequence surface_sequence(const PreparedScene& prepared, int first, int last);
 
 }  // namespace polymorph

@@ -48,16 +48,18 @@ void measure_labels(const MorphPlan& plan, MorphEnds& ends) {
   ends.chance = chance;
 }
 
-/// Measures the error of each landmark: its distance from its counterpart. A leg made of distances
-/// maps the landmarks at half of its time; any other leg takes the targets of the nearest ball.
+/// Measures the error of each landmark. For a DistanceLeg, the landmark's position at half of the
+/// leg's time is mapped back to both objects; the error is its larger distance from the landmark
+/// there. For any other leg, the source's landmark moves with its nearest ball; the error is its
+/// distance from the target's landmark.
 Status measure_landmarks(const Leg& leg, Engine& engine, MorphEnds& ends) {
   const MorphPlan& plan = leg.plan;
   if (plan.landmarks.empty()) return Ok{};
   if (std::holds_alternative<DistanceLeg>(leg.kind)) {
     PM_TRY(const LegState half, leg_state(leg, 0.5f * leg.until, engine));
-    const std::vector<Vec3> places = landmark_positions(plan, half.time, half.balls);
-    PM_TRY(const PullBack pulled, pull_back(leg, half, places, engine));
-    for (std::size_t l = 0; l < places.size(); ++l)
+    const std::vector<Vec3> positions = landmark_positions(plan, half.time, half.balls);
+    PM_TRY(const PullBack pulled, pull_back(leg, half, positions, engine));
+    for (std::size_t l = 0; l < positions.size(); ++l)
       ends.landmark_errors.push_back(
           static_cast<double>(std::max(length(pulled.source[l] - plan.landmarks[l].from),
                                        length(pulled.target[l] - plan.landmarks[l].to))));
@@ -103,8 +105,8 @@ Result<std::optional<double>> measure_registration(const Leg& leg, const Mesh& f
   for (const bool reversed : {false, true}) {
     const ThicknessSamples samples = sample_thickness(reversed ? last : first);
     PM_TRY(const LegState state, leg_state(leg, reversed ? 1 : 0, engine));
-    PM_TRY(const PullBack carried, pull_back(leg, state, samples.points, engine));
-    const auto fraction = missed_fraction(samples, reversed ? carried.source : carried.target,
+    PM_TRY(const PullBack mapped, pull_back(leg, state, samples.points, engine));
+    const auto fraction = missed_fraction(samples, reversed ? mapped.source : mapped.target,
                                           reversed ? first : last, reversed ? 1 / scale : scale);
     if (!fraction) return std::optional<double>();
     largest = std::max(largest.value_or(0), *fraction);
@@ -112,17 +114,17 @@ Result<std::optional<double>> measure_registration(const Leg& leg, const Mesh& f
   return largest;
 }
 
-/// A leg of an actor in the frames of its volumetric stage.
+/// An actor's leg of index `leg` in the frames of its volumetric stage.
 class LegFrames {
  public:
-  LegFrames(const PreparedActor& actor, std::size_t number)
-      : actor_(actor), number_(static_cast<int>(number)) {}
-  bool has_moving_end() const { return polymorph::has_moving_end(actor_, number_); }
+  LegFrames(const PreparedActor& actor, std::size_t leg)
+      : actor_(actor), leg_(static_cast<int>(leg)) {}
+  bool has_moving_end() const { return polymorph::has_moving_end(actor_, leg_); }
   /// Returns the frame nearest to a fraction of the stage's time.
   int frame_at(float fraction) const {
     const Timeline& timeline = actor_.timeline;
-    const LegTiming& timing = timeline.legs[static_cast<std::size_t>(number_)];
-    // The volumetric stage, shares[2], follows two stages of the source.
+    const LegTiming& timing = timeline.legs[static_cast<std::size_t>(leg_)];
+    // The volumetric stage, shares[2], follows two stages of the source (Stage).
     const float leg_fraction = timing.shares[0] + timing.shares[1] + fraction * timing.shares[2];
     const auto step =
         static_cast<int>(std::lround(leg_fraction * static_cast<float>(timing.steps)));
@@ -130,12 +132,12 @@ class LegFrames {
   }
   /// Returns the leg between the poses of its objects in a frame. Errors: as leg_at().
   Result<std::shared_ptr<const Leg>> at(int frame, Engine& engine) const {
-    return leg_at(actor_, number_, frame, engine);
+    return leg_at(actor_, leg_, frame, engine);
   }
 
  private:
   const PreparedActor& actor_;
-  int number_;
+  int leg_;
 };
 
 /// Measures the distance by which the surface of a leg moves when its objects change to their poses
@@ -160,18 +162,18 @@ Result<std::optional<double>> measure_pose_step(const LegFrames& leg, float frac
 }
 
 /// Measures the errors of leg `number` at true points. Returns nullopt if an end of the leg is no
-/// object of the scene but balls in flight.
+/// object of the scene but the moving balls of another leg.
 Result<std::optional<TrueErrors>> measure_truth(const PreparedActor& actor,
                                                 const ActorSettings& settings, std::size_t number,
                                                 const Truth& truth, Engine& engine) {
   const Leg& leg = *actor.legs[number];
   const std::vector<const ObjectSettings*> chain = chain_objects(settings);
-  const auto find = [&](const PreparedObject* object) -> const ObjectSettings* {
+  const auto find_settings = [&](const PreparedObject* object) -> const ObjectSettings* {
     for (std::size_t i = 0; i < chain.size(); ++i)
       if (actor.objects[i].get() == object) return chain[i];
     return nullptr;
   };
-  const ObjectSettings *from = find(leg.from.get()), *to = find(leg.to.get());
+  const ObjectSettings *from = find_settings(leg.from.get()), *to = find_settings(leg.to.get());
   if (!from || !to) return std::optional<TrueErrors>();
   return measure_true_errors(leg, {*from, leg.from->model}, {*to, leg.to->model},
                              {truth.find(from->model, from->name), truth.find(to->model, to->name)},
@@ -196,6 +198,7 @@ Result<MorphEnds> measure_ends(const PreparedActor& actor, std::size_t number, c
   measure_labels(plan, ends);
   PM_TRY_STATUS(measure_landmarks(leg, engine, ends));
   ends.truth = fit_similarity(from.model.points, to.model.points);
+  // The alignment is q = to_center + scale rotation (p - from_center).
   const Alignment& alignment = plan.alignment;
   ends.recovered = Similarity{
       alignment.rotation, alignment.scale,
@@ -203,30 +206,32 @@ Result<MorphEnds> measure_ends(const PreparedActor& actor, std::size_t number, c
   return ends;
 }
 
-/// Samples the boundary stage at an end of a leg. Its steps are as long as those between `count`
-/// frames of the volumetric stage, but there are at least four; one mesh if the stage takes no
-/// time. The result is empty if the end shows no model.
-Result<Handover> measure_handover(const Leg& leg, const LegTiming& timing, bool leaving, int count,
-                                  Engine& engine) {
-  Handover handover;
-  if (!(leaving ? timing.from_full : timing.to_full)) return handover;
+/// Samples the boundary stage at the source (`leaving`) or the target of a leg. Its steps are as
+/// long as those between `count` frames of the volumetric stage, but there are at least four. If
+/// the stage takes no time, the result is one mesh. It is empty if this end of the leg shows no
+/// model.
+Result<BoundaryMeshes> sample_boundary_stage(const Leg& leg, const LegTiming& timing, bool leaving,
+                                             int count, Engine& engine) {
+  BoundaryMeshes stage;
+  if (!(leaving ? timing.from_full : timing.to_full)) return stage;
   constexpr int kMinSteps = 4;
+  // Durations of kBoundaryOut or kBoundaryIn over that of kVolume.
   const float time_ratio = timing.shares[leaving ? 1 : 3] / timing.shares[2];
   const int proportional = static_cast<int>(std::lround(static_cast<float>(count) * time_ratio));
   const int steps = time_ratio > 0 ? std::max(kMinSteps, proportional) : 0;
   for (int k = 0; k <= steps; ++k) {
     const float growth = steps > 0 ? static_cast<float>(k) / static_cast<float>(steps) : 0.0f;
-    PM_TRY(BoundarySurface shown, boundary_surface(leg, {leaving, 1 - growth, growth}, engine));
-    Mesh mesh = std::move(shown.surface);
-    if (!shown.points.empty())
-      append(mesh, model_mesh((leaving ? *leg.from : *leg.to).model, shown.points));
-    handover.shown.push_back(std::move(mesh));
+    PM_TRY(BoundarySurface boundary, boundary_surface(leg, {leaving, 1 - growth, growth}, engine));
+    Mesh mesh = std::move(boundary.surface);
+    if (!boundary.points.empty())
+      append(mesh, model_mesh((leaving ? *leg.from : *leg.to).model, boundary.points));
+    stage.meshes.push_back(std::move(mesh));
   }
-  return handover;
+  return stage;
 }
 
 /// Samples the leg's volumetric stage at a fraction of its time until `leg.until`.
-Result<MorphFrame> measure_sample(const Leg& leg, float fraction, Engine& engine) {
+Result<MorphFrame> sample_leg(const Leg& leg, float fraction, Engine& engine) {
   PM_TRY(LegSurface surface, leg_surface(leg, fraction * leg.until, engine));
   MorphFrame frame;
   frame.time = static_cast<double>(fraction);
@@ -313,7 +318,7 @@ Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engin
         if (!progress(done++, total)) return stopped_error();
         const float fraction = static_cast<float>(k) / static_cast<float>(count - 1);
         PM_TRY(const auto posed_leg, leg_frames.at(leg_frames.frame_at(fraction), engine));
-        PM_TRY(MorphFrame sample, measure_sample(*posed_leg, fraction, engine));
+        PM_TRY(MorphFrame sample, sample_leg(*posed_leg, fraction, engine));
         if (leg_frames.has_moving_end()) {
           PM_TRY(const auto step, measure_pose_step(leg_frames, fraction, sample.surface, engine));
           if (step) pose_step = std::max(pose_step.value_or(0), *step);
@@ -341,10 +346,10 @@ Result<std::vector<Analysis>> analyze_scene(const PreparedScene& prepared, Engin
                  measure_truth(actor, prepared.scene.actors[a], number, *truth, engine));
         }
       }
-      PM_TRY(ends.leaving, measure_handover(leg, timing, true, count, engine));
-      PM_TRY(ends.arriving, measure_handover(*last, timing, false, count, engine));
-      ends.source_shown = !ends.leaving.shown.empty();
-      ends.target_shown = !ends.arriving.shown.empty();
+      PM_TRY(ends.leaving, sample_boundary_stage(leg, timing, /*leaving=*/true, count, engine));
+      PM_TRY(ends.arriving, sample_boundary_stage(*last, timing, /*leaving=*/false, count, engine));
+      ends.source_shown = !ends.leaving.meshes.empty();
+      ends.target_shown = !ends.arriving.meshes.empty();
       morphs.push_back(analyze_morph(ends, samples));
     }
   }

@@ -7,6 +7,7 @@
 namespace polymorph {
 namespace {
 
+/// Statistics of a channel's finite values, and the number of pixels that are not finite.
 struct ChannelRange {
   float low = 0, high = 0;
   double mean = 0;
@@ -33,9 +34,9 @@ ChannelRange measure_range(const Image& image, std::size_t channel) {
 
 /// Shortens a long text, such as a scene in a header, to its beginning and its length.
 std::string shorten(const std::string& text) {
-  constexpr std::size_t kMaxShown = 500, kShown = 60;
-  if (text.size() <= kMaxShown) return text;
-  return fmt::format("{}... ({} characters)", text.substr(0, kShown), text.size());
+  constexpr std::size_t kMaxLength = 500, kShortLength = 60;  // characters
+  if (text.size() <= kMaxLength) return text;
+  return fmt::format("{}... ({} characters)", text.substr(0, kShortLength), text.size());
 }
 
 }  // namespace

@@ -25,6 +25,7 @@ std::string describe_topology(const Diagnosis& diagnosis) {
 }
 
 Result<Inspection> inspect_model(const std::string& file) {
+  // Load the model, and look for its faults.
   PM_TRY(const LoadedModel loaded, [&] {
     const Activity activity("reading " + file);
     return load_model(file);
@@ -34,6 +35,7 @@ Result<Inspection> inspect_model(const std::string& file) {
     const Activity activity("looking for faults in " + file);
     return diagnose_fully(loaded.model);
   }();
+  // Write the JSON.
   const Vec3 size = d.box.size();
   Inspection out;
   out.json = {{"file", file}, {"points", d.points}};
@@ -45,6 +47,7 @@ Result<Inspection> inspect_model(const std::string& file) {
                    {"textures", loaded.model.textures.size()}});
   const Animation animation = read_animation(file);
   for (const std::string& name : animation.names) out.json["animations"].push_back(name);
+  // Write the text.
   out.text += fmt::format("{}: {} points, {} triangles, {}\n", file, d.points, d.triangles,
                           plural(d.shells, "shell"));
   out.text += fmt::format("  {}, box {:.4g} x {:.4g} x {:.4g}, volume {:.4g}, area {:.4g}\n",
@@ -63,7 +66,8 @@ Result<Inspection> inspect_model(const std::string& file) {
     out.text += fmt::format(
         "  {}, {}: {} poses, {} per second\n", plural(animation.names.size(), "animation"),
         fmt::join(animation.names, ", "), animation.pose_count(), animation.poses_per_second);
-    if (const std::string others = describe_other_animations({file, {}, 1}); !others.empty())
+    if (const std::string others = describe_other_animations({file, /*animation=*/{}, 1});
+        !others.empty())
       out.text += fmt::format("  {}\n", others);
   }
   for (const std::string& problem : describe_problems(d))

@@ -8,7 +8,8 @@
 namespace polymorph {
 namespace {
 
-/// Returns the share of an object's mass in matched limbs, 0 to 1.
+/// Returns the fraction of an object's mass in matched limbs. `masses` has one value per ball,
+/// `limbs` the matched limb of each ball, or kNoLabel; it may be empty.
 double mass_share_in_limbs(const std::vector<double>& masses,
                            const std::vector<std::int32_t>& limbs) {
   double matched = 0, all = 0;
@@ -19,6 +20,7 @@ double mass_share_in_limbs(const std::vector<double>& masses,
   return all > 0 ? matched / all : 0;
 }
 
+/// Describes a leg's plan as JSON. Pairs in lists are of the source and the target.
 JsonValue describe_leg(const Leg& leg) {
   const MorphPlan& plan = leg.plan;
   constexpr double kDegreesPerRadian = 180 / exact::kPi;
@@ -39,6 +41,7 @@ JsonValue describe_leg(const Leg& leg) {
       {"landmarks", std::move(landmarks)}};
 }
 
+/// Says whether the plan uses limbs, and how much of both objects is in matched limbs.
 std::string describe_certainty(const MorphPlan& plan) {
   if (plan.limb_names.empty())
     return "made without limbs: they are off, not certain, or the objects are nearly alike";
@@ -47,6 +50,7 @@ std::string describe_certainty(const MorphPlan& plan) {
                      100 * mass_share_in_limbs(plan.to_masses, plan.to_limbs));
 }
 
+/// Describes a leg's plan as lines of text.
 std::string leg_lines(const Leg& leg) {
   const MorphPlan& plan = leg.plan;
   const std::string rotation = describe_rotation(plan), limbs = describe_limbs(plan);
@@ -68,8 +72,8 @@ std::string leg_lines(const Leg& leg) {
 
 /// Measures the cycle of an actor whose chain ends with its first object. Returns nullopt for other
 /// chains.
-std::optional<CycleError> actor_cycle(const PreparedActor& actor) {
-  if (actor.space) return std::nullopt;  // blend_cycles() measures the cycles of a blend
+std::optional<CycleError> measure_actor_cycle(const PreparedActor& actor) {
+  if (actor.space) return std::nullopt;  // measure_blend_cycles() measures the cycles of a blend
   std::vector<const MorphPlan*> plans;
   for (const auto& leg : actor.legs) {
     if (leg->before) return std::nullopt;  // the leg begins with the previous leg's moving balls
@@ -78,12 +82,12 @@ std::optional<CycleError> actor_cycle(const PreparedActor& actor) {
   return cycle_error(plans);
 }
 
-/// Errors of two cycles from a blend's reference object to one object, on to another, and back.
-/// The cycles differ in their step from the one object to the other.
+/// Errors of two cycles from a blend's reference (its first object) to the object `from`, on to the
+/// object `to`, and back. The cycles differ in their step from `from` to `to`.
 struct BlendCycle {
   std::string from, to;        ///< names of the two objects
-  CycleError by_reference;     ///< the plans to and from the reference make it, as in the blend
-  CycleError by_plan_between;  ///< a plan between the two objects makes it
+  CycleError by_reference;     ///< this step goes by way of the reference, as in the blend
+  CycleError by_plan_between;  ///< this step is a plan between the two objects
 };
 
 MorphPlan reverse_plan(const MorphPlan& plan) {
@@ -94,8 +98,8 @@ MorphPlan reverse_plan(const MorphPlan& plan) {
 
 /// Measures the cycles through every two objects of a blend other than the reference. `actor_index`
 /// is the index of `actor`. The plans between these objects are made for this comparison only.
-std::vector<BlendCycle> blend_cycles(const Preparation& preparation, std::size_t actor_index,
-                                     const PreparedActor& actor) {
+std::vector<BlendCycle> measure_blend_cycles(const Preparation& preparation,
+                                             std::size_t actor_index, const PreparedActor& actor) {
   std::vector<BlendCycle> cycles;
   for (std::size_t i = 0; i < actor.legs.size(); ++i)
     for (std::size_t j = i + 1; j < actor.legs.size(); ++j) {
@@ -128,19 +132,20 @@ Inspection inspect_plan(const PreparedScene& prepared, Engine& engine,
       legs.push_back(describe_leg(*leg));
       out.text += leg_lines(*leg);
     }
-    JsonValue described = {{"name", actor.name}, {"legs", std::move(legs)}};
-    if (const std::optional<CycleError> cycle = actor_cycle(actor)) {
-      described["cycle"] = describe_error(*cycle);
+    JsonValue actor_json = {{"name", actor.name}, {"legs", std::move(legs)}};
+    if (const std::optional<CycleError> cycle = measure_actor_cycle(actor)) {
+      actor_json["cycle"] = describe_error(*cycle);
       out.text += fmt::format(
           "Once around, mass comes back {:.2f} of the size from where it set out, on the mean, and "
           "spreads by {:.2f}; 0: consistent plans, 1: unrelated ones\n",
           cycle->drift, cycle->spread);
     }
     if (actor.space) {
-      described["cycles"] = JsonValue::array();
+      actor_json["cycles"] = JsonValue::array();
       const std::string& reference = actor.objects.front()->name;
-      for (const BlendCycle& cycle : blend_cycles({prepared.scene, engine, cache}, a, actor)) {
-        described["cycles"].push_back(
+      for (const BlendCycle& cycle :
+           measure_blend_cycles({prepared.scene, engine, cache}, a, actor)) {
+        actor_json["cycles"].push_back(
             {{"objects", JsonValue::array({reference, cycle.from, cycle.to})},
              {"by_reference", describe_error(cycle.by_reference)},
              {"by_plan_between", describe_error(cycle.by_plan_between)}});
@@ -152,7 +157,7 @@ Inspection inspect_plan(const PreparedScene& prepared, Engine& engine,
             cycle.by_plan_between.drift, cycle.by_plan_between.spread);
       }
     }
-    out.json["actors"].push_back(std::move(described));
+    out.json["actors"].push_back(std::move(actor_json));
   }
   return out;
 }

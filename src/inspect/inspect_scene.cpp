@@ -11,6 +11,7 @@ void add_frames(Inspection& out, const Scene& scene, const ActorSettings& actor)
   const Timeline timeline = make_timeline(scene, actor);
   const auto objects = chain_objects(actor);
   const auto name = [&](int index) { return objects[static_cast<std::size_t>(index)]->name; };
+  // List the legs.
   JsonValue json{
       {"name", actor.name}, {"legs", JsonValue::array()}, {"frames", JsonValue::array()}};
   for (std::size_t i = 0; i < timeline.legs.size(); ++i) {
@@ -25,9 +26,11 @@ void add_frames(Inspection& out, const Scene& scene, const ActorSettings& actor)
                             {"to_meta", !leg.to_full},
                             {"shares", std::move(shares)}});
   }
+  // List the frames.
   out.text += fmt::format("{:>5} {:>7} {:<24} {:<12} {:>8} {:>7}\n", "frame", "t", "from -> to",
                           "stage", "progress", "u");
-  std::vector<std::vector<int>> file_numbers;  // of the meshes of each object, in order of play
+  // Numbers in the names of each object's mesh files, [object][mesh in the order of play].
+  std::vector<std::vector<int>> file_numbers;
   for (const ObjectSettings* object : objects) file_numbers.push_back(mesh_numbers(*object));
   // "horse 12": the object's name, and the number of its mesh if it has a mesh sequence.
   const auto object_name = [&](int object, int mesh) {
@@ -41,11 +44,11 @@ void add_frames(Inspection& out, const Scene& scene, const ActorSettings& actor)
     if (state.stage != Stage::kBlend)
       return object_name(state.leg, state.mesh) + " -> " +
              object_name(state.leg + 1, state.to_mesh);
-    std::vector<std::string> parts;
+    std::vector<std::string> terms;
     for (std::size_t i = 0; i < state.weights.size(); ++i)
       if (state.weights[i] > 0)
-        parts.push_back(fmt::format("{} {:.3g}", objects[i]->name, state.weights[i]));
-    return fmt::format("{}", fmt::join(parts, ", "));
+        terms.push_back(fmt::format("{} {:.3g}", objects[i]->name, state.weights[i]));
+    return fmt::format("{}", fmt::join(terms, ", "));
   };
   for (int frame = 1; frame <= timeline.count; ++frame) {
     const MorphState state = morph_state_at(timeline, frame);
@@ -69,6 +72,7 @@ void add_frames(Inspection& out, const Scene& scene, const ActorSettings& actor)
       for (const float weight : state.weights) weights.push_back(weight);
       json["frames"].items.back()["weights"] = std::move(weights);
     }
+    // Adds the file number of an object's current mesh, unless `mesh` is -1: no mesh sequence.
     const auto add_number = [&](const char* key, int object, int mesh) {
       if (mesh >= 0)
         json["frames"].items.back()[key] =

@@ -36,8 +36,8 @@ struct Measurements {
   std::vector<std::string> problems;
 };
 
-std::size_t ball_count(const SpheresResult& fitted) {
-  return fitted.balls.empty() ? fitted.approximation.tree.leaves().size() : fitted.balls.size();
+std::size_t ball_count(const SpheresResult& result) {
+  return result.balls.empty() ? result.approximation.tree.leaves().size() : result.balls.size();
 }
 
 const char* method_name(SphereMethod method) {
@@ -58,31 +58,31 @@ const char* fit_name(FitKind fit) {
   return fit == FitKind::kNone ? "none" : fit == FitKind::kRound ? "round" : "ellipsoid";
 }
 
-JsonValue to_json(const SpheresRequest& request, const SpheresResult& fitted,
+JsonValue to_json(const SpheresRequest& request, const SpheresResult& result,
                   const Measurements& measurements) {
-  std::vector<int> levels;
-  for (const SphereNode& node : fitted.approximation.tree.nodes) {
+  std::vector<int> levels;  // number of spheres of each level of the tree
+  for (const SphereNode& node : result.approximation.tree.nodes) {
     const auto level = static_cast<std::size_t>(node.level);
     if (levels.size() <= level) levels.resize(level + 1);
     ++levels[level];
   }
-  JsonValue json{{"model", fitted.model.name},
-                 {"triangles", fitted.model.triangles.size()},
+  JsonValue json{{"model", result.model.name},
+                 {"triangles", result.model.triangles.size()},
                  {"method", method_name(request.settings.method)},
                  {"fit", fit_name(request.settings.fit)},
-                 {"spheres", fitted.approximation.tree.leaves().size()},
+                 {"spheres", result.approximation.tree.leaves().size()},
                  {"levels", levels},
-                 {"balls", ball_count(fitted)}};
+                 {"balls", ball_count(result)}};
   if (measurements.quality) {
-    const ApproximationQuality& f = *measurements.quality;
-    json.update({{"iou", f.iou},
-                 {"volume_ratio", f.volume_ratio},
-                 {"rms_to_model", f.rms_to_model},
-                 {"rms_to_surface", f.rms_to_surface},
-                 {"hausdorff_to_model", f.hausdorff_to_model},
-                 {"hausdorff_to_surface", f.hausdorff_to_surface},
+    const ApproximationQuality& quality = *measurements.quality;
+    json.update({{"iou", quality.iou},
+                 {"volume_ratio", quality.volume_ratio},
+                 {"rms_to_model", quality.rms_to_model},
+                 {"rms_to_surface", quality.rms_to_surface},
+                 {"hausdorff_to_model", quality.hausdorff_to_model},
+                 {"hausdorff_to_surface", quality.hausdorff_to_surface},
                  {"grid", request.grid},
-                 {"surface_triangles", f.triangles}});
+                 {"surface_triangles", quality.triangles}});
   }
   json["seconds"] = measurements.seconds;
   json["problems"] = measurements.problems;
@@ -99,28 +99,28 @@ std::string tree_json(const SphereTree& tree) {
                        {"parent", node.parent},
                        {"leaf", node.leaf}});
   }
-  return dump_json({{"spheres", std::move(spheres)}}, -1);
+  return dump_json({{"spheres", std::move(spheres)}}, /*indent=*/-1);
 }
 
-std::string to_table(const SpheresRequest& request, const SpheresResult& fitted,
+std::string to_table(const SpheresRequest& request, const SpheresResult& result,
                      const Measurements& measurements) {
   std::string text;
-  text += fmt::format("{}: {} triangles, {}, {}\n", fitted.model.name,
-                      fitted.model.triangles.size(), method_name(request.settings.method),
+  text += fmt::format("{}: {} triangles, {}, {}\n", result.model.name,
+                      result.model.triangles.size(), method_name(request.settings.method),
                       request.settings.fit == FitKind::kNone
                           ? "not fitted"
                           : fmt::format("{} balls fitted", fit_name(request.settings.fit)));
-  text += fmt::format("  {:<34}{:>10}\n", "spheres", fitted.approximation.tree.leaves().size());
-  text += fmt::format("  {:<34}{:>10}\n", "balls", ball_count(fitted));
+  text += fmt::format("  {:<34}{:>10}\n", "spheres", result.approximation.tree.leaves().size());
+  text += fmt::format("  {:<34}{:>10}\n", "balls", ball_count(result));
   if (measurements.quality) {
-    const ApproximationQuality& f = *measurements.quality;
-    text += fmt::format("  {:<34}{:>10.4f}\n", "overlap (IoU)", f.iou);
-    text += fmt::format("  {:<34}{:>10.4f}\n", "volume ratio", f.volume_ratio);
+    const ApproximationQuality& quality = *measurements.quality;
+    text += fmt::format("  {:<34}{:>10.4f}\n", "overlap (IoU)", quality.iou);
+    text += fmt::format("  {:<34}{:>10.4f}\n", "volume ratio", quality.volume_ratio);
     text += fmt::format("  {:<34}{:>10}{:>12}\n", "% of the box diagonal", "RMS", "Hausdorff");
-    text += fmt::format("  {:<34}{:>10.3f}{:>12.3f}\n", "  surface to model", 100 * f.rms_to_model,
-                        100 * f.hausdorff_to_model);
+    text += fmt::format("  {:<34}{:>10.3f}{:>12.3f}\n", "  surface to model",
+                        100 * quality.rms_to_model, 100 * quality.hausdorff_to_model);
     text += fmt::format("  {:<34}{:>10.3f}{:>12.3f}\n", "  model to surface",
-                        100 * f.rms_to_surface, 100 * f.hausdorff_to_surface);
+                        100 * quality.rms_to_surface, 100 * quality.hausdorff_to_surface);
   }
   text += fmt::format("  {:<34}{:>10.2f} s\n", "time for spheres and balls", measurements.seconds);
   return text;
@@ -129,9 +129,10 @@ std::string to_table(const SpheresRequest& request, const SpheresResult& fitted,
 }  // namespace
 
 Result<SpheresResult> inspect_spheres(const SpheresRequest& request) {
-  SpheresResult fitted;
-  PM_TRY(fitted.model, load_model_or_shape(request.model));
-  const Model& model = fitted.model;
+  SpheresResult result;
+  PM_TRY(result.model, load_model_or_shape(request.model));
+  const Model& model = result.model;
+  // Warn of the model's faults.
   Measurements measurements;
   std::optional<Activity> activity(std::in_place, "looking for faults in " + model.name);
   const Diagnosis diagnosis = diagnose_fully(model);
@@ -147,10 +148,11 @@ Result<SpheresResult> inspect_spheres(const SpheresRequest& request) {
     matters ? log_warning("{}: {}", model.name, crossings)
             : log_debug("{}: {}", model.name, crossings);
   }
+  // Approximate the model.
   const Stopwatch stopwatch;
   activity.emplace("making spheres and balls of " + model.name);
   PM_TRY(const std::optional<Model> proxy, make_solid_proxy(model, settings));
-  PM_TRY(fitted.approximation, approximate_cached(model, settings, request.cache_folder, &proxy));
+  PM_TRY(result.approximation, approximate_cached(model, settings, request.cache_folder, &proxy));
   measurements.seconds = stopwatch.seconds();
   activity.emplace(request.measure ? "measuring how well they fit" : "making balls of spheres");
   // Compare the balls with the solid that they approximate: the proxy of a shell or of a solidified
@@ -164,46 +166,47 @@ Result<SpheresResult> inspect_spheres(const SpheresRequest& request) {
         model.name);
   const InsideTest inside(proxy ? *proxy : model);
   const Vec3 size = model.box().size();
-  const float cell = fitted.cell =
+  const float cell = result.cell =
       std::max({size.x, size.y, size.z}) / static_cast<float>(request.grid);
   const auto engine = make_cpu_engine();
-  fitted.balls = fitted.approximation.balls;
+  // Make the balls, and measure them.
+  result.balls = result.approximation.balls;
   // Without a fit each sphere becomes a ball, which takes seconds for 100 000 of them.
   const bool needs_balls = request.measure || !request.write_balls.empty() ||
                            !request.write_surface.empty() || !request.output.empty();
-  if (fitted.balls.empty() && needs_balls) {
-    PM_TRY(fitted.balls,
-           make_unfitted_balls(fitted.approximation.tree.leaves(), settings.method, FieldSettings{},
+  if (result.balls.empty() && needs_balls) {
+    PM_TRY(result.balls,
+           make_unfitted_balls(result.approximation.tree.leaves(), settings.method, FieldSettings{},
                                {solid_volume(solid, inside), cell}, *engine));
   }
   if (request.measure) {
     PM_TRY(measurements.quality,
-           measure_quality(solid, inside, fitted.balls, FieldKind::kGaussian, {request.grid}));
+           measure_quality(solid, inside, result.balls, FieldKind::kGaussian, {request.grid}));
     if (!is_good_fit(*measurements.quality))
       log_warning("{}: {}", model.name, describe_fit(*measurements.quality));
   }
   activity.reset();
-  fitted.report = {to_json(request, fitted, measurements), to_table(request, fitted, measurements)};
-  return fitted;
+  result.report = {to_json(request, result, measurements), to_table(request, result, measurements)};
+  return result;
 }
 
-Status write_spheres(const SpheresRequest& request, const SpheresResult& fitted) {
+Status write_spheres(const SpheresRequest& request, const SpheresResult& result) {
   if (!request.write_balls.empty())
     PM_TRY_STATUS(
         write_file(request.write_balls, request.write_balls.ends_with(".csv")
-                                            ? encode_balls_csv(fitted.balls, FieldKind::kGaussian)
-                                            : encode_balls(fitted.balls, FieldKind::kGaussian)));
-  const std::vector<Sphere> spheres = fitted.approximation.tree.leaves();
+                                            ? encode_balls_csv(result.balls, FieldKind::kGaussian)
+                                            : encode_balls(result.balls, FieldKind::kGaussian)));
+  const std::vector<Sphere> spheres = result.approximation.tree.leaves();
   if (!request.write_spheres.empty())
     PM_TRY_STATUS(request.write_spheres.ends_with(".json")
-                      ? write_file(request.write_spheres, tree_json(fitted.approximation.tree))
+                      ? write_file(request.write_spheres, tree_json(result.approximation.tree))
                       : write_mesh(request.write_spheres, make_sphere_mesh(spheres)));
   if (request.write_surface.empty() && request.output.empty()) return Ok{};
-  PM_TRY(const Mesh surface, extract_surface(*make_cpu_engine(), fitted.balls, fitted.cell, {}));
+  PM_TRY(const Mesh surface, extract_surface(*make_cpu_engine(), result.balls, result.cell, {}));
   if (!request.write_surface.empty()) PM_TRY_STATUS(write_mesh(request.write_surface, surface));
   if (!request.output.empty())
     PM_TRY_STATUS(
-        write_spheres_picture(request.output, fitted.model, spheres, surface, request.width));
+        write_spheres_picture(request.output, result.model, spheres, surface, request.width));
   return Ok{};
 }
 

@@ -12,10 +12,10 @@ namespace polymorph {
 struct SpheresRequest {
   std::string model;  ///< a file or a built-in shape
   SphereSettings settings;
-  int grid = 192;   ///< cells of the surface along the model's longest side
-  int width = 480;  ///< pixels of each of the three pictures
-  bool measure = true;
-  std::filesystem::path cache_folder;
+  int grid = 192;                      ///< cells of the surface along the model's longest side
+  int width = 480;                     ///< pixels of each of the three pictures
+  bool measure = true;                 ///< whether to measure the quality, which takes time
+  std::filesystem::path cache_folder;  ///< folder of stored approximations; empty: no cache
   /// Files to write; empty: none. `output` is a picture of the model, the spheres and the surface.
   std::string write_balls, write_surface, write_spheres, output;
 };
@@ -24,8 +24,10 @@ struct SpheresRequest {
 struct SpheresResult {
   Model model;
   Approximation approximation;
-  std::vector<Ball> balls;  ///< fitted, or one per sphere if nothing is fitted
-  float cell = 0;           ///< edge of the surface's cells
+  /// The fitted balls, or one ball per sphere if nothing is fitted. Without a fit it is empty if
+  /// neither measures nor files need balls.
+  std::vector<Ball> balls;
+  float cell = 0;  ///< edge of the surface's cells
   Inspection report;
 };
 

@@ -40,8 +40,9 @@ Result<std::vector<Vec3>> to_scene_points(const NamedObject& object,
   return move_with_mesh(points, file, object.model.points);
 }
 
-/// Moves a point with the ball nearest to it: returns the mean of the targets of that ball,
-/// weighted by the pairs' shares of it. `reversed`: from the target to the source.
+/// Moves a point with the ball whose surface is nearest to it: returns the mean of the centers to
+/// which the ball's pairs move, weighted by the pairs' shares of the ball. `reversed`: from the
+/// target to the source.
 Vec3 carry_by_plan(Vec3 point, const MorphPlan& plan, bool reversed) {
   const std::vector<Ball>&own_balls = reversed ? plan.to : plan.from,
         &other_balls = reversed ? plan.from : plan.to;
@@ -71,9 +72,9 @@ void add_errors(const std::vector<Vec3>& arrived, const std::vector<Vec3>& partn
 std::vector<double> geodesic_errors(const std::vector<Vec3>& arrived,
                                     const std::vector<Vec3>& partners, MeshView mesh, double area) {
   const ClosestPointQuery query(mesh);
-  const auto nearest_vertices = [&](const std::vector<Vec3>& places) {
+  const auto nearest_vertices = [&](const std::vector<Vec3>& points) {
     std::vector<std::uint32_t> vertices;
-    for (const ClosestPoint& hit : query.closest(places)) {
+    for (const ClosestPoint& hit : query.closest(points)) {
       const Triangle& t = mesh.triangles[hit.triangle];
       std::uint32_t nearest = t.v[0];
       for (const std::uint32_t v : t.v)
@@ -140,8 +141,9 @@ Result<std::optional<TrueErrors>> measure_true_errors(const Leg& leg, const Name
   TrueErrors errors;
   errors.points = from_points.size();
   std::vector<Vec3> forward, backward;
-  for (const Vec3 p : from_points) forward.push_back(carry_by_plan(p, leg.plan, false));
-  for (const Vec3 p : to_points) backward.push_back(carry_by_plan(p, leg.plan, true));
+  for (const Vec3 p : from_points)
+    forward.push_back(carry_by_plan(p, leg.plan, /*reversed=*/false));
+  for (const Vec3 p : to_points) backward.push_back(carry_by_plan(p, leg.plan, /*reversed=*/true));
   add_errors(forward, to_points, to_size, errors.plan);
   add_errors(backward, from_points, from_size, errors.plan);
   PM_TRY(const LegState start, leg_state(leg, 0, engine));

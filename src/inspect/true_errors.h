@@ -13,7 +13,7 @@
 
 namespace polymorph {
 
-/// The entries of two models in a file of true points; null: not in the file.
+/// The entries of a morph's source and target in a file of true points; null: not in the file.
 struct TruePair {
   const TrueModel* from = nullptr;
   const TrueModel* to = nullptr;
@@ -31,10 +31,11 @@ Result<std::optional<TrueErrors>> measure_true_errors(const Leg& leg, const Name
                                                       const NamedObject& to, const TruePair& truth,
                                                       Engine& engine);
 
-/// Measures a morph from the mesh `first` to the mesh `last`. Returns nullopt as above. The models
-/// of the true points are scaled and moved so that their boxes have the diagonals and centres of
-/// the meshes' boxes. If the meshes' vertices do not correspond, only TrueErrors::points is set.
-/// Errors: kInput if a model cannot be read.
+/// Measures a morph from the mesh `first` to the mesh `last`. The models of the true points are
+/// scaled and moved so that their boxes have the diagonals and centres of the meshes' boxes. If the
+/// meshes do not correspond (analyze/distortion.h), only TrueErrors::points is set. Returns nullopt
+/// if a mesh has no triangles or the models have no true points in common. Errors: kInput if a
+/// model cannot be read.
 Result<std::optional<TrueErrors>> measure_true_errors(const Mesh& first, const Mesh& last,
                                                       const TruePair& truth);
 

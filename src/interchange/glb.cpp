@@ -73,13 +73,14 @@ Rotation camera_rotation(const FrameCamera& camera) {
 
 /// A mesh of an actor in the file, and the frames in which it is visible.
 struct MeshSpan {
-  std::size_t mesh = 0, actor = 0;
-  int first = 0, end = 0;  ///< frames [first, end)
-  Vec3 origin;             ///< position = origin + scale * (quantized position in [0, 1])
+  std::size_t mesh = 0, actor = 0;  ///< indices of the file's meshes and of the actors
+  int first = 0, end = 0;           ///< frames [first, end)
+  Vec3 origin;                      ///< position = origin + scale * (quantized position in [0, 1])
   float scale = 1;
-  std::string digest;  ///< hash of all its data
+  std::string digest;  ///< hash of all the mesh's data; not used with a constant topology
 };
 
+/// Writes the binary data to a spool file at once, and collects the JSON that describes it.
 class GlbWriter : public SurfaceWriter {
  public:
   GlbWriter(std::filesystem::path path, SurfaceSequence sequence, GlbSettings settings, Spool spool)
@@ -120,8 +121,8 @@ class GlbWriter : public SurfaceWriter {
   Result<std::size_t> add_view(const std::string& bytes, int target, std::size_t stride = 0);
   /// Contents of an accessor, in glTF's terms.
   struct Elements {
-    int component;
-    const char* type;
+    int component;     ///< component type, as kFloat
+    const char* type;  ///< "SCALAR", "VEC2", "VEC3" or "VEC4"
     std::size_t count;
     bool normalized = false;
     std::size_t stride = 0;  ///< bytes; 0: packed
@@ -142,13 +143,15 @@ class GlbWriter : public SurfaceWriter {
   std::filesystem::path path_;
   SurfaceSequence sequence_;
   GlbSettings settings_;
-  Spool spool_;
+  Spool spool_;  ///< the binary data so far
   MaterialCatalog catalog_;
+  /// The file's arrays of buffer views, accessors and so on, and its only animation.
   JsonValue views_ = JsonValue::array(), accessors_ = JsonValue::array(),
             meshes_ = JsonValue::array(), nodes_ = JsonValue::array(), animation_,
             images_ = JsonValue::array();
   std::vector<MeshSpan> spans_;
-  std::vector<std::optional<std::size_t>> current_;  ///< per actor: its latest mesh in spans_
+  std::vector<std::optional<std::size_t>> current_;  ///< one per actor: index of its mesh in
+                                                     ///< spans_, empty while no mesh is visible
   /// Constant topology only: each actor's surface in the first frame, and all frame numbers so far.
   std::vector<SurfaceFrame> base_;
   std::vector<int> frames_;
@@ -179,8 +182,8 @@ std::string GlbWriter::compute_digest(const SurfaceFrame& frame) {
   return hasher.hex();
 }
 
-/// Adds a buffer view, padded to a multiple of 4 bytes. A target or stride of 0 is left out.
-/// Returns its index.
+/// Adds a buffer view, padded to a multiple of 4 bytes, and returns its index. `target` is
+/// kVertexBuffer, kIndexBuffer or 0; a target or stride of 0 is left out.
 Result<std::size_t> GlbWriter::add_view(const std::string& bytes, int target, std::size_t stride) {
   JsonValue view = {{"buffer", 0}, {"byteOffset", spool_.size()}, {"byteLength", bytes.size()}};
   if (target != 0) view["target"] = target;
@@ -277,11 +280,11 @@ Status GlbWriter::add_quantized(const SurfaceFrame& frame, const SplitSurface& s
   }
   const Vec3 size = high - low;
   span.origin = low;
-  span.scale = std::max({size.x, size.y, size.z, 1e-30f});
+  span.scale = std::max({size.x, size.y, size.z, 1e-30f});  // not 0, for the division below
   const auto add_attribute = [&](const char* name, const char* type, int component,
                                  std::size_t stride, const std::string& bytes) -> Status {
-    PM_TRY(attributes[name],
-           add_accessor(bytes, kVertexBuffer, {component, type, count, true, stride}));
+    PM_TRY(attributes[name], add_accessor(bytes, kVertexBuffer,
+                                          {component, type, count, /*normalized=*/true, stride}));
     return Ok{};
   };
   std::array<std::uint16_t, 3> lowest{65535, 65535, 65535}, highest{};
@@ -349,7 +352,8 @@ Status GlbWriter::add_mesh(const SurfaceFrame& frame, const std::string& name, M
     return frame.is_mixed ? materials[0] : materials[frame.triangle_materials[t]];
   };
   JsonValue primitives = JsonValue::array();
-  const bool is_short = split.position_of.size() < 65535;  // index 65535 means primitive restart
+  // Indices of 16 bits suffice below index 65535, which means primitive restart.
+  const bool is_short = split.position_of.size() < 65535;
   for (const std::size_t material : distinct) {
     std::string bytes;
     std::size_t count = 0;
@@ -375,6 +379,7 @@ Status GlbWriter::add_mesh(const SurfaceFrame& frame, const std::string& name, M
 /// target, which holds the differences of positions, normals and colours from the first.
 Status GlbWriter::add_targets(int frame, std::span<const SurfaceFrame> frames) {
   frames_.push_back(frame);
+  // Add the meshes of the first frame.
   if (base_.empty()) {
     base_.assign(frames.begin(), frames.end());
     for (std::size_t a = 0; a < frames.size(); ++a) {
@@ -389,6 +394,7 @@ Status GlbWriter::add_targets(int frame, std::span<const SurfaceFrame> frames) {
     }
     return Ok{};
   }
+  // Add a target to each actor's mesh.
   for (std::size_t a = 0; a < frames.size(); ++a) {
     const SurfaceFrame &base = base_[a], &surface = frames[a];
     SplitSettings split_settings;
@@ -396,6 +402,7 @@ Status GlbWriter::add_targets(int frame, std::span<const SurfaceFrame> frames) {
     JsonValue target = JsonValue::object();
     const auto add_attribute = [&](const char* name, const std::vector<Vec3>& from,
                                    const std::vector<Vec3>& to) -> Status {
+      // A surface may lack normals or colours.
       if (from.empty() || from.size() != to.size()) return Ok{};
       Vec3 low = to[0] - from[0], high = low;
       const std::string bytes =
@@ -426,17 +433,19 @@ Status GlbWriter::add_weights() {
   const std::size_t targets = frames_.size() - 1;
   JsonValue samplers = JsonValue::array(), channels = JsonValue::array();
   std::string times, weights;
+  // Frame 0 is the mesh without targets; target k - 1 is frame k.
   for (std::size_t k = 0; k < frames_.size(); ++k) {
     put(times, static_cast<float>(frames_[k] - sequence_.first_frame) / sequence_.fps);
     for (std::size_t target = 0; target < targets; ++target)
       put(weights, target + 1 == k ? 1.0f : 0.0f);
   }
-  PM_TRY(const std::size_t input, add_accessor(times, 0, {kFloat, "SCALAR", frames_.size()}));
+  PM_TRY(const std::size_t input,
+         add_accessor(times, /*target=*/0, {kFloat, "SCALAR", frames_.size()}));
   accessors_.items.back()["min"] = JsonValue::array({0.0f});
   accessors_.items.back()["max"] = JsonValue::array(
       {static_cast<float>(frames_.back() - sequence_.first_frame) / sequence_.fps});
   PM_TRY(const std::size_t output,
-         add_accessor(weights, 0, {kFloat, "SCALAR", frames_.size() * targets}));
+         add_accessor(weights, /*target=*/0, {kFloat, "SCALAR", frames_.size() * targets}));
   samplers.push_back({{"input", input}, {"output", output}, {"interpolation", "LINEAR"}});
   for (std::size_t n = 0; n < spans_.size(); ++n) {
     meshes_.items[n]["weights"] = std::vector<float>(targets, 0.0f);
@@ -465,7 +474,7 @@ JsonValue GlbWriter::material_json(const SurfaceMaterial& m) {
 Status GlbWriter::add_images() {
   for (const auto& texture : catalog_.textures) {
     PM_TRY(const std::string png, texture_png(*texture));
-    PM_TRY(const std::size_t view, add_view(png, 0));
+    PM_TRY(const std::size_t view, add_view(png, /*target=*/0));
     images_.push_back({{"bufferView", view}, {"mimeType", "image/png"}});
   }
   return Ok{};
@@ -529,19 +538,21 @@ Status GlbWriter::add_camera_motion() {
     previous = rotation;
     put(angles, static_cast<float>(field_of_view(cameras[i])));
   }
-  PM_TRY(const std::size_t input, add_accessor(times, 0, {kFloat, "SCALAR", cameras.size()}));
+  PM_TRY(const std::size_t input,
+         add_accessor(times, /*target=*/0, {kFloat, "SCALAR", cameras.size()}));
   accessors_.items.back()["min"] = JsonValue::array({0.0f});
   accessors_.items.back()["max"] =
       JsonValue::array({static_cast<float>(cameras.size() - 1) / sequence_.fps});
   const auto add = [&](const std::string& bytes, const char* type, JsonValue target) -> Status {
-    PM_TRY(const std::size_t output, add_accessor(bytes, 0, {kFloat, type, cameras.size()}));
+    PM_TRY(const std::size_t output,
+           add_accessor(bytes, /*target=*/0, {kFloat, type, cameras.size()}));
     animation_["channels"].push_back(
         {{"sampler", animation_["samplers"].size()}, {"target", std::move(target)}});
     animation_["samplers"].push_back(
         {{"input", input}, {"output", output}, {"interpolation", "LINEAR"}});
     return Ok{};
   };
-  const std::size_t node = nodes_.size() - 1;
+  const std::size_t node = nodes_.size() - 1;  // the camera's
   PM_TRY_STATUS(add(positions, "VEC3", {{"node", node}, {"path", "translation"}}));
   PM_TRY_STATUS(add(rotations, "VEC4", {{"node", node}, {"path", "rotation"}}));
   if (!zooms()) return Ok{};
@@ -566,10 +577,11 @@ Status GlbWriter::add_animation() {
       times.push_back(seconds(frame));
       visible.push_back(is_visible ? 1 : 0);
     };
-    if (span.first > sequence_.first_frame) add_key(sequence_.first_frame, false);
-    add_key(span.first, true);
-    if (span.end <= sequence_.last_frame) add_key(span.end, false);
+    if (span.first > sequence_.first_frame) add_key(sequence_.first_frame, /*is_visible=*/false);
+    add_key(span.first, /*is_visible=*/true);
+    if (span.end <= sequence_.last_frame) add_key(span.end, /*is_visible=*/false);
     add_key(sequence_.last_frame + 1, span.end > sequence_.last_frame);
+    // Write the keys, then a sampler and a channel for the scale and for the visibility.
     std::string time_bytes, scale_bytes;
     std::string visible_bytes(visible.begin(), visible.end());
     for (const float t : times) put(time_bytes, t);
@@ -577,12 +589,14 @@ Status GlbWriter::add_animation() {
       const float scale = v ? span.scale : 0.0f;
       put(scale_bytes, Vec3{scale, scale, scale});
     }
-    PM_TRY(const std::size_t input, add_accessor(time_bytes, 0, {kFloat, "SCALAR", times.size()}));
+    PM_TRY(const std::size_t input,
+           add_accessor(time_bytes, /*target=*/0, {kFloat, "SCALAR", times.size()}));
     accessors_.items.back()["min"] = JsonValue::array({times.front()});
     accessors_.items.back()["max"] = JsonValue::array({times.back()});
-    PM_TRY(const std::size_t scales, add_accessor(scale_bytes, 0, {kFloat, "VEC3", times.size()}));
+    PM_TRY(const std::size_t scales,
+           add_accessor(scale_bytes, /*target=*/0, {kFloat, "VEC3", times.size()}));
     PM_TRY(const std::size_t visibilities,
-           add_accessor(visible_bytes, 0, {kUnsignedByte, "SCALAR", times.size()}));
+           add_accessor(visible_bytes, /*target=*/0, {kUnsignedByte, "SCALAR", times.size()}));
     samplers.push_back({{"input", input}, {"output", scales}, {"interpolation", "STEP"}});
     channels.push_back(
         {{"sampler", samplers.size() - 1}, {"target", {{"node", n}, {"path", "scale"}}}});
@@ -602,6 +616,7 @@ Status GlbWriter::add_animation() {
 
 /// Adds the animation and the nodes, builds the JSON, and writes header, JSON and binary data.
 Status GlbWriter::finish() {
+  // Complete the binary data.
   PM_TRY_STATUS(add_images());
   const bool has_targets = frames_.size() > 1;
   if (has_targets) {
@@ -611,7 +626,8 @@ Status GlbWriter::finish() {
   }
   add_nodes();
   PM_TRY_STATUS(add_camera_motion());
-  JsonValue roots = JsonValue::array();  // actors and camera, which follow the meshes
+  // Build the JSON.
+  JsonValue roots = JsonValue::array();  // actors and camera, whose nodes follow the meshes'
   for (std::size_t n = spans_.size(); n < nodes_.size(); ++n) roots.push_back(n);
   JsonValue extensions = JsonValue::array();
   if (!sequence_.constant_topology)
@@ -662,9 +678,10 @@ Status GlbWriter::finish() {
   }
   if (!extensions.empty()) file["extensionsUsed"] = extensions;
   sort_members(file);
+  // Write the file: its header of 12 bytes, then the JSON and the binary data as chunks, each after
+  // a header of 8 bytes. Chunks are padded to multiples of 4 bytes.
   std::string text = format_json(file);
   text.resize((text.size() + 3) / 4 * 4, ' ');
-  // The file's header has 12 bytes, that of a chunk 8.
   const std::uint64_t total = 12 + 8 + text.size() + 8 + spool_.size();
   if (total > 0xffffffffull)
     return make_error(ErrorCode::kOutput,

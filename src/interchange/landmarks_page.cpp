@@ -106,7 +106,7 @@ std::string encode_landmarks_page(const LandmarksPage& page) {
                                     {"{{engine}}", find_play_script("engine")},
                                     {"{{drawing}}", find_play_script("drawing")},
                                     {"{{data}}", json_in_script(format_json(json))},
-                                    {"{{bytes}}", pack_text(blob.bytes(), 6)}});
+                                    {"{{bytes}}", pack_text(blob.bytes(), /*effort=*/6)}});
 }
 
 }  // namespace polymorph

@@ -18,7 +18,7 @@ struct NamedPair {
 };
 
 struct LandmarksObject {
-  std::string key;              ///< name in plan.landmarks
+  std::string key;              ///< name in the scene's plan.landmarks
   Mesh mesh;                    ///< surface in scene coordinates
   Transform to_scene, to_file;  ///< file coordinates to scene coordinates, and the inverse
 };

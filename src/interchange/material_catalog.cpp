@@ -41,9 +41,10 @@ std::vector<std::size_t> MaterialCatalog::add(const std::vector<SurfaceMaterial>
 }
 
 int MaterialCatalog::find_texture(const SurfaceMaterial& material) const {
-  const auto found = std::find(textures.begin(), textures.end(), material.texture);
-  return !material.texture || found == textures.end() ? -1
-                                                      : static_cast<int>(found - textures.begin());
+  const auto texture = std::find(textures.begin(), textures.end(), material.texture);
+  return !material.texture || texture == textures.end()
+             ? -1
+             : static_cast<int>(texture - textures.begin());
 }
 
 Result<std::string> texture_png(const Image& texture) {

@@ -11,14 +11,14 @@
 namespace polymorph {
 
 struct MaterialCatalog {
-  std::vector<SurfaceMaterial> materials;  ///< names are unique identifiers
-  std::vector<std::shared_ptr<const Image>> textures;
+  std::vector<SurfaceMaterial> materials;              ///< names are unique identifiers
+  std::vector<std::shared_ptr<const Image>> textures;  ///< textures of the materials, each once
 
   /// Returns the index of a material. Adds the material if it is new.
   std::size_t add(const SurfaceMaterial& material);
   /// Returns the indices of all of a frame's materials, in order.
   std::vector<std::size_t> add(const std::vector<SurfaceMaterial>& all);
-  /// Returns the index into `textures`, or -1.
+  /// Returns the index in `textures` of the material's texture; -1 if it has none.
   int find_texture(const SurfaceMaterial& material) const;
 };
 

@@ -20,7 +20,7 @@ using Text = std::back_insert_iterator<std::string>;
 class Numbering {
  public:
   explicit Numbering(std::uint32_t first) : next_(first) {}
-  /// Returns the number of a value, given by up to 96 bits, and whether the value is new.
+  /// Returns the number of the value with the bits `high` and `low`, and whether the value is new.
   std::pair<std::uint32_t, bool> number(std::uint64_t low, std::uint32_t high = 0) {
     const auto [at, is_new] = numbers_[high].try_emplace(low, next_);
     if (is_new) ++next_;
@@ -114,6 +114,7 @@ std::string encode_obj(std::span<const SurfaceFrame> frames, const SurfaceSequen
           fmt::format_to(out, "usemtl {}\n", catalog.materials[material].name);
         current_material = material;
       }
+      // A corner is v, v/vt, v//vn or v/vt/vn.
       text += 'f';
       for (std::size_t k = 0; k < 3; ++k) {
         const std::size_t c = 3 * t + k;
@@ -137,6 +138,7 @@ std::string encode_mtl(const MaterialCatalog& catalog,
     const float exponent = std::max(2 / std::max(m.roughness * m.roughness, 0.002f) - 2, 0.0f);
     fmt::format_to(out, "\nnewmtl {}\nKd {:.6g} {:.6g} {:.6g}\n", m.name, m.color.x, m.color.y,
                    m.color.z);
+    // Dielectrics reflect 4 % of the light at normal incidence, metals their colour.
     const Vec3 specular = lerp(Vec3{0.04f, 0.04f, 0.04f}, m.color, m.metallic);
     fmt::format_to(out, "Ks {:.6g} {:.6g} {:.6g}\nNs {:.6g}\nPr {:.6g}\nPm {:.6g}\n", specular.x,
                    specular.y, specular.z, exponent, m.roughness, m.metallic);

@@ -26,9 +26,10 @@ namespace {
 /// Errors are at most half a step.
 constexpr float kDistanceStep = 1.0f / 40;
 constexpr float kThinnessStep = 1.0f / 256;
-/// Numbers of steps over the range of moving values: for distance legs; for ball legs, whose field
-/// is steep; for the balls of distance legs, which are only displayed.
-constexpr float kMotionSteps = 16383, kBallSteps = 65000, kShownSteps = 511;
+/// Numbers of quantization steps over the range of moving values.
+constexpr float kMotionSteps = 16383,  ///< distance legs
+    kBallSteps = 65000,                ///< ball legs, whose field is steep
+    kDisplaySteps = 511;               ///< balls of distance legs, which are only displayed
 
 /// Dimensions of an array, x fastest, and the axes along which its values are smooth.
 struct Shape {
@@ -60,12 +61,14 @@ void refine(const Shape& shape, const std::vector<double>& values, const F& visi
           visit(static_cast<std::size_t>(i), predict(at, i));
         }
   };
+  // Visit the coarsest level: index 0 along the smooth axes.
   int coarsest = 1;
   for (int axis = 0; axis < 3; ++axis)
     while (shape.smooth[axis] && coarsest < shape.n[axis]) coarsest *= 2;
   int first[3] = {0, 0, 0}, step[3];
   for (int axis = 0; axis < 3; ++axis) step[axis] = shape.smooth[axis] ? coarsest : 1;
   visit_all(first, step, [](const int(&)[3], std::int64_t) { return 0.0; });
+  // Halve the spacing, axis by axis.
   for (int half = coarsest / 2; half >= 1; half /= 2)
     for (int axis = 0; axis < 3; ++axis) {
       if (!shape.smooth[axis]) continue;
@@ -75,6 +78,7 @@ void refine(const Shape& shape, const std::vector<double>& values, const F& visi
         const auto value = [&](std::int64_t j) { return values[static_cast<std::size_t>(j)]; };
         const int index = at[axis], n = shape.n[axis];
         const double low = value(i - neighbour_step);
+        // Near the ends of the axis, fewer than four visited neighbours exist.
         if (index + half >= n) return low;
         const double high = value(i + neighbour_step);
         if (index < 3 * half || index + 3 * half >= n) return (low + high) / 2;
@@ -129,7 +133,9 @@ float range_step(std::span<const float> values, float steps) {
   return (*high - *low) / steps;
 }
 
-Shape make_shape(Int3 points) { return {{points.x, points.y, points.z}, {true, true, true}}; }
+Shape make_shape(Int3 points) {
+  return {{points.x, points.y, points.z}, /*smooth=*/{true, true, true}};
+}
 
 JsonValue object_json(const PlayObject& object, float cell, Packer& packer) {
   JsonValue json{{"name", printable(object.name)}, {"color", to_array(object.color)}};
@@ -147,7 +153,7 @@ JsonValue object_json(const PlayObject& object, float cell, Packer& packer) {
       std::vector<float> channel;
       for (const Vec3& color : object.colors) channel.push_back(linear_to_srgb(color.*c));
       json["colors"]["values"].push_back(
-          packer.add(channel, make_shape(object.color_grid.points), 1.0f / 128));
+          packer.add(channel, make_shape(object.color_grid.points), /*step=*/1.0f / 128));
     }
   }
   return json;
@@ -160,7 +166,7 @@ struct Factor {
   float xx, xy, xz, yy, yz, zz;
 };
 Factor factorize(const Sym3& s) {
-  constexpr float kMin = 1e-12f;
+  constexpr float kMin = 1e-12f;  // rounding may leave less than 0 below a root
   Factor f{};
   f.xx = std::sqrt(std::max(s.xx, kMin));
   f.xy = s.xy / f.xx;
@@ -171,9 +177,9 @@ Factor factorize(const Sym3& s) {
   return f;
 }
 
-/// Lists the channels of one pair at a key, in the order of play.html. The kShown channels from
-/// kFirstShown on describe the ball, which distance legs only display.
-constexpr std::size_t kFirstShown = 3, kShown = 8;
+/// Lists the channels of one pair at a key, in the order of play.html. The kDisplayed channels from
+/// kFirstDisplayed on describe the ball, which distance legs only display.
+constexpr std::size_t kFirstDisplayed = 3, kDisplayed = 8;
 std::vector<float> list_channels(const PlayKey& key, std::size_t pair) {
   const Ball& ball = key.balls[pair];
   const Factor f = factorize(ball.shape);
@@ -212,7 +218,8 @@ JsonValue common_json(const PlayKey& key) {
   return numbers;
 }
 
-/// Writes the progress at which an object's detail begins and ends to fade; null if it does not.
+/// Writes the progress at which an object's detail begins and ends to fade; null if the object has
+/// no distances without detail, so that nothing fades.
 JsonValue fade_json(const std::shared_ptr<const DistanceGrid>& smooth, const DetailFade& fade) {
   return smooth ? JsonValue::array({fade.begin, fade.end}) : JsonValue();
 }
@@ -220,7 +227,7 @@ JsonValue fade_json(const std::shared_ptr<const DistanceGrid>& smooth, const Det
 /// Landmarks of a leg's maps: their positions on both objects and, for each key, their positions
 /// and deviations.
 JsonValue landmarks_json(const PlayLeg& leg) {
-  JsonValue goals = JsonValue::array(), places = JsonValue::array();
+  JsonValue goals = JsonValue::array(), positions = JsonValue::array();
   for (const RegressionLandmark& landmark : leg.keys.front().between.map->landmarks) {
     const auto& [a, b] = landmark.goal;
     goals.push_back(JsonValue::array({a.x, a.y, a.z, b.x, b.y, b.z}));
@@ -229,9 +236,9 @@ JsonValue landmarks_json(const PlayLeg& leg) {
     JsonValue numbers = JsonValue::array();
     for (const auto& [position, deviation, goal] : key.between.map->landmarks)
       for (const float v : {position.x, position.y, position.z, deviation}) numbers.push_back(v);
-    places.push_back(numbers);
+    positions.push_back(numbers);
   }
-  return {{"goals", goals}, {"places", places}};
+  return {{"goals", goals}, {"places", positions}};
 }
 
 JsonValue leg_json(const PlayLeg& leg, Packer& packer) {
@@ -244,13 +251,14 @@ JsonValue leg_json(const PlayLeg& leg, Packer& packer) {
   }
   const int keys = static_cast<int>(leg.keys.size()),
             pairs = static_cast<int>(leg.keys.front().balls.size());
-  const Shape shape{{pairs, keys, 1}, {false, true, false}};  // smooth in time
+  const Shape shape{{pairs, keys, 1}, /*smooth=*/{false, true, false}};  // smooth in time
   JsonValue channels = JsonValue::array();
   for (std::size_t c = 0; c < rows.front().size(); ++c) {
     std::vector<float> values;
     for (const std::vector<float>& row : rows) values.push_back(row[c]);
-    const bool display_only = leg.distance && c >= kFirstShown && c < kFirstShown + kShown;
-    const float steps = display_only ? kShownSteps : leg.distance ? kMotionSteps : kBallSteps;
+    const bool display_only =
+        leg.distance && c >= kFirstDisplayed && c < kFirstDisplayed + kDisplayed;
+    const float steps = display_only ? kDisplaySteps : leg.distance ? kMotionSteps : kBallSteps;
     channels.push_back(packer.add(values, shape, range_step(values, steps)));
   }
   const MorphSurface& first = leg.keys.front().between;
@@ -269,7 +277,7 @@ JsonValue leg_json(const PlayLeg& leg, Packer& packer) {
 
 /// Writes one number per ball.
 JsonValue ball_json(std::span<const float> values, Packer& packer) {
-  const Shape shape{{static_cast<int>(values.size()), 1, 1}, {false, false, false}};
+  const Shape shape{{static_cast<int>(values.size()), 1, 1}, /*smooth=*/{false, false, false}};
   return packer.add(values, shape, range_step(values, kBallSteps));
 }
 

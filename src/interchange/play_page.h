@@ -14,7 +14,8 @@
 
 namespace polymorph {
 
-/// An object of an actor, with its fields on grids.
+/// An object of an actor, with its fields on grids. A ball leg's surface is that of the balls'
+/// field, a distance leg's that of a mixture of both objects' distances (leg/leg.h).
 struct PlayObject {
   std::string name;
   std::shared_ptr<const DistanceGrid> distances;  ///< null if its legs are ball legs
@@ -69,19 +70,20 @@ struct PlaySpace {
 
 /// State of an actor in a frame.
 struct PlayFrame {
-  int leg = 0;
-  float time = 0;
-  float look = 0;              ///< weight of the common look
-  std::vector<float> weights;  ///< PlaySpace only: weights of its objects; the rest is not used
+  int leg = 0;     ///< index in PlayActor::legs
+  float time = 0;  ///< time of the leg's motion, [0, 1]
+  float look = 0;  ///< weight of the common look
+  /// Weights of the objects of a PlaySpace, which then replace all other members; else empty.
+  std::vector<float> weights;
 };
 
 struct PlayActor {
   std::string name;
   float cell = 0;  ///< edge of the surface's cells
   std::vector<PlayObject> objects;
-  std::vector<PlayLeg> legs;  ///< empty with a PlaySpace
-  PlaySpace space;
-  std::vector<PlayFrame> frames;
+  std::vector<PlayLeg> legs;      ///< empty if the actor mixes objects by weights
+  PlaySpace space;                ///< has no objects unless the actor mixes them by weights
+  std::vector<PlayFrame> frames;  ///< one per frame, in order
 };
 
 struct PlayPage {

@@ -41,6 +41,7 @@ std::string encode_ply(std::span<const SurfaceFrame> frames, const SurfaceSequen
                                           [](const auto& f) { return !f.velocities.empty(); });
   const bool has_uvs = std::any_of(frames.begin(), frames.end(),
                                    [](const auto& f) { return !f.corner_uvs.empty(); });
+  // Write the header.
   std::size_t points = 0, triangles = 0, label_count = 0;
   for (const SurfaceFrame& frame : frames) {
     points += frame.positions.size();
@@ -61,22 +62,25 @@ std::string encode_ply(std::span<const SurfaceFrame> frames, const SurfaceSequen
   if (has_labels) bytes += "property int label\n";
   bytes += fmt::format("element face {}\nproperty list uchar uint vertex_indices\n{}end_header\n",
                        triangles, has_uvs ? "property list uchar float texcoord\n" : "");
+  // Write the points. Labels and points of each actor are numbered after those of the actors before
+  // it.
   std::uint32_t first_label = 0;
   for (std::size_t a = 0; a < frames.size(); ++a) {
     const SurfaceFrame& frame = frames[a];
-    const std::vector<Vec2> at_points = has_uvs ? point_uvs(frame) : std::vector<Vec2>{};
+    const std::vector<Vec2> uvs_of_points = has_uvs ? point_uvs(frame) : std::vector<Vec2>{};
     for (std::size_t i = 0; i < frame.positions.size(); ++i) {
       put(bytes, frame.positions[i]);
       if (has_normals) put(bytes, frame.normals[i]);
       if (has_colors)
         for (const float c : {frame.colors[i].x, frame.colors[i].y, frame.colors[i].z})
           put(bytes, SrgbQuantizer::instance()(c));
-      if (has_uvs) put(bytes, at_points[i]);
+      if (has_uvs) put(bytes, uvs_of_points[i]);
       if (has_velocities) put(bytes, frame.velocities.empty() ? Vec3{} : frame.velocities[i]);
       if (has_labels) put(bytes, first_label + frame.labels[i]);
     }
     if (has_labels) first_label += static_cast<std::uint32_t>(sequence.label_names[a].size());
   }
+  // Write the faces.
   std::uint32_t first_point = 0;
   for (const SurfaceFrame& frame : frames) {
     for (std::size_t t = 0; t < frame.triangles.size(); ++t) {

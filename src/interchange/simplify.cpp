@@ -25,7 +25,8 @@ std::vector<Triangle> collapse_edges(const SurfaceFrame& frame, const SplitSurfa
   std::vector<Triangle> remaining(candidates.size());
   const std::size_t indices = meshopt_simplify(
       remaining.front().v, candidates.front().v, 3 * candidates.size(), &positions.front().x,
-      positions.size(), sizeof(Vec3), 0, error, meshopt_SimplifyLockBorder, nullptr);
+      positions.size(), sizeof(Vec3), /*target_index_count=*/0, error, meshopt_SimplifyLockBorder,
+      /*result_error=*/nullptr);
   remaining.resize(indices / 3);
   remaining.insert(remaining.end(), fixed_triangles.begin(), fixed_triangles.end());
   return remaining;
@@ -53,8 +54,10 @@ std::vector<Vec3> list_midpoints(const SurfaceFrame& frame,
   return points;
 }
 
-/// Measures the Hausdorff distance at points and midpoints: the larger of both one-sided distances.
-/// Marks the frame's triangles around points that are further than `limit` away as fixed.
+/// Measures the Hausdorff distance between the frame's surface, whose query is `before`, and the
+/// triangles `remaining`. It is the larger of two one-sided distances: from the frame's points to
+/// `remaining`, and from the midpoints of `remaining` to the frame's surface. Triangles of the
+/// frame around points that are further away than `limit` are marked in `is_fixed`.
 float measure_distance(const SurfaceFrame& frame, const ClosestPointQuery& before,
                        const std::vector<Triangle>& remaining, float limit,
                        std::vector<std::uint8_t>& is_fixed) {
@@ -87,6 +90,7 @@ void reduce_to(const SplitSurface& split, const std::vector<Triangle>& remaining
   result.is_mixed = frame.is_mixed;
   result.mixture = frame.mixture;
   result.materials = frame.materials;
+  // Each position's index in the result; 0xffffffff: not used so far.
   std::vector<std::uint32_t> new_index(frame.positions.size(), 0xffffffffu);
   const auto append_value = [](const auto& from, std::size_t i, auto& to) {
     if (!from.empty()) to.push_back(from[i]);
@@ -122,7 +126,7 @@ float simplify(SurfaceFrame& frame, float distance) {
     return std::max({size.x, size.y, size.z});
   }();
   if (!(extent > 0)) return 0;
-  const SplitSurface split = split_corners(frame, {true, true});
+  const SplitSurface split = split_corners(frame, {/*uvs=*/true, /*materials=*/true});
   const ClosestPointQuery before(frame.positions, frame.triangles);
   std::vector<std::uint8_t> is_fixed(frame.triangles.size(), 0);
   // meshoptimizer bounds a mean distance from planes, not the Hausdorff distance. Regions where the

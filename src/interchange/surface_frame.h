@@ -29,35 +29,36 @@ struct SurfaceFrame {
   bool is_model = false;  ///< an object's own mesh, not an extracted surface
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
-  std::vector<Vec3> normals;  ///< one per position, unit; empty where the surface is flat
-  /// 3 per triangle, of a model with sharp edges; else empty.
+  std::vector<Vec3> normals;  ///< one per position, unit length; empty: flat shading
+  /// 3 per triangle, for a model with sharp edges; else empty.
   std::vector<Vec3> corner_normals;
   std::vector<Vec3> velocities;       ///< one per position, scene units per second; or empty
   std::vector<Vec3> colors;           ///< one per position, scene-linear; or empty
-  std::vector<std::uint32_t> labels;  ///< one per position: index into the actor's label names
+  std::vector<std::uint32_t> labels;  ///< one per position: index of its label's name; or empty
   std::vector<Vec2> corner_uvs;       ///< 3 per triangle, v up; or empty
   std::vector<std::uint32_t> triangle_materials;  ///< one per triangle: index into materials
-  /// Materials. Between two objects, texture coordinates and materials are those of the object with
-  /// the larger weight.
+  /// Between two objects, texture coordinates and materials are those of the object with the larger
+  /// weight. Empty if no materials are known.
   std::vector<SurfaceMaterial> materials;
-  /// True if only `colors` give the appearance, because several objects' materials are mixed.
+  /// True if `colors` and `mixture` give the appearance instead of `materials`, because several
+  /// objects' materials, or an object's and the common look, are mixed.
   bool is_mixed = false;
-  /// Material if `is_mixed`: white, with the means of all other properties.
+  /// Material if `is_mixed`: white, with the means of all other properties over the surface.
   SurfaceMaterial mixture;
 };
 
 /// A perspective camera in the form that other programs use.
 struct FrameCamera {
-  Vec3 position, right, up, forward;  ///< orthonormal
+  Vec3 position, right, up, forward;  ///< position in the scene, and orthonormal axes
   float tan_half_fov_y = 0.27f;
   float aspect = 4.0f / 3;  ///< width / height
-  float focus = 1;          ///< focus distance
+  float focus = 1;          ///< focus distance, scene units
 };
 
 /// Properties of the whole sequence, known before the first frame.
 struct SurfaceSequence {
-  std::vector<std::string> actors;
-  std::vector<std::vector<std::string>> label_names;  ///< label names per actor
+  std::vector<std::string> actors;                    ///< names of the actors
+  std::vector<std::vector<std::string>> label_names;  ///< names of each actor's labels
   float fps = 24;
   int first_frame = 1, last_frame = 1;
   std::vector<FrameCamera> cameras{1};  ///< one per frame, or one for all

@@ -19,6 +19,7 @@ namespace {
 /// the same value.
 class TimeSamples {
  public:
+  /// Adds the value at a frame, in ascending order of frames.
   Status add(int frame, std::string value, Spool& spool) {
     if (frame_ && value == value_) {
       repeats_ = true;
@@ -65,6 +66,7 @@ char* put(char* to, float v) { return std::to_chars(to, to + 24, v).ptr; }
 struct Rounded {
   float value;
 };
+/// Writes a rounded number without trailing zeros.
 char* put(char* to, Rounded r) {
   const double size = std::abs(static_cast<double>(r.value));
   if (!(size >= 1e-4 && size < 9.99999))
@@ -159,9 +161,9 @@ struct LookSamples {
 
 /// Looks of an actor, in the order in which frames show them.
 struct ActorSamples {
-  std::string name;
+  std::string name;  ///< unique name of the actor's prim
   std::vector<LookSamples> looks;
-  std::size_t shown = 0;  ///< index of the look in the latest frame
+  std::size_t current_look = 0;  ///< index of the look in the latest frame
 };
 
 class UsdWriter : public SurfaceWriter {
@@ -173,12 +175,12 @@ class UsdWriter : public SurfaceWriter {
         spool_(std::move(spool)) {
     for (const std::string& actor : sequence_.actors) {
       std::string name = identifier(actor);
-      const auto taken = [&] {
+      const auto is_name_taken = [&] {
         return name == "camera" || name == "materials" ||
                std::any_of(actors_.begin(), actors_.end(),
                            [&](const ActorSamples& a) { return a.name == name; });
       };
-      for (int i = 2; taken(); ++i) name = fmt::format("{}_{}", identifier(actor), i);
+      for (int i = 2; is_name_taken(); ++i) name = fmt::format("{}_{}", identifier(actor), i);
       actors_.emplace_back().name = name;
     }
   }
@@ -234,23 +236,23 @@ void index_corners(const SurfaceFrame& surface, const std::vector<T>& corners,
   std::vector<std::uint32_t> first(surface.positions.size(), kNone), next;
   for (std::size_t c = 0; c < corners.size(); ++c) {
     const std::uint32_t point = surface.triangles[c / 3].v[c % 3];
-    std::uint32_t at = first[point];
-    while (at != kNone && !(values[at] == corners[c])) at = next[at];
-    if (at == kNone) {
-      at = static_cast<std::uint32_t>(values.size());
+    std::uint32_t index = first[point];
+    while (index != kNone && !(values[index] == corners[c])) index = next[index];
+    if (index == kNone) {
+      index = static_cast<std::uint32_t>(values.size());
       values.push_back(corners[c]);
       next.push_back(first[point]);
-      first[point] = at;
+      first[point] = index;
     }
-    indices.push_back(at);
+    indices.push_back(index);
   }
 }
 
 Status UsdWriter::add_actor(int frame, const SurfaceFrame& surface, ActorSamples& actor) {
   PM_TRY_STATUS(choose_look(surface, actor));
   for (std::size_t i = 0; i < actor.looks.size(); ++i)
-    PM_TRY_STATUS(i == actor.shown ? add_surface(frame, surface, actor.looks[i])
-                                   : add_hidden(frame, actor.looks[i]));
+    PM_TRY_STATUS(i == actor.current_look ? add_surface(frame, surface, actor.looks[i])
+                                          : add_hidden(frame, actor.looks[i]));
   return Ok{};
 }
 
@@ -267,7 +269,7 @@ Status UsdWriter::choose_look(const SurfaceFrame& surface, ActorSamples& actor) 
       std::find_if(actor.looks.begin(), actor.looks.end(), [&](const LookSamples& look) {
         return look.is_mixed == surface.is_mixed && look.materials == materials;
       });
-  actor.shown = static_cast<std::size_t>(found - actor.looks.begin());
+  actor.current_look = static_cast<std::size_t>(found - actor.looks.begin());
   if (found != actor.looks.end()) return Ok{};
   LookSamples& look = actor.looks.emplace_back();
   look.is_mixed = surface.is_mixed;
@@ -292,6 +294,7 @@ Status UsdWriter::add_hidden(int frame, LookSamples& look) {
   return add_surface(frame, SurfaceFrame{}, look);
 }
 
+/// Adds the values of all attributes of a look's mesh at a frame.
 Status UsdWriter::add_surface(int frame, const SurfaceFrame& surface, LookSamples& look) {
   std::vector<std::uint32_t> indices;
   for (const Triangle& t : surface.triangles) indices.insert(indices.end(), t.v, t.v + 3);
@@ -311,6 +314,7 @@ Status UsdWriter::add_surface(int frame, const SurfaceFrame& surface, LookSample
   const std::string points_of_corners = format_exact(indices);
   PM_TRY_STATUS(look.indices.add(frame, points_of_corners, spool_));
   PM_TRY_STATUS(look.points.add(frame, format_exact(surface.positions), spool_));
+  // Normals per point are indexed like the points if any frame has normals per corner.
   if (surface.corner_normals.empty()) {
     PM_TRY_STATUS(look.normals.add(frame, format_rounded(surface.normals), spool_));
     if (sequence_.has_corner_normals)
@@ -369,10 +373,10 @@ std::string UsdWriter::format_header() const {
 }
 
 std::string UsdWriter::format_camera() const {
-  constexpr float kAperture = 24;  // tenths of a scene unit, like the focal length
+  constexpr float kAperture = 24;  // width in tenths of a scene unit, as USD's focal length
   const std::vector<FrameCamera>& cameras = sequence_.cameras;
   const float height = kAperture / cameras.front().aspect;
-  // Writes one value for a constant attribute, else time samples.
+  // Formats an attribute: one value if it is constant, else time samples.
   const auto put = [&](const char* name, const auto& value_of) {
     const std::string value = value_of(cameras.front());
     if (std::all_of(cameras.begin(), cameras.end(),
@@ -450,7 +454,7 @@ std::string UsdWriter::format_material(const std::string& name, const SurfaceMat
   return text + "        }\n\n";
 }
 
-/// Adds the material of mixed surfaces, whose colours are those of the points.
+/// Appends the material of mixed surfaces, whose colours are those of the points, to `out`.
 void UsdWriter::add_mixed_material(const ActorSamples& actor, const LookSamples& look,
                                    std::vector<ByteSource>& out) {
   const std::string name = "points_of_" + actor.name, path = "/morph/materials/" + name;
@@ -473,6 +477,7 @@ void UsdWriter::add_mixed_material(const ActorSamples& actor, const LookSamples&
            "                float3 outputs:result\n            }\n        }\n\n"));
 }
 
+/// Appends the Mesh prim of a look to `out`.
 void UsdWriter::add_mesh(const ActorSamples& actor, const LookSamples& look,
                          const std::vector<std::string>& label_names,
                          std::vector<ByteSource>& out) {

@@ -71,7 +71,7 @@ TEST_F(CarriedFramesTest, StaysOnTheSurfaceAndShowsItsFront) {
       const auto truth = leg_surface(*actor.legs[0], moment.time, *engine);
       ASSERT_TRUE(truth.ok());
       const Mesh& surface = truth->mesh;
-      const std::vector<Vec3>& points = carried->mesh.points[carried->moment_of[k]];
+      const std::vector<Vec3>& points = carried->mesh.points[carried->state_of_frame[k]];
       const ClosestPointQuery to_surface(surface.positions, surface.triangles),
           to_mesh(points, triangles);
       EXPECT_LE(furthest(dense(points, triangles), to_surface), 0.003f * size) << frames[k];
