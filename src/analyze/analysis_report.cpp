@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <iterator>
 
 #include "base/json.h"
@@ -12,67 +11,6 @@
 
 namespace polymorph {
 namespace {
-
-/// A measure of the frames: a column of the CSV file, a key of the JSON file, a curve of the page.
-struct Column {
-  const char* name;
-  const char* definition;
-  std::function<std::optional<double>(const FrameMeasures&)> value;
-};
-
-const std::vector<Column>& columns() {
-  // Each of these makes a function that returns one member of a frame's measures as a number.
-  const auto measure = [](auto member) {
-    return [member](const FrameMeasures& row) {
-      return std::optional<double>(static_cast<double>(row.*member));
-    };
-  };
-  const auto surface = [](auto member) {
-    return [member](const FrameMeasures& row) {
-      return std::optional<double>(static_cast<double>(row.surface.*member));
-    };
-  };
-  const auto roughness = [](auto member) {
-    return [member](const FrameMeasures& row) {
-      return std::optional<double>(static_cast<double>(row.roughness.*member));
-    };
-  };
-  static const std::vector<Column> table{
-      {"volume", "volume", surface(&MeshReport::volume)},
-      {"area", "area", surface(&MeshReport::area)},
-      {"components", "parts", surface(&MeshReport::components)},
-      {"genus", "genus", surface(&MeshReport::genus)},
-      {"euler", "Euler characteristic", surface(&MeshReport::euler)},
-      {"speed", "RMS step of the balls to the next frame", measure(&FrameMeasures::speed)},
-      {"step", "chamfer distance to the next frame", measure(&FrameMeasures::step)},
-      {"rate", "step over the change of eased time", measure(&FrameMeasures::rate)},
-      {"farthest", "Hausdorff distance to the next frame", measure(&FrameMeasures::farthest)},
-      {"bending", "bending energy (a sphere: 12.57)", measure(&FrameMeasures::bending)},
-      {"tac", "total absolute curvature (a sphere: 1)", roughness(&Roughness::tac)},
-      {"bumps", "domes with radii below 6 % of L, the diagonal of both objects' box",
-       roughness(&Roughness::bumps)},
-      {"groove", "% of the area in grooves with radii below 6 % of L",
-       roughness(&Roughness::groove)},
-      {"rho", "RMS distance from the solid smoothed by 2 % of L, in % of L",
-       roughness(&Roughness::rho)},
-      {"strain", "RMS of ln(distance of neighbouring balls / the interpolated one)",
-       measure(&FrameMeasures::strain)},
-      {"leakage", "volume outside the objects' hull", measure(&FrameMeasures::leakage)},
-      {"hull", "volume of the convex hull", measure(&FrameMeasures::hull)},
-      {"lowest", "height of the lowest point", measure(&FrameMeasures::lowest)},
-      {"height", "height of the surface", measure(&FrameMeasures::height)},
-      {"distortion", "mean ratio of the principal stretches since the first frame",
-       [](const FrameMeasures& row) { return row.distortion; }},
-      {"off_similarity", "Hausdorff distance from the moved source, over L",
-       [](const FrameMeasures& row) { return row.off_similarity; }},
-      {"vertices", "vertices", surface(&MeshReport::vertices)},
-      {"triangles", "triangles", surface(&MeshReport::triangles)},
-      {"open_edges", "open edges", surface(&MeshReport::open_edges)},
-      {"flipped_edges", "flipped edges", surface(&MeshReport::flipped_edges)},
-      {"pinched_vertices", "pinched vertices", surface(&MeshReport::pinched_vertices)},
-  };
-  return table;
-}
 
 JsonValue number_or_null(std::optional<double> value) {
   return value && std::isfinite(*value) ? JsonValue(*value) : JsonValue();
@@ -87,7 +25,7 @@ bool holds(double value, const std::string& comparison, double bound) {
 }
 
 /// Draws one measure of all frames as a curve (SVG).
-std::string draw_curve(const Analysis& morph, const Column& column) {
+std::string draw_curve(const Analysis& morph, const MeasureColumn& column) {
   constexpr double kWidth = 360, kHeight = 120;  // units of the SVG's view box
   std::vector<std::pair<double, double>> points;
   double low = INFINITY, high = -INFINITY;
@@ -187,7 +125,8 @@ JsonValue analysis_json(const std::vector<Analysis>& morphs) {
                       {"closed", row.surface.is_closed()},
                       {"manifold", row.surface.is_manifold()},
                       {"digest", row.surface.digest}};
-      for (const Column& column : columns()) frame[column.name] = number_or_null(column.value(row));
+      for (const MeasureColumn& column : measure_columns())
+        frame[column.name] = number_or_null(column.value(row));
       entry["frames"].push_back(frame);
     }
     root["morphs"].push_back(entry);
@@ -197,13 +136,13 @@ JsonValue analysis_json(const std::vector<Analysis>& morphs) {
 
 std::string analysis_csv(const std::vector<Analysis>& morphs) {
   std::string text = "morph,time,u";
-  for (const Column& column : columns()) text += fmt::format(",{}", column.name);
+  for (const MeasureColumn& column : measure_columns()) text += fmt::format(",{}", column.name);
   text += ",closed,manifold,digest\n";
   auto out = std::back_inserter(text);
   for (std::size_t m = 0; m < morphs.size(); ++m)
     for (const FrameMeasures& row : morphs[m].frames) {
       fmt::format_to(out, "{},{:.9g},{:.9g}", m + 1, row.time, row.u);
-      for (const Column& column : columns()) {
+      for (const MeasureColumn& column : measure_columns()) {
         const auto value = column.value(row);
         text += value && std::isfinite(*value) ? fmt::format(",{:.9g}", *value) : std::string(",");
       }
@@ -223,7 +162,7 @@ std::string analysis_html(const std::vector<Analysis>& morphs, const std::string
     text +=
         "<table><tr><th>principle</th><th>metric</th><th>value</th><th>goal</th><th></th></tr>\n" +
         format_metric_rows(morph) + "</table>\n<div class=\"plots\">\n";
-    for (const Column& column : columns())
+    for (const MeasureColumn& column : measure_columns())
       if (std::string_view(column.name) != "vertices" &&
           !std::string_view(column.name).ends_with("_edges") &&
           std::string_view(column.name) != "pinched_vertices")
@@ -246,54 +185,17 @@ bool reaches(double value, const std::string& goal) {
 }
 
 std::vector<std::string> metric_names() {
-  return {"attributes",
-          "topology",
-          "parts",
-          "landmarks",
-          "source_error",
-          "target_error",
-          "points",
-          "plan_within_5",
-          "plan_within_10",
-          "plan_error",
-          "map_within_5",
-          "map_within_10",
-          "map_error",
-          "map_geodesic",
-          "true_facing",
-          "facing",
-          "registration",
-          "pose_step",
-          "rigidity",
-          "bending",
-          "pop",
-          "handover",
-          "curvature",
-          "least_curvature",
-          "bumps",
-          "groove",
-          "detail",
-          "first_step",
-          "last_step",
-          "source_step",
-          "target_step",
-          "backtrack",
-          "dip",
-          "area_backtrack",
-          "area_dip",
-          "hull_dip",
-          "floating",
-          "sinking",
-          "distortion",
-          "nonlinearity",
-          "rotation_error",
-          "scale_error",
-          "translation_error",
-          "slow_in",
-          "slow_out",
-          "peak",
-          "leakage",
-          "bad_surfaces"};
+  // Every morph has all metrics, so a tetrahedron that stands still names them.
+  const Mesh tetrahedron{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+                         {},
+                         {{{0, 2, 1}}, {{0, 1, 3}}, {{0, 3, 2}}, {{1, 2, 3}}}};
+  MorphEnds ends;
+  ends.source = ends.target = tetrahedron;
+  std::vector<std::string> names;
+  for (const Metric& metric :
+       analyze_morph(ends, {{0, 0, tetrahedron, {}}, {1, 1, tetrahedron, {}}}).metrics)
+    names.push_back(metric.name);
+  return names;
 }
 
 Result<Limit> parse_limit(const std::string& text) {

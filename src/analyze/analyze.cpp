@@ -15,7 +15,6 @@
 #include "base/procrustes.h"
 #include "base/result.h"
 #include "morph/features.h"
-#include "spheres/convex_hull.h"
 
 namespace polymorph {
 namespace {
@@ -103,20 +102,6 @@ struct MeasuredMorph {
 struct EndErrors {
   double source = 0, target = 0;
 };
-
-/// Computes the measures that depend on this frame alone.
-FrameMeasures measure_frame(const MorphFrame& frame) {
-  const Box box = bounding_box(frame.surface.positions);
-  FrameMeasures row;
-  row.time = frame.time;
-  row.u = frame.u;
-  row.surface = check_mesh(frame.surface);
-  row.bending = bending_energy(frame.surface);
-  row.hull = hull_volume(frame.surface.positions);
-  row.lowest = box.empty() ? 0 : static_cast<double>(box.low.y);
-  row.height = static_cast<double>(box.size().y);
-  return row;
-}
 
 /// Appends the measures of every frame to `analysis.frames`. Returns the errors at the ends.
 EndErrors measure_frames(const MeasuredMorph& morph, Analysis& analysis) {

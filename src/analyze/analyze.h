@@ -10,12 +10,11 @@
 #include <string>
 #include <vector>
 
-#include "analyze/roughness.h"
+#include "analyze/frame_measures.h"
 #include "base/matrix_decompositions.h"
 #include "kernels/linear.h"
 #include "kernels/mesh.h"
 #include "kernels/types.h"
-#include "mesh/mesh_check.h"
 
 namespace polymorph {
 
@@ -80,38 +79,6 @@ struct MorphEnds {
   bool target_shown = true;          ///< the object itself is shown after the last frame
 };
 
-/// One frame of the morph.
-struct MorphFrame {
-  double time = 0;  ///< [0, 1]
-  double u = 0;     ///< eased time, [0, 1]; equal to `time` if the easing is unknown
-  Mesh surface;
-  std::vector<Vec3> centers;  ///< moving balls, in the same order in all frames; may be empty
-};
-
-/// Measures of one frame; lengths, areas and volumes are in scene units. L is the diagonal of the
-/// bounding box of both objects.
-struct FrameMeasures {
-  double time = 0, u = 0;
-  MeshReport surface;
-  double bending = 0;   ///< integral of the squared mean curvature
-  Roughness roughness;  ///< relative to the box of the first and last frame (RoughnessScale)
-  double step = 0;      ///< chamfer distance to the next frame; 0 at the last
-  double farthest = 0;  ///< Hausdorff distance to the next frame; 0 at the last
-  double rate = 0;      ///< step / change of u to the next frame; 0 if u does not change
-  double speed = 0;     ///< RMS step of the balls to the next frame; `step` without balls
-  double leakage = 0;   ///< volume outside the hull of both objects, dilated by 2 %
-  double strain = 0;    ///< RMS of ln(distance of neighbouring balls / distance interpolated
-                        ///< between the ends); 0 without balls
-  double hull = 0;      ///< volume of the convex hull
-  double lowest = 0;    ///< y of the lowest point; 0 for an empty surface
-  double height = 0;    ///< extent of the surface along y
-  /// conformal_distortion() since the first frame; empty unless all frames have the same triangles.
-  std::optional<double> distortion;
-  /// Hausdorff distance, over L, from the first frame moved by the fraction u of MorphEnds::truth;
-  /// empty without `truth`.
-  std::optional<double> off_similarity;
-};
-
 /// One number of the quality report.
 struct Metric {
   std::string name;
@@ -126,7 +93,7 @@ struct Metric {
 struct Analysis {
   std::string actor, from, to;        ///< names, as in MorphEnds
   std::vector<FrameMeasures> frames;  ///< one per frame, by ascending time
-  std::vector<Metric> metrics;        ///< all, ordered as metric_names() is
+  std::vector<Metric> metrics;        ///< all metrics of every morph, in the same order
   /// Returns the metric of this name or null.
   const Metric* find(const std::string& name) const;
 };

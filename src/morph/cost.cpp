@@ -81,7 +81,8 @@ CostSide make_cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vec
            [&](std::size_t i) { return static_cast<double>(features.linearity[i]); });
   add_axis(feature_weight,
            [&](std::size_t i) { return static_cast<double>(features.planarity[i]); });
-  PM_CHECK(side.values.size() == CostSide::kOutsideRotation);
+  // Terms that do not turn with the object would hide what a rotation gains. Add them here.
+  side.outside_rotation = side.values.size();
   for (const Vec3& landmark : landmarks)
     add_axis(static_cast<double>(settings.weights.landmark), [&](std::size_t i) {
       return length(Vec3d(balls[i].center) - Vec3d(landmark)) / normalization.size;
@@ -131,6 +132,7 @@ CostSide coarsen_side(const CostSide& side, std::size_t count) {
   const std::vector<std::uint32_t>& owner = sample.owner;
   CostSide result;
   result.mass = sample.weights;
+  result.outside_rotation = side.outside_rotation;
   result.values.assign(side.values.size(), std::vector<float>(count, 0));
   std::vector<std::map<std::int32_t, double>> votes(count);
   for (std::size_t i = 0; i < n; ++i) votes[owner[i]][side.labels[i]] += side.mass[i];

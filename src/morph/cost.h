@@ -21,16 +21,16 @@ constexpr std::int32_t kNoLabel = -1;
 struct CostSide {
   /// Number of axes that rotate with the object: 3 of the position, 3 of the outward direction.
   static constexpr std::size_t kRotatingAxes = 6;
-  /// First of the axes that the search for a rotation leaves out (morph/align.h) and that
-  /// limb_cost_sides() keeps: the distances to landmarks.
-  static constexpr std::size_t kOutsideRotation = 10;
   std::vector<double> mass;          ///< one per ball; sums to 1
   std::vector<std::int32_t> labels;  ///< one per ball
-  /// values[axis][ball]. Axes 0 to 2: position, with the object's RMS size as unit; 3 to 9: outward
-  /// direction, ln size, mean geodesic distance, linearity and planarity (morph/features.h); from
-  /// 10: distance to each landmark. Each is multiplied by the square root of its weight in
-  /// PlanSettings::weights; positions have the weight 1. (limb_cost_sides() has other axes.)
+  /// values[axis][ball]. Axes 0 to 2: position, with the object's RMS size as unit; 3 to 5: outward
+  /// direction (morph/features.h); then the other terms of make_cost_side(). Each is multiplied by
+  /// the square root of its weight; positions have the weight 1. (limb_cost_sides() has other
+  /// axes.)
   std::vector<std::vector<float>> values;
+  /// First of the axes that the search for a rotation leaves out (morph/align.h) and that
+  /// limb_cost_sides() keeps.
+  std::size_t outside_rotation = 0;
   std::size_t size() const { return mass.size(); }
 };
 

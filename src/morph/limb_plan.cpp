@@ -622,7 +622,8 @@ std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::
     axis([&](std::size_t b) {
       return std::sqrt(kDistanceWeight) * own.ball_distances[b] / std::max(own.reach, 1e-9);
     });
-    for (std::size_t k = CostSide::kOutsideRotation; k < plain.values.size(); ++k)
+    side.outside_rotation = side.values.size();
+    for (std::size_t k = plain.outside_rotation; k < plain.values.size(); ++k)
       side.values.push_back(plain.values[k]);
     side.labels = plain.labels;
     return side;

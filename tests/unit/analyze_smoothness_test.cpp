@@ -4,14 +4,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <regex>
 #include <string>
 #include <tuple>
 #include <vector>
 
 #include "analyze/analysis_report.h"
+#include "base/file.h"
 #include "field/extract_surface.h"
 #include "testing/analyze.h"
 #include "testing/morph.h"
+#include "testing/paths.h"
 
 namespace polymorph {
 namespace {
@@ -129,12 +132,18 @@ TEST(StepMetrics, AnObjectThatIsNotShownHasNone) {
   EXPECT_TRUE(analysis.find("target_step")->value);
 }
 
-TEST(Metrics, AreThoseThatLimitsKnow) {
+TEST(Metrics, AreThoseOfEveryMorphAndOfThePage) {
   const auto frames = growing(3, smoothstep);
   std::vector<std::string> names;
   for (const Metric& metric : analyze_morph(ends_of(frames), frames).metrics)
     names.push_back(metric.name);
   EXPECT_EQ(names, metric_names());
+  // docs/method.md defines each in a row that begins with "| name" or "| another, name".
+  const std::string page = read_file(source_dir() / "docs/method.md").value();
+  const std::string quality = page.substr(page.find("\n## Quality\n"));
+  for (const std::string& name : names)
+    EXPECT_TRUE(std::regex_search(quality, std::regex("\n\\| ([a-z_0-9]+, )*" + name + "[ ,]")))
+        << name << " has no row in docs/method.md, Quality";
 }
 
 }  // namespace
