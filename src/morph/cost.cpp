@@ -132,7 +132,7 @@ CostSide coarsen_side(const CostSide& side, std::size_t count) {
   CostSide result;
   result.mass = sample.weights;
   result.values.assign(side.values.size(), std::vector<float>(count, 0));
-  std::vector<std::map<std::int32_t, double>> votes(count);
+  std::vector<std::map<std::int32_t, double>> votes(count);  // per representative: masses by label
   for (std::size_t i = 0; i < n; ++i) votes[owner[i]][side.labels[i]] += side.mass[i];
   for (std::size_t axis = 0; axis < side.values.size(); ++axis)
     for (std::size_t i = 0; i < n; ++i)

@@ -47,7 +47,7 @@ class LabelIndex {
 
 std::vector<std::uint32_t> face_labels(const Model& model, const std::vector<Ball>& balls) {
   std::vector<std::uint32_t> result(balls.size(), 0);
-  if (model.label_names.size() < 2) return result;
+  if (model.label_names.size() < 2) return result;  // every face has label 0
   std::vector<Vec3> centers;
   for (const Ball& ball : balls) centers.push_back(ball.center);
   const std::vector<ClosestPoint> closest = ClosestPointQuery(model).closest(centers);
@@ -145,6 +145,7 @@ Result<std::vector<std::uint32_t>> label_points(const MorphPlan& plan, float tim
       for (std::uint32_t k = 0; k < std::min(count - first, 8u); ++k)
         name_weights[i * count + first + k] = values[2 * i + k / 4].v[k % 4];
   }
+  // Each point gets the heaviest label of the heaviest family.
   std::vector<std::uint32_t> labels(points.size());
   std::vector<float> family_weight(count);
   for (std::size_t i = 0; i < points.size(); ++i) {

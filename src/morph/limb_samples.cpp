@@ -12,8 +12,8 @@
 namespace polymorph {
 namespace {
 
-/// Min length of a shrinking lone limb, as a fraction of its whole length, in the slope of its map,
-/// which would otherwise grow without bound.
+/// Min remaining fraction of a lone limb's length in the slope of its map. The slope grows with the
+/// inverse of that fraction.
 constexpr double kMinLength = 0.02;
 /// Min length of a matched limb's mean tangent, as a fraction of the tangents' mean length
 /// (tangents in opposite directions cancel). Max ratio of matched limbs' radii.
@@ -100,9 +100,9 @@ LimbSample lone_sample(const MorphPlan& plan, std::uint32_t e, double u,
   sample.pair = e;
   sample.is_lone = true;
   sample.mass = remaining;
-  // The limb shows its own object until little of it is left.
-  const double blend = lost * lost * lost;
-  sample.progress = static_cast<float>(is_source ? blend : 1 - blend);
+  // The weight of the other object is small until little of the limb is left.
+  const double other_weight = lost * lost * lost;
+  sample.progress = static_cast<float>(is_source ? other_weight : 1 - other_weight);
   const Vec3 own_point = to_float(point.position), counterpart = curves.counterparts[limb];
   sample.from = is_source ? own_point : counterpart;
   sample.to = is_source ? counterpart : own_point;
@@ -159,8 +159,10 @@ std::vector<LimbSample> limb_samples(const MorphPlan& plan, float time,
   PM_CHECK(balls.size() == plan.pairs.size() && eased.size() == plan.pairs.size());
   const std::vector<Vec3> roots = move_points(plan, plan.lone_roots, time, balls);
   const std::vector<double> stations = pair_stations(plan);
+  // Samples of matched limbs move as landmarks do: their positions are computed at the end,
+  // together.
   std::vector<PlanLandmark> line_points;
-  std::vector<std::size_t> matched;
+  std::vector<std::size_t> matched_samples;
   for (std::uint32_t e = 0; e < plan.pairs.size(); ++e) {
     const Pair& pair = plan.pairs[e];
     const double u = std::clamp(static_cast<double>(eased[e]), 0.0, 1.0);
@@ -180,13 +182,13 @@ std::vector<LimbSample> limb_samples(const MorphPlan& plan, float time,
     sample.from = to_float(a.position);
     sample.to = to_float(b.position);
     set_slopes(a, b, part_motion(plan.paths->parts[plan.paths->balls[e].part], u), u, sample);
-    matched.push_back(samples.size());
+    matched_samples.push_back(samples.size());
     line_points.push_back({sample.from, sample.to, e});
     samples.push_back(sample);
   }
   const std::vector<Vec3> positions = move_points(plan, line_points, time, balls);
-  for (std::size_t k = 0; k < matched.size(); ++k) {
-    LimbSample& sample = samples[matched[k]];
+  for (std::size_t k = 0; k < matched_samples.size(); ++k) {
+    LimbSample& sample = samples[matched_samples[k]];
     const float u = eased[sample.pair];
     sample.center = u <= 0 ? sample.from : u >= 1 ? sample.to : positions[k];
   }

@@ -25,13 +25,13 @@ struct Limb {
   std::array<Vec3d, kLimbStations> line;     ///< centres of the cross-sections at the stations
   std::array<double, kLimbStations> radius;  ///< half the limb's thickness at the stations
   Vec3d root;                                ///< centroid of the first 12 % of the limb's length
-  double root_distance = 0;                  ///< geodesic distance of the root from the centre
-  double tip_distance = 0;                   ///< geodesic distance of the tip from the centre
+  double root_distance = 0;                  ///< geodesic distance of the root from Limbs::center
+  double tip_distance = 0;                   ///< geodesic distance of the tip from Limbs::center
   /// Length from the root to where other limbs begin that sit on this one, or to the tip.
   double stretch = 0;
   double volume = 0;  ///< fraction of the object's volume
-  /// Indices of the limbs that sit on this one, directly or on one another, such as a head's horns.
-  /// It is empty for a leaf of the merge tree, on which no other limb sits.
+  /// Indices in Limbs::limbs of the limbs that sit on this one, directly or on one another, such as
+  /// a head's horns. It is empty for a leaf of the merge tree, on which no other limb sits.
   std::vector<std::uint32_t> inner;
 
   double length() const { return tip_distance - root_distance; }

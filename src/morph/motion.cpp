@@ -52,9 +52,10 @@ Vec3d bow_vector(const MorphPlan& plan) {
   return {0, static_cast<double>(plan.motion.bend) * std::sqrt(squares / mass), 0};
 }
 
-/// The velocity with which a ball is thrown, scene units per motion: away from the centre, upwards,
-/// and at random. `from` and `to` are its positions relative to both objects' centres. The random
-/// key is the pair's index, so both ends have the same velocity.
+/// The velocity with which a ball is thrown, scene units per motion. Its direction is away from the
+/// centre, upwards, and at random; its length is 0.5 to 1 times MotionSettings::burst times the
+/// objects' size. `from` and `to` are the ball's positions relative to both objects' centres. The
+/// random key is the pair's index, so both ends have the same velocity.
 Vec3d launch_velocity(const MorphPlan& plan, std::size_t e, Vec3d from, Vec3d to) {
   const auto random = [&](std::uint64_t stream) {
     return 2 * static_cast<double>(random_float(plan.motion.seed, stream, e)) - 1;
@@ -304,7 +305,7 @@ void set_ball_paths(MorphPlan& plan, RigidParts parts) {
 void set_paths(MorphPlan& plan) {
   RigidParts parts;
   plan.graph.reset();
-  // Matched limbs swing about their joints.
+  // With matched limbs, paths by parts let the limbs swing about their joints.
   if (plan.motion.path == Path::kAuto)
     plan.motion.path = plan.from_limbs.empty() ? Path::kRigid : Path::kParts;
   if (plan.motion.path == Path::kParts) {
@@ -376,16 +377,16 @@ std::vector<Vec3> move_points(const MorphPlan& plan, std::span<const PlanLandmar
   }
   const std::vector<Ball> moved =
       move_on_host(paths.balls, plan.paths->parts, times, make_motion_state(plan, time));
-  std::vector<Vec3> places;
+  std::vector<Vec3> positions;
   for (std::size_t l = 0; l < points.size(); ++l)
-    places.push_back(moved[2 * l].center +
-                     (balls[points[l].pair].center - moved[2 * l + 1].center));
-  return places;
+    positions.push_back(moved[2 * l].center +
+                        (balls[points[l].pair].center - moved[2 * l + 1].center));
+  return positions;
 }
 
 void continue_motion(MorphPlan& plan, const MorphPlan& before, float until, double pace) {
   PM_CHECK(plan.from.size() == before.pairs.size());
-  constexpr float kStep = 1.0f / 128;
+  constexpr float kStep = 1.0f / 128;  // of the finite differences, in the motion's time
   const auto steps_per_unit = 1 / static_cast<double>(kStep);
   const std::vector<Ball> balls_before = balls_at(before, until - kStep),
                           balls_after = balls_at(before, until + kStep);

@@ -46,7 +46,7 @@ Result<BallSet> balls_at(const MorphPlan& plan, float time, Engine& engine);
 /// of its pair (PlanLandmark::pair). At 0 (1) it is exactly at its point of the source (target).
 /// `balls`: balls_at(plan, time).
 std::vector<Vec3> landmark_positions(const MorphPlan& plan, float time, const BallSet& balls);
-/// Computes the positions of other points in the same way as those of landmarks.
+/// Computes the positions of any points as landmark_positions() does.
 std::vector<Vec3> move_points(const MorphPlan& plan, std::span<const PlanLandmark> points,
                               float time, const BallSet& balls);
 
@@ -94,7 +94,7 @@ std::vector<float> pair_progress(const MorphPlan& plan, float time);
 /// Tests whether all pairs share one eased time: the plan has neither stagger nor a spring.
 bool move_together(const MorphPlan& plan);
 /// Computes each pair's eased time at `time`. If all share one, it follows the plan's pacing
-/// (MorphPlan::pacing). A spring's may lie outside [0, 1].
+/// (MorphPlan::pacing). With a spring, eased times may lie outside [0, 1].
 std::vector<float> eased_times(const MorphPlan& plan, float time);
 /// The mean of the pairs' eased times, weighted by mass. `eased`: eased_times().
 float mean_progress(const MorphPlan& plan, const std::vector<float>& eased);

@@ -27,9 +27,9 @@ constexpr int kRotationRounds = 3;
 /// that kept to the straight path of its part would be torn off.
 constexpr double kAnchor = 0.01;
 
-/// Fits a similarity to the pairs `members`. Where they do not determine the rotation, that of the
-/// plan's alignment is used. A rotation has several rotation vectors; the one nearest to
-/// `reference_turn` is taken.
+/// Fits a similarity to the pairs `members`. Where they do not determine the rotation, the plan's
+/// alignment does. A rotation has several rotation vectors; the one nearest to `reference_turn` is
+/// taken.
 Alignment fit_part(const MorphPlan& plan, const std::vector<std::uint32_t>& members,
                    Vec3d reference_turn) {
   const PairMoments moments = pair_moments(members.size(), [&](std::size_t i) {
@@ -93,8 +93,8 @@ std::vector<std::uint32_t> parts_by_position(const MorphPlan& plan) {
     return dot(a.p - b.p, a.p - b.p) + dot(a.q - b.q, a.q - b.q);
   };
   const std::size_t count = std::clamp<std::size_t>(n / kMinMeanPairs, 1, kMaxClusters);
-  // The first centre is the point farthest from the origin, each other the point farthest from the
-  // centres so far. The origin is only in the list for the first search.
+  // The first centre is the point farthest from the origin; each further centre is the point
+  // farthest from the centres so far. The origin is only in the list for the first search.
   std::vector<Point> centers{{{}, {}}};
   for (std::size_t k = 0; k <= count; ++k) {
     std::size_t farthest = 0;
@@ -108,6 +108,7 @@ std::vector<std::uint32_t> parts_by_position(const MorphPlan& plan) {
     if (centers.size() < count) centers.push_back(points[farthest]);
   }
   std::vector<std::uint32_t> part_of(n, 0);
+  // Ten rounds of Lloyd's algorithm: assign each point to its nearest centre, then average.
   for (int round = 0; round < 10; ++round) {
     for (std::size_t e = 0; e < n; ++e)
       for (std::uint32_t k = 0; k < centers.size(); ++k)
@@ -199,6 +200,7 @@ BallGraph::BallGraph(const MorphPlan& plan, const RigidParts& parts, const Links
   const std::size_t n = plan.pairs.size();
   auto system = std::make_unique<System>();
   system->edges.resize(n);
+  // The matrix is the Laplacian of the graph, plus kAnchor on the diagonal.
   std::vector<Eigen::Triplet<double>> entries;
   for (const auto& [e, f] : links) {
     const Alignment& part = parts.alignments[parts.part_of[e]];
@@ -318,6 +320,7 @@ double measure_strain(const MorphPlan& plan, const RigidParts& parts) {
           0.5 * (center_distance(plan.from, plan.pairs[e].from, plan.pairs[f].from) +
                  center_distance(plan.to, plan.pairs[e].to, plan.pairs[f].to));
       const double distance = length(joined[e] - joined[f]);
+      // Coincident balls are left out: the logarithm would be unbounded.
       if (mean_distance > 1e-3 * plan.size && distance > 1e-6 * plan.size) {
         const double strain = exact::log(distance / mean_distance);
         sum += strain * strain;
@@ -334,9 +337,10 @@ std::vector<std::vector<std::uint32_t>> list_members(const std::vector<std::uint
   return members;
 }
 
-/// Fits the alignments of the parts. If `first_is_whole`, part 0 has that of the whole object.
-RigidParts with_alignments(const MorphPlan& plan, std::vector<std::uint32_t> part_of,
-                           bool first_is_whole) {
+/// Fits the alignments of the parts. If `first_is_whole`, part 0 has the alignment of the whole
+/// object.
+RigidParts make_rigid_parts(const MorphPlan& plan, std::vector<std::uint32_t> part_of,
+                            bool first_is_whole) {
   RigidParts parts;
   parts.part_of = std::move(part_of);
   const std::uint32_t count = *std::max_element(parts.part_of.begin(), parts.part_of.end()) + 1;
@@ -358,12 +362,12 @@ bool is_equal(const Alignment& a, const Alignment& b) {
 
 RigidParts rigid_parts(const MorphPlan& plan) {
   if (std::vector<std::uint32_t> by_label = parts_by_label(plan); !by_label.empty())
-    return with_alignments(plan, std::move(by_label), true);
+    return make_rigid_parts(plan, std::move(by_label), /*first_is_whole=*/true);
   if (std::vector<std::uint32_t> by_limb = parts_by_limb(plan); !by_limb.empty())
-    return with_alignments(plan, std::move(by_limb), true);
-  RigidParts one_part =
-      with_alignments(plan, std::vector<std::uint32_t>(plan.pairs.size(), 0), true);
-  RigidParts clusters = with_alignments(plan, parts_by_position(plan), false);
+    return make_rigid_parts(plan, std::move(by_limb), /*first_is_whole=*/true);
+  RigidParts one_part = make_rigid_parts(plan, std::vector<std::uint32_t>(plan.pairs.size(), 0),
+                                         /*first_is_whole=*/true);
+  RigidParts clusters = make_rigid_parts(plan, parts_by_position(plan), /*first_is_whole=*/false);
   return measure_strain(plan, clusters) < measure_strain(plan, one_part) ? clusters : one_part;
 }
 

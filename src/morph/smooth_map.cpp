@@ -164,8 +164,8 @@ std::vector<RegressionSample> make_samples(const MorphPlan& plan, const std::vec
                                  : equal_mass,
          kernel_deviation(plan, plan.pairs[e], static_cast<double>(eased[e]), narrowing[e], size)});
   if (!has_curves(plan)) return samples;
-  // Samples on limbs have more mass than those of the body, whose kernels are wide. Pairs on limbs
-  // without such a sample, because their balls change limbs, have little mass.
+  // Samples on limbs have more mass than those of the body, whose kernels are wide. Pairs whose
+  // balls are on different limbs have no such sample, and little mass.
   constexpr float kLeavingMass = 0.05f, kLimbMass = 10, kMinMass = 1e-6f;
   for (std::size_t e = 0; e < balls.size(); ++e)
     if (is_on_limb(plan, plan.pairs[e])) samples[e].mass = equal_mass * kLeavingMass;
@@ -214,7 +214,8 @@ SampledPlan sample_plan(const MorphPlan& plan, float time, const BallSet& balls,
 double regression_bytes(const Box& box, float size) {
   const float margin = kMargin * size;
   const Grid lattice = lattice_over(
-      {box.low - Vec3{margin, margin, margin}, box.high + Vec3{margin, margin, margin}}, size, 1);
+      {box.low - Vec3{margin, margin, margin}, box.high + Vec3{margin, margin, margin}}, size,
+      /*narrowing=*/1);
   return static_cast<double>(kRegressionValues * sizeof(float) + sizeof(Strain)) *
          lattice.points.x * lattice.points.y * lattice.points.z;
 }
@@ -234,7 +235,7 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
     goal[0] = plan.landmarks[l].from, goal[1] = plan.landmarks[l].to;
   }
   // The mean rotation and scaling are an affine term, so that they stay exact. The regressed values
-  // are what remains of the maps without it.
+  // are the maps minus this term.
   const auto mean = static_cast<double>(mean_progress(plan, eased));
   const PathPart mean_part = mean_path_part(plan);
   const PartMotion mean_motion = part_motion(mean_part, mean);
@@ -269,8 +270,8 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
     const BallPath& path = plan.paths->balls[e];
     const PartMotion motion =
         part_motion(plan.paths->parts[path.part], static_cast<double>(eased[e]));
-    set_pair({e, false, balls[e].center, path.start.center, path.end.center, motion.to_source(),
-              motion.to_target()});
+    set_pair({e, /*is_lone=*/false, balls[e].center, path.start.center, path.end.center,
+              motion.to_source(), motion.to_target()});
     regression.values[2 * e].value[3] =
         mixing_progress(eased[e], plan.leads.empty() ? 0 : plan.leads[e]);
   }
@@ -356,10 +357,9 @@ Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls, floa
       displacements[sample.pair] = Vec3d(next_sample->center) - Vec3d(sample.center);
   }
   for (std::size_t e = 0; e < balls.size(); ++e) {
-    const std::uint32_t number = plan.paths->balls[e].part;
-    const PartPose a = part_pose_at(plan.paths->parts[number],
-                                    static_cast<double>(sampled.eased[e])),
-                   b = part_pose_at(next.plan.paths->parts[number],
+    const std::uint32_t part = plan.paths->balls[e].part;
+    const PartPose a = part_pose_at(plan.paths->parts[part], static_cast<double>(sampled.eased[e])),
+                   b = part_pose_at(next.plan.paths->parts[part],
                                     static_cast<double>(next_eased[e]));
     const Mat3 motion = scaled(b.rotation * transposed(a.rotation), b.scale / a.scale);
     BallAttribute& attribute = regression.values.emplace_back();

@@ -28,7 +28,7 @@ struct FrameMap {
   /// MorphSurface::level (kernels/morph_surface.h).
   std::shared_ptr<const Regression> regression;
   Box box;                             ///< contains the surface
-  float from_scale = 1, to_scale = 1;  ///< scene units per unit of either object's lengths
+  float from_scale = 1, to_scale = 1;  ///< length in the frame per length on the object
 };
 
 /// Makes the map X_A(x) = sum_e k_e (p_e + F_e (x - x_e)) / sum_e k_e to the source and a similar

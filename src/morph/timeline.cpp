@@ -16,7 +16,7 @@
 namespace polymorph {
 namespace {
 
-constexpr int kFramesPerLeg = 24;
+constexpr int kFramesPerLeg = 24;  ///< frames of a leg, unless the scene sets them
 constexpr std::array<StageInfo, 7> kStages{{
     {Stage::kLookOut, "look-out", "the source's own materials fade to the common look"},
     {Stage::kBoundaryOut, "boundary-out", "the source's mesh becomes its balls"},
@@ -75,6 +75,7 @@ bool is_counted(const Scene& scene) {
   return scene.frames.count > 0 && scene.frames.per_leg.empty();
 }
 
+/// Number of frames of each leg.
 std::vector<int> leg_frames(const Scene& scene, const ActorSettings& actor) {
   if (!actor.per_leg.empty()) return actor.per_leg;
   if (!scene.frames.per_leg.empty()) return scene.frames.per_leg;
@@ -205,6 +206,7 @@ Timeline lay_out(const Scene& scene, const ActorSettings& actor) {
     // An object between two legs plays on without a hold.
     for (std::size_t i = 1; i + 1 < objects.size(); ++i) timeline.playbacks[i].hold = 0;
   }
+  // Distribute the steps over the legs and the holds.
   const std::size_t legs = objects.size() - 1;
   const std::vector<int> frames = leg_frames(scene, actor);
   PM_CHECK(frames.size() == legs);
@@ -217,8 +219,10 @@ Timeline lay_out(const Scene& scene, const ActorSettings& actor) {
   // If the holds leave less than a step per leg, there are no holds.
   if (timeline.steps - held < static_cast<int>(legs)) held = 0;
   const int moving = timeline.steps - held;
+  // Sums over the legs so far: frames as the scene gives them, and steps of holds.
   int frames_before = 0, held_before = 0;
-  // The step, rounded, at which the first n of the `total` frames of legs have passed.
+  // The moving step at which the first n of the `total` frames of legs have passed: n * moving /
+  // total, rounded.
   const auto step_at = [&](int n) {
     return static_cast<int>((2LL * n * moving + total) / (2LL * total));
   };

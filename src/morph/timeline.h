@@ -1,5 +1,6 @@
 // Timeline of a morph (the state machine of the report's Fig. 5.14): the state that a frame shows,
-// as a function of its number alone.
+// as a function of its number alone. A leg is the part of the timeline in which one object turns
+// into the next.
 #pragma once
 
 #include <cstdint>
@@ -37,7 +38,8 @@ const char* stage_name(Stage stage);
 
 /// Timing of one leg.
 struct LegTiming {
-  int first_step = 0, steps = 1;          ///< a step leads from one frame to the next
+  /// A step leads from one frame to the next; step 0 begins after Timeline::hold_start.
+  int first_step = 0, steps = 1;
   bool from_full = true, to_full = true;  ///< whether the leg's start (end) shows a model
   /// Fractions of the leg's time for the stages kLookOut to kLookIn; they sum to 1.
   float shares[5] = {0, 0, 1, 0, 0};
@@ -49,7 +51,7 @@ struct LegTiming {
 
 /// Playback of a mesh sequence.
 struct Playback {
-  int meshes = 0;   ///< 0: the object is no mesh sequence
+  int meshes = 0;   ///< number of meshes; 0: the object is no mesh sequence
   double pace = 1;  ///< meshes per frame
   int hold = 0;     ///< frames for which the last mesh is held
   bool loop = false;

@@ -16,6 +16,7 @@
 namespace polymorph {
 namespace {
 
+// A plan's cost is below 2^60, even if all mass goes through the hub (ColumnGeneration::solve()).
 constexpr std::int64_t kTotal = std::int64_t{1} << 30;  ///< total mass in integer units
 constexpr double kCostSteps = 1 << 26;                  ///< integer cost of the most expensive arc
 
@@ -30,7 +31,7 @@ std::vector<std::int64_t> to_units(std::span<const double> masses) {
     PM_CHECK(masses[i] > 0);
     const double exact = distributed * masses[i] / sum;
     units[i] = 1 + static_cast<std::int64_t>(exact);
-    remainders[i] = {std::floor(exact) - exact, i};
+    remainders[i] = {std::floor(exact) - exact, i};  // negative, so that the largest sorts first
     assigned += units[i];
   }
   std::sort(remainders.begin(), remainders.end());
@@ -39,6 +40,7 @@ std::vector<std::int64_t> to_units(std::span<const double> masses) {
   return units;
 }
 
+/// A source, a target, and the integer cost of a unit of mass between them.
 struct TransportArc {
   std::uint32_t from = 0, to = 0;
   std::int64_t cost = 0;
@@ -58,9 +60,9 @@ void for_ranges(std::int64_t n, std::int64_t grain, std::int64_t work, const F& 
     parallel_ranges(n, grain, f);
 }
 
-/// Solver of one transport problem, in integers. Reduced cost of an arc: its cost plus the
-/// potential of its source, minus that of its target; an arc that would lower the plan's cost has a
-/// negative one.
+/// Solver of one transport problem, in integers. The reduced cost of an arc is its cost plus the
+/// potential of its source, minus the potential of its target. It is negative for an arc that would
+/// lower the plan's cost.
 class ColumnGeneration {
  public:
   ColumnGeneration(std::span<const double> supply, std::span<const double> demand,
@@ -89,10 +91,10 @@ class ColumnGeneration {
       return {std::move(flows_), cost, cost};
     }
     guess_potentials();
-    add(cheapest_arcs(kFirstArcs, true));
+    add(cheapest_arcs(kFirstArcs, /*include_all=*/true));
     for (int round = 0;; ++round) {
       solve();
-      const std::vector<TransportArc> missing = cheapest_arcs(kMoreArcs, false);
+      const std::vector<TransportArc> missing = cheapest_arcs(kMoreArcs, /*include_all=*/false);
       // The dual is feasible once each source's potential is lowered by its most negative reduced
       // cost.
       const double bound = cost_ - saving_;
@@ -107,8 +109,7 @@ class ColumnGeneration {
   }
 
  private:
-  /// Number of arcs per source and per target that the first round starts with, and that each
-  /// further round adds at most.
+  /// Number of arcs per source and per target: at the start, and at most added per round.
   static constexpr std::size_t kFirstArcs = 12, kMoreArcs = 6;
 
   std::int64_t pairs() const { return std::int64_t{n_} * m_; }
@@ -218,7 +219,7 @@ class ColumnGeneration {
       for (std::size_t j = 0; j < costs.size(); ++j) costs[j] = row[j * step_to];
     };
     ColumnGeneration small(supply, demand, rows);
-    small.run(0.001);
+    small.run(/*gap=*/0.001);
     // A target gets the highest potential that leaves no negative reduced cost with the small
     // problem's sources; then a source gets the lowest that leaves none with any target.
     const double cost_ratio = scale_ / small.scale_;
@@ -243,6 +244,7 @@ class ColumnGeneration {
     });
   }
 
+  /// Adds arcs; keeps them sorted and without duplicates.
   void add(std::vector<TransportArc> more) {
     arcs_.insert(arcs_.end(), more.begin(), more.end());
     std::sort(arcs_.begin(), arcs_.end());
@@ -317,7 +319,8 @@ class ColumnGeneration {
   std::vector<TransportArc> arcs_;
   std::vector<std::int64_t> potential_from_, potential_to_;  ///< dual variables
   std::vector<TransportFlow> flows_;
-  /// Cost of `flows_`, and how much other arcs may lower it at most (cheapest_arcs()), in units.
+  /// Cost of `flows_`, and the most by which other arcs may lower it (cheapest_arcs()), in integer
+  /// units.
   double cost_ = 0, saving_ = 0;
   std::int64_t hub_flow_ = 0;  ///< mass that solve() sent through the hub, for want of arcs
 };

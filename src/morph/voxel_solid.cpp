@@ -181,6 +181,7 @@ void join_components(const Grid& grid, std::vector<std::uint8_t>& inside) {
   auto components = find_components(grid, inside);
   std::size_t count = 0;
   for (const auto& members : components) count += members.size();
+  // Components of fewer than 4 voxels, or than 1/5000 of all, are removed.
   const std::size_t min_count = std::max<std::size_t>(4, count / 5000);
   std::erase_if(components, [&](const std::vector<std::uint32_t>& members) {
     if (members.size() >= min_count) return false;
@@ -242,8 +243,8 @@ void number_voxels(VoxelSolid& solid, const std::vector<std::uint8_t>& inside) {
 
 constexpr std::uint32_t kFar = std::numeric_limits<std::uint32_t>::max();
 
-/// Completes distances from those that are not kFar: Dial's algorithm (1969), which is Dijkstra's
-/// with a cyclic array of buckets, one per length; no step is longer than 21.
+/// Completes distances from the known ones, which are not kFar: Dial's algorithm (1969), which is
+/// Dijkstra's with a cyclic array of buckets, one per length; no step is longer than 21.
 void propagate_distances(const VoxelSolid& solid, std::vector<std::uint32_t>& distance) {
   constexpr std::uint32_t kBuckets = 32;
   std::array<std::vector<std::uint32_t>, kBuckets> buckets;
