@@ -11,6 +11,7 @@
 namespace polymorph {
 namespace {
 
+/// Returns the object whose boundary stage shows.
 const PreparedObject& end_object(const Leg& leg, const BoundaryMoment& moment) {
   return moment.leaving ? *leg.from : *leg.to;
 }

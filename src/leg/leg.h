@@ -62,7 +62,7 @@ struct LegState {
 /// The surface of a leg at a time.
 struct LegSurface {
   LegState state;
-  float iso = 1;  ///< level of the balls' field that the mesh shows
+  float iso = 1;  ///< level of the balls' field that the mesh shows; 1 if made of distances
   Mesh mesh;
   MorphSurface field;  ///< field whose zero set is the mesh, if the leg is made of distances
 };

@@ -23,9 +23,9 @@ struct LegParts {
   double pace = 1;
 };
 
-/// Makes a leg of the kind timing.interpolation. A leg made of distances is paced (leg/pacing.h) if
-/// its balls share one eased time (morph/motion.h: move_together). `cache`: folder of cache files;
-/// may be empty. Errors: the engine's.
+/// Makes a leg of balls or of distances, by timing.interpolation. A leg made of distances is paced
+/// (leg/pacing.h) if its balls share one eased time (morph/motion.h: move_together). `cache`:
+/// folder of cache files; may be empty. Errors: the engine's.
 Result<std::shared_ptr<const Leg>> make_leg(LegParts parts, const LegTiming& timing,
                                             const LegSettings& settings, Engine& engine,
                                             const std::filesystem::path& cache);

@@ -28,7 +28,7 @@ struct LegSettings {
   int resolution = 0;        ///< number of cells along the longest side of the actor's box
   ExtractSettings measured;  ///< extraction of surfaces that volumes and levels are measured on
   ExtractSettings shown;     ///< extraction of the surfaces that frames show
-  float min_component_share = 0;  ///< share of the volume below which components are left out
+  float min_component_share = 0;  ///< fraction of the volume; smaller components are left out
   /// True if objects keep their own colours and at least one object has several.
   bool has_colors = false;
   bool contact = false;  ///< keeps the surface on the floor if both objects stand on it
@@ -40,7 +40,7 @@ struct PreparedObject {
   std::string name;
   Model model;         ///< balls in flight: their surface, without materials
   Transform to_scene;  ///< takes the coordinates of the model's file into the scene
-  bool meta = false;   ///< shown as balls only, never as its own mesh
+  bool meta = false;   ///< true: shown as balls only, never as its own mesh
   /// Azimuth of the front, radians from +z towards +x, if the scene sets it.
   std::optional<double> front;
   /// Number of balls still to be fitted (Fits::kCached, sequence/prepare/prepared_scene.h).

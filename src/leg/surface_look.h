@@ -20,7 +20,7 @@ struct ColorFade {
   float color;           ///< weight of the target in the colours without detail
   float source, target;  ///< weight of each object's detail
 };
-/// Computes these weights at the eased progress u.
+/// Computes the weights at the eased progress u.
 ColorFade color_fade(float u);
 
 /// An object's materials, transferred to a surface.

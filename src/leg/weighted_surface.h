@@ -26,14 +26,14 @@ struct ShapeSpace {
   std::vector<std::vector<Vec3d>> places;
 };
 
-/// Makes the space of legs that have one source. Errors: kInput if an object is a shell or a
-/// vessel; the engine's.
+/// Makes the space of legs that have one source. Errors: kInput if an object is a shell or a vessel
+/// (field/distance_cache.h); the engine's.
 Result<ShapeSpace> make_shape_space(std::vector<std::shared_ptr<const Leg>> legs, Engine& engine);
 
 /// An object whose weight in a mixture is above 0.
 struct MixedObject {
   std::shared_ptr<const PreparedObject> object;
-  float weight = 0;
+  float weight = 0;                       ///< (0, 1]
   std::shared_ptr<const Regression> map;  ///< map from the mixture to the object
   float scale = 1;                        ///< length in the mixture per length on the object
   Mat3 linear;                            ///< linear part of the map: rotation and scaling
@@ -71,12 +71,12 @@ Result<Mixture> mix_objects(const ShapeSpace& space, std::span<const float> weig
 PathPart object_similarity(const ShapeSpace& space, std::size_t object);
 
 /// Computes the part of RegressionSample::deviation that depends on the ball: 0.7 / sqrt(2 a),
-/// scaled from the reference to the mixture. The other part, kMapDeviation (morph/smooth_map.h) of
-/// the size, is added to it in squares.
+/// scaled from the reference to the mixture. The squares of this part and of the other,
+/// kMapDeviation (morph/smooth_map.h) of the size, are summed.
 double ball_kernel_deviation(const Ball& ball, double scale);
 
-/// Computes the fraction of the volume below which components of a mixture are left out because of
-/// one of its objects. The mixture's fraction is the maximum over its objects.
+/// Computes one object's limit for the components of a mixture. Components whose fraction of the
+/// volume is below the maximum of the objects' limits are left out.
 double min_mixture_component_share(const PreparedObject& object, const LegSettings& settings);
 
 /// Surface of a mixture: where the weighted sum of its objects' distances, mapped to the mixture,

@@ -57,14 +57,14 @@ inline const Model& shown_model(const PreparedActor& actor, const ActorGeometry&
 /// All actors in one frame.
 struct FrameGeometry {
   int frame = 1;
-  float t = 0;                        ///< the scene's time [0, 1]
+  float t = 0;                        ///< sequence_time() (morph/timeline.h), [0, 1]
   std::string stage;                  ///< stage_names()
   std::vector<ActorGeometry> actors;  ///< one per actor of PreparedScene
 };
 
-/// Makes the surface of the actor's leg at a moment of its motion, with its look, even if the
-/// moment shows an object. PreparedActor::offset is not applied. Errors: kResource; as leg_at()
-/// (sequence/prepare/actor_poses.h).
+/// Makes the surface of the actor's leg at a moment of its motion, with the surface's look, even if
+/// the moment shows an object (MorphState::object). PreparedActor::offset is not applied. Errors:
+/// kResource; as leg_at() (sequence/prepare/actor_poses.h).
 Result<ActorGeometry> leg_geometry(const PreparedActor& actor, const MorphState& moment,
                                    Engine& engine);
 

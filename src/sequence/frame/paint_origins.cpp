@@ -47,7 +47,8 @@ Status paint_origins(const PreparedScene& prepared, Engine& engine, FrameGeometr
       shown.surface_paint = make_paint(actor, places);
       continue;
     }
-    // If an object is shown (object >= 0), its points are traced from the end of the leg to it.
+    // `count`: number of legs through which points are traced back. If an object is shown (object
+    // >= 0), these lead from the first object to it.
     const int object = shown.moment.object, count = object >= 0 ? object : shown.moment.leg + 1;
     // If three objects or more are mixed (actor.space), every leg begins at the first object, so
     // only the last leg is traced.

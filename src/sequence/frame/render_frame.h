@@ -32,13 +32,13 @@ inline constexpr const char* kCommandAttribute = "polymorph/command";
 /// differ from those of every other frame.
 std::string picture_key(const PreparedScene& prepared, int frame);
 
-/// Checks that `pictures` pictures at once fit into `limit` bytes (0: no limit). `part`: samples
-/// that each picture has; empty: all. Errors: kResource, with the bytes needed.
+/// Checks that `pictures` rendered frames at once fit into `limit` bytes (0: no limit). `part`:
+/// samples that each picture has; empty: all. Errors: kResource, with the bytes needed.
 Status check_picture_memory(const ImageSettings& image, std::size_t pictures, std::uint64_t limit,
                             const std::optional<SampleRange>& part = {});
 
-/// Renders one frame in memory. `geometry`: the result of geometry_at(); `device` and `command`:
-/// members of FrameOrigin.
+/// Renders one whole frame in memory. `geometry`: the result of geometry_at(); `device` and
+/// `command`: members of FrameOrigin.
 Result<Image> render_frame(const PreparedScene& prepared, const FrameGeometry& geometry,
                            Renderer& renderer, const std::string& device,
                            const std::string& command);

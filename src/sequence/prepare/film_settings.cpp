@@ -19,15 +19,17 @@ struct FilmCameras {
   std::optional<Camera> rig;
 };
 
+/// Tests whether two cameras take the same picture: all members but the shutter are equal.
 bool same_pose(const Camera& a, const Camera& b) {
   return a.position == b.position && a.right == b.right && a.up == b.up && a.forward == b.forward &&
          a.tan_half_fov_y == b.tan_half_fov_y && a.lens_radius == b.lens_radius &&
          a.focus == b.focus;
 }
 
+/// Makes the cameras of a frame. `framing`: film_framing().
 FilmCameras film_cameras(const Scene& scene, const Framing& framing, int frame) {
-  const auto camera_at = [&](double moment) {
-    return make_camera(scene_at(scene, moment).camera, framing);
+  const auto camera_at = [&](double frame_number) {
+    return make_camera(scene_at(scene, frame_number).camera, framing);
   };
   FilmCameras cameras;
   cameras.camera = camera_at(frame);
@@ -38,7 +40,8 @@ FilmCameras film_cameras(const Scene& scene, const Framing& framing, int frame) 
                      same_pose(motion.closing, cameras.camera) &&
                      same_pose(motion.next, cameras.camera);
   if (!still) cameras.motion = motion;
-  if (!scene_at(scene, frame).lights.follow_camera) cameras.rig = camera_at(1);
+  if (!scene_at(scene, frame).lights.follow_camera)
+    cameras.rig = camera_at(1);  // lights stand as in frame 1
   return cameras;
 }
 
@@ -47,6 +50,7 @@ void add(Hasher& hasher, const Camera& c) {
   hasher.add(c.tan_half_fov_y).add(c.lens_radius).add(c.focus).add(c.shutter);
 }
 
+/// Tests whether a leg is left before its end (ObjectSettings::retarget).
 bool leaves_balls_in_flight(const Scene& scene) {
   return std::any_of(scene.actors.begin(), scene.actors.end(), [](const ActorSettings& actor) {
     return std::any_of(actor.intermediate.begin(), actor.intermediate.end(),
@@ -54,7 +58,8 @@ bool leaves_balls_in_flight(const Scene& scene) {
   });
 }
 
-/// Returns the camera settings at evenly spaced frames, for which the framing is computed.
+/// Returns the camera settings at up to kMaxFramedPoses evenly spaced frames, for which the framing
+/// is computed.
 std::vector<CameraSettings> film_poses(const Scene& scene) {
   const int count = frame_count(scene), poses = std::min(count, kMaxFramedPoses);
   std::vector<CameraSettings> settings;
@@ -85,8 +90,8 @@ bool changes(const Scene& scene) {
 }
 
 /// Hashes the meshes of a sequence. In a morph (`morphs`), the balls of a mesh are derived from the
-/// balls of the reference; if the vertices of the two do not correspond, also from all meshes in
-/// between.
+/// reference's, and MeshHashes::fit is set; if the mesh's vertices do not correspond to the
+/// reference's, it covers all meshes up to this one.
 std::vector<MeshHashes> hash_meshes(const MeshSequence& sequence, bool morphs) {
   std::vector<MeshHashes> hashes;
   const MeshFile& reference = sequence.files[static_cast<std::size_t>(sequence.reference)];
@@ -214,10 +219,10 @@ std::string frame_hash(const Scene& scene, const SequenceHashes& hashes, int fra
   if ((!changes(scene) && !has_sequences) || (camera_moves(scene) && !hashes.framing))
     return hashes.scene;
   Hasher hasher;
-  Scene moment = scene_at(scene, frame);
-  moment.image.aovs = hashes.aovs;
-  hasher.add(hashes.inputs).add(settings_text(moment));
-  if (has_sequences) add_shown_meshes(moment, hashes, frame, hasher);
+  Scene frame_scene = scene_at(scene, frame);
+  frame_scene.image.aovs = hashes.aovs;
+  hasher.add(hashes.inputs).add(settings_text(frame_scene));
+  if (has_sequences) add_shown_meshes(frame_scene, hashes, frame, hasher);
   if (!hashes.framing) return hasher.hex();
   hasher.add(std::string_view(hashes.poses));
   const FilmCameras cameras = film_cameras(scene, *hashes.framing, frame);

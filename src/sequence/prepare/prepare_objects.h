@@ -14,11 +14,11 @@
 
 namespace polymorph {
 
-/// Parameters of a preparation.
+/// Parameters of a preparation (sequence/prepare/prepare.h).
 struct Preparation {
   const Scene& scene;
   Engine& engine;
-  const std::filesystem::path& cache;
+  const std::filesystem::path& cache;  ///< folder of cache files; empty: none
   Fits fits = Fits::kMake;
 };
 

@@ -26,8 +26,8 @@ enum class FileState {
   kPart,        ///< has only some of the frame's samples, or other samples than expected
 };
 
-/// Hashes all inputs of the scene's frames except the program. Reads the scene's files. Errors:
-/// kInput.
+/// Hashes all inputs of the scene's frames except the program: content_hash()
+/// (assets/content_hash.h) without it. Reads the scene's files. Errors: kInput.
 Result<std::string> source_hash(const Scene& scene);
 
 /// Hashes and settings that the files of frames must have.
