@@ -34,8 +34,8 @@ struct Distances {
 
 /// Computes signed distances to both surfaces, clamped to `band`.
 Result<Distances> distances_at(const BlendInputs& in, const std::vector<Vec3>& points, float band) {
-  std::vector<float> values;
-  PM_TRY_STATUS(to_status(in.engine.sample(in.balls, points, in.settings, values)));
+  std::vector<float> field_values;
+  PM_TRY_STATUS(to_status(in.engine.sample(in.balls, points, in.settings, field_values)));
   const std::vector<std::uint8_t> in_model = in.inside.inside(points);
   const std::vector<ClosestPoint> to_model = in.to_model.closest(points, band),
                                   to_surface = in.to_surface.closest(points, band);
@@ -43,7 +43,7 @@ Result<Distances> distances_at(const BlendInputs& in, const std::vector<Vec3>& p
   for (std::size_t i = 0; i < points.size(); ++i) {
     const float m = to_model[i].distance, b = to_surface[i].distance;
     distances.model.push_back(in_model[i] ? m : -m);
-    distances.balls.push_back(values[i] > in.settings.iso ? b : -b);
+    distances.balls.push_back(field_values[i] > in.settings.iso ? b : -b);
   }
   return distances;
 }

@@ -107,23 +107,24 @@ Result<std::vector<float>> sample_distances(const MorphSurface& field,
                                             const std::vector<Vec3>& points, Engine& engine) {
   std::vector<AttributeValues> maps;
   PM_TRY_STATUS(to_status(engine.regress(field.map, points, maps)));
-  MorphField sampled;
+  MorphField host_field;
   // The regression's values already contain the affine maps, so these are set to zero.
-  for (AffineMap& affine : sampled.map.affine) affine = {{Vec3{}, Vec3{}, Vec3{}}, {}};
-  sampled.from = DistanceField(field.from->grid, field.from->values.data());
-  sampled.to = DistanceField(field.to->grid, field.to->values.data());
-  if (field.smooth_from) sampled.from.set_detail(field.smooth_from->values.data(), field.fade_from);
-  if (field.smooth_to) sampled.to.set_detail(field.smooth_to->values.data(), field.fade_to);
-  sampled.from_scale = field.from_scale, sampled.to_scale = field.to_scale;
-  sampled.level = field.level;
-  sampled.inv_range = field.linear_range > 0 ? 1 / field.linear_range : 0;
+  for (AffineMap& affine : host_field.map.affine) affine = {{Vec3{}, Vec3{}, Vec3{}}, {}};
+  host_field.from = DistanceField(field.from->grid, field.from->values.data());
+  host_field.to = DistanceField(field.to->grid, field.to->values.data());
+  if (field.smooth_from)
+    host_field.from.set_detail(field.smooth_from->values.data(), field.fade_from);
+  if (field.smooth_to) host_field.to.set_detail(field.smooth_to->values.data(), field.fade_to);
+  host_field.from_scale = field.from_scale, host_field.to_scale = field.to_scale;
+  host_field.level = field.level;
+  host_field.inv_range = field.linear_range > 0 ? 1 / field.linear_range : 0;
   std::vector<float> values(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     // Per point: the four values of the map to the source, then those of the map to the target.
     const AttributeValues &a = maps[2 * i], &b = maps[2 * i + 1];
     const float both_maps[kRegressionValues] = {a.v[0], a.v[1], a.v[2], a.v[3],
                                                 b.v[0], b.v[1], b.v[2], b.v[3]};
-    values[i] = sampled.value(Points<float>{points[i].x, points[i].y, points[i].z}, both_maps);
+    values[i] = host_field.value(Points<float>{points[i].x, points[i].y, points[i].z}, both_maps);
   }
   return values;
 }

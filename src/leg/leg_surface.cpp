@@ -95,12 +95,12 @@ Result<PullBack> pull_back(const Leg& leg, const LegState& state, const std::vec
 
 Result<Flow> flow_until(const Leg& leg, const LegState& state, LegMoment next,
                         const std::vector<Vec3>& points, Engine& engine) {
-  const PlanMoment now = {leg.plan, state.time}, then = {next.leg.plan, next.time};
+  const PlanMoment now = {leg.plan, state.time}, next_moment = {next.leg.plan, next.time};
   return visit(
-      leg, [&] { return flow_at(now, then, state.balls, points, engine); },
+      leg, [&] { return flow_at(now, next_moment, state.balls, points, engine); },
       [&](const DistanceLeg&) {
         const float size = object_size(leg, progress_at(leg.plan, state.time));
-        return flow_at(now, then, state.balls, size, points, engine);
+        return flow_at(now, next_moment, state.balls, size, points, engine);
       });
 }
 

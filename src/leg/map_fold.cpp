@@ -63,6 +63,7 @@ Result<std::string> describe_fold(const Leg& leg, Engine& engine) {
   if (!is_distance_leg || leg.plan.landmarks.empty()) return std::string();
   std::size_t folded_count = 0, point_count = 0;
   std::map<std::string, std::size_t> nearest;  // number of folded points by their nearest landmark
+  // Test points of the source's model, of the surface half way, and of the target's model.
   for (const float time : {0.0f, 0.5f, 1.0f}) {
     PM_TRY(const LegState state, leg_state(leg, time, engine));
     std::vector<Vec3> points;
@@ -72,6 +73,7 @@ Result<std::string> describe_fold(const Leg& leg, Engine& engine) {
     } else {
       points = select_points((time == 0 ? leg.from : leg.to)->model.points);
     }
+    // Count the points that the map folds, but not the map without landmarks.
     auto without_landmarks = std::make_shared<Regression>(*state.map.regression);
     without_landmarks->landmarks.clear();
     const float step = kStepInCells * without_landmarks->lattice.cell;
@@ -92,6 +94,7 @@ Result<std::string> describe_fold(const Leg& leg, Engine& engine) {
   const double folded_fraction =
       static_cast<double>(folded_count) / static_cast<double>(point_count);
   if (!(folded_fraction > kMinFoldedShare)) return std::string();
+  // Name the landmark that is nearest to most folded points.
   const auto worst =
       std::max_element(nearest.begin(), nearest.end(),
                        [](const auto& a, const auto& b) { return a.second < b.second; });

@@ -97,13 +97,13 @@ Result<Residuals> find_residuals(const EndMap& map, const Surface& own, const Su
   PM_TRY(const std::vector<Vec3> carried, map.carry(points, engine));
   std::vector<Vec3> targets;
   for (std::size_t i = 0; i < carried.size(); i += 2) targets.push_back(carried[i]);
-  const std::vector<ClosestPoint> hits = closest.closest(targets);
+  const std::vector<ClosestPoint> closest_points = closest.closest(targets);
   Residuals residuals;
   for (std::size_t i = 0; i < targets.size(); ++i) {
     const Vec3 normal = normalized(carried[2 * i + 1] - carried[2 * i]);
-    const bool agrees = hits[i].distance < kMaxDistance * map.size &&
-                        dot(normal, other.normals[hits[i].triangle]) > kMinCosine;
-    residuals.vectors.push_back(hits[i].point - targets[i]);
+    const bool agrees = closest_points[i].distance < kMaxDistance * map.size &&
+                        dot(normal, other.normals[closest_points[i].triangle]) > kMinCosine;
+    residuals.vectors.push_back(closest_points[i].point - targets[i]);
     residuals.agrees.push_back(agrees ? 1 : 0);
     residuals.agreeing += agrees ? 1 : 0;
   }

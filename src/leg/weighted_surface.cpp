@@ -93,28 +93,29 @@ void mix_balls(const MorphPlan& plan, const std::vector<MixtureInput>& inputs, V
     const auto weight = static_cast<float>(input.weight);
     low = low + weight * box.low, high = high + weight * box.high;
   }
-  const auto widened = [](Box box, float width) {
+  const auto widen = [](Box box, float width) {
     return Box{box.low - Vec3{width, width, width}, box.high + Vec3{width, width, width}};
   };
-  mixture.box = widened({low, high}, margin);
+  mixture.box = widen({low, high}, margin);
   const std::vector<Ball>& balls = plan.from;
   for (std::size_t b = 0; b < balls.size(); ++b) {
-    Vec3d place;
+    Vec3d offset;
     for (const MixtureInput& input : inputs) {
       const Mat3 inv_rotation = transposed(exp_rotation(input.similarity.turn));
       const double weighted_inv_scale = exp_scalar(-input.similarity.log_scale) * input.weight;
-      place = place +
-              (inv_rotation * (input.places[b] - input.similarity.to_center)) * weighted_inv_scale +
-              (input.similarity.from_center - middle) * input.weight;
+      offset =
+          offset +
+          (inv_rotation * (input.places[b] - input.similarity.to_center)) * weighted_inv_scale +
+          (input.similarity.from_center - middle) * input.weight;
     }
-    const Vec3 position = to_float(mean.center + (mean.rotation * place) * scale);
+    const Vec3 position = to_float(mean.center + (mean.rotation * offset) * scale);
     const double ball_deviation = ball_kernel_deviation(balls[b], scale),
                  map_deviation =
                      static_cast<double>(static_cast<float>(kMapDeviation) * mixture.size);
     mixture.samples.push_back({position, std::max(static_cast<float>(plan.from_masses[b]), 1e-6f),
                                static_cast<float>(std::sqrt(map_deviation * map_deviation +
                                                             ball_deviation * ball_deviation))});
-    mixture.box = unite(mixture.box, widened({position, position}, 0.5f * margin));
+    mixture.box = unite(mixture.box, widen({position, position}, 0.5f * margin));
   }
 }
 
@@ -256,7 +257,7 @@ Result<std::vector<float>> fill_grid(const Grid& grid, const Mixture& mixture, d
   const float range = 2.5f * coarse.grid.cell;
   // Interpolate it on the fine grid, and list the points near the level.
   std::vector<float> values(array3_count(grid.points));
-  std::vector<std::size_t> near;
+  std::vector<std::size_t> near_indices;
   points.clear();
   for_each_point(grid, [&](Int3 at) {
     const Int3 cell{at.x / kStride, at.y / kStride, at.z / kStride};
@@ -277,12 +278,12 @@ Result<std::vector<float>> fill_grid(const Grid& grid, const Mixture& mixture, d
     const std::size_t index = array3_index(grid.points, at);
     values[index] = value;
     if (min_difference >= range) return;
-    near.push_back(index);
+    near_indices.push_back(index);
     points.push_back(grid_point(grid, at));
   });
   // Evaluate the field at these points.
   PM_TRY(const std::vector<float> exact, sample_field(mixture, shares, points, engine));
-  for (std::size_t i = 0; i < near.size(); ++i) values[near[i]] = exact[i];
+  for (std::size_t i = 0; i < near_indices.size(); ++i) values[near_indices[i]] = exact[i];
   return values;
 }
 

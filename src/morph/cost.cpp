@@ -61,6 +61,7 @@ CostSide make_cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vec
   };
   const auto size_weight = static_cast<double>(settings.weights.size);
   const auto feature_weight = static_cast<double>(settings.weights.feature);
+  // The axes, in the order that CostSide::values gives.
   add_axis(1, [&](std::size_t i) { return normalized_center(i).x; });
   add_axis(1, [&](std::size_t i) { return normalized_center(i).y; });
   add_axis(1, [&](std::size_t i) { return normalized_center(i).z; });

@@ -24,9 +24,9 @@ double turn_between(double from, double to);
 
 /// Finds the rotation about the vertical, in radians, after which the object `limbs.from` faces as
 /// `limbs.to` does. Two rotations, half a turn apart, take one mirror plane to the other. If the
-/// limbs match for certain at both (is_certain()), the one with the cheaper match is returned.
-/// Otherwise it is the one with the smaller fused Gromov-Wasserstein discrepancy between the
-/// bodies' samples (Vayer et al. 2019), or the smaller rotation if both are nearly as good.
+/// limbs match for certain at both (is_certain()), the rotation with the cheaper match is returned.
+/// Otherwise the rotation with the smaller fused Gromov-Wasserstein discrepancy between the bodies'
+/// samples (Vayer et al. 2019) is returned, or the smaller rotation if both are nearly as good.
 /// `plan_angle`: the rotation that find_rotation() found; it replaces an angle within 25 degrees of
 /// it. `from_front`, `to_front`: known azimuths of the fronts, radians from +z towards +x; if both
 /// are given, the result is the angle between them. Returns nullopt if an object's front is unknown

@@ -143,6 +143,7 @@ BallFeatures ball_features(const std::vector<Ball>& balls, std::span<const doubl
   parallel_for(static_cast<std::int64_t>(n), [&](std::int64_t index) {
     const auto i = static_cast<std::size_t>(index);
     if (neighbors[i].empty()) return;
+    // The centroid of the neighbourhood and the covariance about it.
     double total_mass = masses[i];
     Vec3d mean = Vec3d(centers[i]) * masses[i];
     for (const std::uint32_t j : neighbors[i]) {

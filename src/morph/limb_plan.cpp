@@ -115,13 +115,13 @@ void join_labels_on_limbs(PlanSide& from, PlanSide& to, const Limbs& a, const Li
   for (const std::int32_t label : labels) {
     const auto i = find_limb_of_label(from, a, label), k = find_limb_of_label(to, b, label);
     if (!i || !k) continue;
-    const std::int32_t joined = label_of_limbs.try_emplace({*i, *k}, label).first->second;
-    std::replace(from.labels.begin(), from.labels.end(), label, joined);
-    std::replace(to.labels.begin(), to.labels.end(), label, joined);
+    const std::int32_t common_label = label_of_limbs.try_emplace({*i, *k}, label).first->second;
+    std::replace(from.labels.begin(), from.labels.end(), label, common_label);
+    std::replace(to.labels.begin(), to.labels.end(), label, common_label);
   }
 }
 
-/// The ball nearest to each landmark.
+/// Finds the ball nearest to each landmark.
 std::vector<std::size_t> landmark_balls(const PlanSide& side) {
   std::vector<std::size_t> nearest;
   for (const Vec3 landmark : side.landmarks) {
@@ -161,8 +161,8 @@ AllowedLimbs allowed_limbs(const PlanSide& from, const PlanSide& to, const Limbs
 /// Tests whether two limbs of one object are the same limb or one sits on the other.
 bool overlap(const Limbs& limbs, std::uint32_t a, std::uint32_t b) {
   const auto holds = [&](std::uint32_t outer, std::uint32_t inner) {
-    const std::vector<std::uint32_t>& on = limbs.limbs[outer].inner;
-    return std::find(on.begin(), on.end(), inner) != on.end();
+    const std::vector<std::uint32_t>& inner_limbs = limbs.limbs[outer].inner;
+    return std::find(inner_limbs.begin(), inner_limbs.end(), inner) != inner_limbs.end();
   };
   return a == b || holds(a, b) || holds(b, a);
 }
@@ -192,7 +192,8 @@ std::vector<ChosenLimbs> list_landmark_choices(const PlanSide& from, const PlanS
 using LabelCarriers = std::map<std::int32_t, std::vector<std::uint32_t>>;
 LabelCarriers limbs_of_labels(const PlanSide& side, const Limbs& limbs) {
   const std::vector<std::size_t> balls_at_landmarks = landmark_balls(side);
-  const std::int32_t trunk =
+  // The most common label of the balls on no limb.
+  const std::int32_t trunk_label =
       vote_on_label(side, [&](std::size_t b) { return limbs.ball_limbs[b] == 0; }).label;
   LabelCarriers carriers;
   for (std::uint32_t i = 0; i < limbs.limbs.size(); ++i) {
@@ -202,7 +203,7 @@ LabelCarriers limbs_of_labels(const PlanSide& side, const Limbs& limbs) {
         side, [&](std::size_t b) { return is_on_limb(b) && side.labels[b] != kNoLabel; });
     if (2 * vote.votes <= vote.balls) continue;
     const bool is_of_limb =
-        vote.label != trunk && 2 * vote.votes > vote_of_limb(side, limbs, i).balls;
+        vote.label != trunk_label && 2 * vote.votes > vote_of_limb(side, limbs, i).balls;
     if (is_of_limb || find_limb_of_label(side, limbs, vote.label) == i)
       carriers[vote.label].push_back(i);
   }
@@ -222,10 +223,10 @@ std::vector<ChosenLimbs> list_label_choices(const LabelCarriers& from_carriers,
 /// Lists the limbs that carry a label which no limb of the other object carries.
 std::vector<std::uint32_t> list_labelled_alone(const LabelCarriers& own,
                                                const LabelCarriers& other) {
-  std::vector<std::uint32_t> alone;
+  std::vector<std::uint32_t> limbs_alone;
   for (const auto& [label, limbs] : own)
-    if (!other.contains(label)) alone.insert(alone.end(), limbs.begin(), limbs.end());
-  return alone;
+    if (!other.contains(label)) limbs_alone.insert(limbs_alone.end(), limbs.begin(), limbs.end());
+  return limbs_alone;
 }
 
 /// Chooses the limbs that become each other by the user's landmarks, then those by the labels. Of
@@ -242,21 +243,22 @@ std::vector<ChosenLimbs> choose_limbs(const std::vector<ChosenLimbs>& by_landmar
   const auto length_of = [&](const ChosenLimbs& choice) {
     return longest_of(a, choice.from) + longest_of(b, choice.to);
   };
-  // Selects those of `limbs` that overlap neither `taken` limbs nor each other, the longest first.
+  // The limbs that are chosen already.
   std::vector<std::uint32_t> from_taken, to_taken;
+  // Selects those of `limbs` that overlap neither `taken` limbs nor each other, the longest first.
   const auto select_free = [](const Limbs& all, std::vector<std::uint32_t> limbs,
                               const std::vector<std::uint32_t>& taken) {
     std::stable_sort(limbs.begin(), limbs.end(), [&](std::uint32_t i, std::uint32_t k) {
       return all.limbs[i].length() > all.limbs[k].length();
     });
-    std::vector<std::uint32_t> free;
+    std::vector<std::uint32_t> free_limbs;
     const auto overlaps = [&](std::uint32_t limb, const std::vector<std::uint32_t>& others) {
       return std::any_of(others.begin(), others.end(),
                          [&](std::uint32_t other) { return overlap(all, limb, other); });
     };
     for (const std::uint32_t limb : limbs)
-      if (!overlaps(limb, taken) && !overlaps(limb, free)) free.push_back(limb);
-    return free;
+      if (!overlaps(limb, taken) && !overlaps(limb, free_limbs)) free_limbs.push_back(limb);
+    return free_limbs;
   };
   std::vector<ChosenLimbs> chosen;
   const auto add_choices = [&](std::vector<ChosenLimbs> choices) {
@@ -264,12 +266,12 @@ std::vector<ChosenLimbs> choose_limbs(const std::vector<ChosenLimbs>& by_landmar
         choices.begin(), choices.end(),
         [&](const ChosenLimbs& p, const ChosenLimbs& q) { return length_of(p) > length_of(q); });
     for (const ChosenLimbs& choice : choices) {
-      const ChosenLimbs free = {select_free(a, choice.from, from_taken),
-                                select_free(b, choice.to, to_taken), choice.is_by_name};
-      if (free.from.empty() || free.to.empty()) continue;
-      from_taken.insert(from_taken.end(), free.from.begin(), free.from.end());
-      to_taken.insert(to_taken.end(), free.to.begin(), free.to.end());
-      chosen.push_back(free);
+      const ChosenLimbs free_limbs = {select_free(a, choice.from, from_taken),
+                                      select_free(b, choice.to, to_taken), choice.is_by_name};
+      if (free_limbs.from.empty() || free_limbs.to.empty()) continue;
+      from_taken.insert(from_taken.end(), free_limbs.from.begin(), free_limbs.from.end());
+      to_taken.insert(to_taken.end(), free_limbs.to.begin(), free_limbs.to.end());
+      chosen.push_back(free_limbs);
     }
   };
   add_choices(by_landmarks);
@@ -313,7 +315,7 @@ Vec3d place_on_surface(const std::vector<Ball>& balls, const Limbs& limbs, Vec3d
       const Vec3d next = place + step * static_cast<double>(k);
       if (field_at(balls, next) < 1) return surface_between(balls, next - step, next);
     }
-    return place;
+    return place;  // the surface is farther away than twice the reach
   }
   // From outside, go towards the nearest ball.
   const auto nearest = std::ranges::min_element(
@@ -378,6 +380,7 @@ LimbCurves make_curves(const std::vector<Ball>& balls, const Limbs& own,
                        const std::vector<Vec3d>& places, double angle) {
   const std::vector<std::uint32_t> lone = list_lone_limbs(own, matched, labelled);
   LimbCurves curves;
+  // Station of each ball on its lone or matched limb.
   curves.lone_limbs = limb_indices_of_balls(own, lone);
   const std::vector<std::int32_t> matched_limbs = limb_indices_of_balls(own, matched);
   for (std::size_t b = 0; b < balls.size(); ++b) {
@@ -388,6 +391,7 @@ LimbCurves make_curves(const std::vector<Ball>& balls, const Limbs& own,
       station = station_of(own, own.limbs[matched[static_cast<std::size_t>(matched_limbs[b])]], b);
     curves.stations.push_back(static_cast<float>(station));
   }
+  // Centre lines, and the counterparts of lone limbs.
   for (const std::uint32_t limb : matched) curves.matched.push_back(make_curve(own.limbs[limb]));
   const Mat3 rotation = about_vertical(angle);
   for (const std::uint32_t limb_index : lone) {
@@ -401,11 +405,11 @@ LimbCurves make_curves(const std::vector<Ball>& balls, const Limbs& own,
       if (curves.lone_limbs[b] == kNoLabel && matched_limbs[b] == kNoLabel &&
           (nearest == balls.size() || distance(b) < distance(nearest)))
         nearest = b;
-    Vec3d place = other.center;
+    Vec3d target = other.center;
     if (nearest < balls.size())
-      place = places[nearest] + rotation * (root - Vec3d(balls[nearest].center));
+      target = places[nearest] + rotation * (root - Vec3d(balls[nearest].center));
     curves.counterparts.push_back(to_float(place_on_surface(
-        other_balls, other, place, rotation * normalized(limb.line[1] - limb.line[0]))));
+        other_balls, other, target, rotation * normalized(limb.line[1] - limb.line[0]))));
   }
   return curves;
 }
@@ -518,14 +522,14 @@ void add_lone_pairs(MorphPlan& plan) {
   std::vector<std::size_t> from_lone_pairs(plan.from.size(), 0), to_lone_pairs(plan.to.size(), 0);
   for (std::uint32_t b = 0; b < plan.from_curves.lone_limbs.size(); ++b)
     if (const std::int32_t limb = plan.from_curves.lone_limbs[b]; limb != kNoLabel) {
-      const Vec3 place = plan.from_curves.counterparts[static_cast<std::size_t>(limb)];
-      plan.pairs.push_back({b, nearest_ball(plan.to, to, place), /*from_share=*/1, kShare});
+      const Vec3 counterpart = plan.from_curves.counterparts[static_cast<std::size_t>(limb)];
+      plan.pairs.push_back({b, nearest_ball(plan.to, to, counterpart), /*from_share=*/1, kShare});
       ++to_lone_pairs[plan.pairs.back().to];
     }
   for (std::uint32_t b = 0; b < plan.to_curves.lone_limbs.size(); ++b)
     if (const std::int32_t limb = plan.to_curves.lone_limbs[b]; limb != kNoLabel) {
-      const Vec3 place = plan.to_curves.counterparts[static_cast<std::size_t>(limb)];
-      plan.pairs.push_back({nearest_ball(plan.from, from, place), b, kShare, /*to_share=*/1});
+      const Vec3 counterpart = plan.to_curves.counterparts[static_cast<std::size_t>(limb)];
+      plan.pairs.push_back({nearest_ball(plan.from, from, counterpart), b, kShare, /*to_share=*/1});
       ++from_lone_pairs[plan.pairs.back().from];
     }
   double mass = 0;
@@ -553,7 +557,7 @@ std::vector<Vec3d> warp_balls(const std::vector<Ball>& balls, const Limbs& own, 
   constexpr double kRootRadius = 0.08;
   const Mat3 rotation = about_vertical(angle);
   const auto carry_rigidly = [&](Vec3d p) { return other.center + rotation * (p - own.center); };
-  std::vector<Vec3d> places;
+  std::vector<Vec3d> positions;
   for (std::size_t b = 0; b < balls.size(); ++b) {
     const Vec3d p(balls[b].center);
     const auto limb_match =
@@ -561,12 +565,12 @@ std::vector<Vec3d> warp_balls(const std::vector<Ball>& balls, const Limbs& own, 
                      [&](const MatchedLimbs& pair) { return own.holds(pair.from, b); });
     if (limb_match != matched.end()) {
       const Limb &from = own.limbs[limb_match->from], &to = other.limbs[limb_match->to];
-      places.push_back(map_to_limb(p, station_of(own, from, b), from, to, rotation));
+      positions.push_back(map_to_limb(p, station_of(own, from, b), from, to, rotation));
       continue;
     }
     const auto weight_at = [&](double distance) {
-      const double near = kRootRadius * own.reach;
-      return 1 / (distance * distance + near * near);
+      const double root_radius = kRootRadius * own.reach;
+      return 1 / (distance * distance + root_radius * root_radius);
     };
     double weights = weight_at(own.ball_distances[b]);  // the centre is not displaced
     Vec3d sum;
@@ -576,18 +580,18 @@ std::vector<Vec3d> warp_balls(const std::vector<Ball>& balls, const Limbs& own, 
             (other.limbs[pair.to].line[0] - carry_rigidly(own.limbs[pair.from].line[0])) * weight;
       weights += weight;
     }
-    places.push_back(carry_rigidly(p) + sum * (1 / weights));
+    positions.push_back(carry_rigidly(p) + sum * (1 / weights));
   }
-  return places;
+  return positions;
 }
 
 std::vector<std::int32_t> limb_indices_of_balls(const Limbs& limbs,
                                                 std::span<const std::uint32_t> matched) {
-  std::vector<std::int32_t> labels(limbs.ball_limbs.size(), kNoLabel);
-  for (std::size_t b = 0; b < labels.size(); ++b)
+  std::vector<std::int32_t> indices(limbs.ball_limbs.size(), kNoLabel);
+  for (std::size_t b = 0; b < indices.size(); ++b)
     for (std::size_t n = 0; n < matched.size(); ++n)
-      if (limbs.holds(matched[n], b)) labels[b] = static_cast<std::int32_t>(n);
-  return labels;
+      if (limbs.holds(matched[n], b)) indices[b] = static_cast<std::int32_t>(n);
+  return indices;
 }
 
 std::pair<std::vector<double>, std::vector<double>> balance_masses(
@@ -603,16 +607,16 @@ std::pair<std::vector<double>, std::vector<double>> balance_masses(
   const auto balance = [](std::span<const double> masses, std::span<const std::int32_t> limbs,
                           std::map<std::int32_t, double>& own,
                           std::map<std::int32_t, double>& other) {
-    std::vector<double> result;
+    std::vector<double> balanced;
     double sum = 0;
     for (std::size_t b = 0; b < masses.size(); ++b) {
       const double own_share = std::max(own[limbs[b]], double{kMinShare}),
                    other_share = std::max(other[limbs[b]], double{kMinShare});
-      result.push_back(std::max(masses[b] * std::sqrt(other_share / own_share), 1e-9));
-      sum += result.back();
+      balanced.push_back(std::max(masses[b] * std::sqrt(other_share / own_share), 1e-9));
+      sum += balanced.back();
     }
-    for (double& mass : result) mass /= sum;
-    return result;
+    for (double& mass : balanced) mass /= sum;
+    return balanced;
   };
   return {balance(from, from_limbs, from_shares, to_shares),
           balance(to, to_limbs, to_shares, from_shares)};
@@ -625,6 +629,7 @@ std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::
   const auto make_side = [&](std::size_t count, const CostSide& plain, const auto& in_to,
                              const auto& in_from, const Limbs& own) {
     CostSide side;
+    // Adds an axis of the feature space; value(b): coordinate of ball b.
     const auto axis = [&](const auto& value) {
       std::vector<float> values(count);
       for (std::size_t b = 0; b < count; ++b) values[b] = static_cast<float>(value(b));
@@ -653,6 +658,7 @@ std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::
   const auto warped_center = [](const std::vector<Vec3d>& places) {
     return [&places](std::size_t b) { return places[b]; };
   };
+  // A ball's centre in the target, then in the source: own or warped.
   std::pair sides(
       make_side(from.size(), from_side, warped_center(from_in_to), center(from), limbs.from),
       make_side(to.size(), to_side, center(to), warped_center(to_in_from), limbs.to));

@@ -67,11 +67,11 @@ std::pair<std::vector<double>, std::vector<double>> balance_masses(
     std::span<const double> to, std::span<const std::int32_t> to_limbs);
 
 /// Makes the sides of the transport problem with limbs. The cost of balls p and q is half the
-/// squared distance between warp_balls() of p and q, plus half of that between p and the warped
-/// q, each relative to the object's RMS size. The squared differences of the geodesic distances
-/// from the centres (weight 0.3) and of the distances to the landmarks are added. `from_side`,
-/// `to_side`: the sides without limbs (make_cost_side()), of which masses, labels and landmarks are
-/// used.
+/// squared distance between warp_balls() of p and q, plus half the squared distance between p and
+/// the warped q, each relative to the object's RMS size. The squared differences of the geodesic
+/// distances from the centres (weight 0.3) and of the distances to the landmarks are added.
+/// `from_side`, `to_side`: the sides without limbs (make_cost_side()), of which masses, labels and
+/// landmarks are used.
 std::pair<CostSide, CostSide> limb_cost_sides(const LimbPlan& limbs, const std::vector<Ball>& from,
                                               const std::vector<Ball>& to,
                                               const CostSide& from_side, const CostSide& to_side);

@@ -170,15 +170,15 @@ std::vector<Arc> find_arcs(const Body& body, const std::vector<std::uint32_t>& t
     // Where two arcs or more meet, they end, and a new one begins.
     std::uint32_t arc = ending_arcs.front();
     if (ending_arcs.size() > 1) {
-      Arc joined = {arcs[arc].tip, body.center, body.distance[voxel], {}};
+      Arc new_arc = {arcs[arc].tip, body.center, body.distance[voxel], {}};
       for (const std::uint32_t end : ending_arcs) {
         arcs[end].root = voxel;
-        if (body.distance[arcs[end].tip] > body.distance[joined.tip]) joined.tip = arcs[end].tip;
-        joined.inner.push_back(end);
-        joined.inner.insert(joined.inner.end(), arcs[end].inner.begin(), arcs[end].inner.end());
+        if (body.distance[arcs[end].tip] > body.distance[new_arc.tip]) new_arc.tip = arcs[end].tip;
+        new_arc.inner.push_back(end);
+        new_arc.inner.insert(new_arc.inner.end(), arcs[end].inner.begin(), arcs[end].inner.end());
       }
       arc = static_cast<std::uint32_t>(arcs.size());
-      arcs.push_back(std::move(joined));
+      arcs.push_back(std::move(new_arc));
     }
     open_arc[roots.front()] = arc;
   });
@@ -338,12 +338,12 @@ double mirror_overlap(const VoxelSolid& solid, Vec3d middle, double azimuth, dou
   const Vec3d normal = {exact::sin(azimuth), 0, exact::cos(azimuth)};
   const auto count = static_cast<std::uint32_t>(solid.size());
   const std::uint32_t stride = std::max(1u, count / kSamples);
-  std::size_t sampled = 0, covered = 0;
-  for (std::uint32_t i = 0; i < count; i += stride, ++sampled) {
+  std::size_t sample_count = 0, covered_count = 0;
+  for (std::uint32_t i = 0; i < count; i += stride, ++sample_count) {
     const Vec3d p = solid.center(i);
-    covered += solid.contains(p - normal * (2 * (dot(p - middle, normal) - offset)));
+    covered_count += solid.contains(p - normal * (2 * (dot(p - middle, normal) - offset)));
   }
-  return static_cast<double>(covered) / static_cast<double>(sampled);
+  return static_cast<double>(covered_count) / static_cast<double>(sample_count);
 }
 
 /// Counts the pairs of tips that the plane's reflection swaps.

@@ -66,13 +66,13 @@ VolumeIntegrals integrate_ball(const std::vector<Ball>& balls, std::size_t index
                                const std::vector<Vec3>& points, Vec3d center) {
   const Ball& ball = balls[index];
   const float radius = std::sqrt(max_exponent(ball, kTail) / ball.a);
-  std::vector<std::uint32_t> near;
+  std::vector<std::uint32_t> near_indices;
   for (std::uint32_t j = 0; j < balls.size(); ++j) {
     const float other_radius =
         std::sqrt(std::max(balls[j].w + kCutoff, 0.0f) / balls[j].a) * longest_axes[j];
     const float max_distance = other_radius + radius * longest_axes[index];
     const Vec3 d = balls[j].center - ball.center;
-    if (dot(d, d) < max_distance * max_distance) near.push_back(j);
+    if (dot(d, d) < max_distance * max_distance) near_indices.push_back(j);
   }
   const Mat3 ellipsoid = to_ellipsoid(ball);
   // The values and their sum are computed in two loops, of which the compiler vectorizes the first.
@@ -82,7 +82,7 @@ VolumeIntegrals integrate_ball(const std::vector<Ball>& balls, std::size_t index
     return exp2(exponent > kMin ? exponent : kMin);
   };
   std::vector<Ball> near_balls;
-  for (const std::uint32_t j : near) near_balls.push_back(balls[j]);
+  for (const std::uint32_t j : near_indices) near_balls.push_back(balls[j]);
   std::vector<float> values(near_balls.size());
   VolumeIntegrals sum;
   for (const Vec3& point : points) {

@@ -58,7 +58,7 @@ struct Features {
 };
 
 std::vector<Features> compute_features(const Limbs& limbs) {
-  std::vector<Features> all;
+  std::vector<Features> features;
   const auto height = [&](Vec3d p) {
     return (p.y - limbs.low) / std::max(limbs.high - limbs.low, 1e-9);
   };
@@ -79,12 +79,12 @@ std::vector<Features> compute_features(const Limbs& limbs) {
       f.thickness[k] = exact::log(std::max(limb.radius[k] / limbs.size, 1e-6));
     for (const std::uint32_t i : limb.inner) f.inner |= 1u << i;
     f.on_floor = f.tip_height < kMaxFloorHeight;
-    all.push_back(f);
+    features.push_back(f);
   }
-  for (std::size_t i = 0; i < all.size(); ++i)
-    for (std::size_t k = 0; k < all.size(); ++k)
-      if (all[i].inner >> k & 1) all[k].outer |= 1u << i;
-  return all;
+  for (std::size_t i = 0; i < features.size(); ++i)
+    for (std::size_t k = 0; k < features.size(); ++k)
+      if (features[i].inner >> k & 1) features[k].outer |= 1u << i;
+  return features;
 }
 
 /// Two objects' limbs, to be matched.
@@ -138,18 +138,18 @@ double unmatched_cost(const Features& limb, std::uint32_t matched) {
   return !(limb.outer & matched) && (limb.inner & matched) ? 0 : alone_cost(limb, matched);
 }
 
-/// Tests whether leaving the limb at `place` of the order alone costs a choice of the user a pair.
-/// It does if the choice has no more limbs of `a` from there on than unmatched limbs of `b`.
-bool breaks_choice(const Problem& problem, const Partial& partial, std::size_t place) {
-  const std::optional<std::size_t> choice = problem.a[problem.order[place]].choice;
+/// Tests whether leaving the limb at `position` of the order alone costs a choice of the user a
+/// pair. It does if the choice has no more limbs of `a` from there on than unmatched limbs of `b`.
+bool breaks_choice(const Problem& problem, const Partial& partial, std::size_t position) {
+  const std::optional<std::size_t> choice = problem.a[problem.order[position]].choice;
   if (!choice) return false;
   const std::vector<std::uint32_t>& others = problem.choices.chosen[*choice].to;
-  const auto remaining =
-      std::count_if(problem.order.begin() + static_cast<std::ptrdiff_t>(place), problem.order.end(),
-                    [&](std::uint32_t i) { return problem.a[i].choice == choice; });
+  const auto limbs_left = std::count_if(
+      problem.order.begin() + static_cast<std::ptrdiff_t>(position), problem.order.end(),
+      [&](std::uint32_t i) { return problem.a[i].choice == choice; });
   const auto unmatched = std::count_if(others.begin(), others.end(),
                                        [&](std::uint32_t k) { return (partial.to >> k & 1) == 0; });
-  return remaining <= unmatched;
+  return limbs_left <= unmatched;
 }
 
 /// Degree to which two horizontal offsets between roots are opposite, [0, 1]. Short offsets count
@@ -183,8 +183,8 @@ Partial search_matching(const Problem& problem, double angle) {
   const double sine = exact::sin(angle), cosine = exact::cos(angle);
   // Decide limb by limb: each matching of the beam leaves the limb alone or gets a pair.
   std::vector<Partial> beam(1), next;
-  for (std::size_t place = 0; place < problem.order.size(); ++place) {
-    const std::uint32_t i = problem.order[place];
+  for (std::size_t position = 0; position < problem.order.size(); ++position) {
+    const std::uint32_t i = problem.order[position];
     const Features& a = problem.a[i];
     std::vector<double> pair_costs;
     for (const Features& b : problem.b) pair_costs.push_back(pair_cost(a, b, sine, cosine));
@@ -193,7 +193,7 @@ Partial search_matching(const Problem& problem, double angle) {
       next.push_back(partial);
       // Whether a limb that others sit on costs anything is known only at the end.
       if (a.inner == 0) next.back().cost += alone_cost(a, partial.from);
-      if (breaks_choice(problem, partial, place)) next.back().cost += kChoiceCost;
+      if (breaks_choice(problem, partial, position)) next.back().cost += kChoiceCost;
       if (a.outer & partial.from) continue;
       for (std::uint32_t k = 0; k < problem.b.size(); ++k) {
         const Features& b = problem.b[k];
@@ -369,7 +369,7 @@ MatchingFit find_matching(const Problem& problem, double angle) {
 /// Total length of the limbs that no other sits on, and the length of those of them that are
 /// matched or sit on a matched limb.
 struct Lengths {
-  double all = 0, matched = 0;
+  double total = 0, matched = 0;
 };
 Lengths sum_lengths(const Limbs& limbs, const std::vector<Features>& features,
                     std::uint32_t matched) {
@@ -377,7 +377,7 @@ Lengths sum_lengths(const Limbs& limbs, const std::vector<Features>& features,
   for (std::size_t i = 0; i < features.size(); ++i) {
     if (features[i].inner != 0) continue;
     const double length = limbs.limbs[i].stretch / limbs.size;
-    lengths.all += length;
+    lengths.total += length;
     if ((features[i].outer | 1u << i) & matched) lengths.matched += length;
   }
   return lengths;
@@ -387,6 +387,7 @@ Lengths sum_lengths(const Limbs& limbs, const std::vector<Features>& features,
 
 LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
                       const LimbChoices& choices) {
+  // State the problem, with the limbs of `from` in the order of the search.
   Problem problem = {
       from, to, choices, choices.allowed, compute_features(from), compute_features(to), {}};
   for (std::size_t n = 0; n < choices.chosen.size(); ++n) {
@@ -401,12 +402,14 @@ LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
         const int limbs_on_a = std::popcount(a.inner), limbs_on_b = std::popcount(b.inner);
         return limbs_on_a != limbs_on_b ? limbs_on_a > limbs_on_b : a.stretch > b.stretch;
       });
+  // Search, and repeat the search without half pairs.
   MatchingFit best = find_matching(problem, angle);
   // If no limb may take one half of a pair alone, each half may find a counterpart of its own.
   for (int round = 0; round < kHalfPairRounds && forbid_half_pairs(problem, best.matching); ++round)
     best = find_matching(problem, angle);
   match_twins(problem, best);
   LimbMatch match;
+  // Drop the half pairs that are left.
   match.limbs = best.matching.limbs;
   std::erase_if(match.limbs, [&](const MatchedLimbs& pair) {
     return !problem.a[pair.from].choice && is_half_a_pair(problem, best.matching, pair);
@@ -420,7 +423,7 @@ LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
     for (const auto& [i, k] : match.limbs) from_matched |= 1u << i, to_matched |= 1u << k;
     const Lengths a = sum_lengths(from, problem.a, from_matched),
                   b = sum_lengths(to, problem.b, to_matched);
-    if (a.all + b.all > 0) match.share = (a.matched + b.matched) / (a.all + b.all);
+    if (a.total + b.total > 0) match.share = (a.matched + b.matched) / (a.total + b.total);
   };
   measure_share();
   if (choices.chosen.empty()) return match;

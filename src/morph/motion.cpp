@@ -69,6 +69,7 @@ Vec3d launch_velocity(const MorphPlan& plan, std::size_t e, Vec3d from, Vec3d to
 /// Each pair's place in the order in which pairs start: 0 for the first, 1 for the last.
 std::vector<float> starting_order(const MorphPlan& plan) {
   const std::size_t n = plan.pairs.size();
+  // Pairs start in the order of their keys.
   std::vector<double> key(n, 0);
   for (std::size_t e = 0; e < n; ++e) {
     const Pair& pair = plan.pairs[e];
@@ -104,6 +105,7 @@ std::vector<float> starting_order(const MorphPlan& plan) {
           static_cast<double>(sorted.size() - 1));
     return order;
   }
+  // Other pairs start at times proportional to their keys.
   const double range = sorted.back() - sorted.front();
   for (std::size_t e = 0; e < n && range > 0; ++e)
     order[e] = static_cast<float>((key[e] - sorted.front()) / range);
@@ -121,13 +123,13 @@ float own_time(const MorphPlan& plan, std::size_t e, float time) {
 /// The eased time at which the fraction `u` of the change is done: a monotone cubic through the
 /// plan's pacing (Fritsch and Carlson 1980). Outside (0, 1), which an easing may reach, it is `u`.
 float invert_pacing(const MorphPlan& plan, float u) {
-  const std::vector<float>& values = plan.pacing;
-  if (values.empty() || u <= 0 || u >= 1) return u;
-  const auto last = values.size() - 1;
+  const std::vector<float>& times = plan.pacing;
+  if (times.empty() || u <= 0 || u >= 1) return u;
+  const auto last = times.size() - 1;
   const float x = u * static_cast<float>(last);
   const std::size_t k = std::min(static_cast<std::size_t>(x), last - 1);
   const float t = x - static_cast<float>(k);
-  const auto secant = [&](std::size_t i) { return values[i + 1] - values[i]; };
+  const auto secant = [&](std::size_t i) { return times[i + 1] - times[i]; };
   // The harmonic mean of the neighbouring slopes keeps the curve monotone.
   const auto slope = [&](std::size_t i) {
     if (i == 0) return secant(0);
@@ -136,7 +138,7 @@ float invert_pacing(const MorphPlan& plan, float u) {
     return a > 0 && b > 0 ? 2 * a * b / (a + b) : 0.0f;
   };
   const float t2 = t * t, t3 = t2 * t;
-  return values[k] * (2 * t3 - 3 * t2 + 1) + values[k + 1] * (3 * t2 - 2 * t3) +
+  return times[k] * (2 * t3 - 3 * t2 + 1) + times[k + 1] * (3 * t2 - 2 * t3) +
          slope(k) * (t3 - 2 * t2 + t) + slope(k + 1) * (t3 - t2);
 }
 
@@ -160,8 +162,9 @@ void join_parts(const MorphPlan& plan, std::span<const float> eased, std::vector
     positions.emplace_back(balls[e].center);
     rotations.push_back(exp_rotation(plan.parts[plan.paths->balls[e].part].turn * progress[e]));
   }
-  const std::vector<Vec3d> joined = plan.graph->join_balls(positions, rotations, progress);
-  for (std::size_t e = 0; e < balls.size(); ++e) balls[e].center = to_float(joined[e]);
+  const std::vector<Vec3d> joined_positions =
+      plan.graph->join_balls(positions, rotations, progress);
+  for (std::size_t e = 0; e < balls.size(); ++e) balls[e].center = to_float(joined_positions[e]);
 }
 
 /// Softness of the moving balls. Balls that were fitted to one surface become visible one by one
@@ -342,9 +345,9 @@ Result<BallSet> balls_at(const MorphPlan& plan, float time, Engine& engine) {
   PM_TRY_STATUS(to_status(
       engine.move_balls(plan.paths, make_motion_state(plan, time), own_times(plan, time), balls)));
   if (!plan.graph) return balls;
-  std::vector<Ball> finished = balls.balls();
-  finish_motion(plan, time, finished);
-  return BallSet(std::move(finished));
+  std::vector<Ball> finished_balls = balls.balls();
+  finish_motion(plan, time, finished_balls);
+  return BallSet(std::move(finished_balls));
 }
 
 std::vector<Vec3> landmark_positions(const MorphPlan& plan, float time, const BallSet& balls) {
@@ -375,12 +378,12 @@ std::vector<Vec3> move_points(const MorphPlan& plan, std::span<const PlanLandmar
     paths.balls.push_back(pair_path);
     if (!own.empty()) times.insert(times.end(), 2, own[landmark.pair]);
   }
-  const std::vector<Ball> moved =
+  const std::vector<Ball> moved_balls =
       move_on_host(paths.balls, plan.paths->parts, times, make_motion_state(plan, time));
   std::vector<Vec3> positions;
   for (std::size_t l = 0; l < points.size(); ++l)
-    positions.push_back(moved[2 * l].center +
-                        (balls[points[l].pair].center - moved[2 * l + 1].center));
+    positions.push_back(moved_balls[2 * l].center +
+                        (balls[points[l].pair].center - moved_balls[2 * l + 1].center));
   return positions;
 }
 

@@ -67,16 +67,16 @@ std::vector<Subproblem> split_by_label(const CostPair& sides, LabelMode mode) {
   const bool unmatched_is_from = !unmatched_from.empty();
   const CostSide& unmatched_side = unmatched_is_from ? sides.a : sides.b;
   const CostSide& other_side = unmatched_is_from ? sides.b : sides.a;
-  std::vector<std::size_t> joined;
+  std::vector<std::size_t> chosen_problems;
   std::vector<float> row(other_side.size());
   for (const std::uint32_t ball : unmatched_is_from ? unmatched_from : unmatched_to) {
     cost_row(unmatched_side, other_side, /*label_cost=*/0, ball, row);
-    joined.push_back(subproblem_of(
+    chosen_problems.push_back(subproblem_of(
         !unmatched_is_from,
         static_cast<std::uint32_t>(std::min_element(row.begin(), row.end()) - row.begin())));
   }
-  for (std::size_t k = 0; k < joined.size(); ++k)
-    (unmatched_is_from ? subproblems[joined[k]].from : subproblems[joined[k]].to)
+  for (std::size_t k = 0; k < chosen_problems.size(); ++k)
+    (unmatched_is_from ? subproblems[chosen_problems[k]].from : subproblems[chosen_problems[k]].to)
         .push_back((unmatched_is_from ? unmatched_from : unmatched_to)[k]);
   return subproblems;
 }

@@ -62,16 +62,17 @@ std::vector<std::uint32_t> parts_by_label(const MorphPlan& plan) {
   if (plan.from_labels.empty() || plan.to_labels.empty()) return {};
   std::map<std::int32_t, std::uint32_t> parts;
   std::vector<std::uint32_t> part_of(plan.pairs.size(), 0);
-  double labelled = 0, total = 0;
+  double labelled_mass = 0, total_mass = 0;
   for (std::size_t e = 0; e < plan.pairs.size(); ++e) {
     const Pair& pair = plan.pairs[e];
     const std::int32_t label = plan.from_labels[pair.from];
-    total += pair.mass;
+    total_mass += pair.mass;
     if (label == kNoLabel || label != plan.to_labels[pair.to]) continue;
-    labelled += pair.mass;
+    labelled_mass += pair.mass;
     part_of[e] = parts.emplace(label, static_cast<std::uint32_t>(parts.size() + 1)).first->second;
   }
-  return parts.size() >= 2 && labelled > 0.5 * total ? part_of : std::vector<std::uint32_t>{};
+  return parts.size() >= 2 && labelled_mass > 0.5 * total_mass ? part_of
+                                                               : std::vector<std::uint32_t>{};
 }
 
 /// Clusters the pairs by their positions in both objects, a point in 6 dimensions: k-means, seeded
@@ -232,6 +233,7 @@ std::vector<Vec3d> BallGraph::join_balls(std::span<const Vec3d> part_positions,
                                          std::span<const double> progress) const {
   const std::size_t n = system_->edges.size();
   PM_CHECK(part_positions.size() == n && part_rotations.size() == n && progress.size() == n);
+  // Alternate between a solve for the positions and a fit of the balls' rotations.
   std::vector<Mat3> rotations(part_rotations.begin(), part_rotations.end());
   std::vector<Vec3d> positions(part_positions.begin(), part_positions.end());
   Eigen::MatrixXd right_hand_side(static_cast<Eigen::Index>(n), 3);
@@ -262,10 +264,10 @@ std::vector<Vec3d> BallGraph::join_balls(std::span<const Vec3d> part_positions,
           right_hand_side(index, 2) = sum.z;
         },
         64);
-    const Eigen::MatrixXd solved = system_->solver.solve(right_hand_side);
+    const Eigen::MatrixXd solution = system_->solver.solve(right_hand_side);
     for (std::size_t e = 0; e < n; ++e) {
       const auto row = static_cast<Eigen::Index>(e);
-      positions[e] = {solved(row, 0), solved(row, 1), solved(row, 2)};
+      positions[e] = {solution(row, 0), solution(row, 1), solution(row, 2)};
     }
     if (round + 1 == kRotationRounds) break;
     parallel_for(
@@ -307,10 +309,11 @@ double measure_strain(const MorphPlan& plan, const RigidParts& parts) {
     from.push_back(plan.from[plan.pairs[e].from].center);
   }
   const std::vector<double> half(positions.size(), 0.5);
-  const std::vector<Vec3d> joined = BallGraph(plan, parts).join_balls(positions, rotations, half);
+  const std::vector<Vec3d> joined_positions =
+      BallGraph(plan, parts).join_balls(positions, rotations, half);
   const auto neighbors = nearest_neighbors(from, kNeighbors);
   double sum = 0;
-  for (std::size_t e = 0; e < joined.size(); ++e)
+  for (std::size_t e = 0; e < joined_positions.size(); ++e)
     for (const std::uint32_t f : neighbors[e]) {
       const auto center_distance = [&](const std::vector<Ball>& balls, std::uint32_t i,
                                        std::uint32_t k) {
@@ -319,7 +322,7 @@ double measure_strain(const MorphPlan& plan, const RigidParts& parts) {
       const double mean_distance =
           0.5 * (center_distance(plan.from, plan.pairs[e].from, plan.pairs[f].from) +
                  center_distance(plan.to, plan.pairs[e].to, plan.pairs[f].to));
-      const double distance = length(joined[e] - joined[f]);
+      const double distance = length(joined_positions[e] - joined_positions[f]);
       // Coincident balls are left out: the logarithm would be unbounded.
       if (mean_distance > 1e-3 * plan.size && distance > 1e-6 * plan.size) {
         const double strain = exact::log(distance / mean_distance);

@@ -236,13 +236,13 @@ Mat3 find_pairs(MorphPlan& plan, const PlanSide& from, const PlanSide& to,
     from_normalization = to_normalization = common;
   }
   // Make the sides of the transport problem.
-  const bool soft = settings.label_mode == LabelMode::kSoft;
+  const bool has_soft_labels = settings.label_mode == LabelMode::kSoft;
   CostPair sides;
   sides.a = make_cost_side(plan.from, plan.kind, from_mass, from.labels, from.landmarks,
                            from_normalization, settings);
   sides.b = make_cost_side(plan.to, plan.kind, to_mass, to.labels, to.landmarks, to_normalization,
                            settings);
-  sides.label_cost = soft ? settings.weights.label : 0;
+  sides.label_cost = has_soft_labels ? settings.weights.label : 0;
   const auto pair_up = [&] {
     plan.pairs = settings.method == PlanMethod::kNearest
                      ? pair_nearest(sides)
@@ -337,8 +337,8 @@ MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSetti
                      const MotionSettings& motion, const std::filesystem::path& cache) {
   PM_CHECK(!from.balls.empty() && !to.balls.empty());
   PM_CHECK(from.landmarks.size() == to.landmarks.size());
-  const bool swap = is_less(to, from);
-  if (swap) std::swap(from, to);
+  const bool is_swapped = is_less(to, from);
+  if (is_swapped) std::swap(from, to);
   MorphPlan plan;
   plan.kind = kind;
   plan.from = from.balls;
@@ -350,9 +350,9 @@ MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSetti
     return std::pair(a.from, a.to) < std::pair(b.from, b.to);
   });
   plan.alignment = fit_alignment(plan, rotation, settings.align);
-  if (swap) swap_ends(plan);
-  plan.landmarks = landmarks_with_pairs(plan, swap ? to.landmarks : from.landmarks,
-                                        swap ? from.landmarks : to.landmarks);
+  if (is_swapped) swap_ends(plan);
+  plan.landmarks = landmarks_with_pairs(plan, is_swapped ? to.landmarks : from.landmarks,
+                                        is_swapped ? from.landmarks : to.landmarks);
   plan.lone_roots =
       landmarks_with_pairs(plan, lone_roots(plan.from_curves), plan.from_curves.counterparts);
   for (const PlanLandmark& root :

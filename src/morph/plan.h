@@ -22,9 +22,9 @@ namespace polymorph {
 /// source ball sum to 1, and so do those of each target ball; the fields at both ends are therefore
 /// the objects' own.
 struct Pair {
-  std::uint32_t from = 0, to = 0;
+  std::uint32_t from = 0, to = 0;      ///< indices in MorphPlan::from and to
   float from_share = 1, to_share = 1;  ///< (0, 1]
-  double mass = 0;                     ///< fraction of the total mass; mean of both ends
+  double mass = 0;                     ///< mean of the fractions of both objects' masses
 };
 
 /// The similarity from one object to the other: q = to_center + scale rotation (p - from_center).
@@ -60,7 +60,7 @@ struct PairTiming {
 /// A point of the source and the point of the target that it becomes.
 struct PlanLandmark {
   Vec3 from, to;
-  std::uint32_t pair = 0;  ///< pair with which it moves: the nearest, over both ends
+  std::uint32_t pair = 0;  ///< index of the pair with which it moves, which is near at both ends
 };
 
 /// A limb's centre line, from its root to its tip.
@@ -124,10 +124,10 @@ struct MorphPlan {
   double floor = 0;  ///< height of the lowest ball's centre in either object
 };
 
-/// Plans the morph between two objects, each of at least one ball. Deterministic; `index` also
-/// depends on the seed. The plan from `to` to `from` is the same with its ends swapped.
-/// Correspondences are cached in the folder `cache` (morph/plan_cache.h); if it is empty, there is
-/// no cache.
+/// Plans the morph between two objects, each of at least one ball. Deterministic; the plan by
+/// PlanMethod::kIndex also depends on the seed. The plan from `to` to `from` is the same with its
+/// ends swapped. Correspondences are cached in the folder `cache` (morph/plan_cache.h); if it is
+/// empty, there is no cache.
 MorphPlan plan_morph(PlanSide from, PlanSide to, FieldKind kind, const PlanSettings& settings,
                      const MotionSettings& motion = {}, const std::filesystem::path& cache = {});
 

@@ -304,13 +304,14 @@ Result<std::shared_ptr<const Regression>> make_shortfall_regression(
     const float *source = values[2 * e].v, *target = values[2 * e + 1].v;
     const float weight = smoothstep(source[3]);
     const Pair& pair = plan.pairs[e];
-    const auto mixed = [&](Vec3 a, Vec3 b) {
+    const auto mixed_distance = [&](Vec3 a, Vec3 b) {
       return lerp(map.from_scale * distance(from_field, a), map.to_scale * distance(to_field, b),
                   weight);
     };
-    const float target_distance = mixed(plan.from[pair.from].center, plan.to[pair.to].center);
+    const float target_distance =
+        mixed_distance(plan.from[pair.from].center, plan.to[pair.to].center);
     const float mapped_distance =
-        mixed({source[0], source[1], source[2]}, {target[0], target[1], target[2]});
+        mixed_distance({source[0], source[1], source[2]}, {target[0], target[1], target[2]});
     result->values[2 * e + 1].value[3] = kGain * std::max(target_distance - mapped_distance, 0.0f);
   }
   return std::shared_ptr<const Regression>(std::move(result));
@@ -337,6 +338,7 @@ Result<Flow> flow_at(PlanMoment now, PlanMoment next, const BallSet& balls, floa
   const BallSet next_balls = differ(now, next) ? BallSet(balls_at(next.plan, next.time)) : balls;
   const SampledPlan sampled = sample_plan(plan, now.time, balls, size);
   Regression& regression = *sampled.regression;
+  // Displacements of landmarks, balls and samples on limbs.
   const std::vector<float> next_eased = eased_times(next.plan, next.time);
   const std::vector<LimbSample> next_on_limbs =
       limb_samples(next.plan, next.time, next_eased, next_balls);

@@ -343,9 +343,9 @@ FilmTime film_time(const Scene& scene, double frame) {
 
 Scene scene_at(const Scene& scene, double frame) {
   if (scene.frames.turntable == 0) return scene_at(scene, film_time(scene, frame));
-  Scene shown = scene_at(scene, film_time(scene, scene.frames.still));
-  shown.camera.orbit += static_cast<float>(360 * (frame - 1) / scene.frames.turntable);
-  return shown;
+  Scene still_scene = scene_at(scene, film_time(scene, scene.frames.still));
+  still_scene.camera.orbit += static_cast<float>(360 * (frame - 1) / scene.frames.turntable);
+  return still_scene;
 }
 
 MorphState morph_state_at(const Timeline& timeline, double frame) {

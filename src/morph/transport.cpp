@@ -154,6 +154,8 @@ class ColumnGeneration {
         return std::pair(reduced, other) < std::pair(c.reduced, c.other);
       }
     };
+    // Scan the costs in chunks of sources. Each chunk lists the best arcs of its sources, and the
+    // best arcs from them to every target.
     constexpr std::int64_t kChunk = 128;  // fixed, so that results do not depend on threads
     const std::int64_t chunks = (n_ + kChunk - 1) / kChunk;
     std::vector<std::vector<Candidate>> by_source(n_);
@@ -185,6 +187,7 @@ class ColumnGeneration {
     for_ranges(chunks, 1, pairs(), [&](std::int64_t begin, std::int64_t end) {
       for (std::int64_t chunk = begin; chunk < end; ++chunk) scan(chunk);
     });
+    // Collect the sources' arcs, and join the chunks' lists of each target.
     std::vector<TransportArc> arcs;
     saving_ = 0;
     for (std::uint32_t i = 0; i < n_; ++i) {
@@ -206,6 +209,7 @@ class ColumnGeneration {
   void guess_potentials() {
     constexpr std::uint32_t kReducedSize = 512;
     if (std::max(n_, m_) <= 2 * kReducedSize) return;
+    // Solve the smaller problem.
     const std::uint32_t step_from = (n_ + kReducedSize - 1) / kReducedSize;
     const std::uint32_t step_to = (m_ + kReducedSize - 1) / kReducedSize;
     std::vector<double> supply, demand;
@@ -218,17 +222,17 @@ class ColumnGeneration {
       rows_(from * step_from, row);
       for (std::size_t j = 0; j < costs.size(); ++j) costs[j] = row[j * step_to];
     };
-    ColumnGeneration small(supply, demand, rows);
-    small.run(/*gap=*/0.001);
+    ColumnGeneration small_problem(supply, demand, rows);
+    small_problem.run(/*gap=*/0.001);
     // A target gets the highest potential that leaves no negative reduced cost with the small
     // problem's sources; then a source gets the lowest that leaves none with any target.
-    const double cost_ratio = scale_ / small.scale_;
+    const double cost_ratio = scale_ / small_problem.scale_;
     std::vector<float> row(m_);
     potential_to_.assign(m_, std::numeric_limits<std::int64_t>::max());
-    for (std::uint32_t k = 0; k < small.n_; ++k) {
+    for (std::uint32_t k = 0; k < small_problem.n_; ++k) {
       rows_(k * step_from, row);
       const std::int64_t potential =
-          std::llround(static_cast<double>(small.potential_from_[k]) * cost_ratio);
+          std::llround(static_cast<double>(small_problem.potential_from_[k]) * cost_ratio);
       for (std::uint32_t j = 0; j < m_; ++j)
         potential_to_[j] = std::min(potential_to_[j], to_integer(row[j]) + potential);
     }
@@ -261,6 +265,7 @@ class ColumnGeneration {
     using Graph = lemon::StaticDigraph;
     const int hub = static_cast<int>(n_ + m_);
     const auto hub_cost = static_cast<std::int64_t>(2 * kCostSteps);
+    // List the arcs: nodes 0 to n - 1 are the sources, then come the targets and the hub.
     std::vector<std::pair<int, int>> ends;
     std::vector<std::int64_t> costs;
     std::size_t next = 0;
@@ -277,6 +282,7 @@ class ColumnGeneration {
       ends.emplace_back(hub, static_cast<int>(n_ + j));
       costs.push_back(hub_cost);
     }
+    // Build the graph and run the simplex.
     Graph graph;
     graph.build(hub + 1, ends.begin(), ends.end());
     Graph::ArcMap<std::int64_t> cost_map(graph);
@@ -291,6 +297,7 @@ class ColumnGeneration {
     simplex.costMap(cost_map).supplyMap(supply_map);
     const auto outcome = simplex.run();
     PM_CHECK(outcome == simplex.OPTIMAL);
+    // Read potentials, flows and cost.
     for (std::uint32_t i = 0; i < n_; ++i)
       potential_from_[i] = simplex.potential(Graph::node(static_cast<int>(i)));
     for (std::uint32_t j = 0; j < m_; ++j)

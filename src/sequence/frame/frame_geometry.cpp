@@ -119,6 +119,7 @@ Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorG
                                      geometry.surface.positions, engine));
     return Ok{};
   }
+  // A model shows, or a boundary stage.
   if (geometry.points.empty()) return Ok{};
   if (const MeshSequence* sequence = moving_sequence(actor, now.object);
       sequence && now.boundary == 1) {  // a mesh of a sequence shows, as yet without its balls
@@ -162,20 +163,20 @@ void shift(const PreparedActor& actor, ActorGeometry& geometry) {
 Result<ActorGeometry> full_geometry(const PreparedScene& prepared, const PreparedActor& actor,
                                     int frame, Engine& engine) {
   const Scene& scene = prepared.scene;
-  const int shown = shown_frame(scene, frame);
+  const int film_frame = shown_frame(scene, frame);
   const bool turntable = scene.frames.turntable > 0;  // only the camera moves
   const bool is_last = turntable || frame == prepared.frame_count;
-  const bool labels =
+  const bool needs_labels =
       includes_aov(scene.image.aovs, "label") || includes_aov(scene.image.aovs, "crypto_label");
-  const MorphState moment = morph_state_at(actor.timeline, shown);
+  const MorphState moment = morph_state_at(actor.timeline, film_frame);
   PM_TRY(ActorGeometry geometry, unshifted_geometry(actor, moment, engine));
   if (wants_flow(scene_at(scene, static_cast<double>(frame))))
     PM_TRY_STATUS(add_flow(actor, is_last, engine, geometry));
-  geometry.moves = !turntable && differs_from_neighbours(actor.timeline, shown);
-  if (labels && !geometry.surface.positions.empty()) {
+  geometry.moves = !turntable && differs_from_neighbours(actor.timeline, film_frame);
+  if (needs_labels && !geometry.surface.positions.empty()) {
     PM_TRY(geometry.surface_labels, surface_labels(geometry, engine));
   }
-  if (labels && !geometry.points.empty()) {
+  if (needs_labels && !geometry.points.empty()) {
     const Model& model = shown_model(actor, geometry);
     geometry.point_labels =
         model_labels(model, label_numbers(model.label_names, actor.label_names));
@@ -229,9 +230,9 @@ Mesh shown_mesh(const PreparedActor& actor, const ActorGeometry& geometry) {
 }
 
 Result<FrameGeometry> geometry_at(const PreparedScene& prepared, Engine& engine, int frame) {
-  const int shown = shown_frame(prepared.scene, frame);
+  const int film_frame = shown_frame(prepared.scene, frame);
   FrameGeometry geometry{
-      frame, sequence_time(prepared.scene, shown), stage_names(prepared, frame), {}};
+      frame, sequence_time(prepared.scene, film_frame), stage_names(prepared, frame), {}};
   // Actors that share legs and times have the same geometry, which is made once.
   // `first_actors`: by first leg and times, the actor whose geometry is copied.
   std::map<std::tuple<const Leg*, int, int, int>, std::size_t> first_actors;

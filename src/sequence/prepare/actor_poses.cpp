@@ -56,13 +56,13 @@ PoseFit carry(const MovingObject& object, const std::vector<Vec3>& points) {
 
 /// Moves and scales unfitted balls with the box around the model.
 CarriedBalls move_with_box(const CarriedBalls& previous, const Box& from, const Box& to) {
-  CarriedBalls moved = previous;
+  CarriedBalls moved_balls = previous;
   const float scale = from.diagonal() > 0 ? to.diagonal() / from.diagonal() : 1;
-  for (Ball& ball : moved.balls) {
+  for (Ball& ball : moved_balls.balls) {
     ball.center = to.center() + (ball.center - from.center()) * scale;
     ball.a /= scale * scale;
   }
-  return moved;
+  return moved_balls;
 }
 
 /// Tests whether the object's balls are fitted.
@@ -118,17 +118,17 @@ Result<PoseFit> fit_pose(ActorPoses& poses, std::size_t index, int mesh, const M
   const std::string& topology = file_of(sequence, sequence.reference).topology;
   // Find the last earlier mesh whose fit is known. At the latest this is the reference, which is
   // the first mesh that can be shown.
-  int known = mesh - 1;
-  while (file_of(sequence, known).topology != topology && !at(known)) --known;
-  PM_TRY(const Model first, load_mesh(sequence, known));
+  int start = mesh - 1;
+  while (file_of(sequence, start).topology != topology && !at(start)) --start;
+  PM_TRY(const Model first, load_mesh(sequence, start));
   FittedPose previous = {{}, first.box()};
-  if (at(known)) {
-    previous.fit = *at(known);
+  if (at(start)) {
+    previous.fit = *at(start);
   } else {
     PM_TRY(previous.fit, fit_corresponding(poses, object, first));
   }
   // Fit from there to `mesh`; meshes with problems are skipped.
-  for (int k = known + 1; k <= mesh; ++k) {
+  for (int k = start + 1; k <= mesh; ++k) {
     if (!file_of(sequence, k).problem.empty()) continue;
     Model loaded_mesh;
     if (k < mesh) {

@@ -36,10 +36,10 @@ FilmCameras film_cameras(const Scene& scene, const Framing& framing, int frame) 
   const double half_shutter = 0.5 * static_cast<double>(cameras.camera.shutter);
   const CameraMotion motion{camera_at(frame - half_shutter), camera_at(frame + half_shutter),
                             frame == frame_count(scene) ? cameras.camera : camera_at(frame + 1)};
-  const bool still = same_pose(motion.opening, cameras.camera) &&
-                     same_pose(motion.closing, cameras.camera) &&
-                     same_pose(motion.next, cameras.camera);
-  if (!still) cameras.motion = motion;
+  const bool is_still = same_pose(motion.opening, cameras.camera) &&
+                        same_pose(motion.closing, cameras.camera) &&
+                        same_pose(motion.next, cameras.camera);
+  if (!is_still) cameras.motion = motion;
   if (!scene_at(scene, frame).lights.follow_camera)
     cameras.rig = camera_at(1);  // lights stand as in frame 1
   return cameras;
@@ -145,10 +145,10 @@ void add_shown_meshes(const Scene& scene, const SequenceHashes& hashes, int fram
     const auto is_empty = [](const auto& list) { return list.empty(); };
     if (std::all_of(meshes.begin(), meshes.end(), is_empty)) continue;
     const Timeline timeline = make_timeline(scene, scene.actors[a]);
-    const int shown = shown_frame(scene, frame);
-    add_moment_meshes(meshes, morph_state_at(timeline, shown), hasher);
+    const int film_frame = shown_frame(scene, frame);
+    add_moment_meshes(meshes, morph_state_at(timeline, film_frame), hasher);
     if (scene.frames.turntable == 0 && wants_flow(scene))
-      add_moment_meshes(meshes, morph_state_at(timeline, std::min(shown + 1, timeline.count)),
+      add_moment_meshes(meshes, morph_state_at(timeline, std::min(film_frame + 1, timeline.count)),
                         hasher);
   }
 }
@@ -189,12 +189,12 @@ SequenceHashes hash_sequence(const SceneInputs& inputs) {
   hashes.inputs = inputs_hash(inputs);
   hashes.aovs = scene.image.aovs;
   add_meshes(inputs, hashes);
-  const bool moves = camera_moves(scene), has_sequences = !hashes.meshes.empty();
-  if (!has_sequences && (!moves || leaves_balls_in_flight(scene))) return hashes;
+  const bool has_moving_camera = camera_moves(scene), has_sequences = !hashes.meshes.empty();
+  if (!has_sequences && (!has_moving_camera || leaves_balls_in_flight(scene))) return hashes;
   std::vector<Vec3> points;
   for (const Model& model : inputs.models)
     points.insert(points.end(), model.points.begin(), model.points.end());
-  if (moves && !leaves_balls_in_flight(scene)) {
+  if (has_moving_camera && !leaves_balls_in_flight(scene)) {
     const std::vector<CameraSettings> poses = film_poses(scene);
     hashes.framing = make_framing(poses, points, scene.image.width, scene.image.height);
     hashes.poses = hash_poses(poses);
@@ -203,7 +203,8 @@ SequenceHashes hash_sequence(const SceneInputs& inputs) {
   Hasher hasher;
   const Box box = bounding_box(points);
   for (const Vec3 v : {box.low, box.high}) hasher.add(v.x).add(v.y).add(v.z);
-  if (!moves) add(hasher, make_camera(scene.camera, points, scene.image.width, scene.image.height));
+  if (!has_moving_camera)
+    add(hasher, make_camera(scene.camera, points, scene.image.width, scene.image.height));
   // Different transforms of the meshes may give the same box.
   for (const auto& sequence : inputs.sequences)
     if (sequence)
