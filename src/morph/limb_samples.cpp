@@ -62,14 +62,14 @@ void set_slopes(const CurvePoint& a, const CurvePoint& b, const PartMotion& part
                b_radius = std::clamp(b.radius / part.total_scale, a.radius / kMaxRadiusRatio,
                                      a.radius * kMaxRadiusRatio);
   const Vec3d tangent = a.tangent * (1 - u) + b_tangent * u;
-  const double straight_length = length(a.tangent) * (1 - u) + length(b_tangent) * u;
-  const double along = std::max(length(tangent), kMinTangent * straight_length),
+  const double mean_length = length(a.tangent) * (1 - u) + length(b_tangent) * u;
+  const double moving_length = std::max(length(tangent), kMinTangent * mean_length),
                radius = a_radius * (1 - u) + b_radius * u;
   const double scale = part.pose.scale, target_scale = part.total_scale / scale;
   sample.to_source =
-      stretch(a.tangent, length(a.tangent) / (along * scale), a_radius / (radius * scale)) *
+      stretch(a.tangent, length(a.tangent) / (moving_length * scale), a_radius / (radius * scale)) *
       rotation_between(tangent, a.tangent) * part.inv_rotation;
-  sample.to_target = stretch(b.tangent, length(b_tangent) / along * target_scale,
+  sample.to_target = stretch(b.tangent, length(b_tangent) / moving_length * target_scale,
                              b_radius / radius * target_scale) *
                      rotation_between(part.total_rotation * tangent, b.tangent) *
                      part.total_rotation * part.inv_rotation;
@@ -103,6 +103,7 @@ LimbSample lone_sample(const MorphPlan& plan, std::uint32_t e, double u,
   // The weight of the other object is small until little of the limb is left.
   const double other_weight = lost * lost * lost;
   sample.progress = static_cast<float>(is_source ? other_weight : 1 - other_weight);
+  // Positions on both objects. The other object's slope is 0: the whole limb is at one point there.
   const Vec3 own_point = to_float(point.position), counterpart = curves.counterparts[limb];
   sample.from = is_source ? own_point : counterpart;
   sample.to = is_source ? counterpart : own_point;
@@ -110,6 +111,7 @@ LimbSample lone_sample(const MorphPlan& plan, std::uint32_t e, double u,
   sample.to_source = sample.to_target = Mat3{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
   (is_source ? sample.to_source : sample.to_target) =
       lone_slope(point.tangent, remaining, own_motion);
+  // The moving point lies between the moving root and the point of the unshrunk limb.
   const Vec3d root(roots[is_source ? limb : plan.from_curves.lone.size() + limb]);
   const Vec3d offset = point.position - Vec3d(curves.lone[limb].points[0]);
   const Vec3d moved_offset =

@@ -408,8 +408,8 @@ LimbMatch match_limbs(const Limbs& from, const Limbs& to, double angle,
   for (int round = 0; round < kHalfPairRounds && forbid_half_pairs(problem, best.matching); ++round)
     best = find_matching(problem, angle);
   match_twins(problem, best);
-  LimbMatch match;
   // Drop the half pairs that are left.
+  LimbMatch match;
   match.limbs = best.matching.limbs;
   std::erase_if(match.limbs, [&](const MatchedLimbs& pair) {
     return !problem.a[pair.from].choice && is_half_a_pair(problem, best.matching, pair);

@@ -198,6 +198,7 @@ MotionState make_motion_state(const MorphPlan& plan, float time) {
   // With a graph, finish_motion() adds the drift after the parts are joined.
   state.drifted = plan.graph ? 0 : drift_weight(time);
   state.thrown = plan.motion.path == Path::kExplode;
+  // 10 sizes per motion squared: with a factor of 1, balls come down within the motion.
   state.gravity = 10 * static_cast<double>(plan.motion.gravity) * plan.size;
   state.floor = plan.floor;
   state.lift = lift_at(plan, ease(plan.motion, time));

@@ -75,8 +75,9 @@ std::vector<std::uint32_t> parts_by_label(const MorphPlan& plan) {
                                                                : std::vector<std::uint32_t>{};
 }
 
-/// Clusters the pairs by their positions in both objects, a point in 6 dimensions: k-means, seeded
-/// by farthest point sampling.
+/// Clusters the pairs by their positions in both objects, which form a point in 6 dimensions:
+/// k-means, seeded by farthest point sampling. The source is rotated onto the target, and both are
+/// scaled to the geometric mean of their sizes.
 std::vector<std::uint32_t> parts_by_position(const MorphPlan& plan) {
   const Alignment& alignment = plan.alignment;
   const std::size_t n = plan.pairs.size();
@@ -308,9 +309,9 @@ double measure_strain(const MorphPlan& plan, const RigidParts& parts) {
                             (0.5 * std::sqrt(part.scale)));
     from.push_back(plan.from[plan.pairs[e].from].center);
   }
-  const std::vector<double> half(positions.size(), 0.5);
+  const std::vector<double> half_progress(positions.size(), 0.5);
   const std::vector<Vec3d> joined_positions =
-      BallGraph(plan, parts).join_balls(positions, rotations, half);
+      BallGraph(plan, parts).join_balls(positions, rotations, half_progress);
   const auto neighbors = nearest_neighbors(from, kNeighbors);
   double sum = 0;
   for (std::size_t e = 0; e < joined_positions.size(); ++e)

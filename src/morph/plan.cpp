@@ -44,6 +44,7 @@ Alignment fit_alignment(const MorphPlan& plan, const Mat3& rotation, AlignMethod
   // The symmetric scale of Horn 1987, which becomes its inverse when the objects are swapped. It is
   // used only if it brings the balls at least 10 % nearer.
   constexpr double kMinScaleGain = 0.1;
+  // The weighted sum of |q - s p|^2 / s.
   const auto residual_at = [&](double s) { return to_square / s + from_square * s - 2 * product; };
   const auto is_gain = [&](double s) {
     return residual_at(s) < (1 - kMinScaleGain) * residual_at(1);

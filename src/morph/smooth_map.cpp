@@ -42,13 +42,13 @@ AffineMap affine(const Mat3& matrix, Vec3d offset) {
 /// The deviation of a pair's kernel, scene units. `narrowing`: kernel_narrowing() of the pair.
 float kernel_deviation(const MorphPlan& plan, const Pair& pair, double u, float narrowing,
                        float size) {
-  const auto ball_kernel_deviation = [](const Ball& ball) {
+  const auto ball_deviation = [](const Ball& ball) {
     return 1 / std::sqrt(2 * static_cast<double>(ball.a));
   };
   const double clamped_u = std::clamp(u, 0.0, 1.0);
   const double own_deviation =
-      kBallDeviation * ((1 - clamped_u) * ball_kernel_deviation(plan.from[pair.from]) +
-                        clamped_u * ball_kernel_deviation(plan.to[pair.to]));
+      kBallDeviation * ((1 - clamped_u) * ball_deviation(plan.from[pair.from]) +
+                        clamped_u * ball_deviation(plan.to[pair.to]));
   const double deviation =
       plan.from_limbs.empty()
           ? kMapDeviation
@@ -177,7 +177,8 @@ std::vector<RegressionSample> make_samples(const MorphPlan& plan, const std::vec
   return samples;
 }
 
-/// Sets the first three values of a sample and their slope.
+/// Sets the first three values of a sample and their slope; marks the regression if the slope is
+/// not 0.
 void set_values(BallAttribute& attribute, Vec3d value, const Mat3& slope, Regression& regression) {
   set_linear(attribute, to_float(value), slope);
   for (int i = 0; i < 3; ++i) regression.sloped |= !(attribute.slope[i] == Vec3{});

@@ -29,12 +29,13 @@ constexpr std::array<StageInfo, 7> kStages{{
 
 float smoothstep(float t) { return t * t * (3 - 2 * t); }
 
-/// Sets the shares of a leg's stages. An end has stages only if it shows a model (`from_full`,
-/// `to_full`). A surface from distances starts at the model itself, so it has no boundary stages.
+/// Sets LegTiming::shares, whose indices are the stages. An end has stages only if it shows a model
+/// (`from_full`, `to_full`). A surface from distances starts at the model itself, so it has no
+/// boundary stages.
 void set_shares(LegTiming& leg, const BoundarySettings& settings, bool own_look) {
-  const bool cut =
+  const bool is_cut =
       leg.interpolation == Interpolation::kDistance || settings.method == BoundaryMethod::kCut;
-  const float boundary = cut ? 0 : settings.boundary_share;
+  const float boundary = is_cut ? 0 : settings.boundary_share;
   const float look = own_look ? 0 : settings.look_share;
   leg.shares[0] = leg.from_full ? look : 0;
   leg.shares[1] = leg.from_full ? boundary : 0;
@@ -56,11 +57,12 @@ bool has_distances(const Scene& scene, const ObjectSettings& from, const ObjectS
          from.shape != kDrops && to.shape != kDrops;
 }
 
-/// Handles ends of a leg that show a model but have no stages (a cut without a fade). If `local`,
-/// the time in the leg, is such an end, sets `state` to show the model and returns true.
-bool show_model_without_stages(const LegTiming& leg, float local, MorphState& state) {
-  const bool at_start = local <= 0 && leg.from_full && leg.shares[0] + leg.shares[1] <= 0;
-  const bool at_end = local >= 1 && leg.to_full && leg.shares[3] + leg.shares[4] <= 0;
+/// Handles ends of a leg that show a model but have no stages (a cut without a fade). If
+/// `leg_time`, the time in the leg, [0, 1], is such an end, sets `state` to show the model and
+/// returns true.
+bool show_model_without_stages(const LegTiming& leg, float leg_time, MorphState& state) {
+  const bool at_start = leg_time <= 0 && leg.from_full && leg.shares[0] + leg.shares[1] <= 0;
+  const bool at_end = leg_time >= 1 && leg.to_full && leg.shares[3] + leg.shares[4] <= 0;
   if (!at_start && !at_end) return false;
   state.stage = at_start ? Stage::kLookOut : Stage::kLookIn;
   state.object = at_start ? state.leg : state.leg + 1;
@@ -111,7 +113,7 @@ int round_frames(const Playback& playback) {
 
 /// The mesh that is shown `step` frames after the first.
 int mesh_at(const Playback& playback, int step) {
-  double elapsed = step;
+  double elapsed = step;  // frames; a loop takes those of all meshes and of the hold
   if (playback.loop)
     elapsed = std::fmod(elapsed + kRounding, playback.meshes / playback.pace + playback.hold);
   return std::min(static_cast<int>(elapsed * playback.pace + kRounding), playback.meshes - 1);
@@ -211,6 +213,7 @@ Timeline lay_out(const Scene& scene, const ActorSettings& actor) {
   const std::vector<int> frames = leg_frames(scene, actor);
   PM_CHECK(frames.size() == legs);
 
+  // The number of steps follows from the scene's number of frames or from the legs' frames.
   const int total = std::accumulate(frames.begin(), frames.end(), 0);
   int held = held_frames(actor);
   const bool counts_all = is_counted(scene) && actor.per_leg.empty();
@@ -359,11 +362,11 @@ MorphState morph_state_at(const Timeline& timeline, double frame) {
   const std::vector<float> weights = weights_at(timeline, frame);
   if (mixes_many(timeline)) return blend_state(timeline, weights, state);
 
-  // Finds the last leg that has begun. Legs without steps are skipped, but the first frame always
-  // belongs to the first leg and the last frame to the last.
-  const bool last = step == timeline.steps;
+  // Find the last leg that has begun. Legs without steps are skipped, but the first frame always
+  // belongs to the first leg and the last frame to the last leg.
+  const bool is_last_step = step == timeline.steps;
   std::size_t index = timeline.legs.size() - 1;
-  while (!last && index > 0 &&
+  while (!is_last_step && index > 0 &&
          (step == 0 || step < timeline.legs[index].first_step || timeline.legs[index].steps == 0))
     --index;
   const LegTiming& leg = timeline.legs[index];
@@ -371,33 +374,33 @@ MorphState morph_state_at(const Timeline& timeline, double frame) {
   state.mesh = shown_mesh_number(timeline, index, state.frame);
   state.to_mesh = shown_mesh_number(timeline, index + 1, state.frame);
   // Time in the leg, [0, 1]; in a blend of two objects, the weight of the second.
-  float local = !weights.empty() ? weights[1]
-                : last           ? 1.0f
-                                 : std::min(static_cast<float>(step - leg.first_step) /
-                                                static_cast<float>(std::max(leg.steps, 1)),
-                                            1.0f);
-  if (show_model_without_stages(leg, local, state)) return state;
+  float leg_time = !weights.empty() ? weights[1]
+                   : is_last_step   ? 1.0f
+                                    : std::min(static_cast<float>(step - leg.first_step) /
+                                                   static_cast<float>(std::max(leg.steps, 1)),
+                                               1.0f);
+  if (show_model_without_stages(leg, leg_time, state)) return state;
 
   int stage = 0;
-  while (stage < 4 && (leg.shares[stage] <= 0 || local > leg.shares[stage]))
-    local -= leg.shares[stage++];
+  while (stage < 4 && (leg.shares[stage] <= 0 || leg_time > leg.shares[stage]))
+    leg_time -= leg.shares[stage++];
   // Rounding may leave a remainder, which belongs to the last stage with a share.
-  while (leg.shares[stage] <= 0) local = leg.shares[--stage];
+  while (leg.shares[stage] <= 0) leg_time = leg.shares[--stage];
   state.stage = static_cast<Stage>(stage);
-  state.progress = std::clamp(local / leg.shares[stage], 0.0f, 1.0f);
+  state.progress = std::clamp(leg_time / leg.shares[stage], 0.0f, 1.0f);
 
   const float eased = smoothstep(state.progress);
   if (state.stage == Stage::kVolume) {
     state.time = leg.until * state.progress;
   } else {
-    const bool leaving = state.stage < Stage::kVolume,
+    const bool is_leaving = state.stage < Stage::kVolume,
                is_look = state.stage == Stage::kLookOut || state.stage == Stage::kLookIn;
     // 0: the model as it is; 1: the common look, or only balls.
-    const float fade = leaving ? eased : 1 - eased;
-    state.object = leaving ? state.leg : state.leg + 1;
-    state.time = leaving ? 0.0f : 1.0f;
+    const float fade = is_leaving ? eased : 1 - eased;
+    state.object = is_leaving ? state.leg : state.leg + 1;
+    state.time = is_leaving ? 0.0f : 1.0f;
     state.look = is_look ? fade : 1;
-    state.boundary = is_look ? 1 : leaving ? 1 - eased : eased;
+    state.boundary = is_look ? 1 : is_leaving ? 1 - eased : eased;
     state.growth = is_look ? 0 : fade;
   }
   if (timeline.own_look) state.look = 0;

@@ -147,8 +147,8 @@ class ColumnGeneration {
   /// sources of supply times the most negative reduced cost.
   std::vector<TransportArc> cheapest_arcs(std::size_t count, bool include_all) {
     struct Candidate {
-      std::int64_t reduced;
-      std::uint32_t other;
+      std::int64_t reduced;  // reduced cost
+      std::uint32_t other;   // the target of a source, or the source of a target
       std::int64_t cost;
       bool operator<(const Candidate& c) const {
         return std::pair(reduced, other) < std::pair(c.reduced, c.other);

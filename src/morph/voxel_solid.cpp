@@ -88,6 +88,7 @@ std::vector<std::uint8_t> mark_inside(const std::vector<Ball>& balls, const Grid
   std::vector<std::uint8_t> inside(plane * static_cast<std::size_t>(grid.points.z), 0);
   std::vector<Vec3> half;
   for (const Ball& ball : balls) half.push_back(half_extent(ball, kTail));
+  // First and last grid point of a ball's box along an axis; none in the grid: first > last.
   const auto range = [&](float center, float half_size, float origin, int points) {
     const float low = (center - half_size - origin) / grid.cell,
                 high = (center + half_size - origin) / grid.cell;

@@ -125,7 +125,7 @@ void add_meshes(const SceneInputs& inputs, SequenceHashes& hashes) {
 /// Adds the meshes that a moment shows of an actor, and those from which its balls are derived.
 void add_moment_meshes(const std::vector<std::vector<MeshHashes>>& meshes, const MorphState& moment,
                        Hasher& hasher) {
-  const bool is_whole = moment.object >= 0 && moment.boundary == 1;
+  const bool is_whole = moment.object >= 0 && moment.boundary == 1;  // shown without its balls
   const auto add = [&](int object, int mesh) {
     if (mesh < 0) return;
     const MeshHashes& shown =
