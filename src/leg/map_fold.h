@@ -16,7 +16,7 @@ namespace polymorph {
 /// Marks (1; others 0) the points at which one of the maps of a regression with two maps
 /// (kernels/morph_surface.h) folds. A map folds where the determinant of its derivative, by
 /// differences over `step` scene units, is not positive. `maps`: indices of the maps that are
-/// tested; 0 is the map to the source and 1 the map to the target. Errors: the engine's.
+/// tested: 0, the map to the source, and 1, the map to the target. Errors: the engine's.
 Result<std::vector<std::uint8_t>> find_folds(const std::shared_ptr<const Regression>& regression,
                                              std::span<const std::size_t> maps,
                                              const std::vector<Vec3>& points, float step,

@@ -34,7 +34,7 @@ struct LegSettings {
   bool contact = false;  ///< keeps the surface on the floor if both objects stand on it
 };
 
-/// An object of the chain. Or balls in flight: the balls of a leg that is left before its end, at
+/// An object of the chain, or balls in flight: the balls of a leg that is left before its end, at
 /// the time at which the next leg takes over (leg/make_leg.h: make_flight_object).
 struct PreparedObject {
   std::string name;

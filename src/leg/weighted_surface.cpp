@@ -18,7 +18,7 @@
 namespace polymorph {
 namespace {
 
-/// Margin around the mixture, as a fraction of the objects' size.
+/// Margin of Mixture::box, as a fraction of the mixture's size.
 constexpr float kMixtureMargin = 0.12f;
 
 Mat3 scale_matrix(Mat3 a, double factor) {
@@ -240,7 +240,7 @@ void for_each_point(const Grid& grid, const Function& function) {
 }
 
 /// Evaluates the field on a grid. Where it is far from the level, only its sign counts, and it is
-/// interpolated on a coarser grid.
+/// interpolated on a coarser grid. `volume`: volume that the level keeps.
 Result<std::vector<float>> fill_grid(const Grid& grid, const Mixture& mixture, double volume,
                                      Engine& engine) {
   const std::vector<float> shares = distance_shares(mixture.objects);

@@ -9,12 +9,11 @@
 
 namespace polymorph {
 
-/// A few points of a set, the bases, and the division of the set among them. `Distance`: type of
-/// distances.
+/// A few points of a set, the bases, and the division of the set among them.
 template <class Distance>
 struct FarthestPoints {
   std::vector<std::uint32_t> bases;  ///< indices of the points chosen
-  std::vector<std::uint32_t> owner;  ///< per point, the index in `bases` of the nearest one
+  std::vector<std::uint32_t> owner;  ///< per point, the index in `bases` of its nearest base
   std::vector<std::vector<Distance>> distances;  ///< [base][point]: distance between the two
   std::vector<double> weights;  ///< per base, the summed weights of the points it owns
 
@@ -30,7 +29,7 @@ struct FarthestPoints {
 
 /// Chooses at most `count` points: first `base`, then repeatedly the point that is farthest from
 /// those chosen. `weights`: one per point. `distances_from(base)`: returns the distances of all
-/// points from one.
+/// points from the point `base`.
 template <class DistancesFrom>
 auto farthest_points(std::span<const double> weights, std::size_t count, std::uint32_t base,
                      const DistancesFrom& distances_from) {

@@ -48,8 +48,8 @@ void set_shares(LegTiming& leg, const BoundarySettings& settings, bool own_look)
   leg.shares[2] = 1 - (leg.shares[0] + leg.shares[1] + leg.shares[3] + leg.shares[4]);
 }
 
-/// Tests whether a leg's surface is made from distances. Effects that separate into single balls,
-/// and the report's method, use balls.
+/// Tests whether a leg's surface is made from distances. Paths and shapes that separate into single
+/// balls (explode, drops), and the report's method, use balls.
 bool has_distances(const Scene& scene, const ObjectSettings& from, const ObjectSettings& to) {
   constexpr const char* kDrops = "drops";
   return to.motion.interpolate == Interpolation::kDistance && to.motion.path != Path::kExplode &&
@@ -57,12 +57,12 @@ bool has_distances(const Scene& scene, const ObjectSettings& from, const ObjectS
          from.shape != kDrops && to.shape != kDrops;
 }
 
-/// Handles ends of a leg that show a model but have no stages (a cut without a fade). If
-/// `leg_time`, the time in the leg, [0, 1], is such an end, sets `state` to show the model and
-/// returns true.
-bool show_model_without_stages(const LegTiming& leg, float leg_time, MorphState& state) {
-  const bool at_start = leg_time <= 0 && leg.from_full && leg.shares[0] + leg.shares[1] <= 0;
-  const bool at_end = leg_time >= 1 && leg.to_full && leg.shares[3] + leg.shares[4] <= 0;
+/// Handles ends of a leg that show a model but have no stages (a cut without a fade).
+/// `leg_fraction`: fraction of the leg that has passed, [0, 1]. If it is such an end, sets `state`
+/// to show the model and returns true.
+bool show_model_without_stages(const LegTiming& leg, float leg_fraction, MorphState& state) {
+  const bool at_start = leg_fraction <= 0 && leg.from_full && leg.shares[0] + leg.shares[1] <= 0;
+  const bool at_end = leg_fraction >= 1 && leg.to_full && leg.shares[3] + leg.shares[4] <= 0;
   if (!at_start && !at_end) return false;
   state.stage = at_start ? Stage::kLookOut : Stage::kLookIn;
   state.object = at_start ? state.leg : state.leg + 1;
@@ -72,7 +72,8 @@ bool show_model_without_stages(const LegTiming& leg, float leg_time, MorphState&
   return true;
 }
 
-/// Tests whether the scene gives the total number of frames, from which those of the legs follow.
+/// Tests whether the scene gives the total number of frames, from which the legs' numbers of frames
+/// follow.
 bool is_counted(const Scene& scene) {
   return scene.frames.count > 0 && scene.frames.per_leg.empty();
 }
@@ -113,7 +114,7 @@ int round_frames(const Playback& playback) {
 
 /// The mesh that is shown `step` frames after the first.
 int mesh_at(const Playback& playback, int step) {
-  double elapsed = step;  // frames; a loop takes those of all meshes and of the hold
+  double elapsed = step;  // frames; in a loop, since the first mesh was last shown
   if (playback.loop)
     elapsed = std::fmod(elapsed + kRounding, playback.meshes / playback.pace + playback.hold);
   return std::min(static_cast<int>(elapsed * playback.pace + kRounding), playback.meshes - 1);
@@ -196,8 +197,9 @@ Timeline lay_out(const Scene& scene, const ActorSettings& actor) {
   }
   if (!actor.blend.empty()) {
     const bool counts_all = is_counted(scene) && actor.per_leg.empty();
-    const int held = timeline.hold_start + scene.frames.hold_end;
-    timeline.steps = (counts_all ? timeline.count - held : leg_frames(scene, actor).front()) - 1;
+    const int still_frames = timeline.hold_start + scene.frames.hold_end;
+    timeline.steps =
+        (counts_all ? timeline.count - still_frames : leg_frames(scene, actor).front()) - 1;
     add_blend_legs(scene, actor, timeline);
     return timeline;
   }
@@ -209,33 +211,33 @@ Timeline lay_out(const Scene& scene, const ActorSettings& actor) {
     for (std::size_t i = 1; i + 1 < objects.size(); ++i) timeline.playbacks[i].hold = 0;
   }
   // Distribute the steps over the legs and the holds.
-  const std::size_t legs = objects.size() - 1;
+  const std::size_t leg_count = objects.size() - 1;
   const std::vector<int> frames = leg_frames(scene, actor);
-  PM_CHECK(frames.size() == legs);
+  PM_CHECK(frames.size() == leg_count);
 
   // The number of steps follows from the scene's number of frames or from the legs' frames.
   const int total = std::accumulate(frames.begin(), frames.end(), 0);
-  int held = held_frames(actor);
+  int hold_frames = held_frames(actor);
   const bool counts_all = is_counted(scene) && actor.per_leg.empty();
   timeline.steps = counts_all ? timeline.count - timeline.hold_start - scene.frames.hold_end - 1
-                              : std::max(2, total) + held - 1;
+                              : std::max(2, total) + hold_frames - 1;
   // If the holds leave less than a step per leg, there are no holds.
-  if (timeline.steps - held < static_cast<int>(legs)) held = 0;
-  const int moving = timeline.steps - held;
+  if (timeline.steps - hold_frames < static_cast<int>(leg_count)) hold_frames = 0;
+  const int moving = timeline.steps - hold_frames;
   // Sums over the legs so far: frames as the scene gives them, and steps of holds.
-  int frames_before = 0, held_before = 0;
-  // The moving step at which the first n of the `total` frames of legs have passed: n * moving /
-  // total, rounded.
+  int frames_before = 0, holds_before = 0;
+  // The step, without holds, at which the first n of the legs' `total` frames have passed: n *
+  // moving / total, rounded.
   const auto step_at = [&](int n) {
     return static_cast<int>((2LL * n * moving + total) / (2LL * total));
   };
-  for (std::size_t i = 0; i < legs; ++i) {
+  for (std::size_t i = 0; i < leg_count; ++i) {
     LegTiming leg;
     const int first = step_at(frames_before);
     frames_before += frames[i];
     leg.steps = step_at(frames_before) - first;
-    leg.first_step = first + held_before;
-    if (held > 0) held_before += objects[i + 1]->hold;
+    leg.first_step = first + holds_before;
+    if (hold_frames > 0) holds_before += objects[i + 1]->hold;
     leg.motion = objects[i + 1]->motion;
     // After a leg of balls that is left early (`retarget`), the next leg continues with balls.
     const bool stays_balls = i > 0 && objects[i]->retarget < 1 &&
@@ -373,21 +375,22 @@ MorphState morph_state_at(const Timeline& timeline, double frame) {
   state.leg = static_cast<int>(index);
   state.mesh = shown_mesh_number(timeline, index, state.frame);
   state.to_mesh = shown_mesh_number(timeline, index + 1, state.frame);
-  // Time in the leg, [0, 1]; in a blend of two objects, the weight of the second.
-  float leg_time = !weights.empty() ? weights[1]
-                   : is_last_step   ? 1.0f
-                                    : std::min(static_cast<float>(step - leg.first_step) /
-                                                   static_cast<float>(std::max(leg.steps, 1)),
-                                               1.0f);
-  if (show_model_without_stages(leg, leg_time, state)) return state;
+  // Fraction of the leg that has passed, [0, 1]; in a blend of two objects, the weight of the
+  // second.
+  float leg_fraction = !weights.empty() ? weights[1]
+                       : is_last_step   ? 1.0f
+                                        : std::min(static_cast<float>(step - leg.first_step) /
+                                                       static_cast<float>(std::max(leg.steps, 1)),
+                                                   1.0f);
+  if (show_model_without_stages(leg, leg_fraction, state)) return state;
 
   int stage = 0;
-  while (stage < 4 && (leg.shares[stage] <= 0 || leg_time > leg.shares[stage]))
-    leg_time -= leg.shares[stage++];
+  while (stage < 4 && (leg.shares[stage] <= 0 || leg_fraction > leg.shares[stage]))
+    leg_fraction -= leg.shares[stage++];
   // Rounding may leave a remainder, which belongs to the last stage with a share.
-  while (leg.shares[stage] <= 0) leg_time = leg.shares[--stage];
+  while (leg.shares[stage] <= 0) leg_fraction = leg.shares[--stage];
   state.stage = static_cast<Stage>(stage);
-  state.progress = std::clamp(leg_time / leg.shares[stage], 0.0f, 1.0f);
+  state.progress = std::clamp(leg_fraction / leg.shares[stage], 0.0f, 1.0f);
 
   const float eased = smoothstep(state.progress);
   if (state.stage == Stage::kVolume) {

@@ -18,7 +18,7 @@ namespace polymorph {
 /// sums and comparisons are exact.
 struct VoxelSolid {
   static constexpr std::uint32_t kStepUnits = 12;
-  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();  ///< no voxel
 
   Grid grid;
   std::vector<std::uint32_t> grid_indices;  ///< per voxel, the index of its grid point; increasing

@@ -26,10 +26,10 @@ struct ActorGeometry {
   Mesh surface;              ///< surface of the leg or mixture, or of the model's boundary stage
   std::vector<Vec3> points;  ///< points of the model; empty: no model shows
   std::shared_ptr<const Model>
-      sequence_model;                      ///< the model if a mesh sequence shows it, else null
-  std::shared_ptr<const Leg> leg;          ///< leg, if balls show or a model turns into balls
-  std::vector<Vec3> corner_normals;        ///< 3 per triangle of the model; empty: its own normals
-  std::shared_ptr<const Mixture> mixture;  ///< mixture, if three objects or more are mixed
+      sequence_model;                ///< the model if a mesh sequence shows it, else null
+  std::shared_ptr<const Leg> leg;    ///< leg, if balls show or a model turns into balls; else null
+  std::vector<Vec3> corner_normals;  ///< 3 per triangle of the model; empty: its own normals
+  std::shared_ptr<const Mixture> mixture;  ///< mixture of three objects or more; else null
   float lift = 0;                          ///< WeightedSurface::lift of the mixture's surface
   /// Motion until the next frame; only computed if wants_flow() (scene/scene.h).
   Flow flow;                       ///< motion of the surface's points; empty: still

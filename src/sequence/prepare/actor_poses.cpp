@@ -54,7 +54,7 @@ PoseFit carry(const MovingObject& object, const std::vector<Vec3>& points) {
   return fit;
 }
 
-/// Moves and scales unfitted balls with the box around the model.
+/// Moves and scales unfitted balls with the model's box, from `from` to `to`.
 CarriedBalls move_with_box(const CarriedBalls& previous, const Box& from, const Box& to) {
   CarriedBalls moved_balls = previous;
   const float scale = from.diagonal() > 0 ? to.diagonal() / from.diagonal() : 1;

@@ -20,8 +20,8 @@
 
 namespace polymorph {
 
-/// Treatment of files that exist. kSkip: frames whose files are current (sequence/run/status.h) are
-/// not rendered.
+/// Treatment of files that exist. kRefuse: they are an error. kSkip: frames whose files are current
+/// (sequence/run/status.h) are not rendered. kOverwrite: all frames are rendered.
 enum class Existing { kRefuse, kSkip, kOverwrite };
 
 /// Settings of render_sequence().

@@ -15,6 +15,7 @@ namespace polymorph {
 
 /// State and measures of one frame.
 struct FrameRecord {
+  /// kSkipped: the files are current (Existing::kSkip). kPlanned: not rendered yet, or a dry run.
   enum class State { kDone, kSkipped, kFailed, kPlanned };
   int frame = 0;
   State state = State::kPlanned;

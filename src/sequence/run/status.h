@@ -44,8 +44,8 @@ Result<ExpectedHashes> expected_hashes(const Scene& scene, std::span<const int> 
 struct ExpectedFrame {
   std::string hash;  ///< frame_hash()
   int frame = 0;
-  OutputSettings output;                 ///< a PNG's bits per channel, an EXR's colour space
-  DisplayView view = {};                 ///< view of a PNG
+  OutputSettings output;  ///< a PNG's bits per channel; an EXR's colour space and layout
+  DisplayView view = {};  ///< view of a PNG
   std::optional<SampleRange> part = {};  ///< samples of a part; empty: the whole frame
 };
 
