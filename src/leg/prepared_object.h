@@ -51,11 +51,12 @@ struct PreparedObject {
   std::vector<std::uint32_t> ball_labels;    ///< one per ball: index into model.label_names
   std::vector<std::uint32_t> label_numbers;  ///< one per label: index into the actor's label_names
   std::map<std::string, Vec3> landmarks;     ///< points on the surface, by name
-  double ball_volume = 0;                    ///< enclosed by the balls' surface
-  float field_maximum = 1;                   ///< find_field_maximum() of the balls
-  std::shared_ptr<const ClosestPointQuery> closest;  ///< closest points of all faces
-  std::shared_ptr<const ClosestPointQuery> outer;    ///< closest points of list_outer_faces()
-  std::vector<std::uint32_t> charts;                 ///< find_texture_charts() (model/transfer.h)
+  double ball_volume = 0;                    ///< volume enclosed by the balls' surface
+  float field_maximum = 1;                   ///< find_field_maximum() (field/level.h) of the balls
+  std::shared_ptr<const ClosestPointQuery>
+      closest;  ///< closest points of all faces; null: not needed
+  std::shared_ptr<const ClosestPointQuery> outer;  ///< closest points of list_outer_faces()
+  std::vector<std::uint32_t> charts;               ///< find_texture_charts() (model/transfer.h)
   /// The model's colours without their detail; null if it has one colour or a common look.
   std::shared_ptr<const ColorVolume> colors;
   BoundaryStage boundary;     ///< empty for a meta-object and between legs made of distances

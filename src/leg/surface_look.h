@@ -52,13 +52,13 @@ Vec3 plain_color(const PreparedObject& object, Vec3 at);
 /// Input of add_end_normals(): a surface that is nearly the model of `object`.
 struct EndNormals {
   const PreparedObject& object;
-  const AffineMap& map;              ///< linear part of the map from the surface to the object
+  const AffineMap& map;              ///< map from the surface to the object; only its rows are used
   const std::vector<Vec3>& origins;  ///< the surface's points, mapped to the object
   float weight = 1;                  ///< weight of the model's normals
 };
 /// Mixes the model's own normals into those of the surface. Without them a smoothly shaded model
-/// would show its faces as soon as it moves. Returns the model's points closest to the origins;
-/// nothing if the model has no normals of its own.
+/// would show its faces as soon as it moves. Returns the model's points closest to the origins; an
+/// empty list if the model has no normals of its own.
 std::vector<ClosestPoint> add_end_normals(const EndNormals& end, std::vector<Vec3>& normals);
 
 /// Computes EndNormals::weight. `distance`: eased progress between the surface and the end of the

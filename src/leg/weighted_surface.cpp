@@ -87,6 +87,7 @@ void mix_balls(const MorphPlan& plan, const std::vector<MixtureInput>& inputs, V
   const MeanSimilarity& mean = mixture.mean;
   const double scale = exp_scalar(mean.log_scale);
   const float margin = kMixtureMargin * mixture.size;
+  // The box starts as the weighted mean of the objects' boxes; the balls then extend it.
   Vec3 low, high;
   for (const MixtureInput& input : inputs) {
     const Box box = input.object->model.box();

@@ -83,7 +83,7 @@ double min_mixture_component_share(const PreparedObject& object, const LegSettin
 /// equals `level`.
 struct WeightedSurface {
   Mesh mesh;
-  float lift = 0;   ///< height by which the mesh was raised onto the floor
+  float lift = 0;   ///< height by which the mesh was moved to the floor; negative: down
   float level = 0;  ///< level that keeps the volume, scene units
 };
 /// Extracts the surface of a mixture. An object of weight 1 is extracted from its own distances.

@@ -337,9 +337,9 @@ std::vector<std::uint32_t> list_lone_limbs(const Limbs& limbs,
   std::vector<std::uint32_t> candidates;
   for (std::uint32_t k = 0; k < limbs.limbs.size(); ++k) {
     const Limb& limb = limbs.limbs[k];
-    double radius = 0;
-    for (const double r : limb.radius) radius += r / static_cast<double>(kLimbStations);
-    if (limb.volume <= kMaxVolume && limb.length() >= kMinSlimness * 2 * radius &&
+    double mean_radius = 0;
+    for (const double r : limb.radius) mean_radius += r / static_cast<double>(kLimbStations);
+    if (limb.volume <= kMaxVolume && limb.length() >= kMinSlimness * 2 * mean_radius &&
         std::none_of(matched.begin(), matched.end(), overlaps(k)) &&
         std::none_of(labelled.begin(), labelled.end(), overlaps(k)))
       candidates.push_back(k);
@@ -347,8 +347,8 @@ std::vector<std::uint32_t> list_lone_limbs(const Limbs& limbs,
   std::vector<std::uint32_t> lone;
   for (const std::uint32_t k : candidates)
     if (std::none_of(candidates.begin(), candidates.end(), [&](std::uint32_t i) {
-          const std::vector<std::uint32_t>& on = limbs.limbs[i].inner;
-          return std::find(on.begin(), on.end(), k) != on.end();
+          const std::vector<std::uint32_t>& inner_limbs = limbs.limbs[i].inner;
+          return std::find(inner_limbs.begin(), inner_limbs.end(), k) != inner_limbs.end();
         }))
       lone.push_back(k);
   return lone;
@@ -436,7 +436,7 @@ CostSide select_balls(const CostSide& side, const std::vector<std::uint32_t>& ba
   return selection;
 }
 
-/// The body's ball nearest to a place.
+/// Finds the ball of the body that is nearest to a place. `body`: list_body().
 std::uint32_t nearest_ball(const std::vector<Ball>& balls, const std::vector<std::uint32_t>& body,
                            Vec3 place) {
   return *std::ranges::min_element(
@@ -532,16 +532,17 @@ void add_lone_pairs(MorphPlan& plan) {
       plan.pairs.push_back({nearest_ball(plan.from, from, counterpart), b, kShare, /*to_share=*/1});
       ++from_lone_pairs[plan.pairs.back().from];
     }
-  double mass = 0;
+  // The body's balls give up the lone pairs' shares and masses, so that sums of 1 stay.
+  double body_mass = 0;
   for (std::size_t e = 0; e < body_pairs; ++e) {
     Pair& pair = plan.pairs[e];
     pair.from_share *= 1 - kShare * static_cast<float>(from_lone_pairs[pair.from]);
     pair.to_share *= 1 - kShare * static_cast<float>(to_lone_pairs[pair.to]);
-    mass += pair.mass;
+    body_mass += pair.mass;
   }
   const double lone_mass = kMass * static_cast<double>(plan.pairs.size() - body_pairs);
   for (std::size_t e = 0; e < plan.pairs.size(); ++e)
-    plan.pairs[e].mass = e < body_pairs ? plan.pairs[e].mass * (1 - lone_mass) / mass : kMass;
+    plan.pairs[e].mass = e < body_pairs ? plan.pairs[e].mass * (1 - lone_mass) / body_mass : kMass;
 }
 
 LimbMatch match_at(LimbPlan& plan, double angle) {

@@ -27,8 +27,8 @@ constexpr float kPassingSpacing = 0.02f;
 /// one of them shrinks to nothing, the box around all balls is many times as large as the objects'
 /// size.
 constexpr float kMaxNodes = 128;
-/// Factor of a ball's own deviation, 1 / sqrt(2 a), which is added to that of the kernels: the
-/// squares of both are summed.
+/// Factor of a ball's own deviation 1 / sqrt(2 a). The squares of this deviation and of the
+/// deviations above are summed.
 constexpr double kBallDeviation = 0.7;
 /// Margin around the balls, as a fraction of the objects' size.
 constexpr float kMargin = 0.05f;
@@ -39,7 +39,8 @@ AffineMap affine(const Mat3& matrix, Vec3d offset) {
   return {{row_of(matrix, 0), row_of(matrix, 1), row_of(matrix, 2)}, to_float(offset)};
 }
 
-/// The deviation of a pair's kernel, scene units. `narrowing`: kernel_narrowing() of the pair.
+/// The deviation of a pair's kernel, scene units. `u`: the pair's eased time; `narrowing`:
+/// kernel_narrowing() of the pair.
 float kernel_deviation(const MorphPlan& plan, const Pair& pair, double u, float narrowing,
                        float size) {
   const auto ball_deviation = [](const Ball& ball) {
@@ -58,8 +59,8 @@ float kernel_deviation(const MorphPlan& plan, const Pair& pair, double u, float 
 }
 
 /// Deviations of the Gaussians that correct the map around landmarks: 0.09 of the objects' size, or
-/// half the distance to the next landmark if that is less. They are at least 0.75 of the lattice's
-/// spacing, because the spline cannot represent narrower ones.
+/// half the distance to the nearest other landmark if that is less. They are at least 0.75 of the
+/// lattice's spacing, because the spline cannot represent narrower ones.
 std::vector<float> landmark_deviations(std::span<const Vec3> places, float size, float spacing) {
   constexpr float kLandmarkDeviation = 0.09f, kLandmarkGap = 0.5f, kMinDeviation = 0.75f;
   std::vector<float> deviations;
@@ -187,9 +188,9 @@ void set_values(BallAttribute& attribute, Vec3d value, const Mat3& slope, Regres
 /// The samples of a plan at a time, for a map or a flow. `regression` has samples, a lattice and
 /// landmarks, but no values yet.
 struct SampledPlan {
-  std::vector<float> eased;
-  std::vector<LimbSample> on_limbs;
-  Box box;
+  std::vector<float> eased;          ///< eased_times()
+  std::vector<LimbSample> on_limbs;  ///< limb_samples()
+  Box box;                           ///< contains balls, samples and landmarks, with margins
   std::shared_ptr<Regression> regression = std::make_shared<Regression>();
 };
 SampledPlan sample_plan(const MorphPlan& plan, float time, const BallSet& balls, float size) {
@@ -267,6 +268,7 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
                Vec3d(sample.to) + offset(plan.to_offsets, 1 - u) - to_target * x - to_offset,
                minus(sample.to_target, to_target), regression);
   };
+  // Values of all pairs; the samples on limbs then replace those of their pairs.
   for (std::uint32_t e = 0; e < balls.size(); ++e) {
     const BallPath& path = plan.paths->balls[e];
     const PartMotion motion =

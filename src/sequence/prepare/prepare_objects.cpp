@@ -42,13 +42,13 @@ SphereSettings choose_spheres(const Preparation& preparation, const ObjectSettin
   return spheres;
 }
 
-/// An object that is being made, and the results of the parts that are made side by side.
+/// An object that is being made, and the results of the steps that run side by side.
 struct ObjectInMaking {
   const ObjectSettings& chosen;  ///< the object in the scene file
-  const LegSettings& settings;
-  LegKinds kinds;
+  const LegSettings& settings;   ///< ActorOutline::settings
+  LegKinds kinds;                ///< kinds of the legs that begin or end at it
   bool morphs = true;  ///< false: it plays a mesh sequence, and has neither balls nor distances
-  SphereSettings spheres = {};
+  SphereSettings spheres = {};  ///< choose_spheres()
   PreparedObject object = {};
   Result<Approximation> approximation = Approximation{};
   Status measured = Ok{};  ///< result of measure_objects()
