@@ -107,10 +107,10 @@ LimbSample lone_sample(const MorphPlan& plan, std::uint32_t e, double u,
   const Vec3 own_point = to_float(point.position), counterpart = curves.counterparts[limb];
   sample.from = is_source ? own_point : counterpart;
   sample.to = is_source ? counterpart : own_point;
-  const Mat3 own_motion = is_source ? part.to_source() : part.to_target();
+  const Mat3 inv_motion = is_source ? part.to_source() : part.to_target();
   sample.to_source = sample.to_target = Mat3{{0, 0, 0, 0, 0, 0, 0, 0, 0}};
   (is_source ? sample.to_source : sample.to_target) =
-      lone_slope(point.tangent, remaining, own_motion);
+      lone_slope(point.tangent, remaining, inv_motion);
   // The moving point lies between the moving root and the point of the unshrunk limb.
   const Vec3d root(roots[is_source ? limb : plan.from_curves.lone.size() + limb]);
   const Vec3d offset = point.position - Vec3d(curves.lone[limb].points[0]);
@@ -138,16 +138,18 @@ std::vector<double> pair_stations(const MorphPlan& plan) {
     const Pair& pair = plan.pairs[e];
     const std::int32_t limb = find_common_limb(plan, pair);
     if (limb == kNoLabel) continue;
+    // The sum of both balls' stations; only the order matters.
     ball_stations[e] = static_cast<double>(plan.from_curves.stations[pair.from]) +
                        static_cast<double>(plan.to_curves.stations[pair.to]);
     members[static_cast<std::size_t>(limb)].push_back(e);
   }
-  for (std::vector<std::uint32_t>& limb : members) {
-    std::stable_sort(limb.begin(), limb.end(), [&](std::uint32_t a, std::uint32_t b) {
+  for (std::vector<std::uint32_t>& limb_pairs : members) {
+    std::stable_sort(limb_pairs.begin(), limb_pairs.end(), [&](std::uint32_t a, std::uint32_t b) {
       return ball_stations[a] < ball_stations[b];
     });
-    for (std::size_t k = 0; k < limb.size(); ++k)
-      stations[limb[k]] = (static_cast<double>(k) + 0.5) / static_cast<double>(limb.size());
+    for (std::size_t k = 0; k < limb_pairs.size(); ++k)
+      stations[limb_pairs[k]] =
+          (static_cast<double>(k) + 0.5) / static_cast<double>(limb_pairs.size());
   }
   return stations;
 }

@@ -194,9 +194,10 @@ Partial search_matching(const Problem& problem, double angle) {
       // Whether a limb that others sit on costs anything is known only at the end.
       if (a.inner == 0) next.back().cost += alone_cost(a, partial.from);
       if (breaks_choice(problem, partial, position)) next.back().cost += kChoiceCost;
-      if (a.outer & partial.from) continue;
+      if (a.outer & partial.from) continue;  // sits on a matched limb
       for (std::uint32_t k = 0; k < problem.b.size(); ++k) {
         const Features& b = problem.b[k];
+        // k is matched already, sits on a matched limb or has one on it; or the pair is forbidden.
         if (((b.outer | b.inner | 1u << k) & partial.to) != 0 || !is_allowed(problem, i, k))
           continue;
         Partial extended = partial;

@@ -76,8 +76,8 @@ std::vector<std::uint32_t> parts_by_label(const MorphPlan& plan) {
 }
 
 /// Clusters the pairs by their positions in both objects, which form a point in 6 dimensions:
-/// k-means, seeded by farthest point sampling. The source is rotated onto the target, and both are
-/// scaled to the geometric mean of their sizes.
+/// k-means, seeded by farthest point sampling. The source is rotated by the alignment, and the
+/// alignment's scale is divided between both objects.
 std::vector<std::uint32_t> parts_by_position(const MorphPlan& plan) {
   const Alignment& alignment = plan.alignment;
   const std::size_t n = plan.pairs.size();

@@ -113,6 +113,7 @@ std::vector<PlanLandmark> landmarks_with_pairs(const MorphPlan& plan, std::span<
   return landmarks;
 }
 
+/// Lists the roots of the lone limbs.
 std::vector<Vec3> lone_roots(const LimbCurves& curves) {
   std::vector<Vec3> roots;
   for (const LimbCurve& curve : curves.lone) roots.push_back(curve.points[0]);
@@ -161,8 +162,9 @@ Mat3 find_pairs_by_limbs(MorphPlan& plan, const LimbPlan& limbs, const CostPair&
   CostPair by_limbs;
   by_limbs.label_cost = sides.label_cost;
   std::tie(by_limbs.a, by_limbs.b) = limb_cost_sides(limbs, plan.from, plan.to, sides.a, sides.b);
-  // In an incomplete match that the user has not chosen, the pairs alone are more reliable: a limb
-  // without a counterpart often lies on a limb of the other object if both are similar.
+  // In an incomplete match that the user has not chosen, the pairs are more reliable without
+  // curves: a limb without a counterpart often lies on a limb of the other object if both are
+  // similar.
   if (limbs.match.is_chosen || is_complete(limbs.match))
     std::tie(plan.from_curves, plan.to_curves) = find_limb_curves(limbs, plan.from, plan.to);
   plan.pairs = pair_bodies(by_limbs, mode, plan.from_curves, plan.to_curves);

@@ -86,7 +86,7 @@ Result<ActorGeometry> sequence_geometry(const PreparedActor& actor, const MorphS
 
 /// Adds the motion until the next frame, or until the end of the stage if that comes first. The
 /// change of the level that keeps the volume is not part of the motion. Boundary blends, whose
-/// surfaces move by less than a cell, get no motion.
+/// surfaces move by less than a cell, get no motion. `is_last`: no frame follows.
 Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorGeometry& geometry) {
   const MorphState& now = geometry.moment;
   const MorphState next = is_last ? now : morph_state_at(actor.timeline, now.frame + 1);
@@ -132,7 +132,8 @@ Status add_flow(const PreparedActor& actor, bool is_last, Engine& engine, ActorG
   }
   if (next.object >= 0 && next.object != now.object) return Ok{};  // another object follows
   const float boundary = next.object < 0 ? 0 : next.boundary;
-  // The displacement depends on 1 - boundary, which may be equal for different values of boundary.
+  // The displacement depends on 1 - boundary, which rounding may make equal for different values of
+  // boundary.
   if (1 - boundary == 1 - now.boundary) return Ok{};
   geometry.displacement =
       boundary_displacement(*shown_object(*geometry.leg, now), geometry.points, boundary);

@@ -27,8 +27,8 @@ PlanSide plan_side(const PreparedObject& object, const std::vector<std::int32_t>
 
 /// Logs the overall rotation of the morph and which limb becomes which.
 void log_plan(const MorphPlan& plan, const std::string& from, const std::string& to) {
-  if (const std::string turn = describe_rotation(plan); !turn.empty())
-    log_info("{} -> {}: {}", from, to, turn);
+  if (const std::string rotation = describe_rotation(plan); !rotation.empty())
+    log_info("{} -> {}: {}", from, to, rotation);
   if (const std::string limbs = describe_limbs(plan); !limbs.empty())
     log_info("{} -> {}: limbs: {}", from, to, limbs);
 }

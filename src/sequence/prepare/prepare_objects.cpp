@@ -234,7 +234,7 @@ Result<std::vector<ObjectList>> make_objects(const Preparation& preparation,
   for (std::size_t a = 0; a < outlines.size(); ++a) {
     const ActorOutline& outline = outlines[a];
     for (std::size_t i = 0; i <= outline.timeline.legs.size(); ++i, ++next) {
-      if (shared[a].first != a) continue;
+      if (shared[a].first != a) continue;  // has the objects of an earlier actor
       const ObjectSettings& settings = *chain[next].settings;
       ObjectInMaking making{settings, outline.settings, leg_kinds(outline.timeline, i),
                             !outline.sequence};
