@@ -72,7 +72,7 @@ std::vector<bool> find_crossed_blocks(const Distances& centers, Int3 blocks, flo
 
 /// Computes both distances at the points of the grid that `model` and `balls` have in common. First
 /// it samples the centres of all blocks, then all points of the blocks that the surface may cross.
-/// In the other blocks only the sign counts, which is that of the centre.
+/// In the other blocks only the sign counts, which the centre gives.
 Status fill_distances(const BlendInputs& in, DistanceGrid& model, DistanceGrid& balls) {
   const Grid& grid = model.grid;
   const Int3 n = grid.points;

@@ -19,7 +19,7 @@
 
 namespace polymorph {
 
-/// Leg whose surface is that of the moving balls' field.
+/// Leg whose surface is a level set of the moving balls' field.
 struct BallLeg {};
 
 /// Leg whose surface is the zero set of a mixture of both objects' signed distances, with smooth

@@ -19,7 +19,7 @@ struct LegParts {
   MorphPlan plan;
   std::shared_ptr<const Leg> before;             ///< Leg::before
   std::vector<std::string> landmark_names = {};  ///< one per landmark of the plan
-  /// leg_pace() (morph/timeline.h) of `before` over that of this leg.
+  /// leg_pace() (morph/timeline.h) of `before`, divided by this leg's.
   double pace = 1;
 };
 
@@ -30,9 +30,9 @@ Result<std::shared_ptr<const Leg>> make_leg(LegParts parts, const LegTiming& tim
                                             const LegSettings& settings, Engine& engine,
                                             const std::filesystem::path& cache);
 
-/// Makes the leg between the objects of `reference` in other poses. Their balls must be those of
-/// the reference, carried to the poses (spheres/carry_balls.h). Plan, pacing and levels are those
-/// of the reference.
+/// Makes the leg between the objects of `reference` in other poses. Their balls must be the
+/// reference's, carried to the poses (spheres/carry_balls.h). The reference's plan is adapted
+/// (morph/posed_plan.h); its pacing and levels are kept.
 std::shared_ptr<const Leg> pose_leg(const Leg& reference,
                                     std::shared_ptr<const PreparedObject> from,
                                     std::shared_ptr<const PreparedObject> to);

@@ -62,7 +62,7 @@ Vec3 root_along_gradient(const NearBalls& balls, std::span<const std::uint32_t> 
     const Vec3 next = x - field.gradient * (step_length / slope);
     if (length(next - p) > 2 * max_distance) break;
     x = next;
-    if (std::abs(distance) < 1e-4f * max_distance) break;
+    if (std::abs(distance) < 1e-4f * max_distance) break;  // converged
   }
   return x;
 }

@@ -16,8 +16,8 @@ float smoothstep(float low, float high, float x) {
   return t * t * (3.0f - 2.0f * t);
 }
 
-/// Mixes the leg's colours without detail over those of the legs before it. `is_last`: no other leg
-/// follows.
+/// Mixes the leg's colours without detail over the colours of the legs before it. `is_last`: no
+/// other leg follows.
 void fade_colors(const Leg& leg, const PullBack& pulled, const ColorFade& fade, bool is_last,
                  SurfaceLook& look) {
   if (!leg.settings.has_colors) return;

@@ -66,8 +66,8 @@ std::vector<ClosestPoint> add_end_normals(const EndNormals& end, std::vector<Vec
 float end_normals_weight(float distance);
 
 /// Computes the look of a leg's surface from the positions of its points on both objects; empty
-/// unless `own_look`. Near an end of the leg, mixes the normals of the model there into those of
-/// the surface (add_end_normals()). Errors: the engine's.
+/// unless `own_look`. Near an end of the leg, mixes the normals of the model there into the
+/// surface's (add_end_normals()). Errors: the engine's.
 Result<SurfaceLook> leg_look(const Leg& leg, bool own_look, LegSurface& surface, Engine& engine);
 
 }  // namespace polymorph

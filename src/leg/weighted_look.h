@@ -33,7 +33,7 @@ Result<PulledMixture> pull_mixture_back(const Mixture& mixture, const WeightedSu
 /// object's detail; otherwise it mixes the objects' colours without detail.
 SurfaceLook weighted_look(const PulledMixture& pulled, std::span<const Triangle> triangles);
 
-/// If one object has nearly all the weight, mixes its model's normals into those of the surface
+/// If one object has nearly all the weight, mixes its model's normals into the surface's
 /// (add_end_normals()) and sets pulled.closest.
 void blend_weighted_normals(PulledMixture& pulled, Mesh& surface);
 

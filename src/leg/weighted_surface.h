@@ -51,7 +51,7 @@ struct MeanSimilarity {
 /// logarithms. The maps to the objects are kernel regressions around the balls
 /// (kernels/morph_surface.h).
 struct Mixture {
-  std::vector<MixedObject> objects;  ///< those of weight above 0, in the order of the space
+  std::vector<MixedObject> objects;  ///< objects of weight above 0, in the order of the space
   MeanSimilarity mean;
   std::vector<RegressionSample> samples;  ///< one per ball of the reference
   Box box;                                ///< bounds of the surface

@@ -71,7 +71,7 @@ CostSide make_cost_side(const std::vector<Ball>& balls, FieldKind kind, std::vec
            [&](std::size_t i) { return static_cast<double>(features.outward[i].y); });
   add_axis(feature_weight,
            [&](std::size_t i) { return static_cast<double>(features.outward[i].z); });
-  // Sizes and distances are divided by the object's size, so those of a scaled copy are equal.
+  // Sizes and distances are divided by the object's size, so a scaled copy has the same values.
   add_axis(size_weight, [&](std::size_t i) {
     const float radius = visit(kind, [&](auto field) { return field.radius(balls[i]); });
     return exact::log(static_cast<double>(radius) / normalization.size);

@@ -17,13 +17,13 @@ namespace {
 /// second plane's score_plane() is at least kSecondPlane times the first plane's.
 constexpr double kMinOverlap = 0.7, kSecondPlane = 0.97;
 /// Factor by which the larger of two rotations must be better: it is taken only if its discrepancy
-/// is below kGain times that of the smaller rotation.
+/// is below kGain times the smaller rotation's.
 constexpr double kGain = 0.9;
 /// Rotations within this angle, in radians, count as equal.
 constexpr double kNear = 25 * exact::kPi / 180;
 /// Weights of the discrepancy (docs/method.md, Facing): kDistances for the term in geodesic
-/// distances, 1 - kDistances for the term in points. Within the latter, kCentrality is the weight
-/// of the points' mean distances.
+/// distances, 1 - kDistances for the term in points. Within the term in points, kCentrality is the
+/// weight of the points' mean distances.
 constexpr double kDistances = 0.8, kCentrality = 0.5;
 constexpr int kMaxGradientSteps = 20;  // max number of steps of conditional gradients
 

@@ -61,7 +61,8 @@ LabelMatch match_labels(const LabelledObject& from, const LabelledObject& to,
                         const std::map<std::string, std::string>& map) {
   const std::size_t n = from.labels.size(), m = to.labels.size();
   const LabelIndex from_index(from), to_index(to);
-  // Sets of labels that match. Elements are the labels of `from`, then, from n on, those of `to`.
+  // Sets of labels that match. Elements 0 to n - 1 are the labels of `from`, the others the labels
+  // of `to`.
   DisjointSets sets(n + m);
   std::vector<std::uint8_t> is_named(n + m, 0);
   const auto join = [&](std::span<const std::uint32_t> from_labels,

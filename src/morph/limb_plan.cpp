@@ -613,7 +613,7 @@ std::pair<std::vector<double>, std::vector<double>> balance_masses(
     for (std::size_t b = 0; b < masses.size(); ++b) {
       const double own_share = std::max(own[limbs[b]], double{kMinShare}),
                    other_share = std::max(other[limbs[b]], double{kMinShare});
-      balanced.push_back(std::max(masses[b] * std::sqrt(other_share / own_share), 1e-9));
+      balanced.push_back(std::max(masses[b] * std::sqrt(other_share / own_share), 1e-9));  // > 0
       sum += balanced.back();
     }
     for (double& mass : balanced) mass /= sum;

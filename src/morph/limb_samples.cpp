@@ -53,7 +53,7 @@ Mat3 stretch(Vec3d direction, double along, double across) {
 }
 
 /// Sets the slopes of a sample on a matched limb. The moving limb's tangent and radius are
-/// interpolated between those of both objects, `a` and `b`, at `u`.
+/// interpolated at `u` between the points `a` and `b` of both objects.
 void set_slopes(const CurvePoint& a, const CurvePoint& b, const PartMotion& part, double u,
                 LimbSample& sample) {
   // The target's tangent and radius, in the source's orientation and scale.

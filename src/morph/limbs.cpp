@@ -16,8 +16,8 @@ constexpr std::uint32_t kNone = VoxelSolid::kNone;
 /// Max number of tips. The pruned tree then has at most 13 nodes, so that the limbs of tips and
 /// nodes fit a mask of 32 bits (Limbs::ball_limbs).
 constexpr std::size_t kMaxTips = 14;
-/// Min prominence of a tip (its distance from the centre minus that of its saddle), as a fraction
-/// of the largest distance from the centre, and of the local radius at the saddle.
+/// Min prominence of a tip (its distance from the centre minus its saddle's), as a fraction of the
+/// largest distance from the centre, and of the local radius at the saddle.
 constexpr double kMinProminence = 0.1, kMinProminenceInRadii = 0.5;
 /// Conditions on a limb on which others sit: its min length, as a fraction of the largest distance
 /// from the centre, and of the longest limb that sits on it; and its max fraction of the volume.
@@ -205,7 +205,7 @@ std::vector<std::uint32_t> collect_members(const Body& body, const Arc& arc) {
 struct Section {
   Vec3d middle;
   double radius = 0;      ///< half the thickness
-  std::size_t count = 0;  ///< number of voxels; if 0, the other members are 0, too
+  std::size_t count = 0;  ///< number of voxels; if 0, all members are 0
 };
 /// Measures the cross-section of the voxels at `at`, plus or minus `half_width`, along the limb.
 /// `along`: position of each of `members`, as a fraction of the limb's length.

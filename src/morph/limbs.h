@@ -72,7 +72,7 @@ struct Limbs {
   double size = 0;           ///< mean geodesic distance from `center`
   double reach = 0;          ///< largest geodesic distance from `center`
   double low = 0, high = 0;  ///< lowest and highest y of the volume
-  /// tip_distances[i][k]: geodesic distance from the tip of limb i to that of limb k.
+  /// tip_distances[i][k]: geodesic distance from the tip of limb i to the tip of limb k.
   std::vector<std::vector<double>> tip_distances;
   std::vector<double> ball_distances;  ///< geodesic distance of each ball from `center`
   /// ball_root_distances[limb][ball]: geodesic distance of the ball from the limb's root.

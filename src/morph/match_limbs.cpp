@@ -367,8 +367,8 @@ MatchingFit find_matching(const Problem& problem, double angle) {
   return *best;
 }
 
-/// Total length of the limbs that no other sits on, and the length of those of them that are
-/// matched or sit on a matched limb.
+/// Total length of the limbs that no other limb sits on, and the length of the ones among them that
+/// are matched or sit on a matched limb.
 struct Lengths {
   double total = 0, matched = 0;
 };

@@ -360,7 +360,7 @@ std::vector<Vec3> move_points(const MorphPlan& plan, std::span<const PlanLandmar
   if (points.empty()) return {};
   // A point moves on a path of its own in its pair's part. The graph and the drift displace the
   // pair's ball from its path; the point is displaced in the same way. `paths` holds, per point,
-  // the point's path and that of its pair.
+  // the point's path and its pair's path.
   const std::vector<float> own = own_times(plan, time);
   BallPaths paths;
   std::vector<float> times;

@@ -23,8 +23,8 @@ constexpr std::size_t kMaxClusters = 8;
 constexpr std::size_t kMinMeanPairs = 12;
 constexpr std::size_t kNeighbors = 8;
 constexpr int kRotationRounds = 3;
-/// Weight of a ball's position by its part, relative to that of an edge. It is small because a limb
-/// that kept to the straight path of its part would be torn off.
+/// Weight of a ball's position by its part, relative to the weight of an edge. It is small because
+/// a limb that kept to the straight path of its part would be torn off.
 constexpr double kAnchor = 0.01;
 
 /// Fits a similarity to the pairs `members`. Where they do not determine the rotation, the plan's
@@ -45,7 +45,7 @@ Alignment fit_part(const MorphPlan& plan, const std::vector<std::uint32_t>& memb
   // The points of a straight limb do not determine its rotation about its own axis. The whole
   // object's rotation, added with a small weight, does.
   constexpr double kAlignmentWeight = 1e-3;
-  const double weight = kAlignmentWeight * std::sqrt(from_square * to_square) + 1e-30;
+  const double weight = kAlignmentWeight * std::sqrt(from_square * to_square) + 1e-30;  // > 0
   for (std::size_t k = 0; k < 9; ++k) sum.m[k] += weight * plan.alignment.rotation.m[k];
   fit.rotation = nearest_rotation(sum);
   fit.turn = log_rotation_near(fit.rotation, reference_turn);
@@ -104,6 +104,7 @@ std::vector<std::uint32_t> parts_by_position(const MorphPlan& plan) {
     for (std::size_t e = 0; e < n; ++e) {
       double nearest = std::numeric_limits<double>::infinity();
       for (const Point& center : centers) nearest = std::min(nearest, distance2(points[e], center));
+      // The margin lets ties go to the lower index despite rounding.
       if (nearest > largest * (1 + 1e-9)) largest = nearest, farthest = e;
     }
     if (k == 0) centers.clear();
@@ -137,8 +138,8 @@ struct Edge {
   Vec3d from, to;
   double from_length = 0, to_length = 0;
 
-  /// The target of the edge at eased time u, in the source's orientation. Its direction is that of
-  /// the mixture of both offsets; if they nearly cancel, their mixture is used as it is.
+  /// The target of the edge at eased time u, in the source's orientation. It has the direction of
+  /// the mixture of both offsets; if these nearly cancel, it is the mixture itself.
   Vec3d at(double u) const {
     const Vec3d mixture = from * (1 - u) + to * u;
     const double target_length = (1 - u) * from_length + u * to_length,

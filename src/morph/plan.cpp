@@ -52,7 +52,7 @@ Alignment fit_alignment(const MorphPlan& plan, const Mat3& rotation, AlignMethod
   const double scale = std::sqrt(to_square / from_square);
   if (method == AlignMethod::kSimilarity && is_gain(scale)) {
     // The centres of a few balls may lie anywhere in an object and say little about its size. With
-    // 96 balls, the scale agrees with that of the bodies to a factor of 1.3.
+    // 96 balls, the scale agrees with the bodies' to a factor of 1.3.
     constexpr double kMaxRatio = 1.5;
     const double body_scale = radius_of_gyration(plan.to, plan.kind, fit.to_center) /
                               radius_of_gyration(plan.from, plan.kind, fit.from_center);

@@ -165,7 +165,7 @@ std::vector<RegressionSample> make_samples(const MorphPlan& plan, const std::vec
                                  : equal_mass,
          kernel_deviation(plan, plan.pairs[e], static_cast<double>(eased[e]), narrowing[e], size)});
   if (!has_curves(plan)) return samples;
-  // Samples on limbs have more mass than those of the body, whose kernels are wide. Pairs whose
+  // Samples on limbs have more mass than samples of the body, whose kernels are wide. Pairs whose
   // balls are on different limbs have no such sample, and little mass.
   constexpr float kLeavingMass = 0.05f, kLimbMass = 10, kMinMass = 1e-6f;
   for (std::size_t e = 0; e < balls.size(); ++e)
@@ -268,7 +268,7 @@ FrameMap frame_map(const MorphPlan& plan, float time, const BallSet& balls, floa
                Vec3d(sample.to) + offset(plan.to_offsets, 1 - u) - to_target * x - to_offset,
                minus(sample.to_target, to_target), regression);
   };
-  // Values of all pairs; the samples on limbs then replace those of their pairs.
+  // Values of all pairs; the samples on limbs then replace their pairs' values.
   for (std::uint32_t e = 0; e < balls.size(); ++e) {
     const BallPath& path = plan.paths->balls[e];
     const PartMotion motion =

@@ -40,7 +40,7 @@ struct ActorGeometry {
   /// Scene-linear colours of the surface's and the model's points that replace materials and look
   /// (paint_origins.h); empty: none.
   std::vector<Vec3> surface_paint, point_paint;
-  bool moves = true;  ///< the geometry differs from those of the frames before and after
+  bool moves = true;  ///< whether it differs from both the frame before and the frame after
 };
 
 /// Returns the object of an actor with the index MorphState::object.
@@ -48,7 +48,7 @@ inline const PreparedObject& object_of(const PreparedActor& actor, int object) {
   return *actor.objects[static_cast<std::size_t>(object)];
 }
 
-/// Returns the model that the actor shows: that of an object, or a mesh of a sequence.
+/// Returns the model that the actor shows: an object's, or a mesh of a sequence.
 inline const Model& shown_model(const PreparedActor& actor, const ActorGeometry& geometry) {
   return geometry.sequence_model ? *geometry.sequence_model
                                  : object_of(actor, geometry.moment.object).model;

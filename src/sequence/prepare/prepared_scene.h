@@ -37,8 +37,8 @@ using ObjectList = std::vector<std::shared_ptr<const PreparedObject>>;
 
 /// An actor with its objects and legs.
 struct PreparedActor : ActorOutline {
-  /// Offset from its objects and legs to the actor in the scene: zero unless it shares those of
-  /// another actor (assets/alike_actors.h).
+  /// Offset from its objects and legs to the actor in the scene: zero unless it shares another
+  /// actor's objects and legs (assets/alike_actors.h).
   Vec3 offset;
   /// The chain's objects, then the objects of balls in flight (make_flight_object()), one per leg
   /// that is left before its end. If the actor plays a mesh sequence, its object has only the

@@ -14,7 +14,7 @@ namespace polymorph {
 namespace {
 
 constexpr int kMaxMeasured = 3;    ///< maximum number of measured frames
-constexpr int kSampleDivisor = 8;  ///< number of all samples over those of a measured frame
+constexpr int kSampleDivisor = 8;  ///< number of all samples per sample of a measured frame
 
 /// Stopwatch whose lap() returns the seconds since its last call.
 class Laps {

@@ -64,7 +64,8 @@ using ProgressCallback =
 Status check_part(const Scene& scene, const FrameFiles& files);
 
 /// Renders the frames, or a part of each. Consecutive frames with bit-identical pixels
-/// (picture_key()) are traced once. Errors: that of the first frame that fails, unless keep_going.
+/// (picture_key()) are traced once. Errors: the error of the first frame that fails, unless
+/// keep_going.
 Result<RunReport> render_sequence(const Scene& scene, const SequenceSettings& settings,
                                   const ProgressCallback& progress);
 
