@@ -173,7 +173,7 @@ double wrap_angle(double angle) { return exact::atan2(exact::sin(angle), exact::
 
 }  // namespace
 
-double turn_between(double from, double to) { return wrap_angle(to - from); }
+double azimuth_difference(double from, double to) { return wrap_angle(to - from); }
 
 bool is_symmetric(const Limbs& limbs) {
   constexpr double kSymmetric = 0.8;
@@ -191,7 +191,7 @@ std::optional<double> find_front_axis(const Limbs& limbs) {
 std::optional<double> find_facing(LimbPlan& limbs, double plan_angle,
                                   std::optional<double> from_front,
                                   std::optional<double> to_front) {
-  if (from_front && to_front) return turn_between(*from_front, *to_front);
+  if (from_front && to_front) return azimuth_difference(*from_front, *to_front);
   const Limbs &from = limbs.from, &to = limbs.to;
   const auto a = from_front ? from_front : find_front_axis(from),
              b = to_front ? to_front : find_front_axis(to);

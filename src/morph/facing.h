@@ -19,8 +19,8 @@ bool is_symmetric(const Limbs& limbs);
 /// the plane's normal.)
 std::optional<double> find_front_axis(const Limbs& limbs);
 
-/// The angle from one azimuth to another, radians in [-pi, pi].
-double turn_between(double from, double to);
+/// Computes the angle from one azimuth to another, radians in [-pi, pi].
+double azimuth_difference(double from, double to);
 
 /// Finds the rotation about the vertical, in radians, after which the object `limbs.from` faces as
 /// `limbs.to` does. Two rotations, half a turn apart, take one mirror plane to the other. If the

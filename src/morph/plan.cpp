@@ -209,7 +209,8 @@ RotationChoice choose_rotation(const MorphPlan& plan, const PlanSide& from, cons
   if (!uses_structure(plan, settings, choice.axis) || choice.certainty == Certainty::kKnown)
     return choice;
   if (from.front && to.front)
-    return {about_vertical(turn_between(*from.front, *to.front)), choice.axis, Certainty::kKnown};
+    return {about_vertical(azimuth_difference(*from.front, *to.front)), choice.axis,
+            Certainty::kKnown};
   LimbPlan& limbs = choice.limbs.emplace(find_limbs_of_sides(from, to, settings));
   const double plan_angle = log_rotation(choice.rotation).y;
   const auto facing = find_facing(limbs, plan_angle, from.front, to.front);
